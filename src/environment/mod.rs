@@ -1,0 +1,72 @@
+//! Sun and planet as the craft meets them, in f64: orbit, attitude, eclipse, view factors, loads of a tick.
+//!
+//! Frames: *inertial* has X to orbit noon (the projection of the Sun's direction on the orbit plane), Z along the orbit
+//! normal; *body* is the model's frame. `body_from_inertial` rotates vectors from the second into the first.
+
+use glam::{DMat3, DVec3};
+
+pub mod albedo;
+
+/// The sky at one instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sky {
+    /// Time since the start [s].
+    pub time: f64,
+    /// Rotates inertial vectors into the body frame.
+    pub body_from_inertial: DMat3,
+    /// Rotates orbit-frame (LVLH) vectors into the body frame.
+    pub body_from_orbit: DMat3,
+    /// Unit vector to the Sun, body frame.
+    pub sun_direction: DVec3,
+    /// Unit vector to the planet's centre, body frame.
+    pub nadir_direction: DVec3,
+    /// Share of the Sun's disc that the planet leaves visible, in [0, 1].
+    pub lit_fraction: f64,
+    /// Distance to the planet's centre over its radius, > 1.
+    pub distance_ratio: f64,
+    /// Angle at the planet's centre between the craft and the Sun [rad]: the Sun's zenith angle below the craft.
+    pub sun_zenith: f64,
+}
+
+/// One direction of the Sun during a tick. The absorbed solar flux of a plate with normal n and absorptivity a, averaged
+/// over the tick, is `a * sum(flux * max(0, n . direction))`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SunSample {
+    /// Unit vector to the Sun, body frame.
+    pub direction: DVec3,
+    /// Solar flux x lit fraction x share of the tick [W/m2].
+    pub flux: f64,
+}
+
+/// The planet as a tick sees it (at the middle of the tick).
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanetLoad {
+    /// Unit vector to the planet's centre, body frame.
+    pub nadir: DVec3,
+    /// Unit vector at right angles to `nadir`, towards the Sun's side, body frame.
+    pub sunward: DVec3,
+    /// Distance to the planet's centre over its radius, > 1.
+    pub distance_ratio: f64,
+    /// Infrared exitance [W/m2]; 0 where absent.
+    pub planet_ir: f64,
+    /// Solar constant x albedo [W/m2], the factor of `albedo_factor`; 0 where absent or dark.
+    pub albedo_flux: f64,
+    /// Sun's zenith angle at the sub-satellite point [rad].
+    pub sun_zenith: f64,
+}
+
+/// The load that a tick commands: means over its length, in the body frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TickLoad {
+    /// Sun samples, at most [`MAX_SUN_SAMPLES`]; empty in umbra and without a Sun.
+    pub sun: Vec<SunSample>,
+    /// Planet infrared and albedo; `None` where the scene has neither.
+    pub planet: Option<PlanetLoad>,
+    /// Albedo of this tick over the directions of a normal; `None` where the scene has no albedo or the tick no light.
+    pub albedo: Option<albedo::AlbedoTable>,
+    /// Radiative temperature of space [K].
+    pub background_temperature: f64,
+}
+
+/// Most Sun samples in one tick.
+pub const MAX_SUN_SAMPLES: usize = 16;

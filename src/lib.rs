@@ -1,0 +1,16 @@
+//! Isotherm renders what a thermal-infrared camera sees of a spacecraft, with a thermal memory.
+//!
+//! The order of the modules is the order of the data:
+//!
+//! [`scene`] what the user wrote, checked -> [`model`] triangles, parts and materials of a glTF file ->
+//! [`environment`] Sun and planet as the body sees them -> [`thermal`] the mathematics of a node in f64 ->
+//! [`gpu`] the same in f32 on Vulkan -> [`simulation`] the loop: step, draw, collect -> [`output`] images, plots, report.
+
+pub mod cli;
+pub mod environment;
+pub mod gpu;
+pub mod model;
+pub mod output;
+pub mod scene;
+pub mod simulation;
+pub mod thermal;

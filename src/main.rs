@@ -1,0 +1,3 @@
+//! The `isotherm` program: parse arguments, call one function, choose the exit code.
+
+fn main() {}

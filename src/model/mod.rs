@@ -1,0 +1,60 @@
+//! A glTF file as the simulation uses it: parts, materials, vertices and triangles in one body frame.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use glam::{DMat4, DVec3, Vec3};
+
+/// A material named by the file; its thermal values come from the scene's rules or from `extras`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelMaterial {
+    /// glTF name, or `material_N` where the file gives none, or `default` for primitives without material.
+    pub name: String,
+    /// `extras` entries whose key starts with `isotherm_`, prefix removed.
+    pub extras: BTreeMap<String, serde_json::Value>,
+}
+
+/// An instance of a mesh in the scene graph: a glTF node that carries triangles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// Name of the glTF node, or `node_N`; made unique with a suffix `#2` where repeated.
+    pub name: String,
+    /// Transform of the node in the default scene.
+    pub body_from_part: DMat4,
+}
+
+/// Something in the file that was left out, and why.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Skipped {
+    /// What it was: `2 triangles of part B0_ISS_FGB1`.
+    pub what: String,
+    /// Why: `zero area`.
+    pub why: String,
+}
+
+/// Triangles of the default scene after node transforms. A vertex belongs to one part and one material.
+#[derive(Debug, Clone, Default)]
+pub struct Model {
+    /// The file.
+    pub source: PathBuf,
+    /// glTF nodes in the default scene, transform-only nodes included.
+    pub gltf_nodes: usize,
+    /// Materials in use, in order of first use.
+    pub materials: Vec<ModelMaterial>,
+    /// Parts in traversal order.
+    pub parts: Vec<Part>,
+    /// Vertex positions in the body frame [m].
+    pub positions: Vec<DVec3>,
+    /// Unit outward normals, one a vertex.
+    pub normals: Vec<Vec3>,
+    /// Index into `parts`, one a vertex.
+    pub vertex_part: Vec<u32>,
+    /// Index into `materials`, one a vertex.
+    pub vertex_material: Vec<u32>,
+    /// Vertex indices, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// What was left out.
+    pub skipped: Vec<Skipped>,
+    /// Remarks a user should see: `normals computed for part X`.
+    pub notes: Vec<String>,
+}

@@ -1,0 +1,1 @@
+//! What a run leaves behind: EXR images, false-colour pictures, series, plots and the report.

@@ -1,0 +1,199 @@
+//! What the user wrote, checked and in SI: the scene file as plain values.
+
+use std::path::PathBuf;
+
+use glam::{DQuat, DVec3};
+
+use crate::thermal::material::Material;
+
+/// A checked scene. Nothing in it is a default that the user was not told of: see `assumptions`.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// The scene file.
+    pub source: PathBuf,
+    /// Name for titles: the file's `name` key, or its stem.
+    pub name: String,
+    /// glTF file, resolved against the scene file's folder.
+    pub model_path: PathBuf,
+    /// Longest edge after subdivision [m]; `None` keeps the file's own triangles.
+    pub max_edge: Option<f64>,
+    /// Steps and what is drawn of them.
+    pub time: Time,
+    /// Where the craft is.
+    pub orbit: CircularOrbit,
+    /// How it is turned.
+    pub attitude: Attitude,
+    /// What heats it.
+    pub environment: Environment,
+    /// Rules that give every glTF material its values.
+    pub materials: MaterialRules,
+    /// The camera.
+    pub camera: Camera,
+    /// Spectral band of the images.
+    pub band: Band,
+    /// Temperatures at the start.
+    pub initial: Initial,
+    /// Points whose temperature is written to the series.
+    pub probes: Vec<Probe>,
+    /// Temperature range of the false-colour pictures [K]; `None` takes it from each run.
+    pub colour_range: Option<[f64; 2]>,
+    /// What was assumed because the file is silent, one sentence each.
+    pub assumptions: Vec<String>,
+}
+
+/// Time steps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Time {
+    /// Length of a step [s].
+    pub step: f64,
+    /// Number of steps.
+    pub steps: u32,
+    /// Orbits stepped before time 0.
+    pub warm_up_orbits: f64,
+    /// Which steps are drawn.
+    pub draw: Draw,
+}
+
+/// Which steps are drawn; step 0 is the initial state.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Draw {
+    /// None of them.
+    None,
+    /// Every n-th, step 0 included.
+    Every(u32),
+    /// These.
+    Steps(Vec<u32>),
+}
+
+/// A circular orbit. Altitude and period are separate inputs; their disagreement is printed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CircularOrbit {
+    /// Height above the planet radius [m].
+    pub altitude: f64,
+    /// Period [s].
+    pub period: f64,
+    /// Angle between the Sun's direction and the orbit plane [rad].
+    pub beta: f64,
+    /// Angle from orbit noon at time 0, in the direction of motion [rad].
+    pub phase: f64,
+}
+
+/// Attitude law.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Attitude {
+    /// A body axis to the planet's centre, another towards the velocity (made orthogonal).
+    Nadir {
+        /// Unit body axis that points to nadir.
+        nadir_axis: DVec3,
+        /// Unit body axis that points along the velocity.
+        forward_axis: DVec3,
+    },
+    /// Fixed in the orbit's inertial frame.
+    Inertial {
+        /// Rotates body vectors into the inertial frame.
+        inertial_from_body: DQuat,
+    },
+    /// A body axis to the Sun, another towards the orbit normal (made orthogonal).
+    Sun {
+        /// Unit body axis that points to the Sun.
+        sun_axis: DVec3,
+        /// Unit body axis that points towards the orbit normal.
+        north_axis: DVec3,
+    },
+}
+
+/// What heats the craft; a `None` is absent and costs nothing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Environment {
+    /// Solar flux [W/m2].
+    pub solar_constant: Option<f64>,
+    /// Bond albedo of the planet (Lambert).
+    pub albedo: Option<f64>,
+    /// Infrared exitance of the planet [W/m2].
+    pub planet_ir: Option<f64>,
+    /// Radius of the planet [m].
+    pub planet_radius: f64,
+    /// Whether the planet shadows the Sun.
+    pub eclipse: bool,
+    /// Radiative temperature of space [K]; `None` is 0 K.
+    pub background_temperature: Option<f64>,
+}
+
+/// Rules in the order of the file; the first that matches a glTF material's name wins.
+#[derive(Debug, Clone, Default)]
+pub struct MaterialRules {
+    /// The rules.
+    pub rules: Vec<MaterialRule>,
+    /// Used where no rule matches and the glTF material has no `isotherm_` extras of its own.
+    pub default: Option<MaterialRule>,
+}
+
+/// Patterns and the values that they give.
+#[derive(Debug, Clone)]
+pub struct MaterialRule {
+    /// Wildcard patterns (`*`, `?`) on glTF material names.
+    pub patterns: Vec<String>,
+    /// Values; `name` is filled in when the rule is applied.
+    pub material: Material,
+}
+
+/// Frame in which the camera's pose is given; its origin is the craft's body origin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CameraFrame {
+    /// Follows the craft's attitude.
+    Body,
+    /// X along the velocity, Y against the orbit normal, Z to nadir (CCSDS LVLH).
+    Orbit,
+    /// The orbit's inertial frame: X to orbit noon, Z along the orbit normal.
+    Inertial,
+}
+
+/// A pinhole camera with OpenCV axes: +X right, +Y down, +Z forward.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Camera {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Focal lengths in pixels (x, y).
+    pub focal: [f64; 2],
+    /// Principal point in pixels; the centre of the upper left pixel is (0.5, 0.5).
+    pub centre: [f64; 2],
+    /// Frame of the pose.
+    pub frame: CameraFrame,
+    /// Position in that frame [m].
+    pub position: DVec3,
+    /// Rotates camera axes into that frame.
+    pub frame_from_camera: DQuat,
+    /// Distance of the near plane [m].
+    pub near: f64,
+}
+
+/// A rectangular spectral band.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Band {
+    /// Lower wavelength [m].
+    pub lower: f64,
+    /// Upper wavelength [m].
+    pub upper: f64,
+}
+
+/// State at the start (time 0, or the start of the warm-up).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Initial {
+    /// Settled at the balance temperature of the first tick's mean load.
+    Balance,
+    /// Settled at this temperature [K].
+    Temperature(f64),
+}
+
+/// A point whose nearest node is written to the series.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Probe {
+    /// Column name.
+    pub name: String,
+    /// Position in the body frame [m].
+    pub position: DVec3,
+    /// Only nodes of this part, where given.
+    pub part: Option<String>,
+}
