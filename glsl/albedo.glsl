@@ -1,0 +1,26 @@
+// Where a direction falls in the table of albedo over the directions of a normal. Twin: src/environment/albedo.rs.
+
+// Intervals of the table each way.
+const float ALBEDO_RESOLUTION = 128.0;
+const uint ALBEDO_ROW = 129u;
+
+// Position in the table, in intervals from its corner; x towards the Sun's side, z to nadir, y across.
+struct AlbedoPosition {
+    vec4 column;
+    vec4 row;
+};
+
+AlbedoPosition albedo_position(Tick tick, vec4 nx, vec4 ny, vec4 nz) {
+    vec3 nadir = tick.nadir.xyz;
+    vec3 sunward = tick.sunward.xyz;
+    vec3 across = cross(nadir, sunward);
+    vec4 x = nx * sunward.x + ny * sunward.y + nz * sunward.z;
+    vec4 y = nx * across.x + ny * across.y + nz * across.z;
+    vec4 z = nx * nadir.x + ny * nadir.y + nz * nadir.z;
+    // A padding node has no normal; it reads the centre.
+    vec4 scale = vec4(0.5 * ALBEDO_RESOLUTION) / max(abs(x) + abs(y) + abs(z), vec4(1e-6));
+    return AlbedoPosition(
+        x * scale + vec4(0.5 * ALBEDO_RESOLUTION),
+        z * scale + vec4(0.5 * ALBEDO_RESOLUTION)
+    );
+}
