@@ -30,8 +30,11 @@ fn run(
     temperatures
 }
 
+/// A step and its temperature [K].
+type Sample = (usize, f64);
+
 /// Largest distance between a run and expected (step, temperature) pairs.
-fn worst(temperatures: &[f64], expected: &[(usize, f64)]) -> f64 {
+fn worst(temperatures: &[f64], expected: &[Sample]) -> f64 {
     expected
         .iter()
         .map(|&(step, t)| (temperatures[step] - t).abs())
@@ -173,7 +176,7 @@ fn linear_figure_5() {
 
 #[test]
 fn moving_targets() {
-    let cases: [(usize, f64, &[(usize, f64)]); 4] = [
+    let cases: [(usize, f64, &[Sample]); 4] = [
         (
             51,
             350.0,
