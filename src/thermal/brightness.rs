@@ -12,8 +12,8 @@ pub const GUESS_SHIFT: u32 = 20;
 pub const NEWTON_STEPS: u32 = 4;
 
 /// 1/T over radiance, the first guess of the inverse: between two entries 1/T is linear in L, and the entries are so
-/// dense in ln L (eight an octave) that this is linear in ln L too. Reading the index from the bits of an f32 spares the
-/// device a logarithm.
+/// dense in ln L (eight an octave) that this is linear in ln L too. Reading the index from the bits of an f32 spares
+/// the device a logarithm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BrightnessTable {
     /// 1/T [1/K] at the radiances whose f32 bits are `(first_index + i) << GUESS_SHIFT`.

@@ -1,16 +1,17 @@
 //! Band radiance and its inverse in f32, step by step as the shader does it, to predict the device's rounding.
 //!
 //! The arithmetic is chosen to survive compilers and drivers: only + - * / and masks of bits, no fma, no two-sum (whose
-//! `(x + y) - x` a driver may simplify), no `exp` and no `log` of the device. The quotient x = c2 / (lambda_max T) reaches
-//! 105, where one f32 rounding of x already moves L by 4e-6 and a division that is 2.5 ulp off (what Vulkan allows) by
-//! 2e-5; so x is carried as a high part of 12 bits and a low part.
+//! `(x + y) - x` a driver may simplify), no `exp` and no `log` of the device. The quotient x = c2 / (lambda_max T)
+//! reaches 105, where one f32 rounding of x already moves L by 4e-6 and a division that is 2.5 ulp off (what Vulkan
+//! allows) by 2e-5; so x is carried as a high part of 12 bits and a low part.
 
 use crate::thermal::brightness::{BrightnessTable, GUESS_SHIFT};
 use crate::thermal::radiance::{INTERVALS, MIDDLE_TEMPERATURE, RadianceTable};
 
 /// Keeps sign, exponent and the upper 12 bits of the significand, so that the product of two such numbers is exact.
 const HIGH_PART: u32 = 0xffff_f000;
-/// ln 2 rounded to 9 bits: its product with an integer below 2^15 is exact (Cody & Waite 1980; constants of Cephes `expf`).
+/// ln 2 rounded to 9 bits: its product with an integer below 2^15 is exact (Cody & Waite 1980; constants of Cephes
+/// `expf`).
 const LN2_HIGH: f32 = 0.693_359_4;
 /// ln 2 less `LN2_HIGH`.
 const LN2_LOW: f32 = -2.121_944_4e-4;
