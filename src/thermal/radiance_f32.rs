@@ -12,7 +12,7 @@ use crate::thermal::radiance::{INTERVALS, MIDDLE_TEMPERATURE, RadianceTable};
 const HIGH_PART: u32 = 0xffff_f000;
 /// ln 2 rounded to 9 bits: its product with an integer below 2^15 is exact (Cody & Waite 1980; constants of Cephes
 /// `expf`).
-const LN2_HIGH: f32 = 0.693_359_4;
+const LN2_HIGH: f32 = 355.0 / 512.0;
 /// ln 2 less `LN2_HIGH`.
 const LN2_LOW: f32 = -2.121_944_4e-4;
 /// Largest exponent that two factors 2^-126 reach; beyond it the radiance is 0 in f32.
