@@ -1,9 +1,5 @@
 // Where a direction falls in the table of albedo over the directions of a normal. Twin: src/environment/albedo.rs.
 
-// Intervals of the table each way.
-const float ALBEDO_RESOLUTION = 128.0;
-const uint ALBEDO_ROW = 129u;
-
 // Position in the table, in intervals from its corner; x towards the Sun's side, z to nadir, y across.
 struct AlbedoPosition {
     vec4 column;
@@ -18,9 +14,10 @@ AlbedoPosition albedo_position(Tick tick, vec4 nx, vec4 ny, vec4 nz) {
     vec4 y = nx * across.x + ny * across.y + nz * across.z;
     vec4 z = nx * nadir.x + ny * nadir.y + nz * nadir.z;
     // A padding node has no normal; it reads the centre.
-    vec4 scale = vec4(0.5 * ALBEDO_RESOLUTION) / max(abs(x) + abs(y) + abs(z), vec4(1e-6));
+    float middle = 0.5 * tick.albedo_resolution;
+    vec4 scale = vec4(middle) / max(abs(x) + abs(y) + abs(z), vec4(1e-6));
     return AlbedoPosition(
-        x * scale + vec4(0.5 * ALBEDO_RESOLUTION),
-        z * scale + vec4(0.5 * ALBEDO_RESOLUTION)
+        x * scale + vec4(middle),
+        z * scale + vec4(middle)
     );
 }

@@ -13,9 +13,8 @@ layout(set = 0, binding = 6) readonly buffer GroupPartBlock { uint group_part[];
 
 layout(location = 0) out float node_temperature;
 layout(location = 1) out float camera_depth;
-layout(location = 2) flat out float band_exponent;
-layout(location = 3) flat out uint part;
-layout(location = 4) flat out uint material;
+layout(location = 2) flat out uint part;
+layout(location = 3) flat out uint material;
 
 void main() {
     uint node = uint(gl_VertexIndex);
@@ -34,7 +33,6 @@ void main() {
     );
     node_temperature = temperature[node];
     camera_depth = camera.z;
-    band_exponent = view.band_exponent;
     part = group_part[node / 4u];
     material = group_material[node / 4u];
 }

@@ -51,13 +51,15 @@ vec4 solar_flux(vec4 nx, vec4 ny, vec4 nz) {
 
 #ifdef ALBEDO
 float albedo_table_lookup(float column, float row) {
-    float left = min(floor(column), ALBEDO_RESOLUTION - 1.0);
-    float top = min(floor(row), ALBEDO_RESOLUTION - 1.0);
+    float last = tick.albedo_resolution - 1.0;
+    uint stride = uint(tick.albedo_resolution) + 1u;
+    float left = min(floor(column), last);
+    float top = min(floor(row), last);
     float u = column - left;
     float v = row - top;
-    uint at = uint(top) * ALBEDO_ROW + uint(left);
+    uint at = uint(top) * stride + uint(left);
     float upper = albedo_values[at] * (1.0 - u) + albedo_values[at + 1u] * u;
-    float lower = albedo_values[at + ALBEDO_ROW] * (1.0 - u) + albedo_values[at + ALBEDO_ROW + 1u] * u;
+    float lower = albedo_values[at + stride] * (1.0 - u) + albedo_values[at + stride + 1u] * u;
     return upper * (1.0 - v) + lower * v;
 }
 

@@ -29,6 +29,8 @@ struct Tick {
     uint sun_count;
     // Length of the tick in steps; below 1 only for the last, partial step of a still image.
     float step;
+    // Intervals of the albedo table each way.
+    float albedo_resolution;
 };
 
 // Where the image is taken from, and with what.
@@ -42,6 +44,11 @@ struct View {
     vec2 clip_offset;
     // Distance of the near plane [m]; depth is reversed and its far plane at infinity.
     float near;
-    // c2 / longest wavelength of the band [K].
-    float band_exponent;
+};
+
+// Head of the table of a band.
+struct Band {
+    // c2 / longest wavelength [K], and what its rounding left.
+    float edge_high;
+    float edge_low;
 };

@@ -1,5 +1,7 @@
 // Written by tools/src/shaders.rs: name and SPIR-V of every module, sorted by name.
 &[
+    ("blackbody.comp", include_bytes!("blackbody.comp.spv")),
+    ("brightness.comp", include_bytes!("brightness.comp.spv")),
     ("radiance.frag", include_bytes!("radiance.frag.spv")),
     ("radiance.vert", include_bytes!("radiance.vert.spv")),
     ("thermal_step.advance", include_bytes!("thermal_step.advance.spv")),

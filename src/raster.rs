@@ -59,13 +59,7 @@ pub struct Pixel {
 }
 
 /// A pixel that no triangle covers.
-pub const EMPTY: Pixel = Pixel {
-    radiance: 0.0,
-    temperature: 0.0,
-    depth: f64::INFINITY,
-    part: 0,
-    material: 0,
-};
+pub const EMPTY: Pixel = Pixel { radiance: 0.0, temperature: 0.0, depth: f64::INFINITY, part: 0, material: 0 };
 
 /// A triangle as seen from the camera.
 struct Projected {
@@ -82,35 +76,22 @@ struct Projected {
 
 /// Draws a surface, both faces, the nearest wins; rows from the top. `radiance` is that of a blackbody in the band
 /// [W m-2 sr-1] at a temperature [K].
-pub fn rasterise(
-    surface: &Surface,
-    view: &View,
-    radiance: impl Fn(f64) -> f64 + Sync,
-) -> Vec<Pixel> {
-    let projected: Vec<Projected> = surface
-        .triangles
-        .par_iter()
-        .filter_map(|&triangle| project(surface, view, triangle))
-        .collect();
+pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 + Sync) -> Vec<Pixel> {
+    let projected: Vec<Projected> =
+        surface.triangles.par_iter().filter_map(|&triangle| project(surface, view, triangle)).collect();
     let mut pixels = vec![EMPTY; view.width as usize * view.height as usize];
-    pixels
-        .par_chunks_mut(view.width.max(1) as usize)
-        .enumerate()
-        .for_each(|(row, pixels)| {
-            let row = row as u32;
-            for triangle in projected
-                .iter()
-                .filter(|triangle| (triangle.rows[0]..triangle.rows[1]).contains(&row))
-            {
-                draw_row(triangle, view, row, pixels);
+    pixels.par_chunks_mut(view.width.max(1) as usize).enumerate().for_each(|(row, pixels)| {
+        let row = row as u32;
+        for triangle in projected.iter().filter(|triangle| (triangle.rows[0]..triangle.rows[1]).contains(&row)) {
+            draw_row(triangle, view, row, pixels);
+        }
+        for pixel in pixels {
+            // Until here the field held the emissivity, so that only what is seen is converted.
+            if pixel.part > 0 {
+                pixel.radiance *= radiance(pixel.temperature);
             }
-            for pixel in pixels {
-                // Until here the field held the emissivity, so that only what is seen is converted.
-                if pixel.part > 0 {
-                    pixel.radiance *= radiance(pixel.temperature);
-                }
-            }
-        });
+        }
+    });
     pixels
 }
 
@@ -126,11 +107,7 @@ fn draw_row(triangle: &Projected, view: &View, row: u32, pixels: &mut [Pixel]) {
         let depth = 1.0 / weights.iter().sum::<f64>();
         let pixel = &mut pixels[column as usize];
         if weights.iter().all(|&w| w >= 0.0) && depth >= view.near && depth < pixel.depth {
-            let weighted: f64 = weights
-                .iter()
-                .zip(triangle.temperatures)
-                .map(|(w, t)| w * t)
-                .sum();
+            let weighted: f64 = weights.iter().zip(triangle.temperatures).map(|(w, t)| w * t).sum();
             *pixel = Pixel {
                 radiance: triangle.emissivity,
                 temperature: weighted * depth,
@@ -145,10 +122,7 @@ fn draw_row(triangle: &Projected, view: &View, row: u32, pixels: &mut [Pixel]) {
 /// Prepares a triangle; `None` where it cannot cover a pixel (behind the near plane, beside the image, seen edge-on).
 fn project(surface: &Surface, view: &View, triangle: [u32; 3]) -> Option<Projected> {
     let indices = triangle.map(|vertex| vertex as usize);
-    let [a, b, c] = indices.map(|vertex| {
-        view.camera_from_body
-            .transform_point3(surface.positions[vertex])
-    });
+    let [a, b, c] = indices.map(|vertex| view.camera_from_body.transform_point3(surface.positions[vertex]));
     let (columns, rows) = bounds(view, [a, b, c])?;
     // a . (b x c) as a product with edges, so that a small triangle far away does not cancel.
     let volume = a.dot((b - a).cross(c - a));
@@ -209,13 +183,7 @@ mod tests {
     const EMISSIVITIES: [[f64; 2]; 2] = [[0.9, 0.4], [0.5, 0.1]];
 
     fn radiance(t: f64) -> f64 {
-        band_radiance_exact(
-            Band {
-                lower: 8e-6,
-                upper: 14e-6,
-            },
-            t,
-        )
+        band_radiance_exact(Band { lower: 8e-6, upper: 14e-6 }, t)
     }
 
     /// Looks along -Z of the body (front faces have a normal towards +Z) from (0, 0, height), turned by `tilt` about X.
@@ -224,14 +192,7 @@ mod tests {
         let camera_from_body = DAffine3::from_quat(DQuat::from_rotation_x(tilt))
             * DAffine3::from_mat3(down)
             * DAffine3::from_translation(DVec3::new(0.0, 0.0, -height));
-        View {
-            camera_from_body,
-            width: 80,
-            height: 60,
-            focal: [70.0, 72.0],
-            centre: [39.3, 30.8],
-            near: 0.1,
-        }
+        View { camera_from_body, width: 80, height: 60, focal: [70.0, 72.0], centre: [39.3, 30.8], near: 0.1 }
     }
 
     /// A square of 20 m at z = 0 whose temperature is linear in x and y.
@@ -249,15 +210,9 @@ mod tests {
 
     fn plate() -> Plate {
         let corners = [(-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0)];
-        let positions: Vec<DVec3> = corners
-            .iter()
-            .map(|&(x, y)| DVec3::new(x, y, 0.0))
-            .collect();
+        let positions: Vec<DVec3> = corners.iter().map(|&(x, y)| DVec3::new(x, y, 0.0)).collect();
         let temperatures = positions.iter().map(|&p| field(p)).collect();
-        Plate {
-            positions,
-            temperatures,
-        }
+        Plate { positions, temperatures }
     }
 
     fn draw(plate: &Plate, triangles: &[[u32; 3]], view: &View) -> Vec<Pixel> {
@@ -283,10 +238,8 @@ mod tests {
             1.0,
         );
         let body_from_camera = view.camera_from_body.inverse();
-        let (origin, direction) = (
-            body_from_camera.transform_point3(DVec3::ZERO),
-            body_from_camera.transform_vector3(ray),
-        );
+        let (origin, direction) =
+            (body_from_camera.transform_point3(DVec3::ZERO), body_from_camera.transform_vector3(ray));
         let depth = -origin.z / direction.z;
         (origin + depth * direction, depth)
     }
@@ -305,16 +258,8 @@ mod tests {
                 } else if edge > 1e-9 {
                     covered += 1;
                     let (t, l) = (field(point), 0.5 * radiance(field(point)));
-                    assert!(
-                        (pixel.temperature - t).abs() < 1e-9,
-                        "{} against {t} K",
-                        pixel.temperature
-                    );
-                    assert!(
-                        (pixel.radiance - l).abs() < 1e-9 * l,
-                        "{} against {l}",
-                        pixel.radiance
-                    );
+                    assert!((pixel.temperature - t).abs() < 1e-9, "{} against {t} K", pixel.temperature);
+                    assert!((pixel.radiance - l).abs() < 1e-9 * l, "{} against {l}", pixel.radiance);
                     assert!((pixel.depth - depth).abs() < 1e-9);
                     assert_eq!((pixel.part, pixel.material), (5, 2));
                     let beside = field(point + DVec3::new(1e-6, 0.0, 0.0));
@@ -328,10 +273,7 @@ mod tests {
     #[test]
     fn the_back_has_its_own_emissivity() {
         let view = view(9.0, 0.3);
-        let (front, back) = (
-            draw(&plate(), &PLATE_TRIANGLES, &view),
-            draw(&plate(), &BACK_TRIANGLES, &view),
-        );
+        let (front, back) = (draw(&plate(), &PLATE_TRIANGLES, &view), draw(&plate(), &BACK_TRIANGLES, &view));
         let mut seen = 0;
         for (front, back) in front.iter().zip(&back).filter(|(front, _)| front.part > 0) {
             seen += 1;
@@ -343,11 +285,7 @@ mod tests {
     #[test]
     fn the_nearest_wins_in_any_order() {
         let mut plate = plate();
-        let nearer = plate
-            .positions
-            .iter()
-            .map(|p| DVec3::new(0.2 * p.x, 0.2 * p.y, 1.0))
-            .collect::<Vec<_>>();
+        let nearer = plate.positions.iter().map(|p| DVec3::new(0.2 * p.x, 0.2 * p.y, 1.0)).collect::<Vec<_>>();
         plate.positions.extend(nearer);
         plate.temperatures.extend([400.0; 4]);
         let mut triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
@@ -356,35 +294,15 @@ mod tests {
         triangles.reverse();
         assert_eq!(one, draw(&plate, &triangles, &view));
         let centre = one[30 * 80 + 39];
-        assert!(
-            (centre.temperature - 400.0).abs() < 1e-9 && (centre.depth - 8.0).abs() < 1e-12,
-            "{centre:?}"
-        );
-        assert!(
-            one.iter().any(|pixel| (pixel.depth - 9.0).abs() < 1e-12),
-            "and the plate shows beside it"
-        );
+        assert!((centre.temperature - 400.0).abs() < 1e-9 && (centre.depth - 8.0).abs() < 1e-12, "{centre:?}");
+        assert!(one.iter().any(|pixel| (pixel.depth - 9.0).abs() < 1e-12), "and the plate shows beside it");
     }
 
     #[test]
     fn nothing_behind_the_camera_is_drawn() {
-        let view = View {
-            camera_from_body: DAffine3::from_translation(DVec3::new(0.0, 0.0, -3.0)),
-            ..view(1.0, 0.0)
-        };
-        assert!(
-            draw(&plate(), &PLATE_TRIANGLES, &view)
-                .iter()
-                .all(|pixel| *pixel == EMPTY)
-        );
-        let hidden = View {
-            near: 9.5,
-            ..self::view(9.0, 0.0)
-        };
-        assert!(
-            draw(&plate(), &PLATE_TRIANGLES, &hidden)
-                .iter()
-                .all(|pixel| *pixel == EMPTY)
-        );
+        let view = View { camera_from_body: DAffine3::from_translation(DVec3::new(0.0, 0.0, -3.0)), ..view(1.0, 0.0) };
+        assert!(draw(&plate(), &PLATE_TRIANGLES, &view).iter().all(|pixel| *pixel == EMPTY));
+        let hidden = View { near: 9.5, ..self::view(9.0, 0.0) };
+        assert!(draw(&plate(), &PLATE_TRIANGLES, &hidden).iter().all(|pixel| *pixel == EMPTY));
     }
 }

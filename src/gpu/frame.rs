@@ -348,16 +348,20 @@ fn has_state(ranges: &[StepRange]) -> bool {
     ranges.iter().any(|range| range.variant.kind != StepKind::Instant)
 }
 
-/// Whether any of the kinds of access writes.
-pub fn is_write(access: A) -> bool {
-    access.intersects(
-        A::SHADER_STORAGE_WRITE
+/// The kinds of access that write.
+pub fn writes(access: A) -> A {
+    access
+        & (A::SHADER_STORAGE_WRITE
             | A::TRANSFER_WRITE
             | A::COLOR_ATTACHMENT_WRITE
             | A::DEPTH_STENCIL_ATTACHMENT_WRITE
             | A::HOST_WRITE
-            | A::MEMORY_WRITE,
-    )
+            | A::MEMORY_WRITE)
+}
+
+/// Whether any of the kinds of access writes.
+pub fn is_write(access: A) -> bool {
+    !writes(access).is_empty()
 }
 
 fn barrier(resource: Resource, before: Scope, after: Scope) -> Barrier {

@@ -8,7 +8,7 @@ use std::fmt;
 
 use ash::vk::{AccessFlags2, ImageLayout, PipelineStageFlags2};
 
-use super::frame::{Access, Barrier, Frame, Resource, Scope, Step, is_write};
+use super::frame::{Access, Barrier, Frame, Resource, Scope, Step, is_write, writes};
 
 /// What may go wrong between two accesses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,7 +119,7 @@ fn apply(
             continue;
         }
         earlier.ordered_before |= barrier.after.stage;
-        earlier.available |= direct && barrier.before.access.contains(earlier.access.scope.access);
+        earlier.available |= direct && barrier.before.access.contains(writes(earlier.access.scope.access));
         if earlier.available {
             earlier.visible_to.push((barrier.after.stage, barrier.after.access));
         }
@@ -183,4 +183,27 @@ fn collision(earlier: &Past, later: &Access) -> Option<HazardKind> {
         (false, true) if !ordered => Some(HazardKind::WriteAfterRead),
         _ => None,
     }
+}
+
+/// Resources that the host reads after the frame without a barrier that makes the device's write visible to it.
+pub fn unread_by_host(frame: &Frame) -> Vec<Resource> {
+    let mut waiting: Vec<Resource> = Vec::new();
+    for step in &frame.steps {
+        match step {
+            Step::Pass(pass) => waiting.extend(pass.accesses.iter().map(|access| access.resource).filter(|resource| {
+                matches!(
+                    resource,
+                    Resource::RadianceReadback | Resource::IdentityReadback | Resource::TemperatureReadback
+                )
+            })),
+            Step::Barriers(barriers) => {
+                waiting.retain(|resource| {
+                    !barriers.iter().any(|barrier| {
+                        barrier.resource == *resource && barrier.after.access.contains(AccessFlags2::HOST_READ)
+                    })
+                });
+            }
+        }
+    }
+    waiting
 }

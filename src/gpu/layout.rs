@@ -42,8 +42,10 @@ pub struct Tick {
     pub sun_count: u32,
     /// Length of the tick in steps.
     pub step: f32,
+    /// Intervals of the albedo table each way.
+    pub albedo_resolution: f32,
     /// The structure is as long as its alignment in GLSL asks.
-    pub unused: [f32; 3],
+    pub unused: [f32; 2],
 }
 
 /// Where the image is taken from, and with what.
@@ -62,10 +64,18 @@ pub struct View {
     pub clip_offset: [f32; 2],
     /// Distance of the near plane [m].
     pub near: f32,
-    /// c2 / longest wavelength of the band [K].
-    pub band_exponent: f32,
-    /// As above.
-    pub unused: [f32; 2],
+    /// The structure is as long as its alignment in GLSL asks.
+    pub unused: [f32; 3],
+}
+
+/// Head of the table of a band.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Band {
+    /// c2 / longest wavelength [K].
+    pub edge_high: f32,
+    /// What its rounding left [K].
+    pub edge_low: f32,
 }
 
 /// A member of a structure, for the comparison with SPIR-V.
@@ -96,8 +106,9 @@ pub fn structures() -> Vec<(&'static str, usize, Vec<Member>)> {
             heating_power: f32, heating_t_max: f32, cooling_power: f32, cooling_t_max: f32),
         members!(Tick: nadir: [f32; 4], sunward: [f32; 4], planet_ir: f32, albedo_flux: f32,
             background_temperature_4: f32, sun_count: u32,
-            step: f32),
+            step: f32, albedo_resolution: f32),
         members!(View: camera_from_body_x: [f32; 4], camera_from_body_y: [f32; 4], camera_from_body_z: [f32; 4],
-            clip_scale: [f32; 2], clip_offset: [f32; 2], near: f32, band_exponent: f32),
+            clip_scale: [f32; 2], clip_offset: [f32; 2], near: f32),
+        members!(Band: edge_high: f32, edge_low: f32),
     ]
 }

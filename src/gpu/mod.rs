@@ -3,6 +3,7 @@
 //! [`context`] opens a device; [`renderer`] holds a scene on it. What happens in a frame stands in [`frame`].
 
 mod bindings;
+pub mod blackbody;
 pub mod context;
 pub mod error;
 pub mod frame;

@@ -217,6 +217,7 @@ pub(super) fn tick_of(load: &crate::environment::TickLoad, step: f64) -> layout:
         background_temperature_4: load.background_temperature.powi(4) as f32,
         sun_count: load.sun.len() as u32,
         step: step as f32,
-        unused: [0.0; 3],
+        albedo_resolution: crate::environment::albedo::RESOLUTION as f32,
+        unused: [0.0; 2],
     }
 }

@@ -17,12 +17,13 @@ use super::once::Once;
 use super::pipeline::{DEPTH_FORMAT, IDENTITY_FORMAT, RADIANCE_FORMAT};
 use super::variant::StepKind;
 use crate::environment::{MAX_SUN_SAMPLES, albedo};
+use crate::thermal::nodes::{GROUP, RANGE_GROUPS};
 
 /// Frames in flight: the device works on one while the host reads the other.
 pub const SLOTS: usize = 2;
 
 /// Nodes of one workgroup of the thermal step, which ranges are multiples of.
-pub const NODES_PER_WORKGROUP: usize = 256;
+pub const NODES_PER_WORKGROUP: usize = GROUP * RANGE_GROUPS;
 
 /// A scene as plain numbers for the device. Nodes come in groups of four that share material and part.
 pub struct SceneData<'a> {

@@ -16,8 +16,7 @@ pub struct Incident {
 
 /// Flux that one face absorbs [W/m2]: sunlight by its absorptivity, infrared by its emissivity (Kirchhoff, grey).
 pub fn absorbed_by_face(optics: Optics, incident: Incident) -> f64 {
-    optics.absorptivity * (incident.solar + incident.albedo)
-        + optics.emissivity * incident.planet_ir
+    optics.absorptivity * (incident.solar + incident.albedo) + optics.emissivity * incident.planet_ir
 }
 
 /// Flux that a surface absorbs per area of one face [W/m2]. `back` is what falls on the face against the normal; it is
@@ -42,8 +41,7 @@ pub fn emissivity_sum(material: &Material) -> f64 {
 /// temperature [K]. `emissivity_sum` must be positive: without emission there is no balance (the result is infinite).
 pub fn balance_temperature(absorbed: f64, emissivity_sum: f64, background_temperature: f64) -> f64 {
     let background_squared = background_temperature * background_temperature;
-    let fourth_power =
-        absorbed / (emissivity_sum * STEFAN_BOLTZMANN) + background_squared * background_squared;
+    let fourth_power = absorbed / (emissivity_sum * STEFAN_BOLTZMANN) + background_squared * background_squared;
     fourth_power.sqrt().sqrt()
 }
 
@@ -53,45 +51,21 @@ mod tests {
     use crate::thermal::material::{Bulk, Response};
 
     fn material(absorptivity: f64, emissivity: f64, sides: Sides) -> Material {
-        let front = Optics {
-            absorptivity,
-            emissivity,
-        };
+        let front = Optics { absorptivity, emissivity };
         let (bulk, response) = (Bulk::default(), Response::Instant);
-        Material {
-            name: "test".into(),
-            front,
-            sides,
-            bulk,
-            response,
-            source: "test".into(),
-        }
+        Material { name: "test".into(), front, sides, bulk, response, source: "test".into() }
     }
 
-    const NOON: Incident = Incident {
-        solar: 1367.0,
-        albedo: 0.0,
-        planet_ir: 0.0,
-    };
+    const NOON: Incident = Incident { solar: 1367.0, albedo: 0.0, planet_ir: 0.0 };
 
     #[test]
     fn mli_in_full_sun_is_692_k() {
         // Figure 3 of Vural et al. 2023 (NUMERICS.md 2): the zenith face's maximum, S 1367, alpha 0.19, eps 0.02.
         let mli = material(0.19, 0.02, Sides::Outside);
-        let t = balance_temperature(
-            absorbed_flux(&mli, NOON, Incident::default),
-            emissivity_sum(&mli),
-            2.7,
-        );
-        assert!(
-            (t - 691.8).abs() < 0.05,
-            "NUMERICS.md 2 states 691.8 K: {t}"
-        );
+        let t = balance_temperature(absorbed_flux(&mli, NOON, Incident::default), emissivity_sum(&mli), 2.7);
+        assert!((t - 691.8).abs() < 0.05, "NUMERICS.md 2 states 691.8 K: {t}");
         let dim = balance_temperature(0.19 * 1361.0, 0.02, 2.7);
-        assert!(
-            (dim - 691.0).abs() < 0.05 && (dim - 691.8).abs() > 0.05,
-            "and 691.0 K at 1361 W/m2: {dim}"
-        );
+        assert!((dim - 691.0).abs() < 0.05 && (dim - 691.8).abs() > 0.05, "and 691.0 K at 1361 W/m2: {dim}");
     }
 
     #[test]
@@ -102,25 +76,15 @@ mod tests {
 
     #[test]
     fn a_sheet_takes_its_back_into_account() {
-        let back = Optics {
-            absorptivity: 0.4,
-            emissivity: 0.7,
-        };
+        let back = Optics { absorptivity: 0.4, emissivity: 0.7 };
         let sheet = material(0.9, 0.8, Sides::Both { back });
-        let behind = Incident {
-            solar: 0.0,
-            albedo: 100.0,
-            planet_ir: 200.0,
-        };
+        let behind = Incident { solar: 0.0, albedo: 100.0, planet_ir: 200.0 };
         let absorbed = absorbed_flux(&sheet, NOON, || behind);
         assert!((absorbed - (0.9 * 1367.0 + 0.4 * 100.0 + 0.7 * 200.0)).abs() < 1e-9);
         assert!((emissivity_sum(&sheet) - 1.5).abs() < 1e-15);
         let t = balance_temperature(absorbed, emissivity_sum(&sheet), 0.0);
         assert!((1.5 * STEFAN_BOLTZMANN * t.powi(4) - absorbed).abs() < 1e-9);
         let skin = balance_temperature(0.9 * 1367.0, 0.8, 0.0);
-        assert!(
-            skin - t > 40.0,
-            "one face alone would run hotter: {skin} against {t}"
-        );
+        assert!(skin - t > 40.0, "one face alone would run hotter: {skin} against {t}");
     }
 }

@@ -32,9 +32,7 @@ pub struct BrightnessTable {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum BrightnessError {
     /// Not a positive finite number.
-    #[error(
-        "radiance {0} W m-2 sr-1 has no brightness temperature: it must be positive and finite"
-    )]
+    #[error("radiance {0} W m-2 sr-1 has no brightness temperature: it must be positive and finite")]
     NotPositive(f64),
     /// Less than the least normal f32.
     #[error(
@@ -50,9 +48,7 @@ pub enum BrightnessError {
         floor_temperature: f64,
     },
     /// Hotter than `MAX_TEMPERATURE`.
-    #[error(
-        "radiance {radiance:e} W m-2 sr-1 is above {ceiling:e}, a blackbody at {MAX_TEMPERATURE} K in this band"
-    )]
+    #[error("radiance {radiance:e} W m-2 sr-1 is above {ceiling:e}, a blackbody at {MAX_TEMPERATURE} K in this band")]
     AboveCeiling {
         /// What was asked [W m-2 sr-1].
         radiance: f64,
@@ -76,13 +72,7 @@ impl BrightnessTable {
             }
         }
         let min_temperature = 1.0 / inverse_temperatures[0];
-        Self {
-            inverse_temperatures,
-            first_index,
-            min_radiance,
-            min_temperature,
-            max_radiance,
-        }
+        Self { inverse_temperatures, first_index, min_radiance, min_temperature, max_radiance }
     }
 
     /// Refuses what the inverse cannot answer.
@@ -92,17 +82,10 @@ impl BrightnessTable {
         }
         if radiance < self.min_radiance {
             let (floor, floor_temperature) = (self.min_radiance, self.min_temperature);
-            return Err(BrightnessError::BelowFloor {
-                radiance,
-                floor,
-                floor_temperature,
-            });
+            return Err(BrightnessError::BelowFloor { radiance, floor, floor_temperature });
         }
         if radiance > self.max_radiance {
-            return Err(BrightnessError::AboveCeiling {
-                radiance,
-                ceiling: self.max_radiance,
-            });
+            return Err(BrightnessError::AboveCeiling { radiance, ceiling: self.max_radiance });
         }
         Ok(())
     }
@@ -112,10 +95,7 @@ impl BrightnessTable {
         let bits = radiance.to_bits();
         let cell = ((bits >> GUESS_SHIFT) - self.first_index) as usize;
         let within = f64::from(bits & ((1 << GUESS_SHIFT) - 1)) / f64::from(1 << GUESS_SHIFT);
-        let (low, high) = (
-            self.inverse_temperatures[cell],
-            self.inverse_temperatures[cell + 1],
-        );
+        let (low, high) = (self.inverse_temperatures[cell], self.inverse_temperatures[cell + 1]);
         low + (high - low) * within
     }
 }
@@ -163,10 +143,7 @@ mod tests {
 
     /// From the f32 floor to the ceiling.
     fn temperatures(guesses: &BrightnessTable) -> impl Iterator<Item = f64> {
-        let (low, high) = (
-            guesses.min_temperature * (1.0 + 1e-6),
-            MAX_TEMPERATURE * (1.0 - 1e-9),
-        );
+        let (low, high) = (guesses.min_temperature * (1.0 + 1e-6), MAX_TEMPERATURE * (1.0 - 1e-9));
         (0..400).map(move |i| low * (high / low).powf(f64::from(i) / 399.0))
     }
 
@@ -179,11 +156,7 @@ mod tests {
                 temperatures(&guesses)
                     .filter(|t| (30.0..=1000.0).contains(t))
                     .map(|t| {
-                        let inverse = brightness_temperature(
-                            &table,
-                            &guesses,
-                            gain * band_radiance_exact(band, t),
-                        );
+                        let inverse = brightness_temperature(&table, &guesses, gain * band_radiance_exact(band, t));
                         (inverse.unwrap_or(f64::NAN) - t).abs()
                     })
                     .fold(0.0, f64::max)
@@ -201,10 +174,7 @@ mod tests {
             let guesses = BrightnessTable::new(&table);
             for t in temperatures(&guesses) {
                 let inverse = brightness_temperature(&table, &guesses, band_radiance(&table, t));
-                assert!(
-                    inverse.as_ref().is_ok_and(|i| (i / t - 1.0).abs() < 1e-11),
-                    "{band:?} {t} K: {inverse:?}"
-                );
+                assert!(inverse.as_ref().is_ok_and(|i| (i / t - 1.0).abs() < 1e-11), "{band:?} {t} K: {inverse:?}");
             }
         }
     }
@@ -213,20 +183,10 @@ mod tests {
     fn outside_the_domain_is_an_error() {
         let table = RadianceTable::new(microns(8.0, 14.0));
         let guesses = BrightnessTable::new(&table);
-        assert!(
-            (guesses.min_temperature - 11.3).abs() < 0.05,
-            "NUMERICS.md 5: {} K",
-            guesses.min_temperature
-        );
+        assert!((guesses.min_temperature - 11.3).abs() < 0.05, "NUMERICS.md 5: {} K", guesses.min_temperature);
         let ask = |radiance| brightness_temperature(&table, &guesses, radiance);
-        assert!(matches!(
-            ask(1e-39),
-            Err(BrightnessError::BelowFloor { .. })
-        ));
-        assert!(matches!(
-            ask(guesses.max_radiance * 1.01),
-            Err(BrightnessError::AboveCeiling { .. })
-        ));
+        assert!(matches!(ask(1e-39), Err(BrightnessError::BelowFloor { .. })));
+        assert!(matches!(ask(guesses.max_radiance * 1.01), Err(BrightnessError::AboveCeiling { .. })));
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             assert!(matches!(ask(bad), Err(BrightnessError::NotPositive(_))));
         }

@@ -2,7 +2,7 @@
 //!
 //! A node is a vertex. Nodes are sorted by pipeline (`RangeKind`), then material, then part, then vertex; each run of
 //! one (material, part) is padded to whole *groups* of four, so that an invocation handles four nodes of one material
-//! and one part. A padding node has area 0 and a zero normal and belongs to no vertex.
+//! and one part; each range is padded to whole workgroups, so that its buffers can be bound apart. A padding node has area 0 and a zero normal and belongs to no vertex.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -12,6 +12,8 @@ use crate::thermal::material::{Material, Response, Retarget, Sides};
 
 /// Nodes that one invocation handles.
 pub const GROUP: usize = 4;
+/// Groups that a range is padded to: what one workgroup of 64 invocations handles.
+pub const RANGE_GROUPS: usize = 64;
 /// `vertex_of_node` of a padding node.
 pub const PADDING: u32 = u32::MAX;
 
@@ -40,10 +42,7 @@ impl RangeKind {
             Response::Instant => RangeResponse::Instant,
             Response::Transition { retarget, .. } => RangeResponse::Transition(retarget),
         };
-        Self {
-            response,
-            both_sides: matches!(material.sides, Sides::Both { .. }),
-        }
+        Self { response, both_sides: matches!(material.sides, Sides::Both { .. }) }
     }
 
     /// Key of the order of ranges: response, then sides, then rule.
@@ -110,38 +109,29 @@ impl Nodes {
             positions: Vec::new(),
             areas: Vec::new(),
         };
-        let run_of = |&vertex: &u32| {
-            (
-                model.vertex_material[vertex as usize],
-                model.vertex_part[vertex as usize],
-            )
-        };
+        let run_of = |&vertex: &u32| (model.vertex_material[vertex as usize], model.vertex_part[vertex as usize]);
         for run in order.chunk_by(|a, b| run_of(a) == run_of(b)) {
             let (material, part) = run_of(&run[0]);
-            nodes.push_run(
-                run,
-                RangeKind::of(&materials[material as usize]),
-                material,
-                part,
-            );
+            nodes.push_run(run, RangeKind::of(&materials[material as usize]), material, part);
         }
+        nodes.close_range();
         nodes.normals = gather(&nodes.vertex_of_node, |vertex| model.normals[vertex]);
-        nodes.positions = gather(&nodes.vertex_of_node, |vertex| {
-            model.positions[vertex].as_vec3()
-        });
+        nodes.positions = gather(&nodes.vertex_of_node, |vertex| model.positions[vertex].as_vec3());
         nodes.areas = gather(&nodes.vertex_of_node, |vertex| node_areas[vertex]);
         nodes
     }
 
     /// Appends the vertices of one material and part, and their padding.
     fn push_run(&mut self, vertices: &[u32], kind: RangeKind, material: u32, part: u32) {
+        if self.ranges.last().is_some_and(|range| range.kind != kind) {
+            self.close_range();
+        }
         for &vertex in vertices {
             self.node_of_vertex[vertex as usize] = self.vertex_of_node.len() as u32;
             self.vertex_of_node.push(vertex);
         }
         let groups = vertices.len().div_ceil(GROUP);
-        self.vertex_of_node
-            .resize((self.groups + groups) * GROUP, PADDING);
+        self.vertex_of_node.resize((self.groups + groups) * GROUP, PADDING);
         self.group_material.resize(self.groups + groups, material);
         self.group_part.resize(self.groups + groups, part);
         match self.ranges.last_mut() {
@@ -149,14 +139,21 @@ impl Nodes {
                 range.groups += groups;
                 range.nodes += vertices.len();
             }
-            _ => self.ranges.push(NodeRange {
-                kind,
-                first_group: self.groups,
-                groups,
-                nodes: vertices.len(),
-            }),
+            _ => self.ranges.push(NodeRange { kind, first_group: self.groups, groups, nodes: vertices.len() }),
         }
         self.groups += groups;
+    }
+
+    /// Pads the last range to whole workgroups with groups like its last one.
+    fn close_range(&mut self) {
+        let Some(range) = self.ranges.last_mut() else { return };
+        let padding = range.groups.next_multiple_of(RANGE_GROUPS) - range.groups;
+        range.groups += padding;
+        self.groups += padding;
+        self.vertex_of_node.resize(self.groups * GROUP, PADDING);
+        let last = |of_group: &[u32]| of_group.last().copied().unwrap_or_default();
+        self.group_material.resize(self.groups, last(&self.group_material));
+        self.group_part.resize(self.groups, last(&self.group_part));
     }
 }
 
@@ -169,12 +166,8 @@ fn sorted_vertices(model: &Model, materials: &[Material]) -> Vec<u32> {
         place[material] = rank as u32;
     }
     let vertices: Vec<u32> = (0..model.positions.len() as u32).collect();
-    let by_part = counting_sort(&vertices, model.parts.len(), |vertex| {
-        model.vertex_part[vertex]
-    });
-    counting_sort(&by_part, materials.len(), |vertex| {
-        place[model.vertex_material[vertex] as usize]
-    })
+    let by_part = counting_sort(&vertices, model.parts.len(), |vertex| model.vertex_part[vertex]);
+    counting_sort(&by_part, materials.len(), |vertex| place[model.vertex_material[vertex] as usize])
 }
 
 /// Stable sort of vertices by a key below `keys`.
@@ -198,11 +191,7 @@ fn counting_sort(vertices: &[u32], keys: usize, key: impl Fn(usize) -> u32) -> V
 /// A value for every node; the default (zero) for padding.
 fn gather<T: Default + Send>(vertex_of_node: &[u32], value: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let of_node = |&vertex: &u32| {
-        if vertex == PADDING {
-            T::default()
-        } else {
-            value(vertex as usize)
-        }
+        if vertex == PADDING { T::default() } else { value(vertex as usize) }
     };
     vertex_of_node.par_iter().map(of_node).collect()
 }
@@ -215,40 +204,18 @@ mod tests {
     use glam::{DMat4, DVec3};
 
     fn material(name: &str, sides: Sides, response: Response) -> Material {
-        let front = Optics {
-            absorptivity: 0.5,
-            emissivity: 0.8,
-        };
-        Material {
-            name: name.into(),
-            front,
-            sides,
-            bulk: Bulk::default(),
-            response,
-            source: "test".into(),
-        }
+        let front = Optics { absorptivity: 0.5, emissivity: 0.8 };
+        Material { name: name.into(), front, sides, bulk: Bulk::default(), response, source: "test".into() }
     }
 
     fn transition(retarget: Retarget) -> Response {
-        let profile = Profile {
-            function: Function::Linear,
-            t_max_steps: 9.0,
-        };
-        Response::Transition {
-            heating: profile,
-            cooling: profile,
-            retarget,
-        }
+        let profile = Profile { function: Function::Linear, t_max_steps: 9.0 };
+        Response::Transition { heating: profile, cooling: profile, retarget }
     }
 
     /// Four materials of four kinds in an order that is not theirs, over two parts.
     fn model() -> (Model, Vec<f64>, Vec<Material>) {
-        let both = Sides::Both {
-            back: Optics {
-                absorptivity: 0.1,
-                emissivity: 0.2,
-            },
-        };
+        let both = Sides::Both { back: Optics { absorptivity: 0.1, emissivity: 0.2 } };
         let materials = vec![
             material("restart", Sides::Outside, transition(Retarget::Restart)),
             material("merge", both, transition(Retarget::Merge)),
@@ -256,20 +223,13 @@ mod tests {
             material("merge outside", Sides::Outside, transition(Retarget::Merge)),
         ];
         let vertices = 101;
-        let part = |name: &str| Part {
-            name: name.into(),
-            body_from_part: DMat4::IDENTITY,
-        };
+        let part = |name: &str| Part { name: name.into(), body_from_part: DMat4::IDENTITY };
         let model = Model {
             parts: vec![part("a"), part("b")],
             positions: (0..vertices).map(|i| DVec3::splat(f64::from(i))).collect(),
-            normals: (0..vertices)
-                .map(|i| if i % 2 == 0 { Vec3::X } else { Vec3::Y })
-                .collect(),
+            normals: (0..vertices).map(|i| if i % 2 == 0 { Vec3::X } else { Vec3::Y }).collect(),
             vertex_part: (0..vertices).map(|i| (i / 7 % 2) as u32).collect(),
-            vertex_material: (0..vertices)
-                .map(|i| (i * i % 4 + i % 3) as u32 % 4)
-                .collect(),
+            vertex_material: (0..vertices).map(|i| (i * i % 4 + i % 3) as u32 % 4).collect(),
             ..Model::default()
         };
         let areas = (0..vertices).map(|i| 1.0 + f64::from(i)).collect();
@@ -282,14 +242,7 @@ mod tests {
         let nodes = Nodes::new(&model, &areas, &materials);
         assert_eq!(nodes.count, 101);
         assert_eq!(nodes.vertex_of_node.len(), GROUP * nodes.groups);
-        assert_eq!(
-            nodes
-                .vertex_of_node
-                .iter()
-                .filter(|&&v| v != PADDING)
-                .count(),
-            101
-        );
+        assert_eq!(nodes.vertex_of_node.iter().filter(|&&v| v != PADDING).count(), 101);
         for (vertex, &node) in nodes.node_of_vertex.iter().enumerate() {
             let (node, group) = (node as usize, node as usize / GROUP);
             assert_eq!(nodes.vertex_of_node[node] as usize, vertex);
@@ -299,12 +252,7 @@ mod tests {
             assert_eq!(nodes.positions[node], model.positions[vertex].as_vec3());
         }
         assert_eq!(nodes.areas.iter().sum::<f64>(), areas.iter().sum::<f64>());
-        for (node, _) in nodes
-            .vertex_of_node
-            .iter()
-            .enumerate()
-            .filter(|(_, v)| **v == PADDING)
-        {
+        for (node, _) in nodes.vertex_of_node.iter().enumerate().filter(|(_, v)| **v == PADDING) {
             assert_eq!((nodes.areas[node], nodes.normals[node]), (0.0, Vec3::ZERO));
         }
     }
@@ -313,10 +261,7 @@ mod tests {
     fn ranges_are_contiguous_and_sorted() {
         let (model, areas, materials) = model();
         let nodes = Nodes::new(&model, &areas, &materials);
-        let kind = |response, both_sides| RangeKind {
-            response,
-            both_sides,
-        };
+        let kind = |response, both_sides| RangeKind { response, both_sides };
         let kinds: Vec<_> = nodes.ranges.iter().map(|range| range.kind).collect();
         let expected = [
             kind(RangeResponse::Instant, false),
@@ -330,10 +275,7 @@ mod tests {
             assert_eq!(range.first_group, group);
             group += range.groups;
             let members = &nodes.vertex_of_node[range.first_group * GROUP..group * GROUP];
-            assert_eq!(
-                members.iter().filter(|&&v| v != PADDING).count(),
-                range.nodes
-            );
+            assert_eq!(members.iter().filter(|&&v| v != PADDING).count(), range.nodes);
             for &material in &nodes.group_material[range.first_group..group] {
                 assert_eq!(RangeKind::of(&materials[material as usize]), range.kind);
             }
@@ -342,21 +284,9 @@ mod tests {
         let key = |group: usize| (nodes.group_material[group], nodes.group_part[group]);
         let runs: Vec<_> = (0..nodes.groups).map(key).collect();
         let distinct: std::collections::BTreeSet<_> = runs.iter().collect();
-        assert_eq!(
-            runs.chunk_by(|a, b| a == b).count(),
-            distinct.len(),
-            "a run lies in one piece"
-        );
-        for pair in nodes
-            .vertex_of_node
-            .windows(2)
-            .enumerate()
-            .filter(|(i, _)| i % GROUP != GROUP - 1)
-        {
-            assert!(
-                pair.1[0] < pair.1[1] || pair.1[1] == PADDING,
-                "vertices ascend within a group, padding last"
-            );
+        assert_eq!(runs.chunk_by(|a, b| a == b).count(), distinct.len(), "a run lies in one piece");
+        for pair in nodes.vertex_of_node.windows(2).enumerate().filter(|(i, _)| i % GROUP != GROUP - 1) {
+            assert!(pair.1[0] < pair.1[1] || pair.1[1] == PADDING, "vertices ascend within a group, padding last");
         }
     }
 

@@ -21,9 +21,7 @@ const CUT: f64 = 50.0;
 
 /// Radiance of a blackbody in a band [W m-2 sr-1], to about 1e-14 of its value; 0 only where an f64 cannot hold it.
 pub fn band_radiance_exact(band: Band, temperature: f64) -> f64 {
-    scaled_radiance(band, temperature)
-        * temperature
-        * (-SECOND_RADIATION / (band.upper * temperature)).exp()
+    scaled_radiance(band, temperature) * temperature * (-SECOND_RADIATION / (band.upper * temperature)).exp()
 }
 
 /// G = L e^x / T with x = c2 / (lambda_max T) [W m-2 sr-1 K-1]: the band radiance without the factor that spans
@@ -35,8 +33,7 @@ pub fn band_radiance_exact(band: Band, temperature: f64) -> f64 {
 pub fn scaled_radiance(band: Band, temperature: f64) -> f64 {
     let x = SECOND_RADIATION / (band.upper * temperature);
     // The difference of the two limits as a product, so that a narrow band does not cancel.
-    let width =
-        SECOND_RADIATION * (band.upper - band.lower) / (band.upper * band.lower * temperature);
+    let width = SECOND_RADIATION * (band.upper - band.lower) / (band.upper * band.lower * temperature);
     let end = width.min(CUT);
     let panels = end.ceil().max(1.0);
     let half = 0.5 * end / panels;
@@ -47,10 +44,7 @@ pub fn scaled_radiance(band: Band, temperature: f64) -> f64 {
     let integral: f64 = (0..panels as u32)
         .map(|panel| {
             let middle = half * f64::from(2 * panel + 1);
-            let sum: f64 = RULE
-                .iter()
-                .map(|&(point, weight)| weight * integrand(middle + half * point))
-                .sum();
+            let sum: f64 = RULE.iter().map(|&(point, weight)| weight * integrand(middle + half * point)).sum();
             sum * half
         })
         .sum();
@@ -85,10 +79,7 @@ fn gauss_legendre() -> [(f64, f64); POINTS] {
             let (mut before, mut value) = (1.0, x);
             for degree in 2..=POINTS {
                 let k = degree as f64;
-                (before, value) = (
-                    value,
-                    ((2.0 * k - 1.0) * x * value - (k - 1.0) * before) / k,
-                );
+                (before, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * before) / k);
             }
             slope = n * (x * value - before) / (x * x - 1.0);
             x -= value / slope;
@@ -103,10 +94,7 @@ mod tests {
     use crate::thermal::STEFAN_BOLTZMANN;
 
     const fn microns(lower: f64, upper: f64) -> Band {
-        Band {
-            lower: lower * 1e-6,
-            upper: upper * 1e-6,
-        }
+        Band { lower: lower * 1e-6, upper: upper * 1e-6 }
     }
 
     /// Widger & Woodall 1976 (Bull. Amer. Meteor. Soc. 57): the integral of z^3/(e^z - 1) from x on as a series in
@@ -117,16 +105,11 @@ mod tests {
             (1..2000)
                 .map(|n| {
                     let n = f64::from(n);
-                    (-n * x).exp()
-                        * (x.powi(3) / n
-                            + 3.0 * x * x / n.powi(2)
-                            + 6.0 * x / n.powi(3)
-                            + 6.0 / n.powi(4))
+                    (-n * x).exp() * (x.powi(3) / n + 3.0 * x * x / n.powi(2) + 6.0 * x / n.powi(3) + 6.0 / n.powi(4))
                 })
                 .sum()
         };
-        let factor =
-            2.0 * (BOLTZMANN * temperature).powi(4) / (PLANCK.powi(3) * LIGHT_SPEED.powi(2));
+        let factor = 2.0 * (BOLTZMANN * temperature).powi(4) / (PLANCK.powi(3) * LIGHT_SPEED.powi(2));
         factor * (above(band.upper) - above(band.lower))
     }
 
@@ -142,10 +125,7 @@ mod tests {
             assert!((band_radiance_exact(band, t + 1e-3) - expected).abs() > 1e-5);
         }
         let cold = band_radiance_exact(band, 2.7);
-        assert!(
-            cold > 3.5e-165 && cold < 4.5e-165,
-            "L(2.7 K) = 4e-165 (NUMERICS.md 5): {cold:e}"
-        );
+        assert!(cold > 3.5e-165 && cold < 4.5e-165, "L(2.7 K) = 4e-165 (NUMERICS.md 5): {cold:e}");
     }
 
     #[test]
@@ -153,13 +133,8 @@ mod tests {
         for band in [microns(8.0, 14.0), microns(3.0, 5.0), microns(1.0, 50.0)] {
             for t in [10.0, 30.0, 180.0, 300.0, 1000.0, 6000.0] {
                 let (exact, witness) = (band_radiance_exact(band, t), series(band, t));
-                assert!(
-                    (exact / witness - 1.0).abs() < 2e-12,
-                    "{band:?} {t} K: {exact:e} {witness:e}"
-                );
-                assert!(
-                    (band_radiance_exact(band, t * (1.0 + 1e-11)) / witness - 1.0).abs() > 2e-12
-                );
+                assert!((exact / witness - 1.0).abs() < 2e-12, "{band:?} {t} K: {exact:e} {witness:e}");
+                assert!((band_radiance_exact(band, t * (1.0 + 1e-11)) / witness - 1.0).abs() > 2e-12);
             }
         }
     }
@@ -167,14 +142,7 @@ mod tests {
     #[test]
     fn all_wavelengths_give_stefan_boltzmann() {
         for t in [77.0, 300.0, 5772.0] {
-            let share = band_radiance_exact(
-                Band {
-                    lower: 1e-9,
-                    upper: 10.0,
-                },
-                t,
-            ) * PI
-                / (STEFAN_BOLTZMANN * t.powi(4));
+            let share = band_radiance_exact(Band { lower: 1e-9, upper: 10.0 }, t) * PI / (STEFAN_BOLTZMANN * t.powi(4));
             assert!((share - 1.0).abs() < 1e-9, "{t} K: {share}");
         }
     }
@@ -184,10 +152,7 @@ mod tests {
         for band in [microns(8.0, 14.0), microns(49.0, 50.0), microns(1.0, 50.0)] {
             let cold = scaled_radiance(band, 1e-4) / scaled_radiance_cold(band) - 1.0;
             let hot = scaled_radiance(band, 1e9) / scaled_radiance_hot(band) - 1.0;
-            assert!(
-                cold.abs() < 1e-4 && hot.abs() < 1e-4,
-                "{band:?}: {cold:e} {hot:e}"
-            );
+            assert!(cold.abs() < 1e-4 && hot.abs() < 1e-4, "{band:?}: {cold:e} {hot:e}");
             assert!((scaled_radiance(band, 300.0) / scaled_radiance_hot(band) - 1.0).abs() > 1e-2);
         }
     }
@@ -201,9 +166,6 @@ mod tests {
         };
         let midpoint = spectral(0.5 * (lower + upper)) * (upper - lower);
         let exact = band_radiance_exact(Band { lower, upper }, 300.0);
-        assert!(
-            (exact / midpoint - 1.0).abs() < 1e-12,
-            "{exact:e} {midpoint:e}"
-        );
+        assert!((exact / midpoint - 1.0).abs() < 1e-12, "{exact:e} {midpoint:e}");
     }
 }

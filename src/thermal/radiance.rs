@@ -1,9 +1,7 @@
 //! Band radiance from a table: the f64 twin of what a fragment evaluates (NUMERICS.md 5).
 
 use crate::scene::Band;
-use crate::thermal::planck::{
-    SECOND_RADIATION, scaled_radiance, scaled_radiance_cold, scaled_radiance_hot,
-};
+use crate::thermal::planck::{SECOND_RADIATION, scaled_radiance, scaled_radiance_cold, scaled_radiance_hot};
 
 /// Intervals of the table over v in [0, 1].
 pub const INTERVALS: usize = 1024;
@@ -34,17 +32,8 @@ impl RadianceTable {
         values.extend([scaled_radiance_hot(band).ln(), 0.0]);
         let last = values.len() - 1;
         values[0] = continue_cubic([values[1], values[2], values[3], values[4]]);
-        values[last] = continue_cubic([
-            values[last - 1],
-            values[last - 2],
-            values[last - 3],
-            values[last - 4],
-        ]);
-        Self {
-            band,
-            edge_temperature: SECOND_RADIATION / band.upper,
-            values,
-        }
+        values[last] = continue_cubic([values[last - 1], values[last - 2], values[last - 3], values[last - 4]]);
+        Self { band, edge_temperature: SECOND_RADIATION / band.upper, values }
     }
 
     /// ln G at a temperature [K] > 0, and its derivative [1/K].
@@ -55,10 +44,7 @@ impl RadianceTable {
         let f: [f64; 4] = std::array::from_fn(|i| self.values[cell + i]);
         let (value, slope) = cubic(f, place - cell as f64);
         let slope_in_v = slope * INTERVALS as f64;
-        (
-            value,
-            slope_in_v * v * v * MIDDLE_TEMPERATURE / (temperature * temperature),
-        )
+        (value, slope_in_v * v * v * MIDDLE_TEMPERATURE / (temperature * temperature))
     }
 }
 
@@ -77,10 +63,7 @@ fn cubic(f: [f64; 4], t: f64) -> (f64, f64) {
     let c3 = (f[3] - f[0]) / 6.0 + 0.5 * (f[1] - f[2]);
     let c2 = 0.5 * ((f[0] - f[1]) + (f[2] - f[1]));
     let c1 = (f[2] - f[1]) - c2 - c3;
-    (
-        f[1] + t * (c1 + t * (c2 + t * c3)),
-        c1 + t * (2.0 * c2 + 3.0 * t * c3),
-    )
+    (f[1] + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3))
 }
 
 /// The value one step before f[0] on the cubic through f.
@@ -95,10 +78,7 @@ pub(super) mod tests {
 
     /// A band given in um.
     pub const fn microns(lower: f64, upper: f64) -> Band {
-        Band {
-            lower: lower * 1e-6,
-            upper: upper * 1e-6,
-        }
+        Band { lower: lower * 1e-6, upper: upper * 1e-6 }
     }
 
     /// The bands of the measurements: usual cameras, and the narrow, wide and short ends of 1 to 50 um.
@@ -143,10 +123,7 @@ pub(super) mod tests {
         assert_eq!(band_radiance(&table, 0.0), 0.0);
         assert_eq!(band_radiance(&table, 1e-3), 0.0);
         let cold = band_radiance(&table, 2.7);
-        assert!(
-            cold > 3.5e-165 && cold < 4.5e-165,
-            "L(2.7 K) = 4e-165 (NUMERICS.md 5): {cold:e}"
-        );
+        assert!(cold > 3.5e-165 && cold < 4.5e-165, "L(2.7 K) = 4e-165 (NUMERICS.md 5): {cold:e}");
     }
 
     #[test]

@@ -43,22 +43,9 @@ pub struct Reference<F> {
 impl<F: IncidentFlux> Reference<F> {
     /// Nodes at 0 K; `settle` or `settle_at` starts them.
     pub fn new(nodes: Vec<ReferenceNode>, materials: Vec<Material>, incident: F) -> Self {
-        let states = vec![
-            TransitionState {
-                target: 0.0,
-                span: 0.0,
-                elapsed: 0.0
-            };
-            nodes.len()
-        ];
+        let states = vec![TransitionState { target: 0.0, span: 0.0, elapsed: 0.0 }; nodes.len()];
         let temperatures = vec![0.0; nodes.len()];
-        Self {
-            nodes,
-            materials,
-            incident,
-            states,
-            temperatures,
-        }
+        Self { nodes, materials, incident, states, temperatures }
     }
 
     /// Settles every node at the balance temperature of a load.
@@ -80,11 +67,9 @@ impl<F: IncidentFlux> Reference<F> {
             let commanded = commanded_temperature(incident, node, material, load);
             match material.response {
                 Response::Instant => (settled(commanded, material), commanded),
-                Response::Transition {
-                    heating,
-                    cooling,
-                    retarget,
-                } => transition_step(state, commanded, steps_dt, &heating, &cooling, retarget),
+                Response::Transition { heating, cooling, retarget } => {
+                    transition_step(state, commanded, steps_dt, &heating, &cooling, retarget)
+                }
             }
         });
     }
@@ -105,25 +90,18 @@ impl<F: IncidentFlux> Reference<F> {
         U: Fn(&F, &ReferenceNode, &Material, TransitionState) -> (TransitionState, f64) + Sync,
     {
         let (materials, incident) = (&self.materials, &self.incident);
-        self.nodes
-            .par_iter()
-            .zip(&mut self.states)
-            .zip(&mut self.temperatures)
-            .for_each(|((node, state), temperature)| {
+        self.nodes.par_iter().zip(&mut self.states).zip(&mut self.temperatures).for_each(
+            |((node, state), temperature)| {
                 let material = &materials[node.material as usize];
                 (*state, *temperature) = update(incident, node, material, *state);
-            });
+            },
+        );
     }
 }
 
 /// The nodes of a selection of device nodes; padding is left out.
-pub fn reference_nodes(
-    nodes: &Nodes,
-    selection: impl IntoIterator<Item = usize>,
-) -> Vec<ReferenceNode> {
-    let real = selection
-        .into_iter()
-        .filter(|&node| nodes.vertex_of_node[node] != PADDING);
+pub fn reference_nodes(nodes: &Nodes, selection: impl IntoIterator<Item = usize>) -> Vec<ReferenceNode> {
+    let real = selection.into_iter().filter(|&node| nodes.vertex_of_node[node] != PADDING);
     real.map(|node| ReferenceNode {
         normal: nodes.normals[node].as_dvec3(),
         material: nodes.group_material[node / GROUP],
@@ -140,21 +118,13 @@ pub fn commanded_temperature(
 ) -> f64 {
     let front = incident.incident(load, node.normal);
     let absorbed = absorbed_flux(material, front, || incident.incident(load, -node.normal));
-    balance_temperature(
-        absorbed,
-        emissivity_sum(material),
-        load.background_temperature,
-    )
+    balance_temperature(absorbed, emissivity_sum(material), load.background_temperature)
 }
 
 /// The state of a node at rest; an instant node has none, and keeps its target only.
 fn settled(temperature: f64, material: &Material) -> TransitionState {
     match &material.response {
-        Response::Instant => TransitionState {
-            target: temperature,
-            span: 0.0,
-            elapsed: 0.0,
-        },
+        Response::Instant => TransitionState { target: temperature, span: 0.0, elapsed: 0.0 },
         Response::Transition { heating, .. } => TransitionState::settled(temperature, heating),
     }
 }
@@ -167,44 +137,19 @@ mod tests {
     use crate::thermal::material::{Bulk, Function, Optics, Profile, Retarget, Sides};
 
     fn sun_only(load: &TickLoad, normal: DVec3) -> Incident {
-        let solar = load
-            .sun
-            .iter()
-            .map(|sun| sun.flux * normal.dot(sun.direction).max(0.0))
-            .sum();
-        Incident {
-            solar,
-            ..Incident::default()
-        }
+        let solar = load.sun.iter().map(|sun| sun.flux * normal.dot(sun.direction).max(0.0)).sum();
+        Incident { solar, ..Incident::default() }
     }
 
     fn load(flux: f64) -> TickLoad {
-        let sun = vec![SunSample {
-            direction: DVec3::X,
-            flux,
-        }];
-        TickLoad {
-            sun,
-            planet: None,
-            albedo: None,
-            background_temperature: 2.7,
-        }
+        let sun = vec![SunSample { direction: DVec3::X, flux }];
+        TickLoad { sun, planet: None, albedo: None, background_temperature: 2.7 }
     }
 
     fn materials() -> Vec<Material> {
-        let optics = Optics {
-            absorptivity: 0.9,
-            emissivity: 0.8,
-        };
-        let profile = Profile {
-            function: Function::Quadratic,
-            t_max_steps: 100.0,
-        };
-        let slow = Response::Transition {
-            heating: profile,
-            cooling: profile,
-            retarget: Retarget::Merge,
-        };
+        let optics = Optics { absorptivity: 0.9, emissivity: 0.8 };
+        let profile = Profile { function: Function::Quadratic, t_max_steps: 100.0 };
+        let slow = Response::Transition { heating: profile, cooling: profile, retarget: Retarget::Merge };
         let make = |sides, response| Material {
             name: "test".into(),
             front: optics,
@@ -222,44 +167,27 @@ mod tests {
 
     fn reference() -> Reference<impl IncidentFlux> {
         let node = |normal, material| ReferenceNode { normal, material };
-        let nodes = vec![
-            node(DVec3::X, 0),
-            node(DVec3::X, 1),
-            node(-DVec3::X, 0),
-            node(-DVec3::X, 2),
-            node(DVec3::X, 2),
-        ];
+        let nodes =
+            vec![node(DVec3::X, 0), node(DVec3::X, 1), node(-DVec3::X, 0), node(-DVec3::X, 2), node(DVec3::X, 2)];
         Reference::new(nodes, materials(), sun_only)
     }
 
     #[test]
     fn instant_follows_and_transition_lags() {
-        let balance = |flux: f64, faces: f64| {
-            (0.9 * flux / (faces * 0.8 * STEFAN_BOLTZMANN) + 2.7_f64.powi(4)).powf(0.25)
-        };
+        let balance =
+            |flux: f64, faces: f64| (0.9 * flux / (faces * 0.8 * STEFAN_BOLTZMANN) + 2.7_f64.powi(4)).powf(0.25);
         let mut reference = reference();
         reference.settle(&load(0.0));
-        assert!(
-            reference
-                .temperatures()
-                .iter()
-                .all(|t| (t - 2.7).abs() < 1e-12)
-        );
+        assert!(reference.temperatures().iter().all(|t| (t - 2.7).abs() < 1e-12));
         for _ in 0..50 {
             reference.step(&load(1361.0), 1.0);
         }
         let t = reference.temperatures();
         let (hot, sheet) = (balance(1361.0, 1.0), balance(1361.0, 2.0));
         assert!((t[0] - hot).abs() < 1e-9);
-        assert!(
-            (t[1] - (hot - 0.25 * (hot - 2.7))).abs() < 1e-9,
-            "half the time of a quadratic: a quarter is left"
-        );
+        assert!((t[1] - (hot - 0.25 * (hot - 2.7))).abs() < 1e-9, "half the time of a quadratic: a quarter is left");
         assert!((t[2] - 2.7).abs() < 1e-12, "the night face of a skin");
-        assert!(
-            (t[3] - sheet).abs() < 1e-9 && (t[4] - sheet).abs() < 1e-9,
-            "a sheet is lit from either side"
-        );
+        assert!((t[3] - sheet).abs() < 1e-9 && (t[4] - sheet).abs() < 1e-9, "a sheet is lit from either side");
         assert!(hot - sheet > 60.0);
     }
 

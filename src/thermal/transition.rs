@@ -23,11 +23,7 @@ pub struct TransitionState {
 impl TransitionState {
     /// A node at rest at a temperature [K].
     pub fn settled(temperature: f64, heating: &Profile) -> Self {
-        Self {
-            target: temperature,
-            span: 0.0,
-            elapsed: heating.t_max_steps,
-        }
+        Self { target: temperature, span: 0.0, elapsed: heating.t_max_steps }
     }
 }
 
@@ -73,11 +69,7 @@ pub fn branch<'a>(span: f64, heating: &'a Profile, cooling: &'a Profile) -> &'a 
 
 /// Share of the time that is left; 0 where `t_max_steps` is 0.
 pub fn remaining_time(elapsed: f64, t_max_steps: f64) -> f64 {
-    if t_max_steps > 0.0 {
-        (1.0 - elapsed / t_max_steps).max(0.0)
-    } else {
-        0.0
-    }
+    if t_max_steps > 0.0 { (1.0 - elapsed / t_max_steps).max(0.0) } else { 0.0 }
 }
 
 /// The state after a target [K] is commanded, before time advances (NUMERICS.md 1).
@@ -96,53 +88,30 @@ pub fn retarget(
     if change == 0.0 {
         return state;
     }
-    let Profile {
-        function,
-        t_max_steps,
-    } = *branch(state.span, heating, cooling);
+    let Profile { function, t_max_steps } = *branch(state.span, heating, cooling);
     let r = remaining_time(state.elapsed, t_max_steps);
     let gap = state.span * function.remaining(r) + change;
     let phase = match rule {
-        Retarget::Merge => function.matching_phase(
-            gap,
-            state.span * function.rate(r) + change * function.rate(1.0),
-        ),
+        Retarget::Merge => function.matching_phase(gap, state.span * function.rate(r) + change * function.rate(1.0)),
         Retarget::Restart => None,
     };
     match phase {
-        Some(r) => TransitionState {
-            target: commanded,
-            span: gap / function.remaining(r),
-            elapsed: t_max_steps * (1.0 - r),
-        },
-        None => TransitionState {
-            target: commanded,
-            span: gap,
-            elapsed: 0.0,
-        },
+        Some(r) => {
+            TransitionState { target: commanded, span: gap / function.remaining(r), elapsed: t_max_steps * (1.0 - r) }
+        }
+        None => TransitionState { target: commanded, span: gap, elapsed: 0.0 },
     }
 }
 
 /// The state `steps_dt` steps later; time stops at the end of the branch.
-pub fn advance(
-    state: TransitionState,
-    steps_dt: f64,
-    heating: &Profile,
-    cooling: &Profile,
-) -> TransitionState {
+pub fn advance(state: TransitionState, steps_dt: f64, heating: &Profile, cooling: &Profile) -> TransitionState {
     let t_max_steps = branch(state.span, heating, cooling).t_max_steps;
-    TransitionState {
-        elapsed: (state.elapsed + steps_dt).min(t_max_steps),
-        ..state
-    }
+    TransitionState { elapsed: (state.elapsed + steps_dt).min(t_max_steps), ..state }
 }
 
 /// The temperature of a state [K]: exactly the target once the branch has ended.
 pub fn temperature(state: TransitionState, heating: &Profile, cooling: &Profile) -> f64 {
-    let Profile {
-        function,
-        t_max_steps,
-    } = *branch(state.span, heating, cooling);
+    let Profile { function, t_max_steps } = *branch(state.span, heating, cooling);
     let r = remaining_time(state.elapsed, t_max_steps);
     state.target - state.span * function.remaining(r)
 }
@@ -156,11 +125,6 @@ pub fn transition_step(
     cooling: &Profile,
     rule: Retarget,
 ) -> (TransitionState, f64) {
-    let state = advance(
-        retarget(state, commanded, heating, cooling, rule),
-        steps_dt,
-        heating,
-        cooling,
-    );
+    let state = advance(retarget(state, commanded, heating, cooling, rule), steps_dt, heating, cooling);
     (state, temperature(state, heating, cooling))
 }

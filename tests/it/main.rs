@@ -1,0 +1,4 @@
+//! Integration tests, one module a subject.
+
+mod hazards;
+mod shaders;
