@@ -164,7 +164,8 @@ pub(super) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) 
         .map(|(_, candidate)| candidate)
 }
 
-/// Likeness of two words in [0, 1]. A word that contains the other whole (`altitude_km`) counts as near.
+/// Likeness of two words in [0, 1]. A word that contains the other whole (`altitude_km`) counts as near,
+/// and nearer than another at the same number of edits.
 fn likeness(word: &str, candidate: &str) -> f64 {
     let edits = strsim::normalized_damerau_levenshtein(word, candidate);
     let contained = word.len() > 2
@@ -172,7 +173,11 @@ fn likeness(word: &str, candidate: &str) -> f64 {
         && (word.starts_with(candidate)
             || candidate.starts_with(word)
             || word.ends_with(candidate));
-    if contained { edits.max(0.75) } else { edits }
+    if contained {
+        edits.max(0.75) + 0.05
+    } else {
+        edits
+    }
 }
 
 /// `; did you mean 'step'?`, or the list of what is known where nothing is near.

@@ -51,11 +51,11 @@ pub(super) fn direction(section: &Section, key: &str) -> Result<Option<DVec3>, S
     let largest = numbers
         .iter()
         .fold(0.0_f64, |largest, number| largest.max(number.abs()));
-    let direction = (largest > 0.0)
-        .then(|| (DVec3::from_array(numbers.map(|number| number / largest))).normalize());
-    section
-        .required(key, direction, "a direction has a length above 0")
-        .map(Some)
+    if largest == 0.0 {
+        return Err(section.error(key, "is no direction: its length is 0"));
+    }
+    let scaled = DVec3::from_array(numbers.map(|number| number / largest));
+    Ok(Some(scaled.normalize()))
 }
 
 /// A point [m].
