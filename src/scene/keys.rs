@@ -205,7 +205,56 @@ pub(super) fn unknown_key(key: &str, known: &[&str]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{MATERIAL, ORBIT, TIME, nearest, unknown_key};
+    use super::{
+        BACK, EXTRAS, MATERIAL, ORBIT, PROFILE, ROOT, SECTIONS, TABLE_ENTRY, TIME, nearest,
+        unknown_key,
+    };
+
+    const REFERENCE: &str = include_str!("../../models/README.md");
+
+    /// The reference's part under the title that names the section.
+    fn part(header: &str) -> &'static str {
+        let titled = |part: &&str| {
+            part.lines()
+                .next()
+                .is_some_and(|title| title.contains(header))
+        };
+        REFERENCE.split("\n## ").skip(1).find(titled).unwrap_or("")
+    }
+
+    #[test]
+    fn the_reference_explains_every_key() {
+        for (header, keys) in SECTIONS {
+            for key in *keys {
+                assert!(
+                    part(header).contains(&format!("`{key}`")),
+                    "models/README.md is silent on {header} {key}"
+                );
+            }
+        }
+        for key in ROOT {
+            let explained = ["`{}`", "`[{}]`", "`[[{}]]`"]
+                .iter()
+                .any(|form| REFERENCE.contains(&form.replace("{}", key)));
+            assert!(explained, "models/README.md is silent on {key}");
+        }
+        for key in BACK.iter().chain(PROFILE).chain(TABLE_ENTRY) {
+            assert!(
+                part("[[material]]").contains(&format!("`{key}`")),
+                "models/README.md is silent on {key}"
+            );
+        }
+        for key in EXTRAS {
+            assert!(
+                REFERENCE.contains(&format!("`isotherm_{key}`")),
+                "models/README.md is silent on isotherm_{key}"
+            );
+        }
+        assert!(
+            !part("[time]").contains("`altitude`"),
+            "a key must be explained in its own section"
+        );
+    }
 
     #[test]
     fn the_nearest_key_is_found_for_usual_slips() {

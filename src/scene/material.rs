@@ -1,6 +1,6 @@
 //! `[materials]` and `[[material]]`: the rules that give every glTF material its thermal values.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use wildmatch::WildMatch;
 
@@ -45,7 +45,7 @@ impl Default for ExtrasContext {
 pub(super) fn read(
     materials: Option<&Section>,
     rules: &[Section],
-    scene: &std::path::Path,
+    scene: &Path,
     step: f64,
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
@@ -126,9 +126,8 @@ fn default(
         .table
         .combine(&names)
         .map_err(|message| section.error("default", message))?;
-    let complete = context
-        .common
-        .or(&entries)
+    let complete = entries
+        .or(&context.common)
         .complete()
         .map_err(|Incomplete { message, .. }| section.error("default", message))?;
     assumed.note(&complete, "materials.default");
@@ -194,7 +193,7 @@ fn settle(
     Ok(Settled { complete, source })
 }
 
-fn file_name(path: &std::path::Path) -> String {
+fn file_name(path: &Path) -> String {
     path.file_name()
         .unwrap_or(path.as_os_str())
         .to_string_lossy()

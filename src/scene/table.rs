@@ -137,7 +137,11 @@ mod tests {
     /// The project's own table, whose values are typed from the sources that it names.
     #[test]
     fn the_table_of_models_is_read_and_holds_its_sources_values() {
-        let table = MaterialTable::read(Path::new("models/materials.toml"), 1.0).unwrap();
+        let table = MaterialTable::read(
+            &Path::new(env!("CARGO_MANIFEST_DIR")).join("models/materials.toml"),
+            1.0,
+        )
+        .unwrap();
         for (name, absorptivity, emissivity) in [
             // Fortescue, Swinerd & Stark, table 11.3.
             ("white_silicone_paint", 0.26, 0.83),

@@ -217,7 +217,8 @@ impl Values {
         let sides = match self.sides {
             None | Some(SidesKind::Outside) => Sides::Outside,
             Some(SidesKind::Both) => {
-                let message = "sides = 'both' needs the back's own optics: back = { absorptivity = .., emissivity = .. }";
+                let message = "sides = 'both' needs the back's own optics: \
+                               back = { absorptivity = .., emissivity = .. }";
                 let back = self.back.ok_or_else(|| Incomplete::new("back", message))?;
                 Sides::Both {
                     back: Optics {
@@ -245,7 +246,8 @@ impl Values {
     }
 
     fn response(&self) -> Result<Response, Incomplete> {
-        let message = "response is missing: state 'transition' or 'instant' here, in the table's entry or in [materials]";
+        let message = "response is missing: state 'transition' or 'instant' here, in the table's entry or in \
+                       [materials]";
         match self
             .response
             .ok_or_else(|| Incomplete::new("response", message))?

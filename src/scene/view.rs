@@ -48,7 +48,8 @@ pub(super) fn initial(
         None => None,
     };
     Ok(stated.map(Initial::Temperature).unwrap_or_else(|| {
-        let sentence = "Every node starts at the balance temperature of the first load (initial.temperature is absent).";
+        let sentence = "Every node starts at the balance temperature of the first load \
+             (initial.temperature is absent).";
         assumptions.push(sentence.to_string());
         Initial::Balance
     }))

@@ -1,6 +1,6 @@
 //! Scene files: every value of a full one, and what a short one assumes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use approx::assert_relative_eq;
 use glam::{DQuat, DVec3};
@@ -301,5 +301,31 @@ fn a_scene_that_draws_nothing_needs_no_camera() {
         folder
             .parse(&blind.replace("draw_every = 0", "draw_every = 1"))
             .is_err()
+    );
+}
+
+#[test]
+fn the_example_of_the_reference_is_a_scene() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let reference = std::fs::read_to_string(models.join("README.md")).unwrap();
+    let example = reference
+        .split("```toml\n")
+        .nth(1)
+        .unwrap()
+        .split("```")
+        .next()
+        .unwrap();
+    let folder = Folder::new();
+    std::fs::copy(models.join("materials.toml"), folder.path("materials.toml")).unwrap();
+    std::fs::copy(folder.path("craft.glb"), folder.path("station.glb")).unwrap();
+    let scene = folder.parse(example).unwrap();
+    assert_eq!(
+        (scene.name.as_str(), scene.materials.rules.len()),
+        ("station", 2)
+    );
+    assert!(
+        folder
+            .refusal(&example.replace("HANDRAIL?\"", "HANDRAIL?\"\nuse = \"foil\""))
+            .contains("material.use")
     );
 }

@@ -7,7 +7,7 @@ use isotherm::scene::{MaterialRule, SceneError};
 use isotherm::thermal::material::{Function, Optics, Profile, Response, Retarget, Sides};
 use serde_json::json;
 
-use super::{FULL, Folder, SHORT};
+use super::{FULL, Folder, SHORT, TABLE};
 
 fn model(materials: &[(&str, serde_json::Value)]) -> Model {
     let material = |(name, extras): &(&str, serde_json::Value)| ModelMaterial {
@@ -314,4 +314,16 @@ fn every_unmatched_material_is_named_in_one_error() {
             .ends_with("to 2 of models/craft.glb: 'TRUSS', 'WING'"),
         "{error}"
     );
+}
+
+#[test]
+fn an_entry_of_the_table_comes_before_what_is_common_to_all() {
+    let folder = Folder::new();
+    let common = SHORT.replace("\"instant\"", "\"transition\"");
+    // The common response lacks its profiles: only an entry that says otherwise can be used with it.
+    assert!(folder.parse(&common).is_err());
+    let table = TABLE.replace("[metal]", "response = 'instant'\n[metal]");
+    std::fs::write(folder.path("table.toml"), table).unwrap();
+    let default = folder.parse(&common).unwrap().materials.default.unwrap();
+    assert_eq!(default.material.response, Response::Instant);
 }
