@@ -38,31 +38,37 @@ pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, Fault> {
         )));
     };
 
-    let (kind, json, after) = chunk(rest)?;
-    if kind != JSON_CHUNK {
-        return Err(Fault::Container(format!("the first chunk is {:?}, not JSON", String::from_utf8_lossy(kind))));
+    let (json, after) = chunk(rest)?;
+    if json.kind != JSON_CHUNK {
+        return Err(Fault::Container(format!("the first chunk is {:?}, not JSON", String::from_utf8_lossy(json.kind))));
     }
     rest = after;
     let mut binary = None;
     // Chunks of other kinds are to be ignored (section 4.4.3); only the first binary one counts.
     while !rest.is_empty() && binary.is_none() {
-        let (kind, data, after) = chunk(rest)?;
-        if kind == BINARY_CHUNK {
-            binary = Some(data);
+        let (chunk, after) = chunk(rest)?;
+        if chunk.kind == BINARY_CHUNK {
+            binary = Some(chunk.data);
         }
         rest = after;
     }
-    Ok(Container { json, binary })
+    Ok(Container { json: json.data, binary })
 }
 
-/// Kind and data of the first chunk, and what follows it.
-fn chunk(bytes: &[u8]) -> Result<(&[u8], &[u8], &[u8]), Fault> {
+/// One chunk of a GLB file.
+struct Chunk<'a> {
+    kind: &'a [u8],
+    data: &'a [u8],
+}
+
+/// The first chunk, and what follows it.
+fn chunk(bytes: &[u8]) -> Result<(Chunk<'_>, &[u8]), Fault> {
     let (Some(length), Some(kind)) = (word(bytes, 0), bytes.get(4..CHUNK_HEADER_LENGTH)) else {
         return Err(Fault::Container(format!("{} bytes are left where a chunk header of 8 should be", bytes.len())));
     };
     let data = &bytes[CHUNK_HEADER_LENGTH..];
     match data.split_at_checked(length) {
-        Some((data, rest)) => Ok((kind, data, rest)),
+        Some((data, rest)) => Ok((Chunk { kind, data }, rest)),
         None => Err(Fault::Container(format!(
             "the {} chunk says {length} bytes, {} are left",
             String::from_utf8_lossy(kind).trim_end_matches('\0'),

@@ -1,6 +1,7 @@
 //! From a file to a [`Model`]: places every mesh of the default scene in the body frame.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
+use std::collections::hash_map::{Entry, HashMap};
 use std::path::Path;
 
 use glam::{DMat3, DVec3};
@@ -35,8 +36,8 @@ impl Model {
     /// that no triangle uses are dropped.
     ///
     /// # Errors
-    /// A file that cannot be read, breaks a rule of glTF 2.0 that its geometry depends on, requires an extension that is
-    /// not supported, or holds no triangle. See [`Fault`].
+    /// A file that cannot be read, breaks a rule of glTF 2.0 that its geometry depends on, requires an extension that
+    /// is not supported, or holds no triangle. See [`Fault`].
     pub fn load(path: &Path) -> Result<Self, ModelError> {
         read(path).map_err(|fault| ModelError::File { path: path.to_owned(), fault })
     }
@@ -62,11 +63,13 @@ fn read(path: &Path) -> Result<Model, Fault> {
     );
     let mut meshes: HashMap<usize, Vec<Geometry>> = HashMap::new();
     for instance in &graph.instances {
-        if !meshes.contains_key(&instance.mesh) {
-            let geometry = read_mesh(&document, &accessors, instance.mesh, &mut assembly.model.skipped)?;
-            meshes.insert(instance.mesh, geometry);
-        }
-        assembly.place(instance, &meshes[&instance.mesh])?;
+        let geometries = match meshes.entry(instance.mesh) {
+            Entry::Occupied(read) => read.into_mut(),
+            Entry::Vacant(slot) => {
+                slot.insert(read_mesh(&document, &accessors, instance.mesh, &mut assembly.model.skipped)?)
+            }
+        };
+        assembly.place(instance, geometries)?;
     }
     let model = assembly.model;
     if model.triangles.is_empty() {

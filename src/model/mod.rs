@@ -16,6 +16,7 @@ mod measure;
 mod primitive;
 mod subdivide;
 mod summary;
+mod weld;
 
 pub use error::{Fault, ModelError};
 pub use summary::{ModelSummary, Share};

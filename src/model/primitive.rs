@@ -52,8 +52,7 @@ pub(super) fn read_mesh(
             continue;
         }
         let positions = read_positions(document, accessors, positions.value())?;
-        let geometry = read_primitive(document, accessors, primitive, mode, positions, &name)?;
-        let (corners, triangles) = geometry;
+        let (corners, geometry) = read_primitive(document, accessors, primitive, mode, positions, &name)?;
         let rest = match mode {
             Mode::Triangles => corners % 3,
             _ if corners < 3 => corners,
@@ -62,7 +61,7 @@ pub(super) fn read_mesh(
         if rest > 0 {
             skip(format!("{} of {name}", counted(rest, "last corner")), "it takes three to make a triangle");
         }
-        all.push(triangles);
+        all.push(geometry);
     }
     Ok(all)
 }

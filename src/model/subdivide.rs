@@ -1,8 +1,8 @@
 //! Splits triangles until no edge is longer than asked, without a crack and without moving the surface.
 //!
-//! Whether an edge is split, and where, depends on its two end positions alone, and gives the same bits from either end.
-//! So triangles that meet along an edge split it alike even where they share no vertices, as glTF meshes do at every
-//! crease: the mesh stays conforming.
+//! Whether an edge is split, and where, depends on the positions of its two ends alone, and gives the same bits from
+//! either end. So triangles that meet along an edge split it alike even where they share no vertices, as glTF meshes do
+//! at every crease: the mesh stays conforming.
 
 use std::cmp::Ordering;
 
@@ -95,7 +95,7 @@ impl Model {
     ///
     /// Area, volume, materials and parts stay; normals are interpolated. Of the two diagonals of a quadrilateral the
     /// shorter is taken. A new vertex is shared by the triangles that share the edge's two vertices. After every pass
-    /// `progress` is told the number of vertices.
+    /// `progress` is told the number of vertices. An edge that f64 cannot halve (its ends are neighbours) stays.
     ///
     /// # Errors
     /// [`ModelError::MaxEdge`] where `max_edge` is not finite and greater than 0; [`ModelError::TooManyVertices`] where
@@ -190,8 +190,8 @@ impl Model {
         self.triangles = triangles;
     }
 
-    /// Whether the first diagonal is the shorter. Where they are equal positions decide, so that the two faces of a sheet
-    /// split alike.
+    /// Whether the first diagonal is the shorter. Where they are equal, positions decide, so that the two faces of a
+    /// sheet split alike.
     fn prefers(&self, first: [u32; 2], second: [u32; 2]) -> bool {
         let [first, second] = [first, second].map(|diagonal| {
             let mut ends = diagonal.map(|vertex| self.positions[vertex as usize].to_array());

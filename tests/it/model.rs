@@ -36,5 +36,6 @@ fn check_promises(model: &Model) {
     }
     assert!(used.iter().all(|used| *used), "a vertex that no triangle uses");
     let shares: f64 = model.node_areas().iter().sum();
-    assert!((shares / model.area() - 1.0).abs() < 1e-12);
+    // Sums of a million terms in two orders.
+    assert!((shares / model.area() - 1.0).abs() < 1e-10);
 }

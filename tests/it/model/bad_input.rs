@@ -125,9 +125,7 @@ fn strides_and_sparse_entries_are_checked() {
         message(|maker| {
             let indices = maker.view(&indices);
             let values = maker.view(&[0; 24]);
-            maker.json["accessors"][0]["sparse"] = json!({
-                "count": count, "indices": {"bufferView": indices, "componentType": 5121}, "values": {"bufferView": values}
-            });
+            maker.json["accessors"][0]["sparse"] = Maker::sparse(count, indices, 5121, values);
         })
     };
     assert!(sparse(2, [3, 3]).contains("do not increase"));
@@ -137,10 +135,9 @@ fn strides_and_sparse_entries_are_checked() {
     assert!(sparse(u64::MAX, [3, 4]).contains("sparse values"));
     let bomb = message(|maker| {
         let view = maker.view(&[0; 12]);
-        let part = json!({"bufferView": view, "componentType": 5121});
         maker.json["accessors"][0] = json!({
             "componentType": 5126, "type": "VEC3", "count": 4_000_000_000u64,
-            "sparse": {"count": 1, "indices": part, "values": {"bufferView": view}}
+            "sparse": Maker::sparse(1, view, 5121, view)
         });
     });
     assert!(bomb.contains("accessor 0") && bomb.contains("no buffer view"), "{bomb}");
@@ -217,7 +214,7 @@ fn damaged_bytes_never_panic() {
     let mut rich = Maker::cube();
     let indices = rich.view(&[3, 6]);
     let values = rich.view(&[0; 24]);
-    rich.json["accessors"][0]["sparse"] = json!({"count": 2, "indices": {"bufferView": indices, "componentType": 5121}, "values": {"bufferView": values}});
+    rich.json["accessors"][0]["sparse"] = Maker::sparse(2, indices, 5121, values);
     let normals = rich.floats(&super::make::cube_corners());
     rich.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normals);
     files.push(rich.glb());

@@ -31,7 +31,7 @@ fn sparse_values_replace_those_of_the_buffer_view() {
     let corners: Vec<u8> = [3, 6].iter().flat_map(|at| cube_corners()[*at]).flat_map(f32::to_le_bytes).collect();
     let values = maker.view(&corners);
     assert!((load(&maker).area() - 24.0).abs() > 0.1, "without the sparse entries it is no cube");
-    maker.json["accessors"][0]["sparse"] = json!({"count": 2, "indices": {"bufferView": indices, "componentType": 5123}, "values": {"bufferView": values}});
+    maker.json["accessors"][0]["sparse"] = Maker::sparse(2, indices, 5123, values);
     assert_cube(&load(&maker));
 }
 
@@ -41,7 +41,7 @@ fn sparse_accessor_without_buffer_view_starts_from_zeros() {
     let indices = maker.view(&[1, 2]);
     let values: Vec<u8> = [1.0f32, 0.0, 0.0, 0.0, 2.0, 0.0].iter().flat_map(|value| value.to_le_bytes()).collect();
     let values = maker.view(&values);
-    let sparse = json!({"count": 2, "indices": {"bufferView": indices, "componentType": 5121}, "values": {"bufferView": values}});
+    let sparse = Maker::sparse(2, indices, 5121, values);
     maker.push("accessors", json!({"componentType": 5126, "count": 3, "type": "VEC3", "sparse": sparse}));
     maker.primitive(json!({"attributes": {"POSITION": 0}}));
     assert_eq!(load(&maker).area(), 1.0);

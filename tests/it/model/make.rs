@@ -34,7 +34,7 @@ impl Maker {
         let mut maker = Self::new();
         let positions = maker.floats(&cube_corners());
         let indices = maker.accessor(&CUBE_TRIANGLES, json!({"componentType": 5121, "count": 36, "type": "SCALAR"}));
-        maker.primitive(json!({"attributes": {"POSITION": positions}, "indices": indices}));
+        maker.primitive(json!({"attributes": {"POSITION": positions}, "indices": indices, "mode": 4}));
         maker
     }
 
@@ -57,6 +57,15 @@ impl Maker {
     pub fn floats(&mut self, vectors: &[[f32; 3]]) -> usize {
         let bytes: Vec<u8> = vectors.as_flattened().iter().flat_map(|value| value.to_le_bytes()).collect();
         self.accessor(&bytes, json!({"componentType": 5126, "count": vectors.len(), "type": "VEC3"}))
+    }
+
+    /// The `sparse` object of an accessor: indices of a component type in one buffer view, values in another.
+    pub fn sparse(count: u64, indices: usize, component: u32, values: usize) -> Value {
+        json!({
+            "count": count,
+            "indices": {"bufferView": indices, "componentType": component},
+            "values": {"bufferView": values}
+        })
     }
 
     /// A mesh with this primitive.

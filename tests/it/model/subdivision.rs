@@ -1,6 +1,6 @@
 //! Subdivision: no edge too long, no crack, same area, volume, materials and parts.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use isotherm::model::{Model, ModelError};
 use serde_json::json;
@@ -26,7 +26,8 @@ fn longest_edge(model: &Model) -> f64 {
     edges.map(|[a, b]| at(*a).distance(at(*b))).fold(0.0, f64::max)
 }
 
-/// Edges by the bits of their ends' positions that one side has more often than the other: 0 for a closed surface.
+/// Edges, by the bits of their ends' positions, that are walked more often one way than the other: none in a closed
+/// surface, and a crack opens some.
 fn open_edges(model: &Model) -> usize {
     let bits = |vertex: u32| (model.positions[vertex as usize] + 0.0).to_array().map(f64::to_bits);
     let mut balance: HashMap<_, i64> = HashMap::new();
@@ -109,21 +110,50 @@ fn refusals() {
     assert!(told.is_sorted() && told.iter().all(|vertices| *vertices <= 5_000));
 }
 
-/// REFERENCES.md section 5: 43 k vertices at 2 m, 138 k at 1 m (of a mesh whose vertices were joined otherwise, hence 15 %).
+/// A mesh whose triangles share no vertices, welded, is the mesh that shares them where the normals agree.
+#[test]
+fn welding_joins_what_is_the_same_and_nothing_else() {
+    let unwelded = turned_box(true);
+    let welded = unwelded.clone().weld();
+    check_promises(&welded);
+    // Six flat faces of four corners: creases stay.
+    assert_eq!((unwelded.positions.len(), welded.positions.len()), (36, 24));
+    let corners = |model: &Model| -> Vec<_> {
+        let flat = model.triangles.as_flattened().iter();
+        flat.map(|vertex| (model.positions[*vertex as usize], model.normals[*vertex as usize])).collect()
+    };
+    assert_eq!(corners(&unwelded), corners(&welded));
+    let mut parted = unwelded;
+    parted.vertex_material[0..3].fill(1);
+    parted.materials.push(parted.materials[0].clone());
+    assert!(parted.weld().positions.len() > 24, "a difference of material must keep vertices apart");
+}
+
+/// Places that differ in position, part or material.
+fn places(model: &Model) -> usize {
+    let place = |vertex: usize| {
+        let position = (model.positions[vertex] + 0.0).to_array().map(f64::to_bits);
+        (position, model.vertex_part[vertex], model.vertex_material[vertex])
+    };
+    (0..model.positions.len()).map(place).collect::<HashSet<_>>().len()
+}
+
+/// REFERENCES.md section 5: the ISS has 43 k and 138 k vertices at 2 and 1 m, counted without regard to normals.
 #[test]
 fn the_station() {
     let Some(shared) = shared() else { return };
-    let before = Model::load(&shared.join("models/ISS_42.glb")).unwrap();
+    let before = Model::load(&shared.join("models/ISS_42.glb")).unwrap().weld();
+    check_promises(&before);
     let (area, content, parts) = (before.area(), volume(&before), before.parts.len());
-    let open = open_edges(&before);
-    for (max_edge, reference) in [(2.0, 43_000.0), (1.0, 138_000.0)] {
+    assert_eq!(open_edges(&before), 0, "the file itself is closed");
+    for (max_edge, reference) in [(2.0, 43_000), (1.0, 138_000)] {
         let after = split(before.clone(), max_edge);
         println!("{max_edge} m: {} vertices, {} triangles", after.positions.len(), after.triangles.len());
-        assert!((after.positions.len() as f64 / reference - 1.0).abs() < 0.15);
+        assert_eq!(places(&after) / 1000 * 1000, reference);
+        assert_ne!(places(&split(before.clone(), 1.03 * max_edge)) / 1000 * 1000, reference);
         assert!((after.area() / area - 1.0).abs() < 1e-9 && (volume(&after) / content - 1.0).abs() < 1e-9);
         assert!(longest_edge(&after) <= max_edge);
         assert_eq!((after.parts.len(), after.materials.len()), (parts, 30));
-        // The station's sheets are open at their rims, whose edges are split like all others.
-        assert!(open == 0 || open_edges(&after) >= open);
+        assert_eq!(open_edges(&after), 0, "cracks at {max_edge} m");
     }
 }
