@@ -6,6 +6,13 @@
 use glam::{DMat3, DVec3};
 
 pub mod albedo;
+pub mod albedo_field;
+pub mod attitude;
+pub mod eclipse;
+pub mod orbit;
+pub mod quadrature;
+pub mod sky;
+pub mod view_factor;
 
 /// The sky at one instant.
 #[derive(Debug, Clone, PartialEq)]
