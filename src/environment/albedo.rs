@@ -15,10 +15,11 @@ use super::quadrature::GaussLegendre;
 /// A direction d falls at p = (dx, dz) / (|dx| + |dy| + |dz|), in [-1, 1]^2; the grid has `RESOLUTION + 1` values each
 /// way, row after row in z, and is read bilinearly. Its creases (p = 0) lie on grid lines.
 ///
-/// A value is the factor of the unit vector along v = (px, 1 - |px| - |pz|, pz), times the length of v. A plate that sees
-/// the whole disc has a factor linear in its normal, and so a value linear in p, which a bilinear read gets exactly; the
-/// read restores the factor with |dx| + |dy| + |dz|. Beyond |px| + |pz| = 1, where v points to the other side of y = 0,
-/// the values continue smoothly as far as a read near that line needs them (one cell) and are 0 further out.
+/// A value is the factor of the unit vector along v = (px, 1 - |px| - |pz|, pz), times the length of v. A plate that
+/// sees the whole disc has a factor linear in its normal, and so a value linear in p, which a bilinear read gets
+/// exactly; the read restores the factor with |dx| + |dy| + |dz|. Beyond |px| + |pz| = 1, where v points to the other
+/// side of y = 0, the values continue smoothly as far as a read near that line needs them (one cell) and are 0 further
+/// out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AlbedoTable {
     /// (RESOLUTION + 1)^2 values, albedo flux over (albedo x solar constant) times the length of v.
@@ -26,7 +27,7 @@ pub struct AlbedoTable {
 }
 
 /// Intervals of the table each way; even, so that p = 0 is a grid line.
-pub const RESOLUTION: usize = 128;
+pub const RESOLUTION: usize = 160;
 
 /// The vector v of a grid point; `None` where no read reaches it.
 pub(super) fn grid_direction(column: usize, row: usize) -> Option<DVec3> {
@@ -56,7 +57,7 @@ pub fn albedo_table_lookup(table: &AlbedoTable, direction: DVec3) -> f64 {
 }
 
 /// Points of the rule on each piece of the angle of incidence: errors below 1e-7 of a unit flux (see the tests).
-const INCIDENCE_POINTS: usize = 12;
+const INCIDENCE_POINTS: usize = 16;
 
 static INCIDENCE_RULE: LazyLock<GaussLegendre> =
     LazyLock::new(|| GaussLegendre::new(INCIDENCE_POINTS));
@@ -66,11 +67,11 @@ static INCIDENCE_RULE: LazyLock<GaussLegendre> =
 /// `normal` is the plate's unit normal in the planet frame, `distance_ratio` (> 1) the distance to the planet's centre
 /// over its radius, `sun_zenith` the Sun's zenith angle at the point below the craft [rad], in [0, pi].
 ///
-/// It is the integral of cos(Sun's zenith) x cos(plate's angle) / pi over the solid angle of the part of the planet that
-/// is at once visible, lit and before the plate. On a ring of equal angle from nadir both cosines are a + b cos(azimuth)
-/// and the part where both are positive is at most two arcs, so the ring's integral is in closed form. The rings are
-/// taken over the angle of incidence on the surface, 0 at nadir to 90 deg at the limb, which keeps the integrand smooth
-/// at the limb; the interval is cut where a ring touches the terminator or the plate's horizon.
+/// It is the integral of cos(Sun's zenith) x cos(plate's angle) / pi over the solid angle of the part of the planet
+/// that is at once visible, lit and before the plate. On a ring of equal angle from nadir both cosines are a + b
+/// cos(azimuth) and the part where both are positive is at most two arcs, so the ring's integral is in closed form. The
+/// rings are taken over the angle of incidence on the surface, 0 at nadir to 90 deg at the limb, which keeps the
+/// integrand smooth at the limb; the interval is cut where a ring touches the terminator or the plate's horizon.
 pub fn albedo_factor(normal: DVec3, distance_ratio: f64, sun_zenith: f64) -> f64 {
     albedo_factor_with(&INCIDENCE_RULE, normal, distance_ratio, sun_zenith)
 }
@@ -205,4 +206,187 @@ fn ring(a: Cosine, b: Cosine) -> f64 {
     );
     let around = arc(-half_a, half_a.min(b.centre + half_b - TAU));
     direct + around
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RADIUS_KM: f64 = 6371.0;
+    const ISS: f64 = 1.0 + 408.0 / RADIUS_KM;
+
+    /// Well-spread normals and Sun zenith angles: a Halton sequence in bases 2, 3 and 5.
+    fn cases(count: u32) -> impl Iterator<Item = (DVec3, f64)> {
+        (1..=count).map(|index| {
+            let [a, b, c] = [2, 3, 5].map(|base| {
+                let (mut rest, mut unit, mut value) = (index, 1.0, 0.0);
+                while rest > 0 {
+                    unit /= f64::from(base);
+                    value += unit * f64::from(rest % base);
+                    rest /= base;
+                }
+                value
+            });
+            let z: f64 = 2.0 * a - 1.0;
+            let (sin, cos) = (TAU * b).sin_cos();
+            let across = (1.0 - z * z).sqrt();
+            (DVec3::new(across * cos, across * sin, z), PI * c)
+        })
+    }
+
+    /// The same integral over the planet's surface, point by point, with both clamps taken at the point.
+    fn by_points(normal: DVec3, distance_ratio: f64, sun_zenith: f64) -> f64 {
+        const RINGS: u32 = 300;
+        const SECTORS: u32 = 300;
+        let craft = DVec3::new(0.0, 0.0, -distance_ratio);
+        let sun = DVec3::new(sun_zenith.sin(), 0.0, -sun_zenith.cos());
+        let low = 1.0 / distance_ratio;
+        let mut sum = 0.0;
+        for ring in 0..RINGS {
+            // Heights crowd to the top of the cap, which is near to a low craft.
+            let share = (f64::from(ring) + 0.5) / f64::from(RINGS);
+            let height = 1.0 - (1.0 - low) * share * share;
+            let area = (1.0 - low) * 2.0 * share / f64::from(RINGS) * TAU / f64::from(SECTORS);
+            for sector in 0..SECTORS {
+                let (sin, cos) = (TAU * (f64::from(sector) + 0.5) / f64::from(SECTORS)).sin_cos();
+                let across = (1.0 - height * height).sqrt();
+                let point = DVec3::new(across * cos, across * sin, -height);
+                let sight = point - craft;
+                let emitted = point.dot(sun).max(0.0) * point.dot(-sight).max(0.0);
+                sum += area * emitted * normal.dot(sight).max(0.0) / sight.length_squared().powi(2);
+            }
+        }
+        sum / PI
+    }
+
+    #[test]
+    fn the_integral_agrees_with_a_sum_over_points_of_the_surface() {
+        for altitude in [100.0, 408.0, 772.0, 20_000.0, 35_786.0] {
+            let ratio = 1.0 + altitude / RADIUS_KM;
+            for (normal, sun_zenith) in cases(24) {
+                let (found, expected) = (
+                    albedo_factor(normal, ratio, sun_zenith),
+                    by_points(normal, ratio, sun_zenith),
+                );
+                let difference = (found - expected).abs();
+                assert!(
+                    difference < 1e-4,
+                    "{altitude} km, {normal}, {sun_zenith}: {found} against {expected}"
+                );
+            }
+        }
+        let wrong_side = DVec3::new(-0.8, 0.0, 0.6);
+        assert!(
+            (albedo_factor(wrong_side, ISS, 1.2) - by_points(DVec3::new(0.8, 0.0, 0.6), ISS, 1.2))
+                .abs()
+                > 0.02
+        );
+    }
+
+    #[test]
+    fn more_points_in_the_rule_change_nothing() {
+        let fine = GaussLegendre::new(100);
+        let coarse = GaussLegendre::new(4);
+        for altitude in [100.0, 408.0, 35_786.0] {
+            let ratio = 1.0 + altitude / RADIUS_KM;
+            let worst = |rule: &GaussLegendre| {
+                let error = |(normal, sun_zenith)| {
+                    let reference = albedo_factor_with(&fine, normal, ratio, sun_zenith);
+                    (albedo_factor_with(rule, normal, ratio, sun_zenith) - reference).abs()
+                };
+                cases(400).map(error).fold(0.0, f64::max)
+            };
+            assert!(
+                worst(&INCIDENCE_RULE) < 5e-7,
+                "{altitude} km: {:e}",
+                worst(&INCIDENCE_RULE)
+            );
+            assert!(worst(&coarse) > 1e-6, "four points must not be enough");
+        }
+    }
+
+    /// NUMERICS.md 4: 0.0206 for a nadir plate at 408 km, where F cos(zenith) gives 0.
+    #[test]
+    fn the_terminator_value_of_numerics_4() {
+        let found = albedo_factor(DVec3::Z, ISS, FRAC_PI_2);
+        assert!((found - 0.0206).abs() < 5e-5, "{found}");
+        assert!((albedo_factor(DVec3::Z, ISS, FRAC_PI_2 - 0.005) - 0.0206).abs() > 5e-4);
+    }
+
+    #[test]
+    fn at_noon_the_factor_is_a_little_below_the_view_factor() {
+        for (ratio, least) in [(1.000_1, 0.999), (ISS, 0.95), (6.617, 0.6)] {
+            let share = albedo_factor(DVec3::Z, ratio, 0.0) * ratio * ratio;
+            assert!((least..1.0).contains(&share), "{ratio}: {share}");
+        }
+        // Far away the planet is a Lambert sphere at full phase: geometric albedo 2/3 (Russell 1916).
+        let far = albedo_factor(DVec3::Z, 1e5, 0.0) * 1e10;
+        assert!((far - 2.0 / 3.0).abs() < 1e-4, "{far}");
+        // ... and at a right angle 1/pi of that (Lambert's phase function).
+        let half = albedo_factor(DVec3::Z, 1e5, FRAC_PI_2) * 1e10;
+        assert!((half - 2.0 / 3.0 / PI).abs() < 1e-4, "{half}");
+    }
+
+    #[test]
+    fn dark_planets_and_plates_that_look_away_get_nothing() {
+        let horizon = (1.0 / ISS).acos();
+        for (normal, _) in cases(100) {
+            assert_eq!(albedo_factor(normal, ISS, FRAC_PI_2 + horizon + 1e-9), 0.0);
+            assert_eq!(albedo_factor(normal, ISS, PI), 0.0);
+            assert!(albedo_factor(normal, ISS, 1.0) >= 0.0);
+        }
+        let limb = (1.0 / ISS).asin();
+        let tilted = |tilt: f64| DVec3::new(tilt.sin(), 0.0, tilt.cos());
+        assert_eq!(
+            albedo_factor(tilted(FRAC_PI_2 + limb + 1e-9), ISS, 0.3),
+            0.0
+        );
+        assert!(albedo_factor(tilted(FRAC_PI_2 + limb - 0.05), ISS, 0.3) > 0.0);
+        assert!(albedo_factor(DVec3::Z, ISS, FRAC_PI_2 + horizon - 0.05) > 0.0);
+    }
+
+    #[test]
+    fn the_factor_is_even_across_and_linear_where_the_whole_disc_is_seen() {
+        for (normal, sun_zenith) in cases(50) {
+            let mirrored = DVec3::new(normal.x, -normal.y, normal.z);
+            assert_eq!(
+                albedo_factor(normal, ISS, sun_zenith),
+                albedo_factor(mirrored, ISS, sun_zenith)
+            );
+        }
+        let ratio = 6.617;
+        let (nadir, sunward) = (DVec3::Z, DVec3::new(0.6, 0.0, 0.8));
+        let sum = nadir + sunward;
+        let factor = |direction: DVec3| {
+            albedo_factor(direction.normalize(), ratio, 1.1) * direction.length()
+        };
+        assert!((factor(sum) - factor(nadir) - factor(sunward)).abs() < 1e-9);
+        assert!((factor(nadir) - factor(sunward)).abs() > 1e-4);
+    }
+
+    #[test]
+    fn the_factor_has_no_jumps() {
+        let tilted = |tilt: f64, azimuth: f64| {
+            DVec3::new(
+                tilt.sin() * azimuth.cos(),
+                tilt.sin() * azimuth.sin(),
+                tilt.cos(),
+            )
+        };
+        for azimuth in [0.0, 0.5, FRAC_PI_2, PI] {
+            for step in 0..500 {
+                let angle = PI * f64::from(step) / 500.0;
+                let over_tilt = |angle| albedo_factor(tilted(angle, azimuth), ISS, 1.5);
+                let over_sun = |angle| albedo_factor(tilted(1.2, azimuth), ISS, angle);
+                assert!(
+                    (over_tilt(angle + 1e-4) - over_tilt(angle)).abs() < 1.1e-4,
+                    "tilt {angle}, {azimuth}"
+                );
+                assert!(
+                    (over_sun(angle + 1e-4) - over_sun(angle)).abs() < 1.1e-4,
+                    "Sun {angle}, {azimuth}"
+                );
+            }
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Eclipse by the planet: the share of the Sun's disc that stays visible, and the instants of contact.
 //!
-//! Sun and planet are spheres at finite distances, so their discs have the apparent radii asin(radius / distance); there
-//! is no atmosphere, no flattening and no limb darkening.
+//! Sun and planet are spheres at finite distances, so their discs have the apparent radii asin(radius / distance);
+//! there is no atmosphere, no flattening and no limb darkening.
 
 use std::f64::consts::PI;
 
@@ -73,8 +73,9 @@ impl Discs {
 /// Area common to two discs that cross: of radius `a` about the origin, and of radius `b` about a point of the X axis,
 /// so that it spans [`near_edge`, `near_edge` + 2b] there.
 ///
-/// The angles come from the half-angle formula of the triangle of centres and crossing; with `near_edge` for the distance
-/// no factor in it loses digits however large `b` is (Kahan, "Miscalculating area and angles of a needle-like triangle").
+/// The angles come from the half-angle formula of the triangle of centres and crossing; with `near_edge` for the
+/// distance no factor in it loses digits however large `b` is (Kahan, "Miscalculating area and angles of a needle-like
+/// triangle").
 fn lens_area(a: f64, b: f64, near_edge: f64) -> f64 {
     let around = a + 2.0 * b + near_edge;
     let over_distance = a - near_edge;

@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 
 use crate::scene::CircularOrbit;
 
-/// Earth's gravitational parameter [m3/s2] (IERS Conventions 2010, table 1.1, TCB and TT agree to these digits).
+/// Earth's gravitational parameter [m3/s2] (IERS Conventions 2010, table 1.1).
 pub const EARTH_GRAVITATIONAL_PARAMETER: f64 = 3.986_004_418e14;
 
 /// Planet radius where the scene gives none: Earth's mean radius [m].

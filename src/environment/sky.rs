@@ -39,8 +39,8 @@ pub enum SkyError {
 
 /// Orbit, attitude and planet of a scene, ready to say where the Sun stands at any time.
 ///
-/// The Sun's direction is that from the planet's centre, the same for every place of the orbit: the parallax (5e-5 rad in
-/// low orbits) is a hundredth of the Sun's own width. Eclipses use the Sun's finite distance.
+/// The Sun's direction is that from the planet's centre, the same for every place of the orbit: the parallax (5e-5 rad
+/// in low orbits) is a hundredth of the Sun's own width. Eclipses use the Sun's finite distance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SkyModel {
     orbit: CircularOrbit,

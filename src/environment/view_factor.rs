@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-/// The planet's apparent radius, as the sine and cosine of the angle; worked out once a tick, in f64, because the cosine
-/// of a low orbit loses its digits when it is made from the sine in f32.
+/// The planet's apparent radius, as the sine and cosine of the angle; worked out once a tick, in f64, because the
+/// cosine of a low orbit loses its digits when it is made from the sine in f32.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ApparentRadius {
     /// Planet radius over distance.
@@ -26,15 +26,15 @@ impl ApparentRadius {
 
 /// Share of what a plate would receive from a full half-space that it receives from a uniformly bright sphere.
 ///
-/// `cos_tilt` is the cosine of the angle between the plate's normal and the direction to the sphere's centre. With s and
-/// k the sine and cosine of the apparent radius, x = cos_tilt / s and w = sqrt(1 - x^2), and |x| <= 1 (the plate's
+/// `cos_tilt` is the cosine of the angle between the plate's normal and the direction to the sphere's centre. With s
+/// and k the sine and cosine of the apparent radius, x = cos_tilt / s and w = sqrt(1 - x^2), and |x| <= 1 (the plate's
 /// own horizon cuts the disc):
 ///
 /// F = (atan(s w / k) - s k w + s^2 cos_tilt atan2(w, -k x)) / pi
 ///
 /// which is the exact solution (Howell's catalogue of configuration factors, B-43; Juul 1979) with its arc sine and arc
-/// cosine turned into arc tangents, for those lose half their digits at the two tangencies. Above, F = s^2 cos_tilt (the
-/// whole disc is seen); below, 0.
+/// cosine turned into arc tangents, for those lose half their digits at the two tangencies. Above, F = s^2 cos_tilt
+/// (the whole disc is seen); below, 0.
 pub fn plate_view_factor(cos_tilt: f64, radius: ApparentRadius) -> f64 {
     let ApparentRadius { sin: s, cos: k } = radius;
     if cos_tilt >= s {
@@ -150,7 +150,7 @@ mod tests {
         };
         let z = x * x;
         let series =
-            ((8.053_744_6e-2 * z - 1.387_768_6e-1) * z + 1.997_771_1e-1) * z - 3.333_294_9e-1;
+            ((8.053_744_6e-2 * z - 1.387_768_6e-1) * z + 1.997_771_1e-1) * z - 3.333_295e-1;
         offset + (series * z * x + x)
     }
 
