@@ -202,4 +202,24 @@ mod tests {
             );
         }
     }
+
+    #[test]
+    fn a_field_close_to_the_ground_is_finite_and_right_at_noon() {
+        let ratio = 1.0 + 1e-9;
+        let field = AlbedoField::new(ratio);
+        for sun_zenith in [0.0, 1.0, FRAC_PI_2 - 1e-5, FRAC_PI_2, FRAC_PI_2 + 1e-5] {
+            let table = field.table(sun_zenith).unwrap();
+            assert!(
+                table
+                    .values
+                    .iter()
+                    .all(|value| (0.0..=1.001).contains(value)),
+                "{sun_zenith}"
+            );
+        }
+        // A wide flat ground under a high Sun: the plate's view of a half-space.
+        let noon = field.table(0.0).unwrap();
+        assert!((albedo_table_lookup(&noon, DVec3::Z) - 1.0).abs() < 1e-6);
+        assert!((albedo_table_lookup(&noon, DVec3::Y) - 0.5).abs() < 1e-4);
+    }
 }

@@ -1,6 +1,6 @@
 //! The sky at an instant: where Sun and planet stand in the body frame, and when eclipses begin and end.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use glam::DVec3;
 use thiserror::Error;
@@ -22,6 +22,16 @@ pub enum SkyError {
         /// What was given.
         value: f64,
     },
+    /// An altitude that rounding would lose against the planet's radius.
+    #[error(
+        "the altitude of {altitude} m is nothing beside the planet radius of {planet_radius} m"
+    )]
+    OnTheGround {
+        /// Altitude [m].
+        altitude: f64,
+        /// Radius [m].
+        planet_radius: f64,
+    },
     /// An angle that is not finite.
     #[error("{what} must be finite, not {value}")]
     NotFinite {
@@ -36,6 +46,9 @@ pub enum SkyError {
     )]
     Attitude,
 }
+
+/// Least altitude over planet radius (6 mm over Earth): below, `distance_ratio - 1` has too few digits left.
+const LEAST_RELATIVE_ALTITUDE: f64 = 1e-9;
 
 /// Orbit, attitude and planet of a scene, ready to say where the Sun stands at any time.
 ///
@@ -68,6 +81,13 @@ impl SkyModel {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(SkyError::NotPositive { what, value });
             }
+        }
+        let (altitude, planet_radius) = (orbit.altitude, environment.planet_radius);
+        if altitude / planet_radius < LEAST_RELATIVE_ALTITUDE {
+            return Err(SkyError::OnTheGround {
+                altitude,
+                planet_radius,
+            });
         }
         for (what, value) in [("beta", orbit.beta), ("the phase", orbit.phase)] {
             if !value.is_finite() {
@@ -184,13 +204,10 @@ pub fn horizon_angle(distance_ratio: f64) -> f64 {
         .atan()
 }
 
-/// Sun zenith angle below the craft from which on nothing of the planet that the craft sees is lit [rad].
-pub fn dark_zenith(distance_ratio: f64) -> f64 {
-    (0.5 * PI + horizon_angle(distance_ratio)).min(PI)
-}
-
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use glam::DQuat;
 
     use super::*;
@@ -367,6 +384,7 @@ mod tests {
         };
         assert!(error(orbit(-1.0, 6017.0)).contains("altitude"));
         assert!(error(orbit(408e3, 0.0)).contains("period"));
+        assert!(error(orbit(1e-4, 6017.0)).contains("nothing beside the planet radius"));
         assert!(
             error(CircularOrbit {
                 beta: f64::NAN,

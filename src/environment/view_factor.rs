@@ -32,9 +32,9 @@ impl ApparentRadius {
 ///
 /// F = (atan(s w / k) - s k w + s^2 cos_tilt atan2(w, -k x)) / pi
 ///
-/// which is the exact solution (Howell's catalogue of configuration factors, B-43; Juul 1979) with its arc sine and arc
-/// cosine turned into arc tangents, for those lose half their digits at the two tangencies. Above, F = s^2 cos_tilt
-/// (the whole disc is seen); below, 0.
+/// which is the exact solution (Juul 1979, J. Heat Transfer 101; Martinez, "Radiative view factors", tilted patch to a
+/// sphere) with its arc sine and arc cosine turned into arc tangents, for those lose half their digits at the two
+/// tangencies. Above, F = s^2 cos_tilt (the whole disc is seen); below, 0.
 pub fn plate_view_factor(cos_tilt: f64, radius: ApparentRadius) -> f64 {
     let ApparentRadius { sin: s, cos: k } = radius;
     if cos_tilt >= s {
