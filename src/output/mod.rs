@@ -1,1 +1,24 @@
 //! What a run leaves behind: EXR images, false-colour pictures, series, plots and the report.
+//!
+//! Nothing here knows how its numbers were made. [`frame`] is one image as plain arrays; [`mod@exr`] stores it without
+//! loss; [`colour`], [`canvas`] and [`picture`] show it; [`statistics`] and [`series`] reduce node temperatures to
+//! columns over time; [`plot`] and [`temperature_plots`] draw them; [`report`] and [`report_html`] put all of it on one
+//! page. [`folder`] names the files and writes each of them whole or not at all.
+
+//X pub mod canvas;
+//X pub mod colour;
+pub mod error;
+pub mod exr;
+pub mod folder;
+pub mod frame;
+//X pub mod picture;
+//X pub mod plot;
+//X pub mod plot_axis;
+//X pub mod report;
+//X pub mod report_html;
+//X pub mod series;
+//X pub mod statistics;
+//X pub mod temperature_plots;
+//X pub mod ticks;
+
+pub use error::OutputError;
