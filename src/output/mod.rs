@@ -5,13 +5,13 @@
 //! columns over time; [`plot`] and [`temperature_plots`] draw them; [`report`] and [`report_html`] put all of it on one
 //! page. [`folder`] names the files and writes each of them whole or not at all.
 
-//X pub mod canvas;
-//X pub mod colour;
+pub mod canvas;
+pub mod colour;
 pub mod error;
 pub mod exr;
 pub mod folder;
 pub mod frame;
-//X pub mod picture;
+pub mod picture;
 //X pub mod plot;
 //X pub mod plot_axis;
 //X pub mod report;
@@ -19,6 +19,7 @@ pub mod frame;
 //X pub mod series;
 //X pub mod statistics;
 //X pub mod temperature_plots;
-//X pub mod ticks;
+pub mod ticks;
 
 pub use error::OutputError;
+#[cfg(test)]
