@@ -16,8 +16,8 @@ pub mod picture;
 //X pub mod plot_axis;
 //X pub mod report;
 //X pub mod report_html;
-//X pub mod series;
-//X pub mod statistics;
+pub mod series;
+pub mod statistics;
 //X pub mod temperature_plots;
 pub mod ticks;
 
