@@ -12,14 +12,15 @@ pub mod exr;
 pub mod folder;
 pub mod frame;
 pub mod picture;
-//X pub mod plot;
-//X pub mod plot_axis;
+pub mod plot;
+pub mod plot_axis;
 //X pub mod report;
 //X pub mod report_html;
 pub mod series;
 pub mod statistics;
-//X pub mod temperature_plots;
+pub mod temperature_plots;
 pub mod ticks;
 
 pub use error::OutputError;
+#[cfg(test)]
 #[cfg(test)]
