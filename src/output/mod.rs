@@ -14,13 +14,14 @@ pub mod frame;
 pub mod picture;
 pub mod plot;
 pub mod plot_axis;
-//X pub mod report;
-//X pub mod report_html;
+pub mod report;
+pub mod report_html;
 pub mod series;
 pub mod statistics;
 pub mod temperature_plots;
 pub mod ticks;
 
 pub use error::OutputError;
+#[cfg(test)]
 #[cfg(test)]
 #[cfg(test)]
