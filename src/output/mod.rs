@@ -1,1 +1,27 @@
 //! What a run leaves behind: EXR images, false-colour pictures, series, plots and the report.
+//!
+//! Nothing here knows how its numbers were made. [`frame`] is one image as plain arrays; [`mod@exr`] stores it without
+//! loss; [`colour`], [`canvas`] and [`picture`] show it; [`statistics`] and [`series`] reduce node temperatures to
+//! columns over time; [`plot`] and [`temperature_plots`] draw them; [`report`] and [`report_html`] put all of it on one
+//! page. [`folder`] names the files and writes each of them whole or not at all.
+
+pub mod canvas;
+pub mod colour;
+pub mod error;
+pub mod exr;
+pub mod folder;
+pub mod frame;
+pub mod picture;
+pub mod plot;
+pub mod plot_axis;
+pub mod report;
+pub mod report_html;
+pub mod series;
+pub mod statistics;
+pub mod temperature_plots;
+pub mod ticks;
+
+pub use error::OutputError;
+#[cfg(test)]
+#[cfg(test)]
+#[cfg(test)]

@@ -1,0 +1,300 @@
+//! A picture in memory: pixels, rectangles, text, and the PNG bytes of it.
+
+use std::convert::Infallible;
+
+use embedded_graphics::Drawable;
+use embedded_graphics::Pixel;
+use embedded_graphics::draw_target::DrawTarget;
+use embedded_graphics::geometry::{OriginDimensions, Point, Size};
+use embedded_graphics::mono_font::{MonoFont, MonoTextStyle, iso_8859_1};
+use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
+use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
+
+use super::OutputError;
+use super::colour::Rgb;
+
+/// Pixels in sRGB, 8 bits a channel, row after row from the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Canvas {
+    width: u32,
+    height: u32,
+    pixels: Vec<Rgb>,
+}
+
+/// A fixed-width face; its characters are those of Latin-1, others appear as `?`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Face {
+    /// 6 x 13 pixels.
+    Small,
+    /// 8 x 13 pixels.
+    Normal,
+    /// 9 x 15 pixels, bold.
+    Title,
+}
+
+impl Face {
+    fn font(self) -> &'static MonoFont<'static> {
+        match self {
+            Self::Small => &iso_8859_1::FONT_6X13,
+            Self::Normal => &iso_8859_1::FONT_8X13,
+            Self::Title => &iso_8859_1::FONT_9X15_BOLD,
+        }
+    }
+
+    /// Width of a line of text in pixels.
+    pub fn width(self, text: &str) -> u32 {
+        let font = self.font();
+        text.chars().count() as u32 * (font.character_size.width + font.character_spacing)
+    }
+
+    /// Height of a line of text in pixels.
+    pub fn height(self) -> u32 {
+        self.font().character_size.height
+    }
+
+    /// The text, cut with `...` where it is wider than `width` pixels.
+    pub fn fit(self, text: &str, width: u32) -> String {
+        if self.width(text) <= width {
+            return text.to_owned();
+        }
+        let room = (width / self.width("x")) as usize;
+        let kept: String = text.chars().take(room.saturating_sub(3)).collect();
+        format!("{}...", kept.trim_end())
+    }
+}
+
+/// Which point of a line of text its position names; vertically it is the top.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Anchor {
+    /// The left end.
+    Left,
+    /// The middle.
+    Centre,
+    /// The right end.
+    Right,
+}
+
+impl Canvas {
+    /// A canvas of one colour.
+    pub fn new(width: u32, height: u32, colour: Rgb) -> Self {
+        Self {
+            width,
+            height,
+            pixels: vec![colour; width as usize * height as usize],
+        }
+    }
+
+    /// A canvas of given pixels, as many as `width * height`; missing ones are black and surplus ones dropped.
+    pub fn from_pixels(width: u32, height: u32, mut pixels: Vec<Rgb>) -> Self {
+        pixels.resize(width as usize * height as usize, [0; 3]);
+        Self {
+            width,
+            height,
+            pixels,
+        }
+    }
+
+    /// Width in pixels.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Height in pixels.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// Colour of a pixel; `None` outside.
+    pub fn get(&self, x: u32, y: u32) -> Option<Rgb> {
+        (x < self.width && y < self.height)
+            .then(|| self.pixels[y as usize * self.width as usize + x as usize])
+    }
+
+    /// Fills a rectangle; what lies outside the canvas is not drawn.
+    pub fn fill(&mut self, x: u32, y: u32, width: u32, height: u32, colour: Rgb) {
+        let right = x.saturating_add(width).min(self.width) as usize;
+        for row in y..y.saturating_add(height).min(self.height) {
+            let start = row as usize * self.width as usize;
+            if (x as usize) < right {
+                self.pixels[start + x as usize..start + right].fill(colour);
+            }
+        }
+    }
+
+    /// Copies another canvas with its upper left corner at (x, y), every pixel as a square of `zoom` pixels.
+    pub fn paste(&mut self, other: &Self, x: u32, y: u32, zoom: u32) {
+        for row in 0..other.height {
+            for column in 0..other.width {
+                let colour = other.pixels[row as usize * other.width as usize + column as usize];
+                self.fill(x + column * zoom, y + row * zoom, zoom, zoom, colour);
+            }
+        }
+    }
+
+    /// Writes a line of text with its top at `y`.
+    pub fn text(&mut self, text: &str, x: u32, y: u32, face: Face, anchor: Anchor, [r, g, b]: Rgb) {
+        let alignment = match anchor {
+            Anchor::Left => Alignment::Left,
+            Anchor::Centre => Alignment::Center,
+            Anchor::Right => Alignment::Right,
+        };
+        let style = TextStyleBuilder::new()
+            .alignment(alignment)
+            .baseline(Baseline::Top)
+            .build();
+        let font = MonoTextStyle::new(face.font(), Rgb888::new(r, g, b));
+        let Ok(_) = Text::with_text_style(
+            text,
+            Point::new(x.cast_signed(), y.cast_signed()),
+            font,
+            style,
+        )
+        .draw(self);
+    }
+
+    /// The picture at another size: each pixel is the mean of the area that it covers.
+    pub fn resized(&self, width: u32, height: u32) -> Self {
+        let columns = cover(self.width, width);
+        let rows = cover(self.height, height);
+        let mut pixels = Vec::with_capacity(width as usize * height as usize);
+        for row in &rows {
+            for column in &columns {
+                let mut sum = [0.0; 3];
+                for &(y, share_y) in row {
+                    for &(x, share_x) in column {
+                        let colour = self.pixels[y * self.width as usize + x];
+                        for (sum, value) in sum.iter_mut().zip(colour) {
+                            *sum += share_x * share_y * f64::from(value);
+                        }
+                    }
+                }
+                pixels.push(sum.map(|value| value.round() as u8));
+            }
+        }
+        Self {
+            width,
+            height,
+            pixels,
+        }
+    }
+
+    /// The PNG file of the picture; the same picture gives the same bytes.
+    ///
+    /// # Errors
+    /// The encoder refuses pictures without pixels.
+    pub fn png(&self) -> Result<Vec<u8>, OutputError> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.width, self.height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        let failed = |error: png::EncodingError| OutputError::Encode {
+            what: format!("PNG picture {}x{}", self.width, self.height),
+            reason: error.to_string(),
+        };
+        let mut writer = encoder.write_header().map_err(failed)?;
+        writer
+            .write_image_data(self.pixels.as_flattened())
+            .map_err(failed)?;
+        writer.finish().map_err(failed)?;
+        Ok(bytes)
+    }
+}
+
+/// For each of `to` cells over `from` pixels: which pixels it covers, and the share of each in it.
+fn cover(from: u32, to: u32) -> Vec<Vec<(usize, f64)>> {
+    let scale = f64::from(from) / f64::from(to);
+    let cell = |i: u32| {
+        let (start, end) = (f64::from(i) * scale, f64::from(i + 1) * scale);
+        let pixels = start.floor() as usize..(end.ceil() as usize).min(from as usize);
+        let overlap = |p: usize| (end.min(p as f64 + 1.0) - start.max(p as f64)).max(0.0) / scale;
+        pixels.map(|p| (p, overlap(p))).collect()
+    };
+    (0..to).map(cell).collect()
+}
+
+impl OriginDimensions for Canvas {
+    fn size(&self) -> Size {
+        Size::new(self.width, self.height)
+    }
+}
+
+impl DrawTarget for Canvas {
+    type Color = Rgb888;
+    type Error = Infallible;
+
+    fn draw_iter<I: IntoIterator<Item = Pixel<Rgb888>>>(
+        &mut self,
+        pixels: I,
+    ) -> Result<(), Infallible> {
+        for Pixel(point, colour) in pixels {
+            if let (Ok(x), Ok(y)) = (u32::try_from(point.x), u32::try_from(point.y)) {
+                self.fill(x, y, 1, 1, [colour.r(), colour.g(), colour.b()]);
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn decode(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
+            .read_info()
+            .unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut pixels).unwrap();
+        (info.width, info.height, pixels)
+    }
+
+    #[test]
+    fn a_png_holds_the_pixels() {
+        let mut canvas = Canvas::new(5, 3, [10, 20, 30]);
+        canvas.fill(4, 2, 9, 9, [1, 2, 3]);
+        canvas.fill(9, 9, 1, 1, [9; 3]);
+        let (width, height, pixels) = decode(&canvas.png().unwrap());
+        assert_eq!((width, height), (5, 3));
+        assert_eq!(pixels[..3], [10, 20, 30]);
+        assert_eq!(pixels[42..], [1, 2, 3]);
+        assert_eq!(canvas.png().unwrap(), canvas.png().unwrap());
+        assert!(Canvas::new(0, 3, [0; 3]).png().is_err());
+    }
+
+    #[test]
+    fn text_is_where_its_anchor_says() {
+        let ink = |anchor| {
+            let mut canvas = Canvas::new(60, 20, [0; 3]);
+            canvas.text("HH", 30, 2, Face::Normal, anchor, [255; 3]);
+            let columns: Vec<u32> = (0..60)
+                .filter(|&x| (0..20).any(|y| canvas.get(x, y) == Some([255; 3])))
+                .collect();
+            (columns[0], columns[columns.len() - 1])
+        };
+        assert!(ink(Anchor::Left).0 >= 30);
+        assert!(ink(Anchor::Right).1 <= 30);
+        assert!(ink(Anchor::Centre).0 < 30 && ink(Anchor::Centre).1 > 30);
+    }
+
+    #[test]
+    fn text_too_wide_is_cut() {
+        assert_eq!(Face::Small.fit("station", 42), "station");
+        assert_eq!(Face::Small.fit("station", 41), "sta...");
+    }
+
+    #[test]
+    fn resizing_keeps_the_mean_and_one_colour() {
+        let grey = Canvas::new(13, 7, [77; 3]);
+        assert!(
+            grey.resized(5, 3)
+                .pixels
+                .iter()
+                .all(|pixel| *pixel == [77; 3])
+        );
+        let mut half = Canvas::new(4, 4, [0; 3]);
+        half.fill(0, 0, 2, 4, [200; 3]);
+        assert_eq!(half.resized(1, 1).pixels, [[100; 3]]);
+        assert_eq!(half.resized(2, 1).pixels, [[200; 3], [0; 3]]);
+    }
+}

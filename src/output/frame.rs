@@ -1,0 +1,223 @@
+//! One image as plain arrays, and what has to be known to use it.
+
+use glam::DMat4;
+
+use super::OutputError;
+use crate::scene::{Band, Camera};
+
+/// What a camera sees at one step. Rows run from top to bottom, pixels from left to right. Where nothing was hit, every
+/// value is 0; `part == 0` is the test for that.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Number of the step; 0 is the initial state.
+    pub step: u32,
+    /// Time since the start [s].
+    pub time: f64,
+    /// Radiance in the band [W m-2 sr-1].
+    pub radiance: Vec<f32>,
+    /// Surface temperature [K].
+    pub temperature: Vec<f32>,
+    /// Distance along the camera's +Z [m].
+    pub depth: Vec<f32>,
+    /// Index of the part + 1.
+    pub part: Vec<u32>,
+    /// Index of the material + 1.
+    pub material: Vec<u32>,
+}
+
+/// A channel that can be shown in false colour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Surface temperature [K].
+    Temperature,
+    /// Radiance in the band [W m-2 sr-1].
+    Radiance,
+}
+
+impl Quantity {
+    /// Name and unit for a scale, in characters of Latin-1.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Temperature => "temperature [K]",
+            Self::Radiance => "radiance [W/(m²sr)]",
+        }
+    }
+}
+
+impl Frame {
+    /// Number of pixels.
+    pub fn pixels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// The values of a quantity.
+    pub fn values(&self, quantity: Quantity) -> &[f32] {
+        match quantity {
+            Quantity::Temperature => &self.temperature,
+            Quantity::Radiance => &self.radiance,
+        }
+    }
+
+    /// Least and greatest finite value where something was hit; `None` where nothing was.
+    pub fn range(&self, quantity: Quantity) -> Option<[f32; 2]> {
+        let hit = self
+            .values(quantity)
+            .iter()
+            .zip(&self.part)
+            .filter(|(value, part)| **part != 0 && value.is_finite());
+        hit.fold(None, |range, (&value, _)| {
+            let [least, greatest] = range.unwrap_or([value, value]);
+            Some([least.min(value), greatest.max(value)])
+        })
+    }
+
+    /// Checks that every channel fills the image.
+    ///
+    /// # Errors
+    /// [`OutputError::FrameSize`] names the first that does not.
+    pub fn check(&self) -> Result<(), OutputError> {
+        let channels = [
+            ("L", self.radiance.len()),
+            ("T", self.temperature.len()),
+            ("Z", self.depth.len()),
+            ("part", self.part.len()),
+            ("material", self.material.len()),
+        ];
+        for (channel, values) in channels {
+            if values != self.pixels() || values == 0 {
+                return Err(OutputError::FrameSize {
+                    width: self.width,
+                    height: self.height,
+                    channel,
+                    values,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What belongs to a frame and is the same, or nearly, for a whole run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameHeader {
+    /// Name of the scene.
+    pub scene: String,
+    /// SHA-256 of the scene and what it refers to, in hexadecimal.
+    pub scene_sha256: String,
+    /// Device that computed it.
+    pub device: String,
+    /// Version of isotherm.
+    pub version: String,
+    /// Spectral band.
+    pub band: Band,
+    /// Intrinsics, and the pose in the camera's own frame.
+    pub camera: Camera,
+    /// The pose at this step against the craft: maps body coordinates to camera coordinates (OpenCV axes) [m].
+    pub camera_from_body: DMat4,
+    /// Names of the parts; pixel value 1 is the first.
+    pub parts: Vec<String>,
+    /// Names of the materials; pixel value 1 is the first.
+    pub materials: Vec<String>,
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::scene::CameraFrame;
+    use glam::{DQuat, DVec3};
+
+    /// A lit sphere: temperature falls with the cosine from 350 K to 180 K on the night side; background around it.
+    pub(crate) fn sphere(width: u32, height: u32, step: u32) -> Frame {
+        let pixels = (width * height) as usize;
+        let mut frame = Frame {
+            width,
+            height,
+            step,
+            time: f64::from(step) * 15.5,
+            radiance: vec![0.0; pixels],
+            temperature: vec![0.0; pixels],
+            depth: vec![0.0; pixels],
+            part: vec![0; pixels],
+            material: vec![0; pixels],
+        };
+        let phase = step as f32 * 0.02 + 0.5;
+        let radius = 0.42 * height as f32;
+        for pixel in 0..pixels {
+            let x = ((pixel as u32 % width) as f32 + 0.5 - width as f32 / 2.0) / radius;
+            let y = ((pixel as u32 / width) as f32 + 0.5 - height as f32 / 2.0) / radius;
+            let z2 = 1.0 - x * x - y * y;
+            if z2 > 0.0 {
+                let z = z2.sqrt();
+                let sun = x * phase.cos() + z * phase.sin() - 0.2 * y;
+                let temperature = 180.0 + 170.0 * sun.max(0.0).sqrt().min(1.0);
+                frame.temperature[pixel] = temperature;
+                frame.radiance[pixel] = 54.93 * (temperature / 300.0).powi(5);
+                frame.depth[pixel] = 50.0 - z;
+                frame.part[pixel] = 1 + u32::from(x > 0.0);
+                frame.material[pixel] = 1 + u32::from(y > 0.0);
+            }
+        }
+        frame
+    }
+
+    /// A header whose every value is particular.
+    pub(crate) fn header(width: u32, height: u32) -> FrameHeader {
+        let rotation = DQuat::from_xyzw(0.1, -0.7, 0.3, 0.64).normalize();
+        FrameHeader {
+            scene: "Station, beta 30°".into(),
+            scene_sha256: "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08".into(),
+            device: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
+            version: "0.1.0".into(),
+            band: Band {
+                lower: 8e-6,
+                upper: 14e-6,
+            },
+            camera: Camera {
+                width,
+                height,
+                focal: [1234.567_890_123, 1230.1],
+                centre: [f64::from(width) / 2.0, f64::from(height) / 2.0 + 0.25],
+                frame: CameraFrame::Orbit,
+                position: DVec3::new(-100.0, 1e-3, 1.0 / 3.0),
+                frame_from_camera: rotation,
+                near: 0.1,
+            },
+            camera_from_body: DMat4::from_rotation_translation(
+                rotation,
+                DVec3::new(0.5, -0.25, 100.0),
+            ),
+            parts: vec!["Hull=1; left".into(), "太陽電池".into()],
+            materials: vec!["white".into(), "black".into()],
+        }
+    }
+
+    #[test]
+    fn the_range_leaves_out_background_and_what_is_not_finite() {
+        let mut frame = sphere(8, 8, 0);
+        let expected = frame.range(Quantity::Temperature).unwrap();
+        assert!(expected[0] >= 180.0 && expected[1] <= 350.0);
+        let hit = frame.part.iter().position(|&part| part != 0).unwrap();
+        let miss = frame.part.iter().position(|&part| part == 0).unwrap();
+        frame.temperature[miss] = 9999.0;
+        frame.temperature[hit] = f32::NAN;
+        let range = frame.range(Quantity::Temperature).unwrap();
+        assert!(range[0] >= expected[0] && range[1] <= expected[1]);
+        frame.part.fill(0);
+        assert_eq!(frame.range(Quantity::Temperature), None);
+    }
+
+    #[test]
+    fn a_channel_that_does_not_fill_the_image_is_named() {
+        let mut frame = sphere(4, 3, 0);
+        assert!(frame.check().is_ok());
+        frame.depth.pop();
+        assert_eq!(
+            frame.check().unwrap_err().to_string(),
+            "frame 4x3: channel Z has 11 values"
+        );
+    }
+}

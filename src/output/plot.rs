@@ -1,0 +1,465 @@
+//! Line plots as SVG: lines with bands, points, shaded intervals, linear or logarithmic axes, a legend beside the plot.
+
+use std::fmt::Display;
+
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::OutputError;
+use super::plot_axis::Axis;
+
+/// Width of a plot [px].
+const WIDTH: u32 = 900;
+/// Height of a plot [px].
+const HEIGHT: u32 = 400;
+/// Width of the legend at the right [px].
+const LEGEND: u32 = 220;
+/// Height of title and subtitle [px].
+const TITLE: u32 = 50;
+/// Width of numbers and label at the left of the axes [px].
+const LEFT: u32 = 74;
+/// Height of numbers and label below the axes [px].
+const BOTTOM: u32 = 48;
+/// Plotters knows whole numbers only: drawing this much larger than shown gives it fractions of a pixel.
+const FINE: u32 = 10;
+/// Most points of a line; more than a screen can show only make the file large.
+const MOST_POINTS: usize = 2000;
+
+const INK: RGBColor = RGBColor(25, 28, 32);
+const FAINT: RGBColor = RGBColor(95, 100, 108);
+const GRID: RGBColor = RGBColor(226, 228, 231);
+
+/// How the points of a series are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Mark {
+    /// Joined by a line.
+    #[default]
+    Line,
+    /// Joined by a broken line: a reference, a limit.
+    Dashed,
+    /// A dot each: measurements.
+    Points,
+}
+
+/// One series of a plot.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Line {
+    /// Name in the legend.
+    pub name: String,
+    /// Points [x, y] in the order in which they are joined; one that is not finite is a gap.
+    pub points: Vec<[f64; 2]>,
+    /// Band behind the line: [x, lower, upper]; empty for none.
+    pub band: Vec<[f64; 3]>,
+    /// How it is drawn.
+    pub mark: Mark,
+}
+
+/// Intervals of x with a grey background: an eclipse.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shade {
+    /// Name in the legend.
+    pub name: String,
+    /// Start and end of each, in units of the x axis.
+    pub intervals: Vec<(f64, f64)>,
+    /// Darkness in [0, 1].
+    pub strength: f64,
+}
+
+/// A line plot.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Plot {
+    /// First line, bold.
+    pub title: String,
+    /// Second line: what is shown, what is left out.
+    pub subtitle: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// What is drawn, the first on top.
+    pub series: Vec<Line>,
+    /// Shaded intervals, behind everything.
+    pub shaded: Vec<Shade>,
+}
+
+impl Plot {
+    /// The plot as an SVG document of 900 x 400 pixels that scales to any width. Same plot, same text.
+    ///
+    /// # Errors
+    /// [`OutputError::Encode`] where plotters refuses.
+    pub fn svg(&self) -> Result<String, OutputError> {
+        let mut svg = String::new();
+        self.draw(&mut svg).map_err(|reason| OutputError::Encode {
+            what: format!("plot \"{}\"", self.title),
+            reason,
+        })?;
+        let fine = format!(
+            r#"<svg width="{}" height="{}""#,
+            WIDTH * FINE,
+            HEIGHT * FINE
+        );
+        let shown = format!(r#"<svg role="img" width="{WIDTH}" height="{HEIGHT}""#);
+        Ok(svg.replacen(&fine, &shown, 1))
+    }
+
+    fn draw(&self, svg: &mut String) -> Result<(), String> {
+        let root = SVGBackend::with_string(svg, (WIDTH * FINE, HEIGHT * FINE)).into_drawing_area();
+        root.fill(&WHITE).map_err(text)?;
+        let subtitle = match self.left_out() {
+            0 => self.subtitle.clone(),
+            count => {
+                let separator = if self.subtitle.is_empty() { "" } else { "; " };
+                let why = if self.x.log || self.y.log {
+                    "not finite or not above 0"
+                } else {
+                    "not finite"
+                };
+                format!(
+                    "{}{separator}{count} points {why} are left out",
+                    self.subtitle
+                )
+            }
+        };
+        write(&root, &self.title, (14.0, 8.0), 16.0, true, INK)?;
+        write(&root, &subtitle, (14.0, 29.0), 12.0, false, FAINT)?;
+        let (_, below) = root.split_vertically(TITLE * FINE);
+        let (area, legend) = below.split_horizontally((WIDTH - LEGEND) * FINE);
+        self.draw_chart(&area)?;
+        self.draw_axis_labels(&area)?;
+        self.draw_legend(&legend)?;
+        drop((area, legend, below));
+        root.present().map_err(text)
+    }
+
+    fn draw_chart<DB: DrawingBackend>(
+        &self,
+        area: &DrawingArea<DB, plotters::coord::Shift>,
+    ) -> Result<(), String> {
+        let bands = self.series.iter().flat_map(|line| &line.band);
+        let band_y = bands.clone().flat_map(|[_, lower, upper]| [*lower, *upper]);
+        let points = self.series.iter().flat_map(|line| &line.points);
+        let x = self
+            .x
+            .scale(points.clone().map(|p| p[0]).chain(bands.map(|b| b[0])), 0.0);
+        let y = self.y.scale(points.map(|p| p[1]).chain(band_y), 0.05);
+        let mut chart = ChartBuilder::on(area)
+            .margin_top(6 * FINE)
+            .margin_right(14 * FINE)
+            .margin_bottom(6 * FINE)
+            .set_label_area_size(LabelAreaPosition::Left, LEFT * FINE)
+            .set_label_area_size(LabelAreaPosition::Bottom, BOTTOM * FINE)
+            .build_cartesian_2d(x, y)
+            .map_err(text)?;
+        for shade in &self.shaded {
+            for &(start, end) in shade
+                .intervals
+                .iter()
+                .filter(|(start, end)| *end >= x.lower && *start <= x.upper)
+            {
+                let corners = [(x.inside(start), y.lower), (x.inside(end), y.upper)];
+                let style = shade_colour(shade.strength).filled();
+                chart
+                    .draw_series([Rectangle::new(corners, style)])
+                    .map_err(text)?;
+            }
+        }
+        chart
+            .configure_mesh()
+            .bold_line_style(GRID.stroke_width(FINE))
+            .light_line_style(TRANSPARENT)
+            .axis_style(FAINT.stroke_width(FINE))
+            .label_style(font(12.0, false, INK))
+            .set_all_tick_mark_size(4 * FINE)
+            .draw()
+            .map_err(text)?;
+        // Bands first and the last series first, so that the first line lies on top of everything.
+        for (index, line) in self.series.iter().enumerate().rev() {
+            for band in runs(&line.band, |[a, b, c]| {
+                self.x.shows(*a) && self.y.shows(*b) && self.y.shows(*c)
+            }) {
+                let band = thin(band, |b| [b[1], b[2]]);
+                let lower = band.iter().map(|b| (b[0], b[1]));
+                let outline: Vec<_> = lower
+                    .chain(band.iter().rev().map(|b| (b[0], b[2])))
+                    .collect();
+                chart
+                    .draw_series([Polygon::new(outline, series_colour(index).mix(0.16))])
+                    .map_err(text)?;
+            }
+        }
+        for (index, line) in self.series.iter().enumerate().rev() {
+            let colour = series_colour(index);
+            let dot = |[x, y]: &[f64; 2]| Circle::new((*x, *y), 25 * FINE / 10, colour.filled());
+            for run in runs(&line.points, |[a, b]| self.x.shows(*a) && self.y.shows(*b)) {
+                let points = thin(run, |p| [p[1], p[1]]);
+                let path = points.iter().map(|p| (p[0], p[1]));
+                let stroke = colour.stroke_width(18 * FINE / 10);
+                match line.mark {
+                    Mark::Points => chart
+                        .draw_series(run.iter().map(dot))
+                        .map(|_| ())
+                        .map_err(text)?,
+                    _ if run.len() == 1 => chart
+                        .draw_series(run.iter().map(dot))
+                        .map(|_| ())
+                        .map_err(text)?,
+                    Mark::Line => chart
+                        .draw_series([PathElement::new(path.collect::<Vec<_>>(), stroke)])
+                        .map(|_| ())
+                        .map_err(text)?,
+                    Mark::Dashed => {
+                        let dashes = DashedLineSeries::new(path, 7 * FINE, 4 * FINE, stroke);
+                        chart.draw_series(dashes).map(|_| ()).map_err(text)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Plotters would put these at the edge of the drawing, off the middle of the axes.
+    fn draw_axis_labels<DB: DrawingBackend>(
+        &self,
+        area: &DrawingArea<DB, plotters::coord::Shift>,
+    ) -> Result<(), String> {
+        let (width, height) = area.dim_in_pixel();
+        let style = font(13.0, false, INK).pos(Pos::new(HPos::Center, VPos::Center));
+        let middle_x = (LEFT * FINE + width) / 2;
+        let middle_y = (height - BOTTOM * FINE) / 2;
+        let x = Text::new(
+            self.x.label.clone(),
+            (middle_x as i32, (height - 14 * FINE) as i32),
+            style.clone(),
+        );
+        let turned = style.transform(FontTransform::Rotate270);
+        let y = Text::new(
+            self.y.label.clone(),
+            (18 * FINE as i32, middle_y as i32),
+            turned,
+        );
+        area.draw(&x).and_then(|()| area.draw(&y)).map_err(text)
+    }
+
+    fn draw_legend<DB: DrawingBackend>(
+        &self,
+        area: &DrawingArea<DB, plotters::coord::Shift>,
+    ) -> Result<(), String> {
+        const ROW: f64 = 20.0;
+        /// Characters that fit the width at this size.
+        const ROOM: usize = 28;
+        let at = |x: f64, y: f64| ((x * f64::from(FINE)) as i32, (y * f64::from(FINE)) as i32);
+        let short = |name: &str| match name.char_indices().nth(ROOM) {
+            Some((end, _)) => format!("{}…", name[..end].trim_end()),
+            None => name.to_owned(),
+        };
+        for (index, line) in self.series.iter().enumerate() {
+            let y = 16.0 + ROW * index as f64;
+            let colour = series_colour(index);
+            if !line.band.is_empty() {
+                let corners = [at(4.0, y - 6.0), at(26.0, y + 6.0)];
+                area.draw(&Rectangle::new(corners, colour.mix(0.16).filled()))
+                    .map_err(text)?;
+            }
+            let spans: &[(f64, f64)] = match line.mark {
+                Mark::Line => &[(4.0, 26.0)],
+                Mark::Dashed => &[(4.0, 11.0), (15.0, 22.0)],
+                Mark::Points => &[],
+            };
+            for &(from, to) in spans {
+                let stroke = colour.stroke_width(2 * FINE);
+                area.draw(&PathElement::new([at(from, y), at(to, y)], stroke))
+                    .map_err(text)?;
+            }
+            if line.mark == Mark::Points {
+                area.draw(&Circle::new(at(15.0, y), 3 * FINE, colour.filled()))
+                    .map_err(text)?;
+            }
+            write(area, &short(&line.name), (34.0, y - 7.0), 12.0, false, INK)?;
+        }
+        for (row, shade) in self
+            .shaded
+            .iter()
+            .filter(|shade| !shade.intervals.is_empty())
+            .enumerate()
+        {
+            let y = 24.0 + ROW * (self.series.len() + row) as f64;
+            let corners = [at(4.0, y - 6.0), at(26.0, y + 6.0)];
+            area.draw(&Rectangle::new(
+                corners,
+                shade_colour(shade.strength).filled(),
+            ))
+            .map_err(text)?;
+            write(area, &short(&shade.name), (34.0, y - 7.0), 12.0, false, INK)?;
+        }
+        Ok(())
+    }
+
+    /// How many points have no place in the plot.
+    fn left_out(&self) -> usize {
+        let points = self.series.iter().flat_map(|line| &line.points);
+        points
+            .filter(|[x, y]| !self.x.shows(*x) || !self.y.shows(*y))
+            .count()
+    }
+}
+
+/// Ten colours that stay apart for most readers (Tableau 10), from the start again after that.
+fn series_colour(index: usize) -> RGBColor {
+    let colour = colorous::TABLEAU10[index % colorous::TABLEAU10.len()];
+    RGBColor(colour.r, colour.g, colour.b)
+}
+
+fn shade_colour(strength: f64) -> RGBAColor {
+    RGBColor(70, 80, 100).mix(0.22 * strength.clamp(0.0, 1.0))
+}
+
+fn font(size: f64, bold: bool, colour: RGBColor) -> TextStyle<'static> {
+    let style = if bold {
+        FontStyle::Bold
+    } else {
+        FontStyle::Normal
+    };
+    // The SVG backend divides sizes by 1.24.
+    let font = FontDesc::new(FontFamily::SansSerif, size * 1.24 * f64::from(FINE), style);
+    TextStyle {
+        color: colour.to_backend_color(),
+        ..TextStyle::from(font)
+    }
+}
+
+fn write<DB: DrawingBackend>(
+    area: &DrawingArea<DB, plotters::coord::Shift>,
+    line: &str,
+    (x, y): (f64, f64),
+    size: f64,
+    bold: bool,
+    colour: RGBColor,
+) -> Result<(), String> {
+    let style = font(size, bold, colour).pos(Pos::new(HPos::Left, VPos::Top));
+    let place = ((x * f64::from(FINE)) as i32, (y * f64::from(FINE)) as i32);
+    area.draw(&Text::new(line.to_owned(), place, style))
+        .map_err(text)
+}
+
+fn text(error: impl Display) -> String {
+    error.to_string()
+}
+
+/// The stretches of a list whose items all pass.
+fn runs<T>(items: &[T], passes: impl Fn(&T) -> bool) -> impl Iterator<Item = &[T]> {
+    items
+        .split(move |item| !passes(item))
+        .filter(|run| !run.is_empty())
+}
+
+/// Leaves no more than about [`MOST_POINTS`] items: of each stretch the first, the one with the least lower and the one
+/// with the greatest upper value, so that no peak is lost.
+fn thin<T: Copy>(items: &[T], ends: impl Fn(&T) -> [f64; 2]) -> Vec<T> {
+    if items.len() <= MOST_POINTS {
+        return items.to_vec();
+    }
+    let stretch = items.len().div_ceil(MOST_POINTS / 3);
+    let mut kept = Vec::with_capacity(MOST_POINTS + 4);
+    for (number, chunk) in items.chunks(stretch).enumerate() {
+        let indices = 0..chunk.len();
+        let least = indices
+            .clone()
+            .min_by(|a, b| ends(&chunk[*a])[0].total_cmp(&ends(&chunk[*b])[0]))
+            .unwrap_or(0);
+        let greatest = indices
+            .max_by(|a, b| ends(&chunk[*a])[1].total_cmp(&ends(&chunk[*b])[1]))
+            .unwrap_or(0);
+        let mut chosen = vec![0, least, greatest];
+        if (number + 1) * stretch >= items.len() {
+            chosen.push(chunk.len() - 1);
+        }
+        chosen.sort_unstable();
+        chosen.dedup();
+        kept.extend(chosen.into_iter().map(|index| chunk[index]));
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plot(points: Vec<[f64; 2]>) -> Plot {
+        let series = vec![Line {
+            name: "a".into(),
+            points,
+            ..Line::default()
+        }];
+        Plot {
+            title: "T".into(),
+            x: Axis::linear("time [s]"),
+            y: Axis::linear("y [K]"),
+            series,
+            ..Plot::default()
+        }
+    }
+
+    #[test]
+    fn the_document_is_whole_repeatable_and_escaped() {
+        let mut plot = plot(vec![[0.0, 1.0], [1.0, 2.0]]);
+        plot.title = "a < b & \"c\"".into();
+        plot.series[0].name = "<script>".into();
+        let svg = plot.svg().unwrap();
+        assert!(
+            svg.starts_with("<svg role=\"img\" width=\"900\"")
+                && svg.trim_end().ends_with("</svg>")
+        );
+        assert!(svg.contains("a &lt; b &amp; &quot;c&quot;") && svg.contains("&lt;script&gt;"));
+        assert!(svg.contains("time [s]") && svg.contains("y [K]"));
+        assert_eq!(svg, plot.svg().unwrap());
+    }
+
+    #[test]
+    fn a_gap_divides_a_line_and_is_told() {
+        let whole = plot((0..10).map(|i| [f64::from(i), 1.0]).collect());
+        let mut broken = whole.clone();
+        broken.series[0].points[5][1] = f64::NAN;
+        // What the polylines of a document have in common with those of the legend and axes cancels.
+        let lines = |plot: &Plot| plot.svg().unwrap().matches("<polyline").count();
+        assert_eq!(lines(&broken), lines(&whole) + 1);
+        assert!(
+            broken
+                .svg()
+                .unwrap()
+                .contains("1 points not finite are left out")
+        );
+        assert!(!whole.svg().unwrap().contains("left out"));
+    }
+
+    #[test]
+    fn plots_without_data_are_drawn() {
+        for points in [vec![], vec![[1.0, 1.0]], vec![[f64::NAN, 1.0]]] {
+            for log in [false, true] {
+                let mut plot = plot(points.clone());
+                plot.y.log = log;
+                plot.shaded = vec![Shade {
+                    name: "umbra".into(),
+                    intervals: vec![(-5.0, 50.0)],
+                    strength: 1.0,
+                }];
+                assert!(plot.svg().is_ok());
+            }
+        }
+        assert!(Plot::default().svg().is_ok());
+    }
+
+    #[test]
+    fn thinning_keeps_ends_and_peaks() {
+        let mut points: Vec<[f64; 2]> = (0..60_000)
+            .map(|i| [f64::from(i), f64::from(i % 7)])
+            .collect();
+        points[31_234][1] = 900.0;
+        points[31_235][1] = -900.0;
+        let kept = thin(&points, |p| [p[1], p[1]]);
+        assert!(kept.len() <= MOST_POINTS + 4);
+        assert!(kept.contains(&points[31_234]) && kept.contains(&points[31_235]));
+        assert_eq!([kept[0], kept[kept.len() - 1]], [points[0], points[59_999]]);
+        assert!(kept.windows(2).all(|pair| pair[0][0] < pair[1][0]));
+        assert_eq!(thin(&points[..100], |p| [p[1], p[1]]), points[..100]);
+    }
+}

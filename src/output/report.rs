@@ -1,0 +1,417 @@
+//! The report of a run as plain values, and `report.json`.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::OutputError;
+use super::folder::write_bytes;
+
+/// Everything that a run tells about itself. Lists may be empty and options absent: what is not there is not shown.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Report {
+    /// Headline: the scene's name.
+    pub title: String,
+    /// Version of isotherm.
+    pub version: String,
+    /// The command as it was given.
+    pub command_line: String,
+    /// The scene file.
+    pub scene: SourceFile,
+    /// Other inputs: model, material tables.
+    pub inputs: Vec<SourceFile>,
+    /// What it ran on.
+    pub device: Device,
+    /// What it cost.
+    pub speed: Speed,
+    /// How far it is from the f64 reference; `None` where nothing was compared (on the reference itself).
+    pub accuracy: Option<Accuracy>,
+    /// Size of the model.
+    pub model: ModelSize,
+    /// Memory on the device.
+    pub buffers: Vec<BufferSize>,
+    /// Passes of a tick with their times.
+    pub passes: Vec<PassTime>,
+    /// Settings of the scene by section, in the order of the scene file.
+    pub settings: Vec<Section>,
+    /// What the scene does not say and was assumed.
+    pub assumptions: Vec<String>,
+    /// What a user should look at: periods that disagree, parts left out.
+    pub warnings: Vec<String>,
+    /// What the scene does without, and hence costs nothing.
+    pub switched_off: Vec<String>,
+    /// The steps that were drawn.
+    pub frames: Vec<FrameEntry>,
+    /// Pictures for the page.
+    pub pictures: Vec<Picture>,
+    /// Plots for the page.
+    pub plots: Vec<PlotEntry>,
+    /// All files of the run.
+    pub files: Vec<FileEntry>,
+    /// Whether the run was stopped before its last step.
+    pub interrupted: bool,
+}
+
+/// An input file.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct SourceFile {
+    /// `scene`, `model`, `materials`.
+    pub kind: String,
+    /// Path as given.
+    pub path: String,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+}
+
+/// A device and its driver.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Device {
+    /// `llvmpipe (LLVM 15.0.6, 256 bits)`, or `cpu` for the f64 reference.
+    pub name: String,
+    /// Driver and its version.
+    pub driver: String,
+    /// Further facts: API version, limits that mattered.
+    pub details: Vec<(String, String)>,
+}
+
+/// What the run cost.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Speed {
+    /// Steps that were advanced, warm-up included.
+    pub steps: u64,
+    /// Images that were drawn.
+    pub images: u64,
+    /// Time of a thermal step on the device, median [ns/(node step)].
+    pub ns_per_node_step: Option<f64>,
+    /// Time of a thermal step, median [ms].
+    pub step_ms: Option<f64>,
+    /// Time of an image without writing files, median [ms].
+    pub image_ms: Option<f64>,
+    /// Wall time of the whole run, files included [s].
+    pub wall_s: f64,
+}
+
+/// Device against f64 reference, over a sample of nodes and the steps of the run.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Accuracy {
+    /// Nodes in the sample.
+    pub nodes: u64,
+    /// Nodes in the scene.
+    pub of_nodes: u64,
+    /// Steps compared.
+    pub steps: u64,
+    /// Largest difference [K].
+    pub max_k: f64,
+    /// Root mean square difference [K].
+    pub rms_k: f64,
+    /// Node of the largest difference, in words: its number, part and material.
+    pub worst_node: String,
+    /// Step of the largest difference.
+    pub worst_step: u64,
+    /// Time of that step [s].
+    pub worst_time_s: f64,
+    /// What else is to be said: nodes compared in absorbed flux instead.
+    pub notes: Vec<String>,
+}
+
+/// Size of the model as it ran.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct ModelSize {
+    /// Nodes of the thermal model.
+    pub nodes: u64,
+    /// Triangles drawn.
+    pub triangles: u64,
+    /// Area [m2].
+    pub area_m2: f64,
+    /// Nodes of each response: `transition`, 12345.
+    pub nodes_by_response: Vec<(String, u64)>,
+}
+
+/// A buffer on the device.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct BufferSize {
+    /// Its name.
+    pub name: String,
+    /// Its size.
+    pub bytes: u64,
+}
+
+/// Times of a pass, from timestamps on the device.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct PassTime {
+    /// Name of the pass.
+    pub name: String,
+    /// Median [ms].
+    pub median_ms: f64,
+    /// Tenth percentile [ms].
+    pub p10_ms: f64,
+    /// Ninetieth percentile [ms].
+    pub p90_ms: f64,
+    /// How often it ran.
+    pub count: u64,
+}
+
+impl PassTime {
+    /// Percentiles of samples [ms], interpolated linearly between ranks; `None` without samples. Samples that are not
+    /// finite are left out and not counted.
+    pub fn from_samples(name: &str, samples_ms: &[f64]) -> Option<Self> {
+        let mut sorted: Vec<f64> = samples_ms
+            .iter()
+            .copied()
+            .filter(|sample| sample.is_finite())
+            .collect();
+        sorted.sort_by(f64::total_cmp);
+        let last = sorted.len().checked_sub(1)?;
+        let percentile = |share: f64| {
+            let rank = share * last as f64;
+            let below = rank.floor() as usize;
+            let above = (below + 1).min(last);
+            sorted[below] + (sorted[above] - sorted[below]) * (rank - below as f64)
+        };
+        Some(Self {
+            name: name.to_owned(),
+            median_ms: percentile(0.5),
+            p10_ms: percentile(0.1),
+            p90_ms: percentile(0.9),
+            count: sorted.len() as u64,
+        })
+    }
+}
+
+/// Settings that belong together.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Section {
+    /// `Orbit`, `Material white_paint`.
+    pub title: String,
+    /// Name and value with its unit.
+    pub entries: Vec<(String, String)>,
+}
+
+/// A step that was drawn.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct FrameEntry {
+    /// Number of the step.
+    pub step: u32,
+    /// Time since the start [s].
+    pub time_s: f64,
+    /// EXR file, relative to the report.
+    pub file: String,
+    /// PNG file, relative to the report, where there is one.
+    pub picture: Option<String>,
+}
+
+/// A picture on the page.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Picture {
+    /// Caption.
+    pub title: String,
+    /// File, relative to the report.
+    pub file: String,
+    /// The PNG file's bytes; in `report.json` only its name appears.
+    #[serde(skip)]
+    pub png: Vec<u8>,
+}
+
+/// A plot on the page.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct PlotEntry {
+    /// Title.
+    pub title: String,
+    /// File, relative to the report.
+    pub file: String,
+    /// The SVG document, as [`super::plot::Plot::svg`] makes it; in `report.json` only its name appears.
+    #[serde(skip)]
+    pub svg: String,
+}
+
+/// A file of the run.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct FileEntry {
+    /// Path, relative to the report.
+    pub path: String,
+    /// What it is.
+    pub what: String,
+}
+
+impl Report {
+    /// Writes `report.json`: the fields of this structure under their own names; numbers that are not finite are `null`.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`].
+    pub fn write_json(&self, path: &Path) -> Result<(), OutputError> {
+        let failed = |error: serde_json::Error| OutputError::write(path, error.into());
+        let mut text = serde_json::to_string_pretty(self).map_err(failed)?;
+        text.push('\n');
+        write_bytes(path, text.as_bytes())
+    }
+
+    /// Writes `report.html`, one page with everything in it.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`].
+    pub fn write_html(&self, path: &Path) -> Result<(), OutputError> {
+        write_bytes(path, super::report_html::page(self).as_bytes())
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    fn pairs(list: &[(&str, &str)]) -> Vec<(String, String)> {
+        list.iter()
+            .map(|(a, b)| ((*a).to_owned(), (*b).to_owned()))
+            .collect()
+    }
+
+    /// A report with something in every field.
+    pub(crate) fn full() -> Report {
+        let strings = |list: &[&str]| list.iter().map(|&text| text.to_owned()).collect::<Vec<_>>();
+        let file = |kind: &str, path: &str| SourceFile {
+            kind: kind.into(),
+            path: path.into(),
+            sha256: "9f86d081884c7d65".repeat(4),
+        };
+        let passes = [
+            ("solar_depth", 0.31),
+            ("thermal_step", 1.82),
+            ("radiance", 9.44),
+            ("readback", 0.92),
+        ];
+        Report {
+            title: "Station, one orbit at beta 30°".into(),
+            version: "0.1.0".into(),
+            command_line: "isotherm run models/station.toml -o out/station".into(),
+            scene: file("scene", "models/station.toml"),
+            inputs: vec![
+                file("model", "models/station.glb"),
+                file("materials", "models/materials.toml"),
+            ],
+            device: Device {
+                name: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
+                driver: "Mesa 22.3.6".into(),
+                details: pairs(&[("Vulkan", "1.3.230"), ("maxStorageBufferRange", "128 MiB")]),
+            },
+            speed: Speed {
+                steps: 720,
+                images: 36,
+                ns_per_node_step: Some(3.64),
+                step_ms: Some(1.82),
+                image_ms: Some(12.5),
+                wall_s: 41.3,
+            },
+            accuracy: Some(Accuracy {
+                nodes: 2048,
+                of_nodes: 499_213,
+                steps: 360,
+                max_k: 1.13e-3,
+                rms_k: 4.2e-5,
+                worst_node: "node 48213, part Array_3, material solar_cell".into(),
+                worst_step: 212,
+                worst_time_s: 3286.0,
+                notes: strings(&[
+                    "12 nodes below 3 K in grazing sun are compared in absorbed flux: 2e-6 relative",
+                ]),
+            }),
+            model: ModelSize {
+                nodes: 499_213,
+                triangles: 831_204,
+                area_m2: 8_231.4,
+                nodes_by_response: vec![("instant".into(), 20_123), ("transition".into(), 479_090)],
+            },
+            buffers: vec![
+                BufferSize {
+                    name: "node state".into(),
+                    bytes: 7_987_408,
+                },
+                BufferSize {
+                    name: "triangles".into(),
+                    bytes: 9_974_448,
+                },
+            ],
+            passes: passes
+                .iter()
+                .filter_map(|(name, ms)| PassTime::from_samples(name, &[ms * 0.95, *ms, ms * 1.2]))
+                .collect(),
+            settings: vec![
+                Section {
+                    title: "Orbit".into(),
+                    entries: pairs(&[
+                        ("altitude", "408 km"),
+                        ("period", "5580 s"),
+                        ("beta", "30°"),
+                    ]),
+                },
+                Section {
+                    title: "Environment".into(),
+                    entries: pairs(&[("solar constant", "1361 W/m²"), ("albedo", "0.3")]),
+                },
+                Section {
+                    title: "Material solar_cell".into(),
+                    entries: pairs(&[
+                        ("absorptivity", "0.88"),
+                        ("emissivity", "0.80"),
+                        ("source", "Fortescue 11.3, GaAs cell"),
+                    ]),
+                },
+            ],
+            assumptions: strings(&[
+                "Planet radius is 6371 km (Earth), since the scene gives none.",
+            ]),
+            warnings: strings(&[
+                "Altitude 408 km means a period of 5554 s, but the scene says 5580 s; both are used as given.",
+            ]),
+            switched_off: strings(&["self-shadowing", "joints", "networks", "sensor"]),
+            frames: (0..36u32)
+                .map(|i| FrameEntry {
+                    step: i * 10,
+                    time_s: f64::from(i) * 155.0,
+                    file: format!("frames/step_{:06}.exr", i * 10),
+                    picture: Some(format!("frames/step_{:06}.png", i * 10)),
+                })
+                .collect(),
+            pictures: vec![Picture {
+                title: "The orbit".into(),
+                file: "contact_sheet.png".into(),
+                png: vec![1, 2, 3],
+            }],
+            plots: vec![PlotEntry {
+                title: "Materials".into(),
+                file: "plots/materials.svg".into(),
+                svg: "<svg></svg>".into(),
+            }],
+            files: vec![FileEntry {
+                path: "series.csv".into(),
+                what: "temperatures over time".into(),
+            }],
+            interrupted: false,
+        }
+    }
+
+    #[test]
+    fn percentiles_are_interpolated_between_ranks() {
+        // numpy.percentile([1, 2, 3, 4, 10], [10, 50, 90]) = 1.4, 3.0, 7.6
+        let time = PassTime::from_samples("a", &[10.0, 2.0, 3.0, f64::NAN, 1.0, 4.0]).unwrap();
+        assert!((time.p10_ms - 1.4).abs() < 1e-12 && (time.p90_ms - 7.6).abs() < 1e-12);
+        assert_eq!((time.median_ms, time.count), (3.0, 5));
+        assert_eq!(PassTime::from_samples("a", &[2.5]).unwrap().p90_ms, 2.5);
+        assert_eq!(PassTime::from_samples("a", &[f64::NAN]), None);
+    }
+
+    #[test]
+    fn the_json_has_the_figures_and_not_the_pictures() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("report.json");
+        let mut report = full();
+        report.speed.step_ms = Some(f64::NAN);
+        report.write_json(&path).unwrap();
+        let json: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        assert_eq!(json["accuracy"]["max_k"], 1.13e-3);
+        assert_eq!(json["passes"][1]["name"], "thermal_step");
+        assert_eq!(json["frames"][35]["file"], "frames/step_000350.exr");
+        assert_eq!(json["model"]["nodes_by_response"][1][1], 479_090);
+        assert_eq!(json["speed"]["step_ms"], serde_json::Value::Null);
+        assert!(json["pictures"][0].get("png").is_none() && json["plots"][0].get("svg").is_none());
+    }
+}

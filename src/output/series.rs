@@ -1,0 +1,266 @@
+//! Temperatures over time: a row for each step, columns for parts, materials, the whole craft and probes.
+
+use std::collections::HashSet;
+use std::io::Write;
+use std::path::Path;
+
+use super::OutputError;
+use super::folder::write_atomic;
+use super::statistics::Summary;
+
+/// Temperatures of one step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SeriesRow {
+    /// Time since the start [s].
+    pub time: f64,
+    /// Of all nodes.
+    pub all: Option<Summary>,
+    /// Of each part.
+    pub parts: Vec<Option<Summary>>,
+    /// Of each material.
+    pub materials: Vec<Option<Summary>>,
+    /// Of each probe [K].
+    pub probes: Vec<f32>,
+}
+
+/// Rows and the names of their columns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    parts: Vec<String>,
+    materials: Vec<String>,
+    probes: Vec<String>,
+    rows: Vec<SeriesRow>,
+}
+
+impl Series {
+    /// A series without rows. A name that is there twice in a list gets `#2`, `#3`, so that every column has its own.
+    pub fn new(parts: &[String], materials: &[String], probes: &[String]) -> Self {
+        Self {
+            parts: unique(parts),
+            materials: unique(materials),
+            probes: unique(probes),
+            rows: vec![],
+        }
+    }
+
+    /// Adds the row of a step.
+    ///
+    /// # Errors
+    /// The row does not have a value for each column.
+    pub fn push(&mut self, row: SeriesRow) -> Result<(), OutputError> {
+        let groups = [
+            ("part", row.parts.len(), self.parts.len()),
+            ("material", row.materials.len(), self.materials.len()),
+            ("probe", row.probes.len(), self.probes.len()),
+        ];
+        for (group, values, columns) in groups {
+            if values != columns {
+                return Err(OutputError::SeriesRow {
+                    time: row.time,
+                    group,
+                    values,
+                    columns,
+                });
+            }
+        }
+        self.rows.push(row);
+        Ok(())
+    }
+
+    /// Names of the parts.
+    pub fn parts(&self) -> &[String] {
+        &self.parts
+    }
+
+    /// Names of the materials.
+    pub fn materials(&self) -> &[String] {
+        &self.materials
+    }
+
+    /// Names of the probes.
+    pub fn probes(&self) -> &[String] {
+        &self.probes
+    }
+
+    /// The rows, in the order in which they were added.
+    pub fn rows(&self) -> &[SeriesRow] {
+        &self.rows
+    }
+
+    /// Writes `series.csv`: `time` [s], then `part:NAME:min`, `:mean`, `:max` [K] of each part, the same for each
+    /// `material:NAME` and for `all`, then `probe:NAME` [K]. A group without area has empty cells. Numbers are the
+    /// shortest that read back to the same f32 (`min`, `max`, probes) or f64 (`time`); means have six decimals.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`].
+    pub fn write(&self, path: &Path) -> Result<(), OutputError> {
+        write_atomic(path, |writer| {
+            self.write_csv(writer)
+                .map_err(|error| OutputError::write(path, error.into()))
+        })
+    }
+
+    fn write_csv(&self, writer: &mut dyn Write) -> Result<(), csv::Error> {
+        let mut csv = csv::Writer::from_writer(writer);
+        csv.write_record(self.column_names())?;
+        for row in &self.rows {
+            let mut record = vec![row.time.to_string()];
+            for summary in row.parts.iter().chain(&row.materials).chain([&row.all]) {
+                match summary {
+                    Some(Summary { min, mean, max }) => {
+                        record.extend([min.to_string(), format!("{mean:.6}"), max.to_string()]);
+                    }
+                    None => record.extend(vec![String::new(); 3]),
+                }
+            }
+            record.extend(row.probes.iter().map(f32::to_string));
+            csv.write_record(&record)?;
+        }
+        csv.flush()?;
+        Ok(())
+    }
+
+    fn column_names(&self) -> Vec<String> {
+        let three =
+            |prefix: String| ["min", "mean", "max"].map(|which| format!("{prefix}:{which}"));
+        let parts = self
+            .parts
+            .iter()
+            .flat_map(|name| three(format!("part:{name}")));
+        let materials = self
+            .materials
+            .iter()
+            .flat_map(|name| three(format!("material:{name}")));
+        let probes = self.probes.iter().map(|name| format!("probe:{name}"));
+        let time = std::iter::once("time".to_owned());
+        time.chain(parts)
+            .chain(materials)
+            .chain(three("all".to_owned()))
+            .chain(probes)
+            .collect()
+    }
+}
+
+/// The names, a repeated one with the first suffix `#2`, `#3` that no other name has.
+fn unique(names: &[String]) -> Vec<String> {
+    let given: HashSet<&String> = names.iter().collect();
+    let mut used = HashSet::new();
+    let mut result = Vec::with_capacity(names.len());
+    for name in names {
+        let mut candidate = name.clone();
+        let mut suffix = 2;
+        while used.contains(&candidate) || (candidate != *name && given.contains(&candidate)) {
+            candidate = format!("{name}#{suffix}");
+            suffix += 1;
+        }
+        used.insert(candidate.clone());
+        result.push(candidate);
+    }
+    result
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Parts and materials that heat and cool over an orbit, as smooth curves of time.
+    pub(crate) fn orbit(parts: usize, materials: usize, probes: usize) -> Series {
+        let names = |prefix: &str, count: usize| {
+            (0..count)
+                .map(|i| format!("{prefix}_{i}"))
+                .collect::<Vec<_>>()
+        };
+        let mut series = Series::new(
+            &names("B0_module", parts),
+            &names("mat", materials),
+            &names("probe", probes),
+        );
+        for step in 0..=360 {
+            let time = f64::from(step) * 15.5;
+            let mean = |i: usize| {
+                let swing = 15.0 + 9.0 * i as f64;
+                260.0
+                    + 3.0 * i as f64
+                    + swing * (time / 5580.0 * std::f64::consts::TAU + 0.3 * i as f64).cos()
+            };
+            let summary = |i: usize| {
+                let mean = mean(i);
+                Some(Summary {
+                    min: mean as f32 - 12.0,
+                    mean,
+                    max: mean as f32 + 6.0 + i as f32,
+                })
+            };
+            let row = SeriesRow {
+                time,
+                all: summary(0),
+                parts: (0..parts).map(summary).collect(),
+                materials: (0..materials).map(summary).collect(),
+                probes: (0..probes).map(|i| mean(i) as f32).collect(),
+            };
+            series.push(row).unwrap();
+        }
+        series
+    }
+
+    fn names(list: &[&str]) -> Vec<String> {
+        list.iter().map(|&name| name.to_owned()).collect()
+    }
+
+    #[test]
+    fn the_file_has_the_columns_and_numbers_that_are_promised() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("series.csv");
+        let mut series = Series::new(
+            &names(&["hull, left"]),
+            &names(&["a", "a"]),
+            &names(&["tip"]),
+        );
+        let summary = Some(Summary {
+            min: 2.7,
+            mean: 100.123_456_789,
+            max: 200.5,
+        });
+        let row = SeriesRow {
+            time: 16.5,
+            all: summary,
+            parts: vec![summary],
+            materials: vec![summary, None],
+            probes: vec![0.1],
+        };
+        series.push(row.clone()).unwrap();
+        series.write(&path).unwrap();
+        let expected = "time,\"part:hull, left:min\",\"part:hull, left:mean\",\"part:hull, left:max\",\
+            material:a:min,material:a:mean,material:a:max,material:a#2:min,material:a#2:mean,material:a#2:max,\
+            all:min,all:mean,all:max,probe:tip\n\
+            16.5,2.7,100.123457,200.5,2.7,100.123457,200.5,,,,2.7,100.123457,200.5,0.1\n";
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), expected);
+
+        let wrong = SeriesRow {
+            probes: vec![],
+            ..row
+        };
+        let error = series.push(wrong).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "series row at 16.5 s has 0 probe values for 1 probe columns"
+        );
+    }
+
+    #[test]
+    fn names_become_unique_without_stealing_another_name() {
+        let made = unique(&names(&["a", "a#2", "a", "a", "b"]));
+        assert_eq!(made, ["a", "a#2", "a#3", "a#4", "b"]);
+    }
+
+    #[test]
+    fn a_series_without_rows_or_groups_is_a_header() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("series.csv");
+        Series::new(&[], &[], &[]).write(&path).unwrap();
+        assert_eq!(
+            std::fs::read_to_string(&path).unwrap(),
+            "time,all:min,all:mean,all:max\n"
+        );
+    }
+}

@@ -1,0 +1,226 @@
+//! Least, mean and greatest temperature of groups of nodes, the same to the bit on any number of threads.
+
+use rayon::prelude::*;
+
+use super::OutputError;
+
+/// Nodes summed by one task. Fixed, because the order of the additions decides the last bits of a mean.
+const CHUNK: usize = 1 << 15;
+
+/// Temperatures of a group.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Summary {
+    /// Least [K].
+    pub min: f32,
+    /// Area-weighted mean [K].
+    pub mean: f64,
+    /// Greatest [K].
+    pub max: f32,
+}
+
+/// What has been added up of a group.
+#[derive(Debug, Clone, Copy)]
+struct Sum {
+    area: f64,
+    area_temperature: f64,
+    min: f32,
+    max: f32,
+}
+
+impl Sum {
+    const EMPTY: Self = Self {
+        area: 0.0,
+        area_temperature: 0.0,
+        min: f32::INFINITY,
+        max: f32::NEG_INFINITY,
+    };
+
+    fn add(&mut self, temperature: f32, area: f64) {
+        self.merge(&Self {
+            area,
+            area_temperature: area * f64::from(temperature),
+            min: temperature,
+            max: temperature,
+        });
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.area += other.area;
+        self.area_temperature += other.area_temperature;
+        self.min = self.min.min(other.min);
+        self.max = self.max.max(other.max);
+    }
+
+    fn summary(&self) -> Option<Summary> {
+        if self.area <= 0.0 {
+            return None;
+        }
+        let mean = self.area_temperature / self.area;
+        // min and max of floats pass over NaN; a group that holds one must not look sound.
+        let [min, max] = if mean.is_nan() {
+            [f32::NAN; 2]
+        } else {
+            [self.min, self.max]
+        };
+        Some(Summary { min, mean, max })
+    }
+}
+
+/// Nodes divided into groups (parts, or materials), with the area of each node [m2].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Groups {
+    areas: Vec<f64>,
+    group: Vec<u32>,
+    count: usize,
+}
+
+impl Groups {
+    /// Node i has the area `areas[i]` and belongs to `group[i]`, below `count`.
+    ///
+    /// # Errors
+    /// The lists differ in length, or a group number is too large.
+    pub fn new(areas: Vec<f64>, group: Vec<u32>, count: usize) -> Result<Self, OutputError> {
+        if areas.len() != group.len() {
+            return Err(OutputError::NodeCount {
+                nodes: group.len(),
+                what: "areas",
+                values: areas.len(),
+            });
+        }
+        if let Some(node) = group.iter().position(|&group| group as usize >= count) {
+            return Err(OutputError::GroupNumber {
+                node,
+                group: group[node],
+                groups: count,
+            });
+        }
+        Ok(Self {
+            areas,
+            group,
+            count,
+        })
+    }
+
+    /// All nodes as one group.
+    pub fn all(areas: Vec<f64>) -> Self {
+        let group = vec![0; areas.len()];
+        Self {
+            areas,
+            group,
+            count: 1,
+        }
+    }
+
+    /// Number of groups.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The summary of each group; `None` where a group has no area. NaN in a group makes its whole summary NaN.
+    ///
+    /// # Errors
+    /// There are not as many temperatures as nodes.
+    pub fn summaries(&self, temperatures: &[f32]) -> Result<Vec<Option<Summary>>, OutputError> {
+        if temperatures.len() != self.areas.len() {
+            let (nodes, values) = (temperatures.len(), self.areas.len());
+            return Err(OutputError::NodeCount {
+                nodes,
+                what: "areas",
+                values,
+            });
+        }
+        let chunks = temperatures
+            .par_chunks(CHUNK)
+            .zip(self.areas.par_chunks(CHUNK))
+            .zip(self.group.par_chunks(CHUNK));
+        let partial: Vec<Vec<Sum>> = chunks
+            .map(|((temperatures, areas), group)| {
+                let mut sums = vec![Sum::EMPTY; self.count];
+                for ((&temperature, &area), &group) in temperatures.iter().zip(areas).zip(group) {
+                    sums[group as usize].add(temperature, area);
+                }
+                sums
+            })
+            .collect();
+        let mut total = vec![Sum::EMPTY; self.count];
+        for sums in &partial {
+            total
+                .iter_mut()
+                .zip(sums)
+                .for_each(|(total, sum)| total.merge(sum));
+        }
+        Ok(total.iter().map(Sum::summary).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mean_is_weighted_by_area_and_the_ends_are_not() {
+        // By hand: (1*300 + 3*200) / 4 = 225; plain mean 250.
+        let groups = Groups::new(vec![1.0, 3.0, 5.0], vec![0, 0, 2], 4).unwrap();
+        let result = groups.summaries(&[300.0, 200.0, 2.7]).unwrap();
+        assert_eq!(
+            result[0],
+            Some(Summary {
+                min: 200.0,
+                mean: 225.0,
+                max: 300.0
+            })
+        );
+        assert_eq!(result[1], None);
+        assert_eq!(result[2].unwrap().max, 2.7);
+        let even = Groups::new(vec![1.0, 1.0, 5.0], vec![0, 0, 2], 4).unwrap();
+        assert_eq!(
+            even.summaries(&[300.0, 200.0, 2.7]).unwrap()[0]
+                .unwrap()
+                .mean,
+            250.0
+        );
+    }
+
+    #[test]
+    fn the_bits_do_not_depend_on_the_number_of_threads() {
+        let nodes = 3 * CHUNK + 17;
+        let noise = |i: usize| ((i * 2_654_435_761) % 1_000_003) as f64 / 1_000_003.0;
+        let temperatures: Vec<f32> = (0..nodes).map(|i| 2.7 + 400.0 * noise(i) as f32).collect();
+        let areas: Vec<f64> = (0..nodes).map(|i| 1e-4 + noise(i + 7)).collect();
+        let groups =
+            Groups::new(areas.clone(), (0..nodes as u32).map(|i| i % 5).collect(), 5).unwrap();
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| groups.summaries(&temperatures).unwrap())
+        };
+        let one = with(1);
+        assert_eq!(one, with(2));
+        assert_eq!(one, with(7));
+        // Another order of the same additions does change the last bits, so the comparison above can fail.
+        let sums = |order: &mut dyn Iterator<Item = usize>| order.map(|i| areas[i]).sum::<f64>();
+        assert_ne!(
+            sums(&mut (0..nodes)).to_bits(),
+            sums(&mut (0..nodes).rev()).to_bits()
+        );
+    }
+
+    #[test]
+    fn what_is_not_a_number_shows() {
+        let summary = Groups::all(vec![1.0; 3])
+            .summaries(&[300.0, f32::NAN, 200.0])
+            .unwrap()[0]
+            .unwrap();
+        assert!(summary.min.is_nan() && summary.mean.is_nan() && summary.max.is_nan());
+    }
+
+    #[test]
+    fn lists_that_do_not_fit_are_errors() {
+        assert!(Groups::new(vec![1.0], vec![0, 0], 1).is_err());
+        let error = Groups::new(vec![1.0; 2], vec![0, 3], 3).unwrap_err();
+        assert_eq!(error.to_string(), "node 1: group 3 of 3");
+        assert!(Groups::all(vec![1.0; 2]).summaries(&[1.0]).is_err());
+    }
+}
