@@ -4,6 +4,8 @@
 struct AlbedoPosition {
     vec4 column;
     vec4 row;
+    // What the read is multiplied by.
+    vec4 scale;
 };
 
 AlbedoPosition albedo_position(Tick tick, vec4 nx, vec4 ny, vec4 nz) {
@@ -14,10 +16,7 @@ AlbedoPosition albedo_position(Tick tick, vec4 nx, vec4 ny, vec4 nz) {
     vec4 y = nx * across.x + ny * across.y + nz * across.z;
     vec4 z = nx * nadir.x + ny * nadir.y + nz * nadir.z;
     // A padding node has no normal; it reads the centre.
+    vec4 sum = max(abs(x) + abs(y) + abs(z), vec4(1e-6));
     float middle = 0.5 * tick.albedo_resolution;
-    vec4 scale = vec4(middle) / max(abs(x) + abs(y) + abs(z), vec4(1e-6));
-    return AlbedoPosition(
-        x * scale + vec4(middle),
-        z * scale + vec4(middle)
-    );
+    return AlbedoPosition(x / sum * middle + vec4(middle), z / sum * middle + vec4(middle), sum);
 }

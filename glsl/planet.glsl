@@ -21,12 +21,12 @@ vec4 arc_tangent(vec4 y, vec4 x) {
 
 // View factor from a plate to the planet; `sine` and `cosine` of the planet's angular radius.
 vec4 plate_view_factor(vec4 cos_tilt, float sine, float cosine) {
-    vec4 c = clamp(cos_tilt, vec4(-sine), vec4(sine));
-    vec4 m = sqrt((vec4(sine) - c) * (vec4(sine) + c));
-    vec4 cut = arc_tangent(m, vec4(cosine)) + sine * sine * c * arc_tangent(m, -cosine * c) - cosine * m;
-    vec4 partial = max(cut, vec4(0.0)) * (1.0 / PI);
-    vec4 whole = sine * sine * cos_tilt;
-    vec4 seen = mix(partial, whole, greaterThanEqual(cos_tilt, vec4(sine)));
+    vec4 x = clamp(cos_tilt / sine, vec4(-1.0), vec4(1.0));
+    vec4 w = sqrt((vec4(1.0) - x) * (vec4(1.0) + x));
+    vec4 cap = arc_tangent(sine * w, vec4(cosine));
+    vec4 arc = arc_tangent(w, -cosine * x);
+    vec4 cut = max(cap - sine * cosine * w + sine * sine * cos_tilt * arc, vec4(0.0)) * (1.0 / PI);
+    vec4 seen = mix(cut, sine * sine * cos_tilt, greaterThanEqual(cos_tilt, vec4(sine)));
     return mix(seen, vec4(0.0), lessThanEqual(cos_tilt, vec4(-sine)));
 }
 

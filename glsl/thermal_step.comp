@@ -66,7 +66,7 @@ float albedo_table_lookup(float column, float row) {
 // Incident sunlight that the planet reflects [W/m2].
 vec4 albedo_flux(vec4 nx, vec4 ny, vec4 nz) {
     AlbedoPosition at = albedo_position(tick, nx, ny, nz);
-    return tick.albedo_flux * vec4(
+    return tick.albedo_flux * at.scale * vec4(
         albedo_table_lookup(at.column.x, at.row.x),
         albedo_table_lookup(at.column.y, at.row.y),
         albedo_table_lookup(at.column.z, at.row.z),

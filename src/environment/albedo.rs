@@ -59,8 +59,7 @@ pub fn albedo_table_lookup(table: &AlbedoTable, direction: DVec3) -> f64 {
 /// Points of the rule on each piece of the angle of incidence. From 100 km up the error is below 5e-7 of a unit flux.
 const INCIDENCE_POINTS: usize = 16;
 
-static INCIDENCE_RULE: LazyLock<GaussLegendre> =
-    LazyLock::new(|| GaussLegendre::new(INCIDENCE_POINTS));
+static INCIDENCE_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(INCIDENCE_POINTS));
 
 /// Flux that a plate receives from a sunlit Lambert planet, over (albedo x solar constant).
 ///
@@ -76,22 +75,13 @@ pub fn albedo_factor(normal: DVec3, distance_ratio: f64, sun_zenith: f64) -> f64
     albedo_factor_with(&INCIDENCE_RULE, normal, distance_ratio, sun_zenith)
 }
 
-fn albedo_factor_with(
-    rule: &GaussLegendre,
-    normal: DVec3,
-    distance_ratio: f64,
-    sun_zenith: f64,
-) -> f64 {
+fn albedo_factor_with(rule: &GaussLegendre, normal: DVec3, distance_ratio: f64, sun_zenith: f64) -> f64 {
     let plate = Plate::new(normal);
     if plate.tilt >= FRAC_PI_2 + (1.0 / distance_ratio).asin() {
         return 0.0;
     }
-    let mut cuts = [
-        0.0,
-        terminator_incidence(distance_ratio, sun_zenith),
-        plate.horizon_incidence(distance_ratio),
-        FRAC_PI_2,
-    ];
+    let mut cuts =
+        [0.0, terminator_incidence(distance_ratio, sun_zenith), plate.horizon_incidence(distance_ratio), FRAC_PI_2];
     cuts.sort_by(f64::total_cmp);
 
     let (sin_sun, cos_sun) = sun_zenith.sin_cos();
@@ -105,16 +95,9 @@ fn albedo_factor_with(
                 sin_incidence * cos_nadir - cos_incidence * sin_nadir,
                 cos_incidence * cos_nadir + sin_incidence * sin_nadir,
             );
-            let sun = Cosine {
-                mean: cos_ground * cos_sun,
-                swing: sin_ground * sin_sun,
-                centre: 0.0,
-            };
-            let sight = Cosine {
-                mean: cos_nadir * plate.nadir,
-                swing: sin_nadir * plate.across,
-                centre: plate.azimuth,
-            };
+            let sun = Cosine { mean: cos_ground * cos_sun, swing: sin_ground * sin_sun, centre: 0.0 };
+            let sight =
+                Cosine { mean: cos_nadir * plate.nadir, swing: sin_nadir * plate.across, centre: plate.azimuth };
             let solid_angle = sin_nadir * cos_incidence / (distance_ratio * cos_nadir);
             sum += weight * solid_angle * ring(sun, sight);
         }
@@ -137,12 +120,7 @@ struct Plate {
 impl Plate {
     fn new(normal: DVec3) -> Self {
         let across = normal.x.hypot(normal.y);
-        Self {
-            nadir: normal.z,
-            across,
-            azimuth: normal.y.abs().atan2(normal.x),
-            tilt: across.atan2(normal.z),
-        }
+        Self { nadir: normal.z, across, azimuth: normal.y.abs().atan2(normal.x), tilt: across.atan2(normal.z) }
     }
 
     /// Angle of incidence of the ring that touches the plate's own horizon [rad]; 90 deg where none does.
@@ -200,10 +178,7 @@ fn ring(a: Cosine, b: Cosine) -> f64 {
             + sin_half * (a.swing * b.mean * middle.cos() + a.mean * b.swing * off_centre.cos())
             + 0.5 * sin_half * half.cos() * a.swing * b.swing * (middle + off_centre).cos())
     };
-    let direct = arc(
-        (-half_a).max(b.centre - half_b),
-        half_a.min(b.centre + half_b),
-    );
+    let direct = arc((-half_a).max(b.centre - half_b), half_a.min(b.centre + half_b));
     let around = arc(-half_a, half_a.min(b.centre + half_b - TAU));
     direct + around
 }
@@ -264,23 +239,14 @@ mod tests {
         for altitude in [100.0, 408.0, 772.0, 20_000.0, 35_786.0] {
             let ratio = 1.0 + altitude / RADIUS_KM;
             for (normal, sun_zenith) in cases(24) {
-                let (found, expected) = (
-                    albedo_factor(normal, ratio, sun_zenith),
-                    by_points(normal, ratio, sun_zenith),
-                );
+                let (found, expected) =
+                    (albedo_factor(normal, ratio, sun_zenith), by_points(normal, ratio, sun_zenith));
                 let difference = (found - expected).abs();
-                assert!(
-                    difference < 1e-4,
-                    "{altitude} km, {normal}, {sun_zenith}: {found} against {expected}"
-                );
+                assert!(difference < 1e-4, "{altitude} km, {normal}, {sun_zenith}: {found} against {expected}");
             }
         }
         let wrong_side = DVec3::new(-0.8, 0.0, 0.6);
-        assert!(
-            (albedo_factor(wrong_side, ISS, 1.2) - by_points(DVec3::new(0.8, 0.0, 0.6), ISS, 1.2))
-                .abs()
-                > 0.02
-        );
+        assert!((albedo_factor(wrong_side, ISS, 1.2) - by_points(DVec3::new(0.8, 0.0, 0.6), ISS, 1.2)).abs() > 0.02);
     }
 
     #[test]
@@ -296,11 +262,7 @@ mod tests {
                 };
                 cases(400).map(error).fold(0.0, f64::max)
             };
-            assert!(
-                worst(&INCIDENCE_RULE) < 5e-7,
-                "{altitude} km: {:e}",
-                worst(&INCIDENCE_RULE)
-            );
+            assert!(worst(&INCIDENCE_RULE) < 5e-7, "{altitude} km: {:e}", worst(&INCIDENCE_RULE));
             assert!(worst(&coarse) > 1e-6, "four points must not be enough");
         }
     }
@@ -337,10 +299,7 @@ mod tests {
         }
         let limb = (1.0 / ISS).asin();
         let tilted = |tilt: f64| DVec3::new(tilt.sin(), 0.0, tilt.cos());
-        assert_eq!(
-            albedo_factor(tilted(FRAC_PI_2 + limb + 1e-9), ISS, 0.3),
-            0.0
-        );
+        assert_eq!(albedo_factor(tilted(FRAC_PI_2 + limb + 1e-9), ISS, 0.3), 0.0);
         assert!(albedo_factor(tilted(FRAC_PI_2 + limb - 0.05), ISS, 0.3) > 0.0);
         assert!(albedo_factor(DVec3::Z, ISS, FRAC_PI_2 + horizon - 0.05) > 0.0);
     }
@@ -349,17 +308,12 @@ mod tests {
     fn the_factor_is_even_across_and_linear_where_the_whole_disc_is_seen() {
         for (normal, sun_zenith) in cases(50) {
             let mirrored = DVec3::new(normal.x, -normal.y, normal.z);
-            assert_eq!(
-                albedo_factor(normal, ISS, sun_zenith),
-                albedo_factor(mirrored, ISS, sun_zenith)
-            );
+            assert_eq!(albedo_factor(normal, ISS, sun_zenith), albedo_factor(mirrored, ISS, sun_zenith));
         }
         let ratio = 6.617;
         let (nadir, sunward) = (DVec3::Z, DVec3::new(0.6, 0.0, 0.8));
         let sum = nadir + sunward;
-        let factor = |direction: DVec3| {
-            albedo_factor(direction.normalize(), ratio, 1.1) * direction.length()
-        };
+        let factor = |direction: DVec3| albedo_factor(direction.normalize(), ratio, 1.1) * direction.length();
         assert!((factor(sum) - factor(nadir) - factor(sunward)).abs() < 1e-9);
         assert!((factor(nadir) - factor(sunward)).abs() > 1e-4);
     }
@@ -369,36 +323,22 @@ mod tests {
         for ratio in [1.0 + 1e-9, 1.0 + 1e-6, 1e4, 1e8] {
             for (normal, sun_zenith) in cases(200) {
                 let factor = albedo_factor(normal, ratio, sun_zenith);
-                assert!(
-                    (0.0..=1.0).contains(&factor),
-                    "{ratio}, {normal}, {sun_zenith}: {factor}"
-                );
+                assert!((0.0..=1.0).contains(&factor), "{ratio}, {normal}, {sun_zenith}: {factor}");
             }
         }
     }
 
     #[test]
     fn the_factor_has_no_jumps() {
-        let tilted = |tilt: f64, azimuth: f64| {
-            DVec3::new(
-                tilt.sin() * azimuth.cos(),
-                tilt.sin() * azimuth.sin(),
-                tilt.cos(),
-            )
-        };
+        let tilted =
+            |tilt: f64, azimuth: f64| DVec3::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());
         for azimuth in [0.0, 0.5, FRAC_PI_2, PI] {
             for step in 0..500 {
                 let angle = PI * f64::from(step) / 500.0;
                 let over_tilt = |angle| albedo_factor(tilted(angle, azimuth), ISS, 1.5);
                 let over_sun = |angle| albedo_factor(tilted(1.2, azimuth), ISS, angle);
-                assert!(
-                    (over_tilt(angle + 1e-4) - over_tilt(angle)).abs() < 1.1e-4,
-                    "tilt {angle}, {azimuth}"
-                );
-                assert!(
-                    (over_sun(angle + 1e-4) - over_sun(angle)).abs() < 1.1e-4,
-                    "Sun {angle}, {azimuth}"
-                );
+                assert!((over_tilt(angle + 1e-4) - over_tilt(angle)).abs() < 1.1e-4, "tilt {angle}, {azimuth}");
+                assert!((over_sun(angle + 1e-4) - over_sun(angle)).abs() < 1.1e-4, "Sun {angle}, {azimuth}");
             }
         }
     }

@@ -43,9 +43,7 @@ impl AlbedoField {
             horizon,
             spread,
             noon: tabulate(distance_ratio, 0.0),
-            crossing: (0..=CROSSING_INTERVALS)
-                .map(|level| tabulate(distance_ratio, zenith(level)))
-                .collect(),
+            crossing: (0..=CROSSING_INTERVALS).map(|level| tabulate(distance_ratio, zenith(level))).collect(),
         }
     }
 
@@ -58,10 +56,7 @@ impl AlbedoField {
         if past_crossing <= -self.horizon {
             let scale = self.horizon.cos().recip();
             let noon = (-past_crossing - self.horizon).sin() * scale;
-            return Some(blend(
-                [&self.noon, &self.crossing[0]],
-                [noon, sun_zenith.sin() * scale],
-            ));
+            return Some(blend([&self.noon, &self.crossing[0]], [noon, sun_zenith.sin() * scale]));
         }
         let u = (past_crossing / self.spread).asinh() / (self.horizon / self.spread).asinh();
         let position = 0.5 * (u + 1.0) * CROSSING_INTERVALS as f64;
@@ -73,10 +68,7 @@ impl AlbedoField {
             -t * (t - 1.0) * (t - 3.0) / 2.0,
             t * (t - 1.0) * (t - 2.0) / 6.0,
         ];
-        Some(blend(
-            [0, 1, 2, 3].map(|offset| &self.crossing[first + offset]),
-            weights,
-        ))
+        Some(blend([0, 1, 2, 3].map(|offset| &self.crossing[first + offset]), weights))
     }
 }
 
@@ -89,26 +81,15 @@ fn tabulate(distance_ratio: f64, sun_zenith: f64) -> AlbedoTable {
             length * albedo_factor(direction / length, distance_ratio, sun_zenith)
         })
     };
-    AlbedoTable {
-        values: (0..side * side).into_par_iter().map(value).collect(),
-    }
+    AlbedoTable { values: (0..side * side).into_par_iter().map(value).collect() }
 }
 
 /// Weighted sum of tables. A cubic can dip below 0 by its own error where the truth is 0; a negative flux would have no
 /// balance temperature, so 0 is taken there.
 fn blend<const TERMS: usize>(tables: [&AlbedoTable; TERMS], weights: [f64; TERMS]) -> AlbedoTable {
-    let sum = |index: usize| {
-        tables
-            .iter()
-            .zip(weights)
-            .map(|(table, weight)| table.values[index] * weight)
-            .sum::<f64>()
-    };
-    AlbedoTable {
-        values: (0..tables[0].values.len())
-            .map(|index| sum(index).max(0.0))
-            .collect(),
-    }
+    let sum =
+        |index: usize| tables.iter().zip(weights).map(|(table, weight)| table.values[index] * weight).sum::<f64>();
+    AlbedoTable { values: (0..tables[0].values.len()).map(|index| sum(index).max(0.0)).collect() }
 }
 
 #[cfg(test)]
@@ -148,17 +129,11 @@ mod tests {
             let field = AlbedoField::new(ratio);
             let dark = FRAC_PI_2 + horizon_angle(ratio);
             let sample = |index: u32| dark * (f64::from(index) + 0.37) / 40.0;
-            let worst = (0..40)
-                .map(|index| error(&field, ratio, sample(index)))
-                .fold(0.0, f64::max);
+            let worst = (0..40).map(|index| error(&field, ratio, sample(index))).fold(0.0, f64::max);
             println!("{altitude} km: largest error of the albedo table {worst:.1e}");
             assert!(worst < 1e-4, "{altitude} km: {worst:e}");
             assert!(field.table(dark + 1e-12).is_none() && field.table(PI).is_none());
-            assert!(
-                field
-                    .table(dark - 1e-6)
-                    .is_some_and(|table| table.values.iter().all(|&value| value >= 0.0))
-            );
+            assert!(field.table(dark - 1e-6).is_some_and(|table| table.values.iter().all(|&value| value >= 0.0)));
         }
     }
 
@@ -168,10 +143,7 @@ mod tests {
         assert!(error(&AlbedoField::new(1.0 + 400.0 / 6371.0), ratio, 0.5) > 1e-3);
         let field = AlbedoField::new(ratio);
         let table = field.table(1.0 + PI / 180.0).unwrap();
-        assert!(
-            (albedo_table_lookup(&table, DVec3::Z) - albedo_factor(DVec3::Z, ratio, 1.0)).abs()
-                > 5e-3
-        );
+        assert!((albedo_table_lookup(&table, DVec3::Z) - albedo_factor(DVec3::Z, ratio, 1.0)).abs() > 5e-3);
     }
 
     #[test]
@@ -192,14 +164,8 @@ mod tests {
             DVec3::new(0.6, 0.0, -0.8),
         ];
         for direction in directions {
-            let (found, exact) = (
-                albedo_table_lookup(&table, direction),
-                albedo_factor(direction, ratio, 1.2),
-            );
-            assert!(
-                (found - exact).abs() < 1e-4,
-                "{direction}: {found} against {exact}"
-            );
+            let (found, exact) = (albedo_table_lookup(&table, direction), albedo_factor(direction, ratio, 1.2));
+            assert!((found - exact).abs() < 1e-4, "{direction}: {found} against {exact}");
         }
     }
 
@@ -209,13 +175,7 @@ mod tests {
         let field = AlbedoField::new(ratio);
         for sun_zenith in [0.0, 1.0, FRAC_PI_2 - 1e-5, FRAC_PI_2, FRAC_PI_2 + 1e-5] {
             let table = field.table(sun_zenith).unwrap();
-            assert!(
-                table
-                    .values
-                    .iter()
-                    .all(|value| (0.0..=1.001).contains(value)),
-                "{sun_zenith}"
-            );
+            assert!(table.values.iter().all(|value| (0.0..=1.001).contains(value)), "{sun_zenith}");
         }
         // A wide flat ground under a high Sun: the plate's view of a half-space.
         let noon = field.table(0.0).unwrap();

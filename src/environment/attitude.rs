@@ -27,30 +27,21 @@ impl BodyFrame {
     /// orbit noon.
     pub fn new(attitude: &Attitude, orbit: &CircularOrbit) -> Option<Self> {
         match attitude {
-            Attitude::Nadir {
-                nadir_axis,
-                forward_axis,
-            } => {
+            Attitude::Nadir { nadir_axis, forward_axis } => {
                 let body_from_orbit = triad(*nadir_axis, *forward_axis)?;
                 Some(Self::FollowsOrbit { body_from_orbit })
             }
             Attitude::Inertial { inertial_from_body } => {
                 let usable = inertial_from_body.is_finite() && inertial_from_body.length() > 0.0;
                 usable.then(|| Self::Fixed {
-                    body_from_inertial: DMat3::from_quat(inertial_from_body.normalize())
-                        .transpose(),
+                    body_from_inertial: DMat3::from_quat(inertial_from_body.normalize()).transpose(),
                 })
             }
-            Attitude::Sun {
-                sun_axis,
-                north_axis,
-            } => {
+            Attitude::Sun { sun_axis, north_axis } => {
                 let body_from_axes = triad(*sun_axis, *north_axis)?;
                 let sun = orbit.sun_direction();
                 let inertial_from_axes = triad(sun, DVec3::Z).or_else(|| triad(sun, DVec3::X))?;
-                Some(Self::Fixed {
-                    body_from_inertial: body_from_axes * inertial_from_axes.transpose(),
-                })
+                Some(Self::Fixed { body_from_inertial: body_from_axes * inertial_from_axes.transpose() })
             }
         }
     }
@@ -59,13 +50,10 @@ impl BodyFrame {
     pub fn rotations(&self, orbit: &CircularOrbit, time: f64) -> (DMat3, DMat3) {
         let inertial_from_orbit = orbit.inertial_from_orbit(time);
         match *self {
-            Self::FollowsOrbit { body_from_orbit } => (
-                body_from_orbit * inertial_from_orbit.transpose(),
-                body_from_orbit,
-            ),
-            Self::Fixed { body_from_inertial } => {
-                (body_from_inertial, body_from_inertial * inertial_from_orbit)
+            Self::FollowsOrbit { body_from_orbit } => {
+                (body_from_orbit * inertial_from_orbit.transpose(), body_from_orbit)
             }
+            Self::Fixed { body_from_inertial } => (body_from_inertial, body_from_inertial * inertial_from_orbit),
         }
     }
 }
@@ -92,61 +80,36 @@ mod tests {
 
     use super::*;
 
-    const ORBIT: CircularOrbit = CircularOrbit {
-        altitude: 408e3,
-        period: 5560.0,
-        beta: 0.4,
-        phase: 0.2,
-    };
+    const ORBIT: CircularOrbit = CircularOrbit { altitude: 408e3, period: 5560.0, beta: 0.4, phase: 0.2 };
 
     fn assert_close(found: DVec3, expected: DVec3) {
-        assert!(
-            found.distance(expected) < 1e-12,
-            "{found} is not {expected}"
-        );
+        assert!(found.distance(expected) < 1e-12, "{found} is not {expected}");
     }
 
     #[test]
     fn nadir_pointing_holds_its_axes_on_nadir_and_velocity() {
-        let attitude = Attitude::Nadir {
-            nadir_axis: -DVec3::Y,
-            forward_axis: DVec3::new(1.0, 0.5, 0.0),
-        };
+        let attitude = Attitude::Nadir { nadir_axis: -DVec3::Y, forward_axis: DVec3::new(1.0, 0.5, 0.0) };
         let frame = BodyFrame::new(&attitude, &ORBIT).unwrap();
         for time in [0.0, 1234.5, 1e6] {
             let (body_from_inertial, body_from_orbit) = frame.rotations(&ORBIT, time);
             assert_close(body_from_inertial * -ORBIT.zenith(time), -DVec3::Y);
             assert_close(body_from_orbit * DVec3::Z, -DVec3::Y);
             assert_close(body_from_orbit * DVec3::X, DVec3::X);
-            assert_close(
-                body_from_inertial * ORBIT.inertial_from_orbit(time).x_axis,
-                DVec3::X,
-            );
+            assert_close(body_from_inertial * ORBIT.inertial_from_orbit(time).x_axis, DVec3::X);
             assert!((body_from_inertial.determinant() - 1.0).abs() < 1e-12);
         }
     }
 
     #[test]
     fn sun_pointing_holds_the_sun_and_leans_to_the_orbit_normal() {
-        let attitude = Attitude::Sun {
-            sun_axis: DVec3::X,
-            north_axis: DVec3::Z,
-        };
-        let (body_from_inertial, body_from_orbit) = BodyFrame::new(&attitude, &ORBIT)
-            .unwrap()
-            .rotations(&ORBIT, 777.0);
+        let attitude = Attitude::Sun { sun_axis: DVec3::X, north_axis: DVec3::Z };
+        let (body_from_inertial, body_from_orbit) = BodyFrame::new(&attitude, &ORBIT).unwrap().rotations(&ORBIT, 777.0);
         assert_close(body_from_inertial * ORBIT.sun_direction(), DVec3::X);
         let north = body_from_inertial * DVec3::Z;
         assert!(north.z > 0.9 && north.y.abs() < 1e-12, "{north}");
-        assert_close(
-            body_from_orbit * DVec3::Z,
-            body_from_inertial * -ORBIT.zenith(777.0),
-        );
+        assert_close(body_from_orbit * DVec3::Z, body_from_inertial * -ORBIT.zenith(777.0));
 
-        let sun_over_the_pole = CircularOrbit {
-            beta: FRAC_PI_2,
-            ..ORBIT
-        };
+        let sun_over_the_pole = CircularOrbit { beta: FRAC_PI_2, ..ORBIT };
         let frame = BodyFrame::new(&attitude, &sun_over_the_pole).unwrap();
         let (body_from_inertial, _) = frame.rotations(&sun_over_the_pole, 0.0);
         assert_close(body_from_inertial * DVec3::Z, DVec3::X);
@@ -163,19 +126,11 @@ mod tests {
 
     #[test]
     fn parallel_axes_and_a_zero_quaternion_give_nothing() {
-        let parallel = Attitude::Nadir {
-            nadir_axis: DVec3::Z,
-            forward_axis: -DVec3::Z,
-        };
+        let parallel = Attitude::Nadir { nadir_axis: DVec3::Z, forward_axis: -DVec3::Z };
         assert_eq!(BodyFrame::new(&parallel, &ORBIT), None);
-        let zero = Attitude::Inertial {
-            inertial_from_body: DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0),
-        };
+        let zero = Attitude::Inertial { inertial_from_body: DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0) };
         assert_eq!(BodyFrame::new(&zero, &ORBIT), None);
-        let not_finite = Attitude::Sun {
-            sun_axis: DVec3::X,
-            north_axis: DVec3::new(f64::NAN, 0.0, 0.0),
-        };
+        let not_finite = Attitude::Sun { sun_axis: DVec3::X, north_axis: DVec3::new(f64::NAN, 0.0, 0.0) };
         assert_eq!(BodyFrame::new(&not_finite, &ORBIT), None);
     }
 }

@@ -27,10 +27,7 @@ impl Discs {
         let to_sun = sun - craft;
         let to_planet = -craft;
         Self {
-            separation: to_sun
-                .cross(to_planet)
-                .length()
-                .atan2(to_sun.dot(to_planet)),
+            separation: to_sun.cross(to_planet).length().atan2(to_sun.dot(to_planet)),
             sun: (SUN_RADIUS / to_sun.length()).min(1.0).asin(),
             planet: (planet_radius / craft.length()).min(1.0).asin(),
         }
@@ -56,11 +53,7 @@ impl Discs {
             return 1.0;
         }
         if self.inner_gap() <= 0.0 {
-            return if self.planet >= self.sun {
-                0.0
-            } else {
-                1.0 - (self.planet / self.sun).powi(2)
-            };
+            return if self.planet >= self.sun { 0.0 } else { 1.0 - (self.planet / self.sun).powi(2) };
         }
         let sun = 2.0 * (0.5 * self.sun).tan();
         let near_limb = 2.0 * (0.5 * (self.separation - self.planet)).tan();
@@ -82,10 +75,7 @@ fn lens_area(a: f64, b: f64, near_edge: f64) -> f64 {
     let over_a = 2.0 * b + near_edge - a;
     let over_b = a + near_edge;
     let half_angle = |opposite: f64, adjacent: f64| {
-        2.0 * (over_distance * adjacent)
-            .max(0.0)
-            .sqrt()
-            .atan2((around * opposite).max(0.0).sqrt())
+        2.0 * (over_distance * adjacent).max(0.0).sqrt().atan2((around * opposite).max(0.0).sqrt())
     };
     let segment = |radius: f64, angle: f64| radius * radius * (angle - angle.sin() * angle.cos());
     segment(a, half_angle(over_b, over_a)) + segment(b, half_angle(over_a, over_b))
@@ -147,23 +137,13 @@ mod tests {
 
     #[test]
     fn lit_fraction_agrees_with_counted_points_from_low_orbit_to_beyond_the_umbra() {
-        for distance in [
-            RADIUS * 1.000_1,
-            RADIUS + 224e3,
-            RADIUS + 772e3,
-            4.2e7,
-            1e9,
-            2e9,
-        ] {
+        for distance in [RADIUS * 1.000_1, RADIUS + 224e3, RADIUS + 772e3, 4.2e7, 1e9, 2e9] {
             let planet = (RADIUS / distance).asin();
             let sun = SUN_RADIUS / SUN_DISTANCE;
             for step in -9..=9 {
                 let discs = at(distance, (planet + sun * 0.11 * f64::from(step)).abs());
                 let (found, expected) = (discs.lit_fraction(), counted(&discs));
-                assert!(
-                    (found - expected).abs() < 1e-4,
-                    "{distance} m, step {step}: {found} against {expected}"
-                );
+                assert!((found - expected).abs() < 1e-4, "{distance} m, step {step}: {found} against {expected}");
             }
         }
     }
@@ -171,9 +151,8 @@ mod tests {
     #[test]
     fn planar_discs_with_angular_radii_would_be_seen() {
         let discs = at(RADIUS + 224e3, (RADIUS / (RADIUS + 224e3)).asin());
-        let planar = 1.0
-            - lens_area(discs.sun, discs.planet, discs.separation - discs.planet)
-                / (PI * discs.sun * discs.sun);
+        let planar =
+            1.0 - lens_area(discs.sun, discs.planet, discs.separation - discs.planet) / (PI * discs.sun * discs.sun);
         assert!((planar - counted(&discs)).abs() > 2e-4, "{planar}");
     }
 
@@ -184,20 +163,13 @@ mod tests {
         assert_eq!(at(low, 0.0).lit_fraction(), 0.0);
         let beyond_the_umbra = at(2e9, 0.0);
         let ratio = beyond_the_umbra.planet / beyond_the_umbra.sun;
-        assert!(
-            (beyond_the_umbra.lit_fraction() - (1.0 - ratio * ratio)).abs() < 1e-12 && ratio < 0.7
-        );
+        assert!((beyond_the_umbra.lit_fraction() - (1.0 - ratio * ratio)).abs() < 1e-12 && ratio < 0.7);
         for distance in [RADIUS * (1.0 + 1e-9), low, 4.2e7, 2e9] {
             let Discs { sun, planet, .. } = at(distance, 1.0);
             let mut previous = 0.0;
             for step in 0..=2000 {
                 let separation = (planet - 1.05 * sun + sun * 2.1e-3 * f64::from(step)).max(0.0);
-                let lit = Discs {
-                    separation,
-                    sun,
-                    planet,
-                }
-                .lit_fraction();
+                let lit = Discs { separation, sun, planet }.lit_fraction();
                 assert!(
                     (previous..=1.0).contains(&lit) || (lit - previous).abs() < 1e-9,
                     "{distance} m, {step}: {lit}"
@@ -220,16 +192,12 @@ mod tests {
     /// Position at `time` by a degree-7 Lagrange polynomial through the eight rows nearest to it.
     fn interpolate(rows: &[(f64, DVec3, DVec3)], time: f64) -> (DVec3, DVec3) {
         let step = rows[1].0 - rows[0].0;
-        let first = ((time / step) as usize)
-            .saturating_sub(3)
-            .min(rows.len() - 8);
+        let first = ((time / step) as usize).saturating_sub(3).min(rows.len() - 8);
         let rows = &rows[first..first + 8];
         let mut sum = (DVec3::ZERO, DVec3::ZERO);
         for (i, row) in rows.iter().enumerate() {
             let others = rows.iter().enumerate().filter(|&(j, _)| j != i);
-            let weight: f64 = others
-                .map(|(_, other)| (time - other.0) / (row.0 - other.0))
-                .product();
+            let weight: f64 = others.map(|(_, other)| (time - other.0) / (row.0 - other.0)).product();
             sum = (sum.0 + row.1 * weight, sum.1 + row.2 * weight);
         }
         sum
@@ -246,47 +214,26 @@ mod tests {
             println!("skipped: ../shared/data absent");
             return;
         };
-        let numbers = |line: &str| {
-            line.split(',')
-                .map(|cell| cell.parse().ok())
-                .collect::<Option<Vec<f64>>>()
-        };
+        let numbers = |line: &str| line.split(',').map(|cell| cell.parse().ok()).collect::<Option<Vec<f64>>>();
         let rows: Vec<_> = orbit
             .lines()
             .filter_map(numbers)
-            .map(|row| {
-                (
-                    row[0],
-                    DVec3::from_slice(&row[1..4]) * 1e3,
-                    DVec3::from_slice(&row[4..7]) * 1e3,
-                )
-            })
+            .map(|row| (row[0], DVec3::from_slice(&row[1..4]) * 1e3, DVec3::from_slice(&row[4..7]) * 1e3))
             .collect();
         assert!(rows.len() > 1000);
 
         let mut compared = 0;
         for line in events.lines().filter(|line| line.starts_with('6')) {
             let cells: Vec<&str> = line.split(',').collect();
-            let (radius, time) = (
-                cells[0].parse::<f64>().unwrap() * 1e3,
-                cells[3].parse::<f64>().unwrap(),
-            );
+            let (radius, time) = (cells[0].parse::<f64>().unwrap() * 1e3, cells[3].parse::<f64>().unwrap());
             let gap = |time| {
                 let (craft, sun) = interpolate(&rows, time);
                 let discs = Discs::seen_from(craft, sun, radius);
-                if cells[1] == "umbra" {
-                    discs.inner_gap()
-                } else {
-                    discs.outer_gap()
-                }
+                if cells[1] == "umbra" { discs.inner_gap() } else { discs.outer_gap() }
             };
             let found = sign_change(gap, time - 20.0, time + 20.0).unwrap();
             assert!((found - time).abs() < 0.01, "{line}: {found}");
-            assert_eq!(
-                gap(time - 1.0) > gap(time + 1.0),
-                cells[2] == "entry",
-                "{line}"
-            );
+            assert_eq!(gap(time - 1.0) > gap(time + 1.0), cells[2] == "entry", "{line}");
             compared += 1;
         }
         assert!(compared >= 100, "{compared} contacts");

@@ -8,10 +8,7 @@ use super::{PlanetLoad, TickLoad};
 
 /// Solar flux incident on a plate, mean of the tick [W/m2]. `normal` is a unit vector in the body frame.
 pub fn solar_flux(load: &TickLoad, normal: DVec3) -> f64 {
-    load.sun
-        .iter()
-        .map(|sample| sample.flux * normal.dot(sample.direction).max(0.0))
-        .sum()
+    load.sun.iter().map(|sample| sample.flux * normal.dot(sample.direction).max(0.0)).sum()
 }
 
 /// Planet infrared incident on a plate [W/m2]. `normal` is a unit vector in the body frame.
@@ -42,9 +39,5 @@ pub fn exact_albedo_flux(load: &TickLoad, normal: DVec3) -> f64 {
 
 /// A body-frame vector in the planet frame: x to the Sun's side, z to nadir.
 pub fn planet_frame_direction(planet: &PlanetLoad, vector: DVec3) -> DVec3 {
-    DVec3::new(
-        vector.dot(planet.sunward),
-        vector.dot(planet.nadir.cross(planet.sunward)),
-        vector.dot(planet.nadir),
-    )
+    DVec3::new(vector.dot(planet.sunward), vector.dot(planet.nadir.cross(planet.sunward)), vector.dot(planet.nadir))
 }

@@ -82,10 +82,7 @@ impl fmt::Display for PeriodDisagreement {
 
 /// How the altitude and the period of an orbit around a planet of this radius [m] disagree; `None` where they agree to
 /// [`PERIOD_TOLERANCE`].
-pub fn period_disagreement(
-    orbit: &CircularOrbit,
-    planet_radius: f64,
-) -> Option<PeriodDisagreement> {
+pub fn period_disagreement(orbit: &CircularOrbit, planet_radius: f64) -> Option<PeriodDisagreement> {
     let kepler_period = kepler_period(planet_radius + orbit.altitude);
     ((kepler_period - orbit.period).abs() > PERIOD_TOLERANCE).then(|| PeriodDisagreement {
         altitude: orbit.altitude,
@@ -105,12 +102,7 @@ mod tests {
     use super::*;
 
     fn paper_orbit() -> CircularOrbit {
-        CircularOrbit {
-            altitude: 224e3,
-            period: 6017.0,
-            beta: 0.0,
-            phase: 0.0,
-        }
+        CircularOrbit { altitude: 224e3, period: 6017.0, beta: 0.0, phase: 0.0 }
     }
 
     #[test]
@@ -120,37 +112,21 @@ mod tests {
         assert!(text.contains("224 km means a period of 5339 s"), "{text}");
         assert!(text.contains("6017 s, which is 772 km"), "{text}");
 
-        let with_mean_radius = period_disagreement(&paper_orbit(), DEFAULT_PLANET_RADIUS)
-            .unwrap()
-            .to_string();
-        assert!(
-            with_mean_radius.contains("5330 s") && with_mean_radius.contains("779 km"),
-            "{with_mean_radius}"
-        );
+        let with_mean_radius = period_disagreement(&paper_orbit(), DEFAULT_PLANET_RADIUS).unwrap().to_string();
+        assert!(with_mean_radius.contains("5330 s") && with_mean_radius.contains("779 km"), "{with_mean_radius}");
     }
 
     #[test]
     fn a_kepler_orbit_is_not_reported() {
         let period = kepler_period(DEFAULT_PLANET_RADIUS + 408e3);
-        let orbit = |period| CircularOrbit {
-            altitude: 408e3,
-            period,
-            beta: 0.0,
-            phase: 0.0,
-        };
-        assert_eq!(
-            period_disagreement(&orbit(period.round()), DEFAULT_PLANET_RADIUS),
-            None
-        );
+        let orbit = |period| CircularOrbit { altitude: 408e3, period, beta: 0.0, phase: 0.0 };
+        assert_eq!(period_disagreement(&orbit(period.round()), DEFAULT_PLANET_RADIUS), None);
         assert!(period_disagreement(&orbit(period + 2.0), DEFAULT_PLANET_RADIUS).is_some());
     }
 
     #[test]
     fn the_craft_goes_from_noon_towards_y_with_lvlh_axes() {
-        let orbit = CircularOrbit {
-            beta: 0.3,
-            ..paper_orbit()
-        };
+        let orbit = CircularOrbit { beta: 0.3, ..paper_orbit() };
         assert!(orbit.zenith(0.0).distance(DVec3::X) < 1e-15);
         assert!(orbit.zenith(6017.0 / 4.0).distance(DVec3::Y) < 1e-15);
         assert!(orbit.zenith(6017.0 * 1e6).distance(DVec3::X) < 1e-9);

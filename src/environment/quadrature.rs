@@ -32,9 +32,7 @@ impl GaussLegendre {
     /// Nodes of [`start`, `end`] and their weights.
     pub fn on(&self, start: f64, end: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
         let length = end - start;
-        self.nodes
-            .iter()
-            .map(move |&(x, weight)| (start + length * x, length * weight))
+        self.nodes.iter().map(move |&(x, weight)| (start + length * x, length * weight))
     }
 
     /// The same with the nodes gathered at both ends, for integrands that behave there as a power 1/2 or 3/2 of the
@@ -56,15 +54,9 @@ fn legendre(degree: usize, x: f64) -> (f64, f64) {
     let (mut previous, mut value) = (0.0, 1.0);
     for n in 0..degree {
         let n = n as f64;
-        (previous, value) = (
-            value,
-            ((2.0 * n + 1.0) * x * value - n * previous) / (n + 1.0),
-        );
+        (previous, value) = (value, ((2.0 * n + 1.0) * x * value - n * previous) / (n + 1.0));
     }
-    (
-        value,
-        degree as f64 * (x * value - previous) / (x * x - 1.0),
-    )
+    (value, degree as f64 * (x * value - previous) / (x * x - 1.0))
 }
 
 #[cfg(test)]
@@ -76,21 +68,11 @@ mod tests {
         for points in [2, 4, 10, 16, 40] {
             let rule = GaussLegendre::new(points);
             let degree = 2 * points as i32 - 1;
-            let moment = |degree: i32| {
-                rule.on(0.0, 2.0)
-                    .map(|(x, w)| w * (x / 2.0).powi(degree))
-                    .sum::<f64>()
-            };
+            let moment = |degree: i32| rule.on(0.0, 2.0).map(|(x, w)| w * (x / 2.0).powi(degree)).sum::<f64>();
             let exact = |degree: i32| 2.0 / f64::from(degree + 1);
-            assert!(
-                (moment(degree) - exact(degree)).abs() < 1e-14,
-                "{points} points"
-            );
+            assert!((moment(degree) - exact(degree)).abs() < 1e-14, "{points} points");
             if points <= 4 {
-                assert!(
-                    (moment(degree + 1) - exact(degree + 1)).abs() > 1e-6,
-                    "{points} points, one degree more"
-                );
+                assert!((moment(degree + 1) - exact(degree + 1)).abs() > 1e-6, "{points} points, one degree more");
             }
         }
     }
@@ -98,9 +80,7 @@ mod tests {
     #[test]
     fn smoothing_tames_a_three_halves_power() {
         let rule = GaussLegendre::new(8);
-        let integral = |nodes: &mut dyn Iterator<Item = (f64, f64)>| {
-            nodes.map(|(x, w)| w * x.powf(1.5)).sum::<f64>()
-        };
+        let integral = |nodes: &mut dyn Iterator<Item = (f64, f64)>| nodes.map(|(x, w)| w * x.powf(1.5)).sum::<f64>();
         let smoothed = (integral(&mut rule.on_smoothed(0.0, 1.0)) - 0.4).abs();
         let plain = (integral(&mut rule.on(0.0, 1.0)) - 0.4).abs();
         assert!(smoothed < 1e-9, "smoothed {smoothed:e}");

@@ -23,9 +23,7 @@ pub enum SkyError {
         value: f64,
     },
     /// An altitude that rounding would lose against the planet's radius.
-    #[error(
-        "the altitude of {altitude} m is nothing beside the planet radius of {planet_radius} m"
-    )]
+    #[error("the altitude of {altitude} m is nothing beside the planet radius of {planet_radius} m")]
     OnTheGround {
         /// Altitude [m].
         altitude: f64,
@@ -41,9 +39,7 @@ pub enum SkyError {
         value: f64,
     },
     /// An attitude that does not say how the body is turned.
-    #[error(
-        "the two axes of the attitude are parallel, or an axis or its quaternion is zero or not finite"
-    )]
+    #[error("the two axes of the attitude are parallel, or an axis or its quaternion is zero or not finite")]
     Attitude,
 }
 
@@ -67,11 +63,7 @@ impl SkyModel {
     ///
     /// # Errors
     /// Where altitude, period or planet radius are not positive, an angle is not finite, or the attitude is degenerate.
-    pub fn new(
-        orbit: &CircularOrbit,
-        attitude: &Attitude,
-        environment: &Environment,
-    ) -> Result<Self, SkyError> {
+    pub fn new(orbit: &CircularOrbit, attitude: &Attitude, environment: &Environment) -> Result<Self, SkyError> {
         let positive = [
             ("the altitude [m]", orbit.altitude),
             ("the period [s]", orbit.period),
@@ -84,10 +76,7 @@ impl SkyModel {
         }
         let (altitude, planet_radius) = (orbit.altitude, environment.planet_radius);
         if altitude / planet_radius < LEAST_RELATIVE_ALTITUDE {
-            return Err(SkyError::OnTheGround {
-                altitude,
-                planet_radius,
-            });
+            return Err(SkyError::OnTheGround { altitude, planet_radius });
         }
         for (what, value) in [("beta", orbit.beta), ("the phase", orbit.phase)] {
             if !value.is_finite() {
@@ -95,12 +84,7 @@ impl SkyModel {
             }
         }
         let body = BodyFrame::new(attitude, orbit).ok_or(SkyError::Attitude)?;
-        Ok(Self {
-            orbit: orbit.clone(),
-            body,
-            planet_radius: environment.planet_radius,
-            eclipse: environment.eclipse,
-        })
+        Ok(Self { orbit: orbit.clone(), body, planet_radius: environment.planet_radius, eclipse: environment.eclipse })
     }
 
     /// Period after which everything in the body frame repeats [s].
@@ -137,11 +121,7 @@ impl SkyModel {
 
     /// Share of the Sun's disc that the planet leaves visible, in [0, 1]; 1 where the scene has no eclipse.
     pub fn lit_fraction(&self, time: f64) -> f64 {
-        if self.eclipse {
-            self.discs(time).lit_fraction()
-        } else {
-            1.0
-        }
+        if self.eclipse { self.discs(time).lit_fraction() } else { 1.0 }
     }
 
     /// Times in (`start`, `end`) [s] at which penumbra or umbra begins or ends, in order.
@@ -172,36 +152,20 @@ impl SkyModel {
     /// Angle that the Sun's direction sweeps in the body frame between two times [rad], by its chords.
     pub fn sun_sweep(&self, start: f64, end: f64) -> f64 {
         const CHORDS: u32 = 16;
-        let direction = |index: u32| {
-            self.sun_direction(start + (end - start) * f64::from(index) / f64::from(CHORDS))
-        };
-        let chord = |index: u32| {
-            2.0 * (0.5 * direction(index).distance(direction(index + 1)))
-                .min(1.0)
-                .asin()
-        };
-        (0..CHORDS)
-            .map(chord)
-            .sum::<f64>()
-            .min(TAU * ((end - start) / self.orbit.period).max(1.0))
+        let direction = |index: u32| self.sun_direction(start + (end - start) * f64::from(index) / f64::from(CHORDS));
+        let chord = |index: u32| 2.0 * (0.5 * direction(index).distance(direction(index + 1))).min(1.0).asin();
+        (0..CHORDS).map(chord).sum::<f64>().min(TAU * ((end - start) / self.orbit.period).max(1.0))
     }
 
     fn discs(&self, time: f64) -> Discs {
         let craft = self.orbit.zenith(time) * (self.planet_radius + self.orbit.altitude);
-        Discs::seen_from(
-            craft,
-            self.orbit.sun_direction() * SUN_DISTANCE,
-            self.planet_radius,
-        )
+        Discs::seen_from(craft, self.orbit.sun_direction() * SUN_DISTANCE, self.planet_radius)
     }
 }
 
 /// Angle of the planet's horizon from the point below the craft, at the planet's centre [rad].
 pub fn horizon_angle(distance_ratio: f64) -> f64 {
-    (distance_ratio * distance_ratio - 1.0)
-        .max(0.0)
-        .sqrt()
-        .atan()
+    (distance_ratio * distance_ratio - 1.0).max(0.0).sqrt().atan()
 }
 
 #[cfg(test)]
@@ -213,12 +177,7 @@ mod tests {
     use super::*;
 
     fn orbit(altitude: f64, period: f64) -> CircularOrbit {
-        CircularOrbit {
-            altitude,
-            period,
-            beta: 0.0,
-            phase: 20f64.to_radians(),
-        }
+        CircularOrbit { altitude, period, beta: 0.0, phase: 20f64.to_radians() }
     }
 
     fn environment() -> Environment {
@@ -233,18 +192,8 @@ mod tests {
     }
 
     fn model(altitude: f64, beta: f64) -> SkyModel {
-        let orbit = CircularOrbit {
-            beta,
-            ..orbit(altitude, 6017.0)
-        };
-        SkyModel::new(
-            &orbit,
-            &Attitude::Inertial {
-                inertial_from_body: DQuat::IDENTITY,
-            },
-            &environment(),
-        )
-        .unwrap()
+        let orbit = CircularOrbit { beta, ..orbit(altitude, 6017.0) };
+        SkyModel::new(&orbit, &Attitude::Inertial { inertial_from_body: DQuat::IDENTITY }, &environment()).unwrap()
     }
 
     /// NUMERICS.md 2: the planet's shadow is steps 85-235 of 360 at 224 km and 97-223 at 772 km, with phase 20 deg.
@@ -252,31 +201,14 @@ mod tests {
     fn the_papers_shadow_begins_and_ends_where_numerics_2_says() {
         for (altitude, entry, exit) in [(224e3, 85.0, 235.0), (772e3, 97.0, 223.0)] {
             let step = 6017.0 / 360.0;
-            let contacts: Vec<f64> = model(altitude, 0.0)
-                .contacts(0.0, 6017.0)
-                .into_iter()
-                .map(|time| time / step)
-                .collect();
-            let [penumbra, umbra, umbra_end, penumbra_end] = contacts[..] else {
-                panic!("{contacts:?}")
-            };
-            assert!(
-                penumbra < umbra && umbra < umbra_end && umbra_end < penumbra_end,
-                "{contacts:?}"
-            );
-            assert!(
-                (0.5 * (penumbra + umbra) - entry).abs() < 0.6,
-                "{altitude} m: {contacts:?}"
-            );
-            assert!(
-                (0.5 * (umbra_end + penumbra_end) - exit).abs() < 0.6,
-                "{altitude} m: {contacts:?}"
-            );
+            let contacts: Vec<f64> =
+                model(altitude, 0.0).contacts(0.0, 6017.0).into_iter().map(|time| time / step).collect();
+            let [penumbra, umbra, umbra_end, penumbra_end] = contacts[..] else { panic!("{contacts:?}") };
+            assert!(penumbra < umbra && umbra < umbra_end && umbra_end < penumbra_end, "{contacts:?}");
+            assert!((0.5 * (penumbra + umbra) - entry).abs() < 0.6, "{altitude} m: {contacts:?}");
+            assert!((0.5 * (umbra_end + penumbra_end) - exit).abs() < 0.6, "{altitude} m: {contacts:?}");
             let other = model(996e3 - altitude, 0.0).contacts(0.0, 6017.0);
-            assert!(
-                (other[0] / step - entry).abs() > 5.0,
-                "the other altitude must not pass"
-            );
+            assert!((other[0] / step - entry).abs() > 5.0, "the other altitude must not pass");
         }
     }
 
@@ -285,15 +217,7 @@ mod tests {
         for beta in [0.0, 0.7, -1.0] {
             let model = model(224e3, beta);
             let contacts = model.contacts(-5500.0, 24_500.0);
-            assert_eq!(
-                contacts.len(),
-                if beta == 0.0 {
-                    20
-                } else {
-                    contacts.len() / 4 * 4
-                },
-                "beta {beta}"
-            );
+            assert_eq!(contacts.len(), if beta == 0.0 { 20 } else { contacts.len() / 4 * 4 }, "beta {beta}");
             assert!(contacts.len() >= 16, "beta {beta}");
             for quad in contacts.chunks(4) {
                 assert_eq!(model.lit_fraction(quad[0] - 1e-6), 1.0);
@@ -312,9 +236,8 @@ mod tests {
     fn contacts_do_not_depend_on_how_time_is_cut() {
         let model = model(408e3, 0.5);
         let whole = model.contacts(0.0, 12_000.0);
-        let cut: Vec<f64> = (0..1200)
-            .flat_map(|tick| model.contacts(f64::from(tick) * 10.0, f64::from(tick + 1) * 10.0))
-            .collect();
+        let cut: Vec<f64> =
+            (0..1200).flat_map(|tick| model.contacts(f64::from(tick) * 10.0, f64::from(tick + 1) * 10.0)).collect();
         assert_eq!(whole.len(), cut.len());
         for (a, b) in whole.iter().zip(&cut) {
             assert!((a - b).abs() < 1e-7, "{a} {b}");
@@ -327,14 +250,8 @@ mod tests {
             assert_eq!(model(772e3, beta).contacts(0.0, 6017.0), Vec::<f64>::new());
             assert_eq!(model(772e3, beta).lit_fraction(3000.0), 1.0);
         }
-        let without = Environment {
-            eclipse: false,
-            ..environment()
-        };
-        let attitude = Attitude::Sun {
-            sun_axis: DVec3::X,
-            north_axis: DVec3::Z,
-        };
+        let without = Environment { eclipse: false, ..environment() };
+        let attitude = Attitude::Sun { sun_axis: DVec3::X, north_axis: DVec3::Z };
         let model = SkyModel::new(&orbit(224e3, 6017.0), &attitude, &without).unwrap();
         assert_eq!(model.contacts(0.0, 6017.0), Vec::<f64>::new());
         assert_eq!(model.sky(2600.0).lit_fraction, 1.0);
@@ -342,14 +259,8 @@ mod tests {
 
     #[test]
     fn the_sky_agrees_with_its_parts() {
-        let attitude = Attitude::Nadir {
-            nadir_axis: DVec3::Z,
-            forward_axis: DVec3::X,
-        };
-        let orbit = CircularOrbit {
-            beta: 0.4,
-            ..orbit(408e3, 5560.0)
-        };
+        let attitude = Attitude::Nadir { nadir_axis: DVec3::Z, forward_axis: DVec3::X };
+        let orbit = CircularOrbit { beta: 0.4, ..orbit(408e3, 5560.0) };
         let model = SkyModel::new(&orbit, &attitude, &environment()).unwrap();
         for time in [0.0, 900.0, 2500.0] {
             let sky = model.sky(time);
@@ -359,46 +270,21 @@ mod tests {
             assert!(sky.sun_direction.distance(model.sun_direction(time)) < 1e-15);
         }
         let sweep = model.sun_sweep(100.0, 200.0);
-        assert!(
-            (sweep - TAU * 100.0 / 5560.0 * 0.4f64.cos()).abs() < 1e-3,
-            "{sweep}"
-        );
-        let turned = CircularOrbit {
-            phase: orbit.phase + PI,
-            ..orbit
-        };
+        assert!((sweep - TAU * 100.0 / 5560.0 * 0.4f64.cos()).abs() < 1e-3, "{sweep}");
+        let turned = CircularOrbit { phase: orbit.phase + PI, ..orbit };
         let other = SkyModel::new(&turned, &attitude, &environment()).unwrap();
         assert!((other.sky(0.0).sun_zenith - model.sky(0.0).sun_zenith).abs() > 0.5);
     }
 
     #[test]
     fn unusable_values_are_named() {
-        let attitude = Attitude::Sun {
-            sun_axis: DVec3::X,
-            north_axis: DVec3::Z,
-        };
-        let error = |orbit: CircularOrbit| {
-            SkyModel::new(&orbit, &attitude, &environment())
-                .unwrap_err()
-                .to_string()
-        };
+        let attitude = Attitude::Sun { sun_axis: DVec3::X, north_axis: DVec3::Z };
+        let error = |orbit: CircularOrbit| SkyModel::new(&orbit, &attitude, &environment()).unwrap_err().to_string();
         assert!(error(orbit(-1.0, 6017.0)).contains("altitude"));
         assert!(error(orbit(408e3, 0.0)).contains("period"));
         assert!(error(orbit(1e-4, 6017.0)).contains("nothing beside the planet radius"));
-        assert!(
-            error(CircularOrbit {
-                beta: f64::NAN,
-                ..orbit(408e3, 5560.0)
-            })
-            .contains("beta")
-        );
-        let parallel = Attitude::Sun {
-            sun_axis: DVec3::X,
-            north_axis: DVec3::X,
-        };
-        assert_eq!(
-            SkyModel::new(&orbit(408e3, 5560.0), &parallel, &environment()),
-            Err(SkyError::Attitude)
-        );
+        assert!(error(CircularOrbit { beta: f64::NAN, ..orbit(408e3, 5560.0) }).contains("beta"));
+        let parallel = Attitude::Sun { sun_axis: DVec3::X, north_axis: DVec3::X };
+        assert_eq!(SkyModel::new(&orbit(408e3, 5560.0), &parallel, &environment()), Err(SkyError::Attitude));
     }
 }

@@ -33,18 +33,10 @@ impl TickLoads {
     ///
     /// # Errors
     /// As [`SkyModel::new`].
-    pub fn new(
-        orbit: &CircularOrbit,
-        attitude: &Attitude,
-        environment: &Environment,
-    ) -> Result<Self, SkyError> {
+    pub fn new(orbit: &CircularOrbit, attitude: &Attitude, environment: &Environment) -> Result<Self, SkyError> {
         let sky = SkyModel::new(orbit, attitude, environment)?;
         let albedo = (reflected(environment) > 0.0).then(|| AlbedoField::new(sky.distance_ratio()));
-        Ok(Self {
-            sky,
-            environment: environment.clone(),
-            albedo,
-        })
+        Ok(Self { sky, environment: environment.clone(), albedo })
     }
 
     /// The sky that the loads come from.
@@ -60,16 +52,8 @@ impl TickLoads {
     /// plate by up to 0.5 W/m2 in a tick of 700 s and 7 W/m2 in one of an orbit or more, in low orbit. Planet infrared
     /// and albedo are those of the middle of the tick, which for a tick above a few minutes is no longer their mean.
     pub fn tick_load(&self, start: f64, end: f64) -> TickLoad {
-        let mut planet = self.planet_load(if end > start {
-            0.5 * (start + end)
-        } else {
-            start
-        });
-        let table = |planet: &PlanetLoad| {
-            self.albedo
-                .as_ref()
-                .and_then(|field| field.table(planet.sun_zenith))
-        };
+        let mut planet = self.planet_load(if end > start { 0.5 * (start + end) } else { start });
+        let table = |planet: &PlanetLoad| self.albedo.as_ref().and_then(|field| field.table(planet.sun_zenith));
         let albedo = planet.as_ref().and_then(table);
         if let (Some(planet), None) = (&mut planet, &albedo) {
             planet.albedo_flux = 0.0;
@@ -92,11 +76,7 @@ impl TickLoads {
         let sunward = sky.sun_direction - nadir * nadir.dot(sky.sun_direction);
         Some(PlanetLoad {
             nadir,
-            sunward: if sunward.length() > NO_SIDE {
-                sunward.normalize()
-            } else {
-                nadir.any_orthonormal_vector()
-            },
+            sunward: if sunward.length() > NO_SIDE { sunward.normalize() } else { nadir.any_orthonormal_vector() },
             distance_ratio: sky.distance_ratio,
             planet_ir: self.environment.planet_ir.unwrap_or(0.0),
             albedo_flux,
@@ -110,13 +90,7 @@ impl TickLoads {
         };
         if end <= start || !(end - start).is_finite() {
             let flux = solar_constant * self.sky.lit_fraction(start);
-            return SunSample {
-                direction: self.sky.sun_direction(start),
-                flux,
-            }
-            .unless_dark()
-            .into_iter()
-            .collect();
+            return SunSample { direction: self.sky.sun_direction(start), flux }.unless_dark().into_iter().collect();
         }
         let runs = self.lit_runs(start, end);
         let counts = self.sample_counts(&runs);
@@ -125,18 +99,9 @@ impl TickLoads {
             let (first, last) = (run[0].start, run[run.len() - 1].end);
             let edge = |index: usize| first + (last - first) * index as f64 / count as f64;
             for index in 0..count {
-                let light: DVec3 = run
-                    .iter()
-                    .map(|piece| self.light(piece, edge(index), edge(index + 1)))
-                    .sum();
+                let light: DVec3 = run.iter().map(|piece| self.light(piece, edge(index), edge(index + 1))).sum();
                 let flux = light * (solar_constant / (end - start));
-                samples.extend(
-                    SunSample {
-                        direction: flux.normalize_or_zero(),
-                        flux: flux.length(),
-                    }
-                    .unless_dark(),
-                );
+                samples.extend(SunSample { direction: flux.normalize_or_zero(), flux: flux.length() }.unless_dark());
             }
         }
         samples
@@ -165,12 +130,7 @@ impl TickLoads {
                 continue;
             }
             let passes = turns + if middle < start + rest { 1.0 } else { 0.0 };
-            let piece = Piece {
-                start: pair[0],
-                end: pair[1],
-                passes,
-                penumbra: lit < 1.0,
-            };
+            let piece = Piece { start: pair[0], end: pair[1], passes, penumbra: lit < 1.0 };
             match runs.last_mut() {
                 Some(run) if in_run => run.push(piece),
                 _ => runs.push(vec![piece]),
@@ -207,15 +167,10 @@ impl TickLoads {
             // The lit fraction starts and ends as the power 3/2 of the time from the contact.
             PENUMBRA_RULE
                 .on_smoothed(from, to)
-                .map(|(time, weight)| {
-                    self.sky.sun_direction(time) * (weight * self.sky.lit_fraction(time))
-                })
+                .map(|(time, weight)| self.sky.sun_direction(time) * (weight * self.sky.lit_fraction(time)))
                 .sum()
         } else {
-            LIT_RULE
-                .on(from, to)
-                .map(|(time, weight)| self.sky.sun_direction(time) * weight)
-                .sum()
+            LIT_RULE.on(from, to).map(|(time, weight)| self.sky.sun_direction(time) * weight).sum()
         };
         sum * piece.passes
     }

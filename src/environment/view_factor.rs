@@ -15,12 +15,8 @@ pub struct ApparentRadius {
 impl ApparentRadius {
     /// From the distance to the planet's centre over its radius, >= 1.
     pub fn new(distance_ratio: f64) -> Self {
-        let cos =
-            ((distance_ratio - 1.0).max(0.0) * (distance_ratio + 1.0)).sqrt() / distance_ratio;
-        Self {
-            sin: 1.0 / distance_ratio,
-            cos,
-        }
+        let cos = ((distance_ratio - 1.0).max(0.0) * (distance_ratio + 1.0)).sqrt() / distance_ratio;
+        Self { sin: 1.0 / distance_ratio, cos }
     }
 }
 
@@ -77,30 +73,16 @@ mod tests {
         };
         let kink = (FRAC_PI_2 - tilt).abs().min(limb);
         let rule = GaussLegendre::new(60);
-        let inner = rule
-            .on_smoothed(0.0, kink)
-            .map(|(angle, weight)| weight * ring(angle))
-            .sum::<f64>();
-        let outer = rule
-            .on_smoothed(kink, limb)
-            .map(|(angle, weight)| weight * ring(angle))
-            .sum::<f64>();
+        let inner = rule.on_smoothed(0.0, kink).map(|(angle, weight)| weight * ring(angle)).sum::<f64>();
+        let outer = rule.on_smoothed(kink, limb).map(|(angle, weight)| weight * ring(angle)).sum::<f64>();
         (inner + outer) / PI
     }
 
     /// NUMERICS.md 4; its planet radius there is 6371 km.
     #[test]
     fn side_plate_values_of_numerics_4() {
-        assert!(
-            (factor(224e3, 6.371e6, FRAC_PI_2) - 0.337_340).abs() < 1e-6,
-            "{}",
-            factor(224e3, 6.371e6, FRAC_PI_2)
-        );
-        assert!(
-            (factor(772e3, 6.371e6, FRAC_PI_2) - 0.222_263).abs() < 1e-6,
-            "{}",
-            factor(772e3, 6.371e6, FRAC_PI_2)
-        );
+        assert!((factor(224e3, 6.371e6, FRAC_PI_2) - 0.337_340).abs() < 1e-6, "{}", factor(224e3, 6.371e6, FRAC_PI_2));
+        assert!((factor(772e3, 6.371e6, FRAC_PI_2) - 0.222_263).abs() < 1e-6, "{}", factor(772e3, 6.371e6, FRAC_PI_2));
         assert!((factor(224e3, 6.378_137e6, FRAC_PI_2) - 0.337_340).abs() > 1e-5);
     }
 
@@ -112,10 +94,7 @@ mod tests {
                 let tilt = PI * f64::from(step) / 180.0;
                 let found = plate_view_factor(tilt.cos(), ApparentRadius::new(ratio));
                 let expected = by_quadrature(tilt, ratio);
-                assert!(
-                    (found - expected).abs() < 1e-9,
-                    "{altitude} m, {step} deg: {found} against {expected}"
-                );
+                assert!((found - expected).abs() < 1e-9, "{altitude} m, {step} deg: {found} against {expected}");
             }
         }
         assert!((factor(408e3, 6.371e6, 1.0) - by_quadrature(1.0, 1.1)).abs() > 1e-3);
@@ -128,9 +107,7 @@ mod tests {
         assert_eq!(plate_view_factor(-1.0, radius), 0.0);
         let on_the_ground = ApparentRadius::new(1.0);
         for cos_tilt in [-0.9, -0.1, 0.0, 0.4, 1.0] {
-            assert!(
-                (plate_view_factor(cos_tilt, on_the_ground) - 0.5 * (1.0 + cos_tilt)).abs() < 1e-15
-            );
+            assert!((plate_view_factor(cos_tilt, on_the_ground) - 0.5 * (1.0 + cos_tilt)).abs() < 1e-15);
         }
         for tangency in [radius.sin, -radius.sin] {
             let (below, above) = (tangency - 1e-9, tangency + 1e-9);
@@ -149,8 +126,7 @@ mod tests {
             (0.0, x)
         };
         let z = x * x;
-        let series =
-            ((8.053_744_6e-2 * z - 1.387_768_6e-1) * z + 1.997_771_1e-1) * z - 3.333_295e-1;
+        let series = ((8.053_744_6e-2 * z - 1.387_768_6e-1) * z + 1.997_771_1e-1) * z - 3.333_295e-1;
         offset + (series * z * x + x)
     }
 
@@ -165,11 +141,7 @@ mod tests {
         let x = cos_tilt / s;
         let w = ((1.0 - x) * (1.0 + x)).sqrt();
         let cap = atan_f32(s * w / k);
-        let arc = if x < 0.0 {
-            atan_f32(w / (-k * x))
-        } else {
-            std::f32::consts::PI - atan_f32(w / (k * x))
-        };
+        let arc = if x < 0.0 { atan_f32(w / (-k * x)) } else { std::f32::consts::PI - atan_f32(w / (k * x)) };
         ((cap - s * k * w + s * s * cos_tilt * arc) * std::f32::consts::FRAC_1_PI).max(0.0)
     }
 
@@ -181,8 +153,7 @@ mod tests {
             for step in 0..=20_000 {
                 let cos_tilt = (f64::from(step) / 10_000.0 - 1.0) as f32;
                 let found = plate_view_factor_f32(cos_tilt, radius.sin as f32, radius.cos as f32);
-                worst = worst
-                    .max((f64::from(found) - plate_view_factor(f64::from(cos_tilt), radius)).abs());
+                worst = worst.max((f64::from(found) - plate_view_factor(f64::from(cos_tilt), radius)).abs());
             }
         }
         println!("largest f32 error of the view factor: {worst:e}");

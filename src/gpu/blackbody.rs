@@ -121,8 +121,7 @@ struct DescriptorPool<'a> {
 
 impl<'a> DescriptorPool<'a> {
     fn new(context: &'a Context, buffers: u32) -> Result<Self, GpuError> {
-        let sizes =
-            [vk::DescriptorPoolSize { ty: vk::DescriptorType::STORAGE_BUFFER, descriptor_count: buffers }];
+        let sizes = [vk::DescriptorPoolSize { ty: vk::DescriptorType::STORAGE_BUFFER, descriptor_count: buffers }];
         let create = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
         // SAFETY: the device is alive.
         let raw =

@@ -22,6 +22,3 @@ pub mod temperature_plots;
 pub mod ticks;
 
 pub use error::OutputError;
-#[cfg(test)]
-#[cfg(test)]
-#[cfg(test)]

@@ -9,33 +9,23 @@ use super::section::Section;
 const EARTH_RADIUS: f64 = 6371e3;
 
 /// Reads `[environment]`.
-pub(super) fn read(
-    section: &Section,
-    assumptions: &mut Vec<String>,
-) -> Result<Environment, SceneError> {
+pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<Environment, SceneError> {
     let flux = Quantity::non_negative("W/m2");
     let environment = Environment {
         solar_constant: section.number("solar_constant", flux)?,
         albedo: section.number("albedo", Quantity::within(0.0, 1.0, ""))?,
         planet_ir: section.number("planet_ir", flux)?,
-        planet_radius: section
-            .number("planet_radius", Quantity::positive("m"))?
-            .unwrap_or_else(|| {
-                assumptions.push(
-                    "The planet's radius is 6371 km (environment.planet_radius is absent)."
-                        .to_string(),
-                );
-                EARTH_RADIUS
-            }),
+        planet_radius: section.number("planet_radius", Quantity::positive("m"))?.unwrap_or_else(|| {
+            assumptions.push("The planet's radius is 6371 km (environment.planet_radius is absent).".to_string());
+            EARTH_RADIUS
+        }),
         eclipse: section.boolean("eclipse")?.unwrap_or(true),
-        background_temperature: section
-            .number("background_temperature", Quantity::non_negative("K"))?,
+        background_temperature: section.number("background_temperature", Quantity::non_negative("K"))?,
     };
     if environment.albedo.is_some() && environment.solar_constant.is_none() {
-        return Err(section.error(
-            "albedo",
-            "needs environment.solar_constant, which is missing: what would be reflected?",
-        ));
+        return Err(
+            section.error("albedo", "needs environment.solar_constant, which is missing: what would be reflected?")
+        );
     }
     for (key, meaning) in [
         ("solar_constant", "There is no Sun"),

@@ -26,21 +26,9 @@ impl<'a> Extras<'a> {
     ///
     /// # Errors
     /// [`SceneError::Extras`] for a key that is not known.
-    pub(super) fn open(
-        model: &'a Path,
-        material: &'a ModelMaterial,
-    ) -> Result<Option<Self>, SceneError> {
-        let extras = Self {
-            model,
-            material: &material.name,
-            values: &material.extras,
-            group: String::new(),
-        };
-        match material
-            .extras
-            .keys()
-            .find(|key| !EXTRAS.contains(&key.as_str()))
-        {
+    pub(super) fn open(model: &'a Path, material: &'a ModelMaterial) -> Result<Option<Self>, SceneError> {
+        let extras = Self { model, material: &material.name, values: &material.extras, group: String::new() };
+        match material.extras.keys().find(|key| !EXTRAS.contains(&key.as_str())) {
             Some(key) => Err(extras.error(key, unknown_key(key, EXTRAS))),
             None => Ok((!material.extras.is_empty()).then_some(extras)),
         }
@@ -65,25 +53,17 @@ impl ValueSource for Extras<'_> {
         let Some(value) = self.get(key) else {
             return Ok(None);
         };
-        let number = value.as_f64().ok_or_else(|| {
-            self.error(
-                key,
-                format!("expected {}, found {value}", quantity.expected()),
-            )
-        })?;
-        quantity
-            .check(number)
-            .map(Some)
-            .map_err(|message| self.error(key, message))
+        let number = value
+            .as_f64()
+            .ok_or_else(|| self.error(key, format!("expected {}, found {value}", quantity.expected())))?;
+        quantity.check(number).map(Some).map_err(|message| self.error(key, message))
     }
 
     fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
         let Some(word) = self.string(key)? else {
             return Ok(None);
         };
-        choose(word, choices)
-            .map(Some)
-            .map_err(|message| self.error(key, message))
+        choose(word, choices).map(Some).map_err(|message| self.error(key, message))
     }
 
     fn group(&self, key: &str, _known: &[&str]) -> Result<Option<Self>, SceneError> {

@@ -40,18 +40,8 @@ impl<'a> SourceFile<'a> {
     }
 
     /// An error about the value of a key.
-    pub(super) fn value_error(
-        &self,
-        span: &Range<usize>,
-        key: String,
-        message: String,
-    ) -> SceneError {
-        SceneError::Value {
-            path: self.path.to_path_buf(),
-            line: self.line(span),
-            key,
-            message,
-        }
+    pub(super) fn value_error(&self, span: &Range<usize>, key: String, message: String) -> SceneError {
+        SceneError::Value { path: self.path.to_path_buf(), line: self.line(span), key, message }
     }
 
     /// A path written in this file: relative to the file's folder, absolute as it is.
@@ -65,8 +55,6 @@ impl<'a> SourceFile<'a> {
 /// # Errors
 /// [`SceneError::Unreadable`] where it is missing, a folder, not readable or not UTF-8.
 pub(super) fn read_text(path: &Path) -> Result<String, SceneError> {
-    std::fs::read_to_string(path).map_err(|error| SceneError::Unreadable {
-        path: path.to_path_buf(),
-        reason: error.to_string(),
-    })
+    std::fs::read_to_string(path)
+        .map_err(|error| SceneError::Unreadable { path: path.to_path_buf(), reason: error.to_string() })
 }

@@ -20,37 +20,16 @@ pub(super) const ROOT: &[&str] = &[
 /// `[model]`.
 pub(super) const MODEL: &[&str] = &["path", "max_edge"];
 /// `[time]`.
-pub(super) const TIME: &[&str] = &[
-    "step",
-    "steps",
-    "warm_up_orbits",
-    "draw_every",
-    "draw_steps",
-];
+pub(super) const TIME: &[&str] = &["step", "steps", "warm_up_orbits", "draw_every", "draw_steps"];
 /// `[orbit]`.
 pub(super) const ORBIT: &[&str] = &["altitude", "period", "beta_deg", "phase_deg"];
 /// `[attitude]`.
-pub(super) const ATTITUDE: &[&str] = &[
-    "mode",
-    "nadir_axis",
-    "forward_axis",
-    "sun_axis",
-    "north_axis",
-    "quaternion",
-];
+pub(super) const ATTITUDE: &[&str] = &["mode", "nadir_axis", "forward_axis", "sun_axis", "north_axis", "quaternion"];
 /// `[environment]`.
-pub(super) const ENVIRONMENT: &[&str] = &[
-    "solar_constant",
-    "albedo",
-    "planet_ir",
-    "planet_radius",
-    "background_temperature",
-    "eclipse",
-];
+pub(super) const ENVIRONMENT: &[&str] =
+    &["solar_constant", "albedo", "planet_ir", "planet_radius", "background_temperature", "eclipse"];
 /// `[materials]`: the table, and what holds for all rules.
-pub(super) const MATERIALS: &[&str] = &[
-    "table", "default", "response", "heating", "cooling", "retarget",
-];
+pub(super) const MATERIALS: &[&str] = &["table", "default", "response", "heating", "cooling", "retarget"];
 /// `[[material]]`: a rule.
 pub(super) const MATERIAL: &[&str] = &[
     "match",
@@ -170,27 +149,15 @@ fn likeness(word: &str, candidate: &str) -> f64 {
     let edits = strsim::normalized_damerau_levenshtein(word, candidate);
     let contained = word.len() > 2
         && candidate.len() > 2
-        && (word.starts_with(candidate)
-            || candidate.starts_with(word)
-            || word.ends_with(candidate));
-    if contained {
-        edits.max(0.75) + 0.05
-    } else {
-        edits
-    }
+        && (word.starts_with(candidate) || candidate.starts_with(word) || word.ends_with(candidate));
+    if contained { edits.max(0.75) + 0.05 } else { edits }
 }
 
 /// `; did you mean 'step'?`, or the list of what is known where nothing is near.
-pub(super) fn suggestion<'k>(
-    word: &str,
-    known: impl IntoIterator<Item = &'k str> + Clone,
-) -> String {
+pub(super) fn suggestion<'k>(word: &str, known: impl IntoIterator<Item = &'k str> + Clone) -> String {
     match nearest(word, known.clone()) {
         Some(near) => format!("; did you mean '{near}'?"),
-        None => format!(
-            "; known here: {}",
-            known.into_iter().collect::<Vec<_>>().join(", ")
-        ),
+        None => format!("; known here: {}", known.into_iter().collect::<Vec<_>>().join(", ")),
     }
 }
 
@@ -205,20 +172,13 @@ pub(super) fn unknown_key(key: &str, known: &[&str]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{
-        BACK, EXTRAS, MATERIAL, ORBIT, PROFILE, ROOT, SECTIONS, TABLE_ENTRY, TIME, nearest,
-        unknown_key,
-    };
+    use super::{BACK, EXTRAS, MATERIAL, ORBIT, PROFILE, ROOT, SECTIONS, TABLE_ENTRY, TIME, nearest, unknown_key};
 
     const REFERENCE: &str = include_str!("../../models/README.md");
 
     /// The reference's part under the title that names the section.
     fn part(header: &str) -> &'static str {
-        let titled = |part: &&str| {
-            part.lines()
-                .next()
-                .is_some_and(|title| title.contains(header))
-        };
+        let titled = |part: &&str| part.lines().next().is_some_and(|title| title.contains(header));
         REFERENCE.split("\n## ").skip(1).find(titled).unwrap_or("")
     }
 
@@ -226,34 +186,21 @@ mod tests {
     fn the_reference_explains_every_key() {
         for (header, keys) in SECTIONS {
             for key in *keys {
-                assert!(
-                    part(header).contains(&format!("`{key}`")),
-                    "models/README.md is silent on {header} {key}"
-                );
+                assert!(part(header).contains(&format!("`{key}`")), "models/README.md is silent on {header} {key}");
             }
         }
         for key in ROOT {
-            let explained = ["`{}`", "`[{}]`", "`[[{}]]`"]
-                .iter()
-                .any(|form| REFERENCE.contains(&form.replace("{}", key)));
+            let explained =
+                ["`{}`", "`[{}]`", "`[[{}]]`"].iter().any(|form| REFERENCE.contains(&form.replace("{}", key)));
             assert!(explained, "models/README.md is silent on {key}");
         }
         for key in BACK.iter().chain(PROFILE).chain(TABLE_ENTRY) {
-            assert!(
-                part("[[material]]").contains(&format!("`{key}`")),
-                "models/README.md is silent on {key}"
-            );
+            assert!(part("[[material]]").contains(&format!("`{key}`")), "models/README.md is silent on {key}");
         }
         for key in EXTRAS {
-            assert!(
-                REFERENCE.contains(&format!("`isotherm_{key}`")),
-                "models/README.md is silent on isotherm_{key}"
-            );
+            assert!(REFERENCE.contains(&format!("`isotherm_{key}`")), "models/README.md is silent on isotherm_{key}");
         }
-        assert!(
-            !part("[time]").contains("`altitude`"),
-            "a key must be explained in its own section"
-        );
+        assert!(!part("[time]").contains("`altitude`"), "a key must be explained in its own section");
     }
 
     #[test]
@@ -267,23 +214,14 @@ mod tests {
         ] {
             assert_eq!(nearest(slip, MATERIAL.iter().copied()), Some(meant));
         }
-        assert_eq!(
-            nearest("altitude_km", ORBIT.iter().copied()),
-            Some("altitude")
-        );
+        assert_eq!(nearest("altitude_km", ORBIT.iter().copied()), Some("altitude"));
         assert_eq!(nearest("setp", TIME.iter().copied()), Some("step"));
         assert_eq!(nearest("xyzzy", TIME.iter().copied()), None);
     }
 
     #[test]
     fn a_key_of_another_section_is_sent_home() {
-        assert_eq!(
-            unknown_key("solar_constant", ORBIT),
-            "unknown key; 'solar_constant' belongs in [environment]"
-        );
-        assert_eq!(
-            unknown_key("xyzzy", ORBIT),
-            "unknown key; known here: altitude, period, beta_deg, phase_deg"
-        );
+        assert_eq!(unknown_key("solar_constant", ORBIT), "unknown key; 'solar_constant' belongs in [environment]");
+        assert_eq!(unknown_key("xyzzy", ORBIT), "unknown key; known here: altitude, period, beta_deg, phase_deg");
     }
 }

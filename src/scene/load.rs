@@ -8,9 +8,7 @@ use super::error::SceneError;
 use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
 use super::section::Section;
-use super::{
-    Camera, Draw, Scene, attitude, camera, environment, keys, material, orbit, time, view,
-};
+use super::{Camera, Draw, Scene, attitude, camera, environment, keys, material, orbit, time, view};
 
 impl Scene {
     /// Reads and checks a scene file. Paths in it are relative to its folder.
@@ -38,24 +36,12 @@ impl Scene {
         files.push(model_path.clone());
         let max_edge = model.number("max_edge", Quantity::positive("m"))?;
         if max_edge.is_none() {
-            assumptions.push(
-                "The model's triangles are not subdivided (model.max_edge is absent).".to_string(),
-            );
+            assumptions.push("The model's triangles are not subdivided (model.max_edge is absent).".to_string());
         }
         let time = time::read(&required(&root, "time", keys::TIME)?, &mut assumptions)?;
-        let environment = environment::read(
-            &required(&root, "environment", keys::ENVIRONMENT)?,
-            &mut assumptions,
-        )?;
-        let orbit = orbit::read(
-            &required(&root, "orbit", keys::ORBIT)?,
-            environment.planet_radius,
-            &mut assumptions,
-        )?;
-        let attitude = attitude::read(
-            &required(&root, "attitude", keys::ATTITUDE)?,
-            &mut assumptions,
-        )?;
+        let environment = environment::read(&required(&root, "environment", keys::ENVIRONMENT)?, &mut assumptions)?;
+        let orbit = orbit::read(&required(&root, "orbit", keys::ORBIT)?, environment.planet_radius, &mut assumptions)?;
+        let attitude = attitude::read(&required(&root, "attitude", keys::ATTITUDE)?, &mut assumptions)?;
         let materials = material::read(
             root.table("materials", keys::MATERIALS)?.as_ref(),
             &root.tables("material", keys::MATERIAL)?,
@@ -64,24 +50,14 @@ impl Scene {
             &mut files,
             &mut assumptions,
         )?;
-        let band = view::band(
-            root.table("radiance", keys::RADIANCE)?.as_ref(),
-            &mut assumptions,
-        )?;
+        let band = view::band(root.table("radiance", keys::RADIANCE)?.as_ref(), &mut assumptions)?;
         let camera = optional_camera(&root, &time.draw, &mut assumptions)?;
-        let initial = view::initial(
-            root.table("initial", keys::INITIAL)?.as_ref(),
-            &mut assumptions,
-        )?;
+        let initial = view::initial(root.table("initial", keys::INITIAL)?.as_ref(), &mut assumptions)?;
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
         let colour_range = view::colour_range(root.table("output", keys::OUTPUT)?.as_ref())?;
         let name = match root.string("name")? {
             Some(name) => name.to_string(),
-            None => path
-                .file_stem()
-                .unwrap_or(path.as_os_str())
-                .to_string_lossy()
-                .into_owned(),
+            None => path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
         };
         Ok(Self {
             source: path.to_path_buf(),
@@ -118,36 +94,21 @@ impl Scene {
 }
 
 fn required<'a>(root: &Section<'a>, name: &str, known: &[&str]) -> Result<Section<'a>, SceneError> {
-    root.required(
-        name,
-        root.table(name, known)?,
-        &format!("a scene needs a section [{name}]"),
-    )
+    root.required(name, root.table(name, known)?, &format!("a scene needs a section [{name}]"))
 }
 
 fn model_path(section: &Section) -> Result<PathBuf, SceneError> {
-    let path = section.required(
-        "path",
-        section.string("path")?,
-        "the glTF file, .glb or .gltf",
-    )?;
+    let path = section.required("path", section.string("path")?, "the glTF file, .glb or .gltf")?;
     let path = section.file().resolve(path);
     match std::fs::metadata(&path) {
         Ok(metadata) if metadata.is_file() => Ok(path),
         Ok(_) => Err(section.error("path", format!("{} is not a file", path.display()))),
-        Err(error) => Err(section.error(
-            "path",
-            format!("{}: cannot be read: {error}", path.display()),
-        )),
+        Err(error) => Err(section.error("path", format!("{}: cannot be read: {error}", path.display()))),
     }
 }
 
 /// A scene that draws nothing may do without a camera.
-fn optional_camera(
-    root: &Section,
-    draw: &Draw,
-    assumptions: &mut Vec<String>,
-) -> Result<Option<Camera>, SceneError> {
+fn optional_camera(root: &Section, draw: &Draw, assumptions: &mut Vec<String>) -> Result<Option<Camera>, SceneError> {
     match root.table("camera", keys::CAMERA)? {
         Some(section) => camera::read(&section, assumptions).map(Some),
         None if *draw == Draw::None => Ok(None),
@@ -166,11 +127,7 @@ pub fn scene_hash(contents: &[&[u8]]) -> String {
         hasher.update((content.len() as u64).to_le_bytes());
         hasher.update(content);
     }
-    hasher
-        .finalize()
-        .iter()
-        .map(|byte| format!("{byte:02x}"))
-        .collect()
+    hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]
@@ -181,10 +138,7 @@ mod tests {
     fn the_hash_tells_files_and_their_borders_apart() {
         // printf '\2\0\0\0\0\0\0\0ab' | sha256sum
         let hash = scene_hash(&[b"ab"]);
-        assert_eq!(
-            hash,
-            "5dff2b3fa79721a8181b9beb1db6bcce93b482f9aa3a5c9b864fc4429e31d5f2"
-        );
+        assert_eq!(hash, "5dff2b3fa79721a8181b9beb1db6bcce93b482f9aa3a5c9b864fc4429e31d5f2");
         assert_ne!(hash, scene_hash(&[b"a", b"b"]));
         assert_ne!(scene_hash(&[b"ab", b"c"]), scene_hash(&[b"a", b"bc"]));
     }

@@ -30,13 +30,7 @@ pub(super) struct ExtrasContext {
 impl Default for ExtrasContext {
     /// No table, nothing in common, steps of 1 s.
     fn default() -> Self {
-        Self {
-            table: MaterialTable::default(),
-            common: Values::default(),
-            step: 1.0,
-            scene: PathBuf::new(),
-            line: 1,
-        }
+        Self { table: MaterialTable::default(), common: Values::default(), step: 1.0, scene: PathBuf::new(), line: 1 }
     }
 }
 
@@ -50,11 +44,7 @@ pub(super) fn read(
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
 ) -> Result<MaterialRules, SceneError> {
-    let mut context = ExtrasContext {
-        step,
-        scene: scene.to_path_buf(),
-        ..ExtrasContext::default()
-    };
+    let mut context = ExtrasContext { step, scene: scene.to_path_buf(), ..ExtrasContext::default() };
     context.line = rules.last().or(materials).map_or(1, Section::line);
     if let Some(section) = materials {
         context.common = Values::read(section, step)?;
@@ -78,11 +68,7 @@ pub(super) fn read(
         None => None,
     };
     assumed.say(assumptions);
-    Ok(MaterialRules {
-        rules,
-        default,
-        extras: context,
-    })
+    Ok(MaterialRules { rules, default, extras: context })
 }
 
 fn rule(
@@ -92,26 +78,11 @@ fn rule(
     assumed: &mut Assumed,
 ) -> Result<MaterialRule, SceneError> {
     let patterns = section.strings("match")?;
-    let patterns = section.required(
-        "match",
-        patterns,
-        "the names of glTF materials, with * and ? as wildcards",
-    )?;
+    let patterns = section.required("match", patterns, "the names of glTF materials, with * and ? as wildcards")?;
     let source = format!("{} rule {number}", file_name(&context.scene));
-    let settled = settle(
-        section,
-        &section.strings("use")?.unwrap_or_default(),
-        source,
-        context,
-    )?;
-    assumed.note(
-        &settled.complete,
-        &format!("rule {number} ({})", patterns.join(", ")),
-    );
-    Ok(MaterialRule {
-        patterns,
-        material: settled.material(String::new()),
-    })
+    let settled = settle(section, &section.strings("use")?.unwrap_or_default(), source, context)?;
+    assumed.note(&settled.complete, &format!("rule {number} ({})", patterns.join(", ")));
+    Ok(MaterialRule { patterns, material: settled.material(String::new()) })
 }
 
 fn default(
@@ -122,24 +93,15 @@ fn default(
     let Some(names) = section.strings("default")? else {
         return Ok(None);
     };
-    let (entries, description) = context
-        .table
-        .combine(&names)
-        .map_err(|message| section.error("default", message))?;
+    let (entries, description) = context.table.combine(&names).map_err(|message| section.error("default", message))?;
     let complete = entries
         .or(&context.common)
         .complete()
         .map_err(|Incomplete { message, .. }| section.error("default", message))?;
     assumed.note(&complete, "materials.default");
-    let source = format!(
-        "{} materials.default; {description}",
-        file_name(&context.scene)
-    );
+    let source = format!("{} materials.default; {description}", file_name(&context.scene));
     let settled = Settled { complete, source };
-    Ok(Some(MaterialRule {
-        patterns: vec!["*".to_string()],
-        material: settled.material(String::new()),
-    }))
+    Ok(Some(MaterialRule { patterns: vec!["*".to_string()], material: settled.material(String::new()) }))
 }
 
 /// Values that are complete, and where they come from.
@@ -150,21 +112,8 @@ struct Settled {
 
 impl Settled {
     fn material(self, name: String) -> Material {
-        let Complete {
-            front,
-            sides,
-            bulk,
-            response,
-            ..
-        } = self.complete;
-        Material {
-            name,
-            front,
-            sides,
-            bulk,
-            response,
-            source: self.source,
-        }
+        let Complete { front, sides, bulk, response, .. } = self.complete;
+        Material { name, front, sides, bulk, response, source: self.source }
     }
 }
 
@@ -178,10 +127,7 @@ fn settle(
     let own = Values::read(place, context.step)?;
     let mut values = own;
     if !entries.is_empty() {
-        let (entries, description) = context
-            .table
-            .combine(entries)
-            .map_err(|message| place.error("use", message))?;
+        let (entries, description) = context.table.combine(entries).map_err(|message| place.error("use", message))?;
         values = values.or(&entries);
         let overrides = own.states_front() || own.states_back() || own.states_bulk();
         source.push_str(if overrides { ", over " } else { "; " });
@@ -194,10 +140,7 @@ fn settle(
 }
 
 fn file_name(path: &Path) -> String {
-    path.file_name()
-        .unwrap_or(path.as_os_str())
-        .to_string_lossy()
-        .into_owned()
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
 /// Which rules left something to be assumed.
@@ -220,15 +163,11 @@ impl Assumed {
     fn say(&self, assumptions: &mut Vec<String>) {
         if !self.sides.is_empty() {
             let who = self.sides.join(", ");
-            assumptions.push(format!(
-                "Surfaces exchange heat on their outside only (sides is absent): {who}."
-            ));
+            assumptions.push(format!("Surfaces exchange heat on their outside only (sides is absent): {who}."));
         }
         if !self.retarget.is_empty() {
             let who = self.retarget.join(", ");
-            assumptions.push(format!(
-                "A transition merges with the one under way (retarget is absent): {who}."
-            ));
+            assumptions.push(format!("A transition merges with the one under way (retarget is absent): {who}."));
         }
     }
 }
@@ -262,35 +201,21 @@ impl MaterialRules {
 
     fn find(&self, wanted: &ModelMaterial, model: &Model) -> Result<Option<Material>, SceneError> {
         if let Some(rule) = self.rules.iter().find(|rule| rule.matches(&wanted.name)) {
-            return Ok(Some(Material {
-                name: wanted.name.clone(),
-                ..rule.material.clone()
-            }));
+            return Ok(Some(Material { name: wanted.name.clone(), ..rule.material.clone() }));
         }
         if let Some(extras) = Extras::open(&model.source, wanted)? {
-            let entries: Vec<String> = extras
-                .string("use")?
-                .map(str::to_string)
-                .into_iter()
-                .collect();
+            let entries: Vec<String> = extras.string("use")?.map(str::to_string).into_iter().collect();
             let source = format!("{} extras", file_name(&model.source));
             let mut settled = settle(&extras, &entries, source, &self.extras)?;
             if settled.complete.sides_assumed {
-                settled
-                    .source
-                    .push_str("; outside only, because sides is absent");
+                settled.source.push_str("; outside only, because sides is absent");
             }
             if settled.complete.retarget_assumed {
-                settled
-                    .source
-                    .push_str("; merged, because retarget is absent");
+                settled.source.push_str("; merged, because retarget is absent");
             }
             return Ok(Some(settled.material(wanted.name.clone())));
         }
-        Ok(self.default.as_ref().map(|rule| Material {
-            name: wanted.name.clone(),
-            ..rule.material.clone()
-        }))
+        Ok(self.default.as_ref().map(|rule| Material { name: wanted.name.clone(), ..rule.material.clone() }))
     }
 
     /// Patterns that match no material of the model, or none that an earlier rule left: most likely misspelt. One
@@ -300,25 +225,11 @@ impl MaterialRules {
         for (index, rule) in self.rules.iter().enumerate() {
             for pattern in &rule.patterns {
                 let wildcard = WildMatch::new(pattern);
-                let mut matched = model
-                    .materials
-                    .iter()
-                    .filter(|material| wildcard.matches(&material.name))
-                    .peekable();
+                let mut matched = model.materials.iter().filter(|material| wildcard.matches(&material.name)).peekable();
                 if matched.peek().is_none() {
-                    idle.push(format!(
-                        "Pattern '{pattern}' of rule {} matches no material of the model.",
-                        index + 1
-                    ));
-                } else if matched.all(|material| {
-                    self.rules[..index]
-                        .iter()
-                        .any(|rule| rule.matches(&material.name))
-                }) {
-                    idle.push(format!(
-                        "Pattern '{pattern}' of rule {} matches what earlier rules match.",
-                        index + 1
-                    ));
+                    idle.push(format!("Pattern '{pattern}' of rule {} matches no material of the model.", index + 1));
+                } else if matched.all(|material| self.rules[..index].iter().any(|rule| rule.matches(&material.name))) {
+                    idle.push(format!("Pattern '{pattern}' of rule {} matches what earlier rules match.", index + 1));
                 }
             }
         }
@@ -329,8 +240,6 @@ impl MaterialRules {
 impl MaterialRule {
     /// Whether one of the patterns matches the name of a glTF material; case counts.
     pub fn matches(&self, name: &str) -> bool {
-        self.patterns
-            .iter()
-            .any(|pattern| WildMatch::new(pattern).matches(name))
+        self.patterns.iter().any(|pattern| WildMatch::new(pattern).matches(name))
     }
 }

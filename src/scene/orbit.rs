@@ -27,11 +27,7 @@ pub(super) fn read(
     assumptions: &mut Vec<String>,
 ) -> Result<CircularOrbit, SceneError> {
     let altitude = section.number("altitude", Quantity::positive("m"))?;
-    let altitude = section.required(
-        "altitude",
-        altitude,
-        "the height above the planet's radius [m]",
-    )?;
+    let altitude = section.required("altitude", altitude, "the height above the planet's radius [m]")?;
     if altitude < LOWEST_ALTITUDE * planet_radius {
         let message = format!(
             "{altitude} m is less than a thousandth of the planet's radius ({planet_radius} m); altitude is in metres"
@@ -46,18 +42,9 @@ pub(super) fn read(
         });
         Ok(degrees.to_radians())
     };
-    let beta = angle(
-        "beta_deg",
-        Quantity::within(-90.0, 90.0, "deg"),
-        "The Sun lies in the orbit plane",
-    )?;
+    let beta = angle("beta_deg", Quantity::within(-90.0, 90.0, "deg"), "The Sun lies in the orbit plane")?;
     let phase = angle("phase_deg", Quantity::any("deg"), "Time 0 is orbit noon")?;
-    Ok(CircularOrbit {
-        altitude,
-        period,
-        beta,
-        phase,
-    })
+    Ok(CircularOrbit { altitude, period, beta, phase })
 }
 
 fn period(
@@ -67,9 +54,7 @@ fn period(
     assumptions: &mut Vec<String>,
 ) -> Result<f64, SceneError> {
     let stated = section.number("period", Quantity::positive("s"))?;
-    let kepler = EARTH_RADII
-        .contains(&planet_radius)
-        .then(|| kepler_period(altitude, planet_radius));
+    let kepler = EARTH_RADII.contains(&planet_radius).then(|| kepler_period(altitude, planet_radius));
     match (stated, kepler) {
         (Some(period), Some(kepler)) if (period / kepler - 1.0).abs() > PERIOD_TOLERANCE => {
             assumptions.push(format!(
@@ -113,9 +98,6 @@ mod tests {
         assert_eq!(rounded(224e3, 6371e3), 5330.0);
         assert!((kepler_period(772e3, 6378.137e3) - 6017.0).abs() < 1.0);
         assert!((kepler_period(779e3, 6371e3) - 6017.0).abs() < 1.0);
-        assert!(
-            (kepler_period(772e3, 6371e3) - 6017.0).abs() > 1.0,
-            "the radius must matter"
-        );
+        assert!((kepler_period(772e3, 6371e3) - 6017.0).abs() > 1.0, "the radius must matter");
     }
 }

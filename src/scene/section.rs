@@ -39,25 +39,13 @@ impl<'a> Section<'a> {
         span: Range<usize>,
         known: &[&str],
     ) -> Result<Self, SceneError> {
-        let section = Self {
-            file,
-            name,
-            table,
-            span,
-        };
-        let unknown = section
-            .table
-            .keys()
-            .filter(|key| !known.contains(&key.get_ref().as_ref()));
+        let section = Self { file, name, table, span };
+        let unknown = section.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
         // The table is sorted by name; the reader meets the file from its top.
         match unknown.min_by_key(|key| key.span().start) {
             Some(key) => {
                 let word = key.get_ref().as_ref();
-                Err(file.value_error(
-                    &key.span(),
-                    section.key_name(word),
-                    unknown_key(word, known),
-                ))
+                Err(file.value_error(&key.span(), section.key_name(word), unknown_key(word, known)))
             }
             None => Ok(section),
         }
@@ -79,11 +67,7 @@ impl<'a> Section<'a> {
     }
 
     fn key_name(&self, key: &str) -> String {
-        if self.name.is_empty() {
-            key.to_string()
-        } else {
-            format!("{}.{key}", self.name)
-        }
+        if self.name.is_empty() { key.to_string() } else { format!("{}.{key}", self.name) }
     }
 
     fn get(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
@@ -92,64 +76,36 @@ impl<'a> Section<'a> {
 
     /// An error about a key: at its value, or at the section's header where it is missing.
     pub(super) fn error(&self, key: &str, message: impl Display) -> SceneError {
-        let span = self
-            .get(key)
-            .map_or_else(|| self.span.clone(), Spanned::span);
-        self.file
-            .value_error(&span, self.key_name(key), message.to_string())
+        let span = self.get(key).map_or_else(|| self.span.clone(), Spanned::span);
+        self.file.value_error(&span, self.key_name(key), message.to_string())
     }
 
     /// The value of a key that must be there; `what` says what it is.
-    pub(super) fn required<T>(
-        &self,
-        key: &str,
-        value: Option<T>,
-        what: &str,
-    ) -> Result<T, SceneError> {
+    pub(super) fn required<T>(&self, key: &str, value: Option<T>, what: &str) -> Result<T, SceneError> {
         value.ok_or_else(|| self.error(key, format!("is missing: {what}")))
     }
 
     /// An error where two keys that exclude each other are both present.
     pub(super) fn exclusive(&self, key: &str, other: &str) -> Result<(), SceneError> {
         if self.has(key) && self.has(other) {
-            return Err(self.error(
-                other,
-                format!("cannot be combined with '{key}': state one of the two"),
-            ));
+            return Err(self.error(other, format!("cannot be combined with '{key}': state one of the two")));
         }
         Ok(())
     }
 
     /// A number in its range. Whole numbers are numbers.
     pub(super) fn number(&self, key: &str, quantity: Quantity) -> Result<Option<f64>, SceneError> {
-        self.get(key)
-            .map(|value| self.number_of(key, value, quantity))
-            .transpose()
+        self.get(key).map(|value| self.number_of(key, value, quantity)).transpose()
     }
 
-    fn number_of(
-        &self,
-        key: &str,
-        value: &Spanned<DeValue>,
-        quantity: Quantity,
-    ) -> Result<f64, SceneError> {
-        let number = as_number(value.get_ref())
-            .ok_or_else(|| self.type_error(key, value, &quantity.expected()))?;
-        quantity.check(number).map_err(|message| {
-            self.file
-                .value_error(&value.span(), self.key_name(key), message)
-        })
+    fn number_of(&self, key: &str, value: &Spanned<DeValue>, quantity: Quantity) -> Result<f64, SceneError> {
+        let number = as_number(value.get_ref()).ok_or_else(|| self.type_error(key, value, &quantity.expected()))?;
+        quantity.check(number).map_err(|message| self.file.value_error(&value.span(), self.key_name(key), message))
     }
 
     /// A whole number in `range`.
-    pub(super) fn whole(
-        &self,
-        key: &str,
-        range: std::ops::RangeInclusive<u32>,
-    ) -> Result<Option<u32>, SceneError> {
-        self.get(key)
-            .map(|value| self.whole_of(key, value, &range))
-            .transpose()
+    pub(super) fn whole(&self, key: &str, range: std::ops::RangeInclusive<u32>) -> Result<Option<u32>, SceneError> {
+        self.get(key).map(|value| self.whole_of(key, value, &range)).transpose()
     }
 
     fn whole_of(
@@ -166,13 +122,9 @@ impl<'a> Section<'a> {
             .and_then(|number| u32::try_from(number).ok())
             .filter(|number| range.contains(number))
             .ok_or_else(|| {
-                let message = format!(
-                    "must be a whole number from {} to {}, found {integer}",
-                    range.start(),
-                    range.end()
-                );
-                self.file
-                    .value_error(&value.span(), self.key_name(key), message)
+                let message =
+                    format!("must be a whole number from {} to {}, found {integer}", range.start(), range.end());
+                self.file.value_error(&value.span(), self.key_name(key), message)
             })
     }
 
@@ -188,11 +140,7 @@ impl<'a> Section<'a> {
         let DeValue::Array(array) = value.get_ref() else {
             return Err(self.type_error(key, value, "an array of whole numbers"));
         };
-        array
-            .iter()
-            .map(|item| self.whole_of(key, item, &range))
-            .collect::<Result<_, _>>()
-            .map(Some)
+        array.iter().map(|item| self.whole_of(key, item, &range)).collect::<Result<_, _>>().map(Some)
     }
 
     /// An array of exactly `N` numbers.
@@ -223,33 +171,20 @@ impl<'a> Section<'a> {
         let Some(value) = self.get(key) else {
             return Ok(None);
         };
-        value
-            .get_ref()
-            .as_bool()
-            .map(Some)
-            .ok_or_else(|| self.type_error(key, value, "true or false"))
+        value.get_ref().as_bool().map(Some).ok_or_else(|| self.type_error(key, value, "true or false"))
     }
 
     /// A string that is not empty.
     pub(super) fn string(&self, key: &str) -> Result<Option<&'a str>, SceneError> {
-        self.get(key)
-            .map(|value| self.string_of(key, value, "a string"))
-            .transpose()
+        self.get(key).map(|value| self.string_of(key, value, "a string")).transpose()
     }
 
-    fn string_of(
-        &self,
-        key: &str,
-        value: &'a Spanned<DeValue<'a>>,
-        expected: &str,
-    ) -> Result<&'a str, SceneError> {
+    fn string_of(&self, key: &str, value: &'a Spanned<DeValue<'a>>, expected: &str) -> Result<&'a str, SceneError> {
         match value.get_ref() {
             DeValue::String(text) if !text.trim().is_empty() => Ok(text.as_ref()),
-            DeValue::String(_) => Err(self.file.value_error(
-                &value.span(),
-                self.key_name(key),
-                "must not be empty".to_string(),
-            )),
+            DeValue::String(_) => {
+                Err(self.file.value_error(&value.span(), self.key_name(key), "must not be empty".to_string()))
+            }
             _ => Err(self.type_error(key, value, expected)),
         }
     }
@@ -275,40 +210,25 @@ impl<'a> Section<'a> {
     }
 
     /// One of the words of `choices`.
-    pub(super) fn choice<T: Copy>(
-        &self,
-        key: &str,
-        choices: &[(&str, T)],
-    ) -> Result<Option<T>, SceneError> {
+    pub(super) fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
         let Some(word) = self.string(key)? else {
             return Ok(None);
         };
-        choose(word, choices)
-            .map(Some)
-            .map_err(|message| self.error(key, message))
+        choose(word, choices).map(Some).map_err(|message| self.error(key, message))
     }
 
     /// Whether the value of the key is an array.
     pub(super) fn is_array(&self, key: &str) -> bool {
-        self.get(key)
-            .is_some_and(|value| value.get_ref().is_array())
+        self.get(key).is_some_and(|value| value.get_ref().is_array())
     }
 
     /// A table: `[key]` in the root, `key = { .. }` elsewhere.
-    pub(super) fn table(
-        &self,
-        key: &str,
-        known: &[&str],
-    ) -> Result<Option<Section<'a>>, SceneError> {
+    pub(super) fn table(&self, key: &str, known: &[&str]) -> Result<Option<Section<'a>>, SceneError> {
         let Some(value) = self.get(key) else {
             return Ok(None);
         };
         let DeValue::Table(table) = value.get_ref() else {
-            let shape = if self.name.is_empty() {
-                format!("one section [{key}]")
-            } else {
-                format!("{key} = {{ .. }}")
-            };
+            let shape = if self.name.is_empty() { format!("one section [{key}]") } else { format!("{key} = {{ .. }}") };
             return Err(self.type_error(key, value, &shape));
         };
         Self::open(self.file, self.key_name(key), table, value.span(), known).map(Some)
@@ -324,9 +244,7 @@ impl<'a> Section<'a> {
             return Err(self.type_error(key, value, &shape));
         };
         let open = |item: &'a Spanned<DeValue<'a>>| match item.get_ref() {
-            DeValue::Table(table) => {
-                Self::open(self.file, self.key_name(key), table, item.span(), known)
-            }
+            DeValue::Table(table) => Self::open(self.file, self.key_name(key), table, item.span(), known),
             _ => Err(self.type_error(key, item, &shape)),
         };
         array.iter().map(open).collect()
@@ -334,8 +252,7 @@ impl<'a> Section<'a> {
 
     fn type_error(&self, key: &str, value: &Spanned<DeValue>, expected: &str) -> SceneError {
         let message = format!("expected {expected}, found {}", describe(value.get_ref()));
-        self.file
-            .value_error(&value.span(), self.key_name(key), message)
+        self.file.value_error(&value.span(), self.key_name(key), message)
     }
 }
 
@@ -346,40 +263,26 @@ pub(super) fn choose<T: Copy>(word: &str, choices: &[(&str, T)]) -> Result<T, St
         .iter()
         .find(|(name, _)| *name == word)
         .map(|(_, value)| *value)
-        .ok_or_else(|| {
-            format!(
-                "'{word}' is not one of {}{}",
-                list(known.clone()),
-                nearest_suffix(word, known)
-            )
-        })
+        .ok_or_else(|| format!("'{word}' is not one of {}{}", list(known.clone()), nearest_suffix(word, known)))
 }
 
 fn nearest_suffix<'k>(word: &str, known: impl IntoIterator<Item = &'k str> + Clone) -> String {
     let text = suggestion(word, known);
     // The list of what is known stands before it already.
-    if text.starts_with("; did") {
-        text
-    } else {
-        String::new()
-    }
+    if text.starts_with("; did") { text } else { String::new() }
 }
 
 /// `'a', 'b', 'c'`.
 pub(super) fn list<'k>(words: impl IntoIterator<Item = &'k str>) -> String {
-    words
-        .into_iter()
-        .map(|word| format!("'{word}'"))
-        .collect::<Vec<_>>()
-        .join(", ")
+    words.into_iter().map(|word| format!("'{word}'")).collect::<Vec<_>>().join(", ")
 }
 
 fn as_number(value: &DeValue) -> Option<f64> {
     match value {
         DeValue::Float(float) => float.as_str().parse().ok(),
-        DeValue::Integer(integer) => i128::from_str_radix(integer.as_str(), integer.radix())
-            .ok()
-            .map(|number| number as f64),
+        DeValue::Integer(integer) => {
+            i128::from_str_radix(integer.as_str(), integer.radix()).ok().map(|number| number as f64)
+        }
         _ => None,
     }
 }

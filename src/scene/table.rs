@@ -35,52 +35,31 @@ impl MaterialTable {
         let text = read_text(path)?;
         let file = SourceFile::new(path, &text);
         let table = file.parse()?;
-        let names: Vec<&str> = table
-            .get_ref()
-            .keys()
-            .map(|name| name.get_ref().as_ref())
-            .collect();
+        let names: Vec<&str> = table.get_ref().keys().map(|name| name.get_ref().as_ref()).collect();
         let root = Section::root(&file, &table, &names)?;
-        let file_name = path
-            .file_name()
-            .unwrap_or(path.as_os_str())
-            .to_string_lossy()
-            .into_owned();
+        let file_name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
         let mut entries = BTreeMap::new();
         for name in names {
             if let Some(section) = root.table(name, TABLE_ENTRY)? {
                 entries.insert(name.to_string(), entry(&section, name, &file_name, step)?);
             }
         }
-        Ok(Self {
-            entries,
-            file_name: Some(file_name),
-        })
+        Ok(Self { entries, file_name: Some(file_name) })
     }
 
     /// What the named entries state together, the earlier before the later, and their descriptions; or the message
     /// about the first that there is not.
     pub(super) fn combine(&self, names: &[String]) -> Result<(Values, String), String> {
-        let entries = names
-            .iter()
-            .map(|name| self.get(name))
-            .collect::<Result<Vec<_>, _>>()?;
-        let values = entries
-            .iter()
-            .fold(Values::default(), |values, entry| values.or(&entry.values));
-        let descriptions: Vec<&str> = entries
-            .iter()
-            .map(|entry| entry.description.as_str())
-            .collect();
+        let entries = names.iter().map(|name| self.get(name)).collect::<Result<Vec<_>, _>>()?;
+        let values = entries.iter().fold(Values::default(), |values, entry| values.or(&entry.values));
+        let descriptions: Vec<&str> = entries.iter().map(|entry| entry.description.as_str()).collect();
         Ok((values, descriptions.join("; ")))
     }
 
     /// The entry of that name, or the message that says what there is instead.
     pub(super) fn get(&self, name: &str) -> Result<&TableEntry, String> {
         let Some(file_name) = &self.file_name else {
-            return Err(format!(
-                "'{name}' is an entry of a table, but materials.table is missing"
-            ));
+            return Err(format!("'{name}' is an entry of a table, but materials.table is missing"));
         };
         self.entries.get(name).ok_or_else(|| {
             let near = suggestion(name, self.entries.keys().map(String::as_str));
@@ -89,23 +68,11 @@ impl MaterialTable {
     }
 }
 
-fn entry(
-    section: &Section,
-    name: &str,
-    file_name: &str,
-    step: f64,
-) -> Result<TableEntry, SceneError> {
+fn entry(section: &Section, name: &str, file_name: &str, step: f64) -> Result<TableEntry, SceneError> {
     let values = Values::read(section, step)?;
     let finish = section.string("finish")?;
-    let mut description = vec![
-        section
-            .required(
-                "finish",
-                finish,
-                "which surface the values were measured on",
-            )?
-            .to_string(),
-    ];
+    let mut description =
+        vec![section.required("finish", finish, "which surface the values were measured on")?.to_string()];
     for (stated, key, what) in [
         (values.states_front(), "optics_source", "optics"),
         (values.states_back(), "back_source", "back"),
@@ -120,10 +87,7 @@ fn entry(
         }
     }
     section.string("note")?;
-    Ok(TableEntry {
-        values,
-        description: format!("{file_name} {name} ({})", description.join("; ")),
-    })
+    Ok(TableEntry { values, description: format!("{file_name} {name} ({})", description.join("; ")) })
 }
 
 #[cfg(test)]
@@ -137,11 +101,8 @@ mod tests {
     /// The project's own table, whose values are typed from the sources that it names.
     #[test]
     fn the_table_of_models_is_read_and_holds_its_sources_values() {
-        let table = MaterialTable::read(
-            &Path::new(env!("CARGO_MANIFEST_DIR")).join("models/materials.toml"),
-            1.0,
-        )
-        .unwrap();
+        let table =
+            MaterialTable::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/materials.toml"), 1.0).unwrap();
         for (name, absorptivity, emissivity) in [
             // Fortescue, Swinerd & Stark, table 11.3.
             ("white_silicone_paint", 0.26, 0.83),
@@ -153,21 +114,9 @@ mod tests {
         ] {
             let entry = table.get(name).unwrap();
             let settled = entry.values.or(&instant());
-            assert_eq!(
-                settled.complete().unwrap().front,
-                Optics {
-                    absorptivity,
-                    emissivity
-                },
-                "{name}"
-            );
+            assert_eq!(settled.complete().unwrap().front, Optics { absorptivity, emissivity }, "{name}");
         }
-        assert!(
-            table
-                .get("white_silicon_paint")
-                .unwrap_err()
-                .contains("did you mean 'white_silicone_paint'?")
-        );
+        assert!(table.get("white_silicon_paint").unwrap_err().contains("did you mean 'white_silicone_paint'?"));
     }
 
     fn instant() -> super::Values {
@@ -175,10 +124,6 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.toml");
         std::fs::write(&path, text).unwrap();
-        MaterialTable::read(&path, 1.0)
-            .unwrap()
-            .get("x")
-            .unwrap()
-            .values
+        MaterialTable::read(&path, 1.0).unwrap().get("x").unwrap().values
     }
 }

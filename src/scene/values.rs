@@ -111,10 +111,7 @@ pub(super) struct Incomplete {
 
 impl Incomplete {
     fn new(key: &'static str, message: impl Into<String>) -> Self {
-        Self {
-            key,
-            message: message.into(),
-        }
+        Self { key, message: message.into() }
     }
 }
 
@@ -124,35 +121,20 @@ impl Values {
         let positive = |key: &str, unit| source.number(key, Quantity::positive(unit));
         Ok(Self {
             front: PartialOptics::read(source)?,
-            back: source
-                .group("back", keys::BACK)?
-                .map(|back| PartialOptics::read(&back))
-                .transpose()?,
-            sides: source.choice(
-                "sides",
-                &[("outside", SidesKind::Outside), ("both", SidesKind::Both)],
-            )?,
+            back: source.group("back", keys::BACK)?.map(|back| PartialOptics::read(&back)).transpose()?,
+            sides: source.choice("sides", &[("outside", SidesKind::Outside), ("both", SidesKind::Both)])?,
             bulk: Bulk {
                 thickness: positive("thickness", "m")?,
                 // The paper gives multi-layer insulation neither density nor specific heat: 0 is a value.
                 density: source.number("density", Quantity::non_negative("kg/m3"))?,
-                specific_heat: source
-                    .number("specific_heat", Quantity::non_negative("J/(kg K)"))?,
+                specific_heat: source.number("specific_heat", Quantity::non_negative("J/(kg K)"))?,
                 conductivity: source.number("conductivity", Quantity::non_negative("W/(m K)"))?,
             },
-            response: source.choice(
-                "response",
-                &[
-                    ("instant", ResponseKind::Instant),
-                    ("transition", ResponseKind::Transition),
-                ],
-            )?,
+            response: source
+                .choice("response", &[("instant", ResponseKind::Instant), ("transition", ResponseKind::Transition)])?,
             heating: profile(source, "heating", step)?,
             cooling: profile(source, "cooling", step)?,
-            retarget: source.choice(
-                "retarget",
-                &[("merge", Retarget::Merge), ("restart", Retarget::Restart)],
-            )?,
+            retarget: source.choice("retarget", &[("merge", Retarget::Merge), ("restart", Retarget::Restart)])?,
         })
     }
 
@@ -199,20 +181,11 @@ impl Values {
     /// The first value that is missing, or optics that leave no balance temperature.
     pub(super) fn complete(&self) -> Result<Complete, Incomplete> {
         let missing = |key, name: &str| {
-            Incomplete::new(
-                key,
-                format!("{name} is missing: state it, or name an entry of the table with 'use'"),
-            )
+            Incomplete::new(key, format!("{name} is missing: state it, or name an entry of the table with 'use'"))
         };
         let front = Optics {
-            absorptivity: self
-                .front
-                .absorptivity
-                .ok_or_else(|| missing("absorptivity", "absorptivity"))?,
-            emissivity: self
-                .front
-                .emissivity
-                .ok_or_else(|| missing("emissivity", "emissivity"))?,
+            absorptivity: self.front.absorptivity.ok_or_else(|| missing("absorptivity", "absorptivity"))?,
+            emissivity: self.front.emissivity.ok_or_else(|| missing("emissivity", "emissivity"))?,
         };
         let sides = match self.sides {
             None | Some(SidesKind::Outside) => Sides::Outside,
@@ -222,12 +195,8 @@ impl Values {
                 let back = self.back.ok_or_else(|| Incomplete::new("back", message))?;
                 Sides::Both {
                     back: Optics {
-                        absorptivity: back
-                            .absorptivity
-                            .ok_or_else(|| missing("back", "absorptivity of the back"))?,
-                        emissivity: back
-                            .emissivity
-                            .ok_or_else(|| missing("back", "emissivity of the back"))?,
+                        absorptivity: back.absorptivity.ok_or_else(|| missing("back", "absorptivity of the back"))?,
+                        emissivity: back.emissivity.ok_or_else(|| missing("back", "emissivity of the back"))?,
                     },
                 }
             }
@@ -240,18 +209,14 @@ impl Values {
             bulk: self.bulk,
             response,
             sides_assumed: self.sides.is_none(),
-            retarget_assumed: self.retarget.is_none()
-                && matches!(response, Response::Transition { .. }),
+            retarget_assumed: self.retarget.is_none() && matches!(response, Response::Transition { .. }),
         })
     }
 
     fn response(&self) -> Result<Response, Incomplete> {
         let message = "response is missing: state 'transition' or 'instant' here, in the table's entry or in \
                        [materials]";
-        match self
-            .response
-            .ok_or_else(|| Incomplete::new("response", message))?
-        {
+        match self.response.ok_or_else(|| Incomplete::new("response", message))? {
             ResponseKind::Instant => Ok(Response::Instant),
             ResponseKind::Transition => {
                 let missing = |key| {
@@ -273,10 +238,7 @@ impl Values {
     /// Refuses optics of a back that nothing would use: they were stated for a reason.
     pub(super) fn check_back_is_used(&self, complete: &Complete) -> Result<(), Incomplete> {
         if self.back.is_some() && complete.sides == Sides::Outside {
-            return Err(Incomplete::new(
-                "back",
-                "is used with sides = 'both' only: state that, or leave the back out",
-            ));
+            return Err(Incomplete::new("back", "is used with sides = 'both' only: state that, or leave the back out"));
         }
         Ok(())
     }
@@ -296,32 +258,19 @@ fn check_emits(front: Optics, sides: Sides) -> Result<(), Incomplete> {
     Err(Incomplete::new("emissivity", message))
 }
 
-fn profile(
-    source: &impl ValueSource,
-    key: &'static str,
-    step: f64,
-) -> Result<Option<Profile>, SceneError> {
+fn profile(source: &impl ValueSource, key: &'static str, step: f64) -> Result<Option<Profile>, SceneError> {
     let Some(group) = source.group(key, keys::PROFILE)? else {
         return Ok(None);
     };
-    let functions = [
-        ("linear", Function::Linear),
-        ("quadratic", Function::Quadratic),
-    ];
+    let functions = [("linear", Function::Linear), ("quadratic", Function::Quadratic)];
     let Some(function) = group.choice("function", &functions)? else {
-        return Err(group.error(
-            "function",
-            "is missing: 'linear' or 'quadratic'".to_string(),
-        ));
+        return Err(group.error("function", "is missing: 'linear' or 'quadratic'".to_string()));
     };
     let steps = group.number("t_max_steps", Quantity::non_negative("steps"))?;
     let seconds = group.number("t_max", Quantity::non_negative("s"))?;
     let t_max_steps = match (steps, seconds) {
         (Some(_), Some(_)) => {
-            return Err(group.error(
-                "t_max",
-                "cannot be combined with 't_max_steps': state one of the two".to_string(),
-            ));
+            return Err(group.error("t_max", "cannot be combined with 't_max_steps': state one of the two".to_string()));
         }
         (Some(steps), None) => steps,
         (None, Some(seconds)) => seconds / step,
@@ -330,8 +279,5 @@ fn profile(
             return Err(group.error("t_max_steps", message.to_string()));
         }
     };
-    Ok(Some(Profile {
-        function,
-        t_max_steps,
-    }))
+    Ok(Some(Profile { function, t_max_steps }))
 }

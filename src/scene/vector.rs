@@ -30,15 +30,9 @@ pub(super) fn axis(section: &Section, key: &str) -> Result<Option<DVec3>, SceneE
         return direction(section, key);
     }
     let word = section.string(key)?.unwrap_or_default();
-    let found = AXES
-        .iter()
-        .find(|(name, _)| *name == word)
-        .map(|(_, axis)| *axis);
+    let found = AXES.iter().find(|(name, _)| *name == word).map(|(_, axis)| *axis);
     found.map(Some).ok_or_else(|| {
-        section.error(
-            key,
-            format!("'{word}' is no axis: write one of +X, -X, +Y, -Y, +Z, -Z, or [x, y, z]"),
-        )
+        section.error(key, format!("'{word}' is no axis: write one of +X, -X, +Y, -Y, +Z, -Z, or [x, y, z]"))
     })
 }
 
@@ -48,9 +42,7 @@ pub(super) fn direction(section: &Section, key: &str) -> Result<Option<DVec3>, S
         return Ok(None);
     };
     // Scaled first: the squares of very large or very small components leave the range of f64.
-    let largest = numbers
-        .iter()
-        .fold(0.0_f64, |largest, number| largest.max(number.abs()));
+    let largest = numbers.iter().fold(0.0_f64, |largest, number| largest.max(number.abs()));
     if largest == 0.0 {
         return Err(section.error(key, "is no direction: its length is 0"));
     }
@@ -60,9 +52,7 @@ pub(super) fn direction(section: &Section, key: &str) -> Result<Option<DVec3>, S
 
 /// A point [m].
 pub(super) fn point(section: &Section, key: &str) -> Result<Option<DVec3>, SceneError> {
-    Ok(section
-        .numbers::<3>(key, Quantity::any("m"))?
-        .map(DVec3::from_array))
+    Ok(section.numbers::<3>(key, Quantity::any("m"))?.map(DVec3::from_array))
 }
 
 /// Whether two unit vectors are too near to parallel (or opposite) to span a frame.
@@ -82,14 +72,11 @@ pub(super) fn quaternion(
     let quaternion = DQuat::from_xyzw(x, y, z, w);
     let length = quaternion.length();
     if (length - 1.0).abs() > QUATERNION_TOLERANCE {
-        let message =
-            format!("must be a unit quaternion [w, x, y, z], scalar first; its length is {length}");
+        let message = format!("must be a unit quaternion [w, x, y, z], scalar first; its length is {length}");
         return Err(section.error(key, message));
     }
     if (length - 1.0).abs() > 1e-9 {
-        assumptions.push(format!(
-            "A quaternion of length {length} ({key}) is normalised."
-        ));
+        assumptions.push(format!("A quaternion of length {length} ({key}) is normalised."));
     }
     Ok(Some(quaternion.normalize()))
 }

@@ -85,8 +85,7 @@ fn describe(frame: &Frame, n: usize) -> String {
 
 #[test]
 fn two_dispatches_on_the_same_nodes_collide() {
-    let overlapping =
-        [range(StepKind::Merge, false, (0, 128)), range(StepKind::Merge, true, (64, 192))];
+    let overlapping = [range(StepKind::Merge, false, (0, 128)), range(StepKind::Merge, true, (64, 192))];
     let found = hazards([&Frame::step(&overlapping, Wanted::default())]);
     assert!(found.iter().any(|hazard| hazard.kind == HazardKind::WriteAfterWrite), "{found:?}");
 }

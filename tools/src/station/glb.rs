@@ -79,11 +79,7 @@ impl Buffers {
 fn write_node(node: &Node, nodes: &mut Vec<Value>) -> usize {
     let index = nodes.len();
     nodes.push(Value::Null);
-    let children: Vec<usize> = node
-        .children
-        .iter()
-        .map(|child| write_node(child, nodes))
-        .collect();
+    let children: Vec<usize> = node.children.iter().map(|child| write_node(child, nodes)).collect();
     let mut value = json!({ "name": node.name });
     if node.translation != glam::DVec3::ZERO {
         value["translation"] = json!(node.translation.to_array());
@@ -120,21 +116,13 @@ fn write_material(material: Material) -> Value {
 /// The bytes of the file.
 pub fn write(station: &Station) -> Vec<u8> {
     let mut buffers = Buffers::default();
-    let meshes: Vec<Value> = station
-        .meshes
-        .iter()
-        .map(|(name, mesh)| buffers.mesh(name, mesh))
-        .collect();
+    let meshes: Vec<Value> = station.meshes.iter().map(|(name, mesh)| buffers.mesh(name, mesh)).collect();
     let mut nodes = vec![];
     let root = write_node(&station.root, &mut nodes);
     let materials: Vec<Value> = Material::ALL.iter().map(|m| write_material(*m)).collect();
 
     // All three sections hold 4-byte values, so that each starts aligned.
-    let (indices, positions, normals) = (
-        buffers.indices.len(),
-        buffers.positions.len(),
-        buffers.normals.len(),
-    );
+    let (indices, positions, normals) = (buffers.indices.len(), buffers.positions.len(), buffers.normals.len());
     let total = indices + positions + normals;
     let vertices = |offset: usize, length: usize| {
         let stride = 12;
@@ -163,11 +151,7 @@ pub fn write(station: &Station) -> Vec<u8> {
     let mut file = Vec::with_capacity(28 + text.len() + total);
     file.extend(b"glTF");
     let lengths = [2, 28 + text.len() + total, text.len()];
-    file.extend(
-        lengths
-            .into_iter()
-            .flat_map(|length| (length as u32).to_le_bytes()),
-    );
+    file.extend(lengths.into_iter().flat_map(|length| (length as u32).to_le_bytes()));
     file.extend(b"JSON");
     file.extend(&text);
     file.extend((total as u32).to_le_bytes());

@@ -31,16 +31,10 @@ fn main() -> ExitCode {
     let station = layout::station();
     let bytes = glb::write(&station);
     if let Err(error) = std::fs::write(&arguments.output, &bytes) {
-        eprintln!(
-            "station: cannot write {}: {error}",
-            arguments.output.display()
-        );
+        eprintln!("station: cannot write {}: {error}", arguments.output.display());
         return ExitCode::from(2);
     }
     let (path, kilobytes) = (arguments.output.display(), bytes.len() / 1000);
-    println!(
-        "{path}: {} triangles drawn, {kilobytes} kB",
-        layout::triangles_drawn(&station)
-    );
+    println!("{path}: {} triangles drawn, {kilobytes} kB", layout::triangles_drawn(&station));
     ExitCode::SUCCESS
 }

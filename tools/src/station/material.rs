@@ -86,10 +86,6 @@ impl Material {
             Self::WindowGlass => ([0.10, 0.14, 0.16], 0.1, 0.1),
             Self::SilveredTeflon => ([0.75, 0.76, 0.78], 0.9, 0.2),
         };
-        Appearance {
-            base_colour,
-            metallic,
-            roughness,
-        }
+        Appearance { base_colour, metallic, roughness }
     }
 }

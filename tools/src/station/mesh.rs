@@ -53,12 +53,7 @@ pub struct Band(pub Material, pub f64, pub f64);
 impl Lathe {
     /// A round body around `axis`.
     pub fn round(origin: DVec3, axis: DVec3, segments: u32) -> Self {
-        Self {
-            origin,
-            axis,
-            segments,
-            faceted: false,
-        }
+        Self { origin, axis, segments, faceted: false }
     }
 
     /// Unit vector away from the axis at strip boundary `step` (fractions lie within a strip).
@@ -74,12 +69,7 @@ impl Mesh {
     fn surface(&mut self, material: Material) -> &mut Surface {
         let found = self.surfaces.iter().position(|s| s.material == material);
         let index = found.unwrap_or_else(|| {
-            self.surfaces.push(Surface {
-                material,
-                positions: vec![],
-                normals: vec![],
-                triangles: vec![],
-            });
+            self.surfaces.push(Surface { material, positions: vec![], normals: vec![], triangles: vec![] });
             self.surfaces.len() - 1
         });
         &mut self.surfaces[index]
@@ -106,8 +96,7 @@ impl Mesh {
 
     /// A box from its centre and three half edges at right angles, right-handed [m].
     pub fn block(&mut self, material: Material, centre: DVec3, half: [DVec3; 3]) {
-        let corner =
-            |signs: [f64; 3]| centre + half[0] * signs[0] + half[1] * signs[1] + half[2] * signs[2];
+        let corner = |signs: [f64; 3]| centre + half[0] * signs[0] + half[1] * signs[1] + half[2] * signs[2];
         for axis in 0..3 {
             for side in [1.0, -1.0] {
                 let normal = half[axis].normalize() * side;
@@ -127,22 +116,14 @@ impl Mesh {
     /// A box with edges along the axes [m].
     pub fn cuboid(&mut self, material: Material, centre: DVec3, size: DVec3) {
         let half = size / 2.0;
-        self.block(
-            material,
-            centre,
-            [DVec3::X * half.x, DVec3::Y * half.y, DVec3::Z * half.z],
-        );
+        self.block(material, centre, [DVec3::X * half.x, DVec3::Y * half.y, DVec3::Z * half.z]);
     }
 
     /// A square bar between two points [m].
     pub fn strut(&mut self, material: Material, from: DVec3, to: DVec3, width: f64) {
         let axis = (to - from).normalize();
         let (u, v) = axis.any_orthonormal_pair();
-        self.block(
-            material,
-            (from + to) / 2.0,
-            [(to - from) / 2.0, u * width / 2.0, v * width / 2.0],
-        );
+        self.block(material, (from + to) / 2.0, [(to - from) / 2.0, u * width / 2.0, v * width / 2.0]);
     }
 
     /// A turned body: its profile starts on the axis at `start` [m], runs through the bands and must end on the axis.
@@ -159,23 +140,14 @@ impl Mesh {
             for strip in 0..lathe.segments {
                 let middle = f64::from(strip) + 0.5;
                 let side = |step: u32, r: f64| {
-                    if lathe.faceted || r == 0.0 {
-                        middle
-                    } else {
-                        f64::from(step)
-                    }
+                    if lathe.faceted || r == 0.0 { middle } else { f64::from(step) }
                 };
                 self.polygon(
                     material,
                     &[
                         at(along, radius, strip, side(strip, radius)),
                         at(along, radius, strip + 1, side(strip + 1, radius)),
-                        at(
-                            next_along,
-                            next_radius,
-                            strip + 1,
-                            side(strip + 1, next_radius),
-                        ),
+                        at(next_along, next_radius, strip + 1, side(strip + 1, next_radius)),
                         at(next_along, next_radius, strip, side(strip, next_radius)),
                     ],
                 );
@@ -185,43 +157,21 @@ impl Mesh {
     }
 
     /// A closed cylinder of one material from `origin` along the unit vector `axis` [m].
-    pub fn cylinder(
-        &mut self,
-        material: Material,
-        origin: DVec3,
-        axis: DVec3,
-        radius: f64,
-        length: f64,
-    ) {
-        let bands = [
-            Band(material, 0.0, radius),
-            Band(material, length, radius),
-            Band(material, length, 0.0),
-        ];
+    pub fn cylinder(&mut self, material: Material, origin: DVec3, axis: DVec3, radius: f64, length: f64) {
+        let bands = [Band(material, 0.0, radius), Band(material, length, radius), Band(material, length, 0.0)];
         self.turn(&Lathe::round(origin, axis, 12), 0.0, &bands);
     }
 
     /// A single layer of `count` equal rectangles in a row along `length`, with `gap` [m] between them; the normal
     /// points along `length` x `width`.
-    pub fn sheet(
-        &mut self,
-        material: Material,
-        corner: DVec3,
-        length: DVec3,
-        width: DVec3,
-        count: u32,
-        gap: f64,
-    ) {
+    pub fn sheet(&mut self, material: Material, corner: DVec3, length: DVec3, width: DVec3, count: u32, gap: f64) {
         let normal = length.cross(width).normalize();
         let pitch = (length.length() + gap) / f64::from(count);
         let direction = length.normalize();
         for panel in 0..count {
             let near = corner + direction * (pitch * f64::from(panel));
             let far = near + direction * (pitch - gap);
-            self.polygon(
-                material,
-                &[near, far, far + width, near + width].map(|point| (point, normal)),
-            );
+            self.polygon(material, &[near, far, far + width, near + width].map(|point| (point, normal)));
         }
     }
 }

@@ -4,9 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, dvec3};
 
-use crate::material::Material::{
-    AnodizedAluminium, BlackPaint, MliBlanket, SilveredTeflon, WhitePaint, WindowGlass,
-};
+use crate::material::Material::{AnodizedAluminium, BlackPaint, MliBlanket, SilveredTeflon, WhitePaint, WindowGlass};
 use crate::mesh::{Band, Lathe, Mesh};
 
 /// Radius of a berthing port [m].
@@ -50,11 +48,7 @@ pub fn laboratory(origin: DVec3, axis: DVec3, length: f64, radius: f64) -> Mesh 
     mesh.cylinder(WindowGlass, window + DVec3::Z * 0.12, DVec3::Z, 0.36, 0.12);
     for place in [-0.28, 0.28] {
         let size = DVec3::ONE * 0.5 + axis.abs() * 0.7;
-        mesh.cuboid(
-            MliBlanket,
-            middle + axis * (length * place) + DVec3::Z * radius,
-            size,
-        );
+        mesh.cuboid(MliBlanket, middle + axis * (length * place) + DVec3::Z * radius, size);
     }
     mesh
 }
@@ -96,11 +90,7 @@ pub fn service(origin: DVec3) -> Mesh {
     );
     for (y, z) in [(-0.9, 0.0), (0.9, 0.0)] {
         let nozzle = Lathe::round(origin + dvec3(-12.3, y, z), DVec3::NEG_X, 16);
-        let bands = [
-            Band(BlackPaint, 0.0, 0.2),
-            Band(BlackPaint, 0.6, 0.45),
-            Band(BlackPaint, 0.6, 0.0),
-        ];
+        let bands = [Band(BlackPaint, 0.0, 0.2), Band(BlackPaint, 0.6, 0.45), Band(BlackPaint, 0.6, 0.0)];
         mesh.turn(&nozzle, 0.0, &bands);
     }
     mesh
@@ -114,11 +104,7 @@ pub fn sphere(centre: DVec3, radius: f64) -> Mesh {
         .map(|arc| {
             let angle = PI * f64::from(arc) / f64::from(arcs);
             // The sine of pi is not quite 0, and a profile must end on its axis.
-            let height = if arc == arcs {
-                0.0
-            } else {
-                radius * angle.sin()
-            };
+            let height = if arc == arcs { 0.0 } else { radius * angle.sin() };
             Band(MliBlanket, -radius * angle.cos(), height)
         })
         .collect();
@@ -130,12 +116,7 @@ pub fn sphere(centre: DVec3, radius: f64) -> Mesh {
 pub fn cupola(origin: DVec3) -> Mesh {
     let mut mesh = Mesh::default();
     mesh.turn(
-        &Lathe {
-            origin,
-            axis: DVec3::Z,
-            segments: 6,
-            faceted: true,
-        },
+        &Lathe { origin, axis: DVec3::Z, segments: 6, faceted: true },
         0.0,
         &[
             Band(AnodizedAluminium, 0.0, 1.5),
