@@ -1,1 +1,180 @@
-//! The loop: step, draw, collect.
+//! The loop: settle, warm up, then step, draw and collect.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::DAffine3;
+
+pub mod check;
+pub mod engine;
+pub mod prepare;
+pub mod viewpoint;
+
+use crate::environment::TickLoad;
+use crate::gpu::error::GpuError;
+use crate::scene::{Draw, Initial};
+use check::Check;
+use engine::{Delivered, Engine, Order, Tick};
+use prepare::Prepared;
+use viewpoint::camera_from_body;
+
+/// What a step left, with its number, time and the pose of its image.
+pub struct StepResult {
+    /// Number of the step; 0 is the initial state.
+    pub step: u32,
+    /// Time since the start [s].
+    pub time: f64,
+    /// Pose of the camera, where the step was drawn.
+    pub pose: Option<DAffine3>,
+    /// Image and temperatures.
+    pub delivered: Delivered,
+}
+
+/// Brings the engine, and the check where there is one, to the state at time 0.
+///
+/// # Errors
+/// A call that fails.
+pub fn start(
+    prepared: &Prepared,
+    engine: &mut Engine,
+    mut check: Option<&mut Check>,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(),
+) -> Result<(), GpuError> {
+    let step = prepared.scene.time.step;
+    let ticks = prepared.warm_up_ticks();
+    let time = |tick: u32| step * (f64::from(tick) - f64::from(ticks));
+    match prepared.scene.initial {
+        Initial::Balance => {
+            let load = prepared.loads.tick_load(time(0), time(1));
+            engine.settle(&load)?;
+            if let Some(check) = check.as_deref_mut() {
+                check.settle(&load);
+            }
+        }
+        Initial::Temperature(temperature) => {
+            engine.settle_at(temperature, prepared.nodes.vertex_of_node.len())?;
+            if let Some(check) = check.as_deref_mut() {
+                check.settle_at(temperature);
+            }
+        }
+    }
+    for tick in 0..ticks {
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+        let load = prepared.loads.tick_load(time(tick), time(tick + 1));
+        engine.submit(Some(Tick { load: &load, steps: 1.0 }), Order::default())?;
+        engine.deliver()?;
+        if let Some(check) = check.as_deref_mut() {
+            check.step(&load, 1.0);
+        }
+        progress();
+    }
+    Ok(())
+}
+
+/// Runs all steps of the scene from time 0 and hands over each result, in order, while the next step is computed.
+/// `stop` ends the run after the step under way. Returns whether all steps were made.
+///
+/// # Errors
+/// A call that fails, or what `consume` returns.
+pub fn run<E: From<GpuError>>(
+    prepared: &Prepared,
+    engine: &mut Engine,
+    mut check: Option<&mut Check>,
+    stop: &AtomicBool,
+    consume: &mut dyn FnMut(StepResult) -> Result<(), E>,
+) -> Result<bool, E> {
+    let time = &prepared.scene.time;
+    // Result of the last step, still on the device, with what the reference had then.
+    let mut waiting: Option<(u32, Option<DAffine3>, Option<Vec<f64>>)> = None;
+    let mut complete = true;
+    for step in 0..=time.steps {
+        if stop.load(Ordering::Relaxed) {
+            complete = false;
+            break;
+        }
+        let now = f64::from(step) * time.step;
+        let load = (step > 0).then(|| prepared.loads.tick_load(now - time.step, now));
+        let pose = is_drawn(&time.draw, step).then(|| pose_at(prepared, now)).flatten();
+        let tick = load.as_ref().map(|load| Tick { load, steps: 1.0 });
+        engine.submit(tick, Order { pose, temperatures: true })?;
+        let reference = check.as_deref_mut().map(|check| step_check(check, load.as_ref()));
+        if let Some(last) = waiting.replace((step, pose, reference)) {
+            hand_over(prepared, engine, check.as_deref_mut(), last, consume)?;
+        }
+    }
+    if let Some(last) = waiting {
+        hand_over(prepared, engine, check, last, consume)?;
+    }
+    Ok(complete)
+}
+
+/// Steps the state from time 0 to `time` [s] without results on the way, and returns the image there.
+///
+/// # Errors
+/// A call that fails.
+pub fn still(
+    prepared: &Prepared,
+    engine: &mut Engine,
+    time: f64,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(),
+) -> Result<Option<StepResult>, GpuError> {
+    let length = prepared.scene.time.step;
+    // Rounding of time / step must not make a last tick of no length.
+    let whole = (time / length + 1e-9).floor();
+    let rest = (time / length - whole).max(0.0);
+    for tick in 0..whole as u64 {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let from = tick as f64 * length;
+        let load = prepared.loads.tick_load(from, from + length);
+        engine.submit(Some(Tick { load: &load, steps: 1.0 }), Order::default())?;
+        engine.deliver()?;
+        progress();
+    }
+    let load = (rest > 1e-9).then(|| prepared.loads.tick_load(whole * length, time));
+    let pose = pose_at(prepared, time);
+    let tick = load.as_ref().map(|load| Tick { load, steps: rest });
+    engine.submit(tick, Order { pose, temperatures: false })?;
+    let delivered = engine.deliver()?;
+    Ok(Some(StepResult { step: (time / length).round() as u32, time, pose, delivered }))
+}
+
+fn step_check(check: &mut Check, load: Option<&TickLoad>) -> Vec<f64> {
+    if let Some(load) = load {
+        check.step(load, 1.0);
+    }
+    check.temperatures()
+}
+
+fn hand_over<E: From<GpuError>>(
+    prepared: &Prepared,
+    engine: &mut Engine,
+    check: Option<&mut Check>,
+    (step, pose, reference): (u32, Option<DAffine3>, Option<Vec<f64>>),
+    consume: &mut dyn FnMut(StepResult) -> Result<(), E>,
+) -> Result<(), E> {
+    let time = f64::from(step) * prepared.scene.time.step;
+    let delivered = engine.deliver()?;
+    if let (Some(check), Some(reference), Some(device)) = (check, reference, &delivered.temperatures) {
+        check.compare(step, time, &reference, device);
+    }
+    consume(StepResult { step, time, pose, delivered })
+}
+
+fn pose_at(prepared: &Prepared, time: f64) -> Option<DAffine3> {
+    let camera = prepared.scene.camera.as_ref()?;
+    Some(camera_from_body(camera, &prepared.loads.sky_model().sky(time)))
+}
+
+/// Whether a step is drawn.
+pub fn is_drawn(draw: &Draw, step: u32) -> bool {
+    match draw {
+        Draw::None => false,
+        Draw::Every(n) => step.is_multiple_of(*n),
+        Draw::Steps(steps) => steps.binary_search(&step).is_ok(),
+    }
+}

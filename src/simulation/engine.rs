@@ -1,0 +1,347 @@
+//! Who computes: a Vulkan device in f32, or the f64 reference. Both take ticks and leave images and temperatures.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use glam::DAffine3;
+
+use super::prepare::Prepared;
+use super::viewpoint::{device_view, raster_view};
+use crate::environment::load::{albedo_flux, planet_ir_flux, solar_flux};
+use crate::environment::{TickLoad, load};
+use crate::gpu::blackbody::band_table;
+use crate::gpu::context::Context;
+use crate::gpu::error::GpuError;
+use crate::gpu::layout;
+use crate::gpu::renderer::{Renderer, Submitted};
+use crate::gpu::resources::SceneData;
+use crate::gpu::timing::PassTimes;
+use crate::raster::{self, Surface, rasterise};
+use crate::scene::Camera;
+use crate::thermal::balance::Incident;
+use crate::thermal::brightness::BrightnessTable;
+use crate::thermal::material::{Function, Material, Response, Sides};
+use crate::thermal::nodes::{GROUP, PADDING};
+use crate::thermal::radiance::{RadianceTable, band_radiance};
+use crate::thermal::radiance_f32::RadianceTableF32;
+use crate::thermal::reference::{Reference, ReferenceNode};
+
+/// One tick as an engine takes it.
+#[derive(Debug, Clone, Copy)]
+pub struct Tick<'a> {
+    /// Mean load of the tick.
+    pub load: &'a TickLoad,
+    /// Its length in steps.
+    pub steps: f64,
+}
+
+/// What a tick is asked to leave.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Order {
+    /// Pose of the camera, where an image is wanted.
+    pub pose: Option<DAffine3>,
+    /// Whether all temperatures are wanted.
+    pub temperatures: bool,
+}
+
+/// Pixels of an image, row after row from the top.
+#[derive(Debug, Clone, Default)]
+pub struct Pixels {
+    /// Radiance [W m-2 sr-1], temperature [K], depth [m]; 0 where nothing is.
+    pub radiance_temperature_depth: Vec<[f32; 3]>,
+    /// Part and material, each plus 1; 0 where nothing is.
+    pub identity: Vec<[u32; 2]>,
+}
+
+/// What a tick left.
+#[derive(Debug, Clone, Default)]
+pub struct Delivered {
+    /// The image, where one was ordered.
+    pub pixels: Option<Pixels>,
+    /// Temperatures of all nodes in device order, padding included [K].
+    pub temperatures: Option<Vec<f32>>,
+}
+
+/// A Vulkan device or the f64 reference.
+pub enum Engine {
+    /// In f32 on a device; deliveries come in the order of the ticks.
+    Device {
+        /// The scene on the device.
+        renderer: Box<Renderer>,
+        /// Frames not delivered yet.
+        flying: VecDeque<Submitted>,
+        /// For the projection.
+        camera: Option<Camera>,
+        /// Its device.
+        context: Arc<Context>,
+    },
+    /// In f64 on the processor.
+    Reference(Box<ReferenceEngine>),
+}
+
+/// Fluxes on a plate, by the twins of the device's functions.
+pub fn incident(load: &TickLoad, normal: glam::DVec3) -> Incident {
+    Incident {
+        solar: solar_flux(load, normal),
+        albedo: albedo_flux(load, normal),
+        planet_ir: planet_ir_flux(load, normal),
+    }
+}
+
+/// The same with the albedo's exact integral in place of its table.
+pub fn exact_incident(load: &TickLoad, normal: glam::DVec3) -> Incident {
+    Incident { albedo: load::exact_albedo_flux(load, normal), ..incident(load, normal) }
+}
+
+/// How the reference finds what falls on a plate.
+pub type IncidentFunction = fn(&TickLoad, glam::DVec3) -> Incident;
+
+/// The f64 reference of all nodes, and its rasteriser.
+pub struct ReferenceEngine {
+    reference: Reference<IncidentFunction>,
+    node_of_slot: Vec<u32>,
+    slots: usize,
+    positions: Vec<glam::DVec3>,
+    triangles: Vec<[u32; 3]>,
+    parts: Vec<u32>,
+    materials: Vec<u32>,
+    emissivities: Vec<[f64; 2]>,
+    camera: Option<Camera>,
+    table: RadianceTable,
+    delivered: VecDeque<Delivered>,
+}
+
+impl Engine {
+    /// The scene on a Vulkan device. Images are drawn where `camera` is given.
+    ///
+    /// # Errors
+    /// A scene beyond the device, or a call that fails.
+    pub fn on_device(context: &Arc<Context>, prepared: &Prepared, camera: Option<&Camera>) -> Result<Self, GpuError> {
+        let device = DeviceData::new(prepared);
+        let renderer = Renderer::new(context, &device.scene_data(prepared, camera))?;
+        Ok(Self::Device {
+            renderer: Box::new(renderer),
+            flying: VecDeque::new(),
+            camera: camera.cloned(),
+            context: Arc::clone(context),
+        })
+    }
+
+    /// The scene on the f64 reference.
+    pub fn reference(prepared: &Prepared, camera: Option<&Camera>) -> Self {
+        Self::Reference(Box::new(ReferenceEngine::new(prepared, camera)))
+    }
+
+    /// Name of the device, or `cpu`.
+    pub fn device_name(&self) -> String {
+        match self {
+            Self::Device { context, .. } => context.info.name.clone(),
+            Self::Reference(_) => "cpu (f64 reference)".to_owned(),
+        }
+    }
+
+    /// Settles every node at the balance temperature of a load.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn settle(&mut self, load: &TickLoad) -> Result<(), GpuError> {
+        match self {
+            Self::Device { renderer, .. } => renderer.settle(load),
+            Self::Reference(engine) => {
+                engine.reference.settle(load);
+                Ok(())
+            }
+        }
+    }
+
+    /// Settles every node at a temperature [K].
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn settle_at(&mut self, temperature: f64, nodes: usize) -> Result<(), GpuError> {
+        match self {
+            Self::Device { renderer, .. } => renderer.settle_at(&vec![temperature as f32; nodes]),
+            Self::Reference(engine) => {
+                engine.reference.settle_at(temperature);
+                Ok(())
+            }
+        }
+    }
+
+    /// Gives a tick (or, without one, the present state) to the engine; at most two may be under way.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn submit(&mut self, tick: Option<Tick<'_>>, order: Order) -> Result<(), GpuError> {
+        match self {
+            Self::Device { renderer, flying, camera, .. } => {
+                let view: Option<layout::View> =
+                    order.pose.as_ref().zip(camera.as_ref()).map(|(pose, camera)| device_view(camera, pose));
+                let tick = tick.map(|tick| (tick.load, tick.steps));
+                flying.push_back(renderer.submit(tick, view.as_ref(), order.temperatures)?);
+                Ok(())
+            }
+            Self::Reference(engine) => {
+                engine.run(tick, order);
+                Ok(())
+            }
+        }
+    }
+
+    /// What the oldest tick under way leaves; empty where none is.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn deliver(&mut self) -> Result<Delivered, GpuError> {
+        match self {
+            Self::Device { renderer, flying, .. } => {
+                let Some(submitted) = flying.pop_front() else { return Ok(Delivered::default()) };
+                let collected = renderer.collect(submitted)?;
+                let pixels = collected.radiance.zip(collected.identity).map(|(radiance, identity)| Pixels {
+                    radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
+                    identity: identity.to_vec(),
+                });
+                Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec) })
+            }
+            Self::Reference(engine) => Ok(engine.delivered.pop_front().unwrap_or_default()),
+        }
+    }
+
+    /// Device milliseconds of every pass so far; `None` for the reference.
+    pub fn pass_times(&self) -> Option<&PassTimes> {
+        match self {
+            Self::Device { renderer, .. } => Some(renderer.pass_times()),
+            Self::Reference(_) => None,
+        }
+    }
+}
+
+/// What the device needs beside the arrays of `Prepared`.
+pub struct DeviceData {
+    materials: Vec<layout::Material>,
+    band_table: Vec<f32>,
+}
+
+impl DeviceData {
+    /// Rounds the scene's materials and band to f32.
+    pub fn new(prepared: &Prepared) -> Self {
+        let table = RadianceTable::new(prepared.scene.band);
+        let table = RadianceTableF32::new(&table, &BrightnessTable::new(&table));
+        Self {
+            materials: prepared.materials.iter().map(device_material).collect(),
+            band_table: band_table(&table),
+        }
+    }
+
+    /// The scene as plain numbers for the device.
+    pub fn scene_data<'a>(&'a self, prepared: &'a Prepared, camera: Option<&Camera>) -> SceneData<'a> {
+        SceneData {
+            ranges: prepared.step_ranges(),
+            group_material: &prepared.nodes.group_material,
+            group_part: &prepared.nodes.group_part,
+            normals: &prepared.nodes.normals,
+            positions: &prepared.nodes.positions,
+            triangles: &prepared.triangles,
+            materials: &self.materials,
+            band_table: &self.band_table,
+            image: camera.map(|camera| [camera.width, camera.height]),
+        }
+    }
+}
+
+/// A material rounded to f32. Where only the outside exchanges heat, the back looks like the front.
+fn device_material(material: &Material) -> layout::Material {
+    let back = back_optics(material);
+    let power = |function: Function| match function {
+        Function::Linear => 1.0,
+        Function::Quadratic => 2.0,
+    };
+    let mut device = layout::Material {
+        absorptivity: material.front.absorptivity as f32,
+        emissivity: material.front.emissivity as f32,
+        back_absorptivity: back.absorptivity as f32,
+        back_emissivity: back.emissivity as f32,
+        heating_power: 1.0,
+        heating_t_max: 0.0,
+        cooling_power: 1.0,
+        cooling_t_max: 0.0,
+    };
+    if let Response::Transition { heating, cooling, .. } = material.response {
+        device.heating_power = power(heating.function);
+        device.heating_t_max = heating.t_max_steps as f32;
+        device.cooling_power = power(cooling.function);
+        device.cooling_t_max = cooling.t_max_steps as f32;
+    }
+    device
+}
+
+fn back_optics(material: &Material) -> crate::thermal::material::Optics {
+    match material.sides {
+        Sides::Outside => material.front,
+        Sides::Both { back } => back,
+    }
+}
+
+impl ReferenceEngine {
+    fn new(prepared: &Prepared, camera: Option<&Camera>) -> Self {
+        let nodes = &prepared.nodes;
+        let node_of_slot: Vec<u32> =
+            (0..nodes.vertex_of_node.len() as u32).filter(|slot| nodes.vertex_of_node[*slot as usize] != PADDING).collect();
+        let of_group = |group: &[u32]| (0..nodes.vertex_of_node.len()).map(|slot| group[slot / GROUP]).collect();
+        let reference_nodes = node_of_slot
+            .iter()
+            .map(|slot| ReferenceNode {
+                normal: nodes.normals[*slot as usize].as_dvec3(),
+                material: nodes.group_material[*slot as usize / GROUP],
+            })
+            .collect();
+        Self {
+            reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction),
+            slots: nodes.vertex_of_node.len(),
+            node_of_slot,
+            positions: nodes.positions.iter().map(|position| position.as_dvec3()).collect(),
+            triangles: prepared.triangles.clone(),
+            parts: of_group(&nodes.group_part),
+            materials: of_group(&nodes.group_material),
+            emissivities: prepared
+                .materials
+                .iter()
+                .map(|material| [material.front.emissivity, back_optics(material).emissivity])
+                .collect(),
+            camera: camera.cloned(),
+            table: RadianceTable::new(prepared.scene.band),
+            delivered: VecDeque::new(),
+        }
+    }
+
+    fn run(&mut self, tick: Option<Tick<'_>>, order: Order) {
+        if let Some(tick) = tick {
+            self.reference.step(tick.load, tick.steps);
+        }
+        let mut temperatures = vec![0.0f64; self.slots];
+        for (slot, temperature) in self.node_of_slot.iter().zip(self.reference.temperatures()) {
+            temperatures[*slot as usize] = *temperature;
+        }
+        let pixels = order.pose.as_ref().zip(self.camera.as_ref()).map(|(pose, camera)| {
+            let surface = Surface {
+                positions: &self.positions,
+                triangles: &self.triangles,
+                temperatures: &temperatures,
+                vertex_part: &self.parts,
+                vertex_material: &self.materials,
+                emissivities: &self.emissivities,
+            };
+            let drawn = rasterise(&surface, &raster_view(camera, pose), |t| band_radiance(&self.table, t));
+            let value = |pixel: &raster::Pixel| match pixel.part {
+                0 => [0.0; 3],
+                _ => [pixel.radiance as f32, pixel.temperature as f32, pixel.depth as f32],
+            };
+            Pixels {
+                radiance_temperature_depth: drawn.iter().map(value).collect(),
+                identity: drawn.iter().map(|pixel| [pixel.part, pixel.material]).collect(),
+            }
+        });
+        let temperatures = order.temperatures.then(|| temperatures.iter().map(|t| *t as f32).collect());
+        self.delivered.push_back(Delivered { pixels, temperatures });
+    }
+}

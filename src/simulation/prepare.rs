@@ -1,0 +1,194 @@
+//! From a scene file to everything that a run needs: model, materials, nodes in device order, loads.
+
+use std::path::{Path, PathBuf};
+
+use crate::environment::orbit::period_disagreement;
+use crate::environment::sky::SkyError;
+use crate::environment::tick::TickLoads;
+use crate::gpu::frame::StepRange;
+use crate::gpu::variant::{StepKind, ThermalVariant};
+use crate::model::{Model, ModelError};
+use crate::scene::{Scene, SceneError, scene_hash};
+use crate::thermal::material::{Material, Retarget};
+use crate::thermal::nodes::{Nodes, RangeResponse};
+
+/// Groups of four nodes that one dispatch takes at most: 65,535 workgroups of 64, and 128 MiB of vec4.
+const MAX_GROUPS: usize = 65_535 * 64;
+
+/// What keeps a scene from being made.
+#[derive(Debug, thiserror::Error)]
+pub enum PrepareError {
+    /// The scene file.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The orbit or attitude.
+    #[error("{path}: {source}")]
+    Sky {
+        /// The scene file.
+        path: PathBuf,
+        /// What is wrong.
+        source: SkyError,
+    },
+    /// A file that vanished after it was checked.
+    #[error("{path}: {source}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A probe on a part that the model does not have.
+    #[error("{path}: probe '{probe}': the model has no part '{part}'; it has {parts}")]
+    ProbePart {
+        /// The scene file.
+        path: PathBuf,
+        /// The probe.
+        probe: String,
+        /// What it asks for.
+        part: String,
+        /// What there is.
+        parts: String,
+    },
+}
+
+/// A scene ready to run.
+pub struct Prepared {
+    /// What the user wrote.
+    pub scene: Scene,
+    /// SHA-256 of scene, model and table.
+    pub hash: String,
+    /// Names of the parts.
+    pub parts: Vec<String>,
+    /// Materials in the order of the model.
+    pub materials: Vec<Material>,
+    /// Nodes in device order.
+    pub nodes: Nodes,
+    /// Node indices of the triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// Area of the model [m2].
+    pub area: f64,
+    /// Sun, planet and albedo of any tick.
+    pub loads: TickLoads,
+    /// Node of each probe.
+    pub probes: Vec<usize>,
+    /// What a user should look at.
+    pub warnings: Vec<String>,
+}
+
+impl Prepared {
+    /// Loads and checks everything that the scene names; `progress` hears of the vertices made by subdivision.
+    ///
+    /// # Errors
+    /// The first thing that keeps the scene from running.
+    pub fn new(path: &Path, progress: &mut dyn FnMut(usize)) -> Result<Self, PrepareError> {
+        let scene = Scene::load(path)?;
+        let contents = scene
+            .files
+            .iter()
+            .map(|path| std::fs::read(path).map_err(|source| PrepareError::Read { path: path.clone(), source }))
+            .collect::<Result<Vec<_>, _>>()?;
+        let hash = scene_hash(&contents.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        drop(contents);
+
+        let mut model = Model::load(&scene.model_path)?.weld();
+        let materials = scene.materials.resolve(&model)?;
+        let mut warnings = scene.materials.idle_patterns(&model);
+        warnings.extend(model.skipped.iter().map(|skipped| format!("{}: left out, {}", skipped.what, skipped.why)));
+        warnings.append(&mut model.notes);
+        if let Some(max_edge) = scene.max_edge {
+            model = model.subdivide(max_edge, u32::MAX as usize / 2, progress)?;
+        }
+        if let Some(disagreement) = period_disagreement(&scene.orbit, scene.environment.planet_radius) {
+            warnings.push(disagreement.to_string());
+        }
+
+        let areas = model.node_areas();
+        let nodes = Nodes::new(&model, &areas, &materials);
+        let triangles = std::mem::take(&mut model.triangles)
+            .into_iter()
+            .map(|triangle| triangle.map(|vertex| nodes.node_of_vertex[vertex as usize]))
+            .collect();
+        let loads = TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)
+            .map_err(|source| PrepareError::Sky { path: path.to_path_buf(), source })?;
+        let parts: Vec<String> = model.parts.iter().map(|part| part.name.clone()).collect();
+        let probes = probe_nodes(&scene, &parts, &nodes)?;
+        Ok(Self { hash, parts, materials, triangles, area: areas.iter().sum(), loads, probes, warnings, nodes, scene })
+    }
+
+    /// Pipelines of the scene and the groups that each moves, cut to what one dispatch takes.
+    pub fn step_ranges(&self) -> Vec<StepRange> {
+        let environment = &self.scene.environment;
+        let sun = environment.solar_constant.is_some_and(|flux| flux > 0.0);
+        let mut ranges = Vec::new();
+        for range in &self.nodes.ranges {
+            let variant = ThermalVariant {
+                kind: match range.kind.response {
+                    RangeResponse::Instant => StepKind::Instant,
+                    RangeResponse::Transition(Retarget::Merge) => StepKind::Merge,
+                    RangeResponse::Transition(Retarget::Restart) => StepKind::Restart,
+                },
+                both_sides: range.kind.both_sides,
+                sun,
+                planet_ir: environment.planet_ir.is_some_and(|flux| flux > 0.0),
+                albedo: sun && environment.albedo.is_some_and(|albedo| albedo > 0.0),
+            };
+            let end = range.first_group + range.groups;
+            for first in (range.first_group..end).step_by(MAX_GROUPS) {
+                let groups = (first as u32, end.min(first + MAX_GROUPS) as u32);
+                ranges.push(StepRange { variant, groups });
+            }
+        }
+        ranges
+    }
+
+    /// Ticks that the warm-up takes: its orbits in whole steps.
+    pub fn warm_up_ticks(&self) -> u32 {
+        let time = &self.scene.time;
+        (time.warm_up_orbits * self.scene.orbit.period / time.step).round() as u32
+    }
+
+    /// What the scene does without, and what isotherm does not yet model, in words.
+    pub fn switched_off(&self) -> Vec<String> {
+        let environment = &self.scene.environment;
+        let absent = [
+            (environment.solar_constant.is_none(), "Sun"),
+            (environment.planet_ir.is_none(), "planet infrared"),
+            (environment.albedo.is_none(), "albedo"),
+            (!environment.eclipse, "eclipse by the planet"),
+            (environment.background_temperature.is_none(), "background (space is at 0 K)"),
+            (true, "self-shadowing"),
+            (true, "joints in motion"),
+            (true, "network (conduction, heaters)"),
+            (true, "reflected radiance"),
+            (true, "sensor effects"),
+        ];
+        absent.iter().filter(|(off, _)| *off).map(|(_, name)| (*name).to_owned()).collect()
+    }
+}
+
+/// The node nearest to each probe.
+fn probe_nodes(scene: &Scene, parts: &[String], nodes: &Nodes) -> Result<Vec<usize>, PrepareError> {
+    let mut found = Vec::new();
+    for probe in &scene.probes {
+        let part = match &probe.part {
+            None => None,
+            Some(name) => Some(parts.iter().position(|part| part == name).ok_or_else(|| PrepareError::ProbePart {
+                path: scene.source.clone(),
+                probe: probe.name.clone(),
+                part: name.clone(),
+                parts: parts.join(", "),
+            })? as u32),
+        };
+        let distance = |node: &u32| nodes.positions[*node as usize].as_dvec3().distance_squared(probe.position);
+        let candidates = nodes
+            .node_of_vertex
+            .iter()
+            .filter(|node| part.is_none_or(|part| nodes.group_part[**node as usize / 4] == part));
+        let nearest = candidates.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        found.push(nearest.map_or(0, |node| *node as usize));
+    }
+    Ok(found)
+}
