@@ -77,21 +77,13 @@ pub enum Anchor {
 impl Canvas {
     /// A canvas of one colour.
     pub fn new(width: u32, height: u32, colour: Rgb) -> Self {
-        Self {
-            width,
-            height,
-            pixels: vec![colour; width as usize * height as usize],
-        }
+        Self { width, height, pixels: vec![colour; width as usize * height as usize] }
     }
 
     /// A canvas of given pixels, as many as `width * height`; missing ones are black and surplus ones dropped.
     pub fn from_pixels(width: u32, height: u32, mut pixels: Vec<Rgb>) -> Self {
         pixels.resize(width as usize * height as usize, [0; 3]);
-        Self {
-            width,
-            height,
-            pixels,
-        }
+        Self { width, height, pixels }
     }
 
     /// Width in pixels.
@@ -106,8 +98,7 @@ impl Canvas {
 
     /// Colour of a pixel; `None` outside.
     pub fn get(&self, x: u32, y: u32) -> Option<Rgb> {
-        (x < self.width && y < self.height)
-            .then(|| self.pixels[y as usize * self.width as usize + x as usize])
+        (x < self.width && y < self.height).then(|| self.pixels[y as usize * self.width as usize + x as usize])
     }
 
     /// Fills a rectangle; what lies outside the canvas is not drawn.
@@ -138,18 +129,9 @@ impl Canvas {
             Anchor::Centre => Alignment::Center,
             Anchor::Right => Alignment::Right,
         };
-        let style = TextStyleBuilder::new()
-            .alignment(alignment)
-            .baseline(Baseline::Top)
-            .build();
+        let style = TextStyleBuilder::new().alignment(alignment).baseline(Baseline::Top).build();
         let font = MonoTextStyle::new(face.font(), Rgb888::new(r, g, b));
-        let Ok(_) = Text::with_text_style(
-            text,
-            Point::new(x.cast_signed(), y.cast_signed()),
-            font,
-            style,
-        )
-        .draw(self);
+        let Ok(_) = Text::with_text_style(text, Point::new(x.cast_signed(), y.cast_signed()), font, style).draw(self);
     }
 
     /// The picture at another size: each pixel is the mean of the area that it covers.
@@ -171,11 +153,7 @@ impl Canvas {
                 pixels.push(sum.map(|value| value.round() as u8));
             }
         }
-        Self {
-            width,
-            height,
-            pixels,
-        }
+        Self { width, height, pixels }
     }
 
     /// The PNG file of the picture; the same picture gives the same bytes.
@@ -193,9 +171,7 @@ impl Canvas {
             reason: error.to_string(),
         };
         let mut writer = encoder.write_header().map_err(failed)?;
-        writer
-            .write_image_data(self.pixels.as_flattened())
-            .map_err(failed)?;
+        writer.write_image_data(self.pixels.as_flattened()).map_err(failed)?;
         writer.finish().map_err(failed)?;
         Ok(bytes)
     }
@@ -223,10 +199,7 @@ impl DrawTarget for Canvas {
     type Color = Rgb888;
     type Error = Infallible;
 
-    fn draw_iter<I: IntoIterator<Item = Pixel<Rgb888>>>(
-        &mut self,
-        pixels: I,
-    ) -> Result<(), Infallible> {
+    fn draw_iter<I: IntoIterator<Item = Pixel<Rgb888>>>(&mut self, pixels: I) -> Result<(), Infallible> {
         for Pixel(point, colour) in pixels {
             if let (Ok(x), Ok(y)) = (u32::try_from(point.x), u32::try_from(point.y)) {
                 self.fill(x, y, 1, 1, [colour.r(), colour.g(), colour.b()]);
@@ -241,9 +214,7 @@ mod tests {
     use super::*;
 
     fn decode(bytes: &[u8]) -> (u32, u32, Vec<u8>) {
-        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))
-            .read_info()
-            .unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut pixels).unwrap();
         (info.width, info.height, pixels)
@@ -267,9 +238,7 @@ mod tests {
         let ink = |anchor| {
             let mut canvas = Canvas::new(60, 20, [0; 3]);
             canvas.text("HH", 30, 2, Face::Normal, anchor, [255; 3]);
-            let columns: Vec<u32> = (0..60)
-                .filter(|&x| (0..20).any(|y| canvas.get(x, y) == Some([255; 3])))
-                .collect();
+            let columns: Vec<u32> = (0..60).filter(|&x| (0..20).any(|y| canvas.get(x, y) == Some([255; 3]))).collect();
             (columns[0], columns[columns.len() - 1])
         };
         assert!(ink(Anchor::Left).0 >= 30);
@@ -286,12 +255,7 @@ mod tests {
     #[test]
     fn resizing_keeps_the_mean_and_one_colour() {
         let grey = Canvas::new(13, 7, [77; 3]);
-        assert!(
-            grey.resized(5, 3)
-                .pixels
-                .iter()
-                .all(|pixel| *pixel == [77; 3])
-        );
+        assert!(grey.resized(5, 3).pixels.iter().all(|pixel| *pixel == [77; 3]));
         let mut half = Canvas::new(4, 4, [0; 3]);
         half.fill(0, 0, 2, 4, [200; 3]);
         assert_eq!(half.resized(1, 1).pixels, [[100; 3]]);

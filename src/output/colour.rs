@@ -27,15 +27,11 @@ pub struct ColourScale {
 impl ColourScale {
     /// A scale with the ends that a user asked for.
     pub fn new(quantity: Quantity, [lower, upper]: [f64; 2]) -> Self {
-        Self {
-            quantity,
-            lower,
-            upper,
-        }
+        Self { quantity, lower, upper }
     }
 
-    /// A scale with round ends that holds every value of the frames; use one for a whole run, so that its pictures can be
-    /// compared. Where nothing is hit in any of them, it is 0 to 1.
+    /// A scale with round ends that holds every value of the frames; use one for a whole run, so that its pictures can
+    /// be compared. Where nothing is hit in any of them, it is 0 to 1.
     pub fn covering<'a>(quantity: Quantity, frames: impl IntoIterator<Item = &'a Frame>) -> Self {
         let ranges = frames.into_iter().filter_map(|frame| frame.range(quantity));
         Self::covering_ranges(quantity, ranges)
@@ -43,12 +39,8 @@ impl ColourScale {
 
     /// [`ColourScale::covering`] where only the frames' ranges ([`Frame::range`]) are at hand.
     pub fn covering_ranges(quantity: Quantity, ranges: impl IntoIterator<Item = [f32; 2]>) -> Self {
-        let all = ranges
-            .into_iter()
-            .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-        let range = all.map_or([0.0, 1.0], |[lower, upper]| {
-            round_range(f64::from(lower), f64::from(upper))
-        });
+        let all = ranges.into_iter().reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+        let range = all.map_or([0.0, 1.0], |[lower, upper]| round_range(f64::from(lower), f64::from(upper)));
         Self::new(quantity, range)
     }
 
@@ -65,26 +57,16 @@ impl ColourScale {
 
     /// Whether values of the frame lie below the lower and above the upper end.
     pub fn exceeded_by(&self, frame: &Frame) -> [bool; 2] {
-        frame
-            .range(self.quantity)
-            .map_or([false; 2], |[least, greatest]| {
-                // The ends are f64 and the values f32: an end that was given as the value itself is not exceeded.
-                [least < self.lower as f32, greatest > self.upper as f32]
-            })
+        frame.range(self.quantity).map_or([false; 2], |[least, greatest]| {
+            // The ends are f64 and the values f32: an end that was given as the value itself is not exceeded.
+            [least < self.lower as f32, greatest > self.upper as f32]
+        })
     }
 
     /// Colours of a frame, pixel by pixel.
     pub fn colours(&self, frame: &Frame) -> Vec<Rgb> {
         let values = frame.values(self.quantity).iter().zip(&frame.part);
-        values
-            .map(|(&value, &part)| {
-                if part == 0 {
-                    BACKGROUND
-                } else {
-                    self.colour(value)
-                }
-            })
-            .collect()
+        values.map(|(&value, &part)| if part == 0 { BACKGROUND } else { self.colour(value) }).collect()
     }
 }
 
@@ -97,11 +79,7 @@ mod tests {
     fn luminance(colour: Rgb) -> f64 {
         let linear = colour.map(|c| {
             let c = f64::from(c) / 255.0;
-            if c <= 0.04045 {
-                c / 12.92
-            } else {
-                ((c + 0.055) / 1.055).powf(2.4)
-            }
+            if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
         });
         0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
     }
@@ -113,28 +91,14 @@ mod tests {
         assert_eq!(scale.colour(200.0), [0, 0, 4]);
         assert_eq!(scale.colour(400.0), [252, 255, 164]);
         let middle = scale.colour(300.0);
-        assert!(
-            middle
-                .iter()
-                .zip([188, 55, 84])
-                .all(|(a, b)| a.abs_diff(b) <= 2),
-            "{middle:?}"
-        );
-        assert!(
-            !scale
-                .colour(310.0)
-                .iter()
-                .zip([188, 55, 84])
-                .all(|(a, b)| a.abs_diff(b) <= 2)
-        );
+        assert!(middle.iter().zip([188, 55, 84]).all(|(a, b)| a.abs_diff(b) <= 2), "{middle:?}");
+        assert!(!scale.colour(310.0).iter().zip([188, 55, 84]).all(|(a, b)| a.abs_diff(b) <= 2));
     }
 
     #[test]
     fn hotter_is_never_darker() {
         let scale = ColourScale::new(Quantity::Temperature, [0.0, 255.0]);
-        let light: Vec<f64> = (0..=255)
-            .map(|i| luminance(scale.colour(i as f32)))
-            .collect();
+        let light: Vec<f64> = (0..=255).map(|i| luminance(scale.colour(i as f32))).collect();
         assert!(light.windows(2).all(|pair| pair[1] > pair[0] - 2e-3));
         assert!(light[255] > light[0] + 0.8);
     }
@@ -146,11 +110,7 @@ mod tests {
         for i in 0..=1000 {
             let colour = scale.colour(i as f32);
             for special in [BACKGROUND, NOT_A_NUMBER] {
-                let distance: u32 = colour
-                    .iter()
-                    .zip(special)
-                    .map(|(a, b)| u32::from(a.abs_diff(b)))
-                    .sum();
+                let distance: u32 = colour.iter().zip(special).map(|(a, b)| u32::from(a.abs_diff(b))).sum();
                 assert!(distance > 35, "{i}: {colour:?} is close to {special:?}");
             }
         }
@@ -173,22 +133,12 @@ mod tests {
     fn one_scale_holds_all_frames_of_a_run() {
         let frames = [sphere(32, 32, 0), sphere(32, 32, 60)];
         let scale = ColourScale::covering(Quantity::Temperature, &frames);
-        assert!(
-            frames
-                .iter()
-                .all(|frame| scale.exceeded_by(frame) == [false, false])
-        );
+        assert!(frames.iter().all(|frame| scale.exceeded_by(frame) == [false, false]));
         let mut empty = sphere(8, 8, 0);
         empty.part.fill(0);
-        assert_eq!(
-            ColourScale::covering(Quantity::Radiance, [&empty]).upper,
-            1.0
-        );
+        assert_eq!(ColourScale::covering(Quantity::Radiance, [&empty]).upper, 1.0);
         assert!(
-            ColourScale::new(Quantity::Temperature, [200.0, 400.0])
-                .colours(&empty)
-                .iter()
-                .all(|c| *c == BACKGROUND)
+            ColourScale::new(Quantity::Temperature, [200.0, 400.0]).colours(&empty).iter().all(|c| *c == BACKGROUND)
         );
     }
 }

@@ -135,17 +135,11 @@ pub enum OutputError {
 impl OutputError {
     /// An error of writing `path`.
     pub(crate) fn write(path: &Path, source: std::io::Error) -> Self {
-        Self::Write {
-            path: path.to_path_buf(),
-            source,
-        }
+        Self::Write { path: path.to_path_buf(), source }
     }
 
     /// An EXR error of `path`.
     pub(crate) fn exr(path: &Path, reason: impl ToString) -> Self {
-        Self::Exr {
-            path: path.to_path_buf(),
-            reason: reason.to_string(),
-        }
+        Self::Exr { path: path.to_path_buf(), reason: reason.to_string() }
     }
 }

@@ -20,16 +20,14 @@ pub struct RunFolder {
 }
 
 impl RunFolder {
-    /// Makes `root` ready for a run: creates it with its parents, refuses one that holds anything unless `overwrite`, and
-    /// with `overwrite` removes the files of an earlier run (by the names above; anything else stays), so that old frames
-    /// never mix with new ones.
+    /// Makes `root` ready for a run: creates it with its parents, refuses one that holds anything unless `overwrite`,
+    /// and with `overwrite` removes the files of an earlier run (by the names above; anything else stays), so that old
+    /// frames never mix with new ones.
     ///
     /// # Errors
     /// The folder is a file, is not empty, cannot be created, or cannot be written to.
     pub fn prepare(root: &Path, overwrite: bool) -> Result<Self, OutputError> {
-        let folder = Self {
-            root: root.to_path_buf(),
-        };
+        let folder = Self { root: root.to_path_buf() };
         if root.exists() {
             if !root.is_dir() {
                 return Err(OutputError::NotAFolder(root.to_path_buf()));
@@ -41,10 +39,7 @@ impl RunFolder {
             }
         }
         for path in [root.to_path_buf(), folder.frames(), folder.plots()] {
-            fs::create_dir_all(&path).map_err(|source| OutputError::CreateFolder {
-                path: path.clone(),
-                source,
-            })?;
+            fs::create_dir_all(&path).map_err(|source| OutputError::CreateFolder { path: path.clone(), source })?;
             // Permission bits do not tell everything (read-only mounts, quotas): ask by doing.
             temporary_in(&path).map_err(|source| OutputError::NotWritable { path, source })?;
         }
@@ -94,11 +89,7 @@ impl RunFolder {
     /// `path` as seen from the folder, with forward slashes: what links in the report use.
     pub fn relative(&self, path: &Path) -> String {
         let inside = path.strip_prefix(&self.root).unwrap_or(path);
-        inside
-            .components()
-            .map(|c| c.as_os_str().to_string_lossy())
-            .collect::<Vec<_>>()
-            .join("/")
+        inside.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
     }
 
     fn frames(&self) -> PathBuf {
@@ -123,14 +114,7 @@ impl RunFolder {
             if parent == Some(&self.plots()) {
                 return extension == "svg";
             }
-            [
-                self.series(),
-                self.contact_sheet(),
-                self.report_json(),
-                self.report_html(),
-            ]
-            .iter()
-            .any(|own| own == path)
+            [self.series(), self.contact_sheet(), self.report_json(), self.report_html()].iter().any(|own| own == path)
         };
         for folder in [self.root.clone(), self.frames(), self.plots()] {
             if !folder.is_dir() {
@@ -138,8 +122,7 @@ impl RunFolder {
             }
             for path in entries(&folder)? {
                 if path.is_file() && own(&path) {
-                    fs::remove_file(&path)
-                        .map_err(|source| OutputError::Remove { path, source })?;
+                    fs::remove_file(&path).map_err(|source| OutputError::Remove { path, source })?;
                 }
             }
         }
@@ -149,15 +132,9 @@ impl RunFolder {
 
 /// What a folder holds, sorted by name.
 fn entries(folder: &Path) -> Result<Vec<PathBuf>, OutputError> {
-    let read = |source| OutputError::Read {
-        path: folder.to_path_buf(),
-        source,
-    };
+    let read = |source| OutputError::Read { path: folder.to_path_buf(), source };
     let mut paths = fs::read_dir(folder)
-        .and_then(|list| {
-            list.map(|entry| entry.map(|e| e.path()))
-                .collect::<io::Result<Vec<_>>>()
-        })
+        .and_then(|list| list.map(|entry| entry.map(|e| e.path())).collect::<io::Result<Vec<_>>>())
         .map_err(read)?;
     paths.sort();
     Ok(paths)
@@ -194,10 +171,7 @@ where
     };
     let mut file = temporary_in(folder).map_err(|source| {
         // The temporary name would only confuse; the folder is what the user can mend.
-        failed(io::Error::new(
-            source.kind(),
-            format!("in folder {}: {}", folder.display(), source.kind()),
-        ))
+        failed(io::Error::new(source.kind(), format!("in folder {}: {}", folder.display(), source.kind())))
     })?;
     let mut writer = BufWriter::with_capacity(1 << 16, file.as_file_mut());
     content(&mut writer)?;
@@ -212,11 +186,7 @@ where
 /// # Errors
 /// [`OutputError::Write`].
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    write_atomic(path, |writer| {
-        writer
-            .write_all(bytes)
-            .map_err(|source| OutputError::write(path, source))
-    })
+    write_atomic(path, |writer| writer.write_all(bytes).map_err(|source| OutputError::write(path, source)))
 }
 
 #[cfg(test)]
@@ -224,11 +194,7 @@ mod tests {
     use super::*;
 
     fn names(folder: &Path) -> Vec<String> {
-        entries(folder)
-            .unwrap()
-            .iter()
-            .map(|p| p.file_name().unwrap().to_string_lossy().into_owned())
-            .collect()
+        entries(folder).unwrap().iter().map(|p| p.file_name().unwrap().to_string_lossy().into_owned()).collect()
     }
 
     #[test]
@@ -256,10 +222,7 @@ mod tests {
         write_bytes(&path, b"old").unwrap();
         let error = write_atomic(&path, |writer| {
             writer.write_all(b"half of the new").unwrap();
-            Err(OutputError::write(
-                &path,
-                io::Error::from(io::ErrorKind::StorageFull),
-            ))
+            Err(OutputError::write(&path, io::Error::from(io::ErrorKind::StorageFull)))
         });
         assert!(error.is_err());
         assert_eq!(fs::read(&path).unwrap(), b"old");
@@ -278,13 +241,8 @@ mod tests {
     #[test]
     fn a_missing_folder_is_named() {
         let folder = tempfile::tempdir().unwrap();
-        let error = write_bytes(&folder.path().join("absent/a.txt"), b"")
-            .unwrap_err()
-            .to_string();
-        assert!(
-            error.contains("a.txt") && error.contains("in folder") && error.contains("absent"),
-            "{error}"
-        );
+        let error = write_bytes(&folder.path().join("absent/a.txt"), b"").unwrap_err().to_string();
+        assert!(error.contains("a.txt") && error.contains("in folder") && error.contains("absent"), "{error}");
         let error = write_bytes(folder.path(), b"").unwrap_err();
         assert!(matches!(error, OutputError::NotAFile(_)), "{error}");
     }
@@ -295,10 +253,7 @@ mod tests {
         let root = folder.path().join("a/b/run");
         let run = RunFolder::prepare(&root, false).unwrap();
         assert_eq!(names(&root), ["frames", "plots"]);
-        assert!(
-            names(&root.join("frames")).is_empty(),
-            "the write test must clean up"
-        );
+        assert!(names(&root.join("frames")).is_empty(), "the write test must clean up");
         assert_eq!(run.frame_exr(120), root.join("frames/step_000120.exr"));
         assert_eq!(run.relative(&run.frame_png(7)), "frames/step_000007.png");
     }
@@ -307,26 +262,11 @@ mod tests {
     fn a_folder_with_content_needs_force_which_removes_only_isotherms_own_files() {
         let folder = tempfile::tempdir().unwrap();
         let run = RunFolder::prepare(folder.path(), false).unwrap();
-        let own = [
-            run.series(),
-            run.report_json(),
-            run.report_html(),
-            run.contact_sheet(),
-            run.plot("materials"),
-        ];
-        for path in own.iter().chain(&[
-            run.frame_exr(3),
-            run.frame_png(3),
-            folder.path().join(".isotherm-x.part"),
-        ]) {
+        let own = [run.series(), run.report_json(), run.report_html(), run.contact_sheet(), run.plot("materials")];
+        for path in own.iter().chain(&[run.frame_exr(3), run.frame_png(3), folder.path().join(".isotherm-x.part")]) {
             fs::write(path, b"earlier").unwrap();
         }
-        for name in [
-            "notes.txt",
-            "frames/mine.png",
-            "frames/step_000003.txt",
-            "plots/mine.pdf",
-        ] {
+        for name in ["notes.txt", "frames/mine.png", "frames/step_000003.txt", "plots/mine.pdf"] {
             fs::write(folder.path().join(name), b"the user's").unwrap();
         }
         let error = RunFolder::prepare(folder.path(), false).unwrap_err();
@@ -335,10 +275,7 @@ mod tests {
 
         RunFolder::prepare(folder.path(), true).unwrap();
         assert_eq!(names(folder.path()), ["frames", "notes.txt", "plots"]);
-        assert_eq!(
-            names(&folder.path().join("frames")),
-            ["mine.png", "step_000003.txt"]
-        );
+        assert_eq!(names(&folder.path().join("frames")), ["mine.png", "step_000003.txt"]);
         assert_eq!(names(&folder.path().join("plots")), ["mine.pdf"]);
     }
 
@@ -347,15 +284,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run");
         fs::write(&path, b"").unwrap();
-        assert!(matches!(
-            RunFolder::prepare(&path, true),
-            Err(OutputError::NotAFolder(_))
-        ));
+        assert!(matches!(RunFolder::prepare(&path, true), Err(OutputError::NotAFolder(_))));
         let below = path.join("deeper");
-        assert!(matches!(
-            RunFolder::prepare(&below, false),
-            Err(OutputError::CreateFolder { .. })
-        ));
+        assert!(matches!(RunFolder::prepare(&below, false), Err(OutputError::CreateFolder { .. })));
     }
 
     #[cfg(target_os = "linux")]

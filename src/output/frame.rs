@@ -64,11 +64,7 @@ impl Frame {
 
     /// Least and greatest finite value where something was hit; `None` where nothing was.
     pub fn range(&self, quantity: Quantity) -> Option<[f32; 2]> {
-        let hit = self
-            .values(quantity)
-            .iter()
-            .zip(&self.part)
-            .filter(|(value, part)| **part != 0 && value.is_finite());
+        let hit = self.values(quantity).iter().zip(&self.part).filter(|(value, part)| **part != 0 && value.is_finite());
         hit.fold(None, |range, (&value, _)| {
             let [least, greatest] = range.unwrap_or([value, value]);
             Some([least.min(value), greatest.max(value)])
@@ -89,12 +85,7 @@ impl Frame {
         ];
         for (channel, values) in channels {
             if values != self.pixels() || values == 0 {
-                return Err(OutputError::FrameSize {
-                    width: self.width,
-                    height: self.height,
-                    channel,
-                    values,
-                });
+                return Err(OutputError::FrameSize { width: self.width, height: self.height, channel, values });
             }
         }
         Ok(())
@@ -172,24 +163,18 @@ pub(crate) mod tests {
             scene_sha256: "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08".into(),
             device: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
             version: "0.1.0".into(),
-            band: Band {
-                lower: 8e-6,
-                upper: 14e-6,
-            },
+            band: Band { lower: 8e-6, upper: 14e-6 },
             camera: Camera {
                 width,
                 height,
-                focal: [1234.567_890_123, 1230.1],
+                focal: [1_234.567_89, 1230.1],
                 centre: [f64::from(width) / 2.0, f64::from(height) / 2.0 + 0.25],
                 frame: CameraFrame::Orbit,
                 position: DVec3::new(-100.0, 1e-3, 1.0 / 3.0),
                 frame_from_camera: rotation,
                 near: 0.1,
             },
-            camera_from_body: DMat4::from_rotation_translation(
-                rotation,
-                DVec3::new(0.5, -0.25, 100.0),
-            ),
+            camera_from_body: DMat4::from_rotation_translation(rotation, DVec3::new(0.5, -0.25, 100.0)),
             parts: vec!["Hull=1; left".into(), "太陽電池".into()],
             materials: vec!["white".into(), "black".into()],
         }
@@ -215,9 +200,6 @@ pub(crate) mod tests {
         let mut frame = sphere(4, 3, 0);
         assert!(frame.check().is_ok());
         frame.depth.pop();
-        assert_eq!(
-            frame.check().unwrap_err().to_string(),
-            "frame 4x3: channel Z has 11 values"
-        );
+        assert_eq!(frame.check().unwrap_err().to_string(), "frame 4x3: channel Z has 11 values");
     }
 }

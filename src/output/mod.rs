@@ -9,11 +9,14 @@ pub mod canvas;
 pub mod colour;
 pub mod error;
 pub mod exr;
+mod exr_header;
 pub mod folder;
 pub mod frame;
+mod html;
 pub mod picture;
 pub mod plot;
 pub mod plot_axis;
+mod polyline;
 pub mod report;
 pub mod report_html;
 pub mod series;
@@ -22,6 +25,3 @@ pub mod temperature_plots;
 pub mod ticks;
 
 pub use error::OutputError;
-#[cfg(test)]
-#[cfg(test)]
-#[cfg(test)]

@@ -29,33 +29,18 @@ const LEAST_WIDTH: u32 = 320;
 ///
 /// # Errors
 /// A channel that does not fill the image.
-pub fn picture(
-    frame: &Frame,
-    scale: &ColourScale,
-    title: &str,
-    details: &str,
-) -> Result<Canvas, OutputError> {
+pub fn picture(frame: &Frame, scale: &ColourScale, title: &str, details: &str) -> Result<Canvas, OutputError> {
     frame.check()?;
     let zoom = LEAST_WIDTH.div_ceil(frame.width).max(1);
     let (width, height) = (frame.width * zoom, frame.height * zoom);
-    let mut canvas = Canvas::new(
-        width + SCALE_WIDTH + 2 * MARGIN,
-        height.max(140) + TITLE_HEIGHT + 2 * MARGIN,
-        PAPER,
-    );
+    let mut canvas = Canvas::new(width + SCALE_WIDTH + 2 * MARGIN, height.max(140) + TITLE_HEIGHT + 2 * MARGIN, PAPER);
     let top = MARGIN + TITLE_HEIGHT;
     draw_title(&mut canvas, title, details);
     let image = Canvas::from_pixels(frame.width, frame.height, scale.colours(frame));
     canvas.paste(&image, MARGIN, top, zoom);
 
     let present = frame.range(scale.quantity);
-    draw_scale(
-        &mut canvas,
-        scale,
-        [MARGIN + width, top, height.max(140)],
-        scale.exceeded_by(frame),
-        present,
-    );
+    draw_scale(&mut canvas, scale, [MARGIN + width, top, height.max(140)], scale.exceeded_by(frame), present);
     Ok(canvas)
 }
 
@@ -73,18 +58,11 @@ impl Tile {
     ///
     /// # Errors
     /// A channel that does not fill the image.
-    pub fn new(
-        frame: &Frame,
-        scale: &ColourScale,
-        caption: &str,
-        width: u32,
-    ) -> Result<Self, OutputError> {
+    pub fn new(frame: &Frame, scale: &ColourScale, caption: &str, width: u32) -> Result<Self, OutputError> {
         frame.check()?;
         let image = Canvas::from_pixels(frame.width, frame.height, scale.colours(frame));
         let width = width.clamp(1, frame.width);
-        let height = (f64::from(frame.height) * f64::from(width) / f64::from(frame.width))
-            .round()
-            .max(1.0) as u32;
+        let height = (f64::from(frame.height) * f64::from(width) / f64::from(frame.width)).round().max(1.0) as u32;
         Ok(Self {
             caption: caption.to_owned(),
             image: image.resized(width, height),
@@ -95,94 +73,37 @@ impl Tile {
 }
 
 /// A grid of small pictures, `columns` in a row, with captions, one title and one scale (that of the tiles).
-pub fn contact_sheet(
-    tiles: &[Tile],
-    columns: u32,
-    scale: &ColourScale,
-    title: &str,
-    details: &str,
-) -> Canvas {
+pub fn contact_sheet(tiles: &[Tile], columns: u32, scale: &ColourScale, title: &str, details: &str) -> Canvas {
     const GAP: u32 = 8;
     let caption_height = Face::Small.height() + 4;
     let columns = columns.clamp(1, tiles.len().max(1) as u32);
     let rows = (tiles.len() as u32).div_ceil(columns);
-    let cell_width = tiles
-        .iter()
-        .map(|tile| tile.image.width())
-        .max()
-        .unwrap_or(0);
-    let cell_height = tiles
-        .iter()
-        .map(|tile| tile.image.height())
-        .max()
-        .unwrap_or(0)
-        + caption_height;
-    let grid_width = (columns * (cell_width + GAP))
-        .saturating_sub(GAP)
-        .max(LEAST_WIDTH);
+    let cell_width = tiles.iter().map(|tile| tile.image.width()).max().unwrap_or(0);
+    let cell_height = tiles.iter().map(|tile| tile.image.height()).max().unwrap_or(0) + caption_height;
+    let grid_width = (columns * (cell_width + GAP)).saturating_sub(GAP).max(LEAST_WIDTH);
     let grid_height = (rows * (cell_height + GAP)).saturating_sub(GAP).max(140);
 
     let top = MARGIN + TITLE_HEIGHT;
-    let mut canvas = Canvas::new(
-        grid_width + SCALE_WIDTH + 2 * MARGIN,
-        grid_height + top + MARGIN,
-        PAPER,
-    );
+    let mut canvas = Canvas::new(grid_width + SCALE_WIDTH + 2 * MARGIN, grid_height + top + MARGIN, PAPER);
     draw_title(&mut canvas, title, details);
     for (tile, index) in tiles.iter().zip(0u32..) {
         let x = MARGIN + (index % columns) * (cell_width + GAP);
         let y = top + (index / columns) * (cell_height + GAP);
         canvas.paste(&tile.image, x, y, 1);
         let caption = Face::Small.fit(&tile.caption, cell_width);
-        canvas.text(
-            &caption,
-            x,
-            y + tile.image.height() + 3,
-            Face::Small,
-            Anchor::Left,
-            INK,
-        );
+        canvas.text(&caption, x, y + tile.image.height() + 3, Face::Small, Anchor::Left, INK);
     }
-    let exceeded = tiles.iter().fold([false; 2], |all, tile| {
-        [all[0] | tile.exceeded[0], all[1] | tile.exceeded[1]]
-    });
-    let present = tiles
-        .iter()
-        .filter_map(|tile| tile.range)
-        .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-    draw_scale(
-        &mut canvas,
-        scale,
-        [MARGIN + grid_width, top, grid_height],
-        exceeded,
-        present,
-    );
+    let exceeded = tiles.iter().fold([false; 2], |all, tile| [all[0] | tile.exceeded[0], all[1] | tile.exceeded[1]]);
+    let present = tiles.iter().filter_map(|tile| tile.range).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+    draw_scale(&mut canvas, scale, [MARGIN + grid_width, top, grid_height], exceeded, present);
     canvas
 }
 
 fn draw_title(canvas: &mut Canvas, title: &str, details: &str) {
     let width = canvas.width() - 2 * MARGIN;
-    canvas.text(
-        &Face::Title.fit(title, width),
-        MARGIN,
-        MARGIN - 2,
-        Face::Title,
-        Anchor::Left,
-        INK,
-    );
-    let face = if Face::Normal.width(details) <= width {
-        Face::Normal
-    } else {
-        Face::Small
-    };
-    canvas.text(
-        &face.fit(details, width),
-        MARGIN,
-        MARGIN + 19,
-        face,
-        Anchor::Left,
-        FAINT_INK,
-    );
+    canvas.text(&Face::Title.fit(title, width), MARGIN, MARGIN - 2, Face::Title, Anchor::Left, INK);
+    let face = if Face::Normal.width(details) <= width { Face::Normal } else { Face::Small };
+    canvas.text(&face.fit(details, width), MARGIN, MARGIN + 19, face, Anchor::Left, FAINT_INK);
 }
 
 /// The scale in a column from `left`, `top` and `height` pixels high: label, bar with numbers, a triangle at an end
@@ -195,57 +116,27 @@ fn draw_scale(
     present: Option<[f32; 2]>,
 ) {
     let x = left + 18;
-    canvas.text(
-        scale.quantity.label(),
-        x,
-        top,
-        Face::Normal,
-        Anchor::Left,
-        INK,
-    );
+    canvas.text(scale.quantity.label(), x, top, Face::Normal, Anchor::Left, INK);
     let triangle = BAR_WIDTH / 2;
     let bar_top = top + 22 + triangle;
-    let bar_height = (top + height)
-        .saturating_sub(bar_top + triangle + 38)
-        .max(40);
+    let bar_height = (top + height).saturating_sub(bar_top + triangle + 38).max(40);
     let line_height = f64::from(Face::Normal.height());
     let span = scale.upper - scale.lower;
 
     // Row i of the bar stands for the value at the middle of that row.
     let value_at = |row: u32| scale.upper - span * (f64::from(row) + 0.5) / f64::from(bar_height);
-    canvas.fill(
-        x - 1,
-        bar_top - 1,
-        BAR_WIDTH + 2,
-        bar_height + 2,
-        FRAME_LINE,
-    );
+    canvas.fill(x - 1, bar_top - 1, BAR_WIDTH + 2, bar_height + 2, FRAME_LINE);
     for row in 0..bar_height {
-        canvas.fill(
-            x,
-            bar_top + row,
-            BAR_WIDTH,
-            1,
-            scale.colour(value_at(row) as f32),
-        );
+        canvas.fill(x, bar_top + row, BAR_WIDTH, 1, scale.colour(value_at(row) as f32));
     }
-    let most = (f64::from(bar_height) / (2.6 * line_height))
-        .floor()
-        .clamp(2.0, 10.0) as usize;
+    let most = (f64::from(bar_height) / (2.6 * line_height)).floor().clamp(2.0, 10.0) as usize;
     let marks = ticks::ticks(scale.lower, scale.upper, most);
     for &value in &marks.values {
         let row = ((scale.upper - value) / span * f64::from(bar_height)).round() as u32;
         let y = bar_top + row.min(bar_height - 1);
         canvas.fill(x + BAR_WIDTH + 1, y, 6, 1, INK);
         let number = ticks::label(value, marks.step);
-        canvas.text(
-            &number,
-            x + BAR_WIDTH + 11,
-            y.saturating_sub(6),
-            Face::Normal,
-            Anchor::Left,
-            INK,
-        );
+        canvas.text(&number, x + BAR_WIDTH + 11, y.saturating_sub(6), Face::Normal, Anchor::Left, INK);
     }
     for row in 0..triangle {
         if exceeded[1] {
@@ -254,38 +145,20 @@ fn draw_scale(
         }
         if exceeded[0] {
             let colour = scale.colour(scale.lower as f32);
-            canvas.fill(
-                x + row,
-                bar_top + bar_height + 1 + row,
-                BAR_WIDTH - 2 * row,
-                1,
-                colour,
-            );
+            canvas.fill(x + row, bar_top + bar_height + 1 + row, BAR_WIDTH - 2 * row, 1, colour);
         }
     }
     let below = bar_top + bar_height + triangle + 8;
     let step = span / 1e3;
     let lines = match present {
         Some([least, greatest]) => {
-            let number = |value: f32| {
-                ticks::label(f64::from(value), step.max(f64::from(value.abs()) * 1e-4))
-            };
-            [
-                format!("min {}", number(least)),
-                format!("max {}", number(greatest)),
-            ]
+            let number = |value: f32| ticks::label(f64::from(value), step.max(f64::from(value.abs()) * 1e-4));
+            [format!("min {}", number(least)), format!("max {}", number(greatest))]
         }
         None => ["nothing in view".to_owned(), String::new()],
     };
     for (line, row) in lines.iter().zip(0u32..) {
-        canvas.text(
-            line,
-            x,
-            below + row * 15,
-            Face::Normal,
-            Anchor::Left,
-            FAINT_INK,
-        );
+        canvas.text(line, x, below + row * 15, Face::Normal, Anchor::Left, FAINT_INK);
     }
 }
 
@@ -304,16 +177,10 @@ mod tests {
         let colours = scale.colours(&frame);
         for (x, y) in [(0, 0), (399, 299), (200, 150), (260, 90)] {
             let expected = colours[(y * 400 + x) as usize];
-            assert_eq!(
-                picture.get(MARGIN + x, MARGIN + TITLE_HEIGHT + y),
-                Some(expected)
-            );
+            assert_eq!(picture.get(MARGIN + x, MARGIN + TITLE_HEIGHT + y), Some(expected));
         }
         assert_eq!(picture.get(MARGIN, MARGIN + TITLE_HEIGHT), Some(BACKGROUND));
-        assert_ne!(
-            picture.get(MARGIN + 200, MARGIN + TITLE_HEIGHT + 150),
-            Some(BACKGROUND)
-        );
+        assert_ne!(picture.get(MARGIN + 200, MARGIN + TITLE_HEIGHT + 150), Some(BACKGROUND));
     }
 
     #[test]
@@ -322,27 +189,13 @@ mod tests {
         let scale = ColourScale::new(Quantity::Temperature, [150.0, 400.0]);
         let picture = picture(&frame, &scale, "", "").unwrap();
         let x = MARGIN + 400 + 18 + BAR_WIDTH / 2;
-        let bar: Vec<Rgb> = (0..picture.height())
-            .filter_map(|y| picture.get(x, y))
-            .collect();
-        let row = |colour: Rgb| {
-            bar.iter()
-                .position(|c| c.iter().zip(colour).all(|(a, b)| a.abs_diff(b) <= 3))
-        };
-        let (top, bottom) = (
-            row(scale.colour(400.0)).unwrap(),
-            row(scale.colour(150.0)).unwrap(),
-        );
+        let bar: Vec<Rgb> = (0..picture.height()).filter_map(|y| picture.get(x, y)).collect();
+        let row = |colour: Rgb| bar.iter().position(|c| c.iter().zip(colour).all(|(a, b)| a.abs_diff(b) <= 3));
+        let (top, bottom) = (row(scale.colour(400.0)).unwrap(), row(scale.colour(150.0)).unwrap());
         assert!(top < bottom);
         // Half-way down the bar is the middle of the range.
         let middle = bar[(top + bottom) / 2];
-        assert!(
-            middle
-                .iter()
-                .zip(scale.colour(275.0))
-                .all(|(a, b)| a.abs_diff(b) <= 4),
-            "{middle:?}"
-        );
+        assert!(middle.iter().zip(scale.colour(275.0)).all(|(a, b)| a.abs_diff(b) <= 4), "{middle:?}");
     }
 
     #[test]
@@ -351,12 +204,7 @@ mod tests {
         let tip = |range: [f64; 2]| {
             let scale = ColourScale::new(Quantity::Temperature, range);
             let picture = picture(&frame, &scale, "", "").unwrap();
-            picture
-                .get(
-                    MARGIN + 400 + 18 + BAR_WIDTH / 2,
-                    MARGIN + TITLE_HEIGHT + 22 + 5,
-                )
-                .unwrap()
+            picture.get(MARGIN + 400 + 18 + BAR_WIDTH / 2, MARGIN + TITLE_HEIGHT + 22 + 5).unwrap()
         };
         assert_eq!(tip([150.0, 400.0]), PAPER);
         assert_eq!(tip([150.0, 250.0]), [252, 255, 164]);
@@ -367,13 +215,7 @@ mod tests {
         for (width, height) in [(1, 1), (7, 3), (64, 48), (1024, 16), (16, 900)] {
             let frame = sphere(width, height, 0);
             let scale = ColourScale::covering(Quantity::Radiance, [&frame]);
-            let canvas = picture(
-                &frame,
-                &scale,
-                &"long title ".repeat(40),
-                &"detail ".repeat(80),
-            )
-            .unwrap();
+            let canvas = picture(&frame, &scale, &"long title ".repeat(40), &"detail ".repeat(80)).unwrap();
             assert!(canvas.png().is_ok());
         }
         let mut broken = sphere(4, 4, 0);
@@ -386,17 +228,11 @@ mod tests {
     #[test]
     fn a_sheet_has_a_cell_for_each_frame() {
         let scale = ColourScale::new(Quantity::Temperature, [150.0, 400.0]);
-        let tiles: Vec<Tile> = (0..5)
-            .map(|step| Tile::new(&sphere(200, 160, step), &scale, "t", 100).unwrap())
-            .collect();
+        let tiles: Vec<Tile> =
+            (0..5).map(|step| Tile::new(&sphere(200, 160, step), &scale, "t", 100).unwrap()).collect();
         let sheet = contact_sheet(&tiles, 3, &scale, "Station", "");
         let corner = |column: u32, row: u32| {
-            sheet
-                .get(
-                    MARGIN + column * 108 + 1,
-                    MARGIN + TITLE_HEIGHT + row * (80 + 17 + 8) + 1,
-                )
-                .unwrap()
+            sheet.get(MARGIN + column * 108 + 1, MARGIN + TITLE_HEIGHT + row * (80 + 17 + 8) + 1).unwrap()
         };
         assert_eq!([corner(0, 0), corner(2, 0), corner(1, 1)], [BACKGROUND; 3]);
         assert_eq!(corner(2, 1), PAPER);

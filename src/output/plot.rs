@@ -7,6 +7,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::OutputError;
 use super::plot_axis::Axis;
+use super::polyline::{runs, thin};
 
 /// Width of a plot [px].
 const WIDTH: u32 = 900;
@@ -22,8 +23,6 @@ const LEFT: u32 = 74;
 const BOTTOM: u32 = 48;
 /// Plotters knows whole numbers only: drawing this much larger than shown gives it fractions of a pixel.
 const FINE: u32 = 10;
-/// Most points of a line; more than a screen can show only make the file large.
-const MOST_POINTS: usize = 2000;
 
 const INK: RGBColor = RGBColor(25, 28, 32);
 const FAINT: RGBColor = RGBColor(95, 100, 108);
@@ -89,15 +88,9 @@ impl Plot {
     /// [`OutputError::Encode`] where plotters refuses.
     pub fn svg(&self) -> Result<String, OutputError> {
         let mut svg = String::new();
-        self.draw(&mut svg).map_err(|reason| OutputError::Encode {
-            what: format!("plot \"{}\"", self.title),
-            reason,
-        })?;
-        let fine = format!(
-            r#"<svg width="{}" height="{}""#,
-            WIDTH * FINE,
-            HEIGHT * FINE
-        );
+        self.draw(&mut svg)
+            .map_err(|reason| OutputError::Encode { what: format!("plot \"{}\"", self.title), reason })?;
+        let fine = format!(r#"<svg width="{}" height="{}""#, WIDTH * FINE, HEIGHT * FINE);
         let shown = format!(r#"<svg role="img" width="{WIDTH}" height="{HEIGHT}""#);
         Ok(svg.replacen(&fine, &shown, 1))
     }
@@ -109,15 +102,8 @@ impl Plot {
             0 => self.subtitle.clone(),
             count => {
                 let separator = if self.subtitle.is_empty() { "" } else { "; " };
-                let why = if self.x.log || self.y.log {
-                    "not finite or not above 0"
-                } else {
-                    "not finite"
-                };
-                format!(
-                    "{}{separator}{count} points {why} are left out",
-                    self.subtitle
-                )
+                let why = if self.x.log || self.y.log { "not finite or not above 0" } else { "not finite" };
+                format!("{}{separator}{count} points {why} are left out", self.subtitle)
             }
         };
         write(&root, &self.title, (14.0, 8.0), 16.0, true, INK)?;
@@ -131,16 +117,11 @@ impl Plot {
         root.present().map_err(text)
     }
 
-    fn draw_chart<DB: DrawingBackend>(
-        &self,
-        area: &DrawingArea<DB, plotters::coord::Shift>,
-    ) -> Result<(), String> {
+    fn draw_chart<DB: DrawingBackend>(&self, area: &DrawingArea<DB, plotters::coord::Shift>) -> Result<(), String> {
         let bands = self.series.iter().flat_map(|line| &line.band);
         let band_y = bands.clone().flat_map(|[_, lower, upper]| [*lower, *upper]);
         let points = self.series.iter().flat_map(|line| &line.points);
-        let x = self
-            .x
-            .scale(points.clone().map(|p| p[0]).chain(bands.map(|b| b[0])), 0.0);
+        let x = self.x.scale(points.clone().map(|p| p[0]).chain(bands.map(|b| b[0])), 0.0);
         let y = self.y.scale(points.map(|p| p[1]).chain(band_y), 0.05);
         let mut chart = ChartBuilder::on(area)
             .margin_top(6 * FINE)
@@ -151,16 +132,10 @@ impl Plot {
             .build_cartesian_2d(x, y)
             .map_err(text)?;
         for shade in &self.shaded {
-            for &(start, end) in shade
-                .intervals
-                .iter()
-                .filter(|(start, end)| *end >= x.lower && *start <= x.upper)
-            {
+            for &(start, end) in shade.intervals.iter().filter(|(start, end)| *end >= x.lower && *start <= x.upper) {
                 let corners = [(x.inside(start), y.lower), (x.inside(end), y.upper)];
                 let style = shade_colour(shade.strength).filled();
-                chart
-                    .draw_series([Rectangle::new(corners, style)])
-                    .map_err(text)?;
+                chart.draw_series([Rectangle::new(corners, style)]).map_err(text)?;
             }
         }
         chart
@@ -174,17 +149,11 @@ impl Plot {
             .map_err(text)?;
         // Bands first and the last series first, so that the first line lies on top of everything.
         for (index, line) in self.series.iter().enumerate().rev() {
-            for band in runs(&line.band, |[a, b, c]| {
-                self.x.shows(*a) && self.y.shows(*b) && self.y.shows(*c)
-            }) {
+            for band in runs(&line.band, |[a, b, c]| self.x.shows(*a) && self.y.shows(*b) && self.y.shows(*c)) {
                 let band = thin(band, |b| [b[1], b[2]]);
                 let lower = band.iter().map(|b| (b[0], b[1]));
-                let outline: Vec<_> = lower
-                    .chain(band.iter().rev().map(|b| (b[0], b[2])))
-                    .collect();
-                chart
-                    .draw_series([Polygon::new(outline, series_colour(index).mix(0.16))])
-                    .map_err(text)?;
+                let outline: Vec<_> = lower.chain(band.iter().rev().map(|b| (b[0], b[2]))).collect();
+                chart.draw_series([Polygon::new(outline, series_colour(index).mix(0.16))]).map_err(text)?;
             }
         }
         for (index, line) in self.series.iter().enumerate().rev() {
@@ -195,14 +164,8 @@ impl Plot {
                 let path = points.iter().map(|p| (p[0], p[1]));
                 let stroke = colour.stroke_width(18 * FINE / 10);
                 match line.mark {
-                    Mark::Points => chart
-                        .draw_series(run.iter().map(dot))
-                        .map(|_| ())
-                        .map_err(text)?,
-                    _ if run.len() == 1 => chart
-                        .draw_series(run.iter().map(dot))
-                        .map(|_| ())
-                        .map_err(text)?,
+                    Mark::Points => chart.draw_series(run.iter().map(dot)).map(|_| ()).map_err(text)?,
+                    _ if run.len() == 1 => chart.draw_series(run.iter().map(dot)).map(|_| ()).map_err(text)?,
                     Mark::Line => chart
                         .draw_series([PathElement::new(path.collect::<Vec<_>>(), stroke)])
                         .map(|_| ())
@@ -226,24 +189,13 @@ impl Plot {
         let style = font(13.0, false, INK).pos(Pos::new(HPos::Center, VPos::Center));
         let middle_x = (LEFT * FINE + width) / 2;
         let middle_y = (height - BOTTOM * FINE) / 2;
-        let x = Text::new(
-            self.x.label.clone(),
-            (middle_x as i32, (height - 14 * FINE) as i32),
-            style.clone(),
-        );
+        let x = Text::new(self.x.label.clone(), (middle_x as i32, (height - 14 * FINE) as i32), style.clone());
         let turned = style.transform(FontTransform::Rotate270);
-        let y = Text::new(
-            self.y.label.clone(),
-            (18 * FINE as i32, middle_y as i32),
-            turned,
-        );
+        let y = Text::new(self.y.label.clone(), (18 * FINE as i32, middle_y as i32), turned);
         area.draw(&x).and_then(|()| area.draw(&y)).map_err(text)
     }
 
-    fn draw_legend<DB: DrawingBackend>(
-        &self,
-        area: &DrawingArea<DB, plotters::coord::Shift>,
-    ) -> Result<(), String> {
+    fn draw_legend<DB: DrawingBackend>(&self, area: &DrawingArea<DB, plotters::coord::Shift>) -> Result<(), String> {
         const ROW: f64 = 20.0;
         /// Characters that fit the width at this size.
         const ROOM: usize = 28;
@@ -257,8 +209,7 @@ impl Plot {
             let colour = series_colour(index);
             if !line.band.is_empty() {
                 let corners = [at(4.0, y - 6.0), at(26.0, y + 6.0)];
-                area.draw(&Rectangle::new(corners, colour.mix(0.16).filled()))
-                    .map_err(text)?;
+                area.draw(&Rectangle::new(corners, colour.mix(0.16).filled())).map_err(text)?;
             }
             let spans: &[(f64, f64)] = match line.mark {
                 Mark::Line => &[(4.0, 26.0)],
@@ -267,28 +218,17 @@ impl Plot {
             };
             for &(from, to) in spans {
                 let stroke = colour.stroke_width(2 * FINE);
-                area.draw(&PathElement::new([at(from, y), at(to, y)], stroke))
-                    .map_err(text)?;
+                area.draw(&PathElement::new([at(from, y), at(to, y)], stroke)).map_err(text)?;
             }
             if line.mark == Mark::Points {
-                area.draw(&Circle::new(at(15.0, y), 3 * FINE, colour.filled()))
-                    .map_err(text)?;
+                area.draw(&Circle::new(at(15.0, y), 3 * FINE, colour.filled())).map_err(text)?;
             }
             write(area, &short(&line.name), (34.0, y - 7.0), 12.0, false, INK)?;
         }
-        for (row, shade) in self
-            .shaded
-            .iter()
-            .filter(|shade| !shade.intervals.is_empty())
-            .enumerate()
-        {
+        for (row, shade) in self.shaded.iter().filter(|shade| !shade.intervals.is_empty()).enumerate() {
             let y = 24.0 + ROW * (self.series.len() + row) as f64;
             let corners = [at(4.0, y - 6.0), at(26.0, y + 6.0)];
-            area.draw(&Rectangle::new(
-                corners,
-                shade_colour(shade.strength).filled(),
-            ))
-            .map_err(text)?;
+            area.draw(&Rectangle::new(corners, shade_colour(shade.strength).filled())).map_err(text)?;
             write(area, &short(&shade.name), (34.0, y - 7.0), 12.0, false, INK)?;
         }
         Ok(())
@@ -297,9 +237,7 @@ impl Plot {
     /// How many points have no place in the plot.
     fn left_out(&self) -> usize {
         let points = self.series.iter().flat_map(|line| &line.points);
-        points
-            .filter(|[x, y]| !self.x.shows(*x) || !self.y.shows(*y))
-            .count()
+        points.filter(|[x, y]| !self.x.shows(*x) || !self.y.shows(*y)).count()
     }
 }
 
@@ -314,17 +252,10 @@ fn shade_colour(strength: f64) -> RGBAColor {
 }
 
 fn font(size: f64, bold: bool, colour: RGBColor) -> TextStyle<'static> {
-    let style = if bold {
-        FontStyle::Bold
-    } else {
-        FontStyle::Normal
-    };
+    let style = if bold { FontStyle::Bold } else { FontStyle::Normal };
     // The SVG backend divides sizes by 1.24.
     let font = FontDesc::new(FontFamily::SansSerif, size * 1.24 * f64::from(FINE), style);
-    TextStyle {
-        color: colour.to_backend_color(),
-        ..TextStyle::from(font)
-    }
+    TextStyle { color: colour.to_backend_color(), ..TextStyle::from(font) }
 }
 
 fn write<DB: DrawingBackend>(
@@ -337,47 +268,11 @@ fn write<DB: DrawingBackend>(
 ) -> Result<(), String> {
     let style = font(size, bold, colour).pos(Pos::new(HPos::Left, VPos::Top));
     let place = ((x * f64::from(FINE)) as i32, (y * f64::from(FINE)) as i32);
-    area.draw(&Text::new(line.to_owned(), place, style))
-        .map_err(text)
+    area.draw(&Text::new(line.to_owned(), place, style)).map_err(text)
 }
 
 fn text(error: impl Display) -> String {
     error.to_string()
-}
-
-/// The stretches of a list whose items all pass.
-fn runs<T>(items: &[T], passes: impl Fn(&T) -> bool) -> impl Iterator<Item = &[T]> {
-    items
-        .split(move |item| !passes(item))
-        .filter(|run| !run.is_empty())
-}
-
-/// Leaves no more than about [`MOST_POINTS`] items: of each stretch the first, the one with the least lower and the one
-/// with the greatest upper value, so that no peak is lost.
-fn thin<T: Copy>(items: &[T], ends: impl Fn(&T) -> [f64; 2]) -> Vec<T> {
-    if items.len() <= MOST_POINTS {
-        return items.to_vec();
-    }
-    let stretch = items.len().div_ceil(MOST_POINTS / 3);
-    let mut kept = Vec::with_capacity(MOST_POINTS + 4);
-    for (number, chunk) in items.chunks(stretch).enumerate() {
-        let indices = 0..chunk.len();
-        let least = indices
-            .clone()
-            .min_by(|a, b| ends(&chunk[*a])[0].total_cmp(&ends(&chunk[*b])[0]))
-            .unwrap_or(0);
-        let greatest = indices
-            .max_by(|a, b| ends(&chunk[*a])[1].total_cmp(&ends(&chunk[*b])[1]))
-            .unwrap_or(0);
-        let mut chosen = vec![0, least, greatest];
-        if (number + 1) * stretch >= items.len() {
-            chosen.push(chunk.len() - 1);
-        }
-        chosen.sort_unstable();
-        chosen.dedup();
-        kept.extend(chosen.into_iter().map(|index| chunk[index]));
-    }
-    kept
 }
 
 #[cfg(test)]
@@ -385,18 +280,8 @@ mod tests {
     use super::*;
 
     fn plot(points: Vec<[f64; 2]>) -> Plot {
-        let series = vec![Line {
-            name: "a".into(),
-            points,
-            ..Line::default()
-        }];
-        Plot {
-            title: "T".into(),
-            x: Axis::linear("time [s]"),
-            y: Axis::linear("y [K]"),
-            series,
-            ..Plot::default()
-        }
+        let series = vec![Line { name: "a".into(), points, ..Line::default() }];
+        Plot { title: "T".into(), x: Axis::linear("time [s]"), y: Axis::linear("y [K]"), series, ..Plot::default() }
     }
 
     #[test]
@@ -405,10 +290,7 @@ mod tests {
         plot.title = "a < b & \"c\"".into();
         plot.series[0].name = "<script>".into();
         let svg = plot.svg().unwrap();
-        assert!(
-            svg.starts_with("<svg role=\"img\" width=\"900\"")
-                && svg.trim_end().ends_with("</svg>")
-        );
+        assert!(svg.starts_with("<svg role=\"img\" width=\"900\"") && svg.trim_end().ends_with("</svg>"));
         assert!(svg.contains("a &lt; b &amp; &quot;c&quot;") && svg.contains("&lt;script&gt;"));
         assert!(svg.contains("time [s]") && svg.contains("y [K]"));
         assert_eq!(svg, plot.svg().unwrap());
@@ -422,12 +304,7 @@ mod tests {
         // What the polylines of a document have in common with those of the legend and axes cancels.
         let lines = |plot: &Plot| plot.svg().unwrap().matches("<polyline").count();
         assert_eq!(lines(&broken), lines(&whole) + 1);
-        assert!(
-            broken
-                .svg()
-                .unwrap()
-                .contains("1 points not finite are left out")
-        );
+        assert!(broken.svg().unwrap().contains("1 points not finite are left out"));
         assert!(!whole.svg().unwrap().contains("left out"));
     }
 
@@ -437,29 +314,10 @@ mod tests {
             for log in [false, true] {
                 let mut plot = plot(points.clone());
                 plot.y.log = log;
-                plot.shaded = vec![Shade {
-                    name: "umbra".into(),
-                    intervals: vec![(-5.0, 50.0)],
-                    strength: 1.0,
-                }];
+                plot.shaded = vec![Shade { name: "umbra".into(), intervals: vec![(-5.0, 50.0)], strength: 1.0 }];
                 assert!(plot.svg().is_ok());
             }
         }
         assert!(Plot::default().svg().is_ok());
-    }
-
-    #[test]
-    fn thinning_keeps_ends_and_peaks() {
-        let mut points: Vec<[f64; 2]> = (0..60_000)
-            .map(|i| [f64::from(i), f64::from(i % 7)])
-            .collect();
-        points[31_234][1] = 900.0;
-        points[31_235][1] = -900.0;
-        let kept = thin(&points, |p| [p[1], p[1]]);
-        assert!(kept.len() <= MOST_POINTS + 4);
-        assert!(kept.contains(&points[31_234]) && kept.contains(&points[31_235]));
-        assert_eq!([kept[0], kept[kept.len() - 1]], [points[0], points[59_999]]);
-        assert!(kept.windows(2).all(|pair| pair[0][0] < pair[1][0]));
-        assert_eq!(thin(&points[..100], |p| [p[1], p[1]]), points[..100]);
     }
 }

@@ -20,20 +20,12 @@ pub struct Axis {
 impl Axis {
     /// A linear axis whose ends come from the data.
     pub fn linear(label: &str) -> Self {
-        Self {
-            label: label.to_owned(),
-            log: false,
-            range: None,
-        }
+        Self { label: label.to_owned(), log: false, range: None }
     }
 
     /// A logarithmic axis whose ends come from the data.
     pub fn logarithmic(label: &str) -> Self {
-        Self {
-            label: label.to_owned(),
-            log: true,
-            range: None,
-        }
+        Self { label: label.to_owned(), log: true, range: None }
     }
 
     /// Whether a value has a place on the axis.
@@ -43,39 +35,25 @@ impl Axis {
 
     /// The scale for these values, with `margin` (a share of the span) beyond them at either end.
     pub(super) fn scale(&self, values: impl Iterator<Item = f64>, margin: f64) -> Scale {
-        let given = self
-            .range
-            .filter(|[a, b]| a < b && self.shows(*a) && self.shows(*b));
-        let found = values
-            .filter(|value| self.shows(*value))
-            .fold(None, |range, value| {
-                let [least, greatest] = range.unwrap_or([value, value]);
-                Some([f64::min(least, value), f64::max(greatest, value)])
-            });
+        let given = self.range.filter(|[a, b]| a < b && self.shows(*a) && self.shows(*b));
+        let found = values.filter(|value| self.shows(*value)).fold(None, |range, value| {
+            let [least, greatest] = range.unwrap_or([value, value]);
+            Some([f64::min(least, value), f64::max(greatest, value)])
+        });
         let widen = |[a, b]: [f64; 2]| {
             // One value alone: a decade on a logarithmic axis, otherwise a thousandth of it or 1 about zero.
-            let half = if self.log {
-                0.5
-            } else {
-                (a.abs() * 1e-3).max(f64::from(u8::from(a == 0.0)))
-            };
+            let half = if self.log { 0.5 } else { (a.abs() * 1e-3).max(f64::from(u8::from(a == 0.0))) };
             let pad = if b > a { margin * (b - a) } else { half };
             [a - pad, b + pad]
         };
         let ends = match (given, found) {
             (Some(range), _) => range,
-            (None, Some(range)) if self.log => {
-                widen(range.map(f64::log10)).map(|exponent| 10f64.powf(exponent))
-            }
+            (None, Some(range)) if self.log => widen(range.map(f64::log10)).map(|exponent| 10f64.powf(exponent)),
             (None, Some(range)) => widen(range),
             (None, None) if self.log => [1.0, 10.0],
             (None, None) => [0.0, 1.0],
         };
-        Scale {
-            lower: ends[0],
-            upper: ends[1],
-            log: self.log,
-        }
+        Scale { lower: ends[0], upper: ends[1], log: self.log }
     }
 }
 
@@ -92,16 +70,13 @@ const MARKS: usize = 9;
 
 impl Scale {
     fn marks(&self) -> Vec<f64> {
-        let [first, last] = [self.lower, self.upper].map(|end| end.log10());
+        let [first, last] = [self.lower, self.upper].map(f64::log10);
         if !self.log || last - first < 1.5 {
             return ticks::ticks(self.lower, self.upper, MARKS).values;
         }
         let every = ((last - first) / MARKS as f64).ceil().max(1.0) as i32;
         let decades = (first - 1e-6).ceil() as i32..=(last + 1e-6).floor() as i32;
-        decades
-            .filter(|decade| decade.rem_euclid(every) == 0)
-            .map(|decade| 10f64.powi(decade))
-            .collect()
+        decades.filter(|decade| decade.rem_euclid(every) == 0).map(|decade| 10f64.powi(decade)).collect()
     }
 
     /// The value held inside the ends, for what may be cut at the edge of the plot: shading.
@@ -152,10 +127,7 @@ mod tests {
         let scale = axis.scale([1e-5, 0.0, -3.0, f64::NAN, 1e-1].into_iter(), 0.0);
         assert!((scale.lower / 1e-5 - 1.0).abs() < 1e-9 && (scale.upper / 1e-1 - 1.0).abs() < 1e-9);
         assert_eq!(scale.marks().len(), 5);
-        assert_eq!(
-            [scale.map(&1e-3, (0, 400)), scale.map(&1e-2, (0, 400))],
-            [200, 300]
-        );
+        assert_eq!([scale.map(&1e-3, (0, 400)), scale.map(&1e-2, (0, 400))], [200, 300]);
         assert_eq!(scale.format_ext(&1e-2), "0.01");
         assert_eq!(scale.format_ext(&1e-5), "1e-5");
         let linear = Axis::linear("").scale([1e-5, 1e-1].into_iter(), 0.0);
@@ -169,11 +141,7 @@ mod tests {
         axis.range = Some([0.0, 5.0]);
         assert_eq!(axis.scale([10.0, 20.0].into_iter(), 0.1).range(), 0.0..5.0);
         axis.range = Some([5.0, 5.0]);
-        assert_eq!(
-            axis.scale([10.0, 20.0].into_iter(), 0.0).range(),
-            10.0..20.0,
-            "an empty range is none"
-        );
+        assert_eq!(axis.scale([10.0, 20.0].into_iter(), 0.0).range(), 10.0..20.0, "an empty range is none");
         for values in [vec![], vec![0.0], vec![300.0], vec![f64::NAN]] {
             let scale = Axis::linear("").scale(values.into_iter(), 0.05);
             assert!(scale.lower < scale.upper && !scale.marks().is_empty());

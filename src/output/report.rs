@@ -155,11 +155,7 @@ impl PassTime {
     /// Percentiles of samples [ms], interpolated linearly between ranks; `None` without samples. Samples that are not
     /// finite are left out and not counted.
     pub fn from_samples(name: &str, samples_ms: &[f64]) -> Option<Self> {
-        let mut sorted: Vec<f64> = samples_ms
-            .iter()
-            .copied()
-            .filter(|sample| sample.is_finite())
-            .collect();
+        let mut sorted: Vec<f64> = samples_ms.iter().copied().filter(|sample| sample.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);
         let last = sorted.len().checked_sub(1)?;
         let percentile = |share: f64| {
@@ -234,7 +230,7 @@ pub struct FileEntry {
 }
 
 impl Report {
-    /// Writes `report.json`: the fields of this structure under their own names; numbers that are not finite are `null`.
+    /// Writes `report.json`: the fields of this structure under their own names; numbers not finite are `null`.
     ///
     /// # Errors
     /// [`OutputError::Write`].
@@ -259,9 +255,7 @@ pub(crate) mod tests {
     use super::*;
 
     fn pairs(list: &[(&str, &str)]) -> Vec<(String, String)> {
-        list.iter()
-            .map(|(a, b)| ((*a).to_owned(), (*b).to_owned()))
-            .collect()
+        list.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect()
     }
 
     /// A report with something in every field.
@@ -272,21 +266,13 @@ pub(crate) mod tests {
             path: path.into(),
             sha256: "9f86d081884c7d65".repeat(4),
         };
-        let passes = [
-            ("solar_depth", 0.31),
-            ("thermal_step", 1.82),
-            ("radiance", 9.44),
-            ("readback", 0.92),
-        ];
+        let passes = [("solar_depth", 0.31), ("thermal_step", 1.82), ("radiance", 9.44), ("readback", 0.92)];
         Report {
             title: "Station, one orbit at beta 30°".into(),
             version: "0.1.0".into(),
             command_line: "isotherm run models/station.toml -o out/station".into(),
             scene: file("scene", "models/station.toml"),
-            inputs: vec![
-                file("model", "models/station.glb"),
-                file("materials", "models/materials.toml"),
-            ],
+            inputs: vec![file("model", "models/station.glb"), file("materials", "models/materials.toml")],
             device: Device {
                 name: "llvmpipe (LLVM 15.0.6, 256 bits)".into(),
                 driver: "Mesa 22.3.6".into(),
@@ -309,9 +295,7 @@ pub(crate) mod tests {
                 worst_node: "node 48213, part Array_3, material solar_cell".into(),
                 worst_step: 212,
                 worst_time_s: 3286.0,
-                notes: strings(&[
-                    "12 nodes below 3 K in grazing sun are compared in absorbed flux: 2e-6 relative",
-                ]),
+                notes: strings(&["12 nodes below 3 K in grazing sun are compared in absorbed flux: 2e-6 relative"]),
             }),
             model: ModelSize {
                 nodes: 499_213,
@@ -320,14 +304,8 @@ pub(crate) mod tests {
                 nodes_by_response: vec![("instant".into(), 20_123), ("transition".into(), 479_090)],
             },
             buffers: vec![
-                BufferSize {
-                    name: "node state".into(),
-                    bytes: 7_987_408,
-                },
-                BufferSize {
-                    name: "triangles".into(),
-                    bytes: 9_974_448,
-                },
+                BufferSize { name: "node state".into(), bytes: 7_987_408 },
+                BufferSize { name: "triangles".into(), bytes: 9_974_448 },
             ],
             passes: passes
                 .iter()
@@ -336,11 +314,7 @@ pub(crate) mod tests {
             settings: vec![
                 Section {
                     title: "Orbit".into(),
-                    entries: pairs(&[
-                        ("altitude", "408 km"),
-                        ("period", "5580 s"),
-                        ("beta", "30°"),
-                    ]),
+                    entries: pairs(&[("altitude", "408 km"), ("period", "5580 s"), ("beta", "30°")]),
                 },
                 Section {
                     title: "Environment".into(),
@@ -355,9 +329,7 @@ pub(crate) mod tests {
                     ]),
                 },
             ],
-            assumptions: strings(&[
-                "Planet radius is 6371 km (Earth), since the scene gives none.",
-            ]),
+            assumptions: strings(&["Planet radius is 6371 km (Earth), since the scene gives none."]),
             warnings: strings(&[
                 "Altitude 408 km means a period of 5554 s, but the scene says 5580 s; both are used as given.",
             ]),
@@ -370,20 +342,13 @@ pub(crate) mod tests {
                     picture: Some(format!("frames/step_{:06}.png", i * 10)),
                 })
                 .collect(),
-            pictures: vec![Picture {
-                title: "The orbit".into(),
-                file: "contact_sheet.png".into(),
-                png: vec![1, 2, 3],
-            }],
+            pictures: vec![Picture { title: "The orbit".into(), file: "contact_sheet.png".into(), png: vec![1, 2, 3] }],
             plots: vec![PlotEntry {
                 title: "Materials".into(),
                 file: "plots/materials.svg".into(),
                 svg: "<svg></svg>".into(),
             }],
-            files: vec![FileEntry {
-                path: "series.csv".into(),
-                what: "temperatures over time".into(),
-            }],
+            files: vec![FileEntry { path: "series.csv".into(), what: "temperatures over time".into() }],
             interrupted: false,
         }
     }
@@ -405,8 +370,7 @@ pub(crate) mod tests {
         let mut report = full();
         report.speed.step_ms = Some(f64::NAN);
         report.write_json(&path).unwrap();
-        let json: serde_json::Value =
-            serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
         assert_eq!(json["accuracy"]["max_k"], 1.13e-3);
         assert_eq!(json["passes"][1]["name"], "thermal_step");
         assert_eq!(json["frames"][35]["file"], "frames/step_000350.exr");

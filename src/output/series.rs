@@ -35,12 +35,7 @@ pub struct Series {
 impl Series {
     /// A series without rows. A name that is there twice in a list gets `#2`, `#3`, so that every column has its own.
     pub fn new(parts: &[String], materials: &[String], probes: &[String]) -> Self {
-        Self {
-            parts: unique(parts),
-            materials: unique(materials),
-            probes: unique(probes),
-            rows: vec![],
-        }
+        Self { parts: unique(parts), materials: unique(materials), probes: unique(probes), rows: vec![] }
     }
 
     /// Adds the row of a step.
@@ -55,12 +50,7 @@ impl Series {
         ];
         for (group, values, columns) in groups {
             if values != columns {
-                return Err(OutputError::SeriesRow {
-                    time: row.time,
-                    group,
-                    values,
-                    columns,
-                });
+                return Err(OutputError::SeriesRow { time: row.time, group, values, columns });
             }
         }
         self.rows.push(row);
@@ -94,10 +84,7 @@ impl Series {
     /// # Errors
     /// [`OutputError::Write`].
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
-        write_atomic(path, |writer| {
-            self.write_csv(writer)
-                .map_err(|error| OutputError::write(path, error.into()))
-        })
+        write_atomic(path, |writer| self.write_csv(writer).map_err(|error| OutputError::write(path, error.into())))
     }
 
     fn write_csv(&self, writer: &mut dyn Write) -> Result<(), csv::Error> {
@@ -121,23 +108,12 @@ impl Series {
     }
 
     fn column_names(&self) -> Vec<String> {
-        let three =
-            |prefix: String| ["min", "mean", "max"].map(|which| format!("{prefix}:{which}"));
-        let parts = self
-            .parts
-            .iter()
-            .flat_map(|name| three(format!("part:{name}")));
-        let materials = self
-            .materials
-            .iter()
-            .flat_map(|name| three(format!("material:{name}")));
+        let three = |prefix: String| ["min", "mean", "max"].map(|which| format!("{prefix}:{which}"));
+        let parts = self.parts.iter().flat_map(|name| three(format!("part:{name}")));
+        let materials = self.materials.iter().flat_map(|name| three(format!("material:{name}")));
         let probes = self.probes.iter().map(|name| format!("probe:{name}"));
         let time = std::iter::once("time".to_owned());
-        time.chain(parts)
-            .chain(materials)
-            .chain(three("all".to_owned()))
-            .chain(probes)
-            .collect()
+        time.chain(parts).chain(materials).chain(three("all".to_owned())).chain(probes).collect()
     }
 }
 
@@ -165,31 +141,17 @@ pub(crate) mod tests {
 
     /// Parts and materials that heat and cool over an orbit, as smooth curves of time.
     pub(crate) fn orbit(parts: usize, materials: usize, probes: usize) -> Series {
-        let names = |prefix: &str, count: usize| {
-            (0..count)
-                .map(|i| format!("{prefix}_{i}"))
-                .collect::<Vec<_>>()
-        };
-        let mut series = Series::new(
-            &names("B0_module", parts),
-            &names("mat", materials),
-            &names("probe", probes),
-        );
+        let names = |prefix: &str, count: usize| (0..count).map(|i| format!("{prefix}_{i}")).collect::<Vec<_>>();
+        let mut series = Series::new(&names("B0_module", parts), &names("mat", materials), &names("probe", probes));
         for step in 0..=360 {
             let time = f64::from(step) * 15.5;
             let mean = |i: usize| {
                 let swing = 15.0 + 9.0 * i as f64;
-                260.0
-                    + 3.0 * i as f64
-                    + swing * (time / 5580.0 * std::f64::consts::TAU + 0.3 * i as f64).cos()
+                260.0 + 3.0 * i as f64 + swing * (time / 5580.0 * std::f64::consts::TAU + 0.3 * i as f64).cos()
             };
             let summary = |i: usize| {
                 let mean = mean(i);
-                Some(Summary {
-                    min: mean as f32 - 12.0,
-                    mean,
-                    max: mean as f32 + 6.0 + i as f32,
-                })
+                Some(Summary { min: mean as f32 - 12.0, mean, max: mean as f32 + 6.0 + i as f32 })
             };
             let row = SeriesRow {
                 time,
@@ -211,16 +173,8 @@ pub(crate) mod tests {
     fn the_file_has_the_columns_and_numbers_that_are_promised() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("series.csv");
-        let mut series = Series::new(
-            &names(&["hull, left"]),
-            &names(&["a", "a"]),
-            &names(&["tip"]),
-        );
-        let summary = Some(Summary {
-            min: 2.7,
-            mean: 100.123_456_789,
-            max: 200.5,
-        });
+        let mut series = Series::new(&names(&["hull, left"]), &names(&["a", "a"]), &names(&["tip"]));
+        let summary = Some(Summary { min: 2.7, mean: 100.123_456_789, max: 200.5 });
         let row = SeriesRow {
             time: 16.5,
             all: summary,
@@ -236,15 +190,9 @@ pub(crate) mod tests {
             16.5,2.7,100.123457,200.5,2.7,100.123457,200.5,,,,2.7,100.123457,200.5,0.1\n";
         assert_eq!(std::fs::read_to_string(&path).unwrap(), expected);
 
-        let wrong = SeriesRow {
-            probes: vec![],
-            ..row
-        };
+        let wrong = SeriesRow { probes: vec![], ..row };
         let error = series.push(wrong).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "series row at 16.5 s has 0 probe values for 1 probe columns"
-        );
+        assert_eq!(error.to_string(), "series row at 16.5 s has 0 probe values for 1 probe columns");
     }
 
     #[test]
@@ -258,9 +206,6 @@ pub(crate) mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("series.csv");
         Series::new(&[], &[], &[]).write(&path).unwrap();
-        assert_eq!(
-            std::fs::read_to_string(&path).unwrap(),
-            "time,all:min,all:mean,all:max\n"
-        );
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "time,all:min,all:mean,all:max\n");
     }
 }

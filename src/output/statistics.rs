@@ -28,20 +28,10 @@ struct Sum {
 }
 
 impl Sum {
-    const EMPTY: Self = Self {
-        area: 0.0,
-        area_temperature: 0.0,
-        min: f32::INFINITY,
-        max: f32::NEG_INFINITY,
-    };
+    const EMPTY: Self = Self { area: 0.0, area_temperature: 0.0, min: f32::INFINITY, max: f32::NEG_INFINITY };
 
     fn add(&mut self, temperature: f32, area: f64) {
-        self.merge(&Self {
-            area,
-            area_temperature: area * f64::from(temperature),
-            min: temperature,
-            max: temperature,
-        });
+        self.merge(&Self { area, area_temperature: area * f64::from(temperature), min: temperature, max: temperature });
     }
 
     fn merge(&mut self, other: &Self) {
@@ -57,11 +47,7 @@ impl Sum {
         }
         let mean = self.area_temperature / self.area;
         // min and max of floats pass over NaN; a group that holds one must not look sound.
-        let [min, max] = if mean.is_nan() {
-            [f32::NAN; 2]
-        } else {
-            [self.min, self.max]
-        };
+        let [min, max] = if mean.is_nan() { [f32::NAN; 2] } else { [self.min, self.max] };
         Some(Summary { min, mean, max })
     }
 }
@@ -81,34 +67,18 @@ impl Groups {
     /// The lists differ in length, or a group number is too large.
     pub fn new(areas: Vec<f64>, group: Vec<u32>, count: usize) -> Result<Self, OutputError> {
         if areas.len() != group.len() {
-            return Err(OutputError::NodeCount {
-                nodes: group.len(),
-                what: "areas",
-                values: areas.len(),
-            });
+            return Err(OutputError::NodeCount { nodes: group.len(), what: "areas", values: areas.len() });
         }
         if let Some(node) = group.iter().position(|&group| group as usize >= count) {
-            return Err(OutputError::GroupNumber {
-                node,
-                group: group[node],
-                groups: count,
-            });
+            return Err(OutputError::GroupNumber { node, group: group[node], groups: count });
         }
-        Ok(Self {
-            areas,
-            group,
-            count,
-        })
+        Ok(Self { areas, group, count })
     }
 
     /// All nodes as one group.
     pub fn all(areas: Vec<f64>) -> Self {
         let group = vec![0; areas.len()];
-        Self {
-            areas,
-            group,
-            count: 1,
-        }
+        Self { areas, group, count: 1 }
     }
 
     /// Number of groups.
@@ -123,16 +93,9 @@ impl Groups {
     pub fn summaries(&self, temperatures: &[f32]) -> Result<Vec<Option<Summary>>, OutputError> {
         if temperatures.len() != self.areas.len() {
             let (nodes, values) = (temperatures.len(), self.areas.len());
-            return Err(OutputError::NodeCount {
-                nodes,
-                what: "areas",
-                values,
-            });
+            return Err(OutputError::NodeCount { nodes, what: "areas", values });
         }
-        let chunks = temperatures
-            .par_chunks(CHUNK)
-            .zip(self.areas.par_chunks(CHUNK))
-            .zip(self.group.par_chunks(CHUNK));
+        let chunks = temperatures.par_chunks(CHUNK).zip(self.areas.par_chunks(CHUNK)).zip(self.group.par_chunks(CHUNK));
         let partial: Vec<Vec<Sum>> = chunks
             .map(|((temperatures, areas), group)| {
                 let mut sums = vec![Sum::EMPTY; self.count];
@@ -144,10 +107,7 @@ impl Groups {
             .collect();
         let mut total = vec![Sum::EMPTY; self.count];
         for sums in &partial {
-            total
-                .iter_mut()
-                .zip(sums)
-                .for_each(|(total, sum)| total.merge(sum));
+            total.iter_mut().zip(sums).for_each(|(total, sum)| total.merge(sum));
         }
         Ok(total.iter().map(Sum::summary).collect())
     }
@@ -162,23 +122,11 @@ mod tests {
         // By hand: (1*300 + 3*200) / 4 = 225; plain mean 250.
         let groups = Groups::new(vec![1.0, 3.0, 5.0], vec![0, 0, 2], 4).unwrap();
         let result = groups.summaries(&[300.0, 200.0, 2.7]).unwrap();
-        assert_eq!(
-            result[0],
-            Some(Summary {
-                min: 200.0,
-                mean: 225.0,
-                max: 300.0
-            })
-        );
+        assert_eq!(result[0], Some(Summary { min: 200.0, mean: 225.0, max: 300.0 }));
         assert_eq!(result[1], None);
         assert_eq!(result[2].unwrap().max, 2.7);
         let even = Groups::new(vec![1.0, 1.0, 5.0], vec![0, 0, 2], 4).unwrap();
-        assert_eq!(
-            even.summaries(&[300.0, 200.0, 2.7]).unwrap()[0]
-                .unwrap()
-                .mean,
-            250.0
-        );
+        assert_eq!(even.summaries(&[300.0, 200.0, 2.7]).unwrap()[0].unwrap().mean, 250.0);
     }
 
     #[test]
@@ -187,13 +135,9 @@ mod tests {
         let noise = |i: usize| ((i * 2_654_435_761) % 1_000_003) as f64 / 1_000_003.0;
         let temperatures: Vec<f32> = (0..nodes).map(|i| 2.7 + 400.0 * noise(i) as f32).collect();
         let areas: Vec<f64> = (0..nodes).map(|i| 1e-4 + noise(i + 7)).collect();
-        let groups =
-            Groups::new(areas.clone(), (0..nodes as u32).map(|i| i % 5).collect(), 5).unwrap();
+        let groups = Groups::new(areas.clone(), (0..nodes as u32).map(|i| i % 5).collect(), 5).unwrap();
         let with = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| groups.summaries(&temperatures).unwrap())
         };
         let one = with(1);
@@ -201,18 +145,12 @@ mod tests {
         assert_eq!(one, with(7));
         // Another order of the same additions does change the last bits, so the comparison above can fail.
         let sums = |order: &mut dyn Iterator<Item = usize>| order.map(|i| areas[i]).sum::<f64>();
-        assert_ne!(
-            sums(&mut (0..nodes)).to_bits(),
-            sums(&mut (0..nodes).rev()).to_bits()
-        );
+        assert_ne!(sums(&mut (0..nodes)).to_bits(), sums(&mut (0..nodes).rev()).to_bits());
     }
 
     #[test]
     fn what_is_not_a_number_shows() {
-        let summary = Groups::all(vec![1.0; 3])
-            .summaries(&[300.0, f32::NAN, 200.0])
-            .unwrap()[0]
-            .unwrap();
+        let summary = Groups::all(vec![1.0; 3]).summaries(&[300.0, f32::NAN, 200.0]).unwrap()[0].unwrap();
         assert!(summary.min.is_nan() && summary.mean.is_nan() && summary.max.is_nan());
     }
 

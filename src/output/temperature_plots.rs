@@ -36,49 +36,27 @@ pub struct NamedPlot {
 ///
 /// # Errors
 /// [`OutputError::Encode`].
-pub fn temperature_plots(
-    series: &Series,
-    eclipses: &Eclipses,
-) -> Result<Vec<NamedPlot>, OutputError> {
+pub fn temperature_plots(series: &Series, eclipses: &Eclipses) -> Result<Vec<NamedPlot>, OutputError> {
     let clock = Clock::for_rows(series.rows());
     let group = |names: &[String], of: fn(&SeriesRow) -> &[Option<Summary>]| -> Vec<Line> {
         let lines = names.iter().enumerate().map(|(index, name)| {
-            let present = || {
-                series
-                    .rows()
-                    .iter()
-                    .filter_map(|row| Some((clock.time(row.time), of(row)[index]?)))
-            };
+            let present = || series.rows().iter().filter_map(|row| Some((clock.time(row.time), of(row)[index]?)));
             Line {
                 name: name.clone(),
                 points: present().map(|(time, s)| [time, s.mean]).collect(),
-                band: present()
-                    .map(|(time, s)| [time, f64::from(s.min), f64::from(s.max)])
-                    .collect(),
+                band: present().map(|(time, s)| [time, f64::from(s.min), f64::from(s.max)]).collect(),
                 ..Line::default()
             }
         });
         lines.filter(|line| !line.points.is_empty()).collect()
     };
-    let probes = series
-        .probes()
-        .iter()
-        .enumerate()
-        .map(|(index, name)| Line {
-            name: name.clone(),
-            points: series
-                .rows()
-                .iter()
-                .map(|row| [clock.time(row.time), f64::from(row.probes[index])])
-                .collect(),
-            ..Line::default()
-        });
+    let probes = series.probes().iter().enumerate().map(|(index, name)| Line {
+        name: name.clone(),
+        points: series.rows().iter().map(|row| [clock.time(row.time), f64::from(row.probes[index])]).collect(),
+        ..Line::default()
+    });
     let kinds = [
-        (
-            "materials",
-            "Materials",
-            group(series.materials(), |row| &row.materials),
-        ),
+        ("materials", "Materials", group(series.materials(), |row| &row.materials)),
         ("parts", "Parts", group(series.parts(), |row| &row.parts)),
         ("probes", "Probes", probes.collect()),
     ];
@@ -100,8 +78,7 @@ pub fn temperature_plots(
         }
         if count > lines.len() {
             let (shown, left) = (lines.len(), count - lines.len());
-            subtitle +=
-                &format!("; the {shown} of {count} with the widest swing, {left} are left out");
+            subtitle += &format!("; the {shown} of {count} with the widest swing, {left} are left out");
         }
         let plot = Plot {
             title: title.to_owned(),
@@ -111,11 +88,7 @@ pub fn temperature_plots(
             series: lines,
             shaded: clock.shades(eclipses),
         };
-        plots.push(NamedPlot {
-            name: name.to_owned(),
-            title: title.to_owned(),
-            svg: plot.svg()?,
-        });
+        plots.push(NamedPlot { name: name.to_owned(), title: title.to_owned(), svg: plot.svg()? });
     }
     Ok(plots)
 }
@@ -123,28 +96,15 @@ pub fn temperature_plots(
 /// The lines whose values span most, at most [`MOST_LINES`], in the order of the list.
 fn widest_swings(lines: Vec<Line>) -> Vec<Line> {
     let swing = |line: &Line| {
-        let values = line
-            .points
-            .iter()
-            .map(|point| point[1])
-            .filter(|value| value.is_finite());
-        let (least, greatest) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| {
-            (a.min(v), b.max(v))
-        });
+        let values = line.points.iter().map(|point| point[1]).filter(|value| value.is_finite());
+        let (least, greatest) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
         greatest - least
     };
     let mut order: Vec<usize> = (0..lines.len()).collect();
-    order.sort_by(|a, b| {
-        swing(&lines[*b])
-            .total_cmp(&swing(&lines[*a]))
-            .then(a.cmp(b))
-    });
+    order.sort_by(|a, b| swing(&lines[*b]).total_cmp(&swing(&lines[*a])).then(a.cmp(b)));
     order.truncate(MOST_LINES);
     order.sort_unstable();
-    order
-        .into_iter()
-        .map(|index| lines[index].clone())
-        .collect()
+    order.into_iter().map(|index| lines[index].clone()).collect()
 }
 
 /// The unit in which times are shown.
@@ -172,16 +132,10 @@ impl Clock {
     fn shades(&self, eclipses: &Eclipses) -> Vec<Shade> {
         let shade = |name: &str, intervals: &[(f64, f64)], strength| Shade {
             name: name.to_owned(),
-            intervals: intervals
-                .iter()
-                .map(|&(start, end)| (self.time(start), self.time(end)))
-                .collect(),
+            intervals: intervals.iter().map(|&(start, end)| (self.time(start), self.time(end))).collect(),
             strength,
         };
-        vec![
-            shade("penumbra", &eclipses.penumbra, 0.4),
-            shade("umbra", &eclipses.umbra, 1.0),
-        ]
+        vec![shade("penumbra", &eclipses.penumbra, 0.4), shade("umbra", &eclipses.umbra, 1.0)]
     }
 }
 
@@ -207,20 +161,13 @@ mod tests {
         let plots = temperature_plots(&orbit(14, 2, 0), &Eclipses::default()).unwrap();
         let parts = &plots[1].svg;
         assert!(parts.contains("the 10 of 14 with the widest swing, 4 are left out"));
-        assert!(
-            parts.contains("B0_module_13")
-                && parts.contains("B0_module_4\n")
-                && !parts.contains("B0_module_3\n")
-        );
+        assert!(parts.contains("B0_module_13") && parts.contains("B0_module_4\n") && !parts.contains("B0_module_3\n"));
         assert!(!plots[0].svg.contains("left out"));
     }
 
     #[test]
     fn an_eclipse_is_shaded_in_the_unit_of_the_axis() {
-        let eclipses = Eclipses {
-            umbra: vec![(2100.0, 4200.0)],
-            penumbra: vec![(2092.0, 2100.0), (4200.0, 4208.0)],
-        };
+        let eclipses = Eclipses { umbra: vec![(2100.0, 4200.0)], penumbra: vec![(2092.0, 2100.0), (4200.0, 4208.0)] };
         let lit = temperature_plots(&orbit(0, 1, 0), &Eclipses::default()).unwrap();
         let dark = temperature_plots(&orbit(0, 1, 0), &eclipses).unwrap();
         let count = |plots: &[NamedPlot], what: &str| plots[0].svg.matches(what).count();
@@ -232,18 +179,9 @@ mod tests {
 
     #[test]
     fn long_runs_are_shown_in_hours() {
-        let row = |time| SeriesRow {
-            time,
-            all: None,
-            parts: vec![],
-            materials: vec![],
-            probes: vec![],
-        };
+        let row = |time| SeriesRow { time, all: None, parts: vec![], materials: vec![], probes: vec![] };
         assert_eq!(Clock::for_rows(&[row(0.0), row(59.0)]).unit, "s");
         assert_eq!(Clock::for_rows(&[row(0.0), row(5580.0)]).unit, "min");
-        assert_eq!(
-            Clock::for_rows(&[row(0.0), row(86_400.0)]).time(7200.0),
-            2.0
-        );
+        assert_eq!(Clock::for_rows(&[row(0.0), row(86_400.0)]).time(7200.0), 2.0);
     }
 }

@@ -13,80 +13,48 @@ pub struct Ticks {
 pub fn ticks(lower: f64, upper: f64, most: usize) -> Ticks {
     let span = upper - lower;
     if !(span > 0.0 && span.is_finite()) {
-        return Ticks {
-            step: 0.0,
-            values: vec![],
-        };
+        return Ticks { step: 0.0, values: vec![] };
     }
     let step = round_step(span / most.max(2) as f64);
     // Slack of a millionth of a step: a mark on the end must not be lost to rounding.
     let first = (lower / step - 1e-6).ceil() as i64;
     let last = (upper / step + 1e-6).floor() as i64;
-    Ticks {
-        step,
-        values: (first..=last).map(|i| i as f64 * step).collect(),
-    }
+    Ticks { step, values: (first..=last).map(|i| i as f64 * step).collect() }
 }
 
 /// The least of 1, 2, 5 times a power of ten that is not below `step`.
 fn round_step(step: f64) -> f64 {
     let decade = 10f64.powi(step.log10().floor() as i32);
-    [1.0, 2.0, 5.0]
-        .into_iter()
-        .map(|m| m * decade)
-        .find(|round| *round >= step * (1.0 - 1e-9))
-        .unwrap_or(10.0 * decade)
+    [1.0, 2.0, 5.0].into_iter().map(|m| m * decade).find(|round| *round >= step * (1.0 - 1e-9)).unwrap_or(10.0 * decade)
 }
 
 /// The smallest range that holds `[lower, upper]`, has round ends, and is not empty: an end moves out to a multiple of
 /// a twentieth or so of the span.
 pub fn round_range(lower: f64, upper: f64) -> [f64; 2] {
     // A surface at one temperature still needs a scale: a thousandth of the value, or 1 about zero.
-    let margin = if upper > lower {
-        0.0
-    } else {
-        (lower.abs() * 1e-3).max(if lower == 0.0 { 0.5 } else { 0.0 })
-    };
+    let margin = if upper > lower { 0.0 } else { (lower.abs() * 1e-3).max(if lower == 0.0 { 0.5 } else { 0.0 }) };
     let (lower, upper) = (lower - margin, upper + margin);
     let step = round_step((upper - lower) / 20.0);
-    [
-        (lower / step + 1e-6).floor() * step,
-        (upper / step - 1e-6).ceil() * step,
-    ]
+    [(lower / step + 1e-6).floor() * step, (upper / step - 1e-6).ceil() * step]
 }
 
 /// A number with the decimals that tell it from its neighbour one `step` away; powers of ten where it is very large or
 /// very small.
 pub fn label(value: f64, step: f64) -> String {
     // A mark computed as i * step may be off zero by rounding.
-    let value = if value.abs() < step.abs() * 1e-6 {
-        0.0
-    } else {
-        value
-    };
+    let value = if value.abs() < step.abs() * 1e-6 { 0.0 } else { value };
     let size = value.abs().max(step.abs());
     if size != 0.0 && !(1e-3..1e6).contains(&size) {
-        let digits = if value == 0.0 {
-            0
-        } else {
-            (value.abs() / step.abs()).log10().max(0.0).ceil() as usize
-        };
+        let digits = if value == 0.0 { 0 } else { (value.abs() / step.abs()).log10().max(0.0).ceil() as usize };
         let text = format!("{value:.digits$e}");
         return match text.split_once('e') {
             Some((mantissa, exponent)) if mantissa.contains('.') => {
-                format!(
-                    "{}e{exponent}",
-                    mantissa.trim_end_matches('0').trim_end_matches('.')
-                )
+                format!("{}e{exponent}", mantissa.trim_end_matches('0').trim_end_matches('.'))
             }
             _ => text,
         };
     }
-    let decimals = if step == 0.0 {
-        0
-    } else {
-        (-(step.abs().log10() + 1e-9).floor()).max(0.0) as usize
-    };
+    let decimals = if step == 0.0 { 0 } else { (-(step.abs().log10() + 1e-9).floor()).max(0.0) as usize };
     format!("{value:.decimals$}")
 }
 
@@ -100,12 +68,7 @@ mod tests {
         assert_eq!(ticks(0.0, 1.0, 5).values.len(), 6);
         assert_eq!(ticks(-0.3, 0.3, 6).step, 0.1);
         assert_eq!(ticks(2.7, 2.8, 4).step, 0.05);
-        for bad in [
-            (1.0, 1.0),
-            (2.0, 1.0),
-            (f64::NAN, 1.0),
-            (0.0, f64::INFINITY),
-        ] {
+        for bad in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY)] {
             assert!(ticks(bad.0, bad.1, 5).values.is_empty());
         }
     }
@@ -114,18 +77,9 @@ mod tests {
     fn a_range_is_widened_to_round_ends_but_never_narrowed() {
         assert_eq!(round_range(153.2, 391.4), [140.0, 400.0]);
         assert_eq!(round_range(160.0, 400.0), [160.0, 400.0]);
-        for (lower, upper) in [
-            (2.7, 2.7),
-            (0.0, 0.0),
-            (-3.0, 12.4),
-            (1e-9, 3e-9),
-            (299.99, 300.01),
-        ] {
+        for (lower, upper) in [(2.7, 2.7), (0.0, 0.0), (-3.0, 12.4), (1e-9, 3e-9), (299.99, 300.01)] {
             let [a, b] = round_range(lower, upper);
-            assert!(
-                a <= lower + 1e-12 && upper <= b + 1e-12 && a < b,
-                "{lower} {upper} -> {a} {b}"
-            );
+            assert!(a <= lower + 1e-12 && upper <= b + 1e-12 && a < b, "{lower} {upper} -> {a} {b}");
         }
     }
 
