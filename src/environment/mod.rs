@@ -6,6 +6,15 @@
 use glam::{DMat3, DVec3};
 
 pub mod albedo;
+pub mod albedo_field;
+pub mod attitude;
+pub mod eclipse;
+pub mod load;
+pub mod orbit;
+pub mod quadrature;
+pub mod sky;
+pub mod tick;
+pub mod view_factor;
 
 /// The sky at one instant.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,13 +37,17 @@ pub struct Sky {
     pub sun_zenith: f64,
 }
 
-/// One direction of the Sun during a tick. The absorbed solar flux of a plate with normal n and absorptivity a, averaged
-/// over the tick, is `a * sum(flux * max(0, n . direction))`.
+/// One direction of the Sun during a tick. The absorbed solar flux of a plate with normal n and absorptivity a,
+/// averaged over the tick, is `a * sum(flux * max(0, n . direction))`.
+///
+/// A sample stands for a stretch of the tick: `flux * direction` is the integral of solar flux x lit fraction x
+/// direction over it, divided by the length of the tick, so that a plate which the Sun shines on all the while gets its
+/// exact mean.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SunSample {
     /// Unit vector to the Sun, body frame.
     pub direction: DVec3,
-    /// Solar flux x lit fraction x share of the tick [W/m2].
+    /// Solar flux x lit fraction x share of the tick [W/m2], > 0.
     pub flux: f64,
 }
 

@@ -1,1 +1,20 @@
 //! Vulkan: everything that runs on the device, and the only room with unsafe code.
+//!
+//! [`context`] opens a device; [`renderer`] holds a scene on it. What happens in a frame stands in [`frame`].
+
+mod bindings;
+pub mod blackbody;
+pub mod context;
+pub mod error;
+pub mod frame;
+pub mod hazard;
+pub mod layout;
+mod memory;
+mod once;
+pub mod pipeline;
+mod record;
+pub mod renderer;
+pub mod resources;
+pub mod timing;
+mod validation;
+pub mod variant;

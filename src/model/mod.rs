@@ -5,6 +5,22 @@ use std::path::PathBuf;
 
 use glam::{DMat4, DVec3, Vec3};
 
+mod accessor;
+mod buffer;
+mod container;
+mod document;
+mod error;
+mod graph;
+mod load;
+mod measure;
+mod primitive;
+mod subdivide;
+mod summary;
+mod weld;
+
+pub use error::{Fault, ModelError};
+pub use summary::{ModelSummary, Share};
+
 /// A material named by the file; its thermal values come from the scene's rules or from `extras`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelMaterial {

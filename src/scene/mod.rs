@@ -1,10 +1,33 @@
 //! What the user wrote, checked and in SI: the scene file as plain values.
+//!
+//! `models/README.md` is the reference of the file: every key with its unit, range and default.
 
 use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
 
 use crate::thermal::material::Material;
+
+mod attitude;
+mod camera;
+mod environment;
+mod error;
+mod extras;
+mod file;
+mod keys;
+mod load;
+mod material;
+mod orbit;
+mod quantity;
+mod section;
+mod table;
+mod time;
+mod values;
+mod vector;
+mod view;
+
+pub use error::SceneError;
+pub use load::scene_hash;
 
 /// A checked scene. Nothing in it is a default that the user was not told of: see `assumptions`.
 #[derive(Debug, Clone)]
@@ -27,8 +50,8 @@ pub struct Scene {
     pub environment: Environment,
     /// Rules that give every glTF material its values.
     pub materials: MaterialRules,
-    /// The camera.
-    pub camera: Camera,
+    /// The camera; a scene that draws nothing may have none ([`Scene::require_camera`]).
+    pub camera: Option<Camera>,
     /// Spectral band of the images.
     pub band: Band,
     /// Temperatures at the start.
@@ -37,6 +60,8 @@ pub struct Scene {
     pub probes: Vec<Probe>,
     /// Temperature range of the false-colour pictures [K]; `None` takes it from each run.
     pub colour_range: Option<[f64; 2]>,
+    /// Every file that the scene consists of: scene, model, materials table where there is one.
+    pub files: Vec<PathBuf>,
     /// What was assumed because the file is silent, one sentence each.
     pub assumptions: Vec<String>,
 }
@@ -126,6 +151,8 @@ pub struct MaterialRules {
     pub rules: Vec<MaterialRule>,
     /// Used where no rule matches and the glTF material has no `isotherm_` extras of its own.
     pub default: Option<MaterialRule>,
+    /// What `extras` are read with when the model is known.
+    extras: material::ExtrasContext,
 }
 
 /// Patterns and the values that they give.

@@ -2,7 +2,15 @@
 //!
 //! Nothing here knows of Vulkan or of files. Every function that also runs on the device has the same name in `glsl/`.
 
+pub mod balance;
+pub mod brightness;
 pub mod material;
+pub mod nodes;
+pub mod planck;
+pub mod radiance;
+pub mod radiance_f32;
+pub mod reference;
+pub mod transition;
 
 /// Stefan-Boltzmann constant [W m-2 K-4], CODATA 2018 (exact to the digits given).
 pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;

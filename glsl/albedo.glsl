@@ -1,0 +1,22 @@
+// Where a direction falls in the table of albedo over the directions of a normal. Twin: src/environment/albedo.rs.
+
+// Position in the table, in intervals from its corner; x towards the Sun's side, z to nadir, y across.
+struct AlbedoPosition {
+    vec4 column;
+    vec4 row;
+    // What the read is multiplied by.
+    vec4 scale;
+};
+
+AlbedoPosition albedo_position(Tick tick, vec4 nx, vec4 ny, vec4 nz) {
+    vec3 nadir = tick.nadir.xyz;
+    vec3 sunward = tick.sunward.xyz;
+    vec3 across = cross(nadir, sunward);
+    vec4 x = nx * sunward.x + ny * sunward.y + nz * sunward.z;
+    vec4 y = nx * across.x + ny * across.y + nz * across.z;
+    vec4 z = nx * nadir.x + ny * nadir.y + nz * nadir.z;
+    // A padding node has no normal; it reads the centre.
+    vec4 sum = max(abs(x) + abs(y) + abs(z), vec4(1e-6));
+    float middle = 0.5 * tick.albedo_resolution;
+    return AlbedoPosition(x / sum * middle + vec4(middle), z / sum * middle + vec4(middle), sum);
+}

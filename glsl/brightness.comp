@@ -1,0 +1,41 @@
+#version 450
+// Brightness temperature of many radiances: the command `isotherm radiance --inverse`.
+
+#include "types.glsl"
+#include "planck.glsl"
+#define BAND_BINDING 0
+#include "band_table.glsl"
+
+layout(local_size_x = 64) in;
+
+// The first guess is linear in the bits of the radiance: 1/T at every 2^20th bit pattern, eight an octave.
+const uint GUESS_SHIFT = 20u;
+const uint NEWTON_STEPS = 2u;
+
+layout(set = 0, binding = 1) readonly buffer InputBlock { float radiance[]; };
+layout(set = 0, binding = 2) buffer OutputBlock { float temperature[]; };
+layout(set = 0, binding = 3) readonly buffer GuessBlock { float inverse_temperature[]; };
+
+// Temperature [K] at which a blackbody has a radiance; the host keeps the radiance within the table.
+float brightness_temperature(float radiance) {
+    uint bits = floatBitsToUint(radiance);
+    // Entry 0 stands for the smallest normal number, bit pattern 8 << GUESS_SHIFT.
+    uint cell = (bits >> GUESS_SHIFT) - 8u;
+    float within = float(bits & ((1u << GUESS_SHIFT) - 1u)) / float(1u << GUESS_SHIFT);
+    float low = inverse_temperature[cell];
+    float high = inverse_temperature[cell + 1u];
+    float t = 1.0 / (low + (high - low) * within);
+    for (uint i = 0u; i < NEWTON_STEPS; i++) {
+        ScaledRadiance found = scaled_radiance(t);
+        float excess = ln_ratio(scale_by_power(radiance, found.exponent), found.significand);
+        float v = t / (t + MIDDLE_TEMPERATURE);
+        float steepness = t + band.edge_high + MIDDLE_TEMPERATURE * v * v * found.slope;
+        t = t / (1.0 - t * excess / steepness);
+    }
+    return t;
+}
+
+void main() {
+    uint at = gl_GlobalInvocationID.x;
+    temperature[at] = brightness_temperature(radiance[at]);
+}

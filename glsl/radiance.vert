@@ -1,0 +1,38 @@
+#version 450
+// Pulls a node from the storage buffers and puts it where the camera sees it.
+
+#include "types.glsl"
+
+layout(set = 0, binding = 0) readonly buffer ViewBlock { View view; };
+layout(set = 0, binding = 1) readonly buffer PositionXBlock { float position_x[]; };
+layout(set = 0, binding = 2) readonly buffer PositionYBlock { float position_y[]; };
+layout(set = 0, binding = 3) readonly buffer PositionZBlock { float position_z[]; };
+layout(set = 0, binding = 4) readonly buffer TemperatureBlock { float temperature[]; };
+layout(set = 0, binding = 5) readonly buffer GroupMaterialBlock { uint group_material[]; };
+layout(set = 0, binding = 6) readonly buffer GroupPartBlock { uint group_part[]; };
+
+layout(location = 0) out float node_temperature;
+layout(location = 1) out float camera_depth;
+layout(location = 2) flat out uint part;
+layout(location = 3) flat out uint material;
+
+void main() {
+    uint node = uint(gl_VertexIndex);
+    vec4 position = vec4(position_x[node], position_y[node], position_z[node], 1.0);
+    vec3 camera = vec3(
+        dot(view.camera_from_body_x, position),
+        dot(view.camera_from_body_y, position),
+        dot(view.camera_from_body_z, position)
+    );
+    // Reversed depth, far plane at infinity.
+    gl_Position = vec4(
+        view.clip_scale.x * camera.x + view.clip_offset.x * camera.z,
+        view.clip_scale.y * camera.y + view.clip_offset.y * camera.z,
+        view.near,
+        camera.z
+    );
+    node_temperature = temperature[node];
+    camera_depth = camera.z;
+    part = group_part[node / 4u];
+    material = group_material[node / 4u];
+}

@@ -1,0 +1,54 @@
+// Structures shared with Rust: each has its twin of the same name in src/gpu/layout.rs, compared by tests/it/layout.rs.
+
+// Values of one material, read once by each group of four nodes.
+struct Material {
+    float absorptivity;
+    float emissivity;
+    float back_absorptivity;
+    float back_emissivity;
+    // Transition: power of the remaining share (1 linear, 2 quadratic) and time to the target [steps].
+    float heating_power;
+    float heating_t_max;
+    float cooling_power;
+    float cooling_t_max;
+};
+
+// What one tick commands, the same for every node.
+struct Tick {
+    // xyz: unit vector to the planet's centre, body frame; w: sine of the planet's angular radius.
+    vec4 nadir;
+    // xyz: unit vector at right angles to nadir, towards the Sun's side; w: cosine of the planet's angular radius.
+    vec4 sunward;
+    // Infrared exitance of the planet [W/m2].
+    float planet_ir;
+    // Albedo x solar constant [W/m2].
+    float albedo_flux;
+    // Fourth power of the radiative temperature of space [K4].
+    float background_temperature_4;
+    // Sun samples in use.
+    uint sun_count;
+    // Length of the tick in steps; below 1 only for the last, partial step of a still image.
+    float step;
+    // Intervals of the albedo table each way.
+    float albedo_resolution;
+};
+
+// Where the image is taken from, and with what.
+struct View {
+    // Rows of camera_from_body: xyz rotation, w translation [m].
+    vec4 camera_from_body_x;
+    vec4 camera_from_body_y;
+    vec4 camera_from_body_z;
+    // clip.x = scale.x * x + offset.x * z, clip.y = scale.y * y + offset.y * z (OpenCV axes, Y down as in Vulkan).
+    vec2 clip_scale;
+    vec2 clip_offset;
+    // Distance of the near plane [m]; depth is reversed and its far plane at infinity.
+    float near;
+};
+
+// Head of the table of a band.
+struct Band {
+    // c2 / longest wavelength [K], and what its rounding left.
+    float edge_high;
+    float edge_low;
+};

@@ -1,0 +1,185 @@
+//! Albedo for every Sun zenith angle of a scene: tables at chosen angles, built once, and one blended for a tick.
+
+use std::f64::consts::FRAC_PI_2;
+
+use rayon::prelude::*;
+
+use super::albedo::{AlbedoTable, RESOLUTION, albedo_factor, grid_direction};
+use super::sky::horizon_angle;
+
+/// Tables over the Sun's zenith angle below the craft, for one distance.
+///
+/// While all that the craft sees is lit, the albedo is a sum of a sine and a cosine of the zenith angle: two tables
+/// give it without error. From there to the dark, where the terminator crosses the visible cap, a cubic through the
+/// four nearest tables gives what lies between. Those tables stand close where the terminator passes below the craft,
+/// for there the albedo changes over an angle of the order of altitude / radius: at 90 deg + s sinh(k u), u in equal
+/// steps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AlbedoField {
+    /// Angle of the horizon from the point below the craft, at the planet's centre [rad].
+    horizon: f64,
+    /// s above [rad].
+    spread: f64,
+    /// Sun in the zenith.
+    noon: AlbedoTable,
+    /// `CROSSING_INTERVALS + 1` tables, from the terminator at one side of the cap to the terminator at the other.
+    crossing: Vec<AlbedoTable>,
+}
+
+/// Steps of the zenith angle while the terminator crosses the visible cap.
+pub const CROSSING_INTERVALS: usize = 24;
+
+impl AlbedoField {
+    /// The field for a distance to the planet's centre over its radius, > 1. Some 2e5 integrals, on all cores.
+    pub fn new(distance_ratio: f64) -> Self {
+        let horizon = horizon_angle(distance_ratio);
+        let spread = (distance_ratio - 1.0).min(horizon);
+        let reach = (horizon / spread).asinh();
+        let zenith = |level: usize| {
+            let u = 2.0 * level as f64 / CROSSING_INTERVALS as f64 - 1.0;
+            FRAC_PI_2 + spread * (reach * u).sinh()
+        };
+        Self {
+            horizon,
+            spread,
+            noon: tabulate(distance_ratio, 0.0),
+            crossing: (0..=CROSSING_INTERVALS).map(|level| tabulate(distance_ratio, zenith(level))).collect(),
+        }
+    }
+
+    /// The table for a zenith angle of the Sun [rad], in [0, pi]; `None` where all that the craft sees is dark.
+    pub fn table(&self, sun_zenith: f64) -> Option<AlbedoTable> {
+        let past_crossing = sun_zenith - FRAC_PI_2;
+        if past_crossing >= self.horizon {
+            return None;
+        }
+        if past_crossing <= -self.horizon {
+            let scale = self.horizon.cos().recip();
+            let noon = (-past_crossing - self.horizon).sin() * scale;
+            return Some(blend([&self.noon, &self.crossing[0]], [noon, sun_zenith.sin() * scale]));
+        }
+        let u = (past_crossing / self.spread).asinh() / (self.horizon / self.spread).asinh();
+        let position = 0.5 * (u + 1.0) * CROSSING_INTERVALS as f64;
+        let first = (position as usize).clamp(1, CROSSING_INTERVALS - 2) - 1;
+        let t = position - first as f64;
+        let weights = [
+            -(t - 1.0) * (t - 2.0) * (t - 3.0) / 6.0,
+            t * (t - 2.0) * (t - 3.0) / 2.0,
+            -t * (t - 1.0) * (t - 3.0) / 2.0,
+            t * (t - 1.0) * (t - 2.0) / 6.0,
+        ];
+        Some(blend([0, 1, 2, 3].map(|offset| &self.crossing[first + offset]), weights))
+    }
+}
+
+/// The table of exact values for one zenith angle of the Sun.
+fn tabulate(distance_ratio: f64, sun_zenith: f64) -> AlbedoTable {
+    let side = RESOLUTION + 1;
+    let value = |index: usize| {
+        grid_direction(index % side, index / side).map_or(0.0, |direction| {
+            let length = direction.length();
+            length * albedo_factor(direction / length, distance_ratio, sun_zenith)
+        })
+    };
+    AlbedoTable { values: (0..side * side).into_par_iter().map(value).collect() }
+}
+
+/// Weighted sum of tables. A cubic can dip below 0 by its own error where the truth is 0; a negative flux would have no
+/// balance temperature, so 0 is taken there.
+fn blend<const TERMS: usize>(tables: [&AlbedoTable; TERMS], weights: [f64; TERMS]) -> AlbedoTable {
+    let sum =
+        |index: usize| tables.iter().zip(weights).map(|(table, weight)| table.values[index] * weight).sum::<f64>();
+    AlbedoTable { values: (0..tables[0].values.len()).map(|index| sum(index).max(0.0)).collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use glam::DVec3;
+
+    use super::super::albedo::albedo_table_lookup;
+    use super::*;
+
+    /// Unit normals spread evenly (a spiral).
+    fn normals(count: u32, turn: f64) -> impl ParallelIterator<Item = DVec3> {
+        (0..count).into_par_iter().map(move |index| {
+            let z = (2.0 * f64::from(index) + 1.0) / f64::from(count) - 1.0;
+            let across = (1.0 - z * z).sqrt();
+            let angle = f64::from(index) * PI * (3.0 - 5.0_f64.sqrt()) + turn;
+            DVec3::new(across * angle.cos(), across * angle.sin(), z)
+        })
+    }
+
+    /// Largest error over directions of the table that a field gives for a zenith angle, read against the integral.
+    fn error(field: &AlbedoField, distance_ratio: f64, sun_zenith: f64) -> f64 {
+        let table = field.table(sun_zenith).expect("some of the cap is lit");
+        normals(400, sun_zenith)
+            .map(|normal| {
+                let exact = albedo_factor(normal, distance_ratio, sun_zenith);
+                (albedo_table_lookup(&table, normal) - exact).abs()
+            })
+            .reduce(|| 0.0, f64::max)
+    }
+
+    #[test]
+    fn tables_agree_with_the_integral_from_low_orbit_to_geostationary() {
+        for altitude in [100.0, 408.0, 772.0, 20_000.0, 35_786.0] {
+            let ratio = 1.0 + altitude / 6371.0;
+            let field = AlbedoField::new(ratio);
+            let dark = FRAC_PI_2 + horizon_angle(ratio);
+            let sample = |index: u32| dark * (f64::from(index) + 0.37) / 40.0;
+            let worst = (0..40).map(|index| error(&field, ratio, sample(index))).fold(0.0, f64::max);
+            println!("{altitude} km: largest error of the albedo table {worst:.1e}");
+            assert!(worst < 1e-4, "{altitude} km: {worst:e}");
+            assert!(field.table(dark + 1e-12).is_none() && field.table(PI).is_none());
+            assert!(field.table(dark - 1e-6).is_some_and(|table| table.values.iter().all(|&value| value >= 0.0)));
+        }
+    }
+
+    #[test]
+    fn a_field_of_another_distance_or_a_zenith_off_by_a_degree_is_seen() {
+        let ratio = 1.0 + 408.0 / 6371.0;
+        assert!(error(&AlbedoField::new(1.0 + 400.0 / 6371.0), ratio, 0.5) > 1e-3);
+        let field = AlbedoField::new(ratio);
+        let table = field.table(1.0 + PI / 180.0).unwrap();
+        assert!((albedo_table_lookup(&table, DVec3::Z) - albedo_factor(DVec3::Z, ratio, 1.0)).abs() > 5e-3);
+    }
+
+    #[test]
+    fn corners_creases_and_the_equator_of_the_table_are_read() {
+        let ratio = 1.0 + 408.0 / 6371.0;
+        let table = AlbedoField::new(ratio).table(1.2).unwrap();
+        let diagonal = 0.5_f64.sqrt();
+        let directions = [
+            DVec3::X,
+            DVec3::NEG_X,
+            DVec3::Y,
+            DVec3::NEG_Y,
+            DVec3::Z,
+            DVec3::NEG_Z,
+            DVec3::new(diagonal, 0.0, diagonal),
+            DVec3::new(-diagonal, 0.0, diagonal),
+            DVec3::new(0.0, diagonal, diagonal),
+            DVec3::new(0.6, 0.0, -0.8),
+        ];
+        for direction in directions {
+            let (found, exact) = (albedo_table_lookup(&table, direction), albedo_factor(direction, ratio, 1.2));
+            assert!((found - exact).abs() < 1e-4, "{direction}: {found} against {exact}");
+        }
+    }
+
+    #[test]
+    fn a_field_close_to_the_ground_is_finite_and_right_at_noon() {
+        let ratio = 1.0 + 1e-9;
+        let field = AlbedoField::new(ratio);
+        for sun_zenith in [0.0, 1.0, FRAC_PI_2 - 1e-5, FRAC_PI_2, FRAC_PI_2 + 1e-5] {
+            let table = field.table(sun_zenith).unwrap();
+            assert!(table.values.iter().all(|value| (0.0..=1.001).contains(value)), "{sun_zenith}");
+        }
+        // A wide flat ground under a high Sun: the plate's view of a half-space.
+        let noon = field.table(0.0).unwrap();
+        assert!((albedo_table_lookup(&noon, DVec3::Z) - 1.0).abs() < 1e-6);
+        assert!((albedo_table_lookup(&noon, DVec3::Y) - 0.5).abs() < 1e-4);
+    }
+}

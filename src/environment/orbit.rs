@@ -1,0 +1,142 @@
+//! A circular orbit in its inertial frame, the Sun over it, and what Kepler says of its period.
+
+use std::f64::consts::TAU;
+use std::fmt;
+
+use glam::{DMat3, DVec3};
+
+use crate::scene::CircularOrbit;
+
+/// Earth's gravitational parameter [m3/s2] (IERS Conventions 2010, table 1.1).
+pub const EARTH_GRAVITATIONAL_PARAMETER: f64 = 3.986_004_418e14;
+
+/// Planet radius where the scene gives none: Earth's mean radius [m].
+pub const DEFAULT_PLANET_RADIUS: f64 = 6.371e6;
+
+/// Distance of the Sun from the planet, one astronomical unit [m] (IAU 2012 resolution B2).
+pub const SUN_DISTANCE: f64 = 149_597_870_700.0;
+
+/// Radius of the Sun [m] (IAU 2015 resolution B3, nominal).
+pub const SUN_RADIUS: f64 = 6.957e8;
+
+impl CircularOrbit {
+    /// Angle from orbit noon [rad], in [0, 2 pi) but for rounding.
+    pub fn angle(&self, time: f64) -> f64 {
+        (self.phase + TAU * (time / self.period).fract()).rem_euclid(TAU)
+    }
+
+    /// Unit vector to the Sun, inertial frame.
+    pub fn sun_direction(&self) -> DVec3 {
+        DVec3::new(self.beta.cos(), 0.0, self.beta.sin())
+    }
+
+    /// Unit vector from the planet's centre to the craft, inertial frame.
+    pub fn zenith(&self, time: f64) -> DVec3 {
+        let (sin, cos) = self.angle(time).sin_cos();
+        DVec3::new(cos, sin, 0.0)
+    }
+
+    /// Rotates orbit-frame (LVLH: X velocity, Y against the orbit normal, Z nadir) vectors into the inertial frame.
+    pub fn inertial_from_orbit(&self, time: f64) -> DMat3 {
+        let zenith = self.zenith(time);
+        DMat3::from_cols(DVec3::new(-zenith.y, zenith.x, 0.0), -DVec3::Z, -zenith)
+    }
+}
+
+/// The Kepler period [s] of a circular orbit of Earth with this radius [m].
+pub fn kepler_period(orbit_radius: f64) -> f64 {
+    TAU * (orbit_radius.powi(3) / EARTH_GRAVITATIONAL_PARAMETER).sqrt()
+}
+
+/// The radius [m] of a circular orbit of Earth with this period [s].
+pub fn kepler_radius(period: f64) -> f64 {
+    (EARTH_GRAVITATIONAL_PARAMETER * (period / TAU).powi(2)).cbrt()
+}
+
+/// Altitude and period of a scene that do not belong together (NUMERICS.md 2). It is printed, never corrected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeriodDisagreement {
+    /// Altitude of the scene [m].
+    pub altitude: f64,
+    /// Period of the scene [s].
+    pub period: f64,
+    /// Period that the altitude means around Earth [s].
+    pub kepler_period: f64,
+    /// Altitude that the period means around Earth [m].
+    pub kepler_altitude: f64,
+}
+
+impl fmt::Display for PeriodDisagreement {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            out,
+            "an altitude of {:.0} km means a period of {:.0} s around Earth; the scene says {:.0} s, which is {:.0} km \
+             (both are used as given)",
+            self.altitude / 1e3,
+            self.kepler_period,
+            self.period,
+            self.kepler_altitude / 1e3
+        )
+    }
+}
+
+/// How the altitude and the period of an orbit around a planet of this radius [m] disagree; `None` where they agree to
+/// [`PERIOD_TOLERANCE`].
+pub fn period_disagreement(orbit: &CircularOrbit, planet_radius: f64) -> Option<PeriodDisagreement> {
+    let kepler_period = kepler_period(planet_radius + orbit.altitude);
+    ((kepler_period - orbit.period).abs() > PERIOD_TOLERANCE).then(|| PeriodDisagreement {
+        altitude: orbit.altitude,
+        period: orbit.period,
+        kepler_period,
+        kepler_altitude: kepler_radius(orbit.period) - planet_radius,
+    })
+}
+
+/// Difference between period and Kepler period that is not worth a line [s]: a user rounds to a second.
+pub const PERIOD_TOLERANCE: f64 = 1.0;
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    fn paper_orbit() -> CircularOrbit {
+        CircularOrbit { altitude: 224e3, period: 6017.0, beta: 0.0, phase: 0.0 }
+    }
+
+    #[test]
+    fn the_paper_disagrees_with_kepler_as_numerics_2_says() {
+        let with_equatorial_radius = period_disagreement(&paper_orbit(), 6.378_137e6).unwrap();
+        let text = with_equatorial_radius.to_string();
+        assert!(text.contains("224 km means a period of 5339 s"), "{text}");
+        assert!(text.contains("6017 s, which is 772 km"), "{text}");
+
+        let with_mean_radius = period_disagreement(&paper_orbit(), DEFAULT_PLANET_RADIUS).unwrap().to_string();
+        assert!(with_mean_radius.contains("5330 s") && with_mean_radius.contains("779 km"), "{with_mean_radius}");
+    }
+
+    #[test]
+    fn a_kepler_orbit_is_not_reported() {
+        let period = kepler_period(DEFAULT_PLANET_RADIUS + 408e3);
+        let orbit = |period| CircularOrbit { altitude: 408e3, period, beta: 0.0, phase: 0.0 };
+        assert_eq!(period_disagreement(&orbit(period.round()), DEFAULT_PLANET_RADIUS), None);
+        assert!(period_disagreement(&orbit(period + 2.0), DEFAULT_PLANET_RADIUS).is_some());
+    }
+
+    #[test]
+    fn the_craft_goes_from_noon_towards_y_with_lvlh_axes() {
+        let orbit = CircularOrbit { beta: 0.3, ..paper_orbit() };
+        assert!(orbit.zenith(0.0).distance(DVec3::X) < 1e-15);
+        assert!(orbit.zenith(6017.0 / 4.0).distance(DVec3::Y) < 1e-15);
+        assert!(orbit.zenith(6017.0 * 1e6).distance(DVec3::X) < 1e-9);
+        let time = 700.0;
+        let axes = orbit.inertial_from_orbit(time);
+        let velocity = (orbit.zenith(time + 0.5) - orbit.zenith(time - 0.5)).normalize();
+        assert!(axes.x_axis.distance(velocity) < 1e-6);
+        assert!(axes.y_axis.distance(-DVec3::Z) < 1e-15);
+        assert!(axes.z_axis.distance(-orbit.zenith(time)) < 1e-15);
+        assert!((axes.determinant() - 1.0).abs() < 1e-14);
+        assert!((orbit.sun_direction().angle_between(DVec3::Z) - (FRAC_PI_2 - 0.3)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,145 @@
+//! The pipelines of a scene and their descriptor sets: each binding points to what the frame list says it touches.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::context::Context;
+use super::error::{Context as _, GpuError};
+use super::frame::{Access, Frame, Pass, Work};
+use super::pipeline::Pipeline;
+use super::resources::{Resources, SLOTS};
+use super::variant::ThermalVariant;
+
+/// What selects a pipeline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum PipelineKey {
+    Thermal(ThermalVariant),
+    Radiance,
+}
+
+/// What selects a descriptor set: the pipeline, the first group of its range, the slot.
+type SetKey = (PipelineKey, u32, usize);
+
+/// All pipelines and descriptor sets that the frames of a scene bind.
+pub(super) struct Bindings {
+    context: Arc<Context>,
+    pipelines: BTreeMap<PipelineKey, Pipeline>,
+    sets: BTreeMap<SetKey, vk::DescriptorSet>,
+    pool: vk::DescriptorPool,
+}
+
+impl Bindings {
+    /// Makes what the passes of `frames` need.
+    pub fn new(context: &Arc<Context>, resources: &Resources, frames: &[&Frame]) -> Result<Self, GpuError> {
+        let mut passes: BTreeMap<(PipelineKey, u32), &Pass> = BTreeMap::new();
+        for pass in frames.iter().flat_map(|frame| frame.passes()) {
+            if let Some(key) = key_of(pass) {
+                passes.insert(key, pass);
+            }
+        }
+        let sets = (passes.len() * SLOTS) as u32;
+        let buffers: usize = passes.values().map(|pass| binding_numbers(pass).len()).sum();
+        let mut bindings = Self {
+            context: Arc::clone(context),
+            pipelines: BTreeMap::new(),
+            sets: BTreeMap::new(),
+            pool: vk::DescriptorPool::null(),
+        };
+        let sizes = [vk::DescriptorPoolSize {
+            ty: vk::DescriptorType::STORAGE_BUFFER,
+            descriptor_count: ((buffers * SLOTS) as u32).max(1),
+        }];
+        let create = vk::DescriptorPoolCreateInfo::default().max_sets(sets.max(1)).pool_sizes(&sizes);
+        // SAFETY: the device is alive.
+        bindings.pool =
+            unsafe { context.device.create_descriptor_pool(&create, None) }.during("creating a descriptor pool")?;
+        for ((key, first_group), pass) in passes {
+            let numbers = binding_numbers(pass);
+            if let std::collections::btree_map::Entry::Vacant(vacant) = bindings.pipelines.entry(key) {
+                vacant.insert(match key {
+                    PipelineKey::Thermal(variant) => Pipeline::compute(context, &variant.name(), &numbers)?,
+                    PipelineKey::Radiance => Pipeline::radiance(context, &numbers)?,
+                });
+            }
+            let layout = bindings.pipelines[&key].set_layout;
+            for slot in 0..SLOTS {
+                let set = allocate_set(context, bindings.pool, layout)?;
+                write_set(context, resources, set, pass, slot);
+                bindings.sets.insert((key, first_group, slot), set);
+            }
+        }
+        Ok(bindings)
+    }
+
+    /// Pipeline and descriptor set of a pass; `None` for copies.
+    pub fn of(&self, pass: &Pass, slot: usize) -> Option<(&Pipeline, vk::DescriptorSet)> {
+        let (key, first_group) = key_of(pass)?;
+        Some((&self.pipelines[&key], self.sets[&(key, first_group, slot)]))
+    }
+}
+
+impl Drop for Bindings {
+    fn drop(&mut self) {
+        // SAFETY: the renderer waits for the device before it drops its bindings.
+        unsafe { self.context.device.destroy_descriptor_pool(self.pool, None) };
+    }
+}
+
+fn key_of(pass: &Pass) -> Option<(PipelineKey, u32)> {
+    match pass.work {
+        Work::Thermal { variant, groups } => Some((PipelineKey::Thermal(variant), groups.0)),
+        Work::Radiance => Some((PipelineKey::Radiance, 0)),
+        Work::Copy { .. } | Work::Clear(_) => None,
+    }
+}
+
+fn binding_numbers(pass: &Pass) -> Vec<u32> {
+    let mut numbers: Vec<u32> = pass.accesses.iter().filter_map(|access| access.binding).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers
+}
+
+/// One descriptor set of the given layout.
+pub(super) fn allocate_set(
+    context: &Context,
+    pool: vk::DescriptorPool,
+    layout: vk::DescriptorSetLayout,
+) -> Result<vk::DescriptorSet, GpuError> {
+    let layouts = [layout];
+    let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
+    // SAFETY: the pool was made for as many sets as are asked for.
+    let sets = unsafe { context.device.allocate_descriptor_sets(&allocate) }.during("allocating a descriptor set")?;
+    Ok(sets[0])
+}
+
+/// Points every binding to its buffer, or to the part of it that the range works on: two ranges of one buffer then
+/// never overlap, for the device as for the validation layer.
+fn write_set(context: &Context, resources: &Resources, set: vk::DescriptorSet, pass: &Pass, slot: usize) {
+    for access in &pass.accesses {
+        let Access { resource, groups, binding: Some(binding), .. } = *access else { continue };
+        let buffer = resources.buffer(resource, slot);
+        let info = match groups {
+            // Group tables have four bytes a group, node arrays sixteen.
+            Some((first, end)) => {
+                let bytes_a_group = if resource == super::frame::Resource::GroupMaterial { 4 } else { 16 };
+                vk::DescriptorBufferInfo {
+                    buffer: buffer.raw,
+                    offset: u64::from(first) * bytes_a_group,
+                    range: u64::from(end - first) * bytes_a_group,
+                }
+            }
+            None => vk::DescriptorBufferInfo { buffer: buffer.raw, offset: 0, range: vk::WHOLE_SIZE },
+        };
+        let infos = [info];
+        let write = [vk::WriteDescriptorSet::default()
+            .dst_set(set)
+            .dst_binding(binding)
+            .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+            .buffer_info(&infos)];
+        // SAFETY: set and buffer are alive, and no command that uses the set has been recorded yet.
+        unsafe { context.device.update_descriptor_sets(&write, &[]) };
+    }
+}

@@ -1,0 +1,298 @@
+//! Instance, choice of a device, its queue and its memory: everything that outlives a scene.
+
+use std::ffi::{CStr, CString, c_char};
+use std::mem::ManuallyDrop;
+use std::sync::{Arc, Mutex};
+
+use ash::{ext, vk};
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+
+use super::error::{Context as _, GpuError};
+use super::validation::{self, Messages};
+
+const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// What a device is and can do, as `isotherm info` prints it.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct DeviceInfo {
+    /// Name as the driver gives it.
+    pub name: String,
+    /// `discrete`, `integrated`, `virtual`, `cpu` or `other`.
+    pub kind: &'static str,
+    /// Driver and its version.
+    pub driver: String,
+    /// Highest Vulkan version.
+    pub api_version: String,
+    /// Bytes that one storage buffer binding may span.
+    pub max_storage_buffer_range: u64,
+    /// Workgroups of one dispatch, first dimension.
+    pub max_workgroups: u32,
+    /// Pixels a side of an image to draw into.
+    pub max_framebuffer_side: u32,
+    /// Bytes of the largest device-local heap.
+    pub memory: u64,
+    /// Nanoseconds of a timestamp tick; 0 where the queue has no timestamps.
+    pub timestamp_period: f32,
+    /// What is missing for isotherm; empty where it runs.
+    pub lacks: Vec<String>,
+}
+
+/// A Vulkan device with one queue that computes, draws and copies.
+pub struct Context {
+    /// What the device is.
+    pub info: DeviceInfo,
+    pub(super) device: ash::Device,
+    pub(super) queue: vk::Queue,
+    pub(super) queue_family: u32,
+    pub(super) labels: Option<ext::debug_utils::Device>,
+    pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
+    messages: Option<Arc<Messages>>,
+    messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    instance: ash::Instance,
+    _entry: ash::Entry,
+}
+
+/// Lists the devices present, best first.
+///
+/// # Errors
+/// No loader, no driver.
+pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
+    let (_entry, instance, _) = create_instance(false)?;
+    let found = rank_devices(&instance);
+    // SAFETY: nothing created from the instance is left.
+    unsafe { instance.destroy_instance(None) };
+    Ok(found?.into_iter().map(|(_, info, _)| info).collect())
+}
+
+impl Context {
+    /// Opens the device whose name contains `wanted` (ignoring case), or the best one present. With `validate`, the
+    /// validation layer watches, synchronisation included, and its messages are kept.
+    ///
+    /// # Errors
+    /// No loader, driver or such device; no validation layer where it is asked for.
+    pub fn open(wanted: Option<&str>, validate: bool) -> Result<Arc<Self>, GpuError> {
+        let (entry, instance, debug_utils) = create_instance(validate)?;
+        let guard = InstanceGuard(Some(instance));
+        let instance = guard.0.as_ref().expect("the guard was just filled");
+        let found = rank_devices(instance)?;
+        let present = || found.iter().map(|(_, info, _)| format!("'{}'", info.name)).collect::<Vec<_>>().join(", ");
+        let (physical, info, queue_family) = match wanted {
+            None => found.first().ok_or(GpuError::NoDevice)?,
+            Some(wanted) => found
+                .iter()
+                .find(|(_, info, _)| info.name.to_lowercase().contains(&wanted.to_lowercase()))
+                .ok_or_else(|| GpuError::UnknownDevice { wanted: wanted.to_owned(), present: present() })?,
+        };
+        if !info.lacks.is_empty() {
+            return Err(GpuError::Unsuitable { device: info.name.clone(), lacks: info.lacks.join(", ") });
+        }
+
+        let mut vulkan_13 =
+            vk::PhysicalDeviceVulkan13Features::default().synchronization2(true).dynamic_rendering(true);
+        let priorities = [1.0];
+        let queues =
+            [vk::DeviceQueueCreateInfo::default().queue_family_index(*queue_family).queue_priorities(&priorities)];
+        let create = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut vulkan_13);
+        // SAFETY: the physical device came from this instance, and the structures above live through the call.
+        let device = unsafe { instance.create_device(*physical, &create, None) }.during("creating the device")?;
+        // SAFETY: the queue was asked for above.
+        let queue = unsafe { device.get_device_queue(*queue_family, 0) };
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.clone(),
+            device: device.clone(),
+            physical_device: *physical,
+            debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
+            buffer_device_address: false,
+            allocation_sizes: gpu_allocator::AllocationSizes::default(),
+        })
+        .map_err(|source| GpuError::Allocation { name: "allocator".to_owned(), source })?;
+
+        let (messages, messenger) = if validate {
+            let (messages, messenger) = validation::install(&entry, instance)?;
+            (Some(messages), Some(messenger))
+        } else {
+            (None, None)
+        };
+        let labels = debug_utils.then(|| ext::debug_utils::Device::new(instance, &device));
+        let info = info.clone();
+        let queue_family = *queue_family;
+        let instance = guard.release();
+        Ok(Arc::new(Self {
+            info,
+            device,
+            queue,
+            queue_family,
+            labels,
+            allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            messages,
+            messenger,
+            instance,
+            _entry: entry,
+        }))
+    }
+
+    /// What the validation layer has said so far; empty without validation.
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.messages.as_ref().map(|messages| messages.all()).unwrap_or_default()
+    }
+
+    /// Whether the validation layer watches.
+    pub fn validates(&self) -> bool {
+        self.messages.is_some()
+    }
+}
+
+impl Drop for Context {
+    fn drop(&mut self) {
+        // SAFETY: every buffer, image and pipeline holds an Arc of this context, so none is left; the queue is idle
+        // before the device goes, and the order is the reverse of creation.
+        unsafe {
+            let _ = self.device.device_wait_idle();
+            ManuallyDrop::drop(&mut self.allocator);
+            self.device.destroy_device(None);
+            if let Some((functions, messenger)) = &self.messenger {
+                functions.destroy_debug_utils_messenger(*messenger, None);
+            }
+            self.instance.destroy_instance(None);
+        }
+    }
+}
+
+/// Destroys the instance where opening the device fails half way.
+struct InstanceGuard(Option<ash::Instance>);
+
+impl InstanceGuard {
+    fn release(mut self) -> ash::Instance {
+        self.0.take().expect("released once")
+    }
+}
+
+impl Drop for InstanceGuard {
+    fn drop(&mut self) {
+        if let Some(instance) = &self.0 {
+            // SAFETY: opening failed, and what was made from the instance has been destroyed or never came to be.
+            unsafe { instance.destroy_instance(None) };
+        }
+    }
+}
+
+fn create_instance(validate: bool) -> Result<(ash::Entry, ash::Instance, bool), GpuError> {
+    // SAFETY: loading the system's Vulkan loader runs its initialisers, as any Vulkan program does.
+    let entry = unsafe { ash::Entry::load() }.map_err(|error| GpuError::NoLoader(error.to_string()))?;
+    // SAFETY: the entry is loaded.
+    let layers = unsafe { entry.enumerate_instance_layer_properties() }.during("listing layers")?;
+    // SAFETY: as above.
+    let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }.during("listing extensions")?;
+    let has_layer = layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER));
+    if validate && !has_layer {
+        return Err(GpuError::NoValidationLayer);
+    }
+    let debug_utils =
+        extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(ext::debug_utils::NAME));
+
+    let name = CString::new("isotherm").expect("no zero byte in a literal");
+    let application = vk::ApplicationInfo::default().application_name(&name).api_version(vk::API_VERSION_1_3);
+    let mut layer_names: Vec<*const c_char> = Vec::new();
+    let mut extension_names: Vec<*const c_char> = Vec::new();
+    let enables = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+    let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enables);
+    if debug_utils {
+        extension_names.push(ext::debug_utils::NAME.as_ptr());
+    }
+    if validate {
+        layer_names.push(VALIDATION_LAYER.as_ptr());
+        extension_names.push(ext::validation_features::NAME.as_ptr());
+    }
+    let mut create = vk::InstanceCreateInfo::default()
+        .application_info(&application)
+        .enabled_layer_names(&layer_names)
+        .enabled_extension_names(&extension_names);
+    if validate {
+        create = create.push_next(&mut features);
+    }
+    // SAFETY: the names point to literals, and the structures live through the call.
+    let instance = unsafe { entry.create_instance(&create, None) }.map_err(|result| match result {
+        vk::Result::ERROR_INCOMPATIBLE_DRIVER => GpuError::NoDevice,
+        result => GpuError::Call { call: "creating the instance", result },
+    })?;
+    Ok((entry, instance, debug_utils))
+}
+
+type Ranked = (vk::PhysicalDevice, DeviceInfo, u32);
+
+fn rank_devices(instance: &ash::Instance) -> Result<Vec<Ranked>, GpuError> {
+    // SAFETY: the instance is alive.
+    let physical = unsafe { instance.enumerate_physical_devices() }.during("listing devices")?;
+    let mut found: Vec<(u32, Ranked)> = physical.into_iter().map(|device| describe(instance, device)).collect();
+    found.sort_by_key(|(rank, _)| *rank);
+    if found.is_empty() { Err(GpuError::NoDevice) } else { Ok(found.into_iter().map(|(_, device)| device).collect()) }
+}
+
+fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ranked) {
+    let mut driver = vk::PhysicalDeviceDriverProperties::default();
+    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+    // SAFETY: the physical device belongs to the instance; the chain holds structures of Vulkan 1.2 that a device of
+    // an older version leaves as they are.
+    unsafe { instance.get_physical_device_properties2(physical, &mut properties) };
+    let core = properties.properties;
+    let mut vulkan_13 = vk::PhysicalDeviceVulkan13Features::default();
+    let has_13 = core.api_version >= vk::API_VERSION_1_3;
+    if has_13 {
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan_13);
+        // SAFETY: as above, and the device knows Vulkan 1.3.
+        unsafe { instance.get_physical_device_features2(physical, &mut features) };
+    }
+    // SAFETY: as above.
+    let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
+    let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+    let family = families.iter().position(|family| family.queue_flags.contains(wanted));
+    // SAFETY: as above.
+    let memory = unsafe { instance.get_physical_device_memory_properties(physical) };
+    let largest_heap =
+        memory.memory_heaps_as_slice().iter().filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
+
+    let mut lacks = Vec::new();
+    if !has_13 {
+        lacks.push("no Vulkan 1.3".to_owned());
+    } else {
+        if vulkan_13.synchronization2 == vk::FALSE {
+            lacks.push("no synchronization2".to_owned());
+        }
+        if vulkan_13.dynamic_rendering == vk::FALSE {
+            lacks.push("no dynamic rendering".to_owned());
+        }
+    }
+    if family.is_none() {
+        lacks.push("no queue that draws and computes".to_owned());
+    }
+    let (rank, kind) = match core.device_type {
+        vk::PhysicalDeviceType::DISCRETE_GPU => (0, "discrete"),
+        vk::PhysicalDeviceType::INTEGRATED_GPU => (1, "integrated"),
+        vk::PhysicalDeviceType::VIRTUAL_GPU => (2, "virtual"),
+        vk::PhysicalDeviceType::CPU => (3, "cpu"),
+        _ => (4, "other"),
+    };
+    let text = |raw: Result<&CStr, _>| raw.map(|text: &CStr| text.to_string_lossy().into_owned()).unwrap_or_default();
+    let info = DeviceInfo {
+        name: text(core.device_name_as_c_str()),
+        kind,
+        driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
+        api_version: format!(
+            "{}.{}.{}",
+            vk::api_version_major(core.api_version),
+            vk::api_version_minor(core.api_version),
+            vk::api_version_patch(core.api_version)
+        ),
+        max_storage_buffer_range: u64::from(core.limits.max_storage_buffer_range),
+        max_workgroups: core.limits.max_compute_work_group_count[0],
+        max_framebuffer_side: core.limits.max_framebuffer_width.min(core.limits.max_framebuffer_height),
+        memory: largest_heap.map(|heap| heap.size).max().unwrap_or(0),
+        timestamp_period: match family {
+            Some(family) if families[family].timestamp_valid_bits > 0 => core.limits.timestamp_period,
+            _ => 0.0,
+        },
+        lacks,
+    };
+    let unusable = u32::from(!info.lacks.is_empty()) * 10;
+    (rank + unusable, (physical, info, u32::try_from(family.unwrap_or(0)).unwrap_or(0)))
+}

@@ -1,0 +1,178 @@
+//! Pipelines: a compiled module, the bindings that it reads, and how it draws.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::context::Context;
+use super::error::{Context as _, GpuError};
+
+/// Name and SPIR-V of every module in `spirv/`, sorted by name.
+pub const MODULES: &[(&str, &[u8])] = include!("../../spirv/index.rs");
+
+/// A pipeline, its layout and the layout of its one descriptor set.
+pub struct Pipeline {
+    context: Arc<Context>,
+    pub(super) raw: vk::Pipeline,
+    pub(super) layout: vk::PipelineLayout,
+    pub(super) set_layout: vk::DescriptorSetLayout,
+    pub(super) bind_point: vk::PipelineBindPoint,
+}
+
+/// Formats that the radiance pass draws into.
+pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+/// Part and material of a pixel.
+pub const IDENTITY_FORMAT: vk::Format = vk::Format::R32G32_UINT;
+/// Depth buffer.
+pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
+
+impl Pipeline {
+    /// A compute pipeline whose bindings are all storage buffers.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn compute(context: &Arc<Context>, module: &str, bindings: &[u32]) -> Result<Self, GpuError> {
+        let mut pipeline =
+            Self::layouts(context, bindings, vk::ShaderStageFlags::COMPUTE, vk::PipelineBindPoint::COMPUTE)?;
+        let shader = Shader::new(context, module)?;
+        let stage = shader.stage(vk::ShaderStageFlags::COMPUTE);
+        let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout)];
+        // SAFETY: the module and the layout live through the call.
+        pipeline.raw = unsafe { context.device.create_compute_pipelines(vk::PipelineCache::null(), &create, None) }
+            .map_err(|(_, result)| GpuError::Call { call: "creating a compute pipeline", result })?[0];
+        context.set_name(pipeline.raw, module);
+        Ok(pipeline)
+    }
+
+    /// The pipeline of the radiance pass: pulled vertices, reversed depth, both faces.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn radiance(context: &Arc<Context>, bindings: &[u32]) -> Result<Self, GpuError> {
+        let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
+        let mut pipeline = Self::layouts(context, bindings, stages, vk::PipelineBindPoint::GRAPHICS)?;
+        let vertex = Shader::new(context, "radiance.vert")?;
+        let fragment = Shader::new(context, "radiance.frag")?;
+        let stages = [vertex.stage(vk::ShaderStageFlags::VERTEX), fragment.stage(vk::ShaderStageFlags::FRAGMENT)];
+
+        let input = vk::PipelineVertexInputStateCreateInfo::default();
+        let assembly =
+            vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+        let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+        // Counter-clockwise outside in the body frame looks counter-clockwise in an image whose Y points down and whose
+        // Z points forward: both are right-handed.
+        let raster = vk::PipelineRasterizationStateCreateInfo::default()
+            .polygon_mode(vk::PolygonMode::FILL)
+            .cull_mode(vk::CullModeFlags::NONE)
+            .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
+            .line_width(1.0);
+        let samples =
+            vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
+        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+            .depth_test_enable(true)
+            .depth_write_enable(true)
+            .depth_compare_op(vk::CompareOp::GREATER);
+        let whole = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
+        let attachments = [whole; 2];
+        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
+        let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
+        let formats = [RADIANCE_FORMAT, IDENTITY_FORMAT];
+        let mut rendering = vk::PipelineRenderingCreateInfo::default()
+            .color_attachment_formats(&formats)
+            .depth_attachment_format(DEPTH_FORMAT);
+        let create = [vk::GraphicsPipelineCreateInfo::default()
+            .stages(&stages)
+            .vertex_input_state(&input)
+            .input_assembly_state(&assembly)
+            .viewport_state(&viewport)
+            .rasterization_state(&raster)
+            .multisample_state(&samples)
+            .depth_stencil_state(&depth)
+            .color_blend_state(&blend)
+            .dynamic_state(&dynamic)
+            .layout(pipeline.layout)
+            .push_next(&mut rendering)];
+        // SAFETY: modules, layout and all state above live through the call.
+        pipeline.raw = unsafe { context.device.create_graphics_pipelines(vk::PipelineCache::null(), &create, None) }
+            .map_err(|(_, result)| GpuError::Call { call: "creating the radiance pipeline", result })?[0];
+        context.set_name(pipeline.raw, "radiance");
+        Ok(pipeline)
+    }
+
+    fn layouts(
+        context: &Arc<Context>,
+        bindings: &[u32],
+        stages: vk::ShaderStageFlags,
+        bind_point: vk::PipelineBindPoint,
+    ) -> Result<Self, GpuError> {
+        let bindings: Vec<_> = bindings
+            .iter()
+            .map(|binding| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(*binding)
+                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                    .descriptor_count(1)
+                    .stage_flags(stages)
+            })
+            .collect();
+        let create = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+        // SAFETY: the device is alive, and the bindings live through the call.
+        let set_layout = unsafe { context.device.create_descriptor_set_layout(&create, None) }
+            .during("creating a descriptor set layout")?;
+        let mut pipeline = Self {
+            context: Arc::clone(context),
+            raw: vk::Pipeline::null(),
+            layout: vk::PipelineLayout::null(),
+            set_layout,
+            bind_point,
+        };
+        let layouts = [set_layout];
+        let create = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts);
+        // SAFETY: as above.
+        pipeline.layout =
+            unsafe { context.device.create_pipeline_layout(&create, None) }.during("creating a pipeline layout")?;
+        Ok(pipeline)
+    }
+}
+
+impl Drop for Pipeline {
+    fn drop(&mut self) {
+        // SAFETY: the owner waits for the device before it drops its pipelines; null handles may be destroyed.
+        unsafe {
+            self.context.device.destroy_pipeline(self.raw, None);
+            self.context.device.destroy_pipeline_layout(self.layout, None);
+            self.context.device.destroy_descriptor_set_layout(self.set_layout, None);
+        }
+    }
+}
+
+/// A shader module, which only the creation of a pipeline needs.
+struct Shader<'a> {
+    context: &'a Context,
+    raw: vk::ShaderModule,
+}
+
+impl<'a> Shader<'a> {
+    fn new(context: &'a Context, name: &str) -> Result<Self, GpuError> {
+        let found = MODULES.binary_search_by(|(module, _)| (*module).cmp(name));
+        let bytes = MODULES[found.unwrap_or_else(|_| panic!("spirv/ has no module '{name}'"))].1;
+        let words: Vec<u32> =
+            bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
+        let create = vk::ShaderModuleCreateInfo::default().code(&words);
+        // SAFETY: the words are SPIR-V that naga wrote and validated; tests run spirv-val on it.
+        let raw = unsafe { context.device.create_shader_module(&create, None) }.during("creating a shader module")?;
+        Ok(Self { context, raw })
+    }
+
+    fn stage(&self, stage: vk::ShaderStageFlags) -> vk::PipelineShaderStageCreateInfo<'_> {
+        vk::PipelineShaderStageCreateInfo::default().stage(stage).module(self.raw).name(c"main")
+    }
+}
+
+impl Drop for Shader<'_> {
+    fn drop(&mut self) {
+        // SAFETY: a module may go once its pipelines exist.
+        unsafe { self.context.device.destroy_shader_module(self.raw, None) };
+    }
+}

@@ -1,0 +1,262 @@
+//! A scene on the device: its resources, its frame lists, and two slots that are submitted and collected in turn.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::bindings::Bindings;
+use super::context::Context;
+use super::error::{Context as _, GpuError};
+use super::frame::{Frame, Resource, StepRange, Wanted};
+use super::layout;
+use super::once::{Once, command_buffers};
+use super::record::{Recorder, tick_of};
+use super::resources::{Resources, SLOTS, SceneData};
+use super::timing::{PassTimes, Timing};
+use crate::environment::TickLoad;
+
+/// What the host reads of a frame.
+#[derive(Default)]
+pub struct Collected<'a> {
+    /// Radiance [W m-2 sr-1], temperature [K], depth [m] and 1 of every pixel; 0 where nothing is.
+    pub radiance: Option<&'a [[f32; 4]]>,
+    /// Part and material of every pixel, each plus 1; 0 where nothing is.
+    pub identity: Option<&'a [[u32; 2]]>,
+    /// Temperature of every node [K].
+    pub temperatures: Option<&'a [f32]>,
+}
+
+/// A frame that was submitted: hand it back to `collect`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[must_use = "what the frame leaves is read by `collect`"]
+pub struct Submitted(usize);
+
+struct Slot {
+    commands: vk::CommandBuffer,
+    fence: vk::Fence,
+    timing: Timing,
+    pending: bool,
+    wanted: Wanted,
+}
+
+/// A scene on the device.
+pub struct Renderer {
+    ranges: Vec<StepRange>,
+    nodes: usize,
+    triangles: u32,
+    size: [u32; 2],
+    times: PassTimes,
+    next: usize,
+    slots: Vec<Slot>,
+    command_pool: vk::CommandPool,
+    bindings: Bindings,
+    resources: Resources,
+    once: Once,
+    context: Arc<Context>,
+}
+
+impl Renderer {
+    /// Makes everything that the scene needs on the device.
+    ///
+    /// # Errors
+    /// A scene beyond the device, or a call that fails.
+    pub fn new(context: &Arc<Context>, data: &SceneData<'_>) -> Result<Self, GpuError> {
+        let mut once = Once::new(context)?;
+        let resources = Resources::new(context, &mut once, data)?;
+        once.free_staging();
+        let wanted = Wanted { image: data.image.is_some(), temperatures: true };
+        let longest = Frame::step(&data.ranges, wanted);
+        let settle = Frame::settle(&data.ranges);
+        let bindings = Bindings::new(context, &resources, &[&longest, &settle])?;
+        let passes = longest.passes().count().max(settle.passes().count());
+        let (command_pool, commands) = command_buffers(context, SLOTS as u32)?;
+        let mut renderer = Self {
+            ranges: data.ranges.clone(),
+            nodes: data.normals.len(),
+            triangles: data.triangles.len() as u32,
+            size: data.image.unwrap_or_default(),
+            times: PassTimes::new(),
+            next: 0,
+            slots: Vec::new(),
+            command_pool,
+            bindings,
+            resources,
+            once,
+            context: Arc::clone(context),
+        };
+        for commands in commands {
+            let create = vk::FenceCreateInfo::default();
+            let timing = Timing::new(context, passes)?;
+            // SAFETY: the device is alive.
+            let fence = unsafe { context.device.create_fence(&create, None) }.during("creating a fence")?;
+            renderer.slots.push(Slot { commands, fence, timing, pending: false, wanted: Wanted::default() });
+        }
+        Ok(renderer)
+    }
+
+    /// Settles every node at the balance temperature of a load.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn settle(&mut self, load: &TickLoad) -> Result<(), GpuError> {
+        let frame = Frame::settle(&self.ranges);
+        let submitted = self.submit_frame(&frame, Some((load, 1.0)), None, Wanted::default())?;
+        self.collect(submitted).map(|_| ())
+    }
+
+    /// Settles every node at its own temperature [K], one a node.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn settle_at(&mut self, temperatures: &[f32]) -> Result<(), GpuError> {
+        self.wait()?;
+        let zeros = vec![0.0f32; self.nodes];
+        for (resource, values) in [
+            (Resource::Temperature, temperatures),
+            (Resource::Target, temperatures),
+            (Resource::Span, &zeros),
+            (Resource::Elapsed, &zeros),
+        ] {
+            self.resources.upload(&mut self.once, resource, values)?;
+        }
+        self.once.free_staging();
+        Ok(())
+    }
+
+    /// Submits one tick: `tick` steps the nodes under a load for a number of steps, `view` draws them afterwards.
+    /// At most two frames are in flight; a third waits for the first, whose results are then gone.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn submit(
+        &mut self,
+        tick: Option<(&TickLoad, f64)>,
+        view: Option<&layout::View>,
+        temperatures: bool,
+    ) -> Result<Submitted, GpuError> {
+        let wanted = Wanted { image: view.is_some(), temperatures };
+        let ranges = if tick.is_some() { self.ranges.as_slice() } else { &[] };
+        let frame = Frame::step(ranges, wanted);
+        self.submit_frame(&frame, tick, view, wanted)
+    }
+
+    /// Submits a given list; tests pass one without a barrier.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn submit_frame(
+        &mut self,
+        frame: &Frame,
+        tick: Option<(&TickLoad, f64)>,
+        view: Option<&layout::View>,
+        wanted: Wanted,
+    ) -> Result<Submitted, GpuError> {
+        let number = self.next;
+        self.next = (self.next + 1) % SLOTS;
+        self.finish(number)?;
+        if let Some((load, step)) = tick {
+            self.write_tick(load, step, number);
+        }
+        if let Some(view) = view {
+            self.resources.write(Resource::View, number, &[*view]);
+        }
+
+        let slot = &mut self.slots[number];
+        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the slot's last frame is complete, so its command buffer may be recorded anew.
+        unsafe { self.context.device.begin_command_buffer(slot.commands, &begin) }.during("recording")?;
+        let recorder = Recorder {
+            context: &self.context,
+            resources: &self.resources,
+            slot: number,
+            commands: slot.commands,
+            triangles: self.triangles,
+            size: self.size,
+        };
+        recorder.frame(frame, |pass| self.bindings.of(pass, number), &mut slot.timing);
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        // SAFETY: the command buffer is complete and the fence unsignalled.
+        unsafe {
+            self.context.device.end_command_buffer(slot.commands).during("recording")?;
+            self.context.device.queue_submit2(self.context.queue, &submit, slot.fence).during("submitting a frame")?;
+        }
+        slot.pending = true;
+        slot.wanted = wanted;
+        Ok(Submitted(number))
+    }
+
+    /// Waits for a frame and gives what it leaves, until its slot is submitted again.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn collect(&mut self, submitted: Submitted) -> Result<Collected<'_>, GpuError> {
+        let number = submitted.0;
+        self.finish(number)?;
+        let wanted = self.slots[number].wanted;
+        let pixels = self.size[0] as usize * self.size[1] as usize;
+        let buffer = |resource| self.resources.buffer(resource, number);
+        Ok(Collected {
+            radiance: wanted.image.then(|| buffer(Resource::RadianceReadback).read(pixels)),
+            identity: wanted.image.then(|| buffer(Resource::IdentityReadback).read(pixels)),
+            temperatures: wanted.temperatures.then(|| buffer(Resource::TemperatureReadback).read(self.nodes)),
+        })
+    }
+
+    /// Waits for all frames in flight.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn wait(&mut self) -> Result<(), GpuError> {
+        (0..self.slots.len()).try_for_each(|number| self.finish(number))
+    }
+
+    /// Device milliseconds of every pass so far, by name.
+    pub fn pass_times(&self) -> &PassTimes {
+        &self.times
+    }
+
+    fn finish(&mut self, number: usize) -> Result<(), GpuError> {
+        let slot = &mut self.slots[number];
+        if slot.pending {
+            // SAFETY: the fence was submitted with the slot's frame.
+            unsafe {
+                self.context.device.wait_for_fences(&[slot.fence], true, u64::MAX).during("waiting for a frame")?;
+                self.context.device.reset_fences(&[slot.fence]).during("resetting a fence")?;
+            }
+            slot.pending = false;
+            slot.timing.collect(&mut self.times)?;
+        }
+        Ok(())
+    }
+
+    fn write_tick(&mut self, load: &TickLoad, step: f64, slot: usize) {
+        self.resources.write(Resource::Tick, slot, &[tick_of(load, step)]);
+        let samples: Vec<[f32; 4]> = load
+            .sun
+            .iter()
+            .map(|sample| {
+                let d = sample.direction;
+                [d.x as f32, d.y as f32, d.z as f32, sample.flux as f32]
+            })
+            .collect();
+        self.resources.write(Resource::SunSamples, slot, &samples);
+        if let Some(table) = &load.albedo {
+            let values: Vec<f32> = table.values.iter().map(|value| *value as f32).collect();
+            self.resources.write(Resource::AlbedoValues, slot, &values);
+        }
+    }
+}
+
+impl Drop for Renderer {
+    fn drop(&mut self) {
+        // SAFETY: the device is idle before anything of the scene goes.
+        unsafe {
+            let _ = self.context.device.device_wait_idle();
+            for slot in &self.slots {
+                self.context.device.destroy_fence(slot.fence, None);
+            }
+            self.context.device.destroy_command_pool(self.command_pool, None);
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! The buffers and images of a scene: planned with their sizes, checked against the device, then made and filled.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::Pod;
+use glam::Vec3;
+use gpu_allocator::MemoryLocation;
+
+use super::context::Context;
+use super::error::GpuError;
+use super::frame::{Resource, StepRange};
+use super::layout;
+use super::memory::{Buffer, Image};
+use super::once::Once;
+use super::pipeline::{DEPTH_FORMAT, IDENTITY_FORMAT, RADIANCE_FORMAT};
+use super::variant::StepKind;
+use crate::environment::{MAX_SUN_SAMPLES, albedo};
+use crate::thermal::nodes::{GROUP, RANGE_GROUPS};
+
+/// Frames in flight: the device works on one while the host reads the other.
+pub const SLOTS: usize = 2;
+
+/// Nodes of one workgroup of the thermal step, which ranges are multiples of.
+pub const NODES_PER_WORKGROUP: usize = GROUP * RANGE_GROUPS;
+
+/// A scene as plain numbers for the device. Nodes come in groups of four that share material and part.
+pub struct SceneData<'a> {
+    /// Which pipeline moves which groups.
+    pub ranges: Vec<StepRange>,
+    /// Index into `materials`, one a group.
+    pub group_material: &'a [u32],
+    /// Part index, one a group.
+    pub group_part: &'a [u32],
+    /// Unit normals, one a node; zero for padding.
+    pub normals: &'a [Vec3],
+    /// Positions in the body frame [m], one a node.
+    pub positions: &'a [Vec3],
+    /// Node indices.
+    pub triangles: &'a [[u32; 3]],
+    /// Values of the materials.
+    pub materials: &'a [layout::Material],
+    /// ln(L e^x / T) with its guard values.
+    pub band_table: &'a [f32],
+    /// Width and height of the image; `None` where nothing is drawn.
+    pub image: Option<[u32; 2]>,
+}
+
+/// A buffer or image that a scene needs.
+#[derive(Debug, Clone)]
+pub struct Planned {
+    /// What it is.
+    pub resource: Resource,
+    /// Bytes, of all slots together.
+    pub bytes: u64,
+    usage: vk::BufferUsageFlags,
+    location: MemoryLocation,
+}
+
+impl SceneData<'_> {
+    /// Everything that the scene needs on the device, with sizes.
+    pub fn plan(&self) -> Vec<Planned> {
+        use vk::BufferUsageFlags as U;
+        let floats = |count: usize| 4 * count as u64;
+        let nodes = self.normals.len();
+        let triangles = if self.image.is_some() { self.triangles.len() } else { 0 };
+        let drawn = if self.image.is_some() { nodes } else { 0 };
+        let moved = self.ranges.iter().any(|range| range.variant.kind != StepKind::Instant);
+        let loaded = self.ranges.iter().any(|range| range.variant.sun || range.variant.planet_ir);
+        let albedo_values =
+            if self.ranges.iter().any(|range| range.variant.albedo) { (albedo::RESOLUTION + 1).pow(2) } else { 0 };
+        let state = if moved { nodes } else { 0 };
+        let normals = if loaded { nodes } else { 0 };
+        let pixels = self.image.map_or(0, |[width, height]| u64::from(width) * u64::from(height));
+
+        let device = |resource, bytes, usage| Planned { resource, bytes, usage, location: MemoryLocation::GpuOnly };
+        let storage = |resource, bytes| device(resource, bytes, U::STORAGE_BUFFER | U::TRANSFER_DST | U::TRANSFER_SRC);
+        let to_device = |resource, bytes| Planned {
+            resource,
+            bytes: bytes * SLOTS as u64,
+            usage: U::STORAGE_BUFFER,
+            location: MemoryLocation::CpuToGpu,
+        };
+        let to_host = |resource, bytes| Planned {
+            resource,
+            bytes: bytes * SLOTS as u64,
+            usage: U::TRANSFER_DST,
+            location: MemoryLocation::GpuToCpu,
+        };
+        let image = |resource, bytes| device(resource, bytes, U::empty());
+        let plan = vec![
+            to_device(Resource::Tick, size_of::<layout::Tick>() as u64),
+            to_device(Resource::SunSamples, floats(4 * MAX_SUN_SAMPLES)),
+            to_device(Resource::AlbedoValues, floats(albedo_values)),
+            to_device(Resource::View, size_of::<layout::View>() as u64),
+            storage(Resource::Materials, size_of_val(self.materials) as u64),
+            storage(Resource::GroupMaterial, floats(nodes / 4)),
+            storage(Resource::GroupPart, floats(drawn / 4)),
+            storage(Resource::NormalX, floats(normals)),
+            storage(Resource::NormalY, floats(normals)),
+            storage(Resource::NormalZ, floats(normals)),
+            storage(Resource::PositionX, floats(drawn)),
+            storage(Resource::PositionY, floats(drawn)),
+            storage(Resource::PositionZ, floats(drawn)),
+            device(Resource::Triangles, floats(3 * triangles), U::INDEX_BUFFER | U::TRANSFER_DST),
+            storage(Resource::BandTable, floats(self.band_table.len())),
+            storage(Resource::Target, floats(state)),
+            storage(Resource::Span, floats(state)),
+            storage(Resource::Elapsed, floats(state)),
+            storage(Resource::Temperature, floats(nodes)),
+            image(Resource::RadianceImage, 16 * pixels),
+            image(Resource::IdentityImage, 8 * pixels),
+            image(Resource::DepthImage, 4 * pixels),
+            to_host(Resource::RadianceReadback, 16 * pixels),
+            to_host(Resource::IdentityReadback, 8 * pixels),
+            to_host(Resource::TemperatureReadback, floats(nodes)),
+        ];
+        plan.into_iter().filter(|planned| planned.bytes > 0).collect()
+    }
+}
+
+/// Refuses a plan that the device cannot hold, before any of it is made.
+///
+/// # Errors
+/// More bytes than the device has, or an image larger than it draws.
+pub fn check_plan(context: &Context, plan: &[Planned], image: Option<[u32; 2]>) -> Result<(), GpuError> {
+    let info = &context.info;
+    let needed: u64 = plan.iter().map(|planned| planned.bytes).sum();
+    if needed > info.memory {
+        return Err(GpuError::OutOfMemory { needed, device: info.name.clone(), available: info.memory });
+    }
+    match image {
+        Some([width, height]) if width.max(height) > info.max_framebuffer_side => {
+            Err(GpuError::ImageTooLarge { width, height, device: info.name.clone(), limit: info.max_framebuffer_side })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The buffers and images of a scene, one or one a slot.
+pub struct Resources {
+    buffers: BTreeMap<(Resource, usize), Buffer>,
+    images: BTreeMap<Resource, Image>,
+}
+
+impl Resources {
+    /// Makes and fills everything.
+    ///
+    /// # Errors
+    /// A scene beyond the device, or a call that fails.
+    pub fn new(context: &Arc<Context>, once: &mut Once, data: &SceneData<'_>) -> Result<Self, GpuError> {
+        let plan = data.plan();
+        check_plan(context, &plan, data.image)?;
+        let mut resources = Self { buffers: BTreeMap::new(), images: BTreeMap::new() };
+        for planned in &plan {
+            let name = format!("{:?}", planned.resource);
+            if planned.resource.is_image() {
+                let size = data.image.expect("images are planned where something is drawn");
+                let (format, usage) = match planned.resource {
+                    Resource::RadianceImage => (RADIANCE_FORMAT, vk::ImageUsageFlags::COLOR_ATTACHMENT),
+                    Resource::IdentityImage => (IDENTITY_FORMAT, vk::ImageUsageFlags::COLOR_ATTACHMENT),
+                    _ => (DEPTH_FORMAT, vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT),
+                };
+                let usage = usage | vk::ImageUsageFlags::TRANSFER_SRC;
+                resources.images.insert(planned.resource, Image::new(context, &name, size, format, usage)?);
+                continue;
+            }
+            let slots = if planned.resource.per_slot() { SLOTS } else { 1 };
+            for slot in 0..slots {
+                let bytes = planned.bytes / slots as u64;
+                let buffer = Buffer::new(context, &name, bytes, planned.usage, planned.location)?;
+                resources.buffers.insert((planned.resource, slot), buffer);
+            }
+        }
+        resources.fill(once, data)?;
+        Ok(resources)
+    }
+
+    fn fill(&self, once: &mut Once, data: &SceneData<'_>) -> Result<(), GpuError> {
+        let component = |values: &[Vec3], axis: usize| values.iter().map(|value| value[axis]).collect::<Vec<f32>>();
+        self.upload(once, Resource::Materials, data.materials)?;
+        self.upload(once, Resource::GroupMaterial, data.group_material)?;
+        self.upload(once, Resource::GroupPart, data.group_part)?;
+        self.upload(once, Resource::Triangles, data.triangles)?;
+        self.upload(once, Resource::BandTable, data.band_table)?;
+        for (axis, resource) in [Resource::NormalX, Resource::NormalY, Resource::NormalZ].into_iter().enumerate() {
+            self.upload(once, resource, &component(data.normals, axis))?;
+        }
+        for (axis, resource) in [Resource::PositionX, Resource::PositionY, Resource::PositionZ].into_iter().enumerate()
+        {
+            self.upload(once, resource, &component(data.positions, axis))?;
+        }
+        Ok(())
+    }
+
+    /// Fills a device buffer from the host, and waits for it; nothing where the scene has no such buffer.
+    pub fn upload<T: Pod>(&self, once: &mut Once, resource: Resource, values: &[T]) -> Result<(), GpuError> {
+        match self.buffers.get(&(resource, 0)) {
+            Some(buffer) => once.upload(buffer, bytemuck::cast_slice(values)),
+            None => Ok(()),
+        }
+    }
+
+    /// The buffer of a resource, in the slot where it has one each.
+    pub(super) fn buffer(&self, resource: Resource, slot: usize) -> &Buffer {
+        &self.buffers[&(resource, if resource.per_slot() { slot } else { 0 })]
+    }
+
+    /// Writes a buffer that the host fills each tick; nothing where the scene has no such buffer.
+    pub(super) fn write<T: Pod>(&mut self, resource: Resource, slot: usize, values: &[T]) {
+        if let Some(buffer) = self.buffers.get_mut(&(resource, slot)) {
+            buffer.write(values);
+        }
+    }
+
+    /// An image.
+    pub(super) fn image(&self, resource: Resource) -> &Image {
+        &self.images[&resource]
+    }
+}

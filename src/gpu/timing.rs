@@ -1,0 +1,99 @@
+//! Device time of each pass by timestamps around it.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::context::Context;
+use super::error::{Context as _, GpuError};
+
+/// Timestamps of one slot; inert on a queue without them.
+pub struct Timing {
+    context: Arc<Context>,
+    pool: Option<vk::QueryPool>,
+    capacity: u32,
+    names: Vec<String>,
+}
+
+/// Milliseconds of every pass of a run, by name, in the order of time.
+pub type PassTimes = BTreeMap<String, Vec<f64>>;
+
+impl Timing {
+    /// Room for `passes` passes.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn new(context: &Arc<Context>, passes: usize) -> Result<Self, GpuError> {
+        let capacity = u32::try_from(2 * passes).unwrap_or(u32::MAX).max(2);
+        let pool = if context.info.timestamp_period > 0.0 {
+            let create = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(capacity);
+            // SAFETY: the device is alive, and its queue has timestamps.
+            Some(unsafe { context.device.create_query_pool(&create, None) }.during("creating a query pool")?)
+        } else {
+            None
+        };
+        Ok(Self { context: Arc::clone(context), pool, capacity, names: Vec::new() })
+    }
+
+    pub(super) fn begin_frame(&mut self, commands: vk::CommandBuffer) {
+        self.names.clear();
+        if let Some(pool) = self.pool {
+            // SAFETY: the slot's last frame was waited for.
+            unsafe { self.context.device.cmd_reset_query_pool(commands, pool, 0, self.capacity) };
+        }
+    }
+
+    pub(super) fn begin_pass(&mut self, commands: vk::CommandBuffer, name: &str) {
+        self.stamp(commands, 2 * self.names.len());
+        self.names.push(name.to_owned());
+    }
+
+    pub(super) fn end_pass(&mut self, commands: vk::CommandBuffer) {
+        self.stamp(commands, 2 * self.names.len() - 1);
+    }
+
+    fn stamp(&self, commands: vk::CommandBuffer, query: usize) {
+        if let Some(pool) = self.pool {
+            let query = u32::try_from(query).unwrap_or(u32::MAX);
+            // SAFETY: the pool has two queries a pass and was reset at the start of the frame.
+            unsafe {
+                self.context.device.cmd_write_timestamp2(commands, vk::PipelineStageFlags2::ALL_COMMANDS, pool, query);
+            }
+        }
+    }
+
+    /// Adds the times of the slot's last frame, which has been waited for.
+    pub(super) fn collect(&self, times: &mut PassTimes) -> Result<(), GpuError> {
+        let Some(pool) = self.pool else { return Ok(()) };
+        if self.names.is_empty() {
+            return Ok(());
+        }
+        let mut stamps = vec![0u64; 2 * self.names.len()];
+        // SAFETY: the frame that wrote the stamps is complete.
+        unsafe {
+            self.context.device.get_query_pool_results(
+                pool,
+                0,
+                &mut stamps,
+                vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
+            )
+        }
+        .during("reading timestamps")?;
+        for (name, pair) in self.names.iter().zip(stamps.chunks_exact(2)) {
+            let ticks = pair[1].wrapping_sub(pair[0]) as f64;
+            let milliseconds = ticks * f64::from(self.context.info.timestamp_period) * 1e-6;
+            times.entry(name.clone()).or_default().push(milliseconds);
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Timing {
+    fn drop(&mut self) {
+        if let Some(pool) = self.pool {
+            // SAFETY: the owner waits for the device before it drops its slots.
+            unsafe { self.context.device.destroy_query_pool(pool, None) };
+        }
+    }
+}

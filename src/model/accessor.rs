@@ -1,0 +1,277 @@
+//! Reads accessors: typed values out of buffers, sparse substitutions included, every bound checked (glTF 2.0, 3.6.2).
+
+use std::borrow::Cow;
+
+use gltf::json::Accessor;
+use gltf::json::accessor::{ComponentType, Type, sparse::Sparse};
+use gltf::json::validation::Checked;
+
+use super::Fault;
+use super::document::Document;
+use super::error::label;
+
+/// Most elements of an accessor that has no buffer view: nothing in the file bounds it, and every one takes memory.
+const MAX_ZERO_ELEMENTS: usize = 1 << 24;
+
+/// What an accessor is read for; it decides the types that are allowed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Use {
+    /// `POSITION`.
+    Position,
+    /// `NORMAL`.
+    Normal,
+}
+
+/// A document with the bytes of its buffers.
+pub(super) struct Accessors<'a> {
+    document: &'a Document,
+    buffers: &'a [Cow<'a, [u8]>],
+}
+
+/// Elements of equal size at equal distances in a byte slice that holds them all.
+struct Strided<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+    size: usize,
+}
+
+impl Strided<'_> {
+    fn get(&self, index: usize) -> &[u8] {
+        let start = index * self.stride;
+        &self.bytes[start..start + self.size]
+    }
+}
+
+impl<'a> Accessors<'a> {
+    /// Joins a document and its buffers, one each.
+    pub fn new(document: &'a Document, buffers: &'a [Cow<'a, [u8]>]) -> Self {
+        Self { document, buffers }
+    }
+
+    /// Positions or normals as f64; integers are converted as their `normalized` flag says.
+    ///
+    /// # Errors
+    /// An accessor out of range or of the wrong type, data outside its buffer view, sparse indices out of order.
+    pub fn vectors(&self, index: usize, purpose: Use) -> Result<Vec<[f64; 3]>, Fault> {
+        let (accessor, component) = self.typed(index, Type::Vec3)?;
+        let normalized = accessor.normalized;
+        use ComponentType::{F32, I8, I16, U8, U16, U32};
+        let allowed = match component {
+            F32 => true,
+            U32 => false,
+            U8 | U16 => self.document.quantized && purpose == Use::Position,
+            I8 | I16 => self.document.quantized && (purpose == Use::Position || normalized),
+        };
+        if !allowed {
+            let sign = if normalized { "normalized " } else { "" };
+            let key = if purpose == Use::Position { "POSITION" } else { "NORMAL" };
+            let problem = format!(
+                "holds {sign}{}, which {key} may not be{}",
+                component_name(component),
+                if self.document.quantized { "" } else { " unless the file uses KHR_mesh_quantization" }
+            );
+            return Err(Fault::element(self.document.accessor_label(index), problem));
+        }
+        self.read(index, accessor, component, |bytes| {
+            let size = component.size();
+            [0, 1, 2].map(|axis| decode(component, normalized, &bytes[axis * size..(axis + 1) * size]))
+        })
+    }
+
+    /// Vertex indices.
+    ///
+    /// # Errors
+    /// As for [`Accessors::vectors`].
+    pub fn indices(&self, index: usize) -> Result<Vec<u32>, Fault> {
+        let (accessor, component) = self.typed(index, Type::Scalar)?;
+        if !is_index(component) || accessor.normalized {
+            let problem = format!("holds {}, which vertex indices may not be", component_name(component));
+            return Err(Fault::element(self.document.accessor_label(index), problem));
+        }
+        self.read(index, accessor, component, |bytes| unsigned(component, bytes))
+    }
+
+    /// The accessor, whose type is checked, and its component type.
+    fn typed(&self, index: usize, wanted: Type) -> Result<(&'a Accessor, ComponentType), Fault> {
+        let fail = |problem: String| Fault::element(self.document.accessor_label(index), problem);
+        let Some(accessor) = self.document.accessors.get(index) else {
+            return Err(fail(format!("does not exist, the file has {}", self.document.accessors.len())));
+        };
+        match accessor.type_ {
+            Checked::Valid(found) if found == wanted => {}
+            Checked::Valid(found) => return Err(fail(format!("is of type {found:?} where {wanted:?} is needed"))),
+            Checked::Invalid => return Err(fail("has an unknown type".to_owned())),
+        }
+        match &accessor.component_type {
+            Checked::Valid(component) => Ok((accessor, component.0)),
+            Checked::Invalid => Err(fail("has an unknown component type".to_owned())),
+        }
+    }
+
+    fn read<T: Clone + Default>(
+        &self,
+        index: usize,
+        accessor: &Accessor,
+        component: ComponentType,
+        decode: impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<T>, Fault> {
+        let fail = |problem: String| Fault::element(self.document.accessor_label(index), problem);
+        let Checked::Valid(kind) = accessor.type_ else {
+            return Err(fail("has an unknown type".to_owned()));
+        };
+        let size = component.size() * kind.multiplicity();
+        let count = usize::try_from(accessor.count.0).ok().filter(|count| *count > 0);
+        let count = count.ok_or_else(|| fail(format!("has a count of {}", accessor.count.0)))?;
+
+        let mut values = match (accessor.buffer_view, &accessor.sparse) {
+            (Some(view), _) => {
+                let offset = accessor.byte_offset.unwrap_or_default().0;
+                let base = self.strided(view.value(), offset, count, size, true).map_err(fail)?;
+                (0..count).map(|element| decode(base.get(element))).collect()
+            }
+            (None, Some(_)) if count > MAX_ZERO_ELEMENTS => {
+                return Err(fail(format!(
+                    "has {count} elements and no buffer view; at most {MAX_ZERO_ELEMENTS} are allowed"
+                )));
+            }
+            (None, Some(_)) => vec![T::default(); count],
+            (None, None) => {
+                return Err(fail(
+                    "has neither a buffer view nor sparse values (is the file compressed? write it again without)"
+                        .to_owned(),
+                ));
+            }
+        };
+        if let Some(sparse) = &accessor.sparse {
+            self.substitute(sparse, size, &mut values, decode).map_err(fail)?;
+        }
+        Ok(values)
+    }
+
+    /// Overwrites the elements that a sparse accessor lists (section 3.6.2.3).
+    fn substitute<T>(
+        &self,
+        sparse: &Sparse,
+        size: usize,
+        values: &mut [T],
+        decode: impl Fn(&[u8]) -> T,
+    ) -> Result<(), String> {
+        let count = usize::try_from(sparse.count.0).ok().filter(|count| (1..=values.len()).contains(count));
+        let count = count.ok_or_else(|| {
+            format!("has {} sparse values, where 1 to its {} elements are possible", sparse.count.0, values.len())
+        })?;
+        let component = match &sparse.indices.component_type {
+            Checked::Valid(component) => component.0,
+            Checked::Invalid => return Err("has sparse indices of a type that is not allowed".to_owned()),
+        };
+        let indices = &sparse.indices;
+        let indices =
+            self.strided(indices.buffer_view.value(), indices.byte_offset.0, count, component.size(), false)?;
+        let substitutes = &sparse.values;
+        let substitutes =
+            self.strided(substitutes.buffer_view.value(), substitutes.byte_offset.0, count, size, false)?;
+        let length = values.len();
+        let mut previous = None;
+        for entry in 0..count {
+            let target = unsigned(component, indices.get(entry));
+            if previous.is_some_and(|previous| previous >= target) {
+                return Err(format!("has sparse indices that do not increase, at number {entry}"));
+            }
+            previous = Some(target);
+            let value = values.get_mut(target as usize);
+            *value.ok_or_else(|| format!("has sparse index {target}, but only {length} elements"))? =
+                decode(substitutes.get(entry));
+        }
+        Ok(())
+    }
+
+    /// `count` elements of `size` bytes from `offset` in a buffer view, all proved to lie inside it.
+    fn strided(
+        &self,
+        view: usize,
+        offset: u64,
+        count: usize,
+        size: usize,
+        may_stride: bool,
+    ) -> Result<Strided<'a>, String> {
+        let (bytes, stride) = self.view(view)?;
+        let stride = stride.filter(|_| may_stride).unwrap_or(size);
+        if stride < size {
+            return Err(format!("has elements of {size} bytes in buffer view {view} with a stride of {stride}"));
+        }
+        let end = (count - 1).checked_mul(stride).and_then(|last| last.checked_add(size));
+        let bytes = usize::try_from(offset)
+            .ok()
+            .and_then(|offset| bytes.get(offset..))
+            .filter(|rest| end.is_some_and(|end| end <= rest.len()));
+        let bytes = bytes.ok_or_else(|| {
+            format!("needs {count} elements of {size} bytes from byte {offset} on, past the end of buffer view {view}")
+        })?;
+        Ok(Strided { bytes, stride, size })
+    }
+
+    /// Bytes and stride of a buffer view.
+    fn view(&self, index: usize) -> Result<(&'a [u8], Option<usize>), String> {
+        let views = &self.document.views;
+        let view =
+            views.get(index).ok_or_else(|| format!("refers to buffer view {index}, the file has {}", views.len()))?;
+        let label = label("buffer view", index, view.name.as_deref());
+        let number = view.buffer.value();
+        let buffer = self.buffers.get(number).ok_or_else(|| {
+            format!("refers to {label}, which refers to buffer {number}; the file has {}", self.buffers.len())
+        })?;
+        let offset = view.byte_offset.unwrap_or_default().0;
+        let range = usize::try_from(offset).ok().zip(usize::try_from(view.byte_length.0).ok());
+        let bytes = range.and_then(|(offset, length)| buffer.get(offset..offset.checked_add(length)?));
+        let bytes = bytes.ok_or_else(|| {
+            format!(
+                "refers to {label}, whose {} bytes from byte {offset} on pass the end of buffer {number} ({} bytes)",
+                view.byte_length.0,
+                buffer.len()
+            )
+        })?;
+        Ok((bytes, view.byte_stride.map(|stride| stride.0)))
+    }
+}
+
+fn is_index(component: ComponentType) -> bool {
+    matches!(component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32)
+}
+
+fn component_name(component: ComponentType) -> &'static str {
+    match component {
+        ComponentType::I8 => "8-bit integers",
+        ComponentType::U8 => "unsigned 8-bit integers",
+        ComponentType::I16 => "16-bit integers",
+        ComponentType::U16 => "unsigned 16-bit integers",
+        ComponentType::U32 => "unsigned 32-bit integers",
+        ComponentType::F32 => "32-bit floats",
+    }
+}
+
+/// The first bytes of a slice as an array; absent ones are zero, which no caller's bounds let happen.
+fn lead<const N: usize>(bytes: &[u8]) -> [u8; N] {
+    bytes.first_chunk::<N>().copied().unwrap_or([0; N])
+}
+
+/// One component; normalized integers as in glTF 2.0, section 3.11.
+fn decode(component: ComponentType, normalized: bool, bytes: &[u8]) -> f64 {
+    let (value, largest) = match component {
+        ComponentType::I8 => (f64::from(i8::from_le_bytes(lead(bytes))), f64::from(i8::MAX)),
+        ComponentType::U8 => (f64::from(u8::from_le_bytes(lead(bytes))), f64::from(u8::MAX)),
+        ComponentType::I16 => (f64::from(i16::from_le_bytes(lead(bytes))), f64::from(i16::MAX)),
+        ComponentType::U16 => (f64::from(u16::from_le_bytes(lead(bytes))), f64::from(u16::MAX)),
+        ComponentType::U32 => (f64::from(u32::from_le_bytes(lead(bytes))), f64::from(u32::MAX)),
+        ComponentType::F32 => return f64::from(f32::from_le_bytes(lead(bytes))),
+    };
+    if normalized { (value / largest).max(-1.0) } else { value }
+}
+
+/// An unsigned component of one of the index types.
+fn unsigned(component: ComponentType, bytes: &[u8]) -> u32 {
+    match component {
+        ComponentType::U8 | ComponentType::I8 => u32::from(u8::from_le_bytes(lead(bytes))),
+        ComponentType::U16 | ComponentType::I16 => u32::from(u16::from_le_bytes(lead(bytes))),
+        ComponentType::U32 | ComponentType::F32 => u32::from_le_bytes(lead(bytes)),
+    }
+}

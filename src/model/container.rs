@@ -1,0 +1,84 @@
+//! The bytes of a `.glb` or `.gltf` file, split into JSON text and binary chunk (glTF 2.0, section 4).
+
+use super::Fault;
+
+const MAGIC: &[u8; 4] = b"glTF";
+const JSON_CHUNK: &[u8; 4] = b"JSON";
+const BINARY_CHUNK: &[u8; 4] = b"BIN\0";
+const HEADER_LENGTH: usize = 12;
+const CHUNK_HEADER_LENGTH: usize = 8;
+
+/// The two parts of a glTF file.
+pub(super) struct Container<'a> {
+    /// The document.
+    pub json: &'a [u8],
+    /// The binary chunk of a GLB file.
+    pub binary: Option<&'a [u8]>,
+}
+
+/// Splits a GLB file; any other file is taken for JSON text.
+///
+/// The `gltf` crate's own reader subtracts the header from a length it has not checked, hence this one.
+pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, Fault> {
+    if !bytes.starts_with(MAGIC) {
+        // Section 4.2 forbids a byte order mark, but lets a reader ignore it.
+        let json = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+        return Ok(Container { json, binary: None });
+    }
+    let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
+        return Err(Fault::Container(format!("the header needs {HEADER_LENGTH} bytes, the file has {}", bytes.len())));
+    };
+    if version != 2 {
+        return Err(Fault::Container(format!("version {version}, only 2 is supported")));
+    }
+    let Some(mut rest) = bytes.get(HEADER_LENGTH..length) else {
+        return Err(Fault::Container(format!(
+            "the header says {length} bytes, the file has {}: it is truncated or damaged",
+            bytes.len()
+        )));
+    };
+
+    let (json, after) = chunk(rest)?;
+    if json.kind != JSON_CHUNK {
+        return Err(Fault::Container(format!("the first chunk is {:?}, not JSON", String::from_utf8_lossy(json.kind))));
+    }
+    rest = after;
+    let mut binary = None;
+    // Chunks of other kinds are to be ignored (section 4.4.3); only the first binary one counts.
+    while !rest.is_empty() && binary.is_none() {
+        let (chunk, after) = chunk(rest)?;
+        if chunk.kind == BINARY_CHUNK {
+            binary = Some(chunk.data);
+        }
+        rest = after;
+    }
+    Ok(Container { json: json.data, binary })
+}
+
+/// One chunk of a GLB file.
+struct Chunk<'a> {
+    kind: &'a [u8],
+    data: &'a [u8],
+}
+
+/// The first chunk, and what follows it.
+fn chunk(bytes: &[u8]) -> Result<(Chunk<'_>, &[u8]), Fault> {
+    let (Some(length), Some(kind)) = (word(bytes, 0), bytes.get(4..CHUNK_HEADER_LENGTH)) else {
+        return Err(Fault::Container(format!("{} bytes are left where a chunk header of 8 should be", bytes.len())));
+    };
+    let data = &bytes[CHUNK_HEADER_LENGTH..];
+    match data.split_at_checked(length) {
+        Some((data, rest)) => Ok((Chunk { kind, data }, rest)),
+        None => Err(Fault::Container(format!(
+            "the {} chunk says {length} bytes, {} are left",
+            String::from_utf8_lossy(kind).trim_end_matches('\0'),
+            data.len()
+        ))),
+    }
+}
+
+/// The little-endian 32-bit number at `offset`.
+fn word(bytes: &[u8], offset: usize) -> Option<usize> {
+    let word = bytes.get(offset..)?.first_chunk::<4>()?;
+    usize::try_from(u32::from_le_bytes(*word)).ok()
+}

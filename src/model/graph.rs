@@ -1,0 +1,146 @@
+//! The scene graph: which nodes the default scene holds, and where their transforms place them.
+
+use glam::{DMat4, DQuat, DVec3};
+
+use super::Fault;
+use super::document::{Document, Node};
+use super::error::label;
+
+/// Largest deviation of a rotation's length from 1, from the glTF validator (a quantized rotation stays inside it).
+const UNIT_TOLERANCE: f64 = 0.00769;
+/// Largest deviation of a matrix's last row from (0, 0, 0, 1).
+const AFFINE_TOLERANCE: f64 = 1e-6;
+
+/// A node of the default scene that carries a mesh.
+pub(super) struct Instance {
+    /// Index of the node.
+    pub node: usize,
+    /// Index of its mesh, in range.
+    pub mesh: usize,
+    /// From the node's frame to the scene's.
+    pub body_from_part: DMat4,
+}
+
+/// The default scene.
+pub(super) struct Graph {
+    /// Number of its nodes, those without mesh included.
+    pub nodes: usize,
+    /// Mesh nodes, parents before children, in the order of the file.
+    pub instances: Vec<Instance>,
+}
+
+/// Walks the default scene. Neither recursion nor depth limit: a chain of a million nodes is legal.
+///
+/// # Errors
+/// Indices out of range, a node with two parents or inside its own subtree, a root that is a child, a transform that is
+/// not finite, not affine or given twice, no scene.
+pub(super) fn walk(document: &Document) -> Result<Graph, Fault> {
+    check_tree(document)?;
+    let Some(scene) = document.scenes.get(document.default_scene) else {
+        return Err(if document.scenes.is_empty() {
+            Fault::NothingToDraw("the file has no scene".to_owned())
+        } else {
+            Fault::element(
+                "scene",
+                format!("{} is asked for, the file has {}", document.default_scene, document.scenes.len()),
+            )
+        });
+    };
+    let mut stack: Vec<(usize, DMat4)> = scene.nodes.iter().rev().map(|root| (*root, DMat4::IDENTITY)).collect();
+    let mut graph = Graph { nodes: 0, instances: Vec::new() };
+    while let Some((index, body_from_parent)) = stack.pop() {
+        let node = &document.nodes[index];
+        let fail = |problem: String| Fault::element(document.node_label(index), problem);
+        let body_from_part = body_from_parent * local_transform(node).map_err(fail)?;
+        if !body_from_part.is_finite() {
+            return Err(fail("its transform, with those above it, is not finite".to_owned()));
+        }
+        graph.nodes += 1;
+        if let Some(mesh) = node.mesh {
+            if mesh >= document.meshes.len() {
+                return Err(fail(format!("refers to mesh {mesh}, the file has {}", document.meshes.len())));
+            }
+            graph.instances.push(Instance { node: index, mesh, body_from_part });
+        }
+        stack.extend(node.children.iter().rev().map(|child| (*child, body_from_part)));
+    }
+    Ok(graph)
+}
+
+/// Proves that the nodes are a forest and that the default scene's roots are roots of it, listed once.
+fn check_tree(document: &Document) -> Result<(), Fault> {
+    let nodes = &document.nodes;
+    let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
+    for (index, node) in nodes.iter().enumerate() {
+        let fail = |problem: String| Err(Fault::element(document.node_label(index), problem));
+        for child in &node.children {
+            match parents.get_mut(*child) {
+                None => return fail(format!("has child {child}, the file has {} nodes", nodes.len())),
+                Some(Some(other)) => {
+                    let other = document.node_label(*other);
+                    return fail(format!("has child {child}, which is a child of {other} already"));
+                }
+                Some(parent) => *parent = Some(index),
+            }
+        }
+    }
+
+    // With one parent each, a node that no walk upwards from it ends is on or below a cycle.
+    let mut ends = vec![false; nodes.len()];
+    let mut path = Vec::new();
+    for start in 0..nodes.len() {
+        let mut next = Some(start);
+        while let Some(index) = next.filter(|index| !ends[*index]) {
+            if path.len() == nodes.len() {
+                return Err(Fault::element(document.node_label(index), "is its own ancestor: the nodes form a cycle"));
+            }
+            path.push(index);
+            next = parents[index];
+        }
+        for index in path.drain(..) {
+            ends[index] = true;
+        }
+    }
+
+    let Some(scene) = document.scenes.get(document.default_scene) else {
+        return Ok(());
+    };
+    let mut listed = vec![false; nodes.len()];
+    for root in &scene.nodes {
+        let fail = |problem: String| {
+            Err(Fault::element(label("scene", document.default_scene, scene.name.as_deref()), problem))
+        };
+        match listed.get_mut(*root) {
+            None => return fail(format!("has root node {root}, the file has {} nodes", nodes.len())),
+            Some(true) => return fail(format!("lists node {root} twice")),
+            Some(seen) => *seen = true,
+        }
+        if let Some(parent) = parents[*root] {
+            return fail(format!("has root node {root}, which is a child of {}", document.node_label(parent)));
+        }
+    }
+    Ok(())
+}
+
+/// A node's own transform: its matrix, or translation x rotation x scale (glTF 2.0, section 3.5.3).
+fn local_transform(node: &Node) -> Result<DMat4, String> {
+    let scale = node.scale.map_or(DVec3::ONE, DVec3::from_array);
+    let translation = node.translation.map_or(DVec3::ZERO, DVec3::from_array);
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
+    let Some(matrix) = node.matrix else {
+        let length = rotation.length();
+        if (length - 1.0).abs() > UNIT_TOLERANCE {
+            return Err(format!("its rotation is a quaternion of length {length}, not of length 1"));
+        }
+        return Ok(DMat4::from_scale_rotation_translation(scale, rotation.normalize(), translation));
+    };
+    if node.scale.is_some() || node.translation.is_some() || node.rotation.is_some() {
+        return Err("has a matrix and also a translation, rotation or scale".to_owned());
+    }
+    let matrix = DMat4::from_cols_array(&matrix);
+    let bottom = matrix.row(3) - glam::DVec4::W;
+    if bottom.abs().max_element() > AFFINE_TOLERANCE {
+        return Err(format!("its matrix has the last row {}, not (0, 0, 0, 1)", matrix.row(3)));
+    }
+    Ok(matrix)
+}

@@ -1,0 +1,288 @@
+//! From a file to a [`Model`]: places every mesh of the default scene in the body frame.
+
+use std::collections::HashSet;
+use std::collections::hash_map::{Entry, HashMap};
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+
+use super::accessor::Accessors;
+use super::document::Document;
+use super::error::counted;
+use super::graph::{self, Instance};
+use super::measure::area_vector;
+use super::primitive::{Geometry, read_mesh};
+use super::{Fault, Model, ModelError, ModelMaterial, Part, Skipped, buffer, container};
+
+/// Name of the material of primitives that name none.
+const DEFAULT_MATERIAL: &str = "default";
+/// A vertex that no triangle has asked for yet.
+const UNUSED: u32 = u32::MAX;
+/// Smallest area [m2] that the device's f32 holds as a normal number; below it a node would have no capacity.
+const SMALLEST_AREA: f64 = f32::MIN_POSITIVE as f64;
+/// Sum of area vectors over one of them below which only rounding errors are left.
+const CANCELLED: f64 = 1e-12;
+
+impl Model {
+    /// Loads a `.glb` or `.gltf` file.
+    ///
+    /// The default scene is drawn (the first where the file names none), every instance of a mesh on its own. Where a
+    /// transform mirrors, the winding is turned, so that triangles and normals keep pointing outwards. Primitives
+    /// without normals are shaded flat, as glTF asks: their triangles share no vertices.
+    ///
+    /// A triangle is dropped, and counted in `skipped`, where its area is zero: two corners coincide or the three lie
+    /// on a line (the cross product of its edges is exactly 0, in f64, from the coordinates in the file), or the area
+    /// after node transforms is below the least normal f32 (1.2e-38 m2). Slivers of any greater area stay. Vertices
+    /// that no triangle uses are dropped.
+    ///
+    /// # Errors
+    /// A file that cannot be read, breaks a rule of glTF 2.0 that its geometry depends on, requires an extension that
+    /// is not supported, or holds no triangle. See [`Fault`].
+    pub fn load(path: &Path) -> Result<Self, ModelError> {
+        read(path).map_err(|fault| ModelError::File { path: path.to_owned(), fault })
+    }
+}
+
+fn read(path: &Path) -> Result<Model, Fault> {
+    let bytes = std::fs::read(path).map_err(Fault::Unreadable)?;
+    let container = container::split(&bytes)?;
+    let document = Document::parse(container.json)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let buffers = buffer::load(&document, container.binary, folder)?;
+    let accessors = Accessors::new(&document, &buffers);
+    let graph = graph::walk(&document)?;
+
+    let mut assembly = Assembly::new(
+        &document,
+        Model {
+            source: path.to_owned(),
+            gltf_nodes: graph.nodes,
+            skipped: document.skipped.clone(),
+            ..Model::default()
+        },
+    );
+    let mut meshes: HashMap<usize, Vec<Geometry>> = HashMap::new();
+    for instance in &graph.instances {
+        let geometries = match meshes.entry(instance.mesh) {
+            Entry::Occupied(read) => read.into_mut(),
+            Entry::Vacant(slot) => {
+                slot.insert(read_mesh(&document, &accessors, instance.mesh, &mut assembly.model.skipped)?)
+            }
+        };
+        assembly.place(instance, geometries)?;
+    }
+    let model = assembly.model;
+    if model.triangles.is_empty() {
+        let reasons: Vec<String> = model.skipped.iter().map(|row| format!("{}: {}", row.what, row.why)).collect();
+        let reasons = if reasons.is_empty() { String::new() } else { format!(" (left out: {})", reasons.join("; ")) };
+        return Err(Fault::NothingToDraw(format!("the default scene holds no triangle{reasons}")));
+    }
+    Ok(model)
+}
+
+/// A model under construction.
+struct Assembly<'a> {
+    document: &'a Document,
+    model: Model,
+    /// Model material of a document material, where in use.
+    materials: HashMap<Option<usize>, u32>,
+    part_names: HashSet<String>,
+}
+
+/// How a node places directions: areas, normals and winding.
+struct Placement {
+    /// Cofactors of the linear part, with the sign of its determinant: maps outward area vectors to outward ones.
+    outward: DMat3,
+    /// Whether the node mirrors.
+    mirrored: bool,
+}
+
+impl Placement {
+    fn new(linear: DMat3) -> Self {
+        let DMat3 { x_axis: x, y_axis: y, z_axis: z } = linear;
+        let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+        let mirrored = x.dot(cofactors.x_axis) < 0.0;
+        // The inverse transpose is cofactors / determinant; only its direction matters, so singular ones do as well.
+        Self { outward: if mirrored { -cofactors } else { cofactors }, mirrored }
+    }
+}
+
+/// The triangles around a vertex, for its normal where the file has none.
+struct Around {
+    /// Sum of their outward area vectors [m2].
+    sum: DVec3,
+    /// Outward area vector of the first of them [m2].
+    first: DVec3,
+}
+
+impl Around {
+    /// The mean outward direction, weighted by area; where the triangles cancel out, that of the first of them.
+    fn normal(&self) -> DVec3 {
+        let cancelled = self.sum.length() < CANCELLED * self.first.length();
+        if cancelled { self.first } else { self.sum }.normalize_or_zero()
+    }
+}
+
+/// What became of a primitive's triangles and normals.
+#[derive(Default)]
+struct Tally {
+    dropped: usize,
+    flat: usize,
+    computed: usize,
+    inward: usize,
+}
+
+impl<'a> Assembly<'a> {
+    fn new(document: &'a Document, model: Model) -> Self {
+        Self { document, model, materials: HashMap::new(), part_names: HashSet::new() }
+    }
+
+    /// Adds the triangles of a node.
+    fn place(&mut self, instance: &Instance, geometries: &[Geometry]) -> Result<(), Fault> {
+        let placement = Placement::new(DMat3::from_mat4(instance.body_from_part));
+        let part = self.model.parts.len() as u32;
+        let mut tally = Tally::default();
+        let before = self.model.triangles.len();
+        for geometry in geometries {
+            self.place_geometry(instance, &placement, geometry, part, &mut tally)?;
+        }
+        let node = &self.document.nodes[instance.node];
+        let name = match &node.name {
+            Some(name) if !name.is_empty() => name.clone(),
+            _ => format!("node_{}", instance.node),
+        };
+        let drawn = self.model.triangles.len() > before;
+        let name = if drawn { self.unique_part_name(name) } else { name };
+        self.report(&name, &tally);
+        if drawn {
+            self.model.parts.push(Part { name, body_from_part: instance.body_from_part });
+        }
+        Ok(())
+    }
+
+    fn place_geometry(
+        &mut self,
+        instance: &Instance,
+        placement: &Placement,
+        geometry: &Geometry,
+        part: u32,
+        tally: &mut Tally,
+    ) -> Result<(), Fault> {
+        let first = self.model.positions.len();
+        let mut vertices = vec![UNUSED; if geometry.normals.is_some() { geometry.positions.len() } else { 0 }];
+        let mut around: Vec<Around> = Vec::new();
+        let mut given: Vec<DVec3> = Vec::new();
+        let mut material = None;
+        for triangle in &geometry.triangles {
+            let local = triangle.map(|corner| geometry.positions[corner as usize]);
+            let outward = placement.outward * area_vector(local);
+            let placed = local.map(|corner| instance.body_from_part.transform_point3(corner));
+            if !placed.iter().all(|corner| corner.as_vec3().is_finite()) {
+                let problem = "places its mesh beyond the range of 32-bit floats";
+                return Err(Fault::element(self.document.node_label(instance.node), problem));
+            }
+            if outward == DVec3::ZERO || area_vector(placed).length() < SMALLEST_AREA {
+                tally.dropped += 1;
+                continue;
+            }
+            let material = *material.get_or_insert_with(|| self.material(geometry.material));
+            let mut corners = [0; 3];
+            for (slot, corner) in corners.iter_mut().zip([0, 1, 2]) {
+                let source = triangle[corner] as usize;
+                let shared = vertices.get(source).copied().unwrap_or(UNUSED);
+                *slot = if shared == UNUSED {
+                    let vertex = self.push_vertex(instance.node, placed[corner], part, material)?;
+                    if let Some(normals) = &geometry.normals {
+                        vertices[source] = vertex;
+                        given.push((placement.outward * normals[source]).normalize_or_zero());
+                    }
+                    around.push(Around { sum: DVec3::ZERO, first: outward });
+                    vertex
+                } else {
+                    shared
+                };
+                around[*slot as usize - first].sum += outward;
+            }
+            if placement.mirrored {
+                corners.swap(1, 2);
+            }
+            self.model.triangles.push(corners);
+        }
+
+        for (vertex, around) in around.iter().enumerate() {
+            let normal = match given.get(vertex) {
+                Some(normal) if *normal != DVec3::ZERO => {
+                    tally.inward += usize::from(normal.dot(around.sum) < 0.0);
+                    *normal
+                }
+                Some(_) => {
+                    tally.computed += 1;
+                    around.normal()
+                }
+                None => around.normal(),
+            };
+            self.model.normals.push(normal.as_vec3());
+        }
+        if geometry.normals.is_none() {
+            tally.flat += around.len() / 3;
+        }
+        Ok(())
+    }
+
+    fn push_vertex(&mut self, node: usize, position: DVec3, part: u32, material: u32) -> Result<u32, Fault> {
+        let vertex = u32::try_from(self.model.positions.len()).ok().filter(|vertex| *vertex != UNUSED);
+        let vertex = vertex.ok_or_else(|| {
+            Fault::element(self.document.node_label(node), "brings the vertices to more than 32 bits can count")
+        })?;
+        self.model.positions.push(position);
+        self.model.vertex_part.push(part);
+        self.model.vertex_material.push(material);
+        Ok(vertex)
+    }
+
+    /// Index of a material in the model, which it joins at its first use.
+    fn material(&mut self, source: Option<usize>) -> u32 {
+        let (document, materials) = (self.document, &mut self.model.materials);
+        *self.materials.entry(source).or_insert_with(|| {
+            materials.push(match source {
+                Some(index) => document.materials[index].clone(),
+                None => ModelMaterial { name: DEFAULT_MATERIAL.to_owned(), extras: Default::default() },
+            });
+            (materials.len() - 1) as u32
+        })
+    }
+
+    fn unique_part_name(&mut self, name: String) -> String {
+        let repeats = (2..).map(|repeat| format!("{name}#{repeat}"));
+        let unique = std::iter::once(name.clone()).chain(repeats).find(|name| !self.part_names.contains(name));
+        let unique = unique.unwrap_or(name);
+        self.part_names.insert(unique.clone());
+        unique
+    }
+
+    fn report(&mut self, part: &str, tally: &Tally) {
+        let Tally { dropped, flat, computed, inward } = *tally;
+        if dropped > 0 {
+            let what = format!("{} of part {part}", counted(dropped, "triangle"));
+            self.model.skipped.push(Skipped { what, why: "zero area".to_owned() });
+        }
+        let notes = &mut self.model.notes;
+        if flat > 0 {
+            notes.push(format!(
+                "normals computed for {} of part {part}, which have none: flat, as glTF asks",
+                counted(flat, "triangle")
+            ));
+        }
+        if computed > 0 {
+            let vertices = if computed == 1 { "1 vertex".to_owned() } else { format!("{computed} vertices") };
+            notes.push(format!(
+                "normals computed for {vertices} of part {part}, whose own are zero or not finite: mean of the \
+                 triangles around, weighted by area"
+            ));
+        }
+        if inward > 0 {
+            let normals = if inward == 1 { "1 normal points".to_owned() } else { format!("{inward} normals point") };
+            notes.push(format!("{normals} to the back of the triangles in part {part}; used as they are"));
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! A mesh of a glTF file as triangles in its own frame, before any node places it.
+
+use glam::DVec3;
+use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::validation::Checked;
+
+use super::accessor::{Accessors, Use};
+use super::document::Document;
+use super::error::{counted, label};
+use super::{Fault, Skipped};
+
+/// One primitive: vertices of one material and the triangles between them.
+pub(super) struct Geometry {
+    /// Index into the document's materials, in range.
+    pub material: Option<usize>,
+    /// Positions, finite.
+    pub positions: Vec<DVec3>,
+    /// Normals as the file has them (any length, perhaps not finite), one a position.
+    pub normals: Option<Vec<DVec3>>,
+    /// Indices into `positions`, in range, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Reads the triangles of a mesh; primitives that have none are added to `skipped`.
+///
+/// # Errors
+/// Accessors that cannot be read, indices out of range, positions that are not finite, counts that disagree.
+pub(super) fn read_mesh(
+    document: &Document,
+    accessors: &Accessors,
+    mesh: usize,
+    skipped: &mut Vec<Skipped>,
+) -> Result<Vec<Geometry>, Fault> {
+    let source = &document.meshes[mesh];
+    let mesh_label = label("mesh", mesh, source.name.as_deref());
+    let mut all = Vec::with_capacity(source.primitives.len());
+    for (number, primitive) in source.primitives.iter().enumerate() {
+        let name = format!("primitive {number} of {mesh_label}");
+        let mut skip = |what: String, why: &str| skipped.push(Skipped { what, why: why.to_owned() });
+        if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
+            skip(format!("morph targets of {name}"), "the mesh stays in its base shape");
+        }
+        let Checked::Valid(mode) = primitive.mode else {
+            return Err(Fault::element(name, "has an unknown mode"));
+        };
+        let Some(positions) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else {
+            skip(name, "it has no positions");
+            continue;
+        };
+        if let Some(shape) = not_triangles(mode) {
+            skip(name, &format!("it holds {shape}, not triangles"));
+            continue;
+        }
+        let positions = read_positions(document, accessors, positions.value())?;
+        let (corners, geometry) = read_primitive(document, accessors, primitive, mode, positions, &name)?;
+        let rest = match mode {
+            Mode::Triangles => corners % 3,
+            _ if corners < 3 => corners,
+            _ => 0,
+        };
+        if rest > 0 {
+            skip(format!("{} of {name}", counted(rest, "last corner")), "it takes three to make a triangle");
+        }
+        all.push(geometry);
+    }
+    Ok(all)
+}
+
+fn not_triangles(mode: Mode) -> Option<&'static str> {
+    match mode {
+        Mode::Points => Some("points"),
+        Mode::Lines | Mode::LineLoop | Mode::LineStrip => Some("lines"),
+        Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan => None,
+    }
+}
+
+fn read_positions(document: &Document, accessors: &Accessors, index: usize) -> Result<Vec<DVec3>, Fault> {
+    let positions: Vec<DVec3> = accessors.vectors(index, Use::Position)?.into_iter().map(DVec3::from_array).collect();
+    match positions.iter().position(|position| !position.is_finite()) {
+        None => Ok(positions),
+        Some(at) => {
+            let problem = format!("position {at} is not finite: {}", positions[at]);
+            Err(Fault::element(document.accessor_label(index), problem))
+        }
+    }
+}
+
+/// Number of corners listed, and the geometry.
+fn read_primitive(
+    document: &Document,
+    accessors: &Accessors,
+    primitive: &Primitive,
+    mode: Mode,
+    positions: Vec<DVec3>,
+    name: &str,
+) -> Result<(usize, Geometry), Fault> {
+    let material = primitive.material.as_ref().map(gltf::json::Index::value);
+    if let Some(material) = material
+        && material >= document.materials.len()
+    {
+        let problem = format!("refers to material {material}, the file has {}", document.materials.len());
+        return Err(Fault::element(name, problem));
+    }
+    let normals = match primitive.attributes.get(&Checked::Valid(Semantic::Normals)) {
+        None => None,
+        Some(index) => {
+            let normals = accessors.vectors(index.value(), Use::Normal)?;
+            if normals.len() != positions.len() {
+                let problem = format!("has {} positions and {} normals", positions.len(), normals.len());
+                return Err(Fault::element(name, problem));
+            }
+            Some(normals.into_iter().map(DVec3::from_array).collect())
+        }
+    };
+    let vertices = u32::try_from(positions.len())
+        .map_err(|_| Fault::element(name, format!("has {} positions, more than 32 bits can count", positions.len())))?;
+    let corners = match primitive.indices {
+        None => (0..vertices).collect(),
+        Some(index) => {
+            let corners = accessors.indices(index.value())?;
+            if let Some(at) = corners.iter().position(|corner| *corner >= vertices) {
+                let problem = format!("index {at} is {}, but {name} has {vertices} positions", corners[at]);
+                return Err(Fault::element(document.accessor_label(index.value()), problem));
+            }
+            corners
+        }
+    };
+    let triangles = assemble(mode, &corners);
+    Ok((corners.len(), Geometry { material, positions, normals, triangles }))
+}
+
+/// Triangles from a list of corners, in the winding of glTF 2.0, section 3.7.2.1.
+fn assemble(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
+    match mode {
+        Mode::TriangleStrip => {
+            let triangles = corners.windows(3).enumerate();
+            triangles.map(|(at, c)| if at % 2 == 0 { [c[0], c[1], c[2]] } else { [c[0], c[2], c[1]] }).collect()
+        }
+        Mode::TriangleFan => match corners {
+            [hub, rim @ ..] => rim.windows(2).map(|pair| [pair[0], pair[1], *hub]).collect(),
+            [] => Vec::new(),
+        },
+        _ => corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect(),
+    }
+}

@@ -1,0 +1,70 @@
+//! `[attitude]`: how the craft is turned.
+
+use glam::DVec3;
+
+use super::Attitude;
+use super::error::SceneError;
+use super::section::{Section, list};
+use super::vector::{axis, parallel, quaternion};
+
+#[derive(Clone, Copy)]
+enum Mode {
+    Nadir,
+    Inertial,
+    Sun,
+}
+
+/// Modes with their names and the keys that each of them reads.
+const MODES: [(&str, Mode, &[&str]); 3] = [
+    ("nadir", Mode::Nadir, &["nadir_axis", "forward_axis"]),
+    ("inertial", Mode::Inertial, &["quaternion"]),
+    ("sun", Mode::Sun, &["sun_axis", "north_axis"]),
+];
+
+/// Reads `[attitude]`.
+pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<Attitude, SceneError> {
+    let mode = section.choice("mode", &MODES.map(|(name, mode, _)| (name, (name, mode))))?;
+    let (name, mode) = section.required("mode", mode, "'nadir', 'inertial' or 'sun'")?;
+    for (other, _, keys) in MODES.iter().filter(|(other, ..)| *other != name) {
+        if let Some(key) = keys.iter().find(|key| section.has(key)) {
+            return Err(section.error(key, format!("belongs to mode = '{other}', and mode is '{name}'")));
+        }
+    }
+    match mode {
+        Mode::Nadir => {
+            let mut axis_or = |key: &str, default: DVec3, default_name: &str| -> Result<DVec3, SceneError> {
+                Ok(axis(section, key)?.unwrap_or_else(|| {
+                    assumptions.push(format!("The craft's {key} is {default_name} (attitude.{key} is absent)."));
+                    default
+                }))
+            };
+            let nadir_axis = axis_or("nadir_axis", DVec3::Z, "+Z")?;
+            let forward_axis = axis_or("forward_axis", DVec3::X, "+X")?;
+            check_not_parallel(section, ("nadir_axis", nadir_axis), ("forward_axis", forward_axis))?;
+            Ok(Attitude::Nadir { nadir_axis, forward_axis })
+        }
+        Mode::Inertial => {
+            let inertial_from_body = quaternion(section, "quaternion", assumptions)?;
+            let what = "[w, x, y, z], which rotates body vectors into the inertial frame";
+            Ok(Attitude::Inertial { inertial_from_body: section.required("quaternion", inertial_from_body, what)? })
+        }
+        Mode::Sun => {
+            let sun_axis = section.required("sun_axis", axis(section, "sun_axis")?, "the body axis to the Sun")?;
+            let north_axis = axis(section, "north_axis")?;
+            let north_axis = section.required("north_axis", north_axis, "the body axis towards the orbit normal")?;
+            check_not_parallel(section, ("sun_axis", sun_axis), ("north_axis", north_axis))?;
+            Ok(Attitude::Sun { sun_axis, north_axis })
+        }
+    }
+}
+
+fn check_not_parallel(section: &Section, first: (&str, DVec3), second: (&str, DVec3)) -> Result<(), SceneError> {
+    if parallel(first.1, second.1) {
+        // One of the two may be a default: point to what the file holds.
+        let key = if section.has(second.0) { second.0 } else { first.0 };
+        let message =
+            format!("{} are parallel and give no attitude", list([first.0, second.0]).replace("', '", "' and '"));
+        return Err(section.error(key, message));
+    }
+    Ok(())
+}

@@ -1,0 +1,83 @@
+//! Thermal values in the `extras` of a glTF material, where Blender writes custom properties: flat `isotherm_` keys.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::model::ModelMaterial;
+
+use super::error::SceneError;
+use super::keys::{EXTRAS, unknown_key};
+use super::quantity::Quantity;
+use super::section::choose;
+use super::values::ValueSource;
+
+/// The values of one material, or those of its keys that start with `group` (`back_`, `heating_`, `cooling_`).
+pub(super) struct Extras<'a> {
+    model: &'a Path,
+    material: &'a str,
+    values: &'a BTreeMap<String, Value>,
+    group: String,
+}
+
+impl<'a> Extras<'a> {
+    /// The extras of a material of the file `model`; `None` where it has none of ours.
+    ///
+    /// # Errors
+    /// [`SceneError::Extras`] for a key that is not known.
+    pub(super) fn open(model: &'a Path, material: &'a ModelMaterial) -> Result<Option<Self>, SceneError> {
+        let extras = Self { model, material: &material.name, values: &material.extras, group: String::new() };
+        match material.extras.keys().find(|key| !EXTRAS.contains(&key.as_str())) {
+            Some(key) => Err(extras.error(key, unknown_key(key, EXTRAS))),
+            None => Ok((!material.extras.is_empty()).then_some(extras)),
+        }
+    }
+
+    /// A string that is not empty.
+    pub(super) fn string(&self, key: &str) -> Result<Option<&'a str>, SceneError> {
+        match self.get(key) {
+            None => Ok(None),
+            Some(Value::String(text)) if !text.trim().is_empty() => Ok(Some(text)),
+            Some(value) => Err(self.error(key, format!("expected a string, found {value}"))),
+        }
+    }
+
+    fn get(&self, key: &str) -> Option<&'a Value> {
+        self.values.get(&format!("{}{key}", self.group))
+    }
+}
+
+impl ValueSource for Extras<'_> {
+    fn number(&self, key: &str, quantity: Quantity) -> Result<Option<f64>, SceneError> {
+        let Some(value) = self.get(key) else {
+            return Ok(None);
+        };
+        let number = value
+            .as_f64()
+            .ok_or_else(|| self.error(key, format!("expected {}, found {value}", quantity.expected())))?;
+        quantity.check(number).map(Some).map_err(|message| self.error(key, message))
+    }
+
+    fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
+        let Some(word) = self.string(key)? else {
+            return Ok(None);
+        };
+        choose(word, choices).map(Some).map_err(|message| self.error(key, message))
+    }
+
+    fn group(&self, key: &str, _known: &[&str]) -> Result<Option<Self>, SceneError> {
+        let group = format!("{}{key}_", self.group);
+        let present = self.values.keys().any(|name| name.starts_with(&group));
+        Ok(present.then_some(Self { group, ..*self }))
+    }
+
+    fn error(&self, key: &str, message: String) -> SceneError {
+        SceneError::Extras {
+            model: self.model.to_path_buf(),
+            material: self.material.to_string(),
+            key: format!("{}{key}", self.group),
+            message,
+        }
+    }
+}

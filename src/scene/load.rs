@@ -1,0 +1,145 @@
+//! A scene file from its text to the checked [`Scene`], section by section.
+
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use super::error::SceneError;
+use super::file::{SourceFile, read_text};
+use super::quantity::Quantity;
+use super::section::Section;
+use super::{Camera, Draw, Scene, attitude, camera, environment, keys, material, orbit, time, view};
+
+impl Scene {
+    /// Reads and checks a scene file. Paths in it are relative to its folder.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and everything that [`Scene::parse`] refuses.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        Self::parse(&read_text(path)?, path)
+    }
+
+    /// Checks the text of a scene file as if it lay at `path`. Reads the materials table that it names, and looks
+    /// whether the model is there.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with file, line and key: see [`SceneError`].
+    pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
+        let file = SourceFile::new(path, text);
+        let table = file.parse()?;
+        let root = Section::root(&file, &table, keys::ROOT)?;
+        let mut assumptions = Vec::new();
+        let mut files = vec![path.to_path_buf()];
+
+        let model = required(&root, "model", keys::MODEL)?;
+        let model_path = model_path(&model)?;
+        files.push(model_path.clone());
+        let max_edge = model.number("max_edge", Quantity::positive("m"))?;
+        if max_edge.is_none() {
+            assumptions.push("The model's triangles are not subdivided (model.max_edge is absent).".to_string());
+        }
+        let time = time::read(&required(&root, "time", keys::TIME)?, &mut assumptions)?;
+        let environment = environment::read(&required(&root, "environment", keys::ENVIRONMENT)?, &mut assumptions)?;
+        let orbit = orbit::read(&required(&root, "orbit", keys::ORBIT)?, environment.planet_radius, &mut assumptions)?;
+        let attitude = attitude::read(&required(&root, "attitude", keys::ATTITUDE)?, &mut assumptions)?;
+        let materials = material::read(
+            root.table("materials", keys::MATERIALS)?.as_ref(),
+            &root.tables("material", keys::MATERIAL)?,
+            path,
+            time.step,
+            &mut files,
+            &mut assumptions,
+        )?;
+        let band = view::band(root.table("radiance", keys::RADIANCE)?.as_ref(), &mut assumptions)?;
+        let camera = optional_camera(&root, &time.draw, &mut assumptions)?;
+        let initial = view::initial(root.table("initial", keys::INITIAL)?.as_ref(), &mut assumptions)?;
+        let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
+        let colour_range = view::colour_range(root.table("output", keys::OUTPUT)?.as_ref())?;
+        let name = match root.string("name")? {
+            Some(name) => name.to_string(),
+            None => path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+        };
+        Ok(Self {
+            source: path.to_path_buf(),
+            name,
+            model_path,
+            max_edge,
+            time,
+            orbit,
+            attitude,
+            environment,
+            materials,
+            camera,
+            band,
+            initial,
+            probes,
+            colour_range,
+            files,
+            assumptions,
+        })
+    }
+
+    /// The camera, for whoever must draw.
+    ///
+    /// # Errors
+    /// [`SceneError::Value`] where the scene has none.
+    pub fn require_camera(&self) -> Result<&Camera, SceneError> {
+        self.camera.as_ref().ok_or_else(|| SceneError::Value {
+            path: self.source.clone(),
+            line: 1,
+            key: "camera".to_string(),
+            message: "is missing: a section [camera] is needed to draw".to_string(),
+        })
+    }
+}
+
+fn required<'a>(root: &Section<'a>, name: &str, known: &[&str]) -> Result<Section<'a>, SceneError> {
+    root.required(name, root.table(name, known)?, &format!("a scene needs a section [{name}]"))
+}
+
+fn model_path(section: &Section) -> Result<PathBuf, SceneError> {
+    let path = section.required("path", section.string("path")?, "the glTF file, .glb or .gltf")?;
+    let path = section.file().resolve(path);
+    match std::fs::metadata(&path) {
+        Ok(metadata) if metadata.is_file() => Ok(path),
+        Ok(_) => Err(section.error("path", format!("{} is not a file", path.display()))),
+        Err(error) => Err(section.error("path", format!("{}: cannot be read: {error}", path.display()))),
+    }
+}
+
+/// A scene that draws nothing may do without a camera.
+fn optional_camera(root: &Section, draw: &Draw, assumptions: &mut Vec<String>) -> Result<Option<Camera>, SceneError> {
+    match root.table("camera", keys::CAMERA)? {
+        Some(section) => camera::read(&section, assumptions).map(Some),
+        None if *draw == Draw::None => Ok(None),
+        None => {
+            let message = "is missing: a section [camera] is needed to draw (time.draw_every = 0 draws nothing)";
+            Err(root.error("camera", message))
+        }
+    }
+}
+
+/// SHA-256, in hexadecimal, of the contents of a scene's files in their order (scene, model, table); each is preceded
+/// by its length, so that a byte cannot move from one file to the next unnoticed.
+pub fn scene_hash(contents: &[&[u8]]) -> String {
+    let mut hasher = Sha256::new();
+    for content in contents {
+        hasher.update((content.len() as u64).to_le_bytes());
+        hasher.update(content);
+    }
+    hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::scene_hash;
+
+    #[test]
+    fn the_hash_tells_files_and_their_borders_apart() {
+        // printf '\2\0\0\0\0\0\0\0ab' | sha256sum
+        let hash = scene_hash(&[b"ab"]);
+        assert_eq!(hash, "5dff2b3fa79721a8181b9beb1db6bcce93b482f9aa3a5c9b864fc4429e31d5f2");
+        assert_ne!(hash, scene_hash(&[b"a", b"b"]));
+        assert_ne!(scene_hash(&[b"ab", b"c"]), scene_hash(&[b"a", b"bc"]));
+    }
+}

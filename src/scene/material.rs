@@ -1,0 +1,245 @@
+//! `[materials]` and `[[material]]`: the rules that give every glTF material its thermal values.
+
+use std::path::{Path, PathBuf};
+
+use wildmatch::WildMatch;
+
+use crate::model::{Model, ModelMaterial};
+use crate::thermal::material::Material;
+
+use super::error::SceneError;
+use super::extras::Extras;
+use super::section::Section;
+use super::table::MaterialTable;
+use super::values::{Complete, Incomplete, ValueSource, Values};
+use super::{MaterialRule, MaterialRules};
+
+/// What the `extras` of a glTF material are read with: they are met only when the model is.
+#[derive(Debug, Clone)]
+pub(super) struct ExtrasContext {
+    table: MaterialTable,
+    /// What `[materials]` says for all materials.
+    common: Values,
+    /// Length of a step [s].
+    step: f64,
+    /// Scene file, and the line after which another rule could stand.
+    scene: PathBuf,
+    line: usize,
+}
+
+impl Default for ExtrasContext {
+    /// No table, nothing in common, steps of 1 s.
+    fn default() -> Self {
+        Self { table: MaterialTable::default(), common: Values::default(), step: 1.0, scene: PathBuf::new(), line: 1 }
+    }
+}
+
+/// Reads `[materials]` and every `[[material]]`. `step` [s] turns a `t_max` in seconds into steps; the table's path
+/// joins `files`.
+pub(super) fn read(
+    materials: Option<&Section>,
+    rules: &[Section],
+    scene: &Path,
+    step: f64,
+    files: &mut Vec<PathBuf>,
+    assumptions: &mut Vec<String>,
+) -> Result<MaterialRules, SceneError> {
+    let mut context = ExtrasContext { step, scene: scene.to_path_buf(), ..ExtrasContext::default() };
+    context.line = rules.last().or(materials).map_or(1, Section::line);
+    if let Some(section) = materials {
+        context.common = Values::read(section, step)?;
+        if let Some(name) = section.string("table")? {
+            let path = section.file().resolve(name);
+            context.table = MaterialTable::read(&path, step).map_err(|error| match error {
+                SceneError::Unreadable { .. } => section.error("table", error),
+                other => other,
+            })?;
+            files.push(path);
+        }
+    }
+    let mut assumed = Assumed::default();
+    let rules = rules
+        .iter()
+        .enumerate()
+        .map(|(index, section)| rule(section, index + 1, &context, &mut assumed))
+        .collect::<Result<_, _>>()?;
+    let default = match materials {
+        Some(section) => default(section, &context, &mut assumed)?,
+        None => None,
+    };
+    assumed.say(assumptions);
+    Ok(MaterialRules { rules, default, extras: context })
+}
+
+fn rule(
+    section: &Section,
+    number: usize,
+    context: &ExtrasContext,
+    assumed: &mut Assumed,
+) -> Result<MaterialRule, SceneError> {
+    let patterns = section.strings("match")?;
+    let patterns = section.required("match", patterns, "the names of glTF materials, with * and ? as wildcards")?;
+    let source = format!("{} rule {number}", file_name(&context.scene));
+    let settled = settle(section, &section.strings("use")?.unwrap_or_default(), source, context)?;
+    assumed.note(&settled.complete, &format!("rule {number} ({})", patterns.join(", ")));
+    Ok(MaterialRule { patterns, material: settled.material(String::new()) })
+}
+
+fn default(
+    section: &Section,
+    context: &ExtrasContext,
+    assumed: &mut Assumed,
+) -> Result<Option<MaterialRule>, SceneError> {
+    let Some(names) = section.strings("default")? else {
+        return Ok(None);
+    };
+    let (entries, description) = context.table.combine(&names).map_err(|message| section.error("default", message))?;
+    let complete = entries
+        .or(&context.common)
+        .complete()
+        .map_err(|Incomplete { message, .. }| section.error("default", message))?;
+    assumed.note(&complete, "materials.default");
+    let source = format!("{} materials.default; {description}", file_name(&context.scene));
+    let settled = Settled { complete, source };
+    Ok(Some(MaterialRule { patterns: vec!["*".to_string()], material: settled.material(String::new()) }))
+}
+
+/// Values that are complete, and where they come from.
+struct Settled {
+    complete: Complete,
+    source: String,
+}
+
+impl Settled {
+    fn material(self, name: String) -> Material {
+        let Complete { front, sides, bulk, response, .. } = self.complete;
+        Material { name, front, sides, bulk, response, source: self.source }
+    }
+}
+
+/// Adds up what `place` states, the entries that it uses and what `[materials]` says for all.
+fn settle(
+    place: &impl ValueSource,
+    entries: &[String],
+    mut source: String,
+    context: &ExtrasContext,
+) -> Result<Settled, SceneError> {
+    let own = Values::read(place, context.step)?;
+    let mut values = own;
+    if !entries.is_empty() {
+        let (entries, description) = context.table.combine(entries).map_err(|message| place.error("use", message))?;
+        values = values.or(&entries);
+        let overrides = own.states_front() || own.states_back() || own.states_bulk();
+        source.push_str(if overrides { ", over " } else { "; " });
+        source.push_str(&description);
+    }
+    let located = |Incomplete { key, message }| place.error(key, message);
+    let complete = values.or(&context.common).complete().map_err(located)?;
+    own.check_back_is_used(&complete).map_err(located)?;
+    Ok(Settled { complete, source })
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// Which rules left something to be assumed.
+#[derive(Default)]
+struct Assumed {
+    sides: Vec<String>,
+    retarget: Vec<String>,
+}
+
+impl Assumed {
+    fn note(&mut self, complete: &Complete, who: &str) {
+        if complete.sides_assumed {
+            self.sides.push(who.to_string());
+        }
+        if complete.retarget_assumed {
+            self.retarget.push(who.to_string());
+        }
+    }
+
+    fn say(&self, assumptions: &mut Vec<String>) {
+        if !self.sides.is_empty() {
+            let who = self.sides.join(", ");
+            assumptions.push(format!("Surfaces exchange heat on their outside only (sides is absent): {who}."));
+        }
+        if !self.retarget.is_empty() {
+            let who = self.retarget.join(", ");
+            assumptions.push(format!("A transition merges with the one under way (retarget is absent): {who}."));
+        }
+    }
+}
+
+impl MaterialRules {
+    /// A material for each of `model.materials`: of the first rule that matches its name, else of its own `extras`,
+    /// else the default.
+    ///
+    /// # Errors
+    /// [`SceneError::Unmatched`] with the name of every material that none of them reaches; an error about the first
+    /// `extras` that are used and wrong or incomplete.
+    pub fn resolve(&self, model: &Model) -> Result<Vec<Material>, SceneError> {
+        let mut materials = Vec::with_capacity(model.materials.len());
+        let mut unmatched = Vec::new();
+        for wanted in &model.materials {
+            match self.find(wanted, model)? {
+                Some(material) => materials.push(material),
+                None => unmatched.push(format!("'{}'", wanted.name)),
+            }
+        }
+        if unmatched.is_empty() {
+            return Ok(materials);
+        }
+        Err(SceneError::Unmatched {
+            path: self.extras.scene.clone(),
+            line: self.extras.line,
+            model: model.source.clone(),
+            names: unmatched,
+        })
+    }
+
+    fn find(&self, wanted: &ModelMaterial, model: &Model) -> Result<Option<Material>, SceneError> {
+        if let Some(rule) = self.rules.iter().find(|rule| rule.matches(&wanted.name)) {
+            return Ok(Some(Material { name: wanted.name.clone(), ..rule.material.clone() }));
+        }
+        if let Some(extras) = Extras::open(&model.source, wanted)? {
+            let entries: Vec<String> = extras.string("use")?.map(str::to_string).into_iter().collect();
+            let source = format!("{} extras", file_name(&model.source));
+            let mut settled = settle(&extras, &entries, source, &self.extras)?;
+            if settled.complete.sides_assumed {
+                settled.source.push_str("; outside only, because sides is absent");
+            }
+            if settled.complete.retarget_assumed {
+                settled.source.push_str("; merged, because retarget is absent");
+            }
+            return Ok(Some(settled.material(wanted.name.clone())));
+        }
+        Ok(self.default.as_ref().map(|rule| Material { name: wanted.name.clone(), ..rule.material.clone() }))
+    }
+
+    /// Patterns that match no material of the model, or none that an earlier rule left: most likely misspelt. One
+    /// sentence each, to be printed.
+    pub fn idle_patterns(&self, model: &Model) -> Vec<String> {
+        let mut idle = Vec::new();
+        for (index, rule) in self.rules.iter().enumerate() {
+            for pattern in &rule.patterns {
+                let wildcard = WildMatch::new(pattern);
+                let mut matched = model.materials.iter().filter(|material| wildcard.matches(&material.name)).peekable();
+                if matched.peek().is_none() {
+                    idle.push(format!("Pattern '{pattern}' of rule {} matches no material of the model.", index + 1));
+                } else if matched.all(|material| self.rules[..index].iter().any(|rule| rule.matches(&material.name))) {
+                    idle.push(format!("Pattern '{pattern}' of rule {} matches what earlier rules match.", index + 1));
+                }
+            }
+        }
+        idle
+    }
+}
+
+impl MaterialRule {
+    /// Whether one of the patterns matches the name of a glTF material; case counts.
+    pub fn matches(&self, name: &str) -> bool {
+        self.patterns.iter().any(|pattern| WildMatch::new(pattern).matches(name))
+    }
+}

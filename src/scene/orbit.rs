@@ -1,0 +1,103 @@
+//! `[orbit]`: a circular orbit, its altitude and its period as separate inputs.
+
+use std::f64::consts::TAU;
+
+use super::CircularOrbit;
+use super::error::SceneError;
+use super::quantity::Quantity;
+use super::section::Section;
+
+/// Gravitational parameter of the Earth [m3/s2] (WGS 84, IERS Conventions 2010).
+const EARTH_GRAVITATIONAL_PARAMETER: f64 = 3.986_004_418e14;
+
+/// Planet radii [m] that pass for the Earth's: the mean radius, the poles and the equator lie between.
+const EARTH_RADII: std::ops::RangeInclusive<f64> = 6.35e6..=6.385e6;
+
+/// An altitude below this share of the planet's radius is taken for kilometres written by mistake: at the Earth it is
+/// 6.4 km, below every orbit.
+const LOWEST_ALTITUDE: f64 = 1e-3;
+
+/// Relative difference between a stated period and Kepler's that is worth a sentence.
+const PERIOD_TOLERANCE: f64 = 1e-3;
+
+/// Reads `[orbit]`; `planet_radius` [m] is that of `[environment]`.
+pub(super) fn read(
+    section: &Section,
+    planet_radius: f64,
+    assumptions: &mut Vec<String>,
+) -> Result<CircularOrbit, SceneError> {
+    let altitude = section.number("altitude", Quantity::positive("m"))?;
+    let altitude = section.required("altitude", altitude, "the height above the planet's radius [m]")?;
+    if altitude < LOWEST_ALTITUDE * planet_radius {
+        let message = format!(
+            "{altitude} m is less than a thousandth of the planet's radius ({planet_radius} m); altitude is in metres"
+        );
+        return Err(section.error("altitude", message));
+    }
+    let period = period(section, altitude, planet_radius, assumptions)?;
+    let mut angle = |key: &str, quantity, meaning: &str| -> Result<f64, SceneError> {
+        let degrees = section.number(key, quantity)?.unwrap_or_else(|| {
+            assumptions.push(format!("{meaning} (orbit.{key} is absent)."));
+            0.0
+        });
+        Ok(degrees.to_radians())
+    };
+    let beta = angle("beta_deg", Quantity::within(-90.0, 90.0, "deg"), "The Sun lies in the orbit plane")?;
+    let phase = angle("phase_deg", Quantity::any("deg"), "Time 0 is orbit noon")?;
+    Ok(CircularOrbit { altitude, period, beta, phase })
+}
+
+fn period(
+    section: &Section,
+    altitude: f64,
+    planet_radius: f64,
+    assumptions: &mut Vec<String>,
+) -> Result<f64, SceneError> {
+    let stated = section.number("period", Quantity::positive("s"))?;
+    let kepler = EARTH_RADII.contains(&planet_radius).then(|| kepler_period(altitude, planet_radius));
+    match (stated, kepler) {
+        (Some(period), Some(kepler)) if (period / kepler - 1.0).abs() > PERIOD_TOLERANCE => {
+            assumptions.push(format!(
+                "The stated period {period} s is used although a circular orbit at the stated altitude takes \
+                 {kepler:.1} s."
+            ));
+            Ok(period)
+        }
+        (Some(period), _) => Ok(period),
+        (None, Some(kepler)) => {
+            assumptions.push(format!(
+                "The period is Kepler's for the altitude, {kepler:.1} s (orbit.period is absent; \
+                 mu = 3.986004418e14 m3/s2)."
+            ));
+            Ok(kepler)
+        }
+        (None, None) => {
+            let message = format!(
+                "is missing: the period [s] can be computed for the Earth only, and environment.planet_radius is \
+                 {planet_radius} m"
+            );
+            Err(section.error("period", message))
+        }
+    }
+}
+
+/// Kepler's third law for a circular orbit about the Earth: 2 pi sqrt(a^3 / mu) [s], with a = altitude + radius [m].
+fn kepler_period(altitude: f64, planet_radius: f64) -> f64 {
+    TAU * ((altitude + planet_radius).powi(3) / EARTH_GRAVITATIONAL_PARAMETER).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::kepler_period;
+
+    /// NUMERICS.md 2: 224 km means 5339 s with R = 6378.137 km, 5330 s with 6371 km; 6017 s means 772 and 779 km.
+    #[test]
+    fn kepler_periods_are_those_of_the_paper_s_two_altitudes() {
+        let rounded = |altitude, radius| kepler_period(altitude, radius).round();
+        assert_eq!(rounded(224e3, 6378.137e3), 5339.0);
+        assert_eq!(rounded(224e3, 6371e3), 5330.0);
+        assert!((kepler_period(772e3, 6378.137e3) - 6017.0).abs() < 1.0);
+        assert!((kepler_period(779e3, 6371e3) - 6017.0).abs() < 1.0);
+        assert!((kepler_period(772e3, 6371e3) - 6017.0).abs() > 1.0, "the radius must matter");
+    }
+}

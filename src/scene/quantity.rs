@@ -1,0 +1,98 @@
+//! What a number in a scene file may be: its unit, and the range that physics or the simulation allows.
+
+/// Unit and range of a number. A number that is not finite is refused whatever the range.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Quantity {
+    /// Unit as it is shown in messages; empty where the number has none.
+    unit: &'static str,
+    range: Range,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Range {
+    Any,
+    Positive,
+    NonNegative,
+    /// Both ends belong to the range.
+    Within(f64, f64),
+    /// Neither end belongs to the range.
+    Between(f64, f64),
+}
+
+impl Quantity {
+    /// Any finite number.
+    pub(super) const fn any(unit: &'static str) -> Self {
+        Self { unit, range: Range::Any }
+    }
+
+    /// Above 0.
+    pub(super) const fn positive(unit: &'static str) -> Self {
+        Self { unit, range: Range::Positive }
+    }
+
+    /// 0 or above.
+    pub(super) const fn non_negative(unit: &'static str) -> Self {
+        Self { unit, range: Range::NonNegative }
+    }
+
+    /// From `lower` to `upper`, both included.
+    pub(super) const fn within(lower: f64, upper: f64, unit: &'static str) -> Self {
+        Self { unit, range: Range::Within(lower, upper) }
+    }
+
+    /// From `lower` to `upper`, neither included.
+    pub(super) const fn between(lower: f64, upper: f64, unit: &'static str) -> Self {
+        Self { unit, range: Range::Between(lower, upper) }
+    }
+
+    /// The value itself where it is allowed, otherwise the message that says what is.
+    pub(super) fn check(&self, value: f64) -> Result<f64, String> {
+        if !value.is_finite() {
+            return Err(format!("must be a finite number{}, found {value}", self.unit_suffix()));
+        }
+        let (allowed, rule) = match self.range {
+            Range::Any => (true, String::new()),
+            Range::Positive => (value > 0.0, "above 0".to_string()),
+            Range::NonNegative => (value >= 0.0, "0 or above".to_string()),
+            Range::Within(lower, upper) => ((lower..=upper).contains(&value), format!("in [{lower}, {upper}]")),
+            Range::Between(lower, upper) => {
+                (lower < value && value < upper, format!("between {lower} and {upper}, neither included"))
+            }
+        };
+        if allowed { Ok(value) } else { Err(format!("must be {rule}{}, found {value}", self.unit_suffix())) }
+    }
+
+    /// `a number [m]`, or `a number` where there is no unit.
+    pub(super) fn expected(&self) -> String {
+        format!("a number{}", self.unit_suffix())
+    }
+
+    fn unit_suffix(&self) -> String {
+        if self.unit.is_empty() { String::new() } else { format!(" [{}]", self.unit) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Quantity;
+
+    #[test]
+    fn ends_of_a_range_belong_to_it_or_not() {
+        let share = Quantity::within(0.0, 1.0, "");
+        assert_eq!(share.check(1.0), Ok(1.0));
+        assert_eq!(share.check(1.0 + f64::EPSILON), Err("must be in [0, 1], found 1.0000000000000002".to_string()));
+        let field = Quantity::between(0.0, 180.0, "deg");
+        assert_eq!(field.check(179.9), Ok(179.9));
+        assert_eq!(field.check(180.0), Err("must be between 0 and 180, neither included [deg], found 180".to_string()));
+        assert_eq!(Quantity::non_negative("K").check(0.0), Ok(0.0));
+        assert!(Quantity::positive("K").check(0.0).is_err());
+    }
+
+    #[test]
+    fn a_number_that_is_not_finite_is_never_allowed() {
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let message = Quantity::any("s").check(value);
+            assert_eq!(message, Err(format!("must be a finite number [s], found {value}")));
+        }
+    }
+}

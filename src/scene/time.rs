@@ -1,0 +1,37 @@
+//! `[time]`: the steps of a run and which of them are drawn.
+
+use super::error::SceneError;
+use super::quantity::Quantity;
+use super::section::Section;
+use super::{Draw, Time};
+
+/// Reads `[time]`.
+pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<Time, SceneError> {
+    let step = section.number("step", Quantity::positive("s"))?;
+    let step = section.required("step", step, "the length of a step [s]")?;
+    let steps = section.whole("steps", 1..=u32::MAX)?;
+    let steps = section.required("steps", steps, "the number of steps")?;
+    let warm_up_orbits = section.number("warm_up_orbits", Quantity::non_negative("orbits"))?.unwrap_or_else(|| {
+        assumptions.push("No orbit is stepped before time 0 (time.warm_up_orbits is absent).".to_string());
+        0.0
+    });
+    Ok(Time { step, steps, warm_up_orbits, draw: draw(section, steps)? })
+}
+
+fn draw(section: &Section, steps: u32) -> Result<Draw, SceneError> {
+    section.exclusive("draw_every", "draw_steps")?;
+    if let Some(drawn) = section.wholes("draw_steps", 0..=u32::MAX)? {
+        if let Some(beyond) = drawn.iter().find(|&&step| step > steps) {
+            return Err(section.error("draw_steps", format!("step {beyond} lies beyond the last step, {steps}")));
+        }
+        if let Some(pair) = drawn.windows(2).find(|pair| pair[0] >= pair[1]) {
+            return Err(section.error("draw_steps", format!("must increase, but {} follows {}", pair[1], pair[0])));
+        }
+        return Ok(if drawn.is_empty() { Draw::None } else { Draw::Steps(drawn) });
+    }
+    Ok(match section.whole("draw_every", 0..=u32::MAX)? {
+        Some(0) => Draw::None,
+        Some(stride) => Draw::Every(stride),
+        None => Draw::Every(1),
+    })
+}

@@ -1,0 +1,283 @@
+//! Thermal values as far as one place states them (a rule, a table entry, glTF extras), and how they add up.
+
+use crate::thermal::material::{Bulk, Function, Optics, Profile, Response, Retarget, Sides};
+
+use super::error::SceneError;
+use super::keys;
+use super::quantity::Quantity;
+use super::section::Section;
+
+const SHARE: Quantity = Quantity::within(0.0, 1.0, "");
+
+/// Which sides exchange heat, without the optics of the back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum SidesKind {
+    Outside,
+    Both,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum ResponseKind {
+    Instant,
+    Transition,
+}
+
+/// Something that states values under the keys of a material.
+pub(super) trait ValueSource: Sized {
+    /// A number in its range.
+    fn number(&self, key: &str, quantity: Quantity) -> Result<Option<f64>, SceneError>;
+    /// One of the words of `choices`.
+    fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError>;
+    /// The values that `key` groups: `back`, `heating`, `cooling`.
+    fn group(&self, key: &str, known: &[&str]) -> Result<Option<Self>, SceneError>;
+    /// An error about a key, or about its absence.
+    fn error(&self, key: &str, message: String) -> SceneError;
+}
+
+impl ValueSource for Section<'_> {
+    fn number(&self, key: &str, quantity: Quantity) -> Result<Option<f64>, SceneError> {
+        self.number(key, quantity)
+    }
+
+    fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
+        self.choice(key, choices)
+    }
+
+    fn group(&self, key: &str, known: &[&str]) -> Result<Option<Self>, SceneError> {
+        self.table(key, known)
+    }
+
+    fn error(&self, key: &str, message: String) -> SceneError {
+        self.error(key, message)
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct PartialOptics {
+    absorptivity: Option<f64>,
+    emissivity: Option<f64>,
+}
+
+impl PartialOptics {
+    fn read(source: &impl ValueSource) -> Result<Self, SceneError> {
+        Ok(Self {
+            absorptivity: source.number("absorptivity", SHARE)?,
+            emissivity: source.number("emissivity", SHARE)?,
+        })
+    }
+
+    fn or(self, fallback: Self) -> Self {
+        Self {
+            absorptivity: self.absorptivity.or(fallback.absorptivity),
+            emissivity: self.emissivity.or(fallback.emissivity),
+        }
+    }
+}
+
+/// Values of a material as far as one place states them.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Values {
+    front: PartialOptics,
+    back: Option<PartialOptics>,
+    sides: Option<SidesKind>,
+    bulk: Bulk,
+    response: Option<ResponseKind>,
+    heating: Option<Profile>,
+    cooling: Option<Profile>,
+    retarget: Option<Retarget>,
+}
+
+/// What a complete set of values comes to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Complete {
+    pub(super) front: Optics,
+    pub(super) sides: Sides,
+    pub(super) bulk: Bulk,
+    pub(super) response: Response,
+    /// No place says which sides exchange heat: the outside was assumed.
+    pub(super) sides_assumed: bool,
+    /// No place says what happens to a transition whose target moves: merge was assumed.
+    pub(super) retarget_assumed: bool,
+}
+
+/// A value that is missing or at odds with the others.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Incomplete {
+    /// Key of the material: `back` for the back's optics.
+    pub(super) key: &'static str,
+    /// What is wrong.
+    pub(super) message: String,
+}
+
+impl Incomplete {
+    fn new(key: &'static str, message: impl Into<String>) -> Self {
+        Self { key, message: message.into() }
+    }
+}
+
+impl Values {
+    /// Reads what `source` states. `step` [s] turns a `t_max` in seconds into steps.
+    pub(super) fn read(source: &impl ValueSource, step: f64) -> Result<Self, SceneError> {
+        let positive = |key: &str, unit| source.number(key, Quantity::positive(unit));
+        Ok(Self {
+            front: PartialOptics::read(source)?,
+            back: source.group("back", keys::BACK)?.map(|back| PartialOptics::read(&back)).transpose()?,
+            sides: source.choice("sides", &[("outside", SidesKind::Outside), ("both", SidesKind::Both)])?,
+            bulk: Bulk {
+                thickness: positive("thickness", "m")?,
+                // The paper gives multi-layer insulation neither density nor specific heat: 0 is a value.
+                density: source.number("density", Quantity::non_negative("kg/m3"))?,
+                specific_heat: source.number("specific_heat", Quantity::non_negative("J/(kg K)"))?,
+                conductivity: source.number("conductivity", Quantity::non_negative("W/(m K)"))?,
+            },
+            response: source
+                .choice("response", &[("instant", ResponseKind::Instant), ("transition", ResponseKind::Transition)])?,
+            heating: profile(source, "heating", step)?,
+            cooling: profile(source, "cooling", step)?,
+            retarget: source.choice("retarget", &[("merge", Retarget::Merge), ("restart", Retarget::Restart)])?,
+        })
+    }
+
+    /// These values, and those of `fallback` where these are silent.
+    pub(super) fn or(self, fallback: &Self) -> Self {
+        Self {
+            front: self.front.or(fallback.front),
+            back: match (self.back, fallback.back) {
+                (Some(back), Some(other)) => Some(back.or(other)),
+                (back, other) => back.or(other),
+            },
+            sides: self.sides.or(fallback.sides),
+            bulk: Bulk {
+                thickness: self.bulk.thickness.or(fallback.bulk.thickness),
+                density: self.bulk.density.or(fallback.bulk.density),
+                specific_heat: self.bulk.specific_heat.or(fallback.bulk.specific_heat),
+                conductivity: self.bulk.conductivity.or(fallback.bulk.conductivity),
+            },
+            response: self.response.or(fallback.response),
+            heating: self.heating.or(fallback.heating),
+            cooling: self.cooling.or(fallback.cooling),
+            retarget: self.retarget.or(fallback.retarget),
+        }
+    }
+
+    /// Whether the optics of the front are stated in whole or in part.
+    pub(super) fn states_front(&self) -> bool {
+        self.front != PartialOptics::default()
+    }
+
+    /// Whether the optics of the back are stated in whole or in part.
+    pub(super) fn states_back(&self) -> bool {
+        self.back.is_some()
+    }
+
+    /// Whether any bulk property is stated.
+    pub(super) fn states_bulk(&self) -> bool {
+        self.bulk != Bulk::default()
+    }
+
+    /// A material's worth of values.
+    ///
+    /// # Errors
+    /// The first value that is missing, or optics that leave no balance temperature.
+    pub(super) fn complete(&self) -> Result<Complete, Incomplete> {
+        let missing = |key, name: &str| {
+            Incomplete::new(key, format!("{name} is missing: state it, or name an entry of the table with 'use'"))
+        };
+        let front = Optics {
+            absorptivity: self.front.absorptivity.ok_or_else(|| missing("absorptivity", "absorptivity"))?,
+            emissivity: self.front.emissivity.ok_or_else(|| missing("emissivity", "emissivity"))?,
+        };
+        let sides = match self.sides {
+            None | Some(SidesKind::Outside) => Sides::Outside,
+            Some(SidesKind::Both) => {
+                let message = "sides = 'both' needs the back's own optics: \
+                               back = { absorptivity = .., emissivity = .. }";
+                let back = self.back.ok_or_else(|| Incomplete::new("back", message))?;
+                Sides::Both {
+                    back: Optics {
+                        absorptivity: back.absorptivity.ok_or_else(|| missing("back", "absorptivity of the back"))?,
+                        emissivity: back.emissivity.ok_or_else(|| missing("back", "emissivity of the back"))?,
+                    },
+                }
+            }
+        };
+        check_emits(front, sides)?;
+        let response = self.response()?;
+        Ok(Complete {
+            front,
+            sides,
+            bulk: self.bulk,
+            response,
+            sides_assumed: self.sides.is_none(),
+            retarget_assumed: self.retarget.is_none() && matches!(response, Response::Transition { .. }),
+        })
+    }
+
+    fn response(&self) -> Result<Response, Incomplete> {
+        let message = "response is missing: state 'transition' or 'instant' here, in the table's entry or in \
+                       [materials]";
+        match self.response.ok_or_else(|| Incomplete::new("response", message))? {
+            ResponseKind::Instant => Ok(Response::Instant),
+            ResponseKind::Transition => {
+                let missing = |key| {
+                    let message = format!(
+                        "response = 'transition' needs {key}, a function with t_max_steps or t_max: state it here, in \
+                         the table's entry or in [materials]"
+                    );
+                    Incomplete::new(key, message)
+                };
+                Ok(Response::Transition {
+                    heating: self.heating.ok_or_else(|| missing("heating"))?,
+                    cooling: self.cooling.ok_or_else(|| missing("cooling"))?,
+                    retarget: self.retarget.unwrap_or(Retarget::Merge),
+                })
+            }
+        }
+    }
+
+    /// Refuses optics of a back that nothing would use: they were stated for a reason.
+    pub(super) fn check_back_is_used(&self, complete: &Complete) -> Result<(), Incomplete> {
+        if self.back.is_some() && complete.sides == Sides::Outside {
+            return Err(Incomplete::new("back", "is used with sides = 'both' only: state that, or leave the back out"));
+        }
+        Ok(())
+    }
+}
+
+/// What absorbs and emits nothing has no balance temperature; instant and transition both move towards it.
+fn check_emits(front: Optics, sides: Sides) -> Result<(), Incomplete> {
+    let emissivity = match sides {
+        Sides::Outside => front.emissivity,
+        Sides::Both { back } => front.emissivity + back.emissivity,
+    };
+    if emissivity > 0.0 {
+        return Ok(());
+    }
+    let message = "an emissivity of 0 leaves no balance temperature, which 'instant' and 'transition' both need: \
+                   what emits nothing cannot shed its heat";
+    Err(Incomplete::new("emissivity", message))
+}
+
+fn profile(source: &impl ValueSource, key: &'static str, step: f64) -> Result<Option<Profile>, SceneError> {
+    let Some(group) = source.group(key, keys::PROFILE)? else {
+        return Ok(None);
+    };
+    let functions = [("linear", Function::Linear), ("quadratic", Function::Quadratic)];
+    let Some(function) = group.choice("function", &functions)? else {
+        return Err(group.error("function", "is missing: 'linear' or 'quadratic'".to_string()));
+    };
+    let steps = group.number("t_max_steps", Quantity::non_negative("steps"))?;
+    let seconds = group.number("t_max", Quantity::non_negative("s"))?;
+    let t_max_steps = match (steps, seconds) {
+        (Some(_), Some(_)) => {
+            return Err(group.error("t_max", "cannot be combined with 't_max_steps': state one of the two".to_string()));
+        }
+        (Some(steps), None) => steps,
+        (None, Some(seconds)) => seconds / step,
+        (None, None) => {
+            let message = "is missing: the time to reach the target, in steps (t_max_steps) or in seconds (t_max)";
+            return Err(group.error("t_max_steps", message.to_string()));
+        }
+    };
+    Ok(Some(Profile { function, t_max_steps }))
+}

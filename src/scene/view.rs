@@ -1,0 +1,72 @@
+//! The small sections: `[radiance]`, `[initial]`, `[[probe]]` and `[output]`.
+
+use super::error::SceneError;
+use super::quantity::Quantity;
+use super::section::Section;
+use super::vector::point;
+use super::{Band, Initial, Probe};
+
+/// Reads `[radiance]`; absent is 8 to 14 um.
+pub(super) fn band(section: Option<&Section>, assumptions: &mut Vec<String>) -> Result<Band, SceneError> {
+    let stated = match section {
+        Some(section) => {
+            section.numbers::<2>("band_um", Quantity::within(1.0, 50.0, "um"))?.map(|band| (section, band))
+        }
+        None => None,
+    };
+    let [lower, upper] = match stated {
+        Some((section, [lower, upper])) if lower >= upper => {
+            return Err(section.error("band_um", format!("must run from low to high, found {lower} to {upper} um")));
+        }
+        Some((_, band)) => band,
+        None => {
+            assumptions.push("Radiance is that of 8 to 14 um (radiance.band_um is absent).".to_string());
+            [8.0, 14.0]
+        }
+    };
+    // Division by 1e6, which f64 holds exactly, rounds once; 1e-6 is itself rounded.
+    Ok(Band { lower: lower / 1e6, upper: upper / 1e6 })
+}
+
+/// Reads `[initial]`; absent is the balance of the first load.
+pub(super) fn initial(section: Option<&Section>, assumptions: &mut Vec<String>) -> Result<Initial, SceneError> {
+    let stated = match section {
+        Some(section) => section.number("temperature", Quantity::non_negative("K"))?,
+        None => None,
+    };
+    Ok(stated.map(Initial::Temperature).unwrap_or_else(|| {
+        let sentence = "Every node starts at the balance temperature of the first load \
+             (initial.temperature is absent).";
+        assumptions.push(sentence.to_string());
+        Initial::Balance
+    }))
+}
+
+/// Reads one `[[probe]]` after another; their names become columns and must differ.
+pub(super) fn probes(sections: &[Section]) -> Result<Vec<Probe>, SceneError> {
+    let mut probes: Vec<Probe> = Vec::with_capacity(sections.len());
+    for section in sections {
+        let name = section.required("name", section.string("name")?, "the name of the probe's column")?;
+        if probes.iter().any(|probe| probe.name == name) {
+            return Err(section.error("name", format!("'{name}' is the name of another probe")));
+        }
+        let position = section.required("position", point(section, "position")?, "[x, y, z] in the body frame [m]")?;
+        let part = section.string("part")?.map(str::to_string);
+        probes.push(Probe { name: name.to_string(), position, part });
+    }
+    Ok(probes)
+}
+
+/// Reads `[output] colour_range` [K].
+pub(super) fn colour_range(section: Option<&Section>) -> Result<Option<[f64; 2]>, SceneError> {
+    let Some(section) = section else {
+        return Ok(None);
+    };
+    let range = section.numbers::<2>("colour_range", Quantity::non_negative("K"))?;
+    match range {
+        Some([lower, upper]) if lower >= upper => {
+            Err(section.error("colour_range", format!("must run from low to high, found {lower} to {upper} K")))
+        }
+        range => Ok(range),
+    }
+}

@@ -1,0 +1,299 @@
+//! The order of thermal nodes on the device: every response owns a contiguous range, four nodes at a time.
+//!
+//! A node is a vertex. Nodes are sorted by pipeline (`RangeKind`), then material, then part, then vertex; each run of
+//! one (material, part) is padded to whole *groups* of four, so that an invocation handles four nodes of one material
+//! and one part; each range is padded to whole workgroups, so that its buffers can be bound apart. A padding node has area 0 and a zero normal and belongs to no vertex.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::model::Model;
+use crate::thermal::material::{Material, Response, Retarget, Sides};
+
+/// Nodes that one invocation handles.
+pub const GROUP: usize = 4;
+/// Groups that a range is padded to: what one workgroup of 64 invocations handles.
+pub const RANGE_GROUPS: usize = 64;
+/// `vertex_of_node` of a padding node.
+pub const PADDING: u32 = u32::MAX;
+
+/// The response of a range, as far as it chooses a pipeline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RangeResponse {
+    /// No state.
+    Instant,
+    /// The paper's thermal inertia under this rule.
+    Transition(Retarget),
+}
+
+/// What all nodes of a range share: one compiled pipeline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RangeKind {
+    /// How their temperature moves.
+    pub response: RangeResponse,
+    /// Whether the back exchanges heat too.
+    pub both_sides: bool,
+}
+
+impl RangeKind {
+    /// The kind of a material's nodes.
+    pub fn of(material: &Material) -> Self {
+        let response = match material.response {
+            Response::Instant => RangeResponse::Instant,
+            Response::Transition { retarget, .. } => RangeResponse::Transition(retarget),
+        };
+        Self { response, both_sides: matches!(material.sides, Sides::Both { .. }) }
+    }
+
+    /// Key of the order of ranges: response, then sides, then rule.
+    fn rank(self) -> (bool, bool, bool) {
+        (
+            self.response != RangeResponse::Instant,
+            self.both_sides,
+            self.response == RangeResponse::Transition(Retarget::Restart),
+        )
+    }
+}
+
+/// Consecutive groups of one kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NodeRange {
+    /// What they share.
+    pub kind: RangeKind,
+    /// The first of them.
+    pub first_group: usize,
+    /// How many.
+    pub groups: usize,
+    /// Nodes in them, padding not counted.
+    pub nodes: usize,
+}
+
+/// All nodes of a model in device order. Arrays over nodes have `4 * groups` entries, padding included.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Nodes {
+    /// Nodes, padding not counted: one a vertex.
+    pub count: usize,
+    /// Groups of four.
+    pub groups: usize,
+    /// Vertex of a node, or `PADDING`.
+    pub vertex_of_node: Vec<u32>,
+    /// Node of a vertex.
+    pub node_of_vertex: Vec<u32>,
+    /// Index into the materials, one a group.
+    pub group_material: Vec<u32>,
+    /// Index into the parts, one a group.
+    pub group_part: Vec<u32>,
+    /// Pipelines in use and their groups, in order; together all groups.
+    pub ranges: Vec<NodeRange>,
+    /// Unit outward normals; zero for padding.
+    pub normals: Vec<Vec3>,
+    /// Positions in the body frame [m]; zero for padding.
+    pub positions: Vec<Vec3>,
+    /// Areas [m2]; 0 for padding.
+    pub areas: Vec<f64>,
+}
+
+impl Nodes {
+    /// Orders the vertices of a model; `node_areas` [m2] has one entry a vertex, `materials` one a model material.
+    pub fn new(model: &Model, node_areas: &[f64], materials: &[Material]) -> Self {
+        let order = sorted_vertices(model, materials);
+        let mut nodes = Self {
+            count: order.len(),
+            groups: 0,
+            vertex_of_node: Vec::with_capacity(order.len() + order.len() / 64),
+            node_of_vertex: vec![0; order.len()],
+            group_material: Vec::new(),
+            group_part: Vec::new(),
+            ranges: Vec::new(),
+            normals: Vec::new(),
+            positions: Vec::new(),
+            areas: Vec::new(),
+        };
+        let run_of = |&vertex: &u32| (model.vertex_material[vertex as usize], model.vertex_part[vertex as usize]);
+        for run in order.chunk_by(|a, b| run_of(a) == run_of(b)) {
+            let (material, part) = run_of(&run[0]);
+            nodes.push_run(run, RangeKind::of(&materials[material as usize]), material, part);
+        }
+        nodes.close_range();
+        nodes.normals = gather(&nodes.vertex_of_node, |vertex| model.normals[vertex]);
+        nodes.positions = gather(&nodes.vertex_of_node, |vertex| model.positions[vertex].as_vec3());
+        nodes.areas = gather(&nodes.vertex_of_node, |vertex| node_areas[vertex]);
+        nodes
+    }
+
+    /// Appends the vertices of one material and part, and their padding.
+    fn push_run(&mut self, vertices: &[u32], kind: RangeKind, material: u32, part: u32) {
+        if self.ranges.last().is_some_and(|range| range.kind != kind) {
+            self.close_range();
+        }
+        for &vertex in vertices {
+            self.node_of_vertex[vertex as usize] = self.vertex_of_node.len() as u32;
+            self.vertex_of_node.push(vertex);
+        }
+        let groups = vertices.len().div_ceil(GROUP);
+        self.vertex_of_node.resize((self.groups + groups) * GROUP, PADDING);
+        self.group_material.resize(self.groups + groups, material);
+        self.group_part.resize(self.groups + groups, part);
+        match self.ranges.last_mut() {
+            Some(range) if range.kind == kind => {
+                range.groups += groups;
+                range.nodes += vertices.len();
+            }
+            _ => self.ranges.push(NodeRange { kind, first_group: self.groups, groups, nodes: vertices.len() }),
+        }
+        self.groups += groups;
+    }
+
+    /// Pads the last range to whole workgroups with groups like its last one.
+    fn close_range(&mut self) {
+        let Some(range) = self.ranges.last_mut() else { return };
+        let padding = range.groups.next_multiple_of(RANGE_GROUPS) - range.groups;
+        range.groups += padding;
+        self.groups += padding;
+        self.vertex_of_node.resize(self.groups * GROUP, PADDING);
+        let last = |of_group: &[u32]| of_group.last().copied().unwrap_or_default();
+        self.group_material.resize(self.groups, last(&self.group_material));
+        self.group_part.resize(self.groups, last(&self.group_part));
+    }
+}
+
+/// Vertices by kind, material, part and index: a stable counting sort by part, then one by material in order of kind.
+fn sorted_vertices(model: &Model, materials: &[Material]) -> Vec<u32> {
+    let mut by_kind: Vec<usize> = (0..materials.len()).collect();
+    by_kind.sort_by_key(|&m| RangeKind::of(&materials[m]).rank());
+    let mut place = vec![0_u32; materials.len()];
+    for (rank, &material) in by_kind.iter().enumerate() {
+        place[material] = rank as u32;
+    }
+    let vertices: Vec<u32> = (0..model.positions.len() as u32).collect();
+    let by_part = counting_sort(&vertices, model.parts.len(), |vertex| model.vertex_part[vertex]);
+    counting_sort(&by_part, materials.len(), |vertex| place[model.vertex_material[vertex] as usize])
+}
+
+/// Stable sort of vertices by a key below `keys`.
+fn counting_sort(vertices: &[u32], keys: usize, key: impl Fn(usize) -> u32) -> Vec<u32> {
+    let mut next = vec![0_usize; keys + 1];
+    for &vertex in vertices {
+        next[key(vertex as usize) as usize + 1] += 1;
+    }
+    for k in 0..keys {
+        next[k + 1] += next[k];
+    }
+    let mut sorted = vec![0; vertices.len()];
+    for &vertex in vertices {
+        let slot = &mut next[key(vertex as usize) as usize];
+        sorted[*slot] = vertex;
+        *slot += 1;
+    }
+    sorted
+}
+
+/// A value for every node; the default (zero) for padding.
+fn gather<T: Default + Send>(vertex_of_node: &[u32], value: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let of_node = |&vertex: &u32| {
+        if vertex == PADDING { T::default() } else { value(vertex as usize) }
+    };
+    vertex_of_node.par_iter().map(of_node).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Part;
+    use crate::thermal::material::{Bulk, Function, Optics, Profile};
+    use glam::{DMat4, DVec3};
+
+    fn material(name: &str, sides: Sides, response: Response) -> Material {
+        let front = Optics { absorptivity: 0.5, emissivity: 0.8 };
+        Material { name: name.into(), front, sides, bulk: Bulk::default(), response, source: "test".into() }
+    }
+
+    fn transition(retarget: Retarget) -> Response {
+        let profile = Profile { function: Function::Linear, t_max_steps: 9.0 };
+        Response::Transition { heating: profile, cooling: profile, retarget }
+    }
+
+    /// Four materials of four kinds in an order that is not theirs, over two parts.
+    fn model() -> (Model, Vec<f64>, Vec<Material>) {
+        let both = Sides::Both { back: Optics { absorptivity: 0.1, emissivity: 0.2 } };
+        let materials = vec![
+            material("restart", Sides::Outside, transition(Retarget::Restart)),
+            material("merge", both, transition(Retarget::Merge)),
+            material("instant", Sides::Outside, Response::Instant),
+            material("merge outside", Sides::Outside, transition(Retarget::Merge)),
+        ];
+        let vertices = 101;
+        let part = |name: &str| Part { name: name.into(), body_from_part: DMat4::IDENTITY };
+        let model = Model {
+            parts: vec![part("a"), part("b")],
+            positions: (0..vertices).map(|i| DVec3::splat(f64::from(i))).collect(),
+            normals: (0..vertices).map(|i| if i % 2 == 0 { Vec3::X } else { Vec3::Y }).collect(),
+            vertex_part: (0..vertices).map(|i| (i / 7 % 2) as u32).collect(),
+            vertex_material: (0..vertices).map(|i| (i * i % 4 + i % 3) as u32 % 4).collect(),
+            ..Model::default()
+        };
+        let areas = (0..vertices).map(|i| 1.0 + f64::from(i)).collect();
+        (model, areas, materials)
+    }
+
+    #[test]
+    fn every_vertex_is_one_node_and_keeps_its_values() {
+        let (model, areas, materials) = model();
+        let nodes = Nodes::new(&model, &areas, &materials);
+        assert_eq!(nodes.count, 101);
+        assert_eq!(nodes.vertex_of_node.len(), GROUP * nodes.groups);
+        assert_eq!(nodes.vertex_of_node.iter().filter(|&&v| v != PADDING).count(), 101);
+        for (vertex, &node) in nodes.node_of_vertex.iter().enumerate() {
+            let (node, group) = (node as usize, node as usize / GROUP);
+            assert_eq!(nodes.vertex_of_node[node] as usize, vertex);
+            assert_eq!(nodes.group_material[group], model.vertex_material[vertex]);
+            assert_eq!(nodes.group_part[group], model.vertex_part[vertex]);
+            assert_eq!(nodes.normals[node], model.normals[vertex]);
+            assert_eq!(nodes.positions[node], model.positions[vertex].as_vec3());
+        }
+        assert_eq!(nodes.areas.iter().sum::<f64>(), areas.iter().sum::<f64>());
+        for (node, _) in nodes.vertex_of_node.iter().enumerate().filter(|(_, v)| **v == PADDING) {
+            assert_eq!((nodes.areas[node], nodes.normals[node]), (0.0, Vec3::ZERO));
+        }
+    }
+
+    #[test]
+    fn ranges_are_contiguous_and_sorted() {
+        let (model, areas, materials) = model();
+        let nodes = Nodes::new(&model, &areas, &materials);
+        let kind = |response, both_sides| RangeKind { response, both_sides };
+        let kinds: Vec<_> = nodes.ranges.iter().map(|range| range.kind).collect();
+        let expected = [
+            kind(RangeResponse::Instant, false),
+            kind(RangeResponse::Transition(Retarget::Merge), false),
+            kind(RangeResponse::Transition(Retarget::Restart), false),
+            kind(RangeResponse::Transition(Retarget::Merge), true),
+        ];
+        assert_eq!(kinds, expected);
+        let mut group = 0;
+        for range in &nodes.ranges {
+            assert_eq!(range.first_group, group);
+            group += range.groups;
+            let members = &nodes.vertex_of_node[range.first_group * GROUP..group * GROUP];
+            assert_eq!(members.iter().filter(|&&v| v != PADDING).count(), range.nodes);
+            for &material in &nodes.group_material[range.first_group..group] {
+                assert_eq!(RangeKind::of(&materials[material as usize]), range.kind);
+            }
+        }
+        assert_eq!(group, nodes.groups);
+        let key = |group: usize| (nodes.group_material[group], nodes.group_part[group]);
+        let runs: Vec<_> = (0..nodes.groups).map(key).collect();
+        let distinct: std::collections::BTreeSet<_> = runs.iter().collect();
+        assert_eq!(runs.chunk_by(|a, b| a == b).count(), distinct.len(), "a run lies in one piece");
+        for pair in nodes.vertex_of_node.windows(2).enumerate().filter(|(i, _)| i % GROUP != GROUP - 1) {
+            assert!(pair.1[0] < pair.1[1] || pair.1[1] == PADDING, "vertices ascend within a group, padding last");
+        }
+    }
+
+    #[test]
+    fn a_model_without_vertices_has_no_ranges() {
+        let (_, _, materials) = model();
+        let nodes = Nodes::new(&Model::default(), &[], &materials);
+        assert_eq!((nodes.groups, nodes.ranges.len()), (0, 0));
+    }
+}

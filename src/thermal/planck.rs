@@ -1,0 +1,171 @@
+//! Planck's law in a band, by quadrature: exact to rounding, and slow.
+
+use std::f64::consts::PI;
+use std::sync::LazyLock;
+
+use crate::scene::Band;
+
+/// Planck constant [J s], exact (SI 2019).
+pub const PLANCK: f64 = 6.626_070_15e-34;
+/// Speed of light [m/s], exact (SI 2019).
+pub const LIGHT_SPEED: f64 = 299_792_458.0;
+/// Boltzmann constant [J/K], exact (SI 2019).
+pub const BOLTZMANN: f64 = 1.380_649e-23;
+/// Second radiation constant c2 = h c / k [m K].
+pub const SECOND_RADIATION: f64 = PLANCK * LIGHT_SPEED / BOLTZMANN;
+
+/// Points of one quadrature panel.
+const POINTS: usize = 16;
+/// Beyond this distance from the lower limit the integrand, which falls as e^-y, adds less than 1e-17 of the integral.
+const CUT: f64 = 50.0;
+
+/// Radiance of a blackbody in a band [W m-2 sr-1], to about 1e-14 of its value; 0 only where an f64 cannot hold it.
+pub fn band_radiance_exact(band: Band, temperature: f64) -> f64 {
+    scaled_radiance(band, temperature) * temperature * (-SECOND_RADIATION / (band.upper * temperature)).exp()
+}
+
+/// G = L e^x / T with x = c2 / (lambda_max T) [W m-2 sr-1 K-1]: the band radiance without the factor that spans
+/// hundreds of decades (NUMERICS.md 5). Finite for every T > 0 [K], and at both ends: see `scaled_radiance_cold` and
+/// `scaled_radiance_hot`.
+///
+/// With z = c2 / (lambda T), L = (2 k^4 T^4 / (h^3 c^2)) times the integral of z^3 / (e^z - 1) over the band;
+/// y = z - x is integrated by Gauss-Legendre panels no wider than 1, far from the poles at z = 2 pi i.
+pub fn scaled_radiance(band: Band, temperature: f64) -> f64 {
+    let x = SECOND_RADIATION / (band.upper * temperature);
+    // The difference of the two limits as a product, so that a narrow band does not cancel.
+    let width = SECOND_RADIATION * (band.upper - band.lower) / (band.upper * band.lower * temperature);
+    let end = width.min(CUT);
+    let panels = end.ceil().max(1.0);
+    let half = 0.5 * end / panels;
+    let integrand = |y: f64| {
+        let z = x + y;
+        z * z * z * (-y).exp() / -(-z).exp_m1()
+    };
+    let integral: f64 = (0..panels as u32)
+        .map(|panel| {
+            let middle = half * f64::from(2 * panel + 1);
+            let sum: f64 = RULE.iter().map(|&(point, weight)| weight * integrand(middle + half * point)).sum();
+            sum * half
+        })
+        .sum();
+    let hc = PLANCK * LIGHT_SPEED;
+    2.0 * LIGHT_SPEED * BOLTZMANN * (BOLTZMANN * temperature / hc).powi(3) * integral
+}
+
+/// Limit of `scaled_radiance` as T -> 0: only the edge at lambda_max shines, over a width of lambda_max^2 T / c2;
+/// 2 k c / lambda_max^3.
+pub fn scaled_radiance_cold(band: Band) -> f64 {
+    2.0 * BOLTZMANN * LIGHT_SPEED / band.upper.powi(3)
+}
+
+/// Limit of `scaled_radiance` as T -> infinity (Rayleigh-Jeans): the integral of 2 c k / lambda^4,
+/// (2 c k / 3) (lambda_min^-3 - lambda_max^-3), with the difference of cubes as a product.
+pub fn scaled_radiance_hot(band: Band) -> f64 {
+    let (low, high) = (1.0 / band.upper, 1.0 / band.lower);
+    let difference = (band.upper - band.lower) / (band.upper * band.lower);
+    2.0 / 3.0 * LIGHT_SPEED * BOLTZMANN * difference * (high * high + high * low + low * low)
+}
+
+/// Points in [-1, 1] and weights of Gauss-Legendre quadrature.
+static RULE: LazyLock<[(f64, f64); POINTS]> = LazyLock::new(gauss_legendre);
+
+/// The rule by Newton's iteration on the Legendre polynomial (Press et al., Numerical Recipes, section 4.6).
+fn gauss_legendre() -> [(f64, f64); POINTS] {
+    let n = POINTS as f64;
+    std::array::from_fn(|i| {
+        let mut x = (PI * (i as f64 + 0.75) / (n + 0.5)).cos();
+        let mut slope = 1.0;
+        for _ in 0..8 {
+            let (mut before, mut value) = (1.0, x);
+            for degree in 2..=POINTS {
+                let k = degree as f64;
+                (before, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * before) / k);
+            }
+            slope = n * (x * value - before) / (x * x - 1.0);
+            x -= value / slope;
+        }
+        (x, 2.0 / ((1.0 - x * x) * slope * slope))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::thermal::STEFAN_BOLTZMANN;
+
+    const fn microns(lower: f64, upper: f64) -> Band {
+        Band { lower: lower * 1e-6, upper: upper * 1e-6 }
+    }
+
+    /// Widger & Woodall 1976 (Bull. Amer. Meteor. Soc. 57): the integral of z^3/(e^z - 1) from x on as a series in
+    /// e^-nx; an independent witness for wide bands, where the difference does not cancel.
+    fn series(band: Band, temperature: f64) -> f64 {
+        let above = |wavelength: f64| -> f64 {
+            let x = SECOND_RADIATION / (wavelength * temperature);
+            (1..2000)
+                .map(|n| {
+                    let n = f64::from(n);
+                    (-n * x).exp() * (x.powi(3) / n + 3.0 * x * x / n.powi(2) + 6.0 * x / n.powi(3) + 6.0 / n.powi(4))
+                })
+                .sum()
+        };
+        let factor = 2.0 * (BOLTZMANN * temperature).powi(4) / (PLANCK.powi(3) * LIGHT_SPEED.powi(2));
+        factor * (above(band.upper) - above(band.lower))
+    }
+
+    #[test]
+    fn agrees_with_numerics_5() {
+        let band = microns(8.0, 14.0);
+        for (t, expected) in [(300.0, 54.93346), (267.0, 31.36853), (180.0, 2.95681)] {
+            assert!(
+                (band_radiance_exact(band, t) - expected).abs() < 5.1e-6,
+                "{t} K: {}",
+                band_radiance_exact(band, t)
+            );
+            assert!((band_radiance_exact(band, t + 1e-3) - expected).abs() > 1e-5);
+        }
+        let cold = band_radiance_exact(band, 2.7);
+        assert!(cold > 3.5e-165 && cold < 4.5e-165, "L(2.7 K) = 4e-165 (NUMERICS.md 5): {cold:e}");
+    }
+
+    #[test]
+    fn agrees_with_the_series() {
+        for band in [microns(8.0, 14.0), microns(3.0, 5.0), microns(1.0, 50.0)] {
+            for t in [10.0, 30.0, 180.0, 300.0, 1000.0, 6000.0] {
+                let (exact, witness) = (band_radiance_exact(band, t), series(band, t));
+                assert!((exact / witness - 1.0).abs() < 2e-12, "{band:?} {t} K: {exact:e} {witness:e}");
+                assert!((band_radiance_exact(band, t * (1.0 + 1e-11)) / witness - 1.0).abs() > 2e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn all_wavelengths_give_stefan_boltzmann() {
+        for t in [77.0, 300.0, 5772.0] {
+            let share = band_radiance_exact(Band { lower: 1e-9, upper: 10.0 }, t) * PI / (STEFAN_BOLTZMANN * t.powi(4));
+            assert!((share - 1.0).abs() < 1e-9, "{t} K: {share}");
+        }
+    }
+
+    #[test]
+    fn limits_are_approached() {
+        for band in [microns(8.0, 14.0), microns(49.0, 50.0), microns(1.0, 50.0)] {
+            let cold = scaled_radiance(band, 1e-4) / scaled_radiance_cold(band) - 1.0;
+            let hot = scaled_radiance(band, 1e9) / scaled_radiance_hot(band) - 1.0;
+            assert!(cold.abs() < 1e-4 && hot.abs() < 1e-4, "{band:?}: {cold:e} {hot:e}");
+            assert!((scaled_radiance(band, 300.0) / scaled_radiance_hot(band) - 1.0).abs() > 1e-2);
+        }
+    }
+
+    #[test]
+    fn narrow_bands_do_not_cancel() {
+        let (lower, upper) = (10e-6, 10.000001e-6);
+        let spectral = |wavelength: f64| {
+            let x = SECOND_RADIATION / (wavelength * 300.0);
+            2.0 * PLANCK * LIGHT_SPEED * LIGHT_SPEED / wavelength.powi(5) / x.exp_m1()
+        };
+        let midpoint = spectral(0.5 * (lower + upper)) * (upper - lower);
+        let exact = band_radiance_exact(Band { lower, upper }, 300.0);
+        assert!((exact / midpoint - 1.0).abs() < 1e-12, "{exact:e} {midpoint:e}");
+    }
+}

@@ -1,0 +1,138 @@
+//! Band radiance from a table: the f64 twin of what a fragment evaluates (NUMERICS.md 5).
+
+use crate::scene::Band;
+use crate::thermal::planck::{SECOND_RADIATION, scaled_radiance, scaled_radiance_cold, scaled_radiance_hot};
+
+/// Intervals of the table over v in [0, 1].
+pub const INTERVALS: usize = 1024;
+/// The temperature that v = T / (T + 400 K) puts in the middle of the table [K].
+pub const MIDDLE_TEMPERATURE: f64 = 400.0;
+
+/// ln G of a band over v = T / (T + 400 K), G = L e^x / T, x = c2 / (lambda_max T).
+#[derive(Debug, Clone, PartialEq)]
+pub struct RadianceTable {
+    /// The band.
+    pub band: Band,
+    /// c2 / lambda_max [K], so that x = `edge_temperature` / T.
+    pub edge_temperature: f64,
+    /// ln(G / (1 W m-2 sr-1 K-1)) at v = (i - 1) / `INTERVALS`. The first and the last value are guards beyond [0, 1],
+    /// placed so that the cubic of an end interval is the cubic of its neighbour.
+    pub values: Vec<f64>,
+}
+
+impl RadianceTable {
+    /// Tabulates a band, 0 < lower < upper.
+    pub fn new(band: Band) -> Self {
+        let inside = (1..INTERVALS).map(|i| {
+            let v = i as f64 / INTERVALS as f64;
+            scaled_radiance(band, MIDDLE_TEMPERATURE * v / (1.0 - v)).ln()
+        });
+        let mut values = vec![0.0, scaled_radiance_cold(band).ln()];
+        values.extend(inside);
+        values.extend([scaled_radiance_hot(band).ln(), 0.0]);
+        let last = values.len() - 1;
+        values[0] = continue_cubic([values[1], values[2], values[3], values[4]]);
+        values[last] = continue_cubic([values[last - 1], values[last - 2], values[last - 3], values[last - 4]]);
+        Self { band, edge_temperature: SECOND_RADIATION / band.upper, values }
+    }
+
+    /// ln G at a temperature [K] > 0, and its derivative [1/K].
+    pub fn ln_scaled(&self, temperature: f64) -> (f64, f64) {
+        let v = temperature / (temperature + MIDDLE_TEMPERATURE);
+        let place = v * INTERVALS as f64;
+        let cell = (place as usize).min(INTERVALS - 1);
+        let f: [f64; 4] = std::array::from_fn(|i| self.values[cell + i]);
+        let (value, slope) = cubic(f, place - cell as f64);
+        let slope_in_v = slope * INTERVALS as f64;
+        (value, slope_in_v * v * v * MIDDLE_TEMPERATURE / (temperature * temperature))
+    }
+}
+
+/// Radiance of a blackbody in the table's band [W m-2 sr-1]; 0 at 0 K and wherever an f64 cannot hold it.
+pub fn band_radiance(table: &RadianceTable, temperature: f64) -> f64 {
+    if temperature <= 0.0 {
+        return 0.0;
+    }
+    let (ln_scaled, _) = table.ln_scaled(temperature);
+    temperature * (ln_scaled - table.edge_temperature / temperature).exp()
+}
+
+/// Lagrange's cubic through values at -1, 0, 1, 2, and its derivative, at `t` in [0, 1].
+fn cubic(f: [f64; 4], t: f64) -> (f64, f64) {
+    // Coefficients of powers of t, each from differences of neighbours so that little cancels.
+    let c3 = (f[3] - f[0]) / 6.0 + 0.5 * (f[1] - f[2]);
+    let c2 = 0.5 * ((f[0] - f[1]) + (f[2] - f[1]));
+    let c1 = (f[2] - f[1]) - c2 - c3;
+    (f[1] + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3))
+}
+
+/// The value one step before f[0] on the cubic through f.
+fn continue_cubic(f: [f64; 4]) -> f64 {
+    4.0 * f[0] - 6.0 * f[1] + 4.0 * f[2] - f[3]
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::thermal::planck::band_radiance_exact;
+
+    /// A band given in um.
+    pub const fn microns(lower: f64, upper: f64) -> Band {
+        Band { lower: lower * 1e-6, upper: upper * 1e-6 }
+    }
+
+    /// The bands of the measurements: usual cameras, and the narrow, wide and short ends of 1 to 50 um.
+    pub const BANDS: [Band; 9] = [
+        microns(8.0, 14.0),
+        microns(3.0, 5.0),
+        microns(10.3, 11.3),
+        microns(49.0, 50.0),
+        microns(1.0, 50.0),
+        microns(1.0, 1.1),
+        microns(1.0, 2.0),
+        microns(7.0, 7.001),
+        microns(2.0, 40.0),
+    ];
+
+    /// Temperatures that fall between the table's points, 30 to 1000 K.
+    pub fn temperatures() -> impl Iterator<Item = f64> {
+        (0..1500).map(|i| 30.0 * (1000.0_f64 / 30.0).powf(f64::from(i) / 1499.0))
+    }
+
+    #[test]
+    fn table_agrees_with_quadrature() {
+        for band in BANDS {
+            let table = RadianceTable::new(band);
+            let error = |shift: f64| {
+                temperatures()
+                    .map(|t| {
+                        let exact = band_radiance_exact(band, t);
+                        (band_radiance(&table, t * (1.0 + shift)) / exact - 1.0).abs()
+                    })
+                    .fold(0.0, f64::max)
+            };
+            // Measured: 1e-11 (8-14 um) to 5e-9 (7-7.001 um).
+            assert!(error(0.0) < 1e-8, "{band:?}: {:e}", error(0.0));
+            assert!(error(1e-8) > 1e-8);
+        }
+    }
+
+    #[test]
+    fn cold_is_zero_and_does_not_overflow() {
+        let table = RadianceTable::new(microns(8.0, 14.0));
+        assert_eq!(band_radiance(&table, 0.0), 0.0);
+        assert_eq!(band_radiance(&table, 1e-3), 0.0);
+        let cold = band_radiance(&table, 2.7);
+        assert!(cold > 3.5e-165 && cold < 4.5e-165, "L(2.7 K) = 4e-165 (NUMERICS.md 5): {cold:e}");
+    }
+
+    #[test]
+    fn derivative_is_that_of_the_value() {
+        let table = RadianceTable::new(microns(8.0, 14.0));
+        for t in [30.0, 200.5, 900.0] {
+            let h = 1e-3;
+            let difference = (table.ln_scaled(t + h).0 - table.ln_scaled(t - h).0) / (2.0 * h);
+            assert!((table.ln_scaled(t).1 / difference - 1.0).abs() < 1e-6);
+        }
+    }
+}

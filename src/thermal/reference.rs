@@ -1,0 +1,207 @@
+//! The f64 reference simulator: all nodes or a sample of them, slow, simple, trusted.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::environment::TickLoad;
+use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
+use crate::thermal::material::{Material, Response};
+use crate::thermal::nodes::{GROUP, Nodes, PADDING};
+use crate::thermal::transition::{TransitionState, transition_step};
+
+/// What falls on a plate with a unit normal (body frame) during a tick.
+pub trait IncidentFlux: Sync {
+    /// Mean fluxes over the tick [W/m2].
+    fn incident(&self, load: &TickLoad, normal: DVec3) -> Incident;
+}
+
+impl<F: Fn(&TickLoad, DVec3) -> Incident + Sync> IncidentFlux for F {
+    fn incident(&self, load: &TickLoad, normal: DVec3) -> Incident {
+        self(load, normal)
+    }
+}
+
+/// A node as the reference needs it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ReferenceNode {
+    /// Unit outward normal, body frame.
+    pub normal: DVec3,
+    /// Index into the materials.
+    pub material: u32,
+}
+
+/// State and temperature of the nodes. Nodes do not see each other, so the result does not depend on the threads.
+#[derive(Debug, Clone)]
+pub struct Reference<F> {
+    nodes: Vec<ReferenceNode>,
+    materials: Vec<Material>,
+    incident: F,
+    states: Vec<TransitionState>,
+    temperatures: Vec<f64>,
+}
+
+impl<F: IncidentFlux> Reference<F> {
+    /// Nodes at 0 K; `settle` or `settle_at` starts them.
+    pub fn new(nodes: Vec<ReferenceNode>, materials: Vec<Material>, incident: F) -> Self {
+        let states = vec![TransitionState { target: 0.0, span: 0.0, elapsed: 0.0 }; nodes.len()];
+        let temperatures = vec![0.0; nodes.len()];
+        Self { nodes, materials, incident, states, temperatures }
+    }
+
+    /// Settles every node at the balance temperature of a load.
+    pub fn settle(&mut self, load: &TickLoad) {
+        self.each_node(|incident, node, material, _| {
+            let t = commanded_temperature(incident, node, material, load);
+            (settled(t, material), t)
+        });
+    }
+
+    /// Settles every node at a temperature [K].
+    pub fn settle_at(&mut self, temperature: f64) {
+        self.each_node(|_, _, material, _| (settled(temperature, material), temperature));
+    }
+
+    /// One tick of `steps_dt` steps: the balance temperature of the tick's mean load is commanded, then time advances.
+    pub fn step(&mut self, load: &TickLoad, steps_dt: f64) {
+        self.each_node(|incident, node, material, state| {
+            let commanded = commanded_temperature(incident, node, material, load);
+            match material.response {
+                Response::Instant => (settled(commanded, material), commanded),
+                Response::Transition { heating, cooling, retarget } => {
+                    transition_step(state, commanded, steps_dt, &heating, &cooling, retarget)
+                }
+            }
+        });
+    }
+
+    /// Temperatures [K] in the order of the nodes.
+    pub fn temperatures(&self) -> &[f64] {
+        &self.temperatures
+    }
+
+    /// The nodes.
+    pub fn nodes(&self) -> &[ReferenceNode] {
+        &self.nodes
+    }
+
+    /// Replaces the state and temperature of every node.
+    fn each_node<U>(&mut self, update: U)
+    where
+        U: Fn(&F, &ReferenceNode, &Material, TransitionState) -> (TransitionState, f64) + Sync,
+    {
+        let (materials, incident) = (&self.materials, &self.incident);
+        self.nodes.par_iter().zip(&mut self.states).zip(&mut self.temperatures).for_each(
+            |((node, state), temperature)| {
+                let material = &materials[node.material as usize];
+                (*state, *temperature) = update(incident, node, material, *state);
+            },
+        );
+    }
+}
+
+/// The nodes of a selection of device nodes; padding is left out.
+pub fn reference_nodes(nodes: &Nodes, selection: impl IntoIterator<Item = usize>) -> Vec<ReferenceNode> {
+    let real = selection.into_iter().filter(|&node| nodes.vertex_of_node[node] != PADDING);
+    real.map(|node| ReferenceNode {
+        normal: nodes.normals[node].as_dvec3(),
+        material: nodes.group_material[node / GROUP],
+    })
+    .collect()
+}
+
+/// The target of a tick [K]: the balance temperature of its mean load.
+pub fn commanded_temperature(
+    incident: &impl IncidentFlux,
+    node: &ReferenceNode,
+    material: &Material,
+    load: &TickLoad,
+) -> f64 {
+    let front = incident.incident(load, node.normal);
+    let absorbed = absorbed_flux(material, front, || incident.incident(load, -node.normal));
+    balance_temperature(absorbed, emissivity_sum(material), load.background_temperature)
+}
+
+/// The state of a node at rest; an instant node has none, and keeps its target only.
+fn settled(temperature: f64, material: &Material) -> TransitionState {
+    match &material.response {
+        Response::Instant => TransitionState { target: temperature, span: 0.0, elapsed: 0.0 },
+        Response::Transition { heating, .. } => TransitionState::settled(temperature, heating),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::environment::SunSample;
+    use crate::thermal::STEFAN_BOLTZMANN;
+    use crate::thermal::material::{Bulk, Function, Optics, Profile, Retarget, Sides};
+
+    fn sun_only(load: &TickLoad, normal: DVec3) -> Incident {
+        let solar = load.sun.iter().map(|sun| sun.flux * normal.dot(sun.direction).max(0.0)).sum();
+        Incident { solar, ..Incident::default() }
+    }
+
+    fn load(flux: f64) -> TickLoad {
+        let sun = vec![SunSample { direction: DVec3::X, flux }];
+        TickLoad { sun, planet: None, albedo: None, background_temperature: 2.7 }
+    }
+
+    fn materials() -> Vec<Material> {
+        let optics = Optics { absorptivity: 0.9, emissivity: 0.8 };
+        let profile = Profile { function: Function::Quadratic, t_max_steps: 100.0 };
+        let slow = Response::Transition { heating: profile, cooling: profile, retarget: Retarget::Merge };
+        let make = |sides, response| Material {
+            name: "test".into(),
+            front: optics,
+            sides,
+            bulk: Bulk::default(),
+            response,
+            source: "test".into(),
+        };
+        vec![
+            make(Sides::Outside, Response::Instant),
+            make(Sides::Outside, slow),
+            make(Sides::Both { back: optics }, Response::Instant),
+        ]
+    }
+
+    fn reference() -> Reference<impl IncidentFlux> {
+        let node = |normal, material| ReferenceNode { normal, material };
+        let nodes =
+            vec![node(DVec3::X, 0), node(DVec3::X, 1), node(-DVec3::X, 0), node(-DVec3::X, 2), node(DVec3::X, 2)];
+        Reference::new(nodes, materials(), sun_only)
+    }
+
+    #[test]
+    fn instant_follows_and_transition_lags() {
+        let balance =
+            |flux: f64, faces: f64| (0.9 * flux / (faces * 0.8 * STEFAN_BOLTZMANN) + 2.7_f64.powi(4)).powf(0.25);
+        let mut reference = reference();
+        reference.settle(&load(0.0));
+        assert!(reference.temperatures().iter().all(|t| (t - 2.7).abs() < 1e-12));
+        for _ in 0..50 {
+            reference.step(&load(1361.0), 1.0);
+        }
+        let t = reference.temperatures();
+        let (hot, sheet) = (balance(1361.0, 1.0), balance(1361.0, 2.0));
+        assert!((t[0] - hot).abs() < 1e-9);
+        assert!((t[1] - (hot - 0.25 * (hot - 2.7))).abs() < 1e-9, "half the time of a quadratic: a quarter is left");
+        assert!((t[2] - 2.7).abs() < 1e-12, "the night face of a skin");
+        assert!((t[3] - sheet).abs() < 1e-9 && (t[4] - sheet).abs() < 1e-9, "a sheet is lit from either side");
+        assert!(hot - sheet > 60.0);
+    }
+
+    #[test]
+    fn settles_where_it_is_told_and_runs_alike_twice() {
+        let run = || {
+            let mut reference = reference();
+            reference.settle_at(300.0);
+            assert!(reference.temperatures().iter().all(|&t| t == 300.0));
+            for step in 0..30 {
+                reference.step(&load(1361.0 * f64::from(step % 7)), 1.0);
+            }
+            reference.temperatures().to_vec()
+        };
+        assert_eq!(run(), run());
+    }
+}

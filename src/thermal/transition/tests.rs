@@ -1,0 +1,247 @@
+//! Values of NUMERICS.md 1, properties over random targets, and the rules that fail.
+
+use super::*;
+use proptest::prelude::*;
+
+const QUADRATIC: fn(f64) -> Profile = |t_max_steps| Profile { function: Function::Quadratic, t_max_steps };
+const LINEAR: fn(f64) -> Profile = |t_max_steps| Profile { function: Function::Linear, t_max_steps };
+
+/// Temperatures at steps 0, 1, ..., n for the targets commanded at steps 1, ..., n, same profile both ways.
+fn run(profile: Profile, rule: Retarget, initial: f64, steps: usize, target: impl Fn(usize) -> f64) -> Vec<f64> {
+    let mut state = TransitionState::settled(initial, &profile);
+    let mut temperatures = vec![initial];
+    for step in 1..=steps {
+        let (next, t) = transition_step(state, target(step), 1.0, &profile, &profile, rule);
+        state = next;
+        temperatures.push(t);
+    }
+    temperatures
+}
+
+/// A step and its temperature [K].
+type Sample = (usize, f64);
+
+/// Largest distance between a run and expected (step, temperature) pairs.
+fn worst(temperatures: &[f64], expected: &[Sample]) -> f64 {
+    expected.iter().map(|&(step, t)| (temperatures[step] - t).abs()).fold(0.0, f64::max)
+}
+
+/// NUMERICS.md prints six decimals.
+const PRINTED: f64 = 5.1e-7;
+
+/// Figures 5 and 6 of Vural et al. 2023, quadratic: initial, target, t_max, T at steps 0 1 50 100 180 361 1000
+/// (NUMERICS.md 1).
+#[rustfmt::skip]
+const FIGURES_5_AND_6: [(f64, f64, f64, [f64; 7]); 10] = [
+    (2.7, 267.0, 361.0, [2.7, 4.162238, 70.843124, 128.845901, 200.558427, 267.0, 267.0]),
+    (2.7, 267.0, 100.0, [2.7, 7.959570, 200.925, 267.0, 267.0, 267.0, 267.0]),
+    (2.7, 267.0, 1000.0, [2.7, 3.228336, 28.469250, 52.917, 89.284680, 159.080760, 267.0]),
+    (500.0, 2.7, 361.0, [500.0, 497.248691, 371.783673, 262.647156, 127.714735, 2.7, 2.7]),
+    (500.0, 2.7, 100.0, [500.0, 490.103730, 127.025, 2.7, 2.7, 2.7, 2.7]),
+    (500.0, 2.7, 1000.0, [500.0, 499.005897, 451.513250, 405.513, 337.084520, 205.758033, 2.7]),
+    (2.7, 1000.0, 100.0, [2.7, 22.546270, 750.675, 1000.0, 1000.0, 1000.0, 1000.0]),
+    (1000.0, 2.7, 100.0, [1000.0, 980.153730, 252.025, 2.7, 2.7, 2.7, 2.7]),
+    (2.7, 5.0, 100.0, [2.7, 2.745770, 4.425, 5.0, 5.0, 5.0, 5.0]),
+    (5.0, 2.7, 100.0, [5.0, 4.954230, 3.275, 2.7, 2.7, 2.7, 2.7]),
+];
+
+#[test]
+fn quadratic_figures_5_and_6() {
+    for rule in [Retarget::Merge, Retarget::Restart] {
+        for (initial, target, t_max, expected) in FIGURES_5_AND_6 {
+            let pairs: Vec<_> = [0, 1, 50, 100, 180, 361, 1000].into_iter().zip(expected).collect();
+            let error = worst(&run(QUADRATIC(t_max), rule, initial, 1000, |_| target), &pairs);
+            assert!(error < PRINTED, "{initial} -> {target} in {t_max}: {error} K");
+            let late = worst(&run(QUADRATIC(t_max + 0.01), rule, initial, 1000, |_| target), &pairs);
+            assert!(late > PRINTED, "a t_max 0.01 steps too long must show");
+        }
+    }
+}
+
+#[test]
+fn linear_figure_5() {
+    let cases = [
+        (2.7, 267.0, 361.0, [3.432133, 39.306648, 75.913296, 134.483934, 267.0]),
+        (2.7, 267.0, 1000.0, [2.9643, 15.915, 29.13, 50.274, 98.1123]),
+        (500.0, 2.7, 361.0, [498.622438, 431.121884, 362.243767, 252.038781, 2.7]),
+        (500.0, 2.7, 1000.0, [499.5027, 475.135, 450.27, 410.486, 320.4747]),
+    ];
+    for (initial, target, t_max, expected) in cases {
+        let pairs: Vec<_> = [1, 50, 100, 180, 361].into_iter().zip(expected).collect();
+        let error = worst(&run(LINEAR(t_max), Retarget::Merge, initial, 361, |_| target), &pairs);
+        assert!(error < PRINTED, "{initial} -> {target} in {t_max}: {error} K");
+        assert!(worst(&run(QUADRATIC(t_max), Retarget::Merge, initial, 361, |_| target), &pairs) > 1.0);
+    }
+}
+
+#[test]
+fn moving_targets() {
+    let cases: [(usize, f64, &[Sample]); 4] = [
+        (51, 350.0, &[(50, 200.925), (51, 205.196949), (60, 240.849884), (100, 338.447090), (125, 350.0)]),
+        (51, 210.0, &[(50, 200.925), (51, 202.365768), (60, 209.731835), (75, 210.0)]),
+        (51, 120.0, &[(50, 200.925), (51, 199.314593), (100, 140.23125), (150, 120.0)]),
+        (100, 268.0, &[(100, 267.045137), (101, 267.114118), (125, 267.993881)]),
+    ];
+    for (at, second, expected) in cases {
+        let target = |step| if step < at { 267.0 } else { second };
+        let error = worst(&run(QUADRATIC(100.0), Retarget::Merge, 2.7, 150, target), expected);
+        assert!(error < PRINTED, "-> {second} at {at}: {error} K");
+        let late = |step| if step <= at { 267.0 } else { second };
+        assert!(worst(&run(QUADRATIC(100.0), Retarget::Merge, 2.7, 150, late), expected) > 1e-3);
+    }
+}
+
+#[test]
+fn lag_behind_a_ramp() {
+    let ramp = |step: usize| 100.0 + 0.25 * step as f64;
+    let lag = |t_max, rule| -> Vec<f64> {
+        let t = run(QUADRATIC(t_max), rule, 100.0, 500, ramp);
+        [10, 50, 100, 200, 500].iter().map(|&step| ramp(step) - t[step]).collect()
+    };
+    let expected = [2.234622, 7.190054, 7.916822, 6.182499, 6.125940];
+    let error = |lags: Vec<f64>| lags.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(error(lag(100.0, Retarget::Merge)) < PRINTED, "{:?}", lag(100.0, Retarget::Merge));
+    assert!(error(lag(101.0, Retarget::Merge)) > 0.01);
+    assert!(error(lag(100.0, Retarget::Restart)) > 0.1);
+}
+
+#[test]
+fn zero_t_max_is_immediate() {
+    let temperatures = run(QUADRATIC(0.0), Retarget::Merge, 300.0, 9, |step| 10.0 * step as f64);
+    assert!((1..=9).all(|step| temperatures[step] == 10.0 * step as f64));
+    let (heating, cooling) = (LINEAR(0.0), QUADRATIC(10.0));
+    let state = TransitionState::settled(100.0, &heating);
+    let (state, t) = transition_step(state, 50.0, 1.0, &heating, &cooling, Retarget::Merge);
+    assert!((t - (50.0 + 50.0 * 0.81)).abs() < 1e-12, "cooling is gradual");
+    let (_, t) = transition_step(state, 200.0, 1.0, &heating, &cooling, Retarget::Merge);
+    assert_eq!(t, 200.0, "heating is immediate");
+}
+
+/// A target that moves by one ulp at every tick must not change the curve (NUMERICS.md 1: restarting costs 42 K).
+#[test]
+fn jitter_of_one_ulp_costs_nothing() {
+    let jitter = |step: usize| {
+        if step.is_multiple_of(2) { 267.0 } else { 267.0_f64.next_up() }
+    };
+    for profile in [LINEAR(361.0), QUADRATIC(361.0), LINEAR(7.0), QUADRATIC(1000.0)] {
+        for initial in [2.7, 266.0, 500.0] {
+            let still = run(profile, Retarget::Merge, initial, 1000, |_| 267.0);
+            let cost = |rule| {
+                let shaken = run(profile, rule, initial, 1000, jitter);
+                still.iter().zip(shaken).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+            };
+            assert!(cost(Retarget::Merge) < 1e-9, "{profile:?} from {initial}: {} K", cost(Retarget::Merge));
+            assert!(cost(Retarget::Restart) > 0.03 * (267.0 - initial).abs());
+        }
+    }
+}
+
+/// Finer ticks converge on one curve: the difference between successive halvings falls with the tick.
+#[test]
+fn converges_as_the_tick_shrinks() {
+    for profile in [LINEAR(40.0), QUADRATIC(40.0)] {
+        let end = |ticks_a_step: u32| {
+            let dt = 1.0 / f64::from(ticks_a_step);
+            let mut state = TransitionState::settled(280.0, &profile);
+            let mut samples = Vec::new();
+            for tick in 1..=200 * ticks_a_step {
+                let time = f64::from(tick) * dt;
+                let target = 280.0 + 60.0 * (time / 25.0).sin();
+                let (next, t) = transition_step(state, target, dt, &profile, &profile, Retarget::Merge);
+                state = next;
+                if tick % (10 * ticks_a_step) == 0 {
+                    samples.push(t);
+                }
+            }
+            samples
+        };
+        let runs: Vec<_> = [4, 16, 64, 256].into_iter().map(end).collect();
+        let gaps: Vec<f64> =
+            runs.windows(2).map(|w| w[0].iter().zip(&w[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)).collect();
+        assert!(gaps[0] > 1e-3, "a coarse tick must differ, or nothing is tested: {gaps:?}");
+        assert!(gaps[1] < 0.4 * gaps[0] && gaps[2] < 0.4 * gaps[1], "{profile:?}: {gaps:?}");
+    }
+}
+
+/// The rules that NUMERICS.md 1 rejects, each with the damage that it states.
+#[test]
+fn rejected_rules_fail() {
+    let unclamped = |t: f64| 267.0 - 264.3 * (1.0 - t / 100.0).powi(2);
+    assert!((unclamped(361.0) + 1533.0).abs() < 0.5, "turns back at t_max: {}", unclamped(361.0));
+    let clamped = run(QUADRATIC(100.0), Retarget::Merge, 2.7, 361, |_| 267.0);
+    assert_eq!(clamped[361], 267.0);
+
+    let shaken = run(QUADRATIC(361.0), Retarget::Restart, 2.7, 361, |step| 267.0 + 1e-13 * (step % 2) as f64);
+    let still = run(QUADRATIC(361.0), Retarget::Restart, 2.7, 361, |_| 267.0);
+    let cost = still.iter().zip(&shaken).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(cost > 30.0, "restart turns every profile into an exponential lag: {cost} K");
+
+    let state = TransitionState { target: 267.0, span: 264.3, elapsed: 50.0 };
+    let profile = QUADRATIC(100.0);
+    let phase_kept = TransitionState { target: 412.0, span: 412.0 - 2.7, ..state };
+    let jump = temperature(phase_kept, &profile, &profile) - temperature(state, &profile, &profile);
+    assert!(jump > 36.0, "keeping the phase jumps: {jump} K");
+    let merged = retarget(state, 412.0, &profile, &profile, Retarget::Merge);
+    assert!((temperature(merged, &profile, &profile) - temperature(state, &profile, &profile)).abs() < 1e-12);
+
+    let mut frozen = TransitionState::settled(100.0, &profile);
+    for step in 1..=500 {
+        frozen = advance(frozen, 1.0, &profile, &profile);
+        frozen = retarget(frozen, 100.0 + f64::from(step), &profile, &profile, Retarget::Restart);
+        frozen = TransitionState { elapsed: 0.0, span: frozen.target - 100.0, ..frozen };
+    }
+    assert_eq!(temperature(frozen, &profile, &profile), 100.0, "evaluated before advancing, a node never moves");
+}
+
+fn profiles() -> impl Strategy<Value = Profile> {
+    let t_max = prop_oneof![Just(0.0), Just(1.0), 0.1..361.0, 1.0..5.0];
+    (t_max, any::<bool>()).prop_map(|(t_max, linear)| if linear { LINEAR(t_max) } else { QUADRATIC(t_max) })
+}
+
+/// Targets that hold, jitter by an ulp, creep, and jump.
+fn targets() -> impl Strategy<Value = Vec<f64>> {
+    let change = prop_oneof![
+        4 => Just(0.0),
+        2 => prop_oneof![Just(1e-13), Just(-1e-13)],
+        3 => -1.0..1.0,
+        1 => -400.0..400.0,
+    ];
+    (prop::collection::vec(change, 500), 2.7..1000.0).prop_map(|(changes, first)| {
+        let mut target: f64 = first;
+        changes
+            .iter()
+            .map(|change| {
+                target = (target + change).clamp(2.7, 1000.0);
+                target
+            })
+            .collect()
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// 300 x 500 steps: every step moves towards the command and not past it, so it is bounded by what was commanded.
+    #[test]
+    fn steps_towards_the_command_and_not_past_it(
+        heating in profiles(), cooling in profiles(), targets in targets(), initial in 2.7..1000.0,
+        steps_dt in prop_oneof![Just(1.0), 0.01..3.0], merge in any::<bool>(),
+    ) {
+        let rule = if merge { Retarget::Merge } else { Retarget::Restart };
+        let mut state = TransitionState::settled(initial, &heating);
+        let (mut before, mut low, mut high) = (initial, initial, initial);
+        for target in targets {
+            let (next, t) = transition_step(state, target, steps_dt, &heating, &cooling, rule);
+            state = next;
+            low = low.min(target);
+            high = high.max(target);
+            // A few ulps of 1000 K: `target - span w` rounds.
+            let slack = 1e-11;
+            prop_assert!(t.is_finite());
+            prop_assert!(t >= before.min(target) - slack && t <= before.max(target) + slack,
+                "{before} -> {t} K with {target} commanded");
+            prop_assert!(t >= low - slack && t <= high + slack);
+            before = t;
+        }
+    }
+}

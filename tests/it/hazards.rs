@@ -1,0 +1,91 @@
+//! The hazard check finds nothing in the frames as they are, and something wherever a barrier is taken away.
+
+use isotherm::gpu::frame::{Frame, Step, StepRange, Wanted};
+use isotherm::gpu::hazard::{HazardKind, hazards};
+use isotherm::gpu::variant::{StepKind, ThermalVariant};
+
+fn variant(kind: StepKind, both_sides: bool) -> ThermalVariant {
+    ThermalVariant { kind, both_sides, sun: true, planet_ir: true, albedo: true }
+}
+
+fn range(kind: StepKind, both_sides: bool, groups: (u32, u32)) -> StepRange {
+    StepRange { variant: variant(kind, both_sides), groups }
+}
+
+/// Scenes of one kind of node, and of several.
+fn scenes() -> Vec<Vec<StepRange>> {
+    vec![
+        vec![range(StepKind::Merge, false, (0, 64))],
+        vec![range(StepKind::Instant, false, (0, 64))],
+        vec![
+            range(StepKind::Instant, false, (0, 64)),
+            range(StepKind::Merge, false, (64, 192)),
+            range(StepKind::Merge, true, (192, 256)),
+            range(StepKind::Restart, false, (256, 320)),
+        ],
+    ]
+}
+
+fn wanted() -> Vec<Wanted> {
+    [(false, false), (true, false), (false, true), (true, true)]
+        .map(|(image, temperatures)| Wanted { image, temperatures })
+        .to_vec()
+}
+
+/// Every frame that a run of a scene submits: settling, ticks, and a picture of the state as it is.
+fn frames(ranges: &[StepRange]) -> Vec<Frame> {
+    let mut frames = vec![Frame::settle(ranges)];
+    frames.extend(wanted().into_iter().map(|wanted| Frame::step(ranges, wanted)));
+    frames.extend(wanted().into_iter().map(|wanted| Frame::step(&[], wanted)));
+    frames
+}
+
+#[test]
+fn any_two_frames_in_a_row_have_all_their_barriers() {
+    for ranges in scenes() {
+        let settle = Frame::settle(&ranges);
+        for first in frames(&ranges) {
+            for second in frames(&ranges) {
+                let found = hazards([&settle, &first, &second]);
+                assert!(found.is_empty(), "{}\n---\n{first}---\n{second}", found[0]);
+            }
+        }
+    }
+}
+
+#[test]
+fn each_barrier_that_is_taken_away_is_missed() {
+    for ranges in scenes() {
+        let settle = Frame::settle(&ranges);
+        for (number, whole) in frames(&ranges).iter().enumerate() {
+            for n in 0..whole.barrier_count() {
+                let broken = whole.without_barrier(n);
+                assert_eq!(broken.barrier_count() + 1, whole.barrier_count());
+                let missed = frames(&ranges).iter().any(|before| {
+                    let sequence = [&settle, before, &broken, &broken];
+                    // What the host reads is ordered by the barrier to the host alone.
+                    !hazards(sequence).is_empty() || !isotherm::gpu::hazard::unread_by_host(&broken).is_empty()
+                });
+                assert!(missed, "frame {number} without barrier {n} of {}", describe(whole, n));
+            }
+        }
+    }
+}
+
+fn describe(frame: &Frame, n: usize) -> String {
+    let all: Vec<String> = frame
+        .steps
+        .iter()
+        .filter_map(|step| if let Step::Barriers(barriers) = step { Some(barriers) } else { None })
+        .flatten()
+        .map(|barrier| format!("{barrier:?}"))
+        .collect();
+    all[n].clone()
+}
+
+#[test]
+fn two_dispatches_on_the_same_nodes_collide() {
+    let overlapping = [range(StepKind::Merge, false, (0, 128)), range(StepKind::Merge, true, (64, 192))];
+    let found = hazards([&Frame::step(&overlapping, Wanted::default())]);
+    assert!(found.iter().any(|hazard| hazard.kind == HazardKind::WriteAfterWrite), "{found:?}");
+}

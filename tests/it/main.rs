@@ -1,0 +1,6 @@
+//! Integration tests, one module a subject.
+
+mod hazards;
+mod model;
+mod scene;
+mod shaders;

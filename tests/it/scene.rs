@@ -1,0 +1,210 @@
+//! Scene files: every value of a full one, and what a short one assumes.
+
+use std::path::{Path, PathBuf};
+
+use approx::assert_relative_eq;
+use glam::{DQuat, DVec3};
+use isotherm::scene::{Attitude, CameraFrame, Draw, Initial, Scene, SceneError};
+
+mod materials;
+mod refusals;
+
+/// A folder with a model (empty: scenes only look whether it is there) and a table.
+struct Folder(tempfile::TempDir);
+
+const TABLE: &str = "\
+[paint]
+finish = 'white paint'
+absorptivity = 0.26
+emissivity = 0.83
+optics_source = 'Fortescue 11.3'
+
+[metal]
+finish = 'Al 6061'
+conductivity = 167
+density = 2770
+specific_heat = 896
+bulk_source = 'AcubeSAT'
+
+[array]
+finish = 'array sheet'
+absorptivity = 0.88
+emissivity = 0.80
+optics_source = 'Fortescue 11.3'
+back = { absorptivity = 0.40, emissivity = 0.63 }
+back_source = 'composed'
+";
+
+impl Folder {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("craft.glb"), b"").unwrap();
+        std::fs::write(folder.path().join("table.toml"), TABLE).unwrap();
+        Self(folder)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn parse(&self, text: &str) -> Result<Scene, SceneError> {
+        Scene::parse(text, &self.path("scene.toml"))
+    }
+
+    /// The message with the folder's own path taken out.
+    fn refusal(&self, text: &str) -> String {
+        let error = self.parse(text).expect_err("this scene must be refused");
+        error.to_string().replace(&format!("{}/", self.0.path().display()), "")
+    }
+}
+
+/// A scene that states every key.
+const FULL: &str = include_str!("scene/full.toml");
+
+/// The least that makes a scene; `[materials]` stands last so that rules can follow.
+const SHORT: &str = include_str!("scene/short.toml");
+
+#[test]
+fn every_value_of_a_full_scene_arrives() {
+    let folder = Folder::new();
+    let scene = folder.parse(FULL).unwrap();
+    assert_eq!(scene.name, "station");
+    assert_eq!(scene.model_path, folder.path("craft.glb"));
+    assert_eq!(scene.files, [folder.path("scene.toml"), folder.path("craft.glb"), folder.path("table.toml")]);
+    assert_eq!(scene.max_edge, Some(1.5));
+    assert_eq!((scene.time.step, scene.time.steps, scene.time.warm_up_orbits), (15.5, 360, 0.5));
+    assert_eq!(scene.time.draw, Draw::Steps(vec![0, 90, 360]));
+    assert_eq!((scene.orbit.altitude, scene.orbit.period), (772e3, 6017.0));
+    assert_eq!((scene.orbit.beta, scene.orbit.phase), ((-30.0_f64).to_radians(), 90.0_f64.to_radians()));
+    assert_eq!(scene.attitude, Attitude::Nadir { nadir_axis: DVec3::NEG_Y, forward_axis: DVec3::Z });
+    let environment = &scene.environment;
+    assert_eq!(environment.solar_constant, Some(1361.0));
+    assert_eq!(environment.albedo, Some(0.3));
+    assert_eq!(environment.planet_ir, Some(237.5));
+    assert_eq!(environment.planet_radius, 6378137.0);
+    assert_eq!(environment.background_temperature, Some(2.7));
+    assert!(!environment.eclipse);
+    assert_eq!((scene.band.lower, scene.band.upper), (3.5e-6, 5e-6));
+    assert_eq!(scene.initial, Initial::Temperature(290.0));
+    assert_eq!(scene.probes.len(), 2);
+    assert_eq!((scene.probes[0].name.as_str(), scene.probes[0].position), ("tip", DVec3::new(1.0, -2.5, 3.0)));
+    assert_eq!((scene.probes[0].part.as_deref(), scene.probes[1].part.as_deref()), (Some("wing"), None));
+    assert_eq!(scene.colour_range, Some([150.0, 350.0]));
+    // The table's entries do not say which sides of the default exchange heat; all else is stated.
+    assert_eq!(
+        scene.assumptions,
+        ["Surfaces exchange heat on their outside only (sides is absent): materials.default."]
+    );
+
+    let camera = scene.require_camera().unwrap();
+    assert_eq!((camera.width, camera.height, camera.near), (640, 512, 0.5));
+    assert_eq!(camera.focal, [0.018 / 12e-6; 2]);
+    assert_eq!(camera.centre, [320.0, 256.0]);
+    assert_eq!((camera.frame, camera.position), (CameraFrame::Orbit, DVec3::new(-50.0, 0.0, 0.0)));
+    // From behind, along +X of the orbit frame with -Z up: right is +Y (against the orbit normal), down is nadir.
+    for (axis, expected) in [(DVec3::X, DVec3::Y), (DVec3::Y, DVec3::Z), (DVec3::Z, DVec3::X)] {
+        assert!((camera.frame_from_camera * axis - expected).length() < 1e-15);
+    }
+}
+
+#[test]
+fn a_short_scene_says_what_it_assumes() {
+    let folder = Folder::new();
+    let scene = folder.parse(SHORT).unwrap();
+    assert_eq!(scene.name, "scene");
+    assert_eq!((scene.max_edge, scene.colour_range), (None, None));
+    assert_eq!((scene.time.warm_up_orbits, &scene.time.draw), (0.0, &Draw::Every(1)));
+    assert_eq!(scene.attitude, Attitude::Nadir { nadir_axis: DVec3::Z, forward_axis: DVec3::X });
+    assert_eq!(scene.initial, Initial::Balance);
+    assert_eq!((scene.band.lower, scene.band.upper), (8e-6, 14e-6));
+    assert_eq!((scene.environment.albedo, scene.environment.background_temperature), (None, None));
+    assert!(scene.environment.eclipse);
+    assert_eq!(scene.environment.planet_radius, 6371e3);
+    // 2 pi sqrt((6371e3 + 408e3)^3 / 3.986004418e14), computed apart with Python.
+    assert_relative_eq!(scene.orbit.period, 5554.684945512347, epsilon = 1e-9);
+    let camera = scene.require_camera().unwrap();
+    // tan 45 deg = 1: the focal length is half the width.
+    assert_relative_eq!(camera.focal[0], 50.0, epsilon = 1e-12);
+    assert_eq!((camera.frame, camera.near), (CameraFrame::Body, 0.1));
+    let expected = [
+        "(model.max_edge is absent)",
+        "(time.warm_up_orbits is absent)",
+        "(environment.planet_radius is absent)",
+        "(environment.albedo is absent)",
+        "(environment.planet_ir is absent)",
+        "(environment.background_temperature is absent)",
+        "(environment.eclipse is absent)",
+        "(orbit.period is absent;",
+        "(orbit.beta_deg is absent)",
+        "(orbit.phase_deg is absent)",
+        "(attitude.nadir_axis is absent)",
+        "(attitude.forward_axis is absent)",
+        "(sides is absent)",
+        "(radiance.band_um is absent)",
+        "(camera.frame is absent: 'body')",
+        "(camera.up is absent)",
+        "(camera.near is absent)",
+        "(initial.temperature is absent)",
+    ];
+    for (assumption, key) in scene.assumptions.iter().zip(expected) {
+        assert!(assumption.contains(key), "'{assumption}' is not about {key}");
+    }
+    assert_eq!(scene.assumptions.len(), expected.len());
+}
+
+#[test]
+fn attitudes_cameras_and_times_have_their_other_forms() {
+    let folder = Folder::new();
+    let with = |from: &str, to: &str| {
+        assert!(SHORT.contains(from));
+        folder.parse(&SHORT.replace(from, to)).unwrap()
+    };
+    let half = 0.5_f64.sqrt();
+    let scene = with("mode = \"nadir\"", "mode = \"inertial\"\nquaternion = [0.7071, 0, 0, 0.7071]");
+    let Attitude::Inertial { inertial_from_body } = scene.attitude else { panic!("inertial") };
+    // Scalar first: a quarter turn about +Z takes X to Y.
+    assert!(inertial_from_body.angle_between(DQuat::from_xyzw(0.0, 0.0, half, half)) < 1e-7);
+    assert!((inertial_from_body * DVec3::X - DVec3::Y).length() < 1e-12);
+    assert!(scene.assumptions.iter().any(|sentence| sentence.contains("is normalised")));
+
+    let scene = with("mode = \"nadir\"", "mode = \"sun\"\nsun_axis = \"+Z\"\nnorth_axis = [-7, 0, 0]");
+    assert_eq!(scene.attitude, Attitude::Sun { sun_axis: DVec3::Z, north_axis: DVec3::NEG_X });
+
+    assert_eq!(with("fov_deg = 90", "focal_px = 800").camera.unwrap().focal, [800.0; 2]);
+    let camera = with("look_at = [0, 0, 0]", "quaternion = [1, 0, 0, 0]").camera.unwrap();
+    assert_eq!(camera.frame_from_camera, DQuat::IDENTITY);
+
+    assert_eq!(with("steps = 100", "steps = 100\ndraw_every = 25").time.draw, Draw::Every(25));
+    assert_eq!(with("steps = 100", "steps = 100\ndraw_every = 0").time.draw, Draw::None);
+    assert_eq!(with("steps = 100", "steps = 100\ndraw_steps = []").time.draw, Draw::None);
+
+    let scene = with("altitude = 408e3", "altitude = 224e3\nperiod = 6017");
+    assert_eq!(scene.orbit.period, 6017.0);
+    // NUMERICS.md 2: 5330 s with R = 6371 km.
+    assert!(scene.assumptions.iter().any(|sentence| sentence.contains("stated altitude takes 5330.1 s")));
+}
+
+#[test]
+fn a_scene_that_draws_nothing_needs_no_camera() {
+    let folder = Folder::new();
+    let (before, camera) = SHORT.split_once("[camera]").unwrap();
+    let (_, after) = camera.split_once("[materials]").unwrap();
+    let blind = format!("{before}[materials]{after}").replace("steps = 100", "steps = 100\ndraw_every = 0");
+    let scene = folder.parse(&blind).unwrap();
+    assert_eq!(scene.camera, None);
+    assert!(scene.require_camera().unwrap_err().to_string().contains("scene.toml:1: camera: is missing"));
+    assert!(folder.parse(&blind.replace("draw_every = 0", "draw_every = 1")).is_err());
+}
+
+#[test]
+fn the_example_of_the_reference_is_a_scene() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let reference = std::fs::read_to_string(models.join("README.md")).unwrap();
+    let example = reference.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
+    let folder = Folder::new();
+    std::fs::copy(models.join("materials.toml"), folder.path("materials.toml")).unwrap();
+    std::fs::copy(folder.path("craft.glb"), folder.path("station.glb")).unwrap();
+    let scene = folder.parse(example).unwrap();
+    assert_eq!((scene.name.as_str(), scene.materials.rules.len()), ("station", 2));
+    assert!(folder.refusal(&example.replace("HANDRAIL?\"", "HANDRAIL?\"\nuse = \"foil\"")).contains("material.use"));
+}

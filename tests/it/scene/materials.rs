@@ -1,0 +1,158 @@
+//! Rules, table entries, common values and glTF extras add up to materials.
+
+use std::path::PathBuf;
+
+use isotherm::model::{Model, ModelMaterial};
+use isotherm::scene::{MaterialRule, SceneError};
+use isotherm::thermal::material::{Function, Optics, Profile, Response, Retarget, Sides};
+use serde_json::json;
+
+use super::{FULL, Folder, SHORT, TABLE};
+
+fn model(materials: &[(&str, serde_json::Value)]) -> Model {
+    let material = |(name, extras): &(&str, serde_json::Value)| ModelMaterial {
+        name: (*name).to_string(),
+        extras: extras.as_object().into_iter().flatten().map(|(key, value)| (key.clone(), value.clone())).collect(),
+    };
+    Model {
+        source: PathBuf::from("models/craft.glb"),
+        materials: materials.iter().map(material).collect(),
+        ..Model::default()
+    }
+}
+
+fn named(names: &[&str]) -> Model {
+    model(&names.iter().map(|name| (*name, json!({}))).collect::<Vec<_>>())
+}
+
+fn profile(function: Function, t_max_steps: f64) -> Profile {
+    Profile { function, t_max_steps }
+}
+
+#[test]
+fn rules_tables_and_common_values_add_up() {
+    let folder = Folder::new();
+    let scene = folder.parse(FULL).unwrap();
+    let materials = scene.materials.resolve(&named(&["SOLAR_LEFT", "CELL1", "MAIN_TRUSS", "CELL12"])).unwrap();
+    let [array, cell, truss, other] = materials.as_slice() else { panic!("one a name") };
+
+    assert_eq!((array.name.as_str(), cell.name.as_str()), ("SOLAR_LEFT", "CELL1"));
+    assert_eq!(array.front, Optics { absorptivity: 0.88, emissivity: 0.80 });
+    // The absorptivity of the back is the table's, its emissivity the rule's.
+    assert_eq!(array.sides, Sides::Both { back: Optics { absorptivity: 0.40, emissivity: 0.7 } });
+    assert_eq!(array.response, Response::Instant);
+    assert_eq!(
+        array.source,
+        "scene.toml rule 1, over table.toml array (array sheet; optics: Fortescue 11.3; back: composed)"
+    );
+    assert_eq!((cell.front, cell.sides), (array.front, array.sides));
+
+    assert_eq!(truss.front, Optics { absorptivity: 0.5, emissivity: 1.0 });
+    assert_eq!(truss.sides, Sides::Outside);
+    let bulk = truss.bulk;
+    assert_eq!((bulk.thickness, bulk.density), (Some(0.002), Some(2700.0)));
+    assert_eq!((bulk.specific_heat, bulk.conductivity), (Some(900.0), Some(200.5)));
+    // 775 s are 50 steps of 15.5 s.
+    let (heating, cooling) = (profile(Function::Linear, 12.5), profile(Function::Linear, 50.0));
+    assert_eq!(truss.response, Response::Transition { heating, cooling, retarget: Retarget::Merge });
+    assert_eq!(truss.source, "scene.toml rule 2");
+
+    // CELL? matches one character: CELL12 falls to the default, paint over metal.
+    assert_eq!(other.front, Optics { absorptivity: 0.26, emissivity: 0.83 });
+    assert_eq!((other.bulk.thickness, other.bulk.density), (None, Some(2770.0)));
+    let heating = profile(Function::Quadratic, 100.0);
+    assert_eq!(other.response, Response::Transition { heating, cooling, retarget: Retarget::Restart });
+}
+
+#[test]
+fn the_first_rule_that_matches_wins_and_idle_patterns_are_named() {
+    let folder = Folder::new();
+    let rules = "[[material]]\nmatch = 'A*'\nuse = 'array'\n[[material]]\nmatch = ['AB', 'a*', 'B']\nuse = 'paint'\n";
+    let scene = folder.parse(&format!("{SHORT}{rules}")).unwrap();
+    let model = named(&["AB", "B"]);
+    let materials = scene.materials.resolve(&model).unwrap();
+    assert_eq!((materials[0].front.absorptivity, materials[1].front.absorptivity), (0.88, 0.26));
+    assert_eq!(
+        scene.materials.idle_patterns(&model),
+        [
+            "Pattern 'AB' of rule 2 matches what earlier rules match.",
+            "Pattern 'a*' of rule 2 matches no material of the model.",
+        ]
+    );
+    let rule: &MaterialRule = &scene.materials.rules[1];
+    assert!(rule.matches("B") && !rule.matches("b"));
+}
+
+#[test]
+fn extras_give_a_material_what_no_rule_gives() {
+    let folder = Folder::new();
+    let text = SHORT.replace("default = \"paint\"\nresponse = \"instant\"\n", "");
+    let scene = folder.parse(&format!("{text}[[material]]\nmatch = 'RULED'\nuse = 'paint'\nresponse = 'instant'\n"));
+    let scene = scene.unwrap();
+    let complete = json!({
+        "absorptivity": 0.9, "emissivity": 0.8, "sides": "both", "back_absorptivity": 0.5, "back_emissivity": 1,
+        "thickness": 0.01, "response": "transition", "heating_function": "linear", "heating_t_max": 25.0,
+        "cooling_function": "quadratic", "cooling_t_max_steps": 3,
+    });
+    let used = json!({ "use": "array", "emissivity": 0.5, "response": "instant" });
+    let materials =
+        scene.materials.resolve(&model(&[("RULED", complete.clone()), ("OWN", complete.clone()), ("USED", used)]));
+    let materials = materials.unwrap();
+    assert_eq!(materials[0].front.absorptivity, 0.26, "a rule comes before extras");
+    assert_eq!(materials[1].front, Optics { absorptivity: 0.9, emissivity: 0.8 });
+    assert_eq!(materials[1].sides, Sides::Both { back: Optics { absorptivity: 0.5, emissivity: 1.0 } });
+    assert_eq!(materials[1].bulk.thickness, Some(0.01));
+    // 25 s are 2.5 steps of 10 s.
+    let (heating, cooling) = (profile(Function::Linear, 2.5), profile(Function::Quadratic, 3.0));
+    assert_eq!(materials[1].response, Response::Transition { heating, cooling, retarget: Retarget::Merge });
+    assert_eq!(materials[1].source, "craft.glb extras; merged, because retarget is absent");
+    assert_eq!(materials[2].front, Optics { absorptivity: 0.88, emissivity: 0.5 });
+
+    let refused = |key: &str, value: serde_json::Value, expected: &str| {
+        let mut extras = complete.clone();
+        extras[key] = value;
+        let error = scene.materials.resolve(&model(&[("OWN", extras)])).unwrap_err().to_string();
+        assert_eq!(error, format!("models/craft.glb: material 'OWN': {expected}"));
+    };
+    refused("absorbtivity", json!(0.5), "isotherm_absorbtivity: unknown key; did you mean 'absorptivity'?");
+    refused("emissivity", json!(-0.1), "isotherm_emissivity: must be in [0, 1], found -0.1");
+    refused("emissivity", json!("high"), "isotherm_emissivity: expected a number, found \"high\"");
+    refused("back_emissivity", json!(1.5), "isotherm_back_emissivity: must be in [0, 1], found 1.5");
+    refused(
+        "heating_t_max_steps",
+        json!(1),
+        "isotherm_heating_t_max: cannot be combined with 't_max_steps': state one of the two",
+    );
+    refused("sides", json!("bth"), "isotherm_sides: 'bth' is not one of 'outside', 'both'; did you mean 'both'?");
+    refused(
+        "sides",
+        json!("outside"),
+        "isotherm_back: is used with sides = 'both' only: state that, or leave the back out",
+    );
+
+    let incomplete = scene.materials.resolve(&model(&[("OWN", json!({ "absorptivity": 0.5 }))])).unwrap_err();
+    assert!(incomplete.to_string().contains("material 'OWN': isotherm_emissivity: emissivity is missing"));
+}
+
+#[test]
+fn every_unmatched_material_is_named_in_one_error() {
+    let folder = Folder::new();
+    let text = SHORT.replace("default = \"paint\"\n", "");
+    let scene = folder.parse(&format!("{text}[[material]]\nmatch = 'HULL'\nuse = 'paint'\n")).unwrap();
+    let error = scene.materials.resolve(&named(&["HULL", "TRUSS", "WING"])).unwrap_err();
+    let SceneError::Unmatched { line, ref names, .. } = error else { panic!("{error}") };
+    assert_eq!((line, names.as_slice()), (21, ["'TRUSS'".to_string(), "'WING'".to_string()].as_slice()));
+    assert!(error.to_string().ends_with("to 2 of models/craft.glb: 'TRUSS', 'WING'"), "{error}");
+}
+
+#[test]
+fn an_entry_of_the_table_comes_before_what_is_common_to_all() {
+    let folder = Folder::new();
+    let common = SHORT.replace("\"instant\"", "\"transition\"");
+    // The common response lacks its profiles: only an entry that says otherwise can be used with it.
+    assert!(folder.parse(&common).is_err());
+    let table = TABLE.replace("[metal]", "response = 'instant'\n[metal]");
+    std::fs::write(folder.path("table.toml"), table).unwrap();
+    let default = folder.parse(&common).unwrap().materials.default.unwrap();
+    assert_eq!(default.material.response, Response::Instant);
+}

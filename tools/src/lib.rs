@@ -1,0 +1,50 @@
+//! Compiles all shaders in memory, for the `shaders` program and for the test that `spirv/` is up to date.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+pub mod compile;
+#[path = "../../src/gpu/variant.rs"]
+pub mod variant;
+
+use compile::{CompileError, expand_includes};
+use variant::ThermalVariant;
+
+/// Name and content of every file of `spirv/`, sorted: a module an entry point or variant, and `index.rs`.
+///
+/// # Errors
+/// The first shader that cannot be read or compiled.
+pub fn compile_all(glsl: &Path) -> Result<Vec<(String, Vec<u8>)>, CompileError> {
+    let read_error = |source| CompileError::Read { path: glsl.display().to_string(), source };
+    let mut entries: Vec<String> = std::fs::read_dir(glsl)
+        .map_err(read_error)?
+        .filter_map(|entry| Some(entry.ok()?.file_name().to_string_lossy().into_owned()))
+        .filter(|name| [".comp", ".vert", ".frag"].iter().any(|ending| name.ends_with(ending)))
+        .collect();
+    entries.sort();
+
+    let mut files = Vec::new();
+    for entry in entries {
+        let text = expand_includes(&glsl.join(&entry))?;
+        let variants: Vec<(String, Vec<&str>)> = if entry == "thermal_step.comp" {
+            ThermalVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
+        } else {
+            vec![(entry.clone(), Vec::new())]
+        };
+        for (name, defines) in variants {
+            let words = compile::compile(&name, &entry, &text, &defines)?;
+            files.push((format!("{name}.spv"), words.iter().flat_map(|word| word.to_le_bytes()).collect()));
+        }
+    }
+    files.sort();
+
+    let mut index =
+        String::from("// Written by tools/src/shaders.rs: name and SPIR-V of every module, sorted by name.\n&[\n");
+    for (file, _) in &files {
+        let name = file.trim_end_matches(".spv");
+        writeln!(index, "    (\"{name}\", include_bytes!(\"{file}\")),").expect("a string takes any text");
+    }
+    index.push_str("]\n");
+    files.push(("index.rs".to_owned(), index.into_bytes()));
+    Ok(files)
+}
