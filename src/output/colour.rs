@@ -30,8 +30,8 @@ impl ColourScale {
         Self { quantity, lower, upper }
     }
 
-    /// A scale with round ends that holds every value of the frames; use one for a whole run, so that its pictures can be
-    /// compared. Where nothing is hit in any of them, it is 0 to 1.
+    /// A scale with round ends that holds every value of the frames; use one for a whole run, so that its pictures can
+    /// be compared. Where nothing is hit in any of them, it is 0 to 1.
     pub fn covering<'a>(quantity: Quantity, frames: impl IntoIterator<Item = &'a Frame>) -> Self {
         let ranges = frames.into_iter().filter_map(|frame| frame.range(quantity));
         Self::covering_ranges(quantity, ranges)

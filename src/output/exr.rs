@@ -1,8 +1,9 @@
 //! EXR files: a frame without loss, with everything in the header that is needed to use it.
 //!
 //! Channels: `L` (float, radiance in the band), `T` (float, temperature), `Z` (float, distance along the camera's +Z),
-//! `part` and `material` (uint). The header names units with `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
-//! `isotherm_units_*`; `isotherm_parts` and `isotherm_materials` are string vectors indexed by the pixel value itself.
+//! `part` and `material` (uint). The header names units with `emissiveUnits` (spectral EXR layout of Fichet et al.
+//! 2021) and `isotherm_units_*`; `isotherm_parts` and `isotherm_materials` are string vectors indexed by the pixel
+//! value itself.
 //! Types are OpenEXR's own (`v2d`, `v3d`, `m44d`, `stringvector`), so that any reader shows them.
 //!
 //! The same frame gives the same bytes: blocks in increasing order, header attributes sorted by name.
@@ -10,19 +11,15 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use ::exr::meta::attribute::Text;
 use ::exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
-    LineOrder, ReadChannels, ReadLayers, SmallVec, WritableImage,
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
+    ReadChannels, ReadLayers, SmallVec, WritableImage,
 };
-use glam::{DMat4, DQuat, DVec3};
 
 use super::OutputError;
+use super::exr_header::{Attributes, header_attributes, text};
 use super::folder::write_bytes;
 use super::frame::{Frame, FrameHeader};
-use crate::scene::{Band, Camera, CameraFrame};
-
-const RADIANCE_UNIT: &str = "W.m^-2.sr^-1";
 
 /// Writes a frame to `path`, whole or not at all.
 ///
@@ -106,74 +103,9 @@ pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
     Ok((frame, attributes.header(width, height)?))
 }
 
-/// The header in the order of its meaning; the file holds it sorted by name.
-fn header_attributes(frame: &Frame, header: &FrameHeader) -> Vec<(&'static str, AttributeValue)> {
-    let camera = &header.camera;
-    let pose = camera.frame_from_camera;
-    // OpenEXR stores matrices row after row.
-    let camera_from_body = header.camera_from_body.transpose().to_cols_array();
-    let frame_name = match camera.frame {
-        CameraFrame::Body => "body",
-        CameraFrame::Orbit => "orbit",
-        CameraFrame::Inertial => "inertial",
-    };
-    vec![
-        ("isotherm_version", string(&header.version)),
-        ("isotherm_device", string(&header.device)),
-        ("isotherm_scene", string(&header.scene)),
-        ("isotherm_scene_sha256", string(&header.scene_sha256)),
-        ("isotherm_step", AttributeValue::I32(frame.step.cast_signed())),
-        ("isotherm_time_s", AttributeValue::F64(frame.time)),
-        ("isotherm_band_um", doubles("v2d", &[micrometres(header.band.lower), micrometres(header.band.upper)])),
-        ("emissiveUnits", string(RADIANCE_UNIT)),
-        ("isotherm_units_L", string(RADIANCE_UNIT)),
-        ("isotherm_units_T", string("K")),
-        ("isotherm_units_Z", string("m, along camera +Z")),
-        ("isotherm_units_part", string("index into isotherm_parts")),
-        ("isotherm_units_material", string("index into isotherm_materials")),
-        ("isotherm_background", string("part = 0; there L, T, Z and material are 0 too")),
-        ("isotherm_parts", names(&header.parts)),
-        ("isotherm_materials", names(&header.materials)),
-        ("isotherm_camera_model", string("pinhole; +X right, +Y down, +Z forward; first pixel centre at (0.5, 0.5)")),
-        ("isotherm_camera_focal_px", doubles("v2d", &camera.focal)),
-        ("isotherm_camera_centre_px", doubles("v2d", &camera.centre)),
-        ("isotherm_camera_near_m", AttributeValue::F64(camera.near)),
-        ("isotherm_camera_frame", string(frame_name)),
-        ("isotherm_camera_position_m", doubles("v3d", &camera.position.to_array())),
-        // Text, because OpenEXR has no type for four doubles; scalar first.
-        ("isotherm_frame_from_camera_wxyz", string(&format!("{} {} {} {}", pose.w, pose.x, pose.y, pose.z))),
-        ("isotherm_camera_from_body", doubles("m44d", &camera_from_body)),
-    ]
-}
-
-/// Metres as micrometres, free of the rounding that 14e-6 * 1e6 brings.
-fn micrometres(metres: f64) -> f64 {
-    (metres * 1e15).round() / 1e9
-}
-
-fn text(value: &str) -> Text {
-    Text::from_slice_unchecked(value.as_bytes())
-}
-
-/// Text in UTF-8, as OpenEXR has it.
-fn string(value: &str) -> AttributeValue {
-    AttributeValue::Text(text(value))
-}
-
-/// A string vector whose entry i is the name of pixel value i.
-fn names(list: &[String]) -> AttributeValue {
-    AttributeValue::TextVector(std::iter::once("background").chain(list.iter().map(String::as_str)).map(text).collect())
-}
-
-/// One of OpenEXR's types made of doubles, which the exr crate does not know by name.
-fn doubles(kind: &str, values: &[f64]) -> AttributeValue {
-    let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-    AttributeValue::Custom { kind: text(kind), bytes }
-}
-
-/// Sorts the attributes of the only header in `bytes` by name. The exr crate writes them in the order of a hash map, which
-/// changes from run to run; their total size does not, so the block offsets behind them stay valid. `None` where the
-/// bytes are not a header.
+/// Sorts the attributes of the only header in `bytes` by name. The exr crate writes them in the order of a hash map,
+/// which changes from run to run; their total size does not, so the block offsets behind them stay valid. `None` where
+/// the bytes are not a header.
 fn sort_header(bytes: &mut [u8]) -> Option<()> {
     // OpenEXR file layout: magic and version (8 bytes), then name\0 type\0 size(i32) value for each attribute, then \0.
     const START: usize = 8;
@@ -191,97 +123,6 @@ fn sort_header(bytes: &mut [u8]) -> Option<()> {
     attributes.sort();
     bytes[START..at].copy_from_slice(&attributes.concat());
     Some(())
-}
-
-/// The attributes of a file, and the name of that file for errors.
-struct Attributes<'a> {
-    path: &'a Path,
-    attributes: &'a LayerAttributes,
-}
-
-impl Attributes<'_> {
-    fn get(&self, name: &str) -> Result<&AttributeValue, OutputError> {
-        let missing = || OutputError::exr(self.path, format!("attribute {name} is missing: not a frame of isotherm"));
-        self.attributes.other.get(&text(name)).ok_or_else(missing)
-    }
-
-    fn wrong(&self, name: &str) -> OutputError {
-        OutputError::exr(self.path, format!("attribute {name} has a type or value that isotherm does not write"))
-    }
-
-    fn string(&self, name: &str) -> Result<String, OutputError> {
-        match self.get(name)? {
-            AttributeValue::Text(value) => Ok(String::from_utf8_lossy(value.as_slice()).into_owned()),
-            _ => Err(self.wrong(name)),
-        }
-    }
-
-    fn names(&self, name: &str) -> Result<Vec<String>, OutputError> {
-        match self.get(name)? {
-            AttributeValue::TextVector(list) => {
-                Ok(list.iter().skip(1).map(|value| String::from_utf8_lossy(value.as_slice()).into_owned()).collect())
-            }
-            _ => Err(self.wrong(name)),
-        }
-    }
-
-    fn integer(&self, name: &str) -> Result<u32, OutputError> {
-        match self.get(name)? {
-            AttributeValue::I32(value) => Ok(value.cast_unsigned()),
-            _ => Err(self.wrong(name)),
-        }
-    }
-
-    fn doubles<const N: usize>(&self, name: &str) -> Result<[f64; N], OutputError> {
-        match self.get(name)? {
-            AttributeValue::F64(value) if N == 1 => Ok([*value; N]),
-            AttributeValue::Custom { bytes, .. } if bytes.len() == 8 * N => {
-                let mut values = [0.0; N];
-                for (value, bytes) in values.iter_mut().zip(bytes.as_chunks::<8>().0) {
-                    *value = f64::from_le_bytes(*bytes);
-                }
-                Ok(values)
-            }
-            _ => Err(self.wrong(name)),
-        }
-    }
-
-    fn header(&self, width: u32, height: u32) -> Result<FrameHeader, OutputError> {
-        let [lower, upper] = self.doubles("isotherm_band_um")?.map(|micrometres: f64| micrometres / 1e6);
-        let quaternion = "isotherm_frame_from_camera_wxyz";
-        let numbers: Result<Vec<f64>, _> = self.string(quaternion)?.split(' ').map(str::parse).collect();
-        let frame_from_camera = match numbers.as_deref() {
-            Ok(&[w, x, y, z]) => DQuat::from_xyzw(x, y, z, w),
-            _ => return Err(self.wrong(quaternion)),
-        };
-        let frame = match self.string("isotherm_camera_frame")?.as_str() {
-            "body" => CameraFrame::Body,
-            "orbit" => CameraFrame::Orbit,
-            "inertial" => CameraFrame::Inertial,
-            _ => return Err(self.wrong("isotherm_camera_frame")),
-        };
-        let rows = self.doubles::<16>("isotherm_camera_from_body")?;
-        Ok(FrameHeader {
-            scene: self.string("isotherm_scene")?,
-            scene_sha256: self.string("isotherm_scene_sha256")?,
-            device: self.string("isotherm_device")?,
-            version: self.string("isotherm_version")?,
-            band: Band { lower, upper },
-            camera: Camera {
-                width,
-                height,
-                focal: self.doubles("isotherm_camera_focal_px")?,
-                centre: self.doubles("isotherm_camera_centre_px")?,
-                frame,
-                position: DVec3::from_array(self.doubles("isotherm_camera_position_m")?),
-                frame_from_camera,
-                near: self.doubles::<1>("isotherm_camera_near_m")?[0],
-            },
-            camera_from_body: DMat4::from_cols_array(&rows).transpose(),
-            parts: self.names("isotherm_parts")?,
-            materials: self.names("isotherm_materials")?,
-        })
-    }
 }
 
 #[cfg(test)]
@@ -344,15 +185,6 @@ mod tests {
         header.materials = vec![];
         write_exr(&path, &sphere(4, 4, 0), &header).unwrap();
         assert_eq!(read_exr(&path).unwrap().1, header);
-    }
-
-    #[test]
-    fn a_band_in_micrometres_is_the_number_that_a_user_wrote() {
-        for um in [1.0, 3.7, 8.0, 10.3, 14.0, 49.0, 50.0] {
-            assert_eq!(micrometres(um / 1e6), um);
-        }
-        assert_eq!(micrometres(14e-6), 14.0);
-        assert_ne!(7.3e-6 * 1e6, 7.3, "the naive product rounds");
     }
 
     #[test]

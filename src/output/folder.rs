@@ -20,9 +20,9 @@ pub struct RunFolder {
 }
 
 impl RunFolder {
-    /// Makes `root` ready for a run: creates it with its parents, refuses one that holds anything unless `overwrite`, and
-    /// with `overwrite` removes the files of an earlier run (by the names above; anything else stays), so that old frames
-    /// never mix with new ones.
+    /// Makes `root` ready for a run: creates it with its parents, refuses one that holds anything unless `overwrite`,
+    /// and with `overwrite` removes the files of an earlier run (by the names above; anything else stays), so that old
+    /// frames never mix with new ones.
     ///
     /// # Errors
     /// The folder is a file, is not empty, cannot be created, or cannot be written to.

@@ -167,7 +167,7 @@ pub(crate) mod tests {
             camera: Camera {
                 width,
                 height,
-                focal: [1234.567_890_123, 1230.1],
+                focal: [1_234.567_89, 1230.1],
                 centre: [f64::from(width) / 2.0, f64::from(height) / 2.0 + 0.25],
                 frame: CameraFrame::Orbit,
                 position: DVec3::new(-100.0, 1e-3, 1.0 / 3.0),

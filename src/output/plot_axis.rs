@@ -70,7 +70,7 @@ const MARKS: usize = 9;
 
 impl Scale {
     fn marks(&self) -> Vec<f64> {
-        let [first, last] = [self.lower, self.upper].map(|end| end.log10());
+        let [first, last] = [self.lower, self.upper].map(f64::log10);
         if !self.log || last - first < 1.5 {
             return ticks::ticks(self.lower, self.upper, MARKS).values;
         }

@@ -230,7 +230,7 @@ pub struct FileEntry {
 }
 
 impl Report {
-    /// Writes `report.json`: the fields of this structure under their own names; numbers that are not finite are `null`.
+    /// Writes `report.json`: the fields of this structure under their own names; numbers not finite are `null`.
     ///
     /// # Errors
     /// [`OutputError::Write`].

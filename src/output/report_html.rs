@@ -3,6 +3,7 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+use super::html::{Html, bytes, escape, kelvin, link_target, significant, thousands};
 use super::report::{Accuracy, Report, SourceFile};
 
 const STYLE: &str = include_str!("report.css");
@@ -17,7 +18,7 @@ pub fn page(report: &Report) -> String {
     html.element("h1", &report.title);
     html.element("p", &format!("{}, with isotherm {} on {}", report.scene.path, report.version, report.device.name));
     if report.interrupted {
-        html.raw("<p class=\"warning\">This run was stopped before its last step; what is here is complete up to there.</p>\n");
+        html.raw("<p class=\"warning\">This run was stopped before its last step; what is here is complete.</p>\n");
     }
     html.raw("</header>\n<main>\n");
     headline(&mut html, report);
@@ -38,78 +39,7 @@ pub fn page(report: &Report) -> String {
     settings(&mut html, report);
     files(&mut html, report);
     html.raw("</main>\n</body>\n</html>\n");
-    html.0
-}
-
-/// Text with everything replaced that HTML would read as markup, in content and in quoted attributes.
-pub fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\'' => escaped.push_str("&#39;"),
-            // HTML has no way to write these, escaped or not.
-            control if control.is_control() && !matches!(control, '\n' | '\t') => escaped.push('\u{FFFD}'),
-            other => escaped.push(other),
-        }
-    }
-    escaped
-}
-
-/// A relative path as the target of a link.
-fn link_target(path: &str) -> String {
-    let mut target = String::new();
-    for byte in path.bytes() {
-        match byte {
-            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'/' => target.push(char::from(byte)),
-            other => target.push_str(&format!("%{other:02X}")),
-        }
-    }
-    target
-}
-
-/// The page so far. Text goes through [`Html::element`] or [`Html::table`], which escape; markup
-/// through [`Html::raw`].
-#[derive(Default)]
-struct Html(String);
-
-impl Html {
-    fn raw(&mut self, markup: &str) {
-        self.0.push_str(markup);
-    }
-
-    fn element(&mut self, tag: &str, text: &str) {
-        self.0.push_str(&format!("<{tag}>{}</{tag}>\n", escape(text)));
-    }
-
-    /// A table with a head, which may be empty. Columns of nothing but numbers are set flush right.
-    fn table(&mut self, head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
-        let rows: Vec<Vec<String>> = rows.into_iter().collect();
-        let numeric = |cell: &String| cell.starts_with(|c: char| c.is_ascii_digit() || c == '-');
-        let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-        let class: Vec<&str> = (0..columns)
-            .map(|column| {
-                let all = column > 0 && rows.iter().all(|row| row.get(column).is_some_and(numeric));
-                if all { " class=\"number\"" } else { "" }
-            })
-            .collect();
-        let row = |tag: &str, cells: &[&str]| -> String {
-            let cells = cells.iter().zip(&class).map(|(cell, class)| format!("<{tag}{class}>{}</{tag}>", escape(cell)));
-            format!("<tr>{}</tr>\n", cells.collect::<String>())
-        };
-        self.raw("<div class=\"wide\"><table>\n");
-        if !head.is_empty() {
-            self.raw(&format!("<thead>{}</thead>\n", row("th", head)));
-        }
-        self.raw("<tbody>\n");
-        for cells in &rows {
-            self.raw(&row("td", &cells.iter().map(String::as_str).collect::<Vec<_>>()));
-        }
-        self.raw("</tbody>\n</table></div>\n");
-    }
+    html.into_string()
 }
 
 /// Speed beside its error: neither means anything without the other.
@@ -229,8 +159,10 @@ fn files(html: &mut Html, report: &Report) {
     html.element("h2", "Inputs");
     html.raw("<p>Command: ");
     html.raw(&format!("<code>{}</code></p>\n", escape(&report.command_line)));
-    let input = |file: &SourceFile| vec![file.kind.clone(), file.path.clone(), file.sha256.clone()];
-    html.table(&["", "file", "SHA-256"], std::iter::once(&report.scene).chain(&report.inputs).map(input));
+    let short = |hash: &str| format!("{}...", hash.chars().take(16).collect::<String>());
+    let input = |file: &SourceFile| vec![file.kind.clone(), file.path.clone(), short(&file.sha256)];
+    let inputs = std::iter::once(&report.scene).chain(&report.inputs);
+    html.table(&["input", "file", "SHA-256 (whole in report.json)"], inputs.map(input));
     let link = |path: &str| format!("<a href=\"{}\">{}</a>", link_target(path), escape(path));
     if !report.files.is_empty() {
         html.element("h2", "Files");
@@ -250,45 +182,6 @@ fn files(html: &mut Html, report: &Report) {
             html.raw(&format!("<td>{}</td><td>{picture}</td></tr>\n", link(&frame.file)));
         }
         html.raw("</table></details>\n");
-    }
-}
-
-/// Three significant digits without trailing zeros lost: 12.5, 0.310, 8230.
-fn significant(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return value.to_string();
-    }
-    let decimals = (2 - value.abs().log10().floor() as i32).max(0) as usize;
-    if decimals > 6 { format!("{value:.2e}") } else { format!("{value:.decimals$}") }
-}
-
-/// A difference in the unit in which it reads best.
-fn kelvin(value: f64) -> (String, &'static str) {
-    match value.abs() {
-        size if size >= 1.0 || size == 0.0 || !size.is_finite() => (significant(value), "K"),
-        size if size >= 1e-3 => (significant(value * 1e3), "mK"),
-        _ => (significant(value * 1e6), "µK"),
-    }
-}
-
-/// A count with thin spaces between thousands.
-fn thousands(count: u64) -> String {
-    let digits = count.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push('\u{2009}');
-        }
-        text.push(digit);
-    }
-    text
-}
-
-fn bytes(count: u64) -> String {
-    match count {
-        0..1024 => format!("{count} B"),
-        1024..1_048_576 => format!("{} KiB", significant(count as f64 / 1024.0)),
-        _ => format!("{} MiB", significant(count as f64 / 1_048_576.0)),
     }
 }
 
@@ -353,21 +246,5 @@ mod tests {
                 assert_eq!(opened, page.matches(&format!("</{tag}>")).count(), "{tag}");
             }
         }
-    }
-
-    #[test]
-    fn numbers_read_well() {
-        let cases = [(12.5, "12.5"), (0.31, "0.310"), (8231.4, "8231"), (0.0, "0"), (3.2e-9, "3.20e-9")];
-        for (value, expected) in cases {
-            assert_eq!(significant(value), expected);
-        }
-        assert_eq!(kelvin(1.13e-3), ("1.13".to_owned(), "mK"));
-        assert_eq!(kelvin(2.4), ("2.40".to_owned(), "K"));
-        assert_eq!(kelvin(4.2e-5), ("42.0".to_owned(), "µK"));
-        assert_eq!(
-            [thousands(12), thousands(1234), thousands(1_234_567)],
-            ["12", "1\u{2009}234", "1\u{2009}234\u{2009}567"]
-        );
-        assert_eq!([bytes(12), bytes(2048), bytes(7_987_408)], ["12 B", "2.00 KiB", "7.62 MiB"]);
     }
 }

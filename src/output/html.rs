@@ -1,0 +1,159 @@
+//! The pieces of an HTML page: escaped text, tables, links, and numbers as people read them.
+
+/// Between thousands: narrow, and no place for a line break.
+const THIN_SPACE: char = '\u{202F}';
+
+/// The page so far. Text goes through [`Html::element`] or [`Html::table`], which escape; markup
+/// through [`Html::raw`].
+#[derive(Default)]
+pub(super) struct Html(String);
+
+impl Html {
+    /// The page.
+    pub fn into_string(self) -> String {
+        self.0
+    }
+
+    /// Markup as it is.
+    pub fn raw(&mut self, markup: &str) {
+        self.0.push_str(markup);
+    }
+
+    /// An element with text in it.
+    pub fn element(&mut self, tag: &str, text: &str) {
+        self.0.push_str(&format!("<{tag}>{}</{tag}>\n", escape(text)));
+    }
+
+    /// A table with a head, which may be empty. Columns of nothing but numbers are set flush right.
+    pub fn table(&mut self, head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
+        let rows: Vec<Vec<String>> = rows.into_iter().collect();
+        let numeric = |cell: &String| cell.replace(THIN_SPACE, "").parse::<f64>().is_ok();
+        let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+        let class: Vec<&str> = (0..columns)
+            .map(|column| {
+                let all = !head.is_empty() && rows.iter().all(|row| row.get(column).is_some_and(numeric));
+                if all { " class=\"number\"" } else { "" }
+            })
+            .collect();
+        let row = |tag: &str, cells: &[&str]| -> String {
+            let cells = cells.iter().zip(&class).map(|(cell, class)| format!("<{tag}{class}>{}</{tag}>", escape(cell)));
+            format!("<tr>{}</tr>\n", cells.collect::<String>())
+        };
+        self.raw("<div class=\"wide\"><table>\n");
+        if !head.is_empty() {
+            self.raw(&format!("<thead>{}</thead>\n", row("th", head)));
+        }
+        self.raw("<tbody>\n");
+        for cells in &rows {
+            self.raw(&row("td", &cells.iter().map(String::as_str).collect::<Vec<_>>()));
+        }
+        self.raw("</tbody>\n</table></div>\n");
+    }
+}
+
+/// Text with everything replaced that HTML would read as markup, in content and in quoted attributes.
+pub(super) fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&#39;"),
+            // HTML has no way to write these, escaped or not.
+            control if control.is_control() && !matches!(control, '\n' | '\t') => {
+                escaped.push('\u{FFFD}');
+            }
+            other => escaped.push(other),
+        }
+    }
+    escaped
+}
+
+/// A relative path as the target of a link.
+pub(super) fn link_target(path: &str) -> String {
+    let mut target = String::new();
+    for byte in path.bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'/' => {
+                target.push(char::from(byte));
+            }
+            other => target.push_str(&format!("%{other:02X}")),
+        }
+    }
+    target
+}
+
+/// Three significant digits without trailing zeros lost: 12.5, 0.310, 8230.
+pub(super) fn significant(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let decimals = (2 - value.abs().log10().floor() as i32).max(0) as usize;
+    if decimals > 6 { format!("{value:.2e}") } else { format!("{value:.decimals$}") }
+}
+
+/// A difference in the unit in which it reads best.
+pub(super) fn kelvin(value: f64) -> (String, &'static str) {
+    match value.abs() {
+        size if size >= 1.0 || size == 0.0 || !size.is_finite() => (significant(value), "K"),
+        size if size >= 1e-3 => (significant(value * 1e3), "mK"),
+        _ => (significant(value * 1e6), "µK"),
+    }
+}
+
+/// A count with narrow no-break spaces between thousands.
+pub(super) fn thousands(count: u64) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(THIN_SPACE);
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A size in memory in the unit in which it reads best.
+pub(super) fn bytes(count: u64) -> String {
+    match count {
+        0..1024 => format!("{count} B"),
+        1024..1_048_576 => format!("{} KiB", significant(count as f64 / 1024.0)),
+        _ => format!("{} MiB", significant(count as f64 / 1_048_576.0)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_well() {
+        let cases = [(12.5, "12.5"), (0.31, "0.310"), (8231.4, "8231"), (0.0, "0"), (3.2e-9, "3.20e-9")];
+        for (value, expected) in cases {
+            assert_eq!(significant(value), expected);
+        }
+        assert_eq!(kelvin(1.13e-3), ("1.13".to_owned(), "mK"));
+        assert_eq!(kelvin(2.4), ("2.40".to_owned(), "K"));
+        assert_eq!(kelvin(4.2e-5), ("42.0".to_owned(), "µK"));
+        assert_eq!(
+            [thousands(12), thousands(1234), thousands(1_234_567)],
+            ["12", "1\u{202F}234", "1\u{202F}234\u{202F}567"]
+        );
+        assert_eq!([bytes(12), bytes(2048), bytes(7_987_408)], ["12 B", "2.00 KiB", "7.62 MiB"]);
+    }
+
+    #[test]
+    fn only_columns_of_numbers_under_a_head_are_flush_right() {
+        let rows = || [["a", "1\u{202F}200", "12 km"], ["b", "-0.5", "7"]].map(|row| row.map(str::to_owned).to_vec());
+        let mut html = Html::default();
+        html.table(&["name", "count", "length"], rows());
+        let with_head = html.into_string();
+        assert_eq!(with_head.matches("class=\"number\"").count(), 3, "head and two cells of the second column");
+        let mut html = Html::default();
+        html.table(&[], rows());
+        assert!(!html.into_string().contains("number"));
+    }
+}
