@@ -1,3 +1,7 @@
 //! The `isotherm` program: parse arguments, call one function, choose the exit code.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    isotherm::cli::main()
+}

@@ -6,7 +6,10 @@ use glam::DAffine3;
 
 pub mod check;
 pub mod engine;
+pub mod frames;
+pub mod job;
 pub mod prepare;
+pub mod settings;
 pub mod viewpoint;
 
 use crate::environment::TickLoad;

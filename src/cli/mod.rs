@@ -1,1 +1,182 @@
-//! The command line: one file per subcommand.
+//! The command line: one file per subcommand, and what they share.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use clap::{Args, Parser, Subcommand};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::gpu::context::Context;
+use crate::gpu::error::GpuError;
+use crate::output::OutputError;
+use crate::simulation::job::JobError;
+use crate::simulation::prepare::PrepareError;
+use crate::thermal::brightness::BrightnessError;
+
+mod info;
+mod radiance;
+mod render;
+mod run;
+
+/// Thermal-infrared images of spacecraft with a thermal memory, on Vulkan.
+#[derive(Parser)]
+#[command(version, after_help = "Start with: isotherm run models/station.toml -o out/station")]
+struct Program {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Run(run::Arguments),
+    Render(render::Arguments),
+    Info(info::Arguments),
+    Radiance(radiance::Arguments),
+}
+
+/// Where to compute.
+#[derive(Args)]
+struct DeviceArguments {
+    /// Vulkan device whose name contains NAME, or `cpu` for the f64 reference [default: the best device present]
+    #[arg(long, value_name = "NAME")]
+    device: Option<String>,
+}
+
+/// Who computes.
+enum Chosen {
+    Device(Arc<Context>),
+    Reference,
+}
+
+impl DeviceArguments {
+    /// Opens the device; with `ISOTHERM_VALIDATION=1` in the environment under the validation layer.
+    fn open(&self) -> Result<Chosen, GpuError> {
+        if self.device.as_deref().is_some_and(|name| name.eq_ignore_ascii_case("cpu")) {
+            return Ok(Chosen::Reference);
+        }
+        let validate = std::env::var_os("ISOTHERM_VALIDATION").is_some_and(|value| value == "1");
+        let context = Context::open(self.device.as_deref(), validate)?;
+        Ok(Chosen::Device(context))
+    }
+}
+
+impl Chosen {
+    fn name(&self) -> String {
+        match self {
+            Self::Device(context) => context.info.name.clone(),
+            Self::Reference => "cpu (f64 reference)".to_owned(),
+        }
+    }
+
+    /// Fails where the validation layer had something to say.
+    fn check_validation(&self) -> Result<(), CliError> {
+        match self {
+            Self::Device(context) => {
+                let messages = context.validation_messages();
+                if messages.is_empty() { Ok(()) } else { Err(CliError::Validation(messages.join("\n"))) }
+            }
+            Self::Reference => Ok(()),
+        }
+    }
+}
+
+/// Whatever ends a command early.
+#[derive(Debug, thiserror::Error)]
+enum CliError {
+    #[error(transparent)]
+    Prepare(#[from] PrepareError),
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    #[error(transparent)]
+    Job(#[from] JobError),
+    #[error(transparent)]
+    Brightness(#[from] BrightnessError),
+    #[error("{0}")]
+    Usage(String),
+    #[error("the validation layer reports:\n{0}")]
+    Validation(String),
+    #[error("stopped; what was finished is in {0}")]
+    Stopped(PathBuf),
+    #[error("writing to standard output: {0}")]
+    Stdout(#[from] std::io::Error),
+}
+
+impl CliError {
+    /// 2 for what the user can mend, 1 for what failed.
+    fn exit_code(&self) -> u8 {
+        match self {
+            Self::Prepare(_) | Self::Brightness(_) | Self::Usage(_) => 2,
+            Self::Gpu(error) | Self::Job(JobError::Gpu(error)) => {
+                if matches!(error, GpuError::Call { .. } | GpuError::Allocation { .. }) { 1 } else { 2 }
+            }
+            Self::Output(error) | Self::Job(JobError::Output(error)) => {
+                if error.is_about_the_folder() {
+                    2
+                } else {
+                    1
+                }
+            }
+            Self::Validation(_) | Self::Stopped(_) | Self::Stdout(_) => 1,
+        }
+    }
+}
+
+/// Runs the program with the arguments of the process.
+pub fn main() -> ExitCode {
+    let result = match Program::parse().command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
+        Command::Radiance(arguments) => radiance::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        // Whoever reads our output has seen enough.
+        Err(CliError::Stdout(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+/// A bar on standard error; nothing where that is no terminal.
+fn progress_bar(length: u64, what: &str) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{msg:>12} [{bar:40}] {pos}/{len} {eta}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar())
+        .progress_chars("=> ");
+    bar.set_style(style);
+    bar.set_message(what.to_owned());
+    bar
+}
+
+/// A counter on standard error, for work whose end is not known beforehand.
+fn spinner(what: &str) -> ProgressBar {
+    let bar = ProgressBar::new_spinner();
+    let style = ProgressStyle::with_template("{msg:>12} {spinner} {human_pos}")
+        .unwrap_or_else(|_| ProgressStyle::default_spinner());
+    bar.set_style(style);
+    bar.set_message(what.to_owned());
+    bar.enable_steady_tick(Duration::from_millis(120));
+    bar
+}
+
+/// A flag that the first Ctrl-C sets; the second ends the process at once.
+fn stop_flag() -> Arc<AtomicBool> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let seen = Arc::clone(&flag);
+    // Where no handler can be set, Ctrl-C ends the process; files appear whole or not at all in any case.
+    let _ = ctrlc::set_handler(move || {
+        if seen.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        eprintln!("\nstopping after this step; Ctrl-C again ends at once");
+    });
+    flag
+}

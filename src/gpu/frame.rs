@@ -77,6 +77,26 @@ impl Resource {
         )
     }
 
+    /// Whether its size on the device follows the number of nodes; what only the host reads is not counted.
+    pub fn grows_with_nodes(self) -> bool {
+        matches!(
+            self,
+            Self::GroupMaterial
+                | Self::GroupPart
+                | Self::NormalX
+                | Self::NormalY
+                | Self::NormalZ
+                | Self::PositionX
+                | Self::PositionY
+                | Self::PositionZ
+                | Self::Triangles
+                | Self::Target
+                | Self::Span
+                | Self::Elapsed
+                | Self::Temperature
+        )
+    }
+
     /// Whether it is an image, which has a layout.
     pub fn is_image(self) -> bool {
         matches!(self, Self::RadianceImage | Self::IdentityImage | Self::DepthImage)

@@ -143,3 +143,17 @@ impl OutputError {
         Self::Exr { path: path.to_path_buf(), reason: reason.to_string() }
     }
 }
+
+impl OutputError {
+    /// Whether the user can mend it: a folder or file that is in the way, absent, or not writable.
+    pub fn is_about_the_folder(&self) -> bool {
+        !matches!(
+            self,
+            Self::FrameSize { .. }
+                | Self::SeriesRow { .. }
+                | Self::NodeCount { .. }
+                | Self::GroupNumber { .. }
+                | Self::Encode { .. }
+        )
+    }
+}

@@ -27,7 +27,7 @@ mod vector;
 mod view;
 
 pub use error::SceneError;
-pub use load::scene_hash;
+pub use load::{file_hash, scene_hash};
 
 /// A checked scene. Nothing in it is a default that the user was not told of: see `assumptions`.
 #[derive(Debug, Clone)]

@@ -91,7 +91,7 @@ impl Check {
             self.compared += 1;
             self.sum_of_squares += difference * difference;
             // A NaN must show as the worst there is.
-            if !(difference <= self.largest) {
+            if difference > self.largest || difference.is_nan() {
                 self.largest = difference;
                 self.worst = (*slot, step, time);
             }

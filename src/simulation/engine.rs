@@ -227,10 +227,7 @@ impl DeviceData {
     pub fn new(prepared: &Prepared) -> Self {
         let table = RadianceTable::new(prepared.scene.band);
         let table = RadianceTableF32::new(&table, &BrightnessTable::new(&table));
-        Self {
-            materials: prepared.materials.iter().map(device_material).collect(),
-            band_table: band_table(&table),
-        }
+        Self { materials: prepared.materials.iter().map(device_material).collect(), band_table: band_table(&table) }
     }
 
     /// The scene as plain numbers for the device.
@@ -285,8 +282,9 @@ fn back_optics(material: &Material) -> crate::thermal::material::Optics {
 impl ReferenceEngine {
     fn new(prepared: &Prepared, camera: Option<&Camera>) -> Self {
         let nodes = &prepared.nodes;
-        let node_of_slot: Vec<u32> =
-            (0..nodes.vertex_of_node.len() as u32).filter(|slot| nodes.vertex_of_node[*slot as usize] != PADDING).collect();
+        let node_of_slot: Vec<u32> = (0..nodes.vertex_of_node.len() as u32)
+            .filter(|slot| nodes.vertex_of_node[*slot as usize] != PADDING)
+            .collect();
         let of_group = |group: &[u32]| (0..nodes.vertex_of_node.len()).map(|slot| group[slot / GROUP]).collect();
         let reference_nodes = node_of_slot
             .iter()

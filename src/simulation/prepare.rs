@@ -1,5 +1,6 @@
 //! From a scene file to everything that a run needs: model, materials, nodes in device order, loads.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::environment::orbit::period_disagreement;
@@ -8,7 +9,7 @@ use crate::environment::tick::TickLoads;
 use crate::gpu::frame::StepRange;
 use crate::gpu::variant::{StepKind, ThermalVariant};
 use crate::model::{Model, ModelError};
-use crate::scene::{Scene, SceneError, scene_hash};
+use crate::scene::{Scene, SceneError, file_hash, scene_hash};
 use crate::thermal::material::{Material, Retarget};
 use crate::thermal::nodes::{Nodes, RangeResponse};
 
@@ -60,6 +61,8 @@ pub struct Prepared {
     pub scene: Scene,
     /// SHA-256 of scene, model and table.
     pub hash: String,
+    /// SHA-256 of each file alone.
+    pub file_hashes: BTreeMap<PathBuf, String>,
     /// Names of the parts.
     pub parts: Vec<String>,
     /// Materials in the order of the model.
@@ -91,6 +94,7 @@ impl Prepared {
             .map(|path| std::fs::read(path).map_err(|source| PrepareError::Read { path: path.clone(), source }))
             .collect::<Result<Vec<_>, _>>()?;
         let hash = scene_hash(&contents.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        let file_hashes = scene.files.iter().cloned().zip(contents.iter().map(|content| file_hash(content))).collect();
         drop(contents);
 
         let mut model = Model::load(&scene.model_path)?.weld();
@@ -115,7 +119,19 @@ impl Prepared {
             .map_err(|source| PrepareError::Sky { path: path.to_path_buf(), source })?;
         let parts: Vec<String> = model.parts.iter().map(|part| part.name.clone()).collect();
         let probes = probe_nodes(&scene, &parts, &nodes)?;
-        Ok(Self { hash, parts, materials, triangles, area: areas.iter().sum(), loads, probes, warnings, nodes, scene })
+        Ok(Self {
+            hash,
+            file_hashes,
+            parts,
+            materials,
+            triangles,
+            area: areas.iter().sum(),
+            loads,
+            probes,
+            warnings,
+            nodes,
+            scene,
+        })
     }
 
     /// Pipelines of the scene and the groups that each moves, cut to what one dispatch takes.

@@ -55,6 +55,17 @@ impl RangeKind {
     }
 }
 
+impl std::fmt::Display for RangeKind {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let response = match self.response {
+            RangeResponse::Instant => "instant",
+            RangeResponse::Transition(Retarget::Merge) => "transition (merge)",
+            RangeResponse::Transition(Retarget::Restart) => "transition (restart)",
+        };
+        write!(out, "{response}{}", if self.both_sides { ", both sides" } else { "" })
+    }
+}
+
 /// Consecutive groups of one kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NodeRange {

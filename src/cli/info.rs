@@ -1,0 +1,144 @@
+//! `isotherm info`: the devices, a scene's frame and sizes, or what a model holds.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde_json::json;
+
+use super::{CliError, run::prepare_with_progress};
+use crate::gpu::context;
+use crate::gpu::frame::{Frame, Step, Wanted};
+use crate::model::Model;
+use crate::scene::Draw;
+use crate::simulation::engine::DeviceData;
+use crate::simulation::prepare::PrepareError;
+
+/// Show devices, the frame of a scene, or what a model holds.
+///
+/// Without a file: the Vulkan devices, their limits and what they lack. With a scene (.toml): its frame as a list of
+/// passes and barriers, nodes and bytes, and what it switches off. With a model (.glb, .gltf): triangles, areas,
+/// materials and parts.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isotherm info\n  isotherm info models/station.toml\n  \
+isotherm info models/station.glb --json")]
+pub struct Arguments {
+    /// Scene or model
+    file: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let (value, text) = match &arguments.file {
+        None => devices()?,
+        Some(path) if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) => scene(path)?,
+        Some(path) => model(path)?,
+    };
+    let mut out = std::io::stdout().lock();
+    if arguments.json {
+        writeln!(out, "{value:#}")?
+    } else {
+        write!(out, "{text}")?
+    }
+    Ok(())
+}
+
+fn devices() -> Result<(serde_json::Value, String), CliError> {
+    let devices = context::devices()?;
+    let mut text = String::new();
+    for (number, device) in devices.iter().enumerate() {
+        let verdict = match (device.lacks.is_empty(), number) {
+            (true, 0) => "usable, the default".to_owned(),
+            (true, _) => "usable".to_owned(),
+            (false, _) => device.lacks.join(", "),
+        };
+        text.push_str(&format!(
+            "{}\n  kind                      {}\n  driver                    {}\n  Vulkan                    {}\n  \
+             memory                    {} MiB\n  storage buffer range      {} MiB\n  workgroups a dispatch     {}\n  \
+             largest image side        {}\n  timestamp                 {} ns\n  verdict                   {}\n",
+            device.name,
+            device.kind,
+            device.driver,
+            device.api_version,
+            device.memory >> 20,
+            device.max_storage_buffer_range >> 20,
+            device.max_workgroups,
+            device.max_framebuffer_side,
+            device.timestamp_period,
+            verdict,
+        ));
+    }
+    text.push_str("cpu\n  the f64 reference: slow, simple, trusted (--device cpu)\n");
+    Ok((json!({ "version": env!("CARGO_PKG_VERSION"), "devices": devices }), text))
+}
+
+fn model(path: &Path) -> Result<(serde_json::Value, String), CliError> {
+    let summary = Model::load(path).map_err(PrepareError::from)?.summary();
+    let value = serde_json::to_value(&summary).unwrap_or_default();
+    Ok((value, summary.to_string()))
+}
+
+fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
+    let prepared = prepare_with_progress(path)?;
+    let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
+    let device_data = DeviceData::new(&prepared);
+    let data = device_data.scene_data(&prepared, camera);
+    let frame = Frame::step(&data.ranges, Wanted { image: camera.is_some(), temperatures: true });
+    let plan = data.plan();
+    let bytes: u64 = plan.iter().map(|planned| planned.bytes).sum();
+    let node_bytes: u64 = plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();
+    let a_node = node_bytes as f64 / prepared.nodes.count.max(1) as f64;
+    let switched_off = prepared.switched_off();
+
+    let mut text = format!(
+        "{}: {} nodes, {} triangles, {:.2} m2\n\nNodes by response\n",
+        prepared.scene.name,
+        prepared.nodes.count,
+        prepared.triangles.len(),
+        prepared.area
+    );
+    for range in &prepared.nodes.ranges {
+        text.push_str(&format!("  {:<40} {:>10}\n", range.kind.to_string(), range.nodes));
+    }
+    text.push_str("\nBytes on the device\n");
+    for planned in &plan {
+        text.push_str(&format!("  {:<40} {:>12}\n", format!("{:?}", planned.resource), planned.bytes));
+    }
+    text.push_str(&format!(
+        "  {:<40} {bytes:>12}\n  a node, triangles included, without images and readback: {a_node:.1}\n\nFrame\n",
+        "in all"
+    ));
+    for line in frame.to_string().lines() {
+        text.push_str(&format!("  {line}\n"));
+    }
+    text.push_str(&format!("\nSwitched off: {}\n", switched_off.join(", ")));
+
+    let steps: Vec<serde_json::Value> = frame
+        .steps
+        .iter()
+        .map(|step| match step {
+            Step::Pass(pass) => json!({ "pass": pass.name }),
+            Step::Barriers(barriers) => json!({ "barriers": barriers.iter().map(|barrier| json!({
+                "resource": format!("{:?}", barrier.resource),
+                "before": format!("{:?}", barrier.before.stage),
+                "after": format!("{:?}", barrier.after.stage),
+            })).collect::<Vec<_>>() }),
+        })
+        .collect();
+    let value = json!({
+        "scene": prepared.scene.name,
+        "nodes": prepared.nodes.count,
+        "triangles": prepared.triangles.len(),
+        "area_m2": prepared.area,
+        "nodes_by_response": prepared.nodes.ranges.iter()
+            .map(|range| json!({ "response": range.kind.to_string(), "nodes": range.nodes })).collect::<Vec<_>>(),
+        "bytes": bytes,
+        "bytes_a_node": a_node,
+        "buffers": plan.iter().map(|planned| json!({
+            "name": format!("{:?}", planned.resource), "bytes": planned.bytes })).collect::<Vec<_>>(),
+        "frame": steps,
+        "switched_off": switched_off,
+    });
+    Ok((value, text))
+}

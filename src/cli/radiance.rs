@@ -1,0 +1,116 @@
+//! `isotherm radiance`: band radiance of a blackbody, and its inverse.
+
+use std::io::Write;
+
+use super::{Chosen, CliError, DeviceArguments};
+use crate::gpu::blackbody::{band_radiances, brightness_temperatures};
+use crate::scene::Band;
+use crate::thermal::brightness::{BrightnessTable, brightness_temperature};
+use crate::thermal::radiance::{RadianceTable, band_radiance};
+
+/// Band radiance of a blackbody [W m-2 sr-1], or with --inverse its temperature [K], as CSV.
+///
+/// Numbers are computed on the device in f32 and printed with 9 significant digits.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  isotherm radiance --band 8:14 300 267 180\n  isotherm radiance --band 3:5 --inverse 1.5"
+)]
+pub struct Arguments {
+    /// Band in micrometres, within 1 to 50
+    #[arg(long, value_name = "LOWER:UPPER", default_value = "8:14", value_parser = parse_band)]
+    band: Band,
+    /// The numbers are radiances [W m-2 sr-1]; print brightness temperatures
+    #[arg(long)]
+    inverse: bool,
+    /// Temperatures [K], or radiances
+    #[arg(required = true, value_name = "NUMBER", allow_negative_numbers = true)]
+    numbers: Vec<f64>,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+fn parse_band(text: &str) -> Result<Band, String> {
+    let (lower, upper) = text.split_once(':').ok_or("a band is LOWER:UPPER in micrometres, such as 8:14")?;
+    let number = |text: &str| text.trim().parse::<f64>().map_err(|_| format!("'{text}' is not a number"));
+    let (lower, upper) = (number(lower)?, number(upper)?);
+    if !(lower >= 1.0 && lower < upper && upper <= 50.0) {
+        return Err("a band lies within 1 to 50 micrometres, and its lower end comes first".to_owned());
+    }
+    Ok(Band { lower: lower * 1e-6, upper: upper * 1e-6 })
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let table = RadianceTable::new(arguments.band);
+    let guesses = BrightnessTable::new(&table);
+    for number in &arguments.numbers {
+        if arguments.inverse {
+            guesses.check(*number)?;
+        } else if !(*number >= 0.0 && number.is_finite()) {
+            return Err(CliError::Usage(format!("a temperature is finite and not below 0 K, not {number}")));
+        }
+    }
+    let chosen = arguments.device.open()?;
+    eprintln!("device: {}", chosen.name());
+    let rounded: Vec<f32> = arguments.numbers.iter().map(|number| *number as f32).collect();
+    let results: Vec<f64> = match &chosen {
+        Chosen::Reference => arguments
+            .numbers
+            .iter()
+            .map(|number| {
+                if arguments.inverse {
+                    brightness_temperature(&table, &guesses, *number)
+                } else {
+                    Ok(band_radiance(&table, *number))
+                }
+            })
+            .collect::<Result<_, _>>()?,
+        Chosen::Device(context) => {
+            let results = if arguments.inverse {
+                brightness_temperatures(context, &table, &guesses, &rounded)?
+            } else {
+                band_radiances(context, &table, &guesses, &rounded)?
+            };
+            results.into_iter().map(f64::from).collect()
+        }
+    };
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{}", if arguments.inverse { "radiance,temperature" } else { "temperature,radiance" })?;
+    for (number, result) in arguments.numbers.iter().zip(results) {
+        writeln!(out, "{number},{}", nine_digits(result))?;
+    }
+    chosen.check_validation()
+}
+
+/// Nine significant digits, enough to tell any two f32 apart; scientific where plain digits would be long.
+fn nine_digits(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let exponent = value.abs().log10().floor() as i32;
+    if (-5..9).contains(&exponent) {
+        format!("{value:.*}", (8 - exponent).max(0) as usize)
+    } else {
+        format!("{value:.8e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_nine_significant_digits() {
+        assert_eq!(nine_digits(54.933_461_23), "54.9334612");
+        assert_eq!(nine_digits(0.000_123_456_789_12), "0.000123456789");
+        assert_eq!(nine_digits(1.5e-30), "1.50000000e-30");
+        assert_eq!(nine_digits(0.0), "0");
+    }
+
+    #[test]
+    fn bands_are_checked() {
+        assert!(parse_band("8:14").is_ok());
+        for bad in ["14:8", "0.5:2", "8", "8:60", "a:b", "8:8", "nan:9"] {
+            assert!(parse_band(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! `isotherm render`: one image of a scene at a time.
+
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+
+use super::run::prepare_with_progress;
+use super::{Chosen, CliError, DeviceArguments, progress_bar, stop_flag};
+use crate::output::exr::write_exr;
+use crate::simulation;
+use crate::simulation::engine::Engine;
+use crate::simulation::frames::FrameMaker;
+
+/// Render one image; the state is stepped to its time from the start.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  isotherm render models/station.toml --time 1200 -o station.exr")]
+pub struct Arguments {
+    /// Scene file (TOML; models/README.md says what it holds)
+    scene: PathBuf,
+    /// Time since the start [s]; a last, shorter step is made where it is no multiple of the scene's step
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    time: f64,
+    /// The image: float32 EXR with radiance, temperature, depth, part and material
+    #[arg(short, long, value_name = "FILE.exr")]
+    output: PathBuf,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    if !(arguments.time >= 0.0 && arguments.time.is_finite()) {
+        return Err(CliError::Usage(format!("--time is finite and not below 0 s, not {}", arguments.time)));
+    }
+    let prepared = prepare_with_progress(&arguments.scene)?;
+    let camera = prepared.scene.require_camera().map_err(simulation::prepare::PrepareError::from)?.clone();
+    let chosen = arguments.device.open()?;
+    eprintln!("device: {}", chosen.name());
+    let mut engine = match &chosen {
+        Chosen::Device(context) => Engine::on_device(context, &prepared, Some(&camera))?,
+        Chosen::Reference => Engine::reference(&prepared, Some(&camera)),
+    };
+    let stop = stop_flag();
+    let ticks = u64::from(prepared.warm_up_ticks()) + (arguments.time / prepared.scene.time.step) as u64;
+    let bar = progress_bar(ticks, "stepping");
+    simulation::start(&prepared, &mut engine, None, &stop, &mut || bar.inc(1))?;
+    let still = simulation::still(&prepared, &mut engine, arguments.time, &stop, &mut || bar.inc(1))?;
+    bar.finish_and_clear();
+    let result = match still {
+        Some(result) if !stop.load(Ordering::Relaxed) => result,
+        _ => return Err(CliError::Usage("stopped; nothing was written".to_owned())),
+    };
+    let maker = FrameMaker::new(&prepared, &camera, &engine.device_name());
+    if let Some((frame, header)) = maker.frame(result) {
+        write_exr(&arguments.output, &frame, &header)?;
+        println!("{}", arguments.output.display());
+    }
+    chosen.check_validation()
+}

@@ -1,0 +1,239 @@
+//! `isotherm run`: a scene through all its steps, with images, plots and a report.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use indicatif::ProgressBar;
+
+use super::{Chosen, CliError, DeviceArguments, progress_bar, spinner, stop_flag};
+use crate::gpu::resources::check_plan;
+use crate::output::folder::RunFolder;
+use crate::output::report::{BufferSize, Device, FileEntry, ModelSize, PassTime, Report, SourceFile, Speed};
+use crate::scene::Draw;
+use crate::simulation::engine::{DeviceData, Engine};
+use crate::simulation::job::{Outcome, Progress, run_into};
+use crate::simulation::prepare::Prepared;
+use crate::simulation::{is_drawn, settings};
+
+/// Run a scene: temperatures, images, plots and a report.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isotherm run models/station.toml -o out/station\n  \
+isotherm run models/station.toml -o out/reference --device cpu")]
+pub struct Arguments {
+    /// Scene file (TOML; models/README.md says what it holds)
+    scene: PathBuf,
+    /// Folder for what the run leaves; it must be empty or absent
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Overwrite isotherm's own files in the output folder
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+struct Bars {
+    warm_up: ProgressBar,
+    steps: ProgressBar,
+    pictures: ProgressBar,
+}
+
+impl Progress for Bars {
+    fn warmed_up(&self) {
+        self.warm_up.inc(1);
+    }
+
+    fn stepped(&self) {
+        self.steps.inc(1);
+    }
+
+    fn pictured(&self) {
+        self.pictures.inc(1);
+    }
+}
+
+/// Loads a scene and prints what a user should look at.
+pub(super) fn prepare_with_progress(path: &Path) -> Result<Prepared, CliError> {
+    let spinner = spinner("vertices");
+    let prepared = Prepared::new(path, &mut |vertices| spinner.set_position(vertices as u64));
+    spinner.finish_and_clear();
+    let prepared = prepared?;
+    for warning in &prepared.warnings {
+        eprintln!("warning: {warning}");
+    }
+    for assumption in &prepared.scene.assumptions {
+        eprintln!("assumed: {assumption}");
+    }
+    Ok(prepared)
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let began = Instant::now();
+    let prepared = prepare_with_progress(&arguments.scene)?;
+    let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
+    let chosen = arguments.device.open()?;
+    let device_data = DeviceData::new(&prepared);
+    let data = device_data.scene_data(&prepared, camera);
+    let plan = data.plan();
+    if let Chosen::Device(context) = &chosen {
+        check_plan(context, &plan, data.image)?;
+    }
+    eprintln!(
+        "{}: {} nodes, {} triangles on {}",
+        prepared.scene.name,
+        prepared.nodes.count,
+        prepared.triangles.len(),
+        chosen.name()
+    );
+    let folder = RunFolder::prepare(&arguments.output, arguments.force)?;
+    let stop = stop_flag();
+    let mut engine = match &chosen {
+        Chosen::Device(context) => Engine::on_device(context, &prepared, camera)?,
+        Chosen::Reference => Engine::reference(&prepared, camera),
+    };
+    let start_up_s = began.elapsed().as_secs_f64();
+
+    let time = &prepared.scene.time;
+    let images = (0..=time.steps).filter(|step| is_drawn(&time.draw, *step)).count() as u64;
+    let bars = Bars {
+        warm_up: progress_bar(u64::from(prepared.warm_up_ticks()), "warm-up"),
+        steps: progress_bar(u64::from(time.steps) + 1, "steps"),
+        pictures: progress_bar(images, "pictures"),
+    };
+    let with_check = matches!(chosen, Chosen::Device(_));
+    let outcome = run_into(&prepared, &mut engine, &folder, with_check, &stop, &bars);
+    for bar in [&bars.warm_up, &bars.steps, &bars.pictures] {
+        bar.finish_and_clear();
+    }
+    let outcome = outcome?;
+
+    let buffers =
+        plan.iter().map(|planned| BufferSize { name: format!("{:?}", planned.resource), bytes: planned.bytes });
+    let report = Report {
+        buffers: if with_check { buffers.collect() } else { Vec::new() },
+        speed: speed(&prepared, &engine, &outcome, began.elapsed().as_secs_f64()),
+        ..report(&prepared, &chosen, &engine, &folder, outcome, start_up_s)
+    };
+    report.write_json(&folder.report_json())?;
+    report.write_html(&folder.report_html())?;
+    print_summary(&report, &folder);
+    chosen.check_validation()?;
+    if report.interrupted { Err(CliError::Stopped(arguments.output.clone())) } else { Ok(()) }
+}
+
+/// Sum of the medians of the passes that step nodes, and of those that make an image [ms].
+fn speed(prepared: &Prepared, engine: &Engine, outcome: &Outcome, wall_s: f64) -> Speed {
+    let passes = pass_times(engine);
+    let sum = |thermal: bool| {
+        let of_kind = passes.iter().filter(|pass| {
+            pass.name.starts_with("thermal_step.") == thermal
+                && !pass.name.starts_with("settle")
+                && pass.name != "read temperatures"
+        });
+        // An instant pass that ran once is the settling at the start.
+        let medians: Vec<f64> = of_kind.filter(|pass| pass.count > 1).map(|pass| pass.median_ms).collect();
+        (!medians.is_empty()).then(|| medians.iter().sum::<f64>())
+    };
+    let step_ms = sum(true);
+    Speed {
+        steps: u64::from(prepared.warm_up_ticks()) + outcome.series.rows().len().saturating_sub(1) as u64,
+        images: outcome.frames.len() as u64,
+        ns_per_node_step: step_ms.map(|ms| ms * 1e6 / prepared.nodes.count.max(1) as f64),
+        step_ms,
+        image_ms: sum(false),
+        wall_s,
+    }
+}
+
+fn pass_times(engine: &Engine) -> Vec<PassTime> {
+    let times = engine.pass_times().into_iter().flatten();
+    times.filter_map(|(name, samples)| PassTime::from_samples(name, samples)).collect()
+}
+
+fn report(
+    prepared: &Prepared,
+    chosen: &Chosen,
+    engine: &Engine,
+    folder: &RunFolder,
+    outcome: Outcome,
+    start_up_s: f64,
+) -> Report {
+    let device = match chosen {
+        Chosen::Device(context) => Device {
+            name: context.info.name.clone(),
+            driver: context.info.driver.clone(),
+            details: vec![
+                ("Vulkan".to_owned(), context.info.api_version.clone()),
+                ("start-up".to_owned(), format!("{start_up_s:.2} s")),
+                ("stepping and drawing".to_owned(), format!("{:.2} s", outcome.stepping_s)),
+            ],
+        },
+        Chosen::Reference => Device { name: chosen.name(), ..Device::default() },
+    };
+    let kinds = ["scene", "model", "materials"];
+    let mut inputs = prepared.scene.files.iter().zip(kinds).map(|(path, kind)| SourceFile {
+        kind: kind.to_owned(),
+        path: path.display().to_string(),
+        sha256: prepared.file_hashes.get(path).cloned().unwrap_or_default(),
+    });
+    let scene = SourceFile { sha256: prepared.hash.clone(), ..inputs.next().unwrap_or_default() };
+    let mut nodes_by_response: Vec<(String, u64)> = Vec::new();
+    for range in &prepared.nodes.ranges {
+        let name = range.kind.to_string();
+        nodes_by_response.push((name, range.nodes as u64));
+    }
+    let mut files = vec![
+        FileEntry { path: folder.relative(&folder.series()), what: "temperatures over time".to_owned() },
+        FileEntry { path: folder.relative(&folder.report_json()), what: "this report as JSON".to_owned() },
+    ];
+    if !outcome.frames.is_empty() {
+        files.push(FileEntry { path: "frames/".to_owned(), what: "EXR and PNG of every drawn step".to_owned() });
+    }
+    if !outcome.plots.is_empty() {
+        files.push(FileEntry { path: "plots/".to_owned(), what: "the plots as SVG".to_owned() });
+    }
+    Report {
+        title: prepared.scene.name.clone(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        command_line: std::env::args().collect::<Vec<_>>().join(" "),
+        scene,
+        inputs: inputs.collect(),
+        device,
+        accuracy: outcome.accuracy,
+        model: ModelSize {
+            nodes: prepared.nodes.count as u64,
+            triangles: prepared.triangles.len() as u64,
+            area_m2: prepared.area,
+            nodes_by_response,
+        },
+        passes: pass_times(engine),
+        settings: settings::sections(prepared),
+        assumptions: prepared.scene.assumptions.clone(),
+        warnings: prepared.warnings.clone(),
+        switched_off: prepared.switched_off(),
+        frames: outcome.frames,
+        pictures: outcome.pictures,
+        plots: outcome.plots,
+        files,
+        interrupted: !outcome.complete,
+        ..Report::default()
+    }
+}
+
+fn print_summary(report: &Report, folder: &RunFolder) {
+    let speed = &report.speed;
+    println!("{} steps and {} images in {:.1} s on {}", speed.steps, speed.images, speed.wall_s, report.device.name);
+    if let (Some(step), Some(node)) = (speed.step_ms, speed.ns_per_node_step) {
+        println!("a thermal step takes {step:.2} ms, {node:.2} ns a node");
+    }
+    if let Some(accuracy) = &report.accuracy {
+        println!(
+            "against the f64 reference: largest difference {:.1e} K, rms {:.1e} K ({} nodes, {} steps)",
+            accuracy.max_k, accuracy.rms_k, accuracy.nodes, accuracy.steps
+        );
+        for note in &accuracy.notes {
+            println!("{note}");
+        }
+    }
+    println!("report: {}", folder.report_html().display());
+}

@@ -1,0 +1,256 @@
+//! A whole run: every step through the engine, every result into the output folder, and the report at the end.
+
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::sync_channel;
+use std::time::Instant;
+
+use super::check::Check;
+use super::engine::Engine;
+use super::frames::FrameMaker;
+use super::prepare::Prepared;
+use super::{StepResult, run, start};
+use crate::gpu::error::GpuError;
+use crate::output::OutputError;
+use crate::output::colour::ColourScale;
+use crate::output::exr::{read_exr, write_exr};
+use crate::output::folder::{RunFolder, write_bytes};
+use crate::output::frame::{Frame, FrameHeader, Quantity};
+use crate::output::picture::{Tile, contact_sheet, picture};
+use crate::output::report::{Accuracy, FrameEntry, Picture, PlotEntry};
+use crate::output::series::{Series, SeriesRow};
+use crate::output::statistics::Groups;
+use crate::output::temperature_plots::{Eclipses, temperature_plots};
+use rayon::prelude::*;
+
+/// Most pictures on the contact sheet.
+const MOST_TILES: usize = 12;
+/// Width of a picture on the contact sheet [px].
+const TILE_WIDTH: u32 = 320;
+/// Frames that wait for the writer at most.
+const WAITING_FRAMES: usize = 2;
+
+/// What ends a run early.
+#[derive(Debug, thiserror::Error)]
+pub enum JobError {
+    /// The device.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The output folder.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+/// Hears how far a run is.
+pub trait Progress: Sync {
+    /// A tick of the warm-up is done.
+    fn warmed_up(&self);
+    /// A step is done.
+    fn stepped(&self);
+    /// A picture is drawn.
+    fn pictured(&self);
+}
+
+/// What a run left.
+pub struct Outcome {
+    /// Whether all steps were made.
+    pub complete: bool,
+    /// Frames, with the least and greatest temperature of each.
+    pub frames: Vec<FrameEntry>,
+    /// Pictures for the report.
+    pub pictures: Vec<Picture>,
+    /// Plots for the report.
+    pub plots: Vec<PlotEntry>,
+    /// Temperatures over time.
+    pub series: Series,
+    /// Device against f64 reference, where it was asked for.
+    pub accuracy: Option<Accuracy>,
+    /// Wall time of the steps without start-up and without pictures [s].
+    pub stepping_s: f64,
+}
+
+/// Runs the scene into the folder.
+///
+/// # Errors
+/// The device fails, or a file cannot be written.
+pub fn run_into(
+    prepared: &Prepared,
+    engine: &mut Engine,
+    folder: &RunFolder,
+    with_check: bool,
+    stop: &AtomicBool,
+    progress: &dyn Progress,
+) -> Result<Outcome, JobError> {
+    let mut check = with_check.then(|| Check::new(prepared));
+    start(prepared, engine, check.as_mut(), stop, &mut || progress.warmed_up())?;
+
+    let maker = prepared.scene.camera.as_ref().map(|camera| FrameMaker::new(prepared, camera, &engine.device_name()));
+    let groups = NodeGroups::new(prepared)?;
+    let names: Vec<String> = prepared.materials.iter().map(|material| material.name.clone()).collect();
+    let probes: Vec<String> = prepared.scene.probes.iter().map(|probe| probe.name.clone()).collect();
+    let mut series = Series::new(&prepared.parts, &names, &probes);
+
+    let began = Instant::now();
+    let (complete, written) = std::thread::scope(|scope| {
+        // Files are written while the next steps are computed.
+        let (frames, waiting) = sync_channel::<(Frame, FrameHeader)>(WAITING_FRAMES);
+        let writer = scope.spawn(move || {
+            let mut written = Vec::new();
+            for (frame, header) in waiting {
+                let path = folder.frame_exr(frame.step);
+                write_exr(&path, &frame, &header)?;
+                written.push(WrittenFrame {
+                    step: frame.step,
+                    time: frame.time,
+                    path,
+                    range: frame.range(Quantity::Temperature),
+                });
+            }
+            Ok::<_, OutputError>(written)
+        });
+        let mut consume = |mut result: StepResult| -> Result<(), JobError> {
+            if let Some(temperatures) = result.delivered.temperatures.take() {
+                series.push(groups.row(result.time, &temperatures, &prepared.probes)?)?;
+            }
+            if let Some(frame) = maker.as_ref().and_then(|maker| maker.frame(result)) {
+                // The writer hangs up where it fails; its error is reported below.
+                let _ = frames.send(frame);
+            }
+            progress.stepped();
+            Ok(())
+        };
+        let complete = run(prepared, engine, check.as_mut(), stop, &mut consume);
+        drop(frames);
+        let written = writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+        Ok::<_, JobError>((complete?, written))
+    })?;
+    let stepping_s = began.elapsed().as_secs_f64();
+
+    series.write(&folder.series())?;
+    let scale = match prepared.scene.colour_range {
+        Some(range) => ColourScale::new(Quantity::Temperature, range),
+        None => ColourScale::covering_ranges(Quantity::Temperature, written.iter().filter_map(|frame| frame.range)),
+    };
+    let (frames, pictures) = draw_pictures(prepared, folder, &written, &scale, progress)?;
+    let mut plots = Vec::new();
+    for plot in temperature_plots(&series, &eclipses(prepared))? {
+        let path = folder.plot(&plot.name);
+        write_bytes(&path, plot.svg.as_bytes())?;
+        plots.push(PlotEntry { title: plot.title, file: folder.relative(&path), svg: plot.svg });
+    }
+    let accuracy = check.map(|check| check.accuracy(prepared));
+    Ok(Outcome { complete, frames, pictures, plots, series, accuracy, stepping_s })
+}
+
+struct WrittenFrame {
+    step: u32,
+    time: f64,
+    path: PathBuf,
+    range: Option<[f32; 2]>,
+}
+
+/// Nodes by part, by material and as a whole, for the series.
+struct NodeGroups {
+    parts: Groups,
+    materials: Groups,
+    all: Groups,
+    /// Device order to vertices: padding has no place in a minimum.
+    node_of_vertex: Vec<u32>,
+}
+
+impl NodeGroups {
+    fn new(prepared: &Prepared) -> Result<Self, OutputError> {
+        let nodes = &prepared.nodes;
+        let node_of_vertex = nodes.node_of_vertex.clone();
+        let areas: Vec<f64> = node_of_vertex.iter().map(|node| nodes.areas[*node as usize]).collect();
+        let of = |groups: &[u32]| node_of_vertex.iter().map(|node| groups[*node as usize / 4]).collect::<Vec<u32>>();
+        Ok(Self {
+            parts: Groups::new(areas.clone(), of(&nodes.group_part), prepared.parts.len())?,
+            materials: Groups::new(areas.clone(), of(&nodes.group_material), prepared.materials.len())?,
+            all: Groups::all(areas),
+            node_of_vertex,
+        })
+    }
+
+    fn row(&self, time: f64, device: &[f32], probes: &[usize]) -> Result<SeriesRow, OutputError> {
+        let temperatures: Vec<f32> = self.node_of_vertex.par_iter().map(|node| device[*node as usize]).collect();
+        Ok(SeriesRow {
+            time,
+            all: self.all.summaries(&temperatures)?.pop().flatten(),
+            parts: self.parts.summaries(&temperatures)?,
+            materials: self.materials.summaries(&temperatures)?,
+            probes: probes.iter().map(|node| device[*node]).collect(),
+        })
+    }
+}
+
+/// One PNG a frame, all to one scale, and the contact sheet.
+fn draw_pictures(
+    prepared: &Prepared,
+    folder: &RunFolder,
+    written: &[WrittenFrame],
+    scale: &ColourScale,
+    progress: &dyn Progress,
+) -> Result<(Vec<FrameEntry>, Vec<Picture>), OutputError> {
+    let name = &prepared.scene.name;
+    let band = &prepared.scene.band;
+    let band = format!("{:.4} to {:.4} um", band.lower * 1e6, band.upper * 1e6);
+    let chosen = |index: usize| {
+        let tiles = written.len().min(MOST_TILES);
+        (0..tiles).any(|tile| tile * written.len() / tiles == index)
+    };
+    let drawn: Vec<(FrameEntry, Option<Tile>)> = written
+        .par_iter()
+        .enumerate()
+        .map(|(index, one)| {
+            let (frame, _) = read_exr(&one.path)?;
+            let details = format!("step {}, t = {:.1} s, band {band}", one.step, one.time);
+            let path = folder.frame_png(one.step);
+            write_bytes(&path, &picture(&frame, scale, name, &details)?.png()?)?;
+            let caption = format!("t = {:.0} s", one.time);
+            let tile = chosen(index).then(|| Tile::new(&frame, scale, &caption, TILE_WIDTH)).transpose()?;
+            progress.pictured();
+            let entry = FrameEntry {
+                step: one.step,
+                time_s: one.time,
+                file: folder.relative(&one.path),
+                picture: Some(folder.relative(&path)),
+            };
+            Ok((entry, tile))
+        })
+        .collect::<Result<_, OutputError>>()?;
+    let (frames, tiles): (Vec<FrameEntry>, Vec<Option<Tile>>) = drawn.into_iter().unzip();
+    let tiles: Vec<Tile> = tiles.into_iter().flatten().collect();
+    if tiles.is_empty() {
+        return Ok((frames, Vec::new()));
+    }
+    let details = format!("{} of {} images", tiles.len(), written.len());
+    let png = contact_sheet(&tiles, 4, scale, name, &details).png()?;
+    let path = folder.contact_sheet();
+    write_bytes(&path, &png)?;
+    let sheet = Picture { title: "Surface temperature through the run".to_owned(), file: folder.relative(&path), png };
+    Ok((frames, vec![sheet]))
+}
+
+/// Umbra and penumbra during the run, cut to it.
+fn eclipses(prepared: &Prepared) -> Eclipses {
+    let time = &prepared.scene.time;
+    let end = f64::from(time.steps) * time.step;
+    let sky = prepared.loads.sky_model();
+    let mut borders = vec![0.0];
+    borders.extend(sky.contacts(0.0, end));
+    borders.push(end);
+    let mut eclipses = Eclipses::default();
+    if prepared.scene.environment.solar_constant.is_none() {
+        return eclipses;
+    }
+    for pair in borders.windows(2) {
+        let lit = sky.lit_fraction(0.5 * (pair[0] + pair[1]));
+        if lit <= 0.0 {
+            eclipses.umbra.push((pair[0], pair[1]));
+        } else if lit < 1.0 {
+            eclipses.penumbra.push((pair[0], pair[1]));
+        }
+    }
+    eclipses
+}

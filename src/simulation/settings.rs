@@ -1,0 +1,126 @@
+//! The settings of a scene in words, for the report.
+
+use super::prepare::Prepared;
+use crate::output::report::Section;
+use crate::scene::{Attitude, Draw, Initial};
+use crate::thermal::material::{Function, Profile, Response, Retarget, Sides};
+
+/// Every setting by section, in the order of the scene file.
+pub fn sections(prepared: &Prepared) -> Vec<Section> {
+    let scene = &prepared.scene;
+    let mut sections = Vec::new();
+    let mut section = |title: &str, entries: Vec<(&str, String)>| {
+        let entries = entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        sections.push(Section { title: title.to_owned(), entries });
+    };
+    section(
+        "Model",
+        vec![
+            ("path", scene.model_path.display().to_string()),
+            ("max_edge", scene.max_edge.map_or("as in the file".to_owned(), |edge| format!("{edge} m"))),
+        ],
+    );
+    section(
+        "Time",
+        vec![
+            ("step", format!("{} s", scene.time.step)),
+            ("steps", scene.time.steps.to_string()),
+            ("warm-up", format!("{} orbits, {} steps", scene.time.warm_up_orbits, prepared.warm_up_ticks())),
+            (
+                "drawn",
+                match &scene.time.draw {
+                    Draw::None => "no step".to_owned(),
+                    Draw::Every(1) => "every step".to_owned(),
+                    Draw::Every(n) => format!("every {n} steps"),
+                    Draw::Steps(steps) => format!("steps {steps:?}"),
+                },
+            ),
+            (
+                "start",
+                match scene.initial {
+                    Initial::Balance => "balance temperature of the first load".to_owned(),
+                    Initial::Temperature(temperature) => format!("{temperature} K"),
+                },
+            ),
+        ],
+    );
+    section(
+        "Orbit",
+        vec![
+            ("altitude", format!("{} km", scene.orbit.altitude / 1e3)),
+            ("period", format!("{} s", scene.orbit.period)),
+            ("beta", format!("{:.3} deg", scene.orbit.beta.to_degrees())),
+            ("phase", format!("{:.3} deg", scene.orbit.phase.to_degrees())),
+        ],
+    );
+    let attitude = match &scene.attitude {
+        Attitude::Nadir { nadir_axis, forward_axis } => format!("nadir {nadir_axis}, forward {forward_axis}"),
+        Attitude::Inertial { inertial_from_body: q } => format!("inertial [{}, {}, {}, {}]", q.w, q.x, q.y, q.z),
+        Attitude::Sun { sun_axis, north_axis } => format!("Sun {sun_axis}, orbit normal {north_axis}"),
+    };
+    section("Attitude", vec![("law", attitude)]);
+    let environment = &scene.environment;
+    let optional = |value: Option<f64>, unit: &str| value.map_or("off".to_owned(), |value| format!("{value} {unit}"));
+    section(
+        "Environment",
+        vec![
+            ("solar constant", optional(environment.solar_constant, "W/m2")),
+            ("albedo", optional(environment.albedo, "")),
+            ("planet infrared", optional(environment.planet_ir, "W/m2")),
+            ("planet radius", format!("{} km", environment.planet_radius / 1e3)),
+            ("eclipse", if environment.eclipse { "on" } else { "off" }.to_owned()),
+            ("background", optional(environment.background_temperature, "K")),
+        ],
+    );
+    if let Some(camera) = &scene.camera {
+        section(
+            "Camera",
+            vec![
+                ("size", format!("{} x {}", camera.width, camera.height)),
+                ("focal length", format!("{:.3} x {:.3} pixels", camera.focal[0], camera.focal[1])),
+                ("frame", format!("{:?}", camera.frame).to_lowercase()),
+                ("position", format!("{} m", camera.position)),
+                ("band", format!("{:.4} to {:.4} um", scene.band.lower * 1e6, scene.band.upper * 1e6)),
+            ],
+        );
+    }
+    for material in &prepared.materials {
+        let back = match material.sides {
+            Sides::Outside => "radiates outside only".to_owned(),
+            Sides::Both { back } => format!("back {} / {}", back.absorptivity, back.emissivity),
+        };
+        let response = match material.response {
+            Response::Instant => "instant".to_owned(),
+            Response::Transition { heating, cooling, retarget } => format!(
+                "transition, heating {}, cooling {}, {}",
+                profile(heating),
+                profile(cooling),
+                match retarget {
+                    Retarget::Merge => "merge",
+                    Retarget::Restart => "restart",
+                }
+            ),
+        };
+        section(
+            &format!("Material {}", material.name),
+            vec![
+                (
+                    "absorptivity / emissivity",
+                    format!("{} / {}", material.front.absorptivity, material.front.emissivity),
+                ),
+                ("sides", back),
+                ("response", response),
+                ("source", material.source.clone()),
+            ],
+        );
+    }
+    sections
+}
+
+fn profile(profile: Profile) -> String {
+    let function = match profile.function {
+        Function::Linear => "linear",
+        Function::Quadratic => "quadratic",
+    };
+    format!("{function} in {:.1} steps", profile.t_max_steps)
+}
