@@ -1,4 +1,4 @@
-// Written by tools/src/shaders.rs: name and SPIR-V of every module, sorted by name.
+// Written by tools/src/shaders.rs: name and SPIR-V of every module.
 &[
     ("blackbody.comp", include_bytes!("blackbody.comp.spv")),
     ("brightness.comp", include_bytes!("brightness.comp.spv")),

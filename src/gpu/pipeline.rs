@@ -7,7 +7,7 @@ use ash::vk;
 use super::context::Context;
 use super::error::{Context as _, GpuError};
 
-/// Name and SPIR-V of every module in `spirv/`, sorted by name.
+/// Name and SPIR-V of every module in `spirv/`.
 pub const MODULES: &[(&str, &[u8])] = include!("../../spirv/index.rs");
 
 /// A pipeline, its layout and the layout of its one descriptor set.
@@ -155,8 +155,8 @@ struct Shader<'a> {
 
 impl<'a> Shader<'a> {
     fn new(context: &'a Context, name: &str) -> Result<Self, GpuError> {
-        let found = MODULES.binary_search_by(|(module, _)| (*module).cmp(name));
-        let bytes = MODULES[found.unwrap_or_else(|_| panic!("spirv/ has no module '{name}'"))].1;
+        let found = MODULES.iter().find(|(module, _)| *module == name);
+        let (_, bytes) = found.unwrap_or_else(|| panic!("spirv/ has no module '{name}'"));
         let words: Vec<u32> =
             bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
         let create = vk::ShaderModuleCreateInfo::default().code(&words);
