@@ -120,7 +120,10 @@ const COMPUTE_READ: Scope = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ);
 const COMPUTE_WRITE: Scope = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
 const COPY_READ: Scope = scope(S::COPY, A::TRANSFER_READ);
 const COPY_WRITE: Scope = scope(S::COPY, A::TRANSFER_WRITE);
-const CLEAR_WRITE: Scope = scope(S::CLEAR, A::TRANSFER_WRITE);
+/// `vkCmdFillBuffer` is a clear command; validation layers before February 2024 (Vulkan-ValidationLayers, pull request
+/// 7543) take it for a copy.
+const CLEAR_WRITE: Scope =
+    Scope { stage: S::from_raw(S::COPY.as_raw() | S::CLEAR.as_raw()), access: A::TRANSFER_WRITE };
 
 /// The groups of four nodes that an access is confined to; `None` is the whole resource.
 pub type Groups = Option<(u32, u32)>;
