@@ -3,9 +3,12 @@
 mod band_radiance;
 mod device;
 mod hazards;
+mod image;
 mod model;
 mod orbit;
+mod quads;
 mod scene;
 mod shaders;
 mod transitions;
 mod twins;
+mod validation;
