@@ -76,7 +76,8 @@ fn check_labels(apart: &Apart, what: &str) {
     println!("{sentence}");
 }
 
-fn check_against_rasteriser(prepared: &Prepared, what: &str) {
+/// Compares temperatures within a tolerance [K], and all else.
+fn check_against_rasteriser(prepared: &Prepared, what: &str, tolerance: f64) {
     let context = context();
     let camera = prepared.scene.camera.as_ref().expect("a camera");
     let time = 4.0 * prepared.scene.time.step;
@@ -87,19 +88,19 @@ fn check_against_rasteriser(prepared: &Prepared, what: &str) {
     let apart = compare(&found, &expected, camera.width as usize);
     assert!(apart.shown > 1000, "{} pixels show something", apart.shown);
     check_labels(&apart, what);
-    // A kelvin makes 1.7 % of the radiance at 300 K, so 2 mK of difference in temperature make 4e-5.
-    apart.temperature.within(2e-3, "K", &format!("{what}, temperature"));
-    apart.radiance.within(1e-4, "relative", &format!("{what}, radiance"));
+    apart.temperature.within(tolerance, "K", &format!("{what}, temperature"));
+    // A kelvin is 1.7 % of the radiance at 300 K, and 5 % at 180 K.
+    apart.radiance.within(2e-5 + 0.05 * tolerance, "relative", &format!("{what}, radiance"));
     apart.depth.within(1e-5, "relative", &format!("{what}, depth"));
     let other = picture(prepared, &mut device, time + 1.0).delivered.pixels.expect("a picture");
     let wrong = compare(&other, &expected, camera.width as usize);
-    assert!(wrong.temperature.difference > 2e-3, "one second later must show: {:?}", wrong.temperature);
+    assert!(wrong.temperature.difference > 5.0 * tolerance, "one second later must show: {:?}", wrong.temperature);
     assert_silent(&context);
 }
 
 #[test]
 fn the_craft_on_the_device_and_by_the_rasteriser() {
-    check_against_rasteriser(&Folder::new(SCENE).prepared(), "craft");
+    check_against_rasteriser(&Folder::new(SCENE).prepared(), "craft", 2e-3);
 }
 
 #[test]
@@ -116,7 +117,8 @@ fn the_station_on_the_device_and_by_the_rasteriser() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("station.toml");
     std::fs::write(&path, changed).expect("the folder can be written");
-    check_against_rasteriser(&prepared(&path), "station");
+    // Some triangles span 100 K over a few pixels: there a thousandth of a pixel in the interpolation is this much.
+    check_against_rasteriser(&prepared(&path), "station", 1e-2);
 }
 
 fn golden() -> PathBuf {
