@@ -8,6 +8,7 @@ mod image;
 mod model;
 mod orbit;
 mod pictures;
+mod properties;
 mod quads;
 mod scene;
 mod shaders;
