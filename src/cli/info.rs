@@ -33,7 +33,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let (value, text) = match &arguments.file {
         None => devices()?,
         Some(path) if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) => scene(path)?,
-        Some(path) => model(path)?,
+        Some(path) => model(path, arguments.json)?,
     };
     let mut out = std::io::stdout().lock();
     if arguments.json {
@@ -73,8 +73,12 @@ fn devices() -> Result<(serde_json::Value, String), CliError> {
     Ok((json!({ "version": env!("CARGO_PKG_VERSION"), "devices": devices }), text))
 }
 
-fn model(path: &Path) -> Result<(serde_json::Value, String), CliError> {
+fn model(path: &Path, as_json: bool) -> Result<(serde_json::Value, String), CliError> {
     let summary = Model::load(path).map_err(PrepareError::from)?.summary();
+    // The keys of the JSON are settled; the text has its own place for remarks.
+    for note in summary.notes.iter().filter(|_| as_json) {
+        eprintln!("note: {note}");
+    }
     let value = serde_json::to_value(&summary).unwrap_or_default();
     Ok((value, summary.to_string()))
 }

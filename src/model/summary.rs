@@ -40,7 +40,8 @@ pub struct ModelSummary {
     pub parts: Vec<Share>,
     /// What was left out, and why.
     pub skipped: Vec<Skipped>,
-    /// Remarks.
+    /// Remarks; not a key of the JSON.
+    #[serde(skip)]
     pub notes: Vec<String>,
 }
 

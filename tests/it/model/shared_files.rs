@@ -162,7 +162,7 @@ fn the_station() {
     names.dedup();
     assert_eq!(names.len(), summary.parts.len());
     let keys: Vec<String> = serde_json::to_value(&summary).unwrap().as_object().unwrap().keys().cloned().collect();
-    let wanted = ["triangles", "vertices", "nodes", "area_m2", "bounds_m", "materials", "parts", "skipped", "notes"];
+    let wanted = ["triangles", "vertices", "nodes", "area_m2", "bounds_m", "materials", "parts", "skipped"];
     assert_eq!(keys, wanted);
     let text = summary.to_string();
     assert!(text.contains("materials (30)") && text.contains("SOLAR_CELL"), "{text}");
