@@ -102,6 +102,8 @@ enum CliError {
     Validation(String),
     #[error("stopped; what was finished is in {0}")]
     Stopped(PathBuf),
+    #[error("stopped; nothing was written")]
+    StoppedBefore,
     #[error("writing to standard output: {0}")]
     Stdout(#[from] std::io::Error),
 }
@@ -121,7 +123,7 @@ impl CliError {
                     1
                 }
             }
-            Self::Validation(_) | Self::Stopped(_) | Self::Stdout(_) => 1,
+            Self::Validation(_) | Self::Stopped(_) | Self::StoppedBefore | Self::Stdout(_) => 1,
         }
     }
 }

@@ -6,6 +6,7 @@ use std::sync::atomic::Ordering;
 use super::run::prepare_with_progress;
 use super::{Chosen, CliError, DeviceArguments, progress_bar, stop_flag};
 use crate::output::exr::write_exr;
+use crate::output::folder::check_writable;
 use crate::simulation;
 use crate::simulation::engine::Engine;
 use crate::simulation::frames::FrameMaker;
@@ -30,6 +31,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if !(arguments.time >= 0.0 && arguments.time.is_finite()) {
         return Err(CliError::Usage(format!("--time is finite and not below 0 s, not {}", arguments.time)));
     }
+    check_writable(&arguments.output)?;
     let prepared = prepare_with_progress(&arguments.scene)?;
     let camera = prepared.scene.require_camera().map_err(simulation::prepare::PrepareError::from)?.clone();
     let chosen = arguments.device.open()?;
@@ -46,7 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     bar.finish_and_clear();
     let result = match still {
         Some(result) if !stop.load(Ordering::Relaxed) => result,
-        _ => return Err(CliError::Usage("stopped; nothing was written".to_owned())),
+        _ => return Err(CliError::StoppedBefore),
     };
     let maker = FrameMaker::new(&prepared, &camera, &engine.device_name());
     if let Some((frame, header)) = maker.frame(result) {

@@ -152,6 +152,14 @@ fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
+/// Whether [`write_atomic`] will find its folder, before the work whose result it is to write.
+///
+/// # Errors
+/// As [`write_atomic`] without content.
+pub fn check_writable(path: &Path) -> Result<(), OutputError> {
+    temporary_beside(path).map(|_| ())
+}
+
 /// Writes a file beside its place and renames it there when `content` succeeds: whoever looks sees the old file or the
 /// whole new one. On an error nothing is left behind and what existed under the name stays.
 ///
@@ -161,24 +169,30 @@ pub fn write_atomic<F>(path: &Path, content: F) -> Result<(), OutputError>
 where
     F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,
 {
-    if path.is_dir() {
-        return Err(OutputError::NotAFile(path.to_path_buf()));
-    }
+    let mut file = temporary_beside(path)?;
     let failed = |source| OutputError::write(path, source);
-    let folder = match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
-    let mut file = temporary_in(folder).map_err(|source| {
-        // The temporary name would only confuse; the folder is what the user can mend.
-        failed(io::Error::new(source.kind(), format!("in folder {}: {}", folder.display(), source.kind())))
-    })?;
     let mut writer = BufWriter::with_capacity(1 << 16, file.as_file_mut());
     content(&mut writer)?;
     writer.flush().map_err(failed)?;
     drop(writer);
     file.persist(path).map_err(|error| failed(error.error))?;
     Ok(())
+}
+
+/// A temporary file in the folder of a path.
+fn temporary_beside(path: &Path) -> Result<NamedTempFile, OutputError> {
+    if path.is_dir() {
+        return Err(OutputError::NotAFile(path.to_path_buf()));
+    }
+    let folder = match path.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    };
+    temporary_in(folder).map_err(|source| {
+        // The temporary name would only confuse; the folder is what the user can mend.
+        let source = io::Error::new(source.kind(), format!("in folder {}: {}", folder.display(), source.kind()));
+        OutputError::write(path, source)
+    })
 }
 
 /// Writes `bytes` as [`write_atomic`] does.
