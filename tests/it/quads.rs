@@ -1,4 +1,4 @@
-//! Surfaces made of a few flat quads, for the device and for the f64 rasteriser alike.
+//! Surfaces made of a few flat quads, drawn on the device.
 
 use std::sync::Arc;
 
@@ -9,13 +9,11 @@ use isotherm::gpu::frame::StepRange;
 use isotherm::gpu::renderer::Renderer;
 use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
 use isotherm::gpu::variant::{StepKind, ThermalVariant};
-use isotherm::raster::{Pixel, Surface, rasterise};
 use isotherm::scene::{Band, Camera, CameraFrame};
 use isotherm::simulation::engine::{Pixels, device_material};
-use isotherm::simulation::viewpoint::{device_view, raster_view};
+use isotherm::simulation::viewpoint::device_view;
 use isotherm::thermal::brightness::BrightnessTable;
-use isotherm::thermal::material::{Material, Sides};
-use isotherm::thermal::planck::band_radiance_exact;
+use isotherm::thermal::material::Material;
 use isotherm::thermal::radiance::RadianceTable;
 use isotherm::thermal::radiance_f32::RadianceTableF32;
 
@@ -107,25 +105,6 @@ impl Quads {
             radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
             identity: collected.identity.expect("an image was asked for").to_vec(),
         }
-    }
-
-    /// The image of the f64 rasteriser, with Planck's law by quadrature.
-    pub fn rasterise(&self, camera: &Camera, pose: &DAffine3) -> Vec<Pixel> {
-        let positions: Vec<DVec3> = self.positions.iter().map(|position| position.as_dvec3()).collect();
-        let of_group = |values: &[u32]| (0..positions.len()).map(|node| values[node / 4]).collect::<Vec<u32>>();
-        let back = |material: &Material| match material.sides {
-            Sides::Outside => material.front.emissivity,
-            Sides::Both { back } => back.emissivity,
-        };
-        let surface = Surface {
-            positions: &positions,
-            triangles: &self.triangles,
-            temperatures: &self.temperatures.iter().map(|t| f64::from(*t)).collect::<Vec<_>>(),
-            vertex_part: &of_group(&self.group_part),
-            vertex_material: &of_group(&self.group_material),
-            emissivities: &self.materials.iter().map(|m| [m.front.emissivity, back(m)]).collect::<Vec<_>>(),
-        };
-        rasterise(&surface, &raster_view(camera, pose), |temperature| band_radiance_exact(self.band, temperature))
     }
 }
 
