@@ -1,6 +1,7 @@
 //! Integration tests, one module a subject.
 
 mod band_radiance;
+mod commands;
 mod craft;
 mod device;
 mod hazards;
@@ -8,8 +9,10 @@ mod image;
 mod model;
 mod orbit;
 mod pictures;
+mod program;
 mod properties;
 mod quads;
+mod run;
 mod scene;
 mod shaders;
 mod transitions;

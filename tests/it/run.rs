@@ -1,0 +1,295 @@
+//! The commands `run` and `render` of the built program: what they leave, twice the same, alike on every engine.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use isotherm::output::exr::read_exr;
+use isotherm::output::frame::Frame;
+use serde_json::Value;
+
+use super::craft::{Folder, SCENE, scene_with};
+use super::device::Worst;
+use super::program::{end, isotherm, refusal, stderr, succeed};
+
+/// Every file below a folder, by its path there.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(&next).expect("a folder") {
+            let path: PathBuf = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(folder).expect("below the folder").to_string_lossy().into_owned();
+                found.insert(name, std::fs::read(path).expect("a file"));
+            }
+        }
+    }
+    found
+}
+
+const FILES: [&str; 15] = [
+    "contact_sheet.png",
+    "frames/step_000000.exr",
+    "frames/step_000000.png",
+    "frames/step_000004.exr",
+    "frames/step_000004.png",
+    "frames/step_000008.exr",
+    "frames/step_000008.png",
+    "frames/step_000012.exr",
+    "frames/step_000012.png",
+    "plots/materials.svg",
+    "plots/parts.svg",
+    "plots/probes.svg",
+    "report.html",
+    "report.json",
+    "series.csv",
+];
+
+fn report(files: &BTreeMap<String, Vec<u8>>) -> Value {
+    serde_json::from_slice(&files["report.json"]).expect("JSON")
+}
+
+#[test]
+fn a_run_leaves_everything_and_twice_the_same() {
+    let folder = Folder::new(SCENE);
+    let [one, two] = ["one", "deeper/two"].map(|name| {
+        succeed(folder.0.path(), &["run", "scene.toml", "-o", name]);
+        files(&folder.path(name))
+    });
+    assert_eq!(one.keys().collect::<Vec<_>>(), FILES);
+    for (name, bytes) in &one {
+        // The report tells times.
+        assert!(name.starts_with("report.") || *bytes == two[name], "{name} differs from run to run");
+    }
+    let warmer = scene_with(&[("planet_ir = 237", "planet_ir = 237.01")]);
+    folder.write("scene.toml", &warmer);
+    succeed(folder.0.path(), &["run", "scene.toml", "-o", "three"]);
+    let three = files(&folder.path("three"));
+    for name in ["frames/step_000012.exr", "series.csv"] {
+        assert!(one[name] != three[name], "another scene must show in {name}");
+    }
+
+    let report = report(&one);
+    assert_eq!(report["interrupted"], false);
+    assert_eq!((&report["speed"]["steps"], &report["speed"]["images"]), (&12.into(), &4.into()));
+    assert_eq!(report["frames"].as_array().expect("a list").len(), 4);
+    assert!(report["accuracy"]["max_k"].as_f64().expect("a number") < 2e-3, "{}", report["accuracy"]);
+    assert_eq!(report["accuracy"]["steps"], 13);
+    let passes: Vec<&str> =
+        report["passes"].as_array().expect("a list").iter().filter_map(|p| p["name"].as_str()).collect();
+    for pass in ["radiance", "thermal_step.merge.sun.planet_ir.albedo", "read radiance"] {
+        assert!(passes.contains(&pass), "{passes:?}");
+    }
+    let page = String::from_utf8(one["report.html"].clone()).expect("text");
+    // An SVG names its namespace, which nobody fetches.
+    let page = page.replace("http://www.w3.org/2000/svg", "");
+    assert!(!page.contains("http"), "the page opens without a network");
+    assert!(page.contains("data:image/png;base64,") && page.contains("<svg"), "with its pictures inside");
+
+    let series = String::from_utf8(one["series.csv"].clone()).expect("text");
+    let lines: Vec<&str> = series.lines().collect();
+    assert_eq!(lines.len(), 14, "a head, the initial state and twelve steps");
+    assert!(lines[0].starts_with("time,part:body:min,part:body:mean,part:body:max,"));
+    assert!(lines[0].ends_with("all:min,all:mean,all:max,probe:tip"));
+    assert!(lines[13].starts_with("720,") && lines.iter().all(|line| line.split(',').count() == 26));
+}
+
+#[test]
+fn a_frame_tells_what_it_is() {
+    let folder = Folder::new(SCENE);
+    succeed(folder.0.path(), &["render", "scene.toml", "--time", "240", "-o", "image.exr"]);
+    let bytes = std::fs::read(folder.path("image.exr")).expect("the image");
+    // Names and types as OpenEXR writes them: both end in a zero byte.
+    for attribute in [
+        "isotherm_band_um\0v2d\0",
+        "isotherm_units_L\0string\0",
+        "isotherm_units_T\0string\0",
+        "isotherm_units_Z\0string\0",
+        "emissiveUnits\0string\0",
+        "isotherm_time_s\0double\0",
+        "isotherm_camera_focal_px\0v2d\0",
+        "isotherm_camera_centre_px\0v2d\0",
+        "isotherm_camera_position_m\0v3d\0",
+        "isotherm_frame_from_camera_wxyz\0string\0",
+        "isotherm_camera_from_body\0m44d\0",
+        "isotherm_scene_sha256\0string\0",
+        "isotherm_device\0string\0",
+        "isotherm_version\0string\0",
+        "isotherm_parts\0stringvector\0",
+        "isotherm_materials\0stringvector\0",
+    ] {
+        let found = bytes.windows(attribute.len()).any(|window| window == attribute.as_bytes());
+        assert!(found, "{attribute:?}");
+    }
+    let (frame, header) = read_exr(&folder.path("image.exr")).expect("a frame");
+    assert_eq!((frame.width, frame.height, frame.time), (96, 72, 240.0));
+    assert_eq!((header.band.lower, header.band.upper), (8e-6, 14e-6));
+    assert_eq!(header.parts, ["body", "wing_port", "wing_starboard", "mast"]);
+    assert_eq!(header.materials, ["skin", "cells", "mast"]);
+    assert_eq!(header.version, env!("CARGO_PKG_VERSION"));
+    assert_eq!(header.scene_sha256.len(), 64);
+    // 45 deg across 96 pixels.
+    assert!((header.camera.focal[0] - 48.0 / 22.5_f64.to_radians().tan()).abs() < 1e-9);
+    // The pose takes the point that the camera looks at to its axis.
+    let ahead = header.camera_from_body.transform_point3(glam::DVec3::ZERO);
+    assert!(ahead.truncate().length() < 1e-9 && (ahead.z - (6.5_f64 * 6.5 + 25.0 + 7.5 * 7.5).sqrt()).abs() < 1e-9);
+}
+
+fn frame(path: &Path) -> Frame {
+    read_exr(path).expect("a frame").0
+}
+
+#[test]
+fn render_gives_the_frame_of_the_run_at_that_time() {
+    let folder = Folder::new(SCENE);
+    succeed(folder.0.path(), &["run", "scene.toml", "-o", "out"]);
+    for (time, step) in [("0", 0), ("240", 4), ("720", 12)] {
+        succeed(folder.0.path(), &["render", "scene.toml", "--time", time, "-o", "image.exr"]);
+        let [still, run] = [folder.path("image.exr"), folder.path(&format!("out/frames/step_{step:06}.exr"))]
+            .map(|path| std::fs::read(path).expect("an image"));
+        assert!(still == run, "the image at {time} s is that of step {step}, to the byte");
+    }
+    // In the middle of a step: a last, partial step. The craft warms and cools, so between is between.
+    let [before, between, after] = ["240", "270", "300"].map(|time| {
+        succeed(folder.0.path(), &["render", "scene.toml", "--time", time, "-o", "image.exr"]);
+        frame(&folder.path("image.exr"))
+    });
+    assert_eq!((between.time, before.time), (270.0, 240.0));
+    let mut moved = 0;
+    for (index, part) in between.part.iter().enumerate() {
+        // The box warms or cools steadily over a minute.
+        let ends = [before.temperature[index], after.temperature[index]];
+        if *part == 1 && (ends[0] - ends[1]).abs() > 0.1 {
+            let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+            assert!((low..=high).contains(&between.temperature[index]), "{ends:?} {}", between.temperature[index]);
+            moved += 1;
+        }
+    }
+    assert!(moved > 100, "{moved} pixels move");
+}
+
+#[test]
+fn the_reference_agrees_with_the_device() {
+    let folder = Folder::new(SCENE);
+    succeed(folder.0.path(), &["run", "scene.toml", "-o", "device"]);
+    succeed(folder.0.path(), &["run", "scene.toml", "-o", "cpu", "--device", "CPU"]);
+    let [device, cpu] = ["device", "cpu"].map(|name| files(&folder.path(name)));
+    assert_eq!(device.keys().collect::<Vec<_>>(), cpu.keys().collect::<Vec<_>>());
+    assert!(report(&cpu)["accuracy"].is_null(), "the reference is not compared with itself");
+    assert_eq!(report(&cpu)["device"]["name"], "cpu (f64 reference)");
+    let rows = |files: &BTreeMap<String, Vec<u8>>| -> Vec<f64> {
+        let text = String::from_utf8(files["series.csv"].clone()).expect("text");
+        text.lines()
+            .skip(1)
+            .flat_map(|line| line.split(',').map(|cell| cell.parse().expect("a number")).collect::<Vec<_>>())
+            .collect()
+    };
+    let cell = |index: usize| format!("row {}, column {}", index / 26, index % 26);
+    Worst::of(&rows(&device), &rows(&cpu), cell).within(2e-3, "K", "series.csv");
+    let mut radiance = Worst::none();
+    let (mut labels, mut shown) = (0, 0);
+    for step in [0, 4, 8, 12] {
+        let [device, cpu] =
+            ["device", "cpu"].map(|name| frame(&folder.path(&format!("{name}/frames/step_{step:06}.exr"))));
+        for (index, part) in cpu.part.iter().enumerate() {
+            shown += usize::from(*part > 0);
+            labels += usize::from(*part != device.part[index]);
+            if *part > 0 && device.part[index] == *part && cpu.radiance[index] > 0.0 {
+                let ratio = f64::from(device.radiance[index]) / f64::from(cpu.radiance[index]);
+                radiance.see(ratio, 1.0, || format!("pixel {index} of step {step}"));
+            }
+        }
+    }
+    radiance.within(1e-4, "relative", "radiance of all frames");
+    assert!(labels * 200 < shown, "{labels} of {shown} labels differ");
+}
+
+/// Starts a command, sends Ctrl-C some time after something is there, and returns how it ended.
+fn interrupted(mut command: Command, there: impl Fn() -> bool) -> Output {
+    let child = command.spawn().expect("the program starts");
+    let began = Instant::now();
+    while !there() {
+        assert!(began.elapsed() < Duration::from_secs(60), "nothing appears");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    // What is waited for comes just before the work begins.
+    std::thread::sleep(Duration::from_millis(700));
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.expect("kill is there").success());
+    child.wait_with_output().expect("the program ends")
+}
+
+/// `run` of a scene into `out`, its words kept for whoever asks.
+fn quiet_run(folder: &Folder) -> Command {
+    let mut command = isotherm(folder.0.path(), &["run", "scene.toml", "-o", "out"]);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+#[cfg(unix)]
+#[test]
+fn control_c_keeps_what_is_finished() {
+    let folder = Folder::new(&scene_with(&[("steps = 12", "steps = 100000"), ("draw_every = 4", "draw_every = 2")]));
+    let third = folder.path("out/frames/step_000004.exr");
+    let output = interrupted(quiet_run(&folder), || third.exists());
+    let (code, line) = refusal(&output);
+    assert_eq!(code, Some(1), "{}", stderr(&output));
+    assert!(line.contains("stopped; what was finished is in out"), "{line}");
+    let left = files(&folder.path("out"));
+    let report = report(&left);
+    assert_eq!(report["interrupted"], true);
+    let frames: Vec<&String> = left.keys().filter(|name| name.ends_with(".exr")).collect();
+    assert!(frames.len() >= 3 && report["frames"].as_array().expect("a list").len() == frames.len());
+    for name in frames {
+        read_exr(&folder.path(&format!("out/{name}"))).expect("every frame is whole");
+        assert!(left.contains_key(&name.replace(".exr", ".png")), "{name} has its picture");
+    }
+    let steps = String::from_utf8(left["series.csv"].clone()).expect("text").lines().count() as u64 - 2;
+    assert_eq!(report["speed"]["steps"], steps);
+    let named = |name: &String| name.contains(".part") || name.contains(".isotherm-");
+    assert!(!left.keys().any(named), "no partial file remains: {:?}", left.keys());
+}
+
+#[cfg(unix)]
+#[test]
+fn control_c_in_the_warm_up_and_in_a_still() {
+    let slow = scene_with(&[("steps = 12", "steps = 12\nwarm_up_orbits = 100000")]);
+    let folder = Folder::new(&slow);
+    let plots = folder.path("out/plots");
+    let output = interrupted(quiet_run(&folder), || plots.exists());
+    assert_eq!(refusal(&output).0, Some(1), "{}", stderr(&output));
+    let left = files(&folder.path("out"));
+    assert_eq!(report(&left)["interrupted"], true);
+    assert!(!left.keys().any(|name| name.starts_with("frames/")), "{:?}", left.keys());
+
+    let mut command = isotherm(folder.0.path(), &["render", "scene.toml", "--time", "60", "-o", "image.exr"]);
+    command.stderr(std::fs::File::create(folder.path("said")).expect("a file"));
+    let said = || std::fs::read_to_string(folder.path("said")).unwrap_or_default();
+    let output = interrupted(command, || said().contains("device: "));
+    assert_eq!(output.status.code(), Some(1), "{}", said());
+    assert!(said().contains("error: stopped; nothing was written"), "{}", said());
+    let left: Vec<String> = files(folder.0.path()).into_keys().filter(|name| !name.contains('/')).collect();
+    assert_eq!(left, ["made.glb", "said", "scene.toml"]);
+}
+
+#[test]
+fn an_existing_folder_is_not_touched() {
+    let folder = Folder::new(SCENE);
+    std::fs::create_dir_all(folder.path("out/frames")).expect("a folder");
+    folder.write("out/frames/step_000000.exr", "the user's own");
+    let before = files(&folder.path("out"));
+    let (code, line) = refusal(&end(isotherm(folder.0.path(), &["run", "scene.toml", "-o", "out"])));
+    assert_eq!(code, Some(2));
+    assert!(line.contains("out is not empty") && line.contains("--force"), "{line}");
+    assert_eq!(files(&folder.path("out")), before);
+    folder.write("out/notes.txt", "mine");
+    succeed(folder.0.path(), &["run", "scene.toml", "-o", "out", "--force"]);
+    let after = files(&folder.path("out"));
+    assert_eq!(after["notes.txt"], b"mine");
+    assert!(after["frames/step_000000.exr"] != before["frames/step_000000.exr"]);
+    assert_eq!(after.len(), FILES.len() + 1);
+}
