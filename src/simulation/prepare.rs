@@ -87,7 +87,14 @@ impl Prepared {
     /// # Errors
     /// The first thing that keeps the scene from running.
     pub fn new(path: &Path, progress: &mut dyn FnMut(usize)) -> Result<Self, PrepareError> {
-        let scene = Scene::load(path)?;
+        Self::from_scene(Scene::load(path)?, progress)
+    }
+
+    /// The same for a scene that was loaded, and perhaps changed, before.
+    ///
+    /// # Errors
+    /// As for `new`.
+    pub fn from_scene(scene: Scene, progress: &mut dyn FnMut(usize)) -> Result<Self, PrepareError> {
         let contents = scene
             .files
             .iter()
@@ -116,7 +123,7 @@ impl Prepared {
             .map(|triangle| triangle.map(|vertex| nodes.node_of_vertex[vertex as usize]))
             .collect();
         let loads = TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)
-            .map_err(|source| PrepareError::Sky { path: path.to_path_buf(), source })?;
+            .map_err(|source| PrepareError::Sky { path: scene.source.clone(), source })?;
         let parts: Vec<String> = model.parts.iter().map(|part| part.name.clone()).collect();
         let probes = probe_nodes(&scene, &parts, &nodes)?;
         Ok(Self {
