@@ -77,6 +77,12 @@ impl Resource {
         )
     }
 
+    /// Whether shaders see it as a uniform buffer: small, and read by every invocation at the same address. (On lavapipe
+    /// each scalar of a storage buffer costs every invocation 0.5 ns; a uniform is read once.)
+    pub fn is_uniform(self) -> bool {
+        matches!(self, Self::Tick | Self::SunSamples | Self::View)
+    }
+
     /// Whether its size on the device follows the number of nodes; what only the host reads is not counted.
     pub fn grows_with_nodes(self) -> bool {
         matches!(
@@ -117,6 +123,7 @@ const fn scope(stage: S, access: A) -> Scope {
 }
 
 const COMPUTE_READ: Scope = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ);
+const COMPUTE_UNIFORM: Scope = scope(S::COMPUTE_SHADER, A::UNIFORM_READ);
 const COMPUTE_WRITE: Scope = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
 const COPY_READ: Scope = scope(S::COPY, A::TRANSFER_READ);
 const COPY_WRITE: Scope = scope(S::COPY, A::TRANSFER_WRITE);
@@ -420,8 +427,8 @@ fn thermal_pass(range: StepRange) -> Pass {
             }));
         }
     };
-    bind(true, 0, Resource::Tick, &[COMPUTE_READ]);
-    bind(variant.sun, 1, Resource::SunSamples, &[COMPUTE_READ]);
+    bind(true, 0, Resource::Tick, &[COMPUTE_UNIFORM]);
+    bind(variant.sun, 1, Resource::SunSamples, &[COMPUTE_UNIFORM]);
     bind(variant.albedo, 2, Resource::AlbedoValues, &[COMPUTE_READ]);
     bind(true, 3, Resource::Materials, &[COMPUTE_READ]);
     bind(true, 4, Resource::GroupMaterial, &[COMPUTE_READ]);
@@ -450,7 +457,7 @@ fn radiance_pass() -> Pass {
         work: Work::Radiance,
         accesses: vec![
             access(Resource::Triangles, scope(S::INDEX_INPUT, A::INDEX_READ)),
-            bound(0, Resource::View, vertex),
+            bound(0, Resource::View, scope(S::VERTEX_SHADER, A::UNIFORM_READ)),
             bound(1, Resource::PositionX, vertex),
             bound(2, Resource::PositionY, vertex),
             bound(3, Resource::PositionZ, vertex),

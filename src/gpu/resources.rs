@@ -76,10 +76,10 @@ impl SceneData<'_> {
 
         let device = |resource, bytes, usage| Planned { resource, bytes, usage, location: MemoryLocation::GpuOnly };
         let storage = |resource, bytes| device(resource, bytes, U::STORAGE_BUFFER | U::TRANSFER_DST | U::TRANSFER_SRC);
-        let to_device = |resource, bytes| Planned {
+        let to_device = |resource: Resource, bytes| Planned {
             resource,
             bytes: bytes * SLOTS as u64,
-            usage: U::STORAGE_BUFFER,
+            usage: if resource.is_uniform() { U::UNIFORM_BUFFER } else { U::STORAGE_BUFFER },
             location: MemoryLocation::CpuToGpu,
         };
         let to_host = |resource, bytes| Planned {

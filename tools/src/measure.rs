@@ -36,6 +36,9 @@ struct Arguments {
     /// Longest edges of the scene's model [m]
     #[arg(long, value_delimiter = ',', default_values_t = [2.0, 1.0, 0.5])]
     edges: Vec<f64>,
+    /// Leave out the whole ticks
+    #[arg(long)]
+    nodes_only: bool,
     /// Ticks of each measurement
     #[arg(long, default_value_t = 30)]
     ticks: u32,
@@ -60,7 +63,7 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     println!("Device: {}, {}; load average {}\n", context.info.name, context.info.driver, load.trim());
     let scene = Scene::load(&arguments.scene)?;
     thermal_pass(arguments, &context, &scene)?;
-    whole_ticks(arguments, &context, &scene)
+    if arguments.nodes_only { Ok(()) } else { whole_ticks(arguments, &context, &scene) }
 }
 
 /// Nanoseconds a node and step: time alone passing, and loads, balance and a target that moves every tick.
