@@ -42,6 +42,8 @@ struct View {
     // clip.x = scale.x * x + offset.x * z, clip.y = scale.y * y + offset.y * z (OpenCV axes, Y down as in Vulkan).
     vec2 clip_scale;
     vec2 clip_offset;
+    // Width and height in pixels.
+    vec2 size;
     // Distance of the near plane [m]; depth is reversed and its far plane at infinity.
     float near;
 };

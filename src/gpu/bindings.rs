@@ -16,6 +16,7 @@ use super::variant::ThermalVariant;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum PipelineKey {
     Thermal(ThermalVariant),
+    Cull,
     Radiance,
 }
 
@@ -58,6 +59,7 @@ impl Bindings {
             if let std::collections::btree_map::Entry::Vacant(vacant) = bindings.pipelines.entry(key) {
                 vacant.insert(match key {
                     PipelineKey::Thermal(variant) => Pipeline::compute(context, &variant.name(), &types)?,
+                    PipelineKey::Cull => Pipeline::compute(context, "cull.comp", &types)?,
                     PipelineKey::Radiance => Pipeline::radiance(context, &types)?,
                 });
             }
@@ -88,6 +90,7 @@ impl Drop for Bindings {
 fn key_of(pass: &Pass) -> Option<(PipelineKey, u32)> {
     match pass.work {
         Work::Thermal { variant, groups } => Some((PipelineKey::Thermal(variant), groups.0)),
+        Work::Cull { triangles } => Some((PipelineKey::Cull, triangles.0)),
         Work::Radiance => Some((PipelineKey::Radiance, 0)),
         Work::Copy { .. } | Work::Clear(_) => None,
     }
@@ -129,9 +132,13 @@ fn write_set(context: &Context, resources: &Resources, set: vk::DescriptorSet, p
         let Access { resource, groups, binding: Some(binding), .. } = *access else { continue };
         let buffer = resources.buffer(resource, slot);
         let info = match groups {
-            // Group tables have four bytes a group, node arrays sixteen.
+            // Group tables have four bytes a group, node arrays sixteen; a triangle has three indices.
             Some((first, end)) => {
-                let bytes_a_group = if resource == Resource::GroupMaterial { 4 } else { 16 };
+                let bytes_a_group = match resource {
+                    Resource::GroupMaterial => 4,
+                    Resource::Triangles | Resource::VisibleTriangles => 12,
+                    _ => 16,
+                };
                 vk::DescriptorBufferInfo {
                     buffer: buffer.raw,
                     offset: u64::from(first) * bytes_a_group,

@@ -38,6 +38,8 @@ pub enum Resource {
     PositionZ,
     /// Node indices of the triangles.
     Triangles,
+    /// The same with empty triangles in place of those that cover no pixel's centre.
+    VisibleTriangles,
     /// Table of the band's radiance.
     BandTable,
     /// Target temperature of every node [K].
@@ -96,6 +98,7 @@ impl Resource {
                 | Self::PositionY
                 | Self::PositionZ
                 | Self::Triangles
+                | Self::VisibleTriangles
                 | Self::Target
                 | Self::Span
                 | Self::Elapsed
@@ -129,7 +132,8 @@ const COPY_READ: Scope = scope(S::COPY, A::TRANSFER_READ);
 const COPY_WRITE: Scope = scope(S::COPY, A::TRANSFER_WRITE);
 const CLEAR_WRITE: Scope = scope(S::CLEAR, A::TRANSFER_WRITE);
 
-/// The groups of four nodes that an access is confined to; `None` is the whole resource.
+/// The groups of four nodes, or the triangles, that an access is confined to: the first, and the one after the last.
+/// `None` is the whole resource.
 pub type Groups = Option<(u32, u32)>;
 
 /// One use of a resource by a pass.
@@ -157,7 +161,12 @@ pub enum Work {
         /// Groups of four nodes: first, and the one after the last.
         groups: (u32, u32),
     },
-    /// Draws all triangles.
+    /// Finds the triangles that may cover a pixel's centre.
+    Cull {
+        /// Triangles: first, and the one after the last.
+        triangles: (u32, u32),
+    },
+    /// Draws the triangles that are left.
     Radiance,
     /// Copies a buffer or an image to a buffer.
     Copy {
@@ -212,11 +221,16 @@ pub struct StepRange {
     pub groups: (u32, u32),
 }
 
+/// Triangles that one dispatch culls at most: 65,535 workgroups of 64. A multiple of 64 keeps bindings aligned.
+const CULLED_AT_ONCE: u32 = 65_535 * 64;
+
 /// What a tick leaves for the host.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Wanted {
     /// An image.
     pub image: bool,
+    /// Triangles to be culled for it; 0 where the camera has not moved against the craft since the last image.
+    pub cull: u32,
     /// The temperatures of all nodes.
     pub temperatures: bool,
 }
@@ -247,6 +261,17 @@ impl Frame {
             }
             steps.push(Step::Barriers(barriers));
             steps.extend(ranges.iter().map(|range| Step::Pass(thermal_pass(*range))));
+        }
+        if wanted.image && wanted.cull > 0 {
+            let index_read = scope(S::INDEX_INPUT, A::INDEX_READ);
+            // The last image may still read its triangles.
+            let drawn = scope(S::INDEX_INPUT | S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
+            steps.push(Step::Barriers(vec![barrier(Resource::VisibleTriangles, drawn, COMPUTE_WRITE)]));
+            for first in (0..wanted.cull).step_by(CULLED_AT_ONCE as usize) {
+                let end = wanted.cull.min(first.saturating_add(CULLED_AT_ONCE));
+                steps.push(Step::Pass(cull_pass((first, end))));
+            }
+            steps.push(Step::Barriers(vec![barrier(Resource::VisibleTriangles, COMPUTE_WRITE, index_read)]));
         }
         if wanted.image {
             let vertex_read = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
@@ -442,6 +467,27 @@ fn thermal_pass(range: StepRange) -> Pass {
     Pass { name: variant.name(), work: Work::Thermal { variant, groups }, accesses }
 }
 
+fn cull_pass(triangles: (u32, u32)) -> Pass {
+    let of_triangles = |binding, resource, scope| Access {
+        binding: Some(binding),
+        groups: Some(triangles),
+        ..access(resource, scope)
+    };
+    let bound = |binding, resource, scope| Access { binding: Some(binding), ..access(resource, scope) };
+    Pass {
+        name: "cull".to_owned(),
+        work: Work::Cull { triangles },
+        accesses: vec![
+            bound(0, Resource::View, COMPUTE_UNIFORM),
+            bound(1, Resource::PositionX, COMPUTE_READ),
+            bound(2, Resource::PositionY, COMPUTE_READ),
+            bound(3, Resource::PositionZ, COMPUTE_READ),
+            of_triangles(4, Resource::Triangles, COMPUTE_READ),
+            of_triangles(5, Resource::VisibleTriangles, COMPUTE_WRITE),
+        ],
+    }
+}
+
 fn radiance_pass() -> Pass {
     let vertex = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
     let fragment = scope(S::FRAGMENT_SHADER, A::SHADER_STORAGE_READ);
@@ -456,7 +502,7 @@ fn radiance_pass() -> Pass {
         name: "radiance".to_owned(),
         work: Work::Radiance,
         accesses: vec![
-            access(Resource::Triangles, scope(S::INDEX_INPUT, A::INDEX_READ)),
+            access(Resource::VisibleTriangles, scope(S::INDEX_INPUT, A::INDEX_READ)),
             bound(0, Resource::View, scope(S::VERTEX_SHADER, A::UNIFORM_READ)),
             bound(1, Resource::PositionX, vertex),
             bound(2, Resource::PositionY, vertex),

@@ -62,10 +62,12 @@ pub struct View {
     pub clip_scale: [f32; 2],
     /// Clip coordinates from camera coordinates: factors of z.
     pub clip_offset: [f32; 2],
+    /// Width and height in pixels.
+    pub size: [f32; 2],
     /// Distance of the near plane [m].
     pub near: f32,
     /// The structure is as long as its alignment in GLSL asks.
-    pub unused: [f32; 3],
+    pub unused: f32,
 }
 
 /// Head of the table of a band.
@@ -108,7 +110,7 @@ pub fn structures() -> Vec<(&'static str, usize, Vec<Member>)> {
             background_temperature_4: f32,
             step: f32, albedo_resolution: f32),
         members!(View: camera_from_body_x: [f32; 4], camera_from_body_y: [f32; 4], camera_from_body_z: [f32; 4],
-            clip_scale: [f32; 2], clip_offset: [f32; 2], near: f32),
+            clip_scale: [f32; 2], clip_offset: [f32; 2], size: [f32; 2], near: f32),
         members!(Band: edge_high: f32, edge_low: f32),
     ]
 }

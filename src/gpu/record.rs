@@ -103,6 +103,10 @@ impl Recorder<'_> {
                 // SAFETY: the pipeline is bound, and the range holds whole workgroups.
                 unsafe { self.context.device.cmd_dispatch(self.commands, workgroups, 1, 1) };
             }
+            Work::Cull { triangles: (first, end) } => {
+                // SAFETY: the pipeline is bound; it leaves invocations beyond the last triangle idle.
+                unsafe { self.context.device.cmd_dispatch(self.commands, (end - first).div_ceil(64), 1, 1) };
+            }
             Work::Radiance => self.draw(),
             Work::Copy { from, to } if from.is_image() => self.copy_image(from, to),
             Work::Copy { from, to } => {
@@ -148,7 +152,7 @@ impl Recorder<'_> {
             .layer_count(1)
             .color_attachments(&colours)
             .depth_attachment(&depth);
-        let indices = self.resources.buffer(Resource::Triangles, self.slot);
+        let indices = self.resources.buffer(Resource::VisibleTriangles, self.slot);
         let device = &self.context.device;
         // SAFETY: the radiance pipeline is bound, the images are in attachment layout by the barriers of the list, and
         // the index buffer holds three node indices a triangle.

@@ -45,6 +45,8 @@ pub struct Renderer {
     nodes: usize,
     triangles: u32,
     size: [u32; 2],
+    /// The view that the visible triangles are those of.
+    culled_for: Option<layout::View>,
     times: PassTimes,
     next: usize,
     slots: Vec<Slot>,
@@ -64,7 +66,7 @@ impl Renderer {
         let mut once = Once::new(context)?;
         let resources = Resources::new(context, &mut once, data)?;
         once.free_staging();
-        let wanted = Wanted { image: data.image.is_some(), temperatures: true };
+        let wanted = Wanted { image: data.image.is_some(), cull: data.triangles.len() as u32, temperatures: true };
         let mut frames = Vec::new();
         for (has_sun, has_albedo) in [(true, true), (true, false), (false, false)] {
             let ranges = ranges_of_tick(&data.ranges, has_sun, has_albedo);
@@ -78,6 +80,7 @@ impl Renderer {
             nodes: data.normals.len(),
             triangles: data.triangles.len() as u32,
             size: data.image.unwrap_or_default(),
+            culled_for: None,
             times: PassTimes::new(),
             next: 0,
             slots: Vec::new(),
@@ -137,10 +140,15 @@ impl Renderer {
         view: Option<&layout::View>,
         temperatures: bool,
     ) -> Result<Submitted, GpuError> {
-        let wanted = Wanted { image: view.is_some(), temperatures };
+        let cull = if view == self.culled_for.as_ref() { 0 } else { self.triangles };
+        let wanted = Wanted { image: view.is_some(), cull, temperatures };
         let ranges = tick.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
         let frame = Frame::step(&ranges, wanted);
-        self.submit_frame(&frame, tick, view, wanted)
+        let submitted = self.submit_frame(&frame, tick, view, wanted)?;
+        if let Some(view) = view {
+            self.culled_for = Some(*view);
+        }
+        Ok(submitted)
     }
 
     /// Submits a given list; tests pass one without a barrier.

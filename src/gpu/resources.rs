@@ -103,7 +103,12 @@ impl SceneData<'_> {
             storage(Resource::PositionX, floats(drawn)),
             storage(Resource::PositionY, floats(drawn)),
             storage(Resource::PositionZ, floats(drawn)),
-            device(Resource::Triangles, floats(3 * triangles), U::INDEX_BUFFER | U::TRANSFER_DST),
+            storage(Resource::Triangles, floats(3 * triangles)),
+            device(
+                Resource::VisibleTriangles,
+                floats(3 * triangles),
+                U::INDEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_DST,
+            ),
             storage(Resource::BandTable, floats(self.band_table.len())),
             storage(Resource::Target, floats(state)),
             storage(Resource::Span, floats(state)),

@@ -1,5 +1,6 @@
 //! Integration tests, one module a subject.
 
+mod cull;
 mod hazards;
 mod model;
 mod scene;

@@ -116,7 +116,9 @@ fn passes_declare_what_their_shaders_touch() {
         let pass = frame.passes().next().expect("one thermal pass");
         assert_eq!(declared(pass), bindings_of(&variant.name()), "{}", variant.name());
     }
-    let frame = Frame::step(&[], Wanted { image: true, temperatures: false });
+    let frame = Frame::step(&[], Wanted { image: true, cull: 9, temperatures: false });
+    let cull = frame.passes().find(|pass| matches!(pass.work, Work::Cull { .. })).expect("a cull pass");
+    assert_eq!(declared(cull), bindings_of("cull.comp"));
     let radiance = frame.passes().find(|pass| pass.work == Work::Radiance).expect("a radiance pass");
     let mut shaders = bindings_of("radiance.vert");
     shaders.extend(bindings_of("radiance.frag"));

@@ -165,9 +165,9 @@ fn whole_ticks(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> 
         scene.name
     );
     println!(
-        "| longest edge [m] | nodes | triangles | bytes a node | start-up [s] | image | thermal | radiance | copies | tick | images a second |"
+        "| longest edge [m] | nodes | triangles | bytes a node | start-up [s] | image | thermal | cull | radiance | copies | tick | images a second |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     for &edge in &arguments.edges {
         for [width, height] in [[640, 512], [1024, 1024]] {
             let mut scene = scene.clone();
@@ -218,13 +218,14 @@ fn measure_ticks(ticks: u32, context: &Arc<Context>, scene: Scene, edge: f64) ->
     let bytes: u64 = plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();
     let tick = median(&whole);
     Ok(format!(
-        "| {edge} | {} | {} | {:.1} | {start_up:.2} | {} x {} | {:.2} | {:.1} | {:.1} | {tick:.1} | {:.1} |",
+        "| {edge} | {} | {} | {:.1} | {start_up:.2} | {} x {} | {:.2} | {:.1} | {:.1} | {:.1} | {tick:.1} | {:.1} |",
         prepared.nodes.count,
         prepared.triangles.len(),
         bytes as f64 / prepared.nodes.count as f64,
         camera.width,
         camera.height,
         sum("thermal_step"),
+        sum("cull"),
         sum("radiance"),
         sum("read"),
         1e3 / tick,
