@@ -130,7 +130,10 @@ const COMPUTE_UNIFORM: Scope = scope(S::COMPUTE_SHADER, A::UNIFORM_READ);
 const COMPUTE_WRITE: Scope = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
 const COPY_READ: Scope = scope(S::COPY, A::TRANSFER_READ);
 const COPY_WRITE: Scope = scope(S::COPY, A::TRANSFER_WRITE);
-const CLEAR_WRITE: Scope = scope(S::CLEAR, A::TRANSFER_WRITE);
+/// `vkCmdFillBuffer` is a clear command; validation layers before February 2024 (Vulkan-ValidationLayers, pull request
+/// 7543) take it for a copy.
+const CLEAR_WRITE: Scope =
+    Scope { stage: S::from_raw(S::COPY.as_raw() | S::CLEAR.as_raw()), access: A::TRANSFER_WRITE };
 
 /// The groups of four nodes, or the triangles, that an access is confined to: the first, and the one after the last.
 /// `None` is the whole resource.

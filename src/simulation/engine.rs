@@ -247,7 +247,7 @@ impl DeviceData {
 }
 
 /// A material rounded to f32. Where only the outside exchanges heat, the back looks like the front.
-fn device_material(material: &Material) -> layout::Material {
+pub fn device_material(material: &Material) -> layout::Material {
     let back = back_optics(material);
     let power = |function: Function| match function {
         Function::Linear => 1.0,

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::environment::TickLoad;
 use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
-use crate::thermal::material::{Material, Response};
+use crate::thermal::material::{Material, Response, Retarget};
 use crate::thermal::nodes::{GROUP, Nodes, PADDING};
 use crate::thermal::transition::{TransitionState, transition_step};
 
@@ -68,6 +68,7 @@ impl<F: IncidentFlux> Reference<F> {
             match material.response {
                 Response::Instant => (settled(commanded, material), commanded),
                 Response::Transition { heating, cooling, retarget } => {
+                    let commanded = moved_target(state.target, commanded, retarget);
                     transition_step(state, commanded, steps_dt, &heating, &cooling, retarget)
                 }
             }
@@ -119,6 +120,15 @@ pub fn commanded_temperature(
     let front = incident.incident(load, node.normal);
     let absorbed = absorbed_flux(material, front, || incident.incident(load, -node.normal));
     balance_temperature(absorbed, emissivity_sum(material), load.background_temperature)
+}
+
+/// The target that `retarget` is given [K]: the present one where the commanded one differs by less than f32 resolves.
+///
+/// `Restart` begins anew at any change, however small (NUMERICS.md 1), so the rounding of f64 in a load that does not
+/// change, such as that of an umbra seen from a craft which points to nadir, would turn a transition of the device into
+/// an exponential of the reference, 80 K away. `Merge` is continuous in its targets and takes them as they are.
+fn moved_target(present: f64, commanded: f64, retarget: Retarget) -> f64 {
+    if retarget == Retarget::Restart && commanded as f32 == present as f32 { present } else { commanded }
 }
 
 /// The state of a node at rest; an instant node has none, and keeps its target only.

@@ -24,7 +24,7 @@ impl Maker {
     pub fn new() -> Self {
         let json = json!({
             "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"name": "body", "mesh": 0}],
-            "meshes": [], "accessors": [], "bufferViews": [], "buffers": [{"byteLength": 0}]
+            "meshes": [], "materials": [], "accessors": [], "bufferViews": [], "buffers": [{"byteLength": 0}]
         });
         Self { json, binary: Vec::new() }
     }

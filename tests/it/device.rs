@@ -1,0 +1,254 @@
+//! The Vulkan device of the tests, nodes without a surface to step on it, and how its numbers are compared.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use isotherm::environment::{PlanetLoad, SunSample, TickLoad};
+use isotherm::gpu::context::Context;
+use isotherm::gpu::error::GpuError;
+use isotherm::gpu::frame::StepRange;
+use isotherm::gpu::renderer::Renderer;
+use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
+use isotherm::gpu::variant::{StepKind, ThermalVariant};
+use isotherm::simulation::engine::device_material;
+use isotherm::thermal::material::{Bulk, Function, Material, Optics, Profile, Response, Retarget, Sides};
+use isotherm::thermal::nodes::GROUP;
+use isotherm::thermal::reference::ReferenceNode;
+
+/// Whether `ISOTHERM_VALIDATION=1` asks for the validation layer, as `tools/test` does.
+pub fn validation_is_asked_for() -> bool {
+    std::env::var_os("ISOTHERM_VALIDATION").is_some_and(|value| value == "1")
+}
+
+/// The best device present. A context of its own for every test: the tests run on threads, and a queue takes one caller.
+pub fn context() -> Arc<Context> {
+    Context::open(None, validation_is_asked_for()).expect("a Vulkan device (tools/setup installs lavapipe)")
+}
+
+/// A context that the validation layer watches. `None`, with a line that says so, where the layer is not installed and
+/// `ISOTHERM_VALIDATION=1` does not ask for it.
+pub fn validated_context() -> Option<Arc<Context>> {
+    match Context::open(None, true) {
+        Err(GpuError::NoValidationLayer) if !validation_is_asked_for() => {
+            println!("skipped: the Vulkan validation layer is not installed (tools/setup tests)");
+            None
+        }
+        context => Some(context.expect("a Vulkan device and its validation layer")),
+    }
+}
+
+/// Fails where the validation layer has spoken.
+pub fn assert_silent(context: &Context) {
+    assert_eq!(context.validation_messages(), Vec::<String>::new());
+}
+
+/// Evenly spread numbers that are the same in every run (splitmix64: Steele, Lea & Flood 2014).
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// The next number in [low, high).
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut bits = self.0;
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        bits ^= bits >> 31;
+        low + (high - low) * ((bits >> 11) as f64 / (1u64 << 53) as f64)
+    }
+
+    /// A direction, all equally likely.
+    pub fn direction(&mut self) -> DVec3 {
+        let (z, azimuth) = (self.between(-1.0, 1.0), self.between(0.0, std::f64::consts::TAU));
+        let across = (1.0 - z * z).sqrt();
+        DVec3::new(across * azimuth.cos(), across * azimuth.sin(), z)
+    }
+}
+
+/// A material with these values; the rest is of no matter to a node.
+pub fn material(absorptivity: f64, emissivity: f64, sides: Sides, response: Response) -> Material {
+    let front = Optics { absorptivity, emissivity };
+    let name = format!("a {absorptivity:.3}, e {emissivity:.3}, {sides:?}, {response:?}");
+    Material { name, front, sides, bulk: Bulk::default(), response, source: "test".to_owned() }
+}
+
+/// A surface that turns whatever falls on it into temperature: sigma T^4 is the incident flux.
+pub fn black() -> Material {
+    material(1.0, 1.0, Sides::Outside, Response::Instant)
+}
+
+/// Transition with these times [steps].
+pub fn transition(heating: (Function, f64), cooling: (Function, f64), retarget: Retarget) -> Response {
+    let profile = |(function, t_max_steps)| Profile { function, t_max_steps };
+    Response::Transition { heating: profile(heating), cooling: profile(cooling), retarget }
+}
+
+/// A load with nothing in it but the temperature of space [K].
+pub fn dark(background_temperature: f64) -> TickLoad {
+    TickLoad { sun: Vec::new(), planet: None, albedo: None, background_temperature }
+}
+
+/// Sunlight from these directions, with these fluxes [W/m2].
+pub fn sunlight(samples: impl IntoIterator<Item = (DVec3, f64)>) -> Vec<SunSample> {
+    samples.into_iter().map(|(direction, flux)| SunSample { direction, flux }).collect()
+}
+
+/// A planet below, the Sun at some angle from its zenith [rad] on the side of `side`.
+pub fn planet(nadir: DVec3, side: DVec3, distance_ratio: f64, planet_ir: f64, sun_zenith: f64) -> PlanetLoad {
+    let sunward = (side - nadir * nadir.dot(side)).normalize();
+    PlanetLoad { nadir, sunward, distance_ratio, planet_ir, albedo_flux: 0.0, sun_zenith }
+}
+
+/// What a scene has of loads.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Present {
+    pub sun: bool,
+    pub planet_ir: bool,
+    pub albedo: bool,
+}
+
+/// Everything.
+pub const ALL: Present = Present { sun: true, planet_ir: true, albedo: true };
+
+/// Nodes that belong to no surface: every material meets every normal, in a range of its own.
+pub struct LooseNodes {
+    pub materials: Vec<Material>,
+    pub ranges: Vec<StepRange>,
+    directions: usize,
+    normals: Vec<Vec3>,
+    group_material: Vec<u32>,
+}
+
+impl LooseNodes {
+    /// The nodes in device order; normals are rounded to f32.
+    pub fn new(present: Present, materials: Vec<Material>, directions: &[DVec3]) -> Self {
+        let padded = directions.len().next_multiple_of(NODES_PER_WORKGROUP);
+        let mut nodes = Self {
+            ranges: Vec::new(),
+            directions: directions.len(),
+            normals: Vec::new(),
+            group_material: Vec::new(),
+            materials,
+        };
+        for (index, material) in nodes.materials.iter().enumerate() {
+            let first = nodes.group_material.len() as u32;
+            nodes.normals.extend(directions.iter().map(|direction| direction.as_vec3()));
+            nodes.normals.resize((index + 1) * padded, Vec3::ZERO);
+            nodes.group_material.resize((index + 1) * padded / GROUP, index as u32);
+            let kind = match material.response {
+                Response::Instant => StepKind::Instant,
+                Response::Transition { retarget: Retarget::Merge, .. } => StepKind::Merge,
+                Response::Transition { retarget: Retarget::Restart, .. } => StepKind::Restart,
+            };
+            let variant = ThermalVariant {
+                kind,
+                both_sides: matches!(material.sides, Sides::Both { .. }),
+                sun: present.sun,
+                planet_ir: present.planet_ir,
+                albedo: present.albedo,
+            };
+            nodes.ranges.push(StepRange { variant, groups: (first, nodes.group_material.len() as u32) });
+        }
+        nodes
+    }
+
+    /// The nodes on a device, with `more` ranges beside their own.
+    pub fn renderer(&self, context: &Arc<Context>, more: &[StepRange]) -> Renderer {
+        let materials: Vec<_> = self.materials.iter().map(device_material).collect();
+        let data = SceneData {
+            ranges: [&self.ranges, more].concat(),
+            group_material: &self.group_material,
+            group_part: &vec![0; self.group_material.len()],
+            normals: &self.normals,
+            positions: &vec![Vec3::ZERO; self.normals.len()],
+            triangles: &[],
+            materials: &materials,
+            band_table: &[0.0],
+            image: None,
+        };
+        Renderer::new(context, &data).expect("a small scene")
+    }
+
+    /// Place of every node that is no padding.
+    pub fn places(&self) -> impl Iterator<Item = usize> {
+        let padded = self.normals.len() / self.materials.len();
+        let directions = self.directions;
+        (0..self.normals.len()).filter(move |place| place % padded < directions)
+    }
+
+    /// Number of nodes, padding included.
+    pub fn len(&self) -> usize {
+        self.normals.len()
+    }
+
+    /// The nodes as the f64 reference takes them, in the order of `places`.
+    pub fn reference_nodes(&self) -> Vec<ReferenceNode> {
+        let node = |place: usize| ReferenceNode {
+            normal: self.normals[place].as_dvec3(),
+            material: self.group_material[place / GROUP],
+        };
+        self.places().map(node).collect()
+    }
+}
+
+/// Temperatures [K] that settling at a load leaves on the device, in the order of `places`.
+pub fn settled(nodes: &LooseNodes, renderer: &mut Renderer, load: &TickLoad) -> Vec<f64> {
+    renderer.settle(load).expect("the device settles");
+    temperatures(nodes, renderer)
+}
+
+/// The present temperatures [K] in the order of `places`.
+pub fn temperatures(nodes: &LooseNodes, renderer: &mut Renderer) -> Vec<f64> {
+    let submitted = renderer.submit(None, None, true).expect("the device copies");
+    let collected = renderer.collect(submitted).expect("the device answers");
+    let all = collected.temperatures.expect("temperatures were asked for");
+    nodes.places().map(|place| f64::from(all[place])).collect()
+}
+
+/// The largest difference between the device and its twin, and where.
+#[derive(Debug, Clone)]
+pub struct Worst {
+    /// Largest |device - twin|; infinite where a number is none.
+    pub difference: f64,
+    /// The node in words.
+    pub node: String,
+    pub device: f64,
+    pub twin: f64,
+}
+
+impl Worst {
+    /// No difference yet.
+    pub fn none() -> Self {
+        Self { difference: 0.0, node: "no node".to_owned(), device: 0.0, twin: 0.0 }
+    }
+
+    /// Takes one comparison into account; `node` is put into words only where it is the worst so far.
+    pub fn see(&mut self, device: f64, twin: f64, node: impl FnOnce() -> String) {
+        let difference = (device - twin).abs();
+        if difference > self.difference || difference.is_nan() {
+            let difference = if difference.is_nan() { f64::INFINITY } else { difference };
+            *self = Self { difference, node: node(), device, twin };
+        }
+    }
+
+    /// Of one list against another; nodes are numbered in their order.
+    pub fn of(device: &[f64], twin: &[f64], node: impl Fn(usize) -> String) -> Self {
+        assert_eq!(device.len(), twin.len());
+        let mut worst = Self::none();
+        for (index, (device, twin)) in device.iter().zip(twin).enumerate() {
+            worst.see(*device, *twin, || node(index));
+        }
+        worst
+    }
+
+    /// Fails, naming the node, where the difference is beyond the tolerance; prints it otherwise.
+    pub fn within(&self, tolerance: f64, unit: &str, what: &str) {
+        let Self { difference, node, device, twin } = self;
+        let sentence = format!("{what}: {difference:.2e} {unit} at {node}: device {device}, twin {twin}");
+        assert!(*difference <= tolerance, "beyond {tolerance:e} {unit}: {sentence}");
+        println!("{sentence}");
+    }
+}

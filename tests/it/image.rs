@@ -1,0 +1,199 @@
+//! What a pixel holds: a plate at known temperature against the closed form, orientation, faces, ids and the near plane.
+
+use glam::{DAffine3, DVec3};
+use isotherm::scene::{Band, Camera};
+use isotherm::simulation::engine::Pixels;
+use isotherm::thermal::material::{Material, Optics, Response, Sides};
+use isotherm::thermal::planck::band_radiance_exact;
+
+use super::device::{Worst, assert_silent, context, material};
+use super::quads::{Quads, camera, looking};
+
+/// An outside of 0.8 and, where there is one, a back of 0.3.
+fn paint() -> Material {
+    material(0.5, 0.8, Sides::Outside, Response::Instant)
+}
+
+fn sheet() -> Material {
+    let back = Optics { absorptivity: 0.2, emissivity: 0.3 };
+    material(0.5, 0.8, Sides::Both { back }, Response::Instant)
+}
+
+/// A plate of 20 m in the plane z = 0 of the body, its front to -z, with a temperature at each place.
+fn plate(temperature: impl Fn(DVec3) -> f64) -> Quads {
+    let mut quads = Quads::new(vec![paint(), sheet()]);
+    quads.add(Quads::square(DVec3::ZERO, DVec3::Y, DVec3::X, 10.0), 6, 1, temperature);
+    quads
+}
+
+/// Poses that see the plate's front: straight, slanted, and near with the horizon in the image.
+fn poses() -> [DAffine3; 3] {
+    [
+        looking(DVec3::new(0.0, 0.0, -12.0), DVec3::ZERO, DVec3::Y),
+        looking(DVec3::new(5.0, -7.0, -9.0), DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.2, 1.0, 0.0)),
+        looking(DVec3::new(-9.0, 1.0, -1.0), DVec3::new(9.0, 0.0, 0.0), DVec3::Z),
+    ]
+}
+
+fn small_camera() -> Camera {
+    Camera { centre: [49.3, 38.1], focal: [70.0, 66.0], ..camera(100, 76, 70.0) }
+}
+
+/// Where the ray of a pixel meets the plane z = 0 of the body, and at what camera depth.
+fn meet(camera: &Camera, pose: &DAffine3, index: usize) -> (DVec3, f64) {
+    let (column, row) = (index % camera.width as usize, index / camera.width as usize);
+    let across = |pixel: usize, axis: usize| (pixel as f64 + 0.5 - camera.centre[axis]) / camera.focal[axis];
+    let ray = DVec3::new(across(column, 0), across(row, 1), 1.0);
+    let body_from_camera = pose.inverse();
+    let origin = body_from_camera.translation;
+    let direction = body_from_camera.transform_vector3(ray);
+    let depth = -origin.z / direction.z;
+    (origin + depth * direction, depth)
+}
+
+/// Visits every pixel that is well within the plate, with its place on it and its depth.
+fn each_pixel(camera: &Camera, pose: &DAffine3, image: &Pixels, mut visit: impl FnMut(usize, DVec3, f64)) {
+    let mut seen = 0;
+    for (index, [part, material]) in image.identity.iter().enumerate() {
+        let (point, depth) = meet(camera, pose, index);
+        // A pixel of the edge may fall on either side of it.
+        let margin = 2.0 * depth / camera.focal[0] / (pose.matrix3.row(2).z.abs().max(0.05));
+        let inside = 10.0 - point.x.abs().max(point.y.abs());
+        if depth > camera.near * 1.01 && inside > margin {
+            assert_eq!([*part, *material], [7, 2], "pixel {index} shows part and material, each plus 1");
+            visit(index, point, depth);
+            seen += 1;
+        } else if depth < 0.0 || inside < -margin {
+            assert_eq!(image.radiance_temperature_depth[index], [0.0; 3], "pixel {index} shows nothing");
+            assert_eq!([*part, *material], [0, 0]);
+        }
+    }
+    assert!(seen > 500, "{seen} pixels");
+}
+
+#[test]
+fn radiance_of_a_plate_at_one_temperature() {
+    let context = context();
+    for [lower, upper] in [[8.0, 14.0], [3.0, 5.0], [1.0, 50.0], [10.3, 11.3]] {
+        let band = Band { lower: lower * 1e-6, upper: upper * 1e-6 };
+        let [mut worst, mut warmer, mut of_shown, mut shown] = [(); 4].map(|()| Worst::none());
+        for temperature in [40.0_f32, 100.0, 180.0, 267.0, 300.0, 420.5, 1000.0] {
+            let mut plate = plate(|_| f64::from(temperature));
+            plate.band = band;
+            let exact = |temperature: f64| 0.8 * band_radiance_exact(band, temperature);
+            for (number, pose) in poses().into_iter().enumerate() {
+                let image = plate.draw(&context, &small_camera(), &pose);
+                each_pixel(&small_camera(), &pose, &image, |index, _, _| {
+                    let [radiance, found, _] = image.radiance_temperature_depth[index].map(f64::from);
+                    let temperature = f64::from(temperature);
+                    let name = || format!("pixel {index} of pose {number}, {temperature} K");
+                    shown.see(found / temperature, 1.0, name);
+                    of_shown.see(radiance / exact(found), 1.0, name);
+                    // Colder, a millionth of the temperature, which the device's interpolation loses, is more than this.
+                    if temperature >= 180.0 {
+                        worst.see(radiance / exact(temperature), 1.0, name);
+                        warmer.see(radiance / exact(temperature * (1.0 + 2e-5)), 1.0, name);
+                    }
+                });
+            }
+        }
+        worst.within(2e-5, "relative", &format!("radiance of a plate in {lower} to {upper} um"));
+        of_shown.within(2e-5, "relative", "radiance of the temperature shown");
+        shown.within(2e-6, "relative", "temperature shown");
+        assert!(warmer.difference > 2e-5, "6 mK at 300 K must show");
+    }
+    assert_silent(&context);
+}
+
+fn gradient(point: DVec3) -> f64 {
+    290.0 + 6.0 * point.x - 4.0 * point.y
+}
+
+#[test]
+fn temperature_and_depth_of_a_plate_with_a_gradient() {
+    let context = context();
+    let plate = plate(gradient);
+    let (mut temperature, mut radiance, mut depth, mut beside) =
+        (Worst::none(), Worst::none(), Worst::none(), Worst::none());
+    for (number, pose) in poses().into_iter().enumerate() {
+        let image = plate.draw(&context, &small_camera(), &pose);
+        each_pixel(&small_camera(), &pose, &image, |index, point, exact_depth| {
+            let [shown_radiance, shown, shown_depth] = image.radiance_temperature_depth[index].map(f64::from);
+            let name = || format!("pixel {index} of pose {number}, {point} m");
+            // A device may place a vertex on a grid of 1/256 of a pixel: by that much a temperature may be another's.
+            let pixel = exact_depth / 70.0 / pose.matrix3.row(2).z.abs();
+            let allowed = 7.2 * pixel / 128.0;
+            temperature.see(shown / allowed, gradient(point) / allowed, name);
+            beside.see(shown / allowed, gradient(point + DVec3::X * pixel * 0.05) / allowed, name);
+            depth.see(shown_depth / exact_depth, 1.0, name);
+            radiance.see(shown_radiance / (0.8 * band_radiance_exact(plate.band, shown)), 1.0, name);
+        });
+    }
+    temperature.within(1.0, "of 1/128 pixel", "temperature of a gradient");
+    radiance.within(2e-5, "relative", "radiance of the temperature shown");
+    depth.within(1e-3, "relative", "depth");
+    assert!(beside.difference > 1.0, "a twentieth of a pixel must show: {beside:?}");
+}
+
+#[test]
+fn a_hot_place_appears_where_opencv_has_it() {
+    // The camera at the body's origin with the body's axes: +X right, +Y down, +Z forward.
+    let camera = camera(80, 60, 60.0);
+    let pose = DAffine3::IDENTITY;
+    let context = context();
+    for (place, column, row) in [
+        (DVec3::new(3.0, 0.0, 10.0), 58, 30),
+        (DVec3::new(0.0, 2.0, 10.0), 40, 42),
+        (DVec3::new(-3.0, -2.0, 10.0), 22, 18),
+    ] {
+        let mut quads = Quads::new(vec![paint()]);
+        quads.add(Quads::square(DVec3::Z * 11.0, DVec3::Y, DVec3::X, 30.0), 0, 0, |_| 200.0);
+        quads.add(Quads::square(place, DVec3::Y, DVec3::X, 0.5), 1, 0, |_| 400.0);
+        let image = quads.draw(&context, &camera, &pose);
+        let hot: Vec<usize> = (0..image.identity.len()).filter(|index| image.identity[*index][0] == 2).collect();
+        let mean =
+            |of: fn(usize) -> usize| hot.iter().map(|index| of(*index) as f64 + 0.5).sum::<f64>() / hot.len() as f64;
+        // u = centre + focal x / z, as OpenCV projects.
+        let centre = (mean(|index| index % 80), mean(|index| index / 80));
+        assert!((centre.0 - f64::from(column)).abs() < 0.6 && (centre.1 - f64::from(row)).abs() < 0.6, "{centre:?}");
+        assert!(hot.iter().all(|index| image.radiance_temperature_depth[*index][1] == 400.0));
+        assert!(hot.len() > 20 && hot.len() < 60, "{} pixels", hot.len());
+    }
+}
+
+#[test]
+fn each_face_has_its_emissivity() {
+    let context = context();
+    let camera = camera(40, 30, 30.0);
+    let blackbody = band_radiance_exact(Band { lower: 8e-6, upper: 14e-6 }, 300.0);
+    let pose = |z: f64| looking(DVec3::new(0.0, 0.0, z), DVec3::ZERO, DVec3::Y);
+    for (material, front, back) in [(0, 0.8, 0.8), (1, 0.8, 0.3)] {
+        let mut quads = Quads::new(vec![paint(), sheet()]);
+        quads.add(Quads::square(DVec3::ZERO, DVec3::Y, DVec3::X, 10.0), 0, material, |_| 300.0);
+        for (z, emissivity) in [(-8.0, front), (8.0, back)] {
+            let image = quads.draw(&context, &camera, &pose(z));
+            let centre = f64::from(image.radiance_temperature_depth[15 * 40 + 20][0]);
+            assert!((centre / (emissivity * blackbody) - 1.0).abs() < 2e-5, "from {z} m: {centre}");
+        }
+    }
+}
+
+#[test]
+fn the_near_plane_cuts_and_nothing_behind_is_drawn() {
+    let context = context();
+    let near = |near: f64| Camera { near, ..camera(40, 30, 30.0) };
+    let mut quads = Quads::new(vec![paint()]);
+    quads.add(Quads::square(DVec3::Z * 2.0, DVec3::Y, DVec3::X, 0.5), 0, 0, |_| 300.0);
+    quads.add(Quads::square(DVec3::Z * 5.0, DVec3::Y, DVec3::X, 20.0), 1, 0, |_| 250.0);
+    let centre = |camera: &Camera, pose: &DAffine3| {
+        let image = quads.draw(&context, camera, pose);
+        (image.identity[15 * 40 + 20][0], image.radiance_temperature_depth[15 * 40 + 20][2])
+    };
+    let ahead = DAffine3::IDENTITY;
+    assert_eq!(centre(&near(0.1), &ahead).0, 1, "the nearer square hides the farther");
+    assert_eq!(centre(&near(1.99), &ahead), (1, 2.0));
+    assert_eq!(centre(&near(2.01), &ahead), (2, 5.0), "before the near plane nothing is drawn");
+    assert_eq!(centre(&near(5.01), &ahead), (0, 0.0));
+    let behind = looking(DVec3::ZERO, DVec3::NEG_Z, DVec3::Y);
+    assert_eq!(centre(&near(0.1), &behind), (0, 0.0));
+}

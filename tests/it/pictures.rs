@@ -1,0 +1,157 @@
+//! Pictures of whole models: the device against the f64 rasteriser, and against a picture kept in tests/golden/.
+
+use std::path::{Path, PathBuf};
+
+use isotherm::output::exr::{read_exr, write_exr};
+use isotherm::simulation::engine::{Engine, Pixels};
+use isotherm::simulation::frames::FrameMaker;
+use isotherm::simulation::prepare::Prepared;
+use isotherm::simulation::{StepResult, start, still};
+
+use super::craft::{Folder, SCENE, never, prepared};
+use super::device::{Worst, assert_silent, context};
+
+/// The picture of a scene at a time [s], by an engine.
+fn picture(prepared: &Prepared, engine: &mut Engine, time: f64) -> StepResult {
+    start(prepared, engine, None, &never(), &mut || ()).expect("the engine starts");
+    let still = still(prepared, engine, time, &never(), &mut || ()).expect("the engine steps");
+    still.expect("nobody stopped it")
+}
+
+/// How far two pictures of one scene are apart.
+struct Apart {
+    /// Pixels whose part or material differ.
+    labels: usize,
+    /// Of these, the ones with neighbours all alike: at no edge but that of something thinner than a pixel.
+    inside: usize,
+    /// Pixels that show another face of the same label, more than a kelvin away.
+    faces: usize,
+    /// Pixels that show something.
+    shown: usize,
+    radiance: Worst,
+    temperature: Worst,
+    depth: Worst,
+}
+
+fn compare(found: &Pixels, expected: &Pixels, width: usize) -> Apart {
+    let none = Worst::none;
+    let mut apart =
+        Apart { labels: 0, inside: 0, faces: 0, shown: 0, radiance: none(), temperature: none(), depth: none() };
+    let label = |index: usize| expected.identity.get(index);
+    for index in 0..expected.identity.len() {
+        apart.shown += usize::from(expected.identity[index][0] > 0);
+        if found.identity[index] != expected.identity[index] {
+            apart.labels += 1;
+            let beside = [index.wrapping_sub(1), index + 1, index.wrapping_sub(width), index + width];
+            apart.inside += usize::from(beside.iter().all(|beside| label(*beside) == label(index)));
+            continue;
+        }
+        if expected.identity[index][0] == 0 {
+            assert_eq!(found.radiance_temperature_depth[index], [0.0; 3], "pixel {index} shows nothing");
+            continue;
+        }
+        let name = || format!("pixel ({}, {}), labels {:?}", index % width, index / width, expected.identity[index]);
+        let values = |pixels: &Pixels| pixels.radiance_temperature_depth[index].map(f64::from);
+        let ([radiance, temperature, depth], expected) = (values(found), values(expected));
+        if (temperature - expected[1]).abs() > 1.0 {
+            apart.faces += 1;
+            continue;
+        }
+        // What is colder than 11 K shines with 0 in f32.
+        let share = if expected[0] == 0.0 { 1.0 + radiance } else { radiance / expected[0] };
+        apart.radiance.see(share, 1.0, name);
+        apart.temperature.see(temperature, expected[1], name);
+        apart.depth.see(depth / expected[2], 1.0, name);
+    }
+    apart
+}
+
+/// Labels differ at few pixels, and those at edges.
+fn check_labels(apart: &Apart, what: &str) {
+    let sentence = format!(
+        "{what}: {} of {} labels differ, {} inside, {} faces",
+        apart.labels, apart.shown, apart.inside, apart.faces
+    );
+    assert!((apart.labels + apart.faces) * 200 < apart.shown && apart.inside * 2000 < apart.shown, "{sentence}");
+    println!("{sentence}");
+}
+
+/// Compares temperatures within a tolerance [K], and all else.
+fn check_against_rasteriser(prepared: &Prepared, what: &str, tolerance: f64) {
+    let context = context();
+    let camera = prepared.scene.camera.as_ref().expect("a camera");
+    let time = 4.0 * prepared.scene.time.step;
+    let mut device = Engine::on_device(&context, prepared, Some(camera)).expect("a small scene");
+    let mut reference = Engine::reference(prepared, Some(camera));
+    let [found, expected] = [&mut device, &mut reference]
+        .map(|engine| picture(prepared, engine, time).delivered.pixels.expect("a picture"));
+    let apart = compare(&found, &expected, camera.width as usize);
+    assert!(apart.shown > 1000, "{} pixels show something", apart.shown);
+    check_labels(&apart, what);
+    apart.temperature.within(tolerance, "K", &format!("{what}, temperature"));
+    // A kelvin is 1.7 % of the radiance at 300 K, and 5 % at 180 K.
+    apart.radiance.within(2e-5 + 0.05 * tolerance, "relative", &format!("{what}, radiance"));
+    apart.depth.within(1e-5, "relative", &format!("{what}, depth"));
+    let other = picture(prepared, &mut device, time + 10.0).delivered.pixels.expect("a picture");
+    let wrong = compare(&other, &expected, camera.width as usize);
+    assert!(wrong.temperature.difference > 5.0 * tolerance, "ten seconds later must show: {:?}", wrong.temperature);
+    assert_silent(&context);
+}
+
+#[test]
+fn the_craft_on_the_device_and_by_the_rasteriser() {
+    check_against_rasteriser(&Folder::new(SCENE).prepared(), "craft", 2e-3);
+}
+
+#[test]
+fn the_station_on_the_device_and_by_the_rasteriser() {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let text = std::fs::read_to_string(models.join("station.toml")).expect("models/station.toml");
+    // Its own triangles, a small picture, no warm-up: the pixels are what is compared.
+    let changed = text
+        .replace("path = \"station.glb\"", &format!("path = '{}'", models.join("station.glb").display()))
+        .replace("max_edge = 1.0\n", "")
+        .replace("warm_up_orbits = 1\n", "")
+        .replace("width = 1024", "width = 192")
+        .replace("height = 768", "height = 144");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("station.toml");
+    std::fs::write(&path, changed).expect("the folder can be written");
+    // Some triangles span 100 K over a few pixels: there a thousandth of a pixel in the interpolation is this much.
+    check_against_rasteriser(&prepared(&path), "station", 1e-2);
+}
+
+fn golden() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/craft.exr")
+}
+
+/// The craft 240 s into its scene as it looked when the picture was kept. Where a change of the picture is meant, look
+/// at the new one and keep it with `ISOTHERM_KEEP_PICTURES=1 cargo test --test it golden`.
+#[test]
+fn the_golden_picture() {
+    let context = context();
+    let prepared = Folder::new(SCENE).prepared();
+    let camera = prepared.scene.camera.clone().expect("a camera");
+    let mut engine = Engine::on_device(&context, &prepared, Some(&camera)).expect("a small scene");
+    let result = picture(&prepared, &mut engine, 240.0);
+    let found = result.delivered.pixels.clone().expect("a picture");
+    if std::env::var_os("ISOTHERM_KEEP_PICTURES").is_some_and(|value| value == "1") {
+        let maker = FrameMaker::new(&prepared, &camera, &engine.device_name());
+        let (frame, header) = maker.frame(result).expect("a picture");
+        write_exr(&golden(), &frame, &header).expect("tests/golden can be written");
+    }
+    let (frame, header) = read_exr(&golden()).expect("the golden picture");
+    assert_eq!((header.camera, header.parts.len(), frame.time), (camera.clone(), 4, 240.0));
+    let channels = frame.radiance.iter().zip(&frame.temperature).zip(&frame.depth);
+    let kept = Pixels {
+        radiance_temperature_depth: channels.map(|((l, t), z)| [*l, *t, *z]).collect(),
+        identity: frame.part.iter().zip(&frame.material).map(|(part, material)| [*part, *material]).collect(),
+    };
+    let apart = compare(&found, &kept, camera.width as usize);
+    check_labels(&apart, "golden picture");
+    apart.radiance.within(1e-4, "relative", "radiance against the golden picture");
+    apart.depth.within(1e-5, "relative", "depth against the golden picture");
+    let later = picture(&prepared, &mut engine, 242.0).delivered.pixels.expect("a picture");
+    let wrong = compare(&later, &kept, camera.width as usize);
+    assert!(wrong.radiance.difference > 1e-4, "two seconds later must show: {:?}", wrong.radiance);
+}

@@ -1,0 +1,152 @@
+//! Surfaces made of a few flat quads, for the device and for the f64 rasteriser alike.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use isotherm::gpu::blackbody::band_table;
+use isotherm::gpu::context::Context;
+use isotherm::gpu::frame::StepRange;
+use isotherm::gpu::renderer::Renderer;
+use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
+use isotherm::gpu::variant::{StepKind, ThermalVariant};
+use isotherm::raster::{Pixel, Surface, rasterise};
+use isotherm::scene::{Band, Camera, CameraFrame};
+use isotherm::simulation::engine::{Pixels, device_material};
+use isotherm::simulation::viewpoint::{device_view, raster_view};
+use isotherm::thermal::brightness::BrightnessTable;
+use isotherm::thermal::material::{Material, Sides};
+use isotherm::thermal::planck::band_radiance_exact;
+use isotherm::thermal::radiance::RadianceTable;
+use isotherm::thermal::radiance_f32::RadianceTableF32;
+
+/// Quads with temperatures at their corners; a quad is a group of four nodes.
+pub struct Quads {
+    pub materials: Vec<Material>,
+    pub variant: ThermalVariant,
+    pub band: Band,
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    temperatures: Vec<f32>,
+    group_part: Vec<u32>,
+    group_material: Vec<u32>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Quads {
+    /// No quads yet, in 8 to 14 um, stepped without any load.
+    pub fn new(materials: Vec<Material>) -> Self {
+        let both_sides = false;
+        Self {
+            materials,
+            variant: ThermalVariant {
+                kind: StepKind::Instant,
+                both_sides,
+                sun: false,
+                planet_ir: false,
+                albedo: false,
+            },
+            band: Band { lower: 8e-6, upper: 14e-6 },
+            positions: Vec::new(),
+            normals: Vec::new(),
+            temperatures: Vec::new(),
+            group_part: Vec::new(),
+            group_material: Vec::new(),
+            triangles: Vec::new(),
+        }
+    }
+
+    /// Adds a quad, its corners counter-clockwise seen from the front [m].
+    pub fn add(&mut self, corners: [DVec3; 4], part: u32, material: u32, temperature: impl Fn(DVec3) -> f64) {
+        let first = self.positions.len() as u32;
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+        self.positions.extend(corners.map(|corner| corner.as_vec3()));
+        self.normals.extend([normal.as_vec3(); 4]);
+        self.temperatures.extend(corners.map(|corner| temperature(corner) as f32));
+        self.group_part.push(part);
+        self.group_material.push(material);
+        self.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+
+    /// A square of a half-width about a centre, across two unit vectors; its front is where `right` x `up` points.
+    pub fn square(centre: DVec3, right: DVec3, up: DVec3, half: f64) -> [DVec3; 4] {
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(u, v)| centre + half * (u * right + v * up))
+    }
+
+    /// The scene on a device, settled at the temperatures of the corners.
+    pub fn renderer(&self, context: &Arc<Context>, camera: &Camera) -> Renderer {
+        let nodes = self.positions.len().next_multiple_of(NODES_PER_WORKGROUP);
+        let padded = |values: &[Vec3]| [values, &vec![Vec3::ZERO; nodes - values.len()]].concat();
+        let groups = |values: &[u32]| [values, &vec![0; nodes / 4 - values.len()]].concat();
+        let table = RadianceTable::new(self.band);
+        let table = RadianceTableF32::new(&table, &BrightnessTable::new(&table));
+        let data = SceneData {
+            ranges: vec![StepRange { variant: self.variant, groups: (0, nodes as u32 / 4) }],
+            group_material: &groups(&self.group_material),
+            group_part: &groups(&self.group_part),
+            normals: &padded(&self.normals),
+            positions: &padded(&self.positions),
+            triangles: &self.triangles,
+            materials: &self.materials.iter().map(device_material).collect::<Vec<_>>(),
+            band_table: &band_table(&table),
+            image: Some([camera.width, camera.height]),
+        };
+        let mut renderer = Renderer::new(context, &data).expect("a small scene");
+        let mut temperatures = self.temperatures.clone();
+        temperatures.resize(nodes, 0.0);
+        renderer.settle_at(&temperatures).expect("the device settles");
+        renderer
+    }
+
+    /// The image that the device draws.
+    pub fn draw(&self, context: &Arc<Context>, camera: &Camera, pose: &DAffine3) -> Pixels {
+        let mut renderer = self.renderer(context, camera);
+        let submitted = renderer.submit(None, Some(&device_view(camera, pose)), false).expect("the device draws");
+        let collected = renderer.collect(submitted).expect("the device answers");
+        let radiance = collected.radiance.expect("an image was asked for");
+        Pixels {
+            radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
+            identity: collected.identity.expect("an image was asked for").to_vec(),
+        }
+    }
+
+    /// The image of the f64 rasteriser, with Planck's law by quadrature.
+    pub fn rasterise(&self, camera: &Camera, pose: &DAffine3) -> Vec<Pixel> {
+        let positions: Vec<DVec3> = self.positions.iter().map(|position| position.as_dvec3()).collect();
+        let of_group = |values: &[u32]| (0..positions.len()).map(|node| values[node / 4]).collect::<Vec<u32>>();
+        let back = |material: &Material| match material.sides {
+            Sides::Outside => material.front.emissivity,
+            Sides::Both { back } => back.emissivity,
+        };
+        let surface = Surface {
+            positions: &positions,
+            triangles: &self.triangles,
+            temperatures: &self.temperatures.iter().map(|t| f64::from(*t)).collect::<Vec<_>>(),
+            vertex_part: &of_group(&self.group_part),
+            vertex_material: &of_group(&self.group_material),
+            emissivities: &self.materials.iter().map(|m| [m.front.emissivity, back(m)]).collect::<Vec<_>>(),
+        };
+        rasterise(&surface, &raster_view(camera, pose), |temperature| band_radiance_exact(self.band, temperature))
+    }
+}
+
+/// A camera at the origin of its own frame; where it stands is the pose's affair.
+pub fn camera(width: u32, height: u32, focal: f64) -> Camera {
+    Camera {
+        width,
+        height,
+        focal: [focal, focal],
+        centre: [0.5 * f64::from(width), 0.5 * f64::from(height)],
+        frame: CameraFrame::Body,
+        position: DVec3::ZERO,
+        frame_from_camera: glam::DQuat::IDENTITY,
+        near: 0.1,
+    }
+}
+
+/// The pose of a camera at a place that looks at another, its lower edge towards `down`.
+pub fn looking(from: DVec3, at: DVec3, down: DVec3) -> DAffine3 {
+    let forward = (at - from).normalize();
+    let right = down.cross(forward).normalize();
+    let body_from_camera = DMat3::from_cols(right, forward.cross(right), forward);
+    DAffine3::from_mat3_translation(body_from_camera, from).inverse()
+}

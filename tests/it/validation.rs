@@ -1,0 +1,207 @@
+//! The validation layer, synchronisation included: silent on whole frames, and which missing barriers it speaks of.
+
+use std::sync::{Arc, LazyLock};
+
+use glam::DVec3;
+use isotherm::environment::albedo_field::AlbedoField;
+use isotherm::environment::{PlanetLoad, TickLoad};
+use isotherm::gpu::context::Context;
+use isotherm::gpu::frame::{Barrier, Frame, Step, StepRange, Wanted, Work};
+use isotherm::gpu::renderer::Renderer;
+use isotherm::gpu::variant::{StepKind, ThermalVariant};
+use isotherm::simulation::viewpoint::device_view;
+use isotherm::thermal::material::{Function, Optics, Retarget, Sides};
+
+use super::device::{assert_silent, dark, material, planet, sunlight, transition, validated_context};
+use super::quads::{Quads, camera, looking};
+
+/// The sheet's triangles.
+const TRIANGLES: u32 = 2;
+const WANTED: Wanted = Wanted { image: true, cull: TRIANGLES, temperatures: true };
+
+fn range() -> StepRange {
+    let kind = StepKind::Merge;
+    let variant = ThermalVariant { kind, both_sides: true, sun: true, planet_ir: true, albedo: true };
+    StepRange { variant, groups: (0, 64) }
+}
+
+/// A sheet with thermal inertia and a camera before it.
+fn sheet(context: &Arc<Context>) -> Renderer {
+    let quadratic = (Function::Quadratic, 50.0);
+    let sides = Sides::Both { back: Optics { absorptivity: 0.4, emissivity: 0.63 } };
+    let mut quads = Quads::new(vec![material(0.88, 0.8, sides, transition(quadratic, quadratic, Retarget::Merge))]);
+    quads.variant = range().variant;
+    quads.add(Quads::square(DVec3::ZERO, DVec3::X, DVec3::Y, 1.0), 0, 0, |_| 250.0);
+    quads.renderer(context, &camera(32, 24, 20.0))
+}
+
+/// Sun, planet and albedo.
+fn load() -> TickLoad {
+    static LOAD: LazyLock<TickLoad> = LazyLock::new(everything);
+    LOAD.clone()
+}
+
+fn everything() -> TickLoad {
+    let (ratio, sun_zenith) = (1.064, 0.5);
+    let below = planet(DVec3::Z, DVec3::X, ratio, 237.0, sun_zenith);
+    TickLoad {
+        sun: sunlight([(DVec3::new(0.6, 0.0, -0.8), 1361.0)]),
+        planet: Some(PlanetLoad { albedo_flux: 0.3 * 1361.0, ..below }),
+        albedo: AlbedoField::new(ratio).table(sun_zenith),
+        ..dark(2.7)
+    }
+}
+
+/// Submits a frame with whatever its passes read.
+fn submit(renderer: &mut Renderer, frame: &Frame, load: &TickLoad, wanted: Wanted) {
+    let pose = looking(DVec3::new(0.0, 0.0, -3.0), DVec3::ZERO, DVec3::Y);
+    let view = device_view(&camera(32, 24, 20.0), &pose);
+    let view = wanted.image.then_some(&view);
+    let submitted = renderer.submit_frame(frame, Some((load, 1.0)), view, wanted).expect("the device works");
+    renderer.collect(submitted).expect("the device answers");
+}
+
+#[test]
+fn whole_frames_are_silent() {
+    let Some(context) = validated_context() else { return };
+    let load = load();
+    {
+        let mut renderer = sheet(&context);
+        renderer.settle(&load).expect("the device settles");
+        let ranges = [range()];
+        for (image, temperatures) in [(true, true), (false, true), (true, false), (false, false), (true, true)] {
+            let wanted = Wanted { image, cull: TRIANGLES, temperatures };
+            submit(&mut renderer, &Frame::step(&ranges, wanted), &load, wanted);
+            submit(&mut renderer, &Frame::step(&[], wanted), &load, wanted);
+        }
+        // Two frames in flight, and the first anew.
+        let pose = looking(DVec3::new(0.0, 0.0, -3.0), DVec3::ZERO, DVec3::Y);
+        let view = device_view(&camera(32, 24, 20.0), &pose);
+        let flying: Vec<_> =
+            (0..2).map(|_| renderer.submit(Some((&load, 1.0)), Some(&view), true).expect("the device steps")).collect();
+        for submitted in flying {
+            renderer.collect(submitted).expect("the device answers");
+        }
+        renderer.settle(&load).expect("the device settles again");
+    }
+    assert_silent(&context);
+}
+
+fn barriers(frame: &Frame) -> Vec<Barrier> {
+    let of = |step: &Step| if let Step::Barriers(barriers) = step { barriers.clone() } else { Vec::new() };
+    frame.steps.iter().flat_map(of).collect()
+}
+
+/// What the layer says of a frame after one whole tick: the identifiers of its first messages, without repetition.
+fn said_of(frame: &Frame, wanted: Wanted) -> Option<Vec<String>> {
+    let context = validated_context()?;
+    let mut renderer = sheet(&context);
+    let load = load();
+    renderer.settle(&load).expect("the device settles");
+    submit(&mut renderer, &Frame::step(&[range()], WANTED), &load, WANTED);
+    assert_silent(&context);
+    submit(&mut renderer, frame, &load, wanted);
+    submit(&mut renderer, frame, &load, wanted);
+    let identifier = |message: &String| {
+        let start = message.find('[').map_or(0, |at| at + 1);
+        message[start..].split(']').next().unwrap_or_default().trim().to_owned()
+    };
+    let mut said: Vec<String> = context.validation_messages().iter().map(identifier).collect();
+    said.dedup();
+    Some(said)
+}
+
+/// Takes each barrier out of `frame`, which follows `first` in one command buffer, and compares for which of them the
+/// layer speaks. Which it sees was measured with version 1.3.239; what it does not see, tests/it/hazards.rs proves.
+fn check(first: &Frame, frame: &Frame, wanted: Wanted, seen: &[&str], unseen: &[&str]) {
+    let joined = |frame: Frame| Frame { steps: [first.steps.clone(), frame.steps].concat() };
+    let Some(said) = said_of(&joined(frame.clone()), wanted) else { return };
+    assert_eq!(said, Vec::<String>::new(), "the whole frame");
+    let (mut found_seen, mut found_unseen) = (Vec::new(), Vec::new());
+    for (n, barrier) in barriers(frame).iter().enumerate() {
+        let Some(said) = said_of(&joined(frame.without_barrier(n)), wanted) else { return };
+        let name = format!("{:?}: {:?} -> {:?}", barrier.resource, barrier.before.stage, barrier.after.stage);
+        if name == COMPUTE_TO_VERTEX {
+            assert_eq!(said, ["SYNC-HAZARD-READ-AFTER-WRITE"], "{name}");
+        }
+        if said.is_empty() { found_unseen.push(name) } else { found_seen.push(name) }
+    }
+    assert_eq!(found_seen, seen, "barriers whose absence the layer sees");
+    assert_eq!(found_unseen, unseen, "barriers whose absence it does not see; where it has learnt to, move them");
+}
+
+const COMPUTE_TO_VERTEX: &str = "Temperature: COMPUTE_SHADER -> VERTEX_SHADER";
+const COMPUTE_TO_COPY: &str = "Temperature: COMPUTE_SHADER -> COPY";
+const TEMPERATURE_TO_STEP: &str = "Temperature: VERTEX_SHADER | COMPUTE_SHADER | COPY -> COMPUTE_SHADER";
+const STATE_TO_STEP: [&str; 3] = [
+    "Target: COMPUTE_SHADER | COPY | CLEAR -> COMPUTE_SHADER",
+    "Span: COMPUTE_SHADER | COPY | CLEAR -> COMPUTE_SHADER",
+    "Elapsed: COMPUTE_SHADER | COPY | CLEAR -> COMPUTE_SHADER",
+];
+const STATE_TO_SETTLING: [&str; 3] = [
+    "Target: COMPUTE_SHADER | COPY | CLEAR -> COPY",
+    "Span: COMPUTE_SHADER | COPY | CLEAR -> COPY | CLEAR",
+    "Elapsed: COMPUTE_SHADER | COPY | CLEAR -> COPY | CLEAR",
+];
+const CULLED_TO_CULL: &str = "VisibleTriangles: COMPUTE_SHADER | INDEX_INPUT -> COMPUTE_SHADER";
+const CULL_TO_DRAWING: &str = "VisibleTriangles: COMPUTE_SHADER -> INDEX_INPUT";
+const IMAGES_TO_DRAWING: [&str; 2] =
+    ["RadianceImage: COPY -> COLOR_ATTACHMENT_OUTPUT", "IdentityImage: COPY -> COLOR_ATTACHMENT_OUTPUT"];
+const DEPTH: &str =
+    "DepthImage: EARLY_FRAGMENT_TESTS | LATE_FRAGMENT_TESTS -> EARLY_FRAGMENT_TESTS | LATE_FRAGMENT_TESTS";
+const IMAGES_TO_COPY: [&str; 2] =
+    ["RadianceImage: COLOR_ATTACHMENT_OUTPUT -> COPY", "IdentityImage: COLOR_ATTACHMENT_OUTPUT -> COPY"];
+
+#[test]
+fn barriers_of_a_tick() {
+    let [radiance, identity] = IMAGES_TO_DRAWING;
+    let [radiance_copy, identity_copy] = IMAGES_TO_COPY;
+    let [target, span, elapsed] = STATE_TO_STEP;
+    let images = [radiance, identity, radiance_copy, identity_copy];
+    let seen = [&[CULL_TO_DRAWING, COMPUTE_TO_VERTEX][..], &images, &[COMPUTE_TO_COPY]].concat();
+    // What orders this frame after the last, which is another submit; what is for the host.
+    let to_host =
+        ["RadianceReadback: COPY -> HOST", "IdentityReadback: COPY -> HOST", "TemperatureReadback: COPY -> HOST"];
+    let last_frame = [TEMPERATURE_TO_STEP, target, span, elapsed, CULLED_TO_CULL, DEPTH];
+    let unseen = [&last_frame[..], &to_host].concat();
+    check(&Frame { steps: Vec::new() }, &Frame::step(&[range()], WANTED), WANTED, &seen, &unseen);
+}
+
+/// A frame without what the host reads: two of them in one command buffer would write it twice.
+fn unread(frame: &Frame) -> Frame {
+    let mut steps = frame.steps.clone();
+    steps.retain_mut(|step| match step {
+        Step::Pass(pass) => !matches!(pass.work, Work::Copy { to, .. } if to.per_slot()),
+        Step::Barriers(barriers) => {
+            barriers.retain(|barrier| !barrier.resource.per_slot());
+            !barriers.is_empty()
+        }
+    });
+    Frame { steps }
+}
+
+#[test]
+fn barriers_between_two_ticks() {
+    let drawn = Wanted { image: true, cull: TRIANGLES, temperatures: false };
+    let tick = unread(&Frame::step(&[range()], drawn));
+    let [radiance, identity] = IMAGES_TO_DRAWING;
+    let culled = [CULLED_TO_CULL, CULL_TO_DRAWING];
+    let seen = [&[TEMPERATURE_TO_STEP][..], &culled, &[COMPUTE_TO_VERTEX, radiance, identity]].concat();
+    // Two dispatches of one kind on one buffer, and depth, which the order of rasterisation covers; no copy follows.
+    let unseen = [&STATE_TO_STEP[..], &[DEPTH], &IMAGES_TO_COPY].concat();
+    check(&tick, &tick, drawn, &seen, &unseen);
+}
+
+#[test]
+fn barriers_between_a_tick_and_settling() {
+    let tick = Frame::step(&[range()], Wanted::default());
+    let seen = [&[COMPUTE_TO_COPY][..], &STATE_TO_SETTLING].concat();
+    check(&tick, &Frame::settle(&[range()]), Wanted::default(), &seen, &[TEMPERATURE_TO_STEP]);
+}
+
+#[test]
+fn barriers_between_settling_and_a_tick() {
+    let tick = Frame::step(&[range()], Wanted::default());
+    let seen = [&[TEMPERATURE_TO_STEP][..], &STATE_TO_STEP].concat();
+    check(&Frame::settle(&[range()]), &tick, Wanted::default(), &seen, &[]);
+}
