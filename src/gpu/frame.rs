@@ -319,6 +319,11 @@ impl Frame {
             .map(|range| StepRange { variant: ThermalVariant { kind: StepKind::Instant, ..range.variant }, ..*range })
             .collect();
         let mut frame = Self::step(&instant, Wanted::default());
+        for step in &mut frame.steps {
+            if let Step::Pass(pass) = step {
+                pass.name = format!("settle {}", pass.name);
+            }
+        }
         if has_state(ranges) {
             // A run may be started anew, so the steps of the last one come before.
             let stepped = scope(S::COMPUTE_SHADER | S::COPY | S::CLEAR, A::SHADER_STORAGE_WRITE | A::TRANSFER_WRITE);

@@ -10,11 +10,15 @@ use crate::gpu::frame::StepRange;
 use crate::gpu::variant::{StepKind, ThermalVariant};
 use crate::model::{Model, ModelError};
 use crate::scene::{Scene, SceneError, file_hash, scene_hash};
-use crate::thermal::material::{Material, Retarget};
+use crate::thermal::material::{Material, Response, Retarget};
 use crate::thermal::nodes::{Nodes, RangeResponse};
 
 /// Groups of four nodes that one dispatch takes at most: 65,535 workgroups of 64, and 128 MiB of vec4.
 const MAX_GROUPS: usize = 65_535 * 64;
+
+/// What a reader of a transition's temperatures must know (NUMERICS.md 1).
+const PROFILES: &str = "A transition is a profile in temperature, not physics: in orbit even the best t_max leaves a \
+                        radiating node 10 to 37 K rms from its energy balance.";
 
 /// What keeps a scene from being made.
 #[derive(Debug, thiserror::Error)]
@@ -94,7 +98,7 @@ impl Prepared {
     ///
     /// # Errors
     /// As for `new`.
-    pub fn from_scene(scene: Scene, progress: &mut dyn FnMut(usize)) -> Result<Self, PrepareError> {
+    pub fn from_scene(mut scene: Scene, progress: &mut dyn FnMut(usize)) -> Result<Self, PrepareError> {
         let contents = scene
             .files
             .iter()
@@ -114,6 +118,10 @@ impl Prepared {
         }
         if let Some(disagreement) = period_disagreement(&scene.orbit, scene.environment.planet_radius) {
             warnings.push(disagreement.to_string());
+        }
+
+        if materials.iter().any(|material| matches!(material.response, Response::Transition { .. })) {
+            scene.assumptions.push(PROFILES.to_owned());
         }
 
         let areas = model.node_areas();

@@ -210,8 +210,8 @@ fn measure_ticks(ticks: u32, context: &Arc<Context>, scene: Scene, edge: f64) ->
     let median = |samples: &[f64]| PassTime::from_samples("", samples).map_or(f64::NAN, |time| time.median_ms);
     let times = engine.pass_times().ok_or("no pass times")?;
     let sum = |prefix: &str| -> f64 {
-        let of_kind = times.iter().filter(|(name, samples)| name.starts_with(prefix) && samples.len() > 1);
-        of_kind.map(|(_, samples)| median(samples)).sum()
+        let of_kind = times.iter().filter(|(name, _)| name.starts_with(prefix));
+        of_kind.map(|(_, samples)| median(samples) * samples.len() as f64).sum::<f64>() / f64::from(ticks + 3)
     };
     let device_data = DeviceData::new(&prepared);
     let plan = device_data.scene_data(&prepared, Some(&camera)).plan();
