@@ -70,13 +70,16 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
 fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError> {
     println!("Thermal pass, quadratic transition, nanoseconds a node and step: median (10 to 90 %)\n");
     println!(
-        "| nodes | constant target | moving target: Sun | Sun, infrared | Sun, albedo | all three | bytes a node |"
+        "| nodes | constant target | moving target: Sun | Sun, infrared | Sun, albedo | all three | all three, mean of an orbit \
+         | bytes a node |"
     );
-    println!("|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|");
     let loads = isotherm::environment::tick::TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)?;
     let step = scene.time.step;
-    let ticks: Vec<TickLoad> =
-        (0..arguments.ticks).map(|i| loads.tick_load(f64::from(i) * step, f64::from(i + 1) * step)).collect();
+    let count = f64::from(arguments.ticks);
+    let load = |start: f64| loads.tick_load(start, start + step);
+    let lit: Vec<TickLoad> = (0..arguments.ticks).map(|i| load(f64::from(i) * step)).collect();
+    let orbit: Vec<TickLoad> = (0..arguments.ticks).map(|i| load(f64::from(i) / count * scene.orbit.period)).collect();
     for &nodes in &arguments.nodes {
         let nodes = nodes.next_multiple_of(256);
         let variant = |kind, sun, planet_ir, albedo| ThermalVariant { kind, both_sides: false, sun, planet_ir, albedo };
@@ -89,16 +92,16 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
             variant(StepKind::Merge, true, false, true),
             variant(StepKind::Merge, true, true, true),
         ] {
-            let (time, bytes_a_node) = time_pass(context, variant, nodes, &ticks)?;
-            let scale = 1e6 / nodes as f64;
-            row.push(format!(
-                "{:.2} ({:.2} to {:.2})",
-                time.median_ms * scale,
-                time.p10_ms * scale,
-                time.p90_ms * scale
-            ));
+            let (times, bytes_a_node) = time_pass(context, variant, nodes, &lit)?;
+            let time = times.first().ok_or("the device has no timestamps")?;
+            let [median, low, high] = [time.median_ms, time.p10_ms, time.p90_ms].map(|ms| ms * 1e6 / nodes as f64);
+            row.push(format!("{median:.2} ({low:.2} to {high:.2})"));
             bytes = bytes_a_node;
         }
+        let (times, _) = time_pass(context, variant(StepKind::Merge, true, true, true), nodes, &orbit)?;
+        let sum: f64 = times.iter().map(|time| time.median_ms * time.count as f64).sum();
+        let ticks: f64 = times.iter().map(|time| time.count as f64).sum();
+        row.push(format!("{:.2}", sum / ticks * 1e6 / nodes as f64));
         println!("| {nodes} | {} | {bytes:.1} |", row.join(" | "));
     }
     println!(
@@ -108,12 +111,13 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
     Ok(())
 }
 
+/// Times of the variants that the ticks run, and bytes a node.
 fn time_pass(
     context: &Arc<Context>,
     variant: ThermalVariant,
     nodes: usize,
     ticks: &[TickLoad],
-) -> Result<(PassTime, f64), AnyError> {
+) -> Result<(Vec<PassTime>, f64), AnyError> {
     let normals: Vec<Vec3> = (0..nodes).map(fibonacci_direction).collect();
     let groups = nodes / 4;
     let material = layout::Material {
@@ -140,13 +144,14 @@ fn time_pass(
     let bytes: u64 = data.plan().iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();
     let mut renderer = Renderer::new(context, &data)?;
     renderer.settle(&ticks[0])?;
-    for load in ticks.iter().take(3).chain(ticks) {
+    // Once round so that every variant is compiled and warm, then again to measure.
+    for load in ticks.iter().chain(ticks) {
         let submitted = renderer.submit(Some((load, 1.0)), None, false)?;
         renderer.collect(submitted)?;
     }
-    let samples = renderer.pass_times().get(&variant.name()).ok_or("the device has no timestamps")?;
-    let time = PassTime::from_samples(&variant.name(), &samples[3..]).ok_or("no samples")?;
-    Ok((time, bytes as f64 / nodes as f64))
+    let times = renderer.pass_times().iter().filter(|(name, _)| name.starts_with("thermal_step"));
+    let times = times.filter_map(|(name, samples)| PassTime::from_samples(name, &samples[samples.len() / 2..]));
+    Ok((times.collect(), bytes as f64 / nodes as f64))
 }
 
 /// Directions spread evenly over the sphere (Fibonacci lattice).
