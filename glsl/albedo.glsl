@@ -11,12 +11,13 @@ struct AlbedoPosition {
 AlbedoPosition albedo_position(Tick tick, vec4 nx, vec4 ny, vec4 nz) {
     vec3 nadir = tick.nadir.xyz;
     vec3 sunward = tick.sunward.xyz;
-    vec3 across = cross(nadir, sunward);
+    vec3 across = tick.across.xyz;
     vec4 x = nx * sunward.x + ny * sunward.y + nz * sunward.z;
     vec4 y = nx * across.x + ny * across.y + nz * across.z;
     vec4 z = nx * nadir.x + ny * nadir.y + nz * nadir.z;
     // A padding node has no normal; it reads the centre.
     vec4 sum = max(abs(x) + abs(y) + abs(z), vec4(1e-6));
     float middle = 0.5 * tick.albedo_resolution;
-    return AlbedoPosition(x / sum * middle + vec4(middle), z / sum * middle + vec4(middle), sum);
+    vec4 scale = vec4(middle) / sum;
+    return AlbedoPosition(x * scale + vec4(middle), z * scale + vec4(middle), sum);
 }

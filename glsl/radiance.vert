@@ -3,7 +3,7 @@
 
 #include "types.glsl"
 
-layout(set = 0, binding = 0) readonly buffer ViewBlock { View view; };
+layout(set = 0, binding = 0) uniform ViewBlock { View view; };
 layout(set = 0, binding = 1) readonly buffer PositionXBlock { float position_x[]; };
 layout(set = 0, binding = 2) readonly buffer PositionYBlock { float position_y[]; };
 layout(set = 0, binding = 3) readonly buffer PositionZBlock { float position_z[]; };

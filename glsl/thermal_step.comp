@@ -14,13 +14,13 @@
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0) readonly buffer TickBlock { Tick tick; };
+layout(set = 0, binding = 0) uniform TickBlock { Tick tick; };
 layout(set = 0, binding = 3) readonly buffer MaterialBlock { Material materials[]; };
 layout(set = 0, binding = 4) readonly buffer GroupMaterialBlock { uint group_material[]; };
 layout(set = 0, binding = 11) buffer TemperatureBlock { vec4 temperature[]; };
 
 #ifdef SUN
-layout(set = 0, binding = 1) readonly buffer SunBlock { vec4 sun_samples[]; };
+layout(set = 0, binding = 1) uniform SunBlock { vec4 sun_samples[8]; };
 #endif
 #ifdef ALBEDO
 layout(set = 0, binding = 2) readonly buffer AlbedoBlock { float albedo_values[]; };
@@ -38,14 +38,18 @@ layout(set = 0, binding = 10) buffer ElapsedBlock { vec4 elapsed[]; };
 #endif
 
 #ifdef SUN
-// Incident sunlight, mean over the tick [W/m2].
+vec4 sun_sample_flux(uint i, vec4 nx, vec4 ny, vec4 nz) {
+    vec4 s = sun_samples[i];
+    return s.w * max(vec4(0.0), nx * s.x + ny * s.y + nz * s.z);
+}
+
+// Incident sunlight, mean over the tick [W/m2]; unused samples have no flux. Written out, for on lavapipe the loop alone
+// costs 2.7 ns a node and each sample 0.1 ns, as a uniform at a constant index is read once for all invocations.
 vec4 solar_flux(vec4 nx, vec4 ny, vec4 nz) {
-    vec4 flux = vec4(0.0);
-    for (uint i = 0u; i < tick.sun_count; i++) {
-        vec4 s = sun_samples[i];
-        flux += s.w * max(vec4(0.0), nx * s.x + ny * s.y + nz * s.z);
-    }
-    return flux;
+    return sun_sample_flux(0u, nx, ny, nz) + sun_sample_flux(1u, nx, ny, nz)
+        + sun_sample_flux(2u, nx, ny, nz) + sun_sample_flux(3u, nx, ny, nz)
+        + sun_sample_flux(4u, nx, ny, nz) + sun_sample_flux(5u, nx, ny, nz)
+        + sun_sample_flux(6u, nx, ny, nz) + sun_sample_flux(7u, nx, ny, nz);
 }
 #endif
 

@@ -23,8 +23,7 @@ Branch branch_of(vec4 span, Material material) {
 
 // Share of the duration that is left, 1 at the start; 0 once settled and where the response is immediate.
 vec4 remaining_time(vec4 elapsed, vec4 t_max) {
-    vec4 share = max(vec4(0.0), vec4(1.0) - elapsed / t_max);
-    return mix(vec4(0.0), share, greaterThan(t_max, vec4(0.0)));
+    return mix(vec4(0.0), vec4(1.0) - elapsed / t_max, lessThan(elapsed, t_max));
 }
 
 // r^p for p = 1 or 2.

@@ -19,14 +19,14 @@ struct Tick {
     vec4 nadir;
     // xyz: unit vector at right angles to nadir, towards the Sun's side; w: cosine of the planet's angular radius.
     vec4 sunward;
+    // xyz: nadir x sunward.
+    vec4 across;
     // Infrared exitance of the planet [W/m2].
     float planet_ir;
     // Albedo x solar constant [W/m2].
     float albedo_flux;
     // Fourth power of the radiative temperature of space [K4].
     float background_temperature_4;
-    // Sun samples in use.
-    uint sun_count;
     // Length of the tick in steps; below 1 only for the last, partial step of a still image.
     float step;
     // Intervals of the albedo table each way.
@@ -42,6 +42,8 @@ struct View {
     // clip.x = scale.x * x + offset.x * z, clip.y = scale.y * y + offset.y * z (OpenCV axes, Y down as in Vulkan).
     vec2 clip_scale;
     vec2 clip_offset;
+    // Width and height in pixels.
+    vec2 size;
     // Distance of the near plane [m]; depth is reversed and its far plane at infinity.
     float near;
 };

@@ -2,6 +2,7 @@
 &[
     ("blackbody.comp", include_bytes!("blackbody.comp.spv")),
     ("brightness.comp", include_bytes!("brightness.comp.spv")),
+    ("cull.comp", include_bytes!("cull.comp.spv")),
     ("radiance.frag", include_bytes!("radiance.frag.spv")),
     ("radiance.vert", include_bytes!("radiance.vert.spv")),
     ("thermal_step.advance", include_bytes!("thermal_step.advance.spv")),

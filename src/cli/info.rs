@@ -37,9 +37,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     };
     let mut out = std::io::stdout().lock();
     if arguments.json {
-        writeln!(out, "{value:#}")?
+        writeln!(out, "{value:#}")?;
     } else {
-        write!(out, "{text}")?
+        write!(out, "{text}")?;
     }
     Ok(())
 }
@@ -88,7 +88,10 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let device_data = DeviceData::new(&prepared);
     let data = device_data.scene_data(&prepared, camera);
-    let frame = Frame::step(&data.ranges, Wanted { image: camera.is_some(), temperatures: true });
+    let frame = Frame::step(
+        &data.ranges,
+        Wanted { image: camera.is_some(), cull: prepared.triangles.len() as u32, temperatures: true },
+    );
     let plan = data.plan();
     let bytes: u64 = plan.iter().map(|planned| planned.bytes).sum();
     let node_bytes: u64 = plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();

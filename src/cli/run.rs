@@ -121,26 +121,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if report.interrupted { Err(CliError::Stopped(arguments.output.clone())) } else { Ok(()) }
 }
 
-/// Sum of the medians of the passes that step nodes, and of those that make an image [ms].
+/// What a tick and an image cost: the median of each pass, weighted with how often it ran.
 fn speed(prepared: &Prepared, engine: &Engine, outcome: &Outcome, wall_s: f64) -> Speed {
     let passes = pass_times(engine);
-    let sum = |thermal: bool| {
-        let of_kind = passes.iter().filter(|pass| {
-            pass.name.starts_with("thermal_step.") == thermal
-                && !pass.name.starts_with("settle")
-                && pass.name != "read temperatures"
-        });
-        // An instant pass that ran once is the settling at the start.
-        let medians: Vec<f64> = of_kind.filter(|pass| pass.count > 1).map(|pass| pass.median_ms).collect();
-        (!medians.is_empty()).then(|| medians.iter().sum::<f64>())
+    let steps = u64::from(prepared.warm_up_ticks()) + outcome.series.rows().len().saturating_sub(1) as u64;
+    let images = outcome.frames.len() as u64;
+    let mean = |of_kind: &dyn Fn(&str) -> bool, runs: u64| {
+        let times = passes.iter().filter(|pass| of_kind(&pass.name)).map(|pass| pass.median_ms * pass.count as f64);
+        (runs > 0 && !passes.is_empty()).then(|| times.sum::<f64>() / runs as f64)
     };
-    let step_ms = sum(true);
+    let step_ms = mean(&|name| name.starts_with("thermal_step."), steps);
+    let of_image = |name: &str| ["cull", "radiance", "read radiance", "read identity"].contains(&name);
     Speed {
-        steps: u64::from(prepared.warm_up_ticks()) + outcome.series.rows().len().saturating_sub(1) as u64,
-        images: outcome.frames.len() as u64,
+        steps,
+        images,
         ns_per_node_step: step_ms.map(|ms| ms * 1e6 / prepared.nodes.count.max(1) as f64),
         step_ms,
-        image_ms: sum(false),
+        image_ms: mean(&of_image, images),
         wall_s,
     }
 }

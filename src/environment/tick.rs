@@ -49,7 +49,7 @@ impl TickLoads {
     /// The Sun's samples carry the whole of the tick's light, whatever its length: eclipses are cut at their contacts,
     /// and what is approximate is only how a plate fares whose horizon the Sun crosses (see [`SWEEP_PER_SAMPLE`]). A
     /// tick so long that [`MAX_SUN_SAMPLES`] must stand for more than that angle each errs in proportion: on such a
-    /// plate by up to 0.5 W/m2 in a tick of 700 s and 7 W/m2 in one of an orbit or more, in low orbit. Planet infrared
+    /// plate by up to 1.5 W/m2 in a tick of 700 s and 18 W/m2 in one of an orbit or more, in low orbit. Planet infrared
     /// and albedo are those of the middle of the tick, which for a tick above a few minutes is no longer their mean.
     pub fn tick_load(&self, start: f64, end: f64) -> TickLoad {
         let mut planet = self.planet_load(if end > start { 0.5 * (start + end) } else { start });

@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::context::Context;
 use super::error::{Context as _, GpuError};
-use super::frame::{Access, Frame, Pass, Work};
+use super::frame::{Access, Frame, Pass, Resource, Work};
 use super::pipeline::Pipeline;
 use super::resources::{Resources, SLOTS};
 use super::variant::ThermalVariant;
@@ -16,6 +16,7 @@ use super::variant::ThermalVariant;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum PipelineKey {
     Thermal(ThermalVariant),
+    Cull,
     Radiance,
 }
 
@@ -40,27 +41,26 @@ impl Bindings {
             }
         }
         let sets = (passes.len() * SLOTS) as u32;
-        let buffers: usize = passes.values().map(|pass| binding_numbers(pass).len()).sum();
+        let count = |kind| passes.values().flat_map(|pass| binding_types(pass)).filter(|(_, of)| *of == kind).count();
+        let sizes = [vk::DescriptorType::UNIFORM_BUFFER, vk::DescriptorType::STORAGE_BUFFER]
+            .map(|kind| vk::DescriptorPoolSize { ty: kind, descriptor_count: ((count(kind) * SLOTS) as u32).max(1) });
         let mut bindings = Self {
             context: Arc::clone(context),
             pipelines: BTreeMap::new(),
             sets: BTreeMap::new(),
             pool: vk::DescriptorPool::null(),
         };
-        let sizes = [vk::DescriptorPoolSize {
-            ty: vk::DescriptorType::STORAGE_BUFFER,
-            descriptor_count: ((buffers * SLOTS) as u32).max(1),
-        }];
         let create = vk::DescriptorPoolCreateInfo::default().max_sets(sets.max(1)).pool_sizes(&sizes);
         // SAFETY: the device is alive.
         bindings.pool =
             unsafe { context.device.create_descriptor_pool(&create, None) }.during("creating a descriptor pool")?;
         for ((key, first_group), pass) in passes {
-            let numbers = binding_numbers(pass);
+            let types = binding_types(pass);
             if let std::collections::btree_map::Entry::Vacant(vacant) = bindings.pipelines.entry(key) {
                 vacant.insert(match key {
-                    PipelineKey::Thermal(variant) => Pipeline::compute(context, &variant.name(), &numbers)?,
-                    PipelineKey::Radiance => Pipeline::radiance(context, &numbers)?,
+                    PipelineKey::Thermal(variant) => Pipeline::compute(context, &variant.name(), &types)?,
+                    PipelineKey::Cull => Pipeline::compute(context, "cull.comp", &types)?,
+                    PipelineKey::Radiance => Pipeline::radiance(context, &types)?,
                 });
             }
             let layout = bindings.pipelines[&key].set_layout;
@@ -90,16 +90,26 @@ impl Drop for Bindings {
 fn key_of(pass: &Pass) -> Option<(PipelineKey, u32)> {
     match pass.work {
         Work::Thermal { variant, groups } => Some((PipelineKey::Thermal(variant), groups.0)),
+        Work::Cull { triangles } => Some((PipelineKey::Cull, triangles.0)),
         Work::Radiance => Some((PipelineKey::Radiance, 0)),
         Work::Copy { .. } | Work::Clear(_) => None,
     }
 }
 
-fn binding_numbers(pass: &Pass) -> Vec<u32> {
-    let mut numbers: Vec<u32> = pass.accesses.iter().filter_map(|access| access.binding).collect();
-    numbers.sort_unstable();
-    numbers.dedup();
-    numbers
+/// Number and type of each binding of a pass.
+fn binding_types(pass: &Pass) -> Vec<(u32, vk::DescriptorType)> {
+    let mut types: Vec<_> = pass
+        .accesses
+        .iter()
+        .filter_map(|access| access.binding.map(|number| (number, descriptor_type(access.resource))))
+        .collect();
+    types.sort_unstable();
+    types.dedup();
+    types
+}
+
+fn descriptor_type(resource: Resource) -> vk::DescriptorType {
+    if resource.is_uniform() { vk::DescriptorType::UNIFORM_BUFFER } else { vk::DescriptorType::STORAGE_BUFFER }
 }
 
 /// One descriptor set of the given layout.
@@ -122,9 +132,13 @@ fn write_set(context: &Context, resources: &Resources, set: vk::DescriptorSet, p
         let Access { resource, groups, binding: Some(binding), .. } = *access else { continue };
         let buffer = resources.buffer(resource, slot);
         let info = match groups {
-            // Group tables have four bytes a group, node arrays sixteen.
+            // Group tables have four bytes a group, node arrays sixteen; a triangle has three indices.
             Some((first, end)) => {
-                let bytes_a_group = if resource == super::frame::Resource::GroupMaterial { 4 } else { 16 };
+                let bytes_a_group = match resource {
+                    Resource::GroupMaterial => 4,
+                    Resource::Triangles | Resource::VisibleTriangles => 12,
+                    _ => 16,
+                };
                 vk::DescriptorBufferInfo {
                     buffer: buffer.raw,
                     offset: u64::from(first) * bytes_a_group,
@@ -137,7 +151,7 @@ fn write_set(context: &Context, resources: &Resources, set: vk::DescriptorSet, p
         let write = [vk::WriteDescriptorSet::default()
             .dst_set(set)
             .dst_binding(binding)
-            .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+            .descriptor_type(descriptor_type(resource))
             .buffer_info(&infos)];
         // SAFETY: set and buffer are alive, and no command that uses the set has been recorded yet.
         unsafe { context.device.update_descriptor_sets(&write, &[]) };

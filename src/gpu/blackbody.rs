@@ -80,7 +80,7 @@ fn map(
     for (binding, table) in (3..).zip(&tables[1..]) {
         buffers.push((binding, host("table", table, MemoryLocation::CpuToGpu)?));
     }
-    let bindings: Vec<u32> = buffers.iter().map(|(binding, _)| *binding).collect();
+    let bindings: Vec<_> = buffers.iter().map(|(binding, _)| (*binding, vk::DescriptorType::STORAGE_BUFFER)).collect();
     let pipeline = Pipeline::compute(context, module, &bindings)?;
 
     let pool = DescriptorPool::new(context, buffers.len() as u32)?;

@@ -38,6 +38,8 @@ pub enum Resource {
     PositionZ,
     /// Node indices of the triangles.
     Triangles,
+    /// The same with empty triangles in place of those that cover no pixel's centre.
+    VisibleTriangles,
     /// Table of the band's radiance.
     BandTable,
     /// Target temperature of every node [K].
@@ -77,6 +79,12 @@ impl Resource {
         )
     }
 
+    /// Whether shaders see it as a uniform buffer: small, and read by every invocation at the same address. (On lavapipe
+    /// each scalar of a storage buffer costs every invocation 0.5 ns; a uniform is read once.)
+    pub fn is_uniform(self) -> bool {
+        matches!(self, Self::Tick | Self::SunSamples | Self::View)
+    }
+
     /// Whether its size on the device follows the number of nodes; what only the host reads is not counted.
     pub fn grows_with_nodes(self) -> bool {
         matches!(
@@ -90,6 +98,7 @@ impl Resource {
                 | Self::PositionY
                 | Self::PositionZ
                 | Self::Triangles
+                | Self::VisibleTriangles
                 | Self::Target
                 | Self::Span
                 | Self::Elapsed
@@ -117,6 +126,7 @@ const fn scope(stage: S, access: A) -> Scope {
 }
 
 const COMPUTE_READ: Scope = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ);
+const COMPUTE_UNIFORM: Scope = scope(S::COMPUTE_SHADER, A::UNIFORM_READ);
 const COMPUTE_WRITE: Scope = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
 const COPY_READ: Scope = scope(S::COPY, A::TRANSFER_READ);
 const COPY_WRITE: Scope = scope(S::COPY, A::TRANSFER_WRITE);
@@ -125,7 +135,8 @@ const COPY_WRITE: Scope = scope(S::COPY, A::TRANSFER_WRITE);
 const CLEAR_WRITE: Scope =
     Scope { stage: S::from_raw(S::COPY.as_raw() | S::CLEAR.as_raw()), access: A::TRANSFER_WRITE };
 
-/// The groups of four nodes that an access is confined to; `None` is the whole resource.
+/// The groups of four nodes, or the triangles, that an access is confined to: the first, and the one after the last.
+/// `None` is the whole resource.
 pub type Groups = Option<(u32, u32)>;
 
 /// One use of a resource by a pass.
@@ -153,7 +164,12 @@ pub enum Work {
         /// Groups of four nodes: first, and the one after the last.
         groups: (u32, u32),
     },
-    /// Draws all triangles.
+    /// Finds the triangles that may cover a pixel's centre.
+    Cull {
+        /// Triangles: first, and the one after the last.
+        triangles: (u32, u32),
+    },
+    /// Draws the triangles that are left.
     Radiance,
     /// Copies a buffer or an image to a buffer.
     Copy {
@@ -208,11 +224,16 @@ pub struct StepRange {
     pub groups: (u32, u32),
 }
 
+/// Triangles that one dispatch culls at most: 65,535 workgroups of 64. A multiple of 64 keeps bindings aligned.
+const CULLED_AT_ONCE: u32 = 65_535 * 64;
+
 /// What a tick leaves for the host.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Wanted {
     /// An image.
     pub image: bool,
+    /// Triangles to be culled for it; 0 where the camera has not moved against the craft since the last image.
+    pub cull: u32,
     /// The temperatures of all nodes.
     pub temperatures: bool,
 }
@@ -243,6 +264,17 @@ impl Frame {
             }
             steps.push(Step::Barriers(barriers));
             steps.extend(ranges.iter().map(|range| Step::Pass(thermal_pass(*range))));
+        }
+        if wanted.image && wanted.cull > 0 {
+            let index_read = scope(S::INDEX_INPUT, A::INDEX_READ);
+            // The last image may still read its triangles.
+            let drawn = scope(S::INDEX_INPUT | S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
+            steps.push(Step::Barriers(vec![barrier(Resource::VisibleTriangles, drawn, COMPUTE_WRITE)]));
+            for first in (0..wanted.cull).step_by(CULLED_AT_ONCE as usize) {
+                let end = wanted.cull.min(first.saturating_add(CULLED_AT_ONCE));
+                steps.push(Step::Pass(cull_pass((first, end))));
+            }
+            steps.push(Step::Barriers(vec![barrier(Resource::VisibleTriangles, COMPUTE_WRITE, index_read)]));
         }
         if wanted.image {
             let vertex_read = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
@@ -287,6 +319,11 @@ impl Frame {
             .map(|range| StepRange { variant: ThermalVariant { kind: StepKind::Instant, ..range.variant }, ..*range })
             .collect();
         let mut frame = Self::step(&instant, Wanted::default());
+        for step in &mut frame.steps {
+            if let Step::Pass(pass) = step {
+                pass.name = format!("settle {}", pass.name);
+            }
+        }
         if has_state(ranges) {
             // A run may be started anew, so the steps of the last one come before.
             let stepped = scope(S::COMPUTE_SHADER | S::COPY | S::CLEAR, A::SHADER_STORAGE_WRITE | A::TRANSFER_WRITE);
@@ -423,8 +460,8 @@ fn thermal_pass(range: StepRange) -> Pass {
             }));
         }
     };
-    bind(true, 0, Resource::Tick, &[COMPUTE_READ]);
-    bind(variant.sun, 1, Resource::SunSamples, &[COMPUTE_READ]);
+    bind(true, 0, Resource::Tick, &[COMPUTE_UNIFORM]);
+    bind(variant.sun, 1, Resource::SunSamples, &[COMPUTE_UNIFORM]);
     bind(variant.albedo, 2, Resource::AlbedoValues, &[COMPUTE_READ]);
     bind(true, 3, Resource::Materials, &[COMPUTE_READ]);
     bind(true, 4, Resource::GroupMaterial, &[COMPUTE_READ]);
@@ -436,6 +473,27 @@ fn thermal_pass(range: StepRange) -> Pass {
     bind(moves, 10, Resource::Elapsed, &[COMPUTE_READ, COMPUTE_WRITE]);
     bind(true, 11, Resource::Temperature, &[COMPUTE_WRITE]);
     Pass { name: variant.name(), work: Work::Thermal { variant, groups }, accesses }
+}
+
+fn cull_pass(triangles: (u32, u32)) -> Pass {
+    let of_triangles = |binding, resource, scope| Access {
+        binding: Some(binding),
+        groups: Some(triangles),
+        ..access(resource, scope)
+    };
+    let bound = |binding, resource, scope| Access { binding: Some(binding), ..access(resource, scope) };
+    Pass {
+        name: "cull".to_owned(),
+        work: Work::Cull { triangles },
+        accesses: vec![
+            bound(0, Resource::View, COMPUTE_UNIFORM),
+            bound(1, Resource::PositionX, COMPUTE_READ),
+            bound(2, Resource::PositionY, COMPUTE_READ),
+            bound(3, Resource::PositionZ, COMPUTE_READ),
+            of_triangles(4, Resource::Triangles, COMPUTE_READ),
+            of_triangles(5, Resource::VisibleTriangles, COMPUTE_WRITE),
+        ],
+    }
 }
 
 fn radiance_pass() -> Pass {
@@ -452,8 +510,8 @@ fn radiance_pass() -> Pass {
         name: "radiance".to_owned(),
         work: Work::Radiance,
         accesses: vec![
-            access(Resource::Triangles, scope(S::INDEX_INPUT, A::INDEX_READ)),
-            bound(0, Resource::View, vertex),
+            access(Resource::VisibleTriangles, scope(S::INDEX_INPUT, A::INDEX_READ)),
+            bound(0, Resource::View, scope(S::VERTEX_SHADER, A::UNIFORM_READ)),
             bound(1, Resource::PositionX, vertex),
             bound(2, Resource::PositionY, vertex),
             bound(3, Resource::PositionZ, vertex),

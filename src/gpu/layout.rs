@@ -32,20 +32,20 @@ pub struct Tick {
     pub nadir: [f32; 4],
     /// Unit vector towards the Sun's side, at right angles to nadir; w: cosine of the planet's angular radius.
     pub sunward: [f32; 4],
+    /// nadir x sunward; w: 0.
+    pub across: [f32; 4],
     /// Infrared exitance of the planet [W/m2].
     pub planet_ir: f32,
     /// Albedo x solar constant [W/m2].
     pub albedo_flux: f32,
     /// Fourth power of the radiative temperature of space [K4].
     pub background_temperature_4: f32,
-    /// Sun samples in use.
-    pub sun_count: u32,
     /// Length of the tick in steps.
     pub step: f32,
     /// Intervals of the albedo table each way.
     pub albedo_resolution: f32,
     /// The structure is as long as its alignment in GLSL asks.
-    pub unused: [f32; 2],
+    pub unused: [f32; 3],
 }
 
 /// Where the image is taken from, and with what.
@@ -62,10 +62,12 @@ pub struct View {
     pub clip_scale: [f32; 2],
     /// Clip coordinates from camera coordinates: factors of z.
     pub clip_offset: [f32; 2],
+    /// Width and height in pixels.
+    pub size: [f32; 2],
     /// Distance of the near plane [m].
     pub near: f32,
     /// The structure is as long as its alignment in GLSL asks.
-    pub unused: [f32; 3],
+    pub unused: f32,
 }
 
 /// Head of the table of a band.
@@ -104,11 +106,11 @@ pub fn structures() -> Vec<(&'static str, usize, Vec<Member>)> {
     vec![
         members!(Material: absorptivity: f32, emissivity: f32, back_absorptivity: f32, back_emissivity: f32,
             heating_power: f32, heating_t_max: f32, cooling_power: f32, cooling_t_max: f32),
-        members!(Tick: nadir: [f32; 4], sunward: [f32; 4], planet_ir: f32, albedo_flux: f32,
-            background_temperature_4: f32, sun_count: u32,
+        members!(Tick: nadir: [f32; 4], sunward: [f32; 4], across: [f32; 4], planet_ir: f32, albedo_flux: f32,
+            background_temperature_4: f32,
             step: f32, albedo_resolution: f32),
         members!(View: camera_from_body_x: [f32; 4], camera_from_body_y: [f32; 4], camera_from_body_z: [f32; 4],
-            clip_scale: [f32; 2], clip_offset: [f32; 2], near: f32),
+            clip_scale: [f32; 2], clip_offset: [f32; 2], size: [f32; 2], near: f32),
         members!(Band: edge_high: f32, edge_low: f32),
     ]
 }

@@ -27,11 +27,15 @@ pub const IDENTITY_FORMAT: vk::Format = vk::Format::R32G32_UINT;
 pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 
 impl Pipeline {
-    /// A compute pipeline whose bindings are all storage buffers.
+    /// A compute pipeline with the numbers and types of its bindings.
     ///
     /// # Errors
     /// A call that fails.
-    pub fn compute(context: &Arc<Context>, module: &str, bindings: &[u32]) -> Result<Self, GpuError> {
+    pub fn compute(
+        context: &Arc<Context>,
+        module: &str,
+        bindings: &[(u32, vk::DescriptorType)],
+    ) -> Result<Self, GpuError> {
         let mut pipeline =
             Self::layouts(context, bindings, vk::ShaderStageFlags::COMPUTE, vk::PipelineBindPoint::COMPUTE)?;
         let shader = Shader::new(context, module)?;
@@ -48,7 +52,7 @@ impl Pipeline {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn radiance(context: &Arc<Context>, bindings: &[u32]) -> Result<Self, GpuError> {
+    pub fn radiance(context: &Arc<Context>, bindings: &[(u32, vk::DescriptorType)]) -> Result<Self, GpuError> {
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
         let mut pipeline = Self::layouts(context, bindings, stages, vk::PipelineBindPoint::GRAPHICS)?;
         let vertex = Shader::new(context, "radiance.vert")?;
@@ -102,16 +106,16 @@ impl Pipeline {
 
     fn layouts(
         context: &Arc<Context>,
-        bindings: &[u32],
+        bindings: &[(u32, vk::DescriptorType)],
         stages: vk::ShaderStageFlags,
         bind_point: vk::PipelineBindPoint,
     ) -> Result<Self, GpuError> {
         let bindings: Vec<_> = bindings
             .iter()
-            .map(|binding| {
+            .map(|(binding, kind)| {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(*binding)
-                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                    .descriptor_type(*kind)
                     .descriptor_count(1)
                     .stage_flags(stages)
             })

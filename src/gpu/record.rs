@@ -103,6 +103,10 @@ impl Recorder<'_> {
                 // SAFETY: the pipeline is bound, and the range holds whole workgroups.
                 unsafe { self.context.device.cmd_dispatch(self.commands, workgroups, 1, 1) };
             }
+            Work::Cull { triangles: (first, end) } => {
+                // SAFETY: the pipeline is bound; it leaves invocations beyond the last triangle idle.
+                unsafe { self.context.device.cmd_dispatch(self.commands, (end - first).div_ceil(64), 1, 1) };
+            }
             Work::Radiance => self.draw(),
             Work::Copy { from, to } if from.is_image() => self.copy_image(from, to),
             Work::Copy { from, to } => {
@@ -148,7 +152,7 @@ impl Recorder<'_> {
             .layer_count(1)
             .color_attachments(&colours)
             .depth_attachment(&depth);
-        let indices = self.resources.buffer(Resource::Triangles, self.slot);
+        let indices = self.resources.buffer(Resource::VisibleTriangles, self.slot);
         let device = &self.context.device;
         // SAFETY: the radiance pipeline is bound, the images are in attachment layout by the barriers of the list, and
         // the index buffer holds three node indices a triangle.
@@ -209,15 +213,17 @@ pub(super) fn tick_of(load: &crate::environment::TickLoad, step: f64) -> layout:
     let extend = |v: glam::DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
     let sine = planet.map_or(0.0, |planet| 1.0 / planet.distance_ratio);
     let cosine = (1.0 - sine * sine).sqrt();
+    let nadir = planet.map_or(glam::DVec3::Z, |planet| planet.nadir);
+    let sunward = planet.map_or(glam::DVec3::X, |planet| planet.sunward);
     layout::Tick {
-        nadir: extend(planet.map_or(glam::DVec3::Z, |planet| planet.nadir), sine),
-        sunward: extend(planet.map_or(glam::DVec3::X, |planet| planet.sunward), cosine),
+        nadir: extend(nadir, sine),
+        sunward: extend(sunward, cosine),
+        across: extend(nadir.cross(sunward), 0.0),
         planet_ir: planet.map_or(0.0, |planet| planet.planet_ir) as f32,
         albedo_flux: planet.map_or(0.0, |planet| planet.albedo_flux) as f32,
         background_temperature_4: load.background_temperature.powi(4) as f32,
-        sun_count: load.sun.len() as u32,
         step: step as f32,
         albedo_resolution: crate::environment::albedo::RESOLUTION as f32,
-        unused: [0.0; 2],
+        unused: [0.0; 3],
     }
 }

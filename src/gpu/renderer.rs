@@ -13,7 +13,7 @@ use super::once::{Once, command_buffers};
 use super::record::{Recorder, tick_of};
 use super::resources::{Resources, SLOTS, SceneData};
 use super::timing::{PassTimes, Timing};
-use crate::environment::TickLoad;
+use crate::environment::{MAX_SUN_SAMPLES, TickLoad};
 
 /// What the host reads of a frame.
 #[derive(Default)]
@@ -45,6 +45,8 @@ pub struct Renderer {
     nodes: usize,
     triangles: u32,
     size: [u32; 2],
+    /// The view that the visible triangles are those of.
+    culled_for: Option<layout::View>,
     times: PassTimes,
     next: usize,
     slots: Vec<Slot>,
@@ -64,17 +66,21 @@ impl Renderer {
         let mut once = Once::new(context)?;
         let resources = Resources::new(context, &mut once, data)?;
         once.free_staging();
-        let wanted = Wanted { image: data.image.is_some(), temperatures: true };
-        let longest = Frame::step(&data.ranges, wanted);
-        let settle = Frame::settle(&data.ranges);
-        let bindings = Bindings::new(context, &resources, &[&longest, &settle])?;
-        let passes = longest.passes().count().max(settle.passes().count());
+        let wanted = Wanted { image: data.image.is_some(), cull: data.triangles.len() as u32, temperatures: true };
+        let mut frames = Vec::new();
+        for (has_sun, has_albedo) in [(true, true), (true, false), (false, false)] {
+            let ranges = ranges_of_tick(&data.ranges, has_sun, has_albedo);
+            frames.extend([Frame::step(&ranges, wanted), Frame::settle(&ranges)]);
+        }
+        let bindings = Bindings::new(context, &resources, &frames.iter().collect::<Vec<_>>())?;
+        let passes = frames.iter().map(|frame| frame.passes().count()).max().unwrap_or(0);
         let (command_pool, commands) = command_buffers(context, SLOTS as u32)?;
         let mut renderer = Self {
             ranges: data.ranges.clone(),
             nodes: data.normals.len(),
             triangles: data.triangles.len() as u32,
             size: data.image.unwrap_or_default(),
+            culled_for: None,
             times: PassTimes::new(),
             next: 0,
             slots: Vec::new(),
@@ -99,7 +105,7 @@ impl Renderer {
     /// # Errors
     /// A call that fails.
     pub fn settle(&mut self, load: &TickLoad) -> Result<(), GpuError> {
-        let frame = Frame::settle(&self.ranges);
+        let frame = Frame::settle(&ranges_of_load(&self.ranges, load));
         let submitted = self.submit_frame(&frame, Some((load, 1.0)), None, Wanted::default())?;
         self.collect(submitted).map(|_| ())
     }
@@ -134,10 +140,15 @@ impl Renderer {
         view: Option<&layout::View>,
         temperatures: bool,
     ) -> Result<Submitted, GpuError> {
-        let wanted = Wanted { image: view.is_some(), temperatures };
-        let ranges = if tick.is_some() { self.ranges.as_slice() } else { &[] };
-        let frame = Frame::step(ranges, wanted);
-        self.submit_frame(&frame, tick, view, wanted)
+        let cull = if view == self.culled_for.as_ref() { 0 } else { self.triangles };
+        let wanted = Wanted { image: view.is_some(), cull, temperatures };
+        let ranges = tick.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
+        let frame = Frame::step(&ranges, wanted);
+        let submitted = self.submit_frame(&frame, tick, view, wanted)?;
+        if let Some(view) = view {
+            self.culled_for = Some(*view);
+        }
+        Ok(submitted)
     }
 
     /// Submits a given list; tests pass one without a barrier.
@@ -232,20 +243,27 @@ impl Renderer {
 
     fn write_tick(&mut self, load: &TickLoad, step: f64, slot: usize) {
         self.resources.write(Resource::Tick, slot, &[tick_of(load, step)]);
-        let samples: Vec<[f32; 4]> = load
-            .sun
-            .iter()
-            .map(|sample| {
-                let d = sample.direction;
-                [d.x as f32, d.y as f32, d.z as f32, sample.flux as f32]
-            })
-            .collect();
+        // Samples beyond those of the tick have no flux.
+        let mut samples = [[0.0f32; 4]; MAX_SUN_SAMPLES];
+        for (sample, value) in samples.iter_mut().zip(&load.sun) {
+            let d = value.direction;
+            *sample = [d.x as f32, d.y as f32, d.z as f32, value.flux as f32];
+        }
         self.resources.write(Resource::SunSamples, slot, &samples);
         if let Some(table) = &load.albedo {
             let values: Vec<f32> = table.values.iter().map(|value| *value as f32).collect();
             self.resources.write(Resource::AlbedoValues, slot, &values);
         }
     }
+}
+
+/// The ranges with the least variants that compute a tick under a load.
+fn ranges_of_load(ranges: &[StepRange], load: &TickLoad) -> Vec<StepRange> {
+    ranges_of_tick(ranges, !load.sun.is_empty(), load.albedo.is_some())
+}
+
+fn ranges_of_tick(ranges: &[StepRange], has_sun: bool, has_albedo: bool) -> Vec<StepRange> {
+    ranges.iter().map(|range| StepRange { variant: range.variant.for_tick(has_sun, has_albedo), ..*range }).collect()
 }
 
 impl Drop for Renderer {

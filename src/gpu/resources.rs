@@ -76,10 +76,10 @@ impl SceneData<'_> {
 
         let device = |resource, bytes, usage| Planned { resource, bytes, usage, location: MemoryLocation::GpuOnly };
         let storage = |resource, bytes| device(resource, bytes, U::STORAGE_BUFFER | U::TRANSFER_DST | U::TRANSFER_SRC);
-        let to_device = |resource, bytes| Planned {
+        let to_device = |resource: Resource, bytes| Planned {
             resource,
             bytes: bytes * SLOTS as u64,
-            usage: U::STORAGE_BUFFER,
+            usage: if resource.is_uniform() { U::UNIFORM_BUFFER } else { U::STORAGE_BUFFER },
             location: MemoryLocation::CpuToGpu,
         };
         let to_host = |resource, bytes| Planned {
@@ -103,7 +103,12 @@ impl SceneData<'_> {
             storage(Resource::PositionX, floats(drawn)),
             storage(Resource::PositionY, floats(drawn)),
             storage(Resource::PositionZ, floats(drawn)),
-            device(Resource::Triangles, floats(3 * triangles), U::INDEX_BUFFER | U::TRANSFER_DST),
+            storage(Resource::Triangles, floats(3 * triangles)),
+            device(
+                Resource::VisibleTriangles,
+                floats(3 * triangles),
+                U::INDEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_DST,
+            ),
             storage(Resource::BandTable, floats(self.band_table.len())),
             storage(Resource::Target, floats(state)),
             storage(Resource::Span, floats(state)),

@@ -52,6 +52,12 @@ impl ThermalVariant {
         all
     }
 
+    /// The least variant that still computes a tick: in umbra there is no Sun, in the dark no albedo.
+    pub fn for_tick(self, has_sun: bool, has_albedo: bool) -> Self {
+        let albedo = self.albedo && has_albedo;
+        Self { sun: self.sun && (has_sun || albedo), albedo, ..self }
+    }
+
     /// Name of the compiled file without `.spv`: `thermal_step.merge.sun.planet_ir.albedo.both_sides`.
     pub fn name(&self) -> String {
         let kind = match self.kind {

@@ -10,11 +10,15 @@ use crate::gpu::frame::StepRange;
 use crate::gpu::variant::{StepKind, ThermalVariant};
 use crate::model::{Model, ModelError};
 use crate::scene::{Scene, SceneError, file_hash, scene_hash};
-use crate::thermal::material::{Material, Retarget};
+use crate::thermal::material::{Material, Response, Retarget};
 use crate::thermal::nodes::{Nodes, RangeResponse};
 
 /// Groups of four nodes that one dispatch takes at most: 65,535 workgroups of 64, and 128 MiB of vec4.
 const MAX_GROUPS: usize = 65_535 * 64;
+
+/// What a reader of a transition's temperatures must know (NUMERICS.md 1).
+const PROFILES: &str = "A transition is a profile in temperature, not physics: in orbit even the best t_max leaves a \
+                        radiating node 10 to 37 K rms from its energy balance.";
 
 /// What keeps a scene from being made.
 #[derive(Debug, thiserror::Error)]
@@ -87,7 +91,14 @@ impl Prepared {
     /// # Errors
     /// The first thing that keeps the scene from running.
     pub fn new(path: &Path, progress: &mut dyn FnMut(usize)) -> Result<Self, PrepareError> {
-        let scene = Scene::load(path)?;
+        Self::from_scene(Scene::load(path)?, progress)
+    }
+
+    /// The same for a scene that was loaded, and perhaps changed, before.
+    ///
+    /// # Errors
+    /// As for `new`.
+    pub fn from_scene(mut scene: Scene, progress: &mut dyn FnMut(usize)) -> Result<Self, PrepareError> {
         let contents = scene
             .files
             .iter()
@@ -109,6 +120,10 @@ impl Prepared {
             warnings.push(disagreement.to_string());
         }
 
+        if materials.iter().any(|material| matches!(material.response, Response::Transition { .. })) {
+            scene.assumptions.push(PROFILES.to_owned());
+        }
+
         let areas = model.node_areas();
         let nodes = Nodes::new(&model, &areas, &materials);
         let triangles = std::mem::take(&mut model.triangles)
@@ -116,7 +131,7 @@ impl Prepared {
             .map(|triangle| triangle.map(|vertex| nodes.node_of_vertex[vertex as usize]))
             .collect();
         let loads = TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)
-            .map_err(|source| PrepareError::Sky { path: path.to_path_buf(), source })?;
+            .map_err(|source| PrepareError::Sky { path: scene.source.clone(), source })?;
         let parts: Vec<String> = model.parts.iter().map(|part| part.name.clone()).collect();
         let probes = probe_nodes(&scene, &parts, &nodes)?;
         Ok(Self {

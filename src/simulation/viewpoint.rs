@@ -32,8 +32,9 @@ pub fn device_view(camera: &Camera, pose: &DAffine3) -> layout::View {
         camera_from_body_z: row(2),
         clip_scale: [0, 1].map(|i| (2.0 * camera.focal[i] / size[i]) as f32),
         clip_offset: [0, 1].map(|i| (2.0 * camera.centre[i] / size[i] - 1.0) as f32),
+        size: size.map(|side| side as f32),
         near: camera.near as f32,
-        unused: [0.0; 3],
+        unused: 0.0,
     }
 }
 

@@ -27,9 +27,11 @@ fn scenes() -> Vec<Vec<StepRange>> {
 }
 
 fn wanted() -> Vec<Wanted> {
-    [(false, false), (true, false), (false, true), (true, true)]
-        .map(|(image, temperatures)| Wanted { image, temperatures })
-        .to_vec()
+    let mut all = Vec::new();
+    for (image, cull) in [(false, 0), (true, 0), (true, 100), (true, 5_000_000)] {
+        all.extend([false, true].map(|temperatures| Wanted { image, cull, temperatures }));
+    }
+    all
 }
 
 /// Every frame that a run of a scene submits: settling, ticks, and a picture of the state as it is.

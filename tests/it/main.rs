@@ -3,6 +3,7 @@
 mod band_radiance;
 mod commands;
 mod craft;
+mod cull;
 mod device;
 mod hazards;
 mod image;

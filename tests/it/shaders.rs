@@ -33,8 +33,11 @@ fn reflect(name: &str) -> naga::Module {
     spv::parse_u8_slice(bytes, &options).expect("naga reads what it wrote")
 }
 
-/// Members of the structures of a module that have a twin in Rust: name -> (span, [(member, offset, size)]).
-fn shared_structures(module: &naga::Module) -> BTreeMap<String, (usize, Vec<(String, usize, usize)>)> {
+/// Stride, and name, offset and size of each member.
+type Structure = (usize, Vec<(String, usize, usize)>);
+
+/// The named structures of a module.
+fn shared_structures(module: &naga::Module) -> BTreeMap<String, Structure> {
     let mut layouter = naga::proc::Layouter::default();
     layouter.update(module.to_ctx()).expect("sizes of all types");
     let mut found = BTreeMap::new();
@@ -76,8 +79,8 @@ fn structures_agree_with_glsl() {
     assert_eq!(found, expected, "every shared structure stands in some shader");
 }
 
-/// Storage bindings of a module: number -> whether it is written.
-fn bindings_of(module: &str) -> BTreeMap<u32, bool> {
+/// Bindings of a module: number -> whether it is written, and whether it is a uniform.
+fn bindings_of(module: &str) -> BTreeMap<u32, (bool, bool)> {
     let module = reflect(module);
     let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::all())
         .validate(&module)
@@ -89,16 +92,18 @@ fn bindings_of(module: &str) -> BTreeMap<u32, bool> {
         .filter(|(handle, _)| !function[*handle].is_empty())
         .filter_map(|(handle, variable)| {
             let written = function[handle].contains(naga::valid::GlobalUse::WRITE);
-            variable.binding.as_ref().map(|binding| (binding.binding, written))
+            let uniform = variable.space == naga::AddressSpace::Uniform;
+            variable.binding.as_ref().map(|binding| (binding.binding, (written, uniform)))
         })
         .collect()
 }
 
-fn declared(pass: &Pass) -> BTreeMap<u32, bool> {
+fn declared(pass: &Pass) -> BTreeMap<u32, (bool, bool)> {
     let mut declared = BTreeMap::new();
     for access in &pass.accesses {
         if let Some(binding) = access.binding {
-            *declared.entry(binding).or_insert(false) |= is_write(access.scope.access);
+            let entry = declared.entry(binding).or_insert((false, access.resource.is_uniform()));
+            entry.0 |= is_write(access.scope.access);
         }
     }
     declared
@@ -111,7 +116,9 @@ fn passes_declare_what_their_shaders_touch() {
         let pass = frame.passes().next().expect("one thermal pass");
         assert_eq!(declared(pass), bindings_of(&variant.name()), "{}", variant.name());
     }
-    let frame = Frame::step(&[], Wanted { image: true, temperatures: false });
+    let frame = Frame::step(&[], Wanted { image: true, cull: 9, temperatures: false });
+    let cull = frame.passes().find(|pass| matches!(pass.work, Work::Cull { .. })).expect("a cull pass");
+    assert_eq!(declared(cull), bindings_of("cull.comp"));
     let radiance = frame.passes().find(|pass| pass.work == Work::Radiance).expect("a radiance pass");
     let mut shaders = bindings_of("radiance.vert");
     shaders.extend(bindings_of("radiance.frag"));

@@ -164,7 +164,7 @@ fn advance_lets_time_pass_and_nothing_else() {
         for (step, expected) in twin.iter().enumerate() {
             // The first step commands; the others only let time pass, whatever load is in place.
             let (range, load) = if step == 0 { (nodes.ranges[0], dark(target)) } else { (advance, dark(1.0)) };
-            let wanted = Wanted { image: false, temperatures: true };
+            let wanted = Wanted { temperatures: true, ..Wanted::default() };
             let frame = Frame::step(&[range], wanted);
             let submitted = renderer.submit_frame(&frame, Some((&load, 1.0)), None, wanted).expect("the device steps");
             let collected = renderer.collect(submitted).expect("the device answers");

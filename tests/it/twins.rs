@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use isotherm::environment::albedo_field::AlbedoField;
 use isotherm::environment::load::{albedo_flux, exact_albedo_flux, planet_ir_flux, solar_flux};
-use isotherm::environment::{PlanetLoad, TickLoad};
+use isotherm::environment::{MAX_SUN_SAMPLES, PlanetLoad, TickLoad};
 use isotherm::simulation::engine::incident;
 use isotherm::thermal::STEFAN_BOLTZMANN;
 use isotherm::thermal::material::{Material, Optics, Response, Sides};
@@ -43,8 +43,8 @@ fn solar_flux_agrees() {
     let sun = Present { sun: true, ..Present::default() };
     let mut random = Random::new(1);
     let plates = directions(2000, 2);
-    for count in [0, 1, 4, 16] {
-        let samples: Vec<_> = (0..count).map(|_| (random.direction(), 1361.0 / f64::from(count))).collect();
+    for count in [0, 1, 4, MAX_SUN_SAMPLES] {
+        let samples: Vec<_> = (0..count).map(|_| (random.direction(), 1361.0 / count as f64)).collect();
         let load = TickLoad { sun: sunlight(samples.clone()), ..dark(0.0) };
         let worst = flux_difference(sun, &load, |normal| solar_flux(&load, normal), &plates);
         // A flux is read off a temperature in f32, good to 2.4e-7 of it.

@@ -15,7 +15,9 @@ use isotherm::thermal::material::{Function, Optics, Retarget, Sides};
 use super::device::{assert_silent, dark, material, planet, sunlight, transition, validated_context};
 use super::quads::{Quads, camera, looking};
 
-const WANTED: Wanted = Wanted { image: true, temperatures: true };
+/// The sheet's triangles.
+const TRIANGLES: u32 = 2;
+const WANTED: Wanted = Wanted { image: true, cull: TRIANGLES, temperatures: true };
 
 fn range() -> StepRange {
     let kind = StepKind::Merge;
@@ -68,7 +70,7 @@ fn whole_frames_are_silent() {
         renderer.settle(&load).expect("the device settles");
         let ranges = [range()];
         for (image, temperatures) in [(true, true), (false, true), (true, false), (false, false), (true, true)] {
-            let wanted = Wanted { image, temperatures };
+            let wanted = Wanted { image, cull: TRIANGLES, temperatures };
             submit(&mut renderer, &Frame::step(&ranges, wanted), &load, wanted);
             submit(&mut renderer, &Frame::step(&[], wanted), &load, wanted);
         }
@@ -141,6 +143,8 @@ const STATE_TO_SETTLING: [&str; 3] = [
     "Span: COMPUTE_SHADER | COPY | CLEAR -> COPY | CLEAR",
     "Elapsed: COMPUTE_SHADER | COPY | CLEAR -> COPY | CLEAR",
 ];
+const CULLED_TO_CULL: &str = "VisibleTriangles: COMPUTE_SHADER | INDEX_INPUT -> COMPUTE_SHADER";
+const CULL_TO_DRAWING: &str = "VisibleTriangles: COMPUTE_SHADER -> INDEX_INPUT";
 const IMAGES_TO_DRAWING: [&str; 2] =
     ["RadianceImage: COPY -> COLOR_ATTACHMENT_OUTPUT", "IdentityImage: COPY -> COLOR_ATTACHMENT_OUTPUT"];
 const DEPTH: &str =
@@ -153,11 +157,12 @@ fn barriers_of_a_tick() {
     let [radiance, identity] = IMAGES_TO_DRAWING;
     let [radiance_copy, identity_copy] = IMAGES_TO_COPY;
     let [target, span, elapsed] = STATE_TO_STEP;
-    let seen = [COMPUTE_TO_VERTEX, radiance, identity, radiance_copy, identity_copy, COMPUTE_TO_COPY];
+    let images = [radiance, identity, radiance_copy, identity_copy];
+    let seen = [&[CULL_TO_DRAWING, COMPUTE_TO_VERTEX][..], &images, &[COMPUTE_TO_COPY]].concat();
     // What orders this frame after the last, which is another submit; what is for the host.
     let to_host =
         ["RadianceReadback: COPY -> HOST", "IdentityReadback: COPY -> HOST", "TemperatureReadback: COPY -> HOST"];
-    let last_frame = [TEMPERATURE_TO_STEP, target, span, elapsed, DEPTH];
+    let last_frame = [TEMPERATURE_TO_STEP, target, span, elapsed, CULLED_TO_CULL, DEPTH];
     let unseen = [&last_frame[..], &to_host].concat();
     check(&Frame { steps: Vec::new() }, &Frame::step(&[range()], WANTED), WANTED, &seen, &unseen);
 }
@@ -177,10 +182,11 @@ fn unread(frame: &Frame) -> Frame {
 
 #[test]
 fn barriers_between_two_ticks() {
-    let drawn = Wanted { image: true, temperatures: false };
+    let drawn = Wanted { image: true, cull: TRIANGLES, temperatures: false };
     let tick = unread(&Frame::step(&[range()], drawn));
     let [radiance, identity] = IMAGES_TO_DRAWING;
-    let seen = [TEMPERATURE_TO_STEP, COMPUTE_TO_VERTEX, radiance, identity];
+    let culled = [CULLED_TO_CULL, CULL_TO_DRAWING];
+    let seen = [&[TEMPERATURE_TO_STEP][..], &culled, &[COMPUTE_TO_VERTEX, radiance, identity]].concat();
     // Two dispatches of one kind on one buffer, and depth, which the order of rasterisation covers; no copy follows.
     let unseen = [&STATE_TO_STEP[..], &[DEPTH], &IMAGES_TO_COPY].concat();
     check(&tick, &tick, drawn, &seen, &unseen);

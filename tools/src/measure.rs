@@ -1,0 +1,238 @@
+//! Measures what README states: the thermal pass by number of nodes, and whole ticks of a scene by density and size.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Instant;
+
+use clap::Parser;
+use glam::{DVec3, Vec3};
+use isotherm::environment::TickLoad;
+use isotherm::gpu::context::Context;
+use isotherm::gpu::frame::StepRange;
+use isotherm::gpu::layout;
+use isotherm::gpu::renderer::Renderer;
+use isotherm::gpu::resources::SceneData;
+use isotherm::gpu::variant::{StepKind, ThermalVariant};
+use isotherm::output::report::PassTime;
+use isotherm::scene::Scene;
+use isotherm::simulation::engine::{DeviceData, Engine, Order, Tick};
+use isotherm::simulation::prepare::Prepared;
+use isotherm::simulation::viewpoint::camera_from_body;
+
+type AnyError = Box<dyn std::error::Error>;
+
+/// Measure the thermal pass and whole ticks; prints Markdown tables.
+///
+/// Example: cargo run --release -p isotherm-tools --bin measure -- --scene models/iss.toml
+#[derive(Parser)]
+struct Arguments {
+    /// Scene whose loads are used, and whose ticks are measured
+    #[arg(long, default_value = "models/iss.toml")]
+    scene: PathBuf,
+    /// Numbers of nodes of the thermal pass
+    #[arg(long, value_delimiter = ',', default_values_t = [100_000, 1_000_000, 10_000_000])]
+    nodes: Vec<usize>,
+    /// Longest edges of the scene's model [m]
+    #[arg(long, value_delimiter = ',', default_values_t = [2.0, 1.0, 0.5])]
+    edges: Vec<f64>,
+    /// Leave out the whole ticks
+    #[arg(long)]
+    nodes_only: bool,
+    /// Ticks of each measurement
+    #[arg(long, default_value_t = 30)]
+    ticks: u32,
+    /// Device whose name contains NAME
+    #[arg(long, value_name = "NAME")]
+    device: Option<String>,
+}
+
+fn main() -> ExitCode {
+    match measure(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn measure(arguments: &Arguments) -> Result<(), AnyError> {
+    let context = Context::open(arguments.device.as_deref(), false)?;
+    let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
+    println!("Device: {}, {}; load average {}\n", context.info.name, context.info.driver, load.trim());
+    let scene = Scene::load(&arguments.scene)?;
+    thermal_pass(arguments, &context, &scene)?;
+    if arguments.nodes_only { Ok(()) } else { whole_ticks(arguments, &context, &scene) }
+}
+
+/// Nanoseconds a node and step: time alone passing, and loads, balance and a target that moves every tick.
+fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError> {
+    println!("Thermal pass, quadratic transition, nanoseconds a node and step: median (10 to 90 %)\n");
+    println!(
+        "| nodes | constant target | moving target: Sun | Sun, infrared | Sun, albedo | all three | all three, mean of an orbit \
+         | bytes a node |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    let loads = isotherm::environment::tick::TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)?;
+    let step = scene.time.step;
+    let count = f64::from(arguments.ticks);
+    let load = |start: f64| loads.tick_load(start, start + step);
+    let lit: Vec<TickLoad> = (0..arguments.ticks).map(|i| load(f64::from(i) * step)).collect();
+    let orbit: Vec<TickLoad> = (0..arguments.ticks).map(|i| load(f64::from(i) / count * scene.orbit.period)).collect();
+    for &nodes in &arguments.nodes {
+        let nodes = nodes.next_multiple_of(256);
+        let variant = |kind, sun, planet_ir, albedo| ThermalVariant { kind, both_sides: false, sun, planet_ir, albedo };
+        let mut row = Vec::new();
+        let mut bytes = 0.0;
+        for variant in [
+            variant(StepKind::Advance, false, false, false),
+            variant(StepKind::Merge, true, false, false),
+            variant(StepKind::Merge, true, true, false),
+            variant(StepKind::Merge, true, false, true),
+            variant(StepKind::Merge, true, true, true),
+        ] {
+            let (times, bytes_a_node) = time_pass(context, variant, nodes, &lit)?;
+            let time = times.first().ok_or("the device has no timestamps")?;
+            let [median, low, high] = [time.median_ms, time.p10_ms, time.p90_ms].map(|ms| ms * 1e6 / nodes as f64);
+            row.push(format!("{median:.2} ({low:.2} to {high:.2})"));
+            bytes = bytes_a_node;
+        }
+        let (times, _) = time_pass(context, variant(StepKind::Merge, true, true, true), nodes, &orbit)?;
+        let sum: f64 = times.iter().map(|time| time.median_ms * time.count as f64).sum();
+        let ticks: f64 = times.iter().map(|time| time.count as f64).sum();
+        row.push(format!("{:.2}", sum / ticks * 1e6 / nodes as f64));
+        println!("| {nodes} | {} | {bytes:.1} |", row.join(" | "));
+    }
+    println!(
+        "\nA moving target has its load and balance worked out anew. Bytes a node of the last column: state, temperature, normals \
+         and tables; positions and triangles come with an image.\n"
+    );
+    Ok(())
+}
+
+/// Times of the variants that the ticks run, and bytes a node.
+fn time_pass(
+    context: &Arc<Context>,
+    variant: ThermalVariant,
+    nodes: usize,
+    ticks: &[TickLoad],
+) -> Result<(Vec<PassTime>, f64), AnyError> {
+    let normals: Vec<Vec3> = (0..nodes).map(fibonacci_direction).collect();
+    let groups = nodes / 4;
+    let material = layout::Material {
+        absorptivity: 0.3,
+        emissivity: 0.8,
+        back_absorptivity: 0.3,
+        back_emissivity: 0.8,
+        heating_power: 2.0,
+        heating_t_max: 1000.0,
+        cooling_power: 2.0,
+        cooling_t_max: 1000.0,
+    };
+    let data = SceneData {
+        ranges: vec![StepRange { variant, groups: (0, groups as u32) }],
+        group_material: &vec![0; groups],
+        group_part: &[],
+        normals: &normals,
+        positions: &[],
+        triangles: &[],
+        materials: &[material],
+        band_table: &[],
+        image: None,
+    };
+    let bytes: u64 = data.plan().iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();
+    let mut renderer = Renderer::new(context, &data)?;
+    renderer.settle(&ticks[0])?;
+    // Once round so that every variant is compiled and warm, then again to measure.
+    for load in ticks.iter().chain(ticks) {
+        let submitted = renderer.submit(Some((load, 1.0)), None, false)?;
+        renderer.collect(submitted)?;
+    }
+    let times = renderer.pass_times().iter().filter(|(name, _)| name.starts_with("thermal_step"));
+    let times = times.filter_map(|(name, samples)| PassTime::from_samples(name, &samples[samples.len() / 2..]));
+    Ok((times.collect(), bytes as f64 / nodes as f64))
+}
+
+/// Directions spread evenly over the sphere (Fibonacci lattice).
+fn fibonacci_direction(i: usize) -> Vec3 {
+    const POINTS: f64 = 65_536.0;
+    let z = 1.0 - (2.0 * (i % 65_536) as f64 + 1.0) / POINTS;
+    let angle = (i % 65_536) as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let radius = (1.0 - z * z).sqrt();
+    DVec3::new(radius * angle.cos(), radius * angle.sin(), z).as_vec3()
+}
+
+/// Milliseconds of a whole tick with its image in host memory, files left out.
+fn whole_ticks(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError> {
+    println!(
+        "Whole tick of scene '{}' (step, image, images and temperatures on the host), milliseconds: median\n",
+        scene.name
+    );
+    println!(
+        "| longest edge [m] | nodes | triangles | bytes a node | start-up [s] | image | thermal | cull | radiance | copies | tick | images a second |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
+    for &edge in &arguments.edges {
+        for [width, height] in [[640, 512], [1024, 1024]] {
+            let mut scene = scene.clone();
+            scene.max_edge = Some(edge);
+            if let Some(camera) = &mut scene.camera {
+                let scale = f64::from(width) / f64::from(camera.width);
+                camera.focal = camera.focal.map(|focal| focal * scale);
+                (camera.width, camera.height) = (width, height);
+                camera.centre = [f64::from(width) / 2.0, f64::from(height) / 2.0];
+            }
+            println!("{}", measure_ticks(arguments.ticks, context, scene, edge)?);
+        }
+    }
+    Ok(())
+}
+
+fn measure_ticks(ticks: u32, context: &Arc<Context>, scene: Scene, edge: f64) -> Result<String, AnyError> {
+    let began = Instant::now();
+    let prepared = Prepared::from_scene(scene, &mut |_| {})?;
+    let camera = prepared.scene.require_camera()?.clone();
+    let mut engine = Engine::on_device(context, &prepared, Some(&camera))?;
+    let step = prepared.scene.time.step;
+    engine.settle(&prepared.loads.tick_load(0.0, step))?;
+    let start_up = began.elapsed().as_secs_f64();
+
+    let mut whole = Vec::new();
+    // The first ticks compile the passes.
+    for tick in 0..ticks + 3 {
+        let began = Instant::now();
+        let (from, to) = (f64::from(tick) * step, f64::from(tick + 1) * step);
+        let load = prepared.loads.tick_load(from, to);
+        let pose = camera_from_body(&camera, &prepared.loads.sky_model().sky(to));
+        let order = Order { pose: Some(pose), temperatures: true };
+        engine.submit(Some(Tick { load: &load, steps: 1.0 }), order)?;
+        engine.deliver()?;
+        if tick >= 3 {
+            whole.push(began.elapsed().as_secs_f64() * 1e3);
+        }
+    }
+    let median = |samples: &[f64]| PassTime::from_samples("", samples).map_or(f64::NAN, |time| time.median_ms);
+    let times = engine.pass_times().ok_or("no pass times")?;
+    let sum = |prefix: &str| -> f64 {
+        let of_kind = times.iter().filter(|(name, _)| name.starts_with(prefix));
+        of_kind.map(|(_, samples)| median(samples) * samples.len() as f64).sum::<f64>() / f64::from(ticks + 3)
+    };
+    let device_data = DeviceData::new(&prepared);
+    let plan = device_data.scene_data(&prepared, Some(&camera)).plan();
+    let bytes: u64 = plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();
+    let tick = median(&whole);
+    Ok(format!(
+        "| {edge} | {} | {} | {:.1} | {start_up:.2} | {} x {} | {:.2} | {:.1} | {:.1} | {:.1} | {tick:.1} | {:.1} |",
+        prepared.nodes.count,
+        prepared.triangles.len(),
+        bytes as f64 / prepared.nodes.count as f64,
+        camera.width,
+        camera.height,
+        sum("thermal_step"),
+        sum("cull"),
+        sum("radiance"),
+        sum("read"),
+        1e3 / tick,
+    ))
+}
