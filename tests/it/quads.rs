@@ -57,7 +57,7 @@ impl Quads {
     pub fn add(&mut self, corners: [DVec3; 4], part: u32, material: u32, temperature: impl Fn(DVec3) -> f64) {
         let first = self.positions.len() as u32;
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
-        self.positions.extend(corners.map(|corner| corner.as_vec3()));
+        self.positions.extend(corners.map(DVec3::as_vec3));
         self.normals.extend([normal.as_vec3(); 4]);
         self.temperatures.extend(corners.map(|corner| temperature(corner) as f32));
         self.group_part.push(part);

@@ -47,9 +47,12 @@ fn twin_response(response: Response, initial: f64, targets: &[f64]) -> Vec<f64> 
     targets.iter().map(step).collect()
 }
 
+/// Step and temperature [K] there.
+type Value = (usize, f64);
+
 /// NUMERICS.md 1 (figures 5 and 6 of Vural et al. 2023): function, t_max, initial temperature, target, and the
 /// temperature at steps.
-const PAPER: &[(Function, f64, f64, f64, &[(usize, f64)])] = &[
+const PAPER: &[(Function, f64, f64, f64, &[Value])] = &[
     (Quadratic, 361.0, 2.7, 267.0, &[(1, 4.162_238), (50, 70.843_124), (180, 200.558_427), (361, 267.0)]),
     (Quadratic, 100.0, 2.7, 267.0, &[(1, 7.959_570), (50, 200.925), (100, 267.0), (1000, 267.0)]),
     (Quadratic, 1000.0, 2.7, 267.0, &[(1, 3.228_336), (180, 89.284_680), (361, 159.080_760), (1000, 267.0)]),
@@ -85,7 +88,7 @@ fn the_papers_transitions() {
 }
 
 /// NUMERICS.md 1: quadratic, t_max 100, from 2.7 K, 267 K commanded at step 1, and another target from some step on.
-const MOVED: &[(f64, usize, &[(usize, f64)])] = &[
+const MOVED: &[(f64, usize, &[Value])] = &[
     (350.0, 51, &[(51, 205.196_949), (60, 240.849_884), (100, 338.447_090), (125, 350.0)]),
     (210.0, 51, &[(51, 202.365_768), (60, 209.731_835), (75, 210.0)]),
     (120.0, 51, &[(51, 199.314_593), (100, 140.231_25), (150, 120.0)]),
