@@ -15,6 +15,7 @@ layout(location = 0) out float node_temperature;
 layout(location = 1) out float camera_depth;
 layout(location = 2) flat out uint part;
 layout(location = 3) flat out uint material;
+layout(location = 4) flat out float corner_temperature;
 
 void main() {
     uint node = uint(gl_VertexIndex);
@@ -32,6 +33,7 @@ void main() {
         camera.z
     );
     node_temperature = temperature[node];
+    corner_temperature = temperature[node];
     camera_depth = camera.z;
     part = group_part[node / 4u];
     material = group_material[node / 4u];
