@@ -13,6 +13,9 @@ use crate::scene::{Scene, SceneError, file_hash, scene_hash};
 use crate::thermal::material::{Material, Response, Retarget};
 use crate::thermal::nodes::{Nodes, RangeResponse};
 
+/// Host memory that building a scene takes at its peak, for each node.
+const HOST_BYTES_A_NODE: usize = 400;
+
 /// Groups of four nodes that one dispatch takes at most: 65,535 workgroups of 64, and 128 MiB of vec4.
 const MAX_GROUPS: usize = 65_535 * 64;
 
@@ -114,7 +117,7 @@ impl Prepared {
         warnings.extend(model.skipped.iter().map(|skipped| format!("{}: left out, {}", skipped.what, skipped.why)));
         warnings.append(&mut model.notes);
         if let Some(max_edge) = scene.max_edge {
-            model = model.subdivide(max_edge, u32::MAX as usize / 2, progress)?;
+            model = model.subdivide(max_edge, node_limit(), progress)?;
         }
         if let Some(disagreement) = period_disagreement(&scene.orbit, scene.environment.planet_radius) {
             warnings.push(disagreement.to_string());
@@ -198,6 +201,16 @@ impl Prepared {
         ];
         absent.iter().filter(|(off, _)| *off).map(|(_, name)| (*name).to_owned()).collect()
     }
+}
+
+/// Nodes that fit into the memory that the host has free, so that subdivision ends in an error and not in swapping.
+fn node_limit() -> usize {
+    let available = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| {
+        let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?.trim().to_owned();
+        line.strip_suffix("kB")?.trim().parse::<usize>().ok()
+    });
+    // Where the system does not tell, 32-bit indices are the limit.
+    available.map_or(u32::MAX as usize, |kilobytes| kilobytes * 1024 / HOST_BYTES_A_NODE)
 }
 
 /// The node nearest to each probe.
