@@ -111,6 +111,12 @@ impl Model {
             return Err(ModelError::MaxEdge(max_edge));
         }
         let limit = vertex_limit.min(u32::MAX as usize);
+        // A triangle with edges of `max_edge` covers at most sqrt(3)/4 of its square, and a mesh has at least a quarter as
+        // many vertices as triangles: what is far too fine is refused without trying.
+        let least = self.area() / (max_edge * max_edge * 3.0_f64.sqrt() / 4.0) / 4.0;
+        if least > limit as f64 {
+            return Err(ModelError::TooManyVertices { path: self.source, max_edge, needed: least as usize, limit });
+        }
         loop {
             let marks: Vec<u8> =
                 self.triangles.par_iter().map(|triangle| self.long_edges(triangle, max_edge)).collect();
