@@ -143,7 +143,7 @@ pub fn still(
     let tick = load.as_ref().map(|load| Tick { load, steps: rest });
     engine.submit(tick, Order { pose, temperatures: false })?;
     let delivered = engine.deliver()?;
-    Ok(Some(StepResult { step: (time / length).round() as u32, time, pose, delivered }))
+    Ok(Some(StepResult { step: whole as u32, time, pose, delivered }))
 }
 
 fn step_check(check: &mut Check, load: Option<&TickLoad>) -> Vec<f64> {

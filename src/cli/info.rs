@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::{CliError, run::prepare_with_progress};
+use super::{Chosen, CliError, DeviceArguments, run::prepare_with_progress};
 use crate::gpu::context;
 use crate::gpu::frame::{Frame, Step, Wanted};
 use crate::model::Model;
@@ -27,11 +27,13 @@ pub struct Arguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    device: DeviceArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let (value, text) = match &arguments.file {
-        None => devices()?,
+        None => devices(&arguments.device)?,
         Some(path) if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) => scene(path)?,
         Some(path) => model(path, arguments.json)?,
     };
@@ -44,8 +46,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     Ok(())
 }
 
-fn devices() -> Result<(serde_json::Value, String), CliError> {
-    let devices = context::devices()?;
+/// All devices, or the one that is named.
+fn devices(wanted: &DeviceArguments) -> Result<(serde_json::Value, String), CliError> {
+    let devices = match wanted.device {
+        None => context::devices()?,
+        Some(_) => match wanted.open()? {
+            Chosen::Device(context) => vec![context.info.clone()],
+            Chosen::Reference => Vec::new(),
+        },
+    };
     let mut text = String::new();
     for (number, device) in devices.iter().enumerate() {
         let verdict = match (device.lacks.is_empty(), number) {

@@ -123,7 +123,11 @@ impl CliError {
                     1
                 }
             }
-            Self::Validation(_) | Self::Stopped(_) | Self::StoppedBefore | Self::Stdout(_) => 1,
+            Self::Job(JobError::NotFinite { .. })
+            | Self::Validation(_)
+            | Self::Stopped(_)
+            | Self::StoppedBefore
+            | Self::Stdout(_) => 1,
         }
     }
 }

@@ -5,7 +5,7 @@ use std::io::Write;
 use super::{Chosen, CliError, DeviceArguments};
 use crate::gpu::blackbody::{band_radiances, brightness_temperatures};
 use crate::scene::Band;
-use crate::thermal::brightness::{BrightnessTable, brightness_temperature};
+use crate::thermal::brightness::{BrightnessTable, MAX_TEMPERATURE, brightness_temperature};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 
 /// Band radiance of a blackbody [W m-2 sr-1], or with --inverse its temperature [K], as CSV.
@@ -45,8 +45,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     for number in &arguments.numbers {
         if arguments.inverse {
             guesses.check(*number)?;
-        } else if !(*number >= 0.0 && number.is_finite()) {
-            return Err(CliError::Usage(format!("a temperature is finite and not below 0 K, not {number}")));
+        } else if !(0.0..=MAX_TEMPERATURE).contains(number) {
+            let message = format!("a temperature is finite, within 0 and {MAX_TEMPERATURE} K, not {number}");
+            return Err(CliError::Usage(message));
         }
     }
     let chosen = arguments.device.open()?;

@@ -27,6 +27,9 @@ pub struct Arguments {
     device: DeviceArguments,
 }
 
+/// Steps that a still is worth: a day of a hundred a second, a hundred times over.
+const MOST_TICKS: u64 = 1_000_000_000;
+
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if !(arguments.time >= 0.0 && arguments.time.is_finite()) {
         return Err(CliError::Usage(format!("--time is finite and not below 0 s, not {}", arguments.time)));
@@ -34,6 +37,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     check_writable(&arguments.output)?;
     let prepared = prepare_with_progress(&arguments.scene)?;
     let camera = prepared.scene.require_camera().map_err(simulation::prepare::PrepareError::from)?.clone();
+    let ticks = u64::from(prepared.warm_up_ticks()) + (arguments.time / prepared.scene.time.step) as u64;
+    if ticks > MOST_TICKS {
+        return Err(CliError::Usage(format!(
+            "--time {} is {ticks} steps away; at most {MOST_TICKS} are made",
+            arguments.time
+        )));
+    }
     let chosen = arguments.device.open()?;
     eprintln!("device: {}", chosen.name());
     let mut engine = match &chosen {
@@ -41,7 +51,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         Chosen::Reference => Engine::reference(&prepared, Some(&camera)),
     };
     let stop = stop_flag();
-    let ticks = u64::from(prepared.warm_up_ticks()) + (arguments.time / prepared.scene.time.step) as u64;
     let bar = progress_bar(ticks, "stepping");
     simulation::start(&prepared, &mut engine, None, &stop, &mut || bar.inc(1))?;
     let still = simulation::still(&prepared, &mut engine, arguments.time, &stop, &mut || bar.inc(1))?;

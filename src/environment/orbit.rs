@@ -83,6 +83,10 @@ impl fmt::Display for PeriodDisagreement {
 /// How the altitude and the period of an orbit around a planet of this radius [m] disagree; `None` where they agree to
 /// [`PERIOD_TOLERANCE`].
 pub fn period_disagreement(orbit: &CircularOrbit, planet_radius: f64) -> Option<PeriodDisagreement> {
+    // Another planet has another gravitational parameter, which a scene does not state.
+    if !EARTH_RADII.contains(&planet_radius) {
+        return None;
+    }
     let kepler_period = kepler_period(planet_radius + orbit.altitude);
     ((kepler_period - orbit.period).abs() > PERIOD_TOLERANCE).then(|| PeriodDisagreement {
         altitude: orbit.altitude,
@@ -91,6 +95,9 @@ pub fn period_disagreement(orbit: &CircularOrbit, planet_radius: f64) -> Option<
         kepler_altitude: kepler_radius(orbit.period) - planet_radius,
     })
 }
+
+/// Planet radii that are Earth's [m].
+pub const EARTH_RADII: std::ops::RangeInclusive<f64> = 6.350e6..=6.385e6;
 
 /// Difference between period and Kepler period that is not worth a line [s]: a user rounds to a second.
 pub const PERIOD_TOLERANCE: f64 = 1.0;

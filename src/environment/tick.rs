@@ -18,12 +18,11 @@ pub struct TickLoads {
     albedo: Option<AlbedoField>,
 }
 
-/// Angle of the Sun in the body frame that one sample stands for [rad] (0.3 deg), where [`MAX_SUN_SAMPLES`] allows.
+/// Angle of the Sun in the body frame that one sample stands for [rad] (0.06 deg), where [`MAX_SUN_SAMPLES`] allows.
 ///
-/// A plate that the Sun rises or sets on during a sample gets at most 1/8 of this angle of the sample's flux wrongly
-/// (0.9 W/m2 of a whole tick's 1361 W/m2 if it were one sample, 0.2 W/m2 for the four of a 17 s tick in low orbit);
-/// every other plate gets its mean flux exactly.
-pub const SWEEP_PER_SAMPLE: f64 = 5.2e-3;
+/// A plate that the Sun rises or sets on during a sample gets at most 1/8 of the sample's angle of its flux wrongly
+/// (0.05 W/m2 for the eight samples of a 17 s tick in low orbit); every other plate gets its mean flux exactly.
+pub const SWEEP_PER_SAMPLE: f64 = 1.1e-3;
 
 static LIT_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(4));
 static PENUMBRA_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(12));

@@ -52,10 +52,15 @@ pub enum GpuError {
         limit: u64,
     },
     /// The scene does not fit.
-    #[error("the scene needs {needed} bytes of device memory, and {device} has {available}; take a larger max_edge")]
+    #[error(
+        "the scene needs {needed} bytes of device memory, {images} of them for images, and {device} has {available}; \
+         take a larger max_edge or a smaller image"
+    )]
     OutOfMemory {
         /// Sum over all buffers and images.
         needed: u64,
+        /// Of these, what the size of the image decides.
+        images: u64,
         /// Device name.
         device: String,
         /// Size of its largest heap.

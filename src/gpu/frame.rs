@@ -106,6 +106,11 @@ impl Resource {
         )
     }
 
+    /// Whether its size on the device follows the number of pixels.
+    pub fn grows_with_pixels(self) -> bool {
+        self.is_image() || matches!(self, Self::RadianceReadback | Self::IdentityReadback)
+    }
+
     /// Whether it is an image, which has a layout.
     pub fn is_image(self) -> bool {
         matches!(self, Self::RadianceImage | Self::IdentityImage | Self::DepthImage)

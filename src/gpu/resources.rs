@@ -133,7 +133,9 @@ pub fn check_plan(context: &Context, plan: &[Planned], image: Option<[u32; 2]>) 
     let info = &context.info;
     let needed: u64 = plan.iter().map(|planned| planned.bytes).sum();
     if needed > info.memory {
-        return Err(GpuError::OutOfMemory { needed, device: info.name.clone(), available: info.memory });
+        let of_images = plan.iter().filter(|planned| planned.resource.grows_with_pixels());
+        let images = of_images.map(|planned| planned.bytes).sum();
+        return Err(GpuError::OutOfMemory { needed, images, device: info.name.clone(), available: info.memory });
     }
     match image {
         Some([width, height]) if width.max(height) > info.max_framebuffer_side => {

@@ -10,7 +10,8 @@ const EARTH_RADIUS: f64 = 6371e3;
 
 /// Reads `[environment]`.
 pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<Environment, SceneError> {
-    let flux = Quantity::non_negative("W/m2");
+    // What is allowed here has a balance temperature that single precision holds.
+    let flux = Quantity::within(0.0, 1e9, "W/m2");
     let environment = Environment {
         solar_constant: section.number("solar_constant", flux)?,
         albedo: section.number("albedo", Quantity::within(0.0, 1.0, ""))?,
@@ -20,7 +21,7 @@ pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<E
             EARTH_RADIUS
         }),
         eclipse: section.boolean("eclipse")?.unwrap_or(true),
-        background_temperature: section.number("background_temperature", Quantity::non_negative("K"))?,
+        background_temperature: section.number("background_temperature", Quantity::within(0.0, 1e6, "K"))?,
     };
     if environment.albedo.is_some() && environment.solar_constant.is_none() {
         return Err(

@@ -26,7 +26,7 @@ pub(super) fn read(
     planet_radius: f64,
     assumptions: &mut Vec<String>,
 ) -> Result<CircularOrbit, SceneError> {
-    let altitude = section.number("altitude", Quantity::positive("m"))?;
+    let altitude = section.number("altitude", Quantity::between(0.0, 1e13, "m"))?;
     let altitude = section.required("altitude", altitude, "the height above the planet's radius [m]")?;
     if altitude < LOWEST_ALTITUDE * planet_radius {
         let message = format!(
@@ -53,7 +53,7 @@ fn period(
     planet_radius: f64,
     assumptions: &mut Vec<String>,
 ) -> Result<f64, SceneError> {
-    let stated = section.number("period", Quantity::positive("s"))?;
+    let stated = section.number("period", Quantity::between(0.0, 1e12, "s"))?;
     let kepler = EARTH_RADII.contains(&planet_radius).then(|| kepler_period(altitude, planet_radius));
     match (stated, kepler) {
         (Some(period), Some(kepler)) if (period / kepler - 1.0).abs() > PERIOD_TOLERANCE => {

@@ -7,11 +7,11 @@ use super::{Draw, Time};
 
 /// Reads `[time]`.
 pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<Time, SceneError> {
-    let step = section.number("step", Quantity::positive("s"))?;
+    let step = section.number("step", Quantity::within(1e-6, 1e7, "s"))?;
     let step = section.required("step", step, "the length of a step [s]")?;
     let steps = section.whole("steps", 1..=u32::MAX)?;
     let steps = section.required("steps", steps, "the number of steps")?;
-    let warm_up_orbits = section.number("warm_up_orbits", Quantity::non_negative("orbits"))?.unwrap_or_else(|| {
+    let warm_up_orbits = section.number("warm_up_orbits", Quantity::within(0.0, 1e6, "orbits"))?.unwrap_or_else(|| {
         assumptions.push("No orbit is stepped before time 0 (time.warm_up_orbits is absent).".to_string());
         0.0
     });

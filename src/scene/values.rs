@@ -9,6 +9,9 @@ use super::section::Section;
 
 const SHARE: Quantity = Quantity::within(0.0, 1.0, "");
 
+/// Below this the balance temperature leaves what single precision holds; no surface comes near.
+const LEAST_EMISSIVITY: f64 = 1e-6;
+
 /// Which sides exchange heat, without the optics of the back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum SidesKind {
@@ -250,7 +253,7 @@ fn check_emits(front: Optics, sides: Sides) -> Result<(), Incomplete> {
         Sides::Outside => front.emissivity,
         Sides::Both { back } => front.emissivity + back.emissivity,
     };
-    if emissivity > 0.0 {
+    if emissivity >= LEAST_EMISSIVITY {
         return Ok(());
     }
     let message = "an emissivity of 0 leaves no balance temperature, which 'instant' and 'transition' both need: \

@@ -31,7 +31,7 @@ pub(super) fn band(section: Option<&Section>, assumptions: &mut Vec<String>) -> 
 /// Reads `[initial]`; absent is the balance of the first load.
 pub(super) fn initial(section: Option<&Section>, assumptions: &mut Vec<String>) -> Result<Initial, SceneError> {
     let stated = match section {
-        Some(section) => section.number("temperature", Quantity::non_negative("K"))?,
+        Some(section) => section.number("temperature", Quantity::within(0.0, 1e6, "K"))?,
         None => None,
     };
     Ok(stated.map(Initial::Temperature).unwrap_or_else(|| {

@@ -21,6 +21,7 @@ use crate::output::report::{Accuracy, FrameEntry, Picture, PlotEntry};
 use crate::output::series::{Series, SeriesRow};
 use crate::output::statistics::Groups;
 use crate::output::temperature_plots::{Eclipses, temperature_plots};
+use crate::thermal::nodes::GROUP;
 use rayon::prelude::*;
 
 /// Most pictures on the contact sheet.
@@ -39,6 +40,16 @@ pub enum JobError {
     /// The output folder.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// A temperature is no number.
+    #[error("step {step}: the temperature of part {part}, material {material} is not finite; please report the scene")]
+    NotFinite {
+        /// The first step where it happens.
+        step: u32,
+        /// Part of the first such node.
+        part: String,
+        /// Its material.
+        material: String,
+    },
 }
 
 /// Hears how far a run is.
@@ -110,6 +121,7 @@ pub fn run_into(
         });
         let mut consume = |mut result: StepResult| -> Result<(), JobError> {
             if let Some(temperatures) = result.delivered.temperatures.take() {
+                check_finite(prepared, result.step, &temperatures)?;
                 series.push(groups.row(result.time, &temperatures, &prepared.probes)?)?;
             }
             if let Some(frame) = maker.as_ref().and_then(|maker| maker.frame(result)) {
@@ -142,6 +154,23 @@ pub fn run_into(
     Ok(Outcome { complete, frames, pictures, plots, series, accuracy, stepping_s })
 }
 
+/// Refuses temperatures that are no numbers, by the first node that has one.
+fn check_finite(prepared: &Prepared, step: u32, temperatures: &[f32]) -> Result<(), JobError> {
+    let nodes = &prepared.nodes;
+    let broken = nodes.node_of_vertex.par_iter().find_first(|node| !temperatures[**node as usize].is_finite());
+    match broken {
+        None => Ok(()),
+        Some(node) => {
+            let group = *node as usize / GROUP;
+            Err(JobError::NotFinite {
+                step,
+                part: prepared.parts[nodes.group_part[group] as usize].clone(),
+                material: prepared.materials[nodes.group_material[group] as usize].name.clone(),
+            })
+        }
+    }
+}
+
 struct WrittenFrame {
     step: u32,
     time: f64,
@@ -163,7 +192,8 @@ impl NodeGroups {
         let nodes = &prepared.nodes;
         let node_of_vertex = nodes.node_of_vertex.clone();
         let areas: Vec<f64> = node_of_vertex.iter().map(|node| nodes.areas[*node as usize]).collect();
-        let of = |groups: &[u32]| node_of_vertex.iter().map(|node| groups[*node as usize / 4]).collect::<Vec<u32>>();
+        let of =
+            |groups: &[u32]| node_of_vertex.iter().map(|node| groups[*node as usize / GROUP]).collect::<Vec<u32>>();
         Ok(Self {
             parts: Groups::new(areas.clone(), of(&nodes.group_part), prepared.parts.len())?,
             materials: Groups::new(areas.clone(), of(&nodes.group_material), prepared.materials.len())?,

@@ -13,6 +13,12 @@ use crate::scene::{Scene, SceneError, file_hash, scene_hash};
 use crate::thermal::material::{Material, Response, Retarget};
 use crate::thermal::nodes::{Nodes, RangeResponse};
 
+/// Remarks about the model that are shown; `isotherm info MODEL` shows all.
+const MOST_REMARKS: usize = 5;
+
+/// Share of an orbit above which the middle of a step stands badly for its mean: 6 deg.
+const LONGEST_STEP: f64 = 1.0 / 60.0;
+
 /// Host memory that building a scene takes at its peak, for each node.
 const HOST_BYTES_A_NODE: usize = 400;
 
@@ -114,10 +120,24 @@ impl Prepared {
         let mut model = Model::load(&scene.model_path)?.weld();
         let materials = scene.materials.resolve(&model)?;
         let mut warnings = scene.materials.idle_patterns(&model);
-        warnings.extend(model.skipped.iter().map(|skipped| format!("{}: left out, {}", skipped.what, skipped.why)));
-        warnings.append(&mut model.notes);
+        let mut remarks: Vec<String> =
+            model.skipped.iter().map(|skipped| format!("{}: left out, {}", skipped.what, skipped.why)).collect();
+        remarks.append(&mut model.notes);
+        if remarks.len() > MOST_REMARKS {
+            let more = remarks.len() - MOST_REMARKS;
+            remarks.truncate(MOST_REMARKS);
+            remarks.push(format!("and {more} more: isotherm info {}", scene.model_path.display()));
+        }
+        warnings.append(&mut remarks);
         if let Some(max_edge) = scene.max_edge {
             model = model.subdivide(max_edge, node_limit(), progress)?;
+        }
+        if scene.time.step > LONGEST_STEP * scene.orbit.period {
+            warnings.push(format!(
+                "a step of {} s is {:.1} deg of the orbit: planet infrared and albedo are those of its middle, not its mean",
+                scene.time.step,
+                360.0 * scene.time.step / scene.orbit.period
+            ));
         }
         if let Some(disagreement) = period_disagreement(&scene.orbit, scene.environment.planet_radius) {
             warnings.push(disagreement.to_string());

@@ -216,7 +216,7 @@ fn what_a_user_can_mend_is_refused_with_2() {
     says(&["render", "scene.toml", "--time", "nan", "-o", "a.exr"], &["--time"]);
     says(&["radiance", "--band", "14:8", "300"], &["1 to 50 micrometres"]);
     says(&["radiance", "--band", "0.5:8", "300"], &["1 to 50 micrometres"]);
-    says(&["radiance", "--", "-3"], &["not below 0 K", "-3"]);
+    says(&["radiance", "--", "-3"], &["within 0 and 20000 K", "-3"]);
     says(&["radiance", "nan"], &["finite"]);
     says(&["radiance", "--inverse", "0"], &["positive"]);
     says(&["radiance", "--inverse", "1e-40"], &["below", "11.31 K"]);

@@ -73,7 +73,8 @@ fn a_penumbra_anywhere_in_a_tick_is_counted_to_1e_5_of_it() {
 #[test]
 fn every_plate_of_a_turning_craft_gets_its_mean_sun() {
     let loads = loads(&NADIR, &sun_alone());
-    for (length, tolerance) in [(1.0, 0.3), (17.0, 0.3), (80.0, 0.3), (700.0, 1.6), (4000.0, 12.0), (20_000.0, 18.0)] {
+    for (length, tolerance) in [(1.0, 0.01), (17.0, 0.05), (80.0, 0.2), (700.0, 1.6), (4000.0, 12.0), (20_000.0, 18.0)]
+    {
         for index in 0..40 {
             let start = f64::from(index) * 149.0;
             let load = loads.tick_load(start, start + length);
@@ -104,7 +105,8 @@ fn samples_follow_the_sweep_of_the_sun() {
     let count = |attitude: &Attitude, length| loads(attitude, &sun_alone()).tick_load(0.0, length).sun.len();
     assert_eq!(count(&INERTIAL, 60.0), 1);
     assert_eq!(count(&NADIR, 0.1), 1);
-    assert_eq!(count(&NADIR, 17.0), 4);
+    assert_eq!(count(&NADIR, 2.0), 2);
+    assert_eq!(count(&NADIR, 17.0), MAX_SUN_SAMPLES);
     assert_eq!(count(&NADIR, 5000.0), MAX_SUN_SAMPLES);
     assert_eq!(count(&NADIR, 0.0), 1);
 }
