@@ -13,6 +13,7 @@ mod exr_header;
 pub mod folder;
 pub mod frame;
 mod html;
+pub mod panels;
 pub mod picture;
 pub mod plot;
 pub mod plot_axis;
