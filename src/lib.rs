@@ -11,6 +11,7 @@ pub mod environment;
 pub mod gpu;
 pub mod model;
 pub mod output;
+pub mod paper;
 pub mod raster;
 pub mod scene;
 pub mod simulation;

@@ -17,6 +17,7 @@ use crate::simulation::prepare::PrepareError;
 use crate::thermal::brightness::BrightnessError;
 
 mod info;
+mod paper;
 mod radiance;
 mod render;
 mod run;
@@ -35,6 +36,7 @@ enum Command {
     Render(render::Arguments),
     Info(info::Arguments),
     Radiance(radiance::Arguments),
+    Paper(paper::Arguments),
 }
 
 /// Where to compute.
@@ -133,6 +135,7 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Radiance(arguments) => radiance::run(&arguments),
+        Command::Paper(arguments) => paper::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -12,7 +12,7 @@ const THIN_SPACE: char = '\u{202F}';
 /// The page so far. Text goes through [`Html::element`] or [`Html::table`], which escape; markup
 /// through [`Html::raw`].
 #[derive(Default)]
-pub(super) struct Html(String);
+pub(crate) struct Html(String);
 
 impl Html {
     /// A page with its style, open at the start of its header.
@@ -84,7 +84,7 @@ impl Html {
 }
 
 /// Text with everything replaced that HTML would read as markup, in content and in quoted attributes.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
         match character {
@@ -104,7 +104,7 @@ pub(super) fn escape(text: &str) -> String {
 }
 
 /// A relative path as the target of a link.
-pub(super) fn link_target(path: &str) -> String {
+pub(crate) fn link_target(path: &str) -> String {
     let mut target = String::new();
     for byte in path.bytes() {
         match byte {
@@ -118,7 +118,7 @@ pub(super) fn link_target(path: &str) -> String {
 }
 
 /// Three significant digits without trailing zeros lost: 12.5, 0.310, 8230.
-pub(super) fn significant(value: f64) -> String {
+pub(crate) fn significant(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
     }
@@ -127,7 +127,7 @@ pub(super) fn significant(value: f64) -> String {
 }
 
 /// A difference in the unit in which it reads best.
-pub(super) fn kelvin(value: f64) -> (String, &'static str) {
+pub(crate) fn kelvin(value: f64) -> (String, &'static str) {
     match value.abs() {
         size if size >= 1.0 || size == 0.0 || !size.is_finite() => (significant(value), "K"),
         size if size >= 1e-3 => (significant(value * 1e3), "mK"),
@@ -136,7 +136,7 @@ pub(super) fn kelvin(value: f64) -> (String, &'static str) {
 }
 
 /// A count with narrow no-break spaces between thousands.
-pub(super) fn thousands(count: u64) -> String {
+pub(crate) fn thousands(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {
@@ -149,7 +149,7 @@ pub(super) fn thousands(count: u64) -> String {
 }
 
 /// A size in memory in the unit in which it reads best.
-pub(super) fn bytes(count: u64) -> String {
+pub(crate) fn bytes(count: u64) -> String {
     match count {
         0..1024 => format!("{count} B"),
         1024..1_048_576 => format!("{} KiB", significant(count as f64 / 1024.0)),

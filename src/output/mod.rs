@@ -12,7 +12,7 @@ pub mod exr;
 mod exr_header;
 pub mod folder;
 pub mod frame;
-mod html;
+pub(crate) mod html;
 pub mod panels;
 pub mod picture;
 pub mod plot;

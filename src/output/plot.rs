@@ -126,7 +126,7 @@ impl Plot {
         let y = self.y.scale(points.map(|p| p[1]).chain(band_y), 0.05);
         let mut chart = ChartBuilder::on(area)
             .margin_top(6 * FINE)
-            .margin_right(14 * FINE)
+            .margin_right(18 * FINE)
             .margin_bottom(6 * FINE)
             .set_label_area_size(LabelAreaPosition::Left, LEFT * FINE)
             .set_label_area_size(LabelAreaPosition::Bottom, BOTTOM * FINE)
