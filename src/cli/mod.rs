@@ -20,6 +20,8 @@ mod info;
 mod paper;
 mod radiance;
 mod render;
+mod response;
+mod response_fit;
 mod run;
 
 /// Thermal-infrared images of spacecraft with a thermal memory, on Vulkan.
@@ -36,6 +38,7 @@ enum Command {
     Render(render::Arguments),
     Info(info::Arguments),
     Radiance(radiance::Arguments),
+    Response(response::Arguments),
     Paper(paper::Arguments),
 }
 
@@ -135,6 +138,7 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Radiance(arguments) => radiance::run(&arguments),
+        Command::Response(arguments) => response::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
     };
     match result {

@@ -4,6 +4,8 @@
 
 pub mod balance;
 pub mod brightness;
+pub mod fit;
+pub mod least_squares;
 pub mod material;
 pub mod nodes;
 pub mod planck;

@@ -1,0 +1,191 @@
+//! `isotherm response fit`: the function and t_max that follow a measured step response best.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::CliError;
+use crate::output::folder::write_bytes;
+use crate::output::plot::{Line, Mark, Plot};
+use crate::output::plot_axis::Axis;
+use crate::thermal::fit::{Domain, Fit, Sample, Shape, fit};
+
+/// Fits that the plot shows.
+const PLOTTED: usize = 3;
+/// Most dots in the plot; more would hide each other.
+const MOST_DOTS: usize = 400;
+
+/// Propose the function and t_max that follow a step response best.
+///
+/// The data begin at rest: the first row is the initial temperature, and the target commanded there does not move. The
+/// target is estimated unless --target gives it. Every function is fitted to the temperatures in T and in T4; the
+/// order is by Schwarz's criterion, so that a function with more free numbers must earn them. What to paste into a
+/// [[material]] of a scene comes last.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isotherm response fit cooling.csv\n  \
+isotherm response fit cooling.csv --target 2.7 --plot cooling.svg")]
+pub struct Arguments {
+    /// CSV with the columns time [s] (or step) and temperature [K]
+    #[arg(value_name = "DATA.csv")]
+    data: PathBuf,
+    /// The target, where it is known [K]
+    #[arg(long, value_name = "K", allow_negative_numbers = true)]
+    target: Option<f64>,
+    /// Plot of the data and the best fits
+    #[arg(long, value_name = "OUT.svg")]
+    plot: Option<PathBuf>,
+}
+
+/// Data and what their time counts.
+struct Data {
+    samples: Vec<Sample>,
+    in_steps: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let in_file = |reason: String| CliError::Usage(format!("{}: {reason}", arguments.data.display()));
+    let data = read(&arguments.data).map_err(in_file)?;
+    let fits = fit(&data.samples, arguments.target).map_err(|error| in_file(error.to_string()))?;
+    if let Some(path) = &arguments.plot {
+        let name = arguments.data.file_name().unwrap_or_default().to_string_lossy();
+        write_bytes(path, plot(&data, &fits, &name).svg()?.as_bytes())?;
+    }
+    let mut out = std::io::stdout().lock();
+    out.write_all(table(&data, &fits).as_bytes())?;
+    if let Some(best) = fits.first() {
+        write!(out, "\n{}", to_paste(best, data.in_steps))?;
+    }
+    Ok(())
+}
+
+fn read(path: &Path) -> Result<Data, String> {
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_path(path).map_err(text)?;
+    let headers = reader.headers().map_err(text)?.clone();
+    let column = |name: &str| headers.iter().position(|header| header == name);
+    let time = column("time").or(column("step"));
+    let (Some(time), Some(temperature)) = (time, column("temperature")) else {
+        let found = headers.iter().collect::<Vec<_>>().join(",");
+        return Err(format!("the first line must name the columns time (or step) and temperature; it is '{found}'"));
+    };
+    let mut samples = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(text)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let number = |index: usize| {
+            let cell = record.get(index).unwrap_or_default();
+            cell.parse::<f64>().map_err(|_| format!("line {line}: '{cell}' is not a number"))
+        };
+        samples.push(Sample { time: number(time)?, temperature: number(temperature)? });
+    }
+    Ok(Data { samples, in_steps: column("time").is_none() })
+}
+
+fn text(error: csv::Error) -> String {
+    error.to_string()
+}
+
+fn unit(in_steps: bool) -> &'static str {
+    if in_steps { "steps" } else { "s" }
+}
+
+fn name(fit: &Fit) -> &'static str {
+    match fit.shape {
+        Shape::Linear => "linear",
+        Shape::Quadratic => "quadratic",
+        Shape::Exponential(_) => "exponential",
+        Shape::Logarithmic(_) => "logarithmic",
+        Shape::Polynomial(_) => "polynomial",
+    }
+}
+
+fn domain(fit: &Fit) -> &'static str {
+    match fit.domain {
+        Domain::T => "T",
+        Domain::T4 => "T4",
+    }
+}
+
+/// Every kind with its residual, the best first.
+fn table(data: &Data, fits: &[Fit]) -> String {
+    let unit = unit(data.in_steps);
+    let mut lines = format!(
+        "{:<12} {:<6} {:>12} {:>12} {:>12} {:>12} {:>7}\n",
+        "function",
+        "domain",
+        format!("t_max [{unit}]"),
+        "target [K]",
+        "rms [K]",
+        "max [K]",
+        "numbers"
+    );
+    for fit in fits {
+        lines.push_str(&format!(
+            "{:<12} {:<6} {:>12} {:>12} {:>12} {:>12} {:>7}{}\n",
+            name(fit),
+            domain(fit),
+            number(fit.t_max),
+            number(fit.target),
+            residual(fit.rms),
+            residual(fit.max),
+            fit.parameters,
+            if fit.ends_after_data { "  ends after the data" } else { "" }
+        ));
+    }
+    lines
+}
+
+/// Six significant digits, without zeros that say nothing.
+fn number(value: f64) -> String {
+    format!("{value:.5e}").parse::<f64>().unwrap_or(value).to_string()
+}
+
+fn residual(value: f64) -> String {
+    if value >= 1e-3 { format!("{value:.4}") } else { format!("{value:.1e}") }
+}
+
+/// The lines of a material.
+fn to_paste(fit: &Fit, in_steps: bool) -> String {
+    let own = match &fit.shape {
+        Shape::Linear | Shape::Quadratic => String::new(),
+        Shape::Exponential(rate) | Shape::Logarithmic(rate) => format!("rate = {}, ", number(*rate)),
+        Shape::Polynomial([a, b, c]) => format!("coefficients = [0.0, {a:.9}, {b:.9}, {c:.9}], "),
+    };
+    let branch = if fit.target > fit.initial { "heating" } else { "cooling" };
+    let key = if in_steps { "t_max_steps" } else { "t_max" };
+    let t_max = number(fit.t_max);
+    let mut lines = format!("{branch} = {{ function = \"{}\", {own}{key} = {t_max} }}\n", name(fit));
+    if fit.domain == Domain::T4 {
+        lines.push_str("domain = \"T4\"\n");
+    }
+    lines
+}
+
+fn plot(data: &Data, fits: &[Fit], file: &str) -> Plot {
+    let unit = unit(data.in_steps);
+    let stride = data.samples.len().div_ceil(MOST_DOTS).max(1);
+    let dots = data.samples.iter().step_by(stride).map(|sample| [sample.time, sample.temperature]);
+    let [start, end] = [0, data.samples.len().saturating_sub(1)].map(|row| data.samples[row].time);
+    let mut series: Vec<Line> = fits
+        .iter()
+        .take(PLOTTED)
+        .map(|fit| Line {
+            name: format!("{} in {}: {} K", name(fit), domain(fit), residual(fit.rms)),
+            points: (0..=500)
+                .map(|i| (end - start) * f64::from(i) / 500.0)
+                .map(|time| [start + time, fit.temperature(time)])
+                .collect(),
+            ..Line::default()
+        })
+        .collect();
+    series.push(Line { name: "data".to_owned(), points: dots.collect(), mark: Mark::Points, ..Line::default() });
+    let every = if stride > 1 { format!("; one row of {stride} is shown") } else { String::new() };
+    let best = fits.first().map(|fit| format!("{}, t_max = {} {unit}", name(fit), number(fit.t_max)));
+    Plot {
+        title: format!("Step response: {}", best.unwrap_or_default()),
+        subtitle: format!("{file}, and the {PLOTTED} best fits with their rms difference{every}"),
+        x: Axis::linear(&format!("time [{unit}]")),
+        y: Axis::linear("temperature [K]"),
+        series,
+        shaded: Vec::new(),
+    }
+}
