@@ -37,9 +37,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     };
     let mut out = std::io::stdout().lock();
     if arguments.json {
-        writeln!(out, "{value:#}")?
+        writeln!(out, "{value:#}")?;
     } else {
-        write!(out, "{text}")?
+        write!(out, "{text}")?;
     }
     Ok(())
 }

@@ -69,7 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     eprintln!("device: {device}");
     let folder = PaperFolder::prepare(&arguments.output, arguments.force)?;
 
-    let computed = transitions::compute(&mut |profile, initial, targets| respond(&chosen, profile, initial, targets))?;
+    let computed = transitions::compute(|profile, initial, targets| respond(&chosen, profile, initial, targets))?;
     let mut values = Vec::new();
     for one in &computed {
         write_series(&folder.file(&series_name(&one.transition)), &one.quadratic)?;

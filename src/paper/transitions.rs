@@ -138,9 +138,9 @@ pub struct Computed {
 ///
 /// # Errors
 /// Those of `respond`.
-pub fn compute<E>(respond: &mut dyn FnMut(Profile, f64, &[f64]) -> Result<Vec<f64>, E>) -> Result<Vec<Computed>, E> {
+pub fn compute<E>(respond: impl Fn(Profile, f64, &[f64]) -> Result<Vec<f64>, E>) -> Result<Vec<Computed>, E> {
     let one = |transition: Transition| {
-        let mut with = |function| {
+        let with = |function| {
             let profile = Profile { function, t_max_steps: transition.t_max };
             respond(profile, transition.from, &[transition.to; LAST_STEP])
         };
@@ -228,7 +228,7 @@ mod tests {
     use crate::thermal::transition::{TransitionState, transition_step};
 
     fn computed(slower: f64) -> Vec<Computed> {
-        let mut respond = |profile: Profile, initial: f64, targets: &[f64]| {
+        let respond = |profile: Profile, initial: f64, targets: &[f64]| {
             let profile = Profile { t_max_steps: profile.t_max_steps * slower, ..profile };
             let mut state = TransitionState::settled(initial, &profile);
             let mut temperatures = vec![initial];
@@ -239,7 +239,7 @@ mod tests {
             }
             Ok::<_, Infallible>(temperatures)
         };
-        compute(&mut respond).unwrap()
+        compute(respond).unwrap()
     }
 
     fn disagreements(computed: &[Computed]) -> usize {

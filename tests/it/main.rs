@@ -2,5 +2,8 @@
 
 mod hazards;
 mod model;
+mod paper;
+mod program;
+mod response_fit;
 mod scene;
 mod shaders;

@@ -2,7 +2,7 @@
 
 mod bad_input;
 mod geometry;
-mod make;
+pub mod make;
 mod shared_files;
 mod subdivision;
 
