@@ -51,8 +51,8 @@ impl Check {
     /// The statement with the unit of its numbers and the tolerance.
     pub fn statement_with_unit(&self) -> String {
         let how = match self.tolerance {
-            Tolerance::Computation(size) => format!("within {size} {}", self.unit),
-            Tolerance::Reading(size) => format!("read to {size} {}", self.unit),
+            Tolerance::Computation(size) => format!("within {size}"),
+            Tolerance::Reading(size) => format!("read to {size}"),
         };
         format!("{} [{}, {how}]", self.statement, self.unit)
     }
@@ -105,7 +105,7 @@ mod tests {
         let header: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
         assert_eq!(header, ["statement", "expected", "computed", "difference", "agrees"]);
         let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
-        assert_eq!(&rows[0][0], "hot, \"very\" [K, read to 10 K]");
+        assert_eq!(&rows[0][0], "hot, \"very\" [K, read to 10]");
         assert_eq!([&rows[0][3], &rows[0][4], &rows[1][4]], ["-9.00e0", "true", "false"]);
     }
 }
