@@ -4,6 +4,7 @@
 
 pub mod balance;
 pub mod brightness;
+pub mod function;
 pub mod material;
 pub mod nodes;
 pub mod planck;
