@@ -20,7 +20,7 @@ use crate::simulation::engine::Engine;
 use crate::simulation::frames::FrameMaker;
 use crate::simulation::prepare::{PrepareError, Prepared};
 use crate::simulation::viewpoint::raster_view;
-use crate::thermal::material::{Profile, Retarget};
+use crate::thermal::material::Transition;
 use crate::thermal::transition::{TransitionState, transition_step};
 
 /// Make the paper's figures 5, 6 and 7 again, and hold its numbers against ours.
@@ -69,10 +69,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     eprintln!("device: {device}");
     let folder = PaperFolder::prepare(&arguments.output, arguments.force)?;
 
-    let computed = transitions::compute(|profile, initial, targets| respond(&chosen, profile, initial, targets))?;
+    let computed = transitions::compute(|transition, initial, targets| respond(&chosen, transition, initial, targets))?;
     let mut values = Vec::new();
     for one in &computed {
-        write_series(&folder.file(&series_name(&one.transition)), &one.quadratic)?;
+        write_series(&folder.file(&series_name(&one.panel)), &one.quadratic)?;
         values.extend(one.checks());
     }
     let mut plots = Vec::new();
@@ -101,11 +101,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
 }
 
 /// Temperatures of one node through its targets.
-fn respond(_chosen: &Chosen, profile: Profile, initial: f64, targets: &[f64]) -> Result<Vec<f64>, GpuError> {
-    let mut state = TransitionState::settled(initial, &profile);
+fn respond(_chosen: &Chosen, transition: &Transition, initial: f64, targets: &[f64]) -> Result<Vec<f64>, GpuError> {
+    let mut state = TransitionState::settled(initial, transition);
     let mut temperatures = vec![initial];
     for &target in targets {
-        let (next, temperature) = transition_step(state, target, 1.0, &profile, &profile, Retarget::Merge);
+        let (next, temperature) = transition_step(state, target, 1.0, transition);
         state = next;
         temperatures.push(temperature);
     }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::transitions::{TRANSITIONS, Transition};
+use super::transitions::{PANELS, Panel};
 use crate::output::OutputError;
 use crate::output::folder::prepare_folder;
 
@@ -14,8 +14,8 @@ pub struct PaperFolder {
 }
 
 /// Temperature of each step of a transition.
-pub fn series_name(transition: &Transition) -> String {
-    format!("figure{}_{}.csv", transition.figure[0], transition.figure[1])
+pub fn series_name(panel: &Panel) -> String {
+    format!("figure{}_{}.csv", panel.figure[0], panel.figure[1])
 }
 
 /// The plot of a figure.
@@ -37,7 +37,7 @@ impl PaperFolder {
     /// The folder is a file, is not empty, cannot be created, or cannot be written to.
     pub fn prepare(root: &Path, overwrite: bool) -> Result<Self, OutputError> {
         let mut names = vec![plot_name(5), plot_name(6), FIGURE_7.to_owned(), CHECKS.to_owned(), INDEX.to_owned()];
-        names.extend(TRANSITIONS.iter().map(series_name));
+        names.extend(PANELS.iter().map(series_name));
         let own = |path: &Path| names.iter().any(|name| root.join(name) == path);
         prepare_folder(root, &[], overwrite, &own)?;
         Ok(Self { root: root.to_path_buf() })

@@ -3,7 +3,7 @@
 use super::LEFT_OUT;
 use super::checks::Check;
 use super::folder::{CHECKS, FIGURE_7, plot_name, series_name};
-use super::transitions::TRANSITIONS;
+use super::transitions::PANELS;
 use crate::output::html::{Html, escape, kelvin, link_target};
 
 /// What the page shows.
@@ -49,7 +49,7 @@ impl Page<'_> {
         html.element("p", "Expected: equations 1 to 4, held at the target from t_max on; computed on the device.");
         table(&mut html, self.transitions);
         html.element("h2", "Files");
-        let names = TRANSITIONS.iter().map(series_name).chain([CHECKS.to_owned()]);
+        let names = PANELS.iter().map(series_name).chain([CHECKS.to_owned()]);
         let links = names.map(|name| format!("<li><a href=\"{}\">{}</a></li>\n", link_target(&name), escape(&name)));
         html.raw(&format!("<ul class=\"plain\">\n{}</ul>\n", links.collect::<String>()));
         html.into_page()

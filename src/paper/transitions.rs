@@ -4,7 +4,8 @@ use crate::output::OutputError;
 use crate::output::panels::Panels;
 use crate::output::plot::{Line, Plot};
 use crate::output::plot_axis::Axis;
-use crate::thermal::material::{Function, Profile};
+use crate::thermal::function::Function;
+use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 
 use super::checks::{Check, Tolerance};
 
@@ -20,7 +21,7 @@ const DEVICE_TOLERANCE: f64 = 2e-4;
 
 /// Settled at one temperature, commanded to another at step 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Transition {
+pub struct Panel {
     /// Number in the paper: figure and panel.
     pub figure: [u8; 2],
     /// Temperature at step 0 [K].
@@ -39,8 +40,8 @@ const QUADRATIC_STEPS: [usize; 7] = [0, 1, 50, 100, 180, 361, 1000];
 const LINEAR_STEPS: [usize; 5] = [1, 50, 100, 180, 361];
 
 /// The ten transitions of figures 5 and 6.
-pub const TRANSITIONS: [Transition; 10] = [
-    Transition {
+pub const PANELS: [Panel; 10] = [
+    Panel {
         figure: [5, 1],
         from: 2.7,
         to: 267.0,
@@ -48,7 +49,7 @@ pub const TRANSITIONS: [Transition; 10] = [
         quadratic: [2.7, 4.162238, 70.843124, 128.845901, 200.558427, 267.0, 267.0],
         linear: Some([3.432133, 39.306648, 75.913296, 134.483934, 267.0]),
     },
-    Transition {
+    Panel {
         figure: [5, 2],
         from: 2.7,
         to: 267.0,
@@ -56,7 +57,7 @@ pub const TRANSITIONS: [Transition; 10] = [
         quadratic: [2.7, 7.959570, 200.925, 267.0, 267.0, 267.0, 267.0],
         linear: None,
     },
-    Transition {
+    Panel {
         figure: [5, 3],
         from: 2.7,
         to: 267.0,
@@ -64,7 +65,7 @@ pub const TRANSITIONS: [Transition; 10] = [
         quadratic: [2.7, 3.228336, 28.469250, 52.917, 89.284680, 159.080760, 267.0],
         linear: Some([2.9643, 15.915, 29.13, 50.274, 98.1123]),
     },
-    Transition {
+    Panel {
         figure: [5, 4],
         from: 500.0,
         to: 2.7,
@@ -72,7 +73,7 @@ pub const TRANSITIONS: [Transition; 10] = [
         quadratic: [500.0, 497.248691, 371.783673, 262.647156, 127.714735, 2.7, 2.7],
         linear: Some([498.622438, 431.121884, 362.243767, 252.038781, 2.7]),
     },
-    Transition {
+    Panel {
         figure: [5, 5],
         from: 500.0,
         to: 2.7,
@@ -80,7 +81,7 @@ pub const TRANSITIONS: [Transition; 10] = [
         quadratic: [500.0, 490.103730, 127.025, 2.7, 2.7, 2.7, 2.7],
         linear: None,
     },
-    Transition {
+    Panel {
         figure: [5, 6],
         from: 500.0,
         to: 2.7,
@@ -88,7 +89,7 @@ pub const TRANSITIONS: [Transition; 10] = [
         quadratic: [500.0, 499.005897, 451.513250, 405.513, 337.084520, 205.758033, 2.7],
         linear: Some([499.5027, 475.135, 450.27, 410.486, 320.4747]),
     },
-    Transition {
+    Panel {
         figure: [6, 1],
         from: 2.7,
         to: 1000.0,
@@ -96,7 +97,7 @@ pub const TRANSITIONS: [Transition; 10] = [
         quadratic: [2.7, 22.546270, 750.675, 1000.0, 1000.0, 1000.0, 1000.0],
         linear: None,
     },
-    Transition {
+    Panel {
         figure: [6, 2],
         from: 1000.0,
         to: 2.7,
@@ -104,7 +105,7 @@ pub const TRANSITIONS: [Transition; 10] = [
         quadratic: [1000.0, 980.153730, 252.025, 2.7, 2.7, 2.7, 2.7],
         linear: None,
     },
-    Transition {
+    Panel {
         figure: [6, 3],
         from: 2.7,
         to: 5.0,
@@ -112,7 +113,7 @@ pub const TRANSITIONS: [Transition; 10] = [
         quadratic: [2.7, 2.745770, 4.425, 5.0, 5.0, 5.0, 5.0],
         linear: None,
     },
-    Transition {
+    Panel {
         figure: [6, 4],
         from: 5.0,
         to: 2.7,
@@ -126,32 +127,34 @@ pub const TRANSITIONS: [Transition; 10] = [
 #[derive(Debug, Clone, PartialEq)]
 pub struct Computed {
     /// Which one.
-    pub transition: Transition,
+    pub panel: Panel,
     /// With the quadratic function, as the figures show it.
     pub quadratic: Vec<f64>,
     /// With the linear function, where NUMERICS.md 1 gives values to hold it against.
     pub linear: Option<Vec<f64>>,
 }
 
-/// Computes all ten. `respond` steps a node that is settled at a temperature [K] through one target [K] a step, with one
-/// profile for heating and cooling, and returns its temperature at step 0 and after every step.
+/// Computes all ten. `respond` takes a node that is settled at a temperature [K] through one target [K] a step, and
+/// returns its temperature at step 0 and after every step.
 ///
 /// # Errors
 /// Those of `respond`.
-pub fn compute<E>(respond: impl Fn(Profile, f64, &[f64]) -> Result<Vec<f64>, E>) -> Result<Vec<Computed>, E> {
-    let one = |transition: Transition| {
+pub fn compute<E>(respond: impl Fn(&Transition, f64, &[f64]) -> Result<Vec<f64>, E>) -> Result<Vec<Computed>, E> {
+    let one = |panel: Panel| {
         let with = |function| {
-            let profile = Profile { function, t_max_steps: transition.t_max };
-            respond(profile, transition.from, &[transition.to; LAST_STEP])
+            let profile = Profile { function, t_max_steps: panel.t_max };
+            let (heating, cooling) = (profile.clone(), profile);
+            let transition = Transition { heating, cooling, retarget: Retarget::Merge, domain: Domain::Temperature };
+            respond(&transition, panel.from, &[panel.to; LAST_STEP])
         };
         let quadratic = with(Function::Quadratic)?;
-        let linear = transition.linear.map(|_| with(Function::Linear)).transpose()?;
-        Ok(Computed { transition, quadratic, linear })
+        let linear = panel.linear.map(|_| with(Function::Linear)).transpose()?;
+        Ok(Computed { panel, quadratic, linear })
     };
-    TRANSITIONS.into_iter().map(one).collect()
+    PANELS.into_iter().map(one).collect()
 }
 
-impl Transition {
+impl Panel {
     /// `5.1`.
     pub fn number(&self) -> String {
         format!("{}.{}", self.figure[0], self.figure[1])
@@ -168,8 +171,8 @@ impl Computed {
         let check = |equations: &str, step: usize, expected: f64, computed: Option<&f64>| Check {
             statement: format!(
                 "figure {}, {}, {equations}, at step {step}",
-                self.transition.number(),
-                self.transition.describe()
+                self.panel.number(),
+                self.panel.describe()
             ),
             expected,
             computed: computed.copied().unwrap_or(f64::NAN),
@@ -178,9 +181,9 @@ impl Computed {
         };
         let quadratic = QUADRATIC_STEPS
             .iter()
-            .zip(self.transition.quadratic)
+            .zip(self.panel.quadratic)
             .map(|(&step, expected)| check("quadratic", step, expected, self.quadratic.get(step)));
-        let linear = self.linear.iter().zip(self.transition.linear).flat_map(|(computed, expected)| {
+        let linear = self.linear.iter().zip(self.panel.linear).flat_map(|(computed, expected)| {
             let values = LINEAR_STEPS.iter().zip(expected);
             values.map(|(&step, expected)| check("but linear", step, expected, computed.get(step)))
         });
@@ -188,15 +191,15 @@ impl Computed {
     }
 
     fn plot(&self) -> Plot {
-        let Transition { from, to, t_max, .. } = self.transition;
+        let Panel { from, to, t_max, .. } = self.panel;
         let last = if t_max as usize > SHORT_AXIS { LAST_STEP } else { SHORT_AXIS };
         let values = self.quadratic.iter().take(last + 1).enumerate();
         let line = Line { points: values.map(|(step, &t)| [step as f64, t]).collect(), ..Line::default() };
         let mut x = Axis::linear("step");
         x.range = Some([0.0, last as f64]);
         Plot {
-            title: format!("{} {}", self.transition.number(), if to > from { "heating" } else { "cooling" }),
-            subtitle: self.transition.describe(),
+            title: format!("{} {}", self.panel.number(), if to > from { "heating" } else { "cooling" }),
+            subtitle: self.panel.describe(),
             x,
             y: Axis::linear("temperature [K]"),
             series: vec![line],
@@ -214,7 +217,7 @@ pub fn figure(number: u8, computed: &[Computed], device: &str) -> Result<String,
         5 => ("Figure 5: quadratic transitions of 361, 100 and 1000 steps", 3),
         _ => ("Figure 6: quadratic transitions over wide and narrow ranges in 100 steps", 2),
     };
-    let plots = computed.iter().filter(|one| one.transition.figure[0] == number).map(Computed::plot).collect();
+    let plots = computed.iter().filter(|one| one.panel.figure[0] == number).map(Computed::plot).collect();
     let subtitle = format!("to step {SHORT_AXIS}, or to {LAST_STEP} where the transition lasts that long; on {device}");
     Panels { title: title.to_owned(), subtitle, columns, plots }.svg()
 }
@@ -224,16 +227,18 @@ mod tests {
     use std::convert::Infallible;
 
     use super::*;
-    use crate::thermal::material::Retarget;
     use crate::thermal::transition::{TransitionState, transition_step};
 
     fn computed(slower: f64) -> Vec<Computed> {
-        let respond = |profile: Profile, initial: f64, targets: &[f64]| {
-            let profile = Profile { t_max_steps: profile.t_max_steps * slower, ..profile };
-            let mut state = TransitionState::settled(initial, &profile);
+        let respond = |transition: &Transition, initial: f64, targets: &[f64]| {
+            let mut transition = transition.clone();
+            for profile in [&mut transition.heating, &mut transition.cooling] {
+                profile.t_max_steps *= slower;
+            }
+            let mut state = TransitionState::settled(initial, &transition);
             let mut temperatures = vec![initial];
             for &target in targets {
-                let (next, t) = transition_step(state, target, 1.0, &profile, &profile, Retarget::Merge);
+                let (next, t) = transition_step(state, target, 1.0, &transition);
                 state = next;
                 temperatures.push(t);
             }

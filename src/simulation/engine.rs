@@ -249,10 +249,7 @@ impl DeviceData {
 /// A material rounded to f32. Where only the outside exchanges heat, the back looks like the front.
 fn device_material(material: &Material) -> layout::Material {
     let back = back_optics(material);
-    let power = |function: Function| match function {
-        Function::Linear => 1.0,
-        Function::Quadratic => 2.0,
-    };
+    let power = |function: &Function| function.power().unwrap_or(1.0) as f32;
     let mut device = layout::Material {
         absorptivity: material.front.absorptivity as f32,
         emissivity: material.front.emissivity as f32,
@@ -263,11 +260,11 @@ fn device_material(material: &Material) -> layout::Material {
         cooling_power: 1.0,
         cooling_t_max: 0.0,
     };
-    if let Response::Transition { heating, cooling, .. } = material.response {
-        device.heating_power = power(heating.function);
-        device.heating_t_max = heating.t_max_steps as f32;
-        device.cooling_power = power(cooling.function);
-        device.cooling_t_max = cooling.t_max_steps as f32;
+    if let Response::Transition(transition) = &material.response {
+        device.heating_power = power(&transition.heating.function);
+        device.heating_t_max = transition.heating.t_max_steps as f32;
+        device.cooling_power = power(&transition.cooling.function);
+        device.cooling_t_max = transition.cooling.t_max_steps as f32;
     }
     device
 }

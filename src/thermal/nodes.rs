@@ -40,7 +40,7 @@ impl RangeKind {
     pub fn of(material: &Material) -> Self {
         let response = match material.response {
             Response::Instant => RangeResponse::Instant,
-            Response::Transition { retarget, .. } => RangeResponse::Transition(retarget),
+            Response::Transition(ref transition) => RangeResponse::Transition(transition.retarget),
         };
         Self { response, both_sides: matches!(material.sides, Sides::Both { .. }) }
     }
@@ -211,7 +211,7 @@ fn gather<T: Default + Send>(vertex_of_node: &[u32], value: impl Fn(usize) -> T 
 mod tests {
     use super::*;
     use crate::model::Part;
-    use crate::thermal::material::{Bulk, Function, Optics, Profile};
+    use crate::thermal::material::{Bulk, Domain, Function, Optics, Profile, Transition};
     use glam::{DMat4, DVec3};
 
     fn material(name: &str, sides: Sides, response: Response) -> Material {
@@ -221,7 +221,8 @@ mod tests {
 
     fn transition(retarget: Retarget) -> Response {
         let profile = Profile { function: Function::Linear, t_max_steps: 9.0 };
-        Response::Transition { heating: profile, cooling: profile, retarget }
+        let domain = Domain::Temperature;
+        Response::Transition(Transition { heating: profile.clone(), cooling: profile, retarget, domain })
     }
 
     /// Four materials of four kinds in an order that is not theirs, over two parts.

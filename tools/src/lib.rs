@@ -38,8 +38,7 @@ pub fn compile_all(glsl: &Path) -> Result<Vec<(String, Vec<u8>)>, CompileError> 
     }
     files.sort();
 
-    let mut index =
-        String::from("// Written by tools/src/shaders.rs: name and SPIR-V of every module.\n&[\n");
+    let mut index = String::from("// Written by tools/src/shaders.rs: name and SPIR-V of every module.\n&[\n");
     for (file, _) in &files {
         let name = file.trim_end_matches(".spv");
         writeln!(index, "    (\"{name}\", include_bytes!(\"{file}\")),").expect("a string takes any text");
