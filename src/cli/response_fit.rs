@@ -7,7 +7,9 @@ use super::CliError;
 use crate::output::folder::write_bytes;
 use crate::output::plot::{Line, Mark, Plot};
 use crate::output::plot_axis::Axis;
-use crate::thermal::fit::{Domain, Fit, Sample, Shape, fit};
+use crate::thermal::fit::{Fit, Fits, Sample, fit};
+use crate::thermal::function::{Function, Kind};
+use crate::thermal::material::Domain;
 
 /// Fits that the plot shows.
 const PLOTTED: usize = 3;
@@ -17,9 +19,10 @@ const MOST_DOTS: usize = 400;
 /// Propose the function and t_max that follow a step response best.
 ///
 /// The data begin at rest: the first row is the initial temperature, and the target commanded there does not move. The
-/// target is estimated unless --target gives it. Every function is fitted to the temperatures in T and in T4; the
-/// order is by Schwarz's criterion, so that a function with more free numbers must earn them. What to paste into a
-/// [[material]] of a scene comes last.
+/// target is estimated unless --target gives it. Every function is fitted to the temperatures in T and in T4; a table
+/// goes through every row, so its residual is that of a table of every second row at the others. The order is by
+/// Schwarz's criterion, so that a function with more free numbers must earn them. What to paste into a [[material]] of
+/// a scene comes last.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm response fit cooling.csv\n  \
 isotherm response fit cooling.csv --target 2.7 --plot cooling.svg")]
@@ -47,12 +50,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let fits = fit(&data.samples, arguments.target).map_err(|error| in_file(error.to_string()))?;
     if let Some(path) = &arguments.plot {
         let name = arguments.data.file_name().unwrap_or_default().to_string_lossy();
-        write_bytes(path, plot(&data, &fits, &name).svg()?.as_bytes())?;
+        write_bytes(path, plot(&data, &fits.best, &name).svg()?.as_bytes())?;
     }
     let mut out = std::io::stdout().lock();
     out.write_all(table(&data, &fits).as_bytes())?;
-    if let Some(best) = fits.first() {
-        write!(out, "\n{}", to_paste(best, data.in_steps))?;
+    if let Some(best) = fits.best.first() {
+        write!(out, "\n{}", to_paste(best, arguments, data.in_steps))?;
     }
     Ok(())
 }
@@ -88,25 +91,15 @@ fn unit(in_steps: bool) -> &'static str {
     if in_steps { "steps" } else { "s" }
 }
 
-fn name(fit: &Fit) -> &'static str {
-    match fit.shape {
-        Shape::Linear => "linear",
-        Shape::Quadratic => "quadratic",
-        Shape::Exponential(_) => "exponential",
-        Shape::Logarithmic(_) => "logarithmic",
-        Shape::Polynomial(_) => "polynomial",
-    }
-}
-
 fn domain(fit: &Fit) -> &'static str {
-    match fit.domain {
-        Domain::T => "T",
-        Domain::T4 => "T4",
+    match fit.response.domain {
+        Domain::Temperature => "T",
+        Domain::FourthPower => "T4",
     }
 }
 
 /// Every kind with its residual, the best first.
-fn table(data: &Data, fits: &[Fit]) -> String {
+fn table(data: &Data, fits: &Fits) -> String {
     let unit = unit(data.in_steps);
     let mut lines = format!(
         "{:<12} {:<6} {:>12} {:>12} {:>12} {:>12} {:>7}\n",
@@ -118,18 +111,21 @@ fn table(data: &Data, fits: &[Fit]) -> String {
         "max [K]",
         "numbers"
     );
-    for fit in fits {
+    for fit in &fits.best {
         lines.push_str(&format!(
             "{:<12} {:<6} {:>12} {:>12} {:>12} {:>12} {:>7}{}\n",
-            name(fit),
+            fit.response.function.kind_name(),
             domain(fit),
-            number(fit.t_max),
-            number(fit.target),
+            number(fit.response.t_max),
+            number(fit.response.target),
             residual(fit.rms),
             residual(fit.max),
             fit.parameters,
             if fit.ends_after_data { "  ends after the data" } else { "" }
         ));
+    }
+    for (kind, reason) in &fits.left_out {
+        lines.push_str(&format!("{kind:<12} left out: {reason}\n"));
     }
     lines
 }
@@ -144,17 +140,31 @@ fn residual(value: f64) -> String {
 }
 
 /// The lines of a material.
-fn to_paste(fit: &Fit, in_steps: bool) -> String {
-    let own = match &fit.shape {
-        Shape::Linear | Shape::Quadratic => String::new(),
-        Shape::Exponential(rate) | Shape::Logarithmic(rate) => format!("rate = {}, ", number(*rate)),
-        Shape::Polynomial([a, b, c]) => format!("coefficients = [0.0, {a:.9}, {b:.9}, {c:.9}], "),
+fn to_paste(fit: &Fit, arguments: &Arguments, in_steps: bool) -> String {
+    let response = &fit.response;
+    let own = match &response.function {
+        Function::Linear | Function::Quadratic => String::new(),
+        Function::Shaped(shape) => match &shape.kind {
+            Kind::Exponential { rate } | Kind::Logarithmic { rate } => format!("rate = {}, ", number(*rate)),
+            Kind::Polynomial(polynomial) => {
+                let list = polynomial.coefficients().iter().map(|c| format!("{c:.9}")).collect::<Vec<_>>();
+                format!("coefficients = [{}], ", list.join(", "))
+            }
+            Kind::Table(_) => {
+                let file = toml::Value::String(arguments.data.display().to_string());
+                let target = arguments.target.map_or(String::new(), |target| format!("target = {target}, "));
+                format!("file = {file}, {target}")
+            }
+            Kind::Expression(expression) => {
+                format!("text = {}, ", toml::Value::String(expression.text().to_owned()))
+            }
+        },
     };
-    let branch = if fit.target > fit.initial { "heating" } else { "cooling" };
+    let branch = if response.target > response.initial { "heating" } else { "cooling" };
     let key = if in_steps { "t_max_steps" } else { "t_max" };
-    let t_max = number(fit.t_max);
-    let mut lines = format!("{branch} = {{ function = \"{}\", {own}{key} = {t_max} }}\n", name(fit));
-    if fit.domain == Domain::T4 {
+    let (kind, t_max) = (response.function.kind_name(), number(response.t_max));
+    let mut lines = format!("{branch} = {{ function = \"{kind}\", {own}{key} = {t_max} }}\n");
+    if response.domain == Domain::FourthPower {
         lines.push_str("domain = \"T4\"\n");
     }
     lines
@@ -169,17 +179,19 @@ fn plot(data: &Data, fits: &[Fit], file: &str) -> Plot {
         .iter()
         .take(PLOTTED)
         .map(|fit| Line {
-            name: format!("{} in {}: {} K", name(fit), domain(fit), residual(fit.rms)),
+            name: format!("{} in {}: {} K", fit.response.function.kind_name(), domain(fit), residual(fit.rms)),
             points: (0..=500)
                 .map(|i| (end - start) * f64::from(i) / 500.0)
-                .map(|time| [start + time, fit.temperature(time)])
+                .map(|time| [start + time, fit.response.temperature(time)])
                 .collect(),
             ..Line::default()
         })
         .collect();
     series.push(Line { name: "data".to_owned(), points: dots.collect(), mark: Mark::Points, ..Line::default() });
     let every = if stride > 1 { format!("; one row of {stride} is shown") } else { String::new() };
-    let best = fits.first().map(|fit| format!("{}, t_max = {} {unit}", name(fit), number(fit.t_max)));
+    let best = fits.first().map(|Fit { response, .. }| {
+        format!("{}, t_max = {} {unit}", response.function.kind_name(), number(response.t_max))
+    });
     Plot {
         title: format!("Step response: {}", best.unwrap_or_default()),
         subtitle: format!("{file}, and the {PLOTTED} best fits with their rms difference{every}"),

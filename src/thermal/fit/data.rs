@@ -1,5 +1,7 @@
 //! The data of a step response, checked.
 
+use crate::thermal::function::Sample;
+
 /// Fewest rows: more than any function has free numbers.
 pub const FEWEST_ROWS: usize = 6;
 
@@ -7,15 +9,6 @@ pub const FEWEST_ROWS: usize = 6;
 const SEARCH_ROWS: usize = 200;
 /// Beyond this the search for t_max would overflow.
 const LARGEST_TIME: f64 = 1e100;
-
-/// A row of the data.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
-    /// Time in any unit; t_max comes in the same.
-    pub time: f64,
-    /// Temperature [K].
-    pub temperature: f64,
-}
 
 /// Data from which nothing can be fitted. Rows count from 1, the header left out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
