@@ -163,7 +163,12 @@ fn to_paste(fit: &Fit, arguments: &Arguments, in_steps: bool) -> String {
     let branch = if response.target > response.initial { "heating" } else { "cooling" };
     let key = if in_steps { "t_max_steps" } else { "t_max" };
     let (kind, t_max) = (response.function.kind_name(), number(response.t_max));
-    let mut lines = format!("{branch} = {{ function = \"{kind}\", {own}{key} = {t_max} }}\n");
+    let mut lines = String::new();
+    if kind == "table" {
+        let rename = if in_steps { "; rename its column step to time" } else { "" };
+        lines.push_str(&format!("# file: as seen from the scene{rename}\n"));
+    }
+    lines.push_str(&format!("{branch} = {{ function = \"{kind}\", {own}{key} = {t_max} }}\n"));
     if response.domain == Domain::FourthPower {
         lines.push_str("domain = \"T4\"\n");
     }

@@ -43,7 +43,8 @@ look_at = [0, 0, 0]
 up = [0, 0, -1]
 ";
 
-fn scene(folder: &Path) {
+/// Leaves `cube.toml` and its model in a folder.
+pub fn cube_scene(folder: &Path) {
     Maker::cube().save(folder);
     std::fs::write(folder.join("cube.toml"), SCENE).unwrap();
 }
@@ -56,7 +57,7 @@ fn rows(path: &Path) -> Vec<Vec<String>> {
 #[test]
 fn the_device_and_the_reference_draw_the_same_figures_and_agree_with_the_paper() {
     let folder = tempfile::tempdir().unwrap();
-    scene(folder.path());
+    cube_scene(folder.path());
     for (out, device) in [("device", None), ("cpu", Some(["--device", "cpu"]))] {
         let mut arguments = vec!["paper", "-o", out, "--scene", "cube.toml", "--time", "60"];
         arguments.extend(device.iter().flatten());

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::paper::cube_scene;
 use super::program::{Ran, isotherm};
 
 fn fit(folder: &Path, data: &str, arguments: &[&str]) -> Ran {
@@ -30,6 +31,47 @@ fn the_best_comes_first_and_can_be_pasted() {
 
     let steps = fit(folder.path(), &heating("step"), &["--target", "267"]);
     assert!(steps.out.contains("heating = { function = \"quadratic\", t_max_steps = 100 }"), "{}", steps.out);
+}
+
+#[test]
+fn what_is_proposed_can_stand_in_a_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    cube_scene(folder.path());
+    let scene = std::fs::read_to_string(folder.path().join("cube.toml")).unwrap();
+    let check = |pasted: &str| {
+        let material = "response = 'transition'\n";
+        let other = if pasted.contains("cooling = ") { "heating" } else { "cooling" };
+        let (before, _) = scene.split_once(material).unwrap();
+        let (_, camera) = scene.split_once("[camera]").unwrap();
+        let other = format!("{other} = {{ function = 'linear', t_max = 10 }}\n");
+        let text = format!("{before}{material}{pasted}{other}[camera]{camera}");
+        std::fs::write(folder.path().join("fitted.toml"), &text).unwrap();
+        isotherm(folder.path(), &["info", "fitted.toml"])
+    };
+    type Curve = fn(f64) -> f64;
+    let curves: [(&str, Curve); 5] = [
+        ("exponential", |s| (-3.0 * s).exp_m1() / (-3f64).exp_m1()),
+        ("logarithmic", |s| (8.0 * s).ln_1p() / 8f64.ln_1p()),
+        // Stands still at both ends, where rounded coefficients could turn back.
+        ("polynomial", |s| s * s * (3.0 - 2.0 * s)),
+        ("table", |s| if s < 0.25 { 2.0 * s } else { 0.5 + (s - 0.25) * 2.0 / 3.0 }),
+        ("domain", |s| s),
+    ];
+    for (kind, curve) in curves {
+        let temperature = |time: u32| {
+            let done = curve((f64::from(time) / 100.0).min(1.0));
+            let power = if kind == "domain" { 4.0 } else { 1.0 };
+            (300f64.powf(power) * (1.0 - done) + 200f64.powf(power) * done).powf(1.0 / power)
+        };
+        let rows: String = (0..=140).map(|time| format!("{time},{:.9}\n", temperature(time))).collect();
+        let ran = fit(folder.path(), &format!("time,temperature\n{rows}"), &[]);
+        let (_, pasted) = ran.out.split_once("\n\n").unwrap();
+        assert!(pasted.contains(kind) && pasted.contains("cooling = "), "{}", ran.out);
+        let info = check(pasted);
+        assert_eq!(info.code, 0, "{pasted}: {}", info.err);
+        let wrong = check(&pasted.replace("t_max", "t_min"));
+        assert_eq!(wrong.code, 2, "{pasted}");
+    }
 }
 
 #[test]
