@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::checks::{Check, Tolerance};
-use crate::environment::load::{exact_albedo_flux, planet_ir_flux, solar_flux};
+use crate::environment::load::{planet_ir_flux, solar_flux};
 use crate::environment::orbit::kepler_period;
 use crate::environment::sky::SkyError;
 use crate::environment::tick::TickLoads;
@@ -40,7 +40,7 @@ pub fn checks() -> Result<Vec<Check>, SkyError> {
     let period = kepler_period(PLANET_RADIUS + ALTITUDES[0]);
     state("period of a circular orbit at the stated 224 km", PERIOD, period, "s", 1.0);
 
-    let sun_only = Environment { planet_ir: None, albedo: None, eclipse: false, ..environment() };
+    let sun_only = Environment { planet_ir: None, eclipse: false, ..environment() };
     let zenith = temperatures(ALTITUDES[0], &sun_only, ZENITH)?;
     let (peak_step, peak) =
         zenith.iter().enumerate().fold((0, 0.0), |best, (step, &t)| if t > best.1 { (step, t) } else { best });
@@ -62,7 +62,7 @@ pub fn checks() -> Result<Vec<Check>, SkyError> {
     }
     for altitude in ALTITUDES {
         let side = temperatures(altitude, &environment(), SIDE)?;
-        // Deep in the shadow, half an orbit after noon.
+        // Half an orbit after noon, where no ground in view is lit: all loads are then the planet's infrared.
         let statement = format!("MLI, +Y face, all loads: temperature in eclipse at {} km", altitude / 1e3);
         state(&statement, 180.0, side[160], "K", 10.0);
     }
@@ -76,7 +76,7 @@ fn orbit(altitude: f64) -> CircularOrbit {
 fn environment() -> Environment {
     Environment {
         solar_constant: Some(1361.0),
-        albedo: Some(0.3),
+        albedo: None,
         planet_ir: Some(237.0),
         planet_radius: PLANET_RADIUS,
         eclipse: true,
@@ -95,11 +95,8 @@ fn temperatures(altitude: f64, environment: &Environment, normal: DVec3) -> Resu
     let temperature = |step: u32| {
         let time = f64::from(step) * PERIOD / f64::from(STEPS);
         let load = loads.tick_load(time, time);
-        let incident = Incident {
-            solar: solar_flux(&load, normal),
-            albedo: exact_albedo_flux(&load, normal),
-            planet_ir: planet_ir_flux(&load, normal),
-        };
+        let (solar, planet_ir) = (solar_flux(&load, normal), planet_ir_flux(&load, normal));
+        let incident = Incident { solar, planet_ir, ..Incident::default() };
         balance_temperature(absorbed_by_face(MLI, incident), MLI.emissivity, SPACE)
     };
     Ok((0..STEPS).map(temperature).collect())
