@@ -2,5 +2,6 @@
 
 mod hazards;
 mod model;
+mod response;
 mod scene;
 mod shaders;
