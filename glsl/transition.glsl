@@ -16,7 +16,7 @@ struct Branch {
 Branch branch_of(vec4 span, Material material) {
     bvec4 heating = greaterThanEqual(span, vec4(0.0));
     return Branch(
-        mix(vec4(material.cooling_power), vec4(material.heating_power), heating),
+        mix(vec4(material.cooling_function), vec4(material.heating_function), heating),
         mix(vec4(material.cooling_t_max), vec4(material.heating_t_max), heating)
     );
 }

@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
+use super::radiance::nine_digits;
 use super::run::prepare_with_progress;
 use super::{Chosen, CliError, DeviceArguments, progress_bar, stop_flag};
 use crate::gpu::error::GpuError;
+use crate::gpu::response::{Run, respond};
 use crate::output::OutputError;
 use crate::output::colour::ColourScale;
 use crate::output::folder::{write_atomic, write_bytes};
@@ -69,7 +71,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     eprintln!("device: {device}");
     let folder = PaperFolder::prepare(&arguments.output, arguments.force)?;
 
-    let computed = transitions::compute(|transition, initial, targets| respond(&chosen, transition, initial, targets))?;
+    let computed =
+        transitions::compute(|transition, initial, targets| temperatures(&chosen, transition, initial, targets))?;
     let mut values = Vec::new();
     for one in &computed {
         write_series(&folder.file(&series_name(&one.panel)), &one.quadratic)?;
@@ -100,21 +103,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     chosen.check_validation()
 }
 
-/// Temperatures of one node through its targets.
-fn respond(_chosen: &Chosen, transition: &Transition, initial: f64, targets: &[f64]) -> Result<Vec<f64>, GpuError> {
-    let mut state = TransitionState::settled(initial, transition);
-    let mut temperatures = vec![initial];
-    for &target in targets {
-        let (next, temperature) = transition_step(state, target, 1.0, transition);
-        state = next;
-        temperatures.push(temperature);
-    }
-    Ok(temperatures)
+/// Temperatures of one node through its targets [K]: at step 0, then after each.
+fn temperatures(chosen: &Chosen, transition: &Transition, initial: f64, targets: &[f64]) -> Result<Vec<f64>, GpuError> {
+    let after: Vec<f64> = match chosen {
+        Chosen::Device(context) => {
+            let targets = targets.iter().map(|target| *target as f32).collect();
+            let runs = respond(context, transition, &[Run { initial: initial as f32, targets }])?;
+            runs.into_iter().flatten().map(f64::from).collect()
+        }
+        Chosen::Reference => {
+            let mut state = TransitionState::settled(initial, transition);
+            let mut advance = |target: &f64| {
+                let (next, temperature) = transition_step(state, *target, 1.0, transition);
+                state = next;
+                temperature
+            };
+            targets.iter().map(&mut advance).collect()
+        }
+    };
+    Ok(std::iter::once(initial).chain(after).collect())
 }
 
 fn write_series(path: &Path, temperatures: &[f64]) -> Result<(), OutputError> {
     write_atomic(path, |writer| {
-        let rows = temperatures.iter().enumerate().map(|(step, t)| format!("{step},{t}\n"));
+        let rows = temperatures.iter().enumerate().map(|(step, t)| format!("{step},{}\n", nine_digits(*t)));
         let text = std::iter::once("step,temperature\n".to_owned()).chain(rows).collect::<String>();
         writer.write_all(text.as_bytes()).map_err(|source| OutputError::write(path, source))
     })

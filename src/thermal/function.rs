@@ -7,6 +7,7 @@
 use std::fmt;
 use std::sync::Arc;
 
+pub mod cubics;
 mod error;
 mod expression;
 mod measured;
@@ -14,6 +15,7 @@ pub mod parse;
 pub mod phase;
 mod polynomial;
 
+use cubics::Cubics;
 pub use error::FunctionError;
 pub use expression::Expression;
 pub use measured::{Measured, Sample};
@@ -22,8 +24,8 @@ pub use polynomial::Polynomial;
 
 /// Largest rate of an exponential; the share that is left would leave the range of f64 beyond about 700.
 const MAX_EXPONENTIAL_RATE: f64 = 500.0;
-/// Largest rate of a logarithm.
-const MAX_LOGARITHMIC_RATE: f64 = 1e9;
+/// Largest rate of a logarithm: its start is 1e4 times as steep as its end.
+const MAX_LOGARITHMIC_RATE: f64 = 1e4;
 
 /// The share of the way done as a function of the share of the time gone.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,6 +45,8 @@ pub struct Shape {
     pub kind: Kind,
     /// Extrema of the relative rate, as shares of the time left, rising; none where it grows throughout.
     turns: Vec<f64>,
+    /// What the device evaluates.
+    cubics: Cubics,
 }
 
 /// The kinds of function that are no power.
@@ -88,7 +92,7 @@ impl Function {
     /// # Errors
     /// A sum that does not lead from 0 to 1, or falls in between.
     pub fn polynomial(coefficients: &[f64]) -> Result<Self, FunctionError> {
-        Ok(Self::shaped(Kind::Polynomial(Polynomial::new(coefficients)?)))
+        Self::shaped(Kind::Polynomial(Polynomial::new(coefficients)?))
     }
 
     /// f = (1 - e^-ks) / (1 - e^-k).
@@ -97,16 +101,16 @@ impl Function {
     /// A rate that is not above 0, or beyond 500.
     pub fn exponential(rate: f64) -> Result<Self, FunctionError> {
         check_rate("exponential", rate, MAX_EXPONENTIAL_RATE)?;
-        Ok(Self::shaped(Kind::Exponential { rate }))
+        Self::shaped(Kind::Exponential { rate })
     }
 
     /// f = ln(1 + ks) / ln(1 + k).
     ///
     /// # Errors
-    /// A rate that is not above 0, or beyond 1e9.
+    /// A rate that is not above 0, or beyond 1e4.
     pub fn logarithmic(rate: f64) -> Result<Self, FunctionError> {
         check_rate("logarithmic", rate, MAX_LOGARITHMIC_RATE)?;
-        Ok(Self::shaped(Kind::Logarithmic { rate }))
+        Self::shaped(Kind::Logarithmic { rate })
     }
 
     /// Measured samples, normalised in time and in temperature. Where the measurement stopped short of its `target`
@@ -115,7 +119,7 @@ impl Function {
     /// # Errors
     /// The first sample that cannot be, with its row.
     pub fn table(samples: &[Sample], target: Option<f64>) -> Result<Self, FunctionError> {
-        Ok(Self::shaped(Kind::Table(Measured::new(samples, target)?)))
+        Self::shaped(Kind::Table(Measured::new(samples, target)?))
     }
 
     /// The same from a CSV file with the columns `time` and `temperature` [K].
@@ -123,7 +127,7 @@ impl Function {
     /// # Errors
     /// A file that cannot be read, or its first bad row.
     pub fn read_table(path: &std::path::Path, target: Option<f64>) -> Result<Self, FunctionError> {
-        Ok(Self::shaped(Kind::Table(Measured::read(path, target)?)))
+        Self::shaped(Kind::Table(Measured::read(path, target)?))
     }
 
     /// GLSL text of `s`, compiled by naga.
@@ -131,12 +135,16 @@ impl Function {
     /// # Errors
     /// Text that does not parse, does more than arithmetic, or is no response function.
     pub fn expression(text: &str) -> Result<Self, FunctionError> {
-        Ok(Self::shaped(Kind::Expression(Expression::new(text)?)))
+        Self::shaped(Kind::Expression(Expression::new(text)?))
     }
 
-    fn shaped(kind: Kind) -> Self {
+    fn shaped(kind: Kind) -> Result<Self, FunctionError> {
+        let cubics = Cubics::new(&|r| kind.at(r));
+        if cubics.error > cubics::LARGEST_ERROR {
+            return Err(FunctionError::Sharp { function: kind.name(), s: cubics.worst, error: cubics.error });
+        }
         let turns = phase::turns(&kind);
-        Self::Shaped(Arc::new(Shape { kind, turns }))
+        Ok(Self::Shaped(Arc::new(Shape { kind, turns, cubics })))
     }
 
     /// Name of the kind, as scene files write it.
@@ -144,13 +152,7 @@ impl Function {
         match self {
             Self::Linear => "linear",
             Self::Quadratic => "quadratic",
-            Self::Shaped(shape) => match shape.kind {
-                Kind::Polynomial(_) => "polynomial",
-                Kind::Exponential { .. } => "exponential",
-                Kind::Logarithmic { .. } => "logarithmic",
-                Kind::Table(_) => "table",
-                Kind::Expression(_) => "expression",
-            },
+            Self::Shaped(shape) => shape.kind.name(),
         }
     }
 
@@ -200,9 +202,25 @@ impl Shape {
     pub fn turns(&self) -> &[f64] {
         &self.turns
     }
+
+    /// The cubic pieces that the device evaluates.
+    pub fn cubics(&self) -> &Cubics {
+        &self.cubics
+    }
 }
 
 impl Kind {
+    /// Name, as scene files write it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Polynomial(_) => "polynomial",
+            Self::Exponential { .. } => "exponential",
+            Self::Logarithmic { .. } => "logarithmic",
+            Self::Table(_) => "table",
+            Self::Expression(_) => "expression",
+        }
+    }
+
     /// Share of the way left and its rate when the share `r` of the time is left.
     pub fn at(&self, r: f64) -> Point {
         match self {

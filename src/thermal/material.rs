@@ -85,6 +85,15 @@ pub struct Transition {
     pub domain: Domain,
 }
 
+impl Transition {
+    /// Whether T moves, and both branches are powers of the remaining time.
+    pub fn is_power(&self) -> bool {
+        self.domain == Domain::Temperature
+            && self.heating.function.power().is_some()
+            && self.cooling.function.power().is_some()
+    }
+}
+
 /// How the temperature of a node moves.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Response {

@@ -4,6 +4,7 @@ mod hazards;
 mod model;
 mod paper;
 mod program;
+mod response;
 mod response_fit;
 mod scene;
 mod shaders;

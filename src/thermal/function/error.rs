@@ -57,6 +57,16 @@ pub enum FunctionError {
         /// Where.
         s: f64,
     },
+    /// A function that changes faster than the device's pieces follow.
+    #[error("{function}: changes too fast near s = {s:.6} (its {pieces} pieces err by {error:.1e})", pieces = super::cubics::CELLS)]
+    Sharp {
+        /// Kind of the function.
+        function: &'static str,
+        /// Where.
+        s: f64,
+        /// Largest error of f.
+        error: f64,
+    },
     /// A polynomial that f64 cannot evaluate.
     #[error("polynomial: its terms cancel so far that f is lost at s = {s:.3}: use a table instead")]
     Cancels {

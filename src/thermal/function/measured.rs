@@ -1,7 +1,7 @@
 //! A response function from measured times and temperatures: normalised, joined by a monotone cubic.
 //!
 //! The cubic is that of Fritsch & Carlson 1980 (SIAM J. Numer. Anal. 17, 238): Hermite pieces through all points, whose
-//! slopes, at first the mean of the neighbouring secants, are scaled back where a piece would otherwise turn.
+//! slopes, at first those of the parabola through three neighbours, are scaled back where a piece would otherwise turn.
 
 use std::path::Path;
 
@@ -135,7 +135,10 @@ fn slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     let secants: Vec<f64> = x.windows(2).zip(y.windows(2)).map(|(x, y)| (y[1] - y[0]) / (x[1] - x[0])).collect();
     let mut slopes = Vec::with_capacity(x.len());
     slopes.push(secants[0]);
-    slopes.extend(secants.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])));
+    slopes.extend(x.windows(3).zip(secants.windows(2)).map(|(x, secant)| {
+        let (before, after) = (x[1] - x[0], x[2] - x[1]);
+        (after * secant[0] + before * secant[1]) / (before + after)
+    }));
     slopes.push(secants[secants.len() - 1]);
     for (i, secant) in secants.iter().enumerate() {
         if *secant == 0.0 {

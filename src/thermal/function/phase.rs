@@ -25,6 +25,7 @@
 //! [`STIFFNESS`] times the relative changes that cause it is therefore reduced, to nothing at twice that: the rate is
 //! then off by less than the change itself, and the rule is continuous in the change.
 
+use super::cubics::MAX_TURNS;
 use super::{Kind, Point};
 
 /// Phase shift, in units of the relative change of gap or rate, from which a shift is reduced.
@@ -188,7 +189,19 @@ pub(super) fn turns(kind: &Kind) -> Vec<f64> {
         }
         before = Some((step.signum(), i));
     }
+    while turns.len() > MAX_TURNS {
+        forget_least(&z, &mut turns);
+    }
     turns
+}
+
+/// Takes away the two neighbouring extrema that differ least: a ripple, which the measurement's noise may have made.
+fn forget_least(z: &impl Fn(f64) -> f64, turns: &mut Vec<f64>) {
+    let heights: Vec<f64> = turns.iter().map(|r| z(*r)).collect();
+    let steps = heights.windows(2).map(|pair| (pair[1] - pair[0]).abs()).enumerate();
+    if let Some((least, _)) = steps.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        turns.drain(least..least + 2);
+    }
 }
 
 /// The place of the largest (`sign` 1) or smallest value of `z` in an interval, by golden section.
