@@ -161,9 +161,9 @@ fn figure_7(chosen: &Chosen, prepared: &Prepared, time: f64) -> Result<Option<(V
     let title = format!("Figure 7: {} in visible light and in temperature", prepared.scene.name);
     let details = format!("t = {time} s, on {}", engine.device_name());
     let shading = match sunlight {
-        1.0 => "visible: Lambert shading by the Sun, grey = 1 - solar absorptivity, no cast shadows",
-        0.0 => "visible: there is no sunlight at this time, only a little light from everywhere",
-        _ => "visible: Lambert shading by the Sun, partly hidden by the planet, no cast shadows",
+        1.0 => "visible: Lambert, the Sun and 5 % from everywhere; grey = 1 - solar absorptivity; no cast shadows",
+        0.0 => "visible: there is no sunlight at this time, only 5 % of it from everywhere",
+        _ => "visible: Lambert, the Sun partly hidden by the planet and 5 % from everywhere; no cast shadows",
     };
     let png = beside((&visible, shading), (&frame, "false-colour temperature"), &scale, &title, &details)?.png()?;
     let caption = format!("{title}; {shading}");
