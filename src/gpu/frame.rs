@@ -281,10 +281,8 @@ impl Frame {
 
     /// The start: every node settled at the balance temperature of the load in place.
     pub fn settle(ranges: &[StepRange]) -> Self {
-        let instant: Vec<StepRange> = ranges
-            .iter()
-            .map(|range| StepRange { variant: range.variant.settling(), ..*range })
-            .collect();
+        let instant: Vec<StepRange> =
+            ranges.iter().map(|range| StepRange { variant: range.variant.settling(), ..*range }).collect();
         let mut frame = Self::step(&instant, Wanted::default());
         if has_state(ranges) {
             // A run may be started anew, so the steps of the last one come before.
@@ -413,11 +411,7 @@ fn thermal_pass(range: StepRange) -> Pass {
         if present {
             let by_group = !matches!(
                 resource,
-                Resource::Tick
-                    | Resource::SunSamples
-                    | Resource::AlbedoValues
-                    | Resource::Materials
-                    | Resource::Shapes
+                Resource::Tick | Resource::SunSamples | Resource::AlbedoValues | Resource::Materials | Resource::Shapes
             );
             accesses.extend(scopes.iter().map(|scope| Access {
                 groups: by_group.then_some(groups),

@@ -95,12 +95,7 @@ const TEMPERATURE: u32 = 11;
 const SHAPES: u32 = 12;
 
 impl<'a> Device<'a> {
-    fn new(
-        context: &'a Arc<Context>,
-        transition: &Transition,
-        runs: &[Run],
-        nodes: usize,
-    ) -> Result<Self, GpuError> {
+    fn new(context: &'a Arc<Context>, transition: &Transition, runs: &[Run], nodes: usize) -> Result<Self, GpuError> {
         let mut shapes = Shapes::default();
         shapes.add(transition);
         let mut material: layout::Material = bytemuck::Zeroable::zeroed();
@@ -109,9 +104,8 @@ impl<'a> Device<'a> {
         at_rest.resize(nodes, 0.0);
 
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let empty = |name: &str, values: usize, location| {
-            Buffer::new(context, name, 4 * values as u64, usage, location)
-        };
+        let empty =
+            |name: &str, values: usize, location| Buffer::new(context, name, 4 * values as u64, usage, location);
         let mut buffers = vec![
             (STEPS_BINDING, empty("steps", 2, MemoryLocation::CpuToGpu)?),
             (COMMANDED, empty("commanded", STEPS * nodes, MemoryLocation::CpuToGpu)?),
