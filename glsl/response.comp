@@ -14,7 +14,11 @@ layout(set = 0, binding = 1) readonly buffer CommandedBlock { vec4 commanded[]; 
 layout(set = 0, binding = 3) readonly buffer MaterialBlock { Material materials[]; };
 layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
 layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
+#ifdef SHAPED
+layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
+#else
 layout(set = 0, binding = 10) buffer ElapsedBlock { vec4 elapsed[]; };
+#endif
 layout(set = 0, binding = 11) buffer TemperatureBlock { vec4 temperature[]; };
 #ifdef SHAPED
 layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
@@ -27,7 +31,11 @@ void main() {
     Material material = materials[0];
     vec4 old_target = target[group];
     vec4 old_span = span[group];
+#ifdef SHAPED
+    ivec4 old_elapsed = elapsed[group];
+#else
     vec4 old_elapsed = elapsed[group];
+#endif
     for (uint i = 0u; i < steps.count; i++) {
         uint at = i * steps.groups + group;
         vec4 next = commanded[at];
@@ -38,7 +46,7 @@ void main() {
         ShapedNode w = shaped_step(old_target.w, old_span.w, old_elapsed.w, next.w, 1.0, material);
         old_target = next;
         old_span = vec4(x.span, y.span, z.span, w.span);
-        old_elapsed = vec4(x.elapsed, y.elapsed, z.elapsed, w.elapsed);
+        old_elapsed = ivec4(x.elapsed, y.elapsed, z.elapsed, w.elapsed);
         temperature[at] = vec4(x.temperature, y.temperature, z.temperature, w.temperature);
 #else
         TransitionState state = TransitionState(old_target, old_span, old_elapsed);

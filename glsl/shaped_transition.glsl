@@ -2,18 +2,25 @@
 // Twin: src/thermal/transition.rs; the merge is derived in src/thermal/function/phase.rs.
 
 struct ShapedState {
-    float target;  // K, or (100 K)^4 where the transition moves the fourth power
-    float span;    // target - origin
-    float elapsed; // steps
+    float target; // K, or (100 K)^4 where the transition moves the fourth power
+    float span;   // target - origin
+    int elapsed;  // ticks of the clock
 };
 
+// The clock counts in whole ticks, powers of two of a step, of which `t_max` has between 2^30 and 2^31: finer than f32
+// by 2^7, and without its rounding, which under a jitter of the target always falls the same way.
 struct ShapedBranch {
     uint shape;
     float t_max; // steps
+    float ticks; // of a step
+    int end;     // t_max in ticks
 };
 
-// Phase shift, in units of the relative change of gap or rate, from which a shift is reduced.
-const float STIFFNESS = 16.0;
+// Where the relative rate turns, small changes of the target leave the phase in place (phase.rs).
+const float NEAR = 0.01;
+const float FAR = 0.03;
+const float SMALL = 2e-4;
+const float LARGE = 2e-3;
 // A shift of the phase that is as exact by one step of Newton's method as f32 makes it.
 const float EXACT_SHIFT = 1e-5;
 // A step of Newton's method after which none is needed.
@@ -23,18 +30,31 @@ const float SHORT_SHIFT = 1e-2;
 // Larger than any shift: the function near the root is not known yet.
 const float DISTANT = 2.0;
 const int MAX_STEPS = 40;
+// Low bits of a clock that hold no time.
+#ifdef RESTART
+const int RESIDUE = 127;
+#else
+const int RESIDUE = 0;
+#endif
 
 ShapedBranch shaped_branch(float span, Material material) {
     bool heating = span >= 0.0;
+    float t_max = heating ? material.heating_t_max : material.cooling_t_max;
+    // 2^(31 - n) for t_max in [2^(n-1), 2^n).
+    float ticks = uintBitsToFloat((284u - (floatBitsToUint(max(t_max, 1e-20)) >> 23u)) << 23u);
     return ShapedBranch(
-        uint(heating ? material.heating_function : material.cooling_function),
-        heating ? material.heating_t_max : material.cooling_t_max
+        uint(heating ? material.heating_function : material.cooling_function), t_max, ticks, int(t_max * ticks) & ~RESIDUE
     );
 }
 
 // Share of the duration gone; 1 once settled and where the response is immediate.
-float time_gone(float elapsed, float t_max) {
-    return t_max > 0.0 ? min(elapsed / t_max, 1.0) : 1.0;
+float time_gone(int elapsed, ShapedBranch branch) {
+    return branch.end > 0 ? float(min(elapsed, branch.end)) / float(branch.end) : 1.0;
+}
+
+// Share of the duration left, as exact near its end as the share gone is near its start.
+float time_left(int elapsed, ShapedBranch branch) {
+    return branch.end > 0 ? float(max(branch.end - elapsed, 0)) / float(branch.end) : 0.0;
 }
 
 // A gap and its rate, in spans: what the merged transition must have.
@@ -145,10 +165,10 @@ Phase merged_phase(Shape shape, float s, float r, ShapePoint here, float change)
         phase.beyond = better ? DISTANT : phase.beyond;
     }
 
-    // Near an extremum of the relative rate a root moves as the square root of the change.
-    float share = abs(change / wanted.gap);
-    float relative = share * abs(shape.start_rate * here.left - here.rate) / max(here.rate, 1e-37);
-    float weight = min(1.0, max(0.0, 2.0 - abs(phase.shift) / max(STIFFNESS * max(share, relative), 1e-37)));
+    // Near an extremum of the relative rate small changes would not cancel their reverse.
+    float by_place = clamp((border - NEAR) / (FAR - NEAR), 0.0, 1.0);
+    float by_size = clamp((abs(change / wanted.gap) - SMALL) / (LARGE - SMALL), 0.0, 1.0);
+    float weight = max(by_place, by_size);
     phase.beyond = weight < 1.0 ? DISTANT : phase.beyond;
     phase.shift = sought ? weight * phase.shift : 0.0;
 
@@ -161,13 +181,14 @@ Phase merged_phase(Shape shape, float s, float r, ShapePoint here, float change)
     return phase;
 }
 
+#ifdef MERGE
 // Superposes the gap and the rate of the transition under way with those of the new step.
 ShapedState shaped_merge(ShapedState state, float commanded, Material material) {
     float change = commanded - state.target;
     ShapedBranch branch = shaped_branch(state.span, material);
     Shape shape = shape_of(branch.shape);
-    float s = time_gone(state.elapsed, branch.t_max);
-    float r = 1.0 - s;
+    float s = time_gone(state.elapsed, branch);
+    float r = time_left(state.elapsed, branch);
     ShapePoint here = shape_at(shape, s, r);
     float left = state.span * here.left;
     float gap = left + change;
@@ -175,8 +196,8 @@ ShapedState shaped_merge(ShapedState state, float commanded, Material material) 
     Phase phase = merged_phase(shape, s, r, here, goes_on ? change / state.span : 0.0);
 
     // The clock rounds; the span then makes up for the phase that it really shows.
-    float elapsed = min(branch.t_max, max(0.0, state.elapsed - branch.t_max * phase.shift));
-    float shift = branch.t_max > 0.0 ? (state.elapsed - elapsed) / branch.t_max : 0.0;
+    int elapsed = clamp(state.elapsed - int(round(phase.shift * float(branch.end))), 0, branch.end);
+    float shift = branch.end > 0 ? float(state.elapsed - elapsed) / float(branch.end) : 0.0;
     float beyond = phase.beyond + (shift - phase.shift);
     float there = phase.near.left + beyond * (phase.near.rate + 0.5 * beyond * phase.near.bend);
     float rate_there = phase.near.rate + beyond * phase.near.bend;
@@ -191,31 +212,55 @@ ShapedState shaped_merge(ShapedState state, float commanded, Material material) 
     return ShapedState(
         commanded,
         unchanged ? state.span : (goes_on ? span : gap),
-        unchanged ? state.elapsed : (goes_on ? elapsed : 0.0)
+        unchanged ? state.elapsed : (goes_on ? elapsed : 0)
     );
+}
+#endif
+
+#ifdef RESTART
+// Span after a change, with what its rounding leaves (in 1/128 of its last place, from -64 to 63) in place of a clock
+// at zero. A function that starts slowly changes the span by a few last places a tick, always rounded the same way.
+ShapedState restarted(float commanded, float span, int residue, float change) {
+    uint exponent = (floatBitsToUint(span) >> 23u) & 255u;
+    float place = uintBitsToFloat((max(exponent, 24u) - 23u) << 23u);
+    float places = change / place + float(residue) / 128.0;
+    float whole = round(places);
+    bool carried = abs(places) < 4e6;
+    int rest = clamp(int(round((places - whole) * 128.0)), -64, 63);
+    return ShapedState(commanded, carried ? span + whole * place : span + change, carried ? rest & RESIDUE : 0);
 }
 
 // Starts afresh from the present temperature at every change of the target.
 ShapedState shaped_restart(ShapedState state, float commanded, Material material) {
     float change = commanded - state.target;
     ShapedBranch branch = shaped_branch(state.span, material);
-    float s = time_gone(state.elapsed, branch.t_max);
-    float gap = state.span * shape_at(shape_of(branch.shape), s, 1.0 - s).left + change;
+    int clock = state.elapsed & ~RESIDUE;
+    int residue = ((state.elapsed & RESIDUE) ^ 64) - 64;
+    ShapePoint at = shape_at(shape_of(branch.shape), time_gone(clock, branch), time_left(clock, branch));
+    // In the first half the new span is a change of the old, by what was done; in the second it is what was left.
+    ShapedState early = restarted(commanded, state.span, residue, change - state.span * at.small);
+    ShapedState late = ShapedState(commanded, state.span * at.small + change, 0);
     bool unchanged = change == 0.0;
-    return ShapedState(commanded, unchanged ? state.span : gap, unchanged ? state.elapsed : 0.0);
+    return ShapedState(
+        commanded,
+        unchanged ? state.span : (at.start ? early.span : late.span),
+        unchanged ? state.elapsed : (at.start ? early.elapsed : late.elapsed)
+    );
 }
+#endif
 
 // Lets time pass.
 ShapedState shaped_advance(ShapedState state, float step, Material material) {
-    float t_max = shaped_branch(state.span, material).t_max;
-    return ShapedState(state.target, state.span, min(state.elapsed + step, t_max));
+    ShapedBranch branch = shaped_branch(state.span, material);
+    int ticks = min(int(min(step, branch.t_max) * branch.ticks) & ~RESIDUE, branch.end);
+    return ShapedState(state.target, state.span, min(state.elapsed, branch.end - ticks) + ticks);
 }
 
 // What the present state has come to; exactly the target once settled.
 float shaped_value(ShapedState state, Material material) {
     ShapedBranch branch = shaped_branch(state.span, material);
-    float s = time_gone(state.elapsed, branch.t_max);
-    ShapePoint at = shape_at(shape_of(branch.shape), s, 1.0 - s);
+    int clock = state.elapsed & ~RESIDUE;
+    ShapePoint at = shape_at(shape_of(branch.shape), time_gone(clock, branch), time_left(clock, branch));
     float origin = state.target - state.span;
     return at.start ? origin + state.span * at.small : state.target - state.span * at.small;
 }
@@ -242,12 +287,12 @@ float to_temperature(float value) {
 struct ShapedNode {
     float target;
     float span;
-    float elapsed;
+    int elapsed;
     float temperature; // K
 };
 
 // One tick of a node.
-ShapedNode shaped_step(float target, float span, float elapsed, float commanded, float step, Material material) {
+ShapedNode shaped_step(float target, float span, int elapsed, float commanded, float step, Material material) {
     ShapedState state = ShapedState(of_temperature(target), span, elapsed);
 #ifdef MERGE
     state = shaped_merge(state, of_temperature(commanded), material);

@@ -36,7 +36,11 @@ layout(set = 0, binding = 7) readonly buffer NormalZBlock { vec4 normal_z[]; };
 #ifdef TRANSITION
 layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
 layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
+#ifdef SHAPED
+layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
+#else
 layout(set = 0, binding = 10) buffer ElapsedBlock { vec4 elapsed[]; };
+#endif
 #endif
 #ifdef SHAPED
 layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
@@ -126,7 +130,7 @@ void main() {
 #ifdef SHAPED
     vec4 old_target = target[group];
     vec4 old_span = span[group];
-    vec4 old_elapsed = elapsed[group];
+    ivec4 old_elapsed = elapsed[group];
 #ifndef COMMAND
     vec4 commanded = old_target;
 #endif
@@ -139,7 +143,7 @@ void main() {
     target[group] = commanded;
     span[group] = vec4(x.span, y.span, z.span, w.span);
 #endif
-    elapsed[group] = vec4(x.elapsed, y.elapsed, z.elapsed, w.elapsed);
+    elapsed[group] = ivec4(x.elapsed, y.elapsed, z.elapsed, w.elapsed);
     temperature[group] = vec4(x.temperature, y.temperature, z.temperature, w.temperature);
 #else
 #ifdef TRANSITION

@@ -68,10 +68,10 @@ fn functions() -> Vec<Function> {
 }
 
 /// Targets of the kinds that a node meets, each within a span [K]; `steps` of them.
-fn runs(steps: usize, low: f64, high: f64, random: &mut Random) -> Vec<(&'static str, Run)> {
+fn runs(steps: usize, low: f64, high: f64, each: u64, random: &mut Random) -> Vec<(&'static str, Run)> {
     let span = high - low;
     let mut all = Vec::new();
-    for number in 0..6 {
+    for number in 0..each {
         let mut add = |kind: &'static str, initial: f64, target: &mut dyn FnMut(usize) -> f64| {
             let targets = (1..=steps).map(|step| target(step) as f32).collect();
             all.push((kind, Run { initial: initial as f32, targets }));
@@ -140,10 +140,59 @@ fn survey() {
             for retarget in [Retarget::Merge, Retarget::Restart] {
                 for function in functions() {
                     let transition = transition(&function, t_max, retarget, domain);
-                    let found = errors(&context, &transition, &runs(steps, low, high, &mut Random(1)));
+                    let found = errors(&context, &transition, &runs(steps, low, high, 6, &mut Random(1)));
                     let list: Vec<String> = found.iter().map(|(k, e)| format!("{k} {e:.1e}")).collect();
                     println!("{t_max} {low}-{high} {domain:?} {retarget:?} {function}: {}", list.join(", "));
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn survey_slow() {
+    let context = device();
+    for (t_max, steps, low, high) in [(60_000.0, 60_000, 299.0, 301.0), (60_000.0, 60_000, 200.0, 400.0)] {
+        for domain in [Domain::Temperature, Domain::FourthPower] {
+            for retarget in [Retarget::Merge, Retarget::Restart] {
+                for function in functions() {
+                    let transition = transition(&function, t_max, retarget, domain);
+                    let found = errors(&context, &transition, &runs(steps, low, high, 1, &mut Random(1)));
+                    let list: Vec<String> = found.iter().map(|(k, e)| format!("{k} {e:.1e}")).collect();
+                    println!("{t_max} {low}-{high} {domain:?} {retarget:?} {function}: {}", list.join(", "));
+                }
+            }
+        }
+    }
+}
+#[test]
+fn where_it_parts() {
+    let context = device();
+    let table =
+        table(&[(0.0, 300.0), (1.0, 280.0), (2.0, 261.0), (4.0, 235.0), (7.0, 211.0), (9.0, 203.0), (12.0, 200.0)]);
+    for function in [Function::logarithmic(9.0).unwrap(), table] {
+        let Function::Shaped(shape) = &function else { panic!() };
+        println!("Temp {function} turns {:?}", shape.turns());
+        let n = 60_000;
+        let transition = transition(&function, n as f64, Retarget::Merge, Domain::Temperature);
+        let to = 300f32;
+        for size in [3.1e-5f32, 1e-3, 1e-2, 0.1] {
+            let still = reference(&transition, &Run { initial: 299.0, targets: vec![to; n] });
+            let mut rng = Random(5);
+            let alternating = Run {
+                initial: 299.0,
+                targets: (1..=n).map(|step| if step % 2 == 0 { to } else { to + size }).collect(),
+            };
+            let random =
+                Run { initial: 299.0, targets: (1..=n).map(|_| to + size * rng.between(-1.0, 1.0) as f32).collect() };
+            let both = [alternating, random];
+            let found = respond(&context, &transition, &both).unwrap();
+            for (run, found) in both.iter().zip(found) {
+                let exact = reference(&transition, run);
+                let cost = exact.iter().zip(&still).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                let error = exact.iter().zip(&found).map(|(a, b)| (a - f64::from(*b)).abs()).fold(0.0, f64::max);
+                let start = (0..n).find(|i| (exact[*i] - f64::from(found[*i])).abs() > 1e-4);
+                println!("Temp size {size}: cost in f64 {cost:.2e}, error {error:.2e} from {start:?}");
             }
         }
     }

@@ -14,7 +14,7 @@ pub const MAX_TURNS: usize = 62;
 /// Error of f that is good enough to stop looking for a better warp.
 const GOOD: f64 = 3e-9;
 /// Error of f beyond which a function is too sharp for its pieces.
-pub const LARGEST_ERROR: f64 = 1e-6;
+pub const LARGEST_ERROR: f64 = 1e-5;
 
 /// Where in a piece its slopes at the ends are taken.
 const INSIDE: f64 = 1e-6;

@@ -20,16 +20,27 @@
 //!
 //! *Choice.* Where h turns there may be several roots. One must lie on the stretch around s on which h is monotone,
 //! or else a small change would throw the phase to a distant part of the curve; if one does, the nearest of all is
-//! taken. Near an extremum of h at s_m a root moves as the square root of the change, |s* - s_m| ~ sqrt(2 delta
-//! (h(0) - h) / h''): a jitter of one ulp of f32 would move it by thousands. A shift of the phase by more than
-//! [`STIFFNESS`] times the relative changes that cause it is therefore reduced, to nothing at twice that: the rate is
-//! then off by less than the change itself, and the rule is continuous in the change.
+//! taken.
+//!
+//! *Jitter.* Where a root is followed both ways, a change and its reverse cancel, since u and v add up. Near an
+//! extremum of h they do not: there the root moves as the square root of the change, one of the two changes may have no
+//! root, and a target that jitters by one ulp of f32 can hold the phase at the extremum for good (0.08 K of a gap of
+//! 1 K, logarithm of k = 9, `t_max` 60,000 steps). Small changes, |delta| below [`SMALL`], therefore leave the phase
+//! where it is within [`NEAR`] of an extremum; the shift grows to its full size over [`FAR`] and [`LARGE`]. The rate is
+//! then off by less than the change itself, and what a change does follows the phase without a jump, so that a change
+//! and its reverse still cancel.
 
 use super::cubics::MAX_TURNS;
 use super::{Kind, Point};
 
-/// Phase shift, in units of the relative change of gap or rate, from which a shift is reduced.
-pub const STIFFNESS: f64 = 16.0;
+/// Distance of the phase to an extremum of the relative rate below which a small change does not move it.
+pub const NEAR: f64 = 0.01;
+/// Distance from which it moves it in full.
+pub const FAR: f64 = 0.03;
+/// Change of the target, over the gap that it leads to, that is small.
+pub const SMALL: f64 = 2e-4;
+/// Change that moves the phase in full wherever it is.
+pub const LARGE: f64 = 2e-3;
 /// Intervals at whose borders the relative rate is looked at for extrema.
 const SAMPLES: usize = 4096;
 /// Change of h / (1 + h) that is no change.
@@ -109,8 +120,13 @@ pub(super) fn merged(kind: &Kind, turns: &[f64], r: f64, sum: Superposition) -> 
             best = found;
         }
     }
-    let cause = sum.change.abs().max(if h > 0.0 { change.abs() / h } else { f64::INFINITY });
-    let weight = (2.0 - (best - r).abs() / (STIFFNESS * cause)).clamp(0.0, 1.0);
+    let distance = [number.wrapping_sub(1), number]
+        .into_iter()
+        .filter_map(|turn| turns.get(turn))
+        .fold(f64::INFINITY, |nearest, turn| nearest.min((turn - r).abs()));
+    let by_place = ((distance - NEAR) / (FAR - NEAR)).clamp(0.0, 1.0);
+    let by_size = ((sum.change.abs() - SMALL) / (LARGE - SMALL)).clamp(0.0, 1.0);
+    let weight = by_place.max(by_size);
     (r + weight * (best - r)).clamp(f64::MIN_POSITIVE, 1.0)
 }
 
