@@ -4,7 +4,9 @@
 
 #include "types.glsl"
 #include "balance.glsl"
+#ifndef SHAPED
 #include "transition.glsl"
+#endif
 #ifdef PLANET_IR
 #include "planet.glsl"
 #endif
@@ -34,7 +36,19 @@ layout(set = 0, binding = 7) readonly buffer NormalZBlock { vec4 normal_z[]; };
 #ifdef TRANSITION
 layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
 layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
+#ifdef SHAPED
+layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
+#else
 layout(set = 0, binding = 10) buffer ElapsedBlock { vec4 elapsed[]; };
+#endif
+#endif
+#ifdef SHAPED
+layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
+#endif
+// After the buffers, since these functions read one.
+#ifdef SHAPED
+#include "shape.glsl"
+#include "shaped_transition.glsl"
 #endif
 
 #ifdef SUN
@@ -117,6 +131,25 @@ void main() {
     vec4 commanded = balance_temperature(absorbed, emissivity, tick.background_temperature_4);
 #endif
 
+#ifdef SHAPED
+    vec4 old_target = target[group];
+    vec4 old_span = span[group];
+    ivec4 old_elapsed = elapsed[group];
+#ifndef COMMAND
+    vec4 commanded = old_target;
+#endif
+    float step = tick.step;
+    ShapedNode x = shaped_step(old_target.x, old_span.x, old_elapsed.x, commanded.x, step, material);
+    ShapedNode y = shaped_step(old_target.y, old_span.y, old_elapsed.y, commanded.y, step, material);
+    ShapedNode z = shaped_step(old_target.z, old_span.z, old_elapsed.z, commanded.z, step, material);
+    ShapedNode w = shaped_step(old_target.w, old_span.w, old_elapsed.w, commanded.w, step, material);
+#ifdef COMMAND
+    target[group] = commanded;
+    span[group] = vec4(x.span, y.span, z.span, w.span);
+#endif
+    elapsed[group] = ivec4(x.elapsed, y.elapsed, z.elapsed, w.elapsed);
+    temperature[group] = vec4(x.temperature, y.temperature, z.temperature, w.temperature);
+#else
 #ifdef TRANSITION
     TransitionState state = TransitionState(target[group], span[group], elapsed[group]);
 #ifdef MERGE
@@ -134,5 +167,6 @@ void main() {
     temperature[group] = transition_temperature(state, material);
 #else
     temperature[group] = commanded;
+#endif
 #endif
 }

@@ -16,7 +16,7 @@ struct Branch {
 Branch branch_of(vec4 span, Material material) {
     bvec4 heating = greaterThanEqual(span, vec4(0.0));
     return Branch(
-        mix(vec4(material.cooling_power), vec4(material.heating_power), heating),
+        mix(vec4(material.cooling_function), vec4(material.heating_function), heating),
         mix(vec4(material.cooling_t_max), vec4(material.heating_t_max), heating)
     );
 }
@@ -31,28 +31,34 @@ vec4 remaining_span(vec4 r, vec4 power) {
     return r * mix(vec4(1.0), r, equal(power, vec4(2.0)));
 }
 
-// r^(p-1), 0 once settled: the rate of a transition over its rate at the start.
-vec4 remaining_rate(vec4 r, vec4 power) {
-    vec4 rate = mix(vec4(1.0), r, equal(power, vec4(2.0)));
-    return mix(vec4(0.0), rate, greaterThan(r, vec4(0.0)));
-}
+// A phase shift over which what is left is summed from its change rather than computed anew.
+const float SHORT_SHIFT_OF_POWER = 1e-2;
 
-// Superposes the gap and the rate of the transition under way with those of the new step.
+// Superposes the gap and the rate of the transition under way with those of the new step. The new phase u/q of
+// NUMERICS.md 1 is found as a shift of the old one, and the new span as a change of the old: both are exact where the
+// target moves little, however often it does.
 TransitionState retarget_merge(TransitionState state, vec4 commanded, Material material) {
     vec4 change = commanded - state.target;
     Branch branch = branch_of(state.span, material);
     vec4 r = remaining_time(state.elapsed, branch.t_max);
-    vec4 gap = state.span * remaining_span(r, branch.power) + change;
-    vec4 rate = state.span * remaining_rate(r, branch.power) + change;
+    vec4 share = remaining_span(r, branch.power);
+    vec4 left = state.span * share;
+    vec4 gap = left + change;
 
-    // Where the gap and its rate disagree in sign, or the gap outruns its rate, no point of the curve has both.
-    bvec4 opposed = lessThanEqual(gap * rate, vec4(0.0));
-    bvec4 outrun = lessThan(abs(rate), abs(gap));
-    vec4 merged_r = mix(mix(gap / rate, vec4(1.0), outrun), vec4(1.0), opposed);
+    // u/q - r, and what the rounded clock makes of it.
+    vec4 shift = r * change * (vec4(1.0) - r) / (left + change * r);
+    vec4 elapsed = min(branch.t_max, max(vec4(0.0), state.elapsed - branch.t_max * shift));
+    shift = (state.elapsed - elapsed) / branch.t_max;
+    vec4 rise = shift * mix(vec4(1.0), r + r + shift, equal(branch.power, vec4(2.0)));
+    vec4 there = share + rise;
+    bvec4 short_shift = lessThan(abs(shift), vec4(SHORT_SHIFT_OF_POWER));
+    vec4 span = mix(gap / there, state.span + (change - state.span * rise) / there, short_shift);
 
-    Branch next = branch_of(gap, material);
-    vec4 span = gap / remaining_span(merged_r, next.power);
-    vec4 elapsed = next.t_max * (vec4(1.0) - merged_r);
+    // A change of direction, or nothing left of the old gap: a fresh transition. A clock at its end: nothing left.
+    bvec4 goes_on = greaterThan(left * gap, vec4(0.0));
+    bvec4 over = lessThanEqual(there, vec4(0.0));
+    span = mix(gap, mix(span, vec4(0.0), over), goes_on);
+    elapsed = mix(vec4(0.0), elapsed, goes_on);
 
     bvec4 unchanged = equal(change, vec4(0.0));
     return TransitionState(
@@ -62,12 +68,17 @@ TransitionState retarget_merge(TransitionState state, vec4 commanded, Material m
     );
 }
 
-// Starts afresh from the present temperature at every change of the target.
+// Starts afresh from the present temperature at every change of the target. In the first half of a transition the new
+// span is a change of the old, by what was done; in the second it is what was left.
 TransitionState retarget_restart(TransitionState state, vec4 commanded, Material material) {
     vec4 change = commanded - state.target;
     Branch branch = branch_of(state.span, material);
     vec4 r = remaining_time(state.elapsed, branch.t_max);
-    vec4 gap = state.span * remaining_span(r, branch.power) + change;
+    // Of the clock, not of r: near the start, 1 - r has lost it.
+    vec4 s = mix(vec4(1.0), min(vec4(1.0), state.elapsed / branch.t_max), greaterThan(branch.t_max, vec4(0.0)));
+    vec4 done = s * mix(vec4(1.0), vec4(1.0) + r, equal(branch.power, vec4(2.0)));
+    vec4 left = state.span * remaining_span(r, branch.power);
+    vec4 gap = mix(left + change, state.span + (change - state.span * done), lessThan(done, vec4(0.5)));
     bvec4 unchanged = equal(change, vec4(0.0));
     return TransitionState(
         commanded,

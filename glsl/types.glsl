@@ -6,10 +6,11 @@ struct Material {
     float emissivity;
     float back_absorptivity;
     float back_emissivity;
-    // Transition: power of the remaining share (1 linear, 2 quadratic) and time to the target [steps].
-    float heating_power;
+    // Transition: power of the remaining share (1 linear, 2 quadratic) or, for shaped ones, number of the function, and
+    // time to the target [steps].
+    float heating_function;
     float heating_t_max;
-    float cooling_power;
+    float cooling_function;
     float cooling_t_max;
 };
 
@@ -53,4 +54,11 @@ struct Band {
     // c2 / longest wavelength [K], and what its rounding left.
     float edge_high;
     float edge_low;
+};
+
+// How many steps of a response to take at once.
+struct Steps {
+    uint count;
+    // Groups of four nodes of one step.
+    uint groups;
 };

@@ -17,8 +17,11 @@ use crate::simulation::prepare::PrepareError;
 use crate::thermal::brightness::BrightnessError;
 
 mod info;
+mod paper;
 mod radiance;
 mod render;
+mod response;
+mod response_fit;
 mod run;
 
 /// Thermal-infrared images of spacecraft with a thermal memory, on Vulkan.
@@ -35,6 +38,8 @@ enum Command {
     Render(render::Arguments),
     Info(info::Arguments),
     Radiance(radiance::Arguments),
+    Response(response::Arguments),
+    Paper(paper::Arguments),
 }
 
 /// Where to compute.
@@ -139,6 +144,8 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Radiance(arguments) => radiance::run(&arguments),
+        Command::Response(arguments) => response::run(&arguments),
+        Command::Paper(arguments) => paper::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -83,7 +83,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
 }
 
 /// Nine significant digits, enough to tell any two f32 apart; scientific where plain digits would be long.
-fn nine_digits(value: f64) -> String {
+pub(super) fn nine_digits(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }

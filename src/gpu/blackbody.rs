@@ -114,13 +114,15 @@ fn map(
     Ok(buffers[2].1.read::<f32>(input.len()).to_vec())
 }
 
-struct DescriptorPool<'a> {
+/// A pool of one set of storage buffers.
+pub(super) struct DescriptorPool<'a> {
     context: &'a Context,
-    raw: vk::DescriptorPool,
+    pub(super) raw: vk::DescriptorPool,
 }
 
 impl<'a> DescriptorPool<'a> {
-    fn new(context: &'a Context, buffers: u32) -> Result<Self, GpuError> {
+    /// For a set of so many buffers.
+    pub(super) fn new(context: &'a Context, buffers: u32) -> Result<Self, GpuError> {
         let sizes = [vk::DescriptorPoolSize { ty: vk::DescriptorType::STORAGE_BUFFER, descriptor_count: buffers }];
         let create = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
         // SAFETY: the device is alive.

@@ -5,7 +5,7 @@
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
-use super::variant::{StepKind, ThermalVariant};
+use super::variant::{Curve, StepKind, ThermalVariant};
 
 /// Whatever a pass reads or writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -20,6 +20,8 @@ pub enum Resource {
     View,
     /// `Material` of every material.
     Materials,
+    /// Pieces of the response functions that are no powers.
+    Shapes,
     /// Material of every group of four nodes.
     GroupMaterial,
     /// Part of every group of four nodes.
@@ -319,10 +321,8 @@ impl Frame {
 
     /// The start: every node settled at the balance temperature of the load in place.
     pub fn settle(ranges: &[StepRange]) -> Self {
-        let instant: Vec<StepRange> = ranges
-            .iter()
-            .map(|range| StepRange { variant: ThermalVariant { kind: StepKind::Instant, ..range.variant }, ..*range })
-            .collect();
+        let instant: Vec<StepRange> =
+            ranges.iter().map(|range| StepRange { variant: range.variant.settling(), ..*range }).collect();
         let mut frame = Self::step(&instant, Wanted::default());
         for step in &mut frame.steps {
             if let Step::Pass(pass) = step {
@@ -456,7 +456,7 @@ fn thermal_pass(range: StepRange) -> Pass {
         if present {
             let by_group = !matches!(
                 resource,
-                Resource::Tick | Resource::SunSamples | Resource::AlbedoValues | Resource::Materials
+                Resource::Tick | Resource::SunSamples | Resource::AlbedoValues | Resource::Materials | Resource::Shapes
             );
             accesses.extend(scopes.iter().map(|scope| Access {
                 groups: by_group.then_some(groups),
@@ -477,6 +477,7 @@ fn thermal_pass(range: StepRange) -> Pass {
     bind(moves, 9, Resource::Span, if commands { &[COMPUTE_READ, COMPUTE_WRITE] } else { &[COMPUTE_READ] });
     bind(moves, 10, Resource::Elapsed, &[COMPUTE_READ, COMPUTE_WRITE]);
     bind(true, 11, Resource::Temperature, &[COMPUTE_WRITE]);
+    bind(moves && variant.curve != Curve::Power, 12, Resource::Shapes, &[COMPUTE_READ]);
     Pass { name: variant.name(), work: Work::Thermal { variant, groups }, accesses }
 }
 

@@ -2,6 +2,9 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use super::shapes::Shapes;
+use crate::thermal::material::Transition;
+
 /// Values of one material.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -14,14 +17,23 @@ pub struct Material {
     pub back_absorptivity: f32,
     /// Infrared emissivity of the back, likewise.
     pub back_emissivity: f32,
-    /// Power of the remaining share on heating: 1 linear, 2 quadratic.
-    pub heating_power: f32,
+    /// On heating: power of the remaining share, 1 linear, 2 quadratic; of a shaped transition the function's number.
+    pub heating_function: f32,
     /// Time to the target on heating [steps].
     pub heating_t_max: f32,
-    /// Power on cooling.
-    pub cooling_power: f32,
+    /// The same on cooling.
+    pub cooling_function: f32,
     /// Time to the target on cooling [steps].
     pub cooling_t_max: f32,
+}
+
+impl Material {
+    /// Fills in how its nodes move; the functions of a shaped transition are found in `shapes`.
+    pub fn set_transition(&mut self, transition: &Transition, shapes: &Shapes) {
+        [self.heating_function, self.cooling_function] = shapes.functions(transition);
+        self.heating_t_max = transition.heating.t_max_steps as f32;
+        self.cooling_t_max = transition.cooling.t_max_steps as f32;
+    }
 }
 
 /// What one tick commands, the same for every node.
@@ -80,6 +92,16 @@ pub struct Band {
     pub edge_low: f32,
 }
 
+/// How many steps of a response to take at once.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct Steps {
+    /// Steps.
+    pub count: u32,
+    /// Groups of four nodes of one step.
+    pub groups: u32,
+}
+
 /// A member of a structure, for the comparison with SPIR-V.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Member {
@@ -105,12 +127,13 @@ macro_rules! members {
 pub fn structures() -> Vec<(&'static str, usize, Vec<Member>)> {
     vec![
         members!(Material: absorptivity: f32, emissivity: f32, back_absorptivity: f32, back_emissivity: f32,
-            heating_power: f32, heating_t_max: f32, cooling_power: f32, cooling_t_max: f32),
+            heating_function: f32, heating_t_max: f32, cooling_function: f32, cooling_t_max: f32),
         members!(Tick: nadir: [f32; 4], sunward: [f32; 4], across: [f32; 4], planet_ir: f32, albedo_flux: f32,
             background_temperature_4: f32,
             step: f32, albedo_resolution: f32),
         members!(View: camera_from_body_x: [f32; 4], camera_from_body_y: [f32; 4], camera_from_body_z: [f32; 4],
             clip_scale: [f32; 2], clip_offset: [f32; 2], size: [f32; 2], near: f32),
         members!(Band: edge_high: f32, edge_low: f32),
+        members!(Steps: count: u32, groups: u32),
     ]
 }

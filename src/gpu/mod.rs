@@ -15,6 +15,8 @@ pub mod pipeline;
 mod record;
 pub mod renderer;
 pub mod resources;
+pub mod response;
+pub mod shapes;
 pub mod timing;
 mod validation;
 pub mod variant;

@@ -1,4 +1,4 @@
-//! The compiled variants of `thermal_step.comp`: what a scene does not have is absent from its pipeline.
+//! The compiled variants of `thermal_step.comp` and `response.comp`: what is not needed is absent from a pipeline.
 //!
 //! Plain data without dependencies: the shader compiler in `tools/` includes this file to know what to compile.
 
@@ -15,11 +15,24 @@ pub enum StepKind {
     Advance,
 }
 
+/// How the curve of a transition is evaluated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Curve {
+    /// A power of the remaining time; also where there is no transition.
+    Power,
+    /// Any function, from its pieces.
+    Shaped,
+    /// Any function of the fourth power of the temperature, from its pieces.
+    ShapedFourthPower,
+}
+
 /// One variant of the thermal step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ThermalVariant {
     /// What moves the nodes.
     pub kind: StepKind,
+    /// How their transition is evaluated.
+    pub curve: Curve,
     /// Whether the back exchanges heat too.
     pub both_sides: bool,
     /// Sunlight.
@@ -30,12 +43,73 @@ pub struct ThermalVariant {
     pub albedo: bool,
 }
 
+/// One variant of the response to given targets: the transition of a thermal step alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ResponseVariant {
+    /// `Merge` or `Restart`.
+    pub kind: StepKind,
+    /// How the transition is evaluated.
+    pub curve: Curve,
+}
+
+impl ResponseVariant {
+    /// Every variant.
+    pub fn all() -> Vec<Self> {
+        let curves = [Curve::Power, Curve::Shaped, Curve::ShapedFourthPower];
+        let kinds = [StepKind::Merge, StepKind::Restart];
+        kinds.into_iter().flat_map(|kind| curves.map(|curve| Self { kind, curve })).collect()
+    }
+
+    /// Name of the compiled file without `.spv`: `response.merge.shaped`.
+    pub fn name(&self) -> String {
+        format!("response.{}{}", self.kind.word(), self.curve.suffix())
+    }
+
+    /// Preprocessor definitions that select it.
+    pub fn defines(&self) -> Vec<&'static str> {
+        let mut defines = vec![if self.kind == StepKind::Restart { "RESTART" } else { "MERGE" }];
+        defines.extend(self.curve.defines());
+        defines
+    }
+}
+
+impl StepKind {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Instant => "instant",
+            Self::Merge => "merge",
+            Self::Restart => "restart",
+            Self::Advance => "advance",
+        }
+    }
+}
+
+impl Curve {
+    fn suffix(self) -> &'static str {
+        match self {
+            Self::Power => "",
+            Self::Shaped => ".shaped",
+            Self::ShapedFourthPower => ".shaped_t4",
+        }
+    }
+
+    /// Preprocessor definitions that select it.
+    pub fn defines(self) -> &'static [&'static str] {
+        match self {
+            Self::Power => &[],
+            Self::Shaped => &["SHAPED"],
+            Self::ShapedFourthPower => &["SHAPED", "FOURTH_POWER"],
+        }
+    }
+}
+
 impl ThermalVariant {
     /// Every variant that a scene can ask for.
     pub fn all() -> Vec<Self> {
-        let advance = Self { kind: StepKind::Advance, both_sides: false, sun: false, planet_ir: false, albedo: false };
-        let mut all = vec![advance];
-        for kind in [StepKind::Instant, StepKind::Merge, StepKind::Restart] {
+        let curves = [Curve::Power, Curve::Shaped, Curve::ShapedFourthPower];
+        let mut all = curves.map(Self::advance).to_vec();
+        let moved = [StepKind::Merge, StepKind::Restart].into_iter().flat_map(|kind| curves.map(|curve| (kind, curve)));
+        for (kind, curve) in [(StepKind::Instant, Curve::Power)].into_iter().chain(moved) {
             for both_sides in [false, true] {
                 for (sun, planet_ir, albedo) in [
                     (false, false, false),
@@ -45,7 +119,7 @@ impl ThermalVariant {
                     (true, false, true),
                     (true, true, true),
                 ] {
-                    all.push(Self { kind, both_sides, sun, planet_ir, albedo });
+                    all.push(Self { kind, curve, both_sides, sun, planet_ir, albedo });
                 }
             }
         }
@@ -58,15 +132,19 @@ impl ThermalVariant {
         Self { sun: self.sun && (has_sun || albedo), albedo, ..self }
     }
 
+    /// Time passes without a load.
+    fn advance(curve: Curve) -> Self {
+        Self { kind: StepKind::Advance, curve, both_sides: false, sun: false, planet_ir: false, albedo: false }
+    }
+
+    /// What settles the same nodes at the start.
+    pub fn settling(&self) -> Self {
+        Self { kind: StepKind::Instant, curve: Curve::Power, ..*self }
+    }
+
     /// Name of the compiled file without `.spv`: `thermal_step.merge.sun.planet_ir.albedo.both_sides`.
     pub fn name(&self) -> String {
-        let kind = match self.kind {
-            StepKind::Instant => "instant",
-            StepKind::Merge => "merge",
-            StepKind::Restart => "restart",
-            StepKind::Advance => "advance",
-        };
-        let mut name = format!("thermal_step.{kind}");
+        let mut name = format!("thermal_step.{}{}", self.kind.word(), self.curve.suffix());
         for (present, word) in self.switches() {
             if present {
                 name.push('.');
@@ -84,6 +162,7 @@ impl ThermalVariant {
             StepKind::Restart => vec!["COMMAND", "TRANSITION", "RESTART"],
             StepKind::Advance => vec!["TRANSITION"],
         };
+        defines.extend(self.curve.defines());
         let words = ["SUN", "PLANET_IR", "ALBEDO", "BOTH_SIDES"];
         for ((present, _), word) in self.switches().into_iter().zip(words) {
             if present {

@@ -28,21 +28,7 @@ impl RunFolder {
     /// The folder is a file, is not empty, cannot be created, or cannot be written to.
     pub fn prepare(root: &Path, overwrite: bool) -> Result<Self, OutputError> {
         let folder = Self { root: root.to_path_buf() };
-        if root.exists() {
-            if !root.is_dir() {
-                return Err(OutputError::NotAFolder(root.to_path_buf()));
-            }
-            if overwrite {
-                folder.remove_own_files()?;
-            } else if !entries(root)?.is_empty() {
-                return Err(OutputError::FolderNotEmpty(root.to_path_buf()));
-            }
-        }
-        for path in [root.to_path_buf(), folder.frames(), folder.plots()] {
-            fs::create_dir_all(&path).map_err(|source| OutputError::CreateFolder { path: path.clone(), source })?;
-            // Permission bits do not tell everything (read-only mounts, quotas): ask by doing.
-            temporary_in(&path).map_err(|source| OutputError::NotWritable { path, source })?;
-        }
+        prepare_folder(root, &[folder.frames(), folder.plots()], overwrite, &|path| folder.is_own(path))?;
         Ok(folder)
     }
 
@@ -100,34 +86,60 @@ impl RunFolder {
         self.root.join("plots")
     }
 
-    fn remove_own_files(&self) -> Result<(), OutputError> {
-        let own = |path: &Path| {
-            let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
-            let extension = path.extension().and_then(OsStr::to_str).unwrap_or_default();
-            let parent = path.parent();
-            if name.starts_with(TEMPORARY_PREFIX) {
-                return true;
-            }
-            if parent == Some(&self.frames()) {
-                return name.starts_with("step_") && matches!(extension, "exr" | "png");
-            }
-            if parent == Some(&self.plots()) {
-                return extension == "svg";
-            }
-            [self.series(), self.contact_sheet(), self.report_json(), self.report_html()].iter().any(|own| own == path)
-        };
-        for folder in [self.root.clone(), self.frames(), self.plots()] {
-            if !folder.is_dir() {
-                continue;
-            }
-            for path in entries(&folder)? {
-                if path.is_file() && own(&path) {
-                    fs::remove_file(&path).map_err(|source| OutputError::Remove { path, source })?;
-                }
-            }
+    fn is_own(&self, path: &Path) -> bool {
+        let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
+        let extension = path.extension().and_then(OsStr::to_str).unwrap_or_default();
+        let parent = path.parent();
+        if parent == Some(&self.frames()) {
+            return name.starts_with("step_") && matches!(extension, "exr" | "png");
         }
-        Ok(())
+        if parent == Some(&self.plots()) {
+            return extension == "svg";
+        }
+        [self.series(), self.contact_sheet(), self.report_json(), self.report_html()].iter().any(|own| own == path)
     }
+}
+
+/// Makes `root` and the folders `below` it ready for a command's files: creates them, refuses a `root` that holds
+/// anything unless `overwrite`, and with `overwrite` removes the files that are the command's `own`.
+///
+/// # Errors
+/// The folder is a file, is not empty, cannot be created, or cannot be written to.
+pub fn prepare_folder(
+    root: &Path,
+    below: &[PathBuf],
+    overwrite: bool,
+    own: &dyn Fn(&Path) -> bool,
+) -> Result<(), OutputError> {
+    let folders = || std::iter::once(root).chain(below.iter().map(PathBuf::as_path));
+    if root.exists() {
+        if !root.is_dir() {
+            return Err(OutputError::NotAFolder(root.to_path_buf()));
+        }
+        if !overwrite && !entries(root)?.is_empty() {
+            return Err(OutputError::FolderNotEmpty(root.to_path_buf()));
+        }
+        for folder in folders().filter(|folder| folder.is_dir()) {
+            remove_files(folder, own)?;
+        }
+    }
+    for path in folders() {
+        fs::create_dir_all(path).map_err(|source| OutputError::CreateFolder { path: path.to_path_buf(), source })?;
+        // Permission bits do not tell everything (read-only mounts, quotas): ask by doing.
+        temporary_in(path).map_err(|source| OutputError::NotWritable { path: path.to_path_buf(), source })?;
+    }
+    Ok(())
+}
+
+/// Removes the files of a folder that are the command's own, and what a killed process left under way.
+fn remove_files(folder: &Path, own: &dyn Fn(&Path) -> bool) -> Result<(), OutputError> {
+    for path in entries(folder)? {
+        let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
+        if path.is_file() && (name.starts_with(TEMPORARY_PREFIX) || own(&path)) {
+            fs::remove_file(&path).map_err(|source| OutputError::Remove { path, source })?;
+        }
+    }
+    Ok(())
 }
 
 /// What a folder holds, sorted by name.

@@ -1,4 +1,10 @@
-//! The pieces of an HTML page: escaped text, tables, links, and numbers as people read them.
+//! The pieces of an HTML page that needs no network, no script and no other file: escaped text, tables, pictures,
+//! links, and numbers as people read them.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
+const STYLE: &str = include_str!("report.css");
 
 /// Between thousands: narrow, and no place for a line break.
 const THIN_SPACE: char = '\u{202F}';
@@ -6,11 +12,22 @@ const THIN_SPACE: char = '\u{202F}';
 /// The page so far. Text goes through [`Html::element`] or [`Html::table`], which escape; markup
 /// through [`Html::raw`].
 #[derive(Default)]
-pub(super) struct Html(String);
+pub(crate) struct Html(String);
 
 impl Html {
-    /// The page.
-    pub fn into_string(self) -> String {
+    /// A page with its style, open at the start of its header.
+    pub fn page(title: &str) -> Self {
+        let mut html = Self::default();
+        html.raw("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
+        html.raw("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
+        html.element("title", title);
+        html.raw(&format!("<style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n"));
+        html
+    }
+
+    /// Ends the page that [`Html::page`] began, inside its main part.
+    pub fn into_page(mut self) -> String {
+        self.raw("</main>\n</body>\n</html>\n");
         self.0
     }
 
@@ -22,6 +39,21 @@ impl Html {
     /// An element with text in it.
     pub fn element(&mut self, tag: &str, text: &str) {
         self.0.push_str(&format!("<{tag}>{}</{tag}>\n", escape(text)));
+    }
+
+    /// A PNG picture inside the page, with its title and a link to its file.
+    pub fn picture(&mut self, png: &[u8], title: &str, file: &str) {
+        let data = STANDARD.encode(png);
+        let image = format!("<img src=\"data:image/png;base64,{data}\" alt=\"{}\">\n", escape(title));
+        self.figure(&image, title, file);
+    }
+
+    /// Markup that shows something (an image, an SVG drawing), with its title and a link to its file.
+    pub fn figure(&mut self, content: &str, title: &str, file: &str) {
+        self.raw("<figure>\n");
+        self.raw(content);
+        self.raw(&format!("<figcaption>{}, ", escape(title)));
+        self.raw(&format!("<a href=\"{}\">{}</a></figcaption>\n</figure>\n", link_target(file), escape(file)));
     }
 
     /// A table with a head, which may be empty. Columns of nothing but numbers are set flush right.
@@ -52,7 +84,7 @@ impl Html {
 }
 
 /// Text with everything replaced that HTML would read as markup, in content and in quoted attributes.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
         match character {
@@ -72,7 +104,7 @@ pub(super) fn escape(text: &str) -> String {
 }
 
 /// A relative path as the target of a link.
-pub(super) fn link_target(path: &str) -> String {
+pub(crate) fn link_target(path: &str) -> String {
     let mut target = String::new();
     for byte in path.bytes() {
         match byte {
@@ -86,7 +118,7 @@ pub(super) fn link_target(path: &str) -> String {
 }
 
 /// Three significant digits without trailing zeros lost: 12.5, 0.310, 8230.
-pub(super) fn significant(value: f64) -> String {
+pub(crate) fn significant(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
     }
@@ -95,7 +127,7 @@ pub(super) fn significant(value: f64) -> String {
 }
 
 /// A difference in the unit in which it reads best.
-pub(super) fn kelvin(value: f64) -> (String, &'static str) {
+pub(crate) fn kelvin(value: f64) -> (String, &'static str) {
     match value.abs() {
         size if size >= 1.0 || size == 0.0 || !size.is_finite() => (significant(value), "K"),
         size if size >= 1e-3 => (significant(value * 1e3), "mK"),
@@ -104,7 +136,7 @@ pub(super) fn kelvin(value: f64) -> (String, &'static str) {
 }
 
 /// A count with narrow no-break spaces between thousands.
-pub(super) fn thousands(count: u64) -> String {
+pub(crate) fn thousands(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {
@@ -117,7 +149,7 @@ pub(super) fn thousands(count: u64) -> String {
 }
 
 /// A size in memory in the unit in which it reads best.
-pub(super) fn bytes(count: u64) -> String {
+pub(crate) fn bytes(count: u64) -> String {
     match count {
         0..1024 => format!("{count} B"),
         1024..1_048_576 => format!("{} KiB", significant(count as f64 / 1024.0)),
@@ -150,10 +182,10 @@ mod tests {
         let rows = || [["a", "1\u{202F}200", "12 km"], ["b", "-0.5", "7"]].map(|row| row.map(str::to_owned).to_vec());
         let mut html = Html::default();
         html.table(&["name", "count", "length"], rows());
-        let with_head = html.into_string();
+        let with_head = html.0;
         assert_eq!(with_head.matches("class=\"number\"").count(), 3, "head and two cells of the second column");
         let mut html = Html::default();
         html.table(&[], rows());
-        assert!(!html.into_string().contains("number"));
+        assert!(!html.0.contains("number"));
     }
 }

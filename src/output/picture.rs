@@ -44,6 +44,38 @@ pub fn picture(frame: &Frame, scale: &ColourScale, title: &str, details: &str) -
     Ok(canvas)
 }
 
+/// A picture of the same view at the left, a frame in false colour at the right, each with a caption above it, and the
+/// colour scale of the frame.
+///
+/// # Errors
+/// A channel that does not fill the image.
+pub fn beside(
+    left: (&Canvas, &str),
+    right: (&Frame, &str),
+    scale: &ColourScale,
+    title: &str,
+    details: &str,
+) -> Result<Canvas, OutputError> {
+    let (frame, caption) = right;
+    frame.check()?;
+    let image = Canvas::from_pixels(frame.width, frame.height, scale.colours(frame));
+    let height = left.0.height().max(frame.height).max(140);
+    let width = left.0.width() + MARGIN + frame.width;
+    let top = MARGIN + TITLE_HEIGHT + Face::Normal.height() + 4;
+    let mut canvas = Canvas::new(width + SCALE_WIDTH + 2 * MARGIN, top + height + MARGIN, PAPER);
+    draw_title(&mut canvas, title, details);
+    let mut x = MARGIN;
+    for (image, caption) in [(left.0, left.1), (&image, caption)] {
+        let caption = Face::Normal.fit(caption, image.width());
+        canvas.text(&caption, x, MARGIN + TITLE_HEIGHT, Face::Normal, Anchor::Left, INK);
+        canvas.paste(image, x, top, 1);
+        x += image.width() + MARGIN;
+    }
+    let bar = [MARGIN + width, top, height];
+    draw_scale(&mut canvas, scale, bar, scale.exceeded_by(frame), frame.range(scale.quantity));
+    Ok(canvas)
+}
+
 /// A frame on a sheet.
 #[derive(Debug, Clone)]
 pub struct Tile {
@@ -223,6 +255,22 @@ mod tests {
         let scale = ColourScale::new(Quantity::Temperature, [0.0, 1.0]);
         assert!(picture(&broken, &scale, "", "").is_err());
         assert!(contact_sheet(&[], 4, &scale, "", "").png().is_ok());
+    }
+
+    #[test]
+    fn two_pictures_stand_beside_each_other() {
+        let frame = sphere(200, 160, 3);
+        let scale = ColourScale::new(Quantity::Temperature, [150.0, 400.0]);
+        let left = Canvas::new(200, 160, [1, 2, 3]);
+        let both = beside((&left, "eye"), (&frame, "camera"), &scale, "Station", "").unwrap();
+        let top = MARGIN + TITLE_HEIGHT + Face::Normal.height() + 4;
+        assert_eq!(both.get(MARGIN, top), Some([1, 2, 3]));
+        assert_eq!(both.get(MARGIN + 199, top + 159), Some([1, 2, 3]));
+        let right = 2 * MARGIN + 200;
+        assert_eq!(both.get(right - 1, top), Some(PAPER));
+        assert_eq!(both.get(right, top), Some(BACKGROUND));
+        let middle = scale.colours(&frame)[80 * 200 + 100];
+        assert_eq!(both.get(right + 100, top + 80), Some(middle));
     }
 
     #[test]

@@ -13,16 +13,25 @@ use super::polyline::{runs, thin};
 const WIDTH: u32 = 900;
 /// Height of a plot [px].
 const HEIGHT: u32 = 400;
-/// Width of the legend at the right [px].
-const LEGEND: u32 = 220;
 /// Height of title and subtitle [px].
-const TITLE: u32 = 50;
+pub(super) const TITLE: u32 = 50;
 /// Width of numbers and label at the left of the axes [px].
 const LEFT: u32 = 74;
 /// Height of numbers and label below the axes [px].
 const BOTTOM: u32 = 48;
 /// Plotters knows whole numbers only: drawing this much larger than shown gives it fractions of a pixel.
-const FINE: u32 = 10;
+pub(super) const FINE: u32 = 10;
+
+/// What a plot is drawn on, a whole drawing or a part of it.
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+
+/// Room beside the axes [px].
+pub(super) struct Layout {
+    /// Height of title and subtitle.
+    pub title: u32,
+    /// Width of the legend at the right; 0 for none.
+    pub legend: u32,
+}
 
 const INK: RGBColor = RGBColor(25, 28, 32);
 const FAINT: RGBColor = RGBColor(95, 100, 108);
@@ -87,17 +96,12 @@ impl Plot {
     /// # Errors
     /// [`OutputError::Encode`] where plotters refuses.
     pub fn svg(&self) -> Result<String, OutputError> {
-        let mut svg = String::new();
-        self.draw(&mut svg)
-            .map_err(|reason| OutputError::Encode { what: format!("plot \"{}\"", self.title), reason })?;
-        let fine = format!(r#"<svg width="{}" height="{}""#, WIDTH * FINE, HEIGHT * FINE);
-        let shown = format!(r#"<svg role="img" width="{WIDTH}" height="{HEIGHT}""#);
-        Ok(svg.replacen(&fine, &shown, 1))
+        let layout = Layout { title: TITLE, legend: 220 };
+        document(&self.title, [WIDTH, HEIGHT], |root| self.draw_on(root, &layout))
     }
 
-    fn draw(&self, svg: &mut String) -> Result<(), String> {
-        let root = SVGBackend::with_string(svg, (WIDTH * FINE, HEIGHT * FINE)).into_drawing_area();
-        root.fill(&WHITE).map_err(text)?;
+    /// Draws the plot into an area.
+    pub(super) fn draw_on(&self, root: &Area, layout: &Layout) -> Result<(), String> {
         let subtitle = match self.left_out() {
             0 => self.subtitle.clone(),
             count => {
@@ -106,18 +110,15 @@ impl Plot {
                 format!("{}{separator}{count} points {why} are left out", self.subtitle)
             }
         };
-        write(&root, &self.title, (14.0, 8.0), 16.0, true, INK)?;
-        write(&root, &subtitle, (14.0, 29.0), 12.0, false, FAINT)?;
-        let (_, below) = root.split_vertically(TITLE * FINE);
-        let (area, legend) = below.split_horizontally((WIDTH - LEGEND) * FINE);
+        draw_title(root, &self.title, &subtitle)?;
+        let (_, below) = root.split_vertically(layout.title * FINE);
+        let (area, legend) = below.split_horizontally(below.dim_in_pixel().0 - layout.legend * FINE);
         self.draw_chart(&area)?;
         self.draw_axis_labels(&area)?;
-        self.draw_legend(&legend)?;
-        drop((area, legend, below));
-        root.present().map_err(text)
+        if layout.legend > 0 { self.draw_legend(&legend) } else { Ok(()) }
     }
 
-    fn draw_chart<DB: DrawingBackend>(&self, area: &DrawingArea<DB, plotters::coord::Shift>) -> Result<(), String> {
+    fn draw_chart(&self, area: &Area) -> Result<(), String> {
         let bands = self.series.iter().flat_map(|line| &line.band);
         let band_y = bands.clone().flat_map(|[_, lower, upper]| [*lower, *upper]);
         let points = self.series.iter().flat_map(|line| &line.points);
@@ -125,7 +126,7 @@ impl Plot {
         let y = self.y.scale(points.map(|p| p[1]).chain(band_y), 0.05);
         let mut chart = ChartBuilder::on(area)
             .margin_top(6 * FINE)
-            .margin_right(14 * FINE)
+            .margin_right(18 * FINE)
             .margin_bottom(6 * FINE)
             .set_label_area_size(LabelAreaPosition::Left, LEFT * FINE)
             .set_label_area_size(LabelAreaPosition::Bottom, BOTTOM * FINE)
@@ -181,10 +182,7 @@ impl Plot {
     }
 
     /// Plotters would put these at the edge of the drawing, off the middle of the axes.
-    fn draw_axis_labels<DB: DrawingBackend>(
-        &self,
-        area: &DrawingArea<DB, plotters::coord::Shift>,
-    ) -> Result<(), String> {
+    fn draw_axis_labels(&self, area: &Area) -> Result<(), String> {
         let (width, height) = area.dim_in_pixel();
         let style = font(13.0, false, INK).pos(Pos::new(HPos::Center, VPos::Center));
         let middle_x = (LEFT * FINE + width) / 2;
@@ -195,7 +193,7 @@ impl Plot {
         area.draw(&x).and_then(|()| area.draw(&y)).map_err(text)
     }
 
-    fn draw_legend<DB: DrawingBackend>(&self, area: &DrawingArea<DB, plotters::coord::Shift>) -> Result<(), String> {
+    fn draw_legend(&self, area: &Area) -> Result<(), String> {
         const ROW: f64 = 20.0;
         /// Characters that fit the width at this size.
         const ROOM: usize = 28;
@@ -241,6 +239,29 @@ impl Plot {
     }
 }
 
+/// An SVG document of this size [px] that scales to any width; `name` is for the error.
+pub(super) fn document(
+    name: &str,
+    [width, height]: [u32; 2],
+    draw: impl FnOnce(&Area) -> Result<(), String>,
+) -> Result<String, OutputError> {
+    let mut svg = String::new();
+    let drawn = {
+        let root = SVGBackend::with_string(&mut svg, (width * FINE, height * FINE)).into_drawing_area();
+        root.fill(&WHITE).map_err(text).and_then(|()| draw(&root)).and_then(|()| root.present().map_err(text))
+    };
+    drawn.map_err(|reason| OutputError::Encode { what: format!("plot \"{name}\""), reason })?;
+    let fine = format!(r#"<svg width="{}" height="{}""#, width * FINE, height * FINE);
+    let shown = format!(r#"<svg role="img" width="{width}" height="{height}""#);
+    Ok(svg.replacen(&fine, &shown, 1))
+}
+
+/// Title and subtitle at the upper left of an area.
+pub(super) fn draw_title(area: &Area, title: &str, subtitle: &str) -> Result<(), String> {
+    write(area, title, (14.0, 8.0), 16.0, true, INK)?;
+    write(area, subtitle, (14.0, 29.0), 12.0, false, FAINT)
+}
+
 /// Ten colours that stay apart for most readers (Tableau 10), from the start again after that.
 fn series_colour(index: usize) -> RGBColor {
     let colour = colorous::TABLEAU10[index % colorous::TABLEAU10.len()];
@@ -258,14 +279,7 @@ fn font(size: f64, bold: bool, colour: RGBColor) -> TextStyle<'static> {
     TextStyle { color: colour.to_backend_color(), ..TextStyle::from(font) }
 }
 
-fn write<DB: DrawingBackend>(
-    area: &DrawingArea<DB, plotters::coord::Shift>,
-    line: &str,
-    (x, y): (f64, f64),
-    size: f64,
-    bold: bool,
-    colour: RGBColor,
-) -> Result<(), String> {
+fn write(area: &Area, line: &str, (x, y): (f64, f64), size: f64, bold: bool, colour: RGBColor) -> Result<(), String> {
     let style = font(size, bold, colour).pos(Pos::new(HPos::Left, VPos::Top));
     let place = ((x * f64::from(FINE)) as i32, (y * f64::from(FINE)) as i32);
     area.draw(&Text::new(line.to_owned(), place, style)).map_err(text)

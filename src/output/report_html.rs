@@ -1,20 +1,11 @@
 //! `report.html`: one page that needs no network, no script and no other file.
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-
 use super::html::{Html, bytes, escape, kelvin, link_target, significant, thousands};
 use super::report::{Accuracy, Report, SourceFile};
 
-const STYLE: &str = include_str!("report.css");
-
 /// The page of a report.
 pub fn page(report: &Report) -> String {
-    let mut html = Html::default();
-    html.raw("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
-    html.raw("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
-    html.element("title", &format!("{} - isotherm report", report.title));
-    html.raw(&format!("<style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n"));
+    let mut html = Html::page(&format!("{} - isotherm report", report.title));
     html.element("h1", &report.title);
     html.element("p", &format!("{}, with isotherm {} on {}", report.scene.path, report.version, report.device.name));
     if report.interrupted {
@@ -24,22 +15,16 @@ pub fn page(report: &Report) -> String {
     headline(&mut html, report);
     list(&mut html, "Warnings", &report.warnings, "warning");
     for picture in &report.pictures {
-        html.raw("<figure>\n");
-        let data = STANDARD.encode(&picture.png);
-        html.raw(&format!("<img src=\"data:image/png;base64,{data}\" alt=\"{}\">\n", escape(&picture.title)));
-        caption(&mut html, &picture.title, &picture.file);
+        html.picture(&picture.png, &picture.title, &picture.file);
     }
     for plot in &report.plots {
-        html.raw("<figure>\n");
-        html.raw(&plot.svg);
-        caption(&mut html, &plot.title, &plot.file);
+        html.figure(&plot.svg, &plot.title, &plot.file);
     }
     accuracy(&mut html, report.accuracy.as_ref());
     costs(&mut html, report);
     settings(&mut html, report);
     files(&mut html, report);
-    html.raw("</main>\n</body>\n</html>\n");
-    html.into_string()
+    html.into_page()
 }
 
 /// Speed beside its error: neither means anything without the other.
@@ -71,11 +56,6 @@ fn headline(html: &mut Html, report: &Report) {
         html.raw(&format!("<span class=\"what\">{}</span></div>\n", escape(&what)));
     }
     html.raw("</div>\n");
-}
-
-fn caption(html: &mut Html, title: &str, file: &str) {
-    html.raw(&format!("<figcaption>{}, ", escape(title)));
-    html.raw(&format!("<a href=\"{}\">{}</a></figcaption>\n</figure>\n", link_target(file), escape(file)));
 }
 
 fn list(html: &mut Html, title: &str, items: &[String], class: &str) {

@@ -1,7 +1,7 @@
 //! Thermal values in the `extras` of a glTF material, where Blender writes custom properties: flat `isotherm_` keys.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
@@ -64,6 +64,23 @@ impl ValueSource for Extras<'_> {
             return Ok(None);
         };
         choose(word, choices).map(Some).map_err(|message| self.error(key, message))
+    }
+
+    fn text(&self, key: &str) -> Result<Option<&str>, SceneError> {
+        self.string(key)
+    }
+
+    fn list(&self, key: &str) -> Result<Option<Vec<f64>>, SceneError> {
+        let Some(value) = self.get(key) else {
+            return Ok(None);
+        };
+        let numbers = value.as_array().and_then(|array| array.iter().map(Value::as_f64).collect());
+        numbers.map(Some).ok_or_else(|| self.error(key, format!("expected an array of numbers, found {value}")))
+    }
+
+    fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError> {
+        let folder = self.model.parent().unwrap_or(Path::new(""));
+        Ok(self.string(key)?.map(|path| folder.join(path)))
     }
 
     fn group(&self, key: &str, _known: &[&str]) -> Result<Option<Self>, SceneError> {

@@ -29,7 +29,7 @@ pub(super) const ATTITUDE: &[&str] = &["mode", "nadir_axis", "forward_axis", "su
 pub(super) const ENVIRONMENT: &[&str] =
     &["solar_constant", "albedo", "planet_ir", "planet_radius", "background_temperature", "eclipse"];
 /// `[materials]`: the table, and what holds for all rules.
-pub(super) const MATERIALS: &[&str] = &["table", "default", "response", "heating", "cooling", "retarget"];
+pub(super) const MATERIALS: &[&str] = &["table", "default", "response", "heating", "cooling", "retarget", "domain"];
 /// `[[material]]`: a rule.
 pub(super) const MATERIAL: &[&str] = &[
     "match",
@@ -46,6 +46,7 @@ pub(super) const MATERIAL: &[&str] = &[
     "heating",
     "cooling",
     "retarget",
+    "domain",
 ];
 /// An entry of a materials table.
 pub(super) const TABLE_ENTRY: &[&str] = &[
@@ -66,11 +67,13 @@ pub(super) const TABLE_ENTRY: &[&str] = &[
     "heating",
     "cooling",
     "retarget",
+    "domain",
 ];
 /// `back = { .. }` of a material.
 pub(super) const BACK: &[&str] = &["absorptivity", "emissivity"];
 /// `heating = { .. }` and `cooling = { .. }`.
-pub(super) const PROFILE: &[&str] = &["function", "t_max", "t_max_steps"];
+pub(super) const PROFILE: &[&str] =
+    &["function", "rate", "coefficients", "file", "target", "text", "t_max", "t_max_steps"];
 /// glTF `extras` of a material, prefix `isotherm_` removed: a rule's keys, flat, as Blender's custom properties are.
 pub(super) const EXTRAS: &[&str] = &[
     "use",
@@ -85,12 +88,23 @@ pub(super) const EXTRAS: &[&str] = &[
     "conductivity",
     "response",
     "heating_function",
+    "heating_rate",
+    "heating_coefficients",
+    "heating_file",
+    "heating_target",
+    "heating_text",
     "heating_t_max",
     "heating_t_max_steps",
     "cooling_function",
+    "cooling_rate",
+    "cooling_coefficients",
+    "cooling_file",
+    "cooling_target",
+    "cooling_text",
     "cooling_t_max",
     "cooling_t_max_steps",
     "retarget",
+    "domain",
 ];
 /// `[radiance]`.
 pub(super) const RADIANCE: &[&str] = &["band_um"];

@@ -125,7 +125,7 @@ fn settle(
     context: &ExtrasContext,
 ) -> Result<Settled, SceneError> {
     let own = Values::read(place, context.step)?;
-    let mut values = own;
+    let mut values = own.clone();
     if !entries.is_empty() {
         let (entries, description) = context.table.combine(entries).map_err(|message| place.error("use", message))?;
         values = values.or(&entries);

@@ -18,6 +18,7 @@ mod keys;
 mod load;
 mod material;
 mod orbit;
+mod profile;
 mod quantity;
 mod section;
 mod table;

@@ -143,6 +143,17 @@ impl<'a> Section<'a> {
         array.iter().map(|item| self.whole_of(key, item, &range)).collect::<Result<_, _>>().map(Some)
     }
 
+    /// An array of any number of finite numbers.
+    pub(super) fn list(&self, key: &str) -> Result<Option<Vec<f64>>, SceneError> {
+        let Some(value) = self.get(key) else {
+            return Ok(None);
+        };
+        let DeValue::Array(array) = value.get_ref() else {
+            return Err(self.type_error(key, value, "an array of numbers"));
+        };
+        array.iter().map(|item| self.number_of(key, item, Quantity::any(""))).collect::<Result<_, _>>().map(Some)
+    }
+
     /// An array of exactly `N` numbers.
     pub(super) fn numbers<const N: usize>(
         &self,

@@ -113,7 +113,7 @@ mod tests {
             ("paper_goldized_mli", 0.19, 0.02),
         ] {
             let entry = table.get(name).unwrap();
-            let settled = entry.values.or(&instant());
+            let settled = entry.values.clone().or(&instant());
             assert_eq!(settled.complete().unwrap().front, Optics { absorptivity, emissivity }, "{name}");
         }
         assert!(table.get("white_silicon_paint").unwrap_err().contains("did you mean 'white_silicone_paint'?"));
@@ -124,6 +124,6 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.toml");
         std::fs::write(&path, text).unwrap();
-        MaterialTable::read(&path, 1.0).unwrap().get("x").unwrap().values
+        MaterialTable::read(&path, 1.0).unwrap().get("x").unwrap().values.clone()
     }
 }

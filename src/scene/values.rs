@@ -1,9 +1,12 @@
 //! Thermal values as far as one place states them (a rule, a table entry, glTF extras), and how they add up.
 
-use crate::thermal::material::{Bulk, Function, Optics, Profile, Response, Retarget, Sides};
+use std::path::PathBuf;
+
+use crate::thermal::material::{Bulk, Domain, Optics, Profile, Response, Retarget, Sides, Transition};
 
 use super::error::SceneError;
 use super::keys;
+use super::profile;
 use super::quantity::Quantity;
 use super::section::Section;
 
@@ -31,6 +34,12 @@ pub(super) trait ValueSource: Sized {
     fn number(&self, key: &str, quantity: Quantity) -> Result<Option<f64>, SceneError>;
     /// One of the words of `choices`.
     fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError>;
+    /// A string that is not empty.
+    fn text(&self, key: &str) -> Result<Option<&str>, SceneError>;
+    /// An array of numbers.
+    fn list(&self, key: &str) -> Result<Option<Vec<f64>>, SceneError>;
+    /// A path, relative to the folder of the file that states it.
+    fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError>;
     /// The values that `key` groups: `back`, `heating`, `cooling`.
     fn group(&self, key: &str, known: &[&str]) -> Result<Option<Self>, SceneError>;
     /// An error about a key, or about its absence.
@@ -44,6 +53,18 @@ impl ValueSource for Section<'_> {
 
     fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
         self.choice(key, choices)
+    }
+
+    fn text(&self, key: &str) -> Result<Option<&str>, SceneError> {
+        self.string(key)
+    }
+
+    fn list(&self, key: &str) -> Result<Option<Vec<f64>>, SceneError> {
+        self.list(key)
+    }
+
+    fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError> {
+        Ok(self.string(key)?.map(|path| self.file().resolve(path)))
     }
 
     fn group(&self, key: &str, known: &[&str]) -> Result<Option<Self>, SceneError> {
@@ -78,7 +99,7 @@ impl PartialOptics {
 }
 
 /// Values of a material as far as one place states them.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Values {
     front: PartialOptics,
     back: Option<PartialOptics>,
@@ -88,10 +109,11 @@ pub(super) struct Values {
     heating: Option<Profile>,
     cooling: Option<Profile>,
     retarget: Option<Retarget>,
+    domain: Option<Domain>,
 }
 
 /// What a complete set of values comes to.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Complete {
     pub(super) front: Optics,
     pub(super) sides: Sides,
@@ -101,6 +123,8 @@ pub(super) struct Complete {
     pub(super) sides_assumed: bool,
     /// No place says what happens to a transition whose target moves: merge was assumed.
     pub(super) retarget_assumed: bool,
+    /// No place says what a transition moves: the temperature was assumed.
+    pub(super) domain_assumed: bool,
 }
 
 /// A value that is missing or at odds with the others.
@@ -135,9 +159,10 @@ impl Values {
             },
             response: source
                 .choice("response", &[("instant", ResponseKind::Instant), ("transition", ResponseKind::Transition)])?,
-            heating: profile(source, "heating", step)?,
-            cooling: profile(source, "cooling", step)?,
+            heating: profile::read(source, "heating", step)?,
+            cooling: profile::read(source, "cooling", step)?,
             retarget: source.choice("retarget", &[("merge", Retarget::Merge), ("restart", Retarget::Restart)])?,
+            domain: source.choice("domain", &[("T", Domain::Temperature), ("T4", Domain::FourthPower)])?,
         })
     }
 
@@ -157,9 +182,10 @@ impl Values {
                 conductivity: self.bulk.conductivity.or(fallback.bulk.conductivity),
             },
             response: self.response.or(fallback.response),
-            heating: self.heating.or(fallback.heating),
-            cooling: self.cooling.or(fallback.cooling),
+            heating: self.heating.or_else(|| fallback.heating.clone()),
+            cooling: self.cooling.or_else(|| fallback.cooling.clone()),
             retarget: self.retarget.or(fallback.retarget),
+            domain: self.domain.or(fallback.domain),
         }
     }
 
@@ -206,13 +232,15 @@ impl Values {
         };
         check_emits(front, sides)?;
         let response = self.response()?;
+        let moves = matches!(response, Response::Transition(_));
         Ok(Complete {
             front,
             sides,
             bulk: self.bulk,
             response,
             sides_assumed: self.sides.is_none(),
-            retarget_assumed: self.retarget.is_none() && matches!(response, Response::Transition { .. }),
+            retarget_assumed: self.retarget.is_none() && moves,
+            domain_assumed: self.domain.is_none() && moves,
         })
     }
 
@@ -229,11 +257,12 @@ impl Values {
                     );
                     Incomplete::new(key, message)
                 };
-                Ok(Response::Transition {
-                    heating: self.heating.ok_or_else(|| missing("heating"))?,
-                    cooling: self.cooling.ok_or_else(|| missing("cooling"))?,
+                Ok(Response::Transition(Transition {
+                    heating: self.heating.clone().ok_or_else(|| missing("heating"))?,
+                    cooling: self.cooling.clone().ok_or_else(|| missing("cooling"))?,
                     retarget: self.retarget.unwrap_or(Retarget::Merge),
-                })
+                    domain: self.domain.unwrap_or(Domain::Temperature),
+                }))
             }
         }
     }
@@ -259,28 +288,4 @@ fn check_emits(front: Optics, sides: Sides) -> Result<(), Incomplete> {
     let message = "an emissivity of 0 leaves no balance temperature, which 'instant' and 'transition' both need: \
                    what emits nothing cannot shed its heat";
     Err(Incomplete::new("emissivity", message))
-}
-
-fn profile(source: &impl ValueSource, key: &'static str, step: f64) -> Result<Option<Profile>, SceneError> {
-    let Some(group) = source.group(key, keys::PROFILE)? else {
-        return Ok(None);
-    };
-    let functions = [("linear", Function::Linear), ("quadratic", Function::Quadratic)];
-    let Some(function) = group.choice("function", &functions)? else {
-        return Err(group.error("function", "is missing: 'linear' or 'quadratic'".to_string()));
-    };
-    let steps = group.number("t_max_steps", Quantity::non_negative("steps"))?;
-    let seconds = group.number("t_max", Quantity::non_negative("s"))?;
-    let t_max_steps = match (steps, seconds) {
-        (Some(_), Some(_)) => {
-            return Err(group.error("t_max", "cannot be combined with 't_max_steps': state one of the two".to_string()));
-        }
-        (Some(steps), None) => steps,
-        (None, Some(seconds)) => seconds / step,
-        (None, None) => {
-            let message = "is missing: the time to reach the target, in steps (t_max_steps) or in seconds (t_max)";
-            return Err(group.error("t_max_steps", message.to_string()));
-        }
-    };
-    Ok(Some(Profile { function, t_max_steps }))
 }

@@ -15,12 +15,13 @@ use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::renderer::{Renderer, Submitted};
 use crate::gpu::resources::SceneData;
+use crate::gpu::shapes::Shapes;
 use crate::gpu::timing::PassTimes;
 use crate::raster::{self, Surface, rasterise};
 use crate::scene::Camera;
 use crate::thermal::balance::Incident;
 use crate::thermal::brightness::BrightnessTable;
-use crate::thermal::material::{Function, Material, Response, Sides};
+use crate::thermal::material::{Material, Response, Sides};
 use crate::thermal::nodes::{GROUP, PADDING};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::radiance_f32::RadianceTableF32;
@@ -219,6 +220,7 @@ impl Engine {
 /// What the device needs beside the arrays of `Prepared`.
 pub struct DeviceData {
     materials: Vec<layout::Material>,
+    shapes: Shapes,
     band_table: Vec<f32>,
 }
 
@@ -227,7 +229,9 @@ impl DeviceData {
     pub fn new(prepared: &Prepared) -> Self {
         let table = RadianceTable::new(prepared.scene.band);
         let table = RadianceTableF32::new(&table, &BrightnessTable::new(&table));
-        Self { materials: prepared.materials.iter().map(device_material).collect(), band_table: band_table(&table) }
+        let shapes = Shapes::of(&prepared.materials);
+        let materials = prepared.materials.iter().map(|material| device_material(material, &shapes)).collect();
+        Self { materials, shapes, band_table: band_table(&table) }
     }
 
     /// The scene as plain numbers for the device.
@@ -240,6 +244,7 @@ impl DeviceData {
             positions: &prepared.nodes.positions,
             triangles: &prepared.triangles,
             materials: &self.materials,
+            shapes: &self.shapes.values,
             band_table: &self.band_table,
             image: camera.map(|camera| [camera.width, camera.height]),
         }
@@ -247,27 +252,17 @@ impl DeviceData {
 }
 
 /// A material rounded to f32. Where only the outside exchanges heat, the back looks like the front.
-pub fn device_material(material: &Material) -> layout::Material {
+pub fn device_material(material: &Material, shapes: &Shapes) -> layout::Material {
     let back = back_optics(material);
-    let power = |function: Function| match function {
-        Function::Linear => 1.0,
-        Function::Quadratic => 2.0,
-    };
     let mut device = layout::Material {
         absorptivity: material.front.absorptivity as f32,
         emissivity: material.front.emissivity as f32,
         back_absorptivity: back.absorptivity as f32,
         back_emissivity: back.emissivity as f32,
-        heating_power: 1.0,
-        heating_t_max: 0.0,
-        cooling_power: 1.0,
-        cooling_t_max: 0.0,
+        ..bytemuck::Zeroable::zeroed()
     };
-    if let Response::Transition { heating, cooling, .. } = material.response {
-        device.heating_power = power(heating.function);
-        device.heating_t_max = heating.t_max_steps as f32;
-        device.cooling_power = power(cooling.function);
-        device.cooling_t_max = cooling.t_max_steps as f32;
+    if let Response::Transition(transition) = &material.response {
+        device.set_transition(transition, shapes);
     }
     device
 }

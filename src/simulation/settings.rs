@@ -3,7 +3,7 @@
 use super::prepare::Prepared;
 use crate::output::report::Section;
 use crate::scene::{Attitude, Draw, Initial};
-use crate::thermal::material::{Function, Profile, Response, Retarget, Sides};
+use crate::thermal::material::{Domain, Profile, Response, Retarget, Sides};
 
 /// Every setting by section, in the order of the scene file.
 pub fn sections(prepared: &Prepared) -> Vec<Section> {
@@ -89,13 +89,17 @@ pub fn sections(prepared: &Prepared) -> Vec<Section> {
             Sides::Outside => "radiates outside only".to_owned(),
             Sides::Both { back } => format!("back {} / {}", back.absorptivity, back.emissivity),
         };
-        let response = match material.response {
+        let response = match &material.response {
             Response::Instant => "instant".to_owned(),
-            Response::Transition { heating, cooling, retarget } => format!(
-                "transition, heating {}, cooling {}, {}",
-                profile(heating),
-                profile(cooling),
-                match retarget {
+            Response::Transition(transition) => format!(
+                "transition of {}, heating {}, cooling {}, {}",
+                match transition.domain {
+                    Domain::Temperature => "T",
+                    Domain::FourthPower => "T4",
+                },
+                profile(&transition.heating),
+                profile(&transition.cooling),
+                match transition.retarget {
                     Retarget::Merge => "merge",
                     Retarget::Restart => "restart",
                 }
@@ -117,10 +121,6 @@ pub fn sections(prepared: &Prepared) -> Vec<Section> {
     sections
 }
 
-fn profile(profile: Profile) -> String {
-    let function = match profile.function {
-        Function::Linear => "linear",
-        Function::Quadratic => "quadratic",
-    };
-    format!("{function} in {:.1} steps", profile.t_max_steps)
+fn profile(profile: &Profile) -> String {
+    format!("{} in {:.1} steps", profile.function, profile.t_max_steps)
 }

@@ -1,5 +1,7 @@
 //! What a surface is made of, as numbers: optics, bulk, and the response that moves its temperature.
 
+pub use super::function::Function;
+
 /// Solar absorptivity and infrared emissivity of one face of a sheet or body, both in [0, 1].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Optics {
@@ -21,17 +23,8 @@ pub enum Sides {
     },
 }
 
-/// The share of the way done as a function of the share of the time gone.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Function {
-    /// Equations 1 and 2 of Vural et al. 2023.
-    Linear,
-    /// Equations 3 and 4 of Vural et al. 2023, held at the target after `t_max`.
-    Quadratic,
-}
-
 /// One branch (heating or cooling) of a transition.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
     /// Shape of the curve.
     pub function: Function,
@@ -48,20 +41,66 @@ pub enum Retarget {
     Restart,
 }
 
+/// The quantity that a transition moves (NUMERICS.md 1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Domain {
+    /// The temperature.
+    Temperature,
+    /// Its fourth power: the emitted power. Nearer to a radiating node.
+    FourthPower,
+}
+
+impl Domain {
+    /// Unit of the fourth power: 100 K, so that what f32 holds of it stays near 1.
+    const UNIT: f64 = 100.0;
+
+    /// What moves, of a temperature [K]: K, or units of (100 K)^4.
+    pub fn of(self, temperature: f64) -> f64 {
+        match self {
+            Self::Temperature => temperature,
+            Self::FourthPower => (temperature / Self::UNIT).powi(4),
+        }
+    }
+
+    /// The temperature [K] of what moves.
+    pub fn temperature(self, value: f64) -> f64 {
+        match self {
+            Self::Temperature => value,
+            // An effective origin may lie below 0, and rounding may take a node there: it is then at 0 K.
+            Self::FourthPower => Self::UNIT * value.max(0.0).sqrt().sqrt(),
+        }
+    }
+}
+
+/// The paper's thermal inertia.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transition {
+    /// Branch taken when the target lies above the origin.
+    pub heating: Profile,
+    /// Branch taken when the target lies below the origin.
+    pub cooling: Profile,
+    /// Rule for a target that moves.
+    pub retarget: Retarget,
+    /// What moves.
+    pub domain: Domain,
+}
+
+impl Transition {
+    /// Whether T moves, and both branches are powers of the remaining time.
+    pub fn is_power(&self) -> bool {
+        self.domain == Domain::Temperature
+            && self.heating.function.power().is_some()
+            && self.cooling.function.power().is_some()
+    }
+}
+
 /// How the temperature of a node moves.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Response {
     /// The balance temperature of the moment: no state.
     Instant,
     /// The paper's thermal inertia.
-    Transition {
-        /// Branch taken when the target lies above the origin.
-        heating: Profile,
-        /// Branch taken when the target lies below the origin.
-        cooling: Profile,
-        /// Rule for a target that moves.
-        retarget: Retarget,
-    },
+    Transition(Transition),
 }
 
 /// Bulk properties; what only `network` needs may be absent.

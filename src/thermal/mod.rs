@@ -4,6 +4,9 @@
 
 pub mod balance;
 pub mod brightness;
+pub mod fit;
+pub mod function;
+pub mod least_squares;
 pub mod material;
 pub mod nodes;
 pub mod planck;

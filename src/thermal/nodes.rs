@@ -8,7 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::model::Model;
-use crate::thermal::material::{Material, Response, Retarget, Sides};
+use crate::thermal::material::{Domain, Material, Response, Retarget, Sides};
 
 /// Nodes that one invocation handles.
 pub const GROUP: usize = 4;
@@ -22,8 +22,15 @@ pub const PADDING: u32 = u32::MAX;
 pub enum RangeResponse {
     /// No state.
     Instant,
-    /// The paper's thermal inertia under this rule.
-    Transition(Retarget),
+    /// The paper's thermal inertia.
+    Transition {
+        /// Rule for a target that moves.
+        retarget: Retarget,
+        /// What moves.
+        domain: Domain,
+        /// Whether both branches are powers of the remaining time, which has a pipeline of its own.
+        power: bool,
+    },
 }
 
 /// What all nodes of a range share: one compiled pipeline.
@@ -40,29 +47,38 @@ impl RangeKind {
     pub fn of(material: &Material) -> Self {
         let response = match material.response {
             Response::Instant => RangeResponse::Instant,
-            Response::Transition { retarget, .. } => RangeResponse::Transition(retarget),
+            Response::Transition(ref transition) => RangeResponse::Transition {
+                retarget: transition.retarget,
+                domain: transition.domain,
+                power: transition.is_power(),
+            },
         };
         Self { response, both_sides: matches!(material.sides, Sides::Both { .. }) }
     }
 
     /// Key of the order of ranges: response, then sides, then rule.
-    fn rank(self) -> (bool, bool, bool) {
-        (
-            self.response != RangeResponse::Instant,
-            self.both_sides,
-            self.response == RangeResponse::Transition(Retarget::Restart),
-        )
+    fn rank(self) -> (bool, bool, bool, bool, bool) {
+        match self.response {
+            RangeResponse::Instant => (false, self.both_sides, false, false, false),
+            RangeResponse::Transition { retarget, domain, power } => {
+                (true, self.both_sides, retarget == Retarget::Restart, domain == Domain::FourthPower, !power)
+            }
+        }
     }
 }
 
 impl std::fmt::Display for RangeKind {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let response = match self.response {
-            RangeResponse::Instant => "instant",
-            RangeResponse::Transition(Retarget::Merge) => "transition (merge)",
-            RangeResponse::Transition(Retarget::Restart) => "transition (restart)",
-        };
-        write!(out, "{response}{}", if self.both_sides { ", both sides" } else { "" })
+        match self.response {
+            RangeResponse::Instant => write!(out, "instant")?,
+            RangeResponse::Transition { retarget, domain, power } => {
+                let rule = if retarget == Retarget::Merge { "merge" } else { "restart" };
+                let curve = if power { "power" } else { "shaped" };
+                let moved = if domain == Domain::FourthPower { " of T4" } else { "" };
+                write!(out, "transition{moved} ({rule}, {curve})")?;
+            }
+        }
+        write!(out, "{}", if self.both_sides { ", both sides" } else { "" })
     }
 }
 
@@ -211,7 +227,7 @@ fn gather<T: Default + Send>(vertex_of_node: &[u32], value: impl Fn(usize) -> T 
 mod tests {
     use super::*;
     use crate::model::Part;
-    use crate::thermal::material::{Bulk, Function, Optics, Profile};
+    use crate::thermal::material::{Bulk, Function, Optics, Profile, Transition};
     use glam::{DMat4, DVec3};
 
     fn material(name: &str, sides: Sides, response: Response) -> Material {
@@ -221,7 +237,8 @@ mod tests {
 
     fn transition(retarget: Retarget) -> Response {
         let profile = Profile { function: Function::Linear, t_max_steps: 9.0 };
-        Response::Transition { heating: profile, cooling: profile, retarget }
+        let domain = Domain::Temperature;
+        Response::Transition(Transition { heating: profile.clone(), cooling: profile, retarget, domain })
     }
 
     /// Four materials of four kinds in an order that is not theirs, over two parts.
@@ -273,12 +290,13 @@ mod tests {
         let (model, areas, materials) = model();
         let nodes = Nodes::new(&model, &areas, &materials);
         let kind = |response, both_sides| RangeKind { response, both_sides };
+        let moved = |retarget| RangeResponse::Transition { retarget, domain: Domain::Temperature, power: true };
         let kinds: Vec<_> = nodes.ranges.iter().map(|range| range.kind).collect();
         let expected = [
             kind(RangeResponse::Instant, false),
-            kind(RangeResponse::Transition(Retarget::Merge), false),
-            kind(RangeResponse::Transition(Retarget::Restart), false),
-            kind(RangeResponse::Transition(Retarget::Merge), true),
+            kind(moved(Retarget::Merge), false),
+            kind(moved(Retarget::Restart), false),
+            kind(moved(Retarget::Merge), true),
         ];
         assert_eq!(kinds, expected);
         let mut group = 0;

@@ -65,11 +65,11 @@ impl<F: IncidentFlux> Reference<F> {
     pub fn step(&mut self, load: &TickLoad, steps_dt: f64) {
         self.each_node(|incident, node, material, state| {
             let commanded = commanded_temperature(incident, node, material, load);
-            match material.response {
+            match &material.response {
                 Response::Instant => (settled(commanded, material), commanded),
-                Response::Transition { heating, cooling, retarget } => {
-                    let commanded = moved_target(state.target, commanded, retarget);
-                    transition_step(state, commanded, steps_dt, &heating, &cooling, retarget)
+                Response::Transition(transition) => {
+                    let commanded = moved_target(state.target, commanded, transition.retarget);
+                    transition_step(state, commanded, steps_dt, transition)
                 }
             }
         });
@@ -135,7 +135,7 @@ fn moved_target(present: f64, commanded: f64, retarget: Retarget) -> f64 {
 fn settled(temperature: f64, material: &Material) -> TransitionState {
     match &material.response {
         Response::Instant => TransitionState { target: temperature, span: 0.0, elapsed: 0.0 },
-        Response::Transition { heating, .. } => TransitionState::settled(temperature, heating),
+        Response::Transition(transition) => TransitionState::settled(temperature, transition),
     }
 }
 
@@ -144,7 +144,7 @@ mod tests {
     use super::*;
     use crate::environment::SunSample;
     use crate::thermal::STEFAN_BOLTZMANN;
-    use crate::thermal::material::{Bulk, Function, Optics, Profile, Retarget, Sides};
+    use crate::thermal::material::{Bulk, Domain, Function, Optics, Profile, Retarget, Sides, Transition};
 
     fn sun_only(load: &TickLoad, normal: DVec3) -> Incident {
         let solar = load.sun.iter().map(|sun| sun.flux * normal.dot(sun.direction).max(0.0)).sum();
@@ -159,7 +159,12 @@ mod tests {
     fn materials() -> Vec<Material> {
         let optics = Optics { absorptivity: 0.9, emissivity: 0.8 };
         let profile = Profile { function: Function::Quadratic, t_max_steps: 100.0 };
-        let slow = Response::Transition { heating: profile, cooling: profile, retarget: Retarget::Merge };
+        let slow = Response::Transition(Transition {
+            heating: profile.clone(),
+            cooling: profile,
+            retarget: Retarget::Merge,
+            domain: Domain::Temperature,
+        });
         let make = |sides, response| Material {
             name: "test".into(),
             front: optics,

@@ -9,9 +9,12 @@ use isotherm::gpu::error::GpuError;
 use isotherm::gpu::frame::StepRange;
 use isotherm::gpu::renderer::Renderer;
 use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
-use isotherm::gpu::variant::{StepKind, ThermalVariant};
+use isotherm::gpu::shapes::Shapes;
+use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::simulation::engine::device_material;
-use isotherm::thermal::material::{Bulk, Function, Material, Optics, Profile, Response, Retarget, Sides};
+use isotherm::thermal::material::{
+    Bulk, Domain, Function, Material, Optics, Profile, Response, Retarget, Sides, Transition,
+};
 use isotherm::thermal::nodes::GROUP;
 use isotherm::thermal::reference::ReferenceNode;
 
@@ -83,7 +86,8 @@ pub fn black() -> Material {
 /// Transition with these times [steps].
 pub fn transition(heating: (Function, f64), cooling: (Function, f64), retarget: Retarget) -> Response {
     let profile = |(function, t_max_steps)| Profile { function, t_max_steps };
-    Response::Transition { heating: profile(heating), cooling: profile(cooling), retarget }
+    let (heating, cooling) = (profile(heating), profile(cooling));
+    Response::Transition(Transition { heating, cooling, retarget, domain: Domain::Temperature })
 }
 
 /// A load with nothing in it but the temperature of space [K].
@@ -138,13 +142,14 @@ impl LooseNodes {
             nodes.normals.extend(directions.iter().map(|direction| direction.as_vec3()));
             nodes.normals.resize((index + 1) * padded, Vec3::ZERO);
             nodes.group_material.resize((index + 1) * padded / GROUP, index as u32);
-            let kind = match material.response {
+            let kind = match &material.response {
                 Response::Instant => StepKind::Instant,
-                Response::Transition { retarget: Retarget::Merge, .. } => StepKind::Merge,
-                Response::Transition { retarget: Retarget::Restart, .. } => StepKind::Restart,
+                Response::Transition(Transition { retarget: Retarget::Merge, .. }) => StepKind::Merge,
+                Response::Transition(Transition { retarget: Retarget::Restart, .. }) => StepKind::Restart,
             };
             let variant = ThermalVariant {
                 kind,
+                curve: Curve::Power,
                 both_sides: matches!(material.sides, Sides::Both { .. }),
                 sun: present.sun,
                 planet_ir: present.planet_ir,
@@ -157,7 +162,8 @@ impl LooseNodes {
 
     /// The nodes on a device, with `more` ranges beside their own.
     pub fn renderer(&self, context: &Arc<Context>, more: &[StepRange]) -> Renderer {
-        let materials: Vec<_> = self.materials.iter().map(device_material).collect();
+        let shapes = Shapes::of(&self.materials);
+        let materials: Vec<_> = self.materials.iter().map(|material| device_material(material, &shapes)).collect();
         let data = SceneData {
             ranges: [&self.ranges, more].concat(),
             group_material: &self.group_material,
@@ -166,6 +172,7 @@ impl LooseNodes {
             positions: &vec![Vec3::ZERO; self.normals.len()],
             triangles: &[],
             materials: &materials,
+            shapes: &shapes.values,
             band_table: &[0.0],
             image: None,
         };

@@ -2,10 +2,10 @@
 
 use isotherm::gpu::frame::{Frame, Step, StepRange, Wanted};
 use isotherm::gpu::hazard::{HazardKind, hazards};
-use isotherm::gpu::variant::{StepKind, ThermalVariant};
+use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 
 fn variant(kind: StepKind, both_sides: bool) -> ThermalVariant {
-    ThermalVariant { kind, both_sides, sun: true, planet_ir: true, albedo: true }
+    ThermalVariant { kind, curve: Curve::Power, both_sides, sun: true, planet_ir: true, albedo: true }
 }
 
 fn range(kind: StepKind, both_sides: bool, groups: (u32, u32)) -> StepRange {

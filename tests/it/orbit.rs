@@ -32,7 +32,7 @@ fn materials(retarget: Retarget) -> Vec<Material> {
         for heating in [Linear, Quadratic] {
             let cooling = if index % 2 == 0 { Quadratic } else { Linear };
             let (absorptivity, emissivity, sides) = optics[materials.len() % optics.len()];
-            let kind = transition((heating, t_max), (cooling, 0.7 * t_max), retarget);
+            let kind = transition((heating.clone(), t_max), (cooling.clone(), 0.7 * t_max), retarget);
             materials.push(material(absorptivity, emissivity, sides, kind));
         }
     }
@@ -105,13 +105,13 @@ fn over_loads(materials: Vec<Material>, loads: &[TickLoad], twin_materials: Vec<
 
 /// Temperature [K] after one tick in f64, with a state in f32 and a target as f32 might find it.
 fn rounded_step(state: &mut TransitionState, node: &ReferenceNode, material: &Material, load: &TickLoad) -> f64 {
-    let Response::Transition { heating, cooling, retarget } = material.response else { panic!("a transition") };
+    let Response::Transition(transition) = &material.response else { panic!("a transition") };
     let commanded = commanded_temperature(&(incident as IncidentFunction), node, material, load);
     let off = (commanded.powi(4) + FLUX_ROUNDING / STEFAN_BOLTZMANN).sqrt().sqrt();
     let round = |value: f64| f64::from(value as f32);
-    let (next, _) = transition_step(*state, round(off), 1.0, &heating, &cooling, retarget);
+    let (next, _) = transition_step(*state, round(off), 1.0, transition);
     *state = TransitionState { target: next.target, span: round(next.span), elapsed: round(next.elapsed) };
-    temperature(*state, &heating, &cooling)
+    temperature(*state, transition)
 }
 
 /// A load with more of all that comes from the Sun.

@@ -40,3 +40,22 @@ pub fn refusal(output: &Output) -> (Option<i32>, String) {
     let line = text.lines().rfind(|line| line.starts_with("error: ")).unwrap_or_default();
     (output.status.code(), line.to_owned())
 }
+
+/// What a run left.
+pub struct Ran {
+    /// Exit code.
+    pub code: i32,
+    /// Standard output.
+    pub out: String,
+    /// Standard error.
+    pub err: String,
+}
+
+/// Runs it under the validation layer where it computes on a device.
+pub fn run(folder: &Path, arguments: &[&str]) -> Ran {
+    let mut command = isotherm(folder, arguments);
+    command.env("ISOTHERM_VALIDATION", "1");
+    let output = end(command);
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    Ran { code: output.status.code().unwrap_or(-1), out: text(&output.stdout), err: text(&output.stderr) }
+}

@@ -8,7 +8,8 @@ use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::StepRange;
 use isotherm::gpu::renderer::Renderer;
 use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
-use isotherm::gpu::variant::{StepKind, ThermalVariant};
+use isotherm::gpu::shapes::Shapes;
+use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::scene::{Band, Camera, CameraFrame};
 use isotherm::simulation::engine::{Pixels, device_material};
 use isotherm::simulation::viewpoint::device_view;
@@ -38,6 +39,7 @@ impl Quads {
             materials,
             variant: ThermalVariant {
                 kind: StepKind::Instant,
+                curve: Curve::Power,
                 both_sides,
                 sun: false,
                 planet_ir: false,
@@ -77,6 +79,7 @@ impl Quads {
         let groups = |values: &[u32]| [values, &vec![0; nodes / 4 - values.len()]].concat();
         let table = RadianceTable::new(self.band);
         let table = RadianceTableF32::new(&table, &BrightnessTable::new(&table));
+        let shapes = Shapes::of(&self.materials);
         let data = SceneData {
             ranges: vec![StepRange { variant: self.variant, groups: (0, nodes as u32 / 4) }],
             group_material: &groups(&self.group_material),
@@ -84,7 +87,8 @@ impl Quads {
             normals: &padded(&self.normals),
             positions: &padded(&self.positions),
             triangles: &self.triangles,
-            materials: &self.materials.iter().map(device_material).collect::<Vec<_>>(),
+            materials: &self.materials.iter().map(|material| device_material(material, &shapes)).collect::<Vec<_>>(),
+            shapes: &shapes.values,
             band_table: &band_table(&table),
             image: Some([camera.width, camera.height]),
         };

@@ -17,13 +17,13 @@ use super::device::{
 const NOTHING: Present = Present { sun: false, planet_ir: false, albedo: false };
 
 fn same(function: Function, t_max: f64, retarget: Retarget) -> Response {
-    transition((function, t_max), (function, t_max), retarget)
+    transition((function.clone(), t_max), (function, t_max), retarget)
 }
 
 /// Temperature [K] after every step of a node that starts settled and is commanded one target a step. Without a load
 /// the target is the temperature of space.
-fn response(context: &Arc<Context>, response: Response, initial: f64, targets: &[f64]) -> Vec<f64> {
-    let nodes = LooseNodes::new(NOTHING, vec![material(0.0, 1.0, Sides::Outside, response)], &[DVec3::Z]);
+fn response(context: &Arc<Context>, response: &Response, initial: f64, targets: &[f64]) -> Vec<f64> {
+    let nodes = LooseNodes::new(NOTHING, vec![material(0.0, 1.0, Sides::Outside, response.clone())], &[DVec3::Z]);
     let mut renderer = nodes.renderer(context, &[]);
     renderer.settle_at(&vec![initial as f32; nodes.len()]).expect("the device settles");
     let mut found = Vec::new();
@@ -36,11 +36,11 @@ fn response(context: &Arc<Context>, response: Response, initial: f64, targets: &
 }
 
 /// The same in f64.
-fn twin_response(response: Response, initial: f64, targets: &[f64]) -> Vec<f64> {
-    let Response::Transition { heating, cooling, retarget } = response else { panic!("a transition") };
-    let mut state = TransitionState::settled(initial, &heating);
+fn twin_response(response: &Response, initial: f64, targets: &[f64]) -> Vec<f64> {
+    let Response::Transition(transition) = response else { panic!("a transition") };
+    let mut state = TransitionState::settled(initial, transition);
     let step = |target: &f64| {
-        let (next, temperature) = transition_step(state, *target, 1.0, &heating, &cooling, retarget);
+        let (next, temperature) = transition_step(state, *target, 1.0, transition);
         state = next;
         temperature
     };
@@ -75,7 +75,8 @@ fn the_papers_transitions() {
     let (mut worst, mut late) = (Worst::none(), Worst::none());
     for (function, t_max, initial, target, values) in PAPER {
         let steps = values.iter().map(|(step, _)| *step).max().expect("a row has values");
-        let found = response(&context, same(*function, *t_max, Retarget::Merge), *initial, &vec![*target; steps]);
+        let found =
+            response(&context, &same(function.clone(), *t_max, Retarget::Merge), *initial, &vec![*target; steps]);
         for (step, expected) in *values {
             let name = || format!("step {step} of {function:?} {initial} -> {target} K in {t_max}");
             worst.see(found[step - 1], *expected, name);
@@ -102,12 +103,12 @@ fn targets_that_move() {
     let mut worst = Worst::none();
     for (target, from, values) in MOVED {
         let targets: Vec<f64> = (1..=150).map(|step| if step < *from { 267.0 } else { *target }).collect();
-        let found = response(&context, quadratic, 2.7, &targets);
+        let found = response(&context, &quadratic, 2.7, &targets);
         for (step, expected) in *values {
             worst.see(found[step - 1], *expected, || format!("step {step} of -> {target} K at {from}"));
         }
-        let restarted = response(&context, same(Quadratic, 100.0, Retarget::Restart), 2.7, &targets);
-        let twin = twin_response(same(Quadratic, 100.0, Retarget::Restart), 2.7, &targets);
+        let restarted = response(&context, &same(Quadratic, 100.0, Retarget::Restart), 2.7, &targets);
+        let twin = twin_response(&same(Quadratic, 100.0, Retarget::Restart), 2.7, &targets);
         Worst::of(&restarted, &twin, |step| format!("step {}", step + 1)).within(2e-4, "K", "restart");
         if *target > 267.0 {
             assert!((restarted[from + 8] - found[from + 8]).abs() > 0.1, "the two rules must differ");
@@ -115,7 +116,7 @@ fn targets_that_move() {
     }
     // The ramp of 0.25 K a step from 100 K: how far the temperature lags behind it.
     let ramp: Vec<f64> = (1..=500).map(|step| 100.0 + 0.25 * f64::from(step)).collect();
-    let found = response(&context, quadratic, 100.0, &ramp);
+    let found = response(&context, &quadratic, 100.0, &ramp);
     for (step, lag) in [(10, 2.234_622), (50, 7.190_054), (100, 7.916_822), (200, 6.182_499), (500, 6.125_940)] {
         worst.see(ramp[step - 1] - found[step - 1], lag, || format!("lag at step {step} of the ramp"));
     }
@@ -137,14 +138,14 @@ fn random_targets() {
             }
             let heating = if index % 2 == 0 { Quadratic } else { Linear };
             let cooling = if index % 3 == 0 { Quadratic } else { Linear };
-            let kind = transition((heating, t_max), (cooling, 0.6 * t_max), retarget);
-            let found = response(&context, kind, 200.0, &targets);
+            let kind = transition((heating.clone(), t_max), (cooling.clone(), 0.6 * t_max), retarget);
+            let found = response(&context, &kind, 200.0, &targets);
             let name = |step: usize| format!("step {} of {kind:?}", step + 1);
-            let twin = twin_response(kind, 200.0, &targets);
+            let twin = twin_response(&kind, 200.0, &targets);
             let one = Worst::of(&found, &twin, name);
             worst.see(one.device, one.twin, || one.node);
             let slower = transition((heating, t_max * 1.000_1), (cooling, 0.6 * t_max), retarget);
-            let other = Worst::of(&found, &twin_response(slower, 200.0, &targets), name);
+            let other = Worst::of(&found, &twin_response(&slower, 200.0, &targets), name);
             wrong.see(other.device, other.twin, || other.node);
         }
     }
@@ -156,13 +157,13 @@ fn random_targets() {
 fn advance_lets_time_pass_and_nothing_else() {
     let context = context();
     let kind = transition((Quadratic, 361.0), (Linear, 100.0), Retarget::Merge);
-    let nodes = LooseNodes::new(NOTHING, vec![material(0.0, 1.0, Sides::Outside, kind)], &[DVec3::Z]);
+    let nodes = LooseNodes::new(NOTHING, vec![material(0.0, 1.0, Sides::Outside, kind.clone())], &[DVec3::Z]);
     let advance =
         StepRange { variant: ThermalVariant { kind: StepKind::Advance, ..nodes.ranges[0].variant }, ..nodes.ranges[0] };
     let mut renderer = nodes.renderer(&context, &[advance]);
     for (initial, target) in [(2.7, 267.0), (400.0, 120.0)] {
         renderer.settle_at(&vec![initial as f32; nodes.len()]).expect("the device settles");
-        let twin = twin_response(kind, initial, &vec![target; 400]);
+        let twin = twin_response(&kind, initial, &vec![target; 400]);
         let mut worst = Worst::none();
         for (step, expected) in twin.iter().enumerate() {
             // The first step commands; the others only let time pass, whatever load is in place.
@@ -184,7 +185,7 @@ fn advance_lets_time_pass_and_nothing_else() {
 fn parts_of_steps_add_up() {
     let context = context();
     let kind = same(Quadratic, 100.0, Retarget::Merge);
-    let nodes = LooseNodes::new(NOTHING, vec![material(0.0, 1.0, Sides::Outside, kind)], &[DVec3::Z]);
+    let nodes = LooseNodes::new(NOTHING, vec![material(0.0, 1.0, Sides::Outside, kind.clone())], &[DVec3::Z]);
     let mut renderer = nodes.renderer(&context, &[]);
     renderer.settle_at(&vec![2.7; nodes.len()]).expect("the device settles");
     for _ in 0..200 {

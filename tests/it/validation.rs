@@ -8,7 +8,7 @@ use isotherm::environment::{PlanetLoad, TickLoad};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::{Barrier, Frame, Step, StepRange, Wanted, Work};
 use isotherm::gpu::renderer::Renderer;
-use isotherm::gpu::variant::{StepKind, ThermalVariant};
+use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::simulation::viewpoint::device_view;
 use isotherm::thermal::material::{Function, Optics, Retarget, Sides};
 
@@ -21,7 +21,8 @@ const WANTED: Wanted = Wanted { image: true, cull: TRIANGLES, temperatures: true
 
 fn range() -> StepRange {
     let kind = StepKind::Merge;
-    let variant = ThermalVariant { kind, both_sides: true, sun: true, planet_ir: true, albedo: true };
+    let variant =
+        ThermalVariant { kind, curve: Curve::Power, both_sides: true, sun: true, planet_ir: true, albedo: true };
     StepRange { variant, groups: (0, 64) }
 }
 
@@ -29,7 +30,8 @@ fn range() -> StepRange {
 fn sheet(context: &Arc<Context>) -> Renderer {
     let quadratic = (Function::Quadratic, 50.0);
     let sides = Sides::Both { back: Optics { absorptivity: 0.4, emissivity: 0.63 } };
-    let mut quads = Quads::new(vec![material(0.88, 0.8, sides, transition(quadratic, quadratic, Retarget::Merge))]);
+    let mut quads =
+        Quads::new(vec![material(0.88, 0.8, sides, transition(quadratic.clone(), quadratic, Retarget::Merge))]);
     quads.variant = range().variant;
     quads.add(Quads::square(DVec3::ZERO, DVec3::X, DVec3::Y, 1.0), 0, 0, |_| 250.0);
     quads.renderer(context, &camera(32, 24, 20.0))

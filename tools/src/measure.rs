@@ -13,7 +13,7 @@ use isotherm::gpu::frame::StepRange;
 use isotherm::gpu::layout;
 use isotherm::gpu::renderer::Renderer;
 use isotherm::gpu::resources::SceneData;
-use isotherm::gpu::variant::{StepKind, ThermalVariant};
+use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::output::report::PassTime;
 use isotherm::scene::Scene;
 use isotherm::simulation::engine::{DeviceData, Engine, Order, Tick};
@@ -82,7 +82,14 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
     let orbit: Vec<TickLoad> = (0..arguments.ticks).map(|i| load(f64::from(i) / count * scene.orbit.period)).collect();
     for &nodes in &arguments.nodes {
         let nodes = nodes.next_multiple_of(256);
-        let variant = |kind, sun, planet_ir, albedo| ThermalVariant { kind, both_sides: false, sun, planet_ir, albedo };
+        let variant = |kind, sun, planet_ir, albedo| ThermalVariant {
+            kind,
+            curve: Curve::Power,
+            both_sides: false,
+            sun,
+            planet_ir,
+            albedo,
+        };
         let mut row = Vec::new();
         let mut bytes = 0.0;
         for variant in [
@@ -125,9 +132,9 @@ fn time_pass(
         emissivity: 0.8,
         back_absorptivity: 0.3,
         back_emissivity: 0.8,
-        heating_power: 2.0,
+        heating_function: 2.0,
         heating_t_max: 1000.0,
-        cooling_power: 2.0,
+        cooling_function: 2.0,
         cooling_t_max: 1000.0,
     };
     let data = SceneData {
@@ -138,6 +145,7 @@ fn time_pass(
         positions: &[],
         triangles: &[],
         materials: &[material],
+        shapes: &[],
         band_table: &[],
         image: None,
     };

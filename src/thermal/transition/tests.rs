@@ -1,17 +1,29 @@
 //! Values of NUMERICS.md 1, properties over random targets, and the rules that fail.
 
 use super::*;
+use crate::thermal::function::{Function, Sample};
+use crate::thermal::material::Domain;
 use proptest::prelude::*;
 
 const QUADRATIC: fn(f64) -> Profile = |t_max_steps| Profile { function: Function::Quadratic, t_max_steps };
 const LINEAR: fn(f64) -> Profile = |t_max_steps| Profile { function: Function::Linear, t_max_steps };
 
+/// A transition of T with the same profile both ways.
+fn same(profile: Profile, retarget: Retarget) -> Transition {
+    Transition { heating: profile.clone(), cooling: profile, retarget, domain: Domain::Temperature }
+}
+
 /// Temperatures at steps 0, 1, ..., n for the targets commanded at steps 1, ..., n, same profile both ways.
 fn run(profile: Profile, rule: Retarget, initial: f64, steps: usize, target: impl Fn(usize) -> f64) -> Vec<f64> {
-    let mut state = TransitionState::settled(initial, &profile);
+    run_transition(&same(profile, rule), initial, steps, target)
+}
+
+/// The same for any transition.
+fn run_transition(transition: &Transition, initial: f64, steps: usize, target: impl Fn(usize) -> f64) -> Vec<f64> {
+    let mut state = TransitionState::settled(initial, transition);
     let mut temperatures = vec![initial];
     for step in 1..=steps {
-        let (next, t) = transition_step(state, target(step), 1.0, &profile, &profile, rule);
+        let (next, t) = transition_step(state, target(step), 1.0, transition);
         state = next;
         temperatures.push(t);
     }
@@ -19,10 +31,10 @@ fn run(profile: Profile, rule: Retarget, initial: f64, steps: usize, target: imp
 }
 
 /// A step and its temperature [K].
-type Sample = (usize, f64);
+type At = (usize, f64);
 
 /// Largest distance between a run and expected (step, temperature) pairs.
-fn worst(temperatures: &[f64], expected: &[Sample]) -> f64 {
+fn worst(temperatures: &[f64], expected: &[At]) -> f64 {
     expected.iter().map(|&(step, t)| (temperatures[step] - t).abs()).fold(0.0, f64::max)
 }
 
@@ -76,7 +88,7 @@ fn linear_figure_5() {
 
 #[test]
 fn moving_targets() {
-    let cases: [(usize, f64, &[Sample]); 4] = [
+    let cases: [(usize, f64, &[At]); 4] = [
         (51, 350.0, &[(50, 200.925), (51, 205.196949), (60, 240.849884), (100, 338.447090), (125, 350.0)]),
         (51, 210.0, &[(50, 200.925), (51, 202.365768), (60, 209.731835), (75, 210.0)]),
         (51, 120.0, &[(50, 200.925), (51, 199.314593), (100, 140.23125), (150, 120.0)]),
@@ -109,12 +121,18 @@ fn lag_behind_a_ramp() {
 fn zero_t_max_is_immediate() {
     let temperatures = run(QUADRATIC(0.0), Retarget::Merge, 300.0, 9, |step| 10.0 * step as f64);
     assert!((1..=9).all(|step| temperatures[step] == 10.0 * step as f64));
-    let (heating, cooling) = (LINEAR(0.0), QUADRATIC(10.0));
-    let state = TransitionState::settled(100.0, &heating);
-    let (state, t) = transition_step(state, 50.0, 1.0, &heating, &cooling, Retarget::Merge);
+    let transition = Transition { cooling: QUADRATIC(10.0), ..same(LINEAR(0.0), Retarget::Merge) };
+    let state = TransitionState::settled(100.0, &transition);
+    let (state, t) = transition_step(state, 50.0, 1.0, &transition);
     assert!((t - (50.0 + 50.0 * 0.81)).abs() < 1e-12, "cooling is gradual");
-    let (_, t) = transition_step(state, 200.0, 1.0, &heating, &cooling, Retarget::Merge);
+    let (_, t) = transition_step(state, 200.0, 1.0, &transition);
     assert_eq!(t, 200.0, "heating is immediate");
+}
+
+/// Every function with a t_max of its own.
+fn jittered() -> Vec<Profile> {
+    let t_max = [361.0, 7.0, 1000.0];
+    functions().into_iter().enumerate().map(|(i, function)| Profile { function, t_max_steps: t_max[i % 3] }).collect()
 }
 
 /// A target that moves by one ulp at every tick must not change the curve (NUMERICS.md 1: restarting costs 42 K).
@@ -123,15 +141,18 @@ fn jitter_of_one_ulp_costs_nothing() {
     let jitter = |step: usize| {
         if step.is_multiple_of(2) { 267.0 } else { 267.0_f64.next_up() }
     };
-    for profile in [LINEAR(361.0), QUADRATIC(361.0), LINEAR(7.0), QUADRATIC(1000.0)] {
+    for profile in jittered() {
         for initial in [2.7, 266.0, 500.0] {
-            let still = run(profile, Retarget::Merge, initial, 1000, |_| 267.0);
+            let still = run(profile.clone(), Retarget::Merge, initial, 1000, |_| 267.0);
             let cost = |rule| {
-                let shaken = run(profile, rule, initial, 1000, jitter);
+                let shaken = run(profile.clone(), rule, initial, 1000, jitter);
                 still.iter().zip(shaken).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
             };
             assert!(cost(Retarget::Merge) < 1e-9, "{profile:?} from {initial}: {} K", cost(Retarget::Merge));
-            assert!(cost(Retarget::Restart) > 0.03 * (267.0 - initial).abs());
+            // A restarted exponential is nearly itself again; a restarted power is not.
+            if profile.function.power().is_some() {
+                assert!(cost(Retarget::Restart) > 0.03 * (267.0 - initial).abs());
+            }
         }
     }
 }
@@ -139,15 +160,19 @@ fn jitter_of_one_ulp_costs_nothing() {
 /// Finer ticks converge on one curve: the difference between successive halvings falls with the tick.
 #[test]
 fn converges_as_the_tick_shrinks() {
-    for profile in [LINEAR(40.0), QUADRATIC(40.0)] {
+    // Tables whose relative rate wanders converge too, from thousands of ticks a step: only then are changes small.
+    let tame = |function: &Function| !matches!(function, Function::Shaped(shape) if shape.turns().len() > 2);
+    for function in functions().into_iter().filter(tame) {
+        let profile = Profile { function, t_max_steps: 40.0 };
         let end = |ticks_a_step: u32| {
             let dt = 1.0 / f64::from(ticks_a_step);
-            let mut state = TransitionState::settled(280.0, &profile);
+            let transition = same(profile.clone(), Retarget::Merge);
+            let mut state = TransitionState::settled(280.0, &transition);
             let mut samples = Vec::new();
             for tick in 1..=200 * ticks_a_step {
                 let time = f64::from(tick) * dt;
                 let target = 280.0 + 60.0 * (time / 25.0).sin();
-                let (next, t) = transition_step(state, target, dt, &profile, &profile, Retarget::Merge);
+                let (next, t) = transition_step(state, target, dt, &transition);
                 state = next;
                 if tick % (10 * ticks_a_step) == 0 {
                     samples.push(t);
@@ -159,7 +184,8 @@ fn converges_as_the_tick_shrinks() {
         let gaps: Vec<f64> =
             runs.windows(2).map(|w| w[0].iter().zip(&w[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)).collect();
         assert!(gaps[0] > 1e-3, "a coarse tick must differ, or nothing is tested: {gaps:?}");
-        assert!(gaps[1] < 0.4 * gaps[0] && gaps[2] < 0.4 * gaps[1], "{profile:?}: {gaps:?}");
+        // Where the relative rate turns, a coarse tick may step over it.
+        assert!(gaps[2] < 0.2 * gaps[0] && gaps[2] < 0.5 * gaps[1], "{}: {gaps:?}", profile.function);
     }
 }
 
@@ -177,25 +203,88 @@ fn rejected_rules_fail() {
     assert!(cost > 30.0, "restart turns every profile into an exponential lag: {cost} K");
 
     let state = TransitionState { target: 267.0, span: 264.3, elapsed: 50.0 };
-    let profile = QUADRATIC(100.0);
+    let merge = same(QUADRATIC(100.0), Retarget::Merge);
     let phase_kept = TransitionState { target: 412.0, span: 412.0 - 2.7, ..state };
-    let jump = temperature(phase_kept, &profile, &profile) - temperature(state, &profile, &profile);
+    let jump = temperature(phase_kept, &merge) - temperature(state, &merge);
     assert!(jump > 36.0, "keeping the phase jumps: {jump} K");
-    let merged = retarget(state, 412.0, &profile, &profile, Retarget::Merge);
-    assert!((temperature(merged, &profile, &profile) - temperature(state, &profile, &profile)).abs() < 1e-12);
+    let merged = retarget(state, 412.0, &merge);
+    assert!((temperature(merged, &merge) - temperature(state, &merge)).abs() < 1e-12);
 
-    let mut frozen = TransitionState::settled(100.0, &profile);
+    let restart = same(QUADRATIC(100.0), Retarget::Restart);
+    let mut frozen = TransitionState::settled(100.0, &restart);
     for step in 1..=500 {
-        frozen = advance(frozen, 1.0, &profile, &profile);
-        frozen = retarget(frozen, 100.0 + f64::from(step), &profile, &profile, Retarget::Restart);
+        frozen = advance(frozen, 1.0, &restart);
+        frozen = retarget(frozen, 100.0 + f64::from(step), &restart);
         frozen = TransitionState { elapsed: 0.0, span: frozen.target - 100.0, ..frozen };
     }
-    assert_eq!(temperature(frozen, &profile, &profile), 100.0, "evaluated before advancing, a node never moves");
+    assert_eq!(temperature(frozen, &restart), 100.0, "evaluated before advancing, a node never moves");
+}
+
+/// One of every kind, and of each what is awkward about it: S-curves whose rate starts at 0, relative rates that fall
+/// (a logarithm with k > e - 1) or wander (a table), slow and steep ones.
+fn functions() -> Vec<Function> {
+    let measured = |points: &[(f64, f64)]| {
+        let samples: Vec<_> = points.iter().map(|&(time, temperature)| Sample { time, temperature }).collect();
+        Function::table(&samples, None).unwrap()
+    };
+    vec![
+        Function::Linear,
+        Function::Quadratic,
+        Function::polynomial(&[0.0, 2.0, -1.0]).unwrap(),
+        Function::polynomial(&[0.0, 0.0, 3.0, -2.0]).unwrap(),
+        Function::polynomial(&[0.0, 4.0, -6.0, 3.0]).unwrap(),
+        Function::exponential(0.01).unwrap(),
+        Function::exponential(3.0).unwrap(),
+        Function::exponential(60.0).unwrap(),
+        Function::logarithmic(1.0).unwrap(),
+        Function::logarithmic(9.0).unwrap(),
+        Function::logarithmic(1e4).unwrap(),
+        measured(&[(0.0, 300.0), (1.0, 280.0), (3.0, 250.0), (4.0, 249.0), (9.0, 200.0)]),
+        measured(&[(0.0, 0.0), (1.0, 0.0), (2.0, 5.0), (2.5, 5.0), (7.0, 9.0), (8.0, 10.0), (9.0, 10.0)]),
+        Function::expression("s*s*(3.0-2.0*s)").unwrap(),
+        Function::expression("sin(1.5707963*s)").unwrap(),
+        Function::expression("s < 0.5 ? 2.0*s*s : 1.0-2.0*(1.0-s)*(1.0-s)").unwrap(),
+    ]
+}
+
+/// T does not jump when the target moves, and where the superposed rate is one that the curve has, neither does the
+/// rate: what the merge promises, asked of random moments and changes.
+#[test]
+fn temperature_and_rate_are_continuous() {
+    for function in functions() {
+        let transition = same(Profile { function: function.clone(), t_max_steps: 100.0 }, Retarget::Merge);
+        let start = function.at(1.0).rate;
+        let (mut kept, mut matched) = (0, 0);
+        for i in 1..2000 {
+            let r = f64::from(i) / 2000.0;
+            let change = [1e-6, -1e-6, 0.3, -0.3, 2.0, -0.9][i as usize % 6];
+            let at = function.at(r);
+            let before = TransitionState { target: 0.0, span: 1.0, elapsed: 100.0 * (1.0 - r) };
+            let after = retarget(before, change, &transition);
+            let jump = temperature(after, &transition) - temperature(before, &transition);
+            assert!(jump.abs() < 1e-12, "{function}: T jumps by {jump} at r = {r}, change {change}");
+            if at.left <= 0.0 || at.left + change <= 0.0 {
+                continue;
+            }
+            let superposed = at.rate + change * start;
+            let found = after.span * function.at(remaining_time(after.elapsed, 100.0)).rate;
+            if (found - superposed).abs() < 1e-6 * (1.0 + superposed.abs()) {
+                matched += 1;
+            } else {
+                kept += 1;
+                assert!(found >= 0.0, "{function}: a rate away from the target");
+            }
+        }
+        let turns = !matches!(&function, Function::Shaped(shape) if !shape.turns().is_empty());
+        assert!(matched > 700 && (kept == 0 || !turns), "{function}: {matched} matched, {kept} kept");
+    }
 }
 
 fn profiles() -> impl Strategy<Value = Profile> {
     let t_max = prop_oneof![Just(0.0), Just(1.0), 0.1..361.0, 1.0..5.0];
-    (t_max, any::<bool>()).prop_map(|(t_max, linear)| if linear { LINEAR(t_max) } else { QUADRATIC(t_max) })
+    let functions = functions();
+    (t_max, 0..functions.len())
+        .prop_map(move |(t_max_steps, number)| Profile { function: functions[number].clone(), t_max_steps })
 }
 
 /// Targets that hold, jitter by an ulp, creep, and jump.
@@ -225,22 +314,25 @@ proptest! {
     #[test]
     fn steps_towards_the_command_and_not_past_it(
         heating in profiles(), cooling in profiles(), targets in targets(), initial in 2.7..1000.0,
-        steps_dt in prop_oneof![Just(1.0), 0.01..3.0], merge in any::<bool>(),
+        steps_dt in prop_oneof![Just(1.0), 0.01..3.0], merge in any::<bool>(), fourth_power in any::<bool>(),
     ) {
-        let rule = if merge { Retarget::Merge } else { Retarget::Restart };
-        let mut state = TransitionState::settled(initial, &heating);
+        let retarget = if merge { Retarget::Merge } else { Retarget::Restart };
+        let domain = if fourth_power { Domain::FourthPower } else { Domain::Temperature };
+        let transition = Transition { heating, cooling, retarget, domain };
+        let mut state = TransitionState::settled(initial, &transition);
         let (mut before, mut low, mut high) = (initial, initial, initial);
         for target in targets {
-            let (next, t) = transition_step(state, target, steps_dt, &heating, &cooling, rule);
+            let (next, t) = transition_step(state, target, steps_dt, &transition);
             state = next;
             low = low.min(target);
             high = high.max(target);
-            // A few ulps of 1000 K: `target - span w` rounds.
-            let slack = 1e-11;
             prop_assert!(t.is_finite());
-            prop_assert!(t >= before.min(target) - slack && t <= before.max(target) + slack,
+            // In units of the domain, of which 1000 K are at most 1e4: `target - span w` rounds.
+            let [t_now, t_before, t_target] = [t, before, target].map(|t| domain.of(t));
+            let slack = 1e-10;
+            prop_assert!(t_now >= t_before.min(t_target) - slack && t_now <= t_before.max(t_target) + slack,
                 "{before} -> {t} K with {target} commanded");
-            prop_assert!(t >= low - slack && t <= high + slack);
+            prop_assert!(t_now >= domain.of(low) - slack && t_now <= domain.of(high) + slack);
             before = t;
         }
     }

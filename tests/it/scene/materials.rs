@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use isotherm::model::{Model, ModelMaterial};
 use isotherm::scene::{MaterialRule, SceneError};
-use isotherm::thermal::material::{Function, Optics, Profile, Response, Retarget, Sides};
+use isotherm::thermal::material::{Domain, Function, Optics, Profile, Response, Retarget, Sides, Transition};
 use serde_json::json;
 
 use super::{FULL, Folder, SHORT, TABLE};
@@ -27,6 +27,11 @@ fn named(names: &[&str]) -> Model {
 
 fn profile(function: Function, t_max_steps: f64) -> Profile {
     Profile { function, t_max_steps }
+}
+
+fn transition(heating: &Profile, cooling: &Profile, retarget: Retarget) -> Response {
+    let domain = Domain::Temperature;
+    Response::Transition(Transition { heating: heating.clone(), cooling: cooling.clone(), retarget, domain })
 }
 
 #[test]
@@ -54,14 +59,14 @@ fn rules_tables_and_common_values_add_up() {
     assert_eq!((bulk.specific_heat, bulk.conductivity), (Some(900.0), Some(200.5)));
     // 775 s are 50 steps of 15.5 s.
     let (heating, cooling) = (profile(Function::Linear, 12.5), profile(Function::Linear, 50.0));
-    assert_eq!(truss.response, Response::Transition { heating, cooling, retarget: Retarget::Merge });
+    assert_eq!(truss.response, transition(&heating, &cooling, Retarget::Merge));
     assert_eq!(truss.source, "scene.toml rule 2");
 
     // CELL? matches one character: CELL12 falls to the default, paint over metal.
     assert_eq!(other.front, Optics { absorptivity: 0.26, emissivity: 0.83 });
     assert_eq!((other.bulk.thickness, other.bulk.density), (None, Some(2770.0)));
     let heating = profile(Function::Quadratic, 100.0);
-    assert_eq!(other.response, Response::Transition { heating, cooling, retarget: Retarget::Restart });
+    assert_eq!(other.response, transition(&heating, &cooling, Retarget::Restart));
 }
 
 #[test]
@@ -104,7 +109,7 @@ fn extras_give_a_material_what_no_rule_gives() {
     assert_eq!(materials[1].bulk.thickness, Some(0.01));
     // 25 s are 2.5 steps of 10 s.
     let (heating, cooling) = (profile(Function::Linear, 2.5), profile(Function::Quadratic, 3.0));
-    assert_eq!(materials[1].response, Response::Transition { heating, cooling, retarget: Retarget::Merge });
+    assert_eq!(materials[1].response, transition(&heating, &cooling, Retarget::Merge));
     assert_eq!(materials[1].source, "craft.glb extras; merged, because retarget is absent");
     assert_eq!(materials[2].front, Optics { absorptivity: 0.88, emissivity: 0.5 });
 

@@ -1,0 +1,69 @@
+#version 450
+// The response of nodes to given targets: many steps of the transition that the thermal step takes, without its load.
+// Four nodes an invocation, padded like the thermal step's; targets and temperatures lie step after step.
+
+#include "types.glsl"
+#ifndef SHAPED
+#include "transition.glsl"
+#endif
+
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 0) readonly buffer StepsBlock { Steps steps; };
+layout(set = 0, binding = 1) readonly buffer CommandedBlock { vec4 commanded[]; };
+layout(set = 0, binding = 3) readonly buffer MaterialBlock { Material materials[]; };
+layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
+layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
+#ifdef SHAPED
+layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
+#else
+layout(set = 0, binding = 10) buffer ElapsedBlock { vec4 elapsed[]; };
+#endif
+layout(set = 0, binding = 11) buffer TemperatureBlock { vec4 temperature[]; };
+#ifdef SHAPED
+layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
+#include "shape.glsl"
+#include "shaped_transition.glsl"
+#endif
+
+void main() {
+    uint group = gl_GlobalInvocationID.x;
+    Material material = materials[0];
+    vec4 old_target = target[group];
+    vec4 old_span = span[group];
+#ifdef SHAPED
+    ivec4 old_elapsed = elapsed[group];
+#else
+    vec4 old_elapsed = elapsed[group];
+#endif
+    for (uint i = 0u; i < steps.count; i++) {
+        uint at = i * steps.groups + group;
+        vec4 next = commanded[at];
+#ifdef SHAPED
+        ShapedNode x = shaped_step(old_target.x, old_span.x, old_elapsed.x, next.x, 1.0, material);
+        ShapedNode y = shaped_step(old_target.y, old_span.y, old_elapsed.y, next.y, 1.0, material);
+        ShapedNode z = shaped_step(old_target.z, old_span.z, old_elapsed.z, next.z, 1.0, material);
+        ShapedNode w = shaped_step(old_target.w, old_span.w, old_elapsed.w, next.w, 1.0, material);
+        old_target = next;
+        old_span = vec4(x.span, y.span, z.span, w.span);
+        old_elapsed = ivec4(x.elapsed, y.elapsed, z.elapsed, w.elapsed);
+        temperature[at] = vec4(x.temperature, y.temperature, z.temperature, w.temperature);
+#else
+        TransitionState state = TransitionState(old_target, old_span, old_elapsed);
+#ifdef MERGE
+        state = retarget_merge(state, next, material);
+#endif
+#ifdef RESTART
+        state = retarget_restart(state, next, material);
+#endif
+        state = advance(state, 1.0, material);
+        old_target = state.target;
+        old_span = state.span;
+        old_elapsed = state.elapsed;
+        temperature[at] = transition_temperature(state, material);
+#endif
+    }
+    target[group] = old_target;
+    span[group] = old_span;
+    elapsed[group] = old_elapsed;
+}

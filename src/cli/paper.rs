@@ -1,0 +1,171 @@
+//! `isotherm paper`: the figures of the paper that isotherm follows, with its numbers held against ours.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+
+use super::radiance::nine_digits;
+use super::run::prepare_with_progress;
+use super::{Chosen, CliError, DeviceArguments, progress_bar, stop_flag};
+use crate::gpu::error::GpuError;
+use crate::gpu::response::{Run, respond};
+use crate::output::OutputError;
+use crate::output::colour::ColourScale;
+use crate::output::folder::{write_atomic, write_bytes};
+use crate::output::frame::Quantity;
+use crate::output::picture::beside;
+use crate::paper::folder::{CHECKS, FIGURE_7, INDEX, PaperFolder, plot_name, series_name};
+use crate::paper::page::Page;
+use crate::paper::visible::{Craft, draw};
+use crate::paper::{LEFT_OUT, checks, scenario, transitions};
+use crate::simulation;
+use crate::simulation::engine::Engine;
+use crate::simulation::frames::FrameMaker;
+use crate::simulation::prepare::{PrepareError, Prepared};
+use crate::simulation::viewpoint::raster_view;
+use crate::thermal::material::Transition;
+use crate::thermal::transition::{TransitionState, transition_step};
+
+/// Make the paper's figures 5, 6 and 7 again, and hold its numbers against ours.
+///
+/// Vural, Martin, Dunstan and Sanchez-Gestido, "Real-time rasterization simulation of TIR images", 2023. Leaves figures
+/// 5 and 6 as SVG with a CSV (step,temperature) for each of their ten transitions, figure 7 as PNG (a station in
+/// visible light and in false-colour temperature), checks.csv (statement,expected,computed,difference,agrees) and
+/// index.html, which needs no network. Figures 2 to 4 need the thermal network and are left out.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isotherm paper -o out/paper\n  \
+isotherm paper -o out/paper --force --device cpu\n  \
+isotherm paper -o out/paper --scene models/station.toml --time 1200")]
+pub struct Arguments {
+    /// Folder for the figures; it must be empty or absent
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Overwrite the files of an earlier `isotherm paper` in the output folder
+    #[arg(long)]
+    force: bool,
+    /// Scene that figure 7 shows
+    #[arg(long, value_name = "SCENE.toml", default_value = "models/station.toml")]
+    scene: PathBuf,
+    /// Time since the start of the scene that figure 7 shows [s]
+    #[arg(long, value_name = "SECONDS", default_value_t = 5000.0, allow_negative_numbers = true)]
+    time: f64,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    if !(arguments.time >= 0.0 && arguments.time.is_finite()) {
+        return Err(CliError::Usage(format!("--time is finite and not below 0 s, not {}", arguments.time)));
+    }
+    if !arguments.scene.is_file() {
+        return Err(CliError::Usage(format!(
+            "figure 7 shows a scene, and there is no file {}; run this where models/ is, or name a scene with --scene",
+            arguments.scene.display()
+        )));
+    }
+    let prepared = prepare_with_progress(&arguments.scene)?;
+    prepared.scene.require_camera().map_err(PrepareError::from)?;
+    let statements = scenario::checks()
+        .map_err(|source| PrepareError::Sky { path: PathBuf::from("the paper's scenario"), source })?;
+    let chosen = arguments.device.open()?;
+    let device = chosen.name();
+    eprintln!("device: {device}");
+    let folder = PaperFolder::prepare(&arguments.output, arguments.force)?;
+
+    let computed =
+        transitions::compute(|transition, initial, targets| temperatures(&chosen, transition, initial, targets))?;
+    let mut values = Vec::new();
+    for one in &computed {
+        write_series(&folder.file(&series_name(&one.panel)), &one.quadratic)?;
+        values.extend(one.checks());
+    }
+    let mut plots = Vec::new();
+    for figure in [5, 6] {
+        let svg = transitions::figure(figure, &computed, &device)?;
+        write_bytes(&folder.file(&plot_name(figure)), svg.as_bytes())?;
+        plots.push((figure, svg));
+    }
+    let Some((png, caption)) = figure_7(&chosen, &prepared, arguments.time)? else {
+        return Err(CliError::Stopped(arguments.output.clone()));
+    };
+    write_bytes(&folder.file(FIGURE_7), &png)?;
+    let all: Vec<checks::Check> = values.iter().chain(&statements).cloned().collect();
+    checks::write(&folder.file(CHECKS), &all)?;
+    let page =
+        Page { device: &device, plots: &plots, picture: (&png, &caption), transitions: &values, scenario: &statements };
+    write_bytes(&folder.file(INDEX), page.html().as_bytes())?;
+
+    for (what, checks) in [("figures 5 and 6", &values), ("the scenario", &statements)] {
+        let agree = checks.iter().filter(|check| check.agrees()).count();
+        println!("{what}: {agree} of {} numbers agree", checks.len());
+    }
+    println!("{LEFT_OUT}");
+    println!("page: {}", folder.file(INDEX).display());
+    chosen.check_validation()
+}
+
+/// Temperatures of one node through its targets [K]: at step 0, then after each.
+fn temperatures(chosen: &Chosen, transition: &Transition, initial: f64, targets: &[f64]) -> Result<Vec<f64>, GpuError> {
+    let after: Vec<f64> = match chosen {
+        Chosen::Device(context) => {
+            let targets = targets.iter().map(|target| *target as f32).collect();
+            let runs = respond(context, transition, &[Run { initial: initial as f32, targets }])?;
+            runs.into_iter().flatten().map(f64::from).collect()
+        }
+        Chosen::Reference => {
+            let mut state = TransitionState::settled(initial, transition);
+            let mut advance = |target: &f64| {
+                let (next, temperature) = transition_step(state, *target, 1.0, transition);
+                state = next;
+                temperature
+            };
+            targets.iter().map(&mut advance).collect()
+        }
+    };
+    Ok(std::iter::once(initial).chain(after).collect())
+}
+
+fn write_series(path: &Path, temperatures: &[f64]) -> Result<(), OutputError> {
+    write_atomic(path, |writer| {
+        let rows = temperatures.iter().enumerate().map(|(step, t)| format!("{step},{}\n", nine_digits(*t)));
+        let text = std::iter::once("step,temperature\n".to_owned()).chain(rows).collect::<String>();
+        writer.write_all(text.as_bytes()).map_err(|source| OutputError::write(path, source))
+    })
+}
+
+/// The PNG of figure 7 and its caption; `None` where Ctrl-C came first.
+fn figure_7(chosen: &Chosen, prepared: &Prepared, time: f64) -> Result<Option<(Vec<u8>, String)>, CliError> {
+    let camera = prepared.scene.require_camera().map_err(PrepareError::from)?;
+    let mut engine = match chosen {
+        Chosen::Device(context) => Engine::on_device(context, prepared, Some(camera))?,
+        Chosen::Reference => Engine::reference(prepared, Some(camera)),
+    };
+    let stop = stop_flag();
+    let ticks = u64::from(prepared.warm_up_ticks()) + (time / prepared.scene.time.step) as u64;
+    let bar = progress_bar(ticks, "figure 7");
+    simulation::start(prepared, &mut engine, None, &stop, &mut || bar.inc(1))?;
+    let still = simulation::still(prepared, &mut engine, time, &stop, &mut || bar.inc(1))?;
+    bar.finish_and_clear();
+    let Some(result) = still.filter(|_| !stop.load(Ordering::Relaxed)) else { return Ok(None) };
+    let Some(pose) = result.pose else { return Ok(None) };
+    let maker = FrameMaker::new(prepared, camera, &engine.device_name());
+    let Some((frame, _)) = maker.frame(result) else { return Ok(None) };
+
+    let sky = prepared.loads.sky_model().sky(time);
+    let sunlight = if prepared.scene.environment.solar_constant.is_some() { sky.lit_fraction } else { 0.0 };
+    let craft = Craft { nodes: &prepared.nodes, triangles: &prepared.triangles, materials: &prepared.materials };
+    let visible = draw(&craft, &raster_view(camera, &pose), sky.sun_direction, sunlight);
+    let scale = match prepared.scene.colour_range {
+        Some(range) => ColourScale::new(Quantity::Temperature, range),
+        None => ColourScale::covering(Quantity::Temperature, [&frame]),
+    };
+    let title = format!("Figure 7: {} in visible light and in temperature", prepared.scene.name);
+    let details = format!("t = {time} s, on {}", engine.device_name());
+    let shading = match sunlight {
+        1.0 => "visible: Lambert, the Sun and 5 % from everywhere; grey = 1 - solar absorptivity; no cast shadows",
+        0.0 => "visible: there is no sunlight at this time, only 5 % of it from everywhere",
+        _ => "visible: Lambert, the Sun partly hidden by the planet and 5 % from everywhere; no cast shadows",
+    };
+    let png = beside((&visible, shading), (&frame, "false-colour temperature"), &scale, &title, &details)?.png()?;
+    let caption = format!("{title}; {shading}");
+    Ok(Some((png, caption)))
+}

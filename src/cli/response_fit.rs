@@ -1,0 +1,208 @@
+//! `isotherm response fit`: the function and t_max that follow a measured step response best.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::CliError;
+use crate::output::folder::write_bytes;
+use crate::output::plot::{Line, Mark, Plot};
+use crate::output::plot_axis::Axis;
+use crate::thermal::fit::{Fit, Fits, Sample, fit};
+use crate::thermal::function::{Function, Kind};
+use crate::thermal::material::Domain;
+
+/// Fits that the plot shows.
+const PLOTTED: usize = 3;
+/// Most dots in the plot; more would hide each other.
+const MOST_DOTS: usize = 400;
+
+/// Propose the function and t_max that follow a step response best.
+///
+/// The data begin at rest: the first row is the initial temperature, and the target commanded there does not move. The
+/// target is estimated unless --target gives it. Every function is fitted to the temperatures in T and in T4; a table
+/// goes through every row, so its residual is that of a table of every second row at the others. The order is by
+/// Schwarz's criterion, so that a function with more free numbers must earn them. What to paste into a [[material]] of
+/// a scene comes last.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isotherm response fit cooling.csv\n  \
+isotherm response fit cooling.csv --target 2.7 --plot cooling.svg")]
+pub struct Arguments {
+    /// CSV with the columns time [s] (or step) and temperature [K]
+    #[arg(value_name = "DATA.csv")]
+    data: PathBuf,
+    /// The target, where it is known [K]
+    #[arg(long, value_name = "K", allow_negative_numbers = true)]
+    target: Option<f64>,
+    /// Plot of the data and the best fits
+    #[arg(long, value_name = "OUT.svg")]
+    plot: Option<PathBuf>,
+}
+
+/// Data and what their time counts.
+struct Data {
+    samples: Vec<Sample>,
+    in_steps: bool,
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let in_file = |reason: String| CliError::Usage(format!("{}: {reason}", arguments.data.display()));
+    let data = read(&arguments.data).map_err(in_file)?;
+    let fits = fit(&data.samples, arguments.target).map_err(|error| in_file(error.to_string()))?;
+    if let Some(path) = &arguments.plot {
+        let name = arguments.data.file_name().unwrap_or_default().to_string_lossy();
+        write_bytes(path, plot(&data, &fits.best, &name).svg()?.as_bytes())?;
+    }
+    let mut out = std::io::stdout().lock();
+    out.write_all(table(&data, &fits).as_bytes())?;
+    if let Some(best) = fits.best.first() {
+        write!(out, "\n{}", to_paste(best, arguments, data.in_steps))?;
+    }
+    Ok(())
+}
+
+fn read(path: &Path) -> Result<Data, String> {
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_path(path).map_err(text)?;
+    let headers = reader.headers().map_err(text)?.clone();
+    let column = |name: &str| headers.iter().position(|header| header == name);
+    let time = column("time").or(column("step"));
+    let (Some(time), Some(temperature)) = (time, column("temperature")) else {
+        let found = headers.iter().collect::<Vec<_>>().join(",");
+        return Err(format!("the first line must name the columns time (or step) and temperature; it is '{found}'"));
+    };
+    let mut samples = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(text)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let number = |index: usize| {
+            let cell = record.get(index).unwrap_or_default();
+            cell.parse::<f64>().map_err(|_| format!("line {line}: '{cell}' is not a number"))
+        };
+        samples.push(Sample { time: number(time)?, temperature: number(temperature)? });
+    }
+    Ok(Data { samples, in_steps: column("time").is_none() })
+}
+
+fn text(error: csv::Error) -> String {
+    error.to_string()
+}
+
+fn unit(in_steps: bool) -> &'static str {
+    if in_steps { "steps" } else { "s" }
+}
+
+fn domain(fit: &Fit) -> &'static str {
+    match fit.response.domain {
+        Domain::Temperature => "T",
+        Domain::FourthPower => "T4",
+    }
+}
+
+/// Every kind with its residual, the best first.
+fn table(data: &Data, fits: &Fits) -> String {
+    let unit = unit(data.in_steps);
+    let mut lines = format!(
+        "{:<12} {:<6} {:>12} {:>12} {:>12} {:>12} {:>7}\n",
+        "function",
+        "domain",
+        format!("t_max [{unit}]"),
+        "target [K]",
+        "rms [K]",
+        "max [K]",
+        "numbers"
+    );
+    for fit in &fits.best {
+        lines.push_str(&format!(
+            "{:<12} {:<6} {:>12} {:>12} {:>12} {:>12} {:>7}{}\n",
+            fit.response.function.kind_name(),
+            domain(fit),
+            number(fit.response.t_max),
+            number(fit.response.target),
+            residual(fit.rms),
+            residual(fit.max),
+            fit.parameters,
+            if fit.ends_after_data { "  ends after the data" } else { "" }
+        ));
+    }
+    for (kind, reason) in &fits.left_out {
+        lines.push_str(&format!("{kind:<12} left out: {reason}\n"));
+    }
+    lines
+}
+
+/// Six significant digits, without zeros that say nothing.
+fn number(value: f64) -> String {
+    format!("{value:.5e}").parse::<f64>().unwrap_or(value).to_string()
+}
+
+fn residual(value: f64) -> String {
+    if value >= 1e-3 { format!("{value:.4}") } else { format!("{value:.1e}") }
+}
+
+/// The lines of a material.
+fn to_paste(fit: &Fit, arguments: &Arguments, in_steps: bool) -> String {
+    let response = &fit.response;
+    let own = match &response.function {
+        Function::Linear | Function::Quadratic => String::new(),
+        Function::Shaped(shape) => match &shape.kind {
+            Kind::Exponential { rate } | Kind::Logarithmic { rate } => format!("rate = {}, ", number(*rate)),
+            Kind::Polynomial(polynomial) => {
+                let list = polynomial.coefficients().iter().map(|c| format!("{c:.9}")).collect::<Vec<_>>();
+                format!("coefficients = [{}], ", list.join(", "))
+            }
+            Kind::Table(_) => {
+                let file = toml::Value::String(arguments.data.display().to_string());
+                let target = arguments.target.map_or(String::new(), |target| format!("target = {target}, "));
+                format!("file = {file}, {target}")
+            }
+            Kind::Expression(expression) => {
+                format!("text = {}, ", toml::Value::String(expression.text().to_owned()))
+            }
+        },
+    };
+    let branch = if response.target > response.initial { "heating" } else { "cooling" };
+    let key = if in_steps { "t_max_steps" } else { "t_max" };
+    let (kind, t_max) = (response.function.kind_name(), number(response.t_max));
+    let mut lines = String::new();
+    if kind == "table" {
+        let rename = if in_steps { "; rename its column step to time" } else { "" };
+        lines.push_str(&format!("# file: as seen from the scene{rename}\n"));
+    }
+    lines.push_str(&format!("{branch} = {{ function = \"{kind}\", {own}{key} = {t_max} }}\n"));
+    if response.domain == Domain::FourthPower {
+        lines.push_str("domain = \"T4\"\n");
+    }
+    lines
+}
+
+fn plot(data: &Data, fits: &[Fit], file: &str) -> Plot {
+    let unit = unit(data.in_steps);
+    let stride = data.samples.len().div_ceil(MOST_DOTS).max(1);
+    let dots = data.samples.iter().step_by(stride).map(|sample| [sample.time, sample.temperature]);
+    let [start, end] = [0, data.samples.len().saturating_sub(1)].map(|row| data.samples[row].time);
+    let mut series: Vec<Line> = fits
+        .iter()
+        .take(PLOTTED)
+        .map(|fit| Line {
+            name: format!("{} in {}: {} K", fit.response.function.kind_name(), domain(fit), residual(fit.rms)),
+            points: (0..=500)
+                .map(|i| (end - start) * f64::from(i) / 500.0)
+                .map(|time| [start + time, fit.response.temperature(time)])
+                .collect(),
+            ..Line::default()
+        })
+        .collect();
+    series.push(Line { name: "data".to_owned(), points: dots.collect(), mark: Mark::Points, ..Line::default() });
+    let every = if stride > 1 { format!("; one row of {stride} is shown") } else { String::new() };
+    let best = fits.first().map(|Fit { response, .. }| {
+        format!("{}, t_max = {} {unit}", response.function.kind_name(), number(response.t_max))
+    });
+    Plot {
+        title: format!("Step response: {}", best.unwrap_or_default()),
+        subtitle: format!("{file}, and the {PLOTTED} best fits with their rms difference{every}"),
+        x: Axis::linear(&format!("time [{unit}]")),
+        y: Axis::linear("temperature [K]"),
+        series,
+        shaded: Vec::new(),
+    }
+}

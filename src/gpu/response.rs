@@ -1,0 +1,182 @@
+//! The response of nodes to given targets, computed on the device by the transition that the thermal step takes.
+
+use std::sync::Arc;
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+
+use super::bindings::allocate_set;
+use super::blackbody::DescriptorPool;
+use super::context::Context;
+use super::error::GpuError;
+use super::layout;
+use super::memory::Buffer;
+use super::once::Once;
+use super::pipeline::Pipeline;
+use super::shapes::Shapes;
+use super::variant::{Curve, ResponseVariant, StepKind};
+use crate::thermal::material::{Domain, Retarget, Transition};
+
+/// Nodes that the shader's workgroup takes: 64 invocations of four.
+const NODES: usize = 256;
+/// Steps of one dispatch. Some drivers silently end a loop after 65,535 turns in all, those of the search for a phase
+/// included (DESIGN.md 5).
+const STEPS: usize = 128;
+
+/// A node that starts at rest, and what is commanded of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Run {
+    /// Temperature at step 0 [K].
+    pub initial: f32,
+    /// Target of each step from 1 [K].
+    pub targets: Vec<f32>,
+}
+
+/// Temperatures [K] at the steps from 1 of every run, as long as the run's targets.
+///
+/// # Errors
+/// More than the device holds, or a call that fails.
+pub fn respond(context: &Arc<Context>, transition: &Transition, runs: &[Run]) -> Result<Vec<Vec<f32>>, GpuError> {
+    let steps = runs.iter().map(|run| run.targets.len()).max().unwrap_or(0);
+    let nodes = runs.len().next_multiple_of(NODES);
+    let mut device = Device::new(context, transition, runs, nodes)?;
+    let mut temperatures: Vec<Vec<f32>> = runs.iter().map(|run| Vec::with_capacity(run.targets.len())).collect();
+    for first in (0..steps).step_by(STEPS) {
+        let count = STEPS.min(steps - first);
+        let mut commanded = vec![0.0f32; count * nodes];
+        for (node, run) in runs.iter().enumerate() {
+            // A run that is over stays at its last target.
+            let last = run.targets.last().copied().unwrap_or(run.initial);
+            for step in 0..count {
+                commanded[step * nodes + node] = run.targets.get(first + step).copied().unwrap_or(last);
+            }
+        }
+        let found = device.steps(&commanded, count, nodes)?;
+        for (node, run) in runs.iter().enumerate() {
+            let taken = count.min(run.targets.len().saturating_sub(first));
+            temperatures[node].extend((0..taken).map(|step| found[step * nodes + node]));
+        }
+    }
+    Ok(temperatures)
+}
+
+/// The variant that moves a transition.
+fn variant(transition: &Transition) -> ResponseVariant {
+    ResponseVariant {
+        kind: match transition.retarget {
+            Retarget::Merge => StepKind::Merge,
+            Retarget::Restart => StepKind::Restart,
+        },
+        curve: match transition.domain {
+            Domain::Temperature if transition.is_power() => Curve::Power,
+            Domain::Temperature => Curve::Shaped,
+            Domain::FourthPower => Curve::ShapedFourthPower,
+        },
+    }
+}
+
+/// Pipeline, buffers by binding, and their descriptor set. Fields are dropped in order.
+struct Device<'a> {
+    once: Once,
+    _pool: DescriptorPool<'a>,
+    set: vk::DescriptorSet,
+    pipeline: Pipeline,
+    buffers: Vec<(u32, Buffer)>,
+}
+
+/// Bindings of glsl/response.comp.
+const STEPS_BINDING: u32 = 0;
+const COMMANDED: u32 = 1;
+const MATERIALS: u32 = 3;
+const TARGET: u32 = 8;
+const SPAN: u32 = 9;
+const ELAPSED: u32 = 10;
+const TEMPERATURE: u32 = 11;
+const SHAPES: u32 = 12;
+
+impl<'a> Device<'a> {
+    fn new(context: &'a Arc<Context>, transition: &Transition, runs: &[Run], nodes: usize) -> Result<Self, GpuError> {
+        let mut shapes = Shapes::default();
+        shapes.add(transition);
+        let mut material: layout::Material = bytemuck::Zeroable::zeroed();
+        material.set_transition(transition, &shapes);
+        let mut at_rest: Vec<f32> = runs.iter().map(|run| run.initial).collect();
+        at_rest.resize(nodes, 0.0);
+
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
+        let empty =
+            |name: &str, values: usize, location| Buffer::new(context, name, 4 * values as u64, usage, location);
+        let mut buffers = vec![
+            (STEPS_BINDING, empty("steps", 2, MemoryLocation::CpuToGpu)?),
+            (COMMANDED, empty("commanded", STEPS * nodes, MemoryLocation::CpuToGpu)?),
+            (MATERIALS, empty("material", 8, MemoryLocation::CpuToGpu)?),
+            (TARGET, empty("target", nodes, MemoryLocation::CpuToGpu)?),
+            (SPAN, empty("span", nodes, MemoryLocation::CpuToGpu)?),
+            (ELAPSED, empty("elapsed", nodes, MemoryLocation::CpuToGpu)?),
+            (TEMPERATURE, empty("temperature", STEPS * nodes, MemoryLocation::GpuToCpu)?),
+        ];
+        if !shapes.values.is_empty() {
+            buffers.push((SHAPES, empty("shapes", 4 * shapes.values.len(), MemoryLocation::CpuToGpu)?));
+        }
+        let zeros = vec![0.0f32; nodes];
+        for (binding, buffer) in &mut buffers {
+            match *binding {
+                MATERIALS => buffer.write(&[material]),
+                TARGET => buffer.write(&at_rest),
+                SPAN | ELAPSED => buffer.write(&zeros),
+                SHAPES => buffer.write(&shapes.values),
+                _ => {}
+            }
+        }
+        let bindings: Vec<_> =
+            buffers.iter().map(|(binding, _)| (*binding, vk::DescriptorType::STORAGE_BUFFER)).collect();
+        let pipeline = Pipeline::compute(context, &variant(transition).name(), &bindings)?;
+        let pool = DescriptorPool::new(context, buffers.len() as u32)?;
+        let set = allocate_set(context, pool.raw, pipeline.set_layout)?;
+        for (binding, buffer) in &buffers {
+            let infos = [vk::DescriptorBufferInfo { buffer: buffer.raw, offset: 0, range: vk::WHOLE_SIZE }];
+            let write = [vk::WriteDescriptorSet::default()
+                .dst_set(set)
+                .dst_binding(*binding)
+                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                .buffer_info(&infos)];
+            // SAFETY: set and buffer are alive, and nothing uses the set yet.
+            unsafe { context.device.update_descriptor_sets(&write, &[]) };
+        }
+        Ok(Self { once: Once::new(context)?, _pool: pool, set, pipeline, buffers })
+    }
+
+    /// Takes some steps; targets and temperatures lie step after step. Waits, so the state needs no other barrier.
+    fn steps(&mut self, commanded: &[f32], count: usize, nodes: usize) -> Result<&[f32], GpuError> {
+        let steps = layout::Steps { count: count as u32, groups: (nodes / 4) as u32 };
+        for (binding, buffer) in &mut self.buffers {
+            match *binding {
+                STEPS_BINDING => buffer.write(&[steps]),
+                COMMANDED => buffer.write(commanded),
+                _ => {}
+            }
+        }
+        let (pipeline, set) = (&self.pipeline, self.set);
+        self.once.run(|device, commands| {
+            let memory = [vk::MemoryBarrier2::default()
+                .src_stage_mask(vk::PipelineStageFlags2::COMPUTE_SHADER)
+                .src_access_mask(vk::AccessFlags2::SHADER_STORAGE_WRITE)
+                .dst_stage_mask(vk::PipelineStageFlags2::HOST | vk::PipelineStageFlags2::COMPUTE_SHADER)
+                .dst_access_mask(
+                    vk::AccessFlags2::HOST_READ
+                        | vk::AccessFlags2::SHADER_STORAGE_READ
+                        | vk::AccessFlags2::SHADER_STORAGE_WRITE,
+                )];
+            let dependency = vk::DependencyInfo::default().memory_barriers(&memory);
+            // SAFETY: pipeline, set and buffers live until `run` has waited; the buffers hold whole workgroups.
+            unsafe {
+                device.cmd_bind_pipeline(commands, pipeline.bind_point, pipeline.raw);
+                device.cmd_bind_descriptor_sets(commands, pipeline.bind_point, pipeline.layout, 0, &[set], &[]);
+                device.cmd_dispatch(commands, (nodes / NODES) as u32, 1, 1);
+                device.cmd_pipeline_barrier2(commands, &dependency);
+            }
+        })?;
+        let temperature = self.buffers.iter().find(|(binding, _)| *binding == TEMPERATURE);
+        Ok(temperature.map_or(&[], |(_, buffer)| buffer.read(count * nodes)))
+    }
+}

@@ -1,0 +1,75 @@
+//! A figure of several small plots in rows and columns, as one SVG document.
+
+use super::OutputError;
+use super::plot::{Area, FINE, Layout, Plot, TITLE, document, draw_title};
+
+/// Width of a figure [px].
+const WIDTH: u32 = 960;
+/// Height of a panel [px].
+const PANEL_HEIGHT: u32 = 280;
+/// Height of a panel's own title and subtitle [px].
+const PANEL_TITLE: u32 = 46;
+/// A panel has no legend: its title says what it shows.
+const PANEL: Layout = Layout { title: PANEL_TITLE, legend: 0 };
+
+/// Plots side by side, row after row. They have no legends, so a panel is for few lines that its title explains.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Panels {
+    /// First line, bold.
+    pub title: String,
+    /// Second line.
+    pub subtitle: String,
+    /// Panels in a row.
+    pub columns: usize,
+    /// The panels, row by row.
+    pub plots: Vec<Plot>,
+}
+
+impl Panels {
+    /// The figure as an SVG document 960 pixels wide that scales to any width. Same figure, same text.
+    ///
+    /// # Errors
+    /// [`OutputError::Encode`] where plotters refuses.
+    pub fn svg(&self) -> Result<String, OutputError> {
+        let columns = self.columns.max(1);
+        let rows = self.plots.len().div_ceil(columns).max(1);
+        let height = TITLE + PANEL_HEIGHT * u32::try_from(rows).unwrap_or(1);
+        document(&self.title, [WIDTH, height], |root| self.draw(root, rows, columns))
+    }
+
+    fn draw(&self, root: &Area, rows: usize, columns: usize) -> Result<(), String> {
+        draw_title(root, &self.title, &self.subtitle)?;
+        let (_, below) = root.split_vertically(TITLE * FINE);
+        let cells = below.split_evenly((rows, columns));
+        self.plots.iter().zip(&cells).try_for_each(|(plot, cell)| plot.draw_on(cell, &PANEL))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::plot::Line;
+
+    fn panels(count: usize, columns: usize) -> Panels {
+        let plot = |number: usize| {
+            let series = vec![Line { points: vec![[0.0, 1.0], [1.0, number as f64]], ..Line::default() }];
+            Plot { title: format!("panel {number}"), series, ..Plot::default() }
+        };
+        Panels { title: "All".into(), columns, plots: (0..count).map(plot).collect(), ..Panels::default() }
+    }
+
+    #[test]
+    fn every_panel_is_drawn_in_rows() {
+        let svg = panels(6, 3).svg().unwrap();
+        assert!((0..6).all(|number| svg.contains(&format!("panel {number}"))) && svg.contains("All"));
+        assert!(svg.contains(&format!("height=\"{}\"", TITLE + 2 * PANEL_HEIGHT)));
+        assert!(panels(4, 3).svg().unwrap().contains(&format!("height=\"{}\"", TITLE + 2 * PANEL_HEIGHT)));
+        assert!(panels(6, 6).svg().unwrap().contains(&format!("height=\"{}\"", TITLE + PANEL_HEIGHT)));
+        assert_eq!(svg, panels(6, 3).svg().unwrap());
+    }
+
+    #[test]
+    fn a_figure_without_panels_is_drawn() {
+        assert!(panels(0, 0).svg().is_ok());
+    }
+}

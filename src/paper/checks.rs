@@ -1,0 +1,111 @@
+//! The paper's numbers beside ours, as rows of `checks.csv`.
+
+use std::path::Path;
+
+use crate::output::OutputError;
+use crate::output::folder::write_atomic;
+
+/// How far two numbers may lie apart and still agree, in the unit of the check.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tolerance {
+    /// The number is exact, ours is computed in f32.
+    Computation(f64),
+    /// The number was read from a plot, or is said to be "about" this.
+    Reading(f64),
+}
+
+impl Tolerance {
+    fn size(self) -> f64 {
+        match self {
+            Self::Computation(size) | Self::Reading(size) => size,
+        }
+    }
+}
+
+/// One number that the paper states.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Check {
+    /// What the number is.
+    pub statement: String,
+    /// The paper's, or what its equations give.
+    pub expected: f64,
+    /// Ours.
+    pub computed: f64,
+    /// Difference at which they still agree.
+    pub tolerance: Tolerance,
+    /// Unit of both.
+    pub unit: &'static str,
+}
+
+impl Check {
+    /// Ours less the paper's.
+    pub fn difference(&self) -> f64 {
+        self.computed - self.expected
+    }
+
+    /// Whether they agree; never where ours is not a number.
+    pub fn agrees(&self) -> bool {
+        self.difference().abs() <= self.tolerance.size()
+    }
+
+    /// The statement with the unit of its numbers and the tolerance.
+    pub fn statement_with_unit(&self) -> String {
+        let how = match self.tolerance {
+            Tolerance::Computation(size) => format!("within {size}"),
+            Tolerance::Reading(size) => format!("read to {size}"),
+        };
+        format!("{} [{}, {how}]", self.statement, self.unit)
+    }
+
+    /// Expected, computed and difference as text.
+    pub fn numbers(&self) -> [String; 3] {
+        [self.expected.to_string(), format!("{:.6}", self.computed), format!("{:.2e}", self.difference())]
+    }
+}
+
+/// Writes `checks.csv`: statement, expected, computed, difference, agrees (`true` or `false`).
+///
+/// # Errors
+/// [`OutputError::Write`].
+pub fn write(path: &Path, checks: &[Check]) -> Result<(), OutputError> {
+    write_atomic(path, |writer| {
+        let failed = |error: csv::Error| OutputError::write(path, error.into());
+        let mut csv = csv::Writer::from_writer(writer);
+        csv.write_record(["statement", "expected", "computed", "difference", "agrees"]).map_err(failed)?;
+        for check in checks {
+            let [expected, computed, difference] = check.numbers();
+            let record = [check.statement_with_unit(), expected, computed, difference, check.agrees().to_string()];
+            csv.write_record(&record).map_err(failed)?;
+        }
+        csv.flush().map_err(|source| OutputError::write(path, source))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(expected: f64, computed: f64) -> Check {
+        let tolerance = Tolerance::Reading(10.0);
+        Check { statement: "hot, \"very\"".into(), expected, computed, tolerance, unit: "K" }
+    }
+
+    #[test]
+    fn numbers_agree_within_the_tolerance_only() {
+        assert!(check(700.0, 691.0).agrees() && check(700.0, 710.0).agrees());
+        assert!(!check(700.0, 689.9).agrees() && !check(700.0, f64::NAN).agrees());
+    }
+
+    #[test]
+    fn the_table_reads_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("checks.csv");
+        write(&path, &[check(700.0, 691.0), check(180.0, 193.8)]).unwrap();
+        let mut reader = csv::Reader::from_path(&path).unwrap();
+        let header: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
+        assert_eq!(header, ["statement", "expected", "computed", "difference", "agrees"]);
+        let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+        assert_eq!(&rows[0][0], "hot, \"very\" [K, read to 10]");
+        assert_eq!([&rows[0][3], &rows[0][4], &rows[1][4]], ["-9.00e0", "true", "false"]);
+    }
+}

@@ -1,0 +1,113 @@
+//! `index.html`: figures, checks and what they mean on one page that needs no network.
+
+use super::LEFT_OUT;
+use super::checks::Check;
+use super::folder::{CHECKS, FIGURE_7, plot_name, series_name};
+use super::transitions::PANELS;
+use crate::output::html::{Html, escape, kelvin, link_target};
+
+/// What the page shows.
+#[derive(Debug, Clone, Copy)]
+pub struct Page<'a> {
+    /// Who computed figures 5 to 7.
+    pub device: &'a str,
+    /// The SVG of figures 5 and 6.
+    pub plots: &'a [(u8, String)],
+    /// Figure 7 as PNG, and what it is.
+    pub picture: (&'a [u8], &'a str),
+    /// Checks of figures 5 and 6.
+    pub transitions: &'a [Check],
+    /// Checks of the scenario.
+    pub scenario: &'a [Check],
+}
+
+impl Page<'_> {
+    /// The document.
+    pub fn html(&self) -> String {
+        let mut html = Html::page("The paper's figures - isotherm");
+        html.element("h1", "The paper's figures, made again");
+        html.element(
+            "p",
+            "Vural, Martin, Dunstan, Sanchez-Gestido: Real-time rasterization simulation of TIR images, 2023",
+        );
+        html.element("p", &format!("isotherm {} on {}; {LEFT_OUT}", env!("CARGO_PKG_VERSION"), self.device));
+        html.raw("</header>\n<main>\n");
+        self.headline(&mut html);
+        for (number, svg) in self.plots {
+            html.figure(svg, &format!("Figure {number}"), &plot_name(*number));
+        }
+        html.picture(self.picture.0, self.picture.1, FIGURE_7);
+        html.element("h2", "What the paper says of its scenario");
+        html.element(
+            "p",
+            "Computed in f64 from the orbit and the balance of the moment; numbers that the paper gives only in a plot \
+             or as \"about\" are held against ours as closely as they can be read. Its altitude and its period do not \
+             belong together, and its eclipse is the night of the face itself, not the shadow of the planet.",
+        );
+        table(&mut html, self.scenario);
+        html.element("h2", "Figures 5 and 6, and the linear function over the same transitions");
+        html.element("p", "Expected: equations 1 to 4, held at the target from t_max on; computed on the device.");
+        table(&mut html, self.transitions);
+        html.element("h2", "Files");
+        let names = PANELS.iter().map(series_name).chain([CHECKS.to_owned()]);
+        let links = names.map(|name| format!("<li><a href=\"{}\">{}</a></li>\n", link_target(&name), escape(&name)));
+        html.raw(&format!("<ul class=\"plain\">\n{}</ul>\n", links.collect::<String>()));
+        html.into_page()
+    }
+
+    fn headline(&self, html: &mut Html) {
+        let agree = |checks: &[Check]| checks.iter().filter(|check| check.agrees()).count();
+        let worst = self.transitions.iter().map(|check| check.difference().abs()).fold(0.0, f64::max);
+        let (worst, unit) = kelvin(worst);
+        let share = |checks: &[Check]| format!("{} of {}", agree(checks), checks.len());
+        let figures = [
+            (share(self.transitions), "", "values of figures 5 and 6 agree"),
+            (worst, unit, "largest difference among them"),
+            (share(self.scenario), "", "statements on the scenario agree"),
+        ];
+        html.raw("<div class=\"headline\">\n");
+        for (value, unit, what) in figures {
+            html.raw(&format!("<div><span class=\"value\">{value} <small>{unit}</small></span>"));
+            html.raw(&format!("<span class=\"what\">{what}</span></div>\n"));
+        }
+        html.raw("</div>\n");
+    }
+}
+
+fn table(html: &mut Html, checks: &[Check]) {
+    let row = |check: &Check| {
+        let [expected, computed, difference] = check.numbers();
+        let agrees = if check.agrees() { "yes" } else { "no" };
+        vec![check.statement_with_unit(), expected, computed, difference, agrees.to_owned()]
+    };
+    html.table(&["statement", "expected", "computed", "difference", "agrees"], checks.iter().map(row));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::paper::checks::Tolerance;
+
+    #[test]
+    fn the_page_counts_what_agrees_and_needs_nothing_else() {
+        let check = |computed| Check {
+            statement: "a <b>".into(),
+            expected: 1.0,
+            computed,
+            tolerance: Tolerance::Computation(1e-3),
+            unit: "K",
+        };
+        let page = Page {
+            device: "device <1>",
+            plots: &[(5, "<svg></svg>".to_owned())],
+            picture: (&[1, 2, 3], "picture"),
+            transitions: &[check(1.0), check(1.0005), check(3.0)],
+            scenario: &[check(2.0)],
+        };
+        let html = page.html();
+        assert!(html.contains("2 of 3") && html.contains("0 of 1") && html.contains("2.00 <small>K"));
+        assert!(html.contains("device &lt;1&gt;") && html.contains("a &lt;b&gt;") && html.contains(LEFT_OUT));
+        assert!(html.contains("data:image/png;base64,AQID") && html.contains("<svg></svg>"));
+        assert!(!html.contains("http"));
+    }
+}

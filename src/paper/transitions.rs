@@ -1,0 +1,279 @@
+//! Figures 5 and 6: a node of the paper's thermal inertia whose target jumps once.
+
+use crate::output::OutputError;
+use crate::output::panels::Panels;
+use crate::output::plot::{Line, Plot};
+use crate::output::plot_axis::Axis;
+use crate::thermal::function::Function;
+use crate::thermal::material::{Domain, Profile, Retarget, Transition};
+
+use super::checks::{Check, Tolerance};
+
+/// Every transition is computed to this step, the last at which NUMERICS.md 1 gives values.
+pub const LAST_STEP: usize = 1000;
+
+/// Steps of the horizontal axis where the transition ends by then; the paper's orbit has 360 steps, and its longest
+/// transition that is not of 1000 steps ends at step 361.
+const SHORT_AXIS: usize = 361;
+
+/// Largest difference from the exact value that a device in f32 may have [K] (issue 3, over NUMERICS.md 1).
+const DEVICE_TOLERANCE: f64 = 2e-4;
+
+/// Settled at one temperature, commanded to another at step 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Panel {
+    /// Number in the paper: figure and panel.
+    pub figure: [u8; 2],
+    /// Temperature at step 0 [K].
+    pub from: f64,
+    /// Target from step 1 on [K].
+    pub to: f64,
+    /// Steps to reach it.
+    pub t_max: f64,
+    /// Equations 3 and 4 at [`QUADRATIC_STEPS`] [K], to six decimals (NUMERICS.md 1).
+    quadratic: [f64; 7],
+    /// Equations 1 and 2 at [`LINEAR_STEPS`] [K] where NUMERICS.md 1 gives them.
+    linear: Option<[f64; 5]>,
+}
+
+const QUADRATIC_STEPS: [usize; 7] = [0, 1, 50, 100, 180, 361, 1000];
+const LINEAR_STEPS: [usize; 5] = [1, 50, 100, 180, 361];
+
+/// The ten transitions of figures 5 and 6.
+pub const PANELS: [Panel; 10] = [
+    Panel {
+        figure: [5, 1],
+        from: 2.7,
+        to: 267.0,
+        t_max: 361.0,
+        quadratic: [2.7, 4.162238, 70.843124, 128.845901, 200.558427, 267.0, 267.0],
+        linear: Some([3.432133, 39.306648, 75.913296, 134.483934, 267.0]),
+    },
+    Panel {
+        figure: [5, 2],
+        from: 2.7,
+        to: 267.0,
+        t_max: 100.0,
+        quadratic: [2.7, 7.959570, 200.925, 267.0, 267.0, 267.0, 267.0],
+        linear: None,
+    },
+    Panel {
+        figure: [5, 3],
+        from: 2.7,
+        to: 267.0,
+        t_max: 1000.0,
+        quadratic: [2.7, 3.228336, 28.469250, 52.917, 89.284680, 159.080760, 267.0],
+        linear: Some([2.9643, 15.915, 29.13, 50.274, 98.1123]),
+    },
+    Panel {
+        figure: [5, 4],
+        from: 500.0,
+        to: 2.7,
+        t_max: 361.0,
+        quadratic: [500.0, 497.248691, 371.783673, 262.647156, 127.714735, 2.7, 2.7],
+        linear: Some([498.622438, 431.121884, 362.243767, 252.038781, 2.7]),
+    },
+    Panel {
+        figure: [5, 5],
+        from: 500.0,
+        to: 2.7,
+        t_max: 100.0,
+        quadratic: [500.0, 490.103730, 127.025, 2.7, 2.7, 2.7, 2.7],
+        linear: None,
+    },
+    Panel {
+        figure: [5, 6],
+        from: 500.0,
+        to: 2.7,
+        t_max: 1000.0,
+        quadratic: [500.0, 499.005897, 451.513250, 405.513, 337.084520, 205.758033, 2.7],
+        linear: Some([499.5027, 475.135, 450.27, 410.486, 320.4747]),
+    },
+    Panel {
+        figure: [6, 1],
+        from: 2.7,
+        to: 1000.0,
+        t_max: 100.0,
+        quadratic: [2.7, 22.546270, 750.675, 1000.0, 1000.0, 1000.0, 1000.0],
+        linear: None,
+    },
+    Panel {
+        figure: [6, 2],
+        from: 1000.0,
+        to: 2.7,
+        t_max: 100.0,
+        quadratic: [1000.0, 980.153730, 252.025, 2.7, 2.7, 2.7, 2.7],
+        linear: None,
+    },
+    Panel {
+        figure: [6, 3],
+        from: 2.7,
+        to: 5.0,
+        t_max: 100.0,
+        quadratic: [2.7, 2.745770, 4.425, 5.0, 5.0, 5.0, 5.0],
+        linear: None,
+    },
+    Panel {
+        figure: [6, 4],
+        from: 5.0,
+        to: 2.7,
+        t_max: 100.0,
+        quadratic: [5.0, 4.954230, 3.275, 2.7, 2.7, 2.7, 2.7],
+        linear: None,
+    },
+];
+
+/// A transition and its temperatures [K] at steps 0 to [`LAST_STEP`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Computed {
+    /// Which one.
+    pub panel: Panel,
+    /// With the quadratic function, as the figures show it.
+    pub quadratic: Vec<f64>,
+    /// With the linear function, where NUMERICS.md 1 gives values to hold it against.
+    pub linear: Option<Vec<f64>>,
+}
+
+/// Computes all ten. `respond` takes a node that is settled at a temperature [K] through one target [K] a step, and
+/// returns its temperature at step 0 and after every step.
+///
+/// # Errors
+/// Those of `respond`.
+pub fn compute<E>(respond: impl Fn(&Transition, f64, &[f64]) -> Result<Vec<f64>, E>) -> Result<Vec<Computed>, E> {
+    let one = |panel: Panel| {
+        let with = |function| {
+            let profile = Profile { function, t_max_steps: panel.t_max };
+            let (heating, cooling) = (profile.clone(), profile);
+            let transition = Transition { heating, cooling, retarget: Retarget::Merge, domain: Domain::Temperature };
+            respond(&transition, panel.from, &[panel.to; LAST_STEP])
+        };
+        let quadratic = with(Function::Quadratic)?;
+        let linear = panel.linear.map(|_| with(Function::Linear)).transpose()?;
+        Ok(Computed { panel, quadratic, linear })
+    };
+    PANELS.into_iter().map(one).collect()
+}
+
+impl Panel {
+    /// `5.1`.
+    pub fn number(&self) -> String {
+        format!("{}.{}", self.figure[0], self.figure[1])
+    }
+
+    fn describe(&self) -> String {
+        format!("{} to {} K in {} steps", self.from, self.to, self.t_max)
+    }
+}
+
+impl Computed {
+    /// The values of NUMERICS.md 1 beside ours.
+    pub fn checks(&self) -> Vec<Check> {
+        let check = |equations: &str, step: usize, expected: f64, computed: Option<&f64>| Check {
+            statement: format!(
+                "figure {}, {}, {equations}, at step {step}",
+                self.panel.number(),
+                self.panel.describe()
+            ),
+            expected,
+            computed: computed.copied().unwrap_or(f64::NAN),
+            tolerance: Tolerance::Computation(DEVICE_TOLERANCE),
+            unit: "K",
+        };
+        let quadratic = QUADRATIC_STEPS
+            .iter()
+            .zip(self.panel.quadratic)
+            .map(|(&step, expected)| check("quadratic", step, expected, self.quadratic.get(step)));
+        let linear = self.linear.iter().zip(self.panel.linear).flat_map(|(computed, expected)| {
+            let values = LINEAR_STEPS.iter().zip(expected);
+            values.map(|(&step, expected)| check("but linear", step, expected, computed.get(step)))
+        });
+        quadratic.chain(linear).collect()
+    }
+
+    fn plot(&self) -> Plot {
+        let Panel { from, to, t_max, .. } = self.panel;
+        let last = if t_max as usize > SHORT_AXIS { LAST_STEP } else { SHORT_AXIS };
+        let values = self.quadratic.iter().take(last + 1).enumerate();
+        let line = Line { points: values.map(|(step, &t)| [step as f64, t]).collect(), ..Line::default() };
+        let mut x = Axis::linear("step");
+        x.range = Some([0.0, last as f64]);
+        Plot {
+            title: format!("{} {}", self.panel.number(), if to > from { "heating" } else { "cooling" }),
+            subtitle: self.panel.describe(),
+            x,
+            y: Axis::linear("temperature [K]"),
+            series: vec![line],
+            shaded: Vec::new(),
+        }
+    }
+}
+
+/// A figure as SVG in the paper's arrangement: figure 5 in a row of heating and one of cooling, figure 6 in pairs.
+///
+/// # Errors
+/// [`OutputError::Encode`].
+pub fn figure(number: u8, computed: &[Computed], device: &str) -> Result<String, OutputError> {
+    let (title, columns) = match number {
+        5 => ("Figure 5: quadratic transitions of 361, 100 and 1000 steps", 3),
+        _ => ("Figure 6: quadratic transitions over wide and narrow ranges in 100 steps", 2),
+    };
+    let plots = computed.iter().filter(|one| one.panel.figure[0] == number).map(Computed::plot).collect();
+    let subtitle = format!("to step {SHORT_AXIS}, or to {LAST_STEP} where the transition lasts that long; on {device}");
+    Panels { title: title.to_owned(), subtitle, columns, plots }.svg()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use super::*;
+    use crate::thermal::transition::{TransitionState, transition_step};
+
+    fn computed(slower: f64) -> Vec<Computed> {
+        let respond = |transition: &Transition, initial: f64, targets: &[f64]| {
+            let mut transition = transition.clone();
+            for profile in [&mut transition.heating, &mut transition.cooling] {
+                profile.t_max_steps *= slower;
+            }
+            let mut state = TransitionState::settled(initial, &transition);
+            let mut temperatures = vec![initial];
+            for &target in targets {
+                let (next, t) = transition_step(state, target, 1.0, &transition);
+                state = next;
+                temperatures.push(t);
+            }
+            Ok::<_, Infallible>(temperatures)
+        };
+        compute(respond).unwrap()
+    }
+
+    fn disagreements(computed: &[Computed]) -> usize {
+        computed.iter().flat_map(Computed::checks).filter(|check| !check.agrees()).count()
+    }
+
+    #[test]
+    fn the_reference_agrees_with_every_value_and_a_slower_response_does_not() {
+        let right = computed(1.0);
+        assert_eq!(right.iter().map(|one| one.checks().len()).sum::<usize>(), 10 * 7 + 4 * 5);
+        assert_eq!(disagreements(&right), 0);
+        // Where the transition is over, or has not begun, a slower one agrees too.
+        assert!(disagreements(&computed(1.01)) > 40);
+    }
+
+    #[test]
+    fn a_series_that_is_too_short_does_not_agree() {
+        let mut short = computed(1.0);
+        short[0].quadratic.truncate(400);
+        assert_eq!(disagreements(&short), 1);
+    }
+
+    #[test]
+    fn figures_have_their_panels() {
+        let computed = computed(1.0);
+        let five = figure(5, &computed, "device <1>").unwrap();
+        let six = figure(6, &computed, "device").unwrap();
+        assert!(five.contains("5.1 heating") && five.contains("5.6 cooling") && !five.contains("6.1"));
+        assert!(six.contains("6.4 cooling") && six.contains("2.7 to 1000 K in 100 steps") && !six.contains("5.1"));
+        assert!(five.contains("device &lt;1&gt;"));
+    }
+}

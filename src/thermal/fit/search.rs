@@ -1,0 +1,222 @@
+//! The search for the numbers of one kind of function in one domain.
+
+use super::data::Data;
+use super::{Fit, NOTHING, Response};
+use crate::thermal::function::{Function, FunctionError};
+use crate::thermal::least_squares::{Minimum, minimise};
+use crate::thermal::material::Domain;
+
+/// Values of t_max that the search tries.
+const SEARCH_T_MAX: usize = 60;
+/// Starts that the search hands to the fit.
+const STARTS: usize = 4;
+/// How far a polynomial stays from standing still at an end: rounded coefficients must not make it turn back.
+const STEEPNESS: f64 = 1e-5;
+/// Rate of an exponential whose end does not show in the data: 0.1 % of the way is left at t_max, ln 1000.
+pub(super) const RATE_WITHOUT_END: f64 = 6.907_755_278_982_137;
+
+/// The kinds of functions with few numbers of their own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Linear,
+    Quadratic,
+    Exponential,
+    Logarithmic,
+    /// Of degree 3, never turning back.
+    Polynomial,
+}
+
+impl Kind {
+    /// Its name in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Quadratic => "quadratic",
+            Self::Exponential => "exponential",
+            Self::Logarithmic => "logarithmic",
+            Self::Polynomial => "polynomial",
+        }
+    }
+}
+
+/// All of them, the one with the fewest numbers first.
+pub(super) const KINDS: [Kind; 5] =
+    [Kind::Linear, Kind::Quadratic, Kind::Exponential, Kind::Logarithmic, Kind::Polynomial];
+
+/// A function under way: [`Function`] without its checks, which the search would pay for at every point.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Shape {
+    Linear,
+    Quadratic,
+    /// Its rate.
+    Exponential(f64),
+    /// Its rate.
+    Logarithmic(f64),
+    /// Coefficients of s, s^2 and s^3, whose sum is 1.
+    Polynomial([f64; 3]),
+}
+
+impl Shape {
+    /// f(s) for s in [0, 1].
+    pub fn done(&self, s: f64) -> f64 {
+        match self {
+            Self::Linear => s,
+            Self::Quadratic => s * (2.0 - s),
+            Self::Exponential(k) => (-k * s).exp_m1() / (-k).exp_m1(),
+            Self::Logarithmic(k) => (k * s).ln_1p() / k.ln_1p(),
+            Self::Polynomial([a, b, c]) => s * (a + s * (b + s * c)),
+        }
+    }
+
+    /// The same, checked.
+    ///
+    /// # Errors
+    /// Numbers that its own rules refuse.
+    pub fn function(&self) -> Result<Function, FunctionError> {
+        match self {
+            Self::Linear => Ok(Function::Linear),
+            Self::Quadratic => Ok(Function::Quadratic),
+            Self::Exponential(rate) => Function::exponential(*rate),
+            Self::Logarithmic(rate) => Function::logarithmic(*rate),
+            Self::Polynomial([a, b, c]) => Function::polynomial(&[0.0, *a, *b, *c]),
+        }
+    }
+}
+
+/// One kind in one domain. Variables: ln t_max, the way to the target over the data's span, then the function's own.
+pub(super) struct Problem<'a> {
+    pub data: &'a Data,
+    pub kind: Kind,
+    pub domain: Domain,
+}
+
+impl Problem<'_> {
+    /// The best that the kind can do.
+    ///
+    /// # Errors
+    /// A function that its own rules refuse.
+    pub fn solve(&self) -> Result<Fit, FunctionError> {
+        let data = self.data;
+        let rows = data.thinned();
+        let mut starts: Vec<Minimum> = Vec::new();
+        let mut warm = self.first_guess();
+        for ln_t_max in self.search_range() {
+            let held = self.bounds(Some(ln_t_max));
+            let found =
+                [self.first_guess(), warm].map(|start| minimise(&|x| self.residuals(&rows, x), &start, &held, 6));
+            let [a, b] = found;
+            let better = if b.sum_of_squares < a.sum_of_squares { b } else { a };
+            warm = better.x.clone();
+            starts.push(better);
+        }
+        starts.sort_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
+        starts.truncate(STARTS);
+        let all = |x: &[f64]| self.residuals(&data.rows, x);
+        let finished = starts.iter().map(|start| minimise(&all, &start.x, &self.bounds(None), 100));
+        let mut best = finished
+            .min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
+            .unwrap_or(Minimum { x: self.first_guess(), sum_of_squares: f64::INFINITY });
+
+        if best.x[0] > data.last_time().ln() && data.target.is_none() {
+            // The end is not in the data: where other ends do as well, the one that says least is taken.
+            let t_max = match self.shape(&best.x) {
+                Shape::Exponential(rate) => (best.x[0].exp() / rate * RATE_WITHOUT_END).max(data.last_time()),
+                _ => data.last_time(),
+            };
+            let mut start = best.x.clone();
+            start[0] = t_max.ln();
+            let held = self.bounds(Some(t_max.ln()));
+            let other = [start, self.first_guess()]
+                .map(|start| minimise(&all, &start, &held, 100))
+                .into_iter()
+                .min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
+            let nothing = (NOTHING * data.range).powi(2) * data.rows.len() as f64;
+            if let Some(other) = other.filter(|o| o.sum_of_squares <= best.sum_of_squares * (1.0 + 1e-4) + nothing) {
+                best = other;
+            }
+        }
+        self.finish(&best)
+    }
+
+    fn finish(&self, best: &Minimum) -> Result<Fit, FunctionError> {
+        let response = Response {
+            function: self.shape(&best.x).function()?,
+            domain: self.domain,
+            t_max: best.x[0].exp(),
+            initial: self.data.initial,
+            target: self.target(&best.x),
+        };
+        let given = usize::from(self.data.target.is_some());
+        Ok(Fit::new(response, best.x.len() - given, self.data, &self.data.rows))
+    }
+
+    fn residuals(&self, rows: &[[f64; 2]], x: &[f64]) -> Vec<f64> {
+        let (shape, t_max) = (self.shape(x), x[0].exp());
+        let (initial, target) = (self.domain.of(self.data.initial), self.domain.of(self.target(x)));
+        let temperature = |s: f64| {
+            let done = shape.done(s.min(1.0));
+            self.domain.temperature(initial * (1.0 - done) + target * done)
+        };
+        rows.iter().map(|[time, t]| temperature(time / t_max) - t).collect()
+    }
+
+    fn target(&self, x: &[f64]) -> f64 {
+        self.data.target.unwrap_or_else(|| (self.data.initial + self.data.span * x[1]).max(0.0))
+    }
+
+    fn shape(&self, x: &[f64]) -> Shape {
+        match self.kind {
+            Kind::Linear => Shape::Linear,
+            Kind::Quadratic => Shape::Quadratic,
+            Kind::Exponential => Shape::Exponential(x[2].exp()),
+            Kind::Logarithmic => Shape::Logarithmic(x[2].exp()),
+            Kind::Polynomial => {
+                // Bernstein coefficients 0 <= b1 <= b2 <= 1 make a cubic that never turns back (its derivative's
+                // coefficients are their differences).
+                let b1 = x[2];
+                let b2 = b1 + (1.0 - b1) * x[3];
+                let (c1, c2) = (3.0 * b1, 3.0 * (b2 - 2.0 * b1));
+                Shape::Polynomial([c1, c2, 1.0 - c1 - c2])
+            }
+        }
+    }
+
+    fn first_guess(&self) -> Vec<f64> {
+        let mut x = vec![self.data.last_time().ln(), 1.0];
+        match self.kind {
+            Kind::Linear | Kind::Quadratic => {}
+            Kind::Exponential | Kind::Logarithmic => x.push(2f64.ln()),
+            Kind::Polynomial => x.extend([0.5, 0.5]),
+        }
+        x
+    }
+
+    /// Ends of the variables; t_max is held where it is given.
+    fn bounds(&self, ln_t_max: Option<f64>) -> Vec<[f64; 2]> {
+        let search = self.search_range();
+        let t_max = ln_t_max.map_or([search[0], search[search.len() - 1]], |held| [held, held]);
+        let way = if self.data.target.is_some() {
+            [1.0, 1.0]
+        } else if self.data.span < 0.0 {
+            // Not below 0 K.
+            [0.2, (self.data.initial / self.data.range).clamp(0.2, 20.0)]
+        } else {
+            [0.2, 20.0]
+        };
+        let mut bounds = vec![t_max, way];
+        match self.kind {
+            Kind::Linear | Kind::Quadratic => {}
+            Kind::Exponential => bounds.push([0.01f64.ln(), 20f64.ln()]),
+            Kind::Logarithmic => bounds.push([0.01f64.ln(), 1e4f64.ln()]),
+            Kind::Polynomial => bounds.extend([[STEEPNESS, 1.0 - STEEPNESS]; 2]),
+        }
+        bounds
+    }
+
+    /// ln t_max from the first interval to far beyond the data: the farther where a given target says how far.
+    fn search_range(&self) -> Vec<f64> {
+        let beyond: f64 = if self.data.target.is_some() { 1000.0 } else { 10.0 };
+        let (low, high) = (self.data.rows[0][0].ln(), (self.data.last_time() * beyond).ln());
+        (0..SEARCH_T_MAX).map(|i| low + (high - low) * i as f64 / (SEARCH_T_MAX - 1) as f64).collect()
+    }
+}

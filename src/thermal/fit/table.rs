@@ -1,0 +1,42 @@
+//! A table of the data themselves, judged by the rows that it is not made of.
+
+use super::data::Data;
+use super::{Fit, Response, Sample};
+use crate::thermal::function::{Function, FunctionError, Kind};
+use crate::thermal::material::Domain;
+
+/// The table of all rows, with the differences that a table of every second row has from the others: of a table
+/// through all rows they would be 0, whatever the data.
+///
+/// # Errors
+/// Data from which no table can be made: noise that turns back, or a last rate that never leads to a given target.
+pub(super) fn fit(data: &Data, samples: &[Sample]) -> Result<Fit, FunctionError> {
+    let last = samples.len() - 1;
+    let kept: Vec<Sample> =
+        samples.iter().enumerate().filter(|(row, _)| row % 2 == 0 || *row == last).map(|(_, row)| *row).collect();
+    let others: Vec<[f64; 2]> = data.rows.iter().step_by(2).copied().filter(|row| row[0] < data.last_time()).collect();
+    // All rows first: their error names the row of the data.
+    let whole = response(data, samples)?;
+    let half = Fit::new(response(data, &kept)?, kept.len(), data, &others);
+    Ok(Fit { response: whole, ..half })
+}
+
+fn response(data: &Data, samples: &[Sample]) -> Result<Response, FunctionError> {
+    let function = Function::table(samples, data.target)?;
+    // Of a table that goes on to its target the last row lies at the second knot.
+    let left_at_last_row = match &function {
+        Function::Shaped(shape) => match &shape.kind {
+            Kind::Table(measured) if measured.len() > samples.len() => measured.knots()[1],
+            _ => 0.0,
+        },
+        _ => 0.0,
+    };
+    let last = samples.last().map_or(data.initial, |row| row.temperature);
+    Ok(Response {
+        function,
+        domain: Domain::Temperature,
+        t_max: data.last_time() / (1.0 - left_at_last_row),
+        initial: data.initial,
+        target: data.target.unwrap_or(last),
+    })
+}

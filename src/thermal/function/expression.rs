@@ -1,0 +1,120 @@
+//! A response function that the user writes as GLSL text of s: compiled by naga, checked, evaluated in f64.
+//!
+//! The text is made the body of a shader function and compiled as any other shader, so that what is accepted is what
+//! GLSL is. Its compiled form is then read operation by operation: arithmetic, comparisons, `?:` and the functions of
+//! one moment (exp, pow, mix, smoothstep, ...) are kept, and all else is refused.
+
+mod dual;
+mod program;
+
+use super::{FunctionError, Point};
+use dual::Dual;
+use program::Program;
+
+/// Operations that a text may come to; the paper's functions take four.
+pub const MAX_OPERATIONS: usize = 200;
+/// Intervals at whose borders a text is checked.
+const SAMPLES: u32 = 4096;
+/// How far the ends may miss 0 and 1 (the text's own constants are rounded); f is then scaled to meet them.
+const END_TOLERANCE: f64 = 1e-5;
+/// How far below 0 a rate may be by the rounding of the text's constants.
+const RATE_TOLERANCE: f64 = 1e-6;
+/// Steepest rate that is not taken for infinite.
+const MAX_RATE: f64 = 1e6;
+/// A change over an interval that its rates do not explain is looked into.
+const JUMP: f64 = 1e-4;
+
+/// GLSL text of `s`, compiled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Expression {
+    text: String,
+    program: Program,
+    /// f at 0, and 1 / (f(1) - f(0)).
+    start: f64,
+    scale: f64,
+}
+
+impl Expression {
+    pub(super) fn new(text: &str) -> Result<Self, FunctionError> {
+        let text = text.trim().to_owned();
+        let program =
+            Program::compile(&text).map_err(|message| FunctionError::Expression { text: text.clone(), message })?;
+        let mut expression = Self { text, program, start: 0.0, scale: 1.0 };
+        expression.check()?;
+        let (start, end) = (expression.value(0.0).value, expression.value(1.0).value);
+        (expression.start, expression.scale) = (start, 1.0 / (end - start));
+        Ok(expression)
+    }
+
+    /// The text.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Number of operations that it comes to.
+    pub fn operations(&self) -> usize {
+        self.program.operations()
+    }
+
+    pub(super) fn at(&self, r: f64) -> Point {
+        let Dual { value, rate } = self.value(1.0 - r);
+        Point { left: (1.0 - (value - self.start) * self.scale).clamp(0.0, 1.0), rate: (rate * self.scale).max(0.0) }
+    }
+
+    fn value(&self, s: f64) -> Dual {
+        self.program.run(s)
+    }
+
+    fn check(&self) -> Result<(), FunctionError> {
+        let function = "expression";
+        let mut before = None;
+        for step in 0..=SAMPLES {
+            let s = f64::from(step) / f64::from(SAMPLES);
+            let at = self.value(s);
+            let not_finite = |what| Err(FunctionError::NotFinite { function, what, s });
+            if !at.value.is_finite() {
+                return not_finite("f is not finite");
+            }
+            if at.rate.is_nan() || at.rate.abs() > MAX_RATE {
+                return not_finite("its rate is not finite");
+            }
+            if at.rate < -RATE_TOLERANCE {
+                return Err(FunctionError::Falls { function, s, value: at.value, rate: at.rate });
+            }
+            if let Some((s_before, at_before)) = before {
+                self.check_interval(s_before, at_before, s, at)?;
+            }
+            before = Some((s, at));
+        }
+        for (s, wanted) in [(0.0, 0.0), (1.0, 1.0)] {
+            let found = self.value(s).value;
+            if (found - wanted).abs() > END_TOLERANCE {
+                return Err(FunctionError::End { function, s, wanted, found });
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a fall between two samples, and a jump: a change that stays however near the two come.
+    fn check_interval(&self, s0: f64, at0: Dual, s1: f64, at1: Dual) -> Result<(), FunctionError> {
+        let function = "expression";
+        let (mut low, mut high) = ((s0, at0), (s1, at1));
+        let unexplained = |low: (f64, Dual), high: (f64, Dual)| {
+            let by_rates = 0.5 * (low.1.rate + high.1.rate) * (high.0 - low.0);
+            (high.1.value - low.1.value - by_rates).abs()
+        };
+        while unexplained(low, high) > JUMP {
+            let s = 0.5 * (low.0 + high.0);
+            if high.0 - low.0 < 1e-9 {
+                return Err(FunctionError::NotFinite { function, what: "f jumps", s });
+            }
+            let middle = (s, self.value(s));
+            if unexplained(low, middle) > unexplained(middle, high) { high = middle } else { low = middle }
+        }
+        if at1.value < at0.value - RATE_TOLERANCE * (s1 - s0) - 1e-12 {
+            let rate = (at1.value - at0.value) / (s1 - s0);
+            return Err(FunctionError::Falls { function, s: s1, value: at1.value, rate });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,189 @@
+//! A response function from measured times and temperatures: normalised, joined by a monotone cubic.
+//!
+//! The cubic is that of Fritsch & Carlson 1980 (SIAM J. Numer. Anal. 17, 238): Hermite pieces through all points, whose
+//! slopes, at first those of the parabola through three neighbours, are scaled back where a piece would otherwise turn.
+
+use std::path::Path;
+
+use super::{FunctionError, Point};
+
+/// A measured temperature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Time, in any unit, from any origin.
+    pub time: f64,
+    /// Temperature [K].
+    pub temperature: f64,
+}
+
+/// Points (share of the time left, share of the way left) from the end to the start, and the slopes there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    r: Vec<f64>,
+    left: Vec<f64>,
+    slope: Vec<f64>,
+}
+
+impl Measured {
+    pub(super) fn new(samples: &[Sample], target: Option<f64>) -> Result<Self, FunctionError> {
+        let rows: Vec<u64> = (1..=samples.len() as u64).collect();
+        Self::checked(samples, &rows, target, None)
+    }
+
+    pub(super) fn read(path: &Path, target: Option<f64>) -> Result<Self, FunctionError> {
+        let (samples, rows) = read_samples(path)?;
+        Self::checked(&samples, &rows, target, Some(path))
+    }
+
+    /// Number of points, the end of an extrapolation included.
+    pub fn len(&self) -> usize {
+        self.r.len()
+    }
+
+    /// Whether it has no points; never, for one that was made.
+    pub fn is_empty(&self) -> bool {
+        self.r.is_empty()
+    }
+
+    fn checked(
+        samples: &[Sample],
+        rows: &[u64],
+        target: Option<f64>,
+        path: Option<&Path>,
+    ) -> Result<Self, FunctionError> {
+        let owned = || path.map(Path::to_path_buf);
+        let row_error = |index: usize, message: String| FunctionError::Row { path: owned(), row: rows[index], message };
+        let table_error = |message: &str| FunctionError::Table { path: owned(), message: message.to_owned() };
+        let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
+            return Err(table_error("a table needs at least two rows"));
+        };
+        if samples.len() < 2 {
+            return Err(table_error("a table needs at least two rows"));
+        }
+        for (index, sample) in samples.iter().enumerate() {
+            if !(sample.time.is_finite() && sample.temperature.is_finite()) {
+                return Err(row_error(index, "time and temperature must be finite".to_owned()));
+            }
+        }
+        let way = target.unwrap_or(last.temperature) - first.temperature;
+        if way == 0.0 || !way.is_finite() {
+            return Err(table_error("the first and the last temperature are equal: nothing moves"));
+        }
+        for (index, pair) in samples.windows(2).enumerate() {
+            let [before, after] = [pair[0], pair[1]];
+            if after.time == before.time {
+                let message = format!("time {} stands twice: times must rise", after.time);
+                return Err(row_error(index + 1, message));
+            }
+            if after.time < before.time {
+                let message = format!("time {} comes after {}: times must rise", after.time, before.time);
+                return Err(row_error(index + 1, message));
+            }
+            if (after.temperature - before.temperature) * way < 0.0 {
+                let towards = if way > 0.0 { "rises" } else { "falls" };
+                let message = format!(
+                    "{} K at time {} comes after {} K, but the table {towards} from {} K: it must not turn back \
+                     (smooth the noise away)",
+                    after.temperature, after.time, before.temperature, first.temperature
+                );
+                return Err(row_error(index + 1, message));
+            }
+        }
+        let done = |sample: &Sample| (sample.temperature - first.temperature) / way;
+        if done(last) > 1.0 {
+            return Err(row_error(samples.len() - 1, format!("{} K is beyond the target", last.temperature)));
+        }
+        let mut times: Vec<f64> = samples.iter().map(|sample| sample.time).collect();
+        let mut left: Vec<f64> = samples.iter().map(|sample| 1.0 - done(sample)).collect();
+        if left[left.len() - 1] > 0.0 {
+            let last = *slopes(&times, &left).last().unwrap_or(&0.0);
+            if last >= 0.0 {
+                return Err(table_error("the last rate is 0: the target is never reached"));
+            }
+            times.push(times[times.len() - 1] - left[left.len() - 1] / last);
+            left.push(0.0);
+        }
+        let (start, end) = (first.time, times[times.len() - 1]);
+        let r: Vec<f64> = times.iter().rev().map(|time| (end - time) / (end - start)).collect();
+        left.reverse();
+        let slope = slopes(&r, &left);
+        Ok(Self { r, left, slope })
+    }
+
+    /// Borders of the pieces, as shares of the time left, rising.
+    pub fn knots(&self) -> &[f64] {
+        &self.r
+    }
+
+    pub(super) fn at(&self, r: f64) -> Point {
+        let i = self.r.partition_point(|knot| *knot <= r).clamp(1, self.r.len() - 1) - 1;
+        let width = self.r[i + 1] - self.r[i];
+        let t = (r - self.r[i]) / width;
+        let (w0, w1) = (self.left[i], self.left[i + 1]);
+        let (m0, m1) = (width * self.slope[i], width * self.slope[i + 1]);
+        let step = w1 - w0;
+        // w0 + t (m0 + t (c2 + t c3)), exact at both ends to rounding.
+        let (c2, c3) = (3.0 * step - 2.0 * m0 - m1, m0 + m1 - 2.0 * step);
+        let left = w0 + t * (m0 + t * (c2 + t * c3));
+        let rate = (m0 + t * (2.0 * c2 + t * 3.0 * c3)) / width;
+        Point { left: left.clamp(w0, w1), rate: rate.max(0.0) }
+    }
+}
+
+/// Slopes of the monotone cubic through (x, y), x rising.
+fn slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
+    let secants: Vec<f64> = x.windows(2).zip(y.windows(2)).map(|(x, y)| (y[1] - y[0]) / (x[1] - x[0])).collect();
+    let mut slopes = Vec::with_capacity(x.len());
+    slopes.push(secants[0]);
+    slopes.extend(x.windows(3).zip(secants.windows(2)).map(|(x, secant)| {
+        let (before, after) = (x[1] - x[0], x[2] - x[1]);
+        (after * secant[0] + before * secant[1]) / (before + after)
+    }));
+    slopes.push(secants[secants.len() - 1]);
+    for (i, secant) in secants.iter().enumerate() {
+        if *secant == 0.0 {
+            (slopes[i], slopes[i + 1]) = (0.0, 0.0);
+            continue;
+        }
+        let (a, b) = (slopes[i] / secant, slopes[i + 1] / secant);
+        let size = (a * a + b * b).sqrt();
+        if size > 3.0 {
+            slopes[i] *= 3.0 / size;
+            slopes[i + 1] *= 3.0 / size;
+        }
+    }
+    slopes
+}
+
+/// Rows of a CSV file with the columns `time` and `temperature`, and the line of each.
+fn read_samples(path: &Path) -> Result<(Vec<Sample>, Vec<u64>), FunctionError> {
+    let unreadable = |reason: String| FunctionError::Unreadable { path: path.to_path_buf(), reason };
+    let text = std::fs::read_to_string(path).map_err(|error| unreadable(error.to_string()))?;
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).flexible(true).from_reader(text.as_bytes());
+    let headers = reader.headers().map_err(|error| unreadable(error.to_string()))?.clone();
+    let column = |name: &str| {
+        headers.iter().position(|header| header.eq_ignore_ascii_case(name)).ok_or_else(|| FunctionError::Row {
+            path: Some(path.to_path_buf()),
+            row: 1,
+            message: format!("the first row must name the columns time and temperature; there is no '{name}'"),
+        })
+    };
+    let (time, temperature) = (column("time")?, column("temperature")?);
+    let (mut samples, mut rows) = (Vec::new(), Vec::new());
+    for record in reader.records() {
+        let record = record.map_err(|error| unreadable(error.to_string()))?;
+        let row = record.position().map_or(0, csv::Position::line);
+        let number = |index: usize, name: &str| {
+            let field = record.get(index).unwrap_or("");
+            field.parse::<f64>().map_err(|_| FunctionError::Row {
+                path: Some(path.to_path_buf()),
+                row,
+                message: format!("{name}: '{field}' is not a number"),
+            })
+        };
+        samples.push(Sample { time: number(time, "time")?, temperature: number(temperature, "temperature")? });
+        rows.push(row);
+    }
+    Ok((samples, rows))
+}

@@ -1,0 +1,230 @@
+//! Values of every kind from its own formula, and what is refused.
+
+use super::*;
+
+fn samples(points: &[(f64, f64)]) -> Vec<Sample> {
+    points.iter().map(|&(time, temperature)| Sample { time, temperature }).collect()
+}
+
+/// Issue 3: exponential (1 - e^-ks) / (1 - e^-k), logarithmic ln(1 + ks) / ln(1 + k).
+#[test]
+fn values_are_those_of_the_formulas() {
+    let kinds: [(&str, Function, fn(f64) -> f64); 5] = [
+        ("exponential", Function::exponential(3.0).unwrap(), |s| (1.0 - (-3.0 * s).exp()) / (1.0 - (-3f64).exp())),
+        ("logarithmic", Function::logarithmic(9.0).unwrap(), |s| (1.0 + 9.0 * s).ln() / 10f64.ln()),
+        ("polynomial", Function::polynomial(&[0.0, 0.0, 3.0, -2.0]).unwrap(), |s| s * s * (3.0 - 2.0 * s)),
+        ("expression", Function::expression("s*s*(3.0-2.0*s)").unwrap(), |s| s * s * (3.0 - 2.0 * s)),
+        ("quadratic", Function::Quadratic, |s| s * (2.0 - s)),
+    ];
+    for (name, function, f) in kinds {
+        assert_eq!(function.kind_name(), name);
+        for i in 0..=1000 {
+            let s = f64::from(i) / 1000.0;
+            assert!((function.done(s) - f(s)).abs() < 1e-14, "{name} at {s}: {} {}", function.done(s), f(s));
+            assert!(i != 500 || (function.done(s) - f(s + 1e-9)).abs() > 1e-11, "a wrong place shows");
+            let (a, b) = ((s - 1e-6).max(0.0), (s + 1e-6).min(1.0));
+            let rate = (f(b) - f(a)) / (b - a);
+            assert!((function.at(1.0 - s).rate - rate).abs() < 2e-5 * (1.0 + rate), "{name}: rate at {s}");
+        }
+    }
+}
+
+/// What is left near the end keeps its relative accuracy, which the span of a merged transition multiplies.
+#[test]
+fn the_end_is_relatively_accurate() {
+    let r = 1e-9;
+    let exponential = Function::exponential(3.0).unwrap().remaining(r);
+    let series = 3.0 * r * (1.0 + 1.5 * r) / 3f64.exp_m1();
+    assert!((exponential / series - 1.0).abs() < 1e-14);
+    let logarithmic = Function::logarithmic(9.0).unwrap().remaining(r);
+    assert!((logarithmic / (0.9 * r * (1.0 + 0.45 * r) / 10f64.ln()) - 1.0).abs() < 1e-14);
+    let curve = Function::polynomial(&[0.0, 0.0, 3.0, -2.0]).unwrap().remaining(r);
+    assert!((curve / (r * r * (3.0 - 2.0 * r)) - 1.0).abs() < 1e-14);
+}
+
+#[test]
+fn a_table_goes_through_its_points_without_a_bump() {
+    let points = [(5.0, 300.0), (6.0, 290.0), (9.0, 289.0), (9.5, 250.0), (15.0, 250.0), (25.0, 200.0)];
+    let table = Function::table(&samples(&points), None).unwrap();
+    for (time, temperature) in points {
+        let done = table.done((time - 5.0) / 20.0);
+        assert!((done - (300.0 - temperature) / 100.0).abs() < 1e-14, "{time}: {done}");
+    }
+    let done: Vec<f64> = (0..=20_000).map(|i| table.done(f64::from(i) / 20_000.0)).collect();
+    assert!(done.windows(2).all(|pair| pair[1] >= pair[0]));
+    // A straight line is met exactly, however it is cut.
+    let line = Function::table(&samples(&[(0.0, 1.0), (1.0, 2.0), (7.0, 8.0), (10.0, 11.0)]), None).unwrap();
+    assert!((0..100).all(|i| (line.done(f64::from(i) / 100.0) - f64::from(i) / 100.0).abs() < 1e-14));
+}
+
+/// Measured to 150 K of the way to 100 K at -10 K a second at the end: five seconds more.
+#[test]
+fn a_table_that_stops_short_goes_on_at_its_last_rate() {
+    let points = [(0.0, 300.0), (5.0, 200.0), (10.0, 150.0)];
+    let table = Function::table(&samples(&points), Some(100.0)).unwrap();
+    for (time, temperature) in [(0.0, 300.0), (5.0, 200.0), (10.0, 150.0), (12.0, 130.0), (15.0, 100.0)] {
+        let done = table.done(time / 15.0);
+        assert!((300.0 - 200.0 * done - temperature).abs() < 1e-9, "{time}: {}", 300.0 - 200.0 * done);
+    }
+    let still = Function::table(&samples(&[(0.0, 300.0), (5.0, 200.0), (6.0, 200.0)]), Some(100.0));
+    assert!(matches!(still, Err(FunctionError::Table { .. })));
+    let beyond = Function::table(&samples(&[(0.0, 300.0), (5.0, 200.0)]), Some(250.0));
+    assert!(matches!(beyond, Err(FunctionError::Row { row: 2, .. })), "{beyond:?}");
+}
+
+#[test]
+fn bad_tables_say_which_row() {
+    let row = |points: &[(f64, f64)]| match Function::table(&samples(points), None) {
+        Err(FunctionError::Row { row, message, .. }) => (row, message),
+        other => panic!("{other:?}"),
+    };
+    assert!(row(&[(0.0, 1.0), (1.0, 2.0), (1.0, 3.0)]).1.contains("stands twice"));
+    assert_eq!(row(&[(0.0, 1.0), (2.0, 2.0), (1.0, 3.0)]).0, 3);
+    let (number, message) = row(&[(0.0, 1.0), (1.0, 2.0), (2.0, 1.9), (3.0, 3.0)]);
+    assert!(number == 3 && message.contains("must not turn back"), "{message}");
+    assert_eq!(row(&[(0.0, 1.0), (1.0, f64::NAN), (2.0, 3.0)]).0, 2);
+    assert!(Function::table(&samples(&[(0.0, 1.0)]), None).is_err());
+    assert!(Function::table(&samples(&[(0.0, 1.0), (1.0, 1.0)]), None).is_err());
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("noise.csv");
+    std::fs::write(&path, "# a comment\ntime,temperature\n0,300\n1,200\n2,210\n3,100\n").unwrap();
+    let error = Function::read_table(&path, None).unwrap_err().to_string();
+    assert!(error.contains("noise.csv: row 5: 210 K at time 2"), "{error}");
+    std::fs::write(&path, "t,temperature\n0,300\n").unwrap();
+    assert!(Function::read_table(&path, None).unwrap_err().to_string().contains("there is no 'time'"));
+    std::fs::write(&path, "temperature , time\n300,0\nabc,1\n").unwrap();
+    assert!(Function::read_table(&path, None).unwrap_err().to_string().contains("row 3: temperature: 'abc'"));
+}
+
+#[test]
+fn expressions_are_evaluated_as_glsl() {
+    let done = |text: &str, s: f64| Function::expression(text).unwrap_or_else(|error| panic!("{error}")).done(s);
+    for (text, expected) in [
+        ("s", 0.3),
+        ("pow(s, 2.0)", 0.09),
+        ("s < 0.5 ? 2.0*s*s : 1.0 - 2.0*(1.0-s)*(1.0-s)", 0.18),
+        ("smoothstep(0.0, 1.0, s)", 0.216),
+        ("mix(s, s*s, 0.5)", 0.195),
+        ("(1.0 - exp(-3.0*s)) / (1.0 - exp(-3.0))", (1.0 - (-0.9f64).exp()) / (1.0 - (-3f64).exp())),
+        ("log(1.0 + 9.0*s) / log(10.0)", 3.7f64.ln() / 10f64.ln()),
+        ("min(1.0, 2.0*s)", 0.6),
+        ("sqrt(s*(s+3.0))/2.0", (0.3 * 3.3f64).sqrt() / 2.0),
+    ] {
+        if text.starts_with("sqrt") {
+            assert!(matches!(Function::expression(text), Err(FunctionError::NotFinite { .. })), "{text}: steep at 0");
+            continue;
+        }
+        assert!((done(text, 0.3) - expected).abs() < 1e-7, "{text}: {}", done(text, 0.3));
+    }
+}
+
+#[test]
+fn bad_expressions_are_refused_with_the_reason() {
+    for (text, reason) in [
+        ("", "is empty"),
+        ("s +", "is not GLSL"),
+        ("s; discard", "';' has no place"),
+        ("s) + (s", "unbalanced"),
+        ("t", "is not GLSL"),
+        ("1.0 - s", "falls at s = 0"),
+        ("s*(1.5 - 0.8*s)", "falls at s = 0.9"),
+        ("0.5*s", "f(1) must be 1"),
+        ("0.1 + 0.9*s", "f(0) must be 0"),
+        ("step(0.5, s)", "jumps at s = 0.5"),
+        ("s / (s - 0.5)", "falls"),
+        ("log(s)", "not finite at s = 0"),
+        ("vec2(s, s).x", "single numbers"),
+        ("float(gl_GlobalInvocationID.x) + s", "nothing but s"),
+    ] {
+        let error = Function::expression(text).expect_err(text).to_string();
+        assert!(error.contains(reason), "'{text}': {error}");
+    }
+    let long = format!("s{}", "*s".repeat(300));
+    assert!(Function::expression(&long).unwrap_err().to_string().contains("at most 200"));
+}
+
+#[test]
+fn a_logarithm_turns_where_its_relative_rate_is_least() {
+    let Function::Shaped(shape) = Function::logarithmic(9.0).unwrap() else { panic!("a shape") };
+    // ((1 + k) / e - 1) / k
+    assert!((1.0 - shape.turns()[0] - 0.297_644).abs() < 1e-6, "{:?}", shape.turns());
+    let Function::Shaped(slow) = Function::logarithmic(1.7).unwrap() else { panic!("a shape") };
+    assert!(slow.turns().is_empty(), "k < e - 1: the relative rate grows throughout");
+    let Function::Shaped(curve) = Function::expression("s*s*(3.0-2.0*s)").unwrap() else { panic!("a shape") };
+    assert!(curve.turns().is_empty(), "{:?}", curve.turns());
+    // The same logarithm by sampling.
+    let text = Function::expression("log(1.0 + 9.0*s) / log(10.0)").unwrap();
+    let Function::Shaped(text) = text else { panic!("a shape") };
+    assert!(text.turns().len() == 1 && (text.turns()[0] - shape.turns()[0]).abs() < 1e-6, "{:?}", text.turns());
+}
+
+#[test]
+fn pieces_zz() {
+    for k in [0.001, 0.1, 1.0, 3.0, 9.0, 20.0, 60.0, 200.0, 500.0] {
+        let t = std::time::Instant::now();
+        match Function::exponential(k) {
+            Ok(Function::Shaped(f)) => println!("exp {k}: {} {:e} {:?}", f.cubics.warp, f.cubics.error, t.elapsed()),
+            Err(e) => println!("exp {k}: {e}"),
+            _ => {}
+        }
+    }
+    for k in [0.001, 1.0, 9.0, 100.0, 1e3, 1e4, 1e5, 1e6, 1e9] {
+        let t = std::time::Instant::now();
+        match Function::logarithmic(k) {
+            Ok(Function::Shaped(f)) => println!("log {k}: {} {:e} {:?}", f.cubics.warp, f.cubics.error, t.elapsed()),
+            Err(e) => println!("log {k}: {e}"),
+            _ => {}
+        }
+    }
+    for text in [
+        "s*s*(3.0-2.0*s)",
+        "sin(1.5707963*s)",
+        "s < 0.5 ? 2.0*s*s : 1.0-2.0*(1.0-s)*(1.0-s)",
+        "min(1.0,2.0*s)",
+        "0.5+0.5*tanh(20.0*(s-0.5))/tanh(10.0)",
+        "pow(s,3.0)",
+        "1.0-pow(1.0-s,2.5)",
+    ] {
+        let t = std::time::Instant::now();
+        match Function::expression(text) {
+            Ok(Function::Shaped(f)) => {
+                println!("{text}: {} {:e} {:?} turns {}", f.cubics.warp, f.cubics.error, t.elapsed(), f.turns.len())
+            }
+            Err(e) => println!("{text}: {e}"),
+            _ => {}
+        }
+    }
+    for n in [3usize, 7, 20, 33, 50, 100, 300, 1000] {
+        for (name, f) in [
+            ("quad", (|s: f64| s * (2.0 - s)) as fn(f64) -> f64),
+            ("exp5", |s: f64| (-(-5.0 * s).exp_m1()) / (-(-5.0f64).exp_m1())),
+            ("rough", |s: f64| s + 0.03 * (s * 20.0).sin()),
+        ] {
+            let mut x = 7u64;
+            let mut ts: Vec<f64> = (0..n)
+                .map(|_| {
+                    x = x.wrapping_mul(6364136223846793005).wrapping_add(1);
+                    (x >> 33) as f64 / 2f64.powi(31)
+                })
+                .collect();
+            ts[0] = 0.0;
+            ts[1] = 1.0;
+            ts.sort_by(f64::total_cmp);
+            ts.dedup();
+            let s: Vec<_> = ts.iter().map(|t| Sample { time: *t, temperature: 300.0 - 100.0 * f(*t) }).collect();
+            let t = std::time::Instant::now();
+            match Function::table(&s, None) {
+                Ok(Function::Shaped(f)) => println!(
+                    "table {name} {n}: {} {:e} {:?} turns {}",
+                    f.cubics.warp,
+                    f.cubics.error,
+                    t.elapsed(),
+                    f.turns.len()
+                ),
+                Err(e) => println!("table {name} {n}: {e}"),
+                _ => {}
+            }
+        }
+    }
+}
