@@ -3,9 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-use super::radiance::nine_digits;
 use super::run::prepare_with_progress;
-use super::{Chosen, CliError, DeviceArguments, progress_bar, stop_flag};
+use super::{Chosen, CliError, DeviceArguments, nine_digits, progress_bar, stop_flag};
 use crate::gpu::error::GpuError;
 use crate::gpu::response::{Run, respond};
 use crate::output::OutputError;

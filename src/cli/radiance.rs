@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use super::{Chosen, CliError, DeviceArguments};
+use super::{Chosen, CliError, DeviceArguments, nine_digits};
 use crate::gpu::blackbody::{band_radiances, brightness_temperatures};
 use crate::scene::Band;
 use crate::thermal::brightness::{BrightnessTable, MAX_TEMPERATURE, brightness_temperature};
@@ -82,30 +82,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     chosen.check_validation()
 }
 
-/// Nine significant digits, enough to tell any two f32 apart; scientific where plain digits would be long.
-pub(super) fn nine_digits(value: f64) -> String {
-    if value == 0.0 {
-        return "0".to_owned();
-    }
-    let exponent = value.abs().log10().floor() as i32;
-    if (-5..9).contains(&exponent) {
-        format!("{value:.*}", (8 - exponent).max(0) as usize)
-    } else {
-        format!("{value:.8e}")
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_have_nine_significant_digits() {
-        assert_eq!(nine_digits(54.933_461_23), "54.9334612");
-        assert_eq!(nine_digits(0.000_123_456_789_12), "0.000123456789");
-        assert_eq!(nine_digits(1.5e-30), "1.50000000e-30");
-        assert_eq!(nine_digits(0.0), "0");
-    }
 
     #[test]
     fn bands_are_checked() {

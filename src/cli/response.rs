@@ -1,12 +1,19 @@
-//! `isotherm response`: how a temperature follows its targets.
+//! `isotherm response`: how a temperature follows its targets, and which function it follows them by.
 
-use super::{CliError, response_fit};
+use super::{CliError, response_fit, response_targets};
 
 /// How a temperature follows its targets.
+///
+/// A node starts at rest at --initial; each step commands the target of that step. Prints step,temperature as CSV, the
+/// initial temperature first. The steps are those that a scene's transition takes, computed on the device in f32 and
+/// printed with 9 significant digits; --device cpu gives the f64 answer.
 #[derive(clap::Args)]
+#[command(after_help = response_targets::HELP, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Arguments {
     #[command(subcommand)]
-    command: Command,
+    command: Option<Command>,
+    #[command(flatten)]
+    targets: Option<response_targets::Targets>,
 }
 
 #[derive(clap::Subcommand)]
@@ -15,7 +22,9 @@ enum Command {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    match &arguments.command {
-        Command::Fit(arguments) => response_fit::run(arguments),
+    match (&arguments.command, &arguments.targets) {
+        (Some(Command::Fit(arguments)), _) => response_fit::run(arguments),
+        (None, Some(targets)) => response_targets::run(targets),
+        (None, None) => Err(CliError::Usage("response needs --heating, --cooling, --initial and --targets".to_owned())),
     }
 }

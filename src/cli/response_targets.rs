@@ -1,0 +1,266 @@
+//! The response to targets from a file, on the device or in f64.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::{Chosen, CliError, DeviceArguments, nine_digits};
+use crate::gpu::response::{Run, respond};
+use crate::output::OutputError;
+use crate::output::folder::{write_atomic, write_bytes};
+use crate::output::plot::{Line, Mark, Plot};
+use crate::output::plot_axis::Axis;
+use crate::thermal::function::Function;
+use crate::thermal::material::{Domain, Profile, Retarget, Transition};
+use crate::thermal::transition::{TransitionState, transition_step};
+
+pub(super) const HELP: &str = "\
+F is linear, quadratic, polynomial=c0,c1,..., exponential=K, logarithmic=K, table=FILE (columns time,temperature) or
+expression=... (GLSL of s, the share of the time gone); TMAX is the time to the target in steps, after the last colon.
+
+TARGETS.csv has the columns step,target: a target [K] holds until the next row. Step 1 is the first that is taken.
+
+Example:
+  isotherm response --heating quadratic:361 --cooling exponential=3:100 --initial 2.7 --targets targets.csv";
+
+/// Longest response: beyond it a row of the targets is a slip.
+const MAX_STEPS: u32 = 10_000_000;
+
+#[derive(clap::Args)]
+/// What is to respond, to what, and where the answer goes.
+pub struct Targets {
+    /// Function towards a higher temperature, and its time to the target [steps]
+    #[arg(long, value_name = "F:TMAX", value_parser = parse_profile)]
+    heating: Profile,
+    /// Function towards a lower temperature, and its time to the target [steps]
+    #[arg(long, value_name = "F:TMAX", value_parser = parse_profile)]
+    cooling: Profile,
+    /// Temperature at step 0 [K]
+    #[arg(long, value_name = "K", value_parser = parse_temperature, allow_negative_numbers = true)]
+    initial: f64,
+    /// Targets by step
+    #[arg(long, value_name = "TARGETS.csv")]
+    targets: PathBuf,
+    /// What moves: the temperature, or its fourth power
+    #[arg(long, default_value = "T", value_parser = parse_domain)]
+    domain: Domain,
+    /// What a moving target does to the transition under way: merge or restart
+    #[arg(long, default_value = "merge", value_parser = parse_retarget)]
+    retarget: Retarget,
+    /// Steps to take [default: to the last row of the targets]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_STEPS)))]
+    steps: Option<u32>,
+    /// CSV file that receives step,temperature [default: standard output]
+    #[arg(short, long, value_name = "out.csv")]
+    output: Option<PathBuf>,
+    /// SVG file that receives a plot
+    #[arg(long, value_name = "out.svg")]
+    plot: Option<PathBuf>,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+fn parse_profile(text: &str) -> Result<Profile, String> {
+    let (function, t_max) =
+        text.rsplit_once(':').ok_or("a function is followed by a colon and its time in steps: quadratic:361")?;
+    let t_max_steps: f64 = t_max.trim().parse().map_err(|_| format!("'{t_max}' is not a number of steps"))?;
+    if !(t_max_steps.is_finite() && t_max_steps >= 0.0) {
+        return Err(format!("the time to the target is finite and not below 0 steps, not {t_max}"));
+    }
+    Ok(Profile { function: Function::parse(function).map_err(|error| error.to_string())?, t_max_steps })
+}
+
+fn parse_temperature(text: &str) -> Result<f64, String> {
+    let temperature: f64 = text.trim().parse().map_err(|_| format!("'{text}' is not a number"))?;
+    if !(temperature.is_finite() && temperature >= 0.0) {
+        return Err(format!("a temperature is finite and not below 0 K, not {text}"));
+    }
+    Ok(temperature)
+}
+
+fn parse_domain(text: &str) -> Result<Domain, String> {
+    match text {
+        "T" => Ok(Domain::Temperature),
+        "T4" => Ok(Domain::FourthPower),
+        _ => Err("the domain is T or T4".to_owned()),
+    }
+}
+
+fn parse_retarget(text: &str) -> Result<Retarget, String> {
+    match text {
+        "merge" => Ok(Retarget::Merge),
+        "restart" => Ok(Retarget::Restart),
+        _ => Err("the rule is merge or restart".to_owned()),
+    }
+}
+
+/// A row of the targets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Row {
+    step: u32,
+    target: f64,
+}
+
+fn read_targets(path: &Path) -> Result<Vec<Row>, CliError> {
+    let wrong = |message: String| CliError::Usage(format!("{}: {message}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).flexible(true).from_reader(text.as_bytes());
+    let headers = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
+    let column = |name: &str| {
+        let found = headers.iter().position(|header| header.eq_ignore_ascii_case(name));
+        found.ok_or_else(|| wrong(format!("row 1: must name the columns step and target; there is no '{name}'")))
+    };
+    let (step, target) = (column("step")?, column("target")?);
+    let mut rows: Vec<Row> = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|error| wrong(error.to_string()))?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let in_row = |message: String| wrong(format!("row {line}: {message}"));
+        let (step, target) = (record.get(step).unwrap_or(""), record.get(target).unwrap_or(""));
+        let row = Row {
+            step: step
+                .parse()
+                .ok()
+                .filter(|step| *step <= MAX_STEPS)
+                .ok_or_else(|| in_row(format!("step: '{step}' is no whole number from 0 to {MAX_STEPS}")))?,
+            target: parse_temperature(target).map_err(|message| in_row(format!("target: {message}")))?,
+        };
+        if rows.last().is_some_and(|last| last.step >= row.step) {
+            return Err(in_row(format!("step {step} does not come after the one before: steps must rise")));
+        }
+        rows.push(row);
+    }
+    if rows.is_empty() { Err(wrong("has no rows".to_owned())) } else { Ok(rows) }
+}
+
+/// The target of every step from 1 to `steps` [K].
+fn commanded(rows: &[Row], initial: f64, steps: u32) -> Vec<f64> {
+    let mut rows = rows.iter().peekable();
+    let mut target = initial;
+    (1..=steps)
+        .map(|step| {
+            while let Some(row) = rows.next_if(|row| row.step <= step) {
+                target = row.target;
+            }
+            target
+        })
+        .collect()
+}
+
+pub(super) fn run(arguments: &Targets) -> Result<(), CliError> {
+    let rows = read_targets(&arguments.targets)?;
+    let steps = arguments.steps.or(rows.last().map(|row| row.step)).unwrap_or(0);
+    let targets = commanded(&rows, arguments.initial, steps);
+    let transition = Transition {
+        heating: arguments.heating.clone(),
+        cooling: arguments.cooling.clone(),
+        retarget: arguments.retarget,
+        domain: arguments.domain,
+    };
+    let chosen = arguments.device.open()?;
+    eprintln!("device: {}", chosen.name());
+    let temperatures = temperatures(&chosen, &transition, arguments.initial, &targets)?;
+    let write = |out: &mut dyn Write| -> std::io::Result<()> {
+        writeln!(out, "step,temperature")?;
+        for (step, temperature) in temperatures.iter().enumerate() {
+            writeln!(out, "{step},{}", nine_digits(*temperature))?;
+        }
+        Ok(())
+    };
+    match &arguments.output {
+        Some(path) => write_atomic(path, |out| write(out).map_err(|source| OutputError::write(path, source)))?,
+        None => write(&mut std::io::stdout().lock())?,
+    }
+    if let Some(path) = &arguments.plot {
+        write_bytes(path, plot(&transition, &chosen.name(), &targets, &temperatures).svg()?.as_bytes())?;
+    }
+    chosen.check_validation()
+}
+
+/// Temperatures [K] from step 0.
+fn temperatures(chosen: &Chosen, transition: &Transition, initial: f64, targets: &[f64]) -> Result<Vec<f64>, CliError> {
+    match chosen {
+        Chosen::Device(context) => {
+            let run = Run { initial: initial as f32, targets: targets.iter().map(|target| *target as f32).collect() };
+            let found = respond(context, transition, std::slice::from_ref(&run))?;
+            let first = std::iter::once(f64::from(run.initial));
+            Ok(first.chain(found.into_iter().flatten().map(f64::from)).collect())
+        }
+        Chosen::Reference => {
+            let mut state = TransitionState::settled(initial, transition);
+            let first = std::iter::once(initial);
+            let later = targets.iter().map(|target| {
+                let (next, temperature) = transition_step(state, *target, 1.0, transition);
+                state = next;
+                temperature
+            });
+            Ok(first.chain(later).collect())
+        }
+    }
+}
+
+fn plot(transition: &Transition, device: &str, targets: &[f64], temperatures: &[f64]) -> Plot {
+    let numbered = |first: usize, values: &[f64]| {
+        values.iter().enumerate().map(|(step, value)| [(first + step) as f64, *value]).collect::<Vec<_>>()
+    };
+    let branch = |profile: &Profile| format!("{} in {} steps", profile.function, profile.t_max_steps);
+    Plot {
+        title: "Response to given targets".to_owned(),
+        subtitle: format!(
+            "heating {}; cooling {}; on {device}",
+            branch(&transition.heating),
+            branch(&transition.cooling)
+        ),
+        x: Axis::linear("step"),
+        y: Axis::linear("temperature [K]"),
+        series: vec![
+            Line { name: "temperature".to_owned(), points: numbered(0, temperatures), ..Line::default() },
+            Line { name: "target".to_owned(), points: numbered(1, targets), mark: Mark::Dashed, ..Line::default() },
+        ],
+        shaded: Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn profiles_end_in_their_time() {
+        let profile = parse_profile("expression=s < 0.5 ? s : s:100.5").unwrap();
+        assert_eq!(profile.t_max_steps, 100.5);
+        assert_eq!(profile.function, Function::expression("s < 0.5 ? s : s").unwrap());
+        assert_eq!(parse_profile("quadratic:0").unwrap().t_max_steps, 0.0);
+        for wrong in ["quadratic", "quadratic:", "quadratic:-1", "quadratic:nan", "quadratic:inf", "cubic:9", ":9"] {
+            assert!(parse_profile(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn targets_hold_until_the_next_row() {
+        let rows = [Row { step: 2, target: 10.0 }, Row { step: 4, target: 20.0 }];
+        assert_eq!(commanded(&rows, 5.0, 6), [5.0, 10.0, 10.0, 20.0, 20.0, 20.0]);
+        assert_eq!(commanded(&[Row { step: 0, target: 7.0 }], 5.0, 2), [7.0, 7.0]);
+        assert_eq!(commanded(&rows, 5.0, 1), [5.0]);
+    }
+
+    #[test]
+    fn bad_targets_say_which_row() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("targets.csv");
+        for (text, reason) in [
+            ("step,target\n1,267\n1,300\n", "row 3: step 1 does not come after"),
+            ("step,target\n1,nan\n", "row 2: target: a temperature is finite"),
+            ("step,target\n1,inf\n", "row 2: target: a temperature is finite"),
+            ("step,target\n1,-4\n", "not below 0 K"),
+            ("step,target\n1.5,4\n", "row 2: step: '1.5' is no whole number"),
+            ("step,goal\n1,4\n", "there is no 'target'"),
+            ("step,target\n", "has no rows"),
+        ] {
+            std::fs::write(&path, text).unwrap();
+            let error = read_targets(&path).unwrap_err().to_string();
+            assert!(error.contains(reason) && error.contains("targets.csv"), "{error}");
+        }
+        assert!(read_targets(&folder.path().join("none.csv")).unwrap_err().to_string().contains("cannot be read"));
+    }
+}
