@@ -77,7 +77,7 @@ fn info_of_a_scene_and_what_is_absent_from_it() {
     assert_eq!(value["nodes"], sum);
     assert_eq!(
         names(&value["nodes_by_response"], "response"),
-        ["instant", "transition (merge)", "transition (merge), both sides"]
+        ["instant", "transition (merge, power)", "transition (merge, power), both sides"]
     );
     let barriers = value["frame"].as_array().expect("a list").iter().filter(|step| step.get("barriers").is_some());
     assert!(barriers.count() >= 4);

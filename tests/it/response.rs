@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use isotherm::gpu::context::Context;
 use isotherm::gpu::response::{Run, respond};
-use isotherm::thermal::function::{Function, Sample};
+use isotherm::thermal::function::{Function, Kind, Sample};
 use isotherm::thermal::material::{Domain, Profile, Retarget, Transition};
 use isotherm::thermal::transition::{TransitionState, transition_step};
 
@@ -130,70 +130,41 @@ fn errors(context: &Arc<Context>, transition: &Transition, runs: &[(&'static str
     worst
 }
 
-#[test]
-fn survey() {
+/// Asserts the worst error [K] of every function, kind of target and rule, but for what `left_out` names.
+fn check(t_max: f64, steps: usize, [low, high]: [f64; 2], limit: f64, left_out: impl Fn(&Function, &str) -> bool) {
     let context = device();
-    for (t_max, steps, low, high) in
-        [(100.0, 400, 2.7, 267.0), (361.0, 1000, 2.7, 500.0), (1000.0, 3000, 100.0, 400.0), (1000.0, 3000, 2.7, 1000.0)]
-    {
-        for domain in [Domain::Temperature, Domain::FourthPower] {
-            for retarget in [Retarget::Merge, Retarget::Restart] {
-                for function in functions() {
-                    let transition = transition(&function, t_max, retarget, domain);
-                    let found = errors(&context, &transition, &runs(steps, low, high, 6, &mut Random(1)));
-                    let list: Vec<String> = found.iter().map(|(k, e)| format!("{k} {e:.1e}")).collect();
-                    println!("{t_max} {low}-{high} {domain:?} {retarget:?} {function}: {}", list.join(", "));
-                }
+    let mut moved = 0.0_f64;
+    for retarget in [Retarget::Merge, Retarget::Restart] {
+        for function in functions() {
+            let transition = transition(&function, t_max, retarget, Domain::Temperature);
+            let runs = runs(steps, low, high, 3, &mut Random(1));
+            for (kind, error) in errors(&context, &transition, &runs) {
+                assert!(error < limit || left_out(&function, kind), "{function}, {retarget:?}, {kind}: {error:.1e} K");
             }
+            let slower = Transition {
+                heating: Profile { t_max_steps: 1.001 * t_max, ..transition.heating.clone() },
+                ..transition.clone()
+            };
+            let only: Vec<Run> = runs.iter().map(|(_, run)| run.clone()).collect();
+            let found = respond(&context, &slower, &only).expect("the device responds");
+            let exact = reference(&transition, &only[0]);
+            moved = exact.iter().zip(&found[0]).map(|(a, b)| (a - f64::from(*b)).abs()).fold(moved, f64::max);
         }
     }
+    assert!(moved > limit, "a thousandth of t_max must show: {moved:.1e} K");
 }
 
 #[test]
-fn survey_slow() {
-    let context = device();
-    for (t_max, steps, low, high) in [(60_000.0, 60_000, 299.0, 301.0), (60_000.0, 60_000, 200.0, 400.0)] {
-        for domain in [Domain::Temperature, Domain::FourthPower] {
-            for retarget in [Retarget::Merge, Retarget::Restart] {
-                for function in functions() {
-                    let transition = transition(&function, t_max, retarget, domain);
-                    let found = errors(&context, &transition, &runs(steps, low, high, 1, &mut Random(1)));
-                    let list: Vec<String> = found.iter().map(|(k, e)| format!("{k} {e:.1e}")).collect();
-                    println!("{t_max} {low}-{high} {domain:?} {retarget:?} {function}: {}", list.join(", "));
-                }
-            }
-        }
-    }
-}
-#[test]
-fn where_it_parts() {
-    let context = device();
-    let table =
-        table(&[(0.0, 300.0), (1.0, 280.0), (2.0, 261.0), (4.0, 235.0), (7.0, 211.0), (9.0, 203.0), (12.0, 200.0)]);
-    for function in [Function::logarithmic(9.0).unwrap(), table] {
-        let Function::Shaped(shape) = &function else { panic!() };
-        println!("Temp {function} turns {:?}", shape.turns());
-        let n = 60_000;
-        let transition = transition(&function, n as f64, Retarget::Merge, Domain::Temperature);
-        let to = 300f32;
-        for size in [3.1e-5f32, 1e-3, 1e-2, 0.1] {
-            let still = reference(&transition, &Run { initial: 299.0, targets: vec![to; n] });
-            let mut rng = Random(5);
-            let alternating = Run {
-                initial: 299.0,
-                targets: (1..=n).map(|step| if step % 2 == 0 { to } else { to + size }).collect(),
-            };
-            let random =
-                Run { initial: 299.0, targets: (1..=n).map(|_| to + size * rng.between(-1.0, 1.0) as f32).collect() };
-            let both = [alternating, random];
-            let found = respond(&context, &transition, &both).unwrap();
-            for (run, found) in both.iter().zip(found) {
-                let exact = reference(&transition, run);
-                let cost = exact.iter().zip(&still).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-                let error = exact.iter().zip(&found).map(|(a, b)| (a - f64::from(*b)).abs()).fold(0.0, f64::max);
-                let start = (0..n).find(|i| (exact[*i] - f64::from(found[*i])).abs() > 1e-4);
-                println!("Temp size {size}: cost in f64 {cost:.2e}, error {error:.2e} from {start:?}");
-            }
-        }
-    }
+fn every_function_follows_its_twin_on_the_device() {
+    // A linear transition reaches its target at full rate. Whether a tick ends just before that or on it decides whether
+    // a moving target finds the rate again: no rounding can tell, and the two differ by up to 0.25 K on a ramp.
+    // Where the relative rate falls (a logarithm with k > e - 1, a table that wanders), there are two phases with the rate
+    // wanted, and rounding may take the other: up to 1.2e-2 K away (logarithm of rate 100 on a sine).
+    let open = |function: &Function, kind: &str| {
+        let falls = matches!(function, Function::Shaped(shape)
+            if matches!(shape.kind, Kind::Logarithmic { .. } | Kind::Table(_)));
+        falls || (*function == Function::Linear && kind == "ramp")
+    };
+    check(100.0, 400, [2.7, 267.0], 5e-4, open);
+    check(361.0, 700, [2.7, 500.0], 5e-4, open);
 }

@@ -8,7 +8,7 @@ pub mod compile;
 pub mod variant;
 
 use compile::{CompileError, expand_includes};
-use variant::ThermalVariant;
+use variant::{ResponseVariant, ThermalVariant};
 
 /// Name and content of every file of `spirv/`, sorted: a module an entry point or variant, and `index.rs`.
 ///
@@ -28,6 +28,8 @@ pub fn compile_all(glsl: &Path) -> Result<Vec<(String, Vec<u8>)>, CompileError> 
         let text = expand_includes(&glsl.join(&entry))?;
         let variants: Vec<(String, Vec<&str>)> = if entry == "thermal_step.comp" {
             ThermalVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
+        } else if entry == "response.comp" {
+            ResponseVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
         } else {
             vec![(entry.clone(), Vec::new())]
         };

@@ -6,10 +6,13 @@ fn samples(points: &[(f64, f64)]) -> Vec<Sample> {
     points.iter().map(|&(time, temperature)| Sample { time, temperature }).collect()
 }
 
+/// Name, function, and the same by its formula.
+type Kinds = (&'static str, Function, fn(f64) -> f64);
+
 /// Issue 3: exponential (1 - e^-ks) / (1 - e^-k), logarithmic ln(1 + ks) / ln(1 + k).
 #[test]
 fn values_are_those_of_the_formulas() {
-    let kinds: [(&str, Function, fn(f64) -> f64); 5] = [
+    let kinds: [Kinds; 5] = [
         ("exponential", Function::exponential(3.0).unwrap(), |s| (1.0 - (-3.0 * s).exp()) / (1.0 - (-3f64).exp())),
         ("logarithmic", Function::logarithmic(9.0).unwrap(), |s| (1.0 + 9.0 * s).ln() / 10f64.ln()),
         ("polynomial", Function::polynomial(&[0.0, 0.0, 3.0, -2.0]).unwrap(), |s| s * s * (3.0 - 2.0 * s)),
@@ -157,74 +160,4 @@ fn a_logarithm_turns_where_its_relative_rate_is_least() {
     let text = Function::expression("log(1.0 + 9.0*s) / log(10.0)").unwrap();
     let Function::Shaped(text) = text else { panic!("a shape") };
     assert!(text.turns().len() == 1 && (text.turns()[0] - shape.turns()[0]).abs() < 1e-6, "{:?}", text.turns());
-}
-
-#[test]
-fn pieces_zz() {
-    for k in [0.001, 0.1, 1.0, 3.0, 9.0, 20.0, 60.0, 200.0, 500.0] {
-        let t = std::time::Instant::now();
-        match Function::exponential(k) {
-            Ok(Function::Shaped(f)) => println!("exp {k}: {} {:e} {:?}", f.cubics.warp, f.cubics.error, t.elapsed()),
-            Err(e) => println!("exp {k}: {e}"),
-            _ => {}
-        }
-    }
-    for k in [0.001, 1.0, 9.0, 100.0, 1e3, 1e4, 1e5, 1e6, 1e9] {
-        let t = std::time::Instant::now();
-        match Function::logarithmic(k) {
-            Ok(Function::Shaped(f)) => println!("log {k}: {} {:e} {:?}", f.cubics.warp, f.cubics.error, t.elapsed()),
-            Err(e) => println!("log {k}: {e}"),
-            _ => {}
-        }
-    }
-    for text in [
-        "s*s*(3.0-2.0*s)",
-        "sin(1.5707963*s)",
-        "s < 0.5 ? 2.0*s*s : 1.0-2.0*(1.0-s)*(1.0-s)",
-        "min(1.0,2.0*s)",
-        "0.5+0.5*tanh(20.0*(s-0.5))/tanh(10.0)",
-        "pow(s,3.0)",
-        "1.0-pow(1.0-s,2.5)",
-    ] {
-        let t = std::time::Instant::now();
-        match Function::expression(text) {
-            Ok(Function::Shaped(f)) => {
-                println!("{text}: {} {:e} {:?} turns {}", f.cubics.warp, f.cubics.error, t.elapsed(), f.turns.len())
-            }
-            Err(e) => println!("{text}: {e}"),
-            _ => {}
-        }
-    }
-    for n in [3usize, 7, 20, 33, 50, 100, 300, 1000] {
-        for (name, f) in [
-            ("quad", (|s: f64| s * (2.0 - s)) as fn(f64) -> f64),
-            ("exp5", |s: f64| (-(-5.0 * s).exp_m1()) / (-(-5.0f64).exp_m1())),
-            ("rough", |s: f64| s + 0.03 * (s * 20.0).sin()),
-        ] {
-            let mut x = 7u64;
-            let mut ts: Vec<f64> = (0..n)
-                .map(|_| {
-                    x = x.wrapping_mul(6364136223846793005).wrapping_add(1);
-                    (x >> 33) as f64 / 2f64.powi(31)
-                })
-                .collect();
-            ts[0] = 0.0;
-            ts[1] = 1.0;
-            ts.sort_by(f64::total_cmp);
-            ts.dedup();
-            let s: Vec<_> = ts.iter().map(|t| Sample { time: *t, temperature: 300.0 - 100.0 * f(*t) }).collect();
-            let t = std::time::Instant::now();
-            match Function::table(&s, None) {
-                Ok(Function::Shaped(f)) => println!(
-                    "table {name} {n}: {} {:e} {:?} turns {}",
-                    f.cubics.warp,
-                    f.cubics.error,
-                    t.elapsed(),
-                    f.turns.len()
-                ),
-                Err(e) => println!("table {name} {n}: {e}"),
-                _ => {}
-            }
-        }
-    }
 }

@@ -223,7 +223,7 @@ impl Reader<'_> {
     }
 
     fn block(&mut self, block: &naga::Block, out: &mut Vec<Statement>) -> Result<(), String> {
-        for statement in block.iter() {
+        for statement in block {
             match statement {
                 naga::Statement::Emit(range) => {
                     for handle in range.clone() {
