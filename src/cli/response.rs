@@ -13,7 +13,7 @@ pub struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]
-    targets: Option<response_targets::Targets>,
+    targets: response_targets::Targets,
 }
 
 #[derive(clap::Subcommand)]
@@ -22,9 +22,8 @@ enum Command {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    match (&arguments.command, &arguments.targets) {
-        (Some(Command::Fit(arguments)), _) => response_fit::run(arguments),
-        (None, Some(targets)) => response_targets::run(targets),
-        (None, None) => Err(CliError::Usage("response needs --heating, --cooling, --initial and --targets".to_owned())),
+    match &arguments.command {
+        Some(Command::Fit(arguments)) => response_fit::run(arguments),
+        None => response_targets::run(&arguments.targets),
     }
 }

@@ -29,17 +29,17 @@ const MAX_STEPS: u32 = 10_000_000;
 /// What is to respond, to what, and where the answer goes.
 pub struct Targets {
     /// Function towards a higher temperature, and its time to the target [steps]
-    #[arg(long, value_name = "F:TMAX", value_parser = parse_profile)]
-    heating: Profile,
+    #[arg(long, required = true, value_name = "F:TMAX", value_parser = parse_profile)]
+    heating: Option<Profile>,
     /// Function towards a lower temperature, and its time to the target [steps]
-    #[arg(long, value_name = "F:TMAX", value_parser = parse_profile)]
-    cooling: Profile,
+    #[arg(long, required = true, value_name = "F:TMAX", value_parser = parse_profile)]
+    cooling: Option<Profile>,
     /// Temperature at step 0 [K]
-    #[arg(long, value_name = "K", value_parser = parse_temperature, allow_negative_numbers = true)]
-    initial: f64,
+    #[arg(long, required = true, value_name = "K", value_parser = parse_temperature, allow_negative_numbers = true)]
+    initial: Option<f64>,
     /// Targets by step
-    #[arg(long, value_name = "TARGETS.csv")]
-    targets: PathBuf,
+    #[arg(long, required = true, value_name = "TARGETS.csv")]
+    targets: Option<PathBuf>,
     /// What moves: the temperature, or its fourth power
     #[arg(long, default_value = "T", value_parser = parse_domain)]
     domain: Domain,
@@ -148,18 +148,24 @@ fn commanded(rows: &[Row], initial: f64, steps: u32) -> Vec<f64> {
 }
 
 pub(super) fn run(arguments: &Targets) -> Result<(), CliError> {
-    let rows = read_targets(&arguments.targets)?;
+    // clap has seen to it that all four are there.
+    let (Some(heating), Some(cooling), Some(initial), Some(targets)) =
+        (&arguments.heating, &arguments.cooling, arguments.initial, &arguments.targets)
+    else {
+        return Err(CliError::Usage("--heating, --cooling, --initial and --targets are needed".to_owned()));
+    };
+    let rows = read_targets(targets)?;
     let steps = arguments.steps.or(rows.last().map(|row| row.step)).unwrap_or(0);
-    let targets = commanded(&rows, arguments.initial, steps);
+    let targets = commanded(&rows, initial, steps);
     let transition = Transition {
-        heating: arguments.heating.clone(),
-        cooling: arguments.cooling.clone(),
+        heating: heating.clone(),
+        cooling: cooling.clone(),
         retarget: arguments.retarget,
         domain: arguments.domain,
     };
     let chosen = arguments.device.open()?;
     eprintln!("device: {}", chosen.name());
-    let temperatures = temperatures(&chosen, &transition, arguments.initial, &targets)?;
+    let temperatures = temperatures(&chosen, &transition, initial, &targets)?;
     let write = |out: &mut dyn Write| -> std::io::Result<()> {
         writeln!(out, "step,temperature")?;
         for (step, temperature) in temperatures.iter().enumerate() {

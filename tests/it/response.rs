@@ -168,3 +168,25 @@ fn every_function_follows_its_twin_on_the_device() {
     check(100.0, 400, [2.7, 267.0], 5e-4, open);
     check(361.0, 700, [2.7, 500.0], 5e-4, open);
 }
+
+/// NUMERICS.md 1: quadratic, t_max 100, from 2.7 K, 267 K commanded at step 1 and 350 K at step 51.
+#[test]
+fn the_command_prints_the_values_of_the_paper_with_a_moved_target() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(folder.path().join("targets.csv"), "step,target\n1,267\n51,350\n125,350\n").expect("a file");
+    let values = |cooling: &str, device: &[&str]| -> Vec<f64> {
+        let fixed = ["response", "--heating", "quadratic:100", "--cooling", cooling, "--initial", "2.7"];
+        let ran = super::program::run(folder.path(), &[&fixed[..], &["--targets", "targets.csv"], device].concat());
+        assert_eq!(ran.code, 0, "{}", ran.err);
+        let rows = ran.out.lines().skip(1).map(|line| line.split(',').nth(1).and_then(|value| value.parse().ok()));
+        rows.collect::<Option<_>>().expect("step,temperature")
+    };
+    for device in [&[][..], &["--device", "cpu"]] {
+        let found = values("linear:10", device);
+        assert_eq!(found.len(), 126);
+        for (step, expected) in [(0, 2.7), (50, 200.925), (51, 205.196_949), (60, 240.849_884), (125, 350.0)] {
+            assert!((found[step] - expected).abs() < 2e-4, "step {step}: {} against {expected}", found[step]);
+        }
+        assert!((found[52] - 205.196_949).abs() > 1.0, "a step later must show");
+    }
+}
