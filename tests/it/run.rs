@@ -218,8 +218,9 @@ fn interrupted(mut command: Command, there: impl Fn() -> bool) -> Output {
     }
     // What is waited for comes just before the work begins.
     std::thread::sleep(Duration::from_millis(700));
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
-    assert!(kill.expect("kill is there").success());
+    // The shell's own kill: a small Debian has no program of that name.
+    let kill = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status();
+    assert!(kill.expect("a shell is there").success());
     child.wait_with_output().expect("the program ends")
 }
 
