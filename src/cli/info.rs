@@ -7,7 +7,8 @@ use serde_json::json;
 
 use super::{Chosen, CliError, DeviceArguments, run::prepare_with_progress};
 use crate::gpu::context;
-use crate::gpu::frame::{Frame, Step, Wanted};
+use crate::gpu::frame::{Frame, Wanted};
+use crate::gpu::pass::Step;
 use crate::model::Model;
 use crate::scene::Draw;
 use crate::simulation::engine::DeviceData;

@@ -7,7 +7,8 @@ use ash::vk;
 
 use super::context::Context;
 use super::error::{Context as _, GpuError};
-use super::frame::{Access, Frame, Pass, Resource, Work};
+use super::frame::Frame;
+use super::pass::{Access, Pass, Resource, Work};
 use super::pipeline::Pipeline;
 use super::resources::{Resources, SLOTS};
 use super::variant::ThermalVariant;

@@ -8,7 +8,8 @@ use std::fmt;
 
 use ash::vk::{AccessFlags2, ImageLayout, PipelineStageFlags2};
 
-use super::frame::{Access, Barrier, Frame, Resource, Scope, Step, is_write, writes};
+use super::frame::Frame;
+use super::pass::{Access, Barrier, Resource, Scope, Step, is_write, writes};
 
 /// What may go wrong between two accesses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,7 @@
 //! Vulkan: everything that runs on the device, and the only room with unsafe code.
 //!
-//! [`context`] opens a device; [`renderer`] holds a scene on it. What happens in a frame stands in [`frame`].
+//! [`context`] opens a device; [`renderer`] holds a scene on it. What happens in a frame stands in [`frame`], in the words of
+//! [`pass`].
 
 mod bindings;
 pub mod blackbody;
@@ -11,6 +12,7 @@ pub mod hazard;
 pub mod layout;
 mod memory;
 mod once;
+pub mod pass;
 pub mod pipeline;
 mod record;
 pub mod renderer;

@@ -3,9 +3,10 @@
 use ash::vk;
 
 use super::context::Context;
-use super::frame::{Barrier, Frame, Pass, Resource, Step, Work};
+use super::frame::Frame;
 use super::layout;
 use super::memory::Image;
+use super::pass::{Barrier, Pass, Resource, Step, Work};
 use super::pipeline::Pipeline;
 use super::resources::{NODES_PER_WORKGROUP, Resources};
 use super::timing::Timing;

@@ -10,10 +10,11 @@ use gpu_allocator::MemoryLocation;
 
 use super::context::Context;
 use super::error::GpuError;
-use super::frame::{Resource, StepRange};
+use super::frame::StepRange;
 use super::layout;
 use super::memory::{Buffer, Image};
 use super::once::Once;
+use super::pass::Resource;
 use super::pipeline::{DEPTH_FORMAT, IDENTITY_FORMAT, RADIANCE_FORMAT};
 use super::variant::StepKind;
 use crate::environment::{MAX_SUN_SAMPLES, albedo};

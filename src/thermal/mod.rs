@@ -8,6 +8,7 @@ pub mod fit;
 pub mod function;
 pub mod least_squares;
 pub mod material;
+pub mod network;
 pub mod nodes;
 pub mod planck;
 pub mod radiance;

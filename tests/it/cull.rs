@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use isotherm::gpu::context::Context;
-use isotherm::gpu::frame::{Frame, Resource, Step, Wanted, Work};
+use isotherm::gpu::frame::{Frame, Wanted};
+use isotherm::gpu::pass::{Resource, Step, Work};
 use isotherm::gpu::renderer::Renderer;
 use isotherm::gpu::resources::SceneData;
 use isotherm::simulation::engine::DeviceData;

@@ -1,7 +1,8 @@
 //! The hazard check finds nothing in the frames as they are, and something wherever a barrier is taken away.
 
-use isotherm::gpu::frame::{Frame, Step, StepRange, Wanted};
+use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::hazard::{HazardKind, hazards};
+use isotherm::gpu::pass::Step;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 
 fn variant(kind: StepKind, both_sides: bool) -> ThermalVariant {

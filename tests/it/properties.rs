@@ -1,7 +1,7 @@
 //! What must hold of any scene: the start, rest without sources, energy, areas, and responses that coincide.
 
 use isotherm::gpu::error::GpuError;
-use isotherm::gpu::frame::Resource;
+use isotherm::gpu::pass::Resource;
 use isotherm::simulation::engine::{DeviceData, Engine, Order, Tick, incident};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::{run, start};

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use isotherm::gpu::frame::{Frame, Pass, StepRange, Wanted, Work, is_write};
+use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::layout;
+use isotherm::gpu::pass::{Pass, Work, is_write};
 use isotherm::gpu::pipeline::MODULES;
 use isotherm::gpu::variant::ThermalVariant;
 use naga::front::spv;

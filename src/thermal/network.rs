@@ -1,0 +1,124 @@
+//! A lumped-parameter thermal network: nodes, linear and radiative conductors, and their energy balance in f64.
+//!
+//! C dT/dt = Q + sum GL (Tj - Ti) + sum GR sigma (Tj^4 - Ti^4) - eA sigma (T^4 - T_space^4), NUMERICS.md 3. Diffusive
+//! nodes store heat; arithmetic ones (C = 0) balance at every moment; boundary ones keep their temperature.
+
+pub mod stepper;
+
+use super::STEFAN_BOLTZMANN;
+
+/// How the temperature of a node comes about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NodeKind {
+    /// Stores heat.
+    Diffusive,
+    /// Stores none: its heat balances at every moment.
+    Arithmetic,
+    /// Keeps its temperature.
+    Boundary,
+}
+
+/// Heat that flows between two nodes as the difference of their temperatures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearConductor {
+    /// Numbers of the two nodes.
+    pub nodes: [u32; 2],
+    /// GL [W/K].
+    pub conductance: f64,
+}
+
+/// Heat that flows between two nodes as the difference of the fourth powers of their temperatures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RadiativeConductor {
+    /// Numbers of the two nodes.
+    pub nodes: [u32; 2],
+    /// GR [m2]; the Stefan-Boltzmann constant is outside.
+    pub exchange_area: f64,
+}
+
+/// Nodes, one entry each in every array, and the conductors between them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Network {
+    /// Radiative temperature of space [K].
+    pub space_temperature: f64,
+    /// What each node is.
+    pub kinds: Vec<NodeKind>,
+    /// C [J/K]; 0 unless diffusive.
+    pub capacitances: Vec<f64>,
+    /// Emissivity x area that sees space [m2].
+    pub emissive_areas: Vec<f64>,
+    /// Temperatures at the start [K]; of an arithmetic node, where its balance is first sought.
+    pub temperatures: Vec<f64>,
+    /// GL.
+    pub linear: Vec<LinearConductor>,
+    /// GR.
+    pub radiative: Vec<RadiativeConductor>,
+}
+
+impl Network {
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.kinds.len()
+    }
+
+    /// Whether there are no nodes.
+    pub fn is_empty(&self) -> bool {
+        self.kinds.is_empty()
+    }
+
+    /// Heat that flows into every node from space and from its neighbours [W]; `out` has one entry a node.
+    pub fn exchanged_heat(&self, temperatures: &[f64], out: &mut [f64]) {
+        for ((out, area), temperature) in out.iter_mut().zip(&self.emissive_areas).zip(temperatures) {
+            *out = area * radiated(self.space_temperature, *temperature);
+        }
+        for conductor in &self.linear {
+            let [a, b] = conductor.nodes.map(|node| node as usize);
+            let heat = conductor.conductance * (temperatures[b] - temperatures[a]);
+            out[a] += heat;
+            out[b] -= heat;
+        }
+        for conductor in &self.radiative {
+            let [a, b] = conductor.nodes.map(|node| node as usize);
+            let heat = conductor.exchange_area * radiated(temperatures[b], temperatures[a]);
+            out[a] += heat;
+            out[b] -= heat;
+        }
+    }
+
+    /// A bound of the fastest rate at which any diffusive node relaxes [1/s]: the largest of
+    /// 2 (sum GL + 4 sigma T^3 (sum GR + eA)) / C (NUMERICS.md 3), with T the hotter end of each exchange.
+    pub fn fastest_rate(&self, temperatures: &[f64]) -> f64 {
+        let mut sums: Vec<f64> = self
+            .emissive_areas
+            .iter()
+            .zip(temperatures)
+            .map(|(area, temperature)| area * radiative_slope(*temperature))
+            .collect();
+        for conductor in &self.linear {
+            for node in conductor.nodes {
+                sums[node as usize] += conductor.conductance;
+            }
+        }
+        for conductor in &self.radiative {
+            let [a, b] = conductor.nodes.map(|node| node as usize);
+            let slope = conductor.exchange_area * radiative_slope(temperatures[a].max(temperatures[b]));
+            sums[a] += slope;
+            sums[b] += slope;
+        }
+        let rates = sums.iter().zip(&self.capacitances).zip(&self.kinds);
+        rates
+            .filter(|(_, kind)| **kind == NodeKind::Diffusive)
+            .map(|((sum, capacitance), _)| 2.0 * sum / capacitance)
+            .fold(0.0, f64::max)
+    }
+}
+
+/// sigma (Ta^4 - Tb^4) [W/m2], as a product that does not cancel where they are close.
+pub fn radiated(a: f64, b: f64) -> f64 {
+    STEFAN_BOLTZMANN * (a - b) * (a + b) * (a * a + b * b)
+}
+
+/// d(sigma T^4)/dT [W m-2 K-1].
+pub fn radiative_slope(temperature: f64) -> f64 {
+    4.0 * STEFAN_BOLTZMANN * temperature * temperature * temperature
+}
