@@ -4,11 +4,13 @@
 //! nodes store heat; arithmetic ones (C = 0) balance at every moment; boundary ones keep their temperature.
 
 pub mod control;
+mod connection;
 mod newton;
 pub mod reference;
 pub mod rkl2;
 pub mod schedule;
 mod sparse;
+pub mod steady;
 pub mod stepper;
 mod switches;
 pub mod tr_bdf2;
