@@ -14,11 +14,7 @@ layout(set = 0, binding = 1) readonly buffer CommandedBlock { vec4 commanded[]; 
 layout(set = 0, binding = 3) readonly buffer MaterialBlock { Material materials[]; };
 layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
 layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
-#ifdef SHAPED
 layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
-#else
-layout(set = 0, binding = 10) buffer ElapsedBlock { vec4 elapsed[]; };
-#endif
 layout(set = 0, binding = 11) buffer TemperatureBlock { vec4 temperature[]; };
 #ifdef SHAPED
 layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
@@ -31,11 +27,7 @@ void main() {
     Material material = materials[0];
     vec4 old_target = target[group];
     vec4 old_span = span[group];
-#ifdef SHAPED
     ivec4 old_elapsed = elapsed[group];
-#else
-    vec4 old_elapsed = elapsed[group];
-#endif
     for (uint i = 0u; i < steps.count; i++) {
         uint at = i * steps.groups + group;
         vec4 next = commanded[at];

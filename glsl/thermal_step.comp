@@ -36,11 +36,7 @@ layout(set = 0, binding = 7) readonly buffer NormalZBlock { vec4 normal_z[]; };
 #ifdef TRANSITION
 layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
 layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
-#ifdef SHAPED
 layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
-#else
-layout(set = 0, binding = 10) buffer ElapsedBlock { vec4 elapsed[]; };
-#endif
 #endif
 #ifdef SHAPED
 layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };

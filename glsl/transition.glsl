@@ -2,28 +2,53 @@
 // Twin: src/thermal/transition.rs.
 
 struct TransitionState {
-    vec4 target;  // K
-    vec4 span;    // target - old, K
-    vec4 elapsed; // steps
+    vec4 target;   // K
+    vec4 span;     // target - old, K
+    ivec4 elapsed; // ticks of the clock
 };
 
-// Power and duration of the branch that each node is on: heating where the span is not negative.
+// Power and clock of the branch that each node is on: heating where the span is not negative. The clock counts in whole
+// ticks, powers of two of a step, of which `t_max` has between 2^30 and 2^31: finer than f32, and without its rounding,
+// which decides whether a linear transition, that ends at full rate, is over.
 struct Branch {
     vec4 power;
-    vec4 t_max;
+    vec4 t_max; // steps
+    vec4 ticks; // of a step
+    ivec4 end;  // t_max in ticks
 };
+
+// A transition with no more of its time left than this is over: 2^-22.
+const int OVER_SHIFT = 22;
+// Low bits of a clock that hold no time.
+#ifdef RESTART
+const int RESIDUE = 127;
+#else
+const int RESIDUE = 0;
+#endif
 
 Branch branch_of(vec4 span, Material material) {
     bvec4 heating = greaterThanEqual(span, vec4(0.0));
+    vec4 t_max = mix(vec4(material.cooling_t_max), vec4(material.heating_t_max), heating);
+    // 2^(31 - n) for t_max in [2^(n-1), 2^n).
+    uvec4 exponent = floatBitsToUint(max(t_max, vec4(1e-20))) >> uvec4(23u);
+    vec4 ticks = uintBitsToFloat((uvec4(284u) - exponent) << uvec4(23u));
     return Branch(
         mix(vec4(material.cooling_function), vec4(material.heating_function), heating),
-        mix(vec4(material.cooling_t_max), vec4(material.heating_t_max), heating)
+        t_max,
+        ticks,
+        ivec4(t_max * ticks) & ivec4(~RESIDUE)
     );
 }
 
-// Share of the duration that is left, 1 at the start; 0 once settled and where the response is immediate.
-vec4 remaining_time(vec4 elapsed, vec4 t_max) {
-    return mix(vec4(0.0), vec4(1.0) - elapsed / t_max, lessThan(elapsed, t_max));
+// Shares of the duration. The one that is small is exact.
+struct Time {
+    vec4 gone;
+    vec4 left; // 1 at the start; 0 once settled and where the response is immediate
+};
+
+Time time_of(ivec4 elapsed, Branch branch) {
+    vec4 scale = vec4(max(branch.end, ivec4(1)));
+    return Time(vec4(elapsed) / scale, vec4(branch.end - elapsed) / scale);
 }
 
 // r^p for p = 1 or 2.
@@ -31,34 +56,58 @@ vec4 remaining_span(vec4 r, vec4 power) {
     return r * mix(vec4(1.0), r, equal(power, vec4(2.0)));
 }
 
+#if defined(MERGE) || defined(RESTART)
+// A change of a span, in whole last places of the larger of the two.
+struct Places {
+    vec4 place;
+    vec4 number;
+};
+
+Places places_of(vec4 change, vec4 span) {
+    uvec4 exponent = (floatBitsToUint(max(abs(span), abs(change))) >> uvec4(23u)) & uvec4(255u);
+    uvec4 place = max(exponent, uvec4(24u)) - uvec4(23u);
+    vec4 inverse = uintBitsToFloat((uvec4(254u) - place) << uvec4(23u));
+    return Places(uintBitsToFloat(place << uvec4(23u)), change * inverse);
+}
+#endif
+
+#ifdef MERGE
 // A phase shift over which what is left is summed from its change rather than computed anew.
 const float SHORT_SHIFT_OF_POWER = 1e-2;
 
 // Superposes the gap and the rate of the transition under way with those of the new step. The new phase u/q of
 // NUMERICS.md 1 is found as a shift of the old one, and the new span as a change of the old: both are exact where the
-// target moves little, however often it does.
+// target moves little. What the rounding of the span leaves goes to the clock, which is finer: a thousand changes would
+// add up to several last places of the span.
 TransitionState retarget_merge(TransitionState state, vec4 commanded, Material material) {
     vec4 change = commanded - state.target;
     Branch branch = branch_of(state.span, material);
-    vec4 r = remaining_time(state.elapsed, branch.t_max);
+    Time time = time_of(state.elapsed, branch);
+    vec4 r = time.left;
     vec4 share = remaining_span(r, branch.power);
     vec4 left = state.span * share;
     vec4 gap = left + change;
 
-    // u/q - r, and what the rounded clock makes of it.
-    vec4 shift = r * change * (vec4(1.0) - r) / (left + change * r);
-    vec4 elapsed = min(branch.t_max, max(vec4(0.0), state.elapsed - branch.t_max * shift));
-    shift = (state.elapsed - elapsed) / branch.t_max;
+    // u/q - r, and what the clock makes of it.
+    vec4 shift = r * change * time.gone / (left + change * r);
+    ivec4 moved = clamp(ivec4(round(shift * vec4(branch.end))), state.elapsed - branch.end, state.elapsed);
+    shift = vec4(moved) / vec4(max(branch.end, ivec4(1)));
     vec4 rise = shift * mix(vec4(1.0), r + r + shift, equal(branch.power, vec4(2.0)));
     vec4 there = share + rise;
     bvec4 short_shift = lessThan(abs(shift), vec4(SHORT_SHIFT_OF_POWER));
-    vec4 span = mix(gap / there, state.span + (change - state.span * rise) / there, short_shift);
+    Places places = places_of((change - state.span * rise) / there, state.span);
+    vec4 whole = round(places.number);
+    vec4 changed = state.span + whole * places.place;
+    vec4 span = mix(gap / there, changed, short_shift);
+    vec4 rest = (places.number - whole) * places.place * (r + shift) / (changed * branch.power);
+    ivec4 extra = ivec4(round(clamp(rest * vec4(branch.end), vec4(-256.0), vec4(256.0))));
+    moved += mix(ivec4(0), extra, short_shift);
 
     // A change of direction, or nothing left of the old gap: a fresh transition. A clock at its end: nothing left.
     bvec4 goes_on = greaterThan(left * gap, vec4(0.0));
     bvec4 over = lessThanEqual(there, vec4(0.0));
     span = mix(gap, mix(span, vec4(0.0), over), goes_on);
-    elapsed = mix(vec4(0.0), elapsed, goes_on);
+    ivec4 elapsed = mix(ivec4(0), clamp(state.elapsed - moved, ivec4(0), branch.end), goes_on);
 
     bvec4 unchanged = equal(change, vec4(0.0));
     return TransitionState(
@@ -67,35 +116,48 @@ TransitionState retarget_merge(TransitionState state, vec4 commanded, Material m
         mix(elapsed, state.elapsed, unchanged)
     );
 }
+#endif
 
+#ifdef RESTART
 // Starts afresh from the present temperature at every change of the target. In the first half of a transition the new
-// span is a change of the old, by what was done; in the second it is what was left.
+// span is a change of the old, by what was done; in the second it is what was left. What the rounding of a change leaves
+// (in 1/128 of the span's last place, from -64 to 63) is kept in place of a clock at zero, or else a thousand changes
+// would add up to several places.
 TransitionState retarget_restart(TransitionState state, vec4 commanded, Material material) {
     vec4 change = commanded - state.target;
     Branch branch = branch_of(state.span, material);
-    vec4 r = remaining_time(state.elapsed, branch.t_max);
-    // Of the clock, not of r: near the start, 1 - r has lost it.
-    vec4 s = mix(vec4(1.0), min(vec4(1.0), state.elapsed / branch.t_max), greaterThan(branch.t_max, vec4(0.0)));
-    vec4 done = s * mix(vec4(1.0), vec4(1.0) + r, equal(branch.power, vec4(2.0)));
-    vec4 left = state.span * remaining_span(r, branch.power);
-    vec4 gap = mix(left + change, state.span + (change - state.span * done), lessThan(done, vec4(0.5)));
+    Time time = time_of(state.elapsed & ivec4(~RESIDUE), branch);
+    vec4 residue = vec4(((state.elapsed & ivec4(RESIDUE)) ^ ivec4(64)) - ivec4(64));
+    vec4 done = time.gone * mix(vec4(1.0), vec4(1.0) + time.left, equal(branch.power, vec4(2.0)));
+
+    Places places = places_of(change - state.span * done, state.span);
+    vec4 number = places.number + residue / vec4(128.0);
+    vec4 whole = round(number);
+    ivec4 rest = clamp(ivec4(round((number - whole) * vec4(128.0))), ivec4(-64), ivec4(63)) & ivec4(RESIDUE);
+    bvec4 early = lessThan(done, vec4(0.5));
+
+    vec4 late = state.span * remaining_span(time.left, branch.power) + change;
     bvec4 unchanged = equal(change, vec4(0.0));
     return TransitionState(
         commanded,
-        mix(gap, state.span, unchanged),
-        mix(vec4(0.0), state.elapsed, unchanged)
+        mix(mix(late, state.span + whole * places.place, early), state.span, unchanged),
+        mix(mix(ivec4(0), rest, early), state.elapsed, unchanged)
     );
 }
+#endif
 
 // Lets time pass.
 TransitionState advance(TransitionState state, float step, Material material) {
-    vec4 t_max = branch_of(state.span, material).t_max;
-    return TransitionState(state.target, state.span, min(state.elapsed + vec4(step), t_max));
+    Branch branch = branch_of(state.span, material);
+    ivec4 ticks = min(ivec4(min(vec4(step), branch.t_max) * branch.ticks) & ivec4(~RESIDUE), branch.end);
+    ivec4 elapsed = min(state.elapsed, branch.end - ticks) + ticks;
+    bvec4 over = lessThanEqual(branch.end - elapsed, branch.end >> uvec4(OVER_SHIFT));
+    return TransitionState(state.target, state.span, mix(elapsed, branch.end, over));
 }
 
 // Temperature of the present state [K]; exactly the target once settled.
 vec4 transition_temperature(TransitionState state, Material material) {
     Branch branch = branch_of(state.span, material);
-    vec4 r = remaining_time(state.elapsed, branch.t_max);
+    vec4 r = time_of(state.elapsed & ivec4(~RESIDUE), branch).left;
     return state.target - state.span * remaining_span(r, branch.power);
 }

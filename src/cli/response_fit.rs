@@ -38,16 +38,18 @@ pub struct Arguments {
     plot: Option<PathBuf>,
 }
 
-/// Data and what their time counts.
+/// Data, the line of the file that each row stands in, and what their time counts.
 struct Data {
     samples: Vec<Sample>,
+    lines: Vec<u64>,
     in_steps: bool,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let in_file = |reason: String| CliError::Usage(format!("{}: {reason}", arguments.data.display()));
     let data = read(&arguments.data).map_err(in_file)?;
-    let fits = fit(&data.samples, arguments.target).map_err(|error| in_file(error.to_string()))?;
+    let fits =
+        fit(&data.samples, arguments.target).map_err(|error| in_file(error.in_lines(&data.lines).to_string()))?;
     if let Some(path) = &arguments.plot {
         let name = arguments.data.file_name().unwrap_or_default().to_string_lossy();
         write_bytes(path, plot(&data, &fits.best, &name).svg()?.as_bytes())?;
@@ -64,23 +66,24 @@ fn read(path: &Path) -> Result<Data, String> {
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_path(path).map_err(text)?;
     let headers = reader.headers().map_err(text)?.clone();
-    let column = |name: &str| headers.iter().position(|header| header == name);
+    let column = |name: &str| headers.iter().position(|header| header.eq_ignore_ascii_case(name));
     let time = column("time").or(column("step"));
     let (Some(time), Some(temperature)) = (time, column("temperature")) else {
         let found = headers.iter().collect::<Vec<_>>().join(",");
         return Err(format!("the first line must name the columns time (or step) and temperature; it is '{found}'"));
     };
-    let mut samples = Vec::new();
+    let (mut samples, mut lines) = (Vec::new(), Vec::new());
     for record in reader.records() {
         let record = record.map_err(text)?;
         let line = record.position().map_or(0, csv::Position::line);
         let number = |index: usize| {
             let cell = record.get(index).unwrap_or_default();
-            cell.parse::<f64>().map_err(|_| format!("line {line}: '{cell}' is not a number"))
+            cell.parse::<f64>().map_err(|_| format!("row {line}: '{cell}' is not a number"))
         };
+        lines.push(line);
         samples.push(Sample { time: number(time)?, temperature: number(temperature)? });
     }
-    Ok(Data { samples, in_steps: column("time").is_none() })
+    Ok(Data { samples, lines, in_steps: column("time").is_none() })
 }
 
 fn text(error: csv::Error) -> String {

@@ -10,7 +10,7 @@ use crate::output::folder::{write_atomic, write_bytes};
 use crate::output::plot::{Line, Mark, Plot};
 use crate::output::plot_axis::Axis;
 use crate::thermal::function::Function;
-use crate::thermal::material::{Domain, Profile, Retarget, Transition};
+use crate::thermal::material::{Domain, LONGEST_T_MAX, Profile, Retarget, Transition};
 use crate::thermal::transition::{TransitionState, transition_step};
 
 pub(super) const HELP: &str = "\
@@ -22,6 +22,8 @@ TARGETS.csv has the columns step,target: a target [K] holds until the next row. 
 Example:
   isotherm response --heating quadratic:361 --cooling exponential=3:100 --initial 2.7 --targets targets.csv";
 
+/// Highest temperature [K], that of a scene: its fourth power is still a number on the device.
+const HOTTEST: f64 = 1e6;
 /// Longest response: beyond it a row of the targets is a slip.
 const MAX_STEPS: u32 = 10_000_000;
 
@@ -63,16 +65,16 @@ fn parse_profile(text: &str) -> Result<Profile, String> {
     let (function, t_max) =
         text.rsplit_once(':').ok_or("a function is followed by a colon and its time in steps: quadratic:361")?;
     let t_max_steps: f64 = t_max.trim().parse().map_err(|_| format!("'{t_max}' is not a number of steps"))?;
-    if !(t_max_steps.is_finite() && t_max_steps >= 0.0) {
-        return Err(format!("the time to the target is finite and not below 0 steps, not {t_max}"));
+    if !(0.0..=LONGEST_T_MAX).contains(&t_max_steps) {
+        return Err(format!("the time to the target is from 0 to {LONGEST_T_MAX} steps, not {t_max}"));
     }
     Ok(Profile { function: Function::parse(function).map_err(|error| error.to_string())?, t_max_steps })
 }
 
 fn parse_temperature(text: &str) -> Result<f64, String> {
     let temperature: f64 = text.trim().parse().map_err(|_| format!("'{text}' is not a number"))?;
-    if !(temperature.is_finite() && temperature >= 0.0) {
-        return Err(format!("a temperature is finite and not below 0 K, not {text}"));
+    if !(0.0..=HOTTEST).contains(&temperature) {
+        return Err(format!("a temperature is from 0 to {HOTTEST} K, not {text}"));
     }
     Ok(temperature)
 }
@@ -237,7 +239,16 @@ mod tests {
         assert_eq!(profile.t_max_steps, 100.5);
         assert_eq!(profile.function, Function::expression("s < 0.5 ? s : s").unwrap());
         assert_eq!(parse_profile("quadratic:0").unwrap().t_max_steps, 0.0);
-        for wrong in ["quadratic", "quadratic:", "quadratic:-1", "quadratic:nan", "quadratic:inf", "cubic:9", ":9"] {
+        for wrong in [
+            "quadratic",
+            "quadratic:",
+            "quadratic:-1",
+            "quadratic:nan",
+            "quadratic:inf",
+            "quadratic:10000001",
+            "cubic:9",
+            ":9",
+        ] {
             assert!(parse_profile(wrong).is_err(), "{wrong}");
         }
     }
@@ -256,9 +267,9 @@ mod tests {
         let path = folder.path().join("targets.csv");
         for (text, reason) in [
             ("step,target\n1,267\n1,300\n", "row 3: step 1 does not come after"),
-            ("step,target\n1,nan\n", "row 2: target: a temperature is finite"),
-            ("step,target\n1,inf\n", "row 2: target: a temperature is finite"),
-            ("step,target\n1,-4\n", "not below 0 K"),
+            ("step,target\n1,nan\n", "row 2: target: a temperature is from 0 to 1000000 K"),
+            ("step,target\n1,inf\n", "row 2: target: a temperature is from 0 to 1000000 K"),
+            ("step,target\n1,-4\n", "from 0 to 1000000 K, not -4"),
             ("step,target\n1.5,4\n", "row 2: step: '1.5' is no whole number"),
             ("step,goal\n1,4\n", "there is no 'target'"),
             ("step,target\n", "has no rows"),

@@ -167,9 +167,14 @@ fn report(
         },
         Chosen::Reference => Device { name: chosen.name(), ..Device::default() },
     };
-    let kinds = ["scene", "model", "materials"];
-    let mut inputs = prepared.scene.files.iter().zip(kinds).map(|(path, kind)| SourceFile {
-        kind: kind.to_owned(),
+    let kind = |number: usize, path: &Path| match number {
+        0 => "scene",
+        1 => "model",
+        _ if prepared.scene.materials.table() == Some(path) => "materials",
+        _ => "response table",
+    };
+    let mut inputs = prepared.scene.files.iter().enumerate().map(|(number, path)| SourceFile {
+        kind: kind(number, path).to_owned(),
         path: path.display().to_string(),
         sha256: prepared.file_hashes.get(path).cloned().unwrap_or_default(),
     });

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 
-use super::bindings::allocate_set;
+use super::buffer_set::{BufferSet, binding_types};
 use super::context::Context;
-use super::error::{Context as _, GpuError};
+use super::error::GpuError;
 use super::layout;
 use super::memory::Buffer;
 use super::once::Once;
@@ -80,21 +80,8 @@ fn map(
     for (binding, table) in (3..).zip(&tables[1..]) {
         buffers.push((binding, host("table", table, MemoryLocation::CpuToGpu)?));
     }
-    let bindings: Vec<_> = buffers.iter().map(|(binding, _)| (*binding, vk::DescriptorType::STORAGE_BUFFER)).collect();
-    let pipeline = Pipeline::compute(context, module, &bindings)?;
-
-    let pool = DescriptorPool::new(context, buffers.len() as u32)?;
-    let set = allocate_set(context, pool.raw, pipeline.set_layout)?;
-    for (binding, buffer) in &buffers {
-        let infos = [vk::DescriptorBufferInfo { buffer: buffer.raw, offset: 0, range: vk::WHOLE_SIZE }];
-        let write = [vk::WriteDescriptorSet::default()
-            .dst_set(set)
-            .dst_binding(*binding)
-            .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-            .buffer_info(&infos)];
-        // SAFETY: set and buffer are alive, and nothing uses the set yet.
-        unsafe { context.device.update_descriptor_sets(&write, &[]) };
-    }
+    let pipeline = Pipeline::compute(context, module, &binding_types(&buffers))?;
+    let set = BufferSet::new(context, pipeline.set_layout, &buffers)?;
     let mut once = Once::new(context)?;
     once.run(|device, commands| {
         let to_host = [vk::MemoryBarrier2::default()
@@ -106,35 +93,10 @@ fn map(
         // SAFETY: pipeline, set and buffers live until `run` has waited; the buffers hold whole workgroups.
         unsafe {
             device.cmd_bind_pipeline(commands, pipeline.bind_point, pipeline.raw);
-            device.cmd_bind_descriptor_sets(commands, pipeline.bind_point, pipeline.layout, 0, &[set], &[]);
+            device.cmd_bind_descriptor_sets(commands, pipeline.bind_point, pipeline.layout, 0, &[set.raw], &[]);
             device.cmd_dispatch(commands, (padded.len() / WORKGROUP) as u32, 1, 1);
             device.cmd_pipeline_barrier2(commands, &dependency);
         }
     })?;
     Ok(buffers[2].1.read::<f32>(input.len()).to_vec())
-}
-
-/// A pool of one set of storage buffers.
-pub(super) struct DescriptorPool<'a> {
-    context: &'a Context,
-    pub(super) raw: vk::DescriptorPool,
-}
-
-impl<'a> DescriptorPool<'a> {
-    /// For a set of so many buffers.
-    pub(super) fn new(context: &'a Context, buffers: u32) -> Result<Self, GpuError> {
-        let sizes = [vk::DescriptorPoolSize { ty: vk::DescriptorType::STORAGE_BUFFER, descriptor_count: buffers }];
-        let create = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
-        // SAFETY: the device is alive.
-        let raw =
-            unsafe { context.device.create_descriptor_pool(&create, None) }.during("creating a descriptor pool")?;
-        Ok(Self { context, raw })
-    }
-}
-
-impl Drop for DescriptorPool<'_> {
-    fn drop(&mut self) {
-        // SAFETY: what used its sets was waited for.
-        unsafe { self.context.device.destroy_descriptor_pool(self.raw, None) };
-    }
 }

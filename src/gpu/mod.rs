@@ -5,6 +5,7 @@
 
 mod bindings;
 pub mod blackbody;
+mod buffer_set;
 pub mod context;
 pub mod error;
 pub mod frame;

@@ -5,8 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 
-use super::bindings::allocate_set;
-use super::blackbody::DescriptorPool;
+use super::buffer_set::{BufferSet, binding_types};
 use super::context::Context;
 use super::error::GpuError;
 use super::layout;
@@ -78,8 +77,7 @@ fn variant(transition: &Transition) -> ResponseVariant {
 /// Pipeline, buffers by binding, and their descriptor set. Fields are dropped in order.
 struct Device<'a> {
     once: Once,
-    _pool: DescriptorPool<'a>,
-    set: vk::DescriptorSet,
+    set: BufferSet<'a>,
     pipeline: Pipeline,
     buffers: Vec<(u32, Buffer)>,
 }
@@ -128,22 +126,9 @@ impl<'a> Device<'a> {
                 _ => {}
             }
         }
-        let bindings: Vec<_> =
-            buffers.iter().map(|(binding, _)| (*binding, vk::DescriptorType::STORAGE_BUFFER)).collect();
-        let pipeline = Pipeline::compute(context, &variant(transition).name(), &bindings)?;
-        let pool = DescriptorPool::new(context, buffers.len() as u32)?;
-        let set = allocate_set(context, pool.raw, pipeline.set_layout)?;
-        for (binding, buffer) in &buffers {
-            let infos = [vk::DescriptorBufferInfo { buffer: buffer.raw, offset: 0, range: vk::WHOLE_SIZE }];
-            let write = [vk::WriteDescriptorSet::default()
-                .dst_set(set)
-                .dst_binding(*binding)
-                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                .buffer_info(&infos)];
-            // SAFETY: set and buffer are alive, and nothing uses the set yet.
-            unsafe { context.device.update_descriptor_sets(&write, &[]) };
-        }
-        Ok(Self { once: Once::new(context)?, _pool: pool, set, pipeline, buffers })
+        let pipeline = Pipeline::compute(context, &variant(transition).name(), &binding_types(&buffers))?;
+        let set = BufferSet::new(context, pipeline.set_layout, &buffers)?;
+        Ok(Self { once: Once::new(context)?, set, pipeline, buffers })
     }
 
     /// Takes some steps; targets and temperatures lie step after step. Waits, so the state needs no other barrier.
@@ -156,7 +141,7 @@ impl<'a> Device<'a> {
                 _ => {}
             }
         }
-        let (pipeline, set) = (&self.pipeline, self.set);
+        let (pipeline, set) = (&self.pipeline, self.set.raw);
         self.once.run(|device, commands| {
             let memory = [vk::MemoryBarrier2::default()
                 .src_stage_mask(vk::PipelineStageFlags2::COMPUTE_SHADER)

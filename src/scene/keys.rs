@@ -28,84 +28,46 @@ pub(super) const ATTITUDE: &[&str] = &["mode", "nadir_axis", "forward_axis", "su
 /// `[environment]`.
 pub(super) const ENVIRONMENT: &[&str] =
     &["solar_constant", "albedo", "planet_ir", "planet_radius", "background_temperature", "eclipse"];
-/// `[materials]`: the table, and what holds for all rules.
-pub(super) const MATERIALS: &[&str] = &["table", "default", "response", "heating", "cooling", "retarget", "domain"];
-/// `[[material]]`: a rule.
-pub(super) const MATERIAL: &[&str] = &[
-    "match",
-    "use",
-    "absorptivity",
-    "emissivity",
-    "sides",
-    "back",
-    "thickness",
-    "density",
-    "specific_heat",
-    "conductivity",
-    "response",
-    "heating",
-    "cooling",
-    "retarget",
-    "domain",
-];
-/// An entry of a materials table.
-pub(super) const TABLE_ENTRY: &[&str] = &[
-    "finish",
-    "note",
-    "optics_source",
-    "back_source",
-    "bulk_source",
-    "absorptivity",
-    "emissivity",
-    "sides",
-    "back",
-    "thickness",
-    "density",
-    "specific_heat",
-    "conductivity",
-    "response",
-    "heating",
-    "cooling",
-    "retarget",
-    "domain",
-];
-/// `back = { .. }` of a material.
-pub(super) const BACK: &[&str] = &["absorptivity", "emissivity"];
-/// `heating = { .. }` and `cooling = { .. }`.
-pub(super) const PROFILE: &[&str] =
-    &["function", "rate", "coefficients", "file", "target", "text", "t_max", "t_max_steps"];
-/// glTF `extras` of a material, prefix `isotherm_` removed: a rule's keys, flat, as Blender's custom properties are.
-pub(super) const EXTRAS: &[&str] = &[
-    "use",
-    "absorptivity",
-    "emissivity",
-    "sides",
-    "back_absorptivity",
-    "back_emissivity",
-    "thickness",
-    "density",
-    "specific_heat",
-    "conductivity",
-    "response",
-    "heating_function",
-    "heating_rate",
-    "heating_coefficients",
-    "heating_file",
-    "heating_target",
-    "heating_text",
-    "heating_t_max",
-    "heating_t_max_steps",
-    "cooling_function",
-    "cooling_rate",
-    "cooling_coefficients",
-    "cooling_file",
-    "cooling_target",
-    "cooling_text",
-    "cooling_t_max",
-    "cooling_t_max_steps",
-    "retarget",
-    "domain",
-];
+/// The lists of keys that state the values of a material. Optics, bulk, how the response moves and the profile of a
+/// branch each stand once here: rules and table entries have them all, glTF extras have them flat.
+macro_rules! material_keys {
+    (
+        optics: $($optics:literal)*; bulk: $($bulk:literal)*; response: $($response:literal)*;
+        profile: $($profile:literal)*; rule: $($rule:literal)*; sources: $($sources:literal)*;
+    ) => {
+        /// `[materials]`: the table, and what holds for all rules.
+        pub(super) const MATERIALS: &[&str] =
+            &["table", "default", "response", "heating", "cooling", $($response),*];
+        /// `[[material]]`: a rule.
+        pub(super) const MATERIAL: &[&str] = &[
+            $($rule,)* $($optics,)* "sides", "back", $($bulk,)* "response", "heating", "cooling", $($response),*
+        ];
+        /// An entry of a materials table.
+        pub(super) const TABLE_ENTRY: &[&str] = &[
+            $($sources,)* $($optics,)* "sides", "back", $($bulk,)* "response", "heating", "cooling", $($response),*
+        ];
+        /// `back = { .. }` of a material.
+        pub(super) const BACK: &[&str] = &[$($optics),*];
+        /// `heating = { .. }` and `cooling = { .. }`.
+        pub(super) const PROFILE: &[&str] = &[$($profile),*];
+        /// glTF `extras` of a material, prefix `isotherm_` removed: a rule's keys, flat, as Blender's custom properties
+        /// are.
+        pub(super) const EXTRAS: &[&str] = &[
+            "use", $($optics,)* "sides", $(concat!("back_", $optics),)* $($bulk,)* "response",
+            $(concat!("heating_", $profile),)* $(concat!("cooling_", $profile),)* $($response),*
+        ];
+    };
+}
+
+material_keys! {
+    optics: "absorptivity" "emissivity";
+    bulk: "thickness" "density" "specific_heat" "conductivity";
+    response: "retarget" "domain";
+    profile: "function" "rate" "coefficients" "file" "target" "text" "t_max" "t_max_steps";
+    rule: "match" "use";
+    sources: "finish" "note" "optics_source" "back_source" "bulk_source";
+}
+
 /// `[radiance]`.
 pub(super) const RADIANCE: &[&str] = &["band_um"];
 /// `[camera]`.

@@ -119,7 +119,7 @@ fn optional_camera(root: &Section, draw: &Draw, assumptions: &mut Vec<String>) -
     }
 }
 
-/// SHA-256, in hexadecimal, of the contents of a scene's files in their order (scene, model, table); each is preceded
+/// SHA-256, in hexadecimal, of the contents of a scene's files in the order of [`Scene::files`]; each is preceded
 /// by its length, so that a byte cannot move from one file to the next unnoticed.
 pub fn scene_hash(contents: &[&[u8]]) -> String {
     let mut hasher = Sha256::new();

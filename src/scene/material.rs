@@ -18,6 +18,8 @@ use super::{MaterialRule, MaterialRules};
 #[derive(Debug, Clone)]
 pub(super) struct ExtrasContext {
     table: MaterialTable,
+    /// The table's file.
+    table_path: Option<PathBuf>,
     /// What `[materials]` says for all materials.
     common: Values,
     /// Length of a step [s].
@@ -30,12 +32,19 @@ pub(super) struct ExtrasContext {
 impl Default for ExtrasContext {
     /// No table, nothing in common, steps of 1 s.
     fn default() -> Self {
-        Self { table: MaterialTable::default(), common: Values::default(), step: 1.0, scene: PathBuf::new(), line: 1 }
+        Self {
+            table: MaterialTable::default(),
+            table_path: None,
+            common: Values::default(),
+            step: 1.0,
+            scene: PathBuf::new(),
+            line: 1,
+        }
     }
 }
 
-/// Reads `[materials]` and every `[[material]]`. `step` [s] turns a `t_max` in seconds into steps; the table's path
-/// joins `files`.
+/// Reads `[materials]` and every `[[material]]`. `step` [s] turns a `t_max` in seconds into steps; the path of the
+/// table, and those that functions were read from, join `files`.
 pub(super) fn read(
     materials: Option<&Section>,
     rules: &[Section],
@@ -54,17 +63,18 @@ pub(super) fn read(
                 SceneError::Unreadable { .. } => section.error("table", error),
                 other => other,
             })?;
-            files.push(path);
+            files.push(path.clone());
+            context.table_path = Some(path);
         }
     }
     let mut assumed = Assumed::default();
     let rules = rules
         .iter()
         .enumerate()
-        .map(|(index, section)| rule(section, index + 1, &context, &mut assumed))
+        .map(|(index, section)| rule(section, index + 1, &context, files, &mut assumed))
         .collect::<Result<_, _>>()?;
     let default = match materials {
-        Some(section) => default(section, &context, &mut assumed)?,
+        Some(section) => default(section, &context, files, &mut assumed)?,
         None => None,
     };
     assumed.say(assumptions);
@@ -75,6 +85,7 @@ fn rule(
     section: &Section,
     number: usize,
     context: &ExtrasContext,
+    files: &mut Vec<PathBuf>,
     assumed: &mut Assumed,
 ) -> Result<MaterialRule, SceneError> {
     let patterns = section.strings("match")?;
@@ -82,12 +93,14 @@ fn rule(
     let source = format!("{} rule {number}", file_name(&context.scene));
     let settled = settle(section, &section.strings("use")?.unwrap_or_default(), source, context)?;
     assumed.note(&settled.complete, &format!("rule {number} ({})", patterns.join(", ")));
+    settled.add_files(files);
     Ok(MaterialRule { patterns, material: settled.material(String::new()) })
 }
 
 fn default(
     section: &Section,
     context: &ExtrasContext,
+    files: &mut Vec<PathBuf>,
     assumed: &mut Assumed,
 ) -> Result<Option<MaterialRule>, SceneError> {
     let Some(names) = section.strings("default")? else {
@@ -101,6 +114,7 @@ fn default(
     assumed.note(&complete, "materials.default");
     let source = format!("{} materials.default; {description}", file_name(&context.scene));
     let settled = Settled { complete, source };
+    settled.add_files(files);
     Ok(Some(MaterialRule { patterns: vec!["*".to_string()], material: settled.material(String::new()) }))
 }
 
@@ -111,6 +125,15 @@ struct Settled {
 }
 
 impl Settled {
+    /// Names the files of its functions, each once.
+    fn add_files(&self, files: &mut Vec<PathBuf>) {
+        for file in &self.complete.files {
+            if !files.contains(file) {
+                files.push(file.clone());
+            }
+        }
+    }
+
     fn material(self, name: String) -> Material {
         let Complete { front, sides, bulk, response, .. } = self.complete;
         Material { name, front, sides, bulk, response, source: self.source }
@@ -148,6 +171,7 @@ fn file_name(path: &Path) -> String {
 struct Assumed {
     sides: Vec<String>,
     retarget: Vec<String>,
+    domain: Vec<String>,
 }
 
 impl Assumed {
@@ -157,6 +181,9 @@ impl Assumed {
         }
         if complete.retarget_assumed {
             self.retarget.push(who.to_string());
+        }
+        if complete.domain_assumed {
+            self.domain.push(who.to_string());
         }
     }
 
@@ -169,21 +196,25 @@ impl Assumed {
             let who = self.retarget.join(", ");
             assumptions.push(format!("A transition merges with the one under way (retarget is absent): {who}."));
         }
+        if !self.domain.is_empty() {
+            let who = self.domain.join(", ");
+            assumptions.push(format!("A transition moves T, not its fourth power (domain is absent): {who}."));
+        }
     }
 }
 
 impl MaterialRules {
     /// A material for each of `model.materials`: of the first rule that matches its name, else of its own `extras`,
-    /// else the default.
+    /// else the default. The files that functions of `extras` were read from join `files`.
     ///
     /// # Errors
     /// [`SceneError::Unmatched`] with the name of every material that none of them reaches; an error about the first
     /// `extras` that are used and wrong or incomplete.
-    pub fn resolve(&self, model: &Model) -> Result<Vec<Material>, SceneError> {
+    pub fn resolve(&self, model: &Model, files: &mut Vec<PathBuf>) -> Result<Vec<Material>, SceneError> {
         let mut materials = Vec::with_capacity(model.materials.len());
         let mut unmatched = Vec::new();
         for wanted in &model.materials {
-            match self.find(wanted, model)? {
+            match self.find(wanted, model, files)? {
                 Some(material) => materials.push(material),
                 None => unmatched.push(format!("'{}'", wanted.name)),
             }
@@ -199,7 +230,17 @@ impl MaterialRules {
         })
     }
 
-    fn find(&self, wanted: &ModelMaterial, model: &Model) -> Result<Option<Material>, SceneError> {
+    /// The materials table that the scene names.
+    pub fn table(&self) -> Option<&Path> {
+        self.extras.table_path.as_deref()
+    }
+
+    fn find(
+        &self,
+        wanted: &ModelMaterial,
+        model: &Model,
+        files: &mut Vec<PathBuf>,
+    ) -> Result<Option<Material>, SceneError> {
         if let Some(rule) = self.rules.iter().find(|rule| rule.matches(&wanted.name)) {
             return Ok(Some(Material { name: wanted.name.clone(), ..rule.material.clone() }));
         }
@@ -213,6 +254,10 @@ impl MaterialRules {
             if settled.complete.retarget_assumed {
                 settled.source.push_str("; merged, because retarget is absent");
             }
+            if settled.complete.domain_assumed {
+                settled.source.push_str("; T moves, because domain is absent");
+            }
+            settled.add_files(files);
             return Ok(Some(settled.material(wanted.name.clone())));
         }
         Ok(self.default.as_ref().map(|rule| Material { name: wanted.name.clone(), ..rule.material.clone() }))

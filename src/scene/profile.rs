@@ -1,7 +1,9 @@
 //! `heating = { .. }` and `cooling = { .. }`: a function with its values, and the time that it takes.
 
+use std::path::PathBuf;
+
 use crate::thermal::function::{Function, FunctionError, parse::KINDS};
-use crate::thermal::material::Profile;
+use crate::thermal::material::{LONGEST_T_MAX, Profile};
 
 use super::error::SceneError;
 use super::keys;
@@ -9,17 +11,24 @@ use super::quantity::Quantity;
 use super::section::list;
 use super::values::ValueSource;
 
-/// Keys that belong to one kind of function, with the kind.
-const VALUES: [(&str, &str); 5] = [
-    ("coefficients", "polynomial"),
-    ("rate", "exponential"),
-    ("file", "table"),
-    ("target", "table"),
-    ("text", "expression"),
+/// Keys that belong to some kinds of function, with the kinds.
+const VALUES: [(&str, &[&str]); 5] = [
+    ("coefficients", &["polynomial"]),
+    ("rate", &["exponential", "logarithmic"]),
+    ("file", &["table"]),
+    ("target", &["table"]),
+    ("text", &["expression"]),
 ];
 
+/// A profile, and the file that its function was read from.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct StatedProfile {
+    pub(super) profile: Profile,
+    pub(super) file: Option<PathBuf>,
+}
+
 /// Reads the profile `key`. `step` [s] turns a `t_max` in seconds into steps.
-pub(super) fn read(source: &impl ValueSource, key: &str, step: f64) -> Result<Option<Profile>, SceneError> {
+pub(super) fn read(source: &impl ValueSource, key: &str, step: f64) -> Result<Option<StatedProfile>, SceneError> {
     let Some(group) = source.group(key, keys::PROFILE)? else {
         return Ok(None);
     };
@@ -28,20 +37,28 @@ pub(super) fn read(source: &impl ValueSource, key: &str, step: f64) -> Result<Op
         return Err(group.error("function", format!("is missing: one of {}", list(KINDS))));
     };
     let function = function(&group, kind)?;
-    let steps = group.number("t_max_steps", Quantity::non_negative("steps"))?;
+    let steps = group.number("t_max_steps", Quantity::within(0.0, LONGEST_T_MAX, "steps"))?;
     let seconds = group.number("t_max", Quantity::non_negative("s"))?;
     let t_max_steps = match (steps, seconds) {
         (Some(_), Some(_)) => {
             return Err(group.error("t_max", "cannot be combined with 't_max_steps': state one of the two".to_string()));
         }
         (Some(steps), None) => steps,
-        (None, Some(seconds)) => seconds / step,
+        (None, Some(seconds)) if seconds / step <= LONGEST_T_MAX => seconds / step,
+        (None, Some(seconds)) => {
+            let message = format!(
+                "{seconds} s are {} steps of {step} s, and a transition takes at most {LONGEST_T_MAX}: state a shorter \
+                 one, or a longer time.step",
+                seconds / step
+            );
+            return Err(group.error("t_max", message));
+        }
         (None, None) => {
             let message = "is missing: the time to reach the target, in steps (t_max_steps) or in seconds (t_max)";
             return Err(group.error("t_max_steps", message.to_string()));
         }
     };
-    Ok(Some(Profile { function, t_max_steps }))
+    Ok(Some(StatedProfile { profile: Profile { function, t_max_steps }, file: group.path("file")? }))
 }
 
 fn function(group: &impl ValueSource, kind: &str) -> Result<Function, SceneError> {
@@ -51,10 +68,10 @@ fn function(group: &impl ValueSource, kind: &str) -> Result<Function, SceneError
     let target = group.number("target", Quantity::non_negative("K"))?;
     let text = group.text("text")?;
     let present = [coefficients.is_some(), rate.is_some(), file.is_some(), target.is_some(), text.is_some()];
-    for ((key, owner), present) in VALUES.into_iter().zip(present) {
-        let belongs = owner == kind || (key == "rate" && kind == "logarithmic");
-        if present && !belongs {
-            return Err(group.error(key, format!("has no meaning for '{kind}'")));
+    for ((key, owners), present) in VALUES.into_iter().zip(present) {
+        if present && !owners.contains(&kind) {
+            let owners = list(owners.iter().copied());
+            return Err(group.error(key, format!("has no meaning for '{kind}': it belongs to {owners}")));
         }
     }
     let missing = |key: &str, what: &str| group.error(key, format!("is missing: {what}"));
@@ -63,15 +80,17 @@ fn function(group: &impl ValueSource, kind: &str) -> Result<Function, SceneError
         "linear" => Ok(Function::Linear),
         "quadratic" => Ok(Function::Quadratic),
         "polynomial" => {
-            let coefficients = coefficients.ok_or_else(|| missing("coefficients", "[c0, c1, c2, ..] of s"))?;
+            let coefficients = coefficients.ok_or_else(|| {
+                missing("coefficients", "[c0, c1, c2, ..] of c0 + c1 s + c2 s^2 + .., which must rise from 0 to 1")
+            })?;
             Function::polynomial(&coefficients).map_err(wrong("coefficients"))
         }
         "exponential" => {
-            let rate = rate.ok_or_else(|| missing("rate", "k of (1 - e^-ks) / (1 - e^-k)"))?;
+            let rate = rate.ok_or_else(|| missing("rate", "the number k of (1 - e^-ks) / (1 - e^-k)"))?;
             Function::exponential(rate).map_err(wrong("rate"))
         }
         "logarithmic" => {
-            let rate = rate.ok_or_else(|| missing("rate", "k of ln(1 + ks) / ln(1 + k)"))?;
+            let rate = rate.ok_or_else(|| missing("rate", "the number k of ln(1 + ks) / ln(1 + k)"))?;
             Function::logarithmic(rate).map_err(wrong("rate"))
         }
         "table" => {

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use crate::thermal::material::{Bulk, Domain, Optics, Profile, Response, Retarget, Sides, Transition};
+use crate::thermal::material::{Bulk, Domain, Optics, Response, Retarget, Sides, Transition};
 
 use super::error::SceneError;
 use super::keys;
-use super::profile;
+use super::profile::{self, StatedProfile};
 use super::quantity::Quantity;
 use super::section::Section;
 
@@ -106,8 +106,8 @@ pub(super) struct Values {
     sides: Option<SidesKind>,
     bulk: Bulk,
     response: Option<ResponseKind>,
-    heating: Option<Profile>,
-    cooling: Option<Profile>,
+    heating: Option<StatedProfile>,
+    cooling: Option<StatedProfile>,
     retarget: Option<Retarget>,
     domain: Option<Domain>,
 }
@@ -119,6 +119,8 @@ pub(super) struct Complete {
     pub(super) sides: Sides,
     pub(super) bulk: Bulk,
     pub(super) response: Response,
+    /// Files that the response's functions were read from.
+    pub(super) files: Vec<PathBuf>,
     /// No place says which sides exchange heat: the outside was assumed.
     pub(super) sides_assumed: bool,
     /// No place says what happens to a transition whose target moves: merge was assumed.
@@ -233,11 +235,14 @@ impl Values {
         check_emits(front, sides)?;
         let response = self.response()?;
         let moves = matches!(response, Response::Transition(_));
+        let stated = [&self.heating, &self.cooling].into_iter().flatten().filter(|_| moves);
+        let files = stated.filter_map(|stated| stated.file.clone()).collect();
         Ok(Complete {
             front,
             sides,
             bulk: self.bulk,
             response,
+            files,
             sides_assumed: self.sides.is_none(),
             retarget_assumed: self.retarget.is_none() && moves,
             domain_assumed: self.domain.is_none() && moves,
@@ -257,9 +262,12 @@ impl Values {
                     );
                     Incomplete::new(key, message)
                 };
+                let profile = |stated: &Option<StatedProfile>, key| {
+                    stated.as_ref().map(|stated| stated.profile.clone()).ok_or_else(|| missing(key))
+                };
                 Ok(Response::Transition(Transition {
-                    heating: self.heating.clone().ok_or_else(|| missing("heating"))?,
-                    cooling: self.cooling.clone().ok_or_else(|| missing("cooling"))?,
+                    heating: profile(&self.heating, "heating")?,
+                    cooling: profile(&self.cooling, "cooling")?,
                     retarget: self.retarget.unwrap_or(Retarget::Merge),
                     domain: self.domain.unwrap_or(Domain::Temperature),
                 }))

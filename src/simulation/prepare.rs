@@ -72,7 +72,7 @@ pub enum PrepareError {
 pub struct Prepared {
     /// What the user wrote.
     pub scene: Scene,
-    /// SHA-256 of scene, model and table.
+    /// SHA-256 of all files of the scene.
     pub hash: String,
     /// SHA-256 of each file alone.
     pub file_hashes: BTreeMap<PathBuf, String>,
@@ -108,6 +108,8 @@ impl Prepared {
     /// # Errors
     /// As for `new`.
     pub fn from_scene(mut scene: Scene, progress: &mut dyn FnMut(usize)) -> Result<Self, PrepareError> {
+        let mut model = Model::load(&scene.model_path)?.weld();
+        let materials = scene.materials.resolve(&model, &mut scene.files)?;
         let contents = scene
             .files
             .iter()
@@ -117,8 +119,6 @@ impl Prepared {
         let file_hashes = scene.files.iter().cloned().zip(contents.iter().map(|content| file_hash(content))).collect();
         drop(contents);
 
-        let mut model = Model::load(&scene.model_path)?.weld();
-        let materials = scene.materials.resolve(&model)?;
         let mut warnings = scene.materials.idle_patterns(&model);
         let mut remarks: Vec<String> =
             model.skipped.iter().map(|skipped| format!("{}: left out, {}", skipped.what, skipped.why)).collect();

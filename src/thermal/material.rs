@@ -23,6 +23,10 @@ pub enum Sides {
     },
 }
 
+/// Longest time to the target [steps]. The device's clock counts whole parts of a step, between 2^30 and 2^31 in
+/// `t_max`, of which rule `restart` keeps parts of 128: from 2^24 steps on it would stand still.
+pub const LONGEST_T_MAX: f64 = 10_000_000.0;
+
 /// One branch (heating or cooling) of a transition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {

@@ -16,6 +16,8 @@ use crate::thermal::material::{Profile, Retarget, Transition};
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod walks;
 
 /// What a node remembers between ticks, in units of the transition's domain: K, or (100 K)^4.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,10 +71,19 @@ pub fn retarget(state: TransitionState, commanded: f64, transition: &Transition)
     TransitionState { target: commanded, span: gap, elapsed: 0.0 }
 }
 
+/// Share of its time with no more than which left a power is over: 2^-22.
+///
+/// A linear transition ends at full rate. Where its target moves on evenly, whether a tick ends just before the end or on
+/// it decides whether the next finds that rate again, and in exact arithmetic it often ends on it: rounding must not
+/// decide. The step that this takes is 2.4e-7 of the span at most.
+const OVER: f64 = 1.0 / (1 << 22) as f64;
+
 /// The state `steps_dt` steps later; time stops at the end of the branch.
 pub fn advance(state: TransitionState, steps_dt: f64, transition: &Transition) -> TransitionState {
     let t_max_steps = branch(state.span, transition).t_max_steps;
-    TransitionState { elapsed: (state.elapsed + steps_dt).min(t_max_steps), ..state }
+    let elapsed = state.elapsed + steps_dt;
+    let end = if transition.is_power() { t_max_steps * (1.0 - OVER) } else { t_max_steps };
+    TransitionState { elapsed: if elapsed < end { elapsed } else { t_max_steps }, ..state }
 }
 
 /// The temperature of a state [K]: the target once the branch has ended.

@@ -5,6 +5,7 @@ mod commands;
 mod craft;
 mod cull;
 mod device;
+mod functions;
 mod hazards;
 mod image;
 mod model;

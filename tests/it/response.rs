@@ -131,18 +131,26 @@ fn errors(context: &Arc<Context>, transition: &Transition, runs: &[(&'static str
 }
 
 /// Asserts the worst error [K] of every function, kind of target and rule, but for what `left_out` names.
-fn check(t_max: f64, steps: usize, [low, high]: [f64; 2], limit: f64, left_out: impl Fn(&Function, &str) -> bool) {
+fn check(
+    functions: &[Function],
+    t_max: f64,
+    steps: usize,
+    [low, high]: [f64; 2],
+    limit: f64,
+    left_out: impl Fn(&Function, &str) -> bool,
+) {
     let context = device();
     let mut moved = 0.0_f64;
     for retarget in [Retarget::Merge, Retarget::Restart] {
-        for function in functions() {
-            let transition = transition(&function, t_max, retarget, Domain::Temperature);
+        for function in functions {
+            let transition = transition(function, t_max, retarget, Domain::Temperature);
             let runs = runs(steps, low, high, 3, &mut Random(1));
             for (kind, error) in errors(&context, &transition, &runs) {
-                assert!(error < limit || left_out(&function, kind), "{function}, {retarget:?}, {kind}: {error:.1e} K");
+                println!("{function}, {t_max} steps, {low} to {high} K, {retarget:?}, {kind}: {error:.1e} K");
+                assert!(error < limit || left_out(function, kind), "{function}, {retarget:?}, {kind}: {error:.1e} K");
             }
             let slower = Transition {
-                heating: Profile { t_max_steps: 1.001 * t_max, ..transition.heating.clone() },
+                heating: Profile { t_max_steps: 1.01 * t_max, ..transition.heating.clone() },
                 ..transition.clone()
             };
             let only: Vec<Run> = runs.iter().map(|(_, run)| run.clone()).collect();
@@ -151,22 +159,52 @@ fn check(t_max: f64, steps: usize, [low, high]: [f64; 2], limit: f64, left_out: 
             moved = exact.iter().zip(&found[0]).map(|(a, b)| (a - f64::from(*b)).abs()).fold(moved, f64::max);
         }
     }
-    assert!(moved > limit, "a thousandth of t_max must show: {moved:.1e} K");
+    assert!(moved > limit, "a hundredth of t_max must show: {moved:.1e} K");
 }
 
 #[test]
 fn every_function_follows_its_twin_on_the_device() {
-    // A linear transition reaches its target at full rate. Whether a tick ends just before that or on it decides whether
-    // a moving target finds the rate again: no rounding can tell, and the two differ by up to 0.25 K on a ramp.
     // Where the relative rate falls (a logarithm with k > e - 1, a table that wanders), there are two phases with the rate
     // wanted, and rounding may take the other: up to 1.2e-2 K away (logarithm of rate 100 on a sine).
-    let open = |function: &Function, kind: &str| {
-        let falls = matches!(function, Function::Shaped(shape)
-            if matches!(shape.kind, Kind::Logarithmic { .. } | Kind::Table(_)));
-        falls || (*function == Function::Linear && kind == "ramp")
+    let open = |function: &Function, _: &str| {
+        matches!(function, Function::Shaped(shape)
+            if matches!(shape.kind, Kind::Logarithmic { .. } | Kind::Table(_)))
     };
-    check(100.0, 400, [2.7, 267.0], 5e-4, open);
-    check(361.0, 700, [2.7, 500.0], 5e-4, open);
+    check(&functions(), 100.0, 400, [2.7, 267.0], 5e-4, open);
+    check(&functions(), 361.0, 700, [2.7, 500.0], 5e-4, open);
+}
+
+/// The tolerances that are stated for long transitions, and for the widest span of the paper.
+#[test]
+fn powers_follow_their_twin_however_long_they_take() {
+    let powers = [Function::Linear, Function::Quadratic];
+    let none = |_: &Function, _: &str| false;
+    check(&powers, 1.0, 200, [2.7, 1000.0], 5e-4, none);
+    check(&powers, 37.5, 300, [2.7, 1000.0], 5e-4, none);
+    check(&powers, 1000.0, 3000, [2.7, 1000.0], 5e-4, none);
+    check(&powers, 60_000.0, 90_000, [290.0, 292.0], 1e-3, none);
+    check(&powers, 60_000.0, 90_000, [180.0, 380.0], 0.03, none);
+}
+
+/// A ramp of even steps from rest meets its target on a whole step, in exact arithmetic, just where a linear transition
+/// ends at full rate: the lag falls from half of `t_max` to nothing there, and rounding must not put it off.
+#[test]
+fn a_linear_ramp_from_rest_is_over_on_its_whole_step() {
+    let context = device();
+    for (t_max, slope, initial) in [(10.0, 0.25, 100.0), (50.0, 1.0, 2.7), (100.0, -0.125, 400.0), (361.0, 0.3, 20.5)] {
+        let transition = transition(&Function::Linear, t_max, Retarget::Merge, Domain::Temperature);
+        let targets = (1..=(5.0 * t_max) as usize).map(|step| (initial + slope * step as f64) as f32).collect();
+        let run = Run { initial: initial as f32, targets };
+        let found = respond(&context, &transition, std::slice::from_ref(&run)).expect("the device responds").remove(0);
+        let exact = reference(&transition, &run);
+        let error = exact.iter().zip(&found).map(|(a, b)| (a - f64::from(*b)).abs()).fold(0.0, f64::max);
+        assert!(error < 5e-4, "{slope} K a step in {t_max} steps: {error:.1e} K");
+        // n steps after the start (n + 1) / 2 steps have gone by on the clock: t_max of them at n = 2 t_max - 1.
+        let end = 2 * t_max as usize - 1;
+        for (step, settled) in [(end - 1, false), (end, true), (end + 1, false)] {
+            assert_eq!(found[step - 1] == run.targets[step - 1], settled, "{slope} K a step in {t_max}: step {step}");
+        }
+    }
 }
 
 /// NUMERICS.md 1: quadratic, t_max 100, from 2.7 K, 267 K commanded at step 1 and 350 K at step 51.

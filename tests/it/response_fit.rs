@@ -78,9 +78,9 @@ fn what_is_proposed_can_stand_in_a_scene() {
 fn data_that_cannot_be_fitted_exit_with_2_and_name_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let cases = [
-        ("time,temperature\n0,300\n1,290\n1,280\n2,270\n3,260\n4,255\n", "row 3"),
-        ("time,temperature\n0,300\n1,nan\n2,280\n3,270\n4,265\n5,262\n", "row 2"),
-        ("time,temperature\n0,300\n1,29O\n", "line 3: '29O' is not a number"),
+        ("time,temperature\n0,300\n1,290\n1,280\n2,270\n3,260\n4,255\n", "row 4"),
+        ("time,temperature\n0,300\n1,nan\n2,280\n3,270\n4,265\n5,262\n", "row 3"),
+        ("time,temperature\n0,300\n1,29O\n", "row 3: '29O' is not a number"),
         ("time,temperature\n0,300\n1,290\n", "too few"),
         ("time,temperature\n0,300\n1,300\n2,300\n3,300\n4,300\n5,300\n", "no response"),
         ("time,temp\n0,300\n", "must name the columns"),

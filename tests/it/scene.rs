@@ -8,6 +8,7 @@ use isotherm::scene::{Attitude, CameraFrame, Draw, Initial, Scene, SceneError};
 
 mod materials;
 mod refusals;
+mod responses;
 
 /// A folder with a model (empty: scenes only look whether it is there) and a table.
 struct Folder(tempfile::TempDir);

@@ -7,6 +7,8 @@ pub const FEWEST_ROWS: usize = 6;
 
 /// Rows that the search for a start looks at; the fit itself uses all.
 const SEARCH_ROWS: usize = 200;
+/// Highest temperature [K]; the fourth power of a much higher one would overflow.
+const HOTTEST: f64 = 1e6;
 /// Beyond this the search for t_max would overflow.
 const LARGEST_TIME: f64 = 1e100;
 
@@ -42,7 +44,7 @@ pub enum FitError {
     #[error("the temperature is {0} K in every row: there is no response to fit")]
     Constant(f64),
     /// A target that cannot be one.
-    #[error("the target is {0} K; it must be finite, not below 0 K, and not the temperature of the first row")]
+    #[error("the target is {0} K; it must be from 0 to 1e6 K, and not the temperature of the first row")]
     Target(f64),
     /// A target against the data's direction.
     #[error("the data move from {first} K to {extreme} K, away from the target of {target} K")]
@@ -54,6 +56,16 @@ pub enum FitError {
         /// The target [K].
         target: f64,
     },
+}
+
+impl FitError {
+    /// The same error with the line of a file in place of the number of the row.
+    pub fn in_lines(mut self, lines: &[u64]) -> Self {
+        if let Self::Value { row, .. } | Self::Order { row, .. } = &mut self {
+            *row = lines.get(*row - 1).map_or(*row, |line| *line as usize);
+        }
+        self
+    }
 }
 
 /// Checked data: times [unit of the data] since the first row, which is left out, and temperatures [K].
@@ -73,8 +85,8 @@ impl Data {
             if !sample.time.is_finite() || sample.time.abs() > LARGEST_TIME {
                 return Err(value("time", sample.time, "it must be finite and within 1e100"));
             }
-            if !(sample.temperature.is_finite() && sample.temperature >= 0.0) {
-                return Err(value("temperature", sample.temperature, "it must be finite and not below 0 K"));
+            if !(0.0..=HOTTEST).contains(&sample.temperature) {
+                return Err(value("temperature", sample.temperature, "it must be from 0 to 1e6 K"));
             }
         }
         for (row, pair) in (2..).zip(samples.windows(2)) {
@@ -94,7 +106,7 @@ impl Data {
             return Err(FitError::Constant(initial));
         }
         if let Some(target) = target {
-            if !(target.is_finite() && target >= 0.0 && target != initial) {
+            if !(0.0..=HOTTEST).contains(&target) || target == initial {
                 return Err(FitError::Target(target));
             }
             if (target - initial) * span < 0.0 {

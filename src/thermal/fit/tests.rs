@@ -193,7 +193,7 @@ fn data_that_are_no_step_response_are_told() {
     assert!(changed(&|data| data[4].time = data[3].time).contains("row 5: time 3 does not lie after 3"));
     assert!(changed(&|data| data[4].temperature = f64::NAN).contains("row 5: temperature is NaN"));
     assert!(changed(&|data| data[4].time = f64::INFINITY).contains("row 5: time is inf"));
-    assert!(changed(&|data| data[0].temperature = -1.0).contains("not below 0 K"));
+    assert!(changed(&|data| data[0].temperature = -1.0).contains("from 0 to 1e6 K"));
     assert!(changed(&|data| data.truncate(5)).contains("5 rows are too few"));
     assert!(changed(&|data| data.clear()).contains("0 rows are too few"));
     assert!(changed(&|data| data.iter_mut().for_each(|row| row.temperature = 250.0)).contains("250 K in every row"));

@@ -1,9 +1,8 @@
-//! Values of NUMERICS.md 1, properties over random targets, and the rules that fail.
+//! Values of NUMERICS.md 1, what the merge promises, and the rules that fail.
 
 use super::*;
 use crate::thermal::function::{Function, Kind, Sample};
 use crate::thermal::material::Domain;
-use proptest::prelude::*;
 
 const QUADRATIC: fn(f64) -> Profile = |t_max_steps| Profile { function: Function::Quadratic, t_max_steps };
 const LINEAR: fn(f64) -> Profile = |t_max_steps| Profile { function: Function::Linear, t_max_steps };
@@ -224,7 +223,7 @@ fn rejected_rules_fail() {
 
 /// One of every kind, and of each what is awkward about it: S-curves whose rate starts at 0, relative rates that fall
 /// (a logarithm with k > e - 1) or wander (a table), slow and steep ones.
-fn functions() -> Vec<Function> {
+pub(super) fn functions() -> Vec<Function> {
     let measured = |points: &[(f64, f64)]| {
         let samples: Vec<_> = points.iter().map(|&(time, temperature)| Sample { time, temperature }).collect();
         Function::table(&samples, None).unwrap()
@@ -279,63 +278,5 @@ fn temperature_and_rate_are_continuous() {
         }
         let turns = !matches!(&function, Function::Shaped(shape) if !shape.turns().is_empty());
         assert!(matched > 700 && (kept == 0 || !turns), "{function}: {matched} matched, {kept} kept");
-    }
-}
-
-fn profiles() -> impl Strategy<Value = Profile> {
-    let t_max = prop_oneof![Just(0.0), Just(1.0), 0.1..361.0, 1.0..5.0];
-    let functions = functions();
-    (t_max, 0..functions.len())
-        .prop_map(move |(t_max_steps, number)| Profile { function: functions[number].clone(), t_max_steps })
-}
-
-/// Targets that hold, jitter by an ulp, creep, and jump.
-fn targets() -> impl Strategy<Value = Vec<f64>> {
-    let change = prop_oneof![
-        4 => Just(0.0),
-        2 => prop_oneof![Just(1e-13), Just(-1e-13)],
-        3 => -1.0..1.0,
-        1 => -400.0..400.0,
-    ];
-    (prop::collection::vec(change, 500), 2.7..1000.0).prop_map(|(changes, first)| {
-        let mut target: f64 = first;
-        changes
-            .iter()
-            .map(|change| {
-                target = (target + change).clamp(2.7, 1000.0);
-                target
-            })
-            .collect()
-    })
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
-
-    /// 300 x 500 steps: every step moves towards the command and not past it, so it is bounded by what was commanded.
-    #[test]
-    fn steps_towards_the_command_and_not_past_it(
-        heating in profiles(), cooling in profiles(), targets in targets(), initial in 2.7..1000.0,
-        steps_dt in prop_oneof![Just(1.0), 0.01..3.0], merge in any::<bool>(), fourth_power in any::<bool>(),
-    ) {
-        let retarget = if merge { Retarget::Merge } else { Retarget::Restart };
-        let domain = if fourth_power { Domain::FourthPower } else { Domain::Temperature };
-        let transition = Transition { heating, cooling, retarget, domain };
-        let mut state = TransitionState::settled(initial, &transition);
-        let (mut before, mut low, mut high) = (initial, initial, initial);
-        for target in targets {
-            let (next, t) = transition_step(state, target, steps_dt, &transition);
-            state = next;
-            low = low.min(target);
-            high = high.max(target);
-            prop_assert!(t.is_finite());
-            // In units of the domain, of which 1000 K are at most 1e4: `target - span w` rounds.
-            let [t_now, t_before, t_target] = [t, before, target].map(|t| domain.of(t));
-            let slack = 1e-10;
-            prop_assert!(t_now >= t_before.min(t_target) - slack && t_now <= t_before.max(t_target) + slack,
-                "{before} -> {t} K with {target} commanded");
-            prop_assert!(t_now >= domain.of(low) - slack && t_now <= domain.of(high) + slack);
-            before = t;
-        }
     }
 }

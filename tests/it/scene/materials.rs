@@ -38,7 +38,8 @@ fn transition(heating: &Profile, cooling: &Profile, retarget: Retarget) -> Respo
 fn rules_tables_and_common_values_add_up() {
     let folder = Folder::new();
     let scene = folder.parse(FULL).unwrap();
-    let materials = scene.materials.resolve(&named(&["SOLAR_LEFT", "CELL1", "MAIN_TRUSS", "CELL12"])).unwrap();
+    let materials =
+        scene.materials.resolve(&named(&["SOLAR_LEFT", "CELL1", "MAIN_TRUSS", "CELL12"]), &mut Vec::new()).unwrap();
     let [array, cell, truss, other] = materials.as_slice() else { panic!("one a name") };
 
     assert_eq!((array.name.as_str(), cell.name.as_str()), ("SOLAR_LEFT", "CELL1"));
@@ -75,7 +76,7 @@ fn the_first_rule_that_matches_wins_and_idle_patterns_are_named() {
     let rules = "[[material]]\nmatch = 'A*'\nuse = 'array'\n[[material]]\nmatch = ['AB', 'a*', 'B']\nuse = 'paint'\n";
     let scene = folder.parse(&format!("{SHORT}{rules}")).unwrap();
     let model = named(&["AB", "B"]);
-    let materials = scene.materials.resolve(&model).unwrap();
+    let materials = scene.materials.resolve(&model, &mut Vec::new()).unwrap();
     assert_eq!((materials[0].front.absorptivity, materials[1].front.absorptivity), (0.88, 0.26));
     assert_eq!(
         scene.materials.idle_patterns(&model),
@@ -100,8 +101,9 @@ fn extras_give_a_material_what_no_rule_gives() {
         "cooling_function": "quadratic", "cooling_t_max_steps": 3,
     });
     let used = json!({ "use": "array", "emissivity": 0.5, "response": "instant" });
-    let materials =
-        scene.materials.resolve(&model(&[("RULED", complete.clone()), ("OWN", complete.clone()), ("USED", used)]));
+    let materials = scene
+        .materials
+        .resolve(&model(&[("RULED", complete.clone()), ("OWN", complete.clone()), ("USED", used)]), &mut Vec::new());
     let materials = materials.unwrap();
     assert_eq!(materials[0].front.absorptivity, 0.26, "a rule comes before extras");
     assert_eq!(materials[1].front, Optics { absorptivity: 0.9, emissivity: 0.8 });
@@ -110,13 +112,16 @@ fn extras_give_a_material_what_no_rule_gives() {
     // 25 s are 2.5 steps of 10 s.
     let (heating, cooling) = (profile(Function::Linear, 2.5), profile(Function::Quadratic, 3.0));
     assert_eq!(materials[1].response, transition(&heating, &cooling, Retarget::Merge));
-    assert_eq!(materials[1].source, "craft.glb extras; merged, because retarget is absent");
+    assert_eq!(
+        materials[1].source,
+        "craft.glb extras; merged, because retarget is absent; T moves, because domain is absent"
+    );
     assert_eq!(materials[2].front, Optics { absorptivity: 0.88, emissivity: 0.5 });
 
     let refused = |key: &str, value: serde_json::Value, expected: &str| {
         let mut extras = complete.clone();
         extras[key] = value;
-        let error = scene.materials.resolve(&model(&[("OWN", extras)])).unwrap_err().to_string();
+        let error = scene.materials.resolve(&model(&[("OWN", extras)]), &mut Vec::new()).unwrap_err().to_string();
         assert_eq!(error, format!("models/craft.glb: material 'OWN': {expected}"));
     };
     refused("absorbtivity", json!(0.5), "isotherm_absorbtivity: unknown key; did you mean 'absorptivity'?");
@@ -135,7 +140,8 @@ fn extras_give_a_material_what_no_rule_gives() {
         "isotherm_back: is used with sides = 'both' only: state that, or leave the back out",
     );
 
-    let incomplete = scene.materials.resolve(&model(&[("OWN", json!({ "absorptivity": 0.5 }))])).unwrap_err();
+    let incomplete =
+        scene.materials.resolve(&model(&[("OWN", json!({ "absorptivity": 0.5 }))]), &mut Vec::new()).unwrap_err();
     assert!(incomplete.to_string().contains("material 'OWN': isotherm_emissivity: emissivity is missing"));
 }
 
@@ -144,7 +150,7 @@ fn every_unmatched_material_is_named_in_one_error() {
     let folder = Folder::new();
     let text = SHORT.replace("default = \"paint\"\n", "");
     let scene = folder.parse(&format!("{text}[[material]]\nmatch = 'HULL'\nuse = 'paint'\n")).unwrap();
-    let error = scene.materials.resolve(&named(&["HULL", "TRUSS", "WING"])).unwrap_err();
+    let error = scene.materials.resolve(&named(&["HULL", "TRUSS", "WING"]), &mut Vec::new()).unwrap_err();
     let SceneError::Unmatched { line, ref names, .. } = error else { panic!("{error}") };
     assert_eq!((line, names.as_slice()), (21, ["'TRUSS'".to_string(), "'WING'".to_string()].as_slice()));
     assert!(error.to_string().ends_with("to 2 of models/craft.glb: 'TRUSS', 'WING'"), "{error}");

@@ -1,0 +1,132 @@
+//! Long random walks of every kind of function: no step past the command, none away from it, none out of bounds.
+
+use super::tests::functions;
+use super::*;
+use crate::thermal::function::{Function, parse::KINDS};
+use crate::thermal::material::{Domain, Profile};
+
+/// Steps of every kind of function, over both rules and both domains.
+const STEPS: usize = 100_000;
+/// Steps of one walk.
+const WALK: usize = 500;
+
+/// Numbers in [0, 1) that are the same in every run (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    fn one_of<T: Clone>(&mut self, choices: &[T]) -> T {
+        choices[(self.next() * choices.len() as f64) as usize].clone()
+    }
+
+    fn t_max(&mut self) -> f64 {
+        let (short, long) = (self.between(1.0, 5.0), self.between(0.1, 361.0));
+        self.one_of(&[0.0, 1.0, short, long, long])
+    }
+
+    /// What the target does next: holds, jitters by an ulp, creeps, or jumps.
+    fn target(&mut self, before: f64) -> f64 {
+        let change = match (10.0 * self.next()) as u32 {
+            0..4 => 0.0,
+            4..6 => self.one_of(&[before.next_up() - before, before.next_down() - before]),
+            6..9 => self.between(-1.0, 1.0),
+            _ => self.between(-400.0, 400.0),
+        };
+        (before + change).clamp(2.7, 1000.0)
+    }
+}
+
+/// A step of a transition: state, command [K] and time in; state and temperature [K] out.
+type Step = fn(TransitionState, f64, f64, &Transition) -> (TransitionState, f64);
+
+/// Takes random steps with a function until one goes wrong. The other branch has another function half of the time.
+fn walk(
+    function: &Function,
+    all: &[Function],
+    (retarget, domain): (Retarget, Domain),
+    random: &mut Random,
+    step: Step,
+) -> Result<(), String> {
+    let other = if random.next() < 0.5 { function.clone() } else { random.one_of(all) };
+    let mut profiles = [function.clone(), other].map(|function| Profile { function, t_max_steps: random.t_max() });
+    if random.next() < 0.5 {
+        profiles.reverse();
+    }
+    let [heating, cooling] = profiles;
+    let transition = Transition { heating, cooling, retarget, domain };
+    let part = random.between(0.01, 3.0);
+    let steps_dt = random.one_of(&[1.0, 1.0, part]);
+    let initial = random.between(2.7, 1000.0);
+    let mut state = TransitionState::settled(initial, &transition);
+    let (mut before, mut low, mut high, mut target) = (initial, initial, initial, initial);
+    for number in 0..WALK {
+        target = random.target(target);
+        let (next, t) = step(state, target, steps_dt, &transition);
+        state = next;
+        low = low.min(target);
+        high = high.max(target);
+        // In units of the domain, of which 1000 K are at most 1e4: `target - span w` rounds.
+        let [now, from, to, low, high] = [t, before, target, low, high].map(|t| domain.of(t));
+        let slack = 1e-10;
+        let towards = now >= from.min(to) - slack && now <= from.max(to) + slack;
+        if !(t.is_finite() && towards && now >= low - slack && now <= high + slack) {
+            return Err(format!("{transition:?}, step {number}: {before} -> {t} K with {target} commanded"));
+        }
+        before = t;
+    }
+    Ok(())
+}
+
+#[test]
+fn a_hundred_thousand_steps_of_every_function_lead_to_the_command_and_not_past_it() {
+    let all = functions();
+    for kind in KINDS {
+        let of_kind: Vec<&Function> = all.iter().filter(|function| function.kind_name() == kind).collect();
+        assert!(!of_kind.is_empty(), "no {kind} is walked");
+        let mut random = Random(1);
+        for number in 0..STEPS.div_ceil(WALK) {
+            let function = of_kind[(number / 4) % of_kind.len()];
+            let retarget = if number % 2 == 0 { Retarget::Merge } else { Retarget::Restart };
+            let domain = if number % 4 < 2 { Domain::Temperature } else { Domain::FourthPower };
+            let walked = walk(function, &all, (retarget, domain), &mut random, transition_step);
+            walked.unwrap_or_else(|error| panic!("{error}"));
+        }
+    }
+}
+
+/// The walks see a rule that starts too far away after a change, and a reading that is past the command by 1e-9 K.
+#[test]
+fn walks_fail_with_wrong_rules() {
+    let too_far: Step = |state, commanded, steps_dt, transition| {
+        let mut next = retarget(state, transition.domain.of(commanded), transition);
+        if next.target != state.target {
+            next.span *= 1.5;
+        }
+        let next = advance(next, steps_dt, transition);
+        (next, temperature(next, transition))
+    };
+    let past_the_command: Step = |state, commanded, steps_dt, transition| {
+        let (state, t) = transition_step(state, commanded, steps_dt, transition);
+        (state, t + 1e-9 * state.span.signum())
+    };
+    let all = functions();
+    for (name, step) in [("too far", too_far), ("past the command", past_the_command)] {
+        for function in &all {
+            let mut random = Random(2);
+            let rules = (Retarget::Merge, Domain::Temperature);
+            let found = (0..40).any(|_| walk(function, &all, rules, &mut random, step).is_err());
+            assert!(found, "{function}: {name}");
+        }
+    }
+}
