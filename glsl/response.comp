@@ -20,8 +20,10 @@ layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
 layout(set = 0, binding = 10) buffer ElapsedBlock { vec4 elapsed[]; };
 #endif
 layout(set = 0, binding = 11) buffer TemperatureBlock { vec4 temperature[]; };
-#ifdef SHAPED
+#ifdef PIECES
 layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
+#endif
+#ifdef SHAPED
 #include "shape.glsl"
 #include "shaped_transition.glsl"
 #endif

@@ -81,7 +81,7 @@ fn map(
         buffers.push((binding, host("table", table, MemoryLocation::CpuToGpu)?));
     }
     let bindings: Vec<_> = buffers.iter().map(|(binding, _)| (*binding, vk::DescriptorType::STORAGE_BUFFER)).collect();
-    let pipeline = Pipeline::compute(context, module, &bindings)?;
+    let pipeline = Pipeline::compute(context, module, &super::pipeline::module(module), &bindings)?;
 
     let pool = DescriptorPool::new(context, buffers.len() as u32)?;
     let set = allocate_set(context, pool.raw, pipeline.set_layout)?;

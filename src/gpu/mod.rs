@@ -5,6 +5,7 @@
 
 mod bindings;
 pub mod blackbody;
+pub mod compile;
 pub mod context;
 pub mod error;
 pub mod frame;
@@ -18,6 +19,7 @@ mod record;
 pub mod renderer;
 pub mod resources;
 pub mod response;
+mod shape_text;
 pub mod shapes;
 pub mod timing;
 mod validation;

@@ -12,10 +12,10 @@ use super::error::GpuError;
 use super::layout;
 use super::memory::Buffer;
 use super::once::Once;
-use super::pipeline::Pipeline;
-use super::shapes::Shapes;
-use super::variant::{Curve, ResponseVariant, StepKind};
-use crate::thermal::material::{Domain, Retarget, Transition};
+use super::pipeline::{Pipeline, module};
+use super::shapes::{Shapes, curve};
+use super::variant::{Curve, ResponseVariant};
+use crate::thermal::material::Transition;
 
 /// Nodes that the shader's workgroup takes: 64 invocations of four.
 const NODES: usize = 256;
@@ -60,21 +60,6 @@ pub fn respond(context: &Arc<Context>, transition: &Transition, runs: &[Run]) ->
     Ok(temperatures)
 }
 
-/// The variant that moves a transition.
-fn variant(transition: &Transition) -> ResponseVariant {
-    ResponseVariant {
-        kind: match transition.retarget {
-            Retarget::Merge => StepKind::Merge,
-            Retarget::Restart => StepKind::Restart,
-        },
-        curve: match transition.domain {
-            Domain::Temperature if transition.is_power() => Curve::Power,
-            Domain::Temperature => Curve::Shaped,
-            Domain::FourthPower => Curve::ShapedFourthPower,
-        },
-    }
-}
-
 /// Pipeline, buffers by binding, and their descriptor set. Fields are dropped in order.
 struct Device<'a> {
     once: Once,
@@ -96,10 +81,11 @@ const SHAPES: u32 = 12;
 
 impl<'a> Device<'a> {
     fn new(context: &'a Arc<Context>, transition: &Transition, runs: &[Run], nodes: usize) -> Result<Self, GpuError> {
-        let mut shapes = Shapes::default();
-        shapes.add(transition);
+        let shapes = Shapes::one(transition);
+        let (kind, curve) = curve(transition, 0);
+        let variant = ResponseVariant { kind, curve };
         let mut material: layout::Material = bytemuck::Zeroable::zeroed();
-        material.set_transition(transition, &shapes);
+        material.set_transition(transition);
         let mut at_rest: Vec<f32> = runs.iter().map(|run| run.initial).collect();
         at_rest.resize(nodes, 0.0);
 
@@ -130,7 +116,14 @@ impl<'a> Device<'a> {
         }
         let bindings: Vec<_> =
             buffers.iter().map(|(binding, _)| (*binding, vk::DescriptorType::STORAGE_BUFFER)).collect();
-        let pipeline = Pipeline::compute(context, &variant(transition).name(), &bindings)?;
+        let pipeline = {
+            let name = variant.name();
+            let words = match curve {
+                Curve::Power => module(&name),
+                Curve::Shaped(_) => shapes.compile_response(variant)?,
+            };
+            Pipeline::compute(context, &name, &words, &bindings)?
+        };
         let pool = DescriptorPool::new(context, buffers.len() as u32)?;
         let set = allocate_set(context, pool.raw, pipeline.set_layout)?;
         for (binding, buffer) in &buffers {

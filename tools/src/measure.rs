@@ -13,6 +13,7 @@ use isotherm::gpu::frame::StepRange;
 use isotherm::gpu::layout;
 use isotherm::gpu::renderer::Renderer;
 use isotherm::gpu::resources::SceneData;
+use isotherm::gpu::shapes::Shapes;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::output::report::PassTime;
 use isotherm::scene::Scene;
@@ -145,7 +146,7 @@ fn time_pass(
         positions: &[],
         triangles: &[],
         materials: &[material],
-        shapes: &[],
+        shapes: &Shapes::default(),
         band_table: &[],
         image: None,
     };

@@ -5,6 +5,7 @@
 //! one moment (exp, pow, mix, smoothstep, ...) are kept, and all else is refused.
 
 mod dual;
+pub mod glsl;
 mod program;
 
 use super::{FunctionError, Point};
@@ -54,6 +55,16 @@ impl Expression {
     /// Number of operations that it comes to.
     pub fn operations(&self) -> usize {
         self.program.operations()
+    }
+
+    /// f at 0, and 1 / (f(1) - f(0)), of the text as it stands.
+    pub fn ends(&self) -> [f64; 2] {
+        [self.start, self.scale]
+    }
+
+    /// GLSL function `vec2 NAME(float s)` of the first and the second derivative of the text as it stands.
+    pub fn derivatives(&self, name: &str) -> String {
+        glsl::derivatives(&self.program, name)
     }
 
     pub(super) fn at(&self, r: f64) -> Point {
