@@ -22,7 +22,8 @@ ShapedState BRANCH_merge(ShapedState state, float change, ShapedBranch branch) {
     float gap = here.left + share;
     float rate = here.rate + share * BRANCH_START_RATE;
     float excess = share * (here.rate - here.left * BRANCH_START_RATE);
-    float shift = clamp(BRANCH_newton(excess, here, gap, rate), -r, s);
+    // Never quite to the end, where nothing is left to step from.
+    float shift = clamp(BRANCH_newton(excess, here, gap, rate), -0.999 * r, s);
     float beyond = 0.0;
     ShapePoint near = here;
     REFINE

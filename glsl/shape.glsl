@@ -99,3 +99,20 @@ float own_tanh(float x) {
     float e = exp_less_one(2.0 * clamp(x, -20.0, 20.0));
     return e / (e + 2.0);
 }
+
+// An expression at one moment, from the value of its text and its first and second derivative there and at both ends. Close
+// to an end the text's rounding is much of what is done or left: there it is summed from the rates (corrected trapezoidal
+// rule) where both agree.
+ShapePoint near_its_ends(float s, float r, float done, vec2 slopes, vec2 first, vec2 last) {
+    float started = s * (0.5 * (first.x + slopes.x) - s * (slopes.y - first.y) / 12.0);
+    float rest = r * (0.5 * (last.x + slopes.x) - r * (last.y - slopes.y) / 12.0);
+    float left = 1.0 - done;
+    bool start = s < 0.03125 && abs(started - done) < 5e-7;
+    bool end = r < 0.03125 && abs(rest - left) < 5e-7;
+    return ShapePoint(
+        start ? max(0.0, started) : (end ? 1.0 - rest : done),
+        start ? 1.0 - started : (end ? max(0.0, rest) : left),
+        max(0.0, slopes.x),
+        -slopes.y
+    );
+}

@@ -29,7 +29,8 @@ pub struct Material {
 impl Material {
     /// Fills in how its nodes move; the functions of a shaped transition are in its shader.
     pub fn set_transition(&mut self, transition: &Transition) {
-        let power = |profile: &Profile| profile.function.power().filter(|_| transition.is_power()).unwrap_or(0.0) as f32;
+        let power =
+            |profile: &Profile| profile.function.power().filter(|_| transition.is_power()).unwrap_or(0.0) as f32;
         [self.heating_function, self.cooling_function] = [power(&transition.heating), power(&transition.cooling)];
         self.heating_t_max = transition.heating.t_max_steps as f32;
         self.cooling_t_max = transition.cooling.t_max_steps as f32;

@@ -77,10 +77,15 @@ fn branch(name: &str, function: &Function, first: usize) -> String {
 fn newton(steps: u32, by_rate: bool) -> String {
     let refine = "near = BRANCH_at(max(0.0, s - shift), r + shift);\n    \
                   beyond = BRANCH_newton(excess_at(near, here, excess, shift, gap, rate), near, gap, rate);\n    \
-                  beyond = clamp(shift + beyond, -r, s) - shift;\n    \
+                  beyond = clamp(beyond, -0.999 * (r + shift), s - shift);\n    \
                   shift += beyond;\n    ";
     let define = if by_rate { "#define BRANCH_BY_RATE 1\n" } else { "" };
-    define.to_owned() + &source("merge_newton.glsl").replacen("    REFINE\n", &("    ".to_owned() + &refine.repeat(steps as usize) + "\n"), 1)
+    define.to_owned()
+        + &source("merge_newton.glsl").replacen(
+            "    REFINE\n",
+            &("    ".to_owned() + &refine.repeat(steps as usize) + "\n"),
+            1,
+        )
 }
 
 /// Text of a polynomial of `x` by Horner's rule.
@@ -225,6 +230,7 @@ fn of_expression(expression: &Expression) -> String {
         let _ = writeln!(text, "#define {name} own_{name}");
     }
     let [start, scale] = expression.ends();
+    let [first, last] = expression.end_slopes();
     let _ = write!(
         text,
         "float BRANCH_text(float s) {{\n    return float(\n{}\n);\n}}\n{}",
@@ -239,7 +245,11 @@ fn of_expression(expression: &Expression) -> String {
         "ShapePoint BRANCH_at(float s, float r) {{\n    \
          float done = clamp({scale} * (BRANCH_text(s) - {start}), 0.0, 1.0);\n    \
          vec2 slopes = {scale} * BRANCH_slopes(s);\n    \
-         return ShapePoint(done, 1.0 - done, max(0.0, slopes.x), -slopes.y);\n}}\n",
+         return near_its_ends(s, r, done, slopes, vec2({}, {}), vec2({}, {}));\n}}\n",
+        literal(first[0]),
+        literal(first[1]),
+        literal(last[0]),
+        literal(last[1]),
         scale = literal(scale),
         start = literal(start),
     );

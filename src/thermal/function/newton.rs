@@ -3,12 +3,14 @@
 //! The device takes a fixed number of steps, written out: on lavapipe a loop costs more than the steps. Where a function's
 //! relative rate turns, or where no few steps do, it searches in a bracket instead.
 
+use std::f64::consts::PI;
+
 use super::{Kind, Point};
 
 /// Most steps that are written out.
 const MOST: u32 = 6;
 /// Shares of time between which a phase may be sent.
-const SAMPLES: u32 = 24;
+const SAMPLES: u32 = 32;
 /// Error of the rate after a merge, times the gap, that is good enough; in spans.
 const GOOD: f64 = 1e-7;
 /// The last step, over which the device takes w for a parabola.
@@ -35,7 +37,8 @@ pub(super) fn plan(kind: &Kind) -> Option<Newton> {
 impl Newton {
     fn is_enough(self, kind: &Kind) -> bool {
         let start = kind.at(1.0);
-        let places = || (0..=SAMPLES).map(|i| (f64::from(i) / f64::from(SAMPLES)).clamp(2e-3, 1.0));
+        // Denser towards both ends, where the shapes of functions differ most.
+        let places = || (0..=SAMPLES).map(|i| (0.5 - 0.5 * (f64::from(i) / f64::from(SAMPLES) * PI).cos()).max(1e-3));
         places().all(|r| places().all(|wanted| self.arrives(kind, start, r, wanted)))
     }
 
@@ -58,12 +61,13 @@ impl Newton {
         };
         let (mut x, mut last) = (r, f64::INFINITY);
         for _ in 0..=self.steps {
-            let next = (x + step(x)).clamp(0.0, 1.0);
+            let next = (x + step(x)).clamp(1e-3 * x, 1.0);
             (last, x) = (next - x, next);
         }
         let found = kind.at(x);
-        let error = gap.min(1.0) * (found.relative_rate() / there.relative_rate() - 1.0).abs();
-        x > 0.0 && last.abs() < LAST && (error < GOOD || (x - wanted).abs() < 1e-9)
+        let error =
+            gap.min(1.0) * (found.relative_rate() - there.relative_rate()).abs() / (1.0 + there.relative_rate());
+        last.abs() < LAST && (error < GOOD || (x - wanted).abs() < 1e-9)
     }
 }
 
@@ -82,7 +86,7 @@ mod tests {
         assert_eq!(of(Function::polynomial(&[0.0, 2.0, -1.0])), Some(Newton { steps: 1, by_rate: true }));
         let curve = of(Function::expression("s*s*(3.0-2.0*s)")).map(|newton| newton.steps);
         assert!(curve.is_some_and(|steps| steps > 1), "{curve:?}");
-        // Newton's method cannot cross the long stretch on which an exponential's relative rate is all but constant.
-        assert_eq!(of(Function::exponential(60.0)), None);
+        // A rate that starts infinitely steeply bent: no few steps do.
+        assert_eq!(of(Function::expression("pow(s, 1.5)")), None);
     }
 }

@@ -337,12 +337,8 @@ impl Writer {
         let base = Jet { value: self.variable(&format!("max({a}, 1e-9)")), ..x.clone() };
         let base_text = base.value.text().to_owned();
         let logarithm = self.variable(&format!("log({base_text})"));
-        let logarithm = self.chain(
-            &base,
-            logarithm,
-            &format!("1.0 / {base_text}"),
-            &format!("-1.0 / ({base_text} * {base_text})"),
-        );
+        let logarithm =
+            self.chain(&base, logarithm, &format!("1.0 / {base_text}"), &format!("-1.0 / ({base_text} * {base_text})"));
         let exponent = self.product(y, &logarithm);
         let text = value.text().to_owned();
         self.chain(&exponent, value, &text, &text)
