@@ -9,7 +9,7 @@ use super::{Kind, Point};
 
 /// Most steps that are written out.
 const MOST: u32 = 6;
-/// Shares of time between which a phase may be sent.
+/// Shares of time from which a phase may be sent; to four times as many.
 const SAMPLES: u32 = 32;
 /// Error of the rate after a merge, times the gap, that is good enough; in spans.
 const GOOD: f64 = 1e-7;
@@ -38,8 +38,10 @@ impl Newton {
     fn is_enough(self, kind: &Kind) -> bool {
         let start = kind.at(1.0);
         // Denser towards both ends, where the shapes of functions differ most.
-        let places = || (0..=SAMPLES).map(|i| (0.5 - 0.5 * (f64::from(i) / f64::from(SAMPLES) * PI).cos()).max(1e-3));
-        places().all(|r| places().all(|wanted| self.arrives(kind, start, r, wanted)))
+        let places = |number: u32| {
+            (0..=number).map(move |i| (0.5 - 0.5 * (f64::from(i) / f64::from(number) * PI).cos()).max(1e-3))
+        };
+        places(SAMPLES).all(|r| places(4 * SAMPLES).all(|wanted| self.arrives(kind, start, r, wanted)))
     }
 
     /// Whether the steps lead from r to the phase at which the relative rate is that of `wanted`.
