@@ -16,8 +16,10 @@ layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
 layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
 layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
 layout(set = 0, binding = 11) buffer TemperatureBlock { vec4 temperature[]; };
-#ifdef SHAPED
+#ifdef PIECES
 layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
+#endif
+#ifdef SHAPED
 #include "shape.glsl"
 #include "shaped_transition.glsl"
 #endif

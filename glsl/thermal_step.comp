@@ -38,10 +38,10 @@ layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
 layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
 layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
 #endif
-#ifdef SHAPED
+#ifdef PIECES
 layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
 #endif
-// After the buffers, since these functions read one.
+// After the buffers, since these functions may read one.
 #ifdef SHAPED
 #include "shape.glsl"
 #include "shaped_transition.glsl"

@@ -9,9 +9,10 @@ use super::context::Context;
 use super::error::{Context as _, GpuError};
 use super::frame::Frame;
 use super::pass::{Access, Pass, Resource, Work};
-use super::pipeline::Pipeline;
+use super::pipeline::{Pipeline, module};
 use super::resources::{Resources, SLOTS};
-use super::variant::ThermalVariant;
+use super::shapes::Shapes;
+use super::variant::{Curve, ThermalVariant};
 
 /// What selects a pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -33,8 +34,13 @@ pub(super) struct Bindings {
 }
 
 impl Bindings {
-    /// Makes what the passes of `frames` need.
-    pub fn new(context: &Arc<Context>, resources: &Resources, frames: &[&Frame]) -> Result<Self, GpuError> {
+    /// Makes what the passes of `frames` need; the functions of shaped transitions are compiled here.
+    pub fn new(
+        context: &Arc<Context>,
+        resources: &Resources,
+        frames: &[&Frame],
+        shapes: &Shapes,
+    ) -> Result<Self, GpuError> {
         let mut passes: BTreeMap<(PipelineKey, u32), &Pass> = BTreeMap::new();
         for pass in frames.iter().flat_map(|frame| frame.passes()) {
             if let Some(key) = key_of(pass) {
@@ -59,8 +65,15 @@ impl Bindings {
             let types = binding_types(pass);
             if let std::collections::btree_map::Entry::Vacant(vacant) = bindings.pipelines.entry(key) {
                 vacant.insert(match key {
-                    PipelineKey::Thermal(variant) => Pipeline::compute(context, &variant.name(), &types)?,
-                    PipelineKey::Cull => Pipeline::compute(context, "cull.comp", &types)?,
+                    PipelineKey::Thermal(variant) => {
+                        let name = variant.name();
+                        let words = match variant.curve {
+                            Curve::Power => module(&name),
+                            Curve::Shaped(_) => shapes.compile_step(variant)?,
+                        };
+                        Pipeline::compute(context, &name, &words, &types)?
+                    }
+                    PipelineKey::Cull => Pipeline::compute(context, "cull.comp", &module("cull.comp"), &types)?,
                     PipelineKey::Radiance => Pipeline::radiance(context, &types)?,
                 });
             }

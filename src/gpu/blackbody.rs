@@ -80,7 +80,7 @@ fn map(
     for (binding, table) in (3..).zip(&tables[1..]) {
         buffers.push((binding, host("table", table, MemoryLocation::CpuToGpu)?));
     }
-    let pipeline = Pipeline::compute(context, module, &binding_types(&buffers))?;
+    let pipeline = Pipeline::compute(context, module, &super::pipeline::module(module), &binding_types(&buffers))?;
     let set = BufferSet::new(context, pipeline.set_layout, &buffers)?;
     let mut once = Once::new(context)?;
     once.run(|device, commands| {

@@ -86,6 +86,9 @@ pub enum GpuError {
         /// The allocator's reason.
         source: gpu_allocator::AllocationError,
     },
+    /// A scene's response functions do not compile.
+    #[error("compiling the scene's response functions: {0}")]
+    Compile(#[from] super::compile::CompileError),
     /// A Vulkan call failed.
     #[error("{call}: {result}")]
     Call {

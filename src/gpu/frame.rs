@@ -234,7 +234,12 @@ fn thermal_pass(range: StepRange) -> Pass {
     bind(moves, 9, Resource::Span, if commands { &[COMPUTE_READ, COMPUTE_WRITE] } else { &[COMPUTE_READ] });
     bind(moves, 10, Resource::Elapsed, &[COMPUTE_READ, COMPUTE_WRITE]);
     bind(true, 11, Resource::Temperature, &[COMPUTE_WRITE]);
-    bind(moves && variant.curve != Curve::Power, 12, Resource::Shapes, &[COMPUTE_READ]);
+    bind(
+        moves && matches!(variant.curve, Curve::Shaped(shaped) if shaped.pieces),
+        12,
+        Resource::Shapes,
+        &[COMPUTE_READ],
+    );
     Pass { name: variant.name(), work: Work::Thermal { variant, groups }, accesses }
 }
 

@@ -6,6 +6,7 @@
 mod bindings;
 pub mod blackbody;
 mod buffer_set;
+pub mod compile;
 pub mod context;
 pub mod error;
 pub mod frame;
@@ -19,6 +20,7 @@ mod record;
 pub mod renderer;
 pub mod resources;
 pub mod response;
+mod shape_text;
 pub mod shapes;
 pub mod timing;
 mod validation;

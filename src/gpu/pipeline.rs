@@ -10,6 +10,13 @@ use super::error::{Context as _, GpuError};
 /// Name and SPIR-V of every module in `spirv/`.
 pub const MODULES: &[(&str, &[u8])] = include!("../../spirv/index.rs");
 
+/// SPIR-V of a module of `spirv/`.
+pub fn module(name: &str) -> Vec<u32> {
+    let found = MODULES.iter().find(|(module, _)| *module == name);
+    let (_, bytes) = found.unwrap_or_else(|| panic!("spirv/ has no module '{name}'"));
+    bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect()
+}
+
 /// A pipeline, its layout and the layout of its one descriptor set.
 pub struct Pipeline {
     context: Arc<Context>,
@@ -27,24 +34,25 @@ pub const IDENTITY_FORMAT: vk::Format = vk::Format::R32G32_UINT;
 pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 
 impl Pipeline {
-    /// A compute pipeline with the numbers and types of its bindings.
+    /// A compute pipeline of SPIR-V, with the numbers and types of its bindings.
     ///
     /// # Errors
     /// A call that fails.
     pub fn compute(
         context: &Arc<Context>,
-        module: &str,
+        name: &str,
+        words: &[u32],
         bindings: &[(u32, vk::DescriptorType)],
     ) -> Result<Self, GpuError> {
         let mut pipeline =
             Self::layouts(context, bindings, vk::ShaderStageFlags::COMPUTE, vk::PipelineBindPoint::COMPUTE)?;
-        let shader = Shader::new(context, module)?;
+        let shader = Shader::new(context, words)?;
         let stage = shader.stage(vk::ShaderStageFlags::COMPUTE);
         let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout)];
         // SAFETY: the module and the layout live through the call.
         pipeline.raw = unsafe { context.device.create_compute_pipelines(vk::PipelineCache::null(), &create, None) }
             .map_err(|(_, result)| GpuError::Call { call: "creating a compute pipeline", result })?[0];
-        context.set_name(pipeline.raw, module);
+        context.set_name(pipeline.raw, name);
         Ok(pipeline)
     }
 
@@ -55,8 +63,8 @@ impl Pipeline {
     pub fn radiance(context: &Arc<Context>, bindings: &[(u32, vk::DescriptorType)]) -> Result<Self, GpuError> {
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
         let mut pipeline = Self::layouts(context, bindings, stages, vk::PipelineBindPoint::GRAPHICS)?;
-        let vertex = Shader::new(context, "radiance.vert")?;
-        let fragment = Shader::new(context, "radiance.frag")?;
+        let vertex = Shader::new(context, &module("radiance.vert"))?;
+        let fragment = Shader::new(context, &module("radiance.frag"))?;
         let stages = [vertex.stage(vk::ShaderStageFlags::VERTEX), fragment.stage(vk::ShaderStageFlags::FRAGMENT)];
 
         let input = vk::PipelineVertexInputStateCreateInfo::default();
@@ -158,12 +166,8 @@ struct Shader<'a> {
 }
 
 impl<'a> Shader<'a> {
-    fn new(context: &'a Context, name: &str) -> Result<Self, GpuError> {
-        let found = MODULES.iter().find(|(module, _)| *module == name);
-        let (_, bytes) = found.unwrap_or_else(|| panic!("spirv/ has no module '{name}'"));
-        let words: Vec<u32> =
-            bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
-        let create = vk::ShaderModuleCreateInfo::default().code(&words);
+    fn new(context: &'a Context, words: &[u32]) -> Result<Self, GpuError> {
+        let create = vk::ShaderModuleCreateInfo::default().code(words);
         // SAFETY: the words are SPIR-V that naga wrote and validated; tests run spirv-val on it.
         let raw = unsafe { context.device.create_shader_module(&create, None) }.during("creating a shader module")?;
         Ok(Self { context, raw })

@@ -73,7 +73,7 @@ impl Renderer {
             let ranges = ranges_of_tick(&data.ranges, has_sun, has_albedo);
             frames.extend([Frame::step(&ranges, wanted), Frame::settle(&ranges)]);
         }
-        let bindings = Bindings::new(context, &resources, &frames.iter().collect::<Vec<_>>())?;
+        let bindings = Bindings::new(context, &resources, &frames.iter().collect::<Vec<_>>(), data.shapes)?;
         let passes = frames.iter().map(|frame| frame.passes().count()).max().unwrap_or(0);
         let (command_pool, commands) = command_buffers(context, SLOTS as u32)?;
         let mut renderer = Self {

@@ -16,6 +16,7 @@ use super::memory::{Buffer, Image};
 use super::once::Once;
 use super::pass::Resource;
 use super::pipeline::{DEPTH_FORMAT, IDENTITY_FORMAT, RADIANCE_FORMAT};
+use super::shapes::Shapes;
 use super::variant::StepKind;
 use crate::environment::{MAX_SUN_SAMPLES, albedo};
 use crate::thermal::nodes::{GROUP, RANGE_GROUPS};
@@ -42,8 +43,8 @@ pub struct SceneData<'a> {
     pub triangles: &'a [[u32; 3]],
     /// Values of the materials.
     pub materials: &'a [layout::Material],
-    /// Pieces of the response functions; empty where all are powers.
-    pub shapes: &'a [[f32; 4]],
+    /// Response functions that are no powers.
+    pub shapes: &'a Shapes,
     /// ln(L e^x / T) with its guard values.
     pub band_table: &'a [f32],
     /// Width and height of the image; `None` where nothing is drawn.
@@ -98,7 +99,7 @@ impl SceneData<'_> {
             to_device(Resource::AlbedoValues, floats(albedo_values)),
             to_device(Resource::View, size_of::<layout::View>() as u64),
             storage(Resource::Materials, size_of_val(self.materials) as u64),
-            storage(Resource::Shapes, size_of_val(self.shapes) as u64),
+            storage(Resource::Shapes, size_of_val(self.shapes.values.as_slice()) as u64),
             storage(Resource::GroupMaterial, floats(nodes / 4)),
             storage(Resource::GroupPart, floats(drawn / 4)),
             storage(Resource::NormalX, floats(normals)),
@@ -191,7 +192,7 @@ impl Resources {
     fn fill(&self, once: &mut Once, data: &SceneData<'_>) -> Result<(), GpuError> {
         let component = |values: &[Vec3], axis: usize| values.iter().map(|value| value[axis]).collect::<Vec<f32>>();
         self.upload(once, Resource::Materials, data.materials)?;
-        self.upload(once, Resource::Shapes, data.shapes)?;
+        self.upload(once, Resource::Shapes, &data.shapes.values)?;
         self.upload(once, Resource::GroupMaterial, data.group_material)?;
         self.upload(once, Resource::GroupPart, data.group_part)?;
         self.upload(once, Resource::Triangles, data.triangles)?;

@@ -11,10 +11,10 @@ use super::error::GpuError;
 use super::layout;
 use super::memory::Buffer;
 use super::once::Once;
-use super::pipeline::Pipeline;
-use super::shapes::Shapes;
-use super::variant::{Curve, ResponseVariant, StepKind};
-use crate::thermal::material::{Domain, Retarget, Transition};
+use super::pipeline::{Pipeline, module};
+use super::shapes::{Shapes, curve};
+use super::variant::{Curve, ResponseVariant};
+use crate::thermal::material::Transition;
 
 /// Nodes that the shader's workgroup takes: 64 invocations of four.
 const NODES: usize = 256;
@@ -59,21 +59,6 @@ pub fn respond(context: &Arc<Context>, transition: &Transition, runs: &[Run]) ->
     Ok(temperatures)
 }
 
-/// The variant that moves a transition.
-fn variant(transition: &Transition) -> ResponseVariant {
-    ResponseVariant {
-        kind: match transition.retarget {
-            Retarget::Merge => StepKind::Merge,
-            Retarget::Restart => StepKind::Restart,
-        },
-        curve: match transition.domain {
-            Domain::Temperature if transition.is_power() => Curve::Power,
-            Domain::Temperature => Curve::Shaped,
-            Domain::FourthPower => Curve::ShapedFourthPower,
-        },
-    }
-}
-
 /// Pipeline, buffers by binding, and their descriptor set. Fields are dropped in order.
 struct Device<'a> {
     once: Once,
@@ -94,10 +79,11 @@ const SHAPES: u32 = 12;
 
 impl<'a> Device<'a> {
     fn new(context: &'a Arc<Context>, transition: &Transition, runs: &[Run], nodes: usize) -> Result<Self, GpuError> {
-        let mut shapes = Shapes::default();
-        shapes.add(transition);
+        let shapes = Shapes::one(transition);
+        let (kind, curve) = curve(transition, 0);
+        let variant = ResponseVariant { kind, curve };
         let mut material: layout::Material = bytemuck::Zeroable::zeroed();
-        material.set_transition(transition, &shapes);
+        material.set_transition(transition);
         let mut at_rest: Vec<f32> = runs.iter().map(|run| run.initial).collect();
         at_rest.resize(nodes, 0.0);
 
@@ -126,7 +112,12 @@ impl<'a> Device<'a> {
                 _ => {}
             }
         }
-        let pipeline = Pipeline::compute(context, &variant(transition).name(), &binding_types(&buffers))?;
+        let name = variant.name();
+        let words = match curve {
+            Curve::Power => module(&name),
+            Curve::Shaped(_) => shapes.compile_response(variant)?,
+        };
+        let pipeline = Pipeline::compute(context, &name, &words, &binding_types(&buffers))?;
         let set = BufferSet::new(context, pipeline.set_layout, &buffers)?;
         Ok(Self { once: Once::new(context)?, set, pipeline, buffers })
     }

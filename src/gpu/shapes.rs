@@ -1,17 +1,22 @@
-//! Response functions that are no powers, as the shaders read them (glsl/shape.glsl).
+//! The response functions of a scene that are no powers, as the device has them: GLSL text, and pieces of long tables.
 
-use crate::thermal::function::{Function, Point, cubics::CELLS, cubics::Cubics, cubics::MAX_TURNS};
-use crate::thermal::material::{Material, Response, Transition};
+use super::compile::{CompileError, compile_with};
+use super::shape_text;
+use super::variant::{Curve, ResponseVariant, Shaped, StepKind, ThermalVariant};
+use crate::thermal::function::{Function, cubics::Cubics};
+use crate::thermal::material::{Domain, Material, Response, Retarget, Transition};
 
-/// vec4s of one function: head, pieces, turns, and room to a round number.
-const STRIDE: usize = 4160;
-const _: () = assert!(STRIDE >= 1 + CELLS + MAX_TURNS && STRIDE.is_multiple_of(16));
+/// vec4s at whose multiples the pieces of a table begin.
+const ALIGNMENT: usize = 16;
 
-/// The functions of all shaped transitions of a scene, each once, by number.
+/// The functions of the shaped transitions of a scene.
 #[derive(Debug, Clone, Default)]
 pub struct Shapes {
-    functions: Vec<Function>,
-    /// What the shaders read.
+    /// Text of each pair, by its number.
+    texts: Vec<(u32, String)>,
+    /// Tables in `values`, and where.
+    tables: Vec<(Function, usize)>,
+    /// Pieces that the shaders read; empty where no table is long.
     pub values: Vec<[f32; 4]>,
 }
 
@@ -19,51 +24,86 @@ impl Shapes {
     /// The functions that the materials use.
     pub fn of(materials: &[Material]) -> Self {
         let mut shapes = Self::default();
-        for material in materials {
-            if let Response::Transition(transition) = &material.response {
-                shapes.add(transition);
+        for (index, material) in materials.iter().enumerate() {
+            if let Response::Transition(transition) = &material.response
+                && Transition::first_like(materials, index) == Some(index as u32)
+            {
+                shapes.add(index as u32, transition);
             }
         }
         shapes
     }
 
-    /// Adds the functions of a transition, where it is shaped.
-    pub fn add(&mut self, transition: &Transition) {
+    /// The functions of one transition, as number 0.
+    pub fn one(transition: &Transition) -> Self {
+        let mut shapes = Self::default();
         if !transition.is_power() {
-            for function in [&transition.heating.function, &transition.cooling.function] {
-                if !self.functions.contains(function) {
-                    self.functions.push(function.clone());
-                    self.values.extend(shape(function));
-                }
-            }
+            shapes.add(0, transition);
         }
+        shapes
     }
 
-    /// What a shader knows the heating and the cooling function of a transition by: powers, or numbers of shapes.
-    pub fn functions(&self, transition: &Transition) -> [f32; 2] {
-        [&transition.heating.function, &transition.cooling.function].map(|function| {
-            let number = || self.functions.iter().position(|known| known == function).unwrap_or_default() as f32;
-            if transition.is_power() { function.power().map_or_else(number, |power| power as f32) } else { number() }
-        })
+    fn add(&mut self, number: u32, transition: &Transition) {
+        let firsts = [&transition.heating.function, &transition.cooling.function].map(|function| self.place(function));
+        self.texts.push((number, shape_text::pair(transition, firsts)));
+    }
+
+    /// Where the pieces of a function begin; 0 for one that has none.
+    fn place(&mut self, function: &Function) -> usize {
+        let Some(cubics) = pieces(function) else { return 0 };
+        if let Some((_, place)) = self.tables.iter().find(|(known, _)| known == function) {
+            return *place;
+        }
+        let place = self.values.len();
+        self.values.extend(cubics.cells.iter().map(|cell| cell.map(|c| c as f32)));
+        self.values.resize(self.values.len().next_multiple_of(ALIGNMENT), [0.0; 4]);
+        self.tables.push((function.clone(), place));
+        place
+    }
+
+    fn text(&self, curve: Curve) -> &str {
+        let Curve::Shaped(shaped) = curve else { return "" };
+        self.texts.iter().find(|(number, _)| *number == shaped.number).map_or("", |(_, text)| text)
+    }
+
+    /// SPIR-V of a variant of the thermal step with this scene's functions.
+    ///
+    /// # Errors
+    /// What naga says.
+    pub fn compile_step(&self, variant: ThermalVariant) -> Result<Vec<u32>, CompileError> {
+        compile_with(&variant.name(), "thermal_step.comp", self.text(variant.curve), &variant.defines())
+    }
+
+    /// SPIR-V of a variant of the response to given targets with this scene's functions.
+    ///
+    /// # Errors
+    /// What naga says.
+    pub fn compile_response(&self, variant: ResponseVariant) -> Result<Vec<u32>, CompileError> {
+        compile_with(&variant.name(), "response.comp", self.text(variant.curve), &variant.defines())
     }
 }
 
-/// Head, pieces and turns of a function.
-fn shape(function: &Function) -> Vec<[f32; 4]> {
-    let of_power;
-    let (cubics, turns) = match function {
-        Function::Shaped(shape) => (shape.cubics(), shape.turns()),
-        Function::Linear | Function::Quadratic => {
-            of_power = Cubics::new(&|r| function.at(r));
-            (&of_power, [].as_slice())
-        }
+/// What moves along a transition, and how; `number` is that of its pair of functions.
+pub fn curve(transition: &Transition, number: u32) -> (StepKind, Curve) {
+    let kind = match transition.retarget {
+        Retarget::Merge => StepKind::Merge,
+        Retarget::Restart => StepKind::Restart,
     };
-    let mut values = vec![[cubics.warp as f32, function.at(1.0).rate as f32, turns.len() as f32, 0.0]];
-    values.extend(cubics.cells.iter().map(|cell| cell.map(|c| c as f32)));
-    values.extend(turns.iter().map(|&r| {
-        let Point { left, rate } = function.at(r);
-        [r as f32, (rate / (left + rate)) as f32, 0.0, 0.0]
-    }));
-    values.resize(STRIDE, [0.0; 4]);
-    values
+    if transition.is_power() {
+        return (kind, Curve::Power);
+    }
+    let functions = [&transition.heating.function, &transition.cooling.function];
+    let shaped = Shaped {
+        number,
+        fourth_power: transition.domain == Domain::FourthPower,
+        pieces: functions.into_iter().any(|function| pieces(function).is_some()),
+    };
+    (kind, Curve::Shaped(shaped))
+}
+
+fn pieces(function: &Function) -> Option<&Cubics> {
+    match function {
+        Function::Shaped(shape) => shape.cubics(),
+        Function::Linear | Function::Quadratic => None,
+    }
 }

@@ -1,6 +1,6 @@
 //! The compiled variants of `thermal_step.comp` and `response.comp`: what is not needed is absent from a pipeline.
 //!
-//! Plain data without dependencies: the shader compiler in `tools/` includes this file to know what to compile.
+//! Powers are compiled ahead (`spirv/`); what moves along other functions is compiled when the scene that has them loads.
 
 /// What moves the nodes of a range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -20,10 +20,19 @@ pub enum StepKind {
 pub enum Curve {
     /// A power of the remaining time; also where there is no transition.
     Power,
-    /// Any function, from its pieces.
-    Shaped,
-    /// Any function of the fourth power of the temperature, from its pieces.
-    ShapedFourthPower,
+    /// Functions of the scene.
+    Shaped(Shaped),
+}
+
+/// The pair of functions of a transition, as far as it chooses a pipeline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Shaped {
+    /// Number of the pair: the first of the scene's materials that has it.
+    pub number: u32,
+    /// Whether they move the fourth power of the temperature.
+    pub fourth_power: bool,
+    /// Whether one of them is read in pieces.
+    pub pieces: bool,
 }
 
 /// One variant of the thermal step.
@@ -53,14 +62,12 @@ pub struct ResponseVariant {
 }
 
 impl ResponseVariant {
-    /// Every variant.
+    /// Every variant that is compiled ahead.
     pub fn all() -> Vec<Self> {
-        let curves = [Curve::Power, Curve::Shaped, Curve::ShapedFourthPower];
-        let kinds = [StepKind::Merge, StepKind::Restart];
-        kinds.into_iter().flat_map(|kind| curves.map(|curve| Self { kind, curve })).collect()
+        [StepKind::Merge, StepKind::Restart].map(|kind| Self { kind, curve: Curve::Power }).to_vec()
     }
 
-    /// Name of the compiled file without `.spv`: `response.merge.shaped`.
+    /// Name of the compiled file without `.spv`: `response.merge`.
     pub fn name(&self) -> String {
         format!("response.{}{}", self.kind.word(), self.curve.suffix())
     }
@@ -85,31 +92,34 @@ impl StepKind {
 }
 
 impl Curve {
-    fn suffix(self) -> &'static str {
+    fn suffix(self) -> String {
         match self {
-            Self::Power => "",
-            Self::Shaped => ".shaped",
-            Self::ShapedFourthPower => ".shaped_t4",
+            Self::Power => String::new(),
+            Self::Shaped(shaped) => {
+                format!(".shaped{}{}", if shaped.fourth_power { "_t4_" } else { "_" }, shaped.number)
+            }
         }
     }
 
     /// Preprocessor definitions that select it.
-    pub fn defines(self) -> &'static [&'static str] {
-        match self {
-            Self::Power => &[],
-            Self::Shaped => &["SHAPED"],
-            Self::ShapedFourthPower => &["SHAPED", "FOURTH_POWER"],
-        }
+    pub fn defines(self) -> Vec<&'static str> {
+        let Self::Shaped(shaped) = self else { return Vec::new() };
+        let words = [(true, "SHAPED"), (shaped.fourth_power, "FOURTH_POWER"), (shaped.pieces, "PIECES")];
+        words.into_iter().filter_map(|(present, word)| present.then_some(word)).collect()
     }
 }
 
 impl ThermalVariant {
-    /// Every variant that a scene can ask for.
+    /// Every variant that is compiled ahead: those of powers.
     pub fn all() -> Vec<Self> {
-        let curves = [Curve::Power, Curve::Shaped, Curve::ShapedFourthPower];
-        let mut all = curves.map(Self::advance).to_vec();
-        let moved = [StepKind::Merge, StepKind::Restart].into_iter().flat_map(|kind| curves.map(|curve| (kind, curve)));
-        for (kind, curve) in [(StepKind::Instant, Curve::Power)].into_iter().chain(moved) {
+        Self::all_of(Curve::Power)
+    }
+
+    /// Every variant of a curve that a scene can ask for.
+    pub fn all_of(curve: Curve) -> Vec<Self> {
+        let mut all = vec![Self::advance(curve)];
+        let settling = (curve == Curve::Power).then_some(StepKind::Instant);
+        for kind in settling.into_iter().chain([StepKind::Merge, StepKind::Restart]) {
             for both_sides in [false, true] {
                 for (sun, planet_ir, albedo) in [
                     (false, false, false),

@@ -7,10 +7,11 @@ use crate::environment::orbit::period_disagreement;
 use crate::environment::sky::SkyError;
 use crate::environment::tick::TickLoads;
 use crate::gpu::frame::StepRange;
+use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::model::{Model, ModelError};
 use crate::scene::{Scene, SceneError, file_hash, scene_hash};
-use crate::thermal::material::{Domain, Material, Response, Retarget};
+use crate::thermal::material::{Material, Response};
 use crate::thermal::nodes::{Nodes, RangeResponse};
 
 /// Remarks about the model that are shown; `isotherm info MODEL` shows all.
@@ -178,19 +179,12 @@ impl Prepared {
         let sun = environment.solar_constant.is_some_and(|flux| flux > 0.0);
         let mut ranges = Vec::new();
         for range in &self.nodes.ranges {
-            let (kind, curve) = match range.kind.response {
-                RangeResponse::Instant => (StepKind::Instant, Curve::Power),
-                RangeResponse::Transition { retarget, domain, power } => (
-                    match retarget {
-                        Retarget::Merge => StepKind::Merge,
-                        Retarget::Restart => StepKind::Restart,
-                    },
-                    match (power, domain) {
-                        (true, _) => Curve::Power,
-                        (false, Domain::Temperature) => Curve::Shaped,
-                        (false, Domain::FourthPower) => Curve::ShapedFourthPower,
-                    },
-                ),
+            let material = &self.materials[self.nodes.group_material[range.first_group] as usize];
+            let (kind, curve) = match (&material.response, range.kind.response) {
+                (Response::Transition(transition), RangeResponse::Transition { shaped, .. }) => {
+                    shapes::curve(transition, shaped.unwrap_or_default())
+                }
+                _ => (StepKind::Instant, Curve::Power),
             };
             let variant = ThermalVariant {
                 kind,

@@ -11,6 +11,7 @@ pub mod cubics;
 mod error;
 mod expression;
 mod measured;
+mod newton;
 pub mod parse;
 pub mod phase;
 mod polynomial;
@@ -18,7 +19,9 @@ mod polynomial;
 use cubics::Cubics;
 pub use error::FunctionError;
 pub use expression::Expression;
+pub use expression::glsl::literal;
 pub use measured::{Measured, Sample};
+pub use newton::Newton;
 pub use phase::Superposition;
 pub use polynomial::Polynomial;
 
@@ -26,6 +29,9 @@ pub use polynomial::Polynomial;
 const MAX_EXPONENTIAL_RATE: f64 = 500.0;
 /// Largest rate of a logarithm: its start is 1e4 times as steep as its end.
 const MAX_LOGARITHMIC_RATE: f64 = 1e4;
+
+/// Points of a table beyond which the device reads its pieces from a buffer.
+pub const MAX_POINTS_WRITTEN_OUT: usize = 24;
 
 /// The share of the way done as a function of the share of the time gone.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,8 +51,10 @@ pub struct Shape {
     pub kind: Kind,
     /// Extrema of the relative rate, as shares of the time left, rising; none where it grows throughout.
     turns: Vec<f64>,
-    /// What the device evaluates.
-    cubics: Cubics,
+    /// Steps by which the device finds a phase; none where it must search for it.
+    newton: Option<Newton>,
+    /// Pieces that the device reads where a table is too long to be written out.
+    cubics: Option<Cubics>,
 }
 
 /// The kinds of function that are no power.
@@ -139,12 +147,16 @@ impl Function {
     }
 
     fn shaped(kind: Kind) -> Result<Self, FunctionError> {
-        let cubics = Cubics::new(&|r| kind.at(r));
-        if cubics.error > cubics::LARGEST_ERROR {
-            return Err(FunctionError::Sharp { function: kind.name(), s: cubics.worst, error: cubics.error });
+        let long = matches!(&kind, Kind::Table(measured) if measured.len() > MAX_POINTS_WRITTEN_OUT);
+        let cubics = long.then(|| Cubics::new(&|r| kind.at(r)));
+        if let Some(Cubics { error, worst, .. }) = cubics
+            && error > cubics::LARGEST_ERROR
+        {
+            return Err(FunctionError::Sharp { function: kind.name(), s: worst, error });
         }
         let turns = phase::turns(&kind);
-        Ok(Self::Shaped(Arc::new(Shape { kind, turns, cubics })))
+        let newton = if turns.is_empty() { newton::plan(&kind) } else { None };
+        Ok(Self::Shaped(Arc::new(Shape { kind, turns, newton, cubics })))
     }
 
     /// Name of the kind, as scene files write it.
@@ -203,9 +215,14 @@ impl Shape {
         &self.turns
     }
 
-    /// The cubic pieces that the device evaluates.
-    pub fn cubics(&self) -> &Cubics {
-        &self.cubics
+    /// Steps of Newton's method by which the device finds a phase; `None` where it must search for it.
+    pub fn newton(&self) -> Option<Newton> {
+        self.newton
+    }
+
+    /// The cubic pieces that the device reads, of a long table.
+    pub fn cubics(&self) -> Option<&Cubics> {
+        self.cubics.as_ref()
     }
 }
 

@@ -96,6 +96,19 @@ impl Transition {
             && self.heating.function.power().is_some()
             && self.cooling.function.power().is_some()
     }
+
+    /// Number of the first material that moves along the same functions as another, whatever their duration; `None`
+    /// for one without a transition, or along powers.
+    pub fn first_like(materials: &[Material], index: usize) -> Option<u32> {
+        let functions = |material: &Material| match &material.response {
+            Response::Transition(transition) if !transition.is_power() => {
+                Some((transition.heating.function.clone(), transition.cooling.function.clone(), transition.domain))
+            }
+            _ => None,
+        };
+        let wanted = functions(&materials[index])?;
+        materials.iter().position(|material| functions(material).as_ref() == Some(&wanted)).map(|first| first as u32)
+    }
 }
 
 /// How the temperature of a node moves.

@@ -8,7 +8,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::model::Model;
-use crate::thermal::material::{Domain, Material, Response, Retarget, Sides};
+use crate::thermal::material::{Domain, Material, Response, Retarget, Sides, Transition};
 
 /// Nodes that one invocation handles.
 pub const GROUP: usize = 4;
@@ -28,8 +28,8 @@ pub enum RangeResponse {
         retarget: Retarget,
         /// What moves.
         domain: Domain,
-        /// Whether both branches are powers of the remaining time, which has a pipeline of its own.
-        power: bool,
+        /// The first material along the same functions; `None` where both are powers of the remaining time.
+        shaped: Option<u32>,
     },
 }
 
@@ -43,25 +43,26 @@ pub struct RangeKind {
 }
 
 impl RangeKind {
-    /// The kind of a material's nodes.
-    pub fn of(material: &Material) -> Self {
+    /// The kind of the nodes of one of the scene's materials.
+    pub fn of(materials: &[Material], index: usize) -> Self {
+        let material = &materials[index];
         let response = match material.response {
             Response::Instant => RangeResponse::Instant,
             Response::Transition(ref transition) => RangeResponse::Transition {
                 retarget: transition.retarget,
                 domain: transition.domain,
-                power: transition.is_power(),
+                shaped: Transition::first_like(materials, index),
             },
         };
         Self { response, both_sides: matches!(material.sides, Sides::Both { .. }) }
     }
 
     /// Key of the order of ranges: response, then sides, then rule.
-    fn rank(self) -> (bool, bool, bool, bool, bool) {
+    fn rank(self) -> (bool, bool, bool, bool, Option<u32>) {
         match self.response {
-            RangeResponse::Instant => (false, self.both_sides, false, false, false),
-            RangeResponse::Transition { retarget, domain, power } => {
-                (true, self.both_sides, retarget == Retarget::Restart, domain == Domain::FourthPower, !power)
+            RangeResponse::Instant => (false, self.both_sides, false, false, None),
+            RangeResponse::Transition { retarget, domain, shaped } => {
+                (true, self.both_sides, retarget == Retarget::Restart, domain == Domain::FourthPower, shaped)
             }
         }
     }
@@ -71,9 +72,9 @@ impl std::fmt::Display for RangeKind {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.response {
             RangeResponse::Instant => write!(out, "instant")?,
-            RangeResponse::Transition { retarget, domain, power } => {
+            RangeResponse::Transition { retarget, domain, shaped } => {
                 let rule = if retarget == Retarget::Merge { "merge" } else { "restart" };
-                let curve = if power { "power" } else { "shaped" };
+                let curve = if shaped.is_none() { "power" } else { "shaped" };
                 let moved = if domain == Domain::FourthPower { " of T4" } else { "" };
                 write!(out, "transition{moved} ({rule}, {curve})")?;
             }
@@ -139,7 +140,7 @@ impl Nodes {
         let run_of = |&vertex: &u32| (model.vertex_material[vertex as usize], model.vertex_part[vertex as usize]);
         for run in order.chunk_by(|a, b| run_of(a) == run_of(b)) {
             let (material, part) = run_of(&run[0]);
-            nodes.push_run(run, RangeKind::of(&materials[material as usize]), material, part);
+            nodes.push_run(run, RangeKind::of(materials, material as usize), material, part);
         }
         nodes.close_range();
         nodes.normals = gather(&nodes.vertex_of_node, |vertex| model.normals[vertex]);
@@ -187,7 +188,7 @@ impl Nodes {
 /// Vertices by kind, material, part and index: a stable counting sort by part, then one by material in order of kind.
 fn sorted_vertices(model: &Model, materials: &[Material]) -> Vec<u32> {
     let mut by_kind: Vec<usize> = (0..materials.len()).collect();
-    by_kind.sort_by_key(|&m| RangeKind::of(&materials[m]).rank());
+    by_kind.sort_by_key(|&m| RangeKind::of(materials, m).rank());
     let mut place = vec![0_u32; materials.len()];
     for (rank, &material) in by_kind.iter().enumerate() {
         place[material] = rank as u32;
@@ -227,7 +228,7 @@ fn gather<T: Default + Send>(vertex_of_node: &[u32], value: impl Fn(usize) -> T 
 mod tests {
     use super::*;
     use crate::model::Part;
-    use crate::thermal::material::{Bulk, Function, Optics, Profile, Transition};
+    use crate::thermal::material::{Bulk, Function, Optics, Profile};
     use glam::{DMat4, DVec3};
 
     fn material(name: &str, sides: Sides, response: Response) -> Material {
@@ -290,7 +291,7 @@ mod tests {
         let (model, areas, materials) = model();
         let nodes = Nodes::new(&model, &areas, &materials);
         let kind = |response, both_sides| RangeKind { response, both_sides };
-        let moved = |retarget| RangeResponse::Transition { retarget, domain: Domain::Temperature, power: true };
+        let moved = |retarget| RangeResponse::Transition { retarget, domain: Domain::Temperature, shaped: None };
         let kinds: Vec<_> = nodes.ranges.iter().map(|range| range.kind).collect();
         let expected = [
             kind(RangeResponse::Instant, false),
@@ -306,7 +307,7 @@ mod tests {
             let members = &nodes.vertex_of_node[range.first_group * GROUP..group * GROUP];
             assert_eq!(members.iter().filter(|&&v| v != PADDING).count(), range.nodes);
             for &material in &nodes.group_material[range.first_group..group] {
-                assert_eq!(RangeKind::of(&materials[material as usize]), range.kind);
+                assert_eq!(RangeKind::of(&materials, material as usize), range.kind);
             }
         }
         assert_eq!(group, nodes.groups);

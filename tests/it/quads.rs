@@ -87,8 +87,8 @@ impl Quads {
             normals: &padded(&self.normals),
             positions: &padded(&self.positions),
             triangles: &self.triangles,
-            materials: &self.materials.iter().map(|material| device_material(material, &shapes)).collect::<Vec<_>>(),
-            shapes: &shapes.values,
+            materials: &self.materials.iter().map(device_material).collect::<Vec<_>>(),
+            shapes: &shapes,
             band_table: &band_table(&table),
             image: Some([camera.width, camera.height]),
         };

@@ -7,7 +7,10 @@ use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::layout;
 use isotherm::gpu::pass::{Pass, Work, is_write};
 use isotherm::gpu::pipeline::MODULES;
+use isotherm::gpu::shapes::{self, Shapes};
 use isotherm::gpu::variant::ThermalVariant;
+use isotherm::thermal::function::{Function, Sample};
+use isotherm::thermal::material::{Domain, Profile, Retarget, Transition};
 use naga::front::spv;
 
 #[test]
@@ -30,6 +33,10 @@ fn spirv_is_what_glsl_compiles_to() {
 
 fn reflect(name: &str) -> naga::Module {
     let bytes = MODULES.iter().find(|(module, _)| *module == name).expect("a module of spirv/").1;
+    parse(bytes)
+}
+
+fn parse(bytes: &[u8]) -> naga::Module {
     let options = spv::Options { adjust_coordinate_space: false, strict_capabilities: false, ..Default::default() };
     spv::parse_u8_slice(bytes, &options).expect("naga reads what it wrote")
 }
@@ -82,7 +89,10 @@ fn structures_agree_with_glsl() {
 
 /// Bindings of a module: number -> whether it is written, and whether it is a uniform.
 fn bindings_of(module: &str) -> BTreeMap<u32, (bool, bool)> {
-    let module = reflect(module);
+    bindings_in(reflect(module))
+}
+
+fn bindings_in(module: naga::Module) -> BTreeMap<u32, (bool, bool)> {
     let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::all())
         .validate(&module)
         .expect("a valid module");
@@ -116,6 +126,32 @@ fn passes_declare_what_their_shaders_touch() {
         let frame = Frame::step(&[StepRange { variant, groups: (0, 64) }], Wanted::default());
         let pass = frame.passes().next().expect("one thermal pass");
         assert_eq!(declared(pass), bindings_of(&variant.name()), "{}", variant.name());
+    }
+    let table = |points: i32| {
+        let samples: Vec<_> =
+            (0..points).map(|i| Sample { time: f64::from(i), temperature: f64::from(300 - i * i) }).collect();
+        Function::table(&samples, None).expect("a good table")
+    };
+    let expression = Function::expression("s < 0.4 ? 1.6*s : 0.4 + 0.6*s").expect("a good expression");
+    for (heating, cooling, pieces) in
+        [(expression.clone(), table(9), false), (expression, Function::Linear, false), (table(90), table(9), true)]
+    {
+        let profile = |function| Profile { function, t_max_steps: 9.0 };
+        let (heating, cooling) = (profile(heating), profile(cooling));
+        for domain in [Domain::Temperature, Domain::FourthPower] {
+            let (heating, cooling) = (heating.clone(), cooling.clone());
+            let transition = Transition { heating, cooling, retarget: Retarget::Merge, domain };
+            let shapes = Shapes::one(&transition);
+            let (_, curve) = shapes::curve(&transition, 0);
+            assert_eq!(pieces, !shapes.values.is_empty());
+            for variant in ThermalVariant::all_of(curve) {
+                let frame = Frame::step(&[StepRange { variant, groups: (0, 64) }], Wanted::default());
+                let pass = frame.passes().next().expect("one thermal pass");
+                let words = shapes.compile_step(variant).expect("a scene's functions compile");
+                let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+                assert_eq!(declared(pass), bindings_in(parse(&bytes)), "{}", variant.name());
+            }
+        }
     }
     let frame = Frame::step(&[], Wanted { image: true, cull: 9, temperatures: false });
     let cull = frame.passes().find(|pass| matches!(pass.work, Work::Cull { .. })).expect("a cull pass");

@@ -3,12 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-pub mod compile;
-#[path = "../../src/gpu/variant.rs"]
-pub mod variant;
-
-use compile::{CompileError, expand_includes};
-use variant::{ResponseVariant, ThermalVariant};
+use isotherm::gpu::compile::{self, CompileError, FUNCTIONS, expand_includes};
+use isotherm::gpu::variant::{ResponseVariant, ThermalVariant};
 
 /// Name and content of every file of `spirv/`, sorted: a module an entry point or variant, and `index.rs`.
 ///
@@ -23,9 +19,14 @@ pub fn compile_all(glsl: &Path) -> Result<Vec<(String, Vec<u8>)>, CompileError> 
         .collect();
     entries.sort();
 
+    let read = |file: &str| {
+        let path = glsl.join(file);
+        let failed = |source| CompileError::Read { path: path.display().to_string(), source };
+        if file == FUNCTIONS { Ok(String::new()) } else { std::fs::read_to_string(&path).map_err(failed) }
+    };
     let mut files = Vec::new();
     for entry in entries {
-        let text = expand_includes(&glsl.join(&entry))?;
+        let text = expand_includes(&entry, &read)?;
         let variants: Vec<(String, Vec<&str>)> = if entry == "thermal_step.comp" {
             ThermalVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
         } else if entry == "response.comp" {

@@ -13,12 +13,15 @@ use isotherm::gpu::frame::StepRange;
 use isotherm::gpu::layout;
 use isotherm::gpu::renderer::Renderer;
 use isotherm::gpu::resources::SceneData;
+use isotherm::gpu::shapes::{self, Shapes};
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::output::report::PassTime;
 use isotherm::scene::Scene;
 use isotherm::simulation::engine::{DeviceData, Engine, Order, Tick};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::viewpoint::camera_from_body;
+use isotherm::thermal::function::{Function, Sample};
+use isotherm::thermal::material::{Domain, Profile, Response, Retarget, Transition};
 
 type AnyError = Box<dyn std::error::Error>;
 
@@ -39,6 +42,9 @@ struct Arguments {
     /// Leave out the whole ticks
     #[arg(long)]
     nodes_only: bool,
+    /// Measure nothing but the cost of response functions against a quadratic one
+    #[arg(long)]
+    functions_only: bool,
     /// Ticks of each measurement
     #[arg(long, default_value_t = 30)]
     ticks: u32,
@@ -62,7 +68,11 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     println!("Device: {}, {}; load average {}\n", context.info.name, context.info.driver, load.trim());
     let scene = Scene::load(&arguments.scene)?;
+    if arguments.functions_only {
+        return functions(arguments, &context, &scene);
+    }
     thermal_pass(arguments, &context, &scene)?;
+    functions(arguments, &context, &scene)?;
     if arguments.nodes_only { Ok(()) } else { whole_ticks(arguments, &context, &scene) }
 }
 
@@ -99,13 +109,14 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
             variant(StepKind::Merge, true, false, true),
             variant(StepKind::Merge, true, true, true),
         ] {
-            let (times, bytes_a_node) = time_pass(context, variant, nodes, &lit)?;
+            let (times, bytes_a_node) = time_pass(context, variant, &Shapes::default(), nodes, &lit)?;
             let time = times.first().ok_or("the device has no timestamps")?;
             let [median, low, high] = [time.median_ms, time.p10_ms, time.p90_ms].map(|ms| ms * 1e6 / nodes as f64);
             row.push(format!("{median:.2} ({low:.2} to {high:.2})"));
             bytes = bytes_a_node;
         }
-        let (times, _) = time_pass(context, variant(StepKind::Merge, true, true, true), nodes, &orbit)?;
+        let (times, _) =
+            time_pass(context, variant(StepKind::Merge, true, true, true), &Shapes::default(), nodes, &orbit)?;
         let sum: f64 = times.iter().map(|time| time.median_ms * time.count as f64).sum();
         let ticks: f64 = times.iter().map(|time| time.count as f64).sum();
         row.push(format!("{:.2}", sum / ticks * 1e6 / nodes as f64));
@@ -118,10 +129,122 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
     Ok(())
 }
 
+/// What a node costs along each kind of function, over what it costs along a quadratic one, and what a function costs
+/// that no node uses.
+fn functions(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError> {
+    const NODES: usize = 1 << 16;
+    println!(
+        "Response functions: time of the thermal pass over that of a quadratic transition in the same round, {NODES} \
+         nodes, target moving every tick: median of {ROUNDS} rounds (least to most)\n"
+    );
+    println!("| function | merge: Sun | all three loads | restart: Sun | all three loads |");
+    println!("|---|---|---|---|---|");
+    let loads = isotherm::environment::tick::TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)?;
+    let step = scene.time.step;
+    let ticks: Vec<TickLoad> =
+        (0..arguments.ticks).map(|i| loads.tick_load(f64::from(i) * step, f64::from(i + 1) * step)).collect();
+    let columns = [Retarget::Merge, Retarget::Restart].into_iter().flat_map(|rule| [(rule, false), (rule, true)]);
+    let columns: Vec<(Retarget, bool)> = columns.collect();
+    let time = |function: &Function, (retarget, all): (Retarget, bool)| -> Result<f64, AnyError> {
+        let profile = Profile { function: function.clone(), t_max_steps: 1000.0 };
+        let domain = Domain::Temperature;
+        let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
+        let (kind, curve) = shapes::curve(&transition, 0);
+        let variant = ThermalVariant { kind, curve, both_sides: false, sun: true, planet_ir: all, albedo: all };
+        let (times, _) = time_pass(context, variant, &Shapes::one(&transition), NODES, &ticks)?;
+        Ok(times.first().ok_or("the device has no timestamps")?.median_ms)
+    };
+    for function in measured_functions()? {
+        let mut cells = Vec::new();
+        for &setting in &columns {
+            let mut ratios = Vec::new();
+            for _ in 0..ROUNDS {
+                let before = time(&Function::Quadratic, setting)?;
+                ratios.push(time(&function, setting)? / before);
+            }
+            ratios.sort_by(f64::total_cmp);
+            cells.push(format!("{:.2} ({:.2} to {:.2})", ratios[ROUNDS / 2], ratios[0], ratios[ROUNDS - 1]));
+        }
+        println!("| {function} | {} |", cells.join(" | "));
+    }
+    unused_function(context, scene)
+}
+
+/// Rounds of the comparison of functions.
+const ROUNDS: usize = 3;
+
+/// One of every kind.
+fn measured_functions() -> Result<Vec<Function>, AnyError> {
+    let points = [(0.0, 300.0), (1.0, 280.0), (2.0, 261.0), (4.0, 235.0), (7.0, 211.0), (9.0, 203.0), (12.0, 200.0)];
+    let samples: Vec<_> = points.iter().map(|&(time, temperature)| Sample { time, temperature }).collect();
+    let long: Vec<_> = (0..=100)
+        .map(|i| Sample { time: f64::from(i), temperature: 300.0 - 100.0 * (1.0 - (-0.03 * f64::from(i)).exp()) })
+        .collect();
+    Ok(vec![
+        Function::expression("s*(2.0-s)")?,
+        Function::expression("s*s*(3.0-2.0*s)")?,
+        Function::expression("(1.0 - exp(-2.0*s)) / (1.0 - exp(-2.0))")?,
+        Function::table(&samples, None)?,
+        Function::table(&long, None)?,
+        Function::polynomial(&[0.0, 0.0, 3.0, -2.0])?,
+        Function::exponential(3.0)?,
+        Function::logarithmic(1.0)?,
+        Function::logarithmic(9.0)?,
+    ])
+}
+
+/// The scene with and without a material that no node has and whose response is an expression.
+fn unused_function(context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError> {
+    let plain = Prepared::from_scene(scene.clone(), &mut |_| {})?;
+    let mut with = Prepared::from_scene(scene.clone(), &mut |_| {})?;
+    let mut unused = with.materials[0].clone();
+    unused.name = "unused".to_owned();
+    let profile = Profile { function: Function::expression("s*s*(3.0-2.0*s)")?, t_max_steps: 100.0 };
+    let (retarget, domain) = (Retarget::Merge, Domain::Temperature);
+    unused.response = Response::Transition(Transition { heating: profile.clone(), cooling: profile, retarget, domain });
+    with.materials.push(unused);
+    let thermal = |prepared: &Prepared| -> Result<(f64, usize, u64), AnyError> {
+        let mut engine = Engine::on_device(context, prepared, None)?;
+        let step = prepared.scene.time.step;
+        engine.settle(&prepared.loads.tick_load(0.0, step))?;
+        for tick in 0..60 {
+            let load = prepared.loads.tick_load(f64::from(tick) * step, f64::from(tick + 1) * step);
+            engine.submit(Some(Tick { load: &load, steps: 1.0 }), Order { pose: None, temperatures: false })?;
+            engine.deliver()?;
+        }
+        let times = engine.pass_times().ok_or("no pass times")?;
+        let steps = times.iter().filter(|(name, _)| name.starts_with("thermal_step"));
+        let medians = steps.filter_map(|(name, all)| PassTime::from_samples(name, &all[all.len() / 2..]));
+        let data = DeviceData::new(prepared);
+        let bytes = data.scene_data(prepared, None).plan().iter().map(|planned| planned.bytes).sum();
+        Ok((medians.map(|time| time.median_ms).sum(), prepared.step_ranges().len(), bytes))
+    };
+    let mut ratios = Vec::new();
+    let mut sizes = None;
+    for _ in 0..ROUNDS {
+        let (before, after) = (thermal(&plain)?, thermal(&with)?);
+        ratios.push(after.0 / before.0);
+        sizes = Some(((before.1, before.2), (after.1, after.2)));
+    }
+    ratios.sort_by(f64::total_cmp);
+    let ((pipelines, bytes), (pipelines_with, bytes_with)) = sizes.ok_or("no rounds")?;
+    println!(
+        "\nScene '{}' with a material that no node has, whose response is an expression: {pipelines} ranges before and \
+         {pipelines_with} after, {bytes} and {bytes_with} bytes on the device, thermal pass {:.2} times as long (least {:.2}, \
+         most {:.2})\n",
+        scene.name,
+        ratios[ROUNDS / 2],
+        ratios[0],
+        ratios[ROUNDS - 1]
+    );
+    Ok(())
+}
+
 /// Times of the variants that the ticks run, and bytes a node.
 fn time_pass(
     context: &Arc<Context>,
     variant: ThermalVariant,
+    shapes: &Shapes,
     nodes: usize,
     ticks: &[TickLoad],
 ) -> Result<(Vec<PassTime>, f64), AnyError> {
@@ -145,7 +268,7 @@ fn time_pass(
         positions: &[],
         triangles: &[],
         materials: &[material],
-        shapes: &[],
+        shapes,
         band_table: &[],
         image: None,
     };

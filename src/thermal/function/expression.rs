@@ -5,6 +5,7 @@
 //! one moment (exp, pow, mix, smoothstep, ...) are kept, and all else is refused.
 
 mod dual;
+pub mod glsl;
 mod program;
 
 use super::{FunctionError, Point};
@@ -54,6 +55,29 @@ impl Expression {
     /// Number of operations that it comes to.
     pub fn operations(&self) -> usize {
         self.program.operations()
+    }
+
+    /// f at 0, and 1 / (f(1) - f(0)), of the text as it stands.
+    pub fn ends(&self) -> [f64; 2] {
+        [self.start, self.scale]
+    }
+
+    /// First and second derivative at s = 0 and at s = 1, f scaled to end at 1; the second from differences of the first.
+    pub fn end_slopes(&self) -> [[f64; 2]; 2] {
+        const STEP: f64 = 1e-5;
+        let rate = |s: f64| self.value(s).rate * self.scale;
+        let (first, last) = (rate(0.0), rate(1.0));
+        // One-sided, of second order.
+        let bend = |at: f64, one: f64, two: f64| (4.0 * one - 3.0 * at - two) / (2.0 * STEP);
+        [
+            [first, bend(first, rate(STEP), rate(2.0 * STEP))],
+            [last, -bend(last, rate(1.0 - STEP), rate(1.0 - 2.0 * STEP))],
+        ]
+    }
+
+    /// GLSL function `vec2 NAME(float s)` of the first and the second derivative of the text as it stands.
+    pub fn derivatives(&self, name: &str) -> String {
+        glsl::derivatives(&self.program, name)
     }
 
     pub(super) fn at(&self, r: f64) -> Point {

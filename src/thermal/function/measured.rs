@@ -115,6 +115,18 @@ impl Measured {
         &self.r
     }
 
+    /// Coefficients of each piece from the end of the way to its start, in powers of r less the piece's lower border.
+    pub fn pieces(&self) -> Vec<[f64; 4]> {
+        (1..self.r.len())
+            .map(|i| {
+                let width = self.r[i] - self.r[i - 1];
+                let (w0, m0, m1) = (self.left[i - 1], self.slope[i - 1], self.slope[i]);
+                let mean = (self.left[i] - w0) / width;
+                [w0, m0, (3.0 * mean - 2.0 * m0 - m1) / width, (m0 + m1 - 2.0 * mean) / (width * width)]
+            })
+            .collect()
+    }
+
     pub(super) fn at(&self, r: f64) -> Point {
         let i = self.r.partition_point(|knot| *knot <= r).clamp(1, self.r.len() - 1) - 1;
         let width = self.r[i + 1] - self.r[i];

@@ -64,6 +64,18 @@ impl Polynomial {
         &self.coefficients
     }
 
+    /// Coefficients of the powers of r = 1 - s of what is left; the first is 0.
+    pub fn left(&self) -> &[f64] {
+        &self.left
+    }
+
+    /// Coefficients of the powers of s of what is done; the first is 0.
+    pub fn done(&self) -> Vec<f64> {
+        let mut done: Vec<f64> = about_the_end(&self.left).into_iter().map(|c| -c).collect();
+        done[0] = 0.0;
+        done
+    }
+
     pub(super) fn at(&self, r: f64) -> Point {
         let Point { left, rate } = self.exact(r);
         Point { left: left.clamp(0.0, 1.0), rate: rate.max(0.0) }

@@ -14,10 +14,11 @@ const FUNCTION: &str = "isotherm_share_done";
 const MAX_TEXT: usize = 2000;
 
 /// Place of a number that an operation leaves.
-type Slot = usize;
+pub(super) type Slot = usize;
 
+/// What leaves a number in a slot.
 #[derive(Debug, Clone, PartialEq)]
-enum Operation {
+pub(super) enum Operation {
     Constant(f64),
     Argument,
     Load(usize),
@@ -33,8 +34,9 @@ enum Operation {
     Same(Slot),
 }
 
+/// Operations on two numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Binary {
+pub(super) enum Binary {
     Add,
     Subtract,
     Multiply,
@@ -53,8 +55,9 @@ enum Binary {
     Atan2,
 }
 
+/// A step of a program.
 #[derive(Debug, Clone, PartialEq)]
-enum Statement {
+pub(super) enum Statement {
     Set(Slot, Operation),
     Store(usize, Slot),
     If(Slot, Vec<Statement>, Vec<Statement>),
@@ -64,9 +67,9 @@ enum Statement {
 /// A compiled expression.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
-    body: Vec<Statement>,
-    slots: usize,
-    locals: usize,
+    pub(super) body: Vec<Statement>,
+    pub(super) slots: usize,
+    pub(super) locals: usize,
     operations: usize,
 }
 

@@ -1,9 +1,8 @@
 //! GLSL to SPIR-V by naga, with every option that shapes the output set explicitly.
 //!
-//! What is checked in and what a test compiles come from here.
+//! What is checked in, what a test compiles and what a scene compiles when it loads come from here.
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
 use naga::back::spv;
 use naga::front::glsl;
@@ -49,18 +48,50 @@ pub enum CompileError {
     },
 }
 
-/// Text of a shader with `#include "file"` replaced by the file, once each (naga accepts no includes).
+/// The shaders that a scene may compile when it loads, with what they include, as they stand in glsl/.
+const SOURCES: &[(&str, &str)] = &[
+    ("thermal_step.comp", include_str!("../../glsl/thermal_step.comp")),
+    ("response.comp", include_str!("../../glsl/response.comp")),
+    ("types.glsl", include_str!("../../glsl/types.glsl")),
+    ("balance.glsl", include_str!("../../glsl/balance.glsl")),
+    ("transition.glsl", include_str!("../../glsl/transition.glsl")),
+    ("planet.glsl", include_str!("../../glsl/planet.glsl")),
+    ("albedo.glsl", include_str!("../../glsl/albedo.glsl")),
+    ("shape.glsl", include_str!("../../glsl/shape.glsl")),
+    ("shape_pieces.glsl", include_str!("../../glsl/shape_pieces.glsl")),
+    ("shaped_transition.glsl", include_str!("../../glsl/shaped_transition.glsl")),
+    ("merge_newton.glsl", include_str!("../../glsl/merge_newton.glsl")),
+    ("merge_exponential.glsl", include_str!("../../glsl/merge_exponential.glsl")),
+    ("merge_turns.glsl", include_str!("../../glsl/merge_turns.glsl")),
+];
+
+/// What an entry point includes where a scene's own functions go; empty in what is compiled ahead.
+pub const FUNCTIONS: &str = "functions.glsl";
+
+/// A file of glsl/ that is part of the library; empty for one that is not.
+pub(super) fn source(name: &str) -> &'static str {
+    SOURCES.iter().find(|(file, _)| *file == name).map_or("", |(_, text)| text)
+}
+
+/// Text of a shader with `#include "file"` replaced by what `read` makes of the file, once each (naga accepts no
+/// includes).
 ///
 /// # Errors
-/// A file that cannot be read.
-pub fn expand_includes(path: &Path) -> Result<String, CompileError> {
-    fn expand(path: &Path, seen: &mut BTreeSet<String>, text: &mut String) -> Result<(), CompileError> {
-        let source = std::fs::read_to_string(path)
-            .map_err(|source| CompileError::Read { path: path.display().to_string(), source })?;
-        for line in source.lines() {
+/// What `read` says of a file.
+pub fn expand_includes(
+    file: &str,
+    read: &dyn Fn(&str) -> Result<String, CompileError>,
+) -> Result<String, CompileError> {
+    fn expand(
+        file: &str,
+        read: &dyn Fn(&str) -> Result<String, CompileError>,
+        seen: &mut BTreeSet<String>,
+        text: &mut String,
+    ) -> Result<(), CompileError> {
+        for line in read(file)?.lines() {
             let included = line.strip_prefix("#include \"").and_then(|rest| rest.strip_suffix('"'));
             match included {
-                Some(file) if seen.insert(file.to_owned()) => expand(&path.with_file_name(file), seen, text)?,
+                Some(file) if seen.insert(file.to_owned()) => expand(file, read, seen, text)?,
                 Some(_) => {}
                 None => {
                     text.push_str(line);
@@ -71,8 +102,17 @@ pub fn expand_includes(path: &Path) -> Result<String, CompileError> {
         Ok(())
     }
     let mut text = String::new();
-    expand(path, &mut BTreeSet::new(), &mut text)?;
+    expand(file, read, &mut BTreeSet::new(), &mut text)?;
     Ok(text)
+}
+
+/// Compiles an entry point of the library with the text of a scene's functions.
+///
+/// # Errors
+/// Text that does not parse or validate, by naga's message.
+pub fn compile_with(name: &str, file: &str, functions: &str, defines: &[&str]) -> Result<Vec<u32>, CompileError> {
+    let read = |file: &str| Ok(if file == FUNCTIONS { functions } else { source(file) }.to_owned());
+    compile(name, file, &expand_includes(file, &read)?, defines)
 }
 
 /// Compiles the text of one entry point `main`. The stage follows from `file_name`, `defines` are defined as 1.
