@@ -381,9 +381,9 @@ pub fn solve(network: &Network, schedule: &Schedule) -> Solution {
 }
 
 /// Arithmetic nodes jump at once; a sensor among them may switch its thermostat.
-fn settle(solver: &mut Solver, t: f64, now: &mut Vec<f64>, solution: &mut Solution) {
+fn settle(solver: &mut Solver, t: f64, now: &mut [f64], solution: &mut Solution) {
     for _ in 0..100 {
-        let before = now.clone();
+        let before = now.to_owned();
         solver.balance(t, now);
         let Some(thermostat) = (t > 0.0).then(|| solver.crossing(&[&before, now])).flatten() else { return };
         solver.on[thermostat] = !solver.on[thermostat];

@@ -40,7 +40,7 @@ fn random_networks_are_within_their_tolerances() {
     let mut worst = [[0.0_f64; 2]; 3];
     let mut switches = 0;
     // Small ones mostly: the exact solution costs the cube of the nodes.
-    for seed in (0..60).map(|seed| (seed, 14)).chain([(3, 40), (18, 40), (29, 40)]) {
+    for seed in (0..40).map(|seed| (seed, 14)).chain([(3, 40), (29, 40)]) {
         let case = case(seed.0, seed.1);
         let exact = solve(&case.network, &case.schedule);
         switches += exact.switches.len();
