@@ -9,6 +9,7 @@ mod functions;
 mod hazards;
 mod image;
 mod model;
+mod network;
 mod orbit;
 mod paper;
 mod pictures;
