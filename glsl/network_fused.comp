@@ -2,7 +2,7 @@
 // A small network by one workgroup: all sub-steps of an attempt with all their stages, a barrier between stages.
 // EXPLICIT: Euler and RKL2. IMPLICIT: TR-BDF2. SETTLE: arithmetic nodes, or all nodes, into balance.
 
-#include "types.glsl"
+#include "network_types.glsl"
 #include "network.glsl"
 
 #ifdef LANES_8

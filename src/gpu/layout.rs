@@ -1,4 +1,4 @@
-//! Every structure shared with GLSL, once in Rust; `glsl/types.glsl` is the other side, compared by tests/it/layout.rs.
+//! Every structure shared with GLSL, once in Rust; `glsl/types.glsl` and `glsl/network_types.glsl` are the other side, compared by tests/it/layout.rs.
 
 use bytemuck::{Pod, Zeroable};
 
