@@ -187,10 +187,8 @@ void main() {
             vec4 last = work[i];
             float inverse = nodes[i].inverse_capacitance;
             float rate = inverse * heat_into(i, current, end);
-            // Euler: (h/2)(F1 - F0). RKL2: 0.4 h (F0 + F1) - 0.8 (T1 - T0) (Sommeijer, Shampine & Verwer 1998, RKC).
-            float error = attempt.stages == 1u
-                ? 0.5 * attempt.step * (rate - last.w)
-                : 0.4 * attempt.step * (rate + last.w) - 0.8 * last.y;
+            float error =
+                attempt.error_end * rate + attempt.error_start * last.w + attempt.error_change * last.y;
             worst = max(worst, error_bits(error));
             if (inverse > 0.0) {
                 worst = max(worst, range_bits(base[i] + rest[current + i]));

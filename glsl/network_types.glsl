@@ -52,6 +52,10 @@ struct NetworkAttempt {
     // Length of a sub-step [s].
     float step;
     float space_temperature;
+    // Weights of the rates at the end and at the start [s] and of the change in the estimate of the error.
+    float error_end;
+    float error_start;
+    float error_change;
     // Turns of loops of a sub-step, and of one iteration of Newton's method. Some drivers end a shader's loops after
     // 65,535 turns in all.
     uint loops_sub_step;

@@ -170,6 +170,12 @@ pub struct NetworkAttempt {
     pub step: f32,
     /// Radiative temperature of space [K].
     pub space_temperature: f32,
+    /// Weight of the rates at the end of a sub-step in the estimate of its error [s].
+    pub error_end: f32,
+    /// Of the rates at its start [s].
+    pub error_start: f32,
+    /// Of the change.
+    pub error_change: f32,
     /// Turns of loops of a sub-step.
     pub loops_sub_step: u32,
     /// Turns of loops of an iteration of Newton's method.
@@ -238,7 +244,7 @@ pub fn structures() -> Vec<(&'static str, usize, Vec<Member>)> {
         members!(NetworkLink: neighbour: u32, conductance: f32, exchange: f32),
         members!(NetworkStage: mu: f32, nu: f32, mu_step: f32, gamma_step: f32, time: f32),
         members!(NetworkAttempt: nodes: u32, count: u32, stages: u32, sensors: u32, lone: u32, time: f32, step: f32,
-            space_temperature: f32, loops_sub_step: u32, loops_iteration: u32, unknowns: u32, levels: u32,
+            space_temperature: f32, error_end: f32, error_start: f32, error_change: f32, loops_sub_step: u32, loops_iteration: u32, unknowns: u32, levels: u32,
             nodes_at: u32, entries_at: u32, levels_at: u32, targets_at: u32, terms_at: u32, pivots_at: u32,
             uppers_at: u32, fill_begin: u32, fill_end: u32, right_at: u32),
     ]

@@ -4,7 +4,6 @@
 
 mod fused;
 mod schedule;
-mod stages;
 mod tables;
 
 use std::sync::Arc;
@@ -18,6 +17,9 @@ use crate::thermal::network::{Network, NodeKind};
 
 /// The hottest temperature [K] that base and rest hold.
 pub const HOTTEST: f64 = 8000.0;
+
+/// Estimates of the error of a sub-step below this are rounding [K].
+pub const ESTIMATE_FLOOR: f64 = 1e-6;
 
 /// A network with its state on the device.
 pub struct NetworkStepper {
