@@ -157,12 +157,20 @@ fn heat(network: &Network, duration: f64, random: &mut Random) -> Vec<(u32, Heat
 fn thermostats(network: &Network, random: &mut Random) -> Vec<Thermostat> {
     let count = 1 + random.below(3);
     let solid: Vec<usize> = (0..network.len()).filter(|node| network.capacitances[*node] > 1.0).collect();
+    let light: Vec<usize> =
+        (0..network.len()).filter(|node| network.kinds[*node] == NodeKind::Arithmetic).collect();
     (0..count)
         .map(|_| {
-            let sensor = solid[random.below(solid.len())];
+            let node = solid[random.below(solid.len())];
+            // Some sense an arithmetic node, or heat another node than they sense.
+            let sensor = match random.below(6) {
+                0 if !light.is_empty() => light[random.below(light.len())],
+                1 => solid[random.below(solid.len())],
+                _ => node,
+            };
             let on_below = network.temperatures[sensor] - random.between(-3.0, 6.0);
             Thermostat {
-                node: sensor as u32,
+                node: node as u32,
                 sensor: sensor as u32,
                 power: random.scale(5.0, 100.0),
                 on_below,
