@@ -74,3 +74,21 @@ struct NetworkAttempt {
     uint fill_end;
     uint right_at;
 };
+
+// What one dispatch of the wide kernels does.
+struct NetworkPass {
+    // Invocations that work, and nodes.
+    uint count;
+    uint nodes;
+    uint sensors;
+    // Where the sensors of this sub-step lie.
+    uint sensed_at;
+    // Time of the stage [s] since the heat was set.
+    float time;
+    float space_temperature;
+    // Weights of the stage; of the estimate of the error: of the change, none, of the rates at the end and at the start.
+    float mu;
+    float nu;
+    float mu_step;
+    float gamma_step;
+};

@@ -85,9 +85,22 @@ pub struct Fused {
 }
 
 /// A descriptor pool.
-struct Pool {
+pub(super) struct Pool {
     context: Arc<Context>,
-    raw: vk::DescriptorPool,
+    pub(super) raw: vk::DescriptorPool,
+}
+
+impl Pool {
+    /// For so many sets of so many storage buffers.
+    pub(super) fn new(context: &Arc<Context>, sets: u32, bindings: u32) -> Result<Self, GpuError> {
+        let ty = vk::DescriptorType::STORAGE_BUFFER;
+        let sizes = [vk::DescriptorPoolSize { ty, descriptor_count: sets * bindings }];
+        let create = vk::DescriptorPoolCreateInfo::default().max_sets(sets).pool_sizes(&sizes);
+        // SAFETY: the device is alive.
+        let raw =
+            unsafe { context.device.create_descriptor_pool(&create, None) }.during("creating a descriptor pool")?;
+        Ok(Self { context: Arc::clone(context), raw })
+    }
 }
 
 impl Drop for Pool {
@@ -140,7 +153,8 @@ impl Fused {
         let fused = Self {
             once: Once::new(context)?,
             kernels: BTreeMap::new(),
-            pool: pool(context)?,
+            // Stepping by two methods in three sizes and balancing two systems, two states each.
+            pool: Pool::new(context, 16, 11)?,
             nodes: buffer(context, "network nodes", &tables.nodes)?,
             links: buffer(context, "network links", &tables.links)?,
             heat: buffer(context, "network heat", &vec![[0.0f32; 2]; nodes])?,
@@ -241,7 +255,7 @@ impl Fused {
         self.states[1 - self.kept].write(&start);
 
         let mut attempt = Attempt::default();
-        let room = (RESULT_WORDS - RESULT_HEAD) as u32 / self.sensors.max(1);
+        let room = (RESULT_WORDS - RESULT_HEAD) as u32 / 2 / self.sensors.max(1);
         let mut first = 0;
         while first < count {
             let some = (count - first).min(room).min(SUB_STEPS_AT_MOST);
@@ -250,8 +264,9 @@ impl Fused {
             let balance = (first == 0 && self.has_arithmetic()).then_some(planned.time);
             let head = self.sub_steps((FusedVariant { kind, lanes }, unknowns), planned, per_dispatch, balance)?;
             attempt.error = attempt.error.max(f64::from(f32::from_bits(head)));
-            let words: &[u32] = self.result.read(RESULT_HEAD + (some * self.sensors) as usize);
-            attempt.sensed.extend(words[RESULT_HEAD..].iter().map(|word| f64::from(f32::from_bits(*word))));
+            let words: &[u32] = self.result.read(RESULT_HEAD + 2 * (some * self.sensors) as usize);
+            let part = |word: u32| f64::from(f32::from_bits(word));
+            attempt.sensed.extend(words[RESULT_HEAD..].chunks_exact(2).map(|pair| part(pair[0]) + part(pair[1])));
             self.counts.sub_steps += u64::from(some);
             self.counts.stages += u64::from(some) * u64::from(stages);
             first += some;
@@ -497,13 +512,4 @@ fn lanes_for(nodes: usize, processor: bool) -> u32 {
         _ if nodes <= 256 || processor => 64,
         _ => 256,
     }
-}
-
-fn pool(context: &Arc<Context>) -> Result<Pool, GpuError> {
-    // Stepping by two methods in three sizes and balancing two systems, two states each, with eleven bindings.
-    let sizes = [vk::DescriptorPoolSize { ty: vk::DescriptorType::STORAGE_BUFFER, descriptor_count: 16 * 11 }];
-    let create = vk::DescriptorPoolCreateInfo::default().max_sets(16).pool_sizes(&sizes);
-    // SAFETY: the device is alive.
-    let raw = unsafe { context.device.create_descriptor_pool(&create, None) }.during("creating a descriptor pool")?;
-    Ok(Pool { context: Arc::clone(context), raw })
 }
