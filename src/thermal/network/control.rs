@@ -348,7 +348,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         let plan = self.plan(end - self.since);
         let t = self.since;
         let attempt = self.stepper.attempt(plan.method, t, plan.step, plan.count)?;
-        if !(attempt.error <= self.allowed(plan)) {
+        if attempt.error.is_nan() || attempt.error > self.allowed(plan) {
             return self.reject(plan, attempt.error);
         }
         let trace = Trace { start: &self.sensed, rest: &attempt.sensed };

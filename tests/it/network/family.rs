@@ -12,7 +12,8 @@ const SLOWEST: f64 = 1e-7;
 fn run(case: &Case, integrator: Integrator) -> Series {
     let mut stepper = ReferenceStepper::new(case.network.clone(), &case.schedule.sensors());
     let settings = Settings::of(integrator);
-    integrate(&mut stepper, &case.network, &case.schedule, &settings, |_| true).unwrap_or_else(|error| panic!("{}: {error:?}", case.name))
+    integrate(&mut stepper, &case.network, &case.schedule, &settings, |_| true)
+        .unwrap_or_else(|error| panic!("{}: {error:?}", case.name))
 }
 
 /// Largest differences in kelvin and in seconds.
@@ -35,28 +36,36 @@ fn compare(case: &Case, found: &Series, exact: &Solution) -> (f64, f64) {
 
 #[test]
 fn random_networks_are_within_their_tolerances() {
-    let seeds: u64 = std::env::var("SEEDS").map_or(40, |text| text.parse().unwrap());
-    let first: u64 = std::env::var("FIRST").map_or(0, |text| text.parse().unwrap());
+    let all = [(Integrator::Default, 20e-3), (Integrator::Accurate, 2e-3), (Integrator::Cheap, 0.2)];
     let mut worst = [[0.0_f64; 2]; 3];
-    for seed in first..first + seeds {
-        let case = case(seed, 40);
-        let started = std::time::Instant::now();
+    let mut switches = 0;
+    // Small ones mostly: the exact solution costs the cube of the nodes.
+    for seed in (0..60).map(|seed| (seed, 14)).chain([(3, 40), (18, 40), (29, 40)]) {
+        let case = case(seed.0, seed.1);
         let exact = solve(&case.network, &case.schedule);
-        let took = started.elapsed().as_secs_f64();
-        print!("{} ({} switches, exact {took:.2} s):", case.name, exact.switches.len());
-        let all = [(Integrator::Default, 20e-3), (Integrator::Accurate, 2e-3), (Integrator::Cheap, 0.5)];
-        for (place, (integrator, limit)) in all.into_iter().enumerate() {
-            let started = std::time::Instant::now();
+        switches += exact.switches.len();
+        print!("{} ({} switches):", case.name, exact.switches.len());
+        for (worst, (integrator, limit)) in worst.iter_mut().zip(all) {
             let series = run(&case, integrator);
             let (kelvin, second) = compare(&case, &series, &exact);
-            let took = started.elapsed().as_secs_f64();
-            print!("  {integrator} {:.3} mK {:.4} s, {} sub-steps, {} rejected, {took:.2} s;", 1e3 * kelvin, second, series.counts.sub_steps, series.rejected);
-            worst[place][0] = worst[place][0].max(kelvin / limit);
-            worst[place][1] = worst[place][1].max(second);
-            if kelvin > limit { print!(" ####"); }
-            if second > 0.05 { print!(" @@@@"); }
+            print!(" {integrator} {:.3} mK, {second:.4} s;", 1e3 * kelvin);
+            *worst = [worst[0].max(kelvin), worst[1].max(second)];
+            assert!(kelvin <= limit, "{}, {integrator}: {kelvin} K", case.name);
+            assert!(second <= 0.05, "{}, {integrator}: {second} s", case.name);
         }
         println!();
     }
-    println!("worst, shares of the limits and seconds: {worst:?}");
+    println!("{switches} switches; worst [K, s] by default, accurate, cheap: {worst:?}");
+    assert!(switches > 100, "the family must switch");
+}
+
+/// Another heat must show in kelvins and in seconds, or the comparison proves nothing.
+#[test]
+fn a_network_that_differs_is_told_apart() {
+    let mut case = (0..60).map(|seed| case(seed, 14)).find(|case| case.name.contains("thermostats")).expect("a case");
+    let exact = solve(&case.network, &case.schedule);
+    case.network.emissive_areas[0] *= 1.01;
+    let series = run(&case, Integrator::Accurate);
+    let kelvins = series.rows.iter().flatten().zip(exact.rows.iter().flatten());
+    assert!(kelvins.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) > 20e-3);
 }
