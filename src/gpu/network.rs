@@ -114,10 +114,9 @@ fn check(network: &Network, sensors: &[u32]) -> Result<(), GpuError> {
 
 fn check_temperatures(temperatures: &[f64]) -> Result<(), GpuError> {
     match temperatures.iter().position(|temperature| !(0.0..=HOTTEST).contains(temperature)) {
-        Some(node) => Err(unsupported(format!(
-            "node {node} is at {} K; the device takes 0 to {HOTTEST} K",
-            temperatures[node]
-        ))),
+        Some(node) => {
+            Err(unsupported(format!("node {node} is at {} K; the device takes 0 to {HOTTEST} K", temperatures[node])))
+        }
         None => Ok(()),
     }
 }
@@ -189,7 +188,9 @@ impl Stepper for NetworkStepper {
             Path::Fused(fused) => fused.steady(t)?,
             Path::Wide(_) => None,
         };
-        solved.ok_or_else(|| unsupported("a steady state is only for networks that one workgroup can eliminate".to_owned()))
+        solved.ok_or_else(|| {
+            unsupported("a steady state is only for networks that one workgroup can eliminate".to_owned())
+        })
     }
 
     fn counts(&self) -> WorkCounts {

@@ -4,8 +4,8 @@ use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use crate::gpu::frame::Frame;
 use crate::gpu::pass::{
-    Access, Barrier, CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, NetworkWork, Pass, Resource, Scope,
-    Step, Work, access, barrier, clear_pass, copy_pass, scope,
+    Access, Barrier, CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, NetworkWork, Pass, Resource,
+    Scope, Step, Work, access, barrier, clear_pass, copy_pass, scope,
 };
 use crate::gpu::variant::{WideKind, WideVariant};
 
@@ -23,7 +23,8 @@ pub struct WidePlan {
 }
 
 /// A compute pass reads and writes.
-const COMPUTE: Scope = scope(S::COMPUTE_SHADER, A::from_raw(A::SHADER_STORAGE_READ.as_raw() | A::SHADER_STORAGE_WRITE.as_raw()));
+const COMPUTE: Scope =
+    scope(S::COMPUTE_SHADER, A::from_raw(A::SHADER_STORAGE_READ.as_raw() | A::SHADER_STORAGE_WRITE.as_raw()));
 
 /// Whatever a pass or a copy of an earlier submission did.
 const EARLIER: Scope = scope(
@@ -87,8 +88,7 @@ impl WidePlan {
                 steps.push(Step::Barriers(vec![barrier(next(!odd), COMPUTE_WRITE, COMPUTE)]));
                 steps.push(self.pass(WideKind::Lone, stage - 1, number, odd));
             }
-            let mut barriers =
-                vec![written(next(!odd)), barrier(Resource::NetworkWork, COMPUTE_WRITE, COMPUTE)];
+            let mut barriers = vec![written(next(!odd)), barrier(Resource::NetworkWork, COMPUTE_WRITE, COMPUTE)];
             if !last {
                 barriers.push(barrier(next(odd), COMPUTE_WRITE, COMPUTE_WRITE));
             }

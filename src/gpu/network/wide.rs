@@ -192,7 +192,8 @@ impl Wide {
 
     /// Base and rest of every node [K].
     pub fn state(&self) -> Vec<[f32; 2]> {
-        let [base, rest] = [Resource::NetworkKeptBase, Resource::NetworkKeptRest].map(|resource| &self.buffers[&resource]);
+        let [base, rest] =
+            [Resource::NetworkKeptBase, Resource::NetworkKeptRest].map(|resource| &self.buffers[&resource]);
         base.read(self.count).iter().zip(rest.read(self.count)).map(|(base, rest)| [*base, *rest]).collect()
     }
 
@@ -237,12 +238,8 @@ impl Wide {
             Method::Euler | Method::TrBdf2 => 1,
         };
         self.plan.stages = stages;
-        let mut constants = Constants {
-            stages: device_stages(stages, step),
-            weights: error_weights(method, step),
-            time: t,
-            step,
-        };
+        let mut constants =
+            Constants { stages: device_stages(stages, step), weights: error_weights(method, step), time: t, step };
         self.odd = false;
         let mut attempt = Attempt::default();
         for first in (0..count).step_by(SUB_STEPS_AT_MOST as usize) {

@@ -218,8 +218,7 @@ fn what_the_device_does_not_integrate_is_refused() {
     assert!(refused(hot, false).contains("node 4 is at 9000 K"));
     let tiny = Network { capacitances: vec![1e-40; 6], ..cube(1.0) };
     assert!(refused(tiny, false).contains("capacitance"));
-    let coupled =
-        Network { kinds: vec![NodeKind::Arithmetic; 6], capacitances: vec![0.0; 6], ..cube(1.0) };
+    let coupled = Network { kinds: vec![NodeKind::Arithmetic; 6], capacitances: vec![0.0; 6], ..cube(1.0) };
     assert!(refused(coupled, true).contains("6 arithmetic nodes"));
     assert!(NetworkStepper::new(&context, &cube(1.0), &[]).is_ok());
 }
