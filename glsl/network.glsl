@@ -22,6 +22,13 @@ vec2 rebase(float base, float rest) {
     return vec2(base + steps * (1.0 / 1024.0), rest - steps * (1.0 / 1024.0));
 }
 
+// What of an estimate is beyond the rounding of sums of terms of a size. The rates of fast nodes are small differences of
+// large heats, whose rounding no shorter sub-step takes away.
+float beyond_rounding(float error, float size) {
+    float rounding = 2.4e-7 * size;
+    return abs(error) <= rounding ? 0.0 : abs(error) - rounding;
+}
+
 // Bits of |error|: their order is that of the errors, and infinity and NaN come last.
 uint error_bits(float error) {
     return floatBitsToUint(error) & 0x7fffffffu;

@@ -49,6 +49,9 @@ shared uint worst_of[LANES];
 uint spent;
 uint iterations;
 
+// Sum of the magnitudes [W] that the last call of `heat_into` added up.
+float gross;
+
 // Heat into a node [W].
 float heat_into(uint node, uint set, float time) {
     float base_here = base[node];
@@ -57,14 +60,20 @@ float heat_into(uint node, uint set, float time) {
     float space = attempt.space_temperature;
     vec2 power = heat[node];
     float into = power.x + power.y * time;
-    into += nodes[node].emission * radiated((space - base_here) - rest_here, space, here);
+    float to_space = nodes[node].emission * radiated((space - base_here) - rest_here, space, here);
+    gross = abs(into) + abs(to_space);
+    into += to_space;
     uint end = nodes[node].links_end;
     for (uint k = nodes[node].links_begin; k < end; k++) {
         uint other = links[k].neighbour;
         float difference = temperature_difference(base[other], rest[set + other], base_here, rest_here);
-        into += links[k].conductance * difference;
+        float flow = links[k].conductance * difference;
+        into += flow;
+        gross += abs(flow);
 #ifdef RADIATIVE
-        into += links[k].exchange * radiated(difference, base[other] + rest[set + other], here);
+        float radiation = links[k].exchange * radiated(difference, base[other] + rest[set + other], here);
+        into += radiation;
+        gross += abs(radiation);
 #endif
     }
     return into;
@@ -192,7 +201,9 @@ void main() {
             float rate = inverse * heat_into(i, current, end);
             float error =
                 attempt.error_end * rate + attempt.error_start * last.w + attempt.error_change * last.y;
-            worst = max(worst, error_bits(error));
+            float weight = (abs(attempt.error_end) + abs(attempt.error_start)) * inverse;
+            float moved = nodes[i].conductance_sum * abs(rest[current + i]);
+            worst = max(worst, error_bits(beyond_rounding(error, weight * (gross + moved))));
             if (inverse > 0.0) {
                 worst = max(worst, range_bits(base[i] + rest[current + i]));
             }

@@ -26,6 +26,9 @@ layout(set = 0, binding = 8) buffer ErrorBlock { uint errors[]; };
 // Base and rest of the sensors after every sub-step.
 layout(set = 0, binding = 9) buffer SensedBlock { vec2 sensed[]; };
 
+// Sum of the magnitudes [W] that the last call of `heat_into` added up.
+float gross;
+
 // Heat into a node [W].
 float heat_into(uint node, float time) {
     float base_here = base[node];
@@ -34,14 +37,20 @@ float heat_into(uint node, float time) {
     float space = pass.space_temperature;
     vec2 power = heat[node];
     float into = power.x + power.y * time;
-    into += nodes[node].emission * radiated((space - base_here) - rest_here, space, here);
+    float to_space = nodes[node].emission * radiated((space - base_here) - rest_here, space, here);
+    gross = abs(into) + abs(to_space);
+    into += to_space;
     uint end = nodes[node].links_end;
     for (uint k = nodes[node].links_begin; k < end; k++) {
         uint other = links[k].neighbour;
         float difference = temperature_difference(base[other], rest[other], base_here, rest_here);
-        into += links[k].conductance * difference;
+        float flow = links[k].conductance * difference;
+        into += flow;
+        gross += abs(flow);
 #ifdef RADIATIVE
-        into += links[k].exchange * radiated(difference, base[other] + rest[other], here);
+        float radiation = links[k].exchange * radiated(difference, base[other] + rest[other], here);
+        into += radiation;
+        gross += abs(radiation);
 #endif
     }
     return into;
@@ -81,6 +90,8 @@ void main() {
     float inverse = nodes[i].inverse_capacitance;
     float rate = inverse * heat_into(i, pass.time);
     float error = pass.mu_step * rate + pass.gamma_step * last.w + pass.mu * last.y;
+    float weight = (abs(pass.mu_step) + abs(pass.gamma_step)) * inverse;
+    error = beyond_rounding(error, weight * (gross + nodes[i].conductance_sum * abs(rest[i])));
     uint out_of_range = inverse > 0.0 ? range_bits(base[i] + rest[i]) : 0u;
     work[i] = vec4(last.x, last.y, uintBitsToFloat(max(error_bits(error), out_of_range)), rate);
 #endif
