@@ -81,8 +81,10 @@ fn every_method_agrees_with_its_twin() {
             let (device, found) = run(&mut device, &network, method, step);
             let (twin, expected) = run(&mut twin, &network, method, step);
             let what = format!("{name}, {method} of {step:.3e} s");
-            worst(&found, &expected).within(3e-4, "K", &what);
-            worst(&device.sensed, &twin.sensed).within(3e-4, "K", &format!("{what}, sensors"));
+            // Where slivers start tens of kelvins off their neighbours, f32 errs by a share of how far they move.
+            let allowed = 3e-4_f64.max(1e-5 * twin.error);
+            worst(&found, &expected).within(allowed, "K", &what);
+            worst(&device.sensed, &twin.sensed).within(allowed, "K", &format!("{what}, sensors"));
             let close = (device.error - twin.error).abs() <= 1e-3 * twin.error + 1e-4;
             assert!(close, "{what}: estimates {} and {}", device.error, twin.error);
         }
