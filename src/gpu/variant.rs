@@ -1,4 +1,4 @@
-//! The compiled variants of `thermal_step.comp` and `response.comp`: what is not needed is absent from a pipeline.
+//! The compiled variants of `thermal_step.comp`, `response.comp` and the networks' shaders: what is not needed is absent from a pipeline.
 //!
 //! Powers are compiled ahead (`spirv/`); what moves along other functions is compiled when the scene that has them loads.
 
@@ -77,6 +77,144 @@ impl ResponseVariant {
         let mut defines = vec![if self.kind == StepKind::Restart { "RESTART" } else { "MERGE" }];
         defines.extend(self.curve.defines());
         defines
+    }
+}
+
+/// What a fused kernel of a network does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum FusedKind {
+    /// Euler and RKL2.
+    Explicit {
+        /// Whether nodes exchange heat by radiation.
+        radiative: bool,
+        /// Whether arithmetic nodes are coupled to each other.
+        elimination: bool,
+    },
+    /// TR-BDF2.
+    Implicit,
+    /// Puts nodes into balance.
+    Settle,
+}
+
+/// One variant of the fused kernels of a network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FusedVariant {
+    /// What it does.
+    pub kind: FusedKind,
+    /// Invocations of its workgroup: one of [`FusedVariant::LANES`].
+    pub lanes: u32,
+}
+
+impl FusedVariant {
+    /// Sizes of the workgroup.
+    pub const LANES: [u32; 3] = [8, 64, 256];
+
+    /// Every variant.
+    pub fn all() -> Vec<Self> {
+        let mut kinds = vec![FusedKind::Implicit, FusedKind::Settle];
+        for radiative in [false, true] {
+            kinds.extend([false, true].map(|elimination| FusedKind::Explicit { radiative, elimination }));
+        }
+        kinds.into_iter().flat_map(|kind| Self::LANES.map(|lanes| Self { kind, lanes })).collect()
+    }
+
+    /// Name of the compiled file without `.spv`: `network_fused.explicit.radiative.64`.
+    pub fn name(&self) -> String {
+        let words = match self.kind {
+            FusedKind::Explicit { radiative, elimination } => {
+                let radiative = if radiative { ".radiative" } else { "" };
+                format!("explicit{radiative}{}", if elimination { ".elimination" } else { "" })
+            }
+            FusedKind::Implicit => "implicit".to_owned(),
+            FusedKind::Settle => "settle".to_owned(),
+        };
+        format!("network_fused.{words}.{}", self.lanes)
+    }
+
+    /// Preprocessor definitions that select it.
+    pub fn defines(&self) -> Vec<&'static str> {
+        let (word, radiative, elimination) = match self.kind {
+            FusedKind::Explicit { radiative, elimination } => ("EXPLICIT", radiative, elimination),
+            FusedKind::Implicit => ("IMPLICIT", true, true),
+            FusedKind::Settle => ("SETTLE", true, true),
+        };
+        let mut defines = vec![word];
+        if radiative {
+            defines.push("RADIATIVE");
+        }
+        if elimination {
+            defines.push("ELIMINATION");
+        }
+        defines.push(match self.lanes {
+            8 => "LANES_8",
+            64 => "LANES_64",
+            _ => "LANES_256",
+        });
+        defines
+    }
+}
+
+/// A pass over the nodes of a large network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum WideKind {
+    /// Rates at the start.
+    Begin,
+    /// Rebases, and the first stage.
+    First,
+    /// Any other stage.
+    Stage,
+    /// Balances arithmetic nodes that have no arithmetic neighbour.
+    Lone,
+    /// Rates at the end, and the error.
+    Last,
+    /// The largest error of every 64 nodes.
+    Reduce,
+    /// The sensors.
+    Sense,
+}
+
+/// One variant of the wide kernels of a network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct WideVariant {
+    /// What it does.
+    pub kind: WideKind,
+    /// Whether nodes exchange heat by radiation; false where that is of no matter.
+    pub radiative: bool,
+}
+
+impl WideVariant {
+    /// Every variant.
+    pub fn all() -> Vec<Self> {
+        let evaluating = [WideKind::Begin, WideKind::Stage, WideKind::Lone, WideKind::Last];
+        let others = [WideKind::First, WideKind::Reduce, WideKind::Sense];
+        let plain = evaluating.into_iter().chain(others).map(|kind| Self { kind, radiative: false });
+        plain.chain(evaluating.map(|kind| Self { kind, radiative: true })).collect()
+    }
+
+    /// The variant for a network with or without radiative conductors.
+    pub fn of(kind: WideKind, radiative: bool) -> Self {
+        let evaluates = !matches!(kind, WideKind::First | WideKind::Reduce | WideKind::Sense);
+        Self { kind, radiative: radiative && evaluates }
+    }
+
+    /// Name of the compiled file without `.spv`: `network_wide.stage.radiative`.
+    pub fn name(&self) -> String {
+        let word = self.defines()[0].to_lowercase();
+        format!("network_wide.{word}{}", if self.radiative { ".radiative" } else { "" })
+    }
+
+    /// Preprocessor definitions that select it.
+    pub fn defines(&self) -> Vec<&'static str> {
+        let word = match self.kind {
+            WideKind::Begin => "BEGIN",
+            WideKind::First => "FIRST",
+            WideKind::Stage => "STAGE",
+            WideKind::Lone => "LONE",
+            WideKind::Last => "LAST",
+            WideKind::Reduce => "REDUCE",
+            WideKind::Sense => "SENSE",
+        };
+        if self.radiative { vec![word, "RADIATIVE"] } else { vec![word] }
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use isotherm::gpu::compile::{self, CompileError, FUNCTIONS, expand_includes};
-use isotherm::gpu::variant::{ResponseVariant, ThermalVariant};
+use isotherm::gpu::variant::{FusedVariant, ResponseVariant, ThermalVariant, WideVariant};
 
 /// Name and content of every file of `spirv/`, sorted: a module an entry point or variant, and `index.rs`.
 ///
@@ -31,6 +31,10 @@ pub fn compile_all(glsl: &Path) -> Result<Vec<(String, Vec<u8>)>, CompileError> 
             ThermalVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
         } else if entry == "response.comp" {
             ResponseVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
+        } else if entry == "network_fused.comp" {
+            FusedVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
+        } else if entry == "network_wide.comp" {
+            WideVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
         } else {
             vec![(entry.clone(), Vec::new())]
         };

@@ -1,7 +1,9 @@
-//! Thermal networks in f64 against exact answers, published ones and an independent integrator.
+//! Thermal networks against exact answers, published ones and an independent integrator; the device against f64.
 
+mod barriers;
 mod closed;
 mod command;
+mod device;
 mod esatan;
 mod exact;
 mod family;
