@@ -18,6 +18,7 @@ use crate::thermal::brightness::BrightnessError;
 
 mod info;
 mod paper;
+mod paper_orbits;
 mod radiance;
 mod render;
 mod response;

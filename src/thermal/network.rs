@@ -3,6 +3,7 @@
 //! C dT/dt = Q + sum GL (Tj - Ti) + sum GR sigma (Tj^4 - Ti^4) - eA sigma (T^4 - T_space^4), NUMERICS.md 3. Diffusive
 //! nodes store heat; arithmetic ones (C = 0) balance at every moment; boundary ones keep their temperature.
 
+pub mod periodic;
 pub mod stepper;
 
 use super::STEFAN_BOLTZMANN;
