@@ -17,6 +17,9 @@ use crate::simulation::prepare::PrepareError;
 use crate::thermal::brightness::BrightnessError;
 
 mod info;
+mod network;
+mod network_import;
+mod network_report;
 mod paper;
 mod paper_orbits;
 mod radiance;
@@ -41,6 +44,7 @@ enum Command {
     Info(info::Arguments),
     Radiance(radiance::Arguments),
     Response(response::Arguments),
+    Network(network::Arguments),
     Paper(paper::Arguments),
 }
 
@@ -105,6 +109,8 @@ enum CliError {
     Brightness(#[from] BrightnessError),
     #[error("{0}")]
     Usage(String),
+    #[error("{0}")]
+    Solver(String),
     #[error("the validation layer reports:\n{0}")]
     Validation(String),
     #[error("stopped; what was finished is in {0}")]
@@ -113,6 +119,12 @@ enum CliError {
     StoppedBefore,
     #[error("writing to standard output: {0}")]
     Stdout(#[from] std::io::Error),
+}
+
+impl From<std::convert::Infallible> for CliError {
+    fn from(never: std::convert::Infallible) -> Self {
+        match never {}
+    }
 }
 
 impl CliError {
@@ -132,6 +144,7 @@ impl CliError {
             }
             Self::Job(JobError::NotFinite { .. })
             | Self::Validation(_)
+            | Self::Solver(_)
             | Self::Stopped(_)
             | Self::StoppedBefore
             | Self::Stdout(_) => 1,
@@ -147,6 +160,7 @@ pub fn main() -> ExitCode {
         Command::Info(arguments) => info::run(&arguments),
         Command::Radiance(arguments) => radiance::run(&arguments),
         Command::Response(arguments) => response::run(&arguments),
+        Command::Network(arguments) => network::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
     };
     match result {

@@ -70,7 +70,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     eprintln!("device: {device}");
     let folder = PaperFolder::prepare(&arguments.output, arguments.force)?;
 
-    let (orbits, work) = paper_orbits::compute(&chosen)?;
+    let (orbits, work) = paper_orbits::compute(&chosen, &arguments.output)?;
     let statements = scenario::checks(&orbits);
     let mut assumed = orbits.assumed();
     assumed.push(work);

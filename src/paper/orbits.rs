@@ -3,6 +3,9 @@
 use super::cube::{ALTITUDES, ALUMINIUM, Case, Loads, MLI, Orbit, Panel, Problem, SOLAR_CONSTANTS};
 use crate::environment::sky::SkyError;
 
+/// How many cubes there are.
+pub const CASES: u64 = 14;
+
 /// A cube and its periodic state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solved {
