@@ -75,7 +75,8 @@ fn neighbours(network: &Network, face: usize) -> impl Iterator<Item = (usize, f6
 
 fn balance(network: &Network, heat: &[f64; 6]) -> [f64; 6] {
     let mut t = [300.0f64; 6];
-    for _ in 0..500 {
+    loop {
+        let before = t;
         for face in 0..6 {
             let [mut low, mut high] = [0.0, 2000.0];
             let excess = |temperature: f64| {
@@ -83,15 +84,14 @@ fn balance(network: &Network, heat: &[f64; 6]) -> [f64; 6] {
                 let fourth = temperature.powi(4) - network.space_temperature.powi(4);
                 heat[face] + conducted.sum::<f64>() - network.emissive_areas[face] * STEFAN_BOLTZMANN * fourth
             };
-            for _ in 0..60 {
+            for _ in 0..50 {
                 let middle = 0.5 * (low + high);
                 if excess(middle) > 0.0 { low = middle } else { high = middle }
             }
             t[face] = 0.5 * (low + high);
         }
-        if network.linear.is_empty() {
-            break;
+        if t.iter().zip(before).all(|(after, before)| (after - before).abs() < 1e-9) {
+            return t;
         }
     }
-    t
 }
