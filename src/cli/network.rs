@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::network_report::{EXAMPLES, control_error, print_series, print_steady, steady_error};
 use super::{Chosen, CliError, DeviceArguments, network_import, nine_digits, spinner, stop_flag};
+use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
 use crate::output::OutputError;
 use crate::output::folder::{write_atomic, write_bytes};
 use crate::output::plot::{Line, Plot};
@@ -99,10 +100,9 @@ fn solve(arguments: &Solve) -> Result<(), CliError> {
     let chosen = arguments.device.open()?;
     eprintln!("device: {}", chosen.name());
     match &chosen {
-        Chosen::Device(_) => {
-            return Err(CliError::Usage(
-                "networks do not run on a Vulkan device in this build; --device cpu runs the f64 twin".to_owned(),
-            ));
+        Chosen::Device(context) => {
+            let mut stepper = NetworkStepper::new(context, &file.network, &file.schedule.sensors())?;
+            solve_with(&mut stepper, ESTIMATE_FLOOR, &file, path, arguments, &chosen.name())?;
         }
         Chosen::Reference => {
             let mut stepper = ReferenceStepper::new(file.network.clone(), &file.schedule.sensors());
