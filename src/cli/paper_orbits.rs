@@ -5,6 +5,7 @@ use std::sync::atomic::Ordering;
 
 use super::{Chosen, CliError, progress_bar, stop_flag};
 use crate::environment::sky::SkyError;
+use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
 use crate::paper::cube::{Case, PERIOD, Problem, STEP, STEPS};
 use crate::paper::orbits::{CASES, Orbits};
 use crate::simulation::prepare::PrepareError;
@@ -33,11 +34,15 @@ pub(super) fn compute(chosen: &Chosen, output: &Path) -> Result<(Orbits, String)
     let (mut orbits, mut total) = (0, WorkCounts::default());
     let solved = Orbits::compute(|case: &Case, problem: &Problem| {
         let (settled, counts) = match chosen {
-            Chosen::Device(_) | Chosen::Reference => {
-                settle(&mut ReferenceStepper::new(problem.network.clone(), &[]), 0.0, problem, &goes_on)
+            Chosen::Device(context) => {
+                let mut stepper = NetworkStepper::new(context, &problem.network, &[])?;
+                settle(&mut stepper, ESTIMATE_FLOOR, problem, &goes_on).map_err(|failure| failure.told(case, output))?
             }
-        }
-        .map_err(|failure| failure.told(case, output))?;
+            Chosen::Reference => {
+                let mut stepper = ReferenceStepper::new(problem.network.clone(), &[]);
+                settle(&mut stepper, 0.0, problem, &goes_on).map_err(|failure| failure.told(case, output))?
+            }
+        };
         orbits += settled.orbits;
         total.dispatches += counts.dispatches;
         total.stages += counts.stages;

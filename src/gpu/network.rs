@@ -67,10 +67,9 @@ fn check(network: &Network, sensors: &[u32]) -> Result<(), GpuError> {
 
 fn check_temperatures(temperatures: &[f64]) -> Result<(), GpuError> {
     match temperatures.iter().position(|temperature| !(0.0..=HOTTEST).contains(temperature)) {
-        Some(node) => Err(unsupported(format!(
-            "node {node} is at {} K; the device takes 0 to {HOTTEST} K",
-            temperatures[node]
-        ))),
+        Some(node) => {
+            Err(unsupported(format!("node {node} is at {} K; the device takes 0 to {HOTTEST} K", temperatures[node])))
+        }
         None => Ok(()),
     }
 }

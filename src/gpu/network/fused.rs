@@ -17,8 +17,8 @@ use crate::gpu::memory::Buffer;
 use crate::gpu::once::Once;
 use crate::gpu::pipeline::Pipeline;
 use crate::gpu::variant::{FusedKind, FusedVariant};
-use crate::thermal::network::{Network, rkl2};
 use crate::thermal::network::stepper::{Attempt, Method, WorkCounts};
+use crate::thermal::network::{Network, rkl2};
 
 /// Nodes that the shared memory of the kernels holds.
 pub const NODES_AT_MOST: usize = 1024;
@@ -232,10 +232,7 @@ impl Fused {
         }
         let kind = match method {
             Method::TrBdf2 => FusedKind::Implicit,
-            _ => FusedKind::Explicit {
-                radiative: self.tables.radiative,
-                elimination: !self.tables.coupled.is_empty(),
-            },
+            _ => FusedKind::Explicit { radiative: self.tables.radiative, elimination: !self.tables.coupled.is_empty() },
         };
         let start: Vec<[f32; 2]> = self.state().to_vec();
         self.states[1 - self.kept].write(&start);

@@ -73,3 +73,68 @@ where
     }
     Ok(None)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use super::super::reference::ReferenceStepper;
+    use super::super::{LinearConductor, NodeKind};
+    use super::*;
+
+    /// A node of 1 J/K that conducts to a boundary at 300 K.
+    fn network(conductance: f64) -> Network {
+        Network {
+            space_temperature: 2.7,
+            kinds: vec![NodeKind::Diffusive, NodeKind::Boundary],
+            capacitances: vec![1.0, 0.0],
+            emissive_areas: vec![0.0; 2],
+            temperatures: vec![200.0, 300.0],
+            linear: vec![LinearConductor { nodes: [0, 1], conductance }],
+            radiative: Vec::new(),
+        }
+    }
+
+    /// Settles it over a period of 1 s with heat that is 4 W in the first half, exactly.
+    fn settled(rate: f64, tolerance: f64) -> Option<Settled> {
+        let network = network(rate);
+        let mut balance = ReferenceStepper::new(network.clone(), &[]);
+        let orbit = |start: &[f64]| {
+            let mut rows = vec![vec![start[0], 300.0]];
+            for part in 0..20 {
+                let aim = 300.0 + if part < 10 { 4.0 / rate } else { 0.0 };
+                let before = rows[part][0];
+                rows.push(vec![aim + (before - aim) * (-rate / 20.0).exp(), 300.0]);
+            }
+            Ok::<_, Infallible>(rows)
+        };
+        settle(&network, 1.0, tolerance, &mut balance, orbit).unwrap()
+    }
+
+    #[test]
+    fn slow_and_fast_nodes_settle_within_the_bound_of_the_module() {
+        for rate in [1e-3, 0.03, 0.5, 1.8, 5.0, 50.0] {
+            let settled = settled(rate, 1e-6).unwrap();
+            // The start that the orbit leads back to: gained in the first half, relaxed in the second.
+            let half = (-0.5 * rate).exp();
+            let exact = 300.0 + 4.0 / rate * (1.0 - half) * half / (1.0 - half * half);
+            let start = settled.orbit[0][0];
+            assert!((start - exact).abs() < 2e-6, "rate {rate}: {start} against {exact}");
+            // At most 0.3 of the error is left by every orbit; the first is thousands of kelvins off.
+            let most = (1e4f64 / 1e-6).log(1.0 / 0.3).ceil() as u32 + 1;
+            assert!(settled.orbits <= most, "rate {rate}: {} orbits", settled.orbits);
+            assert!((settled.orbit[20][0] - start).abs() < 2e-6);
+        }
+        // Orbit after orbit, the slowest would take 20,000.
+        assert!(settled(1e-3, 1e-6).unwrap().orbits <= 6);
+        assert!((settled(1.0, 1.0).unwrap().orbit[0][0] - settled(1.0, 1e-9).unwrap().orbit[0][0]).abs() > 1e-6);
+    }
+
+    #[test]
+    fn what_cannot_lose_its_heat_has_no_periodic_state() {
+        let network = network(0.0);
+        let mut balance = ReferenceStepper::new(network.clone(), &[]);
+        let orbit = |start: &[f64]| Ok::<_, Infallible>(vec![start.to_vec(), vec![start[0] + 1.0, 300.0]]);
+        assert_eq!(settle(&network, 1.0, 1e-3, &mut balance, orbit), Ok(None));
+    }
+}

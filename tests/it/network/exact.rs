@@ -294,7 +294,9 @@ impl Solver<'_> {
     /// The thermostats that cross somewhere on the way through `points`, each after the one before.
     fn crossing(&self, points: &[&[f64]]) -> Option<usize> {
         (0..self.on.len()).find(|thermostat| {
-            points.windows(2).any(|pair| self.past(*thermostat, pair[0]) <= 0.0 && self.past(*thermostat, pair[1]) > 0.0)
+            points
+                .windows(2)
+                .any(|pair| self.past(*thermostat, pair[0]) <= 0.0 && self.past(*thermostat, pair[1]) > 0.0)
         })
     }
 }
@@ -345,8 +347,7 @@ pub fn solve(network: &Network, schedule: &Schedule) -> Solution {
                 assert!(h > 1e-16, "the exact solution found no step at {t}");
                 continue;
             }
-            let points: Vec<&[f64]> =
-                std::iter::once(&now).chain(&half).chain(&other).map(Vec::as_slice).collect();
+            let points: Vec<&[f64]> = std::iter::once(&now).chain(&half).chain(&other).map(Vec::as_slice).collect();
             if let Some(thermostat) = solver.crossing(&points) {
                 if used > 1e-9 {
                     // Creep up to the switch: the part before it is taken as soon as it holds none.

@@ -12,7 +12,8 @@ const SLOWEST: f64 = 1e-7;
 fn run(case: &Case, integrator: Integrator) -> Series {
     let mut stepper = ReferenceStepper::new(case.network.clone(), &case.schedule.sensors());
     let settings = Settings::of(integrator);
-    integrate(&mut stepper, &case.network, &case.schedule, &settings, |_| true).unwrap_or_else(|error| panic!("{}: {error:?}", case.name))
+    integrate(&mut stepper, &case.network, &case.schedule, &settings, |_| true)
+        .unwrap_or_else(|error| panic!("{}: {error:?}", case.name))
 }
 
 /// Largest differences in kelvin and in seconds.
@@ -50,11 +51,21 @@ fn random_networks_are_within_their_tolerances() {
             let series = run(&case, integrator);
             let (kelvin, second) = compare(&case, &series, &exact);
             let took = started.elapsed().as_secs_f64();
-            print!("  {integrator} {:.3} mK {:.4} s, {} sub-steps, {} rejected, {took:.2} s;", 1e3 * kelvin, second, series.counts.sub_steps, series.rejected);
+            print!(
+                "  {integrator} {:.3} mK {:.4} s, {} sub-steps, {} rejected, {took:.2} s;",
+                1e3 * kelvin,
+                second,
+                series.counts.sub_steps,
+                series.rejected
+            );
             worst[place][0] = worst[place][0].max(kelvin / limit);
             worst[place][1] = worst[place][1].max(second);
-            if kelvin > limit { print!(" ####"); }
-            if second > 0.05 { print!(" @@@@"); }
+            if kelvin > limit {
+                print!(" ####");
+            }
+            if second > 0.05 {
+                print!(" @@@@");
+            }
         }
         println!();
     }

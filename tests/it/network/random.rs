@@ -49,8 +49,7 @@ pub fn case(seed: u64, most: usize) -> Case {
     let with_arithmetic = size > 2 && random.chance(0.5);
     let with_slivers = size > 1 && random.chance(0.3);
     let with_boundary = size > 1 && random.chance(0.4);
-    let duration =
-        if with_thermostats { random.scale(600.0, 2e4) } else { random.scale(300.0, 2e6) };
+    let duration = if with_thermostats { random.scale(600.0, 2e4) } else { random.scale(300.0, 2e6) };
     let mut network = Network { space_temperature: random.between(0.0, 5.0), ..Network::default() };
     let level = random.between(200.0, 350.0);
     for node in 0..size {
@@ -115,7 +114,9 @@ pub fn case(seed: u64, most: usize) -> Case {
 fn heat(network: &Network, duration: f64, random: &mut Random) -> Vec<(u32, HeatTable)> {
     let mut heat = Vec::new();
     let heated: Vec<u32> = (0..network.len() as u32)
-        .filter(|node| network.kinds[*node as usize] == NodeKind::Arithmetic || network.capacitances[*node as usize] > 1.0)
+        .filter(|node| {
+            network.kinds[*node as usize] == NodeKind::Arithmetic || network.capacitances[*node as usize] > 1.0
+        })
         .collect();
     let spot = random.chance(0.4);
     let width = duration / 8.0_f64.max(heated.len() as f64).min(20.0);
@@ -124,31 +125,34 @@ fn heat(network: &Network, duration: f64, random: &mut Random) -> Vec<(u32, Heat
             // A hot spot that moves from node to node.
             let start = width * place as f64;
             let power = random.scale(1.0, 30.0);
-            heat.push((*node, HeatTable {
-                times: vec![start, start + 0.5 * width, start + width],
-                powers: vec![0.5, power, 0.5],
-            }));
+            heat.push((
+                *node,
+                HeatTable { times: vec![start, start + 0.5 * width, start + width], powers: vec![0.5, power, 0.5] },
+            ));
         } else if random.chance(0.5) {
             let power = random.scale(0.1, 50.0);
-            heat.push((*node, match random.below(3) {
-                0 => HeatTable::constant(power),
-                1 => {
-                    let [a, b] = [random.between(0.0, 0.5), random.between(0.5, 1.0)].map(|share| share * duration);
-                    HeatTable { times: vec![a, a, b, b], powers: vec![0.0, power, power, 0.1 * power] }
-                }
-                _ => {
-                    // On and off many times.
-                    let period = duration / random.between(2.0, 12.0);
-                    let (mut times, mut powers) = (Vec::new(), Vec::new());
-                    let mut at = 0.0;
-                    while at < duration {
-                        times.extend([at, at, at + 0.6 * period, at + 0.6 * period]);
-                        powers.extend([0.0, power, power, 0.0]);
-                        at += period;
+            heat.push((
+                *node,
+                match random.below(3) {
+                    0 => HeatTable::constant(power),
+                    1 => {
+                        let [a, b] = [random.between(0.0, 0.5), random.between(0.5, 1.0)].map(|share| share * duration);
+                        HeatTable { times: vec![a, a, b, b], powers: vec![0.0, power, power, 0.1 * power] }
                     }
-                    HeatTable { times, powers }
-                }
-            }));
+                    _ => {
+                        // On and off many times.
+                        let period = duration / random.between(2.0, 12.0);
+                        let (mut times, mut powers) = (Vec::new(), Vec::new());
+                        let mut at = 0.0;
+                        while at < duration {
+                            times.extend([at, at, at + 0.6 * period, at + 0.6 * period]);
+                            powers.extend([0.0, power, power, 0.0]);
+                            at += period;
+                        }
+                        HeatTable { times, powers }
+                    }
+                },
+            ));
         }
     }
     heat
@@ -157,8 +161,7 @@ fn heat(network: &Network, duration: f64, random: &mut Random) -> Vec<(u32, Heat
 fn thermostats(network: &Network, random: &mut Random) -> Vec<Thermostat> {
     let count = 1 + random.below(3);
     let solid: Vec<usize> = (0..network.len()).filter(|node| network.capacitances[*node] > 1.0).collect();
-    let light: Vec<usize> =
-        (0..network.len()).filter(|node| network.kinds[*node] == NodeKind::Arithmetic).collect();
+    let light: Vec<usize> = (0..network.len()).filter(|node| network.kinds[*node] == NodeKind::Arithmetic).collect();
     (0..count)
         .map(|_| {
             let node = solid[random.below(solid.len())];
