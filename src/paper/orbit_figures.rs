@@ -48,10 +48,11 @@ pub fn figures(orbits: &Orbits, device: &str) -> Result<[Figure; 3], OutputError
     let zenith = |solved: &Solved| named(&format!("{} W/m2", solved.case.solar_constant), solved, ZENITH);
     let two = [&orbits.aluminium, &orbits.conducting, &orbits.mli, &orbits.conducting_mli];
     let figure_2 = two.iter().zip(1..).map(|(pair, number)| {
-        let not_drawn = if number == 4 { "; not in the paper" } else { "" };
+        let not_drawn = if number == 4 { "not in the paper; " } else { "" };
+        let [dim, bright] = pair.each_ref().map(swing);
         Panel {
             title: format!("2.{number} {}", pair[0].case),
-            subtitle: format!("zenith face, {}{not_drawn}", pair.each_ref().map(swing).join("; ")),
+            subtitle: format!("{not_drawn}{dim} K; broken: {bright} K"),
             lines: pair.iter().map(zenith).collect(),
             shadow: None,
         }
@@ -67,8 +68,9 @@ pub fn figures(orbits: &Orbits, device: &str) -> Result<[Figure; 3], OutputError
         named(&format!("{}{without}", altitude(solved)), solved, SIDE)
     };
     let figure_4 = Panel {
-        title: String::new(),
-        subtitle: String::new(),
+        title: "4 MLI under all loads, +Y face".to_owned(),
+        subtitle: "the paper sees about 180 K in eclipse, and its end near step 264; the shadow is that at 224 km"
+            .to_owned(),
         lines: orbits.all_loads.iter().chain(&orbits.without_albedo).map(side).collect(),
         shadow: orbits.all_loads[0].shadow,
     };
@@ -79,7 +81,7 @@ pub fn figures(orbits: &Orbits, device: &str) -> Result<[Figure; 3], OutputError
     Ok([
         figure(2, "the zenith face of the cube", in_the_sun, 2, false, figure_2.collect(), device)?,
         figure(3, "all faces of the cube", loads, 1, true, figure_3.collect(), device)?,
-        figure(4, "the +Y face of the cube in MLI under all loads", loads, 1, true, vec![figure_4], device)?,
+        figure(4, "the +Y face of the cube", loads, 1, true, vec![figure_4], device)?,
     ])
 }
 
@@ -158,10 +160,38 @@ fn series(orbit: &Orbit, face: usize) -> Vec<f64> {
     (0..=STEPS).map(|step| orbit.get(step).map_or(f64::NAN, |faces| faces[face])).collect()
 }
 
-/// The range of the zenith face, for a reader who does not see the digits of the axis.
+/// The range of the zenith face [K], for a reader of figures whose axes differ.
 fn swing(solved: &Solved) -> String {
     let series = series(&solved.orbit, ZENITH);
     let least = series.iter().copied().fold(f64::INFINITY, f64::min);
     let greatest = series.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    format!("{least:.2} to {greatest:.2} K at {} W/m2", solved.case.solar_constant)
+    format!("{least:.2} to {greatest:.2}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::environment::sky::SkyError;
+
+    /// Orbits in which a face's temperature is its number times 100 plus the step.
+    fn made() -> Orbits {
+        let row = |step: usize| std::array::from_fn(|face| (100 * face + step) as f64);
+        Orbits::compute(|_, _| Ok::<_, SkyError>((0..=STEPS).map(row).collect())).unwrap()
+    }
+
+    #[test]
+    fn every_panel_has_its_table_and_its_lines() {
+        let [two, three, four] = figures(&made(), "device <1>").unwrap();
+        assert_eq!([two.number, three.number, four.number], [2, 3, 4]);
+        let tables: Vec<&Table> = [&two, &three, &four].into_iter().flat_map(|figure| &figure.tables).collect();
+        assert_eq!(tables.iter().map(|table| table.file).collect::<Vec<_>>(), TABLES);
+        assert!(tables.iter().all(|table| table.rows.len() == STEPS + 1));
+        assert!(tables.iter().all(|table| table.rows.iter().all(|row| row.len() == table.columns.len())));
+        assert_eq!(two.tables[1].rows[7], [407.0, 407.0], "the zenith face");
+        assert_eq!(three.tables[0].rows[7], [7.0, 107.0, 207.0, 307.0, 407.0, 507.0]);
+        assert_eq!(four.tables[0].rows[7], [207.0; 4], "the +Y face");
+        assert_eq!(four.tables[0].columns[3], "772 km without albedo");
+        assert!(two.svg.contains("2.4 MLI, radiating and conducting") && two.svg.contains("device &lt;1&gt;"));
+        assert!(three.svg.contains("planet shadow") && !two.svg.contains("planet shadow</"));
+    }
 }

@@ -1,6 +1,6 @@
 //! The cubes whose orbits figures 2, 3 and 4 show, in their periodic states.
 
-use super::cube::{ALTITUDES, ALUMINIUM, Case, Loads, MLI, Orbit, Panel, Problem, SOLAR_CONSTANTS};
+use super::cube::{ALTITUDES, ALUMINIUM, Case, Loads, MLI, Orbit, PLANET_RADIUS, Panel, Problem, SOLAR_CONSTANTS};
 use crate::environment::sky::SkyError;
 
 /// How many cubes there are.
@@ -75,6 +75,7 @@ impl Orbits {
              middle of its four neighbours, 20 W/K each in aluminium"
                 .to_owned(),
             "each step's load is its mean over the step, whose middle the step's number is".to_owned(),
+            format!("planet radius {} km; solar constant and altitude as each figure says", PLANET_RADIUS / 1e3),
         ];
         lines.extend(self.all_loads[0].case.period_disagreement().map(|disagreement| disagreement.to_string()));
         lines
