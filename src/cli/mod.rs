@@ -21,6 +21,7 @@ mod network;
 mod network_import;
 mod network_report;
 mod paper;
+mod paper_orbits;
 mod radiance;
 mod render;
 mod response;
@@ -108,6 +109,8 @@ enum CliError {
     Brightness(#[from] BrightnessError),
     #[error("{0}")]
     Usage(String),
+    #[error("{0}")]
+    Solver(String),
     #[error("the validation layer reports:\n{0}")]
     Validation(String),
     #[error("stopped; what was finished is in {0}")]
@@ -141,6 +144,7 @@ impl CliError {
             }
             Self::Job(JobError::NotFinite { .. })
             | Self::Validation(_)
+            | Self::Solver(_)
             | Self::Stopped(_)
             | Self::StoppedBefore
             | Self::Stdout(_) => 1,

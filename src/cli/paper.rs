@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use super::run::prepare_with_progress;
-use super::{Chosen, CliError, DeviceArguments, nine_digits, progress_bar, stop_flag};
+use super::{Chosen, CliError, DeviceArguments, nine_digits, paper_orbits, progress_bar, stop_flag};
 use crate::gpu::error::GpuError;
 use crate::gpu::response::{Run, respond};
 use crate::output::OutputError;
@@ -13,9 +13,10 @@ use crate::output::folder::{write_atomic, write_bytes};
 use crate::output::frame::Quantity;
 use crate::output::picture::beside;
 use crate::paper::folder::{CHECKS, FIGURE_7, INDEX, PaperFolder, plot_name, series_name};
+use crate::paper::orbit_figures::{self, Table};
 use crate::paper::page::Page;
 use crate::paper::visible::{Craft, draw};
-use crate::paper::{LEFT_OUT, checks, scenario, transitions};
+use crate::paper::{checks, scenario, transitions};
 use crate::simulation;
 use crate::simulation::engine::Engine;
 use crate::simulation::frames::FrameMaker;
@@ -24,12 +25,13 @@ use crate::simulation::viewpoint::raster_view;
 use crate::thermal::material::Transition;
 use crate::thermal::transition::{TransitionState, transition_step};
 
-/// Make the paper's figures 5, 6 and 7 again, and hold its numbers against ours.
+/// Make the paper's figures 2 to 7 again, and hold its numbers against ours.
 ///
 /// Vural, Martin, Dunstan and Sanchez-Gestido, "Real-time rasterization simulation of TIR images", 2023. Leaves figures
-/// 5 and 6 as SVG with a CSV (step,temperature) for each of their ten transitions, figure 7 as PNG (a station in
-/// visible light and in false-colour temperature), checks.csv (statement,expected,computed,difference,agrees) and
-/// index.html, which needs no network. Figures 2 to 4 need the thermal network and are left out.
+/// 2, 3 and 4 (its cube in orbit, solved as a thermal network) as SVG with a CSV (step and a column for each line) for
+/// each panel, figures 5 and 6 as SVG with a CSV (step,temperature) for each of their ten transitions, figure 7 as PNG
+/// (a station in visible light and in false-colour temperature), checks.csv
+/// (statement,expected,computed,difference,agrees) and index.html, which needs no internet.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm paper -o out/paper\n  \
 isotherm paper -o out/paper --force --device cpu\n  \
@@ -63,12 +65,26 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let prepared = prepare_with_progress(&arguments.scene)?;
     prepared.scene.require_camera().map_err(PrepareError::from)?;
-    let statements = scenario::checks()
-        .map_err(|source| PrepareError::Sky { path: PathBuf::from("the paper's scenario"), source })?;
     let chosen = arguments.device.open()?;
     let device = chosen.name();
     eprintln!("device: {device}");
     let folder = PaperFolder::prepare(&arguments.output, arguments.force)?;
+
+    let (orbits, work) = paper_orbits::compute(&chosen, &arguments.output)?;
+    let statements = scenario::checks(&orbits);
+    let mut assumed = orbits.assumed();
+    assumed.push(work);
+    for line in &assumed {
+        eprintln!("{line}");
+    }
+    let mut plots = Vec::new();
+    for figure in orbit_figures::figures(&orbits, &device)? {
+        for table in &figure.tables {
+            write_table(&folder.file(table.file), table)?;
+        }
+        write_bytes(&folder.file(&plot_name(figure.number)), figure.svg.as_bytes())?;
+        plots.push((figure.number, figure.svg));
+    }
 
     let computed =
         transitions::compute(|transition, initial, targets| temperatures(&chosen, transition, initial, targets))?;
@@ -77,7 +93,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         write_series(&folder.file(&series_name(&one.panel)), &one.quadratic)?;
         values.extend(one.checks());
     }
-    let mut plots = Vec::new();
     for figure in [5, 6] {
         let svg = transitions::figure(figure, &computed, &device)?;
         write_bytes(&folder.file(&plot_name(figure)), svg.as_bytes())?;
@@ -89,15 +104,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     write_bytes(&folder.file(FIGURE_7), &png)?;
     let all: Vec<checks::Check> = values.iter().chain(&statements).cloned().collect();
     checks::write(&folder.file(CHECKS), &all)?;
-    let page =
-        Page { device: &device, plots: &plots, picture: (&png, &caption), transitions: &values, scenario: &statements };
+    let page = Page {
+        device: &device,
+        plots: &plots,
+        picture: (&png, &caption),
+        transitions: &values,
+        scenario: &statements,
+        assumed: &assumed,
+    };
     write_bytes(&folder.file(INDEX), page.html().as_bytes())?;
 
     for (what, checks) in [("figures 5 and 6", &values), ("the scenario", &statements)] {
         let agree = checks.iter().filter(|check| check.agrees()).count();
         println!("{what}: {agree} of {} numbers agree", checks.len());
     }
-    println!("{LEFT_OUT}");
     println!("page: {}", folder.file(INDEX).display());
     chosen.check_validation()
 }
@@ -127,6 +147,17 @@ fn write_series(path: &Path, temperatures: &[f64]) -> Result<(), OutputError> {
     write_atomic(path, |writer| {
         let rows = temperatures.iter().enumerate().map(|(step, t)| format!("{step},{}\n", nine_digits(*t)));
         let text = std::iter::once("step,temperature\n".to_owned()).chain(rows).collect::<String>();
+        writer.write_all(text.as_bytes()).map_err(|source| OutputError::write(path, source))
+    })
+}
+
+fn write_table(path: &Path, table: &Table) -> Result<(), OutputError> {
+    write_atomic(path, |writer| {
+        let rows = table.rows.iter().enumerate().map(|(step, values)| {
+            let values = values.iter().map(|t| format!(",{}", nine_digits(*t)));
+            format!("{step}{}\n", values.collect::<String>())
+        });
+        let text = std::iter::once(format!("step,{}\n", table.columns.join(","))).chain(rows).collect::<String>();
         writer.write_all(text.as_bytes()).map_err(|source| OutputError::write(path, source))
     })
 }

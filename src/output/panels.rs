@@ -9,10 +9,10 @@ const WIDTH: u32 = 960;
 const PANEL_HEIGHT: u32 = 280;
 /// Height of a panel's own title and subtitle [px].
 const PANEL_TITLE: u32 = 46;
-/// A panel has no legend: its title says what it shows.
-const PANEL: Layout = Layout { title: PANEL_TITLE, legend: 0 };
+/// Width of a panel's legend, where the figure has legends [px].
+const LEGEND: u32 = 200;
 
-/// Plots side by side, row after row. They have no legends, so a panel is for few lines that its title explains.
+/// Plots side by side, row after row. Without legends a panel is for few lines that its title explains.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Panels {
     /// First line, bold.
@@ -21,6 +21,8 @@ pub struct Panels {
     pub subtitle: String,
     /// Panels in a row.
     pub columns: usize,
+    /// Whether each panel has a legend at its right.
+    pub legends: bool,
     /// The panels, row by row.
     pub plots: Vec<Plot>,
 }
@@ -41,7 +43,8 @@ impl Panels {
         draw_title(root, &self.title, &self.subtitle)?;
         let (_, below) = root.split_vertically(TITLE * FINE);
         let cells = below.split_evenly((rows, columns));
-        self.plots.iter().zip(&cells).try_for_each(|(plot, cell)| plot.draw_on(cell, &PANEL))
+        let layout = Layout { title: PANEL_TITLE, legend: if self.legends { LEGEND } else { 0 } };
+        self.plots.iter().zip(&cells).try_for_each(|(plot, cell)| plot.draw_on(cell, &layout))
     }
 }
 
@@ -66,6 +69,16 @@ mod tests {
         assert!(panels(4, 3).svg().unwrap().contains(&format!("height=\"{}\"", TITLE + 2 * PANEL_HEIGHT)));
         assert!(panels(6, 6).svg().unwrap().contains(&format!("height=\"{}\"", TITLE + PANEL_HEIGHT)));
         assert_eq!(svg, panels(6, 3).svg().unwrap());
+    }
+
+    #[test]
+    fn legends_are_drawn_where_asked_for() {
+        let named = |legends| {
+            let mut panels = Panels { legends, ..panels(2, 1) };
+            panels.plots[1].series[0].name = "a line".into();
+            panels.svg().unwrap()
+        };
+        assert!(named(true).contains("a line") && !named(false).contains("a line"));
     }
 
     #[test]

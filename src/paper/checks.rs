@@ -12,14 +12,8 @@ pub enum Tolerance {
     Computation(f64),
     /// The number was read from a plot, or is said to be "about" this.
     Reading(f64),
-}
-
-impl Tolerance {
-    fn size(self) -> f64 {
-        match self {
-            Self::Computation(size) | Self::Reading(size) => size,
-        }
-    }
+    /// The paper says that ours is below the number.
+    Below,
 }
 
 /// One number that the paper states.
@@ -45,7 +39,10 @@ impl Check {
 
     /// Whether they agree; never where ours is not a number.
     pub fn agrees(&self) -> bool {
-        self.difference().abs() <= self.tolerance.size()
+        match self.tolerance {
+            Tolerance::Computation(size) | Tolerance::Reading(size) => self.difference().abs() <= size,
+            Tolerance::Below => self.computed < self.expected,
+        }
     }
 
     /// The statement with the unit of its numbers and the tolerance.
@@ -53,13 +50,18 @@ impl Check {
         let how = match self.tolerance {
             Tolerance::Computation(size) => format!("within {size}"),
             Tolerance::Reading(size) => format!("read to {size}"),
+            Tolerance::Below => "below".to_owned(),
         };
         format!("{} [{}, {how}]", self.statement, self.unit)
     }
 
     /// Expected, computed and difference as text.
     pub fn numbers(&self) -> [String; 3] {
-        [self.expected.to_string(), format!("{:.6}", self.computed), format!("{:.2e}", self.difference())]
+        let expected = match self.tolerance {
+            Tolerance::Below => format!("{:.6}", self.expected),
+            _ => self.expected.to_string(),
+        };
+        [expected, format!("{:.6}", self.computed), format!("{:.2e}", self.difference())]
     }
 }
 
@@ -94,6 +96,13 @@ mod tests {
     fn numbers_agree_within_the_tolerance_only() {
         assert!(check(700.0, 691.0).agrees() && check(700.0, 710.0).agrees());
         assert!(!check(700.0, 689.9).agrees() && !check(700.0, f64::NAN).agrees());
+    }
+
+    #[test]
+    fn what_should_be_below_agrees_below_only() {
+        let below = |computed| Check { tolerance: Tolerance::Below, ..check(217.1, computed) };
+        assert!(below(217.0).agrees() && !below(217.1).agrees() && !below(219.1).agrees() && !below(f64::NAN).agrees());
+        assert_eq!(below(219.1).numbers()[0], "217.100000");
     }
 
     #[test]

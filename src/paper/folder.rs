@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use super::orbit_figures::TABLES;
 use super::transitions::{PANELS, Panel};
 use crate::output::OutputError;
 use crate::output::folder::prepare_folder;
 
-/// The folder: `figure5.svg`, `figure5_1.csv` to `figure6_4.csv`, `figure6.svg`, `figure7.png`, `checks.csv` and
+/// The folder: `figure2.svg` to `figure6.svg`, `figure2_1.csv` to `figure6_4.csv`, `figure7.png`, `checks.csv` and
 /// `index.html`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PaperFolder {
@@ -36,8 +37,10 @@ impl PaperFolder {
     /// # Errors
     /// The folder is a file, is not empty, cannot be created, or cannot be written to.
     pub fn prepare(root: &Path, overwrite: bool) -> Result<Self, OutputError> {
-        let mut names = vec![plot_name(5), plot_name(6), FIGURE_7.to_owned(), CHECKS.to_owned(), INDEX.to_owned()];
+        let mut names = vec![FIGURE_7.to_owned(), CHECKS.to_owned(), INDEX.to_owned()];
+        names.extend((2..=6).map(plot_name));
         names.extend(PANELS.iter().map(series_name));
+        names.extend(TABLES.map(str::to_owned));
         let own = |path: &Path| names.iter().any(|name| root.join(name) == path);
         prepare_folder(root, &[], overwrite, &own)?;
         Ok(Self { root: root.to_path_buf() })
@@ -56,13 +59,14 @@ mod tests {
     #[test]
     fn force_removes_its_own_files_only() {
         let folder = tempfile::tempdir().unwrap();
-        for name in ["figure5_1.csv", "figure6.svg", "index.html", "notes.txt", "figure5_9.csv"] {
+        let earlier = ["figure2_4.csv", "figure4.svg", "figure5_1.csv", "figure6.svg", "index.html"];
+        for name in earlier.into_iter().chain(["notes.txt", "figure5_9.csv"]) {
             std::fs::write(folder.path().join(name), b"earlier").unwrap();
         }
         assert!(matches!(PaperFolder::prepare(folder.path(), false), Err(OutputError::FolderNotEmpty(_))));
         let paper = PaperFolder::prepare(folder.path(), true).unwrap();
         let left = |name| paper.file(name).exists();
         assert!(left("notes.txt") && left("figure5_9.csv"));
-        assert!(!left("figure5_1.csv") && !left("figure6.svg") && !left("index.html"));
+        assert!(earlier.into_iter().all(|name| !left(name)));
     }
 }

@@ -1,17 +1,17 @@
 //! `index.html`: figures, checks and what they mean on one page that needs no network.
 
-use super::LEFT_OUT;
 use super::checks::Check;
 use super::folder::{CHECKS, FIGURE_7, plot_name, series_name};
+use super::orbit_figures::TABLES;
 use super::transitions::PANELS;
 use crate::output::html::{Html, escape, kelvin, link_target};
 
 /// What the page shows.
 #[derive(Debug, Clone, Copy)]
 pub struct Page<'a> {
-    /// Who computed figures 5 to 7.
+    /// Who computed the figures.
     pub device: &'a str,
-    /// The SVG of figures 5 and 6.
+    /// The SVG of figures 2 to 6.
     pub plots: &'a [(u8, String)],
     /// Figure 7 as PNG, and what it is.
     pub picture: (&'a [u8], &'a str),
@@ -19,6 +19,8 @@ pub struct Page<'a> {
     pub transitions: &'a [Check],
     /// Checks of the scenario.
     pub scenario: &'a [Check],
+    /// What was assumed of it.
+    pub assumed: &'a [String],
 }
 
 impl Page<'_> {
@@ -30,7 +32,7 @@ impl Page<'_> {
             "p",
             "Vural, Martin, Dunstan, Sanchez-Gestido: Real-time rasterization simulation of TIR images, 2023",
         );
-        html.element("p", &format!("isotherm {} on {}; {LEFT_OUT}", env!("CARGO_PKG_VERSION"), self.device));
+        html.element("p", &format!("isotherm {} on {}", env!("CARGO_PKG_VERSION"), self.device));
         html.raw("</header>\n<main>\n");
         self.headline(&mut html);
         for (number, svg) in self.plots {
@@ -40,16 +42,22 @@ impl Page<'_> {
         html.element("h2", "What the paper says of its scenario");
         html.element(
             "p",
-            "Computed in f64 from the orbit and the balance of the moment; numbers that the paper gives only in a plot \
-             or as \"about\" are held against ours as closely as they can be read. Its altitude and its period do not \
-             belong together, and its eclipse is the night of the face itself, not the shadow of the planet.",
+            "Figures 2 to 4: a thermal network of the cube's six panels in its periodic state. Numbers that the paper \
+             gives only in a plot or as \"about\" are held against ours as closely as they can be read. Its altitude \
+             and its period do not belong together, and its eclipse is the night of the face itself, not the shadow \
+             of the planet. Physics gives neither a faster fall with conduction nor an exit from eclipse near step \
+             264; both rows say so.",
         );
+        for line in self.assumed {
+            html.element("p", line);
+        }
         table(&mut html, self.scenario);
         html.element("h2", "Figures 5 and 6, and the linear function over the same transitions");
         html.element("p", "Expected: equations 1 to 4, held at the target from t_max on; computed on the device.");
         table(&mut html, self.transitions);
         html.element("h2", "Files");
-        let names = PANELS.iter().map(series_name).chain([CHECKS.to_owned()]);
+        let tables = TABLES.into_iter().map(str::to_owned);
+        let names = tables.chain(PANELS.iter().map(series_name)).chain([CHECKS.to_owned()]);
         let links = names.map(|name| format!("<li><a href=\"{}\">{}</a></li>\n", link_target(&name), escape(&name)));
         html.raw(&format!("<ul class=\"plain\">\n{}</ul>\n", links.collect::<String>()));
         html.into_page()
@@ -103,10 +111,11 @@ mod tests {
             picture: (&[1, 2, 3], "picture"),
             transitions: &[check(1.0), check(1.0005), check(3.0)],
             scenario: &[check(2.0)],
+            assumed: &["k < 1".to_owned()],
         };
         let html = page.html();
         assert!(html.contains("2 of 3") && html.contains("0 of 1") && html.contains("2.00 <small>K"));
-        assert!(html.contains("device &lt;1&gt;") && html.contains("a &lt;b&gt;") && html.contains(LEFT_OUT));
+        assert!(html.contains("device &lt;1&gt;") && html.contains("a &lt;b&gt;") && html.contains("k &lt; 1"));
         assert!(html.contains("data:image/png;base64,AQID") && html.contains("<svg></svg>"));
         assert!(!html.contains("http"));
     }

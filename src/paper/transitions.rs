@@ -219,7 +219,7 @@ pub fn figure(number: u8, computed: &[Computed], device: &str) -> Result<String,
     };
     let plots = computed.iter().filter(|one| one.panel.figure[0] == number).map(Computed::plot).collect();
     let subtitle = format!("to step {SHORT_AXIS}, or to {LAST_STEP} where the transition lasts that long; on {device}");
-    Panels { title: title.to_owned(), subtitle, columns, plots }.svg()
+    Panels { title: title.to_owned(), subtitle, columns, legends: false, plots }.svg()
 }
 
 #[cfg(test)]

@@ -1,0 +1,83 @@
+//! The cubes whose orbits figures 2, 3 and 4 show, in their periodic states.
+
+use super::cube::{ALTITUDES, ALUMINIUM, Case, Loads, MLI, Orbit, PLANET_RADIUS, Panel, Problem, SOLAR_CONSTANTS};
+use crate::environment::sky::SkyError;
+
+/// How many cubes there are.
+pub const CASES: u64 = 14;
+
+/// A cube and its periodic state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solved {
+    /// Which cube, where.
+    pub case: Case,
+    /// Temperatures of its faces [K].
+    pub orbit: Orbit,
+    /// Steps at which the planet's shadow begins and ends, by half of the Sun; `None` without one.
+    pub shadow: Option<[f64; 2]>,
+}
+
+/// All of them. Pairs are of the two solar constants, or of the two altitudes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Orbits {
+    /// Aluminium, radiating only, in the Sun alone; by solar constant.
+    pub aluminium: [Solved; 2],
+    /// The same, conducting.
+    pub conducting: [Solved; 2],
+    /// The same with the planet's shadow; by altitude.
+    pub shadowed: [Solved; 2],
+    /// MLI, radiating only, in the Sun alone; by solar constant.
+    pub mli: [Solved; 2],
+    /// The same, conducting.
+    pub conducting_mli: [Solved; 2],
+    /// MLI, radiating only, under all loads; by altitude.
+    pub all_loads: [Solved; 2],
+    /// The same without albedo.
+    pub without_albedo: [Solved; 2],
+}
+
+impl Orbits {
+    /// Computes all. `settle` brings a network into its periodic state.
+    ///
+    /// # Errors
+    /// Those of `settle`, and none of the sky that the paper's own values cause.
+    pub fn compute<E: From<SkyError>>(mut settle: impl FnMut(&Case, &Problem) -> Result<Orbit, E>) -> Result<Self, E> {
+        let mut pair = |panel: Panel, conducting: bool, loads: Loads| {
+            let [dim, bright] = SOLAR_CONSTANTS;
+            let [low, high] = ALTITUDES;
+            let places = match loads {
+                Loads::Sun => [(dim, low), (bright, low)],
+                Loads::SunAndShadow => [(dim, low), (dim, high)],
+                Loads::All | Loads::AllButAlbedo => [(bright, low), (bright, high)],
+            };
+            let mut solve = |(solar_constant, altitude)| {
+                let case = Case { panel, conducting, loads, solar_constant, altitude };
+                let orbit = settle(&case, &case.problem()?)?;
+                Ok::<_, E>(Solved { case, orbit, shadow: case.shadow()? })
+            };
+            Ok::<_, E>([solve(places[0])?, solve(places[1])?])
+        };
+        Ok(Self {
+            aluminium: pair(ALUMINIUM, false, Loads::Sun)?,
+            conducting: pair(ALUMINIUM, true, Loads::Sun)?,
+            shadowed: pair(ALUMINIUM, true, Loads::SunAndShadow)?,
+            mli: pair(MLI, false, Loads::Sun)?,
+            conducting_mli: pair(MLI, true, Loads::Sun)?,
+            all_loads: pair(MLI, false, Loads::All)?,
+            without_albedo: pair(MLI, false, Loads::AllButAlbedo)?,
+        })
+    }
+
+    /// What the paper leaves open, or contradicts itself in, and what was taken.
+    pub fn assumed(&self) -> Vec<String> {
+        let mut lines = vec![
+            "the cube: a node a panel, which radiates outside only (inside exchange is off) and conducts from middle to \
+             middle of its four neighbours, 20 W/K each in aluminium"
+                .to_owned(),
+            "each step's load is its mean over the step, whose middle the step's number is".to_owned(),
+            format!("planet radius {} km; solar constant and altitude as each figure says", PLANET_RADIUS / 1e3),
+        ];
+        lines.extend(self.all_loads[0].case.period_disagreement().map(|disagreement| disagreement.to_string()));
+        lines
+    }
+}
