@@ -156,6 +156,7 @@ impl Values {
                 density: source.number("density", Quantity::non_negative("kg/m3"))?,
                 specific_heat: source.number("specific_heat", Quantity::non_negative("J/(kg K)"))?,
                 conductivity: source.number("conductivity", Quantity::non_negative("W/(m K)"))?,
+                over: None,
             },
             response: source
                 .choice("response", &[("instant", ResponseKind::Instant), ("transition", ResponseKind::Transition)])?,
@@ -180,6 +181,7 @@ impl Values {
                 density: self.bulk.density.or(fallback.bulk.density),
                 specific_heat: self.bulk.specific_heat.or(fallback.bulk.specific_heat),
                 conductivity: self.bulk.conductivity.or(fallback.bulk.conductivity),
+                over: self.bulk.over.or(fallback.bulk.over),
             },
             response: self.response.or(fallback.response),
             heating: self.heating.or_else(|| fallback.heating.clone()),

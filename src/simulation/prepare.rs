@@ -179,7 +179,7 @@ impl Prepared {
         let mut ranges = Vec::new();
         for range in &self.nodes.ranges {
             let (kind, curve) = match range.kind.response {
-                RangeResponse::Instant => (StepKind::Instant, Curve::Power),
+                RangeResponse::Instant | RangeResponse::Network => (StepKind::Instant, Curve::Power),
                 RangeResponse::Transition { retarget, domain, power } => (
                     match retarget {
                         Retarget::Merge => StepKind::Merge,

@@ -31,6 +31,8 @@ pub enum RangeResponse {
         /// Whether both branches are powers of the remaining time, which has a pipeline of its own.
         power: bool,
     },
+    /// A thermal network, to which the range gives the flux that it absorbs.
+    Network,
 }
 
 /// What all nodes of a range share: one compiled pipeline.
@@ -52,17 +54,19 @@ impl RangeKind {
                 domain: transition.domain,
                 power: transition.is_power(),
             },
+            Response::Network => RangeResponse::Network,
         };
         Self { response, both_sides: matches!(material.sides, Sides::Both { .. }) }
     }
 
     /// Key of the order of ranges: response, then sides, then rule.
-    fn rank(self) -> (bool, bool, bool, bool, bool) {
+    fn rank(self) -> (u8, bool, bool, bool, bool) {
         match self.response {
-            RangeResponse::Instant => (false, self.both_sides, false, false, false),
+            RangeResponse::Instant => (0, self.both_sides, false, false, false),
             RangeResponse::Transition { retarget, domain, power } => {
-                (true, self.both_sides, retarget == Retarget::Restart, domain == Domain::FourthPower, !power)
+                (1, self.both_sides, retarget == Retarget::Restart, domain == Domain::FourthPower, !power)
             }
+            RangeResponse::Network => (2, self.both_sides, false, false, false),
         }
     }
 }
@@ -77,6 +81,7 @@ impl std::fmt::Display for RangeKind {
                 let moved = if domain == Domain::FourthPower { " of T4" } else { "" };
                 write!(out, "transition{moved} ({rule}, {curve})")?;
             }
+            RangeResponse::Network => write!(out, "network")?,
         }
         write!(out, "{}", if self.both_sides { ", both sides" } else { "" })
     }

@@ -71,6 +71,8 @@ impl<F: IncidentFlux> Reference<F> {
                     let commanded = moved_target(state.target, commanded, transition.retarget);
                     transition_step(state, commanded, steps_dt, transition)
                 }
+                // Its temperature comes from the network.
+                Response::Network => (state, state.target),
             }
         });
     }
@@ -134,7 +136,7 @@ fn moved_target(present: f64, commanded: f64, retarget: Retarget) -> f64 {
 /// The state of a node at rest; an instant node has none, and keeps its target only.
 fn settled(temperature: f64, material: &Material) -> TransitionState {
     match &material.response {
-        Response::Instant => TransitionState { target: temperature, span: 0.0, elapsed: 0.0 },
+        Response::Instant | Response::Network => TransitionState { target: temperature, span: 0.0, elapsed: 0.0 },
         Response::Transition(transition) => TransitionState::settled(temperature, transition),
     }
 }
