@@ -62,3 +62,74 @@ struct Steps {
     // Groups of four nodes of one step.
     uint groups;
 };
+
+// A node of a network.
+struct NetworkNode {
+    // 1 / C [K/J]; 0 of a node that stores no heat.
+    float inverse_capacitance;
+    // C [J/K].
+    float capacitance;
+    // Stefan-Boltzmann constant x emissivity x area to space [W/K4].
+    float emission;
+    // Sum of GL [W/K].
+    float conductance_sum;
+    // Stefan-Boltzmann constant x (sum of GR + emissivity x area) [W/K4].
+    float emission_sum;
+    // Its links: the first, and the one after the last.
+    uint links_begin;
+    uint links_end;
+};
+
+// What a node exchanges with one neighbour.
+struct NetworkLink {
+    uint neighbour;
+    // GL [W/K].
+    float conductance;
+    // Stefan-Boltzmann constant x GR [W/K4].
+    float exchange;
+};
+
+// One stage of RKL2: change = mu x last + nu x last but one + mu_step x rate + gamma_step x rate at the start.
+struct NetworkStage {
+    float mu;
+    float nu;
+    // [s]
+    float mu_step;
+    // [s]
+    float gamma_step;
+    // Time of the stage [s] since the sub-step's start.
+    float time;
+};
+
+// What one dispatch of the fused kernels does.
+struct NetworkAttempt {
+    uint nodes;
+    // Sub-steps, or iterations of a balance.
+    uint count;
+    uint stages;
+    uint sensors;
+    // Arithmetic nodes without arithmetic neighbours; their list follows the sensors.
+    uint lone;
+    // Start [s] since the heat was set.
+    float time;
+    // Length of a sub-step [s].
+    float step;
+    float space_temperature;
+    // Turns of loops of a sub-step, and of one iteration of Newton's method. Some drivers end a shader's loops after
+    // 65,535 turns in all.
+    uint loops_sub_step;
+    uint loops_iteration;
+    // Nodes of the system that is solved by elimination, and where its parts begin in the schedule and in the matrix.
+    uint unknowns;
+    uint levels;
+    uint nodes_at;
+    uint entries_at;
+    uint levels_at;
+    uint targets_at;
+    uint terms_at;
+    uint pivots_at;
+    uint uppers_at;
+    uint fill_begin;
+    uint fill_end;
+    uint right_at;
+};

@@ -17,6 +17,9 @@ use crate::simulation::prepare::PrepareError;
 use crate::thermal::brightness::BrightnessError;
 
 mod info;
+mod network;
+mod network_import;
+mod network_report;
 mod paper;
 mod radiance;
 mod render;
@@ -40,6 +43,7 @@ enum Command {
     Info(info::Arguments),
     Radiance(radiance::Arguments),
     Response(response::Arguments),
+    Network(network::Arguments),
     Paper(paper::Arguments),
 }
 
@@ -114,6 +118,12 @@ enum CliError {
     Stdout(#[from] std::io::Error),
 }
 
+impl From<std::convert::Infallible> for CliError {
+    fn from(never: std::convert::Infallible) -> Self {
+        match never {}
+    }
+}
+
 impl CliError {
     /// 2 for what the user can mend, 1 for what failed.
     fn exit_code(&self) -> u8 {
@@ -146,6 +156,7 @@ pub fn main() -> ExitCode {
         Command::Info(arguments) => info::run(&arguments),
         Command::Radiance(arguments) => radiance::run(&arguments),
         Command::Response(arguments) => response::run(&arguments),
+        Command::Network(arguments) => network::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
     };
     match result {

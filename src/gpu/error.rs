@@ -78,6 +78,12 @@ pub enum GpuError {
         /// Limit a side.
         limit: u32,
     },
+    /// The device does not integrate the network.
+    #[error("the device does not integrate this network: {reason}; the f64 twin may, with `--device cpu`")]
+    UnsupportedNetwork {
+        /// Why.
+        reason: String,
+    },
     /// Device memory could not be had.
     #[error("allocating '{name}': {source}")]
     Allocation {

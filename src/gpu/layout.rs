@@ -102,6 +102,104 @@ pub struct Steps {
     pub groups: u32,
 }
 
+/// A node of a network.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct NetworkNode {
+    /// 1 / C [K/J]; 0 of a node that stores no heat.
+    pub inverse_capacitance: f32,
+    /// C [J/K].
+    pub capacitance: f32,
+    /// Stefan-Boltzmann constant x emissivity x area to space [W/K4].
+    pub emission: f32,
+    /// Sum of GL [W/K].
+    pub conductance_sum: f32,
+    /// Stefan-Boltzmann constant x (sum of GR + emissivity x area) [W/K4].
+    pub emission_sum: f32,
+    /// Its first link.
+    pub links_begin: u32,
+    /// The one after its last link.
+    pub links_end: u32,
+}
+
+/// What a node exchanges with one neighbour.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct NetworkLink {
+    /// The other node.
+    pub neighbour: u32,
+    /// GL [W/K].
+    pub conductance: f32,
+    /// Stefan-Boltzmann constant x GR [W/K4].
+    pub exchange: f32,
+}
+
+/// One stage of RKL2.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct NetworkStage {
+    /// Weight of the last stage.
+    pub mu: f32,
+    /// Weight of the one before.
+    pub nu: f32,
+    /// Weight of the rate of the last stage [s].
+    pub mu_step: f32,
+    /// Weight of the rate at the start [s].
+    pub gamma_step: f32,
+    /// Time of the stage [s] since the sub-step's start.
+    pub time: f32,
+}
+
+/// What one dispatch of the fused kernels of a network does.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct NetworkAttempt {
+    /// Nodes.
+    pub nodes: u32,
+    /// Sub-steps, or iterations of a balance.
+    pub count: u32,
+    /// Stages of a sub-step.
+    pub stages: u32,
+    /// Sensors.
+    pub sensors: u32,
+    /// Arithmetic nodes without arithmetic neighbours.
+    pub lone: u32,
+    /// Start [s] since the heat was set.
+    pub time: f32,
+    /// Length of a sub-step [s].
+    pub step: f32,
+    /// Radiative temperature of space [K].
+    pub space_temperature: f32,
+    /// Turns of loops of a sub-step.
+    pub loops_sub_step: u32,
+    /// Turns of loops of an iteration of Newton's method.
+    pub loops_iteration: u32,
+    /// Nodes of the system that is solved by elimination.
+    pub unknowns: u32,
+    /// Levels of the elimination.
+    pub levels: u32,
+    /// First of the nodes in the schedule.
+    pub nodes_at: u32,
+    /// First of the links' entries.
+    pub entries_at: u32,
+    /// First of the levels.
+    pub levels_at: u32,
+    /// First of the targets.
+    pub targets_at: u32,
+    /// First of the terms.
+    pub terms_at: u32,
+    /// First of the pivots.
+    pub pivots_at: u32,
+    /// First of the entries right of the pivots.
+    pub uppers_at: u32,
+    /// First entry of the matrix that only elimination fills.
+    pub fill_begin: u32,
+    /// The one after the last.
+    pub fill_end: u32,
+    /// First entry of the right side.
+    pub right_at: u32,
+}
+
 /// A member of a structure, for the comparison with SPIR-V.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Member {
@@ -135,5 +233,13 @@ pub fn structures() -> Vec<(&'static str, usize, Vec<Member>)> {
             clip_scale: [f32; 2], clip_offset: [f32; 2], size: [f32; 2], near: f32),
         members!(Band: edge_high: f32, edge_low: f32),
         members!(Steps: count: u32, groups: u32),
+        members!(NetworkNode: inverse_capacitance: f32, capacitance: f32, emission: f32, conductance_sum: f32,
+            emission_sum: f32, links_begin: u32, links_end: u32),
+        members!(NetworkLink: neighbour: u32, conductance: f32, exchange: f32),
+        members!(NetworkStage: mu: f32, nu: f32, mu_step: f32, gamma_step: f32, time: f32),
+        members!(NetworkAttempt: nodes: u32, count: u32, stages: u32, sensors: u32, lone: u32, time: f32, step: f32,
+            space_temperature: f32, loops_sub_step: u32, loops_iteration: u32, unknowns: u32, levels: u32,
+            nodes_at: u32, entries_at: u32, levels_at: u32, targets_at: u32, terms_at: u32, pivots_at: u32,
+            uppers_at: u32, fill_begin: u32, fill_end: u32, right_at: u32),
     ]
 }

@@ -11,6 +11,7 @@ pub mod frame;
 pub mod hazard;
 pub mod layout;
 mod memory;
+pub mod network;
 mod once;
 pub mod pass;
 pub mod pipeline;

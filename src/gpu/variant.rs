@@ -1,4 +1,4 @@
-//! The compiled variants of `thermal_step.comp` and `response.comp`: what is not needed is absent from a pipeline.
+//! The compiled variants of `thermal_step.comp`, `response.comp` and `network_fused.comp`: what is not needed is absent from a pipeline.
 //!
 //! Plain data without dependencies: the shader compiler in `tools/` includes this file to know what to compile.
 
@@ -69,6 +69,80 @@ impl ResponseVariant {
     pub fn defines(&self) -> Vec<&'static str> {
         let mut defines = vec![if self.kind == StepKind::Restart { "RESTART" } else { "MERGE" }];
         defines.extend(self.curve.defines());
+        defines
+    }
+}
+
+/// What a fused kernel of a network does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum FusedKind {
+    /// Euler and RKL2.
+    Explicit {
+        /// Whether nodes exchange heat by radiation.
+        radiative: bool,
+        /// Whether arithmetic nodes are coupled to each other.
+        elimination: bool,
+    },
+    /// TR-BDF2.
+    Implicit,
+    /// Puts nodes into balance.
+    Settle,
+}
+
+/// One variant of the fused kernels of a network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FusedVariant {
+    /// What it does.
+    pub kind: FusedKind,
+    /// Invocations of its workgroup: one of [`FusedVariant::LANES`].
+    pub lanes: u32,
+}
+
+impl FusedVariant {
+    /// Sizes of the workgroup.
+    pub const LANES: [u32; 3] = [8, 64, 256];
+
+    /// Every variant.
+    pub fn all() -> Vec<Self> {
+        let mut kinds = vec![FusedKind::Implicit, FusedKind::Settle];
+        for radiative in [false, true] {
+            kinds.extend([false, true].map(|elimination| FusedKind::Explicit { radiative, elimination }));
+        }
+        kinds.into_iter().flat_map(|kind| Self::LANES.map(|lanes| Self { kind, lanes })).collect()
+    }
+
+    /// Name of the compiled file without `.spv`: `network_fused.explicit.radiative.64`.
+    pub fn name(&self) -> String {
+        let words = match self.kind {
+            FusedKind::Explicit { radiative, elimination } => {
+                let radiative = if radiative { ".radiative" } else { "" };
+                format!("explicit{radiative}{}", if elimination { ".elimination" } else { "" })
+            }
+            FusedKind::Implicit => "implicit".to_owned(),
+            FusedKind::Settle => "settle".to_owned(),
+        };
+        format!("network_fused.{words}.{}", self.lanes)
+    }
+
+    /// Preprocessor definitions that select it.
+    pub fn defines(&self) -> Vec<&'static str> {
+        let (word, radiative, elimination) = match self.kind {
+            FusedKind::Explicit { radiative, elimination } => ("EXPLICIT", radiative, elimination),
+            FusedKind::Implicit => ("IMPLICIT", true, true),
+            FusedKind::Settle => ("SETTLE", true, true),
+        };
+        let mut defines = vec![word];
+        if radiative {
+            defines.push("RADIATIVE");
+        }
+        if elimination {
+            defines.push("ELIMINATION");
+        }
+        defines.push(match self.lanes {
+            8 => "LANES_8",
+            64 => "LANES_64",
+            _ => "LANES_256",
+        });
         defines
     }
 }

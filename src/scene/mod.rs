@@ -17,6 +17,7 @@ mod file;
 mod keys;
 mod load;
 mod material;
+pub mod network;
 mod orbit;
 mod profile;
 mod quantity;

@@ -233,6 +233,11 @@ impl<'a> Section<'a> {
         self.get(key).is_some_and(|value| value.get_ref().is_array())
     }
 
+    /// Whether the value of the key is a table.
+    pub(super) fn is_table(&self, key: &str) -> bool {
+        self.get(key).is_some_and(|value| value.get_ref().is_table())
+    }
+
     /// A table: `[key]` in the root, `key = { .. }` elsewhere.
     pub(super) fn table(&self, key: &str, known: &[&str]) -> Result<Option<Section<'a>>, SceneError> {
         let Some(value) = self.get(key) else {

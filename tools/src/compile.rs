@@ -90,9 +90,13 @@ pub fn compile(name: &str, file_name: &str, text: &str, defines: &[&str]) -> Res
     for define in defines {
         options.defines.insert((*define).to_owned(), "1".to_owned());
     }
-    let module = glsl::Frontend::default()
+    let mut module = glsl::Frontend::default()
         .parse(&options, text)
         .map_err(|errors| CompileError::Parse { name: name.to_owned(), message: errors.emit_to_string(text) })?;
+    let functions = module.functions.iter_mut().map(|(_, function)| function);
+    for function in functions.chain(module.entry_points.iter_mut().map(|entry| &mut entry.function)) {
+        narrow_barriers(&mut function.body);
+    }
     let info = Validator::new(ValidationFlags::all(), Capabilities::IMMEDIATES)
         .validate(&module)
         .map_err(|error| CompileError::Validate { name: name.to_owned(), message: error.emit_to_string(text) })?;
@@ -103,6 +107,33 @@ pub fn compile(name: &str, file_name: &str, text: &str, defines: &[&str]) -> Res
         Some(&spv::PipelineOptions { shader_stage: stage, entry_point: "main".to_owned() }),
     )
     .map_err(|error| CompileError::Write { name: name.to_owned(), message: error.to_string() })
+}
+
+/// naga reads `barrier()` as a barrier of everything, subgroups included, and then writes one that waits for the subgroup
+/// alone. What GLSL means is one for the workgroup; storage buffers are included.
+fn narrow_barriers(block: &mut naga::Block) {
+    for statement in block.iter_mut() {
+        match statement {
+            naga::Statement::ControlBarrier(barrier) => {
+                *barrier = naga::Barrier::STORAGE | naga::Barrier::WORK_GROUP;
+            }
+            naga::Statement::Block(inner) => narrow_barriers(inner),
+            naga::Statement::If { accept, reject, .. } => {
+                narrow_barriers(accept);
+                narrow_barriers(reject);
+            }
+            naga::Statement::Loop { body, continuing, .. } => {
+                narrow_barriers(body);
+                narrow_barriers(continuing);
+            }
+            naga::Statement::Switch { cases, .. } => {
+                for case in cases {
+                    narrow_barriers(&mut case.body);
+                }
+            }
+            _ => {}
+        }
+    }
 }
 
 /// Every option set, so that debug and release builds of naga write the same bytes.

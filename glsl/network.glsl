@@ -1,0 +1,46 @@
+// Heat between the nodes of a network, whose temperatures are a base, a multiple of 1/1024 K, and a small rest.
+// Twins: `radiated` and `radiative_slope` of src/thermal/network.rs, there with the Stefan-Boltzmann constant.
+
+// Ta - Tb [K]: the bases' difference is exact, so that what flows one way flows back the other way to the last bit.
+float temperature_difference(float base_a, float rest_a, float base_b, float rest_b) {
+    return (base_a - base_b) + (rest_a - rest_b);
+}
+
+// Ta^4 - Tb^4 [K4] of two temperatures and their difference.
+float radiated(float difference, float a, float b) {
+    return difference * (a + b) * (a * a + b * b);
+}
+
+// d(T^4)/dT [K3].
+float radiative_slope(float temperature) {
+    return 4.0 * temperature * temperature * temperature;
+}
+
+// Moves whole 1024ths of a kelvin from the rest to the base: exact, as both hold them.
+vec2 rebase(float base, float rest) {
+    float steps = round(rest * 1024.0);
+    return vec2(base + steps * (1.0 / 1024.0), rest - steps * (1.0 / 1024.0));
+}
+
+// Bits of |error|: their order is that of the errors, and infinity and NaN come last.
+uint error_bits(float error) {
+    return floatBitsToUint(error) & 0x7fffffffu;
+}
+
+// Bits of infinity where the temperature is not within (0 K, 8000 K), the range of the base.
+uint range_bits(float temperature) {
+    return floatBitsToUint(temperature) - 1u < 0x45f9ffffu ? 0u : 0x7f800000u;
+}
+
+// The change d [K] of temperature at which into - conductance d - emission ((T + d)^4 - T^4) = 0, by Newton's method.
+float balancing_change(float into, float conductance, float emission, float temperature) {
+    float change = 0.0;
+    for (int i = 0; i < 8; i++) {
+        float next = temperature + change;
+        float left = into - conductance * change - emission * radiated(change, next, temperature);
+        float slope = conductance + emission * radiative_slope(next);
+        // A quarter of the temperature at least: Newton's method comes from above, and must not step below zero.
+        change = max(next + left / slope, 0.25 * next) - temperature;
+    }
+    return change;
+}

@@ -1,0 +1,116 @@
+// Newton's method for some nodes of a network together: their linear system by elimination in the order of a schedule
+// that the host made (src/gpu/network/schedule.rs). Needs the blocks and shared arrays of network_fused.comp.
+
+// Whether the last iteration moved some node too far to stop; shared by the workgroup.
+shared uint moving;
+
+// No entry: the neighbour is no unknown.
+const uint NONE = 0xffffffffu;
+
+// Writes the matrix and the right side r = a F + b F_start + C/(alpha h) (c d + e d1) of every unknown, with F [W] at
+// `time`, d the change since the sub-step's start, d1 that of its first stage. `inverse_step` is 1 / (alpha h).
+void assemble(uint lane, uint set, float time, vec4 weights, float inverse_step) {
+    for (uint i = attempt.fill_begin + lane; i < attempt.fill_end; i += LANES) {
+        matrix[i] = 0.0;
+    }
+    for (uint m = lane; m < attempt.unknowns; m += LANES) {
+        uint node = schedule[attempt.nodes_at + m];
+        float base_here = base[node];
+        float rest_here = rest[set + node];
+        float here = base_here + rest_here;
+        vec2 power = heat[node];
+        float space = attempt.space_temperature;
+        float into = power.x + power.y * time;
+        into += nodes[node].emission * radiated((space - base_here) - rest_here, space, here);
+        uint end = nodes[node].links_end;
+        for (uint k = nodes[node].links_begin; k < end; k++) {
+            uint other = links[k].neighbour;
+            float there = base[other] + rest[set + other];
+            float difference = temperature_difference(base[other], rest[set + other], base_here, rest_here);
+            into += links[k].conductance * difference + links[k].exchange * radiated(difference, there, here);
+            uint entry = schedule[attempt.entries_at + k];
+            if (entry != NONE) {
+                matrix[entry] = -(links[k].conductance + links[k].exchange * radiative_slope(there));
+            }
+        }
+        float stored = nodes[node].capacitance * inverse_step;
+        matrix[m] = stored + nodes[node].conductance_sum + nodes[node].emission_sum * radiative_slope(max(here, 1.0));
+        vec4 kept = work[node];
+        float change = rest_here - kept.x;
+        matrix[attempt.right_at + m] =
+            weights.x * into + weights.y * kept.w + stored * (weights.z * change + weights.w * kept.y);
+    }
+    barrier();
+}
+
+// Solves the system in place: the solution replaces the right side.
+void eliminate(uint lane) {
+    for (uint level = 0u; level < attempt.levels; level++) {
+        uint at = attempt.levels_at + 2u * level;
+        uint end = schedule[at + 2u];
+        for (uint target = schedule[at] + lane; target < end; target += LANES) {
+            uint where = attempt.targets_at + 2u * target;
+            uint entry = schedule[where];
+            uint terms_end = schedule[where + 3u];
+            float value = matrix[entry];
+            for (uint term = schedule[where + 1u]; term < terms_end; term++) {
+                uint factors = attempt.terms_at + 3u * term;
+                float share = matrix[schedule[factors]] / matrix[schedule[factors + 1u]];
+                value -= share * matrix[schedule[factors + 2u]];
+            }
+            matrix[entry] = value;
+        }
+        barrier();
+    }
+    for (uint back = 0u; back < attempt.levels; back++) {
+        uint at = attempt.levels_at + 2u * (attempt.levels - 1u - back);
+        uint end = schedule[at + 3u];
+        for (uint pivot = schedule[at + 1u] + lane; pivot < end; pivot += LANES) {
+            uint where = attempt.pivots_at + 2u * pivot;
+            uint unknown = schedule[where];
+            uint uppers_end = schedule[where + 3u];
+            float value = matrix[attempt.right_at + unknown];
+            for (uint upper = schedule[where + 1u]; upper < uppers_end; upper++) {
+                uint pair = attempt.uppers_at + 2u * upper;
+                value -= matrix[schedule[pair]] * matrix[attempt.right_at + schedule[pair + 1u]];
+            }
+            matrix[attempt.right_at + unknown] = value / matrix[unknown];
+        }
+        barrier();
+    }
+}
+
+// Moves the unknowns until all but stand still. Returns whether they do after `limit` iterations.
+bool newton(uint lane, uint set, float time, vec4 weights, float inverse_step, uint limit) {
+    bool settled = false;
+    for (uint i = 0u; i < limit; i++) {
+        if (settled) {
+            break;
+        }
+        if (spent > LOOPS_AT_MOST) {
+            break;
+        }
+        assemble(lane, set, time, weights, inverse_step);
+        eliminate(lane);
+        if (lane == 0u) {
+            moving = 0u;
+        }
+        barrier();
+        for (uint m = lane; m < attempt.unknowns; m += LANES) {
+            uint node = schedule[attempt.nodes_at + m];
+            float here = base[node] + rest[set + node];
+            float change = matrix[attempt.right_at + m];
+            // Quadratic convergence: what is left after a step of this size is 1e-10 of the temperature.
+            if (!(abs(change) <= 5e-6 * abs(here))) {
+                moving = 1u;
+            }
+            change = clamp(change, -0.75 * here, max(3.0 * here, 1000.0));
+            rest[set + node] += change;
+        }
+        barrier();
+        settled = moving == 0u;
+        spent += attempt.loops_iteration;
+        iterations += 1u;
+    }
+    return settled;
+}

@@ -1,0 +1,314 @@
+#version 450
+// A small network by one workgroup: all sub-steps of an attempt with all their stages, a barrier between stages.
+// EXPLICIT: Euler and RKL2. IMPLICIT: TR-BDF2. SETTLE: arithmetic nodes, or all nodes, into balance.
+
+#include "types.glsl"
+#include "network.glsl"
+
+#ifdef LANES_8
+layout(local_size_x = 8) in;
+const uint LANES = 8u;
+#endif
+#ifdef LANES_64
+layout(local_size_x = 64) in;
+const uint LANES = 64u;
+#endif
+#ifdef LANES_256
+layout(local_size_x = 256) in;
+const uint LANES = 256u;
+#endif
+
+layout(set = 0, binding = 0) readonly buffer AttemptBlock { NetworkAttempt attempt; };
+layout(set = 0, binding = 1) readonly buffer NodeBlock { NetworkNode nodes[]; };
+layout(set = 0, binding = 2) readonly buffer LinkBlock { NetworkLink links[]; };
+// Power [W] and its slope [W/s].
+layout(set = 0, binding = 3) readonly buffer HeatBlock { vec2 heat[]; };
+layout(set = 0, binding = 4) readonly buffer StageBlock { NetworkStage stages[]; };
+// Sensors, then arithmetic nodes without arithmetic neighbours.
+layout(set = 0, binding = 5) readonly buffer ListBlock { uint lists[]; };
+// Base and rest [K].
+layout(set = 0, binding = 6) buffer StateBlock { vec2 state[]; };
+// Of each node: rest at the sub-step's start, change of the last stage and of the one before [K], and the rate [K/s]
+// (TR-BDF2: the heat [W]) at the start. Every invocation sees its own nodes alone.
+layout(set = 0, binding = 7) buffer WorkBlock { vec4 work[]; };
+// Sub-steps done, bits of the largest error, iterations, dispatches that worked; then the sensors of every sub-step.
+layout(set = 0, binding = 8) buffer ResultBlock { uint result[]; };
+layout(set = 0, binding = 9) readonly buffer ScheduleBlock { uint schedule[]; };
+layout(set = 0, binding = 10) buffer MatrixBlock { float matrix[]; };
+
+const uint LOOPS_AT_MOST = 48000u;
+const uint NODES_AT_MOST = 1024u;
+
+shared float base[1024];
+// Two sets, of the present stage and of the next.
+shared float rest[2048];
+shared uint worst_of[LANES];
+
+// Turns of loops so far, and iterations of Newton's method.
+uint spent;
+uint iterations;
+
+// Heat into a node [W].
+float heat_into(uint node, uint set, float time) {
+    float base_here = base[node];
+    float rest_here = rest[set + node];
+    float here = base_here + rest_here;
+    float space = attempt.space_temperature;
+    vec2 power = heat[node];
+    float into = power.x + power.y * time;
+    into += nodes[node].emission * radiated((space - base_here) - rest_here, space, here);
+    uint end = nodes[node].links_end;
+    for (uint k = nodes[node].links_begin; k < end; k++) {
+        uint other = links[k].neighbour;
+        float difference = temperature_difference(base[other], rest[set + other], base_here, rest_here);
+        into += links[k].conductance * difference;
+#ifdef RADIATIVE
+        into += links[k].exchange * radiated(difference, base[other] + rest[set + other], here);
+#endif
+    }
+    return into;
+}
+
+// Balances the arithmetic nodes that have no arithmetic neighbour. Returns the largest |change| / temperature.
+float balance_lone(uint lane, uint set, float time) {
+    float largest = 0.0;
+    for (uint i = lane; i < attempt.lone; i += LANES) {
+        uint node = lists[attempt.sensors + i];
+        float here = base[node] + rest[set + node];
+        float change = balancing_change(
+            heat_into(node, set, time), nodes[node].conductance_sum, nodes[node].emission_sum, here);
+        rest[set + node] += change;
+        largest = max(largest, abs(change) / here);
+    }
+    return largest;
+}
+
+#ifdef ELIMINATION
+#include "network_elimination.glsl"
+#endif
+
+void write_state(uint lane, uint set) {
+    for (uint i = lane; i < attempt.nodes; i += LANES) {
+        state[i] = rebase(base[i], rest[set + i]);
+    }
+}
+
+void write_sensors(uint lane, uint set, uint done) {
+    for (uint i = lane; i < attempt.sensors; i += LANES) {
+        uint node = lists[i];
+        result[4u + done * attempt.sensors + i] = floatBitsToUint(base[node] + rest[set + node]);
+    }
+}
+
+void write_result(uint lane, uint done, uint worst) {
+    worst_of[lane] = worst;
+    barrier();
+    if (lane == 0u) {
+        uint largest = result[1];
+        for (uint i = 0u; i < LANES; i++) {
+            largest = max(largest, worst_of[i]);
+        }
+        result[0] = done;
+        result[1] = largest;
+        result[2] = result[2] + iterations;
+        result[3] = result[3] + 1u;
+    }
+}
+
+#ifdef EXPLICIT
+void main() {
+    uint lane = gl_LocalInvocationID.x;
+    uint done = result[0];
+    uint current = 0u;
+    uint worst = 0u;
+    iterations = 0u;
+    for (uint i = lane; i < attempt.nodes; i += LANES) {
+        vec2 kept = state[i];
+        base[i] = kept.x;
+        rest[i] = kept.y;
+    }
+    barrier();
+    spent = attempt.loops_sub_step;
+    if (done < attempt.count) {
+        float start = attempt.time + float(done) * attempt.step;
+        for (uint i = lane; i < attempt.nodes; i += LANES) {
+            work[i] = vec4(0.0, 0.0, 0.0, nodes[i].inverse_capacitance * heat_into(i, 0u, start));
+        }
+    }
+    barrier();
+    for (; done < attempt.count; done++) {
+        spent += attempt.loops_sub_step;
+        if (spent > LOOPS_AT_MOST) {
+            break;
+        }
+        float start = attempt.time + float(done) * attempt.step;
+        uint next = NODES_AT_MOST - current;
+        // The first stage needs no neighbour, so what the last sub-step left is rebased in the same pass.
+        for (uint i = lane; i < attempt.nodes; i += LANES) {
+            vec2 kept = rebase(base[i], rest[current + i]);
+            float rate = work[i].w;
+            float change = stages[0].gamma_step * rate;
+            base[i] = kept.x;
+            rest[next + i] = kept.y + change;
+            work[i] = vec4(kept.y, change, 0.0, rate);
+        }
+        barrier();
+        current = next;
+        for (uint s = 1u; s <= attempt.stages; s++) {
+            // The arithmetic nodes of the stage before, with its heat.
+            float now = start + stages[s - 1u].time;
+            if (attempt.lone > 0u) {
+                balance_lone(lane, current, now);
+                barrier();
+            }
+#ifdef ELIMINATION
+            if (!newton(lane, current, now, vec4(1.0, 0.0, 0.0, 0.0), 0.0, 12u)) {
+                worst = 0x7f800000u;
+            }
+#endif
+            if (s < attempt.stages) {
+                next = NODES_AT_MOST - current;
+                for (uint i = lane; i < attempt.nodes; i += LANES) {
+                    vec4 last = work[i];
+                    float inverse = nodes[i].inverse_capacitance;
+                    float rate = inverse * heat_into(i, current, now);
+                    float change = stages[s].mu * last.y + stages[s].nu * last.z
+                        + (stages[s].mu_step * rate + stages[s].gamma_step * last.w);
+                    rest[next + i] = inverse > 0.0 ? last.x + change : rest[current + i];
+                    work[i] = vec4(last.x, change, last.y, last.w);
+                }
+                barrier();
+                current = next;
+            }
+        }
+        // The rate at the end, which is that at the start of the next sub-step, and the error from both.
+        float end = attempt.time + float(done + 1u) * attempt.step;
+        for (uint i = lane; i < attempt.nodes; i += LANES) {
+            vec4 last = work[i];
+            float inverse = nodes[i].inverse_capacitance;
+            float rate = inverse * heat_into(i, current, end);
+            // Euler: (h/2)(F1 - F0). RKL2: 0.4 h (F0 + F1) - 0.8 (T1 - T0) (Sommeijer, Shampine & Verwer 1998, RKC).
+            float error = attempt.stages == 1u
+                ? 0.5 * attempt.step * (rate - last.w)
+                : 0.4 * attempt.step * (rate + last.w) - 0.8 * last.y;
+            worst = max(worst, error_bits(error));
+            if (inverse > 0.0) {
+                worst = max(worst, range_bits(base[i] + rest[current + i]));
+            }
+            work[i] = vec4(last.x, last.y, last.z, rate);
+        }
+        write_sensors(lane, current, done);
+        barrier();
+    }
+    write_state(lane, current);
+    write_result(lane, done, worst);
+}
+#endif
+
+#ifdef IMPLICIT
+// gamma = 2 - sqrt(2), alpha = gamma / 2 = (1 - gamma) / (2 - gamma): both stages have the same matrix.
+const float GAMMA = 0.585786437626905;
+const float ALPHA = 0.292893218813452;
+// Weight of the first stage in the second: 1 / (gamma (2 - gamma)).
+const float FIRST = 1.20710678118655;
+// 2 k / alpha of the embedded estimate, k = (-3 gamma^2 + 4 gamma - 2) / (12 (2 - gamma)) (Hosea & Shampine 1996).
+const float ESTIMATE = -0.276142374915397;
+
+void main() {
+    uint lane = gl_LocalInvocationID.x;
+    uint done = result[0];
+    uint worst = 0u;
+    iterations = 0u;
+    for (uint i = lane; i < attempt.nodes; i += LANES) {
+        vec2 kept = state[i];
+        base[i] = kept.x;
+        rest[i] = kept.y;
+    }
+    barrier();
+    spent = attempt.loops_sub_step;
+    float inverse_step = 1.0 / (ALPHA * attempt.step);
+    for (; done < attempt.count; done++) {
+        spent += attempt.loops_sub_step;
+        if (spent + 8u * attempt.loops_iteration > LOOPS_AT_MOST) {
+            break;
+        }
+        float start = attempt.time + float(done) * attempt.step;
+        for (uint i = lane; i < attempt.nodes; i += LANES) {
+            float into = nodes[i].inverse_capacitance > 0.0 ? heat_into(i, 0u, start) : 0.0;
+            work[i] = vec4(0.0, 0.0, 0.0, into);
+        }
+        barrier();
+        for (uint i = lane; i < attempt.nodes; i += LANES) {
+            vec2 kept = rebase(base[i], rest[i]);
+            base[i] = kept.x;
+            rest[i] = kept.y;
+            work[i] = vec4(kept.y, 0.0, 0.0, work[i].w);
+        }
+        barrier();
+        bool first = newton(lane, 0u, start + GAMMA * attempt.step, vec4(1.0, 1.0, -1.0, 0.0), inverse_step, 12u);
+        for (uint i = lane; i < attempt.nodes; i += LANES) {
+            vec4 kept = work[i];
+            float change = rest[i] - kept.x;
+            work[i] = vec4(kept.x, change, 0.0, kept.w);
+        }
+        barrier();
+        float end = attempt.time + float(done + 1u) * attempt.step;
+        bool second = newton(lane, 0u, end, vec4(1.0, 0.0, -1.0, FIRST), inverse_step, 12u);
+        vec4 weights = ESTIMATE * vec4(0.0, 1.0 / GAMMA + 1.0 / (GAMMA * (1.0 - GAMMA)), 1.0 / (1.0 - GAMMA),
+            -1.0 / (GAMMA * (1.0 - GAMMA)) - FIRST / (1.0 - GAMMA));
+        assemble(lane, 0u, end, weights, inverse_step);
+        eliminate(lane);
+        spent += attempt.loops_iteration;
+        if (!first) {
+            worst = 0x7f800000u;
+        }
+        if (!second) {
+            worst = 0x7f800000u;
+        }
+        for (uint m = lane; m < attempt.unknowns; m += LANES) {
+            uint node = schedule[attempt.nodes_at + m];
+            worst = max(worst, error_bits(matrix[attempt.right_at + m]));
+            worst = max(worst, range_bits(base[node] + rest[node]));
+        }
+        write_sensors(lane, 0u, done);
+        barrier();
+    }
+    write_state(lane, 0u);
+    write_result(lane, done, worst);
+}
+#endif
+
+#ifdef SETTLE
+void main() {
+    uint lane = gl_LocalInvocationID.x;
+    uint worst = 0u;
+    iterations = 0u;
+    spent = 0u;
+    for (uint i = lane; i < attempt.nodes; i += LANES) {
+        vec2 kept = state[i];
+        base[i] = kept.x;
+        rest[i] = kept.y;
+        work[i] = vec4(0.0);
+    }
+    barrier();
+    // Each pass sees the exact balance again, so that the last one leaves no rounding of a large change.
+    float moved = 0.0;
+    for (uint pass = 0u; pass < 6u; pass++) {
+        moved = balance_lone(lane, 0u, attempt.time);
+        barrier();
+    }
+    if (!(moved <= 1e-4)) {
+        worst = 0x7f800000u;
+    }
+    bool settled = attempt.unknowns == 0u;
+    if (attempt.unknowns > 0u) {
+        settled = newton(lane, 0u, attempt.time, vec4(1.0, 0.0, 0.0, 0.0), 0.0, attempt.count);
+    }
+    for (uint m = lane; m < attempt.unknowns; m += LANES) {
+        uint node = schedule[attempt.nodes_at + m];
+        worst = max(worst, range_bits(base[node] + rest[node]));
+    }
+    write_state(lane, 0u);
+    write_result(lane, settled ? 1u : 0u, worst);
+}
+#endif

@@ -1,0 +1,236 @@
+//! `isotherm network`: a lumped-parameter network without geometry, from a file to its temperatures over time.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::network_report::{EXAMPLES, control_error, print_series, print_steady, steady_error};
+use super::{Chosen, CliError, DeviceArguments, network_import, nine_digits, spinner, stop_flag};
+use crate::output::OutputError;
+use crate::output::folder::{write_atomic, write_bytes};
+use crate::output::plot::{Line, Plot};
+use crate::output::plot_axis::Axis;
+use crate::scene::network::NetworkFile;
+use crate::simulation::prepare::PrepareError;
+use crate::thermal::network::control::{Integrator, Series, Settings, integrate};
+use crate::thermal::network::reference::ReferenceStepper;
+use crate::thermal::network::steady::steady;
+use crate::thermal::network::stepper::Stepper;
+
+/// Most nodes that a plot shows.
+const PLOTTED: usize = 12;
+
+/// Temperatures of a thermal network over time.
+///
+/// A network is a file of nodes, linear and radiative conductors, heat and thermostats (models/network.md explains every
+/// key). Rows are the output times of the file. Method, sub-step and work are printed on standard error; switching
+/// times of thermostats go to OUT.events.csv.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    solve: Solve,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    Import(network_import::Arguments),
+}
+
+#[derive(clap::Args)]
+struct Solve {
+    /// The network
+    #[arg(required = true, value_name = "FILE.toml")]
+    file: Option<PathBuf>,
+    /// CSV file that receives time and the temperature of every node [default: standard output]
+    #[arg(short, long, value_name = "OUT.csv")]
+    output: Option<PathBuf>,
+    /// How to integrate: default, cheap or accurate
+    #[arg(long, value_name = "NAME", default_value = "default", value_parser = parse_integrator)]
+    integrator: Integrator,
+    /// Error to aim for [K] [default: 0.005; cheap 0.05; accurate 0.0005]
+    #[arg(long, value_name = "K", value_parser = parse_tolerance)]
+    tolerance: Option<f64>,
+    /// Write one row: the steady state under the heat of time 0
+    #[arg(long)]
+    steady: bool,
+    /// SVG file that receives a plot
+    #[arg(long, value_name = "OUT.svg", conflicts_with = "steady")]
+    plot: Option<PathBuf>,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+fn parse_integrator(text: &str) -> Result<Integrator, String> {
+    let all = [Integrator::Default, Integrator::Cheap, Integrator::Accurate];
+    all.into_iter()
+        .find(|integrator| integrator.to_string() == text)
+        .ok_or_else(|| "the integrator is default, cheap or accurate".to_owned())
+}
+
+fn parse_tolerance(text: &str) -> Result<f64, String> {
+    let tolerance: f64 = text.trim().parse().map_err(|_| format!("'{text}' is not a number"))?;
+    if !(1e-9..=10.0).contains(&tolerance) {
+        return Err(format!("the tolerance is from 1e-9 to 10 K, not {text}"));
+    }
+    Ok(tolerance)
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    match &arguments.command {
+        Some(Command::Import(arguments)) => network_import::run(arguments),
+        None => solve(&arguments.solve),
+    }
+}
+
+fn solve(arguments: &Solve) -> Result<(), CliError> {
+    let Some(path) = &arguments.file else {
+        return Err(CliError::Usage("a network file is needed".to_owned()));
+    };
+    let file = NetworkFile::load(path).map_err(PrepareError::from)?;
+    if file.schedule.times.is_empty() && !arguments.steady {
+        let reason = "output.times is missing: the times of output [s]; --steady needs none";
+        return Err(CliError::Usage(format!("{}: {reason}", path.display())));
+    }
+    for assumption in &file.assumptions {
+        eprintln!("assumed: {assumption}");
+    }
+    let chosen = arguments.device.open()?;
+    eprintln!("device: {}", chosen.name());
+    match &chosen {
+        Chosen::Device(_) => {
+            return Err(CliError::Usage(
+                "networks do not run on a Vulkan device in this build; --device cpu runs the f64 twin".to_owned(),
+            ));
+        }
+        Chosen::Reference => {
+            let mut stepper = ReferenceStepper::new(file.network.clone(), &file.schedule.sensors());
+            solve_with(&mut stepper, 0.0, &file, path, arguments, &chosen.name())?;
+        }
+    }
+    chosen.check_validation()
+}
+
+/// Solves on a stepper whose estimates of the error are noise below `floor` [K].
+fn solve_with<S: Stepper>(
+    stepper: &mut S,
+    floor: f64,
+    file: &NetworkFile,
+    path: &Path,
+    arguments: &Solve,
+    device: &str,
+) -> Result<(), CliError>
+where
+    CliError: From<S::Error>,
+{
+    if arguments.steady {
+        let found = steady(stepper, &file.network, &file.schedule).map_err(|error| steady_error(error, file, path))?;
+        print_steady(&found, file, stepper.counts());
+        return write_rows(arguments.output.as_deref(), &file.labels, &[0.0], &[found.temperatures]);
+    }
+    let tolerance = arguments.tolerance.unwrap_or(arguments.integrator.tolerance());
+    let settings = Settings { integrator: arguments.integrator, tolerance, floor };
+    let stop = stop_flag();
+    let bar = spinner("time [s]");
+    let watch = |now: f64| {
+        bar.set_position(now as u64);
+        !stop.load(std::sync::atomic::Ordering::Relaxed)
+    };
+    let series = integrate(stepper, &file.network, &file.schedule, &settings, watch);
+    bar.finish_and_clear();
+    let series = series.map_err(|error| control_error(error, file, path))?;
+    print_series(&series, file, &settings);
+    write_rows(arguments.output.as_deref(), &file.labels, &file.schedule.times, &series.rows)?;
+    match &arguments.output {
+        Some(output) => write_events(&events_path(output), file, &series)?,
+        None => {
+            for switch in &series.switches {
+                let node = &file.labels[file.schedule.thermostats[switch.thermostat].node as usize];
+                eprintln!("switch: {} s, {node} {}", nine_digits(switch.time), if switch.on { "on" } else { "off" });
+            }
+        }
+    }
+    match &arguments.plot {
+        Some(plot_path) => Ok(write_bytes(plot_path, plot(file, &series, path, device).svg()?.as_bytes())?),
+        None => Ok(()),
+    }
+}
+
+/// `X.events.csv` beside `X.csv`.
+fn events_path(output: &Path) -> PathBuf {
+    let name = output.file_name().unwrap_or_default().to_string_lossy();
+    let stem = name.strip_suffix(".csv").unwrap_or(&name);
+    output.with_file_name(format!("{stem}.events.csv"))
+}
+
+fn write_rows(path: Option<&Path>, labels: &[String], times: &[f64], rows: &[Vec<f64>]) -> Result<(), CliError> {
+    let header = std::iter::once("time".to_owned()).chain(labels.iter().cloned()).collect();
+    let rows = times.iter().zip(rows).map(|(time, row)| {
+        std::iter::once(time.to_string()).chain(row.iter().map(|kelvin| digits(*kelvin))).collect()
+    });
+    let text = csv_text(std::iter::once(header).chain(rows));
+    match path {
+        Some(path) => Ok(write_bytes(path, &text)?),
+        None => Ok(std::io::stdout().lock().write_all(&text)?),
+    }
+}
+
+/// A temperature [K] to a nanokelvin.
+fn digits(kelvin: f64) -> String {
+    if kelvin >= 1.0 { format!("{kelvin:.9}") } else { nine_digits(kelvin) }
+}
+
+fn write_events(path: &Path, file: &NetworkFile, series: &Series) -> Result<(), CliError> {
+    let header = ["time", "node", "on"].map(str::to_owned).to_vec();
+    let rows = series.switches.iter().map(|switch| {
+        let node = file.schedule.thermostats[switch.thermostat].node as usize;
+        vec![format!("{:.6}", switch.time), file.labels[node].clone(), switch.on.to_string()]
+    });
+    let text = csv_text(std::iter::once(header).chain(rows));
+    write_atomic(path, |out| out.write_all(&text).map_err(|source| OutputError::write(path, source)))?;
+    Ok(())
+}
+
+fn csv_text(rows: impl Iterator<Item = Vec<String>>) -> Vec<u8> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        // Memory takes every row.
+        let _ = writer.write_record(&row);
+    }
+    writer.into_inner().unwrap_or_default()
+}
+
+fn plot(file: &NetworkFile, series: &Series, path: &Path, device: &str) -> Plot {
+    let times = &file.schedule.times;
+    let line = |node: usize| Line {
+        name: file.labels[node].clone(),
+        points: times.iter().zip(&series.rows).map(|(time, row)| [*time, row[node]]).collect(),
+        ..Line::default()
+    };
+    let shown = file.labels.len().min(PLOTTED);
+    let left_out = file.labels.len() - shown;
+    let rest = if left_out > 0 { format!("; the first {shown} nodes, {left_out} more are not shown") } else { String::new() };
+    Plot {
+        title: "Temperatures of the network".to_owned(),
+        subtitle: format!("{}, on {device}{rest}", path.file_name().unwrap_or_default().to_string_lossy()),
+        x: Axis::linear("time [s]"),
+        y: Axis::linear("temperature [K]"),
+        series: (0..shown).map(line).collect(),
+        shaded: Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn events_lie_beside_the_series() {
+        for (output, events) in
+            [("a/series.csv", "a/series.events.csv"), ("out", "out.events.csv"), ("a.b.txt", "a.b.txt.events.csv")]
+        {
+            assert_eq!(events_path(Path::new(output)), Path::new(events));
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! What `isotherm network` says about its work, and about a network that it cannot solve.
+
+use std::path::Path;
+
+use super::CliError;
+use crate::scene::network::NetworkFile;
+use crate::thermal::network::control::{ControlError, Series, Settings, Use};
+use crate::thermal::network::steady::{Steady, SteadyError};
+use crate::thermal::network::stepper::WorkCounts;
+
+pub(super) const EXAMPLES: &str = "\
+Columns of OUT.csv: time [s], then one temperature [K] for each node, in the order of the file.
+Columns of OUT.events.csv: time [s], the heated node, true or false.
+
+Examples:
+  isotherm network models/cubesat_network.toml -o cubesat.csv --plot cubesat.svg
+  isotherm network models/cubesat_network.toml -o cubesat.csv --integrator accurate --device cpu
+  isotherm network models/cubesat_network.toml --steady
+  isotherm network import thermal_csv_files/ -o network.toml";
+
+/// Method, sub-steps and work of a series, on standard error.
+pub(super) fn print_series(series: &Series, file: &NetworkFile, settings: &Settings) {
+    eprintln!("integrator: {}, tolerance {} mK", settings.integrator, short(1e3 * settings.tolerance));
+    if let Some([slow, fast]) = series.rates {
+        eprintln!("stiffness: the fastest node relaxes at up to {} to {} /s", short(slow), short(fast));
+    }
+    let whole: f64 = series.uses.iter().flatten().map(|used| used.time).sum();
+    for (place, used) in series.uses.iter().enumerate() {
+        let Some(used) = used else { continue };
+        let Use { sub_steps, time, range: [least, most], stages: [few, many] } = used;
+        let (name, reason) = match place {
+            0 => ("Euler with residual".to_owned(), "the sub-step is stable and its error small enough"),
+            1 => {
+                let stages = if few == many { few.to_string() } else { format!("{few} to {many}") };
+                (format!("RKL2 with {stages} stages"), "stages follow sub-step x stiffness")
+            }
+            _ => ("TR-BDF2".to_owned(), "accurate, or RKL2 would need too many stages"),
+        };
+        let share = 100.0 * time / whole.max(1e-300);
+        eprintln!(
+            "method: {name} over {share:.0} % of the time ({reason}): {sub_steps} sub-steps of {} to {} s",
+            short(*least),
+            short(*most)
+        );
+    }
+    print_counts(series.counts);
+    eprintln!("rejected: {} tries; switches: {}; nodes: {}", series.rejected, series.switches.len(), file.labels.len());
+}
+
+/// States of the thermostats and work of a steady state, on standard error.
+pub(super) fn print_steady(steady: &Steady, file: &NetworkFile, counts: WorkCounts) {
+    eprintln!("steady state under the heat just after time 0, by Newton's method");
+    for (thermostat, on) in file.schedule.thermostats.iter().zip(&steady.on) {
+        let node = &file.labels[thermostat.node as usize];
+        eprintln!("thermostat of '{node}': {}", if *on { "on" } else { "off" });
+    }
+    print_counts(counts);
+}
+
+fn print_counts(counts: WorkCounts) {
+    let WorkCounts { dispatches, stages, sub_steps, iterations } = counts;
+    eprintln!("work: {dispatches} dispatches, {sub_steps} sub-steps, {stages} stages, {iterations} iterations");
+}
+
+/// Three significant digits.
+fn short(value: f64) -> String {
+    format!("{value:.2e}").parse::<f64>().unwrap_or(value).to_string()
+}
+
+/// What a user can do about an integration that ended early.
+pub(super) fn control_error<E>(error: ControlError<E>, file: &NetworkFile, path: &Path) -> CliError
+where
+    CliError: From<E>,
+{
+    let label = |node: usize| &file.labels[node];
+    let message = match error {
+        ControlError::Stepper(error) => return error.into(),
+        ControlError::Stopped => return CliError::StoppedBefore,
+        ControlError::Unbalanced { time, node } => {
+            format!("at {time} s no temperature balances arithmetic node '{}': more heat leaves it than arrives", label(node))
+        }
+        ControlError::NoStep { time, node, temperature } => format!(
+            "at {time} s no sub-step is short enough: node '{}' is at {temperature:.6} K and likely loses more heat than \
+             it can",
+            label(node)
+        ),
+        ControlError::Chatter { time, thermostat } => format!(
+            "at {time} s the thermostat of '{}' switches without end: its heat moves its sensor across the whole band at \
+             once",
+            label(file.schedule.thermostats[thermostat].node as usize)
+        ),
+    };
+    CliError::Usage(format!("{}: {message}", path.display()))
+}
+
+/// What a user can do about a steady state that was not found.
+pub(super) fn steady_error<E>(error: SteadyError<E>, file: &NetworkFile, path: &Path) -> CliError
+where
+    CliError: From<E>,
+{
+    let label = |node: usize| &file.labels[node];
+    let message = match error {
+        SteadyError::Stepper(error) => return error.into(),
+        SteadyError::Closed { node } => format!(
+            "there is no steady state: the heat of node '{}' has no path to a boundary or to space",
+            label(node)
+        ),
+        SteadyError::NotFound { node } => {
+            format!("no steady state was found: the balance of node '{}' does not close", label(node))
+        }
+        SteadyError::Cycles { thermostat } => format!(
+            "there is no steady state: the thermostat of '{}' would switch off while on and on while off",
+            label(file.schedule.thermostats[thermostat].node as usize)
+        ),
+    };
+    CliError::Usage(format!("{}: {message}", path.display()))
+}

@@ -1,0 +1,98 @@
+//! A network as the device reads it: nodes with their rows of links, parallel conductors merged.
+
+use crate::gpu::layout::{NetworkLink, NetworkNode};
+use crate::thermal::STEFAN_BOLTZMANN;
+use crate::thermal::network::{Network, NodeKind};
+
+/// Rows of links and what the nodes are.
+pub struct Tables {
+    /// Every node.
+    pub nodes: Vec<NetworkNode>,
+    /// The links of all nodes, those of a boundary left out.
+    pub links: Vec<NetworkLink>,
+    /// Whether any link radiates.
+    pub radiative: bool,
+    /// Arithmetic nodes without arithmetic neighbours.
+    pub lone: Vec<u32>,
+    /// Arithmetic nodes with arithmetic neighbours.
+    pub coupled: Vec<u32>,
+    /// Nodes that are no boundary.
+    pub free: Vec<u32>,
+}
+
+impl Tables {
+    /// Gathers the conductors of every node.
+    pub fn new(network: &Network) -> Self {
+        let mut rows: Vec<Vec<(u32, f64, f64)>> = vec![Vec::new(); network.len()];
+        let mut join = |nodes: [u32; 2], conductance: f64, exchange: f64| {
+            for [here, there] in [nodes, [nodes[1], nodes[0]]] {
+                if network.kinds[here as usize] != NodeKind::Boundary && here != there {
+                    rows[here as usize].push((there, conductance, exchange));
+                }
+            }
+        };
+        for conductor in &network.linear {
+            join(conductor.nodes, conductor.conductance, 0.0);
+        }
+        for conductor in &network.radiative {
+            join(conductor.nodes, 0.0, STEFAN_BOLTZMANN * conductor.exchange_area);
+        }
+        let mut tables = Self {
+            nodes: Vec::with_capacity(network.len()),
+            links: Vec::new(),
+            radiative: !network.radiative.is_empty(),
+            lone: Vec::new(),
+            coupled: Vec::new(),
+            free: Vec::new(),
+        };
+        for (node, row) in rows.iter_mut().enumerate() {
+            row.sort_by_key(|(there, ..)| *there);
+            row.dedup_by(|next, kept| {
+                let same = next.0 == kept.0;
+                if same {
+                    kept.1 += next.1;
+                    kept.2 += next.2;
+                }
+                same
+            });
+            let kind = network.kinds[node];
+            let emission = STEFAN_BOLTZMANN * network.emissive_areas[node];
+            let begin = tables.links.len() as u32;
+            tables.links.extend(row.iter().map(|(there, conductance, exchange)| NetworkLink {
+                neighbour: *there,
+                conductance: *conductance as f32,
+                exchange: *exchange as f32,
+            }));
+            let stored = kind == NodeKind::Diffusive;
+            tables.nodes.push(NetworkNode {
+                inverse_capacitance: if stored { (1.0 / network.capacitances[node]) as f32 } else { 0.0 },
+                capacitance: if stored { network.capacitances[node] as f32 } else { 0.0 },
+                emission: emission as f32,
+                conductance_sum: row.iter().map(|(_, conductance, _)| conductance).sum::<f64>() as f32,
+                emission_sum: (emission + row.iter().map(|(.., exchange)| exchange).sum::<f64>()) as f32,
+                links_begin: begin,
+                links_end: tables.links.len() as u32,
+            });
+            if kind != NodeKind::Boundary {
+                tables.free.push(node as u32);
+            }
+            if kind == NodeKind::Arithmetic {
+                let arithmetic = |(there, ..): &(u32, f64, f64)| network.kinds[*there as usize] == kind;
+                let list = if row.iter().any(arithmetic) { &mut tables.coupled } else { &mut tables.lone };
+                list.push(node as u32);
+            }
+        }
+        tables
+    }
+
+    /// Links of a node.
+    pub fn row(&self, node: usize) -> std::ops::Range<usize> {
+        self.nodes[node].links_begin as usize..self.nodes[node].links_end as usize
+    }
+
+    /// Turns of loops of one pass over these nodes and their links by so many invocations.
+    pub fn loops(&self, nodes: &[u32], lanes: u32) -> u32 {
+        let turns = |chunk: &[u32]| chunk.iter().map(|node| self.row(*node as usize).len() + 1).max().unwrap_or(0);
+        nodes.chunks(lanes as usize).map(turns).sum::<usize>() as u32 + 1
+    }
+}

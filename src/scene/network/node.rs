@@ -1,0 +1,89 @@
+//! `[[node]]` of a network file.
+
+use crate::scene::error::SceneError;
+use crate::scene::quantity::Quantity;
+use crate::scene::section::Section;
+use crate::thermal::network::NodeKind;
+use crate::thermal::network::schedule::HeatTable;
+
+/// Keys of a node.
+pub(super) const KEYS: &[&str] = &["label", "kind", "capacitance", "emissive_area", "temperature", "heat"];
+/// `heat = { .. }`.
+const HEAT: &[&str] = &["time", "power"];
+/// Where the balance of an arithmetic node is sought first [K]: the balance is the same from anywhere.
+const FIRST_GUESS: f64 = 300.0;
+
+/// A node as it stands in the file.
+pub(super) struct Node {
+    pub(super) label: String,
+    pub(super) kind: NodeKind,
+    pub(super) capacitance: f64,
+    pub(super) emissive_area: f64,
+    pub(super) temperature: f64,
+    pub(super) heat: Option<HeatTable>,
+}
+
+/// Reads a node.
+pub(super) fn read(section: &Section) -> Result<Node, SceneError> {
+    let label = section.string("label")?;
+    let label = section.required("label", label, "the name of the node")?.to_owned();
+    let kinds =
+        [("diffusive", NodeKind::Diffusive), ("arithmetic", NodeKind::Arithmetic), ("boundary", NodeKind::Boundary)];
+    let kind = section.choice("kind", &kinds)?;
+    let kind = section.required("kind", kind, "\"diffusive\", \"arithmetic\" or \"boundary\"")?;
+    let emissive_area = section.number("emissive_area", Quantity::non_negative("m2"))?.unwrap_or(0.0);
+    let temperature = section.number("temperature", Quantity::non_negative("K"))?;
+    let temperature = match kind {
+        NodeKind::Arithmetic => temperature.unwrap_or(FIRST_GUESS),
+        NodeKind::Diffusive => section.required("temperature", temperature, "the temperature at time 0 [K]")?,
+        NodeKind::Boundary => section.required("temperature", temperature, "the temperature that it keeps [K]")?,
+    };
+    let capacitance = capacitance(section, kind)?;
+    Ok(Node { label, kind, capacitance, emissive_area, temperature, heat: heat(section)? })
+}
+
+fn capacitance(section: &Section, kind: NodeKind) -> Result<f64, SceneError> {
+    let capacitance = section.number("capacitance", Quantity::non_negative("J/K"))?;
+    match kind {
+        NodeKind::Diffusive => {
+            let capacitance = section.required("capacitance", capacitance, "the heat capacity [J/K]")?;
+            if capacitance == 0.0 {
+                let message = "must be above 0 [J/K]: a node that stores no heat is of kind \"arithmetic\"";
+                return Err(section.error("capacitance", message));
+            }
+            Ok(capacitance)
+        }
+        NodeKind::Arithmetic if capacitance.is_some_and(|capacitance| capacitance > 0.0) => {
+            Err(section.error("capacitance", "must be 0 or absent: an arithmetic node stores no heat"))
+        }
+        // A boundary stores without end.
+        NodeKind::Arithmetic | NodeKind::Boundary => Ok(0.0),
+    }
+}
+
+fn heat(section: &Section) -> Result<Option<HeatTable>, SceneError> {
+    if !section.has("heat") {
+        return Ok(None);
+    }
+    if !section.is_table("heat") {
+        return Ok(section.number("heat", Quantity::any("W"))?.map(HeatTable::constant));
+    }
+    let Some(table) = section.table("heat", HEAT)? else { return Ok(None) };
+    let times = table.required("time", table.list("time")?, "the times of the table [s]")?;
+    let powers = table.required("power", table.list("power")?, "the heat at each time [W]")?;
+    if times.is_empty() {
+        return Err(table.error("time", "must not be empty"));
+    }
+    if times.len() != powers.len() {
+        let message = format!("must have a value for each of the {} times, found {}", times.len(), powers.len());
+        return Err(table.error("power", message));
+    }
+    if let Some(pair) = times.windows(2).find(|pair| pair[0] > pair[1]) {
+        return Err(table.error("time", format!("must not descend, but {} follows {}", pair[1], pair[0])));
+    }
+    if let Some(three) = times.windows(3).find(|three| three[0] == three[2]) {
+        let message = format!("{} stands three times: a jump is a time that stands twice", three[0]);
+        return Err(table.error("time", message));
+    }
+    Ok(Some(HeatTable { times, powers }))
+}

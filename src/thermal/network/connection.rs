@@ -1,0 +1,66 @@
+//! Which nodes of a network have somewhere for their heat to go.
+
+use super::{Network, NodeKind};
+
+impl Network {
+    /// An arithmetic node whose heat has nowhere to go: no path of conductors and arithmetic nodes leads from it to a
+    /// node that stores heat, to a boundary or to an emission to space.
+    pub fn unbalanced_node(&self) -> Option<usize> {
+        self.closed_node(|kind| kind != NodeKind::Arithmetic)
+    }
+
+    /// A node whose heat has nowhere to go in a steady state: no path leads from it to a boundary or to space.
+    pub fn unsteady_node(&self) -> Option<usize> {
+        self.closed_node(|kind| kind == NodeKind::Boundary)
+    }
+
+    /// The first node without a path to an emission or to a node of a kind that is an end.
+    fn closed_node(&self, is_end: impl Fn(NodeKind) -> bool) -> Option<usize> {
+        let linear = self.linear.iter().filter(|conductor| conductor.conductance > 0.0).map(|conductor| conductor.nodes);
+        let radiative =
+            self.radiative.iter().filter(|conductor| conductor.exchange_area > 0.0).map(|conductor| conductor.nodes);
+        let mut neighbours = vec![Vec::new(); self.len()];
+        for [a, b] in linear.chain(radiative).map(|pair| pair.map(|node| node as usize)) {
+            neighbours[a].push(b);
+            neighbours[b].push(a);
+        }
+        let mut open: Vec<bool> =
+            (0..self.len()).map(|node| is_end(self.kinds[node]) || self.emissive_areas[node] > 0.0).collect();
+        let mut reached: Vec<usize> = (0..self.len()).filter(|node| open[*node]).collect();
+        while let Some(node) = reached.pop() {
+            for next in &neighbours[node] {
+                if !std::mem::replace(&mut open[*next], true) {
+                    reached.push(*next);
+                }
+            }
+        }
+        open.iter().position(|open| !open)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::thermal::network::LinearConductor;
+
+    #[test]
+    fn a_chain_that_ends_nowhere_is_found() {
+        let join = |a, b, conductance| LinearConductor { nodes: [a, b], conductance };
+        let mut network = Network {
+            kinds: vec![NodeKind::Diffusive, NodeKind::Arithmetic, NodeKind::Arithmetic, NodeKind::Boundary],
+            capacitances: vec![1.0, 0.0, 0.0, 0.0],
+            emissive_areas: vec![0.0; 4],
+            temperatures: vec![300.0; 4],
+            linear: vec![join(1, 2, 1.0)],
+            ..Network::default()
+        };
+        assert_eq!(network.unbalanced_node(), Some(1));
+        network.linear.push(join(2, 0, 0.0));
+        assert_eq!(network.unbalanced_node(), Some(1), "a conductance of 0 leads nowhere");
+        network.linear.push(join(2, 0, 1.0));
+        assert_eq!(network.unbalanced_node(), None);
+        assert_eq!(network.unsteady_node(), Some(0));
+        network.emissive_areas[1] = 0.1;
+        assert_eq!(network.unsteady_node(), None);
+    }
+}

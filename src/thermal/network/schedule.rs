@@ -1,0 +1,112 @@
+//! What happens to a network over time: heat by tables, heaters by thermostats, and when its temperatures are asked for.
+
+/// Heat of a node over time: linear between points, held outside them; two points of one time are a jump.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeatTable {
+    /// Times [s], none before the one ahead of it.
+    pub times: Vec<f64>,
+    /// Heat at each [W].
+    pub powers: Vec<f64>,
+}
+
+impl HeatTable {
+    /// The same heat at all times.
+    pub fn constant(power: f64) -> Self {
+        Self { times: vec![0.0], powers: vec![power] }
+    }
+
+    /// Heat [W] and its slope [W/s] just after `t` [s].
+    pub fn after(&self, t: f64) -> (f64, f64) {
+        let next = self.times.partition_point(|time| *time <= t);
+        let (Some(last), Some(first)) = (self.powers.last(), self.powers.first()) else { return (0.0, 0.0) };
+        if next == 0 {
+            return (*first, 0.0);
+        }
+        if next == self.times.len() {
+            return (*last, 0.0);
+        }
+        let slope = (self.powers[next] - self.powers[next - 1]) / (self.times[next] - self.times[next - 1]);
+        (self.powers[next - 1] + slope * (t - self.times[next - 1]), slope)
+    }
+}
+
+/// A heater with hysteresis: off until its sensor falls through `on_below`, then on until it rises through `off_above`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Thermostat {
+    /// Number of the heated node.
+    pub node: u32,
+    /// Number of the node that is sensed.
+    pub sensor: u32,
+    /// Heat while on [W].
+    pub power: f64,
+    /// [K].
+    pub on_below: f64,
+    /// [K]; above `on_below`.
+    pub off_above: f64,
+    /// State at time 0, which a sensor outside the band does not change.
+    pub initially_on: bool,
+}
+
+impl Thermostat {
+    /// How far `sensed` [K] is past the threshold that switches a heater that is `on` [K].
+    pub(super) fn past(&self, on: bool, sensed: f64) -> f64 {
+        if on { sensed - self.off_above } else { self.on_below - sensed }
+    }
+}
+
+/// Heat and thermostats of a network, and the times of its output.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Schedule {
+    /// Heat of each node that has any: its number and its table.
+    pub heat: Vec<(u32, HeatTable)>,
+    /// Thermostats.
+    pub thermostats: Vec<Thermostat>,
+    /// Times of output [s], ascending, none below 0.
+    pub times: Vec<f64>,
+}
+
+impl Schedule {
+    /// The sensors in the order in which a stepper reports them: that of the thermostats.
+    pub fn sensors(&self) -> Vec<u32> {
+        self.thermostats.iter().map(|thermostat| thermostat.sensor).collect()
+    }
+
+    /// Times after 0 at which some heat breaks [s], ascending.
+    pub(super) fn breaks(&self) -> Vec<f64> {
+        let all = self.heat.iter().flat_map(|(_, table)| table.times.iter().copied());
+        let mut breaks: Vec<f64> = all.filter(|time| *time > 0.0).collect();
+        breaks.sort_unstable_by(f64::total_cmp);
+        breaks.dedup();
+        breaks
+    }
+
+    /// Power [W] and slope [W/s] of the heat of `nodes` nodes just after `t` [s], with the heaters that are `on`.
+    pub(super) fn heat_after(&self, nodes: usize, t: f64, on: &[bool]) -> (Vec<f64>, Vec<f64>) {
+        let (mut power, mut slope) = (vec![0.0; nodes], vec![0.0; nodes]);
+        for (node, table) in &self.heat {
+            let (own, change) = table.after(t);
+            power[*node as usize] += own;
+            slope[*node as usize] += change;
+        }
+        for (thermostat, _) in self.thermostats.iter().zip(on).filter(|(_, on)| **on) {
+            power[thermostat.node as usize] += thermostat.power;
+        }
+        (power, slope)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn heat_is_linear_between_points_and_jumps_where_a_time_is_repeated() {
+        let table = HeatTable { times: vec![10.0, 20.0, 20.0, 30.0], powers: vec![1.0, 3.0, 7.0, 6.0] };
+        assert_eq!(table.after(0.0), (1.0, 0.0));
+        assert_eq!(table.after(10.0), (1.0, 0.2));
+        assert_eq!(table.after(15.0), (2.0, 0.2));
+        assert_eq!(table.after(20.0), (7.0, -0.1));
+        assert_eq!(table.after(30.0), (6.0, 0.0));
+        assert_eq!(table.after(99.0), (6.0, 0.0));
+    }
+}

@@ -1,0 +1,114 @@
+//! When a thermostat switches: what its sensor shows at the ends of sub-steps, and what it may have done between.
+
+use super::schedule::Thermostat;
+
+/// Excess of an extremum over its neighbours [K] that is too small to look for a crossing in.
+const NOISE: f64 = 1e-6;
+/// How much further than a parabola through three values says an extremum may reach.
+const MARGIN: f64 = 1.5;
+
+/// The sensors at the start and at the end of every sub-step of a try: row by row, one column a thermostat.
+pub(super) struct Trace<'a> {
+    pub(super) start: &'a [f64],
+    pub(super) rest: &'a [f64],
+}
+
+impl Trace<'_> {
+    /// Rows, the start included.
+    pub(super) fn rows(&self) -> usize {
+        1 + self.rest.len() / self.start.len().max(1)
+    }
+
+    /// The values of one row [K].
+    pub(super) fn row(&self, row: usize) -> &[f64] {
+        let width = self.start.len();
+        if row == 0 { self.start } else { &self.rest[(row - 1) * width..row * width] }
+    }
+
+    /// The first row at whose end some thermostat has crossed its threshold since the row before.
+    pub(super) fn first_crossing(&self, thermostats: &[Thermostat], on: &[bool]) -> Option<usize> {
+        (1..self.rows()).find(|row| !crossed(thermostats, on, self.row(row - 1), self.row(*row)).is_empty())
+    }
+
+    /// Whether some sensor may have crossed and come back between two of the first `rows` rows.
+    pub(super) fn may_hide_crossing(&self, thermostats: &[Thermostat], on: &[bool], rows: usize) -> bool {
+        (2..rows).any(|last| {
+            thermostats.iter().zip(on).enumerate().any(|(column, (thermostat, on))| {
+                let past = |row: usize| thermostat.past(*on, self.row(row)[column]);
+                let [a, b, c] = [past(last - 2), past(last - 1), past(last)];
+                // Only a sensor that has been inside can cross.
+                if a > 0.0 || b > 0.0 || c > 0.0 {
+                    return false;
+                }
+                // The parabola through the three, at -1, 0 and 1: b + slope x + curve x^2.
+                let (slope, curve) = (0.5 * (c - a), 0.5 * (a + c) - b);
+                if curve >= 0.0 || slope.abs() > -2.0 * curve {
+                    return false;
+                }
+                let excess = b - 0.25 * slope * slope / curve - a.max(b).max(c);
+                excess > NOISE && a.max(b).max(c) + MARGIN * excess > 0.0
+            })
+        })
+    }
+}
+
+/// Which thermostats cross the threshold that switches them as their sensors go from `before` to `after` [K].
+pub(super) fn crossed(thermostats: &[Thermostat], on: &[bool], before: &[f64], after: &[f64]) -> Vec<usize> {
+    (0..thermostats.len())
+        .filter(|at| {
+            let past = |sensed: &[f64]| thermostats[*at].past(on[*at], sensed[*at]);
+            past(before) <= 0.0 && past(after) > 0.0
+        })
+        .collect()
+}
+
+/// Where in (0, 1) the first of the thermostats `at` crosses on straight lines from `before` to `after`.
+pub(super) fn straight_crossing(
+    thermostats: &[Thermostat],
+    on: &[bool],
+    at: &[usize],
+    before: &[f64],
+    after: &[f64],
+) -> f64 {
+    at.iter()
+        .map(|at| {
+            let [a, b] = [before, after].map(|sensed| thermostats[*at].past(on[*at], sensed[*at]));
+            -a / (b - a)
+        })
+        .fold(1.0, f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn heater() -> Vec<Thermostat> {
+        vec![Thermostat { node: 0, sensor: 0, power: 1.0, on_below: 280.0, off_above: 290.0, initially_on: false }]
+    }
+
+    #[test]
+    fn only_a_crossing_in_the_right_direction_counts() {
+        for (on, before, after, expected) in [
+            (false, 281.0, 279.0, true),
+            (false, 279.0, 278.0, false),
+            (false, 279.0, 281.0, false),
+            (true, 289.0, 291.0, true),
+            (true, 291.0, 292.0, false),
+            (true, 281.0, 279.0, false),
+        ] {
+            let found = !crossed(&heater(), &[on], &[before], &[after]).is_empty();
+            assert_eq!(found, expected, "{on} {before} {after}");
+        }
+        assert_eq!(straight_crossing(&heater(), &[false], &[0], &[281.0], &[277.0]), 0.25);
+    }
+
+    #[test]
+    fn a_dip_between_two_values_is_suspected() {
+        let hides = |values: [f64; 3]| {
+            Trace { start: &values[..1], rest: &values[1..] }.may_hide_crossing(&heater(), &[false], 3)
+        };
+        assert!(hides([280.4, 280.01, 280.1]));
+        assert!(!hides([282.0, 281.0, 281.1]), "the dip stays above the threshold");
+        assert!(!hides([280.4, 280.2, 280.1]), "no dip");
+    }
+}

@@ -1,0 +1,62 @@
+//! TR-BDF2: the trapezoidal rule over gamma of a sub-step, BDF2 over all of it (Bank et al., IEEE Trans. CAD 4, 1985;
+//! as an ESDIRK method with its error estimate: Hosea & Shampine, Appl. Numer. Math. 20, 1996, 21).
+
+use super::NodeKind;
+use super::reference::{State, System, in_range};
+
+/// 2 - sqrt 2: both implicit stages have the same matrix.
+pub const GAMMA: f64 = 2.0 - std::f64::consts::SQRT_2;
+/// gamma / 2: weight of a stage's own rate.
+pub const DIAGONAL: f64 = 0.5 * GAMMA;
+/// sqrt 2 / 4: weight of the first two rates in the result.
+pub const WEIGHT: f64 = std::f64::consts::SQRT_2 / 4.0;
+
+/// A sub-step; the estimate of its error [K], `None` where it fails.
+///
+/// The estimate is the difference from the embedded method of order 3, solved once with the matrix of the stages so
+/// that fast components do not exaggerate it; this carries it to arithmetic nodes too.
+pub(super) fn step(system: &mut System, t: f64, step: f64, state: &mut State) -> Option<f64> {
+    let start = state.temperatures.clone();
+    let size = start.len();
+    let span = DIAGONAL * step;
+
+    let base: Vec<f64> = (0..size).map(|node| start[node] + span * state.rates[node]).collect();
+    if !system.implicit(t + GAMMA * step, span, &base, &mut state.temperatures) || !in_range(&state.temperatures) {
+        return None;
+    }
+    let diffusive = |node: usize| system.network.kinds[node] == NodeKind::Diffusive;
+    // The rates follow from the stages: evaluated, they would carry what Newton's method left, times the stiffness.
+    let middle: Vec<f64> =
+        (0..size).map(|node| if diffusive(node) { (state.temperatures[node] - base[node]) / span } else { 0.0 }).collect();
+    let base: Vec<f64> =
+        (0..size).map(|node| start[node] + step * WEIGHT * (state.rates[node] + middle[node])).collect();
+
+    for node in 0..size {
+        state.temperatures[node] += (state.temperatures[node] - start[node]) * (1.0 - GAMMA) / GAMMA;
+    }
+    if !in_range(&state.temperatures) {
+        state.temperatures.clone_from(&start);
+    }
+    if !system.implicit(t + step, span, &base, &mut state.temperatures) || !in_range(&state.temperatures) {
+        return None;
+    }
+    let mut error = vec![0.0; size];
+    for node in 0..size {
+        if system.network.kinds[node] != NodeKind::Diffusive {
+            continue;
+        }
+        let last = (state.temperatures[node] - base[node]) / span;
+        let rates = (4.0 * WEIGHT - 1.0) / 3.0 * state.rates[node] - middle[node] / 3.0 + 2.0 / 3.0 * DIAGONAL * last;
+        error[node] = system.network.capacitances[node] / span * step * rates;
+        state.rates[node] = last;
+    }
+    system.counts.stages += 2;
+    let capacitances = &system.network.capacitances;
+    let kinds = &system.network.kinds;
+    let capacity = |node: usize| if kinds[node] == NodeKind::Diffusive { capacitances[node] / span } else { 0.0 };
+    if !system.all.factor(&system.network, &state.temperatures, capacity) {
+        return None;
+    }
+    system.all.solve(&mut error);
+    Some(error.iter().map(|error| error.abs()).fold(0.0, f64::max))
+}
