@@ -13,6 +13,8 @@ pub enum StepKind {
     Restart,
     /// Transition whose target has not moved: time passes, no load is read.
     Advance,
+    /// The flux that a thermal network takes in [W/m2], in place of a temperature.
+    Absorb,
 }
 
 /// How the curve of a transition is evaluated.
@@ -148,12 +150,18 @@ impl FusedVariant {
 }
 
 impl StepKind {
+    /// Whether nodes keep a state between ticks in the buffers of a transition.
+    pub fn has_state(self) -> bool {
+        !matches!(self, Self::Instant | Self::Absorb)
+    }
+
     fn word(self) -> &'static str {
         match self {
             Self::Instant => "instant",
             Self::Merge => "merge",
             Self::Restart => "restart",
             Self::Advance => "advance",
+            Self::Absorb => "absorb",
         }
     }
 }
@@ -183,7 +191,8 @@ impl ThermalVariant {
         let curves = [Curve::Power, Curve::Shaped, Curve::ShapedFourthPower];
         let mut all = curves.map(Self::advance).to_vec();
         let moved = [StepKind::Merge, StepKind::Restart].into_iter().flat_map(|kind| curves.map(|curve| (kind, curve)));
-        for (kind, curve) in [(StepKind::Instant, Curve::Power)].into_iter().chain(moved) {
+        let stateless = [StepKind::Instant, StepKind::Absorb].map(|kind| (kind, Curve::Power));
+        for (kind, curve) in stateless.into_iter().chain(moved) {
             for both_sides in [false, true] {
                 for (sun, planet_ir, albedo) in [
                     (false, false, false),
@@ -232,6 +241,7 @@ impl ThermalVariant {
     pub fn defines(&self) -> Vec<&'static str> {
         let mut defines = match self.kind {
             StepKind::Instant => vec!["COMMAND"],
+            StepKind::Absorb => vec!["COMMAND", "ABSORB"],
             StepKind::Merge => vec!["COMMAND", "TRANSITION", "MERGE"],
             StepKind::Restart => vec!["COMMAND", "TRANSITION", "RESTART"],
             StepKind::Advance => vec!["TRANSITION"],

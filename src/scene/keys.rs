@@ -14,13 +14,16 @@ pub(super) const ROOT: &[&str] = &[
     "camera",
     "initial",
     "probe",
+    "network",
+    "contact",
+    "heater",
     "output",
 ];
 
 /// `[model]`.
 pub(super) const MODEL: &[&str] = &["path", "max_edge"];
 /// `[time]`.
-pub(super) const TIME: &[&str] = &["step", "steps", "warm_up_orbits", "draw_every", "draw_steps"];
+pub(super) const TIME: &[&str] = &["step", "steps", "warm_up_orbits", "warm_up", "warm_up_tolerance", "draw_every", "draw_steps"];
 /// `[orbit]`.
 pub(super) const ORBIT: &[&str] = &["altitude", "period", "beta_deg", "phase_deg"];
 /// `[attitude]`.
@@ -42,6 +45,7 @@ pub(super) const MATERIAL: &[&str] = &[
     "density",
     "specific_heat",
     "conductivity",
+    "over",
     "response",
     "heating",
     "cooling",
@@ -63,6 +67,7 @@ pub(super) const TABLE_ENTRY: &[&str] = &[
     "density",
     "specific_heat",
     "conductivity",
+    "over",
     "response",
     "heating",
     "cooling",
@@ -71,6 +76,8 @@ pub(super) const TABLE_ENTRY: &[&str] = &[
 ];
 /// `back = { .. }` of a material.
 pub(super) const BACK: &[&str] = &["absorptivity", "emissivity"];
+/// `over = { .. }` of a material.
+pub(super) const OVER: &[&str] = &["effective_emittance", "thickness", "density", "specific_heat", "conductivity"];
 /// `heating = { .. }` and `cooling = { .. }`.
 pub(super) const PROFILE: &[&str] =
     &["function", "rate", "coefficients", "file", "target", "text", "t_max", "t_max_steps"];
@@ -86,6 +93,11 @@ pub(super) const EXTRAS: &[&str] = &[
     "density",
     "specific_heat",
     "conductivity",
+    "over_effective_emittance",
+    "over_thickness",
+    "over_density",
+    "over_specific_heat",
+    "over_conductivity",
     "response",
     "heating_function",
     "heating_rate",
@@ -127,6 +139,13 @@ pub(super) const CAMERA: &[&str] = &[
 pub(super) const INITIAL: &[&str] = &["temperature"];
 /// `[[probe]]`.
 pub(super) const PROBE: &[&str] = &["name", "position", "part"];
+/// `[network]`.
+pub(super) const NETWORK: &[&str] = &["integrator", "tolerance", "merge_rate"];
+/// `[[contact]]`.
+pub(super) const CONTACT: &[&str] =
+    &["between", "between_materials", "distance", "conductance", "conductance_per_area"];
+/// `[[heater]]`.
+pub(super) const HEATER: &[&str] = &["part", "power", "probe", "on_below", "off_above", "initially_on"];
 /// `[output]`.
 pub(super) const OUTPUT: &[&str] = &["colour_range"];
 
@@ -143,6 +162,9 @@ pub(super) const SECTIONS: &[(&str, &[&str])] = &[
     ("[camera]", CAMERA),
     ("[initial]", INITIAL),
     ("[[probe]]", PROBE),
+    ("[network]", NETWORK),
+    ("[[contact]]", CONTACT),
+    ("[[heater]]", HEATER),
     ("[output]", OUTPUT),
 ];
 
@@ -186,7 +208,7 @@ pub(super) fn unknown_key(key: &str, known: &[&str]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{BACK, EXTRAS, MATERIAL, ORBIT, PROFILE, ROOT, SECTIONS, TABLE_ENTRY, TIME, nearest, unknown_key};
+    use super::{BACK, EXTRAS, MATERIAL, ORBIT, OVER, PROFILE, ROOT, SECTIONS, TABLE_ENTRY, TIME, nearest, unknown_key};
 
     const REFERENCE: &str = include_str!("../../models/README.md");
 
@@ -208,7 +230,7 @@ mod tests {
                 ["`{}`", "`[{}]`", "`[[{}]]`"].iter().any(|form| REFERENCE.contains(&form.replace("{}", key)));
             assert!(explained, "models/README.md is silent on {key}");
         }
-        for key in BACK.iter().chain(PROFILE).chain(TABLE_ENTRY) {
+        for key in BACK.iter().chain(OVER).chain(PROFILE).chain(TABLE_ENTRY) {
             assert!(part("[[material]]").contains(&format!("`{key}`")), "models/README.md is silent on {key}");
         }
         for key in EXTRAS {

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use super::network::{self, SceneNetwork};
 use crate::environment::orbit::period_disagreement;
 use crate::environment::sky::SkyError;
 use crate::environment::tick::TickLoads;
@@ -46,6 +48,14 @@ pub enum PrepareError {
         /// What is wrong.
         source: SkyError,
     },
+    /// The thermal network.
+    #[error("{path}: {message}")]
+    Network {
+        /// The scene file.
+        path: PathBuf,
+        /// What is wrong.
+        message: String,
+    },
     /// A file that vanished after it was checked.
     #[error("{path}: {source}")]
     Read {
@@ -66,6 +76,13 @@ pub enum PrepareError {
         /// What there is.
         parts: String,
     },
+}
+
+impl PrepareError {
+    /// An error about the thermal network of a scene.
+    pub(super) fn network(scene: &Scene, message: impl ToString) -> Self {
+        Self::Network { path: scene.source.clone(), message: message.to_string() }
+    }
 }
 
 /// A scene ready to run.
@@ -90,6 +107,8 @@ pub struct Prepared {
     pub loads: TickLoads,
     /// Node of each probe.
     pub probes: Vec<usize>,
+    /// The thermal network of the materials with that response.
+    pub network: Option<Arc<SceneNetwork>>,
     /// What a user should look at.
     pub warnings: Vec<String>,
 }
@@ -107,7 +126,19 @@ impl Prepared {
     ///
     /// # Errors
     /// As for `new`.
-    pub fn from_scene(mut scene: Scene, progress: &mut dyn FnMut(usize)) -> Result<Self, PrepareError> {
+    pub fn from_scene(scene: Scene, progress: &mut dyn FnMut(usize)) -> Result<Self, PrepareError> {
+        Self::with_materials(scene, |_| (), progress)
+    }
+
+    /// The same with materials that the caller changes, such as their response.
+    ///
+    /// # Errors
+    /// As for `new`.
+    pub fn with_materials(
+        mut scene: Scene,
+        change: impl FnOnce(&mut [Material]),
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<Self, PrepareError> {
         let contents = scene
             .files
             .iter()
@@ -118,7 +149,8 @@ impl Prepared {
         drop(contents);
 
         let mut model = Model::load(&scene.model_path)?.weld();
-        let materials = scene.materials.resolve(&model)?;
+        let mut materials = scene.materials.resolve(&model)?;
+        change(&mut materials);
         let mut warnings = scene.materials.idle_patterns(&model);
         let mut remarks: Vec<String> =
             model.skipped.iter().map(|skipped| format!("{}: left out, {}", skipped.what, skipped.why)).collect();
@@ -147,6 +179,8 @@ impl Prepared {
             scene.assumptions.push(PROFILES.to_owned());
         }
 
+        let parts: Vec<String> = model.parts.iter().map(|part| part.name.clone()).collect();
+        let shell = network::shell(&scene, &model, &parts, &materials)?;
         let areas = model.node_areas();
         let nodes = Nodes::new(&model, &areas, &materials);
         let triangles = std::mem::take(&mut model.triangles)
@@ -155,9 +189,22 @@ impl Prepared {
             .collect();
         let loads = TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)
             .map_err(|source| PrepareError::Sky { path: scene.source.clone(), source })?;
-        let parts: Vec<String> = model.parts.iter().map(|part| part.name.clone()).collect();
         let probes = probe_nodes(&scene, &parts, &nodes)?;
+        let network = match shell {
+            Some(shell) => {
+                let network = SceneNetwork::new(shell, &scene, &parts, &nodes, &probes, scene.orbit.period)?;
+                warnings.extend(network.remarks());
+                scene.assumptions.push(network::HOLLOW.to_owned());
+                Some(Arc::new(network))
+            }
+            None if scene.contacts.is_empty() && scene.heaters.is_empty() => None,
+            None => {
+                let message = "[[contact]] and [[heater]] need materials with response = 'network'";
+                return Err(PrepareError::network(&scene, message));
+            }
+        };
         Ok(Self {
+            network,
             hash,
             file_hashes,
             parts,
@@ -179,7 +226,8 @@ impl Prepared {
         let mut ranges = Vec::new();
         for range in &self.nodes.ranges {
             let (kind, curve) = match range.kind.response {
-                RangeResponse::Instant | RangeResponse::Network => (StepKind::Instant, Curve::Power),
+                RangeResponse::Instant => (StepKind::Instant, Curve::Power),
+                RangeResponse::Network => (StepKind::Absorb, Curve::Power),
                 RangeResponse::Transition { retarget, domain, power } => (
                     match retarget {
                         Retarget::Merge => StepKind::Merge,
@@ -226,7 +274,7 @@ impl Prepared {
             (environment.background_temperature.is_none(), "background (space is at 0 K)"),
             (true, "self-shadowing"),
             (true, "joints in motion"),
-            (true, "network (conduction, heaters)"),
+            (self.network.is_none(), "network (conduction, heaters)"),
             (true, "reflected radiance"),
             (true, "sensor effects"),
         ];

@@ -82,6 +82,25 @@ impl<F: IncidentFlux> Reference<F> {
         &self.temperatures
     }
 
+    /// The flux that nodes of a thermal network absorb [W/m2]; 0 for the others.
+    pub fn absorbed(&self, load: &TickLoad) -> Vec<f64> {
+        let absorbed = |node: &ReferenceNode| {
+            let material = &self.materials[node.material as usize];
+            if material.response != Response::Network {
+                return 0.0;
+            }
+            let front = self.incident.incident(load, node.normal);
+            absorbed_flux(material, front, || self.incident.incident(load, -node.normal))
+        };
+        self.nodes.par_iter().map(absorbed).collect()
+    }
+
+    /// Sets the temperature of a node [K], which a thermal network moves.
+    pub fn set_temperature(&mut self, node: usize, temperature: f64) {
+        self.temperatures[node] = temperature;
+        self.states[node].target = temperature;
+    }
+
     /// The nodes.
     pub fn nodes(&self) -> &[ReferenceNode] {
         &self.nodes

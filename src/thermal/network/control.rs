@@ -89,6 +89,19 @@ pub struct Series {
     pub rejected: u64,
     /// All work.
     pub counts: WorkCounts,
+    /// States of the thermostats at the end.
+    pub on: Vec<bool>,
+    /// Sub-step that the last estimate proposes [s].
+    pub step: f64,
+}
+
+/// Where an integration stands that is one of many in a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Part {
+    /// Time over which errors add up [s].
+    pub horizon: f64,
+    /// First sub-step to try [s].
+    pub step: f64,
 }
 
 /// Why an integration ends early.
@@ -162,6 +175,22 @@ pub fn integrate<S: Stepper>(
     settings: &Settings,
     watch: impl FnMut(f64) -> bool,
 ) -> Result<Series, ControlError<S::Error>> {
+    let horizon = schedule.times.last().copied().unwrap_or(1.0);
+    integrate_part(stepper, network, schedule, settings, Part { horizon, step: f64::INFINITY }, watch)
+}
+
+/// As [`integrate`], for one of many parts in a row.
+///
+/// # Errors
+/// See [`ControlError`].
+pub fn integrate_part<S: Stepper>(
+    stepper: &mut S,
+    network: &Network,
+    schedule: &Schedule,
+    settings: &Settings,
+    part: Part,
+    watch: impl FnMut(f64) -> bool,
+) -> Result<Series, ControlError<S::Error>> {
     let on: Vec<bool> = schedule.thermostats.iter().map(|thermostat| thermostat.initially_on).collect();
     let share = if schedule.thermostats.is_empty() { SHARE } else { SHARE_THERMOSTAT };
     let mut control = Control {
@@ -170,14 +199,14 @@ pub fn integrate<S: Stepper>(
         schedule,
         integrator: settings.integrator,
         limit: (settings.tolerance * share).max(settings.floor),
-        euler_rate: EULER_SHARE * settings.tolerance / schedule.times.last().copied().unwrap_or(1.0).max(1e-9),
+        euler_rate: EULER_SHARE * settings.tolerance / part.horizon.max(1e-9),
         watch,
         now: 0.0,
         heat_set: 0.0,
         sensed: Vec::new(),
         quick: vec![(f64::NEG_INFINITY, 0); on.len()],
         on,
-        step: f64::INFINITY,
+        step: part.step,
         fused: 1,
         rate: 0.0,
         rate_age: RATE_AGE,
@@ -187,6 +216,8 @@ pub fn integrate<S: Stepper>(
     };
     control.run()?;
     control.series.counts = control.stepper.counts();
+    control.series.on = control.on;
+    control.series.step = control.step;
     Ok(control.series)
 }
 
