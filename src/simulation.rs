@@ -14,7 +14,6 @@ pub mod prepare;
 pub mod settings;
 pub mod viewpoint;
 
-use crate::environment::TickLoad;
 use crate::gpu::error::GpuError;
 use crate::scene::{Draw, Initial};
 use check::Check;

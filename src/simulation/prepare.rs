@@ -257,9 +257,12 @@ impl Prepared {
         ranges
     }
 
-    /// Ticks that the warm-up takes: its orbits in whole steps.
+    /// Ticks that the warm-up takes: its orbits in whole steps; 0 where it ends when the state is periodic.
     pub fn warm_up_ticks(&self) -> u32 {
         let time = &self.scene.time;
+        if time.periodic.is_some() {
+            return 0;
+        }
         (time.warm_up_orbits * self.scene.orbit.period / time.step).round() as u32
     }
 
