@@ -8,6 +8,7 @@ mod device;
 mod hazards;
 mod image;
 mod model;
+mod network;
 mod orbit;
 mod paper;
 mod pictures;

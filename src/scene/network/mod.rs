@@ -17,8 +17,7 @@ pub mod import;
 pub(in crate::scene) mod node;
 
 /// Keys of the root.
-const ROOT: &[&str] =
-    &["space_temperature", "node", "linear_conductor", "radiative_conductor", "thermostat", "output"];
+const ROOT: &[&str] = &["space_temperature", "node", "linear_conductor", "radiative_conductor", "thermostat", "output"];
 /// `[[linear_conductor]]`.
 const LINEAR: &[&str] = &["nodes", "conductance"];
 /// `[[radiative_conductor]]`.
@@ -154,9 +153,8 @@ impl Nodes<'_> {
                 node
             }
         };
-        let number = |key: &str, quantity: Quantity, what: &str| {
-            section.required(key, section.number(key, quantity)?, what)
-        };
+        let number =
+            |key: &str, quantity: Quantity, what: &str| section.required(key, section.number(key, quantity)?, what);
         let power = number("power", Quantity::non_negative("W"), "the heat while it is on [W]")?;
         let kelvin = Quantity::non_negative("K");
         let on_below = number("on_below", kelvin, "the temperature below which it switches on [K]")?;

@@ -52,8 +52,7 @@ impl System {
             return true;
         }
         let (network, own) = (&self.network, &self.heat);
-        let found =
-            self.arithmetic.find(network, temperatures, |_| 0.0, |now, out| heat(network, own, t, now, out));
+        let found = self.arithmetic.find(network, temperatures, |_| 0.0, |now, out| heat(network, own, t, now, out));
         self.counts.iterations += std::mem::take(&mut self.arithmetic.iterations);
         found
     }
@@ -109,18 +108,12 @@ impl ReferenceStepper {
     /// The network at its temperatures, without heat; `sensors` are the nodes that [`Attempt::sensed`] reports.
     pub fn new(network: Network, sensors: &[u32]) -> Self {
         let nothing = vec![0.0; network.len()];
-        let kept =
-            State { temperatures: network.temperatures.clone(), rates: nothing.clone(), rates_known: false };
+        let kept = State { temperatures: network.temperatures.clone(), rates: nothing.clone(), rates_known: false };
         let arithmetic = Newton::new(&network, |node| network.kinds[node] == NodeKind::Arithmetic);
         let all = Newton::new(&network, |node| network.kinds[node] != NodeKind::Boundary);
         let heat = Heat { power: nothing.clone(), slope: nothing };
         let system = System { network, heat, arithmetic, all, counts: WorkCounts::default() };
-        Self {
-            system,
-            sensors: sensors.iter().map(|sensor| *sensor as usize).collect(),
-            tried: kept.clone(),
-            kept,
-        }
+        Self { system, sensors: sensors.iter().map(|sensor| *sensor as usize).collect(), tried: kept.clone(), kept }
     }
 
     /// One sub-step from `tried`; the estimate of its error [K], infinite where it fails.

@@ -26,13 +26,14 @@ pub(super) fn step(system: &mut System, t: f64, step: f64, state: &mut State) ->
     }
     let diffusive = |node: usize| system.network.kinds[node] == NodeKind::Diffusive;
     // The rates follow from the stages: evaluated, they would carry what Newton's method left, times the stiffness.
-    let middle: Vec<f64> =
-        (0..size).map(|node| if diffusive(node) { (state.temperatures[node] - base[node]) / span } else { 0.0 }).collect();
+    let middle: Vec<f64> = (0..size)
+        .map(|node| if diffusive(node) { (state.temperatures[node] - base[node]) / span } else { 0.0 })
+        .collect();
     let base: Vec<f64> =
         (0..size).map(|node| start[node] + step * WEIGHT * (state.rates[node] + middle[node])).collect();
 
-    for node in 0..size {
-        state.temperatures[node] += (state.temperatures[node] - start[node]) * (1.0 - GAMMA) / GAMMA;
+    for (temperature, start) in state.temperatures.iter_mut().zip(&start) {
+        *temperature += (*temperature - start) * (1.0 - GAMMA) / GAMMA;
     }
     if !in_range(&state.temperatures) {
         state.temperatures.clone_from(&start);
