@@ -12,7 +12,7 @@ use crate::output::plot::{Line, Plot};
 use crate::output::plot_axis::Axis;
 use crate::scene::network::NetworkFile;
 use crate::simulation::prepare::PrepareError;
-use crate::thermal::network::control::{Integrator, Series, Settings, integrate};
+use crate::thermal::network::control::{FLOOR, Integrator, Series, Settings, integrate};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::steady::steady;
 use crate::thermal::network::stepper::Stepper;
@@ -72,8 +72,8 @@ fn parse_integrator(text: &str) -> Result<Integrator, String> {
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {
     let tolerance: f64 = text.trim().parse().map_err(|_| format!("'{text}' is not a number"))?;
-    if !(1e-9..=10.0).contains(&tolerance) {
-        return Err(format!("the tolerance is from 1e-9 to 10 K, not {text}"));
+    if !(1e-6..=10.0).contains(&tolerance) {
+        return Err(format!("the tolerance is from 1e-6 to 10 K, not {text}"));
     }
     Ok(tolerance)
 }
@@ -106,7 +106,7 @@ fn solve(arguments: &Solve) -> Result<(), CliError> {
         }
         Chosen::Reference => {
             let mut stepper = ReferenceStepper::new(file.network.clone(), &file.schedule.sensors());
-            solve_with(&mut stepper, 0.0, &file, path, arguments, &chosen.name())?;
+            solve_with(&mut stepper, FLOOR, &file, path, arguments, &chosen.name())?;
         }
     }
     chosen.check_validation()

@@ -64,6 +64,7 @@ impl NetworkFile {
         }
         let (mut labels, mut network, mut heat) = (Vec::new(), Network::default(), Vec::new());
         let mut numbers = HashMap::new();
+        let mut dark = 0;
         for section in &sections {
             let node = node::read(section)?;
             let number = labels.len() as u32;
@@ -74,9 +75,13 @@ impl NetworkFile {
             labels.push(node.label);
             network.kinds.push(node.kind);
             network.capacitances.push(node.capacitance);
-            network.emissive_areas.push(node.emissive_area);
+            dark += usize::from(node.emissive_area.is_none() && node.kind != NodeKind::Boundary);
+            network.emissive_areas.push(node.emissive_area.unwrap_or(0.0));
             network.temperatures.push(node.temperature);
             heat.extend(node.heat.map(|table| (number, table)));
+        }
+        if dark > 0 {
+            assumptions.push(format!("{dark} of the nodes do not radiate to space (emissive_area is absent)."));
         }
         let nodes = Nodes { labels: &labels, numbers };
         network.space_temperature = space(&root, &network, &mut assumptions)?;

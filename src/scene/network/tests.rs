@@ -66,6 +66,28 @@ fn a_file_is_read_as_it_stands() {
 }
 
 #[test]
+fn the_reference_explains_every_key() {
+    let reference = include_str!("../../../models/network.md");
+    for (header, keys) in [
+        ("The root", &["space_temperature"][..]),
+        ("[[node]]", super::node::KEYS),
+        ("[[linear_conductor]]", super::LINEAR),
+        ("[[radiative_conductor]]", super::RADIATIVE),
+        ("[[thermostat]]", super::THERMOSTAT),
+        ("[output]", super::OUTPUT),
+    ] {
+        let titled = |part: &&str| part.lines().next().is_some_and(|title| title.contains(header));
+        let part = reference.split("\n## ").find(titled).unwrap_or_default();
+        for key in keys {
+            assert!(part.contains(&format!("`{key}`")), "models/network.md is silent on {header} {key}");
+        }
+    }
+    // The example of the reference is itself a file that is read.
+    let example = reference.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap_or_default();
+    assert_eq!(parse(example).map(|file| file.labels), Ok(vec!["panel".to_owned(), "structure".to_owned()]));
+}
+
+#[test]
 fn slips_are_refused_with_line_and_key() {
     for (good, bad, message) in [
         (

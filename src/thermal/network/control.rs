@@ -39,14 +39,17 @@ pub struct Settings {
     pub integrator: Integrator,
     /// Aim for the error that sub-steps add up to [K].
     pub tolerance: f64,
-    /// Estimates below this are rounding [K]: no sub-step is asked to err by less. 0 in f64.
+    /// Estimates below this are rounding [K]: no sub-step is asked to err by less.
     pub floor: f64,
 }
+
+/// The floor in f64 [K]: ten times what Newton's method leaves.
+pub const FLOOR: f64 = 1e-9;
 
 impl Settings {
     /// The integrator at its own tolerance, in f64.
     pub fn of(integrator: Integrator) -> Self {
-        Self { integrator, tolerance: integrator.tolerance(), floor: 0.0 }
+        Self { integrator, tolerance: integrator.tolerance(), floor: FLOOR }
     }
 }
 
@@ -146,8 +149,11 @@ impl<E> From<E> for ControlError<E> {
 const MOST_STAGES: [u32; 2] = [41, 25];
 /// Share of the tolerance that one sub-step may err by: errors of a slow node add up over its time constant.
 const SHARE: f64 = 0.02;
-/// The same where a thermostat turns kelvins into seconds.
+/// The same where a thermostat turns kelvins into seconds, in a run of at most [`SHORT_RUN`]; in a longer one it falls as
+/// the length grows, because errors of switching times add up from cycle to cycle.
 const SHARE_THERMOSTAT: f64 = 1e-5;
+/// [s].
+const SHORT_RUN: f64 = 2e4;
 /// Share of the tolerance that Euler may add over the whole schedule.
 const EULER_SHARE: f64 = 0.1;
 /// Most sub-steps of one try.
@@ -194,14 +200,16 @@ pub fn integrate_part<S: Stepper>(
     watch: impl FnMut(f64) -> bool,
 ) -> Result<Series, ControlError<S::Error>> {
     let on: Vec<bool> = schedule.thermostats.iter().map(|thermostat| thermostat.initially_on).collect();
-    let share = if schedule.thermostats.is_empty() { SHARE } else { SHARE_THERMOSTAT };
+    let duration = part.horizon.max(1e-9);
+    let share =
+        if schedule.thermostats.is_empty() { SHARE } else { SHARE_THERMOSTAT * (SHORT_RUN / duration).min(1.0) };
     let mut control = Control {
         stepper,
         network,
         schedule,
         integrator: settings.integrator,
         limit: (settings.tolerance * share).max(settings.floor),
-        euler_rate: EULER_SHARE * settings.tolerance / part.horizon.max(1e-9),
+        euler_rate: EULER_SHARE * settings.tolerance / duration,
         watch,
         heat_set: 0.0,
         since: 0.0,
@@ -423,13 +431,13 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
 
     /// What to try over at most `remaining` [s].
     fn plan(&mut self, remaining: f64) -> Plan {
-        let stable = (remaining * self.rate).ceil().max(1.0);
+        // Thermostats need a value between the ends, to see what turns back.
+        let least: f64 = if self.schedule.thermostats.is_empty() { 1.0 } else { 2.0 };
+        let stable = (remaining * self.rate).ceil().max(least);
         let euler = self.integrator != Integrator::Accurate && self.euler_pause == 0;
         if euler && stable <= f64::from(MOST_FUSED) {
             return Plan { method: Method::Euler, step: remaining / stable, count: stable as u32 };
         }
-        // Thermostats need a value between the ends, to see what turns back.
-        let least: f64 = if self.schedule.thermostats.is_empty() { 1.0 } else { 2.0 };
         let fused = f64::from(self.fused).max(least);
         let whole = (remaining / self.step).ceil().max(1.0);
         let (step, count) = if whole <= fused {

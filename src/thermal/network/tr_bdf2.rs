@@ -52,12 +52,17 @@ pub(super) fn step(system: &mut System, t: f64, step: f64, state: &mut State) ->
         state.rates[node] = last;
     }
     system.counts.stages += 2;
-    let capacitances = &system.network.capacitances;
-    let kinds = &system.network.kinds;
-    let capacity = |node: usize| if kinds[node] == NodeKind::Diffusive { capacitances[node] / span } else { 0.0 };
-    if !system.all.factor(&system.network, &state.temperatures, capacity) {
+    let mut all = system.take_all();
+    let network = &system.network;
+    let capacity =
+        |node: usize| if network.kinds[node] == NodeKind::Diffusive { network.capacitances[node] / span } else { 0.0 };
+    let factored = all.factor(network, &state.temperatures, capacity);
+    if factored {
+        all.solve(&mut error);
+    }
+    system.put_all(all);
+    if !factored {
         return None;
     }
-    system.all.solve(&mut error);
     Some(error.iter().map(|error| error.abs()).fold(0.0, f64::max))
 }
