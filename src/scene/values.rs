@@ -29,11 +29,8 @@ enum ResponseKind {
     Network,
 }
 
-const RESPONSES: [(&str, ResponseKind); 3] = [
-    ("instant", ResponseKind::Instant),
-    ("transition", ResponseKind::Transition),
-    ("network", ResponseKind::Network),
-];
+const RESPONSES: [(&str, ResponseKind); 3] =
+    [("instant", ResponseKind::Instant), ("transition", ResponseKind::Transition), ("network", ResponseKind::Network)];
 
 /// Reads `over = { .. }`: the structure below a layer.
 fn structure(over: &impl ValueSource) -> Result<Structure, SceneError> {
@@ -179,8 +176,7 @@ impl Values {
                 conductivity: source.number("conductivity", Quantity::non_negative("W/(m K)"))?,
                 over: source.group("over", keys::OVER)?.map(|over| structure(&over)).transpose()?,
             },
-            response: source
-                .choice("response", &RESPONSES)?,
+            response: source.choice("response", &RESPONSES)?,
             heating: profile::read(source, "heating", step)?,
             cooling: profile::read(source, "cooling", step)?,
             retarget: source.choice("retarget", &[("merge", Retarget::Merge), ("restart", Retarget::Restart)])?,

@@ -7,6 +7,7 @@ mod cull;
 mod device;
 mod hazards;
 mod image;
+mod mesh_network;
 mod model;
 mod network;
 mod orbit;
