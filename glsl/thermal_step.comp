@@ -124,7 +124,12 @@ void main() {
     emissivity += material.back_emissivity;
 #endif
 #endif
+#ifdef ABSORB
+    // The flux for the thermal network, which the host collects before it writes the temperatures.
+    vec4 commanded = absorbed;
+#else
     vec4 commanded = balance_temperature(absorbed, emissivity, tick.background_temperature_4);
+#endif
 #endif
 
 #ifdef SHAPED

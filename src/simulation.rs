@@ -8,15 +8,17 @@ pub mod check;
 pub mod engine;
 pub mod frames;
 pub mod job;
+pub mod network;
+pub mod periodic;
 pub mod prepare;
 pub mod settings;
 pub mod viewpoint;
 
-use crate::environment::TickLoad;
 use crate::gpu::error::GpuError;
 use crate::scene::{Draw, Initial};
 use check::Check;
 use engine::{Delivered, Engine, Order, Tick};
+use periodic::Periodic;
 use prepare::Prepared;
 use viewpoint::camera_from_body;
 
@@ -32,7 +34,7 @@ pub struct StepResult {
     pub delivered: Delivered,
 }
 
-/// Brings the engine, and the check where there is one, to the state at time 0.
+/// Brings the engine, and the check where there is one, to the state at time 0. Says how a periodic warm-up went.
 ///
 /// # Errors
 /// A call that fails.
@@ -42,16 +44,16 @@ pub fn start(
     mut check: Option<&mut Check>,
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
-) -> Result<(), GpuError> {
+) -> Result<Option<Periodic>, GpuError> {
     let step = prepared.scene.time.step;
     let ticks = prepared.warm_up_ticks();
     let time = |tick: u32| step * (f64::from(tick) - f64::from(ticks));
     match prepared.scene.initial {
         Initial::Balance => {
             let load = prepared.loads.tick_load(time(0), time(1));
-            engine.settle(&load)?;
+            engine.settle(&load, time(0))?;
             if let Some(check) = check.as_deref_mut() {
-                check.settle(&load);
+                check.settle(&load, time(0));
             }
         }
         Initial::Temperature(temperature) => {
@@ -61,19 +63,22 @@ pub fn start(
             }
         }
     }
+    if let Some(tolerance) = prepared.scene.time.periodic {
+        return periodic::warm_up(prepared, engine, check, tolerance, stop, progress);
+    }
     for tick in 0..ticks {
         if stop.load(Ordering::Relaxed) {
             break;
         }
         let load = prepared.loads.tick_load(time(tick), time(tick + 1));
-        engine.submit(Some(Tick { load: &load, steps: 1.0 }), Order::default())?;
+        engine.submit(Some(Tick { load: &load, steps: 1.0, start: time(tick), length: step }), Order::default())?;
         engine.deliver()?;
         if let Some(check) = check.as_deref_mut() {
-            check.step(&load, 1.0);
+            check.step(&load, 1.0, time(tick), step);
         }
         progress();
     }
-    Ok(())
+    Ok(None)
 }
 
 /// Runs all steps of the scene from time 0 and hands over each result, in order, while the next step is computed.
@@ -100,9 +105,14 @@ pub fn run<E: From<GpuError>>(
         let now = f64::from(step) * time.step;
         let load = (step > 0).then(|| prepared.loads.tick_load(now - time.step, now));
         let pose = is_drawn(&time.draw, step).then(|| pose_at(prepared, now)).flatten();
-        let tick = load.as_ref().map(|load| Tick { load, steps: 1.0 });
+        let tick = load.as_ref().map(|load| Tick { load, steps: 1.0, start: now - time.step, length: time.step });
         engine.submit(tick, Order { pose, temperatures: true })?;
-        let reference = check.as_deref_mut().map(|check| step_check(check, load.as_ref()));
+        let reference = check.as_deref_mut().map(|check| {
+            if let Some(load) = &load {
+                check.step(load, 1.0, now - time.step, time.step);
+            }
+            check.temperatures()
+        });
         if let Some(last) = waiting.replace((step, pose, reference)) {
             hand_over(prepared, engine, check.as_deref_mut(), last, consume)?;
         }
@@ -134,23 +144,16 @@ pub fn still(
         }
         let from = tick as f64 * length;
         let load = prepared.loads.tick_load(from, from + length);
-        engine.submit(Some(Tick { load: &load, steps: 1.0 }), Order::default())?;
+        engine.submit(Some(Tick { load: &load, steps: 1.0, start: from, length }), Order::default())?;
         engine.deliver()?;
         progress();
     }
     let load = (rest > 1e-9).then(|| prepared.loads.tick_load(whole * length, time));
     let pose = pose_at(prepared, time);
-    let tick = load.as_ref().map(|load| Tick { load, steps: rest });
+    let tick = load.as_ref().map(|load| Tick { load, steps: rest, start: whole * length, length: rest * length });
     engine.submit(tick, Order { pose, temperatures: false })?;
     let delivered = engine.deliver()?;
     Ok(Some(StepResult { step: whole as u32, time, pose, delivered }))
-}
-
-fn step_check(check: &mut Check, load: Option<&TickLoad>) -> Vec<f64> {
-    if let Some(load) = load {
-        check.step(load, 1.0);
-    }
-    check.temperatures()
 }
 
 fn hand_over<E: From<GpuError>>(

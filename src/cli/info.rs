@@ -118,6 +118,13 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
     for range in &prepared.nodes.ranges {
         text.push_str(&format!("  {:<40} {:>10}\n", range.kind.to_string(), range.nodes));
     }
+    let network = prepared.network.as_ref().map(|network| network.description()).unwrap_or_default();
+    if !network.is_empty() {
+        text.push_str("\nThermal network\n");
+    }
+    for (name, value) in &network {
+        text.push_str(&format!("  {name:<40} {value}\n"));
+    }
     text.push_str("\nBytes on the device\n");
     for planned in &plan {
         text.push_str(&format!("  {:<40} {:>12}\n", format!("{:?}", planned.resource), planned.bytes));
@@ -155,6 +162,7 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
         "buffers": plan.iter().map(|planned| json!({
             "name": format!("{:?}", planned.resource), "bytes": planned.bytes })).collect::<Vec<_>>(),
         "frame": steps,
+        "network": network.into_iter().collect::<std::collections::BTreeMap<_, _>>(),
         "switched_off": switched_off,
     });
     Ok((value, text))

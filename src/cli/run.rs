@@ -8,7 +8,7 @@ use indicatif::ProgressBar;
 use super::{Chosen, CliError, DeviceArguments, progress_bar, spinner, stop_flag};
 use crate::gpu::resources::check_plan;
 use crate::output::folder::RunFolder;
-use crate::output::report::{BufferSize, Device, FileEntry, ModelSize, PassTime, Report, SourceFile, Speed};
+use crate::output::report::{BufferSize, Device, FileEntry, ModelSize, PassTime, Report, Section, SourceFile, Speed};
 use crate::scene::Draw;
 use crate::simulation::engine::{DeviceData, Engine};
 use crate::simulation::job::{Outcome, Progress, run_into};
@@ -142,6 +142,13 @@ fn speed(prepared: &Prepared, engine: &Engine, outcome: &Outcome, wall_s: f64) -
     }
 }
 
+/// What the thermal network is, and how it was integrated.
+fn network_section(prepared: &Prepared, engine: &Engine) -> Option<Section> {
+    let network = prepared.network.as_ref()?;
+    let entries = network.description().into_iter().chain(engine.network_description()).collect();
+    Some(Section { title: "Thermal network".to_owned(), entries })
+}
+
 fn pass_times(engine: &Engine) -> Vec<PassTime> {
     let times = engine.pass_times().into_iter().flatten();
     times.filter_map(|(name, samples)| PassTime::from_samples(name, samples)).collect()
@@ -194,6 +201,20 @@ fn report(
     if !outcome.plots.is_empty() {
         files.push(FileEntry { path: "plots/".to_owned(), what: "the plots as SVG".to_owned() });
     }
+    let mut warnings = prepared.warnings.clone();
+    let mut details_of_warm_up = Vec::new();
+    if let Some(periodic) = outcome.periodic {
+        let went = format!(
+            "{} orbits, the last of which changed no node by more than {:.1e} K",
+            periodic.orbits, periodic.change
+        );
+        eprintln!("warm-up: {went}");
+        if !periodic.is_met() {
+            warnings.push(format!("The warm-up did not become periodic within {} K: {went}.", periodic.tolerance));
+        }
+        details_of_warm_up.push(("periodic warm-up".to_owned(), went));
+    }
+    let device = Device { details: device.details.into_iter().chain(details_of_warm_up).collect(), ..device };
     Report {
         title: prepared.scene.name.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -209,9 +230,9 @@ fn report(
             nodes_by_response,
         },
         passes: pass_times(engine),
-        settings: settings::sections(prepared),
+        settings: settings::sections(prepared).into_iter().chain(network_section(prepared, engine)).collect(),
         assumptions: prepared.scene.assumptions.clone(),
-        warnings: prepared.warnings.clone(),
+        warnings,
         switched_off: prepared.switched_off(),
         frames: outcome.frames,
         pictures: outcome.pictures,

@@ -199,7 +199,7 @@ impl std::fmt::Display for Frame {
 
 /// Whether any node of the ranges keeps a state between ticks.
 fn has_state(ranges: &[StepRange]) -> bool {
-    ranges.iter().any(|range| range.variant.kind != StepKind::Instant)
+    ranges.iter().any(|range| range.variant.kind.has_state())
 }
 
 /// Shader bindings of a variant of `thermal_step.comp`.
@@ -207,7 +207,7 @@ fn thermal_pass(range: StepRange) -> Pass {
     let StepRange { variant, groups } = range;
     let loaded = variant.sun || variant.planet_ir;
     let commands = variant.kind != StepKind::Advance;
-    let moves = variant.kind != StepKind::Instant;
+    let moves = variant.kind.has_state();
     let mut accesses = Vec::new();
     let mut bind = |present: bool, binding: u32, resource: Resource, scopes: &[Scope]| {
         if present {
@@ -222,7 +222,7 @@ fn thermal_pass(range: StepRange) -> Pass {
             }));
         }
     };
-    bind(true, 0, Resource::Tick, &[COMPUTE_UNIFORM]);
+    bind(loaded || variant.kind != StepKind::Absorb, 0, Resource::Tick, &[COMPUTE_UNIFORM]);
     bind(variant.sun, 1, Resource::SunSamples, &[COMPUTE_UNIFORM]);
     bind(variant.albedo, 2, Resource::AlbedoValues, &[COMPUTE_READ]);
     bind(true, 3, Resource::Materials, &[COMPUTE_READ]);

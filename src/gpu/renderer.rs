@@ -14,6 +14,7 @@ use super::pass::Resource;
 use super::record::{Recorder, tick_of};
 use super::resources::{Resources, SLOTS, SceneData};
 use super::timing::{PassTimes, Timing};
+use super::variant::StepKind;
 use crate::environment::{MAX_SUN_SAMPLES, TickLoad};
 
 /// What the host reads of a frame.
@@ -143,13 +144,40 @@ impl Renderer {
     ) -> Result<Submitted, GpuError> {
         let cull = if view == self.culled_for.as_ref() { 0 } else { self.triangles };
         let wanted = Wanted { image: view.is_some(), cull, temperatures };
-        let ranges = tick.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
+        let mut ranges = tick.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
+        // What the host steps has its temperatures by now.
+        ranges.retain(|range| range.variant.kind != StepKind::Absorb);
         let frame = Frame::step(&ranges, wanted);
         let submitted = self.submit_frame(&frame, tick, view, wanted)?;
         if let Some(view) = view {
             self.culled_for = Some(*view);
         }
         Ok(submitted)
+    }
+
+    /// The flux that the nodes of thermal networks absorb under a load [W/m2], with the temperatures [K] of all others,
+    /// one a node. The networks' temperatures are gone afterwards: `set_temperatures` brings the new ones. Frames in
+    /// flight must be collected before.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn absorbed(&mut self, load: &TickLoad) -> Result<Vec<f32>, GpuError> {
+        let mut ranges = ranges_of_load(&self.ranges, load);
+        ranges.retain(|range| range.variant.kind == StepKind::Absorb);
+        let wanted = Wanted { temperatures: true, ..Wanted::default() };
+        let submitted = self.submit_frame(&Frame::step(&ranges, wanted), Some((load, 1.0)), None, wanted)?;
+        Ok(self.collect(submitted)?.temperatures.unwrap_or_default().to_vec())
+    }
+
+    /// Replaces the temperatures of all nodes [K], one a node; the state of transitions stays.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn set_temperatures(&mut self, temperatures: &[f32]) -> Result<(), GpuError> {
+        self.wait()?;
+        self.resources.upload(&mut self.once, Resource::Temperature, temperatures)?;
+        self.once.free_staging();
+        Ok(())
     }
 
     /// Submits a given list; tests pass one without a barrier.

@@ -17,7 +17,6 @@ use super::once::Once;
 use super::pass::Resource;
 use super::pipeline::{DEPTH_FORMAT, IDENTITY_FORMAT, RADIANCE_FORMAT};
 use super::shapes::Shapes;
-use super::variant::StepKind;
 use crate::environment::{MAX_SUN_SAMPLES, albedo};
 use crate::thermal::nodes::{GROUP, RANGE_GROUPS};
 
@@ -70,7 +69,7 @@ impl SceneData<'_> {
         let nodes = self.normals.len();
         let triangles = if self.image.is_some() { self.triangles.len() } else { 0 };
         let drawn = if self.image.is_some() { nodes } else { 0 };
-        let moved = self.ranges.iter().any(|range| range.variant.kind != StepKind::Instant);
+        let moved = self.ranges.iter().any(|range| range.variant.kind.has_state());
         let loaded = self.ranges.iter().any(|range| range.variant.sun || range.variant.planet_ir);
         let albedo_values =
             if self.ranges.iter().any(|range| range.variant.albedo) { (albedo::RESOLUTION + 1).pow(2) } else { 0 };

@@ -13,6 +13,8 @@ pub enum StepKind {
     Restart,
     /// Transition whose target has not moved: time passes, no load is read.
     Advance,
+    /// The flux that a thermal network takes in [W/m2], in place of a temperature.
+    Absorb,
 }
 
 /// How the curve of a transition is evaluated.
@@ -219,12 +221,18 @@ impl WideVariant {
 }
 
 impl StepKind {
+    /// Whether nodes keep a state between ticks in the buffers of a transition.
+    pub fn has_state(self) -> bool {
+        !matches!(self, Self::Instant | Self::Absorb)
+    }
+
     fn word(self) -> &'static str {
         match self {
             Self::Instant => "instant",
             Self::Merge => "merge",
             Self::Restart => "restart",
             Self::Advance => "advance",
+            Self::Absorb => "absorb",
         }
     }
 }
@@ -256,8 +264,8 @@ impl ThermalVariant {
     /// Every variant of a curve that a scene can ask for.
     pub fn all_of(curve: Curve) -> Vec<Self> {
         let mut all = vec![Self::advance(curve)];
-        let settling = (curve == Curve::Power).then_some(StepKind::Instant);
-        for kind in settling.into_iter().chain([StepKind::Merge, StepKind::Restart]) {
+        let stateless: &[StepKind] = if curve == Curve::Power { &[StepKind::Instant, StepKind::Absorb] } else { &[] };
+        for kind in stateless.iter().copied().chain([StepKind::Merge, StepKind::Restart]) {
             for both_sides in [false, true] {
                 for (sun, planet_ir, albedo) in [
                     (false, false, false),
@@ -306,6 +314,7 @@ impl ThermalVariant {
     pub fn defines(&self) -> Vec<&'static str> {
         let mut defines = match self.kind {
             StepKind::Instant => vec!["COMMAND"],
+            StepKind::Absorb => vec!["COMMAND", "ABSORB"],
             StepKind::Merge => vec!["COMMAND", "TRANSITION", "MERGE"],
             StepKind::Restart => vec!["COMMAND", "TRANSITION", "RESTART"],
             StepKind::Advance => vec!["TRANSITION"],

@@ -14,13 +14,17 @@ pub(super) const ROOT: &[&str] = &[
     "camera",
     "initial",
     "probe",
+    "network",
+    "contact",
+    "heater",
     "output",
 ];
 
 /// `[model]`.
 pub(super) const MODEL: &[&str] = &["path", "max_edge"];
 /// `[time]`.
-pub(super) const TIME: &[&str] = &["step", "steps", "warm_up_orbits", "draw_every", "draw_steps"];
+pub(super) const TIME: &[&str] =
+    &["step", "steps", "warm_up_orbits", "warm_up", "warm_up_tolerance", "draw_every", "draw_steps"];
 /// `[orbit]`.
 pub(super) const ORBIT: &[&str] = &["altitude", "period", "beta_deg", "phase_deg"];
 /// `[attitude]`.
@@ -32,7 +36,7 @@ pub(super) const ENVIRONMENT: &[&str] =
 /// branch each stand once here: rules and table entries have them all, glTF extras have them flat.
 macro_rules! material_keys {
     (
-        optics: $($optics:literal)*; bulk: $($bulk:literal)*; response: $($response:literal)*;
+        optics: $($optics:literal)*; bulk: $($bulk:literal)*; over: $($over:literal)*; response: $($response:literal)*;
         profile: $($profile:literal)*; rule: $($rule:literal)*; sources: $($sources:literal)*;
     ) => {
         /// `[materials]`: the table, and what holds for all rules.
@@ -40,20 +44,22 @@ macro_rules! material_keys {
             &["table", "default", "response", "heating", "cooling", $($response),*];
         /// `[[material]]`: a rule.
         pub(super) const MATERIAL: &[&str] = &[
-            $($rule,)* $($optics,)* "sides", "back", $($bulk,)* "response", "heating", "cooling", $($response),*
+            $($rule,)* $($optics,)* "sides", "back", $($bulk,)* "over", "response", "heating", "cooling", $($response),*
         ];
         /// An entry of a materials table.
         pub(super) const TABLE_ENTRY: &[&str] = &[
-            $($sources,)* $($optics,)* "sides", "back", $($bulk,)* "response", "heating", "cooling", $($response),*
+            $($sources,)* $($optics,)* "sides", "back", $($bulk,)* "over", "response", "heating", "cooling", $($response),*
         ];
         /// `back = { .. }` of a material.
         pub(super) const BACK: &[&str] = &[$($optics),*];
+        /// `over = { .. }` of a material.
+        pub(super) const OVER: &[&str] = &[$($over),*];
         /// `heating = { .. }` and `cooling = { .. }`.
         pub(super) const PROFILE: &[&str] = &[$($profile),*];
         /// glTF `extras` of a material, prefix `isotherm_` removed: a rule's keys, flat, as Blender's custom properties
         /// are.
         pub(super) const EXTRAS: &[&str] = &[
-            "use", $($optics,)* "sides", $(concat!("back_", $optics),)* $($bulk,)* "response",
+            "use", $($optics,)* "sides", $(concat!("back_", $optics),)* $($bulk,)* $(concat!("over_", $over),)* "response",
             $(concat!("heating_", $profile),)* $(concat!("cooling_", $profile),)* $($response),*
         ];
     };
@@ -62,6 +68,7 @@ macro_rules! material_keys {
 material_keys! {
     optics: "absorptivity" "emissivity";
     bulk: "thickness" "density" "specific_heat" "conductivity";
+    over: "effective_emittance" "thickness" "density" "specific_heat" "conductivity";
     response: "retarget" "domain";
     profile: "function" "rate" "coefficients" "file" "target" "text" "t_max" "t_max_steps";
     rule: "match" "use";
@@ -89,6 +96,13 @@ pub(super) const CAMERA: &[&str] = &[
 pub(super) const INITIAL: &[&str] = &["temperature"];
 /// `[[probe]]`.
 pub(super) const PROBE: &[&str] = &["name", "position", "part"];
+/// `[network]`.
+pub(super) const NETWORK: &[&str] = &["integrator", "tolerance", "merge_rate"];
+/// `[[contact]]`.
+pub(super) const CONTACT: &[&str] =
+    &["between", "between_materials", "distance", "conductance", "conductance_per_area"];
+/// `[[heater]]`.
+pub(super) const HEATER: &[&str] = &["part", "power", "probe", "on_below", "off_above", "initially_on"];
 /// `[output]`.
 pub(super) const OUTPUT: &[&str] = &["colour_range"];
 
@@ -105,6 +119,9 @@ pub(super) const SECTIONS: &[(&str, &[&str])] = &[
     ("[camera]", CAMERA),
     ("[initial]", INITIAL),
     ("[[probe]]", PROBE),
+    ("[network]", NETWORK),
+    ("[[contact]]", CONTACT),
+    ("[[heater]]", HEATER),
     ("[output]", OUTPUT),
 ];
 
@@ -148,7 +165,9 @@ pub(super) fn unknown_key(key: &str, known: &[&str]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{BACK, EXTRAS, MATERIAL, ORBIT, PROFILE, ROOT, SECTIONS, TABLE_ENTRY, TIME, nearest, unknown_key};
+    use super::{
+        BACK, EXTRAS, MATERIAL, ORBIT, OVER, PROFILE, ROOT, SECTIONS, TABLE_ENTRY, TIME, nearest, unknown_key,
+    };
 
     const REFERENCE: &str = include_str!("../../models/README.md");
 
@@ -170,7 +189,7 @@ mod tests {
                 ["`{}`", "`[{}]`", "`[[{}]]`"].iter().any(|form| REFERENCE.contains(&form.replace("{}", key)));
             assert!(explained, "models/README.md is silent on {key}");
         }
-        for key in BACK.iter().chain(PROFILE).chain(TABLE_ENTRY) {
+        for key in BACK.iter().chain(OVER).chain(PROFILE).chain(TABLE_ENTRY) {
             assert!(part("[[material]]").contains(&format!("`{key}`")), "models/README.md is silent on {key}");
         }
         for key in EXTRAS {

@@ -8,7 +8,7 @@ use super::error::SceneError;
 use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
 use super::section::Section;
-use super::{Camera, Draw, Scene, attitude, camera, environment, keys, material, orbit, time, view};
+use super::{Camera, Draw, Scene, attitude, camera, environment, keys, material, mesh_network, orbit, time, view};
 
 impl Scene {
     /// Reads and checks a scene file. Paths in it are relative to its folder.
@@ -55,6 +55,9 @@ impl Scene {
         let initial = view::initial(root.table("initial", keys::INITIAL)?.as_ref(), &mut assumptions)?;
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
         let colour_range = view::colour_range(root.table("output", keys::OUTPUT)?.as_ref())?;
+        let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref())?;
+        let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
+        let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
         let name = match root.string("name")? {
             Some(name) => name.to_string(),
             None => path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
@@ -73,6 +76,9 @@ impl Scene {
             band,
             initial,
             probes,
+            network,
+            contacts,
+            heaters,
             colour_range,
             files,
             assumptions,

@@ -17,6 +17,7 @@ mod file;
 mod keys;
 mod load;
 mod material;
+mod mesh_network;
 pub mod network;
 mod orbit;
 mod profile;
@@ -30,6 +31,7 @@ mod view;
 
 pub use error::SceneError;
 pub use load::{file_hash, scene_hash};
+pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, Owners};
 
 /// A checked scene. Nothing in it is a default that the user was not told of: see `assumptions`.
 #[derive(Debug, Clone)]
@@ -60,6 +62,12 @@ pub struct Scene {
     pub initial: Initial,
     /// Points whose temperature is written to the series.
     pub probes: Vec<Probe>,
+    /// How thermal networks are made and integrated.
+    pub network: NetworkSettings,
+    /// Contacts between parts or materials of the network.
+    pub contacts: Vec<ContactRule>,
+    /// Heat in parts of the network.
+    pub heaters: Vec<Heater>,
     /// Temperature range of the false-colour pictures [K]; `None` takes it from each run.
     pub colour_range: Option<[f64; 2]>,
     /// Every file that the scene consists of: scene, model, materials table where there is one, and the tables that
@@ -78,6 +86,8 @@ pub struct Time {
     pub steps: u32,
     /// Orbits stepped before time 0.
     pub warm_up_orbits: f64,
+    /// Change over an orbit [K] below which the warm-up ends before its orbits do; `None` steps them all.
+    pub periodic: Option<f64>,
     /// Which steps are drawn.
     pub draw: Draw,
 }

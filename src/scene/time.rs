@@ -5,6 +5,12 @@ use super::quantity::Quantity;
 use super::section::Section;
 use super::{Draw, Time};
 
+/// Change over an orbit below which a state is periodic [K], where the scene does not say.
+const PERIODIC_TOLERANCE: f64 = 0.01;
+
+/// Most orbits of a periodic warm-up where the scene does not say.
+const MOST_ORBITS: f64 = 100.0;
+
 /// Reads `[time]`.
 pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<Time, SceneError> {
     let step = section.number("step", Quantity::within(1e-6, 1e7, "s"))?;
@@ -12,10 +18,27 @@ pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<T
     let steps = section.whole("steps", 1..=u32::MAX)?;
     let steps = section.required("steps", steps, "the number of steps")?;
     let warm_up_orbits = section.number("warm_up_orbits", Quantity::within(0.0, 1e6, "orbits"))?.unwrap_or_else(|| {
+        if section.has("warm_up") {
+            return MOST_ORBITS;
+        }
         assumptions.push("No orbit is stepped before time 0 (time.warm_up_orbits is absent).".to_string());
         0.0
     });
-    Ok(Time { step, steps, warm_up_orbits, draw: draw(section, steps)? })
+    let periodic = periodic(section)?;
+    Ok(Time { step, steps, warm_up_orbits, periodic, draw: draw(section, steps)? })
+}
+
+/// `warm_up = "periodic"` and its tolerance [K].
+fn periodic(section: &Section) -> Result<Option<f64>, SceneError> {
+    let tolerance = section.number("warm_up_tolerance", Quantity::positive("K"))?;
+    match section.choice("warm_up", &[("orbits", false), ("periodic", true)])? {
+        Some(true) => Ok(Some(tolerance.unwrap_or(PERIODIC_TOLERANCE))),
+        _ if tolerance.is_some() => {
+            Err(section
+                .error("warm_up_tolerance", "is used with warm_up = 'periodic' only: state that, or leave it out"))
+        }
+        _ => Ok(None),
+    }
 }
 
 fn draw(section: &Section, steps: u32) -> Result<Draw, SceneError> {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::thermal::material::{Bulk, Domain, Optics, Response, Retarget, Sides, Transition};
+use crate::thermal::material::{Bulk, Domain, Optics, Response, Retarget, Sides, Structure, Transition};
 
 use super::error::SceneError;
 use super::keys;
@@ -26,6 +26,24 @@ enum SidesKind {
 enum ResponseKind {
     Instant,
     Transition,
+    Network,
+}
+
+const RESPONSES: [(&str, ResponseKind); 3] =
+    [("instant", ResponseKind::Instant), ("transition", ResponseKind::Transition), ("network", ResponseKind::Network)];
+
+/// Reads `over = { .. }`: the structure below a layer.
+fn structure(over: &impl ValueSource) -> Result<Structure, SceneError> {
+    let value = |key: &str, quantity: Quantity, what: &str| {
+        over.number(key, quantity)?.ok_or_else(|| over.error(key, format!("is missing: {what}")))
+    };
+    Ok(Structure {
+        effective_emittance: value("effective_emittance", SHARE, "the effective emittance towards the structure")?,
+        thickness: value("thickness", Quantity::positive("m"), "the thickness of the structure [m]")?,
+        density: value("density", Quantity::non_negative("kg/m3"), "the density of the structure [kg/m3]")?,
+        specific_heat: value("specific_heat", Quantity::non_negative("J/(kg K)"), "that of the structure [J/(kg K)]")?,
+        conductivity: value("conductivity", Quantity::non_negative("W/(m K)"), "that of the structure [W/(m K)]")?,
+    })
 }
 
 /// Something that states values under the keys of a material.
@@ -158,9 +176,9 @@ impl Values {
                 density: source.number("density", Quantity::non_negative("kg/m3"))?,
                 specific_heat: source.number("specific_heat", Quantity::non_negative("J/(kg K)"))?,
                 conductivity: source.number("conductivity", Quantity::non_negative("W/(m K)"))?,
+                over: source.group("over", keys::OVER)?.map(|over| structure(&over)).transpose()?,
             },
-            response: source
-                .choice("response", &[("instant", ResponseKind::Instant), ("transition", ResponseKind::Transition)])?,
+            response: source.choice("response", &RESPONSES)?,
             heating: profile::read(source, "heating", step)?,
             cooling: profile::read(source, "cooling", step)?,
             retarget: source.choice("retarget", &[("merge", Retarget::Merge), ("restart", Retarget::Restart)])?,
@@ -182,6 +200,7 @@ impl Values {
                 density: self.bulk.density.or(fallback.bulk.density),
                 specific_heat: self.bulk.specific_heat.or(fallback.bulk.specific_heat),
                 conductivity: self.bulk.conductivity.or(fallback.bulk.conductivity),
+                over: self.bulk.over.or(fallback.bulk.over),
             },
             response: self.response.or(fallback.response),
             heating: self.heating.or_else(|| fallback.heating.clone()),
@@ -250,10 +269,11 @@ impl Values {
     }
 
     fn response(&self) -> Result<Response, Incomplete> {
-        let message = "response is missing: state 'transition' or 'instant' here, in the table's entry or in \
-                       [materials]";
+        let message = "response is missing: state 'network', 'transition' or 'instant' here, in the table's entry or \
+                       in [materials]";
         match self.response.ok_or_else(|| Incomplete::new("response", message))? {
             ResponseKind::Instant => Ok(Response::Instant),
+            ResponseKind::Network => Ok(Response::Network),
             ResponseKind::Transition => {
                 let missing = |key| {
                     let message = format!(

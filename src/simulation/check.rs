@@ -1,8 +1,12 @@
 //! How far the device is from the f64 reference: a sample of nodes is stepped along with a run.
 
+use std::collections::HashMap;
+
 use super::engine::{IncidentFunction, incident};
+use super::network::NetworkRun;
 use super::prepare::Prepared;
 use crate::environment::TickLoad;
+use crate::gpu::error::GpuError;
 use crate::output::report::Accuracy;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::nodes::{GROUP, PADDING};
@@ -10,6 +14,9 @@ use crate::thermal::reference::{Reference, ReferenceNode};
 
 /// Nodes that are stepped along.
 const SAMPLE: usize = 256;
+
+/// Drawn nodes of the largest network that is stepped along.
+const LARGEST_NETWORK: usize = 20_000;
 
 /// Below this the balance temperature is ill-conditioned: at 85 K a black surface moves by 2e-3 K for 7e-5 W/m2, half a
 /// unit in the last place of the sunlight in f32. There the radiated flux is compared [K].
@@ -19,6 +26,10 @@ const COLD: f64 = 85.0;
 pub struct Check {
     slots: Vec<usize>,
     reference: Reference<IncidentFunction>,
+    /// The whole network of the scene, where it is small enough.
+    network: Option<NetworkCheck>,
+    /// Nodes of a network too large to be stepped along.
+    left_out: bool,
     compared: u64,
     sum_of_squares: f64,
     largest: f64,
@@ -28,24 +39,72 @@ pub struct Check {
     steps: u64,
 }
 
+/// The network in f64, with the loads of all its nodes.
+struct NetworkCheck {
+    run: NetworkRun,
+    loads: Reference<IncidentFunction>,
+    slots: Vec<usize>,
+    /// Temperatures of the sample's network nodes [K], by slot.
+    temperatures: HashMap<usize, f64>,
+    failed: Option<String>,
+}
+
+impl NetworkCheck {
+    fn heat(&self, load: &TickLoad) -> Vec<f64> {
+        let absorbed: HashMap<usize, f64> = self.slots.iter().copied().zip(self.loads.absorbed(load)).collect();
+        self.run.scene().heat(|slot| absorbed[&slot])
+    }
+
+    fn after(&mut self, done: Result<(), GpuError>) {
+        let found = done.and_then(|()| self.run.temperatures());
+        match found {
+            Ok(temperatures) => {
+                let known = &mut self.temperatures;
+                self.run.scene().scatter(&temperatures, |slot, temperature| {
+                    known.insert(slot, temperature);
+                });
+            }
+            Err(error) => self.failed = Some(error.to_string()),
+        }
+    }
+}
+
 impl Check {
     /// A sample spread evenly over the nodes.
     pub fn new(prepared: &Prepared) -> Self {
         let nodes = &prepared.nodes;
-        let real: Vec<usize> =
+        let mut real: Vec<usize> =
             (0..nodes.vertex_of_node.len()).filter(|slot| nodes.vertex_of_node[*slot] != PADDING).collect();
+        let reference_node = |slot: &usize| ReferenceNode {
+            normal: nodes.normals[*slot].as_dvec3(),
+            material: nodes.group_material[*slot / GROUP],
+        };
+        let mut network = None;
+        let mut left_out = false;
+        if let Some(scene) = &prepared.network {
+            let slots: Vec<usize> = real.iter().copied().filter(|slot| scene.has(*slot)).collect();
+            left_out = slots.len() > LARGEST_NETWORK;
+            if left_out {
+                real.retain(|slot| !scene.has(*slot));
+            } else {
+                let loads = slots.iter().map(reference_node).collect();
+                network = Some(NetworkCheck {
+                    run: NetworkRun::reference(scene),
+                    loads: Reference::new(loads, prepared.materials.clone(), incident as IncidentFunction),
+                    slots,
+                    temperatures: HashMap::new(),
+                    failed: None,
+                });
+            }
+        }
         let count = real.len().min(SAMPLE);
         let slots: Vec<usize> = (0..count).map(|i| real[i * real.len() / count]).collect();
-        let sample = slots
-            .iter()
-            .map(|slot| ReferenceNode {
-                normal: nodes.normals[*slot].as_dvec3(),
-                material: nodes.group_material[*slot / GROUP],
-            })
-            .collect();
+        let sample = slots.iter().map(reference_node).collect();
         Self {
             slots,
             reference: Reference::new(sample, prepared.materials.clone(), incident as IncidentFunction),
+            network,
+            left_out,
             compared: 0,
             sum_of_squares: 0.0,
             largest: 0.0,
@@ -56,24 +115,51 @@ impl Check {
         }
     }
 
-    /// Settles the sample at a load.
-    pub fn settle(&mut self, load: &TickLoad) {
+    /// Settles the sample at a load, at a time [s].
+    pub fn settle(&mut self, load: &TickLoad, time: f64) {
         self.reference.settle(load);
+        if let Some(network) = &mut self.network {
+            let heat = network.heat(load);
+            let done = network.run.settle(heat, time);
+            network.after(done);
+        }
     }
 
     /// Settles the sample at a temperature [K].
     pub fn settle_at(&mut self, temperature: f64) {
         self.reference.settle_at(temperature);
+        if let Some(network) = &mut self.network {
+            let done = network.run.settle_at(temperature);
+            network.after(done);
+        }
     }
 
-    /// Steps the sample.
-    pub fn step(&mut self, load: &TickLoad, steps: f64) {
+    /// Steps the sample through a tick of `steps` steps, from `start` [s] for `length` [s].
+    pub fn step(&mut self, load: &TickLoad, steps: f64, start: f64, length: f64) {
         self.reference.step(load, steps);
+        if let Some(network) = self.network.as_mut().filter(|network| network.failed.is_none()) {
+            let heat = network.heat(load);
+            let done = network.run.tick(heat, start, length);
+            network.after(done);
+        }
+    }
+
+    /// Adds to the temperatures of the network's nodes [K].
+    pub(super) fn move_network(&mut self, by: &[f64]) {
+        if let Some(network) = &mut self.network {
+            let done = network.run.temperatures().and_then(|mut temperatures| {
+                temperatures.iter_mut().zip(by).for_each(|(temperature, by)| *temperature += by);
+                network.run.set_temperatures(&temperatures)
+            });
+            network.after(done);
+        }
     }
 
     /// The sample's temperatures now [K], to be compared when the device delivers.
     pub fn temperatures(&self) -> Vec<f64> {
-        self.reference.temperatures().to_vec()
+        let known = |slot: &usize| self.network.as_ref().and_then(|network| network.temperatures.get(slot));
+        let nodes = self.slots.iter().zip(self.reference.temperatures());
+        nodes.map(|(slot, temperature)| known(slot).copied().unwrap_or(*temperature)).collect()
     }
 
     /// Compares what the device delivered with what the reference had at that step.
@@ -110,6 +196,15 @@ impl Check {
              that the Sun rises or sets on during a 17 s tick, 1e-4 of a unit flux of albedo) is not in these figures."
                 .to_owned(),
         ];
+        if self.left_out {
+            notes.push(format!(
+                "The thermal network has more than {LARGEST_NETWORK} drawn nodes and was not compared: its nodes are \
+                 not in these figures."
+            ));
+        }
+        if let Some(reason) = self.network.as_ref().and_then(|network| network.failed.as_ref()) {
+            notes.push(format!("The f64 network could not be stepped along: {reason}"));
+        }
         if self.cold > 0 {
             notes.push(format!(
                 "{} comparisons of nodes below {COLD} K, where the balance is ill-conditioned, were made in radiated \

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
+use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::viewpoint::{device_view, raster_view};
 use crate::environment::load::{albedo_flux, planet_ir_flux, solar_flux};
@@ -34,6 +35,10 @@ pub struct Tick<'a> {
     pub load: &'a TickLoad,
     /// Its length in steps.
     pub steps: f64,
+    /// When it starts [s].
+    pub start: f64,
+    /// Its length [s].
+    pub length: f64,
 }
 
 /// What a tick is asked to leave.
@@ -71,6 +76,10 @@ pub enum Engine {
         renderer: Box<Renderer>,
         /// Frames not delivered yet.
         flying: VecDeque<Submitted>,
+        /// Delivered ahead of their call, because a network needed the device.
+        ready: VecDeque<Delivered>,
+        /// The thermal network, where the scene has one.
+        network: Option<Box<NetworkRun>>,
         /// For the projection.
         camera: Option<Camera>,
         /// Its device.
@@ -107,6 +116,7 @@ pub struct ReferenceEngine {
     parts: Vec<u32>,
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
+    network: Option<NetworkRun>,
     camera: Option<Camera>,
     table: RadianceTable,
     delivered: VecDeque<Delivered>,
@@ -123,6 +133,12 @@ impl Engine {
         Ok(Self::Device {
             renderer: Box::new(renderer),
             flying: VecDeque::new(),
+            ready: VecDeque::new(),
+            network: prepared
+                .network
+                .as_ref()
+                .map(|scene| NetworkRun::on_device(context, scene).map(Box::new))
+                .transpose()?,
             camera: camera.cloned(),
             context: Arc::clone(context),
         })
@@ -141,16 +157,27 @@ impl Engine {
         }
     }
 
-    /// Settles every node at the balance temperature of a load.
+    /// Settles every node at the balance temperature of a load, and networks at their steady state at a time [s].
     ///
     /// # Errors
     /// A call that fails.
-    pub fn settle(&mut self, load: &TickLoad) -> Result<(), GpuError> {
+    pub fn settle(&mut self, load: &TickLoad, time: f64) -> Result<(), GpuError> {
         match self {
-            Self::Device { renderer, .. } => renderer.settle(load),
+            Self::Device { renderer, network, .. } => {
+                renderer.settle(load)?;
+                let Some(network) = network else { return Ok(()) };
+                let mut values = renderer.absorbed(load)?;
+                network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
+                put(renderer, network, &mut values)
+            }
             Self::Reference(engine) => {
                 engine.reference.settle(load);
-                Ok(())
+                let heat = engine.heat(load);
+                match &mut engine.network {
+                    Some(network) => network.settle(heat, time)?,
+                    None => return Ok(()),
+                }
+                engine.take_network()
             }
         }
     }
@@ -161,10 +188,15 @@ impl Engine {
     /// A call that fails.
     pub fn settle_at(&mut self, temperature: f64, nodes: usize) -> Result<(), GpuError> {
         match self {
-            Self::Device { renderer, .. } => renderer.settle_at(&vec![temperature as f32; nodes]),
+            Self::Device { renderer, network, .. } => {
+                if let Some(network) = network {
+                    network.settle_at(temperature)?;
+                }
+                renderer.settle_at(&vec![temperature as f32; nodes])
+            }
             Self::Reference(engine) => {
                 engine.reference.settle_at(temperature);
-                Ok(())
+                engine.network.as_mut().map_or(Ok(()), |network| network.settle_at(temperature))
             }
         }
     }
@@ -175,17 +207,23 @@ impl Engine {
     /// A call that fails.
     pub fn submit(&mut self, tick: Option<Tick<'_>>, order: Order) -> Result<(), GpuError> {
         match self {
-            Self::Device { renderer, flying, camera, .. } => {
+            Self::Device { renderer, flying, ready, network, camera, .. } => {
+                if let (Some(network), Some(tick)) = (network, &tick) {
+                    // The host sits between the loads and the temperatures, so what is under way must land first.
+                    while let Some(submitted) = flying.pop_front() {
+                        ready.push_back(collect(renderer, submitted)?);
+                    }
+                    let mut values = renderer.absorbed(tick.load)?;
+                    network.tick(network.scene().heat(|slot| f64::from(values[slot])), tick.start, tick.length)?;
+                    put(renderer, network, &mut values)?;
+                }
                 let view: Option<layout::View> =
                     order.pose.as_ref().zip(camera.as_ref()).map(|(pose, camera)| device_view(camera, pose));
                 let tick = tick.map(|tick| (tick.load, tick.steps));
                 flying.push_back(renderer.submit(tick, view.as_ref(), order.temperatures)?);
                 Ok(())
             }
-            Self::Reference(engine) => {
-                engine.run(tick, order);
-                Ok(())
-            }
+            Self::Reference(engine) => engine.run(tick, order),
         }
     }
 
@@ -195,17 +233,50 @@ impl Engine {
     /// A lost device.
     pub fn deliver(&mut self) -> Result<Delivered, GpuError> {
         match self {
-            Self::Device { renderer, flying, .. } => {
+            Self::Device { renderer, flying, ready, .. } => {
+                if let Some(delivered) = ready.pop_front() {
+                    return Ok(delivered);
+                }
                 let Some(submitted) = flying.pop_front() else { return Ok(Delivered::default()) };
-                let collected = renderer.collect(submitted)?;
-                let pixels = collected.radiance.zip(collected.identity).map(|(radiance, identity)| Pixels {
-                    radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
-                    identity: identity.to_vec(),
-                });
-                Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec) })
+                collect(renderer, submitted)
             }
             Self::Reference(engine) => Ok(engine.delivered.pop_front().unwrap_or_default()),
         }
+    }
+
+    /// Temperatures of the network's nodes [K], where the scene has a network.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn network_temperatures(&mut self) -> Result<Option<Vec<f64>>, GpuError> {
+        match self {
+            Self::Device { network, .. } => network.as_mut().map(|network| network.temperatures()).transpose(),
+            Self::Reference(engine) => engine.network.as_mut().map(NetworkRun::temperatures).transpose(),
+        }
+    }
+
+    /// Replaces the temperatures of the network's nodes [K]; they show after the next tick.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn set_network_temperatures(&mut self, temperatures: &[f64]) -> Result<(), GpuError> {
+        match self {
+            Self::Device { network: Some(network), .. } => network.set_temperatures(temperatures),
+            Self::Device { network: None, .. } => Ok(()),
+            Self::Reference(engine) => match &mut engine.network {
+                Some(network) => network.set_temperatures(temperatures),
+                None => Ok(()),
+            },
+        }
+    }
+
+    /// How the network was integrated, in words; empty where the scene has none.
+    pub fn network_description(&self) -> Vec<(String, String)> {
+        match self {
+            Self::Device { network, .. } => network.as_ref().map(|network| network.description()),
+            Self::Reference(engine) => engine.network.as_ref().map(NetworkRun::description),
+        }
+        .unwrap_or_default()
     }
 
     /// Device milliseconds of every pass so far; `None` for the reference.
@@ -215,6 +286,23 @@ impl Engine {
             Self::Reference(_) => None,
         }
     }
+}
+
+/// What a frame leaves.
+fn collect(renderer: &mut Renderer, submitted: Submitted) -> Result<Delivered, GpuError> {
+    let collected = renderer.collect(submitted)?;
+    let pixels = collected.radiance.zip(collected.identity).map(|(radiance, identity)| Pixels {
+        radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
+        identity: identity.to_vec(),
+    });
+    Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec) })
+}
+
+/// Puts a network's temperatures where the device draws from, in place of the fluxes in `values`.
+fn put(renderer: &mut Renderer, network: &mut NetworkRun, values: &mut [f32]) -> Result<(), GpuError> {
+    let temperatures = network.temperatures()?;
+    network.scene().scatter(&temperatures, |slot, temperature| values[slot] = temperature as f32);
+    renderer.set_temperatures(values)
 }
 
 /// What the device needs beside the arrays of `Prepared`.
@@ -301,15 +389,46 @@ impl ReferenceEngine {
                 .iter()
                 .map(|material| [material.front.emissivity, back_optics(material).emissivity])
                 .collect(),
+            network: prepared.network.as_ref().map(NetworkRun::reference),
             camera: camera.cloned(),
             table: RadianceTable::new(prepared.scene.band),
             delivered: VecDeque::new(),
         }
     }
 
-    fn run(&mut self, tick: Option<Tick<'_>>, order: Order) {
+    /// Heat of the network's nodes [W]; empty where there is no network.
+    fn heat(&self, load: &TickLoad) -> Vec<f64> {
+        let Some(network) = &self.network else { return Vec::new() };
+        let absorbed = self.reference.absorbed(load);
+        let mut of_slot = vec![0.0; self.slots];
+        for (slot, absorbed) in self.node_of_slot.iter().zip(absorbed) {
+            of_slot[*slot as usize] = absorbed;
+        }
+        network.scene().heat(|slot| of_slot[slot])
+    }
+
+    /// Hands the network's temperatures to the nodes.
+    fn take_network(&mut self) -> Result<(), GpuError> {
+        let Some(network) = &mut self.network else { return Ok(()) };
+        let temperatures = network.temperatures()?;
+        let mut of_slot = vec![f64::NAN; self.slots];
+        network.scene().scatter(&temperatures, |slot, temperature| of_slot[slot] = temperature);
+        for (node, slot) in self.node_of_slot.iter().enumerate() {
+            if !of_slot[*slot as usize].is_nan() {
+                self.reference.set_temperature(node, of_slot[*slot as usize]);
+            }
+        }
+        Ok(())
+    }
+
+    fn run(&mut self, tick: Option<Tick<'_>>, order: Order) -> Result<(), GpuError> {
         if let Some(tick) = tick {
             self.reference.step(tick.load, tick.steps);
+            let heat = self.heat(tick.load);
+            if let Some(network) = &mut self.network {
+                network.tick(heat, tick.start, tick.length)?;
+            }
+            self.take_network()?;
         }
         let mut temperatures = vec![0.0f64; self.slots];
         for (slot, temperature) in self.node_of_slot.iter().zip(self.reference.temperatures()) {
@@ -336,5 +455,6 @@ impl ReferenceEngine {
         });
         let temperatures = order.temperatures.then(|| temperatures.iter().map(|t| *t as f32).collect());
         self.delivered.push_back(Delivered { pixels, temperatures });
+        Ok(())
     }
 }

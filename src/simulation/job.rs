@@ -8,6 +8,7 @@ use std::time::Instant;
 use super::check::Check;
 use super::engine::Engine;
 use super::frames::FrameMaker;
+use super::periodic::Periodic;
 use super::prepare::Prepared;
 use super::{StepResult, run, start};
 use crate::gpu::error::GpuError;
@@ -76,6 +77,8 @@ pub struct Outcome {
     pub series: Series,
     /// Device against f64 reference, where it was asked for.
     pub accuracy: Option<Accuracy>,
+    /// How a periodic warm-up went, where one was asked for.
+    pub periodic: Option<Periodic>,
     /// Wall time of the steps without start-up and without pictures [s].
     pub stepping_s: f64,
 }
@@ -93,7 +96,7 @@ pub fn run_into(
     progress: &dyn Progress,
 ) -> Result<Outcome, JobError> {
     let mut check = with_check.then(|| Check::new(prepared));
-    start(prepared, engine, check.as_mut(), stop, &mut || progress.warmed_up())?;
+    let periodic = start(prepared, engine, check.as_mut(), stop, &mut || progress.warmed_up())?;
 
     let maker = prepared.scene.camera.as_ref().map(|camera| FrameMaker::new(prepared, camera, &engine.device_name()));
     let groups = NodeGroups::new(prepared)?;
@@ -151,7 +154,7 @@ pub fn run_into(
         plots.push(PlotEntry { title: plot.title, file: folder.relative(&path), svg: plot.svg });
     }
     let accuracy = check.map(|check| check.accuracy(prepared));
-    Ok(Outcome { complete, frames, pictures, plots, series, accuracy, stepping_s })
+    Ok(Outcome { complete, frames, pictures, plots, series, accuracy, periodic, stepping_s })
 }
 
 /// Refuses temperatures that are no numbers, by the first node that has one.

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use super::network::{self, SceneNetwork};
 use crate::environment::orbit::period_disagreement;
 use crate::environment::sky::SkyError;
 use crate::environment::tick::TickLoads;
@@ -47,6 +49,14 @@ pub enum PrepareError {
         /// What is wrong.
         source: SkyError,
     },
+    /// The thermal network.
+    #[error("{path}: {message}")]
+    Network {
+        /// The scene file.
+        path: PathBuf,
+        /// What is wrong.
+        message: String,
+    },
     /// A file that vanished after it was checked.
     #[error("{path}: {source}")]
     Read {
@@ -67,6 +77,13 @@ pub enum PrepareError {
         /// What there is.
         parts: String,
     },
+}
+
+impl PrepareError {
+    /// An error about the thermal network of a scene.
+    pub(super) fn network(scene: &Scene, message: impl ToString) -> Self {
+        Self::Network { path: scene.source.clone(), message: message.to_string() }
+    }
 }
 
 /// A scene ready to run.
@@ -91,6 +108,8 @@ pub struct Prepared {
     pub loads: TickLoads,
     /// Node of each probe.
     pub probes: Vec<usize>,
+    /// The thermal network of the materials with that response.
+    pub network: Option<Arc<SceneNetwork>>,
     /// What a user should look at.
     pub warnings: Vec<String>,
 }
@@ -108,9 +127,22 @@ impl Prepared {
     ///
     /// # Errors
     /// As for `new`.
-    pub fn from_scene(mut scene: Scene, progress: &mut dyn FnMut(usize)) -> Result<Self, PrepareError> {
+    pub fn from_scene(scene: Scene, progress: &mut dyn FnMut(usize)) -> Result<Self, PrepareError> {
+        Self::with_materials(scene, |_| (), progress)
+    }
+
+    /// The same with materials that the caller changes, such as their response.
+    ///
+    /// # Errors
+    /// As for `new`.
+    pub fn with_materials(
+        mut scene: Scene,
+        change: impl FnOnce(&mut [Material]),
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<Self, PrepareError> {
         let mut model = Model::load(&scene.model_path)?.weld();
-        let materials = scene.materials.resolve(&model, &mut scene.files)?;
+        let mut materials = scene.materials.resolve(&model, &mut scene.files)?;
+        change(&mut materials);
         let contents = scene
             .files
             .iter()
@@ -148,6 +180,8 @@ impl Prepared {
             scene.assumptions.push(PROFILES.to_owned());
         }
 
+        let parts: Vec<String> = model.parts.iter().map(|part| part.name.clone()).collect();
+        let shell = network::shell(&scene, &model, &parts, &materials)?;
         let areas = model.node_areas();
         let nodes = Nodes::new(&model, &areas, &materials);
         let triangles = std::mem::take(&mut model.triangles)
@@ -156,9 +190,22 @@ impl Prepared {
             .collect();
         let loads = TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)
             .map_err(|source| PrepareError::Sky { path: scene.source.clone(), source })?;
-        let parts: Vec<String> = model.parts.iter().map(|part| part.name.clone()).collect();
         let probes = probe_nodes(&scene, &parts, &nodes)?;
+        let network = match shell {
+            Some(shell) => {
+                let network = SceneNetwork::new(shell, &scene, &parts, &nodes, &probes, scene.orbit.period)?;
+                warnings.extend(network.remarks());
+                scene.assumptions.push(network::HOLLOW.to_owned());
+                Some(Arc::new(network))
+            }
+            None if scene.contacts.is_empty() && scene.heaters.is_empty() => None,
+            None => {
+                let message = "[[contact]] and [[heater]] need materials with response = 'network'";
+                return Err(PrepareError::network(&scene, message));
+            }
+        };
         Ok(Self {
+            network,
             hash,
             file_hashes,
             parts,
@@ -184,6 +231,7 @@ impl Prepared {
                 (Response::Transition(transition), RangeResponse::Transition { shaped, .. }) => {
                     shapes::curve(transition, shaped.unwrap_or_default())
                 }
+                (Response::Network, _) => (StepKind::Absorb, Curve::Power),
                 _ => (StepKind::Instant, Curve::Power),
             };
             let variant = ThermalVariant {
@@ -203,9 +251,12 @@ impl Prepared {
         ranges
     }
 
-    /// Ticks that the warm-up takes: its orbits in whole steps.
+    /// Ticks that the warm-up takes: its orbits in whole steps; 0 where it ends when the state is periodic.
     pub fn warm_up_ticks(&self) -> u32 {
         let time = &self.scene.time;
+        if time.periodic.is_some() {
+            return 0;
+        }
         (time.warm_up_orbits * self.scene.orbit.period / time.step).round() as u32
     }
 
@@ -220,7 +271,7 @@ impl Prepared {
             (environment.background_temperature.is_none(), "background (space is at 0 K)"),
             (true, "self-shadowing"),
             (true, "joints in motion"),
-            (true, "network (conduction, heaters)"),
+            (self.network.is_none(), "network (conduction, heaters)"),
             (true, "reflected radiance"),
             (true, "sensor effects"),
         ];

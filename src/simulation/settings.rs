@@ -91,6 +91,7 @@ pub fn sections(prepared: &Prepared) -> Vec<Section> {
         };
         let response = match &material.response {
             Response::Instant => "instant".to_owned(),
+            Response::Network => "network".to_owned(),
             Response::Transition(transition) => format!(
                 "transition of {}, heating {}, cooling {}, {}",
                 match transition.domain {

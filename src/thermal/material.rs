@@ -118,6 +118,8 @@ pub enum Response {
     Instant,
     /// The paper's thermal inertia.
     Transition(Transition),
+    /// The energy balance of the node in a thermal network, from the bulk properties.
+    Network,
 }
 
 /// Bulk properties; what only `network` needs may be absent.
@@ -131,6 +133,23 @@ pub struct Bulk {
     pub specific_heat: Option<f64>,
     /// Conductivity [W/(m K)].
     pub conductivity: Option<f64>,
+    /// The structure below, of a layered material.
+    pub over: Option<Structure>,
+}
+
+/// A sheet behind the one that is seen, with which it exchanges heat by radiation: what an MLI blanket covers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Structure {
+    /// GR per area between the two: the blanket's effective emittance.
+    pub effective_emittance: f64,
+    /// Thickness [m].
+    pub thickness: f64,
+    /// Density [kg/m3].
+    pub density: f64,
+    /// Specific heat [J/(kg K)].
+    pub specific_heat: f64,
+    /// Conductivity [W/(m K)].
+    pub conductivity: f64,
 }
 
 /// A material as the simulation uses it: every value checked and in SI.

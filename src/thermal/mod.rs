@@ -14,6 +14,7 @@ pub mod planck;
 pub mod radiance;
 pub mod radiance_f32;
 pub mod reference;
+pub mod shell;
 pub mod transition;
 
 /// Stefan-Boltzmann constant [W m-2 K-4], CODATA 2018 (exact to the digits given).

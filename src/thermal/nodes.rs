@@ -31,6 +31,8 @@ pub enum RangeResponse {
         /// The first material along the same functions; `None` where both are powers of the remaining time.
         shaped: Option<u32>,
     },
+    /// A thermal network, to which the range gives the flux that it absorbs.
+    Network,
 }
 
 /// What all nodes of a range share: one compiled pipeline.
@@ -53,17 +55,19 @@ impl RangeKind {
                 domain: transition.domain,
                 shaped: Transition::first_like(materials, index),
             },
+            Response::Network => RangeResponse::Network,
         };
         Self { response, both_sides: matches!(material.sides, Sides::Both { .. }) }
     }
 
     /// Key of the order of ranges: response, then sides, then rule.
-    fn rank(self) -> (bool, bool, bool, bool, Option<u32>) {
+    fn rank(self) -> (u8, bool, bool, bool, Option<u32>) {
         match self.response {
-            RangeResponse::Instant => (false, self.both_sides, false, false, None),
+            RangeResponse::Instant => (0, self.both_sides, false, false, None),
             RangeResponse::Transition { retarget, domain, shaped } => {
-                (true, self.both_sides, retarget == Retarget::Restart, domain == Domain::FourthPower, shaped)
+                (1, self.both_sides, retarget == Retarget::Restart, domain == Domain::FourthPower, shaped)
             }
+            RangeResponse::Network => (2, self.both_sides, false, false, None),
         }
     }
 }
@@ -78,6 +82,7 @@ impl std::fmt::Display for RangeKind {
                 let moved = if domain == Domain::FourthPower { " of T4" } else { "" };
                 write!(out, "transition{moved} ({rule}, {curve})")?;
             }
+            RangeResponse::Network => write!(out, "network")?,
         }
         write!(out, "{}", if self.both_sides { ", both sides" } else { "" })
     }

@@ -71,6 +71,8 @@ impl<F: IncidentFlux> Reference<F> {
                     let commanded = moved_target(state.target, commanded, transition.retarget);
                     transition_step(state, commanded, steps_dt, transition)
                 }
+                // Its temperature comes from the network.
+                Response::Network => (state, state.target),
             }
         });
     }
@@ -78,6 +80,25 @@ impl<F: IncidentFlux> Reference<F> {
     /// Temperatures [K] in the order of the nodes.
     pub fn temperatures(&self) -> &[f64] {
         &self.temperatures
+    }
+
+    /// The flux that nodes of a thermal network absorb [W/m2]; 0 for the others.
+    pub fn absorbed(&self, load: &TickLoad) -> Vec<f64> {
+        let absorbed = |node: &ReferenceNode| {
+            let material = &self.materials[node.material as usize];
+            if material.response != Response::Network {
+                return 0.0;
+            }
+            let front = self.incident.incident(load, node.normal);
+            absorbed_flux(material, front, || self.incident.incident(load, -node.normal))
+        };
+        self.nodes.par_iter().map(absorbed).collect()
+    }
+
+    /// Sets the temperature of a node [K], which a thermal network moves.
+    pub fn set_temperature(&mut self, node: usize, temperature: f64) {
+        self.temperatures[node] = temperature;
+        self.states[node].target = temperature;
     }
 
     /// The nodes.
@@ -134,7 +155,7 @@ fn moved_target(present: f64, commanded: f64, retarget: Retarget) -> f64 {
 /// The state of a node at rest; an instant node has none, and keeps its target only.
 fn settled(temperature: f64, material: &Material) -> TransitionState {
     match &material.response {
-        Response::Instant => TransitionState { target: temperature, span: 0.0, elapsed: 0.0 },
+        Response::Instant | Response::Network => TransitionState { target: temperature, span: 0.0, elapsed: 0.0 },
         Response::Transition(transition) => TransitionState::settled(temperature, transition),
     }
 }

@@ -8,6 +8,7 @@ mod device;
 mod functions;
 mod hazards;
 mod image;
+mod mesh_network;
 mod model;
 mod network;
 mod orbit;

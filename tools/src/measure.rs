@@ -326,7 +326,7 @@ fn measure_ticks(ticks: u32, context: &Arc<Context>, scene: Scene, edge: f64) ->
     let camera = prepared.scene.require_camera()?.clone();
     let mut engine = Engine::on_device(context, &prepared, Some(&camera))?;
     let step = prepared.scene.time.step;
-    engine.settle(&prepared.loads.tick_load(0.0, step))?;
+    engine.settle(&prepared.loads.tick_load(0.0, step), 0.0)?;
     let start_up = began.elapsed().as_secs_f64();
 
     let mut whole = Vec::new();
@@ -337,7 +337,7 @@ fn measure_ticks(ticks: u32, context: &Arc<Context>, scene: Scene, edge: f64) ->
         let load = prepared.loads.tick_load(from, to);
         let pose = camera_from_body(&camera, &prepared.loads.sky_model().sky(to));
         let order = Order { pose: Some(pose), temperatures: true };
-        engine.submit(Some(Tick { load: &load, steps: 1.0 }), order)?;
+        engine.submit(Some(Tick { load: &load, steps: 1.0, start: from, length: step }), order)?;
         engine.deliver()?;
         if tick >= 3 {
             whole.push(began.elapsed().as_secs_f64() * 1e3);

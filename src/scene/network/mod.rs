@@ -14,7 +14,7 @@ use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
 pub mod import;
-mod node;
+pub(in crate::scene) mod node;
 
 /// Keys of the root.
 const ROOT: &[&str] = &["space_temperature", "node", "linear_conductor", "radiative_conductor", "thermostat", "output"];
@@ -112,7 +112,7 @@ impl NetworkFile {
             );
             return Err(sections[node].error("kind", message));
         }
-        Ok(Self { labels, network, schedule: Schedule { heat, thermostats, times }, assumptions })
+        Ok(Self { labels, network, schedule: Schedule { heat, thermostats, spread: Vec::new(), times }, assumptions })
     }
 }
 

@@ -9,7 +9,7 @@ use crate::thermal::network::schedule::HeatTable;
 /// Keys of a node.
 pub(super) const KEYS: &[&str] = &["label", "kind", "capacitance", "emissive_area", "temperature", "heat"];
 /// `heat = { .. }`.
-const HEAT: &[&str] = &["time", "power"];
+pub(in crate::scene) const HEAT: &[&str] = &["time", "power"];
 /// Where the balance of an arithmetic node is sought first [K]: the balance is the same from anywhere.
 const FIRST_GUESS: f64 = 300.0;
 
@@ -66,13 +66,18 @@ fn capacitance(section: &Section, kind: NodeKind) -> Result<f64, SceneError> {
 }
 
 fn heat(section: &Section) -> Result<Option<HeatTable>, SceneError> {
-    if !section.has("heat") {
+    heat_table(section, "heat")
+}
+
+/// Heat under a key: a number, or times and powers.
+pub(in crate::scene) fn heat_table(section: &Section, key: &str) -> Result<Option<HeatTable>, SceneError> {
+    if !section.has(key) {
         return Ok(None);
     }
-    if !section.is_table("heat") {
-        return Ok(section.number("heat", Quantity::any("W"))?.map(HeatTable::constant));
+    if !section.is_table(key) {
+        return Ok(section.number(key, Quantity::any("W"))?.map(HeatTable::constant));
     }
-    let Some(table) = section.table("heat", HEAT)? else { return Ok(None) };
+    let Some(table) = section.table(key, HEAT)? else { return Ok(None) };
     let times = table.required("time", table.list("time")?, "the times of the table [s]")?;
     let powers = table.required("power", table.list("power")?, "the heat at each time [W]")?;
     if times.is_empty() {

@@ -92,6 +92,21 @@ pub struct Series {
     pub rejected: u64,
     /// All work.
     pub counts: WorkCounts,
+    /// States of the thermostats at the end.
+    pub on: Vec<bool>,
+    /// Sub-step that the last estimate proposes [s].
+    pub step: f64,
+}
+
+/// Where an integration stands that is one of many in a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Part {
+    /// Time over which errors add up [s].
+    pub horizon: f64,
+    /// First sub-step to try [s].
+    pub step: f64,
+    /// Whether thermostats tighten the sub-steps, so that their switching times hold over a long run.
+    pub tight_switches: bool,
 }
 
 /// Why an integration ends early.
@@ -170,10 +185,36 @@ pub fn integrate<S: Stepper>(
     settings: &Settings,
     watch: impl FnMut(f64) -> bool,
 ) -> Result<Series, ControlError<S::Error>> {
+    let horizon = schedule.times.last().copied().unwrap_or(1.0);
+    integrate_part(
+        stepper,
+        network,
+        schedule,
+        settings,
+        Part { horizon, step: f64::INFINITY, tight_switches: true },
+        watch,
+    )
+}
+
+/// As [`integrate`], for one of many parts in a row.
+///
+/// # Errors
+/// See [`ControlError`].
+pub fn integrate_part<S: Stepper>(
+    stepper: &mut S,
+    network: &Network,
+    schedule: &Schedule,
+    settings: &Settings,
+    part: Part,
+    watch: impl FnMut(f64) -> bool,
+) -> Result<Series, ControlError<S::Error>> {
     let on: Vec<bool> = schedule.thermostats.iter().map(|thermostat| thermostat.initially_on).collect();
-    let duration = schedule.times.last().copied().unwrap_or(1.0).max(1e-9);
-    let share =
-        if schedule.thermostats.is_empty() { SHARE } else { SHARE_THERMOSTAT * (SHORT_RUN / duration).min(1.0) };
+    let duration = part.horizon.max(1e-9);
+    let share = if schedule.thermostats.is_empty() || !part.tight_switches {
+        SHARE
+    } else {
+        SHARE_THERMOSTAT * (SHORT_RUN / duration).min(1.0)
+    };
     let mut control = Control {
         stepper,
         network,
@@ -187,7 +228,7 @@ pub fn integrate<S: Stepper>(
         sensed: Vec::new(),
         quick: vec![(f64::NEG_INFINITY, 0); on.len()],
         on,
-        step: f64::INFINITY,
+        step: part.step,
         fused: 1,
         rate: 0.0,
         rate_age: RATE_AGE,
@@ -197,6 +238,8 @@ pub fn integrate<S: Stepper>(
     };
     control.run()?;
     control.series.counts = control.stepper.counts();
+    control.series.on = control.on;
+    control.series.step = control.step;
     Ok(control.series)
 }
 

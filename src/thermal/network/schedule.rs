@@ -61,6 +61,8 @@ pub struct Schedule {
     pub heat: Vec<(u32, HeatTable)>,
     /// Thermostats.
     pub thermostats: Vec<Thermostat>,
+    /// Nodes that each thermostat heats, with their shares of its power; a thermostat beyond the list heats its node.
+    pub spread: Vec<Vec<(u32, f64)>>,
     /// Times of output [s], ascending, none below 0.
     pub times: Vec<f64>,
 }
@@ -88,8 +90,11 @@ impl Schedule {
             power[*node as usize] += own;
             slope[*node as usize] += change;
         }
-        for (thermostat, _) in self.thermostats.iter().zip(on).filter(|(_, on)| **on) {
-            power[thermostat.node as usize] += thermostat.power;
+        for (number, thermostat) in self.thermostats.iter().enumerate().filter(|(number, _)| on[*number]) {
+            let alone = [(thermostat.node, 1.0)];
+            for (node, share) in self.spread.get(number).map_or(&alone[..], Vec::as_slice) {
+                power[*node as usize] += share * thermostat.power;
+            }
         }
         (power, slope)
     }

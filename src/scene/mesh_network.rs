@@ -1,0 +1,173 @@
+//! `[network]`, `[[contact]]` and `[[heater]]`: how the thermal network of a scene is made, joined and heated.
+
+use wildmatch::WildMatch;
+
+use super::Probe;
+use super::error::SceneError;
+use super::network::node::heat_table;
+use super::quantity::Quantity;
+use super::section::Section;
+use crate::thermal::network::control::Integrator;
+use crate::thermal::network::schedule::HeatTable;
+use crate::thermal::shell::{ContactConductance, MERGE_RATE};
+
+/// How far apart surfaces in contact lie at most, where the scene does not say [m].
+const CONTACT_DISTANCE: f64 = 1e-3;
+
+/// How a network is made and integrated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NetworkSettings {
+    /// Which methods.
+    pub integrator: Integrator,
+    /// Error to aim for [K].
+    pub tolerance: f64,
+    /// Pairs of nodes that even out faster are merged [1/s].
+    pub merge_rate: f64,
+}
+
+/// Patterns (`*`, `?`) on names of parts or materials.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Owners {
+    /// Of parts.
+    Parts(String),
+    /// Of glTF materials.
+    Materials(String),
+}
+
+/// A contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactRule {
+    /// What is joined.
+    pub between: [Owners; 2],
+    /// How far apart surfaces in contact lie at most [m].
+    pub distance: f64,
+    /// How well heat crosses.
+    pub conductance: ContactConductance,
+}
+
+/// Heat in the structure of parts, spread over their area.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Heater {
+    /// Patterns on names of parts.
+    pub parts: Vec<String>,
+    /// Heat over scene time; of a thermostat, while it is on.
+    pub power: HeatTable,
+    /// What switches it.
+    pub thermostat: Option<HeaterThermostat>,
+}
+
+/// Hysteresis on the structure at a probe.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeaterThermostat {
+    /// Index of the probe.
+    pub probe: usize,
+    /// [K].
+    pub on_below: f64,
+    /// [K].
+    pub off_above: f64,
+    /// State at the start.
+    pub initially_on: bool,
+}
+
+impl Owners {
+    /// The pattern.
+    pub fn pattern(&self) -> &str {
+        match self {
+            Self::Parts(pattern) | Self::Materials(pattern) => pattern,
+        }
+    }
+
+    /// Whether a part or material is meant, by their names.
+    pub fn fits(&self, part: &str, material: &str) -> bool {
+        match self {
+            Self::Parts(pattern) => WildMatch::new(pattern).matches(part),
+            Self::Materials(pattern) => WildMatch::new(pattern).matches(material),
+        }
+    }
+}
+
+/// Reads `[network]`.
+pub(super) fn settings(section: Option<&Section>) -> Result<NetworkSettings, SceneError> {
+    let all = [Integrator::Default, Integrator::Cheap, Integrator::Accurate];
+    let names = all.map(|integrator| integrator.to_string());
+    let choices: Vec<(&str, Integrator)> = names.iter().map(String::as_str).zip(all).collect();
+    let Some(section) = section else {
+        let integrator = Integrator::Default;
+        return Ok(NetworkSettings { integrator, tolerance: integrator.tolerance(), merge_rate: MERGE_RATE });
+    };
+    let integrator = section.choice("integrator", &choices)?.unwrap_or(Integrator::Default);
+    let tolerance = section.number("tolerance", Quantity::within(1e-9, 10.0, "K"))?;
+    let merge_rate = section.number("merge_rate", Quantity::positive("1/s"))?.unwrap_or(MERGE_RATE);
+    Ok(NetworkSettings { integrator, tolerance: tolerance.unwrap_or(integrator.tolerance()), merge_rate })
+}
+
+/// Reads every `[[contact]]`.
+pub(super) fn contacts(sections: &[Section], assumptions: &mut Vec<String>) -> Result<Vec<ContactRule>, SceneError> {
+    sections.iter().map(|section| contact(section, assumptions)).collect()
+}
+
+fn contact(section: &Section, assumptions: &mut Vec<String>) -> Result<ContactRule, SceneError> {
+    section.exclusive("between", "between_materials")?;
+    let materials = section.has("between_materials");
+    let key = if materials { "between_materials" } else { "between" };
+    let names = section.required(key, section.strings(key)?, "the names of two parts, or of two glTF materials")?;
+    let Ok([first, second]) = <[String; 2]>::try_from(names) else {
+        return Err(section.error(key, "must name two, as [\"a\", \"b\"]"));
+    };
+    let owners = |name| if materials { Owners::Materials(name) } else { Owners::Parts(name) };
+    section.exclusive("conductance", "conductance_per_area")?;
+    let total = section.number("conductance", Quantity::positive("W/K"))?;
+    let per_area = section.number("conductance_per_area", Quantity::positive("W/(m2 K)"))?;
+    let conductance = match (total, per_area) {
+        (Some(total), _) => ContactConductance::Total(total),
+        (None, Some(per_area)) => ContactConductance::PerArea(per_area),
+        (None, None) => {
+            let message = "is missing: conductance [W/K] of the whole contact, or conductance_per_area [W/(m2 K)]";
+            return Err(section.error("conductance", message));
+        }
+    };
+    let distance = section.number("distance", Quantity::positive("m"))?.unwrap_or_else(|| {
+        assumptions.push(format!(
+            "Surfaces of '{first}' and '{second}' are in contact where they lie within {CONTACT_DISTANCE} m \
+             (contact.distance is absent)."
+        ));
+        CONTACT_DISTANCE
+    });
+    Ok(ContactRule { between: [owners(first), owners(second)], distance, conductance })
+}
+
+/// Reads every `[[heater]]`.
+pub(super) fn heaters(sections: &[Section], probes: &[Probe]) -> Result<Vec<Heater>, SceneError> {
+    sections.iter().map(|section| heater(section, probes)).collect()
+}
+
+fn heater(section: &Section, probes: &[Probe]) -> Result<Heater, SceneError> {
+    let parts = section.required("part", section.strings("part")?, "the names of the parts that are heated")?;
+    let power = heat_table(section, "power")?;
+    let power = section.required("power", power, "the heat [W]: a number, or { time = [..], power = [..] }")?;
+    let on_below = section.number("on_below", Quantity::non_negative("K"))?;
+    let off_above = section.number("off_above", Quantity::non_negative("K"))?;
+    let initially_on = section.boolean("initially_on")?;
+    let Some(name) = section.string("probe")? else {
+        for key in ["on_below", "off_above", "initially_on"] {
+            if section.has(key) {
+                return Err(section.error(key, "needs 'probe', the name of the [[probe]] that the thermostat senses"));
+            }
+        }
+        return Ok(Heater { parts, power, thermostat: None });
+    };
+    let Some(probe) = probes.iter().position(|probe| probe.name == name) else {
+        let known = probes.iter().map(|probe| format!("'{}'", probe.name)).collect::<Vec<_>>().join(", ");
+        return Err(section.error("probe", format!("there is no [[probe]] '{name}'; there are: {known}")));
+    };
+    let on_below = section.required("on_below", on_below, "the temperature below which the heater goes on [K]")?;
+    let off_above = section.required("off_above", off_above, "the temperature above which it goes off [K]")?;
+    if on_below >= off_above {
+        return Err(section.error("off_above", format!("must be above on_below, {on_below} K, found {off_above} K")));
+    }
+    if power.times.len() > 1 {
+        return Err(section.error("power", "of a thermostat must be a number: it is switched, not scheduled"));
+    }
+    let thermostat = HeaterThermostat { probe, on_below, off_above, initially_on: initially_on.unwrap_or(false) };
+    Ok(Heater { parts, power, thermostat: Some(thermostat) })
+}

@@ -1,0 +1,208 @@
+//! A triangulated surface as a thermal network: nodes, capacitances and conductances of shells (NUMERICS.md 3).
+//!
+//! Where a material conducts, coincident vertices of one part and material are one node; elsewhere every drawn vertex is
+//! its own. A node's area is its mixed Voronoi area, its conductances are the cotangents of an intrinsic Delaunay
+//! triangulation. A layered material has two nodes at a place: the outer one, which is seen, and the structure below it.
+
+use glam::DVec3;
+
+use super::balance::emissivity_sum;
+use super::material::Material;
+use super::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
+
+mod assemble;
+mod conductance;
+mod contact;
+mod intrinsic;
+mod merge;
+#[cfg(test)]
+mod tests;
+mod weld;
+
+pub use contact::{Contact, ContactConductance, Selection};
+
+/// A vertex that belongs to no node of the network.
+pub const NO_NODE: u32 = weld::NONE;
+
+/// Pairs of nodes that even out faster than this [1/s] are merged, unless the scene says otherwise (NUMERICS.md 3).
+pub const MERGE_RATE: f64 = 60.0;
+
+/// Triangles as a network is made from them.
+#[derive(Debug, Clone, Copy)]
+pub struct Surface<'a> {
+    /// Positions of the drawn vertices [m].
+    pub positions: &'a [DVec3],
+    /// Vertices of the triangles.
+    pub triangles: &'a [[u32; 3]],
+    /// Part of every vertex.
+    pub parts: &'a [u32],
+    /// Material of every vertex.
+    pub materials: &'a [u32],
+}
+
+/// One conducting, heat-storing sheet.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sheet {
+    /// Thickness x density x specific heat [J/(m2 K)]; 0 makes arithmetic nodes.
+    pub capacitance: f64,
+    /// Conductivity x thickness [W/K]; 0 conducts nothing.
+    pub conductance: f64,
+    /// Thickness [m].
+    pub thickness: f64,
+}
+
+/// What the network needs to know of a material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShellMaterial {
+    /// What is seen.
+    pub outer: Sheet,
+    /// Sum of the emissivities of the faces that see space.
+    pub emissivity: f64,
+    /// The structure below, and the effective emittance between the two.
+    pub over: Option<(Sheet, f64)>,
+}
+
+/// Why a surface is no network.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ShellError {
+    /// A value of a material is missing.
+    #[error("material '{material}': response = 'network' needs {key}: state it in its rule or in the table's entry")]
+    Lacks {
+        /// Name of the material.
+        material: String,
+        /// What is missing.
+        key: String,
+    },
+    /// What is to be in contact is not.
+    #[error("contact {contact}: no node of the one lies within {distance} m of the other")]
+    Apart {
+        /// The contact, as the scene describes it.
+        contact: String,
+        /// Distance at which they would be in contact [m].
+        distance: f64,
+    },
+    /// A conductance per area over no area.
+    #[error("contact {contact}: the two touch at points only, which have no area: state a conductance [W/K]")]
+    NoArea {
+        /// The contact, as the scene describes it.
+        contact: String,
+    },
+    /// Nothing to be in contact with.
+    #[error("contact {contact}: {side} has no nodes in the network: only materials with response = 'network' conduct")]
+    NotInNetwork {
+        /// The contact, as the scene describes it.
+        contact: String,
+        /// The side without nodes.
+        side: String,
+    },
+}
+
+/// What was made of the surface, for the user.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ShellSummary {
+    /// Drawn vertices in the network.
+    pub vertices: usize,
+    /// Nodes that others were merged into, or none: nodes that vanished.
+    pub merged: usize,
+    /// Rate above which pairs were merged [1/s].
+    pub merge_rate: f64,
+    /// Pairs of nodes whose conductance was negative and is 0 now.
+    pub clamped: usize,
+    /// Sum of what was clamped, as a share of the sum of all weights.
+    pub clamped_share: f64,
+    /// Edges flipped by the Delaunay triangulation.
+    pub flips: usize,
+    /// Edges that could not be flipped because more than two triangles, or two wound against each other, meet there.
+    pub non_manifold: usize,
+    /// Triangles that are too flat to conduct.
+    pub degenerate: usize,
+    /// Contacts made: pairs of nodes for each.
+    pub contacts: Vec<(String, usize, f64)>,
+}
+
+/// A network, and how it hangs together with the drawn vertices.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Shell {
+    /// Nodes and conductors.
+    pub network: Network,
+    /// The node that a drawn vertex shows, or `NO_NODE`.
+    pub node_of_vertex: Vec<u32>,
+    /// The node of the structure behind a drawn vertex: the same where there is no layer.
+    pub structure_of_vertex: Vec<u32>,
+    /// Area over which the flux at a drawn vertex heats its node [m2]; 0 outside the network.
+    pub load_areas: Vec<f64>,
+    /// What was made.
+    pub summary: ShellSummary,
+}
+
+impl ShellMaterial {
+    /// The shell of a material.
+    ///
+    /// # Errors
+    /// [`ShellError::Lacks`] where a value is missing that the network cannot do without.
+    pub fn of(material: &Material) -> Result<Self, ShellError> {
+        let bulk = &material.bulk;
+        let sheet = |thickness: Option<f64>,
+                     density: Option<f64>,
+                     specific_heat: Option<f64>,
+                     conductivity: Option<f64>,
+                     of: &str| {
+            let lacks = |key: &str| ShellError::Lacks { material: material.name.clone(), key: format!("{key}{of}") };
+            // Zero heat is stored whatever the other factors are.
+            let stores_nothing = density == Some(0.0) || specific_heat == Some(0.0);
+            let conducts = conductivity.is_some_and(|conductivity| conductivity > 0.0);
+            let thickness = match thickness {
+                None if stores_nothing && !conducts => 0.0,
+                thickness => thickness.ok_or_else(|| lacks("thickness [m]"))?,
+            };
+            let capacitance = if stores_nothing {
+                0.0
+            } else {
+                let density = density.ok_or_else(|| lacks("density [kg/m3]"))?;
+                thickness * density * specific_heat.ok_or_else(|| lacks("specific_heat [J/(kg K)]"))?
+            };
+            Ok::<_, ShellError>(Sheet { capacitance, conductance: thickness * conductivity.unwrap_or(0.0), thickness })
+        };
+        let outer = sheet(bulk.thickness, bulk.density, bulk.specific_heat, bulk.conductivity, "")?;
+        let over = bulk
+            .over
+            .map(|over| {
+                let [thickness, density, specific_heat] = [over.thickness, over.density, over.specific_heat].map(Some);
+                let below = sheet(thickness, density, specific_heat, Some(over.conductivity), " of 'over'")?;
+                Ok::<_, ShellError>((below, over.effective_emittance))
+            })
+            .transpose()?;
+        Ok(Self { outer, emissivity: emissivity_sum(material), over })
+    }
+
+    /// Whether coincident vertices share a node on either layer.
+    fn welds(&self) -> bool {
+        self.outer.conductance > 0.0 || self.over.is_some_and(|(below, _)| below.conductance > 0.0)
+    }
+}
+
+impl Shell {
+    /// The network of a surface. `materials` holds `None` for those of other responses; `temperature` [K] is where all
+    /// nodes start, `merge_rate` [1/s] where merging does (see [`MERGE_RATE`]).
+    ///
+    /// # Errors
+    /// A contact that is none.
+    pub fn new(
+        surface: &Surface,
+        materials: &[Option<ShellMaterial>],
+        contacts: &[Contact],
+        merge_rate: f64,
+        space_temperature: f64,
+    ) -> Result<Self, ShellError> {
+        assemble::shell(surface, materials, contacts, merge_rate, space_temperature)
+    }
+
+    /// Heat of every node [W] from the flux that every drawn vertex absorbs [W/m2], added to `heat`.
+    pub fn gather(&self, absorbed: impl Fn(usize) -> f64, heat: &mut [f64]) {
+        for (vertex, (node, area)) in self.node_of_vertex.iter().zip(&self.load_areas).enumerate() {
+            if *node != NO_NODE {
+                heat[*node as usize] += area * absorbed(vertex);
+            }
+        }
+    }
+}

@@ -1,0 +1,279 @@
+//! Puts a network together: nodes and conductors of outer sheets and structures, contacts, merging.
+
+use super::conductance::Weights;
+use super::intrinsic::Intrinsic;
+use super::merge::{Merged, apply, merge, summed, threshold};
+use super::weld::{NONE, weld};
+use super::{
+    Contact, LinearConductor, Network, NodeKind, RadiativeConductor, Sheet, Shell, ShellError, ShellMaterial,
+    ShellSummary, Surface,
+};
+
+/// Nodes of one layer: which each vertex has, and the weights of the pairs where they conduct.
+struct Layer {
+    node: Vec<u32>,
+}
+
+/// What is under way.
+struct Assembly<'a> {
+    surface: &'a Surface<'a>,
+    materials: &'a [Option<ShellMaterial>],
+    network: Network,
+    summary: ShellSummary,
+}
+
+pub(super) fn shell(
+    surface: &Surface,
+    materials: &[Option<ShellMaterial>],
+    contacts: &[Contact],
+    merge_rate: f64,
+    space_temperature: f64,
+) -> Result<Shell, ShellError> {
+    let mut assembly = Assembly {
+        surface,
+        materials,
+        network: Network { space_temperature, ..Network::default() },
+        summary: ShellSummary::default(),
+    };
+    let material = |vertex: usize| materials[surface.materials[vertex] as usize].as_ref();
+    let welded = |vertex: usize| material(vertex).is_some_and(ShellMaterial::welds);
+
+    // Places: welded ones first, then those of vertices that stand alone.
+    let (mut place, mut places) = weld(surface, welded);
+    let conducting = places;
+    let drawn = drawn_areas(surface);
+    for vertex in 0..place.len() {
+        if material(vertex).is_some() && place[vertex] == NONE {
+            place[vertex] = places as u32;
+            places += 1;
+        }
+    }
+    let triangles: Vec<[u32; 3]> =
+        surface.triangles.iter().copied().filter(|triangle| place[triangle[0] as usize] != NONE).collect();
+    let weights = assembly.weights(&triangles, &place, conducting);
+    let mut areas = weights.areas.clone();
+    areas.resize(places, 0.0);
+    for (vertex, place) in place.iter().enumerate() {
+        if *place != NONE && *place as usize >= conducting {
+            areas[*place as usize] = drawn[vertex];
+        }
+    }
+    adopt_bare_places(&triangles, surface, &mut place, &areas);
+    let load_areas = load_areas(&place, &areas, &drawn);
+
+    // The outer sheet stands alone where it does not conduct, even over a structure that does.
+    let outer = assembly.outer_layer(&place, &areas, &load_areas, conducting, &weights);
+    let structure = assembly.structures(&place, &areas, &load_areas, &outer, &weights);
+    assembly.summary.vertices = outer.node.iter().filter(|node| **node != NONE).count();
+
+    for contact in contacts {
+        let conductors = contact.conductors(surface, materials, &structure.node)?;
+        let total: f64 = conductors.iter().map(|one| one.conductance).sum();
+        assembly.summary.contacts.push((contact.name.clone(), conductors.len(), total));
+        assembly.network.linear.extend(conductors);
+    }
+    let Assembly { mut network, mut summary, .. } = assembly;
+    // Several contacts, and sheets that meet, may join the same two nodes.
+    let nodes = Merged { node: (0..network.len() as u32).collect(), count: network.len() };
+    apply(&mut network, &nodes);
+    summary.merge_rate = threshold(&network, merge_rate);
+    let merged = merge(&mut network, summary.merge_rate);
+    summary.merged = merged.node.len() - merged.count;
+    let renumber = |layer: Layer| {
+        let new = |node: u32| if node == NONE { NONE } else { merged.node[node as usize] };
+        layer.node.into_iter().map(new).collect()
+    };
+    Ok(Shell {
+        network,
+        node_of_vertex: renumber(outer),
+        structure_of_vertex: renumber(structure),
+        load_areas,
+        summary,
+    })
+}
+
+impl Assembly<'_> {
+    /// Weights of the pairs of welded places, and their areas.
+    fn weights(&mut self, triangles: &[[u32; 3]], place: &[u32], conducting: usize) -> Weights {
+        let at = |vertex: u32| place[vertex as usize];
+        let conducts = |triangle: &&[u32; 3]| (at(triangle[0]) as usize) < conducting;
+        let (whole, collapsed): (Vec<[u32; 3]>, Vec<[u32; 3]>) =
+            triangles.iter().filter(conducts).partition(|triangle| {
+                let [a, b, c] = triangle.map(at);
+                a != b && b != c && c != a
+            });
+        let mut intrinsic = Intrinsic::new(&whole, self.surface.positions, at);
+        intrinsic.make_delaunay();
+        let weights = Weights::new(&intrinsic, conducting);
+        let total: f64 = weights.pairs.iter().map(|pair| pair.1).sum();
+        self.summary.flips = intrinsic.flips;
+        self.summary.non_manifold = intrinsic.non_manifold;
+        self.summary.degenerate = weights.degenerate + collapsed.len();
+        self.summary.clamped = weights.clamped;
+        self.summary.clamped_share = if total > 0.0 { weights.clamped_weight / total } else { 0.0 };
+        weights
+    }
+
+    fn push(&mut self, sheet: &Sheet, area: f64, emissivity: f64) -> u32 {
+        let capacitance = sheet.capacitance * area;
+        let kind = if capacitance > 0.0 { NodeKind::Diffusive } else { NodeKind::Arithmetic };
+        self.network.kinds.push(kind);
+        self.network.capacitances.push(capacitance);
+        self.network.emissive_areas.push(emissivity * area);
+        self.network.temperatures.push(self.network.space_temperature);
+        self.network.kinds.len() as u32 - 1
+    }
+
+    /// Adds the conductors of welded places; `node` and `conductance` are those of a place.
+    fn conduct(&mut self, weights: &Weights, place: &[Option<(u32, f64)>]) {
+        let conductors = weights.pairs.iter().filter_map(|(pair, weight)| {
+            let [(a, conductance), (b, _)] = [place[pair[0] as usize]?, place[pair[1] as usize]?];
+            Some(LinearConductor { nodes: [a, b], conductance: weight * conductance })
+        });
+        self.network.linear.extend(conductors);
+    }
+
+    /// Nodes that are seen.
+    fn outer_layer(
+        &mut self,
+        place: &[u32],
+        areas: &[f64],
+        load_areas: &[f64],
+        conducting: usize,
+        weights: &Weights,
+    ) -> Layer {
+        let mut node = vec![NONE; place.len()];
+        let mut of_place: Vec<Option<(u32, f64)>> = vec![None; areas.len()];
+        for vertex in 0..place.len() {
+            let here = place[vertex];
+            let Some(material) = self.materials[self.surface.materials[vertex] as usize] else { continue };
+            if here == NONE {
+                continue;
+            }
+            let here = here as usize;
+            if material.outer.conductance > 0.0 || here >= conducting {
+                node[vertex] = match of_place[here] {
+                    Some((node, _)) => node,
+                    None => {
+                        let new = self.push(&material.outer, areas[here], material.emissivity);
+                        of_place[here] = Some((new, material.outer.conductance));
+                        new
+                    }
+                };
+            } else if load_areas[vertex] > 0.0 {
+                node[vertex] = self.push(&material.outer, load_areas[vertex], material.emissivity);
+            }
+        }
+        // A vertex of triangles without area shows what another one at its place does.
+        let mut shown = vec![NONE; areas.len()];
+        for (node, here) in node.iter().zip(place).filter(|(node, _)| **node != NONE) {
+            shown[*here as usize] = *node;
+        }
+        for (node, here) in node.iter_mut().zip(place).filter(|(_, here)| **here != NONE) {
+            if *node == NONE {
+                *node = shown[*here as usize];
+            }
+        }
+        self.conduct(weights, &of_place[..conducting]);
+        Layer { node }
+    }
+
+    /// Nodes below what is seen, and the exchange with it.
+    fn structures(
+        &mut self,
+        place: &[u32],
+        areas: &[f64],
+        load_areas: &[f64],
+        outer: &Layer,
+        weights: &Weights,
+    ) -> Layer {
+        let mut node = outer.node.clone();
+        let mut of_place: Vec<Option<(u32, f64)>> = vec![None; areas.len()];
+        let mut exchanges = Vec::new();
+        for vertex in 0..place.len() {
+            let Some(material) = self.materials[self.surface.materials[vertex] as usize] else { continue };
+            let Some((below, emittance)) = material.over else { continue };
+            if place[vertex] == NONE {
+                continue;
+            }
+            let here = place[vertex] as usize;
+            node[vertex] = match of_place[here] {
+                Some((node, _)) => node,
+                None => {
+                    let new = self.push(&below, areas[here], 0.0);
+                    of_place[here] = Some((new, below.conductance));
+                    new
+                }
+            };
+            exchanges.push(([outer.node[vertex], node[vertex]], emittance * load_areas[vertex]));
+        }
+        let exchanges = summed(exchanges).into_iter().filter(|(_, area)| *area > 0.0);
+        self.network
+            .radiative
+            .extend(exchanges.map(|(nodes, exchange_area)| RadiativeConductor { nodes, exchange_area }));
+        let conducting = weights.areas.len();
+        self.conduct(weights, &of_place[..conducting]);
+        Layer { node }
+    }
+}
+
+/// A third of every triangle for each of its corners [m2].
+fn drawn_areas(surface: &Surface) -> Vec<f64> {
+    let mut areas = vec![0.0; surface.positions.len()];
+    for triangle in surface.triangles {
+        let [a, b, c] = triangle.map(|vertex| surface.positions[vertex as usize]);
+        let share = (b - a).cross(c - a).length() / 6.0;
+        for vertex in triangle {
+            areas[*vertex as usize] += share;
+        }
+    }
+    areas
+}
+
+/// Every place's area shared out to its vertices in proportion to what is drawn of them [m2].
+fn load_areas(place: &[u32], areas: &[f64], drawn: &[f64]) -> Vec<f64> {
+    let mut sums = vec![0.0; areas.len()];
+    for (place, drawn) in place.iter().zip(drawn).filter(|(place, _)| **place != NONE) {
+        sums[*place as usize] += drawn;
+    }
+    let share = |(place, drawn): (&u32, &f64)| {
+        if *place == NONE || *drawn <= 0.0 {
+            return 0.0;
+        }
+        areas[*place as usize] * drawn / sums[*place as usize]
+    };
+    place.iter().zip(drawn).map(share).collect()
+}
+
+/// Gives vertices whose place has no area the place of the nearest corner that has one: nothing could balance there. Those
+/// without such a corner get a place of their material, and failing that none.
+fn adopt_bare_places(triangles: &[[u32; 3]], surface: &Surface, place: &mut [u32], areas: &[f64]) {
+    let bare = |place: u32| place != NONE && areas[place as usize] <= 0.0;
+    if !place.iter().any(|place| bare(*place)) {
+        return;
+    }
+    let mut nearest: Vec<(f64, u32)> = vec![(f64::INFINITY, NONE); areas.len()];
+    for triangle in triangles {
+        for vertex in triangle.iter().filter(|vertex| bare(place[**vertex as usize])) {
+            for other in triangle.iter().filter(|other| !bare(place[**other as usize])) {
+                let [here, there] = [*vertex, *other].map(|vertex| surface.positions[vertex as usize]);
+                let found = (here.distance(there), place[*other as usize]);
+                let best = &mut nearest[place[*vertex as usize] as usize];
+                if found.0 < best.0 {
+                    *best = found;
+                }
+            }
+        }
+    }
+    let mut of_material = std::collections::HashMap::new();
+    for (vertex, place) in place.iter().enumerate().filter(|(_, place)| **place != NONE && !bare(**place)) {
+        of_material.entry((surface.parts[vertex], surface.materials[vertex])).or_insert(*place);
+    }
+    for vertex in 0..place.len() {
+        if bare(place[vertex]) {
+            let found = nearest[place[vertex] as usize].1;
+            let key = (surface.parts[vertex], surface.materials[vertex]);
+            place[vertex] = if found == NONE { of_material.get(&key).copied().unwrap_or(NONE) } else { found };
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! Cotangent weights and mixed Voronoi areas of an intrinsic triangulation.
+//!
+//! GL = k h (cot a + cot b) / 2 for the angles a, b opposite to an edge (Pinkall & Polthier, Experimental Mathematics 2,
+//! 1993); areas after Meyer, Desbrun, Schroeder & Barr, Visualization and Mathematics III, 2003, section 3.3.
+
+use rayon::prelude::*;
+
+use super::intrinsic::{Intrinsic, next, previous};
+
+/// A triangle whose area is a smaller share of the square of its longest edge has no cotangents to speak of.
+const DEGENERATE: f64 = 1e-12;
+
+/// What a surface conducts per k h, and how its area is shared out.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Weights {
+    /// Pairs of nodes, the lower first, each once, with their weight; all positive.
+    pub(super) pairs: Vec<([u32; 2], f64)>,
+    /// Area of every node [m2].
+    pub(super) areas: Vec<f64>,
+    /// Pairs whose weight was negative and is now 0.
+    pub(super) clamped: usize,
+    /// The negative weights, summed without their sign.
+    pub(super) clamped_weight: f64,
+    /// Triangles too flat to conduct.
+    pub(super) degenerate: usize,
+}
+
+impl Weights {
+    /// Weights and areas of `nodes` nodes.
+    pub(super) fn new(surface: &Intrinsic, nodes: usize) -> Self {
+        let mut weights = Self { areas: vec![0.0; nodes], ..Self::default() };
+        let mut sides = Vec::with_capacity(3 * surface.faces());
+        for face in 0..surface.faces() {
+            let corner = [3 * face, 3 * face + 1, 3 * face + 2];
+            let area = surface.area(face);
+            let longest = corner.into_iter().map(|h| surface.length[h]).fold(0.0, f64::max);
+            if area <= DEGENERATE * longest * longest {
+                weights.degenerate += 1;
+                continue;
+            }
+            let shares = corner_areas(surface, face, area);
+            for (h, share) in corner.into_iter().zip(shares) {
+                weights.areas[surface.tail[h] as usize] += share;
+                let (a, b) = (surface.tail[h], surface.tail[next(h)]);
+                // After flips, an edge may lead from a node around a cone back to it.
+                if a != b {
+                    sides.push(([a.min(b), a.max(b)], surface.opening(h) / (8.0 * area)));
+                }
+            }
+        }
+        sides.par_sort_by_key(|side| side.0);
+        for pair in sides.chunk_by(|a, b| a.0 == b.0) {
+            let weight: f64 = pair.iter().map(|side| side.1).sum();
+            // What rounding leaves of a right angle's zero is no conductor.
+            let scale: f64 = pair.iter().map(|side| side.1.abs()).fold(1e-3, f64::max);
+            if weight > 1e-12 * scale {
+                weights.pairs.push((pair[0].0, weight));
+            } else if weight < -1e-9 * scale {
+                weights.clamped += 1;
+                weights.clamped_weight -= weight;
+            }
+        }
+        weights
+    }
+}
+
+/// Shares of a triangle's area that go to the tails of its half-edges [m2].
+fn corner_areas(surface: &Intrinsic, face: usize, area: f64) -> [f64; 3] {
+    let corners = [3 * face, 3 * face + 1, 3 * face + 2];
+    // The angle at the tail of a half-edge is opposite to the next one.
+    let obtuse = corners.map(|h| surface.opening(next(h)) < 0.0);
+    if obtuse.contains(&true) {
+        return obtuse.map(|here| if here { 0.5 * area } else { 0.25 * area });
+    }
+    corners.map(|h| {
+        let (out, back) = (surface.length[h], surface.length[previous(h)]);
+        (out * out * surface.opening(h) + back * back * surface.opening(previous(h))) / (32.0 * area)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    fn weights(points: &[[f64; 2]], triangles: &[[u32; 3]]) -> Weights {
+        let positions: Vec<DVec3> = points.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0)).collect();
+        Weights::new(&Intrinsic::new(triangles, &positions, |vertex| vertex), positions.len())
+    }
+
+    #[test]
+    fn an_equilateral_triangle_by_hand() {
+        let found = weights(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.75_f64.sqrt()]], &[[0, 1, 2]]);
+        assert_eq!(found.pairs.len(), 3);
+        let half_cotangent = 0.5 / 3.0_f64.sqrt();
+        assert!(found.pairs.iter().all(|(_, weight)| (weight - half_cotangent).abs() < 1e-15));
+        assert!(found.areas.iter().all(|area| (area - 0.75_f64.sqrt() / 6.0).abs() < 1e-15));
+    }
+
+    #[test]
+    fn a_square_conducts_along_its_sides() {
+        let found = weights(&[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]], &[[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(found.pairs.len(), 4, "the diagonal's weight is zero");
+        assert!(found.pairs.iter().all(|(pair, weight)| pair != &[0, 2] && (weight - 0.5).abs() < 1e-15));
+        assert!(found.areas.iter().all(|area| (area - 1.0).abs() < 1e-15));
+        assert_eq!((found.clamped, found.degenerate), (0, 0));
+    }
+
+    #[test]
+    fn an_obtuse_border_is_clamped_and_counted() {
+        let found = weights(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.1]], &[[0, 1, 2]]);
+        assert_eq!((found.clamped, found.pairs.len()), (1, 2));
+        // cot of the apex, between (-0.5, -0.1) and (0.5, -0.1): -0.24 / 0.1.
+        assert!((found.clamped_weight - 1.2).abs() < 1e-12);
+        assert!((found.areas.iter().sum::<f64>() - 0.05).abs() < 1e-16);
+        assert!((found.areas[2] - 0.025).abs() < 1e-16, "half the area is the obtuse corner's");
+    }
+
+    #[test]
+    fn a_triangle_without_area_does_not_conduct() {
+        let found = weights(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.0]], &[[0, 1, 2]]);
+        assert_eq!((found.degenerate, found.pairs.len()), (1, 0));
+    }
+}

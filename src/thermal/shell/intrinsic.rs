@@ -1,0 +1,246 @@
+//! A triangulated surface known by its edge lengths alone, and the flips that make it Delaunay.
+//!
+//! The surface stays what it is: an edge may bend over a crease, but lengths and areas do not change (Fisher, Springborn,
+//! Schroeder & Bobenko, Computing 81, 2007). On a Delaunay triangulation every inner cotangent weight is positive.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// No half-edge.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Cotangents closer to balance than this, in units of the edge's square, are left alone: a square has two diagonals.
+const BALANCED: f64 = 1e-10;
+
+/// Flips per half-edge at which rounding is to blame and flipping ends; well-behaved meshes take less than one.
+const MOST_FLIPS: usize = 50;
+
+/// Triangles with half-edges `3 f`, `3 f + 1`, `3 f + 2`; two triangles may meet in more than one edge.
+#[derive(Debug, Clone)]
+pub(super) struct Intrinsic {
+    /// Node where a half-edge starts.
+    pub(super) tail: Vec<u32>,
+    /// Length [m].
+    pub(super) length: Vec<f64>,
+    /// The half-edge on the other side, or `NONE`.
+    twin: Vec<u32>,
+    /// Edges where more than two triangles meet, or two that are wound against each other: they are not flipped.
+    pub(super) non_manifold: usize,
+    /// Edges flipped.
+    pub(super) flips: usize,
+}
+
+/// Half-edges between two nodes, and which drawn vertices they join there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Side {
+    nodes: [u32; 2],
+    drawn: [u32; 2],
+    half_edge: u32,
+}
+
+fn ordered(a: u32, b: u32) -> [u32; 2] {
+    if a < b { [a, b] } else { [b, a] }
+}
+
+/// The next half-edge of the same triangle.
+pub(super) fn next(half_edge: usize) -> usize {
+    if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
+}
+
+/// The half-edge before it.
+pub(super) fn previous(half_edge: usize) -> usize {
+    if half_edge.is_multiple_of(3) { half_edge + 2 } else { half_edge - 1 }
+}
+
+impl Intrinsic {
+    /// The surface of `triangles` of drawn vertices. `node` names the node of a vertex; all three must differ.
+    pub(super) fn new(triangles: &[[u32; 3]], positions: &[DVec3], node: impl Fn(u32) -> u32 + Sync) -> Self {
+        let tail: Vec<u32> = triangles.par_iter().flat_map_iter(|triangle| triangle.map(&node)).collect();
+        let length = triangles
+            .par_iter()
+            .flat_map_iter(|triangle| {
+                let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
+                [a.distance(b), b.distance(c), c.distance(a)]
+            })
+            .collect();
+        let mut surface = Self { twin: vec![NONE; tail.len()], tail, length, non_manifold: 0, flips: 0 };
+        surface.glue(triangles);
+        surface
+    }
+
+    /// Finds twins: first of triangles that share drawn vertices, so that the two faces of a sheet stay two, then of
+    /// those that share nodes.
+    fn glue(&mut self, triangles: &[[u32; 3]]) {
+        let mut sides: Vec<Side> = (0..self.tail.len())
+            .into_par_iter()
+            .map(|half_edge| {
+                let triangle = &triangles[half_edge / 3];
+                Side {
+                    nodes: ordered(self.tail[half_edge], self.tail[next(half_edge)]),
+                    drawn: ordered(triangle[half_edge % 3], triangle[(half_edge + 1) % 3]),
+                    half_edge: half_edge as u32,
+                }
+            })
+            .collect();
+        sides.par_sort_unstable();
+        let mut left = Vec::new();
+        for edge in sides.chunk_by(|a, b| a.nodes == b.nodes) {
+            left.clear();
+            for drawn in edge.chunk_by(|a, b| a.drawn == b.drawn) {
+                if !self.join(drawn) {
+                    left.extend_from_slice(drawn);
+                }
+            }
+            if !self.join(&left) && left.len() > 1 {
+                self.non_manifold += 1;
+            }
+        }
+    }
+
+    /// Makes twins of two half-edges that run against each other.
+    fn join(&mut self, sides: &[Side]) -> bool {
+        let [a, b] = sides else { return false };
+        let [a, b] = [a.half_edge as usize, b.half_edge as usize];
+        if self.tail[a] == self.tail[b] {
+            return false;
+        }
+        self.twin[a] = b as u32;
+        self.twin[b] = a as u32;
+        true
+    }
+
+    /// Number of triangles.
+    pub(super) fn faces(&self) -> usize {
+        self.tail.len() / 3
+    }
+
+    /// Area of a triangle [m2] by Kahan's form of Heron's formula, exact for needles; 0 where the lengths allow none.
+    pub(super) fn area(&self, face: usize) -> f64 {
+        let mut sides = [self.length[3 * face], self.length[3 * face + 1], self.length[3 * face + 2]];
+        sides.sort_unstable_by(f64::total_cmp);
+        let [c, b, a] = sides;
+        let product = (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c));
+        0.25 * product.max(0.0).sqrt()
+    }
+
+    /// a^2 + b^2 - c^2 of the angle opposite to a half-edge c: its cotangent times four areas [m2].
+    pub(super) fn opening(&self, half_edge: usize) -> f64 {
+        let [a, b, c] = [next(half_edge), previous(half_edge), half_edge].map(|side| self.length[side]);
+        // The difference of squares as a product: of a needle, a and c nearly agree.
+        if a > b { b * b + (a - c) * (a + c) } else { a * a + (b - c) * (b + c) }
+    }
+
+    /// Flips edges until the two angles opposite to each sum to at most 180 deg.
+    pub(super) fn make_delaunay(&mut self) {
+        let mut waiting: Vec<u32> = (0..self.tail.len() as u32).filter(|h| self.twin[*h as usize] != NONE).collect();
+        waiting.retain(|h| *h < self.twin[*h as usize]);
+        let most = self.tail.len() * MOST_FLIPS;
+        while let Some(half_edge) = waiting.pop() {
+            let half_edge = half_edge as usize;
+            if self.flips < most && self.is_bad(half_edge) {
+                let outer = self.flip(half_edge);
+                self.flips += 1;
+                waiting.extend(outer.into_iter().filter(|h| self.twin[*h as usize] != NONE));
+            }
+        }
+    }
+
+    /// Whether an edge has a negative cotangent sum and can be flipped.
+    fn is_bad(&self, half_edge: usize) -> bool {
+        let twin = self.twin[half_edge] as usize;
+        if self.twin[half_edge] == NONE || half_edge / 3 == twin / 3 {
+            return false;
+        }
+        let areas = [self.area(half_edge / 3), self.area(twin / 3)];
+        let sum = self.opening(half_edge) * areas[1] + self.opening(twin) * areas[0];
+        sum < -BALANCED * self.length[half_edge] * self.length[half_edge] * (areas[0] + areas[1])
+    }
+
+    /// Turns the edge of two triangles a-b-c and b-a-d into d-c. Returns the four outer half-edges.
+    fn flip(&mut self, half_edge: usize) -> [u32; 4] {
+        let twin = self.twin[half_edge] as usize;
+        let (first, second) = (half_edge / 3, twin / 3);
+        let base = self.length[half_edge];
+        // Both triangles laid flat, the edge along x: a at 0, b at `base`, c above and d below.
+        let apex = |length_to_a: f64, length_to_b: f64| {
+            0.5 * (base + (length_to_a - length_to_b) * (length_to_a + length_to_b) / base)
+        };
+        let c = apex(self.length[previous(half_edge)], self.length[next(half_edge)]);
+        let d = apex(self.length[next(twin)], self.length[previous(twin)]);
+        let height = 2.0 * (self.area(first) + self.area(second)) / base;
+        let length = (c - d).hypot(height);
+
+        let moved = [previous(half_edge), next(twin), previous(twin), next(half_edge)];
+        let places = [3 * first + 1, 3 * first + 2, 3 * second + 1, 3 * second + 2];
+        let old = moved.map(|h| (self.tail[h], self.length[h], self.twin[h]));
+        for ((tail, length, twin), place) in old.into_iter().zip(places) {
+            self.tail[place] = tail;
+            self.length[place] = length;
+            // A triangle may be glued to itself or to its neighbour twice.
+            let twin = moved.iter().position(|h| *h as u32 == twin).map_or(twin, |moved| places[moved] as u32);
+            self.twin[place] = twin;
+            if twin != NONE {
+                self.twin[twin as usize] = place as u32;
+            }
+        }
+        let (c, d) = (old[0].0, old[2].0);
+        let (down, up) = (3 * first, 3 * second);
+        (self.tail[down], self.tail[up]) = (d, c);
+        (self.length[down], self.length[up]) = (length, length);
+        (self.twin[down], self.twin[up]) = (up as u32, down as u32);
+        places.map(|place| place as u32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two triangles over the edge 0-1, with the apexes at a height above and below its middle.
+    fn kite(height: f64) -> Intrinsic {
+        let positions = [DVec3::ZERO, DVec3::X, DVec3::new(0.5, height, 0.0), DVec3::new(0.5, -height, 0.0)];
+        Intrinsic::new(&[[0, 1, 2], [1, 0, 3]], &positions, |vertex| vertex)
+    }
+
+    #[test]
+    fn a_flat_kite_is_flipped_and_keeps_its_area() {
+        let mut flat = kite(0.1);
+        let area = |surface: &Intrinsic| (0..surface.faces()).map(|face| surface.area(face)).sum::<f64>();
+        let before = area(&flat);
+        flat.make_delaunay();
+        assert_eq!(flat.flips, 1);
+        assert!((area(&flat) - before).abs() < 1e-15 && (flat.length[0] - 0.2).abs() < 1e-15);
+        assert_eq!([flat.tail[0], flat.tail[1], flat.tail[2]], [3, 2, 0]);
+        let mut steep = kite(0.6);
+        steep.make_delaunay();
+        assert_eq!(steep.flips, 0, "and a steep one is left alone");
+    }
+
+    #[test]
+    fn a_cap_of_no_area_gives_its_corner_to_the_neighbour() {
+        let positions = [DVec3::ZERO, DVec3::X, DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.5, -0.7, 0.0)];
+        let mut surface = Intrinsic::new(&[[0, 1, 2], [1, 0, 3]], &positions, |vertex| vertex);
+        surface.make_delaunay();
+        assert_eq!(surface.flips, 1);
+        assert!((0..2).all(|face| (surface.area(face) - 0.175).abs() < 1e-15));
+    }
+
+    #[test]
+    fn the_faces_of_a_sheet_are_glued_apart() {
+        // Vertices 4 to 7 are 0 to 3 seen from behind.
+        let positions: Vec<DVec3> =
+            [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0)).repeat(2);
+        let triangles = [[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]];
+        let sheet = Intrinsic::new(&triangles, &positions, |vertex| vertex % 4);
+        assert_eq!(sheet.non_manifold, 0);
+        assert!((0..12).all(|half_edge| sheet.twin[half_edge] != NONE));
+        assert_eq!(sheet.twin[2] / 3, 1, "the diagonal of the front belongs to the front");
+        let fan = Intrinsic::new(
+            &[[0, 1, 2], [1, 0, 3], [0, 1, 4]],
+            &[DVec3::ZERO, DVec3::X, DVec3::Y, -DVec3::Y, DVec3::Z],
+            |v| v,
+        );
+        assert_eq!(fan.non_manifold, 1);
+        assert!(fan.twin.iter().all(|twin| *twin == NONE));
+    }
+}

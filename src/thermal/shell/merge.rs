@@ -1,0 +1,142 @@
+//! Joins nodes that exchange heat far faster than anything a frame shows: the ends of slivers.
+//!
+//! A conductance is never capped, which would be wrong by kelvin (NUMERICS.md 3): its two nodes become one.
+
+use rayon::prelude::*;
+
+use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
+
+/// How often the typical rate of a network a pair must exceed to be a sliver: a fine mesh is fast everywhere, and stays.
+const ABOVE_TYPICAL: f64 = 8.0;
+
+/// Sweeps over all conductors; each sees the sums that the one before it left.
+const MOST_SWEEPS: usize = 64;
+
+/// The node that each node became, and how many are left.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Merged {
+    /// New number of every node.
+    pub(super) node: Vec<u32>,
+    /// Nodes left.
+    pub(super) count: usize,
+}
+
+/// Rate at which a pair evens out [1/s]: GL (1/C1 + 1/C2). Only diffusive nodes have one: an arithmetic node costs no
+/// step, and a boundary keeps its temperature.
+fn rate(network: &Network, capacitances: &[f64], [a, b]: [usize; 2], conductance: f64) -> Option<f64> {
+    let diffusive = |node: usize| network.kinds[node] == NodeKind::Diffusive;
+    (diffusive(a) && diffusive(b)).then(|| conductance * (1.0 / capacitances[a] + 1.0 / capacitances[b]))
+}
+
+/// The rate above which pairs are merged [1/s]: `fastest`, or more where the whole network is fast.
+pub(super) fn threshold(network: &Network, fastest: f64) -> f64 {
+    let mut rates: Vec<f64> = network
+        .linear
+        .par_iter()
+        .filter_map(|one| rate(network, &network.capacitances, one.nodes.map(|node| node as usize), one.conductance))
+        .collect();
+    if rates.is_empty() {
+        return fastest;
+    }
+    let middle = rates.len() / 2;
+    let (_, median, _) = rates.select_nth_unstable_by(middle, f64::total_cmp);
+    fastest.max(ABOVE_TYPICAL * *median)
+}
+
+/// Merges every pair faster than `threshold` [1/s], the fastest first, until none is left.
+pub(super) fn merge(network: &mut Network, threshold: f64) -> Merged {
+    let mut merged = Merged { node: (0..network.len() as u32).collect(), count: network.len() };
+    for _ in 0..MOST_SWEEPS {
+        let Some(sweep) = sweep(network, threshold) else { break };
+        apply(network, &sweep);
+        merged.node.par_iter_mut().for_each(|node| *node = sweep.node[*node as usize]);
+        merged.count = sweep.count;
+    }
+    merged
+}
+
+/// One sweep: pairs from the fastest down, each with the capacitances that those before it left.
+fn sweep(network: &Network, threshold: f64) -> Option<Merged> {
+    let ends = |index: usize| network.linear[index].nodes.map(|node| node as usize);
+    let mut fast: Vec<(f64, usize)> = (0..network.linear.len())
+        .into_par_iter()
+        .filter_map(|index| {
+            let rate = rate(network, &network.capacitances, ends(index), network.linear[index].conductance)?;
+            (rate > threshold).then_some((rate, index))
+        })
+        .collect();
+    if fast.is_empty() {
+        return None;
+    }
+    fast.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut parent: Vec<u32> = (0..network.len() as u32).collect();
+    let mut capacitances = network.capacitances.clone();
+    for (_, index) in fast {
+        let [a, b] = ends(index).map(|node| root(&mut parent, node));
+        let still = rate(network, &capacitances, [a, b], network.linear[index].conductance);
+        if a != b && still.is_some_and(|rate| rate > threshold) {
+            let [low, high] = [a.min(b), a.max(b)];
+            parent[high] = low as u32;
+            capacitances[low] += capacitances[high];
+        }
+    }
+    let mut node = vec![0; network.len()];
+    let mut count = 0;
+    for old in 0..network.len() {
+        let root = root(&mut parent, old);
+        // A root is the lowest of its nodes, so it has its number by now.
+        node[old] = if root == old {
+            count += 1;
+            count - 1
+        } else {
+            node[root]
+        };
+    }
+    Some(Merged { node, count: count as usize })
+}
+
+fn root(parent: &mut [u32], mut node: usize) -> usize {
+    while parent[node] as usize != node {
+        parent[node] = parent[parent[node] as usize];
+        node = parent[node] as usize;
+    }
+    node
+}
+
+/// Rewrites a network in new numbers: capacitances and areas add up, and so do conductors between the same nodes.
+pub(super) fn apply(network: &mut Network, merged: &Merged) {
+    let mut kinds = vec![NodeKind::Arithmetic; merged.count];
+    let mut capacitances = vec![0.0; merged.count];
+    let mut emissive_areas = vec![0.0; merged.count];
+    let mut temperatures = vec![0.0; merged.count];
+    for (old, new) in merged.node.iter().enumerate() {
+        let new = *new as usize;
+        kinds[new] = network.kinds[old];
+        capacitances[new] += network.capacitances[old];
+        emissive_areas[new] += network.emissive_areas[old];
+        temperatures[new] = network.temperatures[old];
+    }
+    let rename = |[a, b]: [u32; 2]| {
+        let [a, b] = [merged.node[a as usize], merged.node[b as usize]];
+        [a.min(b), a.max(b)]
+    };
+    let linear = network.linear.iter().map(|one| (rename(one.nodes), one.conductance)).collect();
+    let radiative = network.radiative.iter().map(|one| (rename(one.nodes), one.exchange_area)).collect();
+    network.linear =
+        summed(linear).into_iter().map(|(nodes, conductance)| LinearConductor { nodes, conductance }).collect();
+    network.radiative = summed(radiative)
+        .into_iter()
+        .map(|(nodes, exchange_area)| RadiativeConductor { nodes, exchange_area })
+        .collect();
+    network.kinds = kinds;
+    network.capacitances = capacitances;
+    network.emissive_areas = emissive_areas;
+    network.temperatures = temperatures;
+}
+
+/// Each pair once with the sum of its values, loops left out.
+pub(super) fn summed(mut pairs: Vec<([u32; 2], f64)>) -> Vec<([u32; 2], f64)> {
+    pairs.retain(|(pair, _)| pair[0] != pair[1]);
+    pairs.par_sort_by_key(|pair| pair.0);
+    pairs.chunk_by(|a, b| a.0 == b.0).map(|same| (same[0].0, same.iter().map(|pair| pair.1).sum())).collect()
+}

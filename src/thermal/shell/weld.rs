@@ -1,0 +1,41 @@
+//! Which drawn vertices are one node: those of one part and material that coincide.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Surface;
+
+/// A vertex that belongs to no node.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Numbers the places of the vertices for which `wanted`, in the order of their first vertices; `NONE` for the others.
+/// Returns them with their count. Coordinates must agree to the last bit: subdivision makes the same point from either side.
+pub(super) fn weld(surface: &Surface, wanted: impl Fn(usize) -> bool + Sync) -> (Vec<u32>, usize) {
+    let key = |vertex: u32| {
+        let vertex = vertex as usize;
+        let place = surface.positions[vertex];
+        // Adding 0 makes -0 and 0 one.
+        let bits = (place + DVec3::ZERO).to_array().map(f64::to_bits);
+        (surface.parts[vertex], surface.materials[vertex], bits)
+    };
+    let mut order: Vec<u32> =
+        (0..surface.positions.len()).into_par_iter().filter(|v| wanted(*v)).map(|v| v as u32).collect();
+    order.par_sort_by_key(|vertex| key(*vertex));
+    let mut first = vec![NONE; surface.positions.len()];
+    for same in order.chunk_by(|a, b| key(*a) == key(*b)) {
+        for vertex in same {
+            first[*vertex as usize] = same[0];
+        }
+    }
+    // The first of a place comes before the others, because the sort is stable.
+    let mut count = 0;
+    for vertex in 0..first.len() {
+        if first[vertex] == vertex as u32 {
+            first[vertex] = count;
+            count += 1;
+        } else if first[vertex] != NONE {
+            first[vertex] = first[first[vertex] as usize];
+        }
+    }
+    (first, count as usize)
+}
