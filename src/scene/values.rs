@@ -29,11 +29,8 @@ enum ResponseKind {
     Network,
 }
 
-const RESPONSES: [(&str, ResponseKind); 3] = [
-    ("instant", ResponseKind::Instant),
-    ("transition", ResponseKind::Transition),
-    ("network", ResponseKind::Network),
-];
+const RESPONSES: [(&str, ResponseKind); 3] =
+    [("instant", ResponseKind::Instant), ("transition", ResponseKind::Transition), ("network", ResponseKind::Network)];
 
 /// Reads `over = { .. }`: the structure below a layer.
 fn structure(over: &impl ValueSource) -> Result<Structure, SceneError> {
@@ -140,6 +137,8 @@ pub(super) struct Complete {
     pub(super) sides: Sides,
     pub(super) bulk: Bulk,
     pub(super) response: Response,
+    /// Where both profiles are stated, whatever the response.
+    pub(super) transition: Option<Transition>,
     /// No place says which sides exchange heat: the outside was assumed.
     pub(super) sides_assumed: bool,
     /// No place says what happens to a transition whose target moves: merge was assumed.
@@ -179,8 +178,7 @@ impl Values {
                 conductivity: source.number("conductivity", Quantity::non_negative("W/(m K)"))?,
                 over: source.group("over", keys::OVER)?.map(|over| structure(&over)).transpose()?,
             },
-            response: source
-                .choice("response", &RESPONSES)?,
+            response: source.choice("response", &RESPONSES)?,
             heating: profile::read(source, "heating", step)?,
             cooling: profile::read(source, "cooling", step)?,
             retarget: source.choice("retarget", &[("merge", Retarget::Merge), ("restart", Retarget::Restart)])?,
@@ -261,6 +259,7 @@ impl Values {
             sides,
             bulk: self.bulk,
             response,
+            transition: self.transition(),
             sides_assumed: self.sides.is_none(),
             retarget_assumed: self.retarget.is_none() && moves,
             domain_assumed: self.domain.is_none() && moves,
@@ -281,14 +280,24 @@ impl Values {
                     );
                     Incomplete::new(key, message)
                 };
-                Ok(Response::Transition(Transition {
-                    heating: self.heating.clone().ok_or_else(|| missing("heating"))?,
-                    cooling: self.cooling.clone().ok_or_else(|| missing("cooling"))?,
-                    retarget: self.retarget.unwrap_or(Retarget::Merge),
-                    domain: self.domain.unwrap_or(Domain::Temperature),
-                }))
+                for (key, profile) in [("heating", &self.heating), ("cooling", &self.cooling)] {
+                    if profile.is_none() {
+                        return Err(missing(key));
+                    }
+                }
+                self.transition().map(Response::Transition).ok_or_else(|| missing("heating"))
             }
         }
+    }
+
+    /// The transition, where both of its profiles are stated.
+    fn transition(&self) -> Option<Transition> {
+        Some(Transition {
+            heating: self.heating.clone()?,
+            cooling: self.cooling.clone()?,
+            retarget: self.retarget.unwrap_or(Retarget::Merge),
+            domain: self.domain.unwrap_or(Domain::Temperature),
+        })
     }
 
     /// Refuses optics of a back that nothing would use: they were stated for a reason.
