@@ -2,7 +2,7 @@
 // A small network by one workgroup: all sub-steps of an attempt with all their stages, a barrier between stages.
 // EXPLICIT: Euler and RKL2. IMPLICIT: TR-BDF2. SETTLE: arithmetic nodes, or all nodes, into balance.
 
-#include "types.glsl"
+#include "network_types.glsl"
 #include "network.glsl"
 
 #ifdef LANES_8
@@ -31,7 +31,8 @@ layout(set = 0, binding = 6) buffer StateBlock { vec2 state[]; };
 // Of each node: rest at the sub-step's start, change of the last stage and of the one before [K], and the rate [K/s]
 // (TR-BDF2: the heat [W]) at the start. Every invocation sees its own nodes alone.
 layout(set = 0, binding = 7) buffer WorkBlock { vec4 work[]; };
-// Sub-steps done, bits of the largest error, iterations, dispatches that worked; then the sensors of every sub-step.
+// Sub-steps done, bits of the largest error, iterations, dispatches that worked; then base and rest of the
+// sensors after every sub-step.
 layout(set = 0, binding = 8) buffer ResultBlock { uint result[]; };
 layout(set = 0, binding = 9) readonly buffer ScheduleBlock { uint schedule[]; };
 layout(set = 0, binding = 10) buffer MatrixBlock { float matrix[]; };
@@ -96,7 +97,9 @@ void write_state(uint lane, uint set) {
 void write_sensors(uint lane, uint set, uint done) {
     for (uint i = lane; i < attempt.sensors; i += LANES) {
         uint node = lists[i];
-        result[4u + done * attempt.sensors + i] = floatBitsToUint(base[node] + rest[set + node]);
+        uint at = 4u + 2u * (done * attempt.sensors + i);
+        result[at] = floatBitsToUint(base[node]);
+        result[at + 1u] = floatBitsToUint(rest[set + node]);
     }
 }
 
@@ -187,10 +190,8 @@ void main() {
             vec4 last = work[i];
             float inverse = nodes[i].inverse_capacitance;
             float rate = inverse * heat_into(i, current, end);
-            // Euler: (h/2)(F1 - F0). RKL2: 0.4 h (F0 + F1) - 0.8 (T1 - T0) (Sommeijer, Shampine & Verwer 1998, RKC).
-            float error = attempt.stages == 1u
-                ? 0.5 * attempt.step * (rate - last.w)
-                : 0.4 * attempt.step * (rate + last.w) - 0.8 * last.y;
+            float error =
+                attempt.error_end * rate + attempt.error_start * last.w + attempt.error_change * last.y;
             worst = max(worst, error_bits(error));
             if (inverse > 0.0) {
                 worst = max(worst, range_bits(base[i] + rest[current + i]));

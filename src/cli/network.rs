@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use super::network_report::{EXAMPLES, control_error, print_series, print_steady, steady_error};
 use super::{Chosen, CliError, DeviceArguments, network_import, nine_digits, spinner, stop_flag};
+use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
 use crate::output::OutputError;
 use crate::output::folder::{write_atomic, write_bytes};
 use crate::output::plot::{Line, Plot};
 use crate::output::plot_axis::Axis;
 use crate::scene::network::NetworkFile;
 use crate::simulation::prepare::PrepareError;
-use crate::thermal::network::control::{Integrator, Series, Settings, integrate};
+use crate::thermal::network::control::{FLOOR, Integrator, Series, Settings, integrate};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::steady::steady;
 use crate::thermal::network::stepper::Stepper;
@@ -71,8 +72,8 @@ fn parse_integrator(text: &str) -> Result<Integrator, String> {
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {
     let tolerance: f64 = text.trim().parse().map_err(|_| format!("'{text}' is not a number"))?;
-    if !(1e-9..=10.0).contains(&tolerance) {
-        return Err(format!("the tolerance is from 1e-9 to 10 K, not {text}"));
+    if !(1e-6..=10.0).contains(&tolerance) {
+        return Err(format!("the tolerance is from 1e-6 to 10 K, not {text}"));
     }
     Ok(tolerance)
 }
@@ -99,14 +100,13 @@ fn solve(arguments: &Solve) -> Result<(), CliError> {
     let chosen = arguments.device.open()?;
     eprintln!("device: {}", chosen.name());
     match &chosen {
-        Chosen::Device(_) => {
-            return Err(CliError::Usage(
-                "networks do not run on a Vulkan device in this build; --device cpu runs the f64 twin".to_owned(),
-            ));
+        Chosen::Device(context) => {
+            let mut stepper = NetworkStepper::new(context, &file.network, &file.schedule.sensors())?;
+            solve_with(&mut stepper, ESTIMATE_FLOOR, &file, path, arguments, &chosen.name())?;
         }
         Chosen::Reference => {
             let mut stepper = ReferenceStepper::new(file.network.clone(), &file.schedule.sensors());
-            solve_with(&mut stepper, 0.0, &file, path, arguments, &chosen.name())?;
+            solve_with(&mut stepper, FLOOR, &file, path, arguments, &chosen.name())?;
         }
     }
     chosen.check_validation()
@@ -166,9 +166,10 @@ fn events_path(output: &Path) -> PathBuf {
 
 fn write_rows(path: Option<&Path>, labels: &[String], times: &[f64], rows: &[Vec<f64>]) -> Result<(), CliError> {
     let header = std::iter::once("time".to_owned()).chain(labels.iter().cloned()).collect();
-    let rows = times.iter().zip(rows).map(|(time, row)| {
-        std::iter::once(time.to_string()).chain(row.iter().map(|kelvin| digits(*kelvin))).collect()
-    });
+    let rows = times
+        .iter()
+        .zip(rows)
+        .map(|(time, row)| std::iter::once(time.to_string()).chain(row.iter().map(|kelvin| digits(*kelvin))).collect());
     let text = csv_text(std::iter::once(header).chain(rows));
     match path {
         Some(path) => Ok(write_bytes(path, &text)?),
@@ -210,7 +211,8 @@ fn plot(file: &NetworkFile, series: &Series, path: &Path, device: &str) -> Plot 
     };
     let shown = file.labels.len().min(PLOTTED);
     let left_out = file.labels.len() - shown;
-    let rest = if left_out > 0 { format!("; the first {shown} nodes, {left_out} more are not shown") } else { String::new() };
+    let rest =
+        if left_out > 0 { format!("; the first {shown} nodes, {left_out} more are not shown") } else { String::new() };
     Plot {
         title: "Temperatures of the network".to_owned(),
         subtitle: format!("{}, on {device}{rest}", path.file_name().unwrap_or_default().to_string_lossy()),

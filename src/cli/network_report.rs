@@ -77,7 +77,10 @@ where
         ControlError::Stepper(error) => return error.into(),
         ControlError::Stopped => return CliError::StoppedBefore,
         ControlError::Unbalanced { time, node } => {
-            format!("at {time} s no temperature balances arithmetic node '{}': more heat leaves it than arrives", label(node))
+            format!(
+                "at {time} s no temperature balances arithmetic node '{}': more heat leaves it than arrives",
+                label(node)
+            )
         }
         ControlError::NoStep { time, node, temperature } => format!(
             "at {time} s no sub-step is short enough: node '{}' is at {temperature:.6} K and likely loses more heat than \

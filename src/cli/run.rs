@@ -199,7 +199,10 @@ fn report(
     let mut warnings = prepared.warnings.clone();
     let mut details_of_warm_up = Vec::new();
     if let Some(periodic) = outcome.periodic {
-        let went = format!("{} orbits, the last of which changed no node by more than {:.1e} K", periodic.orbits, periodic.change);
+        let went = format!(
+            "{} orbits, the last of which changed no node by more than {:.1e} K",
+            periodic.orbits, periodic.change
+        );
         eprintln!("warm-up: {went}");
         if !periodic.is_met() {
             warnings.push(format!("The warm-up did not become periodic within {} K: {went}.", periodic.tolerance));

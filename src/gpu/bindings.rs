@@ -93,7 +93,7 @@ fn key_of(pass: &Pass) -> Option<(PipelineKey, u32)> {
         Work::Thermal { variant, groups } => Some((PipelineKey::Thermal(variant), groups.0)),
         Work::Cull { triangles } => Some((PipelineKey::Cull, triangles.0)),
         Work::Radiance => Some((PipelineKey::Radiance, 0)),
-        Work::Copy { .. } | Work::Clear(_) => None,
+        Work::Copy { .. } | Work::Clear(_) | Work::Network(_) => None,
     }
 }
 

@@ -1,4 +1,4 @@
-//! Every structure shared with GLSL, once in Rust; `glsl/types.glsl` is the other side, compared by tests/it/layout.rs.
+//! Every structure shared with GLSL, once in Rust; `glsl/types.glsl` and `glsl/network_types.glsl` are the other side, compared by tests/it/layout.rs.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -170,6 +170,12 @@ pub struct NetworkAttempt {
     pub step: f32,
     /// Radiative temperature of space [K].
     pub space_temperature: f32,
+    /// Weight of the rates at the end of a sub-step in the estimate of its error [s].
+    pub error_end: f32,
+    /// Of the rates at its start [s].
+    pub error_start: f32,
+    /// Of the change.
+    pub error_change: f32,
     /// Turns of loops of a sub-step.
     pub loops_sub_step: u32,
     /// Turns of loops of an iteration of Newton's method.
@@ -198,6 +204,32 @@ pub struct NetworkAttempt {
     pub fill_end: u32,
     /// First entry of the right side.
     pub right_at: u32,
+}
+
+/// What one dispatch of the wide kernels of a network does.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct NetworkPass {
+    /// Invocations that work.
+    pub count: u32,
+    /// Nodes.
+    pub nodes: u32,
+    /// Sensors.
+    pub sensors: u32,
+    /// Where the sensors of this sub-step lie.
+    pub sensed_at: u32,
+    /// Time of the stage [s] since the heat was set.
+    pub time: f32,
+    /// Radiative temperature of space [K].
+    pub space_temperature: f32,
+    /// Weight of the last stage; in the estimate of the error that of the change.
+    pub mu: f32,
+    /// Weight of the stage before.
+    pub nu: f32,
+    /// Weight of the rate of the last stage [s].
+    pub mu_step: f32,
+    /// Weight of the rate at the start [s].
+    pub gamma_step: f32,
 }
 
 /// A member of a structure, for the comparison with SPIR-V.
@@ -237,8 +269,10 @@ pub fn structures() -> Vec<(&'static str, usize, Vec<Member>)> {
             emission_sum: f32, links_begin: u32, links_end: u32),
         members!(NetworkLink: neighbour: u32, conductance: f32, exchange: f32),
         members!(NetworkStage: mu: f32, nu: f32, mu_step: f32, gamma_step: f32, time: f32),
+        members!(NetworkPass: count: u32, nodes: u32, sensors: u32, sensed_at: u32, time: f32, space_temperature: f32,
+            mu: f32, nu: f32, mu_step: f32, gamma_step: f32),
         members!(NetworkAttempt: nodes: u32, count: u32, stages: u32, sensors: u32, lone: u32, time: f32, step: f32,
-            space_temperature: f32, loops_sub_step: u32, loops_iteration: u32, unknowns: u32, levels: u32,
+            space_temperature: f32, error_end: f32, error_start: f32, error_change: f32, loops_sub_step: u32, loops_iteration: u32, unknowns: u32, levels: u32,
             nodes_at: u32, entries_at: u32, levels_at: u32, targets_at: u32, terms_at: u32, pivots_at: u32,
             uppers_at: u32, fill_begin: u32, fill_end: u32, right_at: u32),
     ]

@@ -2,14 +2,17 @@
 //!
 //! A temperature is a base, a multiple of 1/1024 K, and a rest of at most 1/2048 K: what a step adds is not lost however small.
 
+pub mod frame;
 mod fused;
 mod schedule;
-mod stages;
 mod tables;
+mod wide;
 
 use std::sync::Arc;
 
 use fused::Fused;
+use tables::Tables;
+use wide::Wide;
 
 use super::context::Context;
 use super::error::GpuError;
@@ -19,9 +22,20 @@ use crate::thermal::network::{Network, NodeKind};
 /// The hottest temperature [K] that base and rest hold.
 pub const HOTTEST: f64 = 8000.0;
 
+/// Estimates of the error of a sub-step below this are rounding [K].
+pub const ESTIMATE_FLOOR: f64 = 2e-7;
+
 /// A network with its state on the device.
 pub struct NetworkStepper {
-    fused: Fused,
+    path: Path,
+}
+
+/// How the network is integrated.
+enum Path {
+    /// One workgroup does all.
+    Fused(Box<Fused>),
+    /// A dispatch for every stage.
+    Wide(Box<Wide>),
 }
 
 impl NetworkStepper {
@@ -31,11 +45,46 @@ impl NetworkStepper {
     /// A network that single precision or the device does not hold, or a call that fails.
     pub fn new(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
         check(network, sensors)?;
-        let fused = Fused::new(context, network, sensors)?
-            .ok_or_else(|| unsupported(format!("{} nodes are more than one workgroup takes", network.len())))?;
-        let mut stepper = Self { fused };
-        stepper.set_temperatures(&network.temperatures)?;
-        Ok(stepper)
+        match Fused::new(context, network, sensors)? {
+            Some(fused) => Self { path: Path::Fused(Box::new(fused)) }.at(network),
+            None => Self::wide(context, network, sensors),
+        }
+    }
+
+    /// Uploads a network of any size to be integrated by a dispatch for every stage.
+    ///
+    /// # Errors
+    /// As for `new`, and a network whose arithmetic nodes are coupled.
+    pub fn wide(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
+        check(network, sensors)?;
+        let tables = Tables::new(network);
+        if network.len() > wide::NODES_AT_MOST {
+            return Err(unsupported(format!("it has more than {} nodes", wide::NODES_AT_MOST)));
+        }
+        if !tables.coupled.is_empty() {
+            return Err(unsupported(format!(
+                "{} arithmetic nodes are coupled to each other in a network of {} nodes",
+                tables.coupled.len(),
+                network.len()
+            )));
+        }
+        if let Some(node) = (0..network.len()).find(|node| tables.row(*node).len() > wide::LINKS_AT_MOST) {
+            return Err(unsupported(format!("node {node} has more than {} conductors", wide::LINKS_AT_MOST)));
+        }
+        let wide = Wide::new(context, network, &tables, sensors)?;
+        Self { path: Path::Wide(Box::new(wide)) }.at(network)
+    }
+
+    fn at(mut self, network: &Network) -> Result<Self, GpuError> {
+        self.set_temperatures(&network.temperatures)?;
+        Ok(self)
+    }
+
+    fn state(&self) -> Vec<[f32; 2]> {
+        match &self.path {
+            Path::Fused(fused) => fused.state().to_vec(),
+            Path::Wide(wide) => wide.state(),
+        }
     }
 }
 
@@ -65,10 +114,9 @@ fn check(network: &Network, sensors: &[u32]) -> Result<(), GpuError> {
 
 fn check_temperatures(temperatures: &[f64]) -> Result<(), GpuError> {
     match temperatures.iter().position(|temperature| !(0.0..=HOTTEST).contains(temperature)) {
-        Some(node) => Err(unsupported(format!(
-            "node {node} is at {} K; the device takes 0 to {HOTTEST} K",
-            temperatures[node]
-        ))),
+        Some(node) => {
+            Err(unsupported(format!("node {node} is at {} K; the device takes 0 to {HOTTEST} K", temperatures[node])))
+        }
         None => Ok(()),
     }
 }
@@ -85,41 +133,70 @@ impl Stepper for NetworkStepper {
     fn set_heat(&mut self, power: &[f64], slope: &[f64]) -> Result<(), GpuError> {
         let heat: Vec<[f32; 2]> =
             power.iter().zip(slope).map(|(power, slope)| [*power as f32, *slope as f32]).collect();
-        self.fused.set_heat(&heat);
+        match &mut self.path {
+            Path::Fused(fused) => fused.set_heat(&heat),
+            Path::Wide(wide) => wide.set_heat(&heat),
+        }
         Ok(())
     }
 
     fn balance(&mut self, t: f64) -> Result<bool, GpuError> {
-        self.fused.balance(t)
+        match &mut self.path {
+            Path::Fused(fused) => fused.balance(t),
+            Path::Wide(wide) => wide.balance(t),
+        }
     }
 
     fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Result<Attempt, GpuError> {
-        self.fused
-            .attempt(method, t, step, count)?
-            .ok_or_else(|| unsupported(format!("{method} takes more than a dispatch can do")))
+        match &mut self.path {
+            Path::Fused(fused) => fused
+                .attempt(method, t, step, count)?
+                .ok_or_else(|| unsupported(format!("{method} takes more than a workgroup can do in one dispatch"))),
+            Path::Wide(_) if method == Method::TrBdf2 => {
+                Err(unsupported("TR-BDF2 is only for networks that one workgroup can eliminate".to_owned()))
+            }
+            Path::Wide(wide) => wide.attempt(method, t, step, count),
+        }
     }
 
     fn keep(&mut self) -> Result<(), GpuError> {
-        self.fused.keep();
-        Ok(())
+        match &mut self.path {
+            Path::Fused(fused) => {
+                fused.keep();
+                Ok(())
+            }
+            Path::Wide(wide) => wide.keep(),
+        }
     }
 
     fn temperatures(&mut self) -> Result<Vec<f64>, GpuError> {
-        Ok(self.fused.state().iter().map(|[base, rest]| f64::from(*base) + f64::from(*rest)).collect())
+        Ok(self.state().iter().map(|[base, rest]| f64::from(*base) + f64::from(*rest)).collect())
     }
 
     fn set_temperatures(&mut self, temperatures: &[f64]) -> Result<(), GpuError> {
         check_temperatures(temperatures)?;
         let state: Vec<[f32; 2]> = temperatures.iter().map(|temperature| split(*temperature)).collect();
-        self.fused.set_state(&state);
+        match &mut self.path {
+            Path::Fused(fused) => fused.set_state(&state),
+            Path::Wide(wide) => wide.set_state(&state),
+        }
         Ok(())
     }
 
     fn steady(&mut self, t: f64) -> Result<bool, GpuError> {
-        self.fused.steady(t)?.ok_or_else(|| unsupported("its nodes are too much coupled to be eliminated".to_owned()))
+        let solved = match &mut self.path {
+            Path::Fused(fused) => fused.steady(t)?,
+            Path::Wide(_) => None,
+        };
+        solved.ok_or_else(|| {
+            unsupported("a steady state is only for networks that one workgroup can eliminate".to_owned())
+        })
     }
 
     fn counts(&self) -> WorkCounts {
-        self.fused.counts()
+        match &self.path {
+            Path::Fused(fused) => fused.counts(),
+            Path::Wide(wide) => wide.counts(),
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
-use super::variant::ThermalVariant;
+use super::variant::{ThermalVariant, WideVariant};
 
 /// Whatever a pass reads or writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -61,6 +61,22 @@ pub enum Resource {
     IdentityReadback,
     /// See `RadianceReadback`.
     TemperatureReadback,
+    /// Bases of the kept temperatures of a network [K].
+    NetworkKeptBase,
+    /// Rests of the kept temperatures of a network [K].
+    NetworkKeptRest,
+    /// Bases of the temperatures of a network that is tried [K].
+    NetworkBase,
+    /// Their rests, of every other stage.
+    NetworkRestEven,
+    /// See `NetworkRestEven`.
+    NetworkRestOdd,
+    /// Changes and rates of the nodes of a network.
+    NetworkWork,
+    /// Largest errors, where the host reads them.
+    NetworkErrors,
+    /// Temperatures of the sensors, where the host reads them.
+    NetworkSensed,
 }
 
 impl Resource {
@@ -190,6 +206,21 @@ pub enum Work {
     },
     /// Fills a buffer of floats with zero.
     Clear(Resource),
+    /// A pass over the nodes of a network.
+    Network(NetworkWork),
+}
+
+/// Which pass over the nodes of a network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NetworkWork {
+    /// Compiled variant.
+    pub variant: WideVariant,
+    /// Stage whose time and weights it has.
+    pub stage: u32,
+    /// Sub-step.
+    pub sub_step: u32,
+    /// Whether the present stage is in `NetworkRestOdd`, and the next goes to `NetworkRestEven`.
+    pub odd: bool,
 }
 
 /// A named piece of work and everything that it touches.

@@ -36,8 +36,21 @@ impl Pipeline {
         module: &str,
         bindings: &[(u32, vk::DescriptorType)],
     ) -> Result<Self, GpuError> {
-        let mut pipeline =
-            Self::layouts(context, bindings, vk::ShaderStageFlags::COMPUTE, vk::PipelineBindPoint::COMPUTE)?;
+        Self::compute_with_constants(context, module, bindings, 0)
+    }
+
+    /// A compute pipeline that takes so many bytes of push constants besides.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn compute_with_constants(
+        context: &Arc<Context>,
+        module: &str,
+        bindings: &[(u32, vk::DescriptorType)],
+        constants: u32,
+    ) -> Result<Self, GpuError> {
+        let stages = vk::ShaderStageFlags::COMPUTE;
+        let mut pipeline = Self::layouts(context, bindings, constants, stages, vk::PipelineBindPoint::COMPUTE)?;
         let shader = Shader::new(context, module)?;
         let stage = shader.stage(vk::ShaderStageFlags::COMPUTE);
         let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout)];
@@ -54,7 +67,7 @@ impl Pipeline {
     /// A call that fails.
     pub fn radiance(context: &Arc<Context>, bindings: &[(u32, vk::DescriptorType)]) -> Result<Self, GpuError> {
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
-        let mut pipeline = Self::layouts(context, bindings, stages, vk::PipelineBindPoint::GRAPHICS)?;
+        let mut pipeline = Self::layouts(context, bindings, 0, stages, vk::PipelineBindPoint::GRAPHICS)?;
         let vertex = Shader::new(context, "radiance.vert")?;
         let fragment = Shader::new(context, "radiance.frag")?;
         let stages = [vertex.stage(vk::ShaderStageFlags::VERTEX), fragment.stage(vk::ShaderStageFlags::FRAGMENT)];
@@ -107,6 +120,7 @@ impl Pipeline {
     fn layouts(
         context: &Arc<Context>,
         bindings: &[(u32, vk::DescriptorType)],
+        constants: u32,
         stages: vk::ShaderStageFlags,
         bind_point: vk::PipelineBindPoint,
     ) -> Result<Self, GpuError> {
@@ -132,7 +146,9 @@ impl Pipeline {
             bind_point,
         };
         let layouts = [set_layout];
-        let create = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts);
+        let range = [vk::PushConstantRange { stage_flags: stages, offset: 0, size: constants }];
+        let ranges = if constants == 0 { &range[..0] } else { &range[..] };
+        let create = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts).push_constant_ranges(ranges);
         // SAFETY: as above.
         pipeline.layout =
             unsafe { context.device.create_pipeline_layout(&create, None) }.during("creating a pipeline layout")?;

@@ -109,6 +109,8 @@ impl Recorder<'_> {
                 unsafe { self.context.device.cmd_dispatch(self.commands, (end - first).div_ceil(64), 1, 1) };
             }
             Work::Radiance => self.draw(),
+            // Networks have a command buffer of their own: src/gpu/network/wide.rs.
+            Work::Network(_) => {}
             Work::Copy { from, to } if from.is_image() => self.copy_image(from, to),
             Work::Copy { from, to } => {
                 let (from, to) = (self.resources.buffer(from, self.slot), self.resources.buffer(to, self.slot));

@@ -1,4 +1,4 @@
-//! The compiled variants of `thermal_step.comp`, `response.comp` and `network_fused.comp`: what is not needed is absent from a pipeline.
+//! The compiled variants of `thermal_step.comp`, `response.comp` and the networks' shaders: what is not needed is absent from a pipeline.
 //!
 //! Plain data without dependencies: the shader compiler in `tools/` includes this file to know what to compile.
 
@@ -146,6 +146,70 @@ impl FusedVariant {
             _ => "LANES_256",
         });
         defines
+    }
+}
+
+/// A pass over the nodes of a large network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum WideKind {
+    /// Rates at the start.
+    Begin,
+    /// Rebases, and the first stage.
+    First,
+    /// Any other stage.
+    Stage,
+    /// Balances arithmetic nodes that have no arithmetic neighbour.
+    Lone,
+    /// Rates at the end, and the error.
+    Last,
+    /// The largest error of every 64 nodes.
+    Reduce,
+    /// The sensors.
+    Sense,
+}
+
+/// One variant of the wide kernels of a network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct WideVariant {
+    /// What it does.
+    pub kind: WideKind,
+    /// Whether nodes exchange heat by radiation; false where that is of no matter.
+    pub radiative: bool,
+}
+
+impl WideVariant {
+    /// Every variant.
+    pub fn all() -> Vec<Self> {
+        let evaluating = [WideKind::Begin, WideKind::Stage, WideKind::Lone, WideKind::Last];
+        let others = [WideKind::First, WideKind::Reduce, WideKind::Sense];
+        let plain = evaluating.into_iter().chain(others).map(|kind| Self { kind, radiative: false });
+        plain.chain(evaluating.map(|kind| Self { kind, radiative: true })).collect()
+    }
+
+    /// The variant for a network with or without radiative conductors.
+    pub fn of(kind: WideKind, radiative: bool) -> Self {
+        let evaluates = !matches!(kind, WideKind::First | WideKind::Reduce | WideKind::Sense);
+        Self { kind, radiative: radiative && evaluates }
+    }
+
+    /// Name of the compiled file without `.spv`: `network_wide.stage.radiative`.
+    pub fn name(&self) -> String {
+        let word = self.defines()[0].to_lowercase();
+        format!("network_wide.{word}{}", if self.radiative { ".radiative" } else { "" })
+    }
+
+    /// Preprocessor definitions that select it.
+    pub fn defines(&self) -> Vec<&'static str> {
+        let word = match self.kind {
+            WideKind::Begin => "BEGIN",
+            WideKind::First => "FIRST",
+            WideKind::Stage => "STAGE",
+            WideKind::Lone => "LONE",
+            WideKind::Last => "LAST",
+            WideKind::Reduce => "REDUCE",
+            WideKind::Sense => "SENSE",
+        };
+        if self.radiative { vec![word, "RADIATIVE"] } else { vec![word] }
     }
 }
 

@@ -23,7 +23,8 @@ pub(super) const ROOT: &[&str] = &[
 /// `[model]`.
 pub(super) const MODEL: &[&str] = &["path", "max_edge"];
 /// `[time]`.
-pub(super) const TIME: &[&str] = &["step", "steps", "warm_up_orbits", "warm_up", "warm_up_tolerance", "draw_every", "draw_steps"];
+pub(super) const TIME: &[&str] =
+    &["step", "steps", "warm_up_orbits", "warm_up", "warm_up_tolerance", "draw_every", "draw_steps"];
 /// `[orbit]`.
 pub(super) const ORBIT: &[&str] = &["altitude", "period", "beta_deg", "phase_deg"];
 /// `[attitude]`.
@@ -208,7 +209,9 @@ pub(super) fn unknown_key(key: &str, known: &[&str]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{BACK, EXTRAS, MATERIAL, ORBIT, OVER, PROFILE, ROOT, SECTIONS, TABLE_ENTRY, TIME, nearest, unknown_key};
+    use super::{
+        BACK, EXTRAS, MATERIAL, ORBIT, OVER, PROFILE, ROOT, SECTIONS, TABLE_ENTRY, TIME, nearest, unknown_key,
+    };
 
     const REFERENCE: &str = include_str!("../../models/README.md");
 

@@ -102,10 +102,7 @@ pub(super) fn settings(section: Option<&Section>) -> Result<NetworkSettings, Sce
 }
 
 /// Reads every `[[contact]]`.
-pub(super) fn contacts(
-    sections: &[Section],
-    assumptions: &mut Vec<String>,
-) -> Result<Vec<ContactRule>, SceneError> {
+pub(super) fn contacts(sections: &[Section], assumptions: &mut Vec<String>) -> Result<Vec<ContactRule>, SceneError> {
     sections.iter().map(|section| contact(section, assumptions)).collect()
 }
 

@@ -34,7 +34,8 @@ fn periodic(section: &Section) -> Result<Option<f64>, SceneError> {
     match section.choice("warm_up", &[("orbits", false), ("periodic", true)])? {
         Some(true) => Ok(Some(tolerance.unwrap_or(PERIODIC_TOLERANCE))),
         _ if tolerance.is_some() => {
-            Err(section.error("warm_up_tolerance", "is used with warm_up = 'periodic' only: state that, or leave it out"))
+            Err(section
+                .error("warm_up_tolerance", "is used with warm_up = 'periodic' only: state that, or leave it out"))
         }
         _ => Ok(None),
     }

@@ -1,7 +1,6 @@
 //! The thermal network of a scene: made from its model, heated by its loads, and integrated tick by tick.
 
 use std::convert::Infallible;
-use std::fmt;
 use std::sync::Arc;
 
 use wildmatch::WildMatch;
@@ -9,15 +8,15 @@ use wildmatch::WildMatch;
 use super::prepare::PrepareError;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
-use crate::gpu::network::NetworkStepper;
+use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
 use crate::model::Model;
 use crate::scene::{ContactRule, Scene};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::material::{Material, Response};
-use crate::thermal::network::control::{ControlError, Part, Settings, Use, integrate_part};
+use crate::thermal::network::control::{ControlError, FLOOR, Part, Settings, Use, integrate_part};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
-use crate::thermal::network::steady::steady;
+use crate::thermal::network::steady::{SteadyError, steady};
 use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
 use crate::thermal::network::{Network, NodeKind};
 use crate::thermal::nodes::{Nodes, PADDING};
@@ -26,9 +25,6 @@ use crate::thermal::shell::{Contact, NO_NODE, Selection, Shell, ShellMaterial, S
 /// What a reader of a network's temperatures must know.
 pub const HOLLOW: &str = "A thermal network exchanges heat with space, Sun and planet on the outside of bodies only: \
                           radiation inside hollow bodies and between surfaces is off.";
-
-/// Estimates of the error below this are rounding on the device [K].
-const DEVICE_FLOOR: f64 = 1e-5;
 
 /// Heat in a scene's network.
 #[derive(Debug, Clone)]
@@ -79,11 +75,8 @@ pub(super) fn shell(
         parts: &model.vertex_part,
         materials: &model.vertex_material,
     };
-    let contacts = scene
-        .contacts
-        .iter()
-        .map(|rule| contact(rule, scene, parts, materials))
-        .collect::<Result<Vec<_>, _>>()?;
+    let contacts =
+        scene.contacts.iter().map(|rule| contact(rule, scene, parts, materials)).collect::<Result<Vec<_>, _>>()?;
     let space = scene.environment.background_temperature.unwrap_or(0.0);
     Shell::new(&surface, &shells, &contacts, scene.network.merge_rate, space).map(Some).map_err(wrong)
 }
@@ -173,7 +166,8 @@ impl SceneNetwork {
             let message = format!("node {node} of the network stores no heat and has nowhere to give it");
             return Err(PrepareError::network(scene, message));
         }
-        let settings = Settings { integrator: scene.network.integrator, tolerance: scene.network.tolerance, floor: 0.0 };
+        let settings =
+            Settings { integrator: scene.network.integrator, tolerance: scene.network.tolerance, floor: FLOOR };
         Ok(Self { shell, settings, node_of_slot, load_areas, heated, horizon })
     }
 
@@ -380,7 +374,7 @@ impl NetworkRun {
     /// In f64 on the processor.
     pub fn reference(scene: &Arc<SceneNetwork>) -> Self {
         let worker = Worker::Host(Box::new(ReferenceStepper::new(scene.network().clone(), &scene.sensors())));
-        Self::new(scene, worker, 0.0, None)
+        Self::new(scene, worker, FLOOR, None)
     }
 
     /// On a device; in f64 on the processor where the device does not take the network.
@@ -389,7 +383,7 @@ impl NetworkRun {
     /// A call that fails.
     pub fn on_device(context: &Arc<Context>, scene: &Arc<SceneNetwork>) -> Result<Self, GpuError> {
         match NetworkStepper::new(context, scene.network(), &scene.sensors()) {
-            Ok(stepper) => Ok(Self::new(scene, Worker::Device(Box::new(stepper)), DEVICE_FLOOR, None)),
+            Ok(stepper) => Ok(Self::new(scene, Worker::Device(Box::new(stepper)), ESTIMATE_FLOOR, None)),
             Err(GpuError::UnsupportedNetwork { reason }) => {
                 Ok(Self { refused: Some(reason), ..Self::reference(scene) })
             }
@@ -429,7 +423,17 @@ impl NetworkRun {
         let common = guess((&heat.iter().sum::<f64>(), &emitted)).clamp(3.0, 2000.0);
         self.settle_at(common)?;
         let schedule = self.scene.schedule(heat, &self.on, time, 0.0);
-        let found = steady(&mut self.worker, self.scene.network(), &schedule).map_err(|error| failure(time, &error))?;
+        let network = self.scene.network();
+        let found = match steady(&mut self.worker, network, &schedule) {
+            // A large network: the device steps it, but does not solve it as a whole.
+            Err(SteadyError::Stepper(GpuError::UnsupportedNetwork { .. })) => {
+                let mut stepper = ReferenceStepper::new(network.clone(), &self.scene.sensors());
+                sure(stepper.set_temperatures(&vec![common; network.len()]));
+                steady(&mut stepper, network, &schedule).map_err(|error| failure(time, &unsteady(&error)))?
+            }
+            Err(SteadyError::Stepper(error)) => return Err(error),
+            found => found.map_err(|error| failure(time, &unsteady(&error)))?,
+        };
         self.worker.set_temperatures(&found.temperatures)?;
         self.on = found.on;
         Ok(())
@@ -451,12 +455,11 @@ impl NetworkRun {
     pub fn tick(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), GpuError> {
         let schedule = self.scene.schedule(heat, &self.on, start, length);
         let part = Part { horizon: self.scene.horizon.max(length), step: self.step };
-        let series =
-            integrate_part(&mut self.worker, self.scene.network(), &schedule, &self.settings, part, |_| true)
-                .map_err(|error| match error {
-                    ControlError::Stepper(error) => error,
-                    other => failure(start, &other),
-                })?;
+        let series = integrate_part(&mut self.worker, self.scene.network(), &schedule, &self.settings, part, |_| true)
+            .map_err(|error| match error {
+                ControlError::Stepper(error) => error,
+                other => failure(start, &unfinished(&other)),
+            })?;
         self.step = series.step;
         self.on = series.on;
         self.rejected += series.rejected;
@@ -521,6 +524,31 @@ impl NetworkRun {
     }
 }
 
-fn failure(time: f64, error: &impl fmt::Debug) -> GpuError {
-    GpuError::Network { time, reason: format!("{error:?}") }
+fn failure(time: f64, reason: &str) -> GpuError {
+    GpuError::Network { time, reason: reason.to_owned() }
+}
+
+fn unsteady<E>(error: &SteadyError<E>) -> String {
+    match error {
+        SteadyError::Stepper(_) => "the stepper failed".to_owned(),
+        SteadyError::Closed { node } => format!("the heat of node {node} has no way to space"),
+        SteadyError::NotFound { node } => format!(
+            "no steady state was found (node {node} is furthest from it): state initial.temperature to start elsewhere"
+        ),
+        SteadyError::Cycles { thermostat } => format!(
+            "no steady state: thermostat {thermostat} has none, on or off; state initial.temperature to start elsewhere"
+        ),
+    }
+}
+
+fn unfinished<E>(error: &ControlError<E>) -> String {
+    match error {
+        ControlError::Stepper(_) => "the stepper failed".to_owned(),
+        ControlError::Unbalanced { node, .. } => format!("the arithmetic nodes do not balance, node {node} least"),
+        ControlError::NoStep { node, temperature, .. } => {
+            format!("no step is short enough; node {node} is at {temperature} K")
+        }
+        ControlError::Chatter { thermostat, .. } => format!("thermostat {thermostat} switches without end"),
+        ControlError::Stopped => "it was stopped".to_owned(),
+    }
 }

@@ -3,8 +3,8 @@
 //! C dT/dt = Q + sum GL (Tj - Ti) + sum GR sigma (Tj^4 - Ti^4) - eA sigma (T^4 - T_space^4), NUMERICS.md 3. Diffusive
 //! nodes store heat; arithmetic ones (C = 0) balance at every moment; boundary ones keep their temperature.
 
-pub mod control;
 mod connection;
+pub mod control;
 mod newton;
 pub mod reference;
 pub mod rkl2;

@@ -144,6 +144,7 @@ impl LooseNodes {
             nodes.group_material.resize((index + 1) * padded / GROUP, index as u32);
             let kind = match &material.response {
                 Response::Instant => StepKind::Instant,
+                Response::Network => StepKind::Absorb,
                 Response::Transition(Transition { retarget: Retarget::Merge, .. }) => StepKind::Merge,
                 Response::Transition(Transition { retarget: Retarget::Restart, .. }) => StepKind::Restart,
             };

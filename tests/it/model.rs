@@ -3,7 +3,7 @@
 mod bad_input;
 mod geometry;
 pub mod make;
-mod shared_files;
+pub mod shared_files;
 mod subdivision;
 
 use glam::{DVec3, Vec3};

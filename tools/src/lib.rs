@@ -8,7 +8,7 @@ pub mod compile;
 pub mod variant;
 
 use compile::{CompileError, expand_includes};
-use variant::{FusedVariant, ResponseVariant, ThermalVariant};
+use variant::{FusedVariant, ResponseVariant, ThermalVariant, WideVariant};
 
 /// Name and content of every file of `spirv/`, sorted: a module an entry point or variant, and `index.rs`.
 ///
@@ -32,6 +32,8 @@ pub fn compile_all(glsl: &Path) -> Result<Vec<(String, Vec<u8>)>, CompileError> 
             ResponseVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
         } else if entry == "network_fused.comp" {
             FusedVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
+        } else if entry == "network_wide.comp" {
+            WideVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
         } else {
             vec![(entry.clone(), Vec::new())]
         };

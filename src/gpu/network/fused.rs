@@ -8,7 +8,6 @@ use bytemuck::{Pod, Zeroable};
 use gpu_allocator::MemoryLocation;
 
 use super::schedule::Schedule;
-use super::stages::stages;
 use super::tables::Tables;
 use crate::gpu::bindings::allocate_set;
 use crate::gpu::context::Context;
@@ -18,8 +17,8 @@ use crate::gpu::memory::Buffer;
 use crate::gpu::once::Once;
 use crate::gpu::pipeline::Pipeline;
 use crate::gpu::variant::{FusedKind, FusedVariant};
-use crate::thermal::network::Network;
 use crate::thermal::network::stepper::{Attempt, Method, WorkCounts};
+use crate::thermal::network::{Network, rkl2};
 
 /// Nodes that the shared memory of the kernels holds.
 pub const NODES_AT_MOST: usize = 1024;
@@ -86,9 +85,22 @@ pub struct Fused {
 }
 
 /// A descriptor pool.
-struct Pool {
+pub(super) struct Pool {
     context: Arc<Context>,
-    raw: vk::DescriptorPool,
+    pub(super) raw: vk::DescriptorPool,
+}
+
+impl Pool {
+    /// For so many sets of so many storage buffers.
+    pub(super) fn new(context: &Arc<Context>, sets: u32, bindings: u32) -> Result<Self, GpuError> {
+        let ty = vk::DescriptorType::STORAGE_BUFFER;
+        let sizes = [vk::DescriptorPoolSize { ty, descriptor_count: sets * bindings }];
+        let create = vk::DescriptorPoolCreateInfo::default().max_sets(sets).pool_sizes(&sizes);
+        // SAFETY: the device is alive.
+        let raw =
+            unsafe { context.device.create_descriptor_pool(&create, None) }.during("creating a descriptor pool")?;
+        Ok(Self { context: Arc::clone(context), raw })
+    }
 }
 
 impl Drop for Pool {
@@ -141,7 +153,8 @@ impl Fused {
         let fused = Self {
             once: Once::new(context)?,
             kernels: BTreeMap::new(),
-            pool: pool(context)?,
+            // Stepping by two methods in three sizes and balancing two systems, two states each.
+            pool: Pool::new(context, 16, 11)?,
             nodes: buffer(context, "network nodes", &tables.nodes)?,
             links: buffer(context, "network links", &tables.links)?,
             heat: buffer(context, "network heat", &vec![[0.0f32; 2]; nodes])?,
@@ -161,7 +174,7 @@ impl Fused {
             context: Arc::clone(context),
         };
         // A balance must fit into a dispatch.
-        let attempt = fused.describe(Unknowns::Arithmetic);
+        let attempt = fused.describe(Unknowns::Arithmetic, fused.lanes);
         Ok((attempt.loops_iteration * ITERATIONS < LOOPS_AT_MOST).then_some(fused))
     }
 
@@ -222,44 +235,35 @@ impl Fused {
         if !self.knows(unknowns)? || stages > STAGES_AT_MOST {
             return Ok(None);
         }
-        let mut planned = self.describe(unknowns);
-        let pass = self.tables.loops(&self.all(), self.lanes);
-        let lone = self.tables.loops(&self.tables.lone, self.lanes) + 9 * (self.tables.lone.len() as u32);
-        planned.loops_sub_step = (stages + 2) * (pass + lone + 4) + planned.sensors + 8;
-        planned.stages = stages;
+        let lanes = FusedVariant::LANES.into_iter().filter(|lanes| *lanes >= self.lanes);
+        let plans = lanes.filter_map(|lanes| self.plan(lanes, unknowns, stages).map(|plan| (lanes, plan)));
+        let Some((lanes, (mut planned, per_dispatch))) = plans.into_iter().next() else { return Ok(None) };
         planned.step = step as f32;
-        let newtons = if planned.unknowns == 0 { 0 } else { 3 * stages + 3 };
-        let sub_step = planned.loops_sub_step + newtons * planned.loops_iteration;
-        if planned.loops_sub_step + sub_step.max(9 * planned.loops_iteration) > LOOPS_AT_MOST {
-            return Ok(None);
-        }
-        let per_dispatch = (LOOPS_AT_MOST - planned.loops_sub_step) / sub_step;
+        [planned.error_end, planned.error_start, planned.error_change] = error_weights(method, step);
         if method != Method::TrBdf2 && self.staged != Some((stages, step)) {
-            self.stages.write(&self::stages(stages, step));
+            self.stages.write(&device_stages(stages, step));
             self.staged = Some((stages, step));
         }
         let kind = match method {
             Method::TrBdf2 => FusedKind::Implicit,
-            _ => FusedKind::Explicit {
-                radiative: self.tables.radiative,
-                elimination: !self.tables.coupled.is_empty(),
-            },
+            _ => FusedKind::Explicit { radiative: self.tables.radiative, elimination: !self.tables.coupled.is_empty() },
         };
         let start: Vec<[f32; 2]> = self.state().to_vec();
         self.states[1 - self.kept].write(&start);
 
         let mut attempt = Attempt::default();
-        let room = (RESULT_WORDS - RESULT_HEAD) as u32 / self.sensors.max(1);
+        let room = (RESULT_WORDS - RESULT_HEAD) as u32 / 2 / self.sensors.max(1);
         let mut first = 0;
         while first < count {
             let some = (count - first).min(room).min(SUB_STEPS_AT_MOST);
             planned.time = (t + f64::from(first) * step) as f32;
             planned.count = some;
             let balance = (first == 0 && self.has_arithmetic()).then_some(planned.time);
-            let head = self.sub_steps(kind, unknowns, planned, per_dispatch, balance)?;
+            let head = self.sub_steps((FusedVariant { kind, lanes }, unknowns), planned, per_dispatch, balance)?;
             attempt.error = attempt.error.max(f64::from(f32::from_bits(head)));
-            let words: &[u32] = self.result.read(RESULT_HEAD + (some * self.sensors) as usize);
-            attempt.sensed.extend(words[RESULT_HEAD..].iter().map(|word| f64::from(f32::from_bits(*word))));
+            let words: &[u32] = self.result.read(RESULT_HEAD + 2 * (some * self.sensors) as usize);
+            let part = |word: u32| f64::from(f32::from_bits(word));
+            attempt.sensed.extend(words[RESULT_HEAD..].chunks_exact(2).map(|pair| part(pair[0]) + part(pair[1])));
             self.counts.sub_steps += u64::from(some);
             self.counts.stages += u64::from(some) * u64::from(stages);
             first += some;
@@ -270,17 +274,31 @@ impl Fused {
         Ok(Some(attempt))
     }
 
+    /// What dispatches with so many invocations do, and how many sub-steps each; `None` where not one fits.
+    fn plan(&self, lanes: u32, unknowns: Unknowns, stages: u32) -> Option<(NetworkAttempt, u32)> {
+        let mut planned = self.describe(unknowns, lanes);
+        let pass = self.tables.loops(&self.all(), lanes);
+        let lone = self.tables.loops(&self.tables.lone, lanes) + 9 * (self.tables.lone.len() as u32).div_ceil(lanes);
+        planned.loops_sub_step = (stages + 2) * (pass + lone + 4) + planned.sensors + 8;
+        planned.stages = stages;
+        let newtons = if planned.unknowns == 0 { 0 } else { 3 * stages + 3 };
+        let sub_step = planned.loops_sub_step + newtons * planned.loops_iteration;
+        if planned.loops_sub_step + sub_step.max(9 * planned.loops_iteration) > LOOPS_AT_MOST {
+            return None;
+        }
+        let per_dispatch = (LOOPS_AT_MOST - planned.loops_sub_step) / sub_step;
+        Some((planned, per_dispatch))
+    }
+
     /// Runs dispatches until all sub-steps of a submission's plan are done. Returns the bits of the largest error.
     fn sub_steps(
         &mut self,
-        kind: FusedKind,
-        unknowns: Unknowns,
+        (variant, unknowns): (FusedVariant, Unknowns),
         planned: NetworkAttempt,
         per_dispatch: u32,
         balance: Option<f32>,
     ) -> Result<u32, GpuError> {
         let state = 1 - self.kept;
-        let variant = FusedVariant { kind, lanes: self.lanes };
         self.make_kernel(variant, unknowns)?;
         let mut worst = 0;
         if let Some(time) = balance {
@@ -344,7 +362,7 @@ impl Fused {
     fn settle_once(&mut self, unknowns: Unknowns, time: f32, state: usize) -> Result<(bool, u32), GpuError> {
         let variant = FusedVariant { kind: FusedKind::Settle, lanes: self.lanes };
         self.make_kernel(variant, unknowns)?;
-        let mut planned = self.describe(unknowns);
+        let mut planned = self.describe(unknowns, self.lanes);
         planned.time = time;
         planned.count = ITERATIONS;
         if unknowns == Unknowns::Free {
@@ -386,7 +404,7 @@ impl Fused {
     }
 
     /// What every dispatch of a system says.
-    fn describe(&self, unknowns: Unknowns) -> NetworkAttempt {
+    fn describe(&self, unknowns: Unknowns, lanes: u32) -> NetworkAttempt {
         let mut attempt = NetworkAttempt {
             nodes: self.tables.nodes.len() as u32,
             sensors: self.sensors,
@@ -395,7 +413,7 @@ impl Fused {
             ..NetworkAttempt::zeroed()
         };
         if let Some(system) = self.systems.get(&unknowns) {
-            system.schedule.describe(&mut attempt, &self.tables, self.lanes);
+            system.schedule.describe(&mut attempt, &self.tables, lanes);
         }
         attempt
     }
@@ -406,7 +424,7 @@ impl Fused {
             let Some(schedule) = Schedule::new(&self.tables, &self.tables.free) else { return Ok(false) };
             self.systems.insert(unknowns, System::new(&self.context, schedule)?);
         }
-        let attempt = self.describe(unknowns);
+        let attempt = self.describe(unknowns, self.lanes);
         Ok(attempt.unknowns == 0 || attempt.loops_iteration * ITERATIONS < LOOPS_AT_MOST)
     }
 
@@ -450,6 +468,39 @@ impl Fused {
     }
 }
 
+/// The stages of a sub-step of `step` [s]; one stage is forward Euler.
+pub(super) fn device_stages(count: u32, step: f64) -> Vec<NetworkStage> {
+    if count == 1 {
+        let step = step as f32;
+        return vec![NetworkStage { mu: 0.0, nu: 0.0, mu_step: 0.0, gamma_step: step, time: step }];
+    }
+    let mut stages: Vec<NetworkStage> = rkl2::coefficients(count)
+        .iter()
+        .map(|stage| NetworkStage {
+            mu: stage.mu as f32,
+            nu: stage.nu as f32,
+            mu_step: (stage.mu_rate * step) as f32,
+            gamma_step: (stage.gamma_rate * step) as f32,
+            time: (stage.time * step) as f32,
+        })
+        .collect();
+    // The first stage knows only the rate at the start.
+    stages[0] = NetworkStage { gamma_step: stages[0].mu_step, mu_step: 0.0, ..stages[0] };
+    stages
+}
+
+/// Weights of the rates at the end and at the start [s] and of the change, in the estimate of a sub-step's error.
+pub(super) fn error_weights(method: Method, step: f64) -> [f32; 3] {
+    match method {
+        Method::Euler => [0.5 * step, -0.5 * step, 0.0].map(|weight| weight as f32),
+        Method::Rkl2 { stages } => {
+            let factor = rkl2::error_factor(stages);
+            [6.0 * factor * step, 6.0 * factor * step, -12.0 * factor].map(|weight| weight as f32)
+        }
+        Method::TrBdf2 => [0.0; 3],
+    }
+}
+
 /// Invocations of the workgroup: as many as there is work for; on a processor, where each eight of them take turns, fewer.
 fn lanes_for(nodes: usize, processor: bool) -> u32 {
     let few = if processor { 64 } else { 8 };
@@ -458,13 +509,4 @@ fn lanes_for(nodes: usize, processor: bool) -> u32 {
         _ if nodes <= 256 || processor => 64,
         _ => 256,
     }
-}
-
-fn pool(context: &Arc<Context>) -> Result<Pool, GpuError> {
-    // Three kinds of kernel and two systems, two states each, with eleven bindings.
-    let sizes = [vk::DescriptorPoolSize { ty: vk::DescriptorType::STORAGE_BUFFER, descriptor_count: 12 * 11 }];
-    let create = vk::DescriptorPoolCreateInfo::default().max_sets(12).pool_sizes(&sizes);
-    // SAFETY: the device is alive.
-    let raw = unsafe { context.device.create_descriptor_pool(&create, None) }.during("creating a descriptor pool")?;
-    Ok(Pool { context: Arc::clone(context), raw })
 }

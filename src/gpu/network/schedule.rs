@@ -132,14 +132,9 @@ impl Schedule {
         let update = (self.nodes.len() as u32).div_ceil(lanes);
         *attempt = NetworkAttempt {
             nodes: attempt.nodes,
-            count: attempt.count,
-            stages: attempt.stages,
             sensors: attempt.sensors,
             lone: attempt.lone,
-            time: attempt.time,
-            step: attempt.step,
             space_temperature: attempt.space_temperature,
-            loops_sub_step: attempt.loops_sub_step,
             loops_iteration: tables.loops(&self.nodes, lanes) + by_level + fill + update + 8,
             ..self.at
         };

@@ -46,7 +46,11 @@ pub fn import(folder: &Path) -> Result<Imported, String> {
         let _ = writeln!(text, "temperature = {:?}", node.temperature);
         if let Some((times, powers)) = load.as_ref().filter(|(_, powers)| powers.iter().any(|power| *power != 0.0)) {
             let _ = writeln!(text, "heat = {{ time = {times:?}, power = {powers:?} }}");
-            notes.push(format!("The heat of '{}' holds after {:?} s, where s2e-core repeats its table.", node.label, times.last().unwrap_or(&0.0)));
+            notes.push(format!(
+                "The heat of '{}' holds after {:?} s, where s2e-core repeats its table.",
+                node.label,
+                times.last().unwrap_or(&0.0)
+            ));
         }
     }
     for (file, section, key) in
@@ -83,7 +87,9 @@ pub fn import(folder: &Path) -> Result<Imported, String> {
             "\n[[thermostat]]\nnode = {label:?}\nsensor = {label:?}\npower = {power:?}\non_below = {on:?}\n\
              off_above = {off:?}\ninitially_on = false\n"
         );
-        notes.push(format!("The thermostat of '{label}' is off at time 0 and switches at its thresholds, not once a step."));
+        notes.push(format!(
+            "The thermostat of '{label}' is off at time 0 and switches at its thresholds, not once a step."
+        ));
     }
     Ok(Imported { text, notes })
 }
@@ -95,8 +101,12 @@ fn records(folder: &Path, file: &str) -> Result<Option<Vec<(u64, csv::StringReco
         return Ok(None);
     }
     let wrong = |error: csv::Error| format!("{}: {error}", path.display());
-    let mut reader =
-        csv::ReaderBuilder::new().has_headers(false).trim(csv::Trim::All).flexible(true).from_path(&path).map_err(wrong)?;
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .trim(csv::Trim::All)
+        .flexible(true)
+        .from_path(&path)
+        .map_err(wrong)?;
     let rows = reader.records().map(|record| {
         let record = record.map_err(wrong)?;
         Ok((record.position().map_or(0, csv::Position::line), record))
@@ -105,15 +115,15 @@ fn records(folder: &Path, file: &str) -> Result<Option<Vec<(u64, csv::StringReco
 }
 
 fn needed(folder: &Path, file: &str) -> Result<Vec<(u64, csv::StringRecord)>, String> {
-    records(folder, file)?.ok_or_else(|| format!("{}: cannot be read: there is no such file", folder.join(file).display()))
+    records(folder, file)?
+        .ok_or_else(|| format!("{}: cannot be read: there is no such file", folder.join(file).display()))
 }
 
 fn number(folder: &Path, file: &str, line: u64, record: &csv::StringRecord, column: usize) -> Result<f64, String> {
     let cell = record.get(column).unwrap_or("");
-    cell.parse::<f64>()
-        .ok()
-        .filter(|value| value.is_finite())
-        .ok_or_else(|| format!("{}:{line}: column {}: '{cell}' is not a number", folder.join(file).display(), column + 1))
+    cell.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| {
+        format!("{}:{line}: column {}: '{cell}' is not a number", folder.join(file).display(), column + 1)
+    })
 }
 
 /// node.csv: id, label, type (0 diffusive, 1 boundary, 2 arithmetic), heater, capacity, alpha, epsilon, area, normal,
@@ -124,9 +134,10 @@ fn nodes(folder: &Path) -> Result<Vec<Node>, String> {
     let header = rows.first().map(|(_, header)| header.iter().map(str::to_lowercase).collect::<Vec<_>>());
     let header = header.unwrap_or_default();
     let column = |part: &str| {
-        header.iter().position(|name| name.contains(part)).ok_or_else(|| {
-            format!("{}:1: no column of the header is named like '{part}'", folder.join(file).display())
-        })
+        header
+            .iter()
+            .position(|name| name.contains(part))
+            .ok_or_else(|| format!("{}:1: no column of the header is named like '{part}'", folder.join(file).display()))
     };
     let (id, label, kind) = (column("node_id")?, column("label")?, column("node_type")?);
     let (heater, capacity, temperature) = (column("heater")?, column("capacity")?, column("temperature")?);
@@ -137,7 +148,9 @@ fn nodes(folder: &Path) -> Result<Vec<Node>, String> {
             0.0 => "diffusive",
             1.0 => "boundary",
             2.0 => "arithmetic",
-            other => return Err(format!("{}:{line}: node type {other} is none of 0, 1, 2", folder.join(file).display())),
+            other => {
+                return Err(format!("{}:{line}: node type {other} is none of 0, 1, 2", folder.join(file).display()));
+            }
         };
         let text = |column: usize| record.get(column).unwrap_or("").to_owned();
         nodes.push(Node {

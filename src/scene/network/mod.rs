@@ -17,8 +17,7 @@ pub mod import;
 pub(in crate::scene) mod node;
 
 /// Keys of the root.
-const ROOT: &[&str] =
-    &["space_temperature", "node", "linear_conductor", "radiative_conductor", "thermostat", "output"];
+const ROOT: &[&str] = &["space_temperature", "node", "linear_conductor", "radiative_conductor", "thermostat", "output"];
 /// `[[linear_conductor]]`.
 const LINEAR: &[&str] = &["nodes", "conductance"];
 /// `[[radiative_conductor]]`.
@@ -65,6 +64,7 @@ impl NetworkFile {
         }
         let (mut labels, mut network, mut heat) = (Vec::new(), Network::default(), Vec::new());
         let mut numbers = HashMap::new();
+        let mut dark = 0;
         for section in &sections {
             let node = node::read(section)?;
             let number = labels.len() as u32;
@@ -75,9 +75,13 @@ impl NetworkFile {
             labels.push(node.label);
             network.kinds.push(node.kind);
             network.capacitances.push(node.capacitance);
-            network.emissive_areas.push(node.emissive_area);
+            dark += usize::from(node.emissive_area.is_none() && node.kind != NodeKind::Boundary);
+            network.emissive_areas.push(node.emissive_area.unwrap_or(0.0));
             network.temperatures.push(node.temperature);
             heat.extend(node.heat.map(|table| (number, table)));
+        }
+        if dark > 0 {
+            assumptions.push(format!("{dark} of the nodes do not radiate to space (emissive_area is absent)."));
         }
         let nodes = Nodes { labels: &labels, numbers };
         network.space_temperature = space(&root, &network, &mut assumptions)?;
@@ -154,9 +158,8 @@ impl Nodes<'_> {
                 node
             }
         };
-        let number = |key: &str, quantity: Quantity, what: &str| {
-            section.required(key, section.number(key, quantity)?, what)
-        };
+        let number =
+            |key: &str, quantity: Quantity, what: &str| section.required(key, section.number(key, quantity)?, what);
         let power = number("power", Quantity::non_negative("W"), "the heat while it is on [W]")?;
         let kelvin = Quantity::non_negative("K");
         let on_below = number("on_below", kelvin, "the temperature below which it switches on [K]")?;

@@ -18,7 +18,8 @@ pub(super) struct Node {
     pub(super) label: String,
     pub(super) kind: NodeKind,
     pub(super) capacitance: f64,
-    pub(super) emissive_area: f64,
+    /// `None` where the file is silent.
+    pub(super) emissive_area: Option<f64>,
     pub(super) temperature: f64,
     pub(super) heat: Option<HeatTable>,
 }
@@ -27,11 +28,14 @@ pub(super) struct Node {
 pub(super) fn read(section: &Section) -> Result<Node, SceneError> {
     let label = section.string("label")?;
     let label = section.required("label", label, "the name of the node")?.to_owned();
+    if label == "time" {
+        return Err(section.error("label", "'time' is the first column of the series: choose another name"));
+    }
     let kinds =
         [("diffusive", NodeKind::Diffusive), ("arithmetic", NodeKind::Arithmetic), ("boundary", NodeKind::Boundary)];
     let kind = section.choice("kind", &kinds)?;
     let kind = section.required("kind", kind, "\"diffusive\", \"arithmetic\" or \"boundary\"")?;
-    let emissive_area = section.number("emissive_area", Quantity::non_negative("m2"))?.unwrap_or(0.0);
+    let emissive_area = section.number("emissive_area", Quantity::non_negative("m2"))?;
     let temperature = section.number("temperature", Quantity::non_negative("K"))?;
     let temperature = match kind {
         NodeKind::Arithmetic => temperature.unwrap_or(FIRST_GUESS),

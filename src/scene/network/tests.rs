@@ -66,11 +66,45 @@ fn a_file_is_read_as_it_stands() {
 }
 
 #[test]
+fn the_reference_explains_every_key() {
+    let reference = include_str!("../../../models/network.md");
+    for (header, keys) in [
+        ("The root", &["space_temperature"][..]),
+        ("[[node]]", super::node::KEYS),
+        ("[[linear_conductor]]", super::LINEAR),
+        ("[[radiative_conductor]]", super::RADIATIVE),
+        ("[[thermostat]]", super::THERMOSTAT),
+        ("[output]", super::OUTPUT),
+    ] {
+        let titled = |part: &&str| part.lines().next().is_some_and(|title| title.contains(header));
+        let part = reference.split("\n## ").find(titled).unwrap_or_default();
+        for key in keys {
+            assert!(part.contains(&format!("`{key}`")), "models/network.md is silent on {header} {key}");
+        }
+    }
+    // The example of the reference is itself a file that is read.
+    let example = reference.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap_or_default();
+    assert_eq!(parse(example).map(|file| file.labels), Ok(vec!["panel".to_owned(), "structure".to_owned()]));
+}
+
+#[test]
 fn slips_are_refused_with_line_and_key() {
     for (good, bad, message) in [
-        ("space_temperature = 3.0", "space_temperture = 3.0", "net.toml:2: space_temperture: unknown key; did you mean 'space_temperature'?"),
-        ("space_temperature = 3.0", "space_temperature = -3.0", "net.toml:2: space_temperature: must be 0 or above [K], found -3"),
-        ("capacitance = 500.0", "capacitance = -500.0", "net.toml:7: node.capacitance: must be 0 or above [J/K], found -500"),
+        (
+            "space_temperature = 3.0",
+            "space_temperture = 3.0",
+            "net.toml:2: space_temperture: unknown key; did you mean 'space_temperature'?",
+        ),
+        (
+            "space_temperature = 3.0",
+            "space_temperature = -3.0",
+            "net.toml:2: space_temperature: must be 0 or above [K], found -3",
+        ),
+        (
+            "capacitance = 500.0",
+            "capacitance = -500.0",
+            "net.toml:7: node.capacitance: must be 0 or above [J/K], found -500",
+        ),
         ("capacitance = 500.0", "capacitance = 0", "net.toml:7: node.capacitance: must be above 0 [J/K]"),
         ("capacitance = 500.0", "capacitance = nan", "net.toml:7: node.capacitance: must be a finite number [J/K]"),
         ("capacitance = 500.0\n", "", "node.capacitance: is missing"),
@@ -78,15 +112,31 @@ fn slips_are_refused_with_line_and_key() {
         ("kind = \"diffusive\"", "kind = \"difusive\"", "did you mean 'diffusive'?"),
         ("temperature = 290.0", "temperature = -1", "net.toml:9: node.temperature: must be 0 or above [K]"),
         ("label = \"blanket\"", "label = \"box\"", "net.toml:13: node.label: 'box' is the label of an earlier node"),
-        ("[0, 100, 100, 200]", "[0, 100, 50, 200]", "net.toml:10: node.heat.time: must not descend, but 50 follows 100"),
+        (
+            "[0, 100, 100, 200]",
+            "[0, 100, 50, 200]",
+            "net.toml:10: node.heat.time: must not descend, but 50 follows 100",
+        ),
         ("[0, 100, 100, 200]", "[0, 100, 100, 100]", "node.heat.time: 100 stands three times"),
         ("[0, 100, 100, 200]", "[0, 100, 100]", "node.heat.power: must have a value for each of the 3 times, found 4"),
         ("[1, 2, 5, 5]", "[1, nan, 5, 5]", "node.heat.power: must be a finite number"),
         ("heat = 4", "heat = true", "node.heat: expected a number [W], found true"),
-        ("nodes = [\"box\", \"rack\"]", "nodes = [\"box\", \"rak\"]", "linear_conductor.nodes: no node has the label 'rak'; did you mean 'rack'?"),
-        ("nodes = [\"box\", \"rack\"]", "nodes = [\"box\", \"box\"]", "linear_conductor.nodes: 'box' cannot be joined to itself"),
+        (
+            "nodes = [\"box\", \"rack\"]",
+            "nodes = [\"box\", \"rak\"]",
+            "linear_conductor.nodes: no node has the label 'rak'; did you mean 'rack'?",
+        ),
+        (
+            "nodes = [\"box\", \"rack\"]",
+            "nodes = [\"box\", \"box\"]",
+            "linear_conductor.nodes: 'box' cannot be joined to itself",
+        ),
         ("nodes = [\"box\", \"rack\"]", "nodes = [\"box\"]", "linear_conductor.nodes: must be the labels of two nodes"),
-        ("conductance = 0.5", "conductance = -0.5", "linear_conductor.conductance: must be 0 or above [W/K], found -0.5"),
+        (
+            "conductance = 0.5",
+            "conductance = -0.5",
+            "linear_conductor.conductance: must be 0 or above [W/K], found -0.5",
+        ),
         ("exchange_area = 0.01", "exchange_area = -1", "radiative_conductor.exchange_area: must be 0 or above [m2]"),
         ("off_above = 285.0", "off_above = 280.0", "thermostat.off_above: must be above on_below, 280 K"),
         ("node = \"box\"", "node = \"bx\"", "thermostat.node: no node has the label 'bx'"),

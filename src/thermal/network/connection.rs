@@ -16,7 +16,8 @@ impl Network {
 
     /// The first node without a path to an emission or to a node of a kind that is an end.
     fn closed_node(&self, is_end: impl Fn(NodeKind) -> bool) -> Option<usize> {
-        let linear = self.linear.iter().filter(|conductor| conductor.conductance > 0.0).map(|conductor| conductor.nodes);
+        let linear =
+            self.linear.iter().filter(|conductor| conductor.conductance > 0.0).map(|conductor| conductor.nodes);
         let radiative =
             self.radiative.iter().filter(|conductor| conductor.exchange_area > 0.0).map(|conductor| conductor.nodes);
         let mut neighbours = vec![Vec::new(); self.len()];

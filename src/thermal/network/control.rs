@@ -39,14 +39,17 @@ pub struct Settings {
     pub integrator: Integrator,
     /// Aim for the error that sub-steps add up to [K].
     pub tolerance: f64,
-    /// Estimates below this are rounding [K]: no sub-step is asked to err by less. 0 in f64.
+    /// Estimates below this are rounding [K]: no sub-step is asked to err by less.
     pub floor: f64,
 }
+
+/// The floor in f64 [K]: ten times what Newton's method leaves.
+pub const FLOOR: f64 = 1e-9;
 
 impl Settings {
     /// The integrator at its own tolerance, in f64.
     pub fn of(integrator: Integrator) -> Self {
-        Self { integrator, tolerance: integrator.tolerance(), floor: 0.0 }
+        Self { integrator, tolerance: integrator.tolerance(), floor: FLOOR }
     }
 }
 
@@ -146,8 +149,11 @@ impl<E> From<E> for ControlError<E> {
 const MOST_STAGES: [u32; 2] = [41, 25];
 /// Share of the tolerance that one sub-step may err by: errors of a slow node add up over its time constant.
 const SHARE: f64 = 0.02;
-/// The same where a thermostat turns kelvins into seconds.
-const SHARE_THERMOSTAT: f64 = 2e-4;
+/// The same where a thermostat turns kelvins into seconds, in a run of at most [`SHORT_RUN`]; in a longer one it falls as
+/// the length grows, because errors of switching times add up from cycle to cycle.
+const SHARE_THERMOSTAT: f64 = 1e-5;
+/// [s].
+const SHORT_RUN: f64 = 2e4;
 /// Share of the tolerance that Euler may add over the whole schedule.
 const EULER_SHARE: f64 = 0.1;
 /// Most sub-steps of one try.
@@ -157,11 +163,13 @@ const RATE_MARGIN: f64 = 1.1;
 /// Tries after which the fastest rate is asked for again.
 const RATE_AGE: u32 = 8;
 /// How closely a switch is located [s].
-const SWITCH_TIME: f64 = 1e-4;
+const SWITCH_TIME: f64 = 1e-7;
 /// Switches of one thermostat within [`SWITCH_TIME`] of each other that are no longer believed.
 const MOST_AT_ONCE: u32 = 6;
 /// Switches of all thermostats after which the run is given up.
-const MOST_SWITCHES: usize = 1_000_000;
+const MOST_SWITCHES: usize = 100_000;
+/// Sub-step that is no longer believed to help [s].
+const SHORTEST: f64 = 1e-18;
 
 /// Integrates from time 0 to the last output time. `stepper` holds the network at its start and reports the schedule's
 /// sensors; `watch` is told the time reached and says whether to go on.
@@ -192,17 +200,19 @@ pub fn integrate_part<S: Stepper>(
     watch: impl FnMut(f64) -> bool,
 ) -> Result<Series, ControlError<S::Error>> {
     let on: Vec<bool> = schedule.thermostats.iter().map(|thermostat| thermostat.initially_on).collect();
-    let share = if schedule.thermostats.is_empty() { SHARE } else { SHARE_THERMOSTAT };
+    let duration = part.horizon.max(1e-9);
+    let share =
+        if schedule.thermostats.is_empty() { SHARE } else { SHARE_THERMOSTAT * (SHORT_RUN / duration).min(1.0) };
     let mut control = Control {
         stepper,
         network,
         schedule,
         integrator: settings.integrator,
         limit: (settings.tolerance * share).max(settings.floor),
-        euler_rate: EULER_SHARE * settings.tolerance / part.horizon.max(1e-9),
+        euler_rate: EULER_SHARE * settings.tolerance / duration,
         watch,
-        now: 0.0,
         heat_set: 0.0,
+        since: 0.0,
         sensed: Vec::new(),
         quick: vec![(f64::NEG_INFINITY, 0); on.len()],
         on,
@@ -231,9 +241,10 @@ struct Control<'a, S: Stepper, W> {
     /// Error that Euler may add in a second [K/s].
     euler_rate: f64,
     watch: W,
-    now: f64,
-    /// When the heat was set.
+    /// When the heat was set [s].
     heat_set: f64,
+    /// Time since then [s]: apart, so that it resolves the sub-steps of a fast node late in a long run.
+    since: f64,
     /// The sensors now.
     sensed: Vec<f64>,
     on: Vec<bool>,
@@ -267,7 +278,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         for time in &self.schedule.times {
             while let Some(at) = breaks.next_if(|at| at < time) {
                 self.advance(at)?;
-                self.set_heat()?;
+                self.set_heat(at)?;
             }
             self.advance(*time)?;
             let row = self.stepper.temperatures()?;
@@ -278,16 +289,21 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
 
     /// Sets the heat of time 0, at which arithmetic nodes balance; what they jump to is where the sensors start.
     fn start(&mut self) -> Result<(), ControlError<S::Error>> {
-        self.put_heat()?;
+        self.put_heat(0.0)?;
         self.sensed = self.sense()?;
         Ok(())
     }
 
-    /// The heat from now on, as tables and heaters have it.
-    fn put_heat(&mut self) -> Result<(), ControlError<S::Error>> {
-        let (power, slope) = self.schedule.heat_after(self.network.len(), self.now, &self.on);
+    fn now(&self) -> f64 {
+        self.heat_set + self.since
+    }
+
+    /// The heat from `time` on, which is now, as tables and heaters have it.
+    fn put_heat(&mut self, time: f64) -> Result<(), ControlError<S::Error>> {
+        let (power, slope) = self.schedule.heat_after(self.network.len(), time, &self.on);
         self.stepper.set_heat(&power, &slope)?;
-        self.heat_set = self.now;
+        self.heat_set = time;
+        self.since = 0.0;
         self.rate_age = RATE_AGE;
         self.euler_pause = 0;
         self.fused = 1;
@@ -300,7 +316,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         let arithmetic = (0..heat.len()).filter(|node| self.network.kinds[*node] == super::NodeKind::Arithmetic);
         let open = |node: &usize| (heat[*node] + power[*node]).abs();
         let node = arithmetic.max_by(|a, b| open(a).total_cmp(&open(b))).unwrap_or(0);
-        Err(ControlError::Unbalanced { time: self.now, node })
+        Err(ControlError::Unbalanced { time, node })
     }
 
     fn sense(&mut self) -> Result<Vec<f64>, ControlError<S::Error>> {
@@ -312,9 +328,9 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     }
 
     /// Sets the heat anew; where that makes arithmetic sensors jump over a threshold, switches, until none does.
-    fn set_heat(&mut self) -> Result<(), ControlError<S::Error>> {
+    fn set_heat(&mut self, time: f64) -> Result<(), ControlError<S::Error>> {
         loop {
-            self.put_heat()?;
+            self.put_heat(time)?;
             let after = self.sense()?;
             let before = std::mem::replace(&mut self.sensed, after);
             let at = crossed(&self.schedule.thermostats, &self.on, &before, &self.sensed);
@@ -326,15 +342,16 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     }
 
     fn switch(&mut self, at: &[usize]) -> Result<(), ControlError<S::Error>> {
+        let time = self.now();
         for &thermostat in at {
             self.on[thermostat] = !self.on[thermostat];
-            let switch = Switch { time: self.now, thermostat, on: self.on[thermostat] };
+            let switch = Switch { time, thermostat, on: self.on[thermostat] };
             self.series.switches.push(switch);
             let (last, close) = &mut self.quick[thermostat];
-            *close = if self.now - *last <= SWITCH_TIME { *close + 1 } else { 0 };
-            *last = self.now;
+            *close = if time - *last <= SWITCH_TIME { *close + 1 } else { 0 };
+            *last = time;
             if *close > MOST_AT_ONCE || self.series.switches.len() > MOST_SWITCHES {
-                return Err(ControlError::Chatter { time: self.now, thermostat });
+                return Err(ControlError::Chatter { time, thermostat });
             }
         }
         Ok(())
@@ -342,16 +359,18 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
 
     /// Integrates to `end`, at or after now.
     fn advance(&mut self, end: f64) -> Result<(), ControlError<S::Error>> {
-        while self.now < end {
-            if !(self.watch)(self.now) {
+        // A switch sets the heat anew, and with it the time that is counted from.
+        while self.since < end - self.heat_set {
+            let now = self.now();
+            if !(self.watch)(now) {
                 return Err(ControlError::Stopped);
             }
-            self.forward(end)?;
+            self.forward(end - self.heat_set)?;
         }
         Ok(())
     }
 
-    /// One try, and what it leads to.
+    /// One try, and what it leads to, towards `end` [s] since the heat was set.
     fn forward(&mut self, end: f64) -> Result<(), ControlError<S::Error>> {
         if self.rate_age >= RATE_AGE {
             let temperatures = self.stepper.temperatures()?;
@@ -363,12 +382,12 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         }
         self.rate_age += 1;
         if self.step.is_infinite() {
-            self.step = if self.rate > 0.0 { 1.0 / self.rate } else { end - self.now };
+            self.step = if self.rate > 0.0 { 1.0 / self.rate } else { end - self.since };
         }
-        let plan = self.plan(end - self.now);
-        let t = self.now - self.heat_set;
+        let plan = self.plan(end - self.since);
+        let t = self.since;
         let attempt = self.stepper.attempt(plan.method, t, plan.step, plan.count)?;
-        if !(attempt.error <= self.allowed(plan)) {
+        if attempt.error.is_nan() || attempt.error > self.allowed(plan) {
             return self.reject(plan, attempt.error);
         }
         let trace = Trace { start: &self.sensed, rest: &attempt.sensed };
@@ -412,13 +431,13 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
 
     /// What to try over at most `remaining` [s].
     fn plan(&mut self, remaining: f64) -> Plan {
-        let stable = (remaining * self.rate).ceil().max(1.0);
+        // Thermostats need a value between the ends, to see what turns back.
+        let least: f64 = if self.schedule.thermostats.is_empty() { 1.0 } else { 2.0 };
+        let stable = (remaining * self.rate).ceil().max(least);
         let euler = self.integrator != Integrator::Accurate && self.euler_pause == 0;
         if euler && stable <= f64::from(MOST_FUSED) {
             return Plan { method: Method::Euler, step: remaining / stable, count: stable as u32 };
         }
-        // Thermostats need a value between the ends, to see what turns back.
-        let least: f64 = if self.schedule.thermostats.is_empty() { 1.0 } else { 2.0 };
         let fused = f64::from(self.fused).max(least);
         let whole = (remaining / self.step).ceil().max(1.0);
         let (step, count) = if whole <= fused {
@@ -448,21 +467,21 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         let factor = if error.is_finite() { (0.8 * (self.limit / error).cbrt()).clamp(0.05, 0.8) } else { 0.1 };
         self.step = plan.step * factor;
         self.fused = 1;
-        if self.now + self.step > self.now && self.step > 1e-14 {
+        if self.since + self.step > self.since && self.step > SHORTEST {
             return Ok(());
         }
         let temperatures = self.stepper.temperatures()?;
         let coldest = temperatures.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
         let (node, temperature) = coldest.map_or((0, 0.0), |(node, temperature)| (node, *temperature));
-        Err(ControlError::NoStep { time: self.now, node, temperature })
+        Err(ControlError::NoStep { time: self.now(), node, temperature })
     }
 
-    /// Keeps the last try, after which it is `end` where the plan reaches that.
+    /// Keeps the last try, after which it is `end` [s] since the heat was set where the plan reaches that.
     fn keep(&mut self, plan: Plan, end: f64) -> Result<(), ControlError<S::Error>> {
         self.stepper.keep()?;
         let span = plan.step * f64::from(plan.count);
-        let then = self.now + span;
-        self.now = if (then - end).abs() <= 1e-9 * span { end } else { then.min(end) };
+        let then = self.since + span;
+        self.since = if (then - end).abs() <= 1e-9 * span { end } else { then.min(end) };
         self.euler_pause = self.euler_pause.saturating_sub(1);
         let (place, stages) = match plan.method {
             Method::Euler => (0, 1),
@@ -485,7 +504,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         }
         let factor = (0.85 * (self.limit / error.max(1e-300)).cbrt()).clamp(0.3, 5.0);
         // A sub-step cut short by a break says little against the one before it.
-        let cut = self.now >= end && plan.step < self.step;
+        let cut = self.since >= end && plan.step < self.step;
         self.step = if cut { self.step.max(plan.step * factor) } else { plan.step * factor };
         self.fused = if factor < 1.3 { (2 * self.fused).min(MOST_FUSED) } else { 1.max(self.fused / 2) };
     }
@@ -493,14 +512,14 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     /// Finds the first switch in the coming sub-step, at whose end the sensors are at `after`, and takes it.
     fn locate(&mut self, plan: Plan, after: Vec<f64>) -> Result<(), ControlError<S::Error>> {
         let thermostats = &self.schedule.thermostats;
-        let t = self.now - self.heat_set;
+        let t = self.since;
         let (mut low, mut high) = (0.0, plan.step);
         let (mut before, mut after) = (self.sensed.clone(), after);
         let mut last_was_high = None;
         let mut tries = 0;
         let mut at_high = false;
         loop {
-            let narrow = high - low <= SWITCH_TIME || high - low <= 1e-13 * (self.now + high);
+            let narrow = high - low <= SWITCH_TIME || high - low <= 1e-13 * (self.since + high);
             if narrow && at_high {
                 break;
             }
@@ -532,9 +551,9 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         let at = crossed(thermostats, &self.on, &self.sensed, &after);
         let plan = Plan { method: self.method_for(plan.method, high), step: high, count: 1 };
         self.sensed = after;
-        self.keep(plan, self.now + high)?;
+        self.keep(plan, self.since + high)?;
         self.switch(&at)?;
-        self.set_heat()
+        self.set_heat(self.now())
     }
 
     /// The same method with the stages that a shorter sub-step needs.

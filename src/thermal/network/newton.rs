@@ -13,6 +13,13 @@ const CONVERGED_RELATIVE: f64 = 1e-13;
 /// A temperature grows at most by this [K] and its own double in an iteration, and falls at most to half.
 const LARGEST_RISE: f64 = 10.0;
 
+/// Temperature [K] below which its slope stands for all: at 0 K radiation has none, and no start could leave it.
+const COLDEST_SLOPE: f64 = 0.01;
+
+fn slope(temperature: f64) -> f64 {
+    radiative_slope(temperature.max(COLDEST_SLOPE))
+}
+
 /// The nodes whose temperatures are sought, and the matrix of their balances.
 #[derive(Debug, Clone)]
 pub(super) struct Newton {
@@ -50,14 +57,14 @@ impl Newton {
     pub(super) fn factor(&mut self, network: &Network, temperatures: &[f64], capacity: impl Fn(usize) -> f64) -> bool {
         self.matrix.clear();
         for (row, node) in self.nodes.iter().enumerate() {
-            let lost = network.emissive_areas[*node] * radiative_slope(temperatures[*node]);
+            let lost = network.emissive_areas[*node] * slope(temperatures[*node]);
             self.matrix.add_diagonal(row, lost + capacity(*node));
         }
         for conductor in &network.linear {
             self.add(conductor.nodes, [conductor.conductance; 2]);
         }
         for conductor in &network.radiative {
-            let slopes = conductor.nodes.map(|node| radiative_slope(temperatures[node as usize]));
+            let slopes = conductor.nodes.map(|node| slope(temperatures[node as usize]));
             self.add(conductor.nodes, slopes.map(|slope| conductor.exchange_area * slope));
         }
         self.matrix.factor()

@@ -23,8 +23,8 @@ pub(super) struct System {
     pub(super) heat: Heat,
     /// Balances of the arithmetic nodes.
     arithmetic: Newton,
-    /// Balances of all nodes but boundaries.
-    pub(super) all: Newton,
+    /// Balances of all nodes but boundaries; `None` until a method asks for them, for their matrix is large.
+    all: Option<Newton>,
     pub(super) counts: WorkCounts,
 }
 
@@ -52,8 +52,7 @@ impl System {
             return true;
         }
         let (network, own) = (&self.network, &self.heat);
-        let found =
-            self.arithmetic.find(network, temperatures, |_| 0.0, |now, out| heat(network, own, t, now, out));
+        let found = self.arithmetic.find(network, temperatures, |_| 0.0, |now, out| heat(network, own, t, now, out));
         self.counts.iterations += std::mem::take(&mut self.arithmetic.iterations);
         found
     }
@@ -61,8 +60,9 @@ impl System {
     /// Seeks the temperatures at which C (T - T0) = span (W(T) + heat at `t`) for diffusive nodes, with `base` [W] =
     /// C T0 / span, and the balance of arithmetic ones.
     pub(super) fn implicit(&mut self, t: f64, span: f64, base: &[f64], temperatures: &mut [f64]) -> bool {
+        let mut all = self.take_all();
         let (network, own) = (&self.network, &self.heat);
-        let found = self.all.find(
+        let found = all.find(
             network,
             temperatures,
             |node| network.capacitances[node] / span,
@@ -75,8 +75,19 @@ impl System {
                 }
             },
         );
-        self.counts.iterations += std::mem::take(&mut self.all.iterations);
+        self.put_all(all);
         found
+    }
+
+    /// Balances of all nodes but boundaries, made where they are not yet; to be given back by `put_all`.
+    pub(super) fn take_all(&mut self) -> Newton {
+        let network = &self.network;
+        self.all.take().unwrap_or_else(|| Newton::new(network, |node| network.kinds[node] != NodeKind::Boundary))
+    }
+
+    pub(super) fn put_all(&mut self, mut all: Newton) {
+        self.counts.iterations += std::mem::take(&mut all.iterations);
+        self.all = Some(all);
     }
 }
 
@@ -109,18 +120,11 @@ impl ReferenceStepper {
     /// The network at its temperatures, without heat; `sensors` are the nodes that [`Attempt::sensed`] reports.
     pub fn new(network: Network, sensors: &[u32]) -> Self {
         let nothing = vec![0.0; network.len()];
-        let kept =
-            State { temperatures: network.temperatures.clone(), rates: nothing.clone(), rates_known: false };
+        let kept = State { temperatures: network.temperatures.clone(), rates: nothing.clone(), rates_known: false };
         let arithmetic = Newton::new(&network, |node| network.kinds[node] == NodeKind::Arithmetic);
-        let all = Newton::new(&network, |node| network.kinds[node] != NodeKind::Boundary);
         let heat = Heat { power: nothing.clone(), slope: nothing };
-        let system = System { network, heat, arithmetic, all, counts: WorkCounts::default() };
-        Self {
-            system,
-            sensors: sensors.iter().map(|sensor| *sensor as usize).collect(),
-            tried: kept.clone(),
-            kept,
-        }
+        let system = System { network, heat, arithmetic, all: None, counts: WorkCounts::default() };
+        Self { system, sensors: sensors.iter().map(|sensor| *sensor as usize).collect(), tried: kept.clone(), kept }
     }
 
     /// One sub-step from `tried`; the estimate of its error [K], infinite where it fails.
@@ -208,9 +212,9 @@ impl Stepper for ReferenceStepper {
 
     fn steady(&mut self, t: f64) -> Result<bool, Infallible> {
         self.kept.rates_known = false;
+        let mut all = self.system.take_all();
         let (network, own) = (&self.system.network, &self.system.heat);
         let balance = |now: &[f64], out: &mut [f64]| heat(network, own, t, now, out);
-        let all = &mut self.system.all;
         let mut temperatures = self.kept.temperatures.clone();
         let mut found = all.find(network, &mut temperatures, |_| 0.0, balance);
         if !found {
@@ -230,7 +234,7 @@ impl Stepper for ReferenceStepper {
             }
             found = all.find(network, &mut temperatures, |_| 0.0, balance);
         }
-        self.system.counts.iterations += std::mem::take(&mut all.iterations);
+        self.system.put_all(all);
         if found && in_range(&temperatures) {
             self.kept.temperatures = temperatures;
             return Ok(true);

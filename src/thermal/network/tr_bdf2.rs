@@ -26,13 +26,14 @@ pub(super) fn step(system: &mut System, t: f64, step: f64, state: &mut State) ->
     }
     let diffusive = |node: usize| system.network.kinds[node] == NodeKind::Diffusive;
     // The rates follow from the stages: evaluated, they would carry what Newton's method left, times the stiffness.
-    let middle: Vec<f64> =
-        (0..size).map(|node| if diffusive(node) { (state.temperatures[node] - base[node]) / span } else { 0.0 }).collect();
+    let middle: Vec<f64> = (0..size)
+        .map(|node| if diffusive(node) { (state.temperatures[node] - base[node]) / span } else { 0.0 })
+        .collect();
     let base: Vec<f64> =
         (0..size).map(|node| start[node] + step * WEIGHT * (state.rates[node] + middle[node])).collect();
 
-    for node in 0..size {
-        state.temperatures[node] += (state.temperatures[node] - start[node]) * (1.0 - GAMMA) / GAMMA;
+    for (temperature, start) in state.temperatures.iter_mut().zip(&start) {
+        *temperature += (*temperature - start) * (1.0 - GAMMA) / GAMMA;
     }
     if !in_range(&state.temperatures) {
         state.temperatures.clone_from(&start);
@@ -51,12 +52,17 @@ pub(super) fn step(system: &mut System, t: f64, step: f64, state: &mut State) ->
         state.rates[node] = last;
     }
     system.counts.stages += 2;
-    let capacitances = &system.network.capacitances;
-    let kinds = &system.network.kinds;
-    let capacity = |node: usize| if kinds[node] == NodeKind::Diffusive { capacitances[node] / span } else { 0.0 };
-    if !system.all.factor(&system.network, &state.temperatures, capacity) {
+    let mut all = system.take_all();
+    let network = &system.network;
+    let capacity =
+        |node: usize| if network.kinds[node] == NodeKind::Diffusive { network.capacitances[node] / span } else { 0.0 };
+    let factored = all.factor(network, &state.temperatures, capacity);
+    if factored {
+        all.solve(&mut error);
+    }
+    system.put_all(all);
+    if !factored {
         return None;
     }
-    system.all.solve(&mut error);
     Some(error.iter().map(|error| error.abs()).fold(0.0, f64::max))
 }

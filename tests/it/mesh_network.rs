@@ -1,0 +1,153 @@
+//! Thermal networks of scenes: closed form, device against twin, periodic state, refusals.
+
+use isotherm::gpu::error::GpuError;
+use isotherm::simulation::engine::{Engine, Order};
+use isotherm::simulation::prepare::Prepared;
+use isotherm::simulation::{run, start};
+use isotherm::thermal::STEFAN_BOLTZMANN;
+use isotherm::thermal::nodes::PADDING;
+
+use super::craft::{Folder, never, scene_with};
+use super::device::{Worst, assert_silent, context};
+
+const TRANSITION: &str = "response = \"transition\"\nretarget = \"merge\"\nheating = { function = \"quadratic\", t_max_steps = 20 }\n\
+                          cooling = { function = \"linear\", t_max_steps = 30 }\n";
+const SKIN: &str =
+    "response = \"network\"\nthickness = 0.002\ndensity = 2700\nspecific_heat = 900\nconductivity = 160\n";
+const CELLS: &str = "response = \"transition\"\nretarget = \"merge\"\nheating = { function = \"quadratic\", t_max_steps = 4 }\n\
+                     cooling = { function = \"quadratic\", t_max_steps = 6 }\n";
+
+/// Temperatures of all nodes [K] at every step.
+fn history(prepared: &Prepared, engine: &mut Engine) -> Vec<Vec<f64>> {
+    start(prepared, engine, None, &never(), &mut || ()).expect("the engine starts");
+    let vertices = &prepared.nodes.vertex_of_node;
+    let mut history = Vec::new();
+    run::<GpuError>(prepared, engine, None, &never(), &mut |result| {
+        let all = result.delivered.temperatures.expect("a run reads temperatures");
+        let real = (0..vertices.len()).filter(|node| vertices[*node] != PADDING);
+        history.push(real.map(|node| f64::from(all[node])).collect());
+        Ok(())
+    })
+    .expect("the engine runs");
+    history
+}
+
+fn on_device(prepared: &Prepared) -> Vec<Vec<f64>> {
+    let context = context();
+    let found = history(prepared, &mut Engine::on_device(&context, prepared, None).expect("a small scene"));
+    assert_silent(&context);
+    found
+}
+
+fn compare(prepared: &Prepared) -> Worst {
+    let device = on_device(prepared).concat();
+    let twin = history(prepared, &mut Engine::reference(prepared, None)).concat();
+    Worst::of(&device, &twin, |node| format!("value {node}"))
+}
+
+#[test]
+fn a_box_cools_as_the_closed_form_says() {
+    let scene = scene_with(&[
+        ("solar_constant = 1361\nalbedo = 0.3\nplanet_ir = 237\n", ""),
+        ("background_temperature = 2.7\n", ""),
+        (TRANSITION, SKIN),
+    ]) + "[initial]\ntemperature = 320\n";
+    let prepared = Folder::new(&scene).prepared();
+    // C dT/dt = -e sigma T^4: T^-3 = T0^-3 + 3 e sigma t / C, with C = 4860 J/(m2 K).
+    let cooled = |time: f64, capacitance: f64| {
+        (320.0_f64.powi(-3) + 3.0 * 0.83 * STEFAN_BOLTZMANN * time / capacitance).powf(-1.0 / 3.0)
+    };
+    let skin: Vec<usize> = {
+        let nodes = &prepared.nodes;
+        let real = (0..nodes.vertex_of_node.len()).filter(|node| nodes.vertex_of_node[*node] != PADDING);
+        real.enumerate().filter(|(_, node)| nodes.group_material[node / 4] == 0).map(|(index, _)| index).collect()
+    };
+    for found in [on_device(&prepared), history(&prepared, &mut Engine::reference(&prepared, None))] {
+        for (step, temperatures) in found.iter().enumerate() {
+            let expected = cooled(60.0 * step as f64, 4860.0);
+            for node in &skin {
+                assert!(
+                    (temperatures[*node] - expected).abs() < 5e-3,
+                    "step {step}: {} {expected}",
+                    temperatures[*node]
+                );
+            }
+        }
+        assert!((found[12][skin[0]] - cooled(720.0, 4000.0)).abs() > 1.0, "another capacity would be seen");
+    }
+}
+
+#[test]
+fn device_and_twin_agree_on_a_mixed_scene_with_a_blanket_heater_and_contact() {
+    let layered = "response = \"network\"\ndensity = 0\nover = { effective_emittance = 0.05, thickness = 0.002, \
+                   density = 2700, specific_heat = 900, conductivity = 160 }\n";
+    let mast = "response = \"network\"\nthickness = 0.001\ndensity = 1600\nspecific_heat = 900\nconductivity = 20\n";
+    let tail = "[[contact]]\nbetween = [\"body\", \"mast\"]\nconductance = 0.5\n\
+                [[heater]]\npart = \"body\"\npower = 300\nprobe = \"side\"\non_below = 281\noff_above = 283\n\
+                [[heater]]\npart = \"mast\"\npower = { time = [0, 300, 300], power = [0, 5, 1] }\n\
+                [[probe]]\nname = \"side\"\nposition = [1, 0, 0]\npart = \"body\"\n[initial]\ntemperature = 282\n";
+    for (name, changes) in [
+        ("skin only", vec![(TRANSITION, SKIN)]),
+        ("layers", vec![(TRANSITION, layered), ("response = \"instant\"\n", mast)]),
+    ] {
+        let scene = scene_with(&changes) + if name == "layers" { tail } else { "" };
+        let prepared = Folder::new(&scene).prepared();
+        compare(&prepared).within(2e-3, "K", name);
+        assert!(prepared.network.is_some());
+    }
+    // Cells keep their transition beside the network.
+    let prepared = Folder::new(&scene_with(&[(TRANSITION, SKIN)])).prepared();
+    let plain = Folder::new(&scene_with(&[])).prepared();
+    assert!(prepared.scene.assumptions.iter().any(|text| text.contains("hollow")));
+    assert!(!plain.scene.assumptions.iter().any(|text| text.contains("hollow")));
+}
+
+#[test]
+fn a_periodic_warm_up_ends_where_an_orbit_changes_nothing() {
+    let scene = scene_with(&[
+        (TRANSITION, SKIN),
+        (CELLS, "response = \"instant\"\n"),
+        ("step = 60\n", "step = 60\nwarm_up = \"periodic\"\nwarm_up_tolerance = 0.01\nwarm_up_orbits = 30\n"),
+        ("steps = 12", "steps = 93"),
+    ]);
+    let prepared = Folder::new(&scene).prepared();
+    let mut engine = Engine::reference(&prepared, None);
+    let done = start(&prepared, &mut engine, None, &never(), &mut || ()).expect("it starts").expect("it was asked for");
+    assert!(done.is_met() && done.orbits < 12, "{done:?}");
+    let before = engine.network_temperatures().expect("f64").expect("a network");
+    let mut last = Vec::new();
+    run::<GpuError>(&prepared, &mut engine, None, &never(), &mut |_| Ok(())).expect("it runs");
+    last.extend(engine.network_temperatures().expect("f64").expect("a network"));
+    // 93 steps are 26 s more than the orbit of 5553.6 s, in which a sunlit side moves by less than a kelvin.
+    let moved = before.iter().zip(&last).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(moved < 1.0, "{moved}");
+    engine.submit(None, Order::default()).expect("f64");
+}
+
+#[test]
+fn what_a_network_lacks_is_said() {
+    let refused = |changes: &[(&str, &str)], tail: &str| {
+        let folder = Folder::new(&(scene_with(changes) + tail));
+        match Prepared::new(&folder.path("scene.toml"), &mut |_| ()) {
+            Ok(_) => panic!("accepted: {tail}"),
+            Err(error) => error.to_string(),
+        }
+    };
+    let thin = SKIN.replace("thickness = 0.002\n", "");
+    let error = refused(&[(TRANSITION, &thin)], "");
+    assert!(error.contains("'skin'") && error.contains("thickness"), "{error}");
+    let error = refused(&[(TRANSITION, SKIN)], "[[contact]]\nbetween = [\"body\", \"tail\"]\nconductance = 1\n");
+    assert!(error.contains("no part 'tail'"), "{error}");
+    let error = refused(&[(TRANSITION, SKIN)], "[[contact]]\nbetween = [\"body\", \"mast\"]\nconductance = 1\n");
+    assert!(error.contains("has no nodes in the network"), "{error}");
+    let error = refused(&[(TRANSITION, SKIN)], "[[contact]]\nbetween = [\"body\", \"mast\"]\n");
+    assert!(error.contains("conductance"), "{error}");
+    let error = refused(&[], "[[heater]]\npart = \"body\"\npower = 3\n");
+    assert!(error.contains("response = 'network'"), "{error}");
+    let error = refused(&[(TRANSITION, SKIN)], "[[heater]]\npart = \"body\"\npower = 3\nprobe = \"nose\"\n");
+    assert!(error.contains("no [[probe]] 'nose'") && error.contains("tip"), "{error}");
+    let error = refused(&[(TRANSITION, SKIN)], "[network]\nintegrator = \"fast\"\n");
+    assert!(error.contains("'default'"), "{error}");
+    let error = refused(&[("step = 60", "step = 60\nwarm_up_tolerance = 1")], "");
+    assert!(error.contains("periodic"), "{error}");
+}

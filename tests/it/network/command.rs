@@ -1,0 +1,141 @@
+//! `isotherm network` as a user runs it, on the f64 twin.
+
+use std::path::Path;
+
+use crate::program::{Ran, run};
+
+const FILE: &str = r#"
+space_temperature = 0.0
+[[node]]
+label = "tank, left"
+kind = "diffusive"
+capacitance = 400.0
+temperature = 290.0
+[[node]]
+label = "rack"
+kind = "boundary"
+temperature = 250.0
+[[linear_conductor]]
+nodes = ["tank, left", "rack"]
+conductance = 0.5
+[[thermostat]]
+node = "tank, left"
+power = 30.0
+on_below = 280.0
+off_above = 285.0
+initially_on = false
+[output]
+times = [0, 100, 400]
+"#;
+
+fn solve(text: &str, arguments: &[&str]) -> (tempfile::TempDir, Ran) {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("net.toml"), text).expect("written");
+    let ran = run(folder.path(), &[&["network", "net.toml", "--device", "cpu"], arguments].concat());
+    (folder, ran)
+}
+
+#[test]
+fn series_and_events_are_written_and_the_work_is_told() {
+    let (folder, ran) = solve(FILE, &["-o", "out.csv", "--integrator", "accurate", "--plot", "out.svg"]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    for part in ["device: cpu", "TR-BDF2", "sub-steps of", "senses that node itself", "work: 0 dispatches"] {
+        assert!(ran.err.contains(part), "{part}: {}", ran.err);
+    }
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("a file");
+    let series = read("out.csv");
+    let mut lines = series.lines();
+    assert_eq!(lines.next(), Some("time,\"tank, left\",rack"));
+    assert_eq!(lines.next(), Some("0,290.000000000,250.000000000"));
+    // 250 + 40 exp(-100 / 800) = 285.299876.
+    assert!(lines.next().is_some_and(|line| line.starts_with("100,285.2998")), "{series}");
+    let events = read("out.events.csv");
+    // 800 ln(40 / 30) = 230.145658 s.
+    assert!(events.starts_with("time,node,on\n230.14"), "{events}");
+    assert!(events.contains(",\"tank, left\",true\n"), "{events}");
+    assert!(read("out.svg").contains("<svg"));
+}
+
+#[test]
+fn a_series_goes_to_standard_output_without_a_file() {
+    let (_folder, ran) = solve(FILE, &[]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    assert_eq!(ran.out.lines().count(), 4);
+    assert!(ran.err.contains("switch: 230.14"), "{}", ran.err);
+}
+
+#[test]
+fn a_steady_state_is_one_row() {
+    let text = FILE.replace("power = 30.0", "power = 1.0");
+    let (_folder, ran) = solve(&text, &["--steady"]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    // 1 W over 0.5 W/K leaves the heater on below its threshold.
+    assert_eq!(ran.out, "time,\"tank, left\",rack\n0,252.000000000,250.000000000\n");
+    assert!(ran.err.contains("thermostat of 'tank, left': on"), "{}", ran.err);
+    let (_folder, ran) = solve(FILE, &["--steady"]);
+    assert_eq!(ran.code, 2);
+    assert!(ran.err.contains("would switch off while on and on while off"), "{}", ran.err);
+}
+
+#[test]
+fn what_the_user_can_mend_ends_with_2() {
+    for (good, bad, message) in [
+        ("nodes = [\"tank, left\", \"rack\"]", "nodes = [\"tank, left\", \"rak\"]", "did you mean 'rack'?"),
+        ("conductance = 0.5", "conductance = -0.5", "net.toml:14: linear_conductor.conductance: must be 0 or above"),
+        ("[output]\ntimes = [0, 100, 400]\n", "", "output.times is missing"),
+        ("temperature = 290.0", "temperature = 290.0\nheat = -1e6", "no sub-step is short enough"),
+    ] {
+        let (_folder, ran) = solve(&FILE.replace(good, bad), &[]);
+        assert_eq!(ran.code, 2, "{bad}: {}", ran.err);
+        assert!(ran.err.contains(message), "{bad}: {}", ran.err);
+    }
+    let (_folder, ran) = solve(FILE, &["--integrator", "best"]);
+    assert_eq!(ran.code, 2);
+    let (_folder, ran) = solve(FILE, &["--tolerance", "0"]);
+    assert_eq!(ran.code, 2);
+}
+
+#[test]
+fn the_example_runs() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let ran = run(root, &["network", "models/cubesat_network.toml", "--device", "cpu"]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    assert!(ran.err.contains("switch: "), "its heater must switch: {}", ran.err);
+}
+
+#[test]
+fn an_s2e_core_model_is_imported() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    write(
+        "node.csv",
+        "Node_id,Node_label,node_type (0: diffusive 1: boundary 2: arithmetic),heater_node_id,capacity[J/K],alpha,\
+         epsilon,area[m^2],normal_v_b_x,normal_v_b_y,normal_v_b_z,initial_temperature[K]\n\
+         0,PANEL.1,0,1,241.2,0.11,0.05,0.01,-1,0,0,293\n1,FOIL.1,2,0,0,0,0,0,0,0,0,293\n2,SPACE.1,1,0,0,0,0,0,0,0,0,3\n",
+    );
+    write("cij.csv", "[W/K],PANEL.1,FOIL.1,SPACE.1\nPANEL.1,0,0.5,0\nFOIL.1,0.5,0,0\nSPACE.1,0,0,0\n");
+    write("rij.csv", "[m2],PANEL.1,FOIL.1,SPACE.1\nPANEL.1,0,0,0\nFOIL.1,0,0,0.02\nSPACE.1,0,0.02,0\n");
+    write("heaters.csv", "id,power_rating[W],lower_threshold[degC],upper_threshold[degC]\n1,3,15,18\n");
+    write("heatload.csv", "NodeID/Times[s],0,1000\n0,0,2\n1,0,0\n2,0,0\n");
+    let ran = run(folder.path(), &["network", "import", ".", "-o", "net.toml"]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let text = std::fs::read_to_string(folder.path().join("net.toml")).expect("written");
+    for part in [
+        "label = \"PANEL.1\"",
+        "capacitance = 241.2",
+        "kind = \"arithmetic\"",
+        "power = [0.0, 2.0]",
+        "on_below = 288.15",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert_eq!(text.matches("_conductor]]").count(), 2, "{text}");
+    std::fs::write(folder.path().join("net.toml"), text + "\n[output]\ntimes = [0, 1000]\n").expect("written");
+    let ran = run(folder.path(), &["network", "net.toml", "--device", "cpu"]);
+    assert_eq!((ran.code, ran.out.lines().count()), (0, 3), "{}", ran.err);
+
+    write("rij.csv", "[m2],PANEL.1,FOIL.1,SPACE.1\nPANEL.1,0,0,0\nFOIL.1,0,0,0.02\nSPACE.1,0,0.03,0\n");
+    let ran = run(folder.path(), &["network", "import", ".", "-o", "net.toml"]);
+    assert_eq!(ran.code, 2);
+    assert!(ran.err.contains("a conductor has one value"), "{}", ran.err);
+}

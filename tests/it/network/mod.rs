@@ -1,0 +1,11 @@
+//! Thermal networks against exact answers, published ones and an independent integrator; the device against f64.
+
+mod barriers;
+mod closed;
+mod command;
+mod device;
+mod esatan;
+mod exact;
+mod family;
+mod published;
+mod random;
