@@ -108,7 +108,7 @@ pub fn case(seed: u64, most: usize) -> Case {
         mark(with_boundary, ", boundary"),
         mark(!thermostats.is_empty(), ", thermostats")
     );
-    Case { name, network, schedule: Schedule { heat, thermostats, times } }
+    Case { name, network, schedule: Schedule { heat, thermostats, times, ..Schedule::default() } }
 }
 
 fn heat(network: &Network, duration: f64, random: &mut Random) -> Vec<(u32, HeatTable)> {
