@@ -21,6 +21,9 @@ const TITLE_HEIGHT: u32 = 46;
 const BAR_HEIGHT: u32 = 16;
 /// Height of a colour bar with its numbers and labels [px].
 const SCALE_HEIGHT: u32 = 62;
+/// Differences below this share of the scale's end are shown linearly, those above it logarithmically: what is a tenth of the
+/// largest must not look like nothing.
+const LINEAR: f64 = 0.02;
 /// Share of the differences in view that the scale holds; the rest has the colour of an end, which is marked.
 const HELD: f64 = 0.995;
 
@@ -62,7 +65,8 @@ impl Views {
     }
 }
 
-/// Colours of differences: blue below zero, white at zero, red above (ColorBrewer's RdBu, which the colour-blind can read).
+/// Colours of differences: blue below zero, white at zero, red above (ColorBrewer's RdBu, which the colour-blind can read), over
+/// asinh of the difference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DifferenceScale {
     /// Difference at either end [K].
@@ -83,12 +87,41 @@ impl DifferenceScale {
         Self { limit: ticks::round_range(-held, held)[1] }
     }
 
+    /// Place of a difference [K] between the ends, -1 to 1.
+    fn place(&self, difference: f64) -> f64 {
+        (difference / (LINEAR * self.limit)).asinh() / (1.0 / LINEAR).asinh()
+    }
+
+    /// The difference [K] at a place between the ends.
+    fn at(&self, place: f64) -> f64 {
+        (place * (1.0 / LINEAR).asinh()).sinh() * LINEAR * self.limit
+    }
+
+    /// Marks for a bar of `length` pixels: 0, and 1, 2, 5 of every decade as far as their numbers find room, from the ends.
+    fn marks(&self, length: f64) -> Vec<f64> {
+        const ROOM: f64 = 40.0;
+        let mut marks = vec![0.0];
+        let mut free = 1.0 + 1e-9;
+        let mut decade = 10f64.powi(self.limit.log10().floor() as i32);
+        while self.place(decade) * length > ROOM {
+            for value in [5.0, 2.0, 1.0].map(|digit| digit * decade) {
+                let place = self.place(value);
+                if place <= free && place * 0.5 * length > ROOM {
+                    marks.extend([value, -value]);
+                    free = place - 2.0 * ROOM / length;
+                }
+            }
+            decade *= 0.1;
+        }
+        marks
+    }
+
     /// Colour of a difference [K].
     pub fn colour(&self, difference: f32) -> Rgb {
         if difference.is_nan() {
             return NOT_A_NUMBER;
         }
-        let share = (0.5 - 0.5 * f64::from(difference) / self.limit).clamp(0.0, 1.0);
+        let share = (0.5 - 0.5 * self.place(f64::from(difference))).clamp(0.0, 1.0);
         // The last tenths of the map are so dark that they would sink into the background.
         let colour = colorous::RED_BLUE.eval_continuous(0.06 + 0.88 * share);
         [colour.r, colour.g, colour.b]
@@ -154,8 +187,13 @@ impl Legend {
     fn temperature_bar(&self, canvas: &mut Canvas, place: [u32; 3], views: &[Views]) {
         let ranges = views.iter().filter_map(temperature_range);
         let present = ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-        let ends = [self.temperature.lower, self.temperature.upper];
-        bar(canvas, place, "temperature [K]", ends, present, |value| self.temperature.colour(value));
+        let [lower, upper] = [self.temperature.lower, self.temperature.upper];
+        let most = (place[2] / 64).clamp(2, 12) as usize;
+        let marks = ticks::ticks(lower, upper, most);
+        let marks =
+            marks.values.iter().map(|value| ((value - lower) / (upper - lower), ticks::label(*value, marks.step)));
+        let bar = Bar { label: "temperature [K]", ends: [lower, upper], marks: marks.collect(), present };
+        bar.draw(canvas, place, |share| self.temperature.colour((lower + (upper - lower) * share) as f32));
     }
 
     fn difference_bar(&self, canvas: &mut Canvas, place: [u32; 3], views: &[Views]) {
@@ -164,9 +202,18 @@ impl Legend {
             let [least, greatest] = range.unwrap_or([d, d]);
             Some([least.min(d), greatest.max(d)])
         });
-        let ends = [-self.difference.limit, self.difference.limit];
-        let label = format!("difference to {} [K]", self.names[2]);
-        bar(canvas, place, &label, ends, present, |value| self.difference.colour(value));
+        let scale = &self.difference;
+        let marks = scale.marks(f64::from(place[2])).into_iter();
+        let marks = marks.map(|value| {
+            (0.5 + 0.5 * scale.place(value), ticks::label(value, if value == 0.0 { 1.0 } else { value.abs() }))
+        });
+        let label = format!(
+            "difference to {} [K], logarithmic beyond {}",
+            self.names[2],
+            ticks::label(LINEAR * scale.limit, LINEAR * scale.limit)
+        );
+        let bar = Bar { label: &label, ends: [-scale.limit, scale.limit], marks: marks.collect(), present };
+        bar.draw(canvas, place, |share| scale.colour(scale.at(2.0 * share - 1.0) as f32));
     }
 }
 
@@ -323,52 +370,54 @@ fn paste(canvas: &mut Canvas, image: &Canvas, x: u32, y: u32, [width, height]: [
     }
 }
 
-/// A lying colour bar from `x` and `y`, `width` wide: label, bar with numbers, and what is present; a triangle at an end that
-/// is exceeded.
-fn bar(
-    canvas: &mut Canvas,
-    [x, y, width]: [u32; 3],
-    label: &str,
-    [lower, upper]: [f64; 2],
+/// A lying colour bar.
+struct Bar<'a> {
+    label: &'a str,
+    /// Values at its ends.
+    ends: [f64; 2],
+    /// Share of its length, and number.
+    marks: Vec<(f64, String)>,
+    /// Least and greatest value in the pictures.
     present: Option<[f32; 2]>,
-    colour: impl Fn(f32) -> Rgb,
-) {
-    let text = Face::Normal.height();
-    canvas.text(&Face::Normal.fit(label, width), x, y, Face::Normal, Anchor::Left, INK);
-    if let Some([least, greatest]) = present {
-        let step = (upper - lower) / 1e3;
-        let [least, greatest] = [least, greatest].map(|value| ticks::label(f64::from(value), step));
-        let text = format!("from {least} to {greatest}");
-        if Face::Normal.width(&text) + Face::Normal.width(label) + 16 < width {
-            canvas.text(&text, x + width, y, Face::Normal, Anchor::Right, FAINT_INK);
+}
+
+impl Bar<'_> {
+    /// Draws it from `x` and `y`, `width` wide: label, what is present, bar with numbers, a triangle at an end that is
+    /// exceeded. `colour` is that of a share of the length.
+    fn draw(&self, canvas: &mut Canvas, [x, y, width]: [u32; 3], colour: impl Fn(f64) -> Rgb) {
+        let [lower, upper] = self.ends;
+        let text = Face::Normal.height();
+        canvas.text(&Face::Normal.fit(self.label, width), x, y, Face::Normal, Anchor::Left, INK);
+        let triangle = BAR_HEIGHT / 2;
+        let (left, top) = (x + triangle + 2, y + text + 4);
+        let length = width.saturating_sub(2 * (triangle + 2)).max(8);
+        canvas.fill(left - 1, top - 1, length + 2, BAR_HEIGHT + 2, FRAME_LINE);
+        for column in 0..length {
+            let share = (f64::from(column) + 0.5) / f64::from(length);
+            canvas.fill(left + column, top, 1, BAR_HEIGHT, colour(share));
         }
-    }
-    let triangle = BAR_HEIGHT / 2;
-    let (left, top) = (x + triangle + 2, y + text + 4);
-    let length = width.saturating_sub(2 * (triangle + 2)).max(8);
-    let span = upper - lower;
-    canvas.fill(left - 1, top - 1, length + 2, BAR_HEIGHT + 2, FRAME_LINE);
-    for column in 0..length {
-        let value = lower + span * (f64::from(column) + 0.5) / f64::from(length);
-        canvas.fill(left + column, top, 1, BAR_HEIGHT, colour(value as f32));
-    }
-    let most = (length / 64).clamp(2, 12) as usize;
-    let marks = ticks::ticks(lower, upper, most);
-    for &value in &marks.values {
-        let column = ((value - lower) / span * f64::from(length)).round() as u32;
-        let at = left + column.min(length - 1);
-        canvas.fill(at, top + BAR_HEIGHT + 1, 1, 4, INK);
-        let number = ticks::label(value, marks.step);
-        canvas.text(&number, at, top + BAR_HEIGHT + 6, Face::Normal, Anchor::Centre, INK);
-    }
-    let Some([least, greatest]) = present else { return };
-    for row in 0..triangle {
-        let height = BAR_HEIGHT - 2 * row;
-        if greatest > upper as f32 {
-            canvas.fill(left + length + 1 + row, top + row, 1, height, colour(upper as f32));
+        for (share, number) in &self.marks {
+            let column = (share * f64::from(length)).round() as u32;
+            let at = left + column.min(length - 1);
+            canvas.fill(at, top + BAR_HEIGHT + 1, 1, 4, INK);
+            let half = Face::Normal.width(number) / 2;
+            let at = at.clamp(x + half, (x + width).saturating_sub(half).max(x + half));
+            canvas.text(number, at, top + BAR_HEIGHT + 6, Face::Normal, Anchor::Centre, INK);
         }
-        if least < lower as f32 {
-            canvas.fill(left - 2 - row, top + row, 1, height, colour(lower as f32));
+        let Some([least, greatest]) = self.present else { return };
+        for row in 0..triangle {
+            let height = BAR_HEIGHT - 2 * row;
+            if greatest > upper as f32 {
+                canvas.fill(left + length + 1 + row, top + row, 1, height, colour(1.0));
+            }
+            if least < lower as f32 {
+                canvas.fill(left - 2 - row, top + row, 1, height, colour(0.0));
+            }
+        }
+        let values = [least, greatest].map(|value| ticks::label(f64::from(value), (upper - lower) / 1e3));
+        let found = format!("from {} to {}", values[0], values[1]);
+        if Face::Normal.width(&found) + Face::Normal.width(self.label) + 16 < width {
+            canvas.text(&found, x + width, y, Face::Normal, Anchor::Right, FAINT_INK);
         }
     }
 }
@@ -406,6 +455,20 @@ mod tests {
                 assert!(distance > 60, "{colour:?} is close to {special:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_small_difference_shows_and_the_bar_says_what_it_is() {
+        let scale = DifferenceScale { limit: 250.0 };
+        // 10 K of 250 K: asinh(2) / asinh(50) = 0.31; on a linear scale 0.04, which is white.
+        assert!((scale.place(10.0) - 0.313).abs() < 1e-3);
+        for value in [-250.0, -3.0, 0.0, 40.0, 250.0] {
+            assert!((scale.at(scale.place(value)) - value).abs() < 1e-9);
+        }
+        let mut marks = scale.marks(450.0);
+        marks.sort_by(f64::total_cmp);
+        assert_eq!(marks, [-200.0, -50.0, -20.0, -5.0, 0.0, 5.0, 20.0, 50.0, 200.0]);
+        assert!(scale.marks(1000.0).len() > marks.len() && DifferenceScale { limit: 0.001 }.marks(450.0).len() > 2);
     }
 
     #[test]
