@@ -9,8 +9,8 @@ pub struct Cost {
     pub step: Option<PassTime>,
     /// Of an image: from its submission until radiance, temperature and labels are on the host.
     pub image: Option<PassTime>,
-    /// Mean time of the thermal passes of a step on the device [ms], by its own clock; a network's own integration not
-    /// counted.
+    /// Mean time of the thermal passes of a step on the device [ms], by its own clock, warm-up left out; of a network its loads
+    /// only.
     pub device_step_ms: Option<f64>,
     /// Ticks of the warm-up, where it has a given length.
     pub warm_up: u64,

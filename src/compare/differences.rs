@@ -148,12 +148,9 @@ pub fn table(
     step: f64,
 ) -> Vec<Vec<String>> {
     let mut rows = vec![COLUMNS.map(str::to_owned).to_vec()];
-    for part in 0..=parts.len() {
+    for (part, name) in parts.iter().map(String::as_str).chain(["all"]).enumerate() {
         for (response, differences) in found {
-            let (name, group) = match differences.parts.get(part) {
-                Some(group) => (parts[part].as_str(), group),
-                None => ("all", &differences.all),
-            };
+            let group = differences.parts.get(part).unwrap_or(&differences.all);
             let kelvin = |value: f64| format!("{value:.6}");
             let mut row = vec![name.to_owned(), (*response).to_owned()];
             match group.largest {

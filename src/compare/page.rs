@@ -202,7 +202,7 @@ fn cost(html: &mut Html, runs: &Runs) {
         "step, median [ms]",
         "10 % [ms]",
         "90 % [ms]",
-        "thermal pass on the device [ms]",
+        "loads and transitions on the device, mean [ms]",
         "image [ms]",
         "warm-up",
         "warm-up [s]",

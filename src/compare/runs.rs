@@ -208,6 +208,7 @@ impl Setting<'_> {
         let before = Instant::now();
         let periodic = start(&prepared, &mut engine, None, self.stop, &mut || self.progress.ticked())?;
         let warm_up_s = before.elapsed().as_secs_f64();
+        let (passes, passes_ms) = thermal_passes(&engine);
 
         let groups = NodeGroups::new(&prepared)?;
         let names: Vec<String> = prepared.materials.iter().map(|material| material.name.clone()).collect();
@@ -249,10 +250,12 @@ impl Setting<'_> {
             }
             self.progress.ticked();
         }
+        let (all_passes, all_passes_ms) = thermal_passes(&engine);
+        let device_step_ms = (all_passes > passes).then(|| (all_passes_ms - passes_ms) / f64::from(time.steps));
         let cost = Cost {
             step: PassTime::from_samples(RESPONSES[number], &step_ms),
             image: PassTime::from_samples(RESPONSES[number], &image_ms),
-            device_step_ms: device_step(&engine),
+            device_step_ms,
             warm_up,
             warm_up_s,
             wall_s: began.elapsed().as_secs_f64(),
@@ -269,17 +272,11 @@ fn timed<T, E>(call: impl FnOnce() -> Result<T, E>) -> Result<(f64, T), E> {
     Ok((began.elapsed().as_secs_f64() * 1e3, left))
 }
 
-/// Milliseconds of the thermal passes by the device's own clock: the sum over passes of the median, weighted with how often
-/// each ran, over the number of steps of the pass that ran most.
-fn device_step(engine: &Engine) -> Option<f64> {
-    let times = engine.pass_times()?;
-    let passes: Vec<PassTime> = times
-        .into_iter()
-        .filter(|(name, _)| name.starts_with("thermal_step."))
-        .filter_map(|(name, samples)| PassTime::from_samples(name, samples))
-        .collect();
-    let most = passes.iter().map(|pass| pass.count).max()?;
-    Some(passes.iter().map(|pass| pass.median_ms * pass.count as f64).sum::<f64>() / most as f64)
+/// Number of times and their sum [ms] of the thermal passes so far, by the device's own clock.
+fn thermal_passes(engine: &Engine) -> (usize, f64) {
+    let passes = engine.pass_times().into_iter().flatten();
+    let thermal = passes.filter(|(name, _)| name.starts_with("thermal_step."));
+    thermal.fold((0, 0.0), |(count, sum), (_, times)| (count + times.len(), sum + times.iter().sum::<f64>()))
 }
 
 #[cfg(test)]

@@ -61,9 +61,9 @@ impl Plate {
         for _ in 0..100 {
             let middle = 0.5 * (short + long);
             if self.time(from, balance + (from - balance) * middle, balance) < time {
-                short = middle
+                short = middle;
             } else {
-                long = middle
+                long = middle;
             }
         }
         balance + (from - balance) * 0.5 * (short + long)
