@@ -222,7 +222,7 @@ fn thermal_pass(range: StepRange) -> Pass {
             }));
         }
     };
-    bind(true, 0, Resource::Tick, &[COMPUTE_UNIFORM]);
+    bind(loaded || variant.kind != StepKind::Absorb, 0, Resource::Tick, &[COMPUTE_UNIFORM]);
     bind(variant.sun, 1, Resource::SunSamples, &[COMPUTE_UNIFORM]);
     bind(variant.albedo, 2, Resource::AlbedoValues, &[COMPUTE_READ]);
     bind(true, 3, Resource::Materials, &[COMPUTE_READ]);

@@ -454,7 +454,7 @@ impl NetworkRun {
     /// A call that fails, or temperatures that cannot be found.
     pub fn tick(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), GpuError> {
         let schedule = self.scene.schedule(heat, &self.on, start, length);
-        let part = Part { horizon: self.scene.horizon.max(length), step: self.step };
+        let part = Part { horizon: self.scene.horizon.max(length), step: self.step, tight_switches: false };
         let series = integrate_part(&mut self.worker, self.scene.network(), &schedule, &self.settings, part, |_| true)
             .map_err(|error| match error {
                 ControlError::Stepper(error) => error,

@@ -105,6 +105,8 @@ pub struct Part {
     pub horizon: f64,
     /// First sub-step to try [s].
     pub step: f64,
+    /// Whether thermostats tighten the sub-steps, so that their switching times hold over a long run.
+    pub tight_switches: bool,
 }
 
 /// Why an integration ends early.
@@ -184,7 +186,14 @@ pub fn integrate<S: Stepper>(
     watch: impl FnMut(f64) -> bool,
 ) -> Result<Series, ControlError<S::Error>> {
     let horizon = schedule.times.last().copied().unwrap_or(1.0);
-    integrate_part(stepper, network, schedule, settings, Part { horizon, step: f64::INFINITY }, watch)
+    integrate_part(
+        stepper,
+        network,
+        schedule,
+        settings,
+        Part { horizon, step: f64::INFINITY, tight_switches: true },
+        watch,
+    )
 }
 
 /// As [`integrate`], for one of many parts in a row.
@@ -201,8 +210,11 @@ pub fn integrate_part<S: Stepper>(
 ) -> Result<Series, ControlError<S::Error>> {
     let on: Vec<bool> = schedule.thermostats.iter().map(|thermostat| thermostat.initially_on).collect();
     let duration = part.horizon.max(1e-9);
-    let share =
-        if schedule.thermostats.is_empty() { SHARE } else { SHARE_THERMOSTAT * (SHORT_RUN / duration).min(1.0) };
+    let share = if schedule.thermostats.is_empty() || !part.tight_switches {
+        SHARE
+    } else {
+        SHARE_THERMOSTAT * (SHORT_RUN / duration).min(1.0)
+    };
     let mut control = Control {
         stepper,
         network,

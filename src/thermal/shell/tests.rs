@@ -175,7 +175,7 @@ fn a_mode_decays_as_it_should_on_good_obtuse_and_capped_meshes() {
     // density it does not state: 600 to 2500 nodes here.
     let good = Mesh::jittered(32, 0.1);
     let half = Mesh::jittered(32, 0.25);
-    let most = Mesh::sheared(28);
+    let most = Mesh::sheared(32);
     let caps = Mesh::caps(24);
     for (name, mesh, bound) in
         [("good", &good, 0.0013), ("half", &half, 0.0046), ("most", &most, 0.0089), ("caps", &caps, 0.0034)]

@@ -125,7 +125,8 @@ fn a_jump_of_an_arithmetic_sensor_switches_at_once() {
     let thermostat =
         Thermostat { node: body, sensor: foil, power: 5.0, on_below: 240.0, off_above: 400.0, initially_on: false };
     let heat = vec![(foil, HeatTable { times: vec![100.0, 100.0], powers: vec![30.0, 0.0] })];
-    let schedule = Schedule { heat, thermostats: vec![thermostat], times: vec![0.0, 100.0, 200.0], ..Schedule::default() };
+    let schedule =
+        Schedule { heat, thermostats: vec![thermostat], times: vec![0.0, 100.0, 200.0], ..Schedule::default() };
     let series = run(&network, &schedule, Integrator::Default).unwrap();
     assert_eq!(series.switches.len(), 1);
     assert_eq!((series.switches[0].time, series.switches[0].on), (100.0, true));
