@@ -95,7 +95,7 @@ fn three_responses_of_one_craft() {
     }
 
     let page = std::fs::read_to_string(folder.path("out/compare.html")).expect("the page");
-    for text in ["instant in all three runs", "step response between", "Functions are those of", "Cost"] {
+    for text in ["instant in all runs", "step response between", "Functions are those of", "Cost"] {
         assert!(page.contains(text), "{text}");
     }
 
