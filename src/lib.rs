@@ -5,9 +5,10 @@
 //! [`scene`] what the user wrote, checked -> [`model`] triangles, parts and materials of a glTF file ->
 //! [`environment`] Sun and planet as the body sees them -> [`thermal`] the mathematics of a node in f64 ->
 //! [`gpu`] the same in f32 on Vulkan -> [`simulation`] the loop: step, draw, collect -> [`output`] images, plots, report.
-//! [`paper`] makes the figures of the paper that this follows with all of them.
+//! [`compare`] runs one scene under three responses, and [`paper`] makes the figures of the paper that this follows with all of them.
 
 pub mod cli;
+pub mod compare;
 pub mod environment;
 pub mod gpu;
 pub mod model;

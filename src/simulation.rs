@@ -171,7 +171,8 @@ fn hand_over<E: From<GpuError>>(
     consume(StepResult { step, time, pose, delivered })
 }
 
-fn pose_at(prepared: &Prepared, time: f64) -> Option<DAffine3> {
+/// Pose of the camera at a time [s]; `None` where the scene has none.
+pub fn pose_at(prepared: &Prepared, time: f64) -> Option<DAffine3> {
     let camera = prepared.scene.camera.as_ref()?;
     Some(camera_from_body(camera, &prepared.loads.sky_model().sky(time)))
 }

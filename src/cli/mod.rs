@@ -9,6 +9,7 @@ use std::time::Duration;
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::compare::CompareError;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::output::OutputError;
@@ -16,6 +17,7 @@ use crate::simulation::job::JobError;
 use crate::simulation::prepare::PrepareError;
 use crate::thermal::brightness::BrightnessError;
 
+mod compare;
 mod info;
 mod network;
 mod network_import;
@@ -41,6 +43,7 @@ struct Program {
 enum Command {
     Run(run::Arguments),
     Render(render::Arguments),
+    Compare(compare::Arguments),
     Info(info::Arguments),
     Radiance(radiance::Arguments),
     Response(response::Arguments),
@@ -107,6 +110,8 @@ enum CliError {
     Job(#[from] JobError),
     #[error(transparent)]
     Brightness(#[from] BrightnessError),
+    #[error(transparent)]
+    Compare(CompareError),
     #[error("{0}")]
     Usage(String),
     #[error("{0}")]
@@ -121,6 +126,17 @@ enum CliError {
     Stdout(#[from] std::io::Error),
 }
 
+impl From<CompareError> for CliError {
+    fn from(error: CompareError) -> Self {
+        match error {
+            CompareError::Prepare(error) => Self::Prepare(error),
+            CompareError::Job(error) => Self::Job(error),
+            CompareError::Stopped => Self::StoppedBefore,
+            other => Self::Compare(other),
+        }
+    }
+}
+
 impl From<std::convert::Infallible> for CliError {
     fn from(never: std::convert::Infallible) -> Self {
         match never {}
@@ -131,7 +147,7 @@ impl CliError {
     /// 2 for what the user can mend, 1 for what failed.
     fn exit_code(&self) -> u8 {
         match self {
-            Self::Prepare(_) | Self::Brightness(_) | Self::Usage(_) => 2,
+            Self::Prepare(_) | Self::Brightness(_) | Self::Compare(_) | Self::Usage(_) => 2,
             Self::Gpu(error) | Self::Job(JobError::Gpu(error)) => {
                 if matches!(error, GpuError::Call { .. } | GpuError::Allocation { .. }) { 1 } else { 2 }
             }
@@ -157,6 +173,7 @@ pub fn main() -> ExitCode {
     let result = match Program::parse().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Radiance(arguments) => radiance::run(&arguments),
         Command::Response(arguments) => response::run(&arguments),

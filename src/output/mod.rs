@@ -7,6 +7,8 @@
 
 pub mod canvas;
 pub mod colour;
+pub mod comparison;
+pub mod comparison_plots;
 pub mod error;
 pub mod exr;
 mod exr_header;

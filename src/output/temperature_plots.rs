@@ -109,13 +109,13 @@ fn widest_swings(lines: Vec<Line>) -> Vec<Line> {
 
 /// The unit in which times are shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Clock {
-    unit: &'static str,
+pub(super) struct Clock {
+    pub(super) unit: &'static str,
     seconds: f64,
 }
 
 impl Clock {
-    fn for_rows(rows: &[SeriesRow]) -> Self {
+    pub(super) fn for_rows(rows: &[SeriesRow]) -> Self {
         let span = rows.iter().map(|row| row.time.abs()).fold(0.0, f64::max);
         let (unit, seconds) = match span {
             span if span <= 600.0 => ("s", 1.0),
@@ -125,11 +125,11 @@ impl Clock {
         Self { unit, seconds }
     }
 
-    fn time(&self, seconds: f64) -> f64 {
+    pub(super) fn time(&self, seconds: f64) -> f64 {
         seconds / self.seconds
     }
 
-    fn shades(&self, eclipses: &Eclipses) -> Vec<Shade> {
+    pub(super) fn shades(&self, eclipses: &Eclipses) -> Vec<Shade> {
         let shade = |name: &str, intervals: &[(f64, f64)], strength| Shade {
             name: name.to_owned(),
             intervals: intervals.iter().map(|&(start, end)| (self.time(start), self.time(end))).collect(),

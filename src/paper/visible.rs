@@ -89,6 +89,7 @@ mod tests {
             sides: Sides::Both { back: optics(back) },
             bulk: Bulk::default(),
             response: Response::Instant,
+            transition: None,
             source: "test".into(),
         }
     }

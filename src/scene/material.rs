@@ -135,8 +135,8 @@ impl Settled {
     }
 
     fn material(self, name: String) -> Material {
-        let Complete { front, sides, bulk, response, .. } = self.complete;
-        Material { name, front, sides, bulk, response, source: self.source }
+        let Complete { front, sides, bulk, response, transition, .. } = self.complete;
+        Material { name, front, sides, bulk, response, transition, source: self.source }
     }
 }
 

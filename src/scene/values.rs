@@ -139,6 +139,8 @@ pub(super) struct Complete {
     pub(super) response: Response,
     /// Files that the response's functions were read from.
     pub(super) files: Vec<PathBuf>,
+    /// Where both profiles are stated, whatever the response.
+    pub(super) transition: Option<Transition>,
     /// No place says which sides exchange heat: the outside was assumed.
     pub(super) sides_assumed: bool,
     /// No place says what happens to a transition whose target moves: merge was assumed.
@@ -262,6 +264,7 @@ impl Values {
             bulk: self.bulk,
             response,
             files,
+            transition: self.transition(),
             sides_assumed: self.sides.is_none(),
             retarget_assumed: self.retarget.is_none() && moves,
             domain_assumed: self.domain.is_none() && moves,
@@ -282,17 +285,24 @@ impl Values {
                     );
                     Incomplete::new(key, message)
                 };
-                let profile = |stated: &Option<StatedProfile>, key| {
-                    stated.as_ref().map(|stated| stated.profile.clone()).ok_or_else(|| missing(key))
-                };
-                Ok(Response::Transition(Transition {
-                    heating: profile(&self.heating, "heating")?,
-                    cooling: profile(&self.cooling, "cooling")?,
-                    retarget: self.retarget.unwrap_or(Retarget::Merge),
-                    domain: self.domain.unwrap_or(Domain::Temperature),
-                }))
+                for (key, profile) in [("heating", &self.heating), ("cooling", &self.cooling)] {
+                    if profile.is_none() {
+                        return Err(missing(key));
+                    }
+                }
+                self.transition().map(Response::Transition).ok_or_else(|| missing("heating"))
             }
         }
+    }
+
+    /// The transition, where both of its profiles are stated.
+    fn transition(&self) -> Option<Transition> {
+        Some(Transition {
+            heating: self.heating.as_ref()?.profile.clone(),
+            cooling: self.cooling.as_ref()?.profile.clone(),
+            retarget: self.retarget.unwrap_or(Retarget::Merge),
+            domain: self.domain.unwrap_or(Domain::Temperature),
+        })
     }
 
     /// Refuses optics of a back that nothing would use: they were stated for a reason.

@@ -158,7 +158,7 @@ pub fn run_into(
 }
 
 /// Refuses temperatures that are no numbers, by the first node that has one.
-fn check_finite(prepared: &Prepared, step: u32, temperatures: &[f32]) -> Result<(), JobError> {
+pub(crate) fn check_finite(prepared: &Prepared, step: u32, temperatures: &[f32]) -> Result<(), JobError> {
     let nodes = &prepared.nodes;
     let broken = nodes.node_of_vertex.par_iter().find_first(|node| !temperatures[**node as usize].is_finite());
     match broken {
@@ -182,7 +182,7 @@ struct WrittenFrame {
 }
 
 /// Nodes by part, by material and as a whole, for the series.
-struct NodeGroups {
+pub(crate) struct NodeGroups {
     parts: Groups,
     materials: Groups,
     all: Groups,
@@ -191,7 +191,8 @@ struct NodeGroups {
 }
 
 impl NodeGroups {
-    fn new(prepared: &Prepared) -> Result<Self, OutputError> {
+    /// Of a scene.
+    pub(crate) fn new(prepared: &Prepared) -> Result<Self, OutputError> {
         let nodes = &prepared.nodes;
         let node_of_vertex = nodes.node_of_vertex.clone();
         let areas: Vec<f64> = node_of_vertex.iter().map(|node| nodes.areas[*node as usize]).collect();
@@ -205,7 +206,8 @@ impl NodeGroups {
         })
     }
 
-    fn row(&self, time: f64, device: &[f32], probes: &[usize]) -> Result<SeriesRow, OutputError> {
+    /// The row of a step, from the temperatures in device order [K] and the nodes of the probes.
+    pub(crate) fn row(&self, time: f64, device: &[f32], probes: &[usize]) -> Result<SeriesRow, OutputError> {
         let temperatures: Vec<f32> = self.node_of_vertex.par_iter().map(|node| device[*node as usize]).collect();
         Ok(SeriesRow {
             time,
@@ -266,7 +268,7 @@ fn draw_pictures(
 }
 
 /// Umbra and penumbra during the run, cut to it.
-fn eclipses(prepared: &Prepared) -> Eclipses {
+pub(crate) fn eclipses(prepared: &Prepared) -> Eclipses {
     let time = &prepared.scene.time;
     let end = f64::from(time.steps) * time.step;
     let sky = prepared.loads.sky_model();

@@ -165,6 +165,8 @@ pub struct Material {
     pub bulk: Bulk,
     /// How its nodes move.
     pub response: Response,
+    /// The transition that its values state, whatever its response: what `isotherm compare` runs it with.
+    pub transition: Option<Transition>,
     /// Where the values come from, for the report: "scene.toml, rule 3; table white_paint (Fortescue 11.3)".
     pub source: String,
 }

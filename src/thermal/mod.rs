@@ -15,6 +15,7 @@ pub mod radiance;
 pub mod radiance_f32;
 pub mod reference;
 pub mod shell;
+pub mod step_response;
 pub mod transition;
 
 /// Stefan-Boltzmann constant [W m-2 K-4], CODATA 2018 (exact to the digits given).

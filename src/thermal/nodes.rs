@@ -238,7 +238,15 @@ mod tests {
 
     fn material(name: &str, sides: Sides, response: Response) -> Material {
         let front = Optics { absorptivity: 0.5, emissivity: 0.8 };
-        Material { name: name.into(), front, sides, bulk: Bulk::default(), response, source: "test".into() }
+        Material {
+            name: name.into(),
+            front,
+            sides,
+            bulk: Bulk::default(),
+            response,
+            transition: None,
+            source: "test".into(),
+        }
     }
 
     fn transition(retarget: Retarget) -> Response {

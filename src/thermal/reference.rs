@@ -192,6 +192,7 @@ mod tests {
             sides,
             bulk: Bulk::default(),
             response,
+            transition: None,
             source: "test".into(),
         };
         vec![

@@ -75,7 +75,7 @@ impl Random {
 pub fn material(absorptivity: f64, emissivity: f64, sides: Sides, response: Response) -> Material {
     let front = Optics { absorptivity, emissivity };
     let name = format!("a {absorptivity:.3}, e {emissivity:.3}, {sides:?}, {response:?}");
-    Material { name, front, sides, bulk: Bulk::default(), response, source: "test".to_owned() }
+    Material { name, front, sides, bulk: Bulk::default(), response, transition: None, source: "test".to_owned() }
 }
 
 /// A surface that turns whatever falls on it into temperature: sigma T^4 is the incident flux.

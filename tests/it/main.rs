@@ -2,6 +2,7 @@
 
 mod band_radiance;
 mod commands;
+mod compare;
 mod craft;
 mod cull;
 mod device;

@@ -399,6 +399,7 @@ fn a_material_says_what_it_lacks() {
         sides: Sides::Outside,
         bulk,
         response: Response::Network,
+        transition: None,
         source: String::new(),
     };
     let full = Bulk {

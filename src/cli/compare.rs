@@ -1,0 +1,129 @@
+//! `isotherm compare`: one scene under three responses.
+
+use std::cell::RefCell;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use indicatif::ProgressBar;
+
+use super::{Chosen, CliError, DeviceArguments, progress_bar, spinner, stop_flag};
+use crate::compare::files::{CompareFolder, PAGE, write};
+use crate::compare::page::Page;
+use crate::compare::responses::{self, Origin};
+use crate::compare::runs::{Progress, Runs, all};
+use crate::compare::{INSTANT, NETWORK, RESPONSES, TRANSITION};
+use crate::scene::Scene;
+use crate::simulation::prepare::PrepareError;
+
+/// Run a scene three times, without memory, with profiles in temperature and by its energy balance, and show how they differ.
+///
+/// `instant` is the balance temperature of the moment. `transition` moves towards it with the functions of heating and
+/// cooling that the scene states for a material, whatever its response; where it states none, they are fitted to the step
+/// response of a plate of the material between the mean coldest and hottest balance temperature of its nodes. `network`
+/// solves the energy balance from thickness, density, specific_heat and conductivity, which every material must state; one
+/// with response = "instant" that states none of the first three stays so in all runs. Contacts and heaters act in the
+/// network only.
+///
+/// Leaves compare.html; compare.csv (rms, largest difference, when and where, by part); differences.csv (over time);
+/// comparison.png and panels/ (temperatures on one scale and differences from the network, at most six of the steps that the
+/// scene draws, spread over the run; fewer where images are very large); plots/ and series_RESPONSE.csv.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isotherm compare models/station_network.toml -o out/compare\n  \
+isotherm compare models/station_network.toml -o out/compare --force --device cpu")]
+pub struct Arguments {
+    /// Scene file (TOML; models/README.md says what it holds)
+    scene: PathBuf,
+    /// Folder for what the comparison leaves; it must be empty or absent
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Overwrite the files of an earlier `isotherm compare` in the output folder
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+/// One bar at a time.
+struct Bars(RefCell<Option<ProgressBar>>);
+
+impl Progress for Bars {
+    fn begins(&self, run: usize, ticks: u64) {
+        let last = self.0.replace(Some(progress_bar(ticks, RESPONSES[run])));
+        if let Some(last) = last {
+            last.finish_and_clear();
+        }
+    }
+
+    fn ticked(&self) {
+        if let Some(bar) = &*self.0.borrow() {
+            bar.inc(1);
+        }
+    }
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let began = Instant::now();
+    let scene = Scene::load(&arguments.scene).map_err(PrepareError::from)?;
+    let spinner = spinner("vertices");
+    let network = responses::network(&scene, &mut |vertices| spinner.set_position(vertices as u64));
+    spinner.finish_and_clear();
+    let network = network?;
+    for warning in &network.warnings {
+        eprintln!("warning: {warning}");
+    }
+    for assumption in &network.scene.assumptions {
+        eprintln!("assumed: {assumption}");
+    }
+    let chosen = arguments.device.open()?;
+    eprintln!("device: {}", chosen.name());
+    let folder = CompareFolder::prepare(&arguments.output, arguments.force)?;
+    let stop = stop_flag();
+    let context = match &chosen {
+        Chosen::Device(context) => Some(context),
+        Chosen::Reference => None,
+    };
+    let bars = Bars(RefCell::new(None));
+    let runs = all(&scene, context, folder.root(), &stop, &bars, network);
+    if let Some(bar) = bars.0.take() {
+        bar.finish_and_clear();
+    }
+    let runs = runs?;
+    let pictures = progress_bar(runs.views.len() as u64, "pictures");
+    let page =
+        Page { command_line: std::env::args().collect::<Vec<_>>().join(" "), wall_s: began.elapsed().as_secs_f64() };
+    let written = write(&folder, &runs, &page, &|| pictures.inc(1));
+    pictures.finish_and_clear();
+    written?;
+    print_summary(&runs);
+    println!("report: {}", folder.file(PAGE).display());
+    chosen.check_validation()
+}
+
+fn print_summary(runs: &Runs) {
+    for material in &runs.materials {
+        let (Origin::Fitted(fitted), Some(transition)) = (&material.origin, &material.transition) else { continue };
+        let step = runs.ran[TRANSITION].prepared.scene.time.step;
+        let [heating, cooling] =
+            [&transition.heating, &transition.cooling].map(|one| responses::profile_text(one, step));
+        println!(
+            "{}, fitted between {:.0} and {:.0} K in {}: heating {heating} (rms {:.2} K), cooling {cooling} (rms {:.2} K)",
+            material.name,
+            fitted.between[0],
+            fitted.between[1],
+            responses::domain_text(transition.domain),
+            fitted.heating[0],
+            fitted.cooling[0]
+        );
+    }
+    for run in [INSTANT, TRANSITION, NETWORK] {
+        let ran = &runs.ran[run];
+        let all = &ran.differences.all;
+        let difference = match all.largest() {
+            Some(largest) => format!("rms {:.2} K, largest {:+.1} K from the network; ", all.rms(), largest.difference),
+            None => String::new(),
+        };
+        let median = |time: &Option<crate::output::report::PassTime>| time.as_ref().map_or(0.0, |time| time.median_ms);
+        let (step, image) = (median(&ran.cost.step), median(&ran.cost.image));
+        println!("{:<11}{difference}a step takes {step:.2} ms, an image {image:.2} ms", RESPONSES[run]);
+    }
+}

@@ -1,0 +1,65 @@
+//! Temperatures of all vertices at all steps of a run, in a file without a name: large scenes have more than memory holds.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use crate::output::OutputError;
+
+/// Rows of as many temperatures each, one a step.
+pub struct Record {
+    file: File,
+    folder: PathBuf,
+    vertices: usize,
+}
+
+impl Record {
+    /// An empty record on the disk of a folder; it vanishes with the process.
+    ///
+    /// # Errors
+    /// The folder takes no file.
+    pub fn new(folder: &Path, vertices: usize) -> Result<Self, OutputError> {
+        let file = tempfile::tempfile_in(folder).map_err(|source| OutputError::write(folder, source))?;
+        Ok(Self { file, folder: folder.to_path_buf(), vertices })
+    }
+
+    /// Adds the temperatures of the next step [K], in the order of the vertices.
+    ///
+    /// # Errors
+    /// A full disk.
+    pub fn push(&mut self, temperatures: &[f32]) -> Result<(), OutputError> {
+        let written = self.file.write_all(bytemuck::cast_slice(temperatures));
+        written.map_err(|source| OutputError::write(&self.folder, source))
+    }
+
+    /// The temperatures of a step [K].
+    ///
+    /// # Errors
+    /// A step that was not recorded.
+    pub fn row(&mut self, step: u32) -> Result<Vec<f32>, OutputError> {
+        let mut row = vec![0.0f32; self.vertices];
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut row);
+        let start = u64::from(step) * bytes.len() as u64;
+        let read = self.file.seek(SeekFrom::Start(start)).and_then(|_| self.file.read_exact(bytes));
+        read.map_err(|source| OutputError::Read { path: self.folder.clone(), source })?;
+        Ok(row)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_come_back_in_any_order_and_leave_no_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut record = Record::new(folder.path(), 3).unwrap();
+        for step in 0..4 {
+            record.push(&[1.0, 2.0, 3.0].map(|t| t * (step + 1) as f32)).unwrap();
+        }
+        assert_eq!(record.row(3).unwrap(), [4.0, 8.0, 12.0]);
+        assert_eq!(record.row(0).unwrap(), [1.0, 2.0, 3.0]);
+        assert!(record.row(4).is_err());
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+}

@@ -1,0 +1,293 @@
+//! The three runs: each scene through all its steps, with temperatures of all steps and views of a few.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::costs::Cost;
+use super::differences::{Differences, Vertices};
+use super::record::Record;
+use super::responses::{self, OfMaterial};
+use super::{CompareError, INSTANT, NETWORK, RESPONSES, TRANSITION};
+use crate::gpu::context::Context;
+use crate::output::comparison::Views;
+use crate::output::report::PassTime;
+use crate::output::series::Series;
+use crate::scene::{Draw, Scene};
+use crate::simulation::engine::{Engine, Order, Tick};
+use crate::simulation::job::{NodeGroups, check_finite};
+use crate::simulation::periodic::Periodic;
+use crate::simulation::prepare::Prepared;
+use crate::simulation::{is_drawn, pose_at, start};
+use crate::thermal::nodes::GROUP;
+
+/// Most steps that are shown as pictures.
+pub const MOST_VIEWS: usize = 6;
+/// Most pixels that all views hold together; large images are shown at fewer steps.
+const MOST_PIXELS: usize = 1 << 26;
+
+/// Hears how far the runs are.
+pub trait Progress {
+    /// A run begins: which, and how many ticks it has; 0 where its warm-up ends by itself.
+    fn begins(&self, run: usize, ticks: u64);
+    /// A tick is done, or an orbit of a periodic warm-up.
+    fn ticked(&self);
+}
+
+/// What a run left.
+pub struct Ran {
+    /// The scene as it ran.
+    pub prepared: Prepared,
+    /// Temperatures of parts, materials and probes.
+    pub series: Series,
+    /// What it cost.
+    pub cost: Cost,
+    /// How a periodic warm-up went.
+    pub periodic: Option<Periodic>,
+    /// How its network was integrated.
+    pub network: Vec<(String, String)>,
+    /// Differences from the network; those of the network itself are empty.
+    pub differences: Differences,
+    /// Least and greatest temperature of each vertex [K].
+    range: Vec<[f32; 2]>,
+    /// Temperatures and parts of the shown steps, pixel by pixel.
+    images: Vec<(Vec<f32>, Vec<u32>)>,
+}
+
+/// All three runs.
+pub struct Runs {
+    /// In the order of `RESPONSES`.
+    pub ran: Vec<Ran>,
+    /// The transition of each material.
+    pub materials: Vec<OfMaterial>,
+    /// The vertices, the same for all.
+    pub vertices: Vertices,
+    /// What the camera saw.
+    pub views: Vec<Views>,
+    /// Name of the device.
+    pub device: String,
+}
+
+/// Steps that are shown: those that the scene draws, evenly thinned to `most`.
+pub fn shown_steps(draw: &Draw, steps: u32, most: usize) -> Vec<u32> {
+    let drawn: Vec<u32> = (0..=steps).filter(|step| is_drawn(draw, *step)).collect();
+    let count = drawn.len().min(most);
+    // The middles of equal shares: neither end is shown for its own sake, and an orbit's noon and midnight both are.
+    (0..count).map(|i| drawn[(2 * i + 1) * drawn.len() / (2 * count)]).collect()
+}
+
+/// Runs the scene as network, as instant and as transition, in this order: the swing of the balance temperatures is what
+/// transitions are fitted to.
+///
+/// # Errors
+/// A scene that cannot be compared, a device that fails, Ctrl-C.
+pub fn all(
+    scene: &Scene,
+    context: Option<&Arc<Context>>,
+    folder: &Path,
+    stop: &AtomicBool,
+    progress: &dyn Progress,
+    prepared_network: Prepared,
+) -> Result<Runs, CompareError> {
+    let vertices = vertices(&prepared_network);
+    let pixels = scene.camera.as_ref().map_or(1, |camera| camera.width as usize * camera.height as usize);
+    let most = (MOST_PIXELS / (3 * pixels)).clamp(1, MOST_VIEWS);
+    let shown = match scene.camera {
+        Some(_) => shown_steps(&scene.time.draw, scene.time.steps, most),
+        None => Vec::new(),
+    };
+    let mut record = Record::new(folder, vertices.areas.len())?;
+    let setting = Setting { context, stop, progress, vertices: &vertices, shown: &shown };
+    let network = setting.run(NETWORK, prepared_network, &mut Held::Recorded(&mut record))?;
+    let instant = setting.run(INSTANT, responses::instant(scene, &mut |_| ())?, &mut Held::Against(&mut record))?;
+    let swings = swings(&instant, &vertices);
+    let materials = responses::transitions(&network.prepared, &swings)?;
+    let prepared = responses::transition(scene, &materials, &mut |_| ())?;
+    let transition = setting.run(TRANSITION, prepared, &mut Held::Against(&mut record))?;
+
+    let mut ran = vec![instant, transition, network];
+    let views = views(&mut ran, &shown);
+    let device = context.map_or("cpu (f64 reference)".to_owned(), |context| context.info.name.clone());
+    Ok(Runs { ran, materials, vertices, views, device })
+}
+
+fn vertices(prepared: &Prepared) -> Vertices {
+    let nodes = &prepared.nodes;
+    let of = |group: &[u32]| nodes.node_of_vertex.iter().map(|node| group[*node as usize / GROUP]).collect();
+    Vertices {
+        areas: nodes.node_of_vertex.iter().map(|node| nodes.areas[*node as usize]).collect(),
+        parts: of(&nodes.group_part),
+        materials: of(&nodes.group_material),
+        positions: nodes.node_of_vertex.iter().map(|node| nodes.positions[*node as usize].to_array()).collect(),
+    }
+}
+
+/// Area-weighted means of the coldest and of the hottest temperature of each material's nodes [K].
+fn swings(ran: &Ran, vertices: &Vertices) -> Vec<[f64; 2]> {
+    let mut sums = vec![[0.0f64; 3]; ran.prepared.materials.len()];
+    for ((material, area), range) in vertices.materials.iter().zip(&vertices.areas).zip(&ran.range) {
+        let [whole, cold, hot] = &mut sums[*material as usize];
+        *whole += area;
+        *cold += area * f64::from(range[0]);
+        *hot += area * f64::from(range[1]);
+    }
+    // A material that nothing is made of has no temperatures; its transition moves no node.
+    let mean = |[whole, cold, hot]: [f64; 3]| if whole > 0.0 { [cold / whole, hot / whole] } else { [250.0, 300.0] };
+    sums.into_iter().map(mean).collect()
+}
+
+fn views(ran: &mut [Ran], shown: &[u32]) -> Vec<Views> {
+    let Some(camera) = ran[NETWORK].prepared.scene.camera.clone() else { return Vec::new() };
+    let time = ran[NETWORK].prepared.scene.time.step;
+    let sky = ran[NETWORK].prepared.loads.sky_model().clone();
+    let mut images: Vec<std::vec::IntoIter<_>> =
+        ran.iter_mut().map(|one| std::mem::take(&mut one.images).into_iter()).collect();
+    let view = |step: &u32| {
+        let mut temperatures = Vec::new();
+        let mut parts: Vec<Vec<u32>> = Vec::new();
+        for (temperature, part) in images.iter_mut().filter_map(Iterator::next) {
+            temperatures.push(temperature);
+            parts.push(part);
+        }
+        let [first, second, third] = <[Vec<f32>; 3]>::try_from(temperatures).ok()?;
+        // The outlines are those of one mesh; a pixel that a tie in depth gave to another part says nothing.
+        let mut part = parts.pop()?;
+        for other in &parts {
+            part.iter_mut().zip(other).filter(|(one, other)| *one != *other).for_each(|(one, _)| *one = 0);
+        }
+        let seconds = f64::from(*step) * time;
+        let lit = match sky.lit_fraction(seconds) {
+            lit if lit >= 1.0 => "in sunlight",
+            lit if lit <= 0.0 => "in umbra",
+            _ => "in penumbra",
+        };
+        Some(Views {
+            step: *step,
+            caption: format!("step {step}, t = {seconds:.0} s, {lit}"),
+            width: camera.width,
+            height: camera.height,
+            temperatures: [first, second, third],
+            part,
+        })
+    };
+    shown.iter().filter_map(view).collect()
+}
+
+/// What a run's temperatures are for.
+enum Held<'a> {
+    /// The network: they are kept.
+    Recorded(&'a mut Record),
+    /// The others: they are held against it.
+    Against(&'a mut Record),
+}
+
+/// What is the same for every run.
+struct Setting<'a> {
+    context: Option<&'a Arc<Context>>,
+    stop: &'a AtomicBool,
+    progress: &'a dyn Progress,
+    vertices: &'a Vertices,
+    shown: &'a [u32],
+}
+
+impl Setting<'_> {
+    fn run(&self, number: usize, prepared: Prepared, held: &mut Held<'_>) -> Result<Ran, CompareError> {
+        let began = Instant::now();
+        let scene = &prepared.scene;
+        let camera = scene.camera.as_ref().filter(|_| !self.shown.is_empty());
+        let time = &scene.time;
+        let warm_up = u64::from(prepared.warm_up_ticks());
+        self.progress.begins(number, warm_up + u64::from(time.steps) + 1);
+        let mut engine = match self.context {
+            Some(context) => Engine::on_device(context, &prepared, camera)?,
+            None => Engine::reference(&prepared, camera),
+        };
+        let before = Instant::now();
+        let periodic = start(&prepared, &mut engine, None, self.stop, &mut || self.progress.ticked())?;
+        let warm_up_s = before.elapsed().as_secs_f64();
+        let (passes, passes_ms) = thermal_passes(&engine);
+
+        let groups = NodeGroups::new(&prepared)?;
+        let names: Vec<String> = prepared.materials.iter().map(|material| material.name.clone()).collect();
+        let probes: Vec<String> = scene.probes.iter().map(|probe| probe.name.clone()).collect();
+        let mut series = Series::new(&prepared.parts, &names, &probes);
+        let mut differences = Differences::new(self.vertices, prepared.parts.len());
+        let mut range = vec![[f32::INFINITY, f32::NEG_INFINITY]; self.vertices.areas.len()];
+        let mut images = Vec::new();
+        let (mut step_ms, mut image_ms) = (Vec::new(), Vec::new());
+        for step in 0..=time.steps {
+            if self.stop.load(Ordering::Relaxed) {
+                return Err(CompareError::Stopped);
+            }
+            let now = f64::from(step) * time.step;
+            if step > 0 {
+                let load = prepared.loads.tick_load(now - time.step, now);
+                let tick = Tick { load: &load, steps: 1.0, start: now - time.step, length: time.step };
+                step_ms.push(timed(|| engine.submit(Some(tick), Order::default()).and_then(|()| engine.deliver()))?.0);
+            }
+            engine.submit(None, Order { pose: None, temperatures: true })?;
+            let device = engine.deliver()?.temperatures.unwrap_or_default();
+            check_finite(&prepared, step, &device)?;
+            series.push(groups.row(now, &device, &prepared.probes)?)?;
+            let of_vertex: Vec<f32> =
+                prepared.nodes.node_of_vertex.par_iter().map(|node| device[*node as usize]).collect();
+            range.par_iter_mut().zip(&of_vertex).for_each(|(range, t)| *range = [range[0].min(*t), range[1].max(*t)]);
+            match held {
+                Held::Recorded(record) => record.push(&of_vertex)?,
+                Held::Against(record) => differences.add(self.vertices, step, now, &of_vertex, &record.row(step)?),
+            }
+            if self.shown.binary_search(&step).is_ok() {
+                let order = Order { pose: pose_at(&prepared, now), temperatures: false };
+                let (ms, delivered) = timed(|| engine.submit(None, order).and_then(|()| engine.deliver()))?;
+                image_ms.push(ms);
+                if let Some(pixels) = delivered.pixels {
+                    let temperatures = pixels.radiance_temperature_depth.iter().map(|pixel| pixel[1]).collect();
+                    images.push((temperatures, pixels.identity.iter().map(|pixel| pixel[0]).collect()));
+                }
+            }
+            self.progress.ticked();
+        }
+        let (all_passes, all_passes_ms) = thermal_passes(&engine);
+        let device_step_ms = (all_passes > passes).then(|| (all_passes_ms - passes_ms) / f64::from(time.steps));
+        let cost = Cost {
+            step: PassTime::from_samples(RESPONSES[number], &step_ms),
+            image: PassTime::from_samples(RESPONSES[number], &image_ms),
+            device_step_ms,
+            warm_up,
+            warm_up_s,
+            wall_s: began.elapsed().as_secs_f64(),
+        };
+        let network = engine.network_description();
+        Ok(Ran { series, cost, periodic, network, differences, range, images, prepared })
+    }
+}
+
+/// What a call leaves, and the milliseconds that it took.
+fn timed<T, E>(call: impl FnOnce() -> Result<T, E>) -> Result<(f64, T), E> {
+    let began = Instant::now();
+    let left = call()?;
+    Ok((began.elapsed().as_secs_f64() * 1e3, left))
+}
+
+/// Number of times and their sum [ms] of the thermal passes so far, by the device's own clock.
+fn thermal_passes(engine: &Engine) -> (usize, f64) {
+    let passes = engine.pass_times().into_iter().flatten();
+    let thermal = passes.filter(|(name, _)| name.starts_with("thermal_step."));
+    thermal.fold((0, 0.0), |(count, sum), (_, times)| (count + times.len(), sum + times.iter().sum::<f64>()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shown_steps_are_drawn_ones_spread_over_the_run() {
+        assert_eq!(shown_steps(&Draw::Every(4), 12, 6), [0, 4, 8, 12]);
+        assert_eq!(shown_steps(&Draw::Every(10), 360, 6), [30, 90, 150, 210, 270, 330]);
+        assert_eq!(shown_steps(&Draw::Steps(vec![3, 5]), 12, 1), [5]);
+        assert!(shown_steps(&Draw::None, 12, 6).is_empty());
+    }
+}

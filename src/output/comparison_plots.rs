@@ -1,0 +1,121 @@
+//! Plots of one scene under several responses: differences over time, and temperatures of parts and probes.
+
+use super::OutputError;
+use super::plot::{Line, Mark, Plot};
+use super::plot_axis::Axis;
+use super::series::{Series, SeriesRow};
+use super::temperature_plots::{Clock, Eclipses, NamedPlot};
+
+/// Most parts, and most probes, that have a plot.
+pub const MOST_PLOTS: usize = 6;
+
+/// A response with its temperatures.
+#[derive(Debug, Clone, Copy)]
+pub struct Response<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its temperatures; all responses have the same columns.
+    pub series: &'a Series,
+}
+
+/// Root mean square differences over time: [time in s, difference in K] of each response.
+///
+/// # Errors
+/// [`OutputError::Encode`].
+pub fn differences(
+    lines: &[(&str, Vec<[f64; 2]>)],
+    rows: &[SeriesRow],
+    reference: &str,
+    eclipses: &Eclipses,
+) -> Result<NamedPlot, OutputError> {
+    let clock = Clock::for_rows(rows);
+    let title = format!("Difference from {reference}");
+    let plot = Plot {
+        title: title.clone(),
+        subtitle: "area-weighted root mean square over all nodes".to_owned(),
+        x: Axis::linear(&format!("time [{}]", clock.unit)),
+        y: Axis::linear("difference [K]"),
+        series: lines
+            .iter()
+            .map(|(name, points)| Line {
+                name: (*name).to_owned(),
+                points: points.iter().map(|[time, value]| [clock.time(*time), *value]).collect(),
+                ..Line::default()
+            })
+            .collect(),
+        shaded: clock.shades(eclipses),
+    };
+    Ok(NamedPlot { name: "differences".to_owned(), svg: plot.svg()?, title })
+}
+
+/// The whole craft, the parts of `parts` (by index, at most `MOST_PLOTS` of them) and the probes, each with a line for every
+/// response; the last response is drawn as the reference. Files are called by number: names of parts are no file names.
+///
+/// # Errors
+/// [`OutputError::Encode`].
+pub fn temperatures(
+    responses: &[Response],
+    parts: &[usize],
+    eclipses: &Eclipses,
+) -> Result<Vec<NamedPlot>, OutputError> {
+    let Some(first) = responses.first() else { return Ok(Vec::new()) };
+    let clock = Clock::for_rows(first.series.rows());
+    let mut plots = Vec::new();
+    let mut draw = |name: String, title: String, subtitle: &str, of: &dyn Fn(&SeriesRow) -> Option<f64>| {
+        let line = |(index, response): (usize, &Response)| Line {
+            name: response.name.to_owned(),
+            points: response.series.rows().iter().filter_map(|row| Some([clock.time(row.time), of(row)?])).collect(),
+            mark: if index + 1 == responses.len() { Mark::Line } else { Mark::Dashed },
+            ..Line::default()
+        };
+        let plot = Plot {
+            title: title.clone(),
+            subtitle: subtitle.to_owned(),
+            x: Axis::linear(&format!("time [{}]", clock.unit)),
+            y: Axis::linear("temperature [K]"),
+            series: responses.iter().enumerate().map(line).collect(),
+            shaded: clock.shades(eclipses),
+        };
+        plots.push(NamedPlot { name, title, svg: plot.svg()? });
+        Ok::<_, OutputError>(())
+    };
+    draw("all".to_owned(), "Whole craft".to_owned(), "area-weighted mean", &|row| row.all.map(|s| s.mean))?;
+    for &part in parts.iter().take(MOST_PLOTS) {
+        let title = format!("Part {}", first.series.parts()[part]);
+        let of = |row: &SeriesRow| row.parts[part].map(|s| s.mean);
+        draw(format!("part_{}", part + 1), title, "area-weighted mean", &of)?;
+    }
+    for (probe, name) in first.series.probes().iter().enumerate().take(MOST_PLOTS) {
+        let of = |row: &SeriesRow| Some(f64::from(row.probes[probe]));
+        let subtitle = "temperature of the nearest node";
+        draw(format!("probe_{}", probe + 1), format!("Probe {name}"), subtitle, &of)?;
+    }
+    Ok(plots)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::series::tests::orbit;
+
+    #[test]
+    fn there_is_a_plot_for_all_the_parts_asked_for_and_the_probes() {
+        let series = orbit(9, 1, 2);
+        let responses = ["instant", "network"].map(|name| Response { name, series: &series });
+        let plots = temperatures(&responses, &[8, 2], &Eclipses::default()).unwrap();
+        let names: Vec<&str> = plots.iter().map(|plot| plot.name.as_str()).collect();
+        assert_eq!(names, ["all", "part_9", "part_3", "probe_1", "probe_2"]);
+        assert!(plots[1].svg.contains("B0_module_8") && plots[1].svg.contains("instant"));
+        let all: Vec<usize> = (0..9).collect();
+        assert_eq!(temperatures(&responses, &all, &Eclipses::default()).unwrap().len(), 1 + MOST_PLOTS + 2);
+        assert!(temperatures(&[], &[], &Eclipses::default()).unwrap().is_empty());
+    }
+
+    #[test]
+    fn differences_have_a_line_for_each_response() {
+        let series = orbit(1, 0, 0);
+        let lines = [("instant", vec![[0.0, 1.0], [60.0, 2.0]]), ("transition", vec![[0.0, 0.5], [60.0, 0.7]])];
+        let plot = differences(&lines, series.rows(), "network", &Eclipses::default()).unwrap();
+        assert!(plot.svg.contains("transition") && plot.svg.contains("Difference from network"));
+    }
+}

@@ -1,0 +1,195 @@
+//! The step response of a radiating plate, and the transition that follows it: what a profile in temperature can know of a
+//! material's own heat capacity.
+//!
+//! A plate of capacitance c [J/(m2 K)] that emits with the emissivity e from all its sides and absorbs what balances it at
+//! the temperature B follows c dT/dt = e sigma (B^4 - T^4), whose solution for the time is (partial fractions of
+//! 1 / (B^4 - T^4))
+//!
+//! t = c / (4 e sigma B^3) [ln |(B + T) / (B - T)| + 2 atan(T / B)], from the start to T.
+
+use super::STEFAN_BOLTZMANN;
+use super::fit::{Fit, FitError, Sample, fit};
+use super::function::Function;
+use super::material::{Domain, Profile, Retarget, Transition};
+
+/// Rows of a record of a step response.
+const ROWS: u32 = 100;
+/// Share of the way that is left at the end of the record.
+const LEFT: f64 = 0.01;
+/// Two balance temperatures lie at least this far apart [K]: nearer to each other there is no response to fit.
+pub const LEAST_STEP: f64 = 10.0;
+/// The lower one is at least this [K].
+pub const COLDEST: f64 = 10.0;
+
+/// A plate of a material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plate {
+    /// Capacitance [J/(m2 K)].
+    pub capacitance: f64,
+    /// Emissivity, of both sides where both emit.
+    pub emissivity: f64,
+}
+
+/// A transition fitted to a plate's heating and cooling between two balance temperatures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// What was fitted.
+    pub transition: Transition,
+    /// The balance temperatures [K], the lower first.
+    pub between: [f64; 2],
+    /// Root mean square and largest difference of the heating from the plate's [K].
+    pub heating: [f64; 2],
+    /// The same of the cooling.
+    pub cooling: [f64; 2],
+}
+
+impl Plate {
+    /// Time [s] from the temperature `from` to `to` [K] while the plate moves towards its `balance` [K]; infinite where
+    /// `to` is the balance or lies beyond it.
+    pub fn time(&self, from: f64, to: f64, balance: f64) -> f64 {
+        let way = |t: f64| ((balance + t) / (balance - t)).abs().ln() + 2.0 * (t / balance).atan();
+        if (balance - to) * (balance - from) <= 0.0 {
+            return f64::INFINITY;
+        }
+        self.capacitance / (4.0 * self.emissivity * STEFAN_BOLTZMANN * balance.powi(3)) * (way(to) - way(from))
+    }
+
+    /// Temperature [K] a `time` [s] after the plate was at `from` and its balance moved to `balance` [K].
+    pub fn temperature(&self, from: f64, balance: f64, time: f64) -> f64 {
+        // The share of the way that is left; the time grows where it falls.
+        let [mut short, mut long] = [1.0f64, 0.0f64];
+        for _ in 0..100 {
+            let middle = 0.5 * (short + long);
+            if self.time(from, balance + (from - balance) * middle, balance) < time {
+                short = middle;
+            } else {
+                long = middle;
+            }
+        }
+        balance + (from - balance) * 0.5 * (short + long)
+    }
+
+    /// The record of a step from one balance temperature to another [K], until a hundredth of the way is left.
+    pub fn record(&self, from: f64, balance: f64) -> Vec<Sample> {
+        let end = self.time(from, balance + (from - balance) * LEFT, balance);
+        let time = |row: u32| end * f64::from(row) / f64::from(ROWS);
+        let sample = |row| Sample { time: time(row), temperature: self.temperature(from, balance, time(row)) };
+        (0..=ROWS).map(sample).collect()
+    }
+
+    /// The transition that follows the plate best between two balance temperatures [K], heating and cooling in one domain;
+    /// `step` [s] turns its times into steps. Temperatures that lie close are moved apart to `LEAST_STEP`. A plate without
+    /// capacitance follows at once.
+    ///
+    /// # Errors
+    /// A record that nothing fits.
+    pub fn fit(&self, between: [f64; 2], step: f64) -> Result<Fitted, FitError> {
+        let between = apart(between);
+        let [cold, hot] = between;
+        if self.capacitance <= 0.0 {
+            let at_once = Profile { function: Function::Linear, t_max_steps: 0.0 };
+            let transition = transition(at_once.clone(), at_once, Domain::Temperature);
+            return Ok(Fitted { transition, between, heating: [0.0; 2], cooling: [0.0; 2] });
+        }
+        let heating = fit(&self.record(cold, hot), Some(hot))?.best;
+        let cooling = fit(&self.record(hot, cold), Some(cold))?.best;
+        let mut best: Option<(f64, Fitted)> = None;
+        for domain in [Domain::Temperature, Domain::FourthPower] {
+            let (Some(heating), Some(cooling)) = (of_domain(&heating, domain), of_domain(&cooling, domain)) else {
+                continue;
+            };
+            let squares = heating.rms.powi(2) + cooling.rms.powi(2);
+            let profile =
+                |fit: &Fit| Profile { function: fit.response.function.clone(), t_max_steps: fit.response.t_max / step };
+            let fitted = Fitted {
+                transition: transition(profile(heating), profile(cooling), domain),
+                between,
+                heating: [heating.rms, heating.max],
+                cooling: [cooling.rms, cooling.max],
+            };
+            if best.as_ref().is_none_or(|(least, _)| squares < *least) {
+                best = Some((squares, fitted));
+            }
+        }
+        best.map(|(_, fitted)| fitted).ok_or(FitError::Constant(cold))
+    }
+}
+
+fn transition(heating: Profile, cooling: Profile, domain: Domain) -> Transition {
+    Transition { heating, cooling, retarget: Retarget::Merge, domain }
+}
+
+/// The best closed form; a table would only repeat the record.
+fn of_domain(fits: &[Fit], domain: Domain) -> Option<&Fit> {
+    fits.iter().find(|fit| fit.response.domain == domain && fit.response.function.kind_name() != "table")
+}
+
+fn apart([cold, hot]: [f64; 2]) -> [f64; 2] {
+    let middle = 0.5 * (cold + hot);
+    let half = (0.5 * (hot - cold)).max(0.5 * LEAST_STEP);
+    let cold = (middle - half).max(COLDEST);
+    [cold, (middle + half).max(cold + LEAST_STEP)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 2 mm of aluminium with white paint.
+    const PLATE: Plate = Plate { capacitance: 4860.0, emissivity: 0.83 };
+
+    #[test]
+    fn the_closed_form_solves_the_balance() {
+        // Classical Runge-Kutta of fourth order with 1 s steps: its error is far below the tolerance (tau is about 20 min).
+        let integrated = |capacitance: f64, from: f64, balance: f64, seconds: u32| {
+            let rate = |t: f64| PLATE.emissivity * STEFAN_BOLTZMANN * (balance.powi(4) - t.powi(4)) / capacitance;
+            (0..seconds).fold(from, |t, _| {
+                let a = rate(t);
+                let b = rate(t + 0.5 * a);
+                let c = rate(t + 0.5 * b);
+                let d = rate(t + c);
+                t + (a + 2.0 * b + 2.0 * c + d) / 6.0
+            })
+        };
+        for (from, balance) in [(150.0, 320.0), (320.0, 150.0), (320.0, 20.0)] {
+            let exact = PLATE.temperature(from, balance, 1500.0);
+            assert!((exact - integrated(4860.0, from, balance, 1500)).abs() < 1e-6, "{from} K to {balance} K: {exact}");
+            assert!((exact - integrated(4900.0, from, balance, 1500)).abs() > 0.1, "another capacitance shows");
+        }
+        assert_eq!(PLATE.time(200.0, 300.0, 300.0), f64::INFINITY);
+        assert_eq!(PLATE.time(200.0, 310.0, 300.0), f64::INFINITY);
+    }
+
+    #[test]
+    fn a_fitted_transition_follows_the_plate() {
+        let fitted = PLATE.fit([200.0, 320.0], 15.0).unwrap();
+        for (profile, from, to) in
+            [(&fitted.transition.heating, 200.0, 320.0), (&fitted.transition.cooling, 320.0, 200.0)]
+        {
+            let domain = fitted.transition.domain;
+            let worst = |slower: f64| {
+                PLATE.record(from, to).iter().fold(0.0f64, |worst, row| {
+                    let done = profile.function.done(row.time / 15.0 / (profile.t_max_steps * slower));
+                    let t = domain.temperature(domain.of(from) * (1.0 - done) + domain.of(to) * done);
+                    worst.max((t - row.temperature).abs())
+                })
+            };
+            let told = if to > from { fitted.heating[1] } else { fitted.cooling[1] };
+            assert!((worst(1.0) - told).abs() < 1e-6, "{} K against {told} K", worst(1.0));
+            assert!(worst(1.5) > told + 1.0, "another time is worse: {} K against {told} K", worst(1.5));
+        }
+        // A plate of half the capacitance takes half the time.
+        let half = Plate { capacitance: 2430.0, ..PLATE }.fit([200.0, 320.0], 15.0).unwrap();
+        let ratio = half.transition.heating.t_max_steps / fitted.transition.heating.t_max_steps;
+        assert!((ratio - 0.5).abs() < 1e-3, "{ratio}");
+    }
+
+    #[test]
+    fn hard_cases_have_a_transition() {
+        let at_once = Plate { capacitance: 0.0, ..PLATE }.fit([200.0, 320.0], 15.0).unwrap();
+        assert_eq!(at_once.transition.cooling.t_max_steps, 0.0);
+        assert_eq!(PLATE.fit([250.0, 250.0], 15.0).unwrap().between, [245.0, 255.0]);
+        assert_eq!(PLATE.fit([2.7, 2.7], 15.0).unwrap().between, [10.0, 20.0]);
+        assert!(PLATE.fit([10.0, 400.0], 15.0).unwrap().heating[0].is_finite());
+    }
+}

@@ -1,0 +1,171 @@
+//! The command `compare` of the built program: three responses of one small craft.
+
+use std::collections::BTreeMap;
+
+use super::craft::{Folder, SCENE, scene_with};
+use super::program::{end, isotherm, refusal, succeed};
+
+const SKIN: &str = "match = \"skin\"\n";
+const CELLS: &str = "match = \"cells\"\n";
+const MAST: &str = "match = \"mast\"\n";
+/// 2 mm of aluminium.
+const BULK: &str = "thickness = 0.002\ndensity = 2700\nspecific_heat = 900\nconductivity = 200\n";
+
+/// The craft with bulk values of skin and cells; the skin's functions are the scene's, the cells' are to be fitted, the mast
+/// has no memory.
+fn scene(bulk: &str) -> String {
+    let skin = format!("{SKIN}{bulk}");
+    let cells = format!("{CELLS}{bulk}");
+    let scene = scene_with(&[
+        (SKIN, &skin),
+        (CELLS, &cells),
+        ("heating = { function = \"quadratic\", t_max_steps = 4 }\n", ""),
+        ("cooling = { function = \"quadratic\", t_max_steps = 6 }\n", ""),
+    ]);
+    // The response of the cells is that of the network itself.
+    let (before, after) = scene.split_once(&cells).expect("the cells");
+    format!(
+        "{before}{cells}{}",
+        after.replacen("response = \"transition\"\nretarget = \"merge\"", "response = \"network\"", 1)
+    )
+}
+
+/// The rows of `compare.csv` by part and response.
+fn table(text: &str) -> BTreeMap<(String, String), BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let head = reader.headers().expect("a head").clone();
+    let rows = reader.records().map(|row| row.expect("a row"));
+    rows.map(|row| {
+        let cells = head.iter().map(str::to_owned).zip(row.iter().map(str::to_owned)).collect();
+        ((row[0].to_owned(), row[1].to_owned()), cells)
+    })
+    .collect()
+}
+
+fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
+    row[column].parse().unwrap_or_else(|_| panic!("{column} = '{}' is a number", row[column]))
+}
+
+fn column(folder: &Folder, file: &str, name: &str) -> Vec<f64> {
+    let mut reader = csv::Reader::from_path(folder.path(file)).expect("a CSV file");
+    let index = reader.headers().expect("a head").iter().position(|column| column == name).expect(name);
+    reader.records().map(|row| row.expect("a row")[index].parse().expect("a number")).collect()
+}
+
+#[test]
+fn three_responses_of_one_craft() {
+    let folder = Folder::new(&scene(BULK));
+    let said = succeed(folder.0.path(), &["compare", "scene.toml", "-o", "out"]);
+    assert!(said.contains("cells, fitted between") && !said.contains("skin, fitted"), "{said}");
+    for file in [
+        "compare.html",
+        "comparison.png",
+        "differences.csv",
+        "panels/step_000004.png",
+        "plots/differences.svg",
+        "plots/probe_1.svg",
+    ] {
+        assert!(folder.path("out").join(file).exists(), "{file}");
+    }
+    let rows = table(&std::fs::read_to_string(folder.path("out/compare.csv")).expect("the table"));
+    assert_eq!(rows.len(), 2 * 5, "four parts and all");
+    let of = |part: &str, response: &str| &rows[&(part.to_owned(), response.to_owned())];
+    // What has no memory in any run does not differ.
+    assert_eq!((number(of("mast", "instant"), "rms"), number(of("mast", "transition"), "max")), (0.0, 0.0));
+    // A shield of 4860 J/(m2 K) takes 18 min to cool (tau = C / (4 e sigma T^3) at 290 K): after the entry into eclipse the
+    // balance is far below it.
+    assert!(number(of("body", "instant"), "rms") > 20.0);
+    assert!(number(of("wing_port", "transition"), "rms") < 0.5 * number(of("wing_port", "instant"), "rms"));
+
+    // The table says again what the series say: the wing is one temperature to within its gradient.
+    let row = of("wing_port", "instant");
+    let step = number(row, "step") as usize;
+    assert_eq!(number(row, "time"), 60.0 * step as f64);
+    assert!((number(row, "temperature") - number(row, "network") - number(row, "max")).abs() < 1e-3);
+    let [own, network] = ["instant", "network"].map(|name| format!("out/series_{name}.csv"));
+    let within = |file: &str, value: f64| {
+        let [least, greatest] = ["min", "max"].map(|end| column(&folder, file, &format!("part:wing_port:{end}"))[step]);
+        least - 1e-3 <= value && value <= greatest + 1e-3
+    };
+    assert!(within(&own, number(row, "temperature")) && within(&network, number(row, "network")));
+    let means = |file: &str| column(&folder, file, "all:mean");
+    let difference = column(&folder, "out/differences.csv", "instant:mean");
+    for (step, (own, network)) in means(&own).into_iter().zip(means(&network)).enumerate() {
+        assert!((own - network - difference[step]).abs() < 2e-5, "step {step}");
+    }
+
+    let page = std::fs::read_to_string(folder.path("out/compare.html")).expect("the page");
+    for text in ["instant in all runs", "step response between", "Functions are those of", "Cost"] {
+        assert!(page.contains(text), "{text}");
+    }
+
+    // With a hundredth of the capacitance the network nearly is the balance of the moment, and so is what is fitted to it.
+    folder.write("scene.toml", &scene(&BULK.replace("0.002", "0.00002")));
+    succeed(folder.0.path(), &["compare", "scene.toml", "-o", "thin", "--device", "cpu"]);
+    let thin = table(&std::fs::read_to_string(folder.path("thin/compare.csv")).expect("the table"));
+    let thick = number(of("wing_port", "instant"), "rms");
+    let thin = number(&thin[&("wing_port".to_owned(), "instant".to_owned())], "rms");
+    assert!(thin < 0.2 * thick, "{thin} K against {thick} K");
+
+    let output = end(isotherm(folder.0.path(), &["compare", "scene.toml", "-o", "out"]));
+    let (code, line) = refusal(&output);
+    assert_eq!(code, Some(2));
+    assert!(line.contains("not empty"), "{line}");
+}
+
+#[test]
+fn the_reference_agrees_with_the_device() {
+    let folder = Folder::new(&scene(BULK));
+    for (device, name) in [(None, "device"), (Some("cpu"), "cpu")] {
+        let mut arguments = vec!["compare", "scene.toml", "-o", name];
+        arguments.extend(device.map(|device| ["--device", device]).into_iter().flatten());
+        succeed(folder.0.path(), &arguments);
+    }
+    let [device, cpu] = ["device", "cpu"]
+        .map(|name| table(&std::fs::read_to_string(folder.path(name).join("compare.csv")).expect("the table")));
+    for (key, row) in &device {
+        let difference = (number(row, "rms") - number(&cpu[key], "rms")).abs();
+        // Twice the 5 mK to which a network is integrated by default: both runs have that error.
+        assert!(difference < 1e-2, "{key:?}: {difference} K");
+    }
+}
+
+#[test]
+fn what_a_network_lacks_is_named_with_its_keys() {
+    let refused = |scene: &str| {
+        let folder = Folder::new(scene);
+        let output = end(isotherm(folder.0.path(), &["compare", "scene.toml", "-o", "out", "--device", "cpu"]));
+        assert!(!folder.path("out").exists(), "nothing is left behind");
+        let (code, line) = refusal(&output);
+        assert_eq!(code, Some(2), "{line}");
+        line
+    };
+    let line = refused(SCENE);
+    for text in ["scene.toml", "'skin': thickness [m], density [kg/m3], specific_heat [J/(kg K)]", "'cells': thickness"]
+    {
+        assert!(line.contains(text), "{text}: {line}");
+    }
+    assert!(!line.contains("'mast'"), "a material without memory stays as it is: {line}");
+
+    let line = refused(&scene(&BULK.replace("density = 2700\n", "")));
+    assert!(line.contains("'skin': density [kg/m3]; 'cells': density [kg/m3]. "), "{line}");
+
+    // A material that is instant, but states a thickness, was meant to have memory.
+    let line = refused(&scene(BULK).replacen(MAST, &format!("{MAST}thickness = 0.001\n"), 1));
+    assert!(line.contains("'mast': density [kg/m3], specific_heat [J/(kg K)]. "), "{line}");
+
+    let responses = ["response = \"transition\"\n", "response = \"network\"\n"];
+    let instant =
+        responses.iter().fold(SCENE.to_owned(), |scene, from| scene.replace(from, "response = \"instant\"\n"));
+    let line = refused(&instant);
+    assert!(line.contains("no network to compare with"), "{line}");
+}
+
+#[test]
+fn a_scene_that_draws_nothing_is_compared_in_numbers() {
+    let folder = Folder::new(&scene(BULK).replace("draw_every = 4", "draw_every = 0"));
+    succeed(folder.0.path(), &["compare", "scene.toml", "-o", "out", "--device", "cpu"]);
+    assert!(!folder.path("out/comparison.png").exists() && folder.path("out/compare.csv").exists());
+    let page = std::fs::read_to_string(folder.path("out/compare.html")).expect("the page");
+    assert!(page.contains("there are no pictures"));
+}
