@@ -5,7 +5,7 @@ use std::path::Path;
 use super::CompareError;
 use crate::scene::Scene;
 use crate::simulation::prepare::{PrepareError, Prepared};
-use crate::thermal::function::Function;
+use crate::thermal::function::{Function, Kind};
 use crate::thermal::material::{Bulk, Domain, Material, Profile, Response, Sides, Transition};
 use crate::thermal::shell::{ShellError, ShellMaterial};
 use crate::thermal::step_response::{Fitted, Plate};
@@ -154,8 +154,12 @@ fn plate(material: &Material) -> Plate {
 /// A profile as a scene file states it.
 pub fn profile_text(profile: &Profile, step: f64) -> String {
     let own = match &profile.function {
-        Function::Linear | Function::Quadratic => profile.function.kind_name().to_owned(),
-        shaped => shaped.to_string(),
+        Function::Shaped(shape) => match &shape.kind {
+            Kind::Exponential { rate } | Kind::Logarithmic { rate } => format!("{}, rate {rate:.3}", shape.kind.name()),
+            Kind::Polynomial(polynomial) => format!("polynomial {:.4?}", polynomial.coefficients()),
+            Kind::Table(_) | Kind::Expression(_) => profile.function.to_string(),
+        },
+        Function::Linear | Function::Quadratic => profile.function.to_string(),
     };
     format!("{own}, t_max {:.0} s", profile.t_max_steps * step)
 }
