@@ -150,7 +150,7 @@ impl<E> From<E> for ControlError<E> {
 /// Most stages of RKL2 before TR-BDF2 is cheaper, and how many to fall to before RKL2 is tried again.
 const MOST_STAGES: [u32; 2] = [41, 25];
 /// Share of the tolerance that one sub-step may err by: errors of a slow node add up over its time constant.
-const SHARE: f64 = 0.02;
+const SHARE: f64 = 5e-3;
 /// The same where a thermostat turns kelvins into seconds, in a run of at most [`SHORT_RUN`]; in a longer one it falls as
 /// the length grows, because errors of switching times add up from cycle to cycle.
 const SHARE_THERMOSTAT: f64 = 1e-5;
