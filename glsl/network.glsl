@@ -34,9 +34,9 @@ uint error_bits(float error) {
     return floatBitsToUint(error) & 0x7fffffffu;
 }
 
-// Bits of infinity where the temperature is not within (0 K, 8000 K), the range of the base.
+// Bits of infinity where the temperature is not within (0 K, 16000 K), the range of the base.
 uint range_bits(float temperature) {
-    return floatBitsToUint(temperature) - 1u < 0x45f9ffffu ? 0u : 0x7f800000u;
+    return floatBitsToUint(temperature) - 1u < 0x4679ffffu ? 0u : 0x7f800000u;
 }
 
 // The change d [K] of temperature at which into - conductance d - emission ((T + d)^4 - T^4) = 0, by Newton's method.
@@ -46,8 +46,9 @@ float balancing_change(float into, float conductance, float emission, float temp
         float next = temperature + change;
         float left = into - conductance * change - emission * radiated(change, next, temperature);
         float slope = conductance + emission * radiative_slope(next);
-        // A quarter of the temperature at least: Newton's method comes from above, and must not step below zero.
-        change = max(next + left / slope, 0.25 * next) - temperature;
+        // A quarter of the temperature at least: Newton's method comes from above, and must not step below zero. Summed as
+        // changes, for a temperature would round the result to 3e-5 K.
+        change += max(left / slope, -0.75 * next);
     }
     return change;
 }

@@ -19,8 +19,8 @@ use super::error::GpuError;
 use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
 use crate::thermal::network::{Network, NodeKind};
 
-/// The hottest temperature [K] that base and rest hold.
-pub const HOTTEST: f64 = 8000.0;
+/// The hottest temperature [K] that base and rest hold: 2^24 / 1024 K is the last whole base.
+pub const HOTTEST: f64 = 16_000.0;
 
 /// Estimates of the error of a sub-step below this are rounding [K].
 pub const ESTIMATE_FLOOR: f64 = 2e-7;
@@ -191,6 +191,10 @@ impl Stepper for NetworkStepper {
         solved.ok_or_else(|| {
             unsupported("a steady state is only for networks that one workgroup can eliminate".to_owned())
         })
+    }
+
+    fn hottest(&self) -> f64 {
+        HOTTEST
     }
 
     fn counts(&self) -> WorkCounts {

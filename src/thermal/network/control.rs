@@ -115,6 +115,15 @@ pub enum ControlError<E> {
         /// Its temperature [K].
         temperature: f64,
     },
+    /// A node is hotter than the stepper holds.
+    TooHot {
+        /// [s].
+        time: f64,
+        /// The node.
+        node: usize,
+        /// Its temperature [K].
+        temperature: f64,
+    },
     /// A thermostat switches without end.
     Chatter {
         /// [s].
@@ -155,6 +164,8 @@ const SWITCH_TIME: f64 = 1e-7;
 const MOST_AT_ONCE: u32 = 6;
 /// Switches of all thermostats after which the run is given up.
 const MOST_SWITCHES: usize = 100_000;
+/// Share of the hottest temperature of a stepper from which on a failed try is taken to have passed it.
+const NEARLY_HOTTEST: f64 = 0.999;
 /// Sub-step that is no longer believed to help [s].
 const SHORTEST: f64 = 1e-18;
 
@@ -436,6 +447,9 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         let factor = if error.is_finite() { (0.8 * (self.limit / error).cbrt()).clamp(0.05, 0.8) } else { 0.1 };
         self.step = plan.step * factor;
         self.fused = 1;
+        if !error.is_finite() {
+            self.check_hottest()?;
+        }
         if self.since + self.step > self.since && self.step > SHORTEST {
             return Ok(());
         }
@@ -443,6 +457,16 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         let coldest = temperatures.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
         let (node, temperature) = coldest.map_or((0, 0.0), |(node, temperature)| (node, *temperature));
         Err(ControlError::NoStep { time: self.now(), node, temperature })
+    }
+
+    /// Ends where a node is about to leave the range, which ever shorter sub-steps would only approach.
+    fn check_hottest(&mut self) -> Result<(), ControlError<S::Error>> {
+        let most = NEARLY_HOTTEST * self.stepper.hottest();
+        let temperatures = self.stepper.temperatures()?;
+        match temperatures.iter().position(|temperature| *temperature > most) {
+            Some(node) => Err(ControlError::TooHot { time: self.now(), node, temperature: temperatures[node] }),
+            None => Ok(()),
+        }
     }
 
     /// Keeps the last try, after which it is `end` [s] since the heat was set where the plan reaches that.
