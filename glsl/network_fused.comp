@@ -61,7 +61,7 @@ float heat_into(uint node, uint set, float time) {
     vec2 power = heat[node];
     float into = power.x + power.y * time;
     float to_space = nodes[node].emission * radiated((space - base_here) - rest_here, space, here);
-    gross = abs(into) + abs(to_space);
+    gross = abs(power.x) + abs(power.y * time) + abs(to_space);
     into += to_space;
     uint end = nodes[node].links_end;
     for (uint k = nodes[node].links_begin; k < end; k++) {
@@ -283,7 +283,12 @@ void main() {
         }
         for (uint m = lane; m < attempt.unknowns; m += LANES) {
             uint node = schedule[attempt.nodes_at + m];
-            worst = max(worst, error_bits(matrix[attempt.right_at + m]));
+            // Rounding of the heats at the start and of the change, which the estimate weighs and the pivot divides.
+            float into = heat_into(node, 0u, end);
+            float change = work[node].z + (rest[node] - work[node].x);
+            float stored = nodes[node].capacitance * inverse_step;
+            float size = (abs(weights.y) * gross + abs(weights.w) * stored * abs(change)) / matrix[m];
+            worst = max(worst, error_bits(beyond_rounding(matrix[attempt.right_at + m], size)));
             worst = max(worst, range_bits(base[node] + rest[node]));
         }
         write_sensors(lane, 0u, done);

@@ -38,7 +38,7 @@ float heat_into(uint node, float time) {
     vec2 power = heat[node];
     float into = power.x + power.y * time;
     float to_space = nodes[node].emission * radiated((space - base_here) - rest_here, space, here);
-    gross = abs(into) + abs(to_space);
+    gross = abs(power.x) + abs(power.y * time) + abs(to_space);
     into += to_space;
     uint end = nodes[node].links_end;
     for (uint k = nodes[node].links_begin; k < end; k++) {
