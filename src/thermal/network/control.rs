@@ -17,7 +17,7 @@ pub enum Integrator {
     Default,
     /// As the default at ten times its tolerance, with Euler wherever it is stable and good enough.
     Cheap,
-    /// TR-BDF2 at a tenth of the default's tolerance.
+    /// TR-BDF2 at a tenth of the default's tolerance; RKL2 at that tolerance where few stages do.
     Accurate,
 }
 
@@ -143,6 +143,8 @@ impl<E> From<E> for ControlError<E> {
 
 /// Most stages of RKL2 before TR-BDF2 is cheaper, and how many to fall to before RKL2 is tried again.
 const MOST_STAGES: [u32; 2] = [41, 25];
+/// The same of the accurate integrator: at a tenth of the tolerance RKL2 is as accurate where it needs few stages.
+const MOST_STAGES_ACCURATE: [u32; 2] = [15, 9];
 /// Share of the tolerance that one sub-step may err by: errors of a slow node add up over its time constant.
 const SHARE: f64 = 0.02;
 /// The same where a thermostat turns kelvins into seconds, in a run of at most [`SHORT_RUN`]; in a longer one it falls as
@@ -430,9 +432,8 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
             (self.step, fused)
         };
         let stages = stages_for(step * self.rate);
-        if self.integrator != Integrator::Accurate {
-            self.implicit = stages > MOST_STAGES[usize::from(self.implicit)];
-        }
+        let most = if self.integrator == Integrator::Accurate { MOST_STAGES_ACCURATE } else { MOST_STAGES };
+        self.implicit = stages > most[usize::from(self.implicit)];
         let method = if self.implicit { Method::TrBdf2 } else { Method::Rkl2 { stages } };
         Plan { method, step, count: count as u32 }
     }
