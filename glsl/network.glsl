@@ -1,4 +1,4 @@
-// Heat between the nodes of a network, whose temperatures are a base, a multiple of 1/1024 K, and a small rest.
+// Heat between the nodes of a network, whose temperatures are a base, a multiple of 1/256 K, and a small rest.
 // Twins: `radiated` and `radiative_slope` of src/thermal/network.rs, there with the Stefan-Boltzmann constant.
 
 // Ta - Tb [K]: the bases' difference is exact, so that what flows one way flows back the other way to the last bit.
@@ -16,10 +16,10 @@ float radiative_slope(float temperature) {
     return 4.0 * temperature * temperature * temperature;
 }
 
-// Moves whole 1024ths of a kelvin from the rest to the base: exact, as both hold them.
+// Moves whole 256ths of a kelvin from the rest to the base: exact, as both hold them.
 vec2 rebase(float base, float rest) {
-    float steps = round(rest * 1024.0);
-    return vec2(base + steps * (1.0 / 1024.0), rest - steps * (1.0 / 1024.0));
+    float steps = round(rest * 256.0);
+    return vec2(base + steps * (1.0 / 256.0), rest - steps * (1.0 / 256.0));
 }
 
 // What of an estimate is beyond the rounding of sums of terms of a size. The rates of fast nodes are small differences of
@@ -34,9 +34,9 @@ uint error_bits(float error) {
     return floatBitsToUint(error) & 0x7fffffffu;
 }
 
-// Bits of infinity where the temperature is not within (0 K, 8000 K), the range of the base.
+// Bits of infinity where the temperature is not within (0 K, 64000 K), the range of the base.
 uint range_bits(float temperature) {
-    return floatBitsToUint(temperature) - 1u < 0x45f9ffffu ? 0u : 0x7f800000u;
+    return floatBitsToUint(temperature) - 1u < 0x4779ffffu ? 0u : 0x7f800000u;
 }
 
 // The change d [K] of temperature at which into - conductance d - emission ((T + d)^4 - T^4) = 0, by Newton's method.
@@ -46,8 +46,9 @@ float balancing_change(float into, float conductance, float emission, float temp
         float next = temperature + change;
         float left = into - conductance * change - emission * radiated(change, next, temperature);
         float slope = conductance + emission * radiative_slope(next);
-        // A quarter of the temperature at least: Newton's method comes from above, and must not step below zero.
-        change = max(next + left / slope, 0.25 * next) - temperature;
+        // A quarter of the temperature at least: Newton's method comes from above, and must not step below zero. Summed as
+        // changes, for a temperature would round the result to 3e-5 K.
+        change += max(left / slope, -0.75 * next);
     }
     return change;
 }

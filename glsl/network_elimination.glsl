@@ -1,14 +1,18 @@
 // Newton's method for some nodes of a network together: their linear system by elimination in the order of a schedule
 // that the host made (src/gpu/network/schedule.rs). Needs the blocks and shared arrays of network_fused.comp.
 
-// Whether the last iteration moved some node too far to stop; shared by the workgroup.
+// Whether the last iteration moved some node too far to stop, and too far for rounding; shared by the workgroup.
 shared uint moving;
+shared uint rushing;
+// Iterations from which on what still moves is the rounding of large heats through little conductance.
+const uint ROUNDED_AFTER = 6u;
 
 // No entry: the neighbour is no unknown.
 const uint NONE = 0xffffffffu;
 
 // Writes the matrix and the right side r = a F + b F_start + C/(alpha h) (c d + e d1) of every unknown, with F [W] at
-// `time`, d the change since the sub-step's start, d1 that of its first stage. `inverse_step` is 1 / (alpha h).
+// `time`, d the change since the sub-step's start, d1 that of its first stage. `inverse_step` is 1 / (alpha h). In `work`: the
+// rest at the start, d1, how far the base has moved since, and F_start.
 void assemble(uint lane, uint set, float time, vec4 weights, float inverse_step) {
     for (uint i = attempt.fill_begin + lane; i < attempt.fill_end; i += LANES) {
         matrix[i] = 0.0;
@@ -36,7 +40,7 @@ void assemble(uint lane, uint set, float time, vec4 weights, float inverse_step)
         float stored = nodes[node].capacitance * inverse_step;
         matrix[m] = stored + nodes[node].conductance_sum + nodes[node].emission_sum * radiative_slope(max(here, 1.0));
         vec4 kept = work[node];
-        float change = rest_here - kept.x;
+        float change = kept.z + (rest_here - kept.x);
         matrix[attempt.right_at + m] =
             weights.x * into + weights.y * kept.w + stored * (weights.z * change + weights.w * kept.y);
     }
@@ -94,6 +98,7 @@ bool newton(uint lane, uint set, float time, vec4 weights, float inverse_step, u
         eliminate(lane);
         if (lane == 0u) {
             moving = 0u;
+            rushing = 0u;
         }
         barrier();
         for (uint m = lane; m < attempt.unknowns; m += LANES) {
@@ -104,11 +109,25 @@ bool newton(uint lane, uint set, float time, vec4 weights, float inverse_step, u
             if (!(abs(change) <= 5e-6 * abs(here))) {
                 moving = 1u;
             }
+            if (!(abs(change) <= 2e-5 * abs(here))) {
+                rushing = 1u;
+            }
             change = clamp(change, -0.75 * here, max(3.0 * here, 1000.0));
-            rest[set + node] += change;
+            // The rest stays small, so that the next iteration sees differences of temperature to the last bit.
+            vec2 moved = rebase(base[node], rest[set + node] + change);
+#ifdef IMPLICIT
+            work[node].z += moved.x - base[node];
+#endif
+            base[node] = moved.x;
+            rest[set + node] = moved.y;
         }
         barrier();
         settled = moving == 0u;
+        if (i >= ROUNDED_AFTER) {
+            if (rushing == 0u) {
+                settled = true;
+            }
+        }
         spent += attempt.loops_iteration;
         iterations += 1u;
     }

@@ -29,7 +29,7 @@ layout(set = 0, binding = 5) readonly buffer ListBlock { uint lists[]; };
 // Base and rest [K].
 layout(set = 0, binding = 6) buffer StateBlock { vec2 state[]; };
 // Of each node: rest at the sub-step's start, change of the last stage and of the one before [K], and the rate [K/s]
-// (TR-BDF2: the heat [W]) at the start. Every invocation sees its own nodes alone.
+// (TR-BDF2: the heat [W]) at the start; TR-BDF2 keeps how far the base has moved in place of the change before.
 layout(set = 0, binding = 7) buffer WorkBlock { vec4 work[]; };
 // Sub-steps done, bits of the largest error, iterations, dispatches that worked; then base and rest of the
 // sensors after every sub-step.
@@ -61,7 +61,7 @@ float heat_into(uint node, uint set, float time) {
     vec2 power = heat[node];
     float into = power.x + power.y * time;
     float to_space = nodes[node].emission * radiated((space - base_here) - rest_here, space, here);
-    gross = abs(into) + abs(to_space);
+    gross = abs(power.x) + abs(power.y * time) + abs(to_space);
     into += to_space;
     uint end = nodes[node].links_end;
     for (uint k = nodes[node].links_begin; k < end; k++) {
@@ -87,7 +87,10 @@ float balance_lone(uint lane, uint set, float time) {
         float here = base[node] + rest[set + node];
         float change = balancing_change(
             heat_into(node, set, time), nodes[node].conductance_sum, nodes[node].emission_sum, here);
-        rest[set + node] += change;
+        // No other arithmetic node looks at this one before the next barrier.
+        vec2 moved = rebase(base[node], rest[set + node] + change);
+        base[node] = moved.x;
+        rest[set + node] = moved.y;
         largest = max(largest, abs(change) / here);
     }
     return largest;
@@ -202,7 +205,8 @@ void main() {
             float error =
                 attempt.error_end * rate + attempt.error_start * last.w + attempt.error_change * last.y;
             float weight = (abs(attempt.error_end) + abs(attempt.error_start)) * inverse;
-            float moved = nodes[i].conductance_sum * abs(rest[current + i]);
+            float slope = radiative_slope(base[i] + rest[current + i]);
+            float moved = (nodes[i].conductance_sum + nodes[i].emission_sum * slope) * abs(rest[current + i]);
             worst = max(worst, error_bits(beyond_rounding(error, weight * (gross + moved))));
             if (inverse > 0.0) {
                 worst = max(worst, range_bits(base[i] + rest[current + i]));
@@ -260,8 +264,8 @@ void main() {
         bool first = newton(lane, 0u, start + GAMMA * attempt.step, vec4(1.0, 1.0, -1.0, 0.0), inverse_step, 12u);
         for (uint i = lane; i < attempt.nodes; i += LANES) {
             vec4 kept = work[i];
-            float change = rest[i] - kept.x;
-            work[i] = vec4(kept.x, change, 0.0, kept.w);
+            float change = kept.z + (rest[i] - kept.x);
+            work[i] = vec4(kept.x, change, kept.z, kept.w);
         }
         barrier();
         float end = attempt.time + float(done + 1u) * attempt.step;
@@ -279,7 +283,12 @@ void main() {
         }
         for (uint m = lane; m < attempt.unknowns; m += LANES) {
             uint node = schedule[attempt.nodes_at + m];
-            worst = max(worst, error_bits(matrix[attempt.right_at + m]));
+            // Rounding of the heats at the start and of the change, which the estimate weighs and the pivot divides.
+            float into = heat_into(node, 0u, end);
+            float change = work[node].z + (rest[node] - work[node].x);
+            float stored = nodes[node].capacitance * inverse_step;
+            float size = (abs(weights.y) * gross + abs(weights.w) * stored * abs(change)) / matrix[m];
+            worst = max(worst, error_bits(beyond_rounding(matrix[attempt.right_at + m], size)));
             worst = max(worst, range_bits(base[node] + rest[node]));
         }
         write_sensors(lane, 0u, done);

@@ -38,7 +38,7 @@ float heat_into(uint node, float time) {
     vec2 power = heat[node];
     float into = power.x + power.y * time;
     float to_space = nodes[node].emission * radiated((space - base_here) - rest_here, space, here);
-    gross = abs(into) + abs(to_space);
+    gross = abs(power.x) + abs(power.y * time) + abs(to_space);
     into += to_space;
     uint end = nodes[node].links_end;
     for (uint k = nodes[node].links_begin; k < end; k++) {
@@ -91,7 +91,8 @@ void main() {
     float rate = inverse * heat_into(i, pass.time);
     float error = pass.mu_step * rate + pass.gamma_step * last.w + pass.mu * last.y;
     float weight = (abs(pass.mu_step) + abs(pass.gamma_step)) * inverse;
-    error = beyond_rounding(error, weight * (gross + nodes[i].conductance_sum * abs(rest[i])));
+    float slope = nodes[i].conductance_sum + nodes[i].emission_sum * radiative_slope(base[i] + rest[i]);
+    error = beyond_rounding(error, weight * (gross + slope * abs(rest[i])));
     uint out_of_range = inverse > 0.0 ? range_bits(base[i] + rest[i]) : 0u;
     work[i] = vec4(last.x, last.y, uintBitsToFloat(max(error_bits(error), out_of_range)), rate);
 #endif

@@ -87,6 +87,11 @@ where
              it can",
             label(node)
         ),
+        ControlError::TooHot { time, node, temperature } => format!(
+            "at {time} s node '{}' is at {temperature:.0} K, the hottest that this device holds; --device cpu has no such \
+             limit",
+            label(node)
+        ),
         ControlError::Chatter { time, thermostat } => format!(
             "at {time} s the thermostat of '{}' switches without end: its heat moves its sensor across the whole band at \
              once",

@@ -77,9 +77,11 @@ where
             Self::Control(ControlError::Unbalanced { time, .. }) => {
                 CliError::Solver(format!("{case}: the faces have no balance at {time} s"))
             }
-            Self::Control(ControlError::NoStep { time, .. } | ControlError::Chatter { time, .. }) => {
-                CliError::Solver(format!("{case}: no sub-step is short enough at {time} s"))
-            }
+            Self::Control(
+                ControlError::NoStep { time, .. }
+                | ControlError::TooHot { time, .. }
+                | ControlError::Chatter { time, .. },
+            ) => CliError::Solver(format!("{case}: no sub-step is short enough at {time} s")),
             Self::Periodic => CliError::Solver(format!("{case}: no periodic state was found")),
         }
     }

@@ -1,6 +1,6 @@
 //! Thermal networks on the device: the f32 side of [`Stepper`].
 //!
-//! A temperature is a base, a multiple of 1/1024 K, and a rest of at most 1/2048 K: what a step adds is not lost however small.
+//! A temperature is a base, a multiple of 1/256 K, and a rest of at most 1/512 K: what a step adds is not lost however small.
 
 pub mod frame;
 mod fused;
@@ -19,11 +19,11 @@ use super::error::GpuError;
 use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
 use crate::thermal::network::{Network, NodeKind};
 
-/// The hottest temperature [K] that base and rest hold.
-pub const HOTTEST: f64 = 8000.0;
+/// The hottest temperature [K] that base and rest hold: 2^24 / 256 K is the last whole base.
+pub const HOTTEST: f64 = 64_000.0;
 
 /// Estimates of the error of a sub-step below this are rounding [K].
-pub const ESTIMATE_FLOOR: f64 = 2e-7;
+pub const ESTIMATE_FLOOR: f64 = 1e-7;
 
 /// A network with its state on the device.
 pub struct NetworkStepper {
@@ -123,7 +123,7 @@ fn check_temperatures(temperatures: &[f64]) -> Result<(), GpuError> {
 
 /// Base and rest of a temperature [K].
 fn split(temperature: f64) -> [f32; 2] {
-    let base = (temperature * 1024.0).round() / 1024.0;
+    let base = (temperature * 256.0).round() / 256.0;
     [base as f32, (temperature - base) as f32]
 }
 
@@ -191,6 +191,10 @@ impl Stepper for NetworkStepper {
         solved.ok_or_else(|| {
             unsupported("a steady state is only for networks that one workgroup can eliminate".to_owned())
         })
+    }
+
+    fn hottest(&self) -> f64 {
+        HOTTEST
     }
 
     fn counts(&self) -> WorkCounts {

@@ -34,6 +34,8 @@ const EARLIER: Scope = scope(
 
 /// Times that the arithmetic nodes are balanced at the start, each time from where the last one left them.
 const BALANCES: u32 = 6;
+/// In place of a stage: at the start of the sub-step, where the first stage's rates are found.
+pub const AT_START: u32 = u32::MAX;
 
 impl WidePlan {
     /// Starts a try from the kept state: copies it, balances arithmetic nodes, and finds the rates.
@@ -58,11 +60,11 @@ impl WidePlan {
         ];
         if self.lone {
             for _ in 0..BALANCES {
-                steps.push(self.pass(WideKind::Lone, 0, 0, false));
+                steps.push(self.pass(WideKind::Lone, AT_START, 0, false));
                 steps.push(Step::Barriers(vec![barrier(Resource::NetworkRestEven, COMPUTE_WRITE, COMPUTE)]));
             }
         }
-        steps.push(self.pass(WideKind::Begin, 0, 0, false));
+        steps.push(self.pass(WideKind::Begin, AT_START, 0, false));
         Frame { steps }
     }
 

@@ -258,8 +258,7 @@ impl Fused {
             let some = (count - first).min(room).min(SUB_STEPS_AT_MOST);
             planned.time = (t + f64::from(first) * step) as f32;
             planned.count = some;
-            let balance = (first == 0 && self.has_arithmetic()).then_some(planned.time);
-            let head = self.sub_steps((FusedVariant { kind, lanes }, unknowns), planned, per_dispatch, balance)?;
+            let head = self.sub_steps((FusedVariant { kind, lanes }, unknowns), planned, per_dispatch)?;
             attempt.error = attempt.error.max(f64::from(f32::from_bits(head)));
             let words: &[u32] = self.result.read(RESULT_HEAD + 2 * (some * self.sensors) as usize);
             let part = |word: u32| f64::from(f32::from_bits(word));
@@ -296,18 +295,13 @@ impl Fused {
         (variant, unknowns): (FusedVariant, Unknowns),
         planned: NetworkAttempt,
         per_dispatch: u32,
-        balance: Option<f32>,
     ) -> Result<u32, GpuError> {
         let state = 1 - self.kept;
         self.make_kernel(variant, unknowns)?;
-        let mut worst = 0;
-        if let Some(time) = balance {
-            worst = self.settle_once(Unknowns::Arithmetic, time, state)?.1;
-        }
         if let Some(system) = self.systems.get_mut(&unknowns) {
             system.attempts[1].write(&[planned]);
         }
-        self.result.write(&[0u32, worst, 0, 0]);
+        self.result.write(&[0u32, 0, 0, 0]);
         loop {
             let done = self.result.read::<u32>(1)[0];
             if done >= planned.count {

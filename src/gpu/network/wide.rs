@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 
-use super::frame::WidePlan;
+use super::frame::{AT_START, WidePlan};
 use super::fused::{Pool, device_stages, error_weights};
 use super::tables::Tables;
 use crate::gpu::bindings::allocate_set;
@@ -355,7 +355,7 @@ impl Constants {
             WideKind::Stage => self.stages[work.stage as usize - 1].time,
             _ => stage.time,
         };
-        let after = if self.step == 0.0 || kind == WideKind::Begin { 0.0 } else { f64::from(evaluated) };
+        let after = if self.step == 0.0 || work.stage == AT_START { 0.0 } else { f64::from(evaluated) };
         let [at_end, at_start, change] = self.weights;
         let (mu, nu, mu_step, gamma_step) = match kind {
             WideKind::Last => (change, 0.0, at_end, at_start),

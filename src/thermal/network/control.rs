@@ -17,7 +17,7 @@ pub enum Integrator {
     Default,
     /// As the default at ten times its tolerance, with Euler wherever it is stable and good enough.
     Cheap,
-    /// TR-BDF2 at a tenth of the default's tolerance.
+    /// TR-BDF2 at a tenth of the default's tolerance; RKL2 at that tolerance where few stages do.
     Accurate,
 }
 
@@ -130,6 +130,15 @@ pub enum ControlError<E> {
         /// Its temperature [K].
         temperature: f64,
     },
+    /// A node is hotter than the stepper holds.
+    TooHot {
+        /// [s].
+        time: f64,
+        /// The node.
+        node: usize,
+        /// Its temperature [K].
+        temperature: f64,
+    },
     /// A thermostat switches without end.
     Chatter {
         /// [s].
@@ -149,6 +158,8 @@ impl<E> From<E> for ControlError<E> {
 
 /// Most stages of RKL2 before TR-BDF2 is cheaper, and how many to fall to before RKL2 is tried again.
 const MOST_STAGES: [u32; 2] = [41, 25];
+/// The same of the accurate integrator: at a tenth of the tolerance RKL2 is as accurate where it needs few stages.
+const MOST_STAGES_ACCURATE: [u32; 2] = [15, 9];
 /// Share of the tolerance that one sub-step may err by: errors of a slow node add up over its time constant.
 const SHARE: f64 = 5e-3;
 /// The same where a thermostat turns kelvins into seconds, in a run of at most [`SHORT_RUN`]; in a longer one it falls as
@@ -170,6 +181,8 @@ const SWITCH_TIME: f64 = 1e-7;
 const MOST_AT_ONCE: u32 = 6;
 /// Switches of all thermostats after which the run is given up.
 const MOST_SWITCHES: usize = 100_000;
+/// Share of the hottest temperature of a stepper from which on a failed try is taken to have passed it.
+const NEARLY_HOTTEST: f64 = 0.999;
 /// Sub-step that is no longer believed to help [s].
 const SHORTEST: f64 = 1e-18;
 
@@ -462,9 +475,8 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
             (self.step, fused)
         };
         let stages = stages_for(step * self.rate);
-        if self.integrator != Integrator::Accurate {
-            self.implicit = stages > MOST_STAGES[usize::from(self.implicit)];
-        }
+        let most = if self.integrator == Integrator::Accurate { MOST_STAGES_ACCURATE } else { MOST_STAGES };
+        self.implicit = stages > most[usize::from(self.implicit)];
         let method = if self.implicit { Method::TrBdf2 } else { Method::Rkl2 { stages } };
         Plan { method, step, count: count as u32 }
     }
@@ -479,6 +491,9 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         let factor = if error.is_finite() { (0.8 * (self.limit / error).cbrt()).clamp(0.05, 0.8) } else { 0.1 };
         self.step = plan.step * factor;
         self.fused = 1;
+        if !error.is_finite() {
+            self.check_hottest()?;
+        }
         if self.since + self.step > self.since && self.step > SHORTEST {
             return Ok(());
         }
@@ -486,6 +501,16 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         let coldest = temperatures.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
         let (node, temperature) = coldest.map_or((0, 0.0), |(node, temperature)| (node, *temperature));
         Err(ControlError::NoStep { time: self.now(), node, temperature })
+    }
+
+    /// Ends where a node is about to leave the range, which ever shorter sub-steps would only approach.
+    fn check_hottest(&mut self) -> Result<(), ControlError<S::Error>> {
+        let most = NEARLY_HOTTEST * self.stepper.hottest();
+        let temperatures = self.stepper.temperatures()?;
+        match temperatures.iter().position(|temperature| *temperature > most) {
+            Some(node) => Err(ControlError::TooHot { time: self.now(), node, temperature: temperatures[node] }),
+            None => Ok(()),
+        }
     }
 
     /// Keeps the last try, after which it is `end` [s] since the heat was set where the plan reaches that.

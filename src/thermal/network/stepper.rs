@@ -69,7 +69,8 @@ pub trait Stepper {
     /// A call that fails.
     fn balance(&mut self, t: f64) -> Result<bool, Self::Error>;
 
-    /// Tries `count` sub-steps of `step` [s] each from the kept state, which is that of `t` [s] since `set_heat`.
+    /// Tries `count` sub-steps of `step` [s] each from the kept state, which is that of `t` [s] since `set_heat`, with its
+    /// arithmetic nodes balanced.
     ///
     /// # Errors
     /// A call that fails.
@@ -99,6 +100,11 @@ pub trait Stepper {
     /// # Errors
     /// A call that fails.
     fn steady(&mut self, t: f64) -> Result<bool, Self::Error>;
+
+    /// The hottest temperature [K] that it holds.
+    fn hottest(&self) -> f64 {
+        f64::INFINITY
+    }
 
     /// Work so far.
     fn counts(&self) -> WorkCounts;
