@@ -108,7 +108,9 @@ pub(super) fn merged(kind: &Kind, turns: &[f64], r: f64, sum: Superposition) -> 
         .into_iter()
         .filter_map(|other| root(&|x| residual(kind.at(x)), (r, at_r), (other, end(other))))
         .min_by(|a, b| (a - r).abs().total_cmp(&(b - r).abs()));
-    let Some(own) = on_own else { return r };
+    // Of the same direction as the gap, a change leads towards the start; what is wanted may be past it by rounding.
+    let to_start = sum.change > 0.5 && number == turns.len() && end(1.0).abs() < 1e-12;
+    let Some(own) = on_own.or(to_start.then_some(1.0)) else { return r };
     let mut best = own;
     for stretch in (0..=turns.len()).filter(|stretch| *stretch != number) {
         let (low, high) = (border(stretch), border(stretch + 1));
