@@ -33,9 +33,10 @@ ShapedState BRANCH_merge(ShapedState state, float change, ShapedBranch branch) {
     bool reachable = to_an_end || (far > 0.0 ? z + far <= border_z : z + far >= border_z);
     bool sought = rate >= 0.0 && far != 0.0 && reachable;
     float border = min(own.high < 1.0 ? own.high - r : 2.0, own.low > 0.0 ? r - own.low : 2.0);
+    bool is_step = abs(share / gap) > STEP;
 
-    // Newton's method, halving the bracket where it leaves it; then on the nearest stretch of the other side, which may
-    // have a nearer root.
+    // Newton's method, halving the bracket where it leaves it; then, of a step, on the nearest stretch of the other side,
+    // which may have a nearer root.
     float low = upwards ? 0.0 : own.low - r;
     float high = upwards ? own.high - r : 0.0;
     float slope = BRANCH_z_slope(here);
@@ -60,7 +61,7 @@ ShapedState BRANCH_merge(ShapedState state, float change, ShapedBranch branch) {
         float reach = max(min(s - next, r + next), 1e-6);
         moving = high - low > 1e-8 && (inside ? step * step > LAST_STEP * reach : abs(step) > 1e-8);
         shift = next;
-        if (!moving && !other && abs(shift) > border) {
+        if (!moving && !other && is_step && abs(shift) > border) {
             Stretch opposite = BRANCH_opposite(own, z + far, upwards);
             other = opposite.low < opposite.high;
             own_shift = shift;
