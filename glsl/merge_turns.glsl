@@ -1,5 +1,5 @@
-// The merge of a function whose relative rate turns: BRANCH is heating or cooling. BRANCH_stretch and BRANCH_opposite are
-// written by src/gpu/shape_text.rs. Derivation and rule: src/thermal/function/phase.rs.
+// The merge of a function whose relative rate turns, or that no few steps of Newton's method are sure for: BRANCH is heating
+// or cooling. BRANCH_stretch and BRANCH_opposite are written by src/gpu/shape_text.rs. Derivation and rule: src/thermal/function/phase.rs.
 
 // z = h / (1 + h) of a point less that of the wanted gap and rate, from its excess; at the very end h is infinite.
 float BRANCH_z_excess(float excess, ShapePoint at, float gap, float rate) {
@@ -28,12 +28,15 @@ ShapedState BRANCH_merge(ShapedState state, float change, ShapedBranch branch) {
     bool rises = own.high_z > own.low_z;
     bool upwards = (far > 0.0) == rises;
     float border_z = upwards ? own.high_z : own.low_z;
-    bool reachable = far > 0.0 ? z + far <= border_z : z + far >= border_z;
+    // Rounding must not hide a root at either end of the function, where one always is.
+    bool to_an_end = upwards ? own.high >= 1.0 : own.low <= 0.0;
+    bool reachable = to_an_end || (far > 0.0 ? z + far <= border_z : z + far >= border_z);
     bool sought = rate >= 0.0 && far != 0.0 && reachable;
     float border = min(own.high < 1.0 ? own.high - r : 2.0, own.low > 0.0 ? r - own.low : 2.0);
+    bool is_step = abs(share / gap) > STEP;
 
-    // Newton's method, halving the bracket where it leaves it; then on the nearest stretch of the other side, which may
-    // have a nearer root.
+    // Newton's method, halving the bracket where it leaves it; then, of a step, on the nearest stretch of the other side,
+    // which may have a nearer root.
     float low = upwards ? 0.0 : own.low - r;
     float high = upwards ? own.high - r : 0.0;
     float slope = BRANCH_z_slope(here);
@@ -42,7 +45,7 @@ ShapedState BRANCH_merge(ShapedState state, float change, ShapedBranch branch) {
     float shift = sought ? clamp(first, low, high) : 0.0;
     float own_shift = 0.0;
     bool other = false;
-    bool moving = sought && abs(first) > EXACT_SHIFT;
+    bool moving = sought && first * first > EXACT_SHIFT * min(s, r);
     for (int i = 0; i < MAX_STEPS && moving; i++) {
         ShapePoint at = BRANCH_at(min(1.0, max(0.0, s - shift)), min(1.0, max(0.0, r + shift)));
         float e = BRANCH_z_excess(excess_at(at, here, excess, shift, gap, rate), at, gap, rate);
@@ -53,9 +56,12 @@ ShapedState BRANCH_merge(ShapedState state, float change, ShapedBranch branch) {
         float next = shift + (slope_there == 0.0 ? DISTANT : -e / slope_there);
         bool inside = next >= low && next <= high;
         next = inside ? next : 0.5 * (low + high);
-        moving = abs(next - shift) > (inside ? LAST_STEP : 1e-7);
+        float step = next - shift;
+        // What a step of Newton's method leaves is about its square over the distance to an end, where rates are bent most.
+        float reach = max(min(s - next, r + next), 1e-6);
+        moving = high - low > 1e-8 && (inside ? step * step > LAST_STEP * reach : abs(step) > 1e-8);
         shift = next;
-        if (!moving && !other && abs(shift) > border) {
+        if (!moving && !other && is_step && abs(shift) > border) {
             Stretch opposite = BRANCH_opposite(own, z + far, upwards);
             other = opposite.low < opposite.high;
             own_shift = shift;

@@ -76,7 +76,10 @@ ShapedState shifted(
     // Rise of w from here to there, by the corrected trapezoidal rule where its ends are near.
     float summed = shown * (0.5 * (here.rate + rate_there) - shown * (near.bend - here.bend) / 12.0);
     float gap = state.span * here.left + change;
-    float span = abs(shown) < SHORT_SHIFT ? state.span + (change - state.span * summed) / there : gap / there;
+    float faster = 0.5 * shown * (here.bend + near.bend);
+    // Across a corner of the rate the rule is off.
+    bool explained = abs(shown) < SHORT_SHIFT && abs(rate_there - here.rate - faster) < 3e-6 * (1.0 + rate_there);
+    float span = explained ? state.span + (change - state.span * summed) / there : gap / there;
     bool too_flat = there < 1e-30;
     return ShapedState(state.target, too_flat ? gap / here.left : span, too_flat ? state.elapsed : elapsed);
 }
@@ -94,10 +97,12 @@ const float NEAR = 0.01;
 const float FAR = 0.03;
 const float SMALL = 2e-4;
 const float LARGE = 2e-3;
-// A shift of the phase that is as exact by one step of Newton's method as f32 makes it.
-const float EXACT_SHIFT = 1e-5;
-// A step of Newton's method after which none is needed.
-const float LAST_STEP = 1e-4;
+// Change of the target, over the gap, from which a root on another stretch may be nearer.
+const float STEP = 0.13;
+// Square of a first step of Newton's method, over the distance to an end, after which none is needed.
+const float EXACT_SHIFT = 1e-12;
+// The same of a later step.
+const float LAST_STEP = 1e-11;
 // Longer than any step.
 const float DISTANT = 2.0;
 const int MAX_STEPS = 40;
@@ -110,7 +115,9 @@ const int MAX_STEPS = 40;
 ShapedState shaped_merge(ShapedState state, float commanded, Material material) {
     float change = commanded - state.target;
     ShapedBranch branch = shaped_branch(state.span, material);
-    float left = state.span * shape_at(branch.heating, time_gone(state.elapsed, branch), time_left(state.elapsed, branch)).left;
+    float r = time_left(state.elapsed, branch);
+    // What is over has no gap, whatever rounding leaves of the function's end.
+    float left = r > 0.0 ? state.span * shape_at(branch.heating, time_gone(state.elapsed, branch), r).left : 0.0;
     float gap = left + change;
     bool goes_on = left * gap > 0.0;
     ShapedState merged = merge_on(state, change, branch);

@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use super::compile::source;
-use crate::thermal::function::{Expression, Function, Kind, Measured, Point, Polynomial, Shape, literal};
+use crate::thermal::function::{END, Expression, Function, Kind, Measured, Point, Polynomial, Shape, literal};
 use crate::thermal::material::Transition;
 
 /// Elementary functions that an expression means ours by, for a driver's may be far off.
@@ -240,12 +240,31 @@ fn of_expression(expression: &Expression) -> String {
     for name in OWN {
         let _ = writeln!(text, "#undef {name}");
     }
+    let ends = expression.end_polynomials();
+    let close = |x: &str, powers: &Option<Vec<f64>>| {
+        let Some(powers) = powers else { return String::new() };
+        let sum: Vec<f64> = powers.iter().enumerate().map(|(k, c)| c / (k + 1) as f64).collect();
+        let (small, bend) = (horner(&sum, x), horner(&derivative(powers), x));
+        let point = if x == "s" {
+            "small, 1.0 - small, max(0.0, rate), -bend"
+        } else {
+            "1.0 - small, small, max(0.0, rate), bend"
+        };
+        format!(
+            "    if ({x} < {}) {{\n        float small = max(0.0, {x} * ({small}));\n        float rate = {};\n        \
+             float bend = {bend};\n        return ShapePoint({point});\n    }}\n",
+            literal(END),
+            horner(powers, x)
+        )
+    };
     let _ = write!(
         text,
-        "ShapePoint BRANCH_at(float s, float r) {{\n    \
+        "ShapePoint BRANCH_at(float s, float r) {{\n{}{}    \
          float done = clamp({scale} * (BRANCH_text(s) - {start}), 0.0, 1.0);\n    \
          vec2 slopes = {scale} * BRANCH_slopes(s);\n    \
          return near_its_ends(s, r, done, slopes, vec2({}, {}), vec2({}, {}));\n}}\n",
+        close("s", &ends[0]),
+        close("r", &ends[1]),
         literal(first[0]),
         literal(first[1]),
         literal(last[0]),

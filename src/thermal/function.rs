@@ -18,8 +18,8 @@ mod polynomial;
 
 use cubics::Cubics;
 pub use error::FunctionError;
-pub use expression::Expression;
 pub use expression::glsl::literal;
+pub use expression::{END, Expression};
 pub use measured::{Measured, Sample};
 pub use newton::Newton;
 pub use phase::Superposition;

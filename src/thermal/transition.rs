@@ -56,7 +56,8 @@ pub fn retarget(state: TransitionState, commanded: f64, transition: &Transition)
     }
     let Profile { function, t_max_steps } = branch(state.span, transition);
     let r = remaining_time(state.elapsed, *t_max_steps);
-    let left = state.span * function.remaining(r);
+    // What is over has no gap and no rate, whatever rounding leaves of the function's end.
+    let left = if r > 0.0 { state.span * function.remaining(r) } else { 0.0 };
     let gap = left + change;
     if transition.retarget == Retarget::Merge && left * gap > 0.0 {
         let merged = function.merged_phase(r, Superposition::new(left, change));

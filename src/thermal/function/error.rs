@@ -21,6 +21,14 @@ pub enum FunctionError {
     /// Coefficients that are none.
     #[error("a polynomial needs finite coefficients c0, c1, ... of which one after c0 is not 0")]
     Coefficients,
+    /// A polynomial of too high a degree.
+    #[error("a polynomial has at most {most} coefficients, found {found}: use a table or an expression instead")]
+    TooManyCoefficients {
+        /// How many there are.
+        found: usize,
+        /// How many there may be.
+        most: usize,
+    },
     /// A function that does not start at 0 or does not end at 1.
     #[error("{function}: f({s}) must be {wanted}, found {found}")]
     End {

@@ -25,6 +25,13 @@ const MAX_RATE: f64 = 1e6;
 /// A change over an interval that its rates do not explain is looked into.
 const JUMP: f64 = 1e-4;
 
+/// Reach of the polynomials that stand for a text close to its ends.
+pub const END: f64 = 1.0 / 32.0;
+/// Terms of such a polynomial.
+const END_TERMS: usize = 7;
+/// Relative error of a rate that such a polynomial may have.
+const END_ERROR: f64 = 2e-7;
+
 /// GLSL text of `s`, compiled.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression {
@@ -73,6 +80,46 @@ impl Expression {
             [first, bend(first, rate(STEP), rate(2.0 * STEP))],
             [last, -bend(last, rate(1.0 - STEP), rate(1.0 - 2.0 * STEP))],
         ]
+    }
+
+    /// Coefficients of the rate in powers of s close to the start and of r = 1 - s close to the end (Newton's
+    /// interpolation at Chebyshev's points); none for an end that is no polynomial to f32.
+    ///
+    /// A flat end is where a text in f32 loses what is left and its rate to cancellation, and there a merge multiplies
+    /// them by the largest spans.
+    pub fn end_polynomials(&self) -> [Option<Vec<f64>>; 2] {
+        [false, true].map(|end| {
+            let rate = |x: f64| self.value(if end { 1.0 - x } else { x }).rate * self.scale;
+            let angle = |i: usize| std::f64::consts::PI * (2 * i + 1) as f64 / (2 * END_TERMS) as f64;
+            let places: Vec<f64> = (0..END_TERMS).map(|i| 0.5 * END * (1.0 - angle(i).cos())).collect();
+            let mut divided: Vec<f64> = places.iter().map(|x| rate(*x)).collect();
+            for order in 1..END_TERMS {
+                for i in (order..END_TERMS).rev() {
+                    divided[i] = (divided[i] - divided[i - 1]) / (places[i] - places[i - order]);
+                }
+            }
+            let mut powers = vec![0.0; END_TERMS];
+            for i in (0..END_TERMS).rev() {
+                for k in (1..END_TERMS).rev() {
+                    powers[k] = powers[k - 1] - places[i] * powers[k];
+                }
+                powers[0] = divided[i] - places[i] * powers[0];
+            }
+            let size = |k: usize, c: f64| (c * END.powi(k as i32)).abs();
+            let largest = powers.iter().enumerate().fold(0.0, |largest, (k, c)| size(k, *c).max(largest));
+            for (k, c) in powers.iter_mut().enumerate() {
+                *c = if size(k, *c) < 1e-11 * largest { 0.0 } else { *c };
+            }
+            while powers.len() > 1 && powers.last() == Some(&0.0) {
+                powers.pop();
+            }
+            let sum = |x: f64| powers.iter().rev().fold(0.0, |sum, c| sum * x + c);
+            let follows = (1..=64).map(|i| END * f64::from(i) / 64.0).all(|x| {
+                let exact = rate(x);
+                (sum(x) - exact).abs() <= END_ERROR * exact.abs() + 1e-12
+            });
+            follows.then_some(powers)
+        })
     }
 
     /// GLSL function `vec2 NAME(float s)` of the first and the second derivative of the text as it stands.

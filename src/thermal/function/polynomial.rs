@@ -9,6 +9,10 @@ const RATE_TOLERANCE: f64 = 1e-13;
 /// Largest disagreement of the two forms of the sum: what the cancellation of its terms may cost.
 const CANCELLATION: f64 = 1e-9;
 
+/// Most coefficients of a polynomial: the work of the proof grows as the cube of their number, and f64 cannot hold the
+/// terms of much higher degrees.
+const MAX_COEFFICIENTS: usize = 64;
+
 /// f(s) = c0 + c1 s + c2 s^2 + ...
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polynomial {
@@ -24,6 +28,9 @@ impl Polynomial {
     /// everywhere.
     pub(super) fn new(coefficients: &[f64]) -> Result<Self, FunctionError> {
         let function = "polynomial";
+        if coefficients.len() > MAX_COEFFICIENTS {
+            return Err(FunctionError::TooManyCoefficients { found: coefficients.len(), most: MAX_COEFFICIENTS });
+        }
         if coefficients.iter().any(|c| !c.is_finite()) || coefficients.iter().skip(1).all(|c| *c == 0.0) {
             return Err(FunctionError::Coefficients);
         }
@@ -179,6 +186,9 @@ mod tests {
         assert!(matches!(Polynomial::new(&[0.0, 0.9]), Err(FunctionError::End { s: 1.0, .. })));
         assert!(matches!(Polynomial::new(&[0.0, f64::NAN]), Err(FunctionError::Coefficients)));
         assert!(matches!(Polynomial::new(&[]), Err(FunctionError::Coefficients)));
+        let found = |terms: usize| Polynomial::new(&[vec![0.0; terms - 1], vec![1.0]].concat());
+        assert!(matches!(found(65), Err(FunctionError::TooManyCoefficients { found: 65, most: 64 })));
+        assert!(!matches!(found(64), Err(FunctionError::TooManyCoefficients { .. })));
     }
 
     #[test]

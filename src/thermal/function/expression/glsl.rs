@@ -388,3 +388,6 @@ impl Writer {
         self.chain(x, value, &slope, &bend)
     }
 }
+
+#[cfg(test)]
+mod tests;

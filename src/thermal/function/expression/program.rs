@@ -81,8 +81,12 @@ impl Program {
     pub fn compile(text: &str) -> Result<Self, String> {
         check_text(text)?;
         // On a line of its own, so that naga's messages show the text and nothing of ours.
-        let source =
-            format!("#version 450\nfloat {FUNCTION}(float s) {{ return float(\n{text}\n); }}\nvoid main() {{}}\n");
+        Self::compile_body(&format!("return float(\n{text}\n);"))
+    }
+
+    /// Compiles the statements of a GLSL function of `s`.
+    pub(super) fn compile_body(body: &str) -> Result<Self, String> {
+        let source = format!("#version 450\nfloat {FUNCTION}(float s) {{ {body} }}\nvoid main() {{}}\n");
         let options = glsl::Options::from(naga::ShaderStage::Compute);
         let module = glsl::Frontend::default().parse(&options, &source).map_err(|errors| {
             let messages: Vec<String> = errors.errors.iter().map(|error| error.kind.to_string()).collect();
