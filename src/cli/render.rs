@@ -45,12 +45,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         )));
     }
     let chosen = arguments.device.open()?;
+    let stop = stop_flag();
     eprintln!("device: {}", chosen.name());
     let mut engine = match &chosen {
         Chosen::Device(context) => Engine::on_device(context, &prepared, Some(&camera))?,
         Chosen::Reference => Engine::reference(&prepared, Some(&camera)),
     };
-    let stop = stop_flag();
     let bar = progress_bar(ticks, "stepping");
     simulation::start(&prepared, &mut engine, None, &stop, &mut || bar.inc(1))?;
     let still = simulation::still(&prepared, &mut engine, arguments.time, &stop, &mut || bar.inc(1))?;

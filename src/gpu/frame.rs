@@ -222,7 +222,12 @@ fn thermal_pass(range: StepRange) -> Pass {
             }));
         }
     };
-    bind(loaded || variant.kind != StepKind::Absorb, 0, Resource::Tick, &[COMPUTE_UNIFORM]);
+    bind(
+        variant.planet_ir || variant.albedo || variant.kind != StepKind::Absorb,
+        0,
+        Resource::Tick,
+        &[COMPUTE_UNIFORM],
+    );
     bind(variant.sun, 1, Resource::SunSamples, &[COMPUTE_UNIFORM]);
     bind(variant.albedo, 2, Resource::AlbedoValues, &[COMPUTE_READ]);
     bind(true, 3, Resource::Materials, &[COMPUTE_READ]);

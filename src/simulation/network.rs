@@ -302,7 +302,10 @@ impl Stepper for Worker {
     fn set_heat(&mut self, power: &[f64], slope: &[f64]) -> Result<(), GpuError> {
         match self {
             Self::Device(stepper) => stepper.set_heat(power, slope),
-            Self::Host(stepper) => Ok(sure(stepper.set_heat(power, slope))),
+            Self::Host(stepper) => {
+                sure(stepper.set_heat(power, slope));
+                Ok(())
+            }
         }
     }
 
@@ -320,10 +323,20 @@ impl Stepper for Worker {
         }
     }
 
+    fn hottest(&self) -> f64 {
+        match self {
+            Self::Device(stepper) => stepper.hottest(),
+            Self::Host(stepper) => stepper.hottest(),
+        }
+    }
+
     fn keep(&mut self) -> Result<(), GpuError> {
         match self {
             Self::Device(stepper) => stepper.keep(),
-            Self::Host(stepper) => Ok(sure(stepper.keep())),
+            Self::Host(stepper) => {
+                sure(stepper.keep());
+                Ok(())
+            }
         }
     }
 
@@ -337,7 +350,10 @@ impl Stepper for Worker {
     fn set_temperatures(&mut self, temperatures: &[f64]) -> Result<(), GpuError> {
         match self {
             Self::Device(stepper) => stepper.set_temperatures(temperatures),
-            Self::Host(stepper) => Ok(sure(stepper.set_temperatures(temperatures))),
+            Self::Host(stepper) => {
+                sure(stepper.set_temperatures(temperatures));
+                Ok(())
+            }
         }
     }
 
@@ -547,6 +563,9 @@ fn unfinished<E>(error: &ControlError<E>) -> String {
         ControlError::Unbalanced { node, .. } => format!("the arithmetic nodes do not balance, node {node} least"),
         ControlError::NoStep { node, temperature, .. } => {
             format!("no step is short enough; node {node} is at {temperature} K")
+        }
+        ControlError::TooHot { node, temperature, .. } => {
+            format!("node {node} is hotter than the device holds, {temperature} K")
         }
         ControlError::Chatter { thermostat, .. } => format!("thermostat {thermostat} switches without end"),
         ControlError::Stopped => "it was stopped".to_owned(),

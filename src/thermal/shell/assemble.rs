@@ -42,9 +42,9 @@ pub(super) fn shell(
     let (mut place, mut places) = weld(surface, welded);
     let conducting = places;
     let drawn = drawn_areas(surface);
-    for vertex in 0..place.len() {
-        if material(vertex).is_some() && place[vertex] == NONE {
-            place[vertex] = places as u32;
+    for (vertex, place) in place.iter_mut().enumerate() {
+        if material(vertex).is_some() && *place == NONE {
+            *place = places as u32;
             places += 1;
         }
     }
