@@ -39,7 +39,7 @@ fn solve(text: &str, arguments: &[&str]) -> (tempfile::TempDir, Ran) {
 fn series_and_events_are_written_and_the_work_is_told() {
     let (folder, ran) = solve(FILE, &["-o", "out.csv", "--integrator", "accurate", "--plot", "out.svg"]);
     assert_eq!(ran.code, 0, "{}", ran.err);
-    for part in ["device: cpu", "TR-BDF2", "sub-steps of", "senses that node itself", "work: 0 dispatches"] {
+    for part in ["device: cpu", "RKL2 with", "sub-steps of", "senses that node itself", "work: 0 dispatches"] {
         assert!(ran.err.contains(part), "{part}: {}", ran.err);
     }
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("a file");
