@@ -206,10 +206,14 @@ fn unused_function(context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError
     let thermal = |prepared: &Prepared| -> Result<(f64, usize, u64), AnyError> {
         let mut engine = Engine::on_device(context, prepared, None)?;
         let step = prepared.scene.time.step;
-        engine.settle(&prepared.loads.tick_load(0.0, step))?;
+        engine.settle(&prepared.loads.tick_load(0.0, step), 0.0)?;
         for tick in 0..60 {
-            let load = prepared.loads.tick_load(f64::from(tick) * step, f64::from(tick + 1) * step);
-            engine.submit(Some(Tick { load: &load, steps: 1.0 }), Order { pose: None, temperatures: false })?;
+            let start = f64::from(tick) * step;
+            let load = prepared.loads.tick_load(start, start + step);
+            engine.submit(
+                Some(Tick { load: &load, steps: 1.0, start, length: step }),
+                Order { pose: None, temperatures: false },
+            )?;
             engine.deliver()?;
         }
         let times = engine.pass_times().ok_or("no pass times")?;
