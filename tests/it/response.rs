@@ -70,7 +70,6 @@ fn functions() -> Vec<Function> {
         good(Function::expression("pow(s, 1.5)")),
         good(Function::expression("(1.0-exp(-3.0*s))/(1.0-exp(-3.0))")),
         good(Function::expression("1.0-pow(1.0-s, 2.5)")),
-        good(Function::expression("1.0-acos(s)/1.5707963267948966")),
         good(Function::polynomial(&[0.0, 0.0, 0.0, 10.0, -15.0, 6.0])),
     ]
 }

@@ -56,7 +56,13 @@ where
         balance.set_heat(&heat, &vec![0.0; network.len()])?;
         balance.set_temperatures(&mean)?;
         if !balance.steady(0.0)? {
-            return Ok(None);
+            // Rounding may leave a node that only cools a little less heat than space sends back: it aims at space.
+            heat.iter_mut().for_each(|heat| *heat = heat.max(0.0));
+            balance.set_heat(&heat, &vec![0.0; network.len()])?;
+            balance.set_temperatures(&mean)?;
+            if !balance.steady(0.0)? {
+                return Ok(None);
+            }
         }
         let ahead = balance.temperatures()?;
         let next: Vec<f64> = (0..network.len()).map(|node| end[node] + ahead[node] - mean[node]).collect();
