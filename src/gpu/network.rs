@@ -23,7 +23,7 @@ use crate::thermal::network::{Network, NodeKind};
 pub const HOTTEST: f64 = 64_000.0;
 
 /// Estimates of the error of a sub-step below this are rounding [K].
-pub const ESTIMATE_FLOOR: f64 = 1e-7;
+pub const ESTIMATE_FLOOR: f64 = 1e-8;
 
 /// A network with its state on the device.
 pub struct NetworkStepper {
