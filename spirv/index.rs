@@ -37,6 +37,8 @@
     ("response.merge", include_bytes!("response.merge.spv")),
     ("response.restart", include_bytes!("response.restart.spv")),
     ("solar_depth.vert", include_bytes!("solar_depth.vert.spv")),
+    ("solar_rays.first", include_bytes!("solar_rays.first.spv")),
+    ("solar_rays.next", include_bytes!("solar_rays.next.spv")),
     ("solar_visibility.comp", include_bytes!("solar_visibility.comp.spv")),
     ("thermal_step.absorb.both_sides", include_bytes!("thermal_step.absorb.both_sides.spv")),
     ("thermal_step.absorb.planet_ir.both_sides", include_bytes!("thermal_step.absorb.planet_ir.both_sides.spv")),
