@@ -14,6 +14,8 @@ use fused::Fused;
 use tables::Tables;
 use wide::Wide;
 
+pub use wide::NODES_AT_MOST;
+
 use super::context::Context;
 use super::error::GpuError;
 use super::once::Once;
