@@ -156,8 +156,6 @@ pub struct Response {
 pub struct Integrated {
     /// Short name of the case.
     pub case: String,
-    /// How the device integrates it: by one workgroup, by a dispatch a stage, or on the processor.
-    pub path: String,
     /// One for every scheme.
     pub runs: Vec<Run>,
 }
@@ -169,7 +167,9 @@ pub struct Run {
     pub scheme: String,
     /// Method.
     pub family: String,
-    /// Work of one run through all frames.
+    /// `workgroup` where one takes all stages of a dispatch, `dispatches` where each stage is one, `f64` on the processor.
+    pub path: String,
+    /// Work of one run; fewer frames than the case has where it took too long.
     pub work: Option<Work>,
     /// Time of a frame by the device's clock [ms].
     pub device_ms: Option<Spread>,

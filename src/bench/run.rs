@@ -9,7 +9,7 @@ use super::Section;
 use super::cases::{self, Case, CaseError, Size};
 use super::integrators::{Effort, Timed, arithmetic, measure};
 use super::limits;
-use super::record::{Bench, CaseSummary, Integrated, Measured, load_average};
+use super::record::{Bench, CaseSummary, Integrated, Measured, Run, load_average};
 use super::responses::{self, ResponseError};
 use super::schemes::Scheme;
 use super::truth::Truth;
@@ -62,7 +62,7 @@ impl Plan {
     }
 
     fn effort(&self) -> Effort {
-        if self.quick { Effort { runs: 1, seconds: 2.0 } } else { Effort { runs: 3, seconds: 20.0 } }
+        if self.quick { Effort { runs: 1, enough: 0.0, most: 2.0 } } else { Effort { runs: 3, enough: 2.0, most: 8.0 } }
     }
 
     /// Sub-steps a frame of the f64 references: 0.13 s, or 0.26 s.
@@ -128,45 +128,62 @@ impl Plan {
             }
         }
         for (case, truth) in truths {
-            let (path, runs) = match target {
-                Target::Device(context) => {
-                    let mut stepper = NetworkStepper::new(context, &case.network, &[])?;
-                    stepper.measure()?;
-                    let path = if stepper.is_fused() {
-                        "one workgroup takes all stages of a dispatch"
-                    } else {
-                        "a dispatch for every stage"
-                    };
-                    (path, self.schemes(&mut stepper, ESTIMATE_FLOOR, case, truth, &measured.name, says))
-                }
+            let runs = match target {
+                Target::Device(context) => self.on_device(context, case, truth, &measured.name, says)?,
                 Target::Reference => {
-                    let mut stepper = ReferenceStepper::new(case.network.clone(), &[]);
-                    ("f64 on one core", self.schemes(&mut stepper, FLOOR, case, truth, &measured.name, says))
+                    let make = || Ok(ReferenceStepper::new(case.network.clone(), &[]));
+                    let schemes = Scheme::all(case, self.quick);
+                    self.schemes(make, &schemes, FLOOR, (case, truth), &measured.name, says)?
                 }
             };
-            measured.integrators.push(Integrated { case: case.key.to_owned(), path: path.to_owned(), runs });
+            measured.integrators.push(Integrated { case: case.key.to_owned(), runs });
         }
         measured.load_average[1] = load_average();
         Ok(measured)
     }
 
-    fn schemes<S: Timed>(
+    /// All schemes, and some of them once more with a dispatch for every stage where one workgroup took all.
+    fn on_device(
         &self,
-        stepper: &mut S,
-        floor: f64,
+        context: &Arc<Context>,
         case: &Case,
         truth: &Truth,
         device: &str,
         says: &dyn Fn(&str),
-    ) -> Vec<super::record::Run>
+    ) -> Result<Vec<Run>, GpuError> {
+        let own = || NetworkStepper::new(context, &case.network, &[]);
+        let wide = || NetworkStepper::wide(context, &case.network, &[]);
+        let schemes = Scheme::all(case, self.quick);
+        let mut runs = self.schemes(own, &schemes, ESTIMATE_FLOOR, (case, truth), device, says)?;
+        if own()?.is_fused() {
+            let again = self.schemes(wide, &Scheme::SEPARATE, ESTIMATE_FLOOR, (case, truth), device, says)?;
+            runs.extend(again.into_iter().map(|run| Run {
+                scheme: format!("{}, separate", run.scheme),
+                family: format!("{}, separate", run.family),
+                ..run
+            }));
+        }
+        Ok(runs)
+    }
+
+    /// A new stepper for each: a stepper may change its ways once it has met a scheme.
+    fn schemes<S: Timed>(
+        &self,
+        make: impl Fn() -> Result<S, GpuError>,
+        schemes: &[Scheme],
+        floor: f64,
+        (case, truth): (&Case, &Truth),
+        device: &str,
+        says: &dyn Fn(&str),
+    ) -> Result<Vec<Run>, GpuError>
     where
         S::Error: std::fmt::Display,
     {
-        let one = |scheme: Scheme| {
+        let one = |scheme: &Scheme| {
             says(&format!("{device}: {}, {scheme}", case.key));
-            measure(stepper, floor, case, truth, scheme, self.effort())
+            Ok(measure(&mut make()?, floor, case, truth, *scheme, self.effort()))
         };
-        Scheme::all(case, self.quick).into_iter().map(one).collect()
+        schemes.iter().map(one).collect()
     }
 }
 

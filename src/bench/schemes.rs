@@ -36,17 +36,21 @@ pub const ABSENT: [(&str, &str); 3] = [
 const MOST_EULER: f64 = 2000.0;
 
 impl Scheme {
+    /// What is measured with a dispatch for every stage, too, where one workgroup may take all stages of a dispatch.
+    pub const SEPARATE: [Self; 3] =
+        [Self::Fixed(Fixed::Rkl2, 1), Self::Fixed(Fixed::Rkl2, 4), Self::Controlled(Integrator::Default, 5e-3)];
+
     /// What is measured on a case; `quick` leaves out all but the ends of each family.
     pub fn all(case: &Case, quick: bool) -> Vec<Self> {
         let stable = (case.stiffness().floor() + 1.0) as u32;
-        let (euler, fixed): (&[u32], &[u32]) = if quick { (&[1], &[1, 4]) } else { (&[1, 2, 4], &[1, 2, 4, 8, 16]) };
+        let (euler, fixed): (&[u32], &[u32]) = if quick { (&[1], &[1, 4]) } else { (&[1, 4], &[1, 2, 4, 8]) };
         let mut all: Vec<Self> =
             euler.iter().map(|times| Self::Fixed(Fixed::Euler, times.saturating_mul(stable))).collect();
         if case.stiffness() > MOST_EULER {
             all.truncate(1);
         }
         all.extend(fixed.iter().map(|count| Self::Fixed(Fixed::Rkl2, *count)));
-        all.extend(fixed[..fixed.len().min(4)].iter().map(|count| Self::Fixed(Fixed::TrBdf2, *count)));
+        all.extend(fixed.iter().map(|count| Self::Fixed(Fixed::TrBdf2, *count)));
         for integrator in [Integrator::Cheap, Integrator::Default, Integrator::Accurate] {
             let factors: &[f64] = if quick { &[1.0] } else { &[10.0, 1.0, 0.1] };
             all.extend(factors.iter().map(|factor| Self::Controlled(integrator, factor * integrator.tolerance())));

@@ -99,15 +99,15 @@ pub fn responses(measured: &Measured) -> Option<Table> {
 /// The integrators on a case.
 pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSummary) -> Table {
     let mut notes = vec![format!(
-        "{} nodes ({} of them arithmetic), {} conductors, stiffness {:.3e} (NUMERICS.md 3: {:.3e}); {} frames of {:.2} s; {}.",
+        "{} nodes ({} of them arithmetic), {} conductors, stiffness {} (NUMERICS.md 3: {}); {} frames of {:.2} s. Path: 'workgroup' \
+         is one that takes all stages of a dispatch, 'dispatches' a dispatch for every stage.",
         case.nodes,
         case.arithmetic,
         case.conductors,
-        case.stiffness,
+        significant(case.stiffness),
         case.published_stiffness,
         case.frames,
         case.frame_s,
-        integrated.path
     )];
     let [rms, max] = [case.reference_error.rms, case.reference_error.max].map(kelvin_text);
     notes.push(format!(
@@ -119,6 +119,7 @@ pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSumm
         title: format!("Integrators on {}: {}", measured.name, case.title),
         head: vec![
             "scheme",
+            "path",
             "passes a frame",
             "sub-steps a frame",
             "dispatches a frame",
@@ -128,7 +129,12 @@ pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSumm
             "rms error",
             "largest error",
         ],
-        rows: integrated.runs.iter().map(row).chain(ABSENT.iter().map(|(name, why)| left_out(name, why))).collect(),
+        rows: integrated
+            .runs
+            .iter()
+            .map(|run| row(run, case.frames))
+            .chain(ABSENT.iter().map(|(name, why)| left_out(name, why)))
+            .collect(),
         notes,
     }
 }
@@ -139,18 +145,25 @@ fn kelvin_text(value: f64) -> String {
 }
 
 fn left_out(scheme: &str, why: &str) -> Vec<String> {
-    let mut cells = vec![scheme.to_owned(), "-".to_owned(), "-".to_owned(), "-".to_owned(), "-".to_owned()];
+    let mut cells =
+        vec![scheme.to_owned(), "-".to_owned(), "-".to_owned(), "-".to_owned(), "-".to_owned(), "-".to_owned()];
     cells.extend([why.to_owned(), "-".to_owned(), "-".to_owned(), "-".to_owned()]);
     cells
 }
 
-fn row(run: &Run) -> Vec<String> {
+fn row(run: &Run, frames: usize) -> Vec<String> {
     let (Some(work), Some(error)) = (run.work, run.error) else {
         return left_out(&run.scheme, &format!("not run: {}", run.failed.as_deref().unwrap_or("nothing was measured")));
     };
+    let scheme = if work.frames < frames as u64 {
+        format!("{} (its first {} frames: it took too long)", run.scheme, work.frames)
+    } else {
+        run.scheme.clone()
+    };
     let a_frame = |count: u64| significant(count as f64 / work.frames.max(1) as f64);
     vec![
-        run.scheme.clone(),
+        scheme,
+        run.path.clone(),
         a_frame(work.stages),
         a_frame(work.sub_steps),
         a_frame(work.dispatches),
