@@ -7,6 +7,7 @@ use super::record::{Run, Spread, Work};
 use super::schemes::{Fixed, Scheme};
 use super::truth::Truth;
 use crate::gpu::network::NetworkStepper;
+use crate::simulation::network::unfinished;
 use crate::thermal::network::NodeKind;
 use crate::thermal::network::control::{ControlError, Part, Settings, integrate_part};
 use crate::thermal::network::reference::ReferenceStepper;
@@ -129,16 +130,11 @@ where
                 let schedule = Schedule { heat, times: vec![case.frame], ..Schedule::default() };
                 let horizon = case.frame * case.frames.len() as f64;
                 let part = Part { horizon, step, tight_switches: false };
-                let series =
-                    integrate_part(stepper, &case.network, &schedule, &settings, part, |_| true).map_err(|error| {
-                        match error {
-                            ControlError::Stepper(error) => Ended::Stepper(error),
-                            ControlError::NoStep { node, temperature, .. } => {
-                                Ended::Failed(format!("no sub-step is short enough: node {node} is at {temperature} K"))
-                            }
-                            _ => Ended::Failed(format!("the controller gave frame {number} up")),
-                        }
-                    })?;
+                let ended = integrate_part(stepper, &case.network, &schedule, &settings, part, |_| true);
+                let series = ended.map_err(|error| match error {
+                    ControlError::Stepper(error) => Ended::Stepper(error),
+                    other => Ended::Failed(format!("frame {number}: {}", unfinished(&other))),
+                })?;
                 step = series.step;
             }
         }
