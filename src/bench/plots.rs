@@ -51,12 +51,16 @@ fn work_precision(measured: &Measured, integrated: &Integrated, case: &CaseSumma
     for line in &mut lines {
         line.points.sort_by(|a, b| a[0].total_cmp(&b[0]));
     }
+    let times = lines.iter().flat_map(|line| &line.points).map(|[time, _]| *time);
+    let ends = times.fold([f64::INFINITY, 0.0], |[least, most]: [f64; 2], time| [least.min(time), most.max(time)]);
+    // No point on the edge.
+    let x = Axis { range: Some([0.85 * ends[0], ends[1] / 0.85]), ..Axis::logarithmic("") };
     let clock = if measured.info.is_some() { "device's clock" } else { "host's clock" };
     let own = case.reference_error.rms;
     Plot {
         title: format!("Work and precision: {}", case.title),
         subtitle: format!("{}; {} nodes; the reference itself is off by {own:.0e} K rms", measured.name, case.nodes),
-        x: Axis::logarithmic(&format!("time of a frame of {:.1} s, median, {clock} [ms]", case.frame_s)),
+        x: Axis { label: format!("time of a frame of {:.1} s, median, {clock} [ms]", case.frame_s), ..x },
         y: Axis::logarithmic("error, rms over nodes and frames [K]"),
         series: lines,
         shaded: Vec::new(),
