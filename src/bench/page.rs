@@ -1,7 +1,7 @@
 //! `report.html`: speed against error on one page that needs no network and no script.
 
 use super::plots::Diagram;
-use super::record::{Bench, Measured, Run};
+use super::record::{Bench, Limits, Measured, Run};
 use super::tables;
 use crate::output::html::{Html, escape, kelvin, significant};
 
@@ -45,7 +45,7 @@ fn headline(bench: &Bench) -> Vec<(String, String, String)> {
             figures.push((significant(time.median), "ms".to_owned(), what));
         }
     }
-    if let Some(rate) = first.limits.as_ref().and_then(|limits| limits.bandwidth()) {
+    if let Some(rate) = first.limits.as_ref().and_then(Limits::bandwidth) {
         figures.push((significant(rate), "GB/s".to_owned(), "read and written by a copy".to_owned()));
     }
     figures

@@ -9,7 +9,7 @@ use super::Section;
 use super::cases::{self, Case, CaseError, Size};
 use super::integrators::{Effort, Timed, arithmetic, measure};
 use super::limits;
-use super::record::{Bench, CaseSummary, Integrated, Measured, Run, load_average};
+use super::record::{Bench, CaseSummary, Integrated, Limits, Measured, Run, load_average};
 use super::responses::{self, ResponseError};
 use super::schemes::Scheme;
 use super::truth::Truth;
@@ -123,7 +123,7 @@ impl Plan {
             }
             if self.sections.contains(&Section::Responses) {
                 says(&format!("{}: responses", measured.name));
-                let bandwidth = measured.limits.as_ref().and_then(|limits| limits.bandwidth());
+                let bandwidth = measured.limits.as_ref().and_then(Limits::bandwidth);
                 measured.responses = responses::measure(context, self.nodes(), self.ticks(), bandwidth)?;
             }
         }
