@@ -90,6 +90,7 @@ pub fn time_pass(
         shapes,
         band_table: &[],
         image: None,
+        shadows: None,
     };
     let plan = data.plan();
     let bytes: u64 = plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();
@@ -140,6 +141,7 @@ fn measured() -> Result<Vec<Measured>, FunctionError> {
         sun: kind != StepKind::Advance,
         planet_ir: kind != StepKind::Advance,
         albedo: kind != StepKind::Advance,
+        shadow: false,
     };
     let profile = Profile { function: Function::expression(EXPRESSION)?, t_max_steps: T_MAX_STEPS };
     let (retarget, domain) = (Retarget::Merge, Domain::Temperature);

@@ -62,7 +62,7 @@ impl Plan {
     }
 
     fn effort(&self) -> Effort {
-        if self.quick { Effort { runs: 1, enough: 0.0, most: 2.0 } } else { Effort { runs: 3, enough: 2.0, most: 8.0 } }
+        if self.quick { Effort { runs: 1, enough: 0.0, most: 2.0 } } else { Effort { runs: 3, enough: 1.0, most: 5.0 } }
     }
 
     /// Sub-steps a frame of the f64 references: 0.13 s, or 0.26 s.

@@ -6,6 +6,7 @@ use super::engine::{IncidentFunction, incident};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use crate::environment::TickLoad;
+use crate::environment::shadow::Shadows;
 use crate::gpu::error::GpuError;
 use crate::output::report::Accuracy;
 use crate::thermal::STEFAN_BOLTZMANN;
@@ -26,6 +27,8 @@ const COLD: f64 = 85.0;
 pub struct Check {
     slots: Vec<usize>,
     reference: Reference<IncidentFunction>,
+    /// The craft's shadow on the sample.
+    shadows: Option<Shadows>,
     /// The whole network of the scene, where it is small enough.
     network: Option<NetworkCheck>,
     /// Nodes of a network too large to be stepped along.
@@ -43,14 +46,23 @@ pub struct Check {
 struct NetworkCheck {
     run: NetworkRun,
     loads: Reference<IncidentFunction>,
+    shadows: Option<Shadows>,
     slots: Vec<usize>,
     /// Temperatures of the sample's network nodes [K], by slot.
     temperatures: HashMap<usize, f64>,
     failed: Option<String>,
 }
 
+/// Finds the shadows of a load, where the last ones do not hold.
+pub(super) fn shade(reference: &mut Reference<IncidentFunction>, shadows: &mut Option<Shadows>, load: &TickLoad) {
+    if let Some(visibility) = shadows.as_mut().and_then(|shadows| shadows.visibility(load)) {
+        reference.shade(visibility);
+    }
+}
+
 impl NetworkCheck {
-    fn heat(&self, load: &TickLoad) -> Vec<f64> {
+    fn heat(&mut self, load: &TickLoad) -> Vec<f64> {
+        shade(&mut self.loads, &mut self.shadows, load);
         let absorbed: HashMap<usize, f64> = self.slots.iter().copied().zip(self.loads.absorbed(load)).collect();
         self.run.scene().heat(|slot| absorbed[&slot])
     }
@@ -91,6 +103,7 @@ impl Check {
                 network = Some(NetworkCheck {
                     run: NetworkRun::reference(scene),
                     loads: Reference::new(loads, prepared.materials.clone(), incident as IncidentFunction),
+                    shadows: prepared.shadows(slots.iter().copied()),
                     slots,
                     temperatures: HashMap::new(),
                     failed: None,
@@ -101,6 +114,7 @@ impl Check {
         let slots: Vec<usize> = (0..count).map(|i| real[i * real.len() / count]).collect();
         let sample = slots.iter().map(reference_node).collect();
         Self {
+            shadows: prepared.shadows(slots.iter().copied()),
             slots,
             reference: Reference::new(sample, prepared.materials.clone(), incident as IncidentFunction),
             network,
@@ -117,6 +131,7 @@ impl Check {
 
     /// Settles the sample at a load, at a time [s].
     pub fn settle(&mut self, load: &TickLoad, time: f64) {
+        shade(&mut self.reference, &mut self.shadows, load);
         self.reference.settle(load);
         if let Some(network) = &mut self.network {
             let heat = network.heat(load);
@@ -136,6 +151,7 @@ impl Check {
 
     /// Steps the sample through a tick of `steps` steps, from `start` [s] for `length` [s].
     pub fn step(&mut self, load: &TickLoad, steps: f64, start: f64, length: f64) {
+        shade(&mut self.reference, &mut self.shadows, load);
         self.reference.step(load, steps);
         if let Some(network) = self.network.as_mut().filter(|network| network.failed.is_none()) {
             let heat = network.heat(load);
