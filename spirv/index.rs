@@ -3,6 +3,7 @@
     ("blackbody.comp", include_bytes!("blackbody.comp.spv")),
     ("brightness.comp", include_bytes!("brightness.comp.spv")),
     ("cull.comp", include_bytes!("cull.comp.spv")),
+    ("empty.comp", include_bytes!("empty.comp.spv")),
     ("network_fused.explicit.256", include_bytes!("network_fused.explicit.256.spv")),
     ("network_fused.explicit.64", include_bytes!("network_fused.explicit.64.spv")),
     ("network_fused.explicit.8", include_bytes!("network_fused.explicit.8.spv")),

@@ -17,6 +17,7 @@ use crate::simulation::job::JobError;
 use crate::simulation::prepare::PrepareError;
 use crate::thermal::brightness::BrightnessError;
 
+mod bench;
 mod compare;
 mod info;
 mod network;
@@ -49,6 +50,7 @@ enum Command {
     Response(response::Arguments),
     Network(network::Arguments),
     Paper(paper::Arguments),
+    Bench(bench::Arguments),
 }
 
 /// Where to compute.
@@ -179,6 +181,7 @@ pub fn main() -> ExitCode {
         Command::Response(arguments) => response::run(&arguments),
         Command::Network(arguments) => network::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -12,6 +12,7 @@ pub mod error;
 pub mod frame;
 pub mod hazard;
 pub mod layout;
+pub mod limits;
 mod memory;
 pub mod network;
 mod once;

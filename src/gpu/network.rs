@@ -14,8 +14,11 @@ use fused::Fused;
 use tables::Tables;
 use wide::Wide;
 
+pub use wide::NODES_AT_MOST;
+
 use super::context::Context;
 use super::error::GpuError;
+use super::once::Once;
 use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
 use crate::thermal::network::{Network, NodeKind};
 
@@ -79,6 +82,33 @@ impl NetworkStepper {
     fn at(mut self, network: &Network) -> Result<Self, GpuError> {
         self.set_temperatures(&network.temperatures)?;
         Ok(self)
+    }
+
+    /// From now on the device's time of every submission is kept until it is asked for.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn measure(&mut self) -> Result<(), GpuError> {
+        self.once().measure()
+    }
+
+    /// Device milliseconds of all submissions since the last call; `None` where they are not measured, or the queue has
+    /// no timestamps.
+    pub fn take_device_ms(&mut self) -> Option<f64> {
+        let times = self.once().take_times();
+        (!times.is_empty()).then(|| times.iter().sum())
+    }
+
+    /// Whether one workgroup takes all sub-steps of an attempt, in place of a dispatch for every stage.
+    pub fn is_fused(&self) -> bool {
+        matches!(self.path, Path::Fused(_))
+    }
+
+    fn once(&mut self) -> &mut Once {
+        match &mut self.path {
+            Path::Fused(fused) => fused.once(),
+            Path::Wide(wide) => wide.once(),
+        }
     }
 
     fn state(&self) -> Vec<[f32; 2]> {

@@ -8,9 +8,13 @@ use gpu_allocator::MemoryLocation;
 use super::context::Context;
 use super::error::{Context as _, GpuError};
 use super::memory::Buffer;
+use super::timing::{PassTimes, Timing};
 
 /// Bytes of the staging buffer; longer uploads go in pieces.
 const STAGING_BYTES: usize = 16 << 20;
+
+/// Name of a run among the times.
+const RUN: &str = "run";
 
 /// A command buffer that is recorded, submitted and waited for, and a staging buffer.
 pub struct Once {
@@ -19,6 +23,9 @@ pub struct Once {
     commands: vk::CommandBuffer,
     fence: vk::Fence,
     staging: Option<Buffer>,
+    /// Timestamps, where they were asked for.
+    timing: Option<Timing>,
+    times: PassTimes,
 }
 
 impl Once {
@@ -33,6 +40,8 @@ impl Once {
             commands: vk::CommandBuffer::null(),
             fence: vk::Fence::null(),
             staging: None,
+            timing: None,
+            times: PassTimes::new(),
         };
         let (pool, commands) = command_buffers(context, 1)?;
         (once.pool, once.commands) = (pool, commands[0]);
@@ -40,6 +49,21 @@ impl Once {
         once.fence =
             unsafe { context.device.create_fence(&vk::FenceCreateInfo::default(), None) }.during("creating a fence")?;
         Ok(once)
+    }
+
+    /// From now on the device's time of every run is kept until it is asked for.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn measure(&mut self) -> Result<(), GpuError> {
+        self.timing = Some(Timing::new(&self.context, 1)?);
+        Ok(())
+    }
+
+    /// Device milliseconds of the runs since the last call; empty where they are not measured, or the queue has no
+    /// timestamps.
+    pub fn take_times(&mut self) -> Vec<f64> {
+        self.times.remove(RUN).unwrap_or_default()
     }
 
     /// Records, submits and waits.
@@ -54,12 +78,20 @@ impl Once {
         // SAFETY: the last run was waited for, so the command buffer and the fence are free.
         unsafe {
             device.begin_command_buffer(self.commands, &begin).during("recording")?;
+            if let Some(timing) = &mut self.timing {
+                timing.begin_frame(self.commands);
+                timing.begin_pass(self.commands, RUN);
+            }
             record(device, self.commands);
+            if let Some(timing) = &mut self.timing {
+                timing.end_pass(self.commands);
+            }
             device.end_command_buffer(self.commands).during("recording")?;
             device.queue_submit2(self.context.queue, &submit, self.fence).during("submitting")?;
             device.wait_for_fences(&[self.fence], true, u64::MAX).during("waiting")?;
-            device.reset_fences(&[self.fence]).during("resetting a fence")
+            device.reset_fences(&[self.fence]).during("resetting a fence")?;
         }
+        self.timing.as_ref().map_or(Ok(()), |timing| timing.collect(&mut self.times))
     }
 
     /// Copies bytes to the start of a device buffer.

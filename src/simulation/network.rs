@@ -557,7 +557,8 @@ fn unsteady<E>(error: &SteadyError<E>) -> String {
     }
 }
 
-fn unfinished<E>(error: &ControlError<E>) -> String {
+/// Why an integration ended early, in words.
+pub(crate) fn unfinished<E>(error: &ControlError<E>) -> String {
     match error {
         ControlError::Stepper(_) => "the stepper failed".to_owned(),
         ControlError::Unbalanced { node, .. } => format!("the arithmetic nodes do not balance, node {node} least"),

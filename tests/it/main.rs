@@ -1,6 +1,7 @@
 //! Integration tests, one module a subject.
 
 mod band_radiance;
+mod bench;
 mod commands;
 mod compare;
 mod craft;

@@ -178,6 +178,11 @@ impl Fused {
         Ok((attempt.loops_iteration * ITERATIONS < LOOPS_AT_MOST).then_some(fused))
     }
 
+    /// What submits.
+    pub fn once(&mut self) -> &mut Once {
+        &mut self.once
+    }
+
     /// Work so far.
     pub fn counts(&self) -> WorkCounts {
         self.counts

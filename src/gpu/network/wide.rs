@@ -186,6 +186,11 @@ impl Wide {
         Ok(())
     }
 
+    /// What submits.
+    pub fn once(&mut self) -> &mut Once {
+        &mut self.once
+    }
+
     /// Work so far.
     pub fn counts(&self) -> WorkCounts {
         self.counts
