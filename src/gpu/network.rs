@@ -80,6 +80,14 @@ impl NetworkStepper {
         Ok(self)
     }
 
+    /// Time of all submissions so far by the device's own clock [ms], where it has one.
+    pub fn device_ms(&self) -> Option<f64> {
+        match &self.path {
+            Path::Fused(fused) => fused.device_ms(),
+            Path::Wide(wide) => wide.device_ms(),
+        }
+    }
+
     fn state(&self) -> Vec<[f32; 2]> {
         match &self.path {
             Path::Fused(fused) => fused.state().to_vec(),

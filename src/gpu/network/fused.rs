@@ -178,6 +178,11 @@ impl Fused {
         Ok((attempt.loops_iteration * ITERATIONS < LOOPS_AT_MOST).then_some(fused))
     }
 
+    /// Time of all submissions so far by the device's own clock [ms], where it has one.
+    pub fn device_ms(&self) -> Option<f64> {
+        self.once.device_ms()
+    }
+
     /// Work so far.
     pub fn counts(&self) -> WorkCounts {
         self.counts

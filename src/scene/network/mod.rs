@@ -112,7 +112,12 @@ impl NetworkFile {
             );
             return Err(sections[node].error("kind", message));
         }
-        Ok(Self { labels, network, schedule: Schedule { heat, thermostats, spread: Vec::new(), times }, assumptions })
+        Ok(Self {
+            labels,
+            network,
+            schedule: Schedule { heat, thermostats, times, ..Schedule::default() },
+            assumptions,
+        })
     }
 }
 

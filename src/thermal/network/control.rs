@@ -96,6 +96,9 @@ pub struct Series {
     pub on: Vec<bool>,
     /// Sub-step that the last estimate proposes [s].
     pub step: f64,
+    /// The same of the first estimate by which sub-steps were chosen: where parts in a row begin with jumps of their heat
+    /// of like size, the next may begin with it.
+    pub first_step: Option<f64>,
 }
 
 /// Where an integration stands that is one of many in a row.
@@ -543,6 +546,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         // A sub-step cut short by a break says little against the one before it.
         let cut = self.since >= end && plan.step < self.step;
         self.step = if cut { self.step.max(plan.step * factor) } else { plan.step * factor };
+        self.series.first_step.get_or_insert(self.step);
         self.fused = if factor < 1.3 { (2 * self.fused).min(MOST_FUSED) } else { 1.max(self.fused / 2) };
     }
 
