@@ -175,9 +175,7 @@ impl Renderer {
     /// A call that fails.
     pub fn set_temperatures(&mut self, temperatures: &[f32]) -> Result<(), GpuError> {
         self.wait()?;
-        self.resources.upload(&mut self.once, Resource::Temperature, temperatures)?;
-        self.once.free_staging();
-        Ok(())
+        self.resources.upload(&mut self.once, Resource::Temperature, temperatures)
     }
 
     /// Submits a given list; tests pass one without a barrier.

@@ -96,7 +96,7 @@ impl Check {
                 let waits = slots.len() > LARGEST_IN_WARM_UP;
                 let loads = slots.iter().map(reference_node).collect();
                 network = Some(NetworkCheck {
-                    run: NetworkRun::reference(scene),
+                    run: NetworkRun::tight(scene),
                     loads: Reference::new(loads, prepared.materials.clone(), incident as IncidentFunction),
                     slots,
                     temperatures: HashMap::new(),
@@ -218,6 +218,9 @@ impl Check {
              that the Sun rises or sets on during a 17 s tick, 1e-4 of a unit flux of albedo) is not in these figures."
                 .to_owned(),
         ];
+        if self.network.is_some() {
+            notes.push("The reference of the thermal network runs at a tenth of its tolerance.".to_owned());
+        }
         notes.extend(self.notes.iter().cloned());
         if self.left_out {
             notes.push(format!(

@@ -2,7 +2,8 @@
 //!
 //! Slow nodes take many orbits. A network is therefore moved after each to where its slow modes head for
 //! (`thermal::network::periodic::SlowModes`), and that map extrapolated by Anderson's method (J. ACM 12, 1965): the
-//! combination of the last orbits whose changes cancel best. While it is far away, orbits are stepped coarsely.
+//! combination of the last orbits whose changes cancel best. Orbits are stepped coarsely until one meets the tolerance or
+//! gains no more, then as the run is until one of those meets it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,10 +15,12 @@ use crate::thermal::network::periodic::SlowModes;
 
 /// Orbits that an extrapolation looks back.
 const DEPTH: usize = 3;
-/// Steps of a tick while a network is far away.
-const COARSE_STEPS: u64 = 4;
-/// A network is far away while an orbit changes it by more than so many times the tolerance.
-const FAR: f64 = 20.0;
+/// Steps of a coarse tick.
+const COARSE_STEPS: f64 = 6.0;
+/// Steps at the end of a coarse orbit that are ticks of their own, so that fast nodes end it as they do a fine one.
+const LAST_STEPS: f64 = 30.0;
+/// Coarse orbits gain no more where their change is above this share of the one before.
+const STALLED: f64 = 0.5;
 /// Nodes of the largest network whose slow modes are solved for: the factors of a mesh grow faster than its nodes.
 const MOST_SOLVED: usize = 200_000;
 
@@ -58,14 +61,14 @@ pub(super) fn warm_up(
     let mut slow = network
         .filter(|network| network.len() <= MOST_SOLVED)
         .map(|network| SlowModes::new(network, prepared.scene.orbit.period));
-    let mut coarse = network.is_some();
+    let (mut coarse, mut last) = (network.is_some(), f64::INFINITY);
     while done.orbits < most && !done.is_met() && !stop.load(Ordering::Relaxed) {
         // What is handed on was stepped as the run is, twice so that the second can tell.
         coarse &= done.orbits + 2 < most;
         engine.set_coarse(coarse);
         let from = engine.network_temperatures()?;
         let before = all(engine)?;
-        let mean = orbit(prepared, engine, check.as_deref_mut(), if coarse { COARSE_STEPS } else { 1 }, stop)?;
+        let mean = orbit(prepared, engine, check.as_deref_mut(), coarse, stop)?;
         let (to, after) = (engine.network_temperatures()?, all(engine)?);
         done.orbits += 1;
         done.coarse += u32::from(coarse);
@@ -87,10 +90,11 @@ pub(super) fn warm_up(
                 check.move_network(&moved);
             }
         }
-        if coarse && done.change <= FAR * tolerance {
+        if coarse && (done.change <= tolerance || done.change > STALLED * last) {
             // The map of a fine orbit is another.
             (coarse, history) = (false, History::default());
         }
+        last = done.change;
         progress();
     }
     engine.set_coarse(false);
@@ -103,26 +107,25 @@ fn all(engine: &mut Engine) -> Result<Vec<f32>, GpuError> {
     Ok(engine.deliver()?.temperatures.unwrap_or_default())
 }
 
-/// One whole period up to time 0 in ticks of so many steps, the last shorter where the period is no whole number of
-/// them. Returns the mean temperatures of the network's nodes [K].
+/// One whole period up to time 0 in ticks of a step, or of several until near its end; the last is shorter where the
+/// period is no whole number of steps. Returns the mean temperatures of the network's nodes [K].
 fn orbit(
     prepared: &Prepared,
     engine: &mut Engine,
     mut check: Option<&mut Check>,
-    steps: u64,
+    coarse: bool,
     stop: &AtomicBool,
 ) -> Result<Vec<f64>, GpuError> {
     let (step, period) = (prepared.scene.time.step, prepared.scene.orbit.period);
-    let tick = steps as f64 * step;
-    let ticks = (period / tick - 1e-9).ceil() as u64;
     let mut last = engine.network_temperatures()?.unwrap_or_default();
     let mut mean = vec![0.0; last.len()];
-    for number in 0..ticks {
-        if stop.load(Ordering::Relaxed) {
-            break;
-        }
-        let start = number as f64 * tick - period;
-        let length = tick.min(-start);
+    // Counted in steps since the orbit began, so that the ticks of every orbit are the same.
+    let (mut done, whole) = (0.0, period / step);
+    while done < whole - 1e-9 && !stop.load(Ordering::Relaxed) {
+        let ahead: f64 = if coarse && whole - done >= LAST_STEPS + COARSE_STEPS { COARSE_STEPS } else { 1.0 };
+        let start = done * step - period;
+        let length = (ahead * step).min(-start);
+        done += ahead;
         let load = prepared.loads.tick_load(start, start + length);
         engine.submit(Some(Tick { load: &load, steps: length / step, start, length }), Order::default())?;
         engine.deliver()?;

@@ -25,6 +25,8 @@ pub struct TickCost {
 
 /// A coarse tick may err by so many times the tolerance.
 const COARSE: f64 = 10.0;
+/// The tolerance of what is compared with, as a share of the scene's.
+const TIGHT: f64 = 0.1;
 
 /// A scene's network under way.
 pub struct NetworkRun {
@@ -48,6 +50,13 @@ impl NetworkRun {
     pub fn reference(scene: &Arc<SceneNetwork>) -> Self {
         let worker = Worker::Host(Box::new(ReferenceStepper::new(scene.network().clone(), &scene.sensors())));
         Self::new(scene, worker, FLOOR, None)
+    }
+
+    /// In f64 on the processor at a tenth of the tolerance, so that what sub-steps err by shows against it.
+    pub fn tight(scene: &Arc<SceneNetwork>) -> Self {
+        let mut run = Self::reference(scene);
+        run.settings.tolerance *= TIGHT;
+        run
     }
 
     /// On a device; in f64 on the processor where the device does not take the network.
