@@ -12,6 +12,7 @@ pub mod eclipse;
 pub mod load;
 pub mod orbit;
 pub mod quadrature;
+pub mod shadow;
 pub mod sky;
 pub mod tick;
 pub mod view_factor;

@@ -2,6 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::environment::shadow::Occluders;
 use crate::thermal::material::{Profile, Transition};
 
 /// Values of one material.
@@ -81,6 +82,99 @@ pub struct View {
     pub near: f32,
     /// The structure is as long as its alignment in GLSL asks.
     pub unused: f32,
+}
+
+/// The Sun's parallel view of the craft.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct SunView {
+    /// Column of a point [texels]: factors of its coordinates, and what is added.
+    pub texel_from_body_x: [f32; 4],
+    /// Row of a point [texels].
+    pub texel_from_body_y: [f32; 4],
+    /// Depth of a point, 0 to 1.
+    pub texel_from_body_z: [f32; 4],
+    /// Unit vector to the Sun, body frame; w: how far a node is lifted off its surface [m].
+    pub sun: [f32; 4],
+    /// Unit vector along rows; w: depth of one texel's side.
+    pub right: [f32; 4],
+    /// Unit vector along columns; w: texels each way.
+    pub down: [f32; 4],
+}
+
+impl SunView {
+    /// The view rounded to f32.
+    pub fn new(view: &crate::environment::shadow::SunView) -> Self {
+        let with = |v: glam::DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
+        let [x, y, z] = view.rows().map(|row| row.map(|value| value as f32));
+        Self {
+            texel_from_body_x: x,
+            texel_from_body_y: y,
+            texel_from_body_z: z,
+            sun: with(view.sun, view.lift()),
+            right: with(view.right, view.texel_depth()),
+            down: with(view.down, f64::from(view.resolution)),
+        }
+    }
+}
+
+/// A box of the tree that rays are tried against.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct ShadowBox {
+    /// Lower corner [m].
+    pub low: [f32; 3],
+    /// The box to go on with where this one is missed.
+    pub skip: u32,
+    /// Upper corner [m].
+    pub high: [f32; 3],
+    /// First triangle x 8 + their number; none where there are boxes in it.
+    pub triangles: u32,
+}
+
+/// A triangle that casts a shadow [m].
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct ShadowTriangle {
+    /// A corner.
+    pub corner: [f32; 4],
+    /// The edge to the next.
+    pub first: [f32; 4],
+    /// The edge to the last.
+    pub second: [f32; 4],
+}
+
+/// A point of the Sun's disc.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct SunRay {
+    /// Unit vector to the middle of the Sun; w: how far a ray starts off its surface [m].
+    pub sun: [f32; 4],
+    /// Unit vector to the point; w: its share of the disc.
+    pub direction: [f32; 4],
+    /// Boxes of the tree.
+    pub boxes: u32,
+    /// The structure is as long as its alignment in GLSL asks.
+    pub unused: [u32; 3],
+}
+
+/// The tree and the triangles of [`Occluders`], rounded to f32; boxes grow by the rounding.
+pub fn shadow_tree(occluders: &Occluders) -> (Vec<ShadowBox>, Vec<ShadowTriangle>) {
+    let low = |value: f64| (value as f32).next_down();
+    let high = |value: f64| (value as f32).next_up();
+    let boxes = occluders.tree.nodes.iter().map(|node| ShadowBox {
+        low: node.low.to_array().map(low),
+        skip: node.skip,
+        high: node.high.to_array().map(high),
+        triangles: node.first << 3 | node.count,
+    });
+    let padded = |v: glam::DVec3| [v.x as f32, v.y as f32, v.z as f32, 0.0];
+    let triangles = occluders.triangles.iter().map(|[corner, first, second]| ShadowTriangle {
+        corner: padded(*corner),
+        first: padded(*first),
+        second: padded(*second),
+    });
+    (boxes.collect(), triangles.collect())
 }
 
 /// Head of the table of a band.
@@ -264,6 +358,11 @@ pub fn structures() -> Vec<(&'static str, usize, Vec<Member>)> {
             step: f32, albedo_resolution: f32),
         members!(View: camera_from_body_x: [f32; 4], camera_from_body_y: [f32; 4], camera_from_body_z: [f32; 4],
             clip_scale: [f32; 2], clip_offset: [f32; 2], size: [f32; 2], near: f32),
+        members!(SunView: texel_from_body_x: [f32; 4], texel_from_body_y: [f32; 4], texel_from_body_z: [f32; 4],
+            sun: [f32; 4], right: [f32; 4], down: [f32; 4]),
+        members!(ShadowBox: low: [f32; 3], skip: u32, high: [f32; 3], triangles: u32),
+        members!(ShadowTriangle: corner: [f32; 4], first: [f32; 4], second: [f32; 4]),
+        members!(SunRay: sun: [f32; 4], direction: [f32; 4], boxes: u32),
         members!(Band: edge_high: f32, edge_low: f32),
         members!(Steps: count: u32, groups: u32),
         members!(NetworkNode: inverse_capacitance: f32, capacitance: f32, emission: f32, conductance_sum: f32,

@@ -103,6 +103,23 @@ impl Once {
         Ok(())
     }
 
+    /// The first `count` values of a device buffer.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn download<T: bytemuck::Pod>(&mut self, from: &Buffer, count: usize) -> Result<Vec<T>, GpuError> {
+        let bytes = (count * size_of::<T>()) as u64;
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let to = Buffer::new(&self.context, "download", bytes, usage, MemoryLocation::GpuToCpu)?;
+        let (device_buffer, host_buffer) = (from.raw, to.raw);
+        let copy = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: bytes }];
+        self.run(|device, commands| {
+            // SAFETY: both buffers are alive and as long as the copy says; the fence orders the host after it.
+            unsafe { device.cmd_copy_buffer(commands, device_buffer, host_buffer, &copy) };
+        })?;
+        Ok(to.read(count).to_vec())
+    }
+
     fn take_staging(&mut self) -> Result<Buffer, GpuError> {
         if let Some(staging) = self.staging.take() {
             return Ok(staging);

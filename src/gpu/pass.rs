@@ -49,6 +49,20 @@ pub enum Resource {
     Elapsed,
     /// Temperature of every node [K].
     Temperature,
+    /// The Sun's view, written by the host.
+    SunView,
+    /// Node indices of the triangles that cast shadows.
+    Occluders,
+    /// Depth as seen from the Sun, as it is drawn.
+    SunDepthImage,
+    /// The same where shaders read it.
+    SunDepth,
+    /// Boxes around the triangles that cast shadows.
+    ShadowTree,
+    /// These triangles.
+    ShadowTriangles,
+    /// Share of the Sun that every node sees.
+    Visibility,
     /// Radiance, temperature and depth of every pixel.
     RadianceImage,
     /// Part and material of every pixel.
@@ -88,6 +102,7 @@ impl Resource {
                 | Self::SunSamples
                 | Self::AlbedoValues
                 | Self::View
+                | Self::SunView
                 | Self::RadianceReadback
                 | Self::IdentityReadback
                 | Self::TemperatureReadback
@@ -97,7 +112,7 @@ impl Resource {
     /// Whether shaders see it as a uniform buffer: small, and read by every invocation at the same address. (On lavapipe
     /// each scalar of a storage buffer costs every invocation 0.5 ns; a uniform is read once.)
     pub fn is_uniform(self) -> bool {
-        matches!(self, Self::Tick | Self::SunSamples | Self::View)
+        matches!(self, Self::Tick | Self::SunSamples | Self::View | Self::SunView)
     }
 
     /// Whether its size on the device follows the number of nodes; what only the host reads is not counted.
@@ -118,17 +133,19 @@ impl Resource {
                 | Self::Span
                 | Self::Elapsed
                 | Self::Temperature
+                | Self::Visibility
         )
     }
 
     /// Whether its size on the device follows the number of pixels.
     pub fn grows_with_pixels(self) -> bool {
-        self.is_image() || matches!(self, Self::RadianceReadback | Self::IdentityReadback)
+        (self.is_image() && self != Self::SunDepthImage)
+            || matches!(self, Self::RadianceReadback | Self::IdentityReadback)
     }
 
     /// Whether it is an image, which has a layout.
     pub fn is_image(self) -> bool {
-        matches!(self, Self::RadianceImage | Self::IdentityImage | Self::DepthImage)
+        matches!(self, Self::RadianceImage | Self::IdentityImage | Self::DepthImage | Self::SunDepthImage)
     }
 }
 
@@ -187,6 +204,20 @@ pub enum Work {
     Thermal {
         /// Compiled variant.
         variant: ThermalVariant,
+        /// Groups of four nodes: first, and the one after the last.
+        groups: (u32, u32),
+    },
+    /// Draws the depth of the parts as seen from the Sun.
+    SunDepth,
+    /// Finds what share of the Sun each node sees.
+    Visibility {
+        /// Groups of four nodes: first, and the one after the last.
+        groups: (u32, u32),
+    },
+    /// Finds whether each node sees one point of the Sun's disc.
+    SunRay {
+        /// Number of the point; the first begins the count.
+        ray: u32,
         /// Groups of four nodes: first, and the one after the last.
         groups: (u32, u32),
     },

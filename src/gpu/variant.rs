@@ -52,6 +52,8 @@ pub struct ThermalVariant {
     pub planet_ir: bool,
     /// Reflected sunlight; only with a Sun.
     pub albedo: bool,
+    /// The craft's shadow on itself; only with a Sun.
+    pub shadow: bool,
 }
 
 /// One variant of the response to given targets: the transition of a thermal step alone.
@@ -275,7 +277,11 @@ impl ThermalVariant {
                     (true, false, true),
                     (true, true, true),
                 ] {
-                    all.push(Self { kind, curve, both_sides, sun, planet_ir, albedo });
+                    let plain = Self { kind, curve, both_sides, sun, planet_ir, albedo, shadow: false };
+                    all.push(plain);
+                    if sun {
+                        all.push(Self { shadow: true, ..plain });
+                    }
                 }
             }
         }
@@ -285,12 +291,14 @@ impl ThermalVariant {
     /// The least variant that still computes a tick: in umbra there is no Sun, in the dark no albedo.
     pub fn for_tick(self, has_sun: bool, has_albedo: bool) -> Self {
         let albedo = self.albedo && has_albedo;
-        Self { sun: self.sun && (has_sun || albedo), albedo, ..self }
+        let sun = self.sun && (has_sun || albedo);
+        Self { sun, albedo, shadow: self.shadow && has_sun, ..self }
     }
 
     /// Time passes without a load.
     fn advance(curve: Curve) -> Self {
-        Self { kind: StepKind::Advance, curve, both_sides: false, sun: false, planet_ir: false, albedo: false }
+        let kind = StepKind::Advance;
+        Self { kind, curve, both_sides: false, sun: false, planet_ir: false, albedo: false, shadow: false }
     }
 
     /// What settles the same nodes at the start.
@@ -320,7 +328,7 @@ impl ThermalVariant {
             StepKind::Advance => vec!["TRANSITION"],
         };
         defines.extend(self.curve.defines());
-        let words = ["SUN", "PLANET_IR", "ALBEDO", "BOTH_SIDES"];
+        let words = ["SUN", "PLANET_IR", "ALBEDO", "SHADOW", "BOTH_SIDES"];
         for ((present, _), word) in self.switches().into_iter().zip(words) {
             if present {
                 defines.push(word);
@@ -329,7 +337,13 @@ impl ThermalVariant {
         defines
     }
 
-    fn switches(&self) -> [(bool, &'static str); 4] {
-        [(self.sun, "sun"), (self.planet_ir, "planet_ir"), (self.albedo, "albedo"), (self.both_sides, "both_sides")]
+    fn switches(&self) -> [(bool, &'static str); 5] {
+        [
+            (self.sun, "sun"),
+            (self.planet_ir, "planet_ir"),
+            (self.albedo, "albedo"),
+            (self.shadow, "shadow"),
+            (self.both_sides, "both_sides"),
+        ]
     }
 }

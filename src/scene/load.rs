@@ -8,7 +8,9 @@ use super::error::SceneError;
 use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
 use super::section::Section;
-use super::{Camera, Draw, Scene, attitude, camera, environment, keys, material, mesh_network, orbit, time, view};
+use super::{
+    Camera, Draw, Scene, attitude, camera, environment, keys, material, mesh_network, orbit, shadows, time, view,
+};
 
 impl Scene {
     /// Reads and checks a scene file. Paths in it are relative to its folder.
@@ -41,6 +43,12 @@ impl Scene {
         let time = time::read(&required(&root, "time", keys::TIME)?, &mut assumptions)?;
         let environment = environment::read(&required(&root, "environment", keys::ENVIRONMENT)?, &mut assumptions)?;
         let orbit = orbit::read(&required(&root, "orbit", keys::ORBIT)?, environment.planet_radius, &mut assumptions)?;
+        let shadows = shadows::read(root.table("shadows", keys::SHADOWS)?.as_ref(), &mut assumptions)?;
+        if let (Some(_), Some(section), None) =
+            (&shadows, root.table("shadows", keys::SHADOWS)?, environment.solar_constant)
+        {
+            return Err(section.error("method", "[shadows] needs environment.solar_constant, which is missing"));
+        }
         let attitude = attitude::read(&required(&root, "attitude", keys::ATTITUDE)?, &mut assumptions)?;
         let materials = material::read(
             root.table("materials", keys::MATERIALS)?.as_ref(),
@@ -71,6 +79,7 @@ impl Scene {
             orbit,
             attitude,
             environment,
+            shadows,
             materials,
             camera,
             band,

@@ -23,6 +23,7 @@ mod orbit;
 mod profile;
 mod quantity;
 mod section;
+mod shadows;
 mod table;
 mod time;
 mod values;
@@ -32,6 +33,7 @@ mod view;
 pub use error::SceneError;
 pub use load::{file_hash, scene_hash};
 pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, Owners};
+pub use shadows::ShadowSettings;
 
 /// A checked scene. Nothing in it is a default that the user was not told of: see `assumptions`.
 #[derive(Debug, Clone)]
@@ -52,6 +54,8 @@ pub struct Scene {
     pub attitude: Attitude,
     /// What heats it.
     pub environment: Environment,
+    /// How it shadows itself; `None` where it does not.
+    pub shadows: Option<ShadowSettings>,
     /// Rules that give every glTF material its values.
     pub materials: MaterialRules,
     /// The camera; a scene that draws nothing may have none ([`Scene::require_camera`]).

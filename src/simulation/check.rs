@@ -6,6 +6,7 @@ use super::engine::{IncidentFunction, incident};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use crate::environment::TickLoad;
+use crate::environment::shadow::Shadows;
 use crate::gpu::error::GpuError;
 use crate::output::report::Accuracy;
 use crate::thermal::STEFAN_BOLTZMANN;
@@ -29,6 +30,8 @@ const COLD: f64 = 85.0;
 pub struct Check {
     slots: Vec<usize>,
     reference: Reference<IncidentFunction>,
+    /// The craft's shadow on the sample.
+    shadows: Option<Shadows>,
     /// The whole network of the scene, where it is small enough.
     network: Option<NetworkCheck>,
     /// Nodes of a network too large to be stepped along.
@@ -47,6 +50,7 @@ pub struct Check {
 struct NetworkCheck {
     run: NetworkRun,
     loads: Reference<IncidentFunction>,
+    shadows: Option<Shadows>,
     slots: Vec<usize>,
     /// Temperatures of the sample's network nodes [K], by slot.
     temperatures: HashMap<usize, f64>,
@@ -55,8 +59,16 @@ struct NetworkCheck {
     failed: Option<String>,
 }
 
+/// Finds the shadows of a load, where the last ones do not hold.
+pub(super) fn shade(reference: &mut Reference<IncidentFunction>, shadows: &mut Option<Shadows>, load: &TickLoad) {
+    if let Some(visibility) = shadows.as_mut().and_then(|shadows| shadows.visibility(load)) {
+        reference.shade(visibility);
+    }
+}
+
 impl NetworkCheck {
-    fn heat(&self, load: &TickLoad) -> Vec<f64> {
+    fn heat(&mut self, load: &TickLoad) -> Vec<f64> {
+        shade(&mut self.loads, &mut self.shadows, load);
         let absorbed: HashMap<usize, f64> = self.slots.iter().copied().zip(self.loads.absorbed(load)).collect();
         self.run.scene().heat(|slot| absorbed[&slot])
     }
@@ -98,6 +110,7 @@ impl Check {
                 network = Some(NetworkCheck {
                     run: NetworkRun::tight(scene),
                     loads: Reference::new(loads, prepared.materials.clone(), incident as IncidentFunction),
+                    shadows: prepared.shadows(slots.iter().copied()),
                     slots,
                     temperatures: HashMap::new(),
                     waits,
@@ -109,6 +122,7 @@ impl Check {
         let slots: Vec<usize> = (0..count).map(|i| real[i * real.len() / count]).collect();
         let sample = slots.iter().map(reference_node).collect();
         Self {
+            shadows: prepared.shadows(slots.iter().copied()),
             slots,
             reference: Reference::new(sample, prepared.materials.clone(), incident as IncidentFunction),
             network,
@@ -126,6 +140,7 @@ impl Check {
 
     /// Settles the sample at a load, at a time [s].
     pub fn settle(&mut self, load: &TickLoad, time: f64) {
+        shade(&mut self.reference, &mut self.shadows, load);
         self.reference.settle(load);
         if let Some(network) = self.network.as_mut().filter(|network| !network.waits) {
             let heat = network.heat(load);
@@ -145,6 +160,7 @@ impl Check {
 
     /// Steps the sample through a tick of `steps` steps, from `start` [s] for `length` [s].
     pub fn step(&mut self, load: &TickLoad, steps: f64, start: f64, length: f64) {
+        shade(&mut self.reference, &mut self.shadows, load);
         self.reference.step(load, steps);
         if let Some(network) = self.network.as_mut().filter(|network| network.failed.is_none() && !network.waits) {
             let heat = network.heat(load);

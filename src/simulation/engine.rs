@@ -5,17 +5,19 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
+use super::check::shade;
 use super::network::{NetworkRun, TickCost};
 use super::prepare::Prepared;
 use super::viewpoint::{device_view, raster_view};
 use crate::environment::load::{albedo_flux, planet_ir_flux, solar_flux};
+use crate::environment::shadow::Shadows;
 use crate::environment::{TickLoad, load};
 use crate::gpu::blackbody::band_table;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::renderer::{Renderer, Submitted};
-use crate::gpu::resources::SceneData;
+use crate::gpu::resources::{SceneData, ShadowData};
 use crate::gpu::shapes::Shapes;
 use crate::gpu::timing::PassTimes;
 use crate::raster::{self, Surface, rasterise};
@@ -111,6 +113,7 @@ pub type IncidentFunction = fn(&TickLoad, glam::DVec3) -> Incident;
 /// The f64 reference of all nodes, and its rasteriser.
 pub struct ReferenceEngine {
     reference: Reference<IncidentFunction>,
+    shadows: Option<Shadows>,
     node_of_slot: Vec<u32>,
     slots: usize,
     positions: Vec<glam::DVec3>,
@@ -175,6 +178,7 @@ impl Engine {
                 put(renderer, network, &mut values)
             }
             Self::Reference(engine) => {
+                engine.shade(load);
                 engine.reference.settle(load);
                 let heat = engine.heat(load);
                 match &mut engine.network {
@@ -370,6 +374,11 @@ impl DeviceData {
             shapes: &self.shapes,
             band_table: &self.band_table,
             image: camera.map(|camera| [camera.width, camera.height]),
+            shadows: prepared.redraw().map(|redraw| ShadowData {
+                occluders: &prepared.occluders,
+                redraw,
+                tree: prepared.shadow_tree.as_ref(),
+            }),
         }
     }
 }
@@ -413,6 +422,7 @@ impl ReferenceEngine {
             .collect();
         Self {
             reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction),
+            shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),
             slots: nodes.vertex_of_node.len(),
             node_of_slot,
             positions: nodes.positions.iter().map(|position| position.as_dvec3()).collect(),
@@ -430,6 +440,11 @@ impl ReferenceEngine {
             table: RadianceTable::new(prepared.scene.band),
             delivered: VecDeque::new(),
         }
+    }
+
+    /// Finds the shadows of a load, where the last ones do not hold.
+    fn shade(&mut self, load: &TickLoad) {
+        shade(&mut self.reference, &mut self.shadows, load);
     }
 
     /// Heat of the network's nodes [W]; empty where there is no network.
@@ -460,6 +475,7 @@ impl ReferenceEngine {
     fn run(&mut self, tick: Option<Tick<'_>>, order: Order) -> Result<(), GpuError> {
         if let Some(tick) = tick {
             self.ticks += 1;
+            self.shade(tick.load);
             self.reference.step(tick.load, tick.steps);
             if let Some(network) = &mut self.network {
                 network.tick_begins();

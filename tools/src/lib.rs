@@ -35,6 +35,8 @@ pub fn compile_all(glsl: &Path) -> Result<Vec<(String, Vec<u8>)>, CompileError> 
             FusedVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
         } else if entry == "network_wide.comp" {
             WideVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
+        } else if entry == "solar_rays.comp" {
+            vec![("solar_rays.first".to_owned(), vec!["FIRST"]), ("solar_rays.next".to_owned(), Vec::new())]
         } else {
             vec![(entry.clone(), Vec::new())]
         };

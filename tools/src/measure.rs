@@ -99,6 +99,7 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
             sun,
             planet_ir,
             albedo,
+            shadow: false,
         };
         let mut row = Vec::new();
         let mut bytes = 0.0;
@@ -150,7 +151,8 @@ fn functions(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Re
         let domain = Domain::Temperature;
         let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
         let (kind, curve) = shapes::curve(&transition, 0);
-        let variant = ThermalVariant { kind, curve, both_sides: false, sun: true, planet_ir: all, albedo: all };
+        let variant =
+            ThermalVariant { kind, curve, both_sides: false, sun: true, planet_ir: all, albedo: all, shadow: false };
         let (times, _) = time_pass(context, variant, &Shapes::one(&transition), NODES, &ticks)?;
         Ok(times.first().ok_or("the device has no timestamps")?.median_ms)
     };
@@ -275,6 +277,7 @@ fn time_pass(
         shapes,
         band_table: &[],
         image: None,
+        shadows: None,
     };
     let bytes: u64 = data.plan().iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();
     let mut renderer = Renderer::new(context, &data)?;

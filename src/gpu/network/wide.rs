@@ -334,7 +334,7 @@ impl Wide {
                             // SAFETY: the buffer may be a transfer destination.
                             unsafe { device.cmd_fill_buffer(commands, raw, 0, vk::WHOLE_SIZE, 0) };
                         }
-                        Work::Thermal { .. } | Work::Cull { .. } | Work::Radiance => {}
+                        _ => {}
                     },
                 }
             }
