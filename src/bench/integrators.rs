@@ -41,43 +41,29 @@ impl Differences {
 
 /// A stepper that may know what its work took the device.
 pub trait Timed: Stepper {
-    /// Starts the device's clock, where there is one.
-    ///
-    /// # Errors
-    /// A call that fails.
-    fn start_clock(&mut self) -> Result<(), Self::Error>;
-
-    /// Device milliseconds since the last call; `None` where no device measures them.
-    fn take_device_ms(&mut self) -> Option<f64>;
+    /// Device milliseconds so far; `None` where no device measures them.
+    fn device_ms(&self) -> Option<f64>;
 
     /// How it integrates: see [`Run::path`].
     fn path(&self) -> &'static str;
 }
 
 impl Timed for NetworkStepper {
-    fn start_clock(&mut self) -> Result<(), Self::Error> {
-        self.measure()
-    }
-
     fn path(&self) -> &'static str {
         if self.is_fused() { "workgroup" } else { "dispatches" }
     }
 
-    fn take_device_ms(&mut self) -> Option<f64> {
-        Self::take_device_ms(self)
+    fn device_ms(&self) -> Option<f64> {
+        Self::device_ms(self)
     }
 }
 
 impl Timed for ReferenceStepper {
-    fn start_clock(&mut self) -> Result<(), Self::Error> {
-        Ok(())
-    }
-
     fn path(&self) -> &'static str {
         "f64"
     }
 
-    fn take_device_ms(&mut self) -> Option<f64> {
+    fn device_ms(&self) -> Option<f64> {
         None
     }
 }
@@ -113,9 +99,8 @@ where
 {
     let still = vec![0.0; case.network.len()];
     let mut step = f64::INFINITY;
-    let _ = stepper.take_device_ms();
     for (number, heat) in case.frames.iter().enumerate() {
-        let began = Instant::now();
+        let (began, before) = (Instant::now(), stepper.device_ms());
         match scheme {
             Scheme::Fixed(method, count) => {
                 stepper.set_heat(heat, &still).map_err(Ended::Stepper)?;
@@ -139,7 +124,8 @@ where
             }
         }
         let wall = began.elapsed().as_secs_f64() * 1e3;
-        let times = [stepper.take_device_ms(), Some(wall)];
+        let device = stepper.device_ms().map(|now| now - before.unwrap_or(0.0));
+        let times = [device, Some(wall)];
         if !done(times, stepper.temperatures().map_err(Ended::Stepper)?) {
             return Err(Ended::Stopped);
         }
@@ -230,7 +216,6 @@ where
         Ok(()) | Err(Ended::Stopped) => {}
         Err(error) => return Err(error),
     }
-    stepper.start_clock().map_err(Ended::Stepper)?;
     let (mut device, mut wall) = (Vec::new(), Vec::new());
     let (mut work, mut error) = (None, Differences::default());
     for _ in 0..effort.runs {

@@ -234,11 +234,11 @@ fn stages(context: &Arc<Context>, edge: usize, samples: usize) -> Result<(Vec<f6
     let method = Method::Rkl2 { stages: STAGES };
     let step = 20.0 / network.fastest_rate(&network.temperatures);
     stepper.attempt(method, 0.0, step, SUB_STEPS)?;
-    stepper.measure()?;
     let mut times = Vec::with_capacity(samples);
     for _ in 0..samples {
+        let before = stepper.device_ms().unwrap_or(0.0);
         stepper.attempt(method, 0.0, step, SUB_STEPS)?;
-        times.extend(stepper.take_device_ms().map(|ms| ms / f64::from(STAGES * SUB_STEPS)));
+        times.extend(stepper.device_ms().map(|now| (now - before) / f64::from(STAGES * SUB_STEPS)));
     }
     let links = 2.0 * network.linear.len() as f64 / network.len() as f64;
     // A node's description, its links, heat and its slope; base, rest before and after; work read and written (glsl/network_wide.comp).

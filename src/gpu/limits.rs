@@ -33,14 +33,15 @@ fn sampled(
     for _ in 0..WARM_UP {
         once.run(&record)?;
     }
-    once.measure()?;
+    let mut device_ms = Vec::with_capacity(samples);
     let mut wall_ms = Vec::with_capacity(samples);
     for _ in 0..samples {
-        let began = Instant::now();
+        let (began, before) = (Instant::now(), once.device_ms().unwrap_or(0.0));
         once.run(&record)?;
         wall_ms.push(began.elapsed().as_secs_f64() * 1e3);
+        device_ms.extend(once.device_ms().map(|now| now - before));
     }
-    Ok(Samples { device_ms: once.take_times(), wall_ms })
+    Ok(Samples { device_ms, wall_ms })
 }
 
 /// Copies `bytes` from one device buffer to another.

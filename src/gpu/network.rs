@@ -18,7 +18,6 @@ pub use wide::NODES_AT_MOST;
 
 use super::context::Context;
 use super::error::GpuError;
-use super::once::Once;
 use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
 use crate::thermal::network::{Network, NodeKind};
 
@@ -84,30 +83,16 @@ impl NetworkStepper {
         Ok(self)
     }
 
-    /// From now on the device's time of every submission is kept until it is asked for.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn measure(&mut self) -> Result<(), GpuError> {
-        self.once().measure()
-    }
-
-    /// Device milliseconds of all submissions since the last call; `None` where they are not measured, or the queue has
-    /// no timestamps.
-    pub fn take_device_ms(&mut self) -> Option<f64> {
-        let times = self.once().take_times();
-        (!times.is_empty()).then(|| times.iter().sum())
-    }
-
     /// Whether one workgroup takes all sub-steps of an attempt, in place of a dispatch for every stage.
     pub fn is_fused(&self) -> bool {
         matches!(self.path, Path::Fused(_))
     }
 
-    fn once(&mut self) -> &mut Once {
-        match &mut self.path {
-            Path::Fused(fused) => fused.once(),
-            Path::Wide(wide) => wide.once(),
+    /// Time of all submissions so far by the device's own clock [ms], where it has one.
+    pub fn device_ms(&self) -> Option<f64> {
+        match &self.path {
+            Path::Fused(fused) => fused.device_ms(),
+            Path::Wide(wide) => wide.device_ms(),
         }
     }
 

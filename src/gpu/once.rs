@@ -13,9 +13,6 @@ use super::timing::{PassTimes, Timing};
 /// Bytes of the staging buffer; longer uploads go in pieces.
 const STAGING_BYTES: usize = 16 << 20;
 
-/// Name of a run among the times.
-const RUN: &str = "run";
-
 /// A command buffer that is recorded, submitted and waited for, and a staging buffer.
 pub struct Once {
     context: Arc<Context>,
@@ -23,9 +20,9 @@ pub struct Once {
     commands: vk::CommandBuffer,
     fence: vk::Fence,
     staging: Option<Buffer>,
-    /// Timestamps, where they were asked for.
-    timing: Option<Timing>,
-    times: PassTimes,
+    timing: Timing,
+    /// Of every run so far, by the device's own clock [ms]; `None` on a queue without timestamps.
+    device_ms: Option<f64>,
 }
 
 impl Once {
@@ -40,8 +37,8 @@ impl Once {
             commands: vk::CommandBuffer::null(),
             fence: vk::Fence::null(),
             staging: None,
-            timing: None,
-            times: PassTimes::new(),
+            timing: Timing::new(context, 1)?,
+            device_ms: None,
         };
         let (pool, commands) = command_buffers(context, 1)?;
         (once.pool, once.commands) = (pool, commands[0]);
@@ -49,21 +46,6 @@ impl Once {
         once.fence =
             unsafe { context.device.create_fence(&vk::FenceCreateInfo::default(), None) }.during("creating a fence")?;
         Ok(once)
-    }
-
-    /// From now on the device's time of every run is kept until it is asked for.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn measure(&mut self) -> Result<(), GpuError> {
-        self.timing = Some(Timing::new(&self.context, 1)?);
-        Ok(())
-    }
-
-    /// Device milliseconds of the runs since the last call; empty where they are not measured, or the queue has no
-    /// timestamps.
-    pub fn take_times(&mut self) -> Vec<f64> {
-        self.times.remove(RUN).unwrap_or_default()
     }
 
     /// Records, submits and waits.
@@ -78,20 +60,26 @@ impl Once {
         // SAFETY: the last run was waited for, so the command buffer and the fence are free.
         unsafe {
             device.begin_command_buffer(self.commands, &begin).during("recording")?;
-            if let Some(timing) = &mut self.timing {
-                timing.begin_frame(self.commands);
-                timing.begin_pass(self.commands, RUN);
-            }
+            self.timing.begin_frame(self.commands);
+            self.timing.begin_pass(self.commands, "run");
             record(device, self.commands);
-            if let Some(timing) = &mut self.timing {
-                timing.end_pass(self.commands);
-            }
+            self.timing.end_pass(self.commands);
             device.end_command_buffer(self.commands).during("recording")?;
             device.queue_submit2(self.context.queue, &submit, self.fence).during("submitting")?;
             device.wait_for_fences(&[self.fence], true, u64::MAX).during("waiting")?;
             device.reset_fences(&[self.fence]).during("resetting a fence")?;
         }
-        self.timing.as_ref().map_or(Ok(()), |timing| timing.collect(&mut self.times))
+        let mut times = PassTimes::new();
+        self.timing.collect(&mut times)?;
+        for ms in times.into_values().flatten() {
+            *self.device_ms.get_or_insert(0.0) += ms;
+        }
+        Ok(())
+    }
+
+    /// Time of all runs so far by the device's own clock [ms]; `None` on a queue without timestamps.
+    pub fn device_ms(&self) -> Option<f64> {
+        self.device_ms
     }
 
     /// Copies bytes to the start of a device buffer.

@@ -194,9 +194,7 @@ impl Renderer {
     /// A call that fails.
     pub fn set_temperatures(&mut self, temperatures: &[f32]) -> Result<(), GpuError> {
         self.wait()?;
-        self.resources.upload(&mut self.once, Resource::Temperature, temperatures)?;
-        self.once.free_staging();
-        Ok(())
+        self.resources.upload(&mut self.once, Resource::Temperature, temperatures)
     }
 
     /// What finds the shadows anew, where a load asks for it; the Sun's view goes to the slot that is submitted next.

@@ -104,7 +104,7 @@ impl Builder {
             let count: usize = bins.iter().map(|(count, _)| count).sum();
             let [low, high] = around(bins.iter().map(|(_, bounds)| *bounds));
             let size = high - low;
-            (count > 0).then(|| count as f64 * (size.x * size.y + size.y * size.z + size.z * size.x))
+            (count > 0).then_some(count as f64 * (size.x * size.y + size.y * size.z + size.z * size.x))
         };
         let best = (1..BINS)
             .filter_map(|cut| Some((cut, cost(&bins[..cut])? + cost(&bins[cut..])?)))

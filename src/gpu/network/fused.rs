@@ -178,9 +178,9 @@ impl Fused {
         Ok((attempt.loops_iteration * ITERATIONS < LOOPS_AT_MOST).then_some(fused))
     }
 
-    /// What submits.
-    pub fn once(&mut self) -> &mut Once {
-        &mut self.once
+    /// Time of all submissions so far by the device's own clock [ms], where it has one.
+    pub fn device_ms(&self) -> Option<f64> {
+        self.once.device_ms()
     }
 
     /// Work so far.

@@ -186,9 +186,9 @@ impl Wide {
         Ok(())
     }
 
-    /// What submits.
-    pub fn once(&mut self) -> &mut Once {
-        &mut self.once
+    /// Time of all submissions so far by the device's own clock [ms], where it has one.
+    pub fn device_ms(&self) -> Option<f64> {
+        self.once.device_ms()
     }
 
     /// Work so far.
@@ -232,6 +232,9 @@ impl Wide {
     /// # Errors
     /// A call that fails.
     pub fn balance(&mut self, t: f64) -> Result<bool, GpuError> {
+        if self.lone == 0 {
+            return Ok(true);
+        }
         let constants = Constants { stages: device_stages(1, 0.0), weights: [0.0; 3], time: t, step: 0.0 };
         self.odd = false;
         self.submit(&[self.plan.start(), self.plan.end()], &constants, 0)?;

@@ -118,7 +118,7 @@ impl NetworkFile {
         ascending.sort_unstable_by(f64::total_cmp);
         // -0 and 0 are one time.
         ascending.dedup();
-        let schedule = Schedule { heat, thermostats, spread: Vec::new(), times: ascending };
+        let schedule = Schedule { heat, thermostats, times: ascending, ..Schedule::default() };
         Ok(Self { labels, network, schedule, times, assumptions })
     }
 }

@@ -393,6 +393,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         // A sub-step cut short by a break says little against the one before it.
         let cut = self.since >= end && plan.step < self.step;
         self.step = if cut { self.step.max(plan.step * factor) } else { plan.step * factor };
+        self.series.first_step.get_or_insert(self.step);
         self.fused = if factor < 1.3 { (2 * self.fused).min(MOST_FUSED) } else { 1.max(self.fused / 2) };
     }
 }
