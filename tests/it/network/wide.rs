@@ -76,24 +76,32 @@ fn blanketed() -> Network {
 #[test]
 fn small_networks_agree_with_the_twin_on_the_wide_path() {
     let context = context();
+    let mut beyond = Vec::new();
+    let mut hold = |found: &[f64], expected: &[f64], allowed: f64, what: String| {
+        let worst = worst(found, expected);
+        if worst.difference > allowed {
+            beyond.push(format!("{what}: {:.2e} K at {}", worst.difference, worst.node));
+        }
+    };
     for (name, network) in networks() {
         let mut device = NetworkStepper::wide(&context, &network, &[0]).expect("a network for the device");
         let mut twin = ReferenceStepper::new(network.clone(), &[0]);
         for (method, step) in methods(&network) {
             let (device, found) = run(&mut device, &network, method, step);
             let (twin, expected) = run(&mut twin, &network, method, step);
-            let what = format!("{name}, {method} of {step:.3e} s, wide");
-            worst(&found, &expected).within(3e-4, "K", &what);
-            worst(&device.sensed, &twin.sensed).within(3e-4, "K", &format!("{what}, sensors"));
-            let close = (device.error - twin.error).abs() <= 1e-3 * twin.error + 1e-4;
-            assert!(close, "{what}: estimates {} and {}", device.error, twin.error);
+            let what = format!("{name}, {method} of {step:.3e} s");
+            hold(&found, &expected, 3e-4, what.clone());
+            hold(&device.sensed, &twin.sensed, 3e-4, format!("{what}, sensors"));
+            let far = (device.error - twin.error).abs() - 1e-3 * twin.error;
+            hold(&[far.max(0.0)], &[0.0], 1e-4, format!("{what}, estimates {} and {}", device.error, twin.error));
         }
         assert!(start(&mut device, &network) && start(&mut twin, &network), "{name}");
         let (found, expected) = (device.steady(1.0).expect("the device"), twin.steady(1.0).expect("the twin"));
         assert_eq!(found, expected, "{name}");
         let (found, expected) = (device.temperatures().expect("found"), twin.temperatures().expect("expected"));
-        worst(&found, &expected).within(1e-3, "K", &format!("{name}, steady"));
+        hold(&found, &expected, 1e-3, format!("{name}, steady"));
     }
+    assert!(beyond.is_empty(), "{}", beyond.join("\n"));
 }
 
 /// Sheets of more nodes than one workgroup takes: what needs RKL2 hundreds of stages, TR-BDF2 takes in one step.
@@ -123,7 +131,7 @@ fn schedule(network: &Network) -> Schedule {
         |from: f64, power: f64| HeatTable { times: vec![from, from, 90.0, 90.0], powers: vec![0.0, power, power, 0.0] };
     let last_of_chain = network.len() as u32 - 2;
     let heater =
-        Thermostat { node: 455, sensor: 455, power: 3.0, on_below: 289.0, off_above: 291.0, initially_on: true };
+        Thermostat { node: 455, sensor: 455, power: 3.0, on_below: 297.0, off_above: 300.0, initially_on: true };
     Schedule {
         heat: vec![(0, jump(20.0, 0.5)), (901, jump(40.0, 1e-4)), (last_of_chain, jump(30.0, 0.05))],
         thermostats: vec![heater],

@@ -11,7 +11,7 @@ use crate::thermal::network::tr_bdf2::{DIAGONAL, GAMMA};
 
 /// Share of the first residual's norm at which conjugate gradients stop, squared: for a balance, whose next iteration sees
 /// what is left, and for the estimate of an error.
-const BALANCE_ACCURACY: f32 = 1e-10;
+const BALANCE_ACCURACY: f32 = 1e-12;
 const ESTIMATE_ACCURACY: f32 = 1e-6;
 
 /// Times and weights of a try.

@@ -15,6 +15,10 @@ const MOST_NEWTONS_FAR: u32 = 60;
 /// Iterations of Newton's method of one submission towards a steady state, and submissions.
 const STEADY_NEWTONS: u32 = 6;
 const STEADY_SUBMISSIONS: u32 = 60;
+/// Largest relative change of a temperature in the last search towards a steady state, and searches that are made in hope of it:
+/// where little heat leaves through large conductances, conjugate gradients leave more of an error than of a residual.
+const STEADY_MOVE: f32 = 3e-7;
+const STEADY_SEARCHES: u32 = 6;
 /// Tries in a row that need less before less is recorded.
 const PATIENCE: u32 = 8;
 
@@ -136,6 +140,7 @@ impl Wide {
         self.odd = false;
         self.plan.stages = 0;
         let constants = Constants::balance(t);
+        let mut searches = 0;
         for number in 0..STEADY_SUBMISSIONS {
             self.plan.iterations = self.budgets[2].iterations();
             let mut frames = if number == 0 { vec![self.plan.balance_start()] } else { vec![self.plan.clear_solver()] };
@@ -148,7 +153,10 @@ impl Wide {
                 return Ok(false);
             }
             let short = solver.short_gradients > 0.0;
-            if !short && solver.short_newtons == 0.0 {
+            let settled = !short && solver.short_newtons == 0.0;
+            searches += u32::from(settled);
+            let still = solver.most_newtons == 1.0 && solver.largest_move <= STEADY_MOVE;
+            if settled && (still || searches == STEADY_SEARCHES) {
                 self.keep()?;
                 return Ok(self.state().iter().all(|[base, rest]| f64::from(*base) + f64::from(*rest) >= 0.0));
             }
