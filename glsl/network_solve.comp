@@ -59,8 +59,6 @@ const uint GRADIENTS = 0u;
 const uint NEWTON = 1u;
 const uint NEWTON_LAST = 2u;
 const uint LINEAR_LAST = 3u;
-// Iterations from which on what still moves is the rounding of large heats through little conductance.
-const float ROUNDED_AFTER = 6.0;
 
 void gradients(vec2 sums) {
     float gamma = sums.x;
@@ -119,12 +117,12 @@ void newton(float moved, bool last) {
             solver.lost = 1.0;
             solver.newtons_done = 1.0;
         }
-        // Quadratic convergence: what is left after a step of this size is 1e-10 of the temperature.
-        if (moved <= 5e-6) {
+        if (moved <= pass.accuracy) {
             solver.newtons_done = 1.0;
         }
-        if (solver.newtons > ROUNDED_AFTER) {
-            if (moved <= 2e-5) {
+        // From then on what still moves is the rounding of large heats through little conductance.
+        if (solver.newtons > pass.mu) {
+            if (moved <= 4.0 * pass.accuracy) {
                 solver.newtons_done = 1.0;
             }
         }

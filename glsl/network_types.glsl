@@ -94,7 +94,8 @@ struct NetworkPass {
     float gamma_step;
     // 1 / (alpha h) [1/s].
     float inverse_step;
-    // Share of the first residual, squared, at which conjugate gradients stop.
+    // Share of the first residual, squared, at which conjugate gradients stop; relative change of a temperature at which
+    // Newton's method does, which after `mu` iterations may be four times as large.
     float accuracy;
 };
 

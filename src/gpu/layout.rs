@@ -231,7 +231,8 @@ pub struct NetworkPass {
     pub gamma_step: f32,
     /// 1 / (alpha h) [1/s].
     pub inverse_step: f32,
-    /// Share of the first residual, squared, at which conjugate gradients stop.
+    /// Share of the first residual, squared, at which conjugate gradients stop; relative change of a temperature at which
+    /// Newton's method does, which after `mu` iterations may be four times as large.
     pub accuracy: f32,
 }
 

@@ -232,7 +232,7 @@ impl Wide {
     /// # Errors
     /// A call that fails.
     pub fn keep(&mut self) -> Result<(), GpuError> {
-        self.submit(&[WidePlan::keep(self.odd)], &Constants::none())
+        self.submit(&[WidePlan::keep(self.odd)], Constants::none())
     }
 
     /// Tries some sub-steps.
@@ -265,6 +265,7 @@ impl Wide {
                 return Ok(attempt);
             }
             if !self.budgets[which].grow(&solver) {
+                self.budgets[which] = if which == 0 { Budget::balance() } else { Budget::stage() };
                 return Ok(Attempt { error: f64::INFINITY, ..attempt });
             }
         }
@@ -286,7 +287,7 @@ impl Wide {
             }
             frames.push(self.plan.end());
             constants.time = t + f64::from(first) * step;
-            self.submit(&frames, &constants)?;
+            self.submit(&frames, constants.clone())?;
             let sensed: &[[f32; 2]] = self.buffers[&Resource::NetworkSensed].read(self.sensors * some as usize);
             attempt.sensed.extend(sensed.iter().map(|[base, rest]| f64::from(*base) + f64::from(*rest)));
             self.counts.sub_steps += u64::from(some);

@@ -128,14 +128,14 @@ fn stiff_sheets_agree_with_the_twin() {
 /// What happens to the blanketed sheet: jumps of heat on cells and on arithmetic nodes, and a thermostat.
 fn schedule(network: &Network) -> Schedule {
     let jump =
-        |from: f64, power: f64| HeatTable { times: vec![from, from, 90.0, 90.0], powers: vec![0.0, power, power, 0.0] };
+        |from: f64, power: f64| HeatTable { times: vec![from, from, 50.0, 50.0], powers: vec![0.0, power, power, 0.0] };
     let last_of_chain = network.len() as u32 - 2;
     let heater =
-        Thermostat { node: 455, sensor: 455, power: 3.0, on_below: 297.0, off_above: 300.0, initially_on: true };
+        Thermostat { node: 455, sensor: 455, power: 20.0, on_below: 297.0, off_above: 300.0, initially_on: true };
     Schedule {
-        heat: vec![(0, jump(20.0, 0.5)), (901, jump(40.0, 1e-4)), (last_of_chain, jump(30.0, 0.05))],
+        heat: vec![(0, jump(5.0, 0.5)), (901, jump(10.0, 1e-4)), (last_of_chain, jump(15.0, 0.05))],
         thermostats: vec![heater],
-        times: vec![0.0, 30.0, 60.0, 90.0, 120.0],
+        times: vec![0.0, 20.0, 40.0, 60.0],
         ..Schedule::default()
     }
 }

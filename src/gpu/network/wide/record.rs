@@ -50,7 +50,8 @@ impl Wide {
     }
 
     /// Records and runs some frames one after the other.
-    pub(super) fn submit(&mut self, frames: &[Frame], constants: &Constants) -> Result<(), GpuError> {
+    pub(super) fn submit(&mut self, frames: &[Frame], mut constants: Constants) -> Result<(), GpuError> {
+        constants.radiative = self.plan.radiative;
         let steps = || frames.iter().flat_map(|frame| &frame.steps);
         for step in steps() {
             if let Step::Pass(pass) = step

@@ -9,7 +9,7 @@ use crate::gpu::pass::NetworkNodes;
 /// Iterations of conjugate gradients after which a system counts as unsolved.
 const MOST_GRADIENTS: u32 = 6_000;
 /// Iterations of Newton's method after which a stage counts as unsolved.
-const MOST_NEWTONS: u32 = 12;
+const MOST_NEWTONS: u32 = 40;
 /// The same of a balance that may start far away.
 const MOST_NEWTONS_FAR: u32 = 60;
 /// Iterations of Newton's method of one submission towards a steady state, and submissions.
@@ -105,7 +105,7 @@ impl Wide {
         self.plan.stages = 1;
         loop {
             self.plan.iterations = self.budgets[0].iterations();
-            self.submit(&[self.plan.start(), self.plan.end()], &Constants::balance(t))?;
+            self.submit(&[self.plan.start(), self.plan.end()], Constants::balance(t))?;
             if !self.plan.coupled {
                 break;
             }
@@ -146,7 +146,7 @@ impl Wide {
             let mut frames = if number == 0 { vec![self.plan.balance_start()] } else { vec![self.plan.clear_solver()] };
             frames.push(self.plan.balance(NetworkNodes::Free));
             frames.push(self.plan.end());
-            self.submit(&frames, &constants)?;
+            self.submit(&frames, constants.clone())?;
             let solver = self.solver();
             self.counts.iterations += solver.iterations as u64;
             if solver.lost > 0.0 {
