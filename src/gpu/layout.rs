@@ -301,30 +301,73 @@ pub struct NetworkAttempt {
     pub right_at: u32,
 }
 
-/// What one dispatch of the wide kernels of a network does.
+/// What one dispatch of the wide kernels and of the solver of a network does.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 pub struct NetworkPass {
-    /// Invocations that work.
+    /// Invocations that work; of the solver's decisions, workgroups that left a part.
     pub count: u32,
-    /// Nodes.
-    pub nodes: u32,
-    /// Sensors.
-    pub sensors: u32,
     /// Where the sensors of this sub-step lie.
     pub sensed_at: u32,
+    /// Whether an update is the first; what the solver decides.
+    pub mode: u32,
     /// Time of the stage [s] since the heat was set.
     pub time: f32,
     /// Radiative temperature of space [K].
     pub space_temperature: f32,
-    /// Weight of the last stage; in the estimate of the error that of the change.
+    /// Weight of the last stage; in the estimate of the error that of the change; of a right side, of the heat now.
     pub mu: f32,
-    /// Weight of the stage before.
+    /// Weight of the stage before; of a right side, of the heat at the start.
     pub nu: f32,
-    /// Weight of the rate of the last stage [s].
+    /// Weight of the rate of the last stage [s]; of a right side, of what the change stores.
     pub mu_step: f32,
-    /// Weight of the rate at the start [s].
+    /// Weight of the rate at the start [s]; of a right side, of what the change of the first stage stores.
     pub gamma_step: f32,
+    /// 1 / (alpha h) [1/s].
+    pub inverse_step: f32,
+    /// Share of the first residual, squared, at which conjugate gradients stop; relative change of a temperature at which
+    /// Newton's method does, which after `mu` iterations may be four times as large.
+    pub accuracy: f32,
+}
+
+/// What the solver of a large network knows of itself.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct NetworkSolver {
+    /// Product of residual and preconditioned residual [W K].
+    pub gamma: f32,
+    /// Step along the direction.
+    pub alpha: f32,
+    /// What of it the solution moves by: 0 once there is no more to gain.
+    pub step: f32,
+    /// Share of the last direction in the next.
+    pub beta: f32,
+    /// `gamma` of the first iteration.
+    pub gamma_start: f32,
+    /// `gamma` of the first system of a stage.
+    pub gamma_first: f32,
+    /// Iterations of conjugate gradients.
+    pub gradients: f32,
+    /// 1 where more would change nothing.
+    pub gradients_done: f32,
+    /// Iterations of Newton's method.
+    pub newtons: f32,
+    /// 1 where more would change nothing.
+    pub newtons_done: f32,
+    /// Most iterations of one system.
+    pub most_gradients: f32,
+    /// Most iterations of Newton's method of one stage.
+    pub most_newtons: f32,
+    /// All iterations of conjugate gradients.
+    pub iterations: f32,
+    /// 1 where a system needed more iterations than were recorded.
+    pub short_gradients: f32,
+    /// 1 where a stage did.
+    pub short_newtons: f32,
+    /// 1 where what came was no number.
+    pub lost: f32,
+    /// Largest relative change of a temperature in the last iteration.
+    pub largest_move: f32,
 }
 
 /// A member of a structure, for the comparison with SPIR-V.
@@ -369,8 +412,11 @@ pub fn structures() -> Vec<(&'static str, usize, Vec<Member>)> {
             emission_sum: f32, links_begin: u32, links_end: u32),
         members!(NetworkLink: neighbour: u32, conductance: f32, exchange: f32),
         members!(NetworkStage: mu: f32, nu: f32, mu_step: f32, gamma_step: f32, time: f32),
-        members!(NetworkPass: count: u32, nodes: u32, sensors: u32, sensed_at: u32, time: f32, space_temperature: f32,
-            mu: f32, nu: f32, mu_step: f32, gamma_step: f32),
+        members!(NetworkPass: count: u32, sensed_at: u32, mode: u32, time: f32, space_temperature: f32, mu: f32, nu: f32,
+            mu_step: f32, gamma_step: f32, inverse_step: f32, accuracy: f32),
+        members!(NetworkSolver: gamma: f32, alpha: f32, step: f32, beta: f32, gamma_start: f32, gamma_first: f32,
+            gradients: f32, gradients_done: f32, newtons: f32, newtons_done: f32, most_gradients: f32, most_newtons: f32,
+            iterations: f32, short_gradients: f32, short_newtons: f32, lost: f32, largest_move: f32),
         members!(NetworkAttempt: nodes: u32, count: u32, stages: u32, sensors: u32, lone: u32, time: f32, step: f32,
             space_temperature: f32, error_end: f32, error_start: f32, error_change: f32, loops_sub_step: u32, loops_iteration: u32, unknowns: u32, levels: u32,
             nodes_at: u32, entries_at: u32, levels_at: u32, targets_at: u32, terms_at: u32, pivots_at: u32,

@@ -27,3 +27,4 @@ pub mod shapes;
 pub mod timing;
 mod validation;
 pub mod variant;
+pub mod wide_variant;

@@ -2,7 +2,8 @@
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
-use super::variant::{ThermalVariant, WideVariant};
+use super::variant::ThermalVariant;
+use super::wide_variant::WideVariant;
 
 /// Whatever a pass reads or writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -75,22 +76,40 @@ pub enum Resource {
     IdentityReadback,
     /// See `RadianceReadback`.
     TemperatureReadback,
-    /// Bases of the kept temperatures of a network [K].
-    NetworkKeptBase,
-    /// Rests of the kept temperatures of a network [K].
-    NetworkKeptRest,
-    /// Bases of the temperatures of a network that is tried [K].
-    NetworkBase,
-    /// Their rests, of every other stage.
-    NetworkRestEven,
-    /// See `NetworkRestEven`.
-    NetworkRestOdd,
-    /// Changes and rates of the nodes of a network.
-    NetworkWork,
+    /// Kept temperatures of a network: base and rest [K] of every node.
+    NetworkKept,
+    /// Temperatures of a network that is tried, of every other stage.
+    NetworkEven,
+    /// See `NetworkEven`.
+    NetworkOdd,
+    /// Rests of the nodes of a network at the start of a sub-step [K]; of TR-BDF2 the change of the first stage.
+    NetworkStart,
+    /// Rates of the nodes of a network [K/s]; of TR-BDF2 the heat at the start [W].
+    NetworkRates,
     /// Largest errors, where the host reads them.
     NetworkErrors,
     /// Temperatures of the sensors, where the host reads them.
     NetworkSensed,
+    /// Residual of the solver [W].
+    SolverResidual,
+    /// Preconditioned residual [K].
+    SolverConditioned,
+    /// Direction of search.
+    SolverDirection,
+    /// The matrix times that.
+    SolverProductDirection,
+    /// Solution [K].
+    SolverSolution,
+    /// The matrix times the preconditioned residual.
+    SolverProduct,
+    /// Inverse of the diagonal [K/W].
+    SolverInverse,
+    /// 2 T^(3/2) of every node.
+    SolverRoots,
+    /// Parts of sums.
+    SolverPartials,
+    /// What the solver knows of itself, where the host reads it.
+    SolverScalars,
 }
 
 impl Resource {
@@ -241,17 +260,36 @@ pub enum Work {
     Network(NetworkWork),
 }
 
+/// Nodes that a pass over a network is confined to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum NetworkNodes {
+    /// All.
+    All,
+    /// The sensors.
+    Sensors,
+    /// Arithmetic nodes without arithmetic neighbours.
+    Lone,
+    /// All arithmetic nodes.
+    Arithmetic,
+    /// All that are no boundary.
+    Free,
+}
+
 /// Which pass over the nodes of a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NetworkWork {
     /// Compiled variant.
     pub variant: WideVariant,
+    /// Nodes of the pass.
+    pub nodes: NetworkNodes,
     /// Stage whose time and weights it has.
     pub stage: u32,
     /// Sub-step.
     pub sub_step: u32,
-    /// Whether the present stage is in `NetworkRestOdd`, and the next goes to `NetworkRestEven`.
+    /// Whether the present stage is in `NetworkOdd`, and the next goes to `NetworkEven`.
     pub odd: bool,
+    /// Of an update, 1 where it is the first; of the solver's decisions, which.
+    pub mode: u32,
 }
 
 /// A named piece of work and everything that it touches.

@@ -5,6 +5,7 @@ mod run;
 mod worker;
 
 pub(super) use build::shell;
+pub(crate) use run::unfinished;
 pub use run::{NetworkRun, TickCost};
 
 use crate::thermal::network::control::Settings;

@@ -1,4 +1,7 @@
-//! Measures what README states: the thermal pass by number of nodes, and whole ticks of a scene by density and size.
+//! Measures what README states: the thermal pass by number of nodes, whole ticks of a scene by density and size, and
+//! stages of large networks.
+
+mod network_cost;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -41,6 +44,12 @@ struct Arguments {
     /// Measure nothing but the cost of response functions against a quadratic one
     #[arg(long)]
     functions_only: bool,
+    /// Measure nothing but the stages of large networks
+    #[arg(long)]
+    network_only: bool,
+    /// Numbers of nodes of the networks; each becomes the nearest square
+    #[arg(long, value_delimiter = ',', default_values_t = [10_000, 100_000, 1_000_000])]
+    network_nodes: Vec<usize>,
     /// Ticks of each measurement
     #[arg(long, default_value_t = 30)]
     ticks: u32,
@@ -63,6 +72,9 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     let context = Context::open(arguments.device.as_deref(), false)?;
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     println!("Device: {}, {}; load average {}\n", context.info.name, context.info.driver, load.trim());
+    if arguments.network_only {
+        return network_cost::measure(&context, &arguments.network_nodes);
+    }
     let scene = Scene::load(&arguments.scene)?;
     if arguments.functions_only {
         return functions(arguments, &context, &scene);
