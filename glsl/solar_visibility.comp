@@ -20,7 +20,8 @@ layout(set = 0, binding = 8) buffer VisibilityBlock { vec4 visibility[]; };
 float is_lit(SeenNode node, ivec2 first, int column, int row) {
     ivec2 at = first + ivec2(column, row);
     vec2 off = vec2(at) + vec2(0.5) - node.texel.xy;
-    float own = node.texel.z + dot(node.slope, off);
+    // Beside the craft the plane of a flatly lit surface runs on behind the map's end, where nothing is.
+    float own = min(node.texel.z + dot(node.slope, off), 1.0);
     int side = int(sun_view.down.w);
     // The map has an empty margin: what falls outside it is beyond the craft.
     ivec2 inside = clamp(at, ivec2(0), ivec2(side - 1));

@@ -170,7 +170,8 @@ impl<'a> DepthMap<'a> {
             for (j, wx) in (-1..=2).zip(weights(fx)) {
                 let (column, row) = (first[0] + f64::from(j), first[1] + f64::from(i));
                 let own = at.z + across * (column + 0.5 - at.x) + along * (row + 0.5 - at.y);
-                if self.depth(column, row) >= own {
+                // Beside the craft the plane of a flatly lit surface runs on behind the map's end, where nothing is.
+                if self.depth(column, row) >= own.min(1.0) {
                     lit += wx * wy;
                 }
             }
