@@ -18,6 +18,8 @@ use crate::simulation::prepare::PrepareError;
 use crate::thermal::brightness::BrightnessError;
 
 mod compare;
+mod environment;
+mod environment_plate;
 mod info;
 mod network;
 mod network_import;
@@ -48,6 +50,7 @@ enum Command {
     Radiance(radiance::Arguments),
     Response(response::Arguments),
     Network(network::Arguments),
+    Environment(environment::Arguments),
     Paper(paper::Arguments),
 }
 
@@ -178,6 +181,7 @@ pub fn main() -> ExitCode {
         Command::Radiance(arguments) => radiance::run(&arguments),
         Command::Response(arguments) => response::run(&arguments),
         Command::Network(arguments) => network::run(&arguments),
+        Command::Environment(arguments) => environment::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
     };
     match result {
