@@ -13,7 +13,9 @@ use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
 ///
 /// The planet is a Lambert sphere, evenly warm, lit by parallel sunlight.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  isotherm environment plate --altitude 408e3 --nadir-angle 90 --sun-zenith 60 --json")]
+#[command(
+    after_help = "Example:\n  isotherm environment plate --altitude 408e3 --nadir-angle 90 --sun-zenith 60 --json"
+)]
 pub struct Arguments {
     /// Height above the planet's radius [m]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]

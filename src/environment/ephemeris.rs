@@ -60,19 +60,11 @@ pub struct Segment {
     pub usable: (f64, f64),
 }
 
-/// Samples between which a polynomial may be laid.
-#[derive(Debug, Clone, PartialEq)]
-struct Piece {
-    samples: Vec<Sample>,
-    interpolation: Interpolation,
-    usable: (f64, f64),
-}
-
 /// A trajectory by its samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ephemeris {
     /// In order of time; they may touch.
-    pieces: Vec<Piece>,
+    pieces: Vec<Segment>,
 }
 
 /// What was made of the samples, in counts that a user should see.
@@ -143,7 +135,7 @@ impl Ephemeris {
 const JOIN: f64 = 1e-6;
 
 /// Cuts a segment at its gaps, steps and manoeuvres.
-fn split(segment: Segment, pieces: &mut Vec<Piece>, findings: &mut Findings) {
+fn split(segment: Segment, pieces: &mut Vec<Segment>, findings: &mut Findings) {
     let Segment { mut samples, interpolation, usable } = segment;
     let before = samples.len();
     samples.dedup_by(|later, earlier| {
@@ -163,7 +155,7 @@ fn split(segment: Segment, pieces: &mut Vec<Piece>, findings: &mut Findings) {
         let samples = &samples[start..end];
         let (first, last) = (samples[0].time.max(usable.0), samples[samples.len() - 1].time.min(usable.1));
         if first <= last {
-            pieces.push(Piece { samples: samples.to_vec(), interpolation, usable: (first, last) });
+            pieces.push(Segment { samples: samples.to_vec(), interpolation, usable: (first, last) });
         }
     };
     for (index, spacing) in spacings.iter().enumerate() {
@@ -245,7 +237,7 @@ fn unexplained(from: &Sample, to: &Sample) -> Option<f64> {
 /// Angle of the orbit over which a coast is compared [rad].
 const LONGEST_COAST: f64 = 1.0;
 
-impl Piece {
+impl Segment {
     fn state(&self, time: f64) -> State {
         let samples = &self.samples;
         let next = samples.partition_point(|sample| sample.time <= time);

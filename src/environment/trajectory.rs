@@ -86,6 +86,8 @@ impl Trajectory {
     /// # Errors
     /// Where there is no state at time 0.
     pub fn new(description: String, start: Epoch, source: Source) -> Result<Self, TrajectoryError> {
+        // Seconds are added to it, of which UTC leaves some out.
+        let start = start.to_time_scale(TimeScale::TAI);
         let start_centuries = tt_centuries(start);
         let mut trajectory = Self { description, start, start_centuries, source, period: f64::INFINITY };
         trajectory.check(0.0, 0.0)?;
@@ -191,12 +193,7 @@ impl Trajectory {
             .map(|pair| format!("{} to {}", self.utc(pair[0].1), self.utc(pair[1].0)))
             .collect();
         let more = if coverage.len() > 4 { format!(" and {} more", coverage.len() - 4) } else { String::new() };
-        format!(
-            "it covers {} to {} with gaps: {}{more}",
-            self.utc(*first),
-            self.utc(*last),
-            gaps.join(", ")
-        )
+        format!("it covers {} to {} with gaps: {}{more}", self.utc(*first), self.utc(*last), gaps.join(", "))
     }
 }
 
@@ -207,6 +204,11 @@ impl fmt::Display for Trajectory {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(&self.description)
     }
+}
+
+/// Seconds from one epoch to another, leap seconds included.
+pub fn seconds_between(from: Epoch, to: Epoch) -> f64 {
+    (to.to_tai_duration() - from.to_tai_duration()).to_seconds()
 }
 
 /// UTC as ISO 8601, to the nearest millisecond.

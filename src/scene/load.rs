@@ -8,7 +8,7 @@ use super::error::SceneError;
 use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
 use super::section::Section;
-use super::{Camera, Draw, Scene, attitude, camera, environment, keys, material, mesh_network, orbit, time, view};
+use super::{Camera, Draw, Scene, SkyScene, camera, keys, material, mesh_network, view};
 
 impl Scene {
     /// Reads and checks a scene file. Paths in it are relative to its folder.
@@ -38,10 +38,8 @@ impl Scene {
         if max_edge.is_none() {
             assumptions.push("The model's triangles are not subdivided (model.max_edge is absent).".to_string());
         }
-        let time = time::read(&required(&root, "time", keys::TIME)?, &mut assumptions)?;
-        let environment = environment::read(&required(&root, "environment", keys::ENVIRONMENT)?, &mut assumptions)?;
-        let orbit = orbit::read(&required(&root, "orbit", keys::ORBIT)?, environment.planet_radius, &mut assumptions)?;
-        let attitude = attitude::read(&required(&root, "attitude", keys::ATTITUDE)?, &mut assumptions)?;
+        let sky = SkyScene::read(&root, path, &mut files, &mut assumptions)?;
+        let time = sky.time.clone();
         let materials = material::read(
             root.table("materials", keys::MATERIALS)?.as_ref(),
             &root.tables("material", keys::MATERIAL)?,
@@ -58,19 +56,15 @@ impl Scene {
         let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref())?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
-        let name = match root.string("name")? {
-            Some(name) => name.to_string(),
-            None => path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
-        };
         Ok(Self {
             source: path.to_path_buf(),
-            name,
+            name: sky.name,
             model_path,
             max_edge,
             time,
-            orbit,
-            attitude,
-            environment,
+            orbit: sky.orbit,
+            attitude: sky.attitude,
+            environment: sky.environment,
             materials,
             camera,
             band,
@@ -99,7 +93,7 @@ impl Scene {
     }
 }
 
-fn required<'a>(root: &Section<'a>, name: &str, known: &[&str]) -> Result<Section<'a>, SceneError> {
+pub(super) fn required<'a>(root: &Section<'a>, name: &str, known: &[&str]) -> Result<Section<'a>, SceneError> {
     root.required(name, root.table(name, known)?, &format!("a scene needs a section [{name}]"))
 }
 

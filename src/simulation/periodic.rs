@@ -74,7 +74,7 @@ fn all(engine: &mut Engine) -> Result<Vec<f32>, GpuError> {
 
 /// One whole period up to time 0, its last tick shorter where the period is no whole number of steps.
 fn orbit(prepared: &Prepared, engine: &mut Engine, mut check: Option<&mut Check>) -> Result<(), GpuError> {
-    let (step, period) = (prepared.scene.time.step, prepared.scene.orbit.period);
+    let (step, period) = (prepared.scene.time.step, prepared.scene.orbit.period());
     let ticks = (period / step - 1e-9).ceil() as u64;
     for tick in 0..ticks {
         let start = tick as f64 * step - period;
