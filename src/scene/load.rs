@@ -39,6 +39,7 @@ impl Scene {
             assumptions.push("The model's triangles are not subdivided (model.max_edge is absent).".to_string());
         }
         let sky = SkyScene::read(&root, path, &mut files, &mut assumptions)?;
+        let sky_files = files[2..].to_vec();
         let time = sky.time.clone();
         let materials = material::read(
             root.table("materials", keys::MATERIALS)?.as_ref(),
@@ -75,6 +76,7 @@ impl Scene {
             heaters,
             colour_range,
             files,
+            sky_files,
             assumptions,
         })
     }

@@ -78,9 +78,11 @@ pub struct Scene {
     pub heaters: Vec<Heater>,
     /// Temperature range of the false-colour pictures [K]; `None` takes it from each run.
     pub colour_range: Option<[f64; 2]>,
-    /// Every file that the scene consists of: scene, model, materials table where there is one, and the tables that
-    /// response functions were read from; those that glTF `extras` name join when the model is known.
+    /// Every file that the scene consists of: scene, model, trajectory and attitude, materials table where there is
+    /// one, and the tables that response functions were read from; those that glTF `extras` name join when the model is known.
     pub files: Vec<PathBuf>,
+    /// Those of `files` that trajectory and attitude were read from.
+    pub sky_files: Vec<PathBuf>,
     /// What was assumed because the file is silent, one sentence each.
     pub assumptions: Vec<String>,
 }

@@ -23,6 +23,7 @@ mod response_fit;
 mod run;
 mod scene;
 mod shaders;
+mod trajectory;
 mod transitions;
 mod twins;
 mod validation;
