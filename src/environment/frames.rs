@@ -35,9 +35,9 @@ pub fn tt_centuries(epoch: Epoch) -> f64 {
 /// Capitaine, Wallace & Chapront 2003, A&A 412, eq. 40 (the equatorial angles of IAU 2006).
 pub fn gcrf_from_mean(centuries: f64) -> DMat3 {
     let t = centuries;
-    let zeta = (((0.018_018_28 * t + 0.298_849_9) * t + 2306.083_227) * t + 2.650_545) * ARC_SECOND;
-    let z = (((0.018_268_37 * t + 1.092_734_8) * t + 2306.077_181) * t - 2.650_545) * ARC_SECOND;
-    let theta = ((-0.041_822_64 * t - 0.429_493_4) * t + 2004.191_903) * t * ARC_SECOND;
+    let zeta = (((0.018_018_28 * t + 0.298_849_9) * t + 2_306.083_227) * t + 2.650_545) * ARC_SECOND;
+    let z = (((0.018_268_37 * t + 1.092_734_8) * t + 2_306.077_181) * t - 2.650_545) * ARC_SECOND;
+    let theta = ((-0.041_822_64 * t - 0.429_493_4) * t + 2_004.191_903) * t * ARC_SECOND;
     DMat3::from_rotation_z(-zeta) * DMat3::from_rotation_y(theta) * DMat3::from_rotation_z(-z)
 }
 
@@ -110,7 +110,7 @@ fn sidereal_time(epoch: Epoch) -> f64 {
     let days = epoch.to_time_scale(TimeScale::UTC).to_jde_utc_days() - 2_451_545.0;
     let rotation = TAU * (0.779_057_273_264_0 + 0.002_737_811_911_354_48 * days + days.rem_euclid(1.0));
     let t = tt_centuries(epoch);
-    let accumulated = ((1.391_581_7 * t + 4612.156_534) * t + 0.014_506) * ARC_SECOND;
+    let accumulated = ((1.391_581_7 * t + 4_612.156_534) * t + 0.014_506) * ARC_SECOND;
     (rotation + accumulated + equation_of_equinoxes(t)).rem_euclid(TAU)
 }
 
@@ -200,7 +200,7 @@ mod tests {
             let centuries = (day + 0.3 - 2_451_545.0) / 36_525.0;
             let days = day + 0.3 - 2_451_545.0;
             let turned = TAU * (0.779_057_273_264_0 + 1.002_737_811_911_354_48 * days)
-                + ((1.391_581_7 * centuries + 4612.156_534) * centuries + 0.014_506) * ARC_SECOND
+                + ((1.391_581_7 * centuries + 4_612.156_534) * centuries + 0.014_506) * ARC_SECOND
                 + equation_of_equinoxes(centuries);
             let found = gcrf_from_true(centuries) * DMat3::from_rotation_z(turned);
             let worst = (found - rotation).to_cols_array().into_iter().fold(0.0_f64, |a, b| a.max(b.abs()));

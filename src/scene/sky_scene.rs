@@ -7,6 +7,7 @@ use super::file::{SourceFile, read_text};
 use super::load::required;
 use super::section::Section;
 use super::{Attitude, Environment, Orbit, Time, attitude, environment, keys, orbit, time};
+use crate::environment::trajectory::Trajectory;
 
 /// Time, orbit, attitude and environment of a scene.
 #[derive(Debug, Clone)]
@@ -52,7 +53,7 @@ impl SkyScene {
         let environment = environment::read(&required(root, "environment", keys::ENVIRONMENT)?, assumptions)?;
         let section = required(root, "orbit", keys::ORBIT)?;
         let orbit = orbit::read(&section, environment.planet_radius, time.start, files, assumptions)?;
-        let start = orbit.trajectory().map(|trajectory| trajectory.start()).or(time.start);
+        let start = orbit.trajectory().map(Trajectory::start).or(time.start);
         let attitude = attitude::read(&required(root, "attitude", keys::ATTITUDE)?, start, files, assumptions)?;
         let name = match root.string("name")? {
             Some(name) => name.to_string(),

@@ -12,7 +12,7 @@ use crate::gpu::frame::StepRange;
 use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::model::{Model, ModelError};
-use crate::scene::{Orbit, Scene, SceneError, file_hash, scene_hash};
+use crate::scene::{Attitude, Orbit, Scene, SceneError, file_hash, scene_hash};
 use crate::thermal::material::{Material, Response};
 use crate::thermal::nodes::{Nodes, RangeResponse};
 
@@ -206,7 +206,12 @@ impl Prepared {
             .sky_model()
             .check(-before - slack, f64::from(scene.time.steps) * scene.time.step)
             .map_err(|source| PrepareError::Sky { path: scene.source.clone(), source })?;
-        let turn = loads.sky_model().sun_sweep(0.0, scene.time.step).to_degrees();
+        // The chords of a sweep do not see whole turns.
+        let turn = match scene.attitude {
+            Attitude::Spin { rate, .. } => (rate * scene.time.step).abs(),
+            _ => loads.sky_model().sun_sweep(0.0, scene.time.step),
+        }
+        .to_degrees();
         if scene.environment.solar_constant.is_some() && turn > LARGEST_TURN_DEG {
             warnings.push(format!(
                 "the craft turns {turn:.0} deg against the Sun in a step: its loads are averaged over few directions"

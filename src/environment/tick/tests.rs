@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glam::DQuat;
 
 use super::*;
+use crate::scene::CircularOrbit;
 use crate::environment::load::{albedo_flux, exact_albedo_flux, planet_ir_flux, solar_flux};
 
 const SOLAR_CONSTANT: f64 = 1361.0;

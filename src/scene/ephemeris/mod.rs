@@ -203,18 +203,13 @@ fn matches(wanted: &str, names: &(String, String)) -> bool {
 }
 
 /// Frames by their names in files.
-const FRAMES: [(&str, ReferenceFrame); 12] = [
+const FRAMES: [(&str, ReferenceFrame); 7] = [
     ("GCRF", ReferenceFrame::Inertial),
     ("EME2000", ReferenceFrame::Inertial),
     ("J2000", ReferenceFrame::Inertial),
     ("ICRF", ReferenceFrame::Inertial),
     ("TEME", ReferenceFrame::Teme),
     ("TEMEOFDATE", ReferenceFrame::Teme),
-    ("ITRF", ReferenceFrame::Itrf),
-    ("ITRF2000", ReferenceFrame::Itrf),
-    ("ITRF2008", ReferenceFrame::Itrf),
-    ("ITRF2014", ReferenceFrame::Itrf),
-    ("ITRF2020", ReferenceFrame::Itrf),
     ("GRC", ReferenceFrame::Itrf),
 ];
 
@@ -225,10 +220,10 @@ fn reference_frame(name: &str) -> Result<ReferenceFrame, String> {
         return Ok(*frame);
     }
     let upper = plain.to_ascii_uppercase();
-    if let Some(rest) = upper.strip_prefix("ITRF").or_else(|| upper.strip_prefix("ICRF")) {
-        if rest.chars().all(|letter| letter.is_ascii_digit()) {
-            return Ok(if upper.starts_with("ITRF") { ReferenceFrame::Itrf } else { ReferenceFrame::Inertial });
-        }
+    if let Some(rest) = upper.strip_prefix("ITRF").or_else(|| upper.strip_prefix("ICRF"))
+        && rest.chars().all(|letter| letter.is_ascii_digit())
+    {
+        return Ok(if upper.starts_with("ITRF") { ReferenceFrame::Itrf } else { ReferenceFrame::Inertial });
     }
     Err(format!("the frame '{name}' is not one of 'EME2000', 'J2000', 'ICRF', 'GCRF', 'TEME', 'ITRF'"))
 }
@@ -250,20 +245,18 @@ fn absolute(path: &Path, stated: &Stated, options: &Options) -> Result<Absolute,
     };
     let usable =
         (usable("USEABLE_START_TIME", &stated.usable_start)?, usable("USEABLE_STOP_TIME", &stated.usable_stop)?);
-    if let (Some(from), Some(to), Some((line, _))) = (usable.0, usable.1, &stated.usable_stop) {
-        if seconds_between(from, to) < 0.0 {
-            return Err(at(*line).error("USEABLE_STOP_TIME", "lies before USEABLE_START_TIME"));
-        }
+    if let (Some(from), Some(to), Some((line, _))) = (usable.0, usable.1, &stated.usable_stop)
+        && seconds_between(from, to) < 0.0
+    {
+        return Err(at(*line).error("USEABLE_STOP_TIME", "lies before USEABLE_START_TIME"));
     }
     let interpolation = interpolation(path, stated, options)?;
     let mut states: Vec<(Epoch, DVec3, Option<DVec3>)> = Vec::with_capacity(stated.lines.len());
     for state in &stated.lines {
         let wrong = |message: String| at(state.line).error(&format!("epoch {}", state.epoch), message);
         let epoch = state_epoch(&state.epoch, scale, options).map_err(&wrong)?;
-        if let Some((last, ..)) = states.last() {
-            if seconds_between(*last, epoch) < 0.0 {
-                return Err(wrong("lies before the epoch of the line above".to_owned()));
-            }
+        if states.last().is_some_and(|(last, ..)| seconds_between(*last, epoch) < 0.0) {
+            return Err(wrong("lies before the epoch of the line above".to_owned()));
         }
         let finite = state.position.is_finite() && state.velocity.is_none_or(DVec3::is_finite);
         if !finite || state.position.length() < 1e5 {

@@ -14,6 +14,9 @@ pub(super) struct Columns<'a> {
     optional: Option<Vec<usize>>,
 }
 
+/// A row: the first required column, the other required ones, and the optional ones where they are.
+type Cells = (String, Vec<f64>, Option<Vec<f64>>);
+
 impl<'a> Columns<'a> {
     /// Reads a comma-separated table with a header; lines that start with `#` are comments.
     ///
@@ -60,11 +63,7 @@ impl<'a> Columns<'a> {
     }
 
     /// The first required column as text, the other required ones as numbers, and the optional ones where they are.
-    pub(super) fn cells(
-        &self,
-        path: &Path,
-        (line, row): &(usize, Vec<&str>),
-    ) -> Result<(String, Vec<f64>, Option<Vec<f64>>), SceneError> {
+    pub(super) fn cells(&self, path: &Path, (line, row): &(usize, Vec<&str>)) -> Result<Cells, SceneError> {
         let time = row[self.required[0]].to_owned();
         let numbers = |places: &[usize]| {
             let read = |place: &usize| {
