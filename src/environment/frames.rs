@@ -199,7 +199,7 @@ mod tests {
         for (day, rotation) in expected {
             let centuries = (day + 0.3 - 2_451_545.0) / 36_525.0;
             let days = day + 0.3 - 2_451_545.0;
-            let turned = TAU * (0.779_057_273_264_0 + 1.002_737_811_911_354_48 * days)
+            let turned = TAU * (0.779_057_273_264_0 + 1.002_737_811_911_354_5 * days)
                 + ((1.391_581_7 * centuries + 4_612.156_534) * centuries + 0.014_506) * ARC_SECOND
                 + equation_of_equinoxes(centuries);
             let found = gcrf_from_true(centuries) * DMat3::from_rotation_z(turned);
