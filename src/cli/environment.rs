@@ -18,19 +18,21 @@ Examples:
   isotherm environment models/iss_orbit.toml -o env.csv
   isotherm environment plate --altitude 408e3 --nadir-angle 90 --sun-zenith 60 --json
 
-A scene needs [time], [orbit], [attitude] and [environment] only (models/README.md). env.csv has a row for each step,
-0 included, of the instant; vectors are unit vectors in the body frame, fluxes those that fall on the six faces of a
-cube, +X -X +Y -Y +Z -Z, whatever they absorb:
-  time_s, utc                     since time 0; UTC is empty for a circular orbit
-  x_m, y_m, z_m                   craft from the planet's centre, inertial frame (GCRF for a trajectory)
-  sun_x .. sun_z, planet_x ..     directions to the Sun and to the planet's centre
-  sun_distance_m                  from the craft
-  lit_fraction                    share of the Sun's disc that the planet leaves visible
-  solar_flux_w_m2                 sunlight at this distance, eclipse left aside; 0 without solar_constant
-  solar_+X_w_m2 ..                sunlight on each face, times the lit fraction
-  planet_ir_+X_w_m2 ..            planet infrared on each face
-  albedo_+X_w_m2 ..               reflected sunlight on each face, by the exact integral
-env.events.csv beside it has time_s, utc, boundary (penumbra, umbra) and event (entry, exit), to a millisecond.";
+A scene needs [time], [orbit], [attitude] and [environment] only
+(models/README.md). env.csv has a row for each step, 0 included, of the instant.
+Vectors are unit vectors in the body frame, fluxes those that fall on the six
+faces of a cube (+X -X +Y -Y +Z -Z), whatever they absorb:
+  time_s, utc             since time 0; UTC is empty for a circular orbit
+  x_m, y_m, z_m           craft from the planet's centre, inertial frame (GCRF)
+  sun_x .., planet_x ..   directions to the Sun and to the planet's centre
+  sun_distance_m          from the craft
+  lit_fraction            share of the Sun's disc that the planet leaves visible
+  solar_flux_w_m2         sunlight at this distance, eclipse left aside
+  solar_+X_w_m2 ..        sunlight on each face, times the lit fraction
+  planet_ir_+X_w_m2 ..    planet infrared on each face
+  albedo_+X_w_m2 ..       reflected sunlight on each face, by the exact integral
+What the scene's [environment] leaves out is 0. env.events.csv beside it has
+time_s, utc, boundary (penumbra, umbra) and event (entry, exit).";
 
 /// Sun, planet and eclipses along a scene's trajectory, or what one plate receives from the planet.
 #[derive(clap::Args)]
