@@ -17,6 +17,7 @@ use crate::simulation::job::JobError;
 use crate::simulation::prepare::PrepareError;
 use crate::thermal::brightness::BrightnessError;
 
+mod bench;
 mod compare;
 mod environment;
 mod environment_plate;
@@ -52,6 +53,7 @@ enum Command {
     Network(network::Arguments),
     Environment(environment::Arguments),
     Paper(paper::Arguments),
+    Bench(bench::Arguments),
 }
 
 /// Where to compute.
@@ -183,6 +185,7 @@ pub fn main() -> ExitCode {
         Command::Network(arguments) => network::run(&arguments),
         Command::Environment(arguments) => environment::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

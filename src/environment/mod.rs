@@ -16,6 +16,7 @@ pub mod orbit;
 pub mod place;
 pub mod quadrature;
 pub mod rotation_history;
+pub mod shadow;
 pub mod sky;
 pub mod sun;
 pub mod tick;

@@ -8,6 +8,7 @@ pub(super) const ROOT: &[&str] = &[
     "orbit",
     "attitude",
     "environment",
+    "shadows",
     "materials",
     "material",
     "radiance",
@@ -55,6 +56,8 @@ pub(super) const ATTITUDE: &[&str] = &[
 /// `[environment]`.
 pub(super) const ENVIRONMENT: &[&str] =
     &["solar_constant", "albedo", "planet_ir", "planet_radius", "background_temperature", "eclipse"];
+/// `[shadows]`.
+pub(super) const SHADOWS: &[&str] = &["method", "resolution", "redraw_angle_deg"];
 /// The lists of keys that state the values of a material. Optics, bulk, how the response moves and the profile of a
 /// branch each stand once here: rules and table entries have them all, glTF extras have them flat.
 macro_rules! material_keys {
@@ -136,6 +139,7 @@ pub(super) const SECTIONS: &[(&str, &[&str])] = &[
     ("[orbit]", ORBIT),
     ("[attitude]", ATTITUDE),
     ("[environment]", ENVIRONMENT),
+    ("[shadows]", SHADOWS),
     ("[materials]", MATERIALS),
     ("[[material]]", MATERIAL),
     ("[radiance]", RADIANCE),

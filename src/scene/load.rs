@@ -8,7 +8,7 @@ use super::error::SceneError;
 use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
 use super::section::Section;
-use super::{Camera, Draw, Scene, SkyScene, camera, keys, material, mesh_network, view};
+use super::{Camera, Draw, Scene, SkyScene, camera, keys, material, mesh_network, shadows, view};
 
 impl Scene {
     /// Reads and checks a scene file. Paths in it are relative to its folder.
@@ -41,6 +41,12 @@ impl Scene {
         let sky = SkyScene::read(&root, path, &mut files, &mut assumptions)?;
         let sky_files = files[2..].to_vec();
         let time = sky.time.clone();
+        let shadows = shadows::read(root.table("shadows", keys::SHADOWS)?.as_ref(), &mut assumptions)?;
+        if let (Some(_), Some(section), None) =
+            (&shadows, root.table("shadows", keys::SHADOWS)?, sky.environment.solar_constant)
+        {
+            return Err(section.error("method", "[shadows] needs environment.solar_constant, which is missing"));
+        }
         let materials = material::read(
             root.table("materials", keys::MATERIALS)?.as_ref(),
             &root.tables("material", keys::MATERIAL)?,
@@ -66,6 +72,7 @@ impl Scene {
             orbit: sky.orbit,
             attitude: sky.attitude,
             environment: sky.environment,
+            shadows,
             materials,
             camera,
             band,

@@ -29,6 +29,7 @@ mod orbit;
 mod profile;
 mod quantity;
 mod section;
+mod shadows;
 mod sky_scene;
 mod table;
 mod time;
@@ -39,6 +40,7 @@ mod view;
 pub use error::SceneError;
 pub use load::{file_hash, scene_hash};
 pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, Owners};
+pub use shadows::ShadowSettings;
 pub use sky_scene::SkyScene;
 
 /// A checked scene. Nothing in it is a default that the user was not told of: see `assumptions`.
@@ -60,6 +62,8 @@ pub struct Scene {
     pub attitude: Attitude,
     /// What heats it.
     pub environment: Environment,
+    /// How it shadows itself; `None` where it does not.
+    pub shadows: Option<ShadowSettings>,
     /// Rules that give every glTF material its values.
     pub materials: MaterialRules,
     /// The camera; a scene that draws nothing may have none ([`Scene::require_camera`]).

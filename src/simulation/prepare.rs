@@ -4,15 +4,18 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::network::{self, SceneNetwork};
 use crate::environment::orbit::period_disagreement;
+use crate::environment::shadow::{LARGEST_TREE, Method, Occluders, Redraw, Shadows};
 use crate::environment::sky::SkyError;
 use crate::environment::tick::TickLoads;
 use crate::gpu::frame::StepRange;
 use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::model::{Model, ModelError};
-use crate::scene::{Attitude, Orbit, Scene, SceneError, file_hash, scene_hash};
+use crate::scene::{Attitude, Orbit, Scene, SceneError, ShadowSettings as Settings, file_hash, scene_hash};
 use crate::thermal::material::{Material, Response};
 use crate::thermal::nodes::{Nodes, RangeResponse};
 
@@ -60,6 +63,19 @@ pub enum PrepareError {
         /// What is wrong.
         message: String,
     },
+    /// More triangles than rays are tried against.
+    #[error(
+        "{path}: shadows.method: {triangles} triangles make a tree of {size} boxes and triangles; rays take at most \
+         {LARGEST_TREE}: use method = \"depth\""
+    )]
+    TooManyOccluders {
+        /// The scene file.
+        path: PathBuf,
+        /// Triangles of the model before it is split.
+        triangles: usize,
+        /// Boxes and triangles of the tree.
+        size: usize,
+    },
     /// A file that vanished after it was checked.
     #[error("{path}: {source}")]
     Read {
@@ -105,6 +121,10 @@ pub struct Prepared {
     pub nodes: Nodes,
     /// Node indices of the triangles.
     pub triangles: Vec<[u32; 3]>,
+    /// The tree of these triangles, where rays find the shadows.
+    pub shadow_tree: Option<Occluders>,
+    /// Node indices of the triangles that cast shadows, those of the model before it is split; empty without shadows.
+    pub occluders: Vec<[u32; 3]>,
     /// Area of the model [m2].
     pub area: f64,
     /// Sun, planet and albedo of any tick.
@@ -165,6 +185,8 @@ impl Prepared {
             remarks.push(format!("and {more} more: isotherm info {}", scene.model_path.display()));
         }
         warnings.append(&mut remarks);
+        // Splitting appends vertices, so the triangles as they are now keep their corners.
+        let occluders = if scene.shadows.is_some() { model.triangles.clone() } else { Vec::new() };
         if let Some(max_edge) = scene.max_edge {
             model = model.subdivide(max_edge, node_limit(), progress)?;
         }
@@ -189,10 +211,25 @@ impl Prepared {
         let shell = network::shell(&scene, &model, &parts, &materials)?;
         let areas = model.node_areas();
         let nodes = Nodes::new(&model, &areas, &materials);
-        let triangles = std::mem::take(&mut model.triangles)
-            .into_iter()
-            .map(|triangle| triangle.map(|vertex| nodes.node_of_vertex[vertex as usize]))
-            .collect();
+        let of_nodes = |triangles: Vec<[u32; 3]>| -> Vec<[u32; 3]> {
+            let node = |vertex: u32| nodes.node_of_vertex[vertex as usize];
+            triangles.into_iter().map(|triangle| triangle.map(node)).collect()
+        };
+        let triangles = of_nodes(std::mem::take(&mut model.triangles));
+        let occluders = of_nodes(occluders);
+        let shadow_tree = match scene.shadows {
+            Some(Settings { method: Method::Exact, .. }) => {
+                let positions: Vec<DVec3> = nodes.positions.iter().map(|position| position.as_dvec3()).collect();
+                let tree = Occluders::new(&positions, &occluders);
+                let size = tree.tree.nodes.len() + tree.triangles.len();
+                if size > LARGEST_TREE {
+                    let path = scene.source.clone();
+                    return Err(PrepareError::TooManyOccluders { path, triangles: occluders.len(), size });
+                }
+                Some(tree)
+            }
+            _ => None,
+        };
         let loads = TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)
             .map_err(|source| PrepareError::Sky { path: scene.source.clone(), source })?;
         let before = warm_up_orbits(&scene) * scene.orbit.period();
@@ -238,6 +275,8 @@ impl Prepared {
             parts,
             materials,
             triangles,
+            occluders,
+            shadow_tree,
             area: areas.iter().sum(),
             loads,
             probes,
@@ -268,6 +307,7 @@ impl Prepared {
                 sun,
                 planet_ir: environment.planet_ir.is_some_and(|flux| flux > 0.0),
                 albedo: sun && environment.albedo.is_some_and(|albedo| albedo > 0.0),
+                shadow: sun && self.scene.shadows.is_some(),
             };
             let end = range.first_group + range.groups;
             for first in (range.first_group..end).step_by(MAX_GROUPS) {
@@ -276,6 +316,25 @@ impl Prepared {
             }
         }
         ranges
+    }
+
+    /// The Sun's view of what casts shadows, and when it is taken anew; `None` where the craft does not shadow itself.
+    pub fn redraw(&self) -> Option<Redraw> {
+        let settings = self.scene.shadows?;
+        let corners = self.occluders.as_flattened().iter().map(|node| self.nodes.positions[*node as usize].as_dvec3());
+        let bounds = corners
+            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], corner| [low.min(corner), high.max(corner)]);
+        let Settings { resolution, redraw_angle: angle, .. } = settings;
+        Some(Redraw { bounds, resolution, angle, found_for: None })
+    }
+
+    /// The craft's shadow on some of its nodes, in f64; `None` where it casts none.
+    pub fn shadows(&self, slots: impl Iterator<Item = usize>) -> Option<Shadows> {
+        let settings = self.scene.shadows?;
+        let node = |slot: usize| [self.nodes.positions[slot].as_dvec3(), self.nodes.normals[slot].as_dvec3()];
+        let positions = self.nodes.positions.iter().map(|position| position.as_dvec3()).collect();
+        let occluders = self.occluders.clone();
+        Some(Shadows::new(slots.map(node).collect(), positions, occluders, self.redraw()?, settings.method))
     }
 
     /// Ticks that the warm-up takes: its orbits in whole steps; 0 where it ends when the state is periodic.
@@ -296,7 +355,7 @@ impl Prepared {
             (environment.albedo.is_none(), "albedo"),
             (!environment.eclipse, "eclipse by the planet"),
             (environment.background_temperature.is_none(), "background (space is at 0 K)"),
-            (true, "self-shadowing"),
+            (self.scene.shadows.is_none(), "self-shadowing"),
             (true, "joints in motion"),
             (self.network.is_none(), "network (conduction, heaters)"),
             (true, "reflected radiance"),
