@@ -19,6 +19,8 @@ use crate::thermal::brightness::BrightnessError;
 
 mod bench;
 mod compare;
+mod environment;
+mod environment_plate;
 mod info;
 mod network;
 mod network_import;
@@ -49,6 +51,7 @@ enum Command {
     Radiance(radiance::Arguments),
     Response(response::Arguments),
     Network(network::Arguments),
+    Environment(environment::Arguments),
     Paper(paper::Arguments),
     Bench(bench::Arguments),
 }
@@ -180,6 +183,7 @@ pub fn main() -> ExitCode {
         Command::Radiance(arguments) => radiance::run(&arguments),
         Command::Response(arguments) => response::run(&arguments),
         Command::Network(arguments) => network::run(&arguments),
+        Command::Environment(arguments) => environment::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     };

@@ -185,6 +185,7 @@ fn report(
         0 => "scene",
         1 => "model",
         _ if prepared.scene.materials.table() == Some(path) => "materials",
+        _ if prepared.scene.sky_files.iter().any(|known| known == path) => "trajectory or attitude",
         _ => "response table",
     };
     let mut inputs = prepared.scene.files.iter().enumerate().map(|(number, path)| SourceFile {

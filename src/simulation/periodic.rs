@@ -60,7 +60,7 @@ pub(super) fn warm_up(
     let network = prepared.network.as_ref().map(|scene| scene.network());
     let mut slow = network
         .filter(|network| network.len() <= MOST_SOLVED)
-        .map(|network| SlowModes::new(network, prepared.scene.orbit.period));
+        .map(|network| SlowModes::new(network, prepared.scene.orbit.period()));
     let (mut coarse, mut last) = (network.is_some(), f64::INFINITY);
     while done.orbits < most && !done.is_met() && !stop.load(Ordering::Relaxed) {
         // What is handed on was stepped as the run is, twice so that the second can tell.
@@ -116,7 +116,7 @@ fn orbit(
     coarse: bool,
     stop: &AtomicBool,
 ) -> Result<Vec<f64>, GpuError> {
-    let (step, period) = (prepared.scene.time.step, prepared.scene.orbit.period);
+    let (step, period) = (prepared.scene.time.step, prepared.scene.orbit.period());
     let mut last = engine.network_temperatures()?.unwrap_or_default();
     let mut mean = vec![0.0; last.len()];
     // Counted in steps since the orbit began, so that the ticks of every orbit are the same.

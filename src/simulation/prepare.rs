@@ -15,7 +15,7 @@ use crate::gpu::frame::StepRange;
 use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::model::{Model, ModelError};
-use crate::scene::{Scene, SceneError, ShadowSettings as Settings, file_hash, scene_hash};
+use crate::scene::{Attitude, Orbit, Scene, SceneError, ShadowSettings as Settings, file_hash, scene_hash};
 use crate::thermal::material::{Material, Response};
 use crate::thermal::nodes::{Nodes, RangeResponse};
 
@@ -24,6 +24,9 @@ const MOST_REMARKS: usize = 5;
 
 /// Share of an orbit above which the middle of a step stands badly for its mean: 6 deg.
 const LONGEST_STEP: f64 = 1.0 / 60.0;
+
+/// Angle against the Sun in a step above which its samples stand badly for the mean [deg].
+const LARGEST_TURN_DEG: f64 = 20.0;
 
 /// Host memory that building a scene takes at its peak, for each node.
 const HOST_BYTES_A_NODE: usize = 400;
@@ -187,14 +190,16 @@ impl Prepared {
         if let Some(max_edge) = scene.max_edge {
             model = model.subdivide(max_edge, node_limit(), progress)?;
         }
-        if scene.time.step > LONGEST_STEP * scene.orbit.period {
+        if scene.time.step > LONGEST_STEP * scene.orbit.period() {
             warnings.push(format!(
                 "a step of {} s is {:.1} deg of the orbit: planet infrared and albedo are those of its middle, not its mean",
                 scene.time.step,
-                360.0 * scene.time.step / scene.orbit.period
+                360.0 * scene.time.step / scene.orbit.period()
             ));
         }
-        if let Some(disagreement) = period_disagreement(&scene.orbit, scene.environment.planet_radius) {
+        if let Orbit::Circular(orbit) = &scene.orbit
+            && let Some(disagreement) = period_disagreement(orbit, scene.environment.planet_radius)
+        {
             warnings.push(disagreement.to_string());
         }
 
@@ -227,10 +232,32 @@ impl Prepared {
         };
         let loads = TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)
             .map_err(|source| PrepareError::Sky { path: scene.source.clone(), source })?;
+        let before = warm_up_orbits(&scene) * scene.orbit.period();
+        if !before.is_finite() {
+            let source = SkyError::NotFinite { what: "the warm-up of an orbit that is not closed", value: before };
+            return Err(PrepareError::Sky { path: scene.source.clone(), source });
+        }
+        // A step more at both ends: the ticks of a warm-up and of an odd last step are rounded.
+        let slack = if before > 0.0 { scene.time.step } else { 0.0 };
+        loads
+            .sky_model()
+            .check(-before - slack, f64::from(scene.time.steps) * scene.time.step)
+            .map_err(|source| PrepareError::Sky { path: scene.source.clone(), source })?;
+        // The chords of a sweep do not see whole turns.
+        let turn = match scene.attitude {
+            Attitude::Spin { rate, .. } => (rate * scene.time.step).abs(),
+            _ => loads.sky_model().sun_sweep(0.0, scene.time.step),
+        }
+        .to_degrees();
+        if scene.environment.solar_constant.is_some() && turn > LARGEST_TURN_DEG {
+            warnings.push(format!(
+                "the craft turns {turn:.0} deg against the Sun in a step: its loads are averaged over few directions"
+            ));
+        }
         let probes = probe_nodes(&scene, &parts, &nodes)?;
         let network = match shell {
             Some(shell) => {
-                let network = SceneNetwork::new(shell, &scene, &parts, &nodes, &probes, scene.orbit.period)?;
+                let network = SceneNetwork::new(shell, &scene, &parts, &nodes, &probes, scene.orbit.period())?;
                 warnings.extend(network.remarks());
                 scene.assumptions.push(network::HOLLOW.to_owned());
                 Some(Arc::new(network))
@@ -316,7 +343,7 @@ impl Prepared {
         if time.periodic.is_some() {
             return 0;
         }
-        (time.warm_up_orbits * self.scene.orbit.period / time.step).round() as u32
+        (time.warm_up_orbits * self.scene.orbit.period() / time.step).round() as u32
     }
 
     /// What the scene does without, and what isotherm does not yet model, in words.
@@ -336,6 +363,11 @@ impl Prepared {
         ];
         absent.iter().filter(|(off, _)| *off).map(|(_, name)| (*name).to_owned()).collect()
     }
+}
+
+/// Orbits stepped before time 0 at most; a periodic warm-up steps the same one again.
+fn warm_up_orbits(scene: &Scene) -> f64 {
+    if scene.time.periodic.is_some() { 1.0 } else { scene.time.warm_up_orbits }
 }
 
 /// Nodes that fit into the memory that the host has free, so that subdivision ends in an error and not in swapping.

@@ -97,7 +97,8 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
     let count = f64::from(arguments.ticks);
     let load = |start: f64| loads.tick_load(start, start + step);
     let lit: Vec<TickLoad> = (0..arguments.ticks).map(|i| load(f64::from(i) * step)).collect();
-    let orbit: Vec<TickLoad> = (0..arguments.ticks).map(|i| load(f64::from(i) / count * scene.orbit.period)).collect();
+    let orbit: Vec<TickLoad> =
+        (0..arguments.ticks).map(|i| load(f64::from(i) / count * scene.orbit.period())).collect();
     for &nodes in &arguments.nodes {
         let nodes = nodes.next_multiple_of(256);
         let variant = |kind, sun, planet_ir, albedo| ThermalVariant {
