@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use approx::assert_relative_eq;
 use glam::{DQuat, DVec3};
+use isotherm::environment::shadow::Method;
 use isotherm::scene::{Attitude, CameraFrame, Draw, Initial, Scene, SceneError};
 
 mod materials;
@@ -92,11 +93,14 @@ fn every_value_of_a_full_scene_arrives() {
     assert_eq!((scene.probes[0].name.as_str(), scene.probes[0].position), ("tip", DVec3::new(1.0, -2.5, 3.0)));
     assert_eq!((scene.probes[0].part.as_deref(), scene.probes[1].part.as_deref()), (Some("wing"), None));
     assert_eq!(scene.colour_range, Some([150.0, 350.0]));
-    // The table's entries do not say which sides of the default exchange heat; all else is stated.
-    assert_eq!(
-        scene.assumptions,
-        ["Surfaces exchange heat on their outside only (sides is absent): materials.default."]
-    );
+    let shadows = scene.shadows.expect("the scene has shadows");
+    assert_eq!((shadows.method, shadows.resolution), (Method::Depth, 1024));
+    assert_relative_eq!(shadows.redraw_angle, 0.5f64.to_radians(), epsilon = 1e-15);
+    // The table's entries do not say which sides of the default exchange heat; all else is stated. The other sentence
+    // says what shadows leave out.
+    let [left_out, sides] = scene.assumptions.as_slice() else { panic!("{:?}", scene.assumptions) };
+    assert!(left_out.contains("[shadows] is about sunlight"), "{left_out}");
+    assert_eq!(sides, "Surfaces exchange heat on their outside only (sides is absent): materials.default.");
 
     let camera = scene.require_camera().unwrap();
     assert_eq!((camera.width, camera.height, camera.near), (640, 512, 0.5));
@@ -139,6 +143,7 @@ fn a_short_scene_says_what_it_assumes() {
         "(orbit.period is absent;",
         "(orbit.beta_deg is absent)",
         "(orbit.phase_deg is absent)",
+        "(there is no section [shadows])",
         "(attitude.nadir_axis is absent)",
         "(attitude.forward_axis is absent)",
         "(sides is absent)",
