@@ -34,9 +34,9 @@ uint error_bits(float error) {
     return floatBitsToUint(error) & 0x7fffffffu;
 }
 
-// Bits of infinity where the temperature is not within (0 K, 64000 K), the range of the base.
+// Bits of infinity where the temperature is not from 0 K to below 64000 K, the range of the base.
 uint range_bits(float temperature) {
-    return floatBitsToUint(temperature) - 1u < 0x4779ffffu ? 0u : 0x7f800000u;
+    return floatBitsToUint(temperature) < 0x477a0000u ? 0u : 0x7f800000u;
 }
 
 // The change d [K] of temperature at which into - conductance d - emission ((T + d)^4 - T^4) = 0, by Newton's method.
