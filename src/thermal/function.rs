@@ -10,8 +10,8 @@ use std::sync::Arc;
 pub mod cubics;
 mod error;
 mod expression;
+mod flow;
 mod measured;
-mod newton;
 pub mod parse;
 pub mod phase;
 mod polynomial;
@@ -19,9 +19,9 @@ mod polynomial;
 use cubics::Cubics;
 pub use error::FunctionError;
 pub use expression::glsl::literal;
-pub use expression::{END, Expression};
+pub use expression::{EndPolynomial, Expression};
+pub use flow::{Flow, Piece};
 pub use measured::{Measured, Sample};
-pub use newton::Newton;
 pub use phase::Superposition;
 pub use polynomial::Polynomial;
 
@@ -51,8 +51,8 @@ pub struct Shape {
     pub kind: Kind,
     /// Extrema of the relative rate, as shares of the time left, rising; none where it grows throughout.
     turns: Vec<f64>,
-    /// Steps by which the device finds a phase; none where it must search for it.
-    newton: Option<Newton>,
+    /// By what the device finds a phase; none where it must search for it.
+    flow: Option<Flow>,
     /// Pieces that the device reads where a table is too long to be written out.
     cubics: Option<Cubics>,
 }
@@ -155,8 +155,8 @@ impl Function {
             return Err(FunctionError::Sharp { function: kind.name(), s: worst, error });
         }
         let turns = phase::turns(&kind);
-        let newton = if turns.is_empty() { newton::plan(&kind) } else { None };
-        Ok(Self::Shaped(Arc::new(Shape { kind, turns, newton, cubics })))
+        let flow = if turns.is_empty() { Flow::new(&kind) } else { None };
+        Ok(Self::Shaped(Arc::new(Shape { kind, turns, flow, cubics })))
     }
 
     /// Name of the kind, as scene files write it.
@@ -203,6 +203,9 @@ impl Function {
             Self::Linear | Self::Quadratic => phase::merged_power(r, sum),
             Self::Shaped(shape) => match shape.kind {
                 Kind::Exponential { rate } => phase::merged_exponential(rate, r, sum),
+                Kind::Logarithmic { rate } if shape.turns.len() == 1 && sum.change.abs() <= phase::STEP => {
+                    phase::Logarithm::new(rate).followed(r, sum)
+                }
                 _ => phase::merged(&shape.kind, &shape.turns, r, sum),
             },
         }
@@ -215,9 +218,9 @@ impl Shape {
         &self.turns
     }
 
-    /// Steps of Newton's method by which the device finds a phase; `None` where it must search for it.
-    pub fn newton(&self) -> Option<Newton> {
-        self.newton
+    /// By what the device finds a phase; `None` where it must search for it.
+    pub fn flow(&self) -> Option<&Flow> {
+        self.flow.as_ref()
     }
 
     /// The cubic pieces that the device reads, of a long table.
