@@ -34,9 +34,6 @@ ShapedState BRANCH_merge(ShapedState state, float change, ShapedBranch branch) {
     bool sought = rate >= 0.0 && far != 0.0 && reachable;
     float border = min(own.high < 1.0 ? own.high - r : 2.0, own.low > 0.0 ? r - own.low : 2.0);
     bool is_step = abs(share / gap) > STEP;
-#ifdef BRANCH_FLOWS
-    sought = sought && is_step;
-#endif
 
     // Newton's method, halving the bracket where it leaves it; then, of a step, on the nearest stretch of the other side,
     // which may have a nearer root.
@@ -77,15 +74,10 @@ ShapedState BRANCH_merge(ShapedState state, float change, ShapedBranch branch) {
     }
     shift = other && abs(own_shift) < abs(shift) ? own_shift : shift;
 
-#ifdef BRANCH_FLOWS
-    float growth = is_step ? 0.0 : log_one_plus(share / max(here.left, 1e-37));
-    shift = is_step ? clamp(shift, -r, s) : BRANCH_followed(s, r, growth);
-#else
     // Near an extremum of the relative rate small changes would not cancel their reverse.
     float by_place = clamp((border - NEAR) / (FAR - NEAR), 0.0, 1.0);
     float by_size = clamp((abs(share / gap) - SMALL) / (LARGE - SMALL), 0.0, 1.0);
     shift = clamp(max(by_place, by_size) * shift, -r, s);
-#endif
     ShapePoint near = BRANCH_at(s - shift, r + shift);
     return shifted(state, change, branch, here, near, shift, 0.0);
 }

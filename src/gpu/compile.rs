@@ -62,7 +62,6 @@ const SOURCES: &[(&str, &str)] = &[
     ("shaped_transition.glsl", include_str!("../../glsl/shaped_transition.glsl")),
     ("merge_flow.glsl", include_str!("../../glsl/merge_flow.glsl")),
     ("merge_exponential.glsl", include_str!("../../glsl/merge_exponential.glsl")),
-    ("merge_logarithm.glsl", include_str!("../../glsl/merge_logarithm.glsl")),
     ("merge_turns.glsl", include_str!("../../glsl/merge_turns.glsl")),
 ];
 

@@ -7,7 +7,6 @@
 use std::fmt::Write as _;
 
 use super::compile::source;
-use crate::thermal::function::phase::Logarithm;
 use crate::thermal::function::{
     EndPolynomial, Expression, Flow, Function, Kind, Measured, Piece, Point, Polynomial, Shape, literal,
 };
@@ -70,11 +69,6 @@ fn branch(name: &str, function: &Function, first: usize) -> String {
             (Kind::Exponential { .. }, None) => text.push_str(source("merge_exponential.glsl")),
             (_, None) => {
                 text.push_str(&stretches(function, shape));
-                if let Kind::Logarithmic { rate } = shape.kind
-                    && shape.turns().len() == 1
-                {
-                    text.push_str(&followed(rate));
-                }
                 text.push_str(source("merge_turns.glsl"));
             }
         },
@@ -107,24 +101,6 @@ fn flow(flow: &Flow) -> String {
         "float BRANCH_pace(float s, float r) {{\n    bool start = {start};\n    float x = {x};\n    return {sum}{close};\n}}\n{}",
         source("merge_flow.glsl")
     )
-}
-
-/// What a logarithm whose relative rate turns follows small changes by.
-fn followed(rate: f64) -> String {
-    let follows = Logarithm::new(rate);
-    let whole = rate.ln_1p();
-    let mut text = "#define BRANCH_FLOWS 1\n".to_owned();
-    for (name, value) in [
-        ("RATE", rate),
-        ("WHOLE", whole),
-        ("SCALE", 1.0 / whole),
-        ("SHARE", -rate / (1.0 + rate)),
-        ("LEAST_SQUARE", follows.least_square),
-        ("LONGEST", follows.longest),
-    ] {
-        let _ = writeln!(text, "const float BRANCH_{name} = {};", literal(value));
-    }
-    text + source("merge_logarithm.glsl")
 }
 
 /// Text of a polynomial of `x` by Horner's rule.

@@ -203,9 +203,6 @@ impl Function {
             Self::Linear | Self::Quadratic => phase::merged_power(r, sum),
             Self::Shaped(shape) => match shape.kind {
                 Kind::Exponential { rate } => phase::merged_exponential(rate, r, sum),
-                Kind::Logarithmic { rate } if shape.turns.len() == 1 && sum.change.abs() <= phase::STEP => {
-                    phase::Logarithm::new(rate).followed(r, sum)
-                }
                 _ => phase::merged(&shape.kind, &shape.turns, r, sum),
             },
         }

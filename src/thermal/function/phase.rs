@@ -32,18 +32,6 @@
 //! then off by less than the change itself, and what a change does follows the phase without a jump, so that a change
 //! and its reverse still cancel.
 
-//!
-//! *Logarithm.* All that is the trouble of rounding: near an extremum the root moves as the square root of a change, and
-//! what a device in f32 makes of it is another phase. A logarithm with k > e - 1 has one extremum and its derivatives are
-//! known, so that for it a better rule serves the changes up to [`STEP`]. The root moves with the gap u as
-//!
-//! > ds / d ln u = -(h - h(0)) / h' = -(1 - h(0)/h) / (h a), with a = h'/h^2,
-//!
-//! and 1/a is bounded: it is a/max(a^2, A^2), with A of [`Logarithm`]. Where |a| > A the phase is the root. Closer to the
-//! extremum it moves in proportion to a, nowhere faster than a bound times the change and not at all on the extremum: one
-//! phase follows from each (the bound is Lipschitz's), a change and its reverse cancel, the limit dt -> 0 exists, and
-//! the rate is off by less than what the change itself adds to it.
-
 use super::cubics::MAX_TURNS;
 use super::{Kind, Point};
 
@@ -99,56 +87,6 @@ pub(super) fn merged_exponential(rate: f64, r: f64, sum: Superposition) -> f64 {
     };
     let merged = r - shift / rate;
     if merged.is_finite() { merged.clamp(f64::MIN_POSITIVE, 1.0) } else { r }
-}
-
-/// How the phase of a logarithm follows small changes of its target.
-#[derive(Debug, Clone, Copy)]
-pub struct Logarithm {
-    rate: f64,
-    /// Square of A, the least |h'|/h^2 that counts.
-    pub least_square: f64,
-    /// Longest change of the logarithm of the gap that is followed at once.
-    pub longest: f64,
-}
-
-impl Logarithm {
-    /// A is 0.3, and more for steep ones, whose phase moves faster next to the extremum; up to 1, what |h'|/h^2 is at the
-    /// end.
-    pub fn new(rate: f64) -> Self {
-        let whole = rate.ln_1p();
-        // h(0)/h - 1 at the extremum, where 1 + ks is e^(L - 1) and w = 1/L.
-        let most = (whole - 1.0).exp() / whole - 1.0;
-        let least_square = (most / 14.0).clamp(0.09, 1.0);
-        Self { rate, least_square, longest: (0.5 * least_square / most).min(0.03) }
-    }
-
-    /// ds / d ln u at s = 1 - r. With y = 1 + ks and L = ln(1 + k): 1/h = L y w / k, h(0)/h = y w, a = 1 - L w.
-    fn pace(self, s: f64, r: f64) -> f64 {
-        let k = self.rate;
-        let whole = k.ln_1p();
-        let left = -(-k * r / (1.0 + k)).ln_1p() / whole;
-        let done = (k * s).ln_1p() / whole;
-        let a = 1.0 - whole * left;
-        let past_start = done - k * s * left;
-        -past_start * (1.0 + k * s) * whole * left / k * a / (a * a).max(self.least_square)
-    }
-
-    /// r* after a small change.
-    pub(super) fn followed(self, r: f64, sum: Superposition) -> f64 {
-        let growth = -(-sum.change).ln_1p();
-        let number = (growth.abs() / self.longest).ceil().max(1.0);
-        let part = growth / number;
-        let mut r = r;
-        for _ in 0..number as u32 {
-            let pace = |shift: f64| part * self.pace(1.0 - (r - shift), r - shift);
-            let a = pace(0.0);
-            let b = pace(0.5 * a);
-            let c = pace(0.5 * b);
-            let d = pace(c);
-            r = (r - (a + 2.0 * (b + c) + d) / 6.0).clamp(f64::MIN_POSITIVE, 1.0);
-        }
-        r
-    }
 }
 
 /// r* for any function: the nearest root of h(r*) = h(r) + delta (h(1) - h(r)), or r where there is none.
@@ -297,70 +235,4 @@ fn extremum(z: &impl Fn(f64) -> f64, sign: f64, mut low: f64, mut high: f64) -> 
         if sign * z(a) > sign * z(b) { high = b } else { low = a }
     }
     0.5 * (low + high)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const RATES: [f64; 3] = [2.0, 9.0, 100.0];
-
-    /// The phase after a change of the target, and after its reverse.
-    fn there_and_back(rule: &dyn Fn(f64, Superposition) -> f64, r: f64, change: f64) -> [f64; 2] {
-        let there = rule(r, Superposition::new(1.0, change));
-        [there, rule(there, Superposition::new(1.0 + change, -change))]
-    }
-
-    /// What 1e-6 more of the phase becomes, in units of itself.
-    fn spread(rule: &dyn Fn(f64, Superposition) -> f64, r: f64, change: f64) -> f64 {
-        let sum = Superposition::new(1.0, change);
-        (rule(r + 1e-6, sum) - rule(r, sum)).abs() / 1e-6
-    }
-
-    #[test]
-    fn a_logarithm_takes_the_root_away_from_its_extremum() {
-        for rate in RATES {
-            let kind = Kind::Logarithmic { rate };
-            let (turns, follows) = (turns(&kind), Logarithm::new(rate));
-            let a_is_large =
-                |r: f64| (1.0 - rate.ln_1p() * kind.at(r).left).powi(2) > follows.least_square + f64::EPSILON;
-            let mut compared = 0;
-            for i in 1..200 {
-                let (r, change) = (f64::from(i) / 200.0, if i % 2 == 0 { 0.02 } else { -0.02 });
-                let sum = Superposition::new(1.0, change);
-                let found = follows.followed(r, sum);
-                let straight_there = (found > turns[0]) == (r > turns[0]);
-                if a_is_large(r) && a_is_large(found) && straight_there {
-                    let root = merged(&kind, &turns, r, sum);
-                    assert!((found - root).abs() < 1e-5, "rate {rate}, r {r}: {found} for {root}");
-                    assert!((root - r).abs() > 1e-6 || (kind.at(r).relative_rate() - kind.at(1.0).rate).abs() < 0.1);
-                    compared += 1;
-                }
-            }
-            assert!(compared > 10, "rate {rate}: {compared} compared");
-        }
-    }
-
-    /// The rule of all other functions fails both: on one side of the extremum a change has no root where its reverse has.
-    #[test]
-    fn a_logarithm_goes_back_over_its_extremum_and_spreads_no_error() {
-        for rate in RATES {
-            let kind = Kind::Logarithmic { rate };
-            let (turns, follows) = (turns(&kind), Logarithm::new(rate));
-            let own = |r: f64, sum: Superposition| follows.followed(r, sum);
-            let other = |r: f64, sum: Superposition| merged(&kind, &turns, r, sum);
-            let mut worst = [[0.0_f64; 2]; 2];
-            for i in 1..400 {
-                let (r, change) = (f64::from(i) / 400.0, if i % 2 == 0 { 0.02 } else { -0.02 });
-                for (worst, rule) in worst.iter_mut().zip([&own as &dyn Fn(f64, Superposition) -> f64, &other]) {
-                    worst[0] = worst[0].max((there_and_back(rule, r, change)[1] - r).abs());
-                    worst[1] = worst[1].max(spread(rule, r, change));
-                }
-            }
-            // What is left at rate 100 is of the method of Runge and Kutta, where the pace bends.
-            let [[back, spread], [root_back, root_spread]] = worst;
-            assert!(back < 1e-3 && spread < 1.7, "rate {rate}: {worst:?}");
-            assert!(root_back > 5e-3 && root_spread > 1.5 * spread, "rate {rate}: {worst:?}");
-        }
-    }
 }
