@@ -75,20 +75,53 @@ struct NetworkAttempt {
     uint right_at;
 };
 
-// What one dispatch of the wide kernels does.
+// What one dispatch of the wide kernels and of the solver does.
 struct NetworkPass {
-    // Invocations that work, and nodes.
+    // Invocations that work; of SCALARS, workgroups that left a part.
     uint count;
-    uint nodes;
-    uint sensors;
     // Where the sensors of this sub-step lie.
     uint sensed_at;
+    // Of UPDATE: 1 at a first iteration; of SCALARS: what it decides.
+    uint mode;
     // Time of the stage [s] since the heat was set.
     float time;
     float space_temperature;
-    // Weights of the stage; of the estimate of the error: of the change, none, of the rates at the end and at the start.
+    // Weights of the stage; of the estimate of the error: of the change, none, of the rates at the end and at the start; of
+    // a right side: of the heat now and at the start, and of the heat stored by the change and by that of the first stage.
     float mu;
     float nu;
     float mu_step;
     float gamma_step;
+    // 1 / (alpha h) [1/s].
+    float inverse_step;
+    // Share of the first residual, squared, at which conjugate gradients stop; relative change of a temperature at which
+    // Newton's method does, which after `mu` iterations may be four times as large.
+    float accuracy;
+};
+
+// What the solver knows of itself.
+struct NetworkSolver {
+    // Present iteration of conjugate gradients: r z, step, what the solution moves by, and share of the last direction.
+    float gamma;
+    float alpha;
+    float step;
+    float beta;
+    // r z of the first iteration, and of the first system of a stage.
+    float gamma_start;
+    float gamma_first;
+    // Iterations, and whether more would change nothing.
+    float gradients;
+    float gradients_done;
+    float newtons;
+    float newtons_done;
+    // Most iterations of one system and of one stage, and all.
+    float most_gradients;
+    float most_newtons;
+    float iterations;
+    // Whether too few iterations were recorded, and whether what came was no number.
+    float short_gradients;
+    float short_newtons;
+    float lost;
+    // Largest relative change of a temperature in the last iteration.
+    float largest_move;
 };

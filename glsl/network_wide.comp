@@ -1,111 +1,142 @@
 #version 450
-// A large network: one pass over all nodes a dispatch, ordered by the barriers of src/gpu/network/frame.rs.
-// BEGIN: the rates at the start. FIRST: rebases, and the first stage. STAGE: any other stage. LONE: balances arithmetic
-// nodes. LAST: the rates at the end and the error. REDUCE: the largest error of 64 nodes. SENSE: the sensors.
+// A large network: one pass over all nodes a dispatch, four nodes an invocation, ordered by the barriers of
+// src/gpu/network/frame.rs. BEGIN: the rates at the start. FIRST: rebases, and the first stage. STAGE: any other stage.
+// LONE: balances arithmetic nodes. LAST: the rates at the end and the error. SENSE: the sensors.
 
 #include "network_types.glsl"
 #include "network.glsl"
+#include "network_rows.glsl"
 
 layout(local_size_x = 64) in;
 
-layout(push_constant) uniform PassBlock { NetworkPass pass; };
-layout(set = 0, binding = 0) readonly buffer NodeBlock { NetworkNode nodes[]; };
-layout(set = 0, binding = 1) readonly buffer LinkBlock { NetworkLink links[]; };
-// Power [W] and its slope [W/s].
-layout(set = 0, binding = 2) readonly buffer HeatBlock { vec2 heat[]; };
-// Temperature [K]: base, and the rest of the present stage and of the next.
-layout(set = 0, binding = 3) buffer BaseBlock { float base[]; };
-layout(set = 0, binding = 4) buffer RestBlock { float rest[]; };
-layout(set = 0, binding = 5) buffer NextBlock { float next_rest[]; };
-// As in network_fused.comp; LAST leaves the error in place of the change of the stage before the last.
-layout(set = 0, binding = 6) buffer WorkBlock { vec4 work[]; };
-// Sensors, then arithmetic nodes without arithmetic neighbours.
-layout(set = 0, binding = 7) readonly buffer ListBlock { uint lists[]; };
-// Bits of the largest error of every 64 nodes.
-layout(set = 0, binding = 8) buffer ErrorBlock { uint errors[]; };
+// Base and rest of the next stage; before that, of the stage before the present one.
+layout(set = 0, binding = 10) buffer NextBlock { vec4 next[]; };
+// Rests at the start of the sub-step [K], and rates there [K/s].
+layout(set = 0, binding = 11) buffer StartBlock { vec4 start_rest[]; };
+layout(set = 0, binding = 12) buffer RateBlock { vec4 rates[]; };
+// LONE: groups with such nodes, and which of their nodes are; SENSE: the sensors.
+layout(set = 0, binding = 13) readonly buffer ListBlock { uint lists[]; };
+layout(set = 0, binding = 14) readonly buffer MaskBlock { vec4 masks[]; };
+// Bits of the largest error of a workgroup.
+layout(set = 0, binding = 15) buffer ErrorBlock { uint errors[]; };
 // Base and rest of the sensors after every sub-step.
-layout(set = 0, binding = 9) buffer SensedBlock { vec2 sensed[]; };
+layout(set = 0, binding = 16) buffer SensedBlock { vec2 sensed[]; };
 
-// Sum of the magnitudes [W] that the last call of `heat_into` added up.
-float gross;
-
-// Heat into a node [W].
-float heat_into(uint node, float time) {
-    float base_here = base[node];
-    float rest_here = rest[node];
-    float here = base_here + rest_here;
-    float space = pass.space_temperature;
-    vec2 power = heat[node];
-    float into = power.x + power.y * time;
-    float to_space = nodes[node].emission * radiated((space - base_here) - rest_here, space, here);
-    gross = abs(power.x) + abs(power.y * time) + abs(to_space);
-    into += to_space;
-    uint end = nodes[node].links_end;
-    for (uint k = nodes[node].links_begin; k < end; k++) {
-        uint other = links[k].neighbour;
-        float difference = temperature_difference(base[other], rest[other], base_here, rest_here);
-        float flow = links[k].conductance * difference;
-        into += flow;
-        gross += abs(flow);
-#ifdef RADIATIVE
-        float radiation = links[k].exchange * radiated(difference, base[other] + rest[other], here);
-        into += radiation;
-        gross += abs(radiation);
-#endif
+#ifdef LONE
+// As `balancing_change`, four at a time.
+vec4 balancing_change_4(vec4 into, vec4 conductance, vec4 emission, vec4 temperature) {
+    vec4 change = vec4(0.0);
+    for (int i = 0; i < 8; i++) {
+        vec4 reached = temperature + change;
+        vec4 left = into - conductance * change - emission * radiated_4(change, reached, temperature);
+        vec4 slope = conductance + emission * radiative_slope_4(reached);
+        change += max(left / slope, -0.75 * reached);
     }
-    return into;
+    return change;
 }
+#endif
+
+#ifdef LAST
+shared uint worst_of[64];
+
+uint worse(uint worst, float error, float size, float inverse, float temperature) {
+    uint found = max(worst, error_bits(beyond_rounding(error, size)));
+    return inverse > 0.0 ? max(found, range_bits(temperature)) : found;
+}
+#endif
 
 void main() {
     uint i = gl_GlobalInvocationID.x;
+#ifdef LAST
+    uint worst = 0u;
+    if (i < pass.count) {
+        vec4 a = present[2u * i];
+        vec4 b = present[2u * i + 1u];
+        vec4 base = base_of(a, b);
+        vec4 rest = rest_of(a, b);
+        vec4 inverse = rows[4u * i];
+        vec4 rate = inverse * heat_into(i, base, rest, pass.time);
+        vec4 error = pass.mu_step * rate + pass.gamma_step * rates[i] + pass.mu * (rest - start_rest[i]);
+        vec4 here = base + rest;
+        vec4 slope = rows[4u * i + 2u] + rows[4u * i + 3u] * radiative_slope_4(here);
+        vec4 size = (abs(pass.mu_step) + abs(pass.gamma_step)) * inverse * (gross + slope * abs(rest));
+        error *= sign(inverse);
+        worst = worse(worst, error.x, size.x, inverse.x, here.x);
+        worst = worse(worst, error.y, size.y, inverse.y, here.y);
+        worst = worse(worst, error.z, size.z, inverse.z, here.z);
+        worst = worse(worst, error.w, size.w, inverse.w, here.w);
+        rates[i] = rate;
+    }
+    uint lane = gl_LocalInvocationID.x;
+    worst_of[lane] = worst;
+    barrier();
+    if (lane == 0u) {
+        uint largest = errors[gl_WorkGroupID.x];
+        for (uint k = 0u; k < 64u; k++) {
+            largest = max(largest, worst_of[k]);
+        }
+        errors[gl_WorkGroupID.x] = largest;
+    }
+#endif
+#ifndef LAST
     if (i >= pass.count) {
         return;
     }
+#endif
 #ifdef BEGIN
-    work[i] = vec4(0.0, 0.0, 0.0, nodes[i].inverse_capacitance * heat_into(i, pass.time));
+    vec4 a = present[2u * i];
+    vec4 b = present[2u * i + 1u];
+    rates[i] = rows[4u * i] * heat_into(i, base_of(a, b), rest_of(a, b), pass.time);
 #endif
 #ifdef FIRST
-    vec2 kept = rebase(base[i], rest[i]);
-    float rate = work[i].w;
-    float change = pass.gamma_step * rate;
-    base[i] = kept.x;
-    next_rest[i] = kept.y + change;
-    work[i] = vec4(kept.y, change, 0.0, rate);
+    vec4 a = present[2u * i];
+    vec4 b = present[2u * i + 1u];
+    vec4 kept_a = rebased_pair(a.xz, a.yw);
+    vec4 kept_b = rebased_pair(b.xz, b.yw);
+    vec4 kept = rest_of(kept_a, kept_b);
+    vec4 moved = kept + pass.gamma_step * rates[i];
+    start_rest[i] = kept;
+    next[2u * i] = vec4(kept_a.x, moved.x, kept_a.z, moved.y);
+    next[2u * i + 1u] = vec4(kept_b.x, moved.z, kept_b.z, moved.w);
 #endif
 #ifdef LONE
-    uint node = lists[pass.sensors + i];
-    rest[node] += balancing_change(
-        heat_into(node, pass.time), nodes[node].conductance_sum, nodes[node].emission_sum, base[node] + rest[node]);
+    uint group = lists[i];
+    vec4 a = present[2u * group];
+    vec4 b = present[2u * group + 1u];
+    vec4 base = base_of(a, b);
+    vec4 rest = rest_of(a, b);
+    vec4 into = heat_into(group, base, rest, pass.time);
+    // The others' divisor is not theirs: a boundary may have none.
+    vec4 mask = masks[i];
+    vec4 others = vec4(1.0) - mask;
+    vec4 conductance = mask * rows[4u * group + 2u] + others;
+    vec4 moved = rest
+        + mask * balancing_change_4(mask * into, conductance, mask * rows[4u * group + 3u], base + rest);
+    // No other arithmetic node looks at these before the next barrier; the others stay as they are.
+    vec4 moved_a = rebased_pair(base.xy, moved.xy);
+    vec4 moved_b = rebased_pair(base.zw, moved.zw);
+    present[2u * group] = vec4(mask.x > 0.0 ? moved_a.xy : a.xy, mask.y > 0.0 ? moved_a.zw : a.zw);
+    present[2u * group + 1u] = vec4(mask.z > 0.0 ? moved_b.xy : b.xy, mask.w > 0.0 ? moved_b.zw : b.zw);
 #endif
 #ifdef STAGE
-    vec4 last = work[i];
-    float inverse = nodes[i].inverse_capacitance;
-    float rate = inverse * heat_into(i, pass.time);
-    float change = pass.mu * last.y + pass.nu * last.z + (pass.mu_step * rate + pass.gamma_step * last.w);
-    next_rest[i] = inverse > 0.0 ? last.x + change : rest[i];
-    work[i] = vec4(last.x, change, last.y, last.w);
-#endif
-#ifdef LAST
-    vec4 last = work[i];
-    float inverse = nodes[i].inverse_capacitance;
-    float rate = inverse * heat_into(i, pass.time);
-    float error = pass.mu_step * rate + pass.gamma_step * last.w + pass.mu * last.y;
-    float weight = (abs(pass.mu_step) + abs(pass.gamma_step)) * inverse;
-    float slope = nodes[i].conductance_sum + nodes[i].emission_sum * radiative_slope(base[i] + rest[i]);
-    error = beyond_rounding(error, weight * (gross + slope * abs(rest[i])));
-    uint out_of_range = inverse > 0.0 ? range_bits(base[i] + rest[i]) : 0u;
-    work[i] = vec4(last.x, last.y, uintBitsToFloat(max(error_bits(error), out_of_range)), rate);
-#endif
-#ifdef REDUCE
-    uint largest = errors[i];
-    uint end = min(64u * i + 64u, pass.nodes);
-    for (uint k = 64u * i; k < end; k++) {
-        largest = max(largest, floatBitsToUint(work[k].z));
-    }
-    errors[i] = largest;
+    vec4 a = present[2u * i];
+    vec4 b = present[2u * i + 1u];
+    vec4 base = base_of(a, b);
+    vec4 rest = rest_of(a, b);
+    vec4 inverse = rows[4u * i];
+    vec4 rate = inverse * heat_into(i, base, rest, pass.time);
+    vec4 kept = start_rest[i];
+    vec4 c = next[2u * i];
+    vec4 d = next[2u * i + 1u];
+    // The stage before has other bases where it is the start of the sub-step: both differences are exact.
+    vec4 change_before = (base_of(c, d) - base) + (rest_of(c, d) - kept);
+    vec4 change = pass.mu * (rest - kept) + pass.nu * change_before + (pass.mu_step * rate + pass.gamma_step * rates[i]);
+    vec4 stores = sign(inverse);
+    vec4 moved = stores * (kept + change) + (1.0 - stores) * rest;
+    next[2u * i] = vec4(base.x, moved.x, base.y, moved.y);
+    next[2u * i + 1u] = vec4(base.z, moved.z, base.w, moved.w);
 #endif
 #ifdef SENSE
-    uint node = lists[i];
-    sensed[pass.sensed_at + i] = vec2(base[node], rest[node]);
+    sensed[pass.sensed_at + i] = gathered[lists[i]];
 #endif
 }

@@ -33,6 +33,9 @@ layout(set = 0, binding = 5) readonly buffer NormalXBlock { vec4 normal_x[]; };
 layout(set = 0, binding = 6) readonly buffer NormalYBlock { vec4 normal_y[]; };
 layout(set = 0, binding = 7) readonly buffer NormalZBlock { vec4 normal_z[]; };
 #endif
+#ifdef SHADOW
+layout(set = 0, binding = 13) readonly buffer VisibilityBlock { vec4 visibility[]; };
+#endif
 #ifdef TRANSITION
 layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
 layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
@@ -90,11 +93,15 @@ vec4 albedo_flux(vec4 nx, vec4 ny, vec4 nz) {
 #endif
 
 #ifdef LOADED
-// Heat that one face takes in [W/m2].
-vec4 absorbed_flux(float absorptivity, float emissivity, vec4 nx, vec4 ny, vec4 nz) {
+// Heat that one face takes in [W/m2]; `seen` is the share of the Sun that it sees.
+vec4 absorbed_flux(float absorptivity, float emissivity, vec4 nx, vec4 ny, vec4 nz, vec4 seen) {
     vec4 absorbed = vec4(0.0);
 #ifdef SUN
+#ifdef SHADOW
+    absorbed += absorptivity * seen * solar_flux(nx, ny, nz);
+#else
     absorbed += absorptivity * solar_flux(nx, ny, nz);
+#endif
 #endif
 #ifdef ALBEDO
     absorbed += absorptivity * albedo_flux(nx, ny, nz);
@@ -118,9 +125,14 @@ void main() {
     vec4 nx = normal_x[group];
     vec4 ny = normal_y[group];
     vec4 nz = normal_z[group];
-    absorbed = absorbed_flux(material.absorptivity, material.emissivity, nx, ny, nz);
+#ifdef SHADOW
+    vec4 seen = visibility[group];
+#else
+    vec4 seen = vec4(1.0);
+#endif
+    absorbed = absorbed_flux(material.absorptivity, material.emissivity, nx, ny, nz, seen);
 #ifdef BOTH_SIDES
-    absorbed += absorbed_flux(material.back_absorptivity, material.back_emissivity, -nx, -ny, -nz);
+    absorbed += absorbed_flux(material.back_absorptivity, material.back_emissivity, -nx, -ny, -nz, seen);
     emissivity += material.back_emissivity;
 #endif
 #endif

@@ -49,6 +49,47 @@ struct View {
     float near;
 };
 
+// The Sun's parallel view of the craft.
+struct SunView {
+    // Column, row (texels) and depth (0 to 1) of a point: factors of its coordinates, and what is added.
+    vec4 texel_from_body_x;
+    vec4 texel_from_body_y;
+    vec4 texel_from_body_z;
+    // xyz: unit vector to the Sun, body frame; w: how far a node is lifted off its surface [m].
+    vec4 sun;
+    // xyz: unit vector along rows; w: depth of one texel's side.
+    vec4 right;
+    // xyz: unit vector along columns; w: texels each way.
+    vec4 down;
+};
+
+// A box of the tree that rays are tried against: the boxes in it follow.
+struct ShadowBox {
+    vec3 low;
+    // The box to go on with where this one is missed.
+    uint skip;
+    vec3 high;
+    // First triangle x 8 + their number; no triangles where there are boxes in it.
+    uint triangles;
+};
+
+// A triangle that casts a shadow: a corner and the edges from there [m].
+struct ShadowTriangle {
+    vec4 corner;
+    vec4 first;
+    vec4 second;
+};
+
+// A point of the Sun's disc.
+struct SunRay {
+    // xyz: unit vector to the middle of the Sun; w: how far a ray starts off its surface [m].
+    vec4 sun;
+    // xyz: unit vector to the point; w: its share of the disc.
+    vec4 direction;
+    // Boxes of the tree.
+    uint boxes;
+};
+
 // Head of the table of a band.
 struct Band {
     // c2 / longest wavelength [K], and what its rounding left.

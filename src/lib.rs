@@ -5,8 +5,10 @@
 //! [`scene`] what the user wrote, checked -> [`model`] triangles, parts and materials of a glTF file ->
 //! [`environment`] Sun and planet as the body sees them -> [`thermal`] the mathematics of a node in f64 ->
 //! [`gpu`] the same in f32 on Vulkan -> [`simulation`] the loop: step, draw, collect -> [`output`] images, plots, report.
-//! [`compare`] runs one scene under three responses, and [`paper`] makes the figures of the paper that this follows with all of them.
+//! [`compare`] runs one scene under three responses, [`paper`] makes the figures of the paper that this follows, and [`bench`]
+//! measures speed against error with all of them.
 
+pub mod bench;
 pub mod cli;
 pub mod compare;
 pub mod environment;

@@ -45,6 +45,23 @@ pub fn start(
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
 ) -> Result<Option<Periodic>, GpuError> {
+    let went = warm_up(prepared, engine, check.as_deref_mut(), stop, progress)?;
+    if let Some(check) = check
+        && let Some(temperatures) = engine.network_temperatures()?
+        && let Some(network) = engine.network()
+    {
+        check.start_network(&temperatures, network.on());
+    }
+    Ok(went)
+}
+
+fn warm_up(
+    prepared: &Prepared,
+    engine: &mut Engine,
+    mut check: Option<&mut Check>,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(),
+) -> Result<Option<Periodic>, GpuError> {
     let step = prepared.scene.time.step;
     let ticks = prepared.warm_up_ticks();
     let time = |tick: u32| step * (f64::from(tick) - f64::from(ticks));

@@ -87,7 +87,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(bar) = bars.0.take() {
         bar.finish_and_clear();
     }
-    let runs = runs?;
+    let runs = runs.inspect_err(|_| folder.take_back())?;
     let pictures = progress_bar(runs.views.len() as u64, "pictures");
     let page =
         Page { command_line: std::env::args().collect::<Vec<_>>().join(" "), wall_s: began.elapsed().as_secs_f64() };

@@ -17,7 +17,10 @@ use crate::simulation::job::JobError;
 use crate::simulation::prepare::PrepareError;
 use crate::thermal::brightness::BrightnessError;
 
+mod bench;
 mod compare;
+mod environment;
+mod environment_plate;
 mod info;
 mod network;
 mod network_import;
@@ -48,7 +51,9 @@ enum Command {
     Radiance(radiance::Arguments),
     Response(response::Arguments),
     Network(network::Arguments),
+    Environment(environment::Arguments),
     Paper(paper::Arguments),
+    Bench(bench::Arguments),
 }
 
 /// Where to compute.
@@ -178,7 +183,9 @@ pub fn main() -> ExitCode {
         Command::Radiance(arguments) => radiance::run(&arguments),
         Command::Response(arguments) => response::run(&arguments),
         Command::Network(arguments) => network::run(&arguments),
+        Command::Environment(arguments) => environment::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

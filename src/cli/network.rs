@@ -51,7 +51,7 @@ struct Solve {
     #[arg(long, value_name = "NAME", default_value = "default", value_parser = parse_integrator)]
     integrator: Integrator,
     /// Error to aim for [K] [default: 0.005; cheap 0.05; accurate 0.0005]
-    #[arg(long, value_name = "K", value_parser = parse_tolerance)]
+    #[arg(long, value_name = "K", value_parser = parse_tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
     /// Write one row: the steady state under the heat of time 0
     #[arg(long)]
@@ -141,7 +141,7 @@ where
     bar.finish_and_clear();
     let series = series.map_err(|error| control_error(error, file, path))?;
     print_series(&series, file, &settings);
-    write_rows(arguments.output.as_deref(), &file.labels, &file.schedule.times, &series.rows)?;
+    write_rows(arguments.output.as_deref(), &file.labels, &file.times, &file.asked(&series.rows))?;
     match &arguments.output {
         Some(output) => write_events(&events_path(output), file, &series)?,
         None => {

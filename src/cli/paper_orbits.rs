@@ -106,9 +106,8 @@ fn settle<S: Stepper>(
     };
     let schedule = Schedule {
         heat: (0..problem.network.len()).map(table).collect(),
-        thermostats: Vec::new(),
-        spread: Vec::new(),
         times: (0..=STEPS).map(|step| step as f64 * STEP).collect(),
+        ..Schedule::default()
     };
     let settings = Settings { tolerance: TOLERANCE, floor, ..Settings::of(Integrator::Default) };
     let mut balance = ReferenceStepper::new(problem.network.clone(), &[]);

@@ -124,19 +124,26 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
 /// What a tick and an image cost: the median of each pass, weighted with how often it ran.
 fn speed(prepared: &Prepared, engine: &Engine, outcome: &Outcome, wall_s: f64) -> Speed {
     let passes = pass_times(engine);
-    let steps = u64::from(prepared.warm_up_ticks()) + outcome.series.rows().len().saturating_sub(1) as u64;
+    let steps = engine.ticks();
     let images = outcome.frames.len() as u64;
     let mean = |of_kind: &dyn Fn(&str) -> bool, runs: u64| {
         let times = passes.iter().filter(|pass| of_kind(&pass.name)).map(|pass| pass.median_ms * pass.count as f64);
         (runs > 0 && !passes.is_empty()).then(|| times.sum::<f64>() / runs as f64)
     };
-    let step_ms = mean(&|name| name.starts_with("thermal_step."), steps);
+    let costs = &outcome.network_costs;
+    let median = |samples: Vec<f64>| PassTime::from_samples("network", &samples).map(|time| time.median_ms);
+    let network_ms = median(costs.iter().filter_map(|cost| cost.device_ms).collect());
+    let network_wall_ms = median(costs.iter().map(|cost| cost.wall_ms).collect());
+    let step_ms = mean(&|name| name.starts_with("thermal_step."), steps)
+        .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network));
     let of_image = |name: &str| ["cull", "radiance", "read radiance", "read identity"].contains(&name);
     Speed {
         steps,
         images,
         ns_per_node_step: step_ms.map(|ms| ms * 1e6 / prepared.nodes.count.max(1) as f64),
         step_ms,
+        network_ms,
+        network_wall_ms,
         image_ms: mean(&of_image, images),
         wall_s,
     }
@@ -178,6 +185,7 @@ fn report(
         0 => "scene",
         1 => "model",
         _ if prepared.scene.materials.table() == Some(path) => "materials",
+        _ if prepared.scene.sky_files.iter().any(|known| known == path) => "trajectory or attitude",
         _ => "response table",
     };
     let mut inputs = prepared.scene.files.iter().enumerate().map(|(number, path)| SourceFile {
@@ -204,8 +212,12 @@ fn report(
     let mut warnings = prepared.warnings.clone();
     let mut details_of_warm_up = Vec::new();
     if let Some(periodic) = outcome.periodic {
+        let coarse = match periodic.coarse {
+            0 => String::new(),
+            coarse => format!(" ({coarse} of them coarse)"),
+        };
         let went = format!(
-            "{} orbits, the last of which changed no node by more than {:.1e} K",
+            "{} orbits{coarse}, the last of which changed no node by more than {:.1e} K",
             periodic.orbits, periodic.change
         );
         eprintln!("warm-up: {went}");
@@ -248,6 +260,14 @@ fn print_summary(report: &Report, folder: &RunFolder) {
     println!("{} steps and {} images in {:.1} s on {}", speed.steps, speed.images, speed.wall_s, report.device.name);
     if let (Some(step), Some(node)) = (speed.step_ms, speed.ns_per_node_step) {
         println!("a thermal step takes {step:.2} ms, {node:.2} ns a node");
+        match (speed.network_ms, speed.network_wall_ms) {
+            (Some(own), Some(wall)) => println!(
+                "of it {own:.2} ms are the passes of the thermal network, whose wall time is {wall:.2} ms with loads, \
+                 transfers and control"
+            ),
+            (None, Some(_)) => println!("that is the wall time of the thermal network, which the processor integrates"),
+            (_, None) => {}
+        }
     }
     if let Some(accuracy) = &report.accuracy {
         println!(

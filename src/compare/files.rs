@@ -31,6 +31,8 @@ pub const SHEET: &str = "comparison.png";
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CompareFolder {
     root: PathBuf,
+    /// Whether there was no such folder.
+    fresh: bool,
 }
 
 impl CompareFolder {
@@ -39,10 +41,23 @@ impl CompareFolder {
     /// # Errors
     /// The folder is a file, is not empty, cannot be created, or cannot be written to.
     pub fn prepare(root: &Path, overwrite: bool) -> Result<Self, OutputError> {
-        let folder = Self { root: root.to_path_buf() };
-        let below = [folder.file("panels"), folder.file("plots")];
-        prepare_folder(root, &below, overwrite, &|path| folder.is_own(path))?;
+        let folder = Self { root: root.to_path_buf(), fresh: !root.exists() };
+        prepare_folder(root, &folder.below(), overwrite, &|path| folder.is_own(path))?;
         Ok(folder)
+    }
+
+    fn below(&self) -> [PathBuf; 2] {
+        ["panels", "plots"].map(|name| self.file(name))
+    }
+
+    /// Takes back the folders of a comparison that was not written: those that are empty, and the folder itself where
+    /// there was none before.
+    pub fn take_back(&self) {
+        let root = self.fresh.then(|| self.root.clone());
+        for folder in self.below().into_iter().chain(root) {
+            // A folder that is not empty holds what is another's, and stays.
+            let _ = std::fs::remove_dir(folder);
+        }
     }
 
     /// The folder itself.
@@ -180,6 +195,26 @@ fn write_csv(path: &Path, rows: &[Vec<String>]) -> Result<(), OutputError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_comparison_that_was_not_written_leaves_no_folders() {
+        let outside = tempfile::tempdir().unwrap();
+        let fresh = outside.path().join("fresh");
+        let prepared = CompareFolder::prepare(&fresh, false).unwrap();
+        assert!(fresh.join("panels").is_dir());
+        prepared.take_back();
+        assert!(!fresh.exists());
+
+        let empty = outside.path().join("empty");
+        std::fs::create_dir(&empty).unwrap();
+        CompareFolder::prepare(&empty, false).unwrap().take_back();
+        assert_eq!(std::fs::read_dir(&empty).unwrap().count(), 0, "the user's own folder stays");
+
+        let prepared = CompareFolder::prepare(&fresh, false).unwrap();
+        std::fs::write(fresh.join("plots/mine.txt"), b"mine").unwrap();
+        prepared.take_back();
+        assert!(fresh.join("plots/mine.txt").exists() && !fresh.join("panels").exists());
+    }
 
     #[test]
     fn force_removes_its_own_files_only() {

@@ -102,12 +102,7 @@ fn headline(html: &mut Html, runs: &Runs) {
             figures.push(((significant(step.median_ms), "ms"), format!("a step, {}", RESPONSES[run])));
         }
     }
-    html.raw("<div class=\"headline\">\n");
-    for ((value, unit), what) in figures {
-        html.raw(&format!("<div><span class=\"value\">{} <small>{unit}</small></span>", escape(&value)));
-        html.raw(&format!("<span class=\"what\">{}</span></div>\n", escape(&what)));
-    }
-    html.raw("</div>\n");
+    html.headline(figures.into_iter().map(|((value, unit), what)| (value, unit.to_owned(), what)));
 }
 
 fn list(html: &mut Html, title: &str, items: &[String], class: &str) {

@@ -272,11 +272,12 @@ fn timed<T, E>(call: impl FnOnce() -> Result<T, E>) -> Result<(f64, T), E> {
     Ok((began.elapsed().as_secs_f64() * 1e3, left))
 }
 
-/// Number of times and their sum [ms] of the thermal passes so far, by the device's own clock.
+/// Number of times of the thermal passes so far, and their sum with those of the network [ms], by the device's own clock.
 fn thermal_passes(engine: &Engine) -> (usize, f64) {
     let passes = engine.pass_times().into_iter().flatten();
     let thermal = passes.filter(|(name, _)| name.starts_with("thermal_step."));
-    thermal.fold((0, 0.0), |(count, sum), (_, times)| (count + times.len(), sum + times.iter().sum::<f64>()))
+    let network: f64 = engine.network_costs().iter().filter_map(|cost| cost.device_ms).sum();
+    thermal.fold((0, network), |(count, sum), (_, times)| (count + times.len(), sum + times.iter().sum::<f64>()))
 }
 
 #[cfg(test)]

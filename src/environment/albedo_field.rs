@@ -1,6 +1,7 @@
 //! Albedo for every Sun zenith angle of a scene: tables at chosen angles, built once, and one blended for a tick.
 
 use std::f64::consts::FRAC_PI_2;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
@@ -33,7 +34,7 @@ impl AlbedoField {
     /// The field for a distance to the planet's centre over its radius, > 1. Some 2e5 integrals, on all cores.
     pub fn new(distance_ratio: f64) -> Self {
         let horizon = horizon_angle(distance_ratio);
-        let spread = (distance_ratio - 1.0).min(horizon);
+        let spread = spread(distance_ratio, horizon);
         let reach = (horizon / spread).asinh();
         let zenith = |level: usize| {
             let u = 2.0 * level as f64 / CROSSING_INTERVALS as f64 - 1.0;
@@ -49,27 +50,114 @@ impl AlbedoField {
 
     /// The table for a zenith angle of the Sun [rad], in [0, pi]; `None` where all that the craft sees is dark.
     pub fn table(&self, sun_zenith: f64) -> Option<AlbedoTable> {
-        let past_crossing = sun_zenith - FRAC_PI_2;
-        if past_crossing >= self.horizon {
-            return None;
-        }
-        if past_crossing <= -self.horizon {
-            let scale = self.horizon.cos().recip();
-            let noon = (-past_crossing - self.horizon).sin() * scale;
-            return Some(blend([&self.noon, &self.crossing[0]], [noon, sun_zenith.sin() * scale]));
-        }
-        let u = (past_crossing / self.spread).asinh() / (self.horizon / self.spread).asinh();
-        let position = 0.5 * (u + 1.0) * CROSSING_INTERVALS as f64;
-        let first = (position as usize).clamp(1, CROSSING_INTERVALS - 2) - 1;
-        let t = position - first as f64;
-        let weights = [
-            -(t - 1.0) * (t - 2.0) * (t - 3.0) / 6.0,
-            t * (t - 2.0) * (t - 3.0) / 2.0,
-            -t * (t - 1.0) * (t - 3.0) / 2.0,
-            t * (t - 1.0) * (t - 2.0) / 6.0,
-        ];
-        Some(blend([0, 1, 2, 3].map(|offset| &self.crossing[first + offset]), weights))
+        let (tables, weights) = self.terms(shares(self.horizon, self.spread, sun_zenith)?, sun_zenith);
+        Some(blend(&tables, &weights))
     }
+
+    /// The tables of which one for a zenith angle is the weighted sum.
+    fn terms(&self, shares: Shares, sun_zenith: f64) -> (Vec<&AlbedoTable>, Vec<f64>) {
+        match shares {
+            Shares::AllLit => {
+                let scale = self.horizon.cos().recip();
+                let noon = (FRAC_PI_2 - sun_zenith - self.horizon).sin() * scale;
+                (vec![&self.noon, &self.crossing[0]], vec![noon, sun_zenith.sin() * scale])
+            }
+            Shares::Crossing { first, weights } => {
+                ((0..4).map(|offset| &self.crossing[first + offset]).collect(), weights.to_vec())
+            }
+        }
+    }
+}
+
+/// How the table of a zenith angle is put together.
+#[derive(Debug, Clone, Copy)]
+enum Shares {
+    /// From the noon and the first crossing table: all that the craft sees is lit.
+    AllLit,
+    /// From four crossing tables.
+    Crossing { first: usize, weights: [f64; 4] },
+}
+
+/// `None` in the dark. `horizon` and `spread` as in [`AlbedoField`].
+fn shares(horizon: f64, spread: f64, sun_zenith: f64) -> Option<Shares> {
+    let past_crossing = sun_zenith - FRAC_PI_2;
+    if past_crossing >= horizon {
+        return None;
+    }
+    if past_crossing <= -horizon {
+        return Some(Shares::AllLit);
+    }
+    let u = (past_crossing / spread).asinh() / (horizon / spread).asinh();
+    let position = 0.5 * (u + 1.0) * CROSSING_INTERVALS as f64;
+    let first = (position as usize).clamp(1, CROSSING_INTERVALS - 2) - 1;
+    Some(Shares::Crossing { first, weights: cubic(position - first as f64) })
+}
+
+/// Weights of the values at 0, 1, 2, 3 of a cubic's value at `t`.
+fn cubic(t: f64) -> [f64; 4] {
+    [
+        -(t - 1.0) * (t - 2.0) * (t - 3.0) / 6.0,
+        t * (t - 2.0) * (t - 3.0) / 2.0,
+        -t * (t - 1.0) * (t - 3.0) / 2.0,
+        t * (t - 1.0) * (t - 2.0) / 6.0,
+    ]
+}
+
+/// Fields of many distances, each built when it is first needed: the albedo along an orbit that is not circular.
+///
+/// They stand at altitudes in equal ratios ([`RATIO`]); a cubic through the four nearest, at the same place of the
+/// terminator in the visible cap, gives what lies between.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AlbedoFields {
+    fields: Vec<OnceLock<Arc<AlbedoField>>>,
+}
+
+/// Altitude of one field over that of the one below.
+pub const RATIO: f64 = 1.15;
+
+/// Lowest and highest altitude over the planet's radius: 64 m and 6.4e9 km over Earth.
+const LOWEST: f64 = 1e-5;
+const HIGHEST: f64 = 1e6;
+
+impl Default for AlbedoFields {
+    fn default() -> Self {
+        let count = ((HIGHEST / LOWEST).ln() / RATIO.ln()).ceil() as usize + 1;
+        Self { fields: vec![OnceLock::new(); count] }
+    }
+}
+
+impl AlbedoFields {
+    /// The table for a distance to the planet's centre over its radius and a zenith angle of the Sun [rad]; `None`
+    /// where all that the craft sees is dark.
+    ///
+    /// Beyond the altitudes that the fields stand for, the table of exact values is made, which takes long.
+    pub fn table(&self, distance_ratio: f64, sun_zenith: f64) -> Option<AlbedoTable> {
+        let horizon = horizon_angle(distance_ratio);
+        let shares = shares(horizon, spread(distance_ratio, horizon), sun_zenith)?;
+        let altitude = distance_ratio - 1.0;
+        if !(LOWEST..=HIGHEST).contains(&altitude) {
+            return Some(tabulate(distance_ratio, sun_zenith));
+        }
+        let position = (altitude / LOWEST).ln() / RATIO.ln();
+        let first = (position as usize).clamp(1, self.fields.len() - 3) - 1;
+        let (mut tables, mut weights) = (Vec::new(), Vec::new());
+        for (offset, share) in cubic(position - first as f64).into_iter().enumerate() {
+            let (more, shares) = self.field(first + offset).terms(shares, sun_zenith);
+            tables.extend(more);
+            weights.extend(shares.into_iter().map(|weight| weight * share));
+        }
+        Some(blend(&tables, &weights))
+    }
+
+    fn field(&self, index: usize) -> &AlbedoField {
+        let altitude = LOWEST * RATIO.powi(index as i32);
+        self.fields[index].get_or_init(|| Arc::new(AlbedoField::new(1.0 + altitude)))
+    }
+}
+
+/// The width s of the terminator's crossing in [`AlbedoField`].
+fn spread(distance_ratio: f64, horizon: f64) -> f64 {
+    (distance_ratio - 1.0).min(horizon)
 }
 
 /// The table of exact values for one zenith angle of the Sun.
@@ -86,7 +174,7 @@ fn tabulate(distance_ratio: f64, sun_zenith: f64) -> AlbedoTable {
 
 /// Weighted sum of tables. A cubic can dip below 0 by its own error where the truth is 0; a negative flux would have no
 /// balance temperature, so 0 is taken there.
-fn blend<const TERMS: usize>(tables: [&AlbedoTable; TERMS], weights: [f64; TERMS]) -> AlbedoTable {
+fn blend(tables: &[&AlbedoTable], weights: &[f64]) -> AlbedoTable {
     let sum =
         |index: usize| tables.iter().zip(weights).map(|(table, weight)| table.values[index] * weight).sum::<f64>();
     AlbedoTable { values: (0..tables[0].values.len()).map(|index| sum(index).max(0.0)).collect() }
@@ -134,6 +222,30 @@ mod tests {
             assert!(worst < 1e-4, "{altitude} km: {worst:e}");
             assert!(field.table(dark + 1e-12).is_none() && field.table(PI).is_none());
             assert!(field.table(dark - 1e-6).is_some_and(|table| table.values.iter().all(|&value| value >= 0.0)));
+        }
+    }
+
+    #[test]
+    fn fields_of_many_distances_give_those_between() {
+        let fields = AlbedoFields::default();
+        for altitude in [130.0, 419.0, 8000.0] {
+            let ratio = 1.0 + altitude / 6371.0;
+            let dark = FRAC_PI_2 + horizon_angle(ratio);
+            let error = |sun_zenith: f64, ratio: f64, read: f64| {
+                let table = fields.table(read, sun_zenith).expect("some of the cap is lit");
+                normals(400, sun_zenith)
+                    .map(|normal| {
+                        let exact = albedo_factor(normal, ratio, sun_zenith);
+                        (albedo_table_lookup(&table, normal) - exact).abs()
+                    })
+                    .reduce(|| 0.0, f64::max)
+            };
+            let zenith = |index: u32| dark * (f64::from(index) + 0.37) / 20.0;
+            let worst = (0..20).map(|index| error(zenith(index), ratio, ratio)).fold(0.0, f64::max);
+            println!("{altitude} km: largest error of the albedo table between distances {worst:.1e}");
+            assert!(worst < 1e-4, "{altitude} km: {worst:e}");
+            assert!(error(0.5, ratio, 1.01 * ratio) > 1e-3, "another distance is seen");
+            assert!(fields.table(ratio, dark + 1e-12).is_none());
         }
     }
 

@@ -1,10 +1,15 @@
 //! Attitude laws: the rotation from the orbit's frames into the body.
 
-use glam::{DMat3, DVec3};
+use std::f64::consts::TAU;
+use std::sync::Arc;
 
-use crate::scene::{Attitude, CircularOrbit};
+use glam::{DMat3, DQuat, DVec3};
 
-/// An attitude law with its constant rotation worked out.
+use super::place::Place;
+use super::rotation_history::{HistoryFrame, RotationHistory};
+use crate::scene::Attitude;
+
+/// An attitude law with its constant rotations worked out.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BodyFrame {
     /// The body keeps its turn against the orbit frame (LVLH).
@@ -12,50 +17,95 @@ pub enum BodyFrame {
         /// Rotates orbit-frame vectors into the body frame.
         body_from_orbit: DMat3,
     },
-    /// The body keeps its turn against the inertial frame; so does a Sun-pointing one, for the Sun stands still there.
+    /// The body keeps its turn against the inertial frame.
     Fixed {
         /// Rotates inertial vectors into the body frame.
         body_from_inertial: DMat3,
     },
+    /// The body follows the Sun and leans to the orbit normal.
+    FollowsSun {
+        /// Rotates axes with Z to the Sun and X towards the orbit normal into the body frame.
+        body_from_axes: DMat3,
+    },
+    /// The body turns at a steady rate.
+    Spins {
+        /// Rotates body vectors into the inertial frame at time 0.
+        inertial_from_body: DQuat,
+        /// Unit axis in the body.
+        axis: DVec3,
+        /// Rate about it [rad/s].
+        rate: f64,
+    },
+    /// The body follows a table.
+    History(Arc<RotationHistory>),
 }
 
 impl BodyFrame {
-    /// The rotation of an attitude law over an orbit; `None` where two axes are parallel or an axis or quaternion is
-    /// zero or not finite.
-    ///
-    /// Sun-pointing with the Sun along the orbit normal (beta = 90 deg) leaves the second axis free: it then points to
-    /// orbit noon.
-    pub fn new(attitude: &Attitude, orbit: &CircularOrbit) -> Option<Self> {
+    /// The body frame of an attitude law; `None` where two axes are parallel or an axis or quaternion is zero or not
+    /// finite.
+    pub fn new(attitude: &Attitude) -> Option<Self> {
+        let usable = |quaternion: &DQuat| quaternion.is_finite() && quaternion.length() > 0.0;
         match attitude {
             Attitude::Nadir { nadir_axis, forward_axis } => {
-                let body_from_orbit = triad(*nadir_axis, *forward_axis)?;
-                Some(Self::FollowsOrbit { body_from_orbit })
+                triad(*nadir_axis, *forward_axis).map(|body_from_orbit| Self::FollowsOrbit { body_from_orbit })
             }
-            Attitude::Inertial { inertial_from_body } => {
-                let usable = inertial_from_body.is_finite() && inertial_from_body.length() > 0.0;
-                usable.then(|| Self::Fixed {
-                    body_from_inertial: DMat3::from_quat(inertial_from_body.normalize()).transpose(),
+            Attitude::Inertial { inertial_from_body } => usable(inertial_from_body).then(|| Self::Fixed {
+                body_from_inertial: DMat3::from_quat(inertial_from_body.normalize()).transpose(),
+            }),
+            Attitude::Sun { sun_axis, north_axis } => {
+                triad(*sun_axis, *north_axis).map(|body_from_axes| Self::FollowsSun { body_from_axes })
+            }
+            Attitude::Spin { inertial_from_body, axis, rate } => {
+                let axis = axis.try_normalize()?;
+                (usable(inertial_from_body) && rate.is_finite()).then(|| Self::Spins {
+                    inertial_from_body: inertial_from_body.normalize(),
+                    axis,
+                    rate: *rate,
                 })
             }
-            Attitude::Sun { sun_axis, north_axis } => {
-                let body_from_axes = triad(*sun_axis, *north_axis)?;
-                let sun = orbit.sun_direction();
-                let inertial_from_axes = triad(sun, DVec3::Z).or_else(|| triad(sun, DVec3::X))?;
-                Some(Self::Fixed { body_from_inertial: body_from_axes * inertial_from_axes.transpose() })
-            }
+            Attitude::History(history) => Some(Self::History(Arc::clone(history))),
         }
     }
 
-    /// Rotations into the body at this time [s]: from the inertial frame, and from the orbit frame.
-    pub fn rotations(&self, orbit: &CircularOrbit, time: f64) -> (DMat3, DMat3) {
-        let inertial_from_orbit = orbit.inertial_from_orbit(time);
-        match *self {
-            Self::FollowsOrbit { body_from_orbit } => {
-                (body_from_orbit * inertial_from_orbit.transpose(), body_from_orbit)
+    /// Whether the body frame repeats with a circular orbit.
+    pub fn repeats_with_the_orbit(&self) -> bool {
+        !matches!(self, Self::Spins { .. } | Self::History(_))
+    }
+
+    /// Rotations into the body: from the inertial frame, and from the orbit frame. Not a number where a table of
+    /// rotations does not cover the time.
+    ///
+    /// Sun-pointing with the Sun along the orbit normal (beta = 90 deg) leaves the second axis free: it then points to
+    /// the inertial frame's X.
+    pub fn rotations(&self, place: &Place) -> (DMat3, DMat3) {
+        let inertial_from_orbit = place.inertial_from_orbit;
+        let from_inertial = |body_from_inertial: DMat3| (body_from_inertial, body_from_inertial * inertial_from_orbit);
+        let from_orbit = |body_from_orbit: DMat3| (body_from_orbit * inertial_from_orbit.transpose(), body_from_orbit);
+        match self {
+            Self::FollowsOrbit { body_from_orbit } => from_orbit(*body_from_orbit),
+            Self::Fixed { body_from_inertial } => from_inertial(*body_from_inertial),
+            Self::FollowsSun { body_from_axes } => {
+                let normal = -inertial_from_orbit.y_axis;
+                let axes = triad(place.sun_direction, normal).or_else(|| triad(place.sun_direction, DVec3::X));
+                axes.map_or_else(nowhere, |axes| from_inertial(*body_from_axes * axes.transpose()))
             }
-            Self::Fixed { body_from_inertial } => (body_from_inertial, body_from_inertial * inertial_from_orbit),
+            Self::Spins { inertial_from_body, axis, rate } => {
+                let turned = *inertial_from_body * DQuat::from_axis_angle(*axis, (rate * place.time) % TAU);
+                from_inertial(DMat3::from_quat(turned).transpose())
+            }
+            Self::History(history) => history.rotation(place.time).map_or_else(nowhere, |frame_from_body| {
+                let body_from_frame = DMat3::from_quat(frame_from_body).transpose();
+                match history.frame {
+                    HistoryFrame::Inertial => from_inertial(body_from_frame),
+                    HistoryFrame::Orbit => from_orbit(body_from_frame),
+                }
+            }),
         }
     }
+}
+
+fn nowhere() -> (DMat3, DMat3) {
+    (DMat3::NAN, DMat3::NAN)
 }
 
 /// Sine of the angle below which two axes count as parallel.
@@ -76,11 +126,14 @@ fn triad(primary: DVec3, secondary: DVec3) -> Option<DMat3> {
 mod tests {
     use std::f64::consts::FRAC_PI_2;
 
-    use glam::DQuat;
-
     use super::*;
+    use crate::scene::{CircularOrbit, Orbit};
 
     const ORBIT: CircularOrbit = CircularOrbit { altitude: 408e3, period: 5560.0, beta: 0.4, phase: 0.2 };
+
+    fn place(orbit: &CircularOrbit, time: f64) -> Place {
+        Orbit::from(orbit).place(time, 6.371e6).unwrap()
+    }
 
     fn assert_close(found: DVec3, expected: DVec3) {
         assert!(found.distance(expected) < 1e-12, "{found} is not {expected}");
@@ -89,9 +142,9 @@ mod tests {
     #[test]
     fn nadir_pointing_holds_its_axes_on_nadir_and_velocity() {
         let attitude = Attitude::Nadir { nadir_axis: -DVec3::Y, forward_axis: DVec3::new(1.0, 0.5, 0.0) };
-        let frame = BodyFrame::new(&attitude, &ORBIT).unwrap();
+        let frame = BodyFrame::new(&attitude).unwrap();
         for time in [0.0, 1234.5, 1e6] {
-            let (body_from_inertial, body_from_orbit) = frame.rotations(&ORBIT, time);
+            let (body_from_inertial, body_from_orbit) = frame.rotations(&place(&ORBIT, time));
             assert_close(body_from_inertial * -ORBIT.zenith(time), -DVec3::Y);
             assert_close(body_from_orbit * DVec3::Z, -DVec3::Y);
             assert_close(body_from_orbit * DVec3::X, DVec3::X);
@@ -103,15 +156,15 @@ mod tests {
     #[test]
     fn sun_pointing_holds_the_sun_and_leans_to_the_orbit_normal() {
         let attitude = Attitude::Sun { sun_axis: DVec3::X, north_axis: DVec3::Z };
-        let (body_from_inertial, body_from_orbit) = BodyFrame::new(&attitude, &ORBIT).unwrap().rotations(&ORBIT, 777.0);
+        let (body_from_inertial, body_from_orbit) = BodyFrame::new(&attitude).unwrap().rotations(&place(&ORBIT, 777.0));
         assert_close(body_from_inertial * ORBIT.sun_direction(), DVec3::X);
         let north = body_from_inertial * DVec3::Z;
         assert!(north.z > 0.9 && north.y.abs() < 1e-12, "{north}");
         assert_close(body_from_orbit * DVec3::Z, body_from_inertial * -ORBIT.zenith(777.0));
 
         let sun_over_the_pole = CircularOrbit { beta: FRAC_PI_2, ..ORBIT };
-        let frame = BodyFrame::new(&attitude, &sun_over_the_pole).unwrap();
-        let (body_from_inertial, _) = frame.rotations(&sun_over_the_pole, 0.0);
+        let frame = BodyFrame::new(&attitude).unwrap();
+        let (body_from_inertial, _) = frame.rotations(&place(&sun_over_the_pole, 0.0));
         assert_close(body_from_inertial * DVec3::Z, DVec3::X);
         assert_close(body_from_inertial * DVec3::X, DVec3::Z);
     }
@@ -119,18 +172,29 @@ mod tests {
     #[test]
     fn an_inertial_attitude_is_the_inverse_of_its_quaternion() {
         let inertial_from_body = DQuat::from_axis_angle(DVec3::Z, FRAC_PI_2);
-        let frame = BodyFrame::new(&Attitude::Inertial { inertial_from_body }, &ORBIT).unwrap();
-        let (body_from_inertial, _) = frame.rotations(&ORBIT, 50.0);
+        let frame = BodyFrame::new(&Attitude::Inertial { inertial_from_body }).unwrap();
+        let (body_from_inertial, _) = frame.rotations(&place(&ORBIT, 50.0));
         assert_close(body_from_inertial * DVec3::Y, DVec3::X);
     }
 
     #[test]
     fn parallel_axes_and_a_zero_quaternion_give_nothing() {
         let parallel = Attitude::Nadir { nadir_axis: DVec3::Z, forward_axis: -DVec3::Z };
-        assert_eq!(BodyFrame::new(&parallel, &ORBIT), None);
+        assert_eq!(BodyFrame::new(&parallel), None);
         let zero = Attitude::Inertial { inertial_from_body: DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0) };
-        assert_eq!(BodyFrame::new(&zero, &ORBIT), None);
+        assert_eq!(BodyFrame::new(&zero), None);
         let not_finite = Attitude::Sun { sun_axis: DVec3::X, north_axis: DVec3::new(f64::NAN, 0.0, 0.0) };
-        assert_eq!(BodyFrame::new(&not_finite, &ORBIT), None);
+        assert_eq!(BodyFrame::new(&not_finite), None);
+    }
+
+    #[test]
+    fn a_spinning_body_turns_about_its_own_axis() {
+        let inertial_from_body = DQuat::from_axis_angle(DVec3::X, 0.7);
+        let attitude = Attitude::Spin { inertial_from_body, axis: DVec3::Z, rate: 0.01 };
+        let frame = BodyFrame::new(&attitude).unwrap();
+        let inertial_from_body_at = |time: f64| frame.rotations(&place(&ORBIT, time)).0.transpose();
+        assert_close(inertial_from_body_at(0.0) * DVec3::Y, inertial_from_body * DVec3::Y);
+        assert_close(inertial_from_body_at(1234.0) * DVec3::Z, inertial_from_body * DVec3::Z);
+        assert_close(inertial_from_body_at(50.0 * std::f64::consts::PI) * DVec3::X, inertial_from_body * DVec3::Y);
     }
 }

@@ -1,7 +1,7 @@
 //! Sun and planet as the craft meets them, in f64: orbit, attitude, eclipse, view factors, loads of a tick.
 //!
 //! Frames: *inertial* has X to orbit noon (the projection of the Sun's direction on the orbit plane), Z along the orbit
-//! normal; *body* is the model's frame. `body_from_inertial` rotates vectors from the second into the first.
+//! normal, or is GCRF where the scene has a real trajectory; *body* is the model's frame. `body_from_inertial` rotates vectors from the second into the first.
 
 use glam::{DMat3, DVec3};
 
@@ -9,11 +9,18 @@ pub mod albedo;
 pub mod albedo_field;
 pub mod attitude;
 pub mod eclipse;
+pub mod ephemeris;
+pub mod frames;
 pub mod load;
 pub mod orbit;
+pub mod place;
 pub mod quadrature;
+pub mod rotation_history;
+pub mod shadow;
 pub mod sky;
+pub mod sun;
 pub mod tick;
+pub mod trajectory;
 pub mod view_factor;
 
 /// The sky at one instant.
@@ -35,6 +42,25 @@ pub struct Sky {
     pub distance_ratio: f64,
     /// Angle at the planet's centre between the craft and the Sun [rad]: the Sun's zenith angle below the craft.
     pub sun_zenith: f64,
+    /// Flux of sunlight over that at one astronomical unit.
+    pub solar_scale: f64,
+}
+
+impl Sky {
+    /// A sky that is not known: no number in it is one.
+    fn nowhere(time: f64) -> Self {
+        Self {
+            time,
+            body_from_inertial: DMat3::NAN,
+            body_from_orbit: DMat3::NAN,
+            sun_direction: DVec3::NAN,
+            nadir_direction: DVec3::NAN,
+            lit_fraction: f64::NAN,
+            distance_ratio: f64::NAN,
+            sun_zenith: f64::NAN,
+            solar_scale: f64::NAN,
+        }
+    }
 }
 
 /// One direction of the Sun during a tick. The absorbed solar flux of a plate with normal n and absorptivity a,

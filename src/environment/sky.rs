@@ -8,8 +8,9 @@ use thiserror::Error;
 use super::Sky;
 use super::attitude::BodyFrame;
 use super::eclipse::{Discs, sign_change};
-use super::orbit::SUN_DISTANCE;
-use crate::scene::{Attitude, CircularOrbit, Environment};
+use super::place::Place;
+use super::trajectory::TrajectoryError;
+use crate::scene::{Attitude, Environment, Orbit};
 
 /// Values from which no sky can be made.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -41,18 +42,30 @@ pub enum SkyError {
     /// An attitude that does not say how the body is turned.
     #[error("the two axes of the attitude are parallel, or an axis or its quaternion is zero or not finite")]
     Attitude,
+    /// A trajectory that does not say where the craft is when it is asked.
+    #[error(transparent)]
+    Trajectory(#[from] TrajectoryError),
+    /// A table of rotations that does not say how the body is turned when it is asked.
+    #[error("the attitude is needed from {from} to {to}, but {description} covers {covered}")]
+    Uncovered {
+        /// First time that is needed.
+        from: String,
+        /// Last time that is needed.
+        to: String,
+        /// What the table came from.
+        description: String,
+        /// What it covers.
+        covered: String,
+    },
 }
 
 /// Least altitude over planet radius (6 mm over Earth): below, `distance_ratio - 1` has too few digits left.
 const LEAST_RELATIVE_ALTITUDE: f64 = 1e-9;
 
 /// Orbit, attitude and planet of a scene, ready to say where the Sun stands at any time.
-///
-/// The Sun's direction is that from the planet's centre, the same for every place of the orbit: the parallax (5e-5 rad
-/// in low orbits) is a hundredth of the Sun's own width. Eclipses use the Sun's finite distance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SkyModel {
-    orbit: CircularOrbit,
+    orbit: Orbit,
     body: BodyFrame,
     planet_radius: f64,
     eclipse: bool,
@@ -63,90 +76,211 @@ impl SkyModel {
     ///
     /// # Errors
     /// Where altitude, period or planet radius are not positive, an angle is not finite, or the attitude is degenerate.
-    pub fn new(orbit: &CircularOrbit, attitude: &Attitude, environment: &Environment) -> Result<Self, SkyError> {
-        let positive = [
-            ("the altitude [m]", orbit.altitude),
-            ("the period [s]", orbit.period),
-            ("the planet radius [m]", environment.planet_radius),
-        ];
-        for (what, value) in positive {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(SkyError::NotPositive { what, value });
+    pub fn new(orbit: impl Into<Orbit>, attitude: &Attitude, environment: &Environment) -> Result<Self, SkyError> {
+        let orbit = orbit.into();
+        let planet_radius = environment.planet_radius;
+        let positive = |what: &'static str, value: f64| {
+            if value > 0.0 && value.is_finite() { Ok(()) } else { Err(SkyError::NotPositive { what, value }) }
+        };
+        positive("the planet radius [m]", planet_radius)?;
+        if let Orbit::Circular(orbit) = &orbit {
+            positive("the altitude [m]", orbit.altitude)?;
+            positive("the period [s]", orbit.period)?;
+            if orbit.altitude / planet_radius < LEAST_RELATIVE_ALTITUDE {
+                return Err(SkyError::OnTheGround { altitude: orbit.altitude, planet_radius });
+            }
+            for (what, value) in [("beta", orbit.beta), ("the phase", orbit.phase)] {
+                if !value.is_finite() {
+                    return Err(SkyError::NotFinite { what, value });
+                }
             }
         }
-        let (altitude, planet_radius) = (orbit.altitude, environment.planet_radius);
-        if altitude / planet_radius < LEAST_RELATIVE_ALTITUDE {
-            return Err(SkyError::OnTheGround { altitude, planet_radius });
-        }
-        for (what, value) in [("beta", orbit.beta), ("the phase", orbit.phase)] {
-            if !value.is_finite() {
-                return Err(SkyError::NotFinite { what, value });
-            }
-        }
-        let body = BodyFrame::new(attitude, orbit).ok_or(SkyError::Attitude)?;
-        Ok(Self { orbit: orbit.clone(), body, planet_radius: environment.planet_radius, eclipse: environment.eclipse })
+        let body = BodyFrame::new(attitude).ok_or(SkyError::Attitude)?;
+        Ok(Self { orbit, body, planet_radius, eclipse: environment.eclipse })
     }
 
-    /// Period after which everything in the body frame repeats [s].
+    /// Whether trajectory and attitude are known from one time to another [s], and the craft is above the ground.
+    ///
+    /// # Errors
+    /// What is not, and what is instead.
+    pub fn check(&self, from: f64, to: f64) -> Result<(), SkyError> {
+        let Some(trajectory) = self.orbit.trajectory() else {
+            return self.check_attitude(from, to, |time| format!("{time} s"));
+        };
+        trajectory.check(from, to)?;
+        let looks = ((to - from) / LOOK_EVERY).ceil().clamp(1.0, MOST_LOOKS);
+        for look in 0..=looks as usize {
+            let time = from + (to - from) * look as f64 / looks;
+            let distance = trajectory.state(time).map_or(f64::INFINITY, |state| state.position.length());
+            if distance <= self.planet_radius * (1.0 + LEAST_RELATIVE_ALTITUDE) {
+                let (distance, radius) = (distance / 1e3, self.planet_radius / 1e3);
+                return Err(TrajectoryError::Underground { time: trajectory.utc(time), distance, radius }.into());
+            }
+        }
+        self.check_attitude(from, to, |time| trajectory.utc(time))
+    }
+
+    fn check_attitude(&self, from: f64, to: f64, name: impl Fn(f64) -> String) -> Result<(), SkyError> {
+        let BodyFrame::History(history) = &self.body else {
+            return Ok(());
+        };
+        let coverage = history.coverage();
+        if coverage.iter().any(|(start, end)| *start <= from && to <= *end) {
+            return Ok(());
+        }
+        let stretches = coverage.iter().take(4).map(|(start, end)| format!("{} to {}", name(*start), name(*end)));
+        Err(SkyError::Uncovered {
+            from: name(from),
+            to: name(to),
+            description: history.description.clone(),
+            covered: stretches.collect::<Vec<_>>().join(", "),
+        })
+    }
+
+    /// The orbit or trajectory.
+    pub fn orbit(&self) -> &Orbit {
+        &self.orbit
+    }
+
+    /// Period of the orbit [s].
     pub fn period(&self) -> f64 {
-        self.orbit.period
+        self.orbit.period()
     }
 
-    /// Distance to the planet's centre over its radius.
-    pub fn distance_ratio(&self) -> f64 {
-        1.0 + self.orbit.altitude / self.planet_radius
+    /// Period after which everything in the body frame repeats [s]; `None` where nothing does.
+    pub fn repeats_after(&self) -> Option<f64> {
+        match &self.orbit {
+            Orbit::Circular(orbit) if self.body.repeats_with_the_orbit() => Some(orbit.period),
+            _ => None,
+        }
     }
 
-    /// The sky at this time [s].
+    /// Distance to the planet's centre over its radius, where it never changes.
+    pub fn constant_distance_ratio(&self) -> Option<f64> {
+        match &self.orbit {
+            Orbit::Circular(orbit) => Some(1.0 + orbit.altitude / self.planet_radius),
+            Orbit::Trajectory(_) => None,
+        }
+    }
+
+    /// Craft and Sun; `None` at a time that the trajectory does not cover, which [`SkyModel::check`] finds beforehand.
+    pub fn place(&self, time: f64) -> Option<Place> {
+        self.orbit.place(time, self.planet_radius)
+    }
+
+    /// The sky at this time [s]; not a number where trajectory or attitude do not cover it.
     pub fn sky(&self, time: f64) -> Sky {
-        let (body_from_inertial, body_from_orbit) = self.body.rotations(&self.orbit, time);
-        let zenith = self.orbit.zenith(time);
-        let sun = self.orbit.sun_direction();
+        let Some(place) = self.place(time) else {
+            return Sky::nowhere(time);
+        };
+        let (body_from_inertial, body_from_orbit) = self.body.rotations(&place);
+        let Place { position, sun, .. } = place;
+        let lit_fraction = if self.eclipse { self.discs_at(&place).lit_fraction() } else { 1.0 };
         Sky {
             time,
             body_from_inertial,
             body_from_orbit,
-            sun_direction: body_from_inertial * sun,
-            nadir_direction: body_from_inertial * -zenith,
-            lit_fraction: self.lit_fraction(time),
-            distance_ratio: self.distance_ratio(),
-            sun_zenith: zenith.cross(sun).length().atan2(zenith.dot(sun)),
+            sun_direction: body_from_inertial * place.sun_direction,
+            nadir_direction: body_from_inertial * -position.normalize(),
+            lit_fraction,
+            distance_ratio: self.constant_distance_ratio().unwrap_or(position.length() / self.planet_radius),
+            sun_zenith: position.cross(sun).length().atan2(position.dot(sun)),
+            solar_scale: place.solar_scale,
         }
     }
 
     /// Unit vector to the Sun, body frame.
     pub fn sun_direction(&self, time: f64) -> DVec3 {
-        self.body.rotations(&self.orbit, time).0 * self.orbit.sun_direction()
+        self.place(time).map_or(DVec3::NAN, |place| self.body.rotations(&place).0 * place.sun_direction)
     }
 
     /// Share of the Sun's disc that the planet leaves visible, in [0, 1]; 1 where the scene has no eclipse.
     pub fn lit_fraction(&self, time: f64) -> f64 {
-        if self.eclipse { self.discs(time).lit_fraction() } else { 1.0 }
+        if self.eclipse { self.place(time).map_or(f64::NAN, |place| self.discs_at(&place).lit_fraction()) } else { 1.0 }
     }
 
     /// Times in (`start`, `end`) [s] at which penumbra or umbra begins or ends, in order.
-    ///
-    /// The separation of Sun and planet moves one way from orbit noon to midnight and back the other way, so between
-    /// two of these each contact happens at most once, and a change of sign finds it.
     pub fn contacts(&self, start: f64, end: f64) -> Vec<f64> {
-        let mut contacts = Vec::new();
+        self.events(start, end).into_iter().map(|event| event.time).collect()
+    }
+
+    /// What begins and ends in (`start`, `end`) [s], in order.
+    ///
+    /// On a circular orbit the separation of Sun and planet moves one way from orbit noon to midnight and back the
+    /// other way, so between two of these each contact happens at most once, and a change of sign finds it. On a
+    /// trajectory the same is true of stretches of [`STRETCH`] but for the one in which the separation turns; there the
+    /// turn is found first.
+    pub fn events(&self, start: f64, end: f64) -> Vec<EclipseEvent> {
+        let mut events = Vec::new();
         if !self.eclipse {
-            return contacts;
+            return events;
         }
-        let half = 0.5 * self.orbit.period;
-        let since_noon = self.orbit.angle(start) / TAU * self.orbit.period;
-        let mut turn = start - since_noon.rem_euclid(half) + half;
-        let mut low = start;
-        while low < end {
-            let high = turn.min(end);
-            contacts.extend(sign_change(|time| self.discs(time).outer_gap(), low, high));
-            contacts.extend(sign_change(|time| self.discs(time).inner_gap(), low, high));
-            low = high;
-            turn += half;
+        let mut find = |low: f64, high: f64| {
+            let border = |boundary: Boundary, events: &mut Vec<EclipseEvent>| {
+                let gap = |time: f64| self.discs(time).map_or(f64::NAN, |discs| boundary.gap(&discs));
+                if let Some(time) = sign_change(gap, low, high) {
+                    events.push(EclipseEvent { time, boundary, entry: gap(high) < 0.0 });
+                }
+            };
+            border(Boundary::Penumbra, &mut events);
+            border(Boundary::Umbra, &mut events);
+        };
+        match &self.orbit {
+            Orbit::Circular(orbit) => {
+                let half = 0.5 * orbit.period;
+                let since_noon = orbit.angle(start) / TAU * orbit.period;
+                let mut turn = start - since_noon.rem_euclid(half) + half;
+                let mut low = start;
+                while low < end {
+                    let high = turn.min(end);
+                    find(low, high);
+                    low = high;
+                    turn += half;
+                }
+            }
+            Orbit::Trajectory(trajectory) => {
+                let mut seams: Vec<f64> =
+                    trajectory.seams().into_iter().filter(|seam| start < *seam && *seam < end).collect();
+                seams.push(end);
+                let mut low = start;
+                for seam in seams {
+                    while low < seam {
+                        let rate = self.place(low).map_or(f64::INFINITY, |place| place.rate);
+                        let high = seam.min(low + (STRETCH / rate).clamp(1e-3, LONGEST_STRETCH));
+                        self.in_stretch(low, high, &mut find);
+                        low = high;
+                    }
+                }
+            }
         }
-        contacts.retain(|&time| start < time && time < end);
-        contacts.sort_by(f64::total_cmp);
-        contacts
+        events.retain(|event| start < event.time && event.time < end);
+        events.sort_by(|a, b| a.time.total_cmp(&b.time));
+        events
+    }
+
+    /// Hands a stretch of a trajectory on, cut where the separation of Sun and planet turns; not at all where the Sun
+    /// is far from the limb.
+    fn in_stretch(&self, low: f64, high: f64, find: &mut impl FnMut(f64, f64)) {
+        let separation = |time: f64| self.discs(time).map_or(f64::NAN, |discs| discs.separation - discs.planet);
+        let (Some(at_low), Some(place)) = (self.discs(low), self.place(low)) else {
+            return;
+        };
+        // The limb moves no faster against the Sun than the craft round the planet, twice over for its own growth.
+        let away = (at_low.separation - at_low.planet).abs() - at_low.sun;
+        if away > 3.0 * place.rate * (high - low) {
+            return;
+        }
+        let small = 1e-3 * (high - low);
+        let slope_at_low = separation(low + small) - separation(low);
+        let slope_at_high = separation(high) - separation(high - small);
+        if slope_at_low * slope_at_high >= 0.0 {
+            find(low, high);
+            return;
+        }
+        let rising = sign_change(|time| separation(time + small) - separation(time), low, high - small);
+        let turn = rising.map_or(0.5 * (low + high), |time| time + 0.5 * small);
+        find(low, turn);
+        find(turn, high);
     }
 
     /// Angle that the Sun's direction sweeps in the body frame between two times [rad], by its chords.
@@ -154,14 +288,57 @@ impl SkyModel {
         const CHORDS: u32 = 16;
         let direction = |index: u32| self.sun_direction(start + (end - start) * f64::from(index) / f64::from(CHORDS));
         let chord = |index: u32| 2.0 * (0.5 * direction(index).distance(direction(index + 1))).min(1.0).asin();
-        (0..CHORDS).map(chord).sum::<f64>().min(TAU * ((end - start) / self.orbit.period).max(1.0))
+        (0..CHORDS).map(chord).sum::<f64>().min(TAU * ((end - start) / self.period()).max(1.0))
     }
 
-    fn discs(&self, time: f64) -> Discs {
-        let craft = self.orbit.zenith(time) * (self.planet_radius + self.orbit.altitude);
-        Discs::seen_from(craft, self.orbit.sun_direction() * SUN_DISTANCE, self.planet_radius)
+    /// The discs of Sun and planet; `None` where the trajectory does not cover the time.
+    fn discs(&self, time: f64) -> Option<Discs> {
+        self.place(time).map(|place| self.discs_at(&place))
+    }
+
+    fn discs_at(&self, place: &Place) -> Discs {
+        Discs::seen_from(place.position, place.sun, self.planet_radius)
     }
 }
+
+/// What begins or ends at an [`EclipseEvent`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Boundary {
+    /// The planet's disc touches the Sun's from outside.
+    Penumbra,
+    /// It touches it from inside: total eclipse, or, far out, an annular one.
+    Umbra,
+}
+
+impl Boundary {
+    fn gap(self, discs: &Discs) -> f64 {
+        match self {
+            Self::Penumbra => discs.outer_gap(),
+            Self::Umbra => discs.inner_gap(),
+        }
+    }
+}
+
+/// A contact of the planet's disc with the Sun's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EclipseEvent {
+    /// Time since the start [s].
+    pub time: f64,
+    /// What begins or ends.
+    pub boundary: Boundary,
+    /// Whether it begins.
+    pub entry: bool,
+}
+
+/// Angle round the planet that a trajectory is searched in at a time [rad].
+pub const STRETCH: f64 = 0.05;
+
+/// Longest stretch [s]; beyond the Earth's influence the Sun itself moves.
+const LONGEST_STRETCH: f64 = 86_400.0;
+
+/// Spacing at which a trajectory's height is looked at beforehand [s], and the most looks.
+const LOOK_EVERY: f64 = 60.0;
+const MOST_LOOKS: f64 = 1e5;
 
 /// Angle of the planet's horizon from the point below the craft, at the planet's centre [rad].
 pub fn horizon_angle(distance_ratio: f64) -> f64 {
@@ -175,6 +352,7 @@ mod tests {
     use glam::DQuat;
 
     use super::*;
+    use crate::scene::CircularOrbit;
 
     fn orbit(altitude: f64, period: f64) -> CircularOrbit {
         CircularOrbit { altitude, period, beta: 0.0, phase: 20f64.to_radians() }

@@ -4,18 +4,37 @@ use std::sync::LazyLock;
 
 use glam::DVec3;
 
-use super::albedo_field::AlbedoField;
+use super::albedo::AlbedoTable;
+use super::albedo_field::{AlbedoField, AlbedoFields};
 use super::quadrature::GaussLegendre;
 use super::sky::{SkyError, SkyModel};
 use super::{MAX_SUN_SAMPLES, PlanetLoad, SunSample, TickLoad};
-use crate::scene::{Attitude, CircularOrbit, Environment};
+use crate::scene::{Attitude, Environment, Orbit};
 
 /// The environment of a scene, ready to give the load of any tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TickLoads {
     sky: SkyModel,
     environment: Environment,
-    albedo: Option<AlbedoField>,
+    albedo: Option<AlbedoSource>,
+}
+
+/// Where the albedo of a tick comes from.
+#[derive(Debug, Clone, PartialEq)]
+enum AlbedoSource {
+    /// The one distance of a circular orbit.
+    Fixed(Box<AlbedoField>),
+    /// Distances that change.
+    Varying(AlbedoFields),
+}
+
+impl AlbedoSource {
+    fn table(&self, planet: &PlanetLoad) -> Option<AlbedoTable> {
+        match self {
+            Self::Fixed(field) => field.table(planet.sun_zenith),
+            Self::Varying(fields) => fields.table(planet.distance_ratio, planet.sun_zenith),
+        }
+    }
 }
 
 /// Angle of the Sun in the body frame that one sample stands for [rad] (0.06 deg), where [`MAX_SUN_SAMPLES`] allows.
@@ -28,13 +47,17 @@ static LIT_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(4
 static PENUMBRA_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(12));
 
 impl TickLoads {
-    /// The loads of a scene. Builds the albedo field where there is a Sun and an albedo above 0.
+    /// The loads of a scene. Builds the albedo field of a circular orbit where there is a Sun and an
+    /// albedo above 0; those of a trajectory are built as its distances are met.
     ///
     /// # Errors
     /// As [`SkyModel::new`].
-    pub fn new(orbit: &CircularOrbit, attitude: &Attitude, environment: &Environment) -> Result<Self, SkyError> {
+    pub fn new(orbit: impl Into<Orbit>, attitude: &Attitude, environment: &Environment) -> Result<Self, SkyError> {
         let sky = SkyModel::new(orbit, attitude, environment)?;
-        let albedo = (reflected(environment) > 0.0).then(|| AlbedoField::new(sky.distance_ratio()));
+        let albedo = (reflected(environment) > 0.0).then(|| match sky.constant_distance_ratio() {
+            Some(ratio) => AlbedoSource::Fixed(Box::new(AlbedoField::new(ratio))),
+            None => AlbedoSource::Varying(AlbedoFields::default()),
+        });
         Ok(Self { sky, environment: environment.clone(), albedo })
     }
 
@@ -52,7 +75,7 @@ impl TickLoads {
     /// and albedo are those of the middle of the tick, which for a tick above a few minutes is no longer their mean.
     pub fn tick_load(&self, start: f64, end: f64) -> TickLoad {
         let mut planet = self.planet_load(if end > start { 0.5 * (start + end) } else { start });
-        let table = |planet: &PlanetLoad| self.albedo.as_ref().and_then(|field| field.table(planet.sun_zenith));
+        let table = |planet: &PlanetLoad| self.albedo.as_ref().and_then(|source| source.table(planet));
         let albedo = planet.as_ref().and_then(table);
         if let (Some(planet), None) = (&mut planet, &albedo) {
             planet.albedo_flux = 0.0;
@@ -78,7 +101,7 @@ impl TickLoads {
             sunward: if sunward.length() > NO_SIDE { sunward.normalize() } else { nadir.any_orthonormal_vector() },
             distance_ratio: sky.distance_ratio,
             planet_ir: self.environment.planet_ir.unwrap_or(0.0),
-            albedo_flux,
+            albedo_flux: albedo_flux * sky.solar_scale,
             sun_zenith: sky.sun_zenith,
         })
     }
@@ -88,9 +111,12 @@ impl TickLoads {
             return Vec::new();
         };
         if end <= start || !(end - start).is_finite() {
-            let flux = solar_constant * self.sky.lit_fraction(start);
-            return SunSample { direction: self.sky.sun_direction(start), flux }.unless_dark().into_iter().collect();
+            let sky = self.sky.sky(start);
+            let flux = solar_constant * sky.solar_scale * sky.lit_fraction;
+            return SunSample { direction: sky.sun_direction, flux }.unless_dark().into_iter().collect();
         }
+        // The Sun's distance changes by less than 3e-4 a day.
+        let solar_constant = solar_constant * self.sky.place(0.5 * (start + end)).map_or(f64::NAN, |p| p.solar_scale);
         let runs = self.lit_runs(start, end);
         let counts = self.sample_counts(&runs);
         let mut samples = Vec::new();
@@ -111,10 +137,13 @@ impl TickLoads {
     /// A tick longer than the orbit's period sees the same skies again, so it is folded onto its first period, and a
     /// piece counts as often as the tick passes it.
     fn lit_runs(&self, start: f64, end: f64) -> Vec<Vec<Piece>> {
-        let period = self.sky.period();
-        let turns = ((end - start) / period).floor();
-        let rest = (end - start) - turns * period;
-        let window = if turns > 0.0 { period } else { rest };
+        let (turns, rest, window) = match self.sky.repeats_after() {
+            Some(period) if end - start >= period => {
+                let turns = ((end - start) / period).floor();
+                (turns, (end - start) - turns * period, period)
+            }
+            _ => (0.0, end - start, end - start),
+        };
         let mut cuts = self.sky.contacts(start, start + window);
         cuts.extend([start, start + rest, start + window]);
         cuts.sort_by(f64::total_cmp);

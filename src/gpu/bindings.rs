@@ -8,6 +8,7 @@ use ash::vk;
 use super::context::Context;
 use super::error::{Context as _, GpuError};
 use super::frame::Frame;
+use super::layout::SunRay;
 use super::pass::{Access, Pass, Resource, Work};
 use super::pipeline::{Pipeline, module};
 use super::resources::{Resources, SLOTS};
@@ -20,6 +21,10 @@ enum PipelineKey {
     Thermal(ThermalVariant),
     Cull,
     Radiance,
+    SunDepth,
+    Visibility,
+    /// Whether it is the first.
+    SunRay(bool),
 }
 
 /// What selects a descriptor set: the pipeline, the first group of its range, the slot.
@@ -75,6 +80,15 @@ impl Bindings {
                     }
                     PipelineKey::Cull => Pipeline::compute(context, "cull.comp", &module("cull.comp"), &types)?,
                     PipelineKey::Radiance => Pipeline::radiance(context, &types)?,
+                    PipelineKey::SunDepth => Pipeline::solar_depth(context, &types)?,
+                    PipelineKey::SunRay(first) => {
+                        let name = if first { "solar_rays.first" } else { "solar_rays.next" };
+                        let constants = size_of::<SunRay>() as u32;
+                        Pipeline::compute_with_constants(context, name, &module(name), &types, constants)?
+                    }
+                    PipelineKey::Visibility => {
+                        Pipeline::compute(context, "solar_visibility.comp", &module("solar_visibility.comp"), &types)?
+                    }
                 });
             }
             let layout = bindings.pipelines[&key].set_layout;
@@ -106,6 +120,9 @@ fn key_of(pass: &Pass) -> Option<(PipelineKey, u32)> {
         Work::Thermal { variant, groups } => Some((PipelineKey::Thermal(variant), groups.0)),
         Work::Cull { triangles } => Some((PipelineKey::Cull, triangles.0)),
         Work::Radiance => Some((PipelineKey::Radiance, 0)),
+        Work::SunDepth => Some((PipelineKey::SunDepth, 0)),
+        Work::SunRay { ray, groups } => Some((PipelineKey::SunRay(ray == 0), groups.0)),
+        Work::Visibility { groups } => Some((PipelineKey::Visibility, groups.0)),
         Work::Copy { .. } | Work::Clear(_) | Work::Network(_) => None,
     }
 }

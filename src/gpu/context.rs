@@ -13,7 +13,7 @@ use super::validation::{self, Messages};
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 /// What a device is and can do, as `isotherm info` prints it.
-#[derive(Debug, Clone, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct DeviceInfo {
     /// Name as the driver gives it.
     pub name: String,

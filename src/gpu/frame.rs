@@ -5,6 +5,8 @@
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
+use crate::environment::shadow::{Method, SUN_RAYS};
+
 use super::pass::{
     Access, CLEAR_WRITE, COMPUTE_READ, COMPUTE_UNIFORM, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Pass, Resource, Scope,
     Step, Work, access, barrier, clear_pass, copy_pass, is_write, scope, to_host, transition,
@@ -22,6 +24,9 @@ pub struct StepRange {
 
 /// Triangles that one dispatch culls at most: 65,535 workgroups of 64. A multiple of 64 keeps bindings aligned.
 const CULLED_AT_ONCE: u32 = 65_535 * 64;
+
+/// Groups of four nodes that one dispatch of rays takes: 65,535 workgroups of 64 nodes, and whole workgroups of groups.
+const TRACED_AT_ONCE: u32 = 65_535 / 4 * 64;
 
 /// What a tick leaves for the host.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -134,6 +139,27 @@ impl Frame {
         frame
     }
 
+    /// Before a tick in which the Sun has moved against the craft: the share of it that every node of the ranges with
+    /// shadows sees. Empty where none has.
+    pub fn shadows(ranges: &[StepRange], method: Method) -> Self {
+        let shadowed: Vec<StepRange> = ranges.iter().copied().filter(|range| range.variant.shadow).collect();
+        let mut steps = Vec::new();
+        if !shadowed.is_empty() {
+            match method {
+                Method::Depth => steps.extend(shadows_by_depth(&shadowed)),
+                Method::Exact => steps.extend(shadows_by_rays(&shadowed)),
+            }
+            steps.push(Step::Barriers(vec![barrier(Resource::Visibility, COMPUTE_WRITE, COMPUTE_READ)]));
+        }
+        Self { steps }
+    }
+
+    /// One list after another in the same command buffer.
+    pub fn then(mut self, next: Self) -> Self {
+        self.steps.extend(next.steps);
+        self
+    }
+
     /// The passes in order.
     pub fn passes(&self) -> impl Iterator<Item = &Pass> {
         self.steps.iter().filter_map(|step| match step {
@@ -239,6 +265,7 @@ fn thermal_pass(range: StepRange) -> Pass {
     bind(moves, 9, Resource::Span, if commands { &[COMPUTE_READ, COMPUTE_WRITE] } else { &[COMPUTE_READ] });
     bind(moves, 10, Resource::Elapsed, &[COMPUTE_READ, COMPUTE_WRITE]);
     bind(true, 11, Resource::Temperature, &[COMPUTE_WRITE]);
+    bind(variant.shadow, 13, Resource::Visibility, &[COMPUTE_READ]);
     bind(
         moves && matches!(variant.curve, Curve::Shaped(shaped) if shaped.pieces),
         12,
@@ -246,6 +273,112 @@ fn thermal_pass(range: StepRange) -> Pass {
         &[COMPUTE_READ],
     );
     Pass { name: variant.name(), work: Work::Thermal { variant, groups }, accesses }
+}
+
+/// What the Sun sees, drawn, copied to where shaders read it, and looked up for every node.
+fn shadows_by_depth(ranges: &[StepRange]) -> Vec<Step> {
+    let depth_stages = S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS;
+    let depth = scope(depth_stages, A::DEPTH_STENCIL_ATTACHMENT_READ | A::DEPTH_STENCIL_ATTACHMENT_WRITE);
+    let depth_write = scope(depth_stages, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
+    let (undefined, attachment) = (ImageLayout::UNDEFINED, ImageLayout::ATTACHMENT_OPTIMAL);
+    let source = ImageLayout::TRANSFER_SRC_OPTIMAL;
+    let copied = scope(S::COPY, A::NONE);
+    let read = scope(S::COMPUTE_SHADER, A::NONE);
+    let mut steps = vec![
+        // The last copy must be over before the image is drawn anew.
+        Step::Barriers(vec![transition(Resource::SunDepthImage, copied, depth, undefined, attachment)]),
+        Step::Pass(solar_depth_pass()),
+        Step::Barriers(vec![
+            transition(Resource::SunDepthImage, depth_write, COPY_READ, attachment, source),
+            barrier(Resource::SunDepth, read, COPY_WRITE),
+        ]),
+        Step::Pass(copy_pass("read solar_depth", Resource::SunDepthImage, Resource::SunDepth)),
+        Step::Barriers(vec![
+            barrier(Resource::SunDepth, COPY_WRITE, COMPUTE_READ),
+            barrier(Resource::Visibility, COMPUTE_WRITE, COMPUTE_WRITE),
+        ]),
+    ];
+    steps.extend(ranges.iter().map(|range| Step::Pass(visibility_pass(range.groups))));
+    steps
+}
+
+/// Every point of the Sun's disc in turn, each added to the last.
+fn shadows_by_rays(ranges: &[StepRange]) -> Vec<Step> {
+    let both = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE);
+    let mut steps = Vec::new();
+    for ray in 0..SUN_RAYS as u32 {
+        let after = if ray == 0 { COMPUTE_WRITE } else { both };
+        steps.push(Step::Barriers(vec![barrier(Resource::Visibility, COMPUTE_WRITE, after)]));
+        for StepRange { groups: (first, end), .. } in ranges {
+            let pieces = (*first..*end).step_by(TRACED_AT_ONCE as usize);
+            let piece = |at: u32| (at, end.to_owned().min(at.saturating_add(TRACED_AT_ONCE)));
+            steps.extend(pieces.map(|at| Step::Pass(ray_pass(ray, piece(at)))));
+        }
+    }
+    steps
+}
+
+fn ray_pass(ray: u32, groups: (u32, u32)) -> Pass {
+    let of_nodes =
+        |binding, resource, scope| Access { binding: Some(binding), groups: Some(groups), ..access(resource, scope) };
+    let bound = |binding, resource| Access { binding: Some(binding), ..access(resource, COMPUTE_READ) };
+    let mut accesses = vec![
+        of_nodes(1, Resource::PositionX, COMPUTE_READ),
+        of_nodes(2, Resource::PositionY, COMPUTE_READ),
+        of_nodes(3, Resource::PositionZ, COMPUTE_READ),
+        of_nodes(4, Resource::NormalX, COMPUTE_READ),
+        of_nodes(5, Resource::NormalY, COMPUTE_READ),
+        of_nodes(6, Resource::NormalZ, COMPUTE_READ),
+        bound(7, Resource::ShadowTree),
+        of_nodes(8, Resource::Visibility, COMPUTE_WRITE),
+        bound(9, Resource::ShadowTriangles),
+    ];
+    if ray > 0 {
+        accesses.push(of_nodes(8, Resource::Visibility, COMPUTE_READ));
+    }
+    Pass { name: "solar_rays".to_owned(), work: Work::SunRay { ray, groups }, accesses }
+}
+
+fn solar_depth_pass() -> Pass {
+    let vertex = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
+    let depth = scope(
+        S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS,
+        A::DEPTH_STENCIL_ATTACHMENT_READ | A::DEPTH_STENCIL_ATTACHMENT_WRITE,
+    );
+    let bound = |binding, resource, scope| Access { binding: Some(binding), ..access(resource, scope) };
+    Pass {
+        name: "solar_depth".to_owned(),
+        work: Work::SunDepth,
+        accesses: vec![
+            access(Resource::Occluders, scope(S::INDEX_INPUT, A::INDEX_READ)),
+            bound(0, Resource::SunView, scope(S::VERTEX_SHADER, A::UNIFORM_READ)),
+            bound(1, Resource::PositionX, vertex),
+            bound(2, Resource::PositionY, vertex),
+            bound(3, Resource::PositionZ, vertex),
+            Access { layout: ImageLayout::ATTACHMENT_OPTIMAL, ..access(Resource::SunDepthImage, depth) },
+        ],
+    }
+}
+
+fn visibility_pass(groups: (u32, u32)) -> Pass {
+    let of_nodes =
+        |binding, resource, scope| Access { binding: Some(binding), groups: Some(groups), ..access(resource, scope) };
+    let bound = |binding, resource, scope| Access { binding: Some(binding), ..access(resource, scope) };
+    Pass {
+        name: "solar_visibility".to_owned(),
+        work: Work::Visibility { groups },
+        accesses: vec![
+            bound(0, Resource::SunView, COMPUTE_UNIFORM),
+            of_nodes(1, Resource::PositionX, COMPUTE_READ),
+            of_nodes(2, Resource::PositionY, COMPUTE_READ),
+            of_nodes(3, Resource::PositionZ, COMPUTE_READ),
+            of_nodes(4, Resource::NormalX, COMPUTE_READ),
+            of_nodes(5, Resource::NormalY, COMPUTE_READ),
+            of_nodes(6, Resource::NormalZ, COMPUTE_READ),
+            bound(7, Resource::SunDepth, COMPUTE_READ),
+            of_nodes(8, Resource::Visibility, COMPUTE_WRITE),
+        ],
+    }
 }
 
 fn cull_pass(triangles: (u32, u32)) -> Pass {

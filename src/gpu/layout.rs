@@ -2,6 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::environment::shadow::Occluders;
 use crate::thermal::material::{Profile, Transition};
 
 /// Values of one material.
@@ -81,6 +82,99 @@ pub struct View {
     pub near: f32,
     /// The structure is as long as its alignment in GLSL asks.
     pub unused: f32,
+}
+
+/// The Sun's parallel view of the craft.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct SunView {
+    /// Column of a point [texels]: factors of its coordinates, and what is added.
+    pub texel_from_body_x: [f32; 4],
+    /// Row of a point [texels].
+    pub texel_from_body_y: [f32; 4],
+    /// Depth of a point, 0 to 1.
+    pub texel_from_body_z: [f32; 4],
+    /// Unit vector to the Sun, body frame; w: how far a node is lifted off its surface [m].
+    pub sun: [f32; 4],
+    /// Unit vector along rows; w: depth of one texel's side.
+    pub right: [f32; 4],
+    /// Unit vector along columns; w: texels each way.
+    pub down: [f32; 4],
+}
+
+impl SunView {
+    /// The view rounded to f32.
+    pub fn new(view: &crate::environment::shadow::SunView) -> Self {
+        let with = |v: glam::DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
+        let [x, y, z] = view.rows().map(|row| row.map(|value| value as f32));
+        Self {
+            texel_from_body_x: x,
+            texel_from_body_y: y,
+            texel_from_body_z: z,
+            sun: with(view.sun, view.lift()),
+            right: with(view.right, view.texel_depth()),
+            down: with(view.down, f64::from(view.resolution)),
+        }
+    }
+}
+
+/// A box of the tree that rays are tried against.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct ShadowBox {
+    /// Lower corner [m].
+    pub low: [f32; 3],
+    /// The box to go on with where this one is missed.
+    pub skip: u32,
+    /// Upper corner [m].
+    pub high: [f32; 3],
+    /// First triangle x 8 + their number; none where there are boxes in it.
+    pub triangles: u32,
+}
+
+/// A triangle that casts a shadow [m].
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct ShadowTriangle {
+    /// A corner.
+    pub corner: [f32; 4],
+    /// The edge to the next.
+    pub first: [f32; 4],
+    /// The edge to the last.
+    pub second: [f32; 4],
+}
+
+/// A point of the Sun's disc.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct SunRay {
+    /// Unit vector to the middle of the Sun; w: how far a ray starts off its surface [m].
+    pub sun: [f32; 4],
+    /// Unit vector to the point; w: its share of the disc.
+    pub direction: [f32; 4],
+    /// Boxes of the tree.
+    pub boxes: u32,
+    /// The structure is as long as its alignment in GLSL asks.
+    pub unused: [u32; 3],
+}
+
+/// The tree and the triangles of [`Occluders`], rounded to f32; boxes grow by the rounding.
+pub fn shadow_tree(occluders: &Occluders) -> (Vec<ShadowBox>, Vec<ShadowTriangle>) {
+    let low = |value: f64| (value as f32).next_down();
+    let high = |value: f64| (value as f32).next_up();
+    let boxes = occluders.tree.nodes.iter().map(|node| ShadowBox {
+        low: node.low.to_array().map(low),
+        skip: node.skip,
+        high: node.high.to_array().map(high),
+        triangles: node.first << 3 | node.count,
+    });
+    let padded = |v: glam::DVec3| [v.x as f32, v.y as f32, v.z as f32, 0.0];
+    let triangles = occluders.triangles.iter().map(|[corner, first, second]| ShadowTriangle {
+        corner: padded(*corner),
+        first: padded(*first),
+        second: padded(*second),
+    });
+    (boxes.collect(), triangles.collect())
 }
 
 /// Head of the table of a band.
@@ -207,30 +301,73 @@ pub struct NetworkAttempt {
     pub right_at: u32,
 }
 
-/// What one dispatch of the wide kernels of a network does.
+/// What one dispatch of the wide kernels and of the solver of a network does.
 #[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 pub struct NetworkPass {
-    /// Invocations that work.
+    /// Invocations that work; of the solver's decisions, workgroups that left a part.
     pub count: u32,
-    /// Nodes.
-    pub nodes: u32,
-    /// Sensors.
-    pub sensors: u32,
     /// Where the sensors of this sub-step lie.
     pub sensed_at: u32,
+    /// Whether an update is the first; what the solver decides.
+    pub mode: u32,
     /// Time of the stage [s] since the heat was set.
     pub time: f32,
     /// Radiative temperature of space [K].
     pub space_temperature: f32,
-    /// Weight of the last stage; in the estimate of the error that of the change.
+    /// Weight of the last stage; in the estimate of the error that of the change; of a right side, of the heat now.
     pub mu: f32,
-    /// Weight of the stage before.
+    /// Weight of the stage before; of a right side, of the heat at the start.
     pub nu: f32,
-    /// Weight of the rate of the last stage [s].
+    /// Weight of the rate of the last stage [s]; of a right side, of what the change stores.
     pub mu_step: f32,
-    /// Weight of the rate at the start [s].
+    /// Weight of the rate at the start [s]; of a right side, of what the change of the first stage stores.
     pub gamma_step: f32,
+    /// 1 / (alpha h) [1/s].
+    pub inverse_step: f32,
+    /// Share of the first residual, squared, at which conjugate gradients stop; relative change of a temperature at which
+    /// Newton's method does, which after `mu` iterations may be four times as large.
+    pub accuracy: f32,
+}
+
+/// What the solver of a large network knows of itself.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct NetworkSolver {
+    /// Product of residual and preconditioned residual [W K].
+    pub gamma: f32,
+    /// Step along the direction.
+    pub alpha: f32,
+    /// What of it the solution moves by: 0 once there is no more to gain.
+    pub step: f32,
+    /// Share of the last direction in the next.
+    pub beta: f32,
+    /// `gamma` of the first iteration.
+    pub gamma_start: f32,
+    /// `gamma` of the first system of a stage.
+    pub gamma_first: f32,
+    /// Iterations of conjugate gradients.
+    pub gradients: f32,
+    /// 1 where more would change nothing.
+    pub gradients_done: f32,
+    /// Iterations of Newton's method.
+    pub newtons: f32,
+    /// 1 where more would change nothing.
+    pub newtons_done: f32,
+    /// Most iterations of one system.
+    pub most_gradients: f32,
+    /// Most iterations of Newton's method of one stage.
+    pub most_newtons: f32,
+    /// All iterations of conjugate gradients.
+    pub iterations: f32,
+    /// 1 where a system needed more iterations than were recorded.
+    pub short_gradients: f32,
+    /// 1 where a stage did.
+    pub short_newtons: f32,
+    /// 1 where what came was no number.
+    pub lost: f32,
+    /// Largest relative change of a temperature in the last iteration.
+    pub largest_move: f32,
 }
 
 /// A member of a structure, for the comparison with SPIR-V.
@@ -264,14 +401,22 @@ pub fn structures() -> Vec<(&'static str, usize, Vec<Member>)> {
             step: f32, albedo_resolution: f32),
         members!(View: camera_from_body_x: [f32; 4], camera_from_body_y: [f32; 4], camera_from_body_z: [f32; 4],
             clip_scale: [f32; 2], clip_offset: [f32; 2], size: [f32; 2], near: f32),
+        members!(SunView: texel_from_body_x: [f32; 4], texel_from_body_y: [f32; 4], texel_from_body_z: [f32; 4],
+            sun: [f32; 4], right: [f32; 4], down: [f32; 4]),
+        members!(ShadowBox: low: [f32; 3], skip: u32, high: [f32; 3], triangles: u32),
+        members!(ShadowTriangle: corner: [f32; 4], first: [f32; 4], second: [f32; 4]),
+        members!(SunRay: sun: [f32; 4], direction: [f32; 4], boxes: u32),
         members!(Band: edge_high: f32, edge_low: f32),
         members!(Steps: count: u32, groups: u32),
         members!(NetworkNode: inverse_capacitance: f32, capacitance: f32, emission: f32, conductance_sum: f32,
             emission_sum: f32, links_begin: u32, links_end: u32),
         members!(NetworkLink: neighbour: u32, conductance: f32, exchange: f32),
         members!(NetworkStage: mu: f32, nu: f32, mu_step: f32, gamma_step: f32, time: f32),
-        members!(NetworkPass: count: u32, nodes: u32, sensors: u32, sensed_at: u32, time: f32, space_temperature: f32,
-            mu: f32, nu: f32, mu_step: f32, gamma_step: f32),
+        members!(NetworkPass: count: u32, sensed_at: u32, mode: u32, time: f32, space_temperature: f32, mu: f32, nu: f32,
+            mu_step: f32, gamma_step: f32, inverse_step: f32, accuracy: f32),
+        members!(NetworkSolver: gamma: f32, alpha: f32, step: f32, beta: f32, gamma_start: f32, gamma_first: f32,
+            gradients: f32, gradients_done: f32, newtons: f32, newtons_done: f32, most_gradients: f32, most_newtons: f32,
+            iterations: f32, short_gradients: f32, short_newtons: f32, lost: f32, largest_move: f32),
         members!(NetworkAttempt: nodes: u32, count: u32, stages: u32, sensors: u32, lone: u32, time: f32, step: f32,
             space_temperature: f32, error_end: f32, error_start: f32, error_change: f32, loops_sub_step: u32, loops_iteration: u32, unknowns: u32, levels: u32,
             nodes_at: u32, entries_at: u32, levels_at: u32, targets_at: u32, terms_at: u32, pivots_at: u32,

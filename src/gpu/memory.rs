@@ -88,6 +88,8 @@ pub struct Image {
     pub(super) view: vk::ImageView,
     /// Texel format.
     pub format: vk::Format,
+    /// Width and height in texels.
+    pub size: [u32; 2],
 }
 
 impl Image {
@@ -113,8 +115,14 @@ impl Image {
             .usage(usage);
         // SAFETY: the device is alive; the memory is bound below before any use.
         let raw = unsafe { context.device.create_image(&create, None) }.during("creating an image")?;
-        let mut image =
-            Self { context: Arc::clone(context), allocation: None, raw, view: vk::ImageView::null(), format };
+        let mut image = Self {
+            context: Arc::clone(context),
+            allocation: None,
+            raw,
+            view: vk::ImageView::null(),
+            format,
+            size: [width, height],
+        };
         // SAFETY: the image is alive.
         let requirements = unsafe { context.device.get_image_memory_requirements(raw) };
         let allocation = allocate(context, name, requirements, MemoryLocation::GpuOnly, false)?;

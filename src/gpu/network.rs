@@ -4,8 +4,13 @@
 
 pub mod frame;
 mod fused;
+mod host;
 mod schedule;
+mod sliced;
+mod solve_frame;
 mod tables;
+pub mod uses;
+mod weights;
 mod wide;
 
 use std::sync::Arc;
@@ -13,6 +18,8 @@ use std::sync::Arc;
 use fused::Fused;
 use tables::Tables;
 use wide::Wide;
+
+pub use wide::NODES_AT_MOST;
 
 use super::context::Context;
 use super::error::GpuError;
@@ -22,12 +29,18 @@ use crate::thermal::network::{Network, NodeKind};
 /// The hottest temperature [K] that base and rest hold: 2^24 / 256 K is the last whole base.
 pub const HOTTEST: f64 = 64_000.0;
 
-/// Estimates of the error of a sub-step below this are rounding [K].
-pub const ESTIMATE_FLOOR: f64 = 1e-7;
+/// Estimates of the error of a sub-step below this are rounding [K]: the shaders already take off what the size of their
+/// terms explains. At 1e-7 K a slow sensor switched 0.1 s late after 4e5 s, where 1e-8 K leaves 0.02 s.
+pub const ESTIMATE_FLOOR: f64 = 1e-8;
 
 /// A network with its state on the device.
 pub struct NetworkStepper {
     path: Path,
+    /// What the wide path is made of where the fused one cannot go on.
+    network: Network,
+    sensors: Vec<u32>,
+    heat: Vec<[f32; 2]>,
+    context: Arc<Context>,
 }
 
 /// How the network is integrated.
@@ -46,7 +59,7 @@ impl NetworkStepper {
     pub fn new(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
         check(network, sensors)?;
         match Fused::new(context, network, sensors)? {
-            Some(fused) => Self { path: Path::Fused(Box::new(fused)) }.at(network),
+            Some(fused) => Self::of(context, Path::Fused(Box::new(fused)), network, sensors),
             None => Self::wide(context, network, sensors),
         }
     }
@@ -54,38 +67,66 @@ impl NetworkStepper {
     /// Uploads a network of any size to be integrated by a dispatch for every stage.
     ///
     /// # Errors
-    /// As for `new`, and a network whose arithmetic nodes are coupled.
+    /// As for `new`.
     pub fn wide(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
         check(network, sensors)?;
-        let tables = Tables::new(network);
-        if network.len() > wide::NODES_AT_MOST {
-            return Err(unsupported(format!("it has more than {} nodes", wide::NODES_AT_MOST)));
-        }
-        if !tables.coupled.is_empty() {
-            return Err(unsupported(format!(
-                "{} arithmetic nodes are coupled to each other in a network of {} nodes",
-                tables.coupled.len(),
-                network.len()
-            )));
-        }
-        if let Some(node) = (0..network.len()).find(|node| tables.row(*node).len() > wide::LINKS_AT_MOST) {
-            return Err(unsupported(format!("node {node} has more than {} conductors", wide::LINKS_AT_MOST)));
-        }
-        let wide = Wide::new(context, network, &tables, sensors)?;
-        Self { path: Path::Wide(Box::new(wide)) }.at(network)
+        Self::of(context, wide_path(context, network, sensors)?, network, sensors)
     }
 
-    fn at(mut self, network: &Network) -> Result<Self, GpuError> {
-        self.set_temperatures(&network.temperatures)?;
-        Ok(self)
+    fn of(context: &Arc<Context>, path: Path, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
+        let heat = vec![[0.0; 2]; network.len()];
+        let (network, sensors, context) = (network.clone(), sensors.to_vec(), Arc::clone(context));
+        let mut stepper = Self { path, network, sensors, heat, context };
+        let temperatures = std::mem::take(&mut stepper.network.temperatures);
+        stepper.set_temperatures(&temperatures)?;
+        stepper.network.temperatures = temperatures;
+        Ok(stepper)
+    }
+
+    /// Goes on with a dispatch for every stage: what is asked for takes more than one workgroup can do in a dispatch.
+    fn widen(&mut self) -> Result<(), GpuError> {
+        let state = self.state();
+        self.path = wide_path(&self.context, &self.network, &self.sensors)?;
+        match &mut self.path {
+            Path::Fused(_) => {}
+            Path::Wide(wide) => {
+                wide.set_state(&state);
+                wide.set_heat(&self.heat);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether one workgroup takes all sub-steps of an attempt, in place of a dispatch for every stage.
+    pub fn is_fused(&self) -> bool {
+        matches!(self.path, Path::Fused(_))
+    }
+
+    /// Time of all submissions so far by the device's own clock [ms], where it has one.
+    pub fn device_ms(&self) -> Option<f64> {
+        match &self.path {
+            Path::Fused(fused) => fused.device_ms(),
+            Path::Wide(wide) => wide.device_ms(),
+        }
     }
 
     fn state(&self) -> Vec<[f32; 2]> {
         match &self.path {
             Path::Fused(fused) => fused.state().to_vec(),
-            Path::Wide(wide) => wide.state(),
+            Path::Wide(wide) => wide.state().to_vec(),
         }
     }
+}
+
+fn wide_path(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Path, GpuError> {
+    if network.len() > wide::NODES_AT_MOST {
+        return Err(unsupported(format!("it has more than {} nodes", wide::NODES_AT_MOST)));
+    }
+    let tables = Tables::new(network);
+    if let Some(node) = (0..network.len()).find(|node| tables.row(*node).len() > wide::LINKS_AT_MOST) {
+        return Err(unsupported(format!("node {node} has more than {} conductors", wide::LINKS_AT_MOST)));
+    }
+    Ok(Path::Wide(Box::new(Wide::new(context, network, &tables, sensors)?)))
 }
 
 fn unsupported(reason: String) -> GpuError {
@@ -137,6 +178,7 @@ impl Stepper for NetworkStepper {
             Path::Fused(fused) => fused.set_heat(&heat),
             Path::Wide(wide) => wide.set_heat(&heat),
         }
+        self.heat = heat;
         Ok(())
     }
 
@@ -148,13 +190,14 @@ impl Stepper for NetworkStepper {
     }
 
     fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Result<Attempt, GpuError> {
-        match &mut self.path {
-            Path::Fused(fused) => fused
-                .attempt(method, t, step, count)?
-                .ok_or_else(|| unsupported(format!("{method} takes more than a workgroup can do in one dispatch"))),
-            Path::Wide(_) if method == Method::TrBdf2 => {
-                Err(unsupported("TR-BDF2 is only for networks that one workgroup can eliminate".to_owned()))
+        if let Path::Fused(fused) = &mut self.path {
+            if let Some(attempt) = fused.attempt(method, t, step, count)? {
+                return Ok(attempt);
             }
+            self.widen()?;
+        }
+        match &mut self.path {
+            Path::Fused(_) => Err(unsupported(format!("{method} takes more than a workgroup can do in one dispatch"))),
             Path::Wide(wide) => wide.attempt(method, t, step, count),
         }
     }
@@ -184,13 +227,16 @@ impl Stepper for NetworkStepper {
     }
 
     fn steady(&mut self, t: f64) -> Result<bool, GpuError> {
-        let solved = match &mut self.path {
-            Path::Fused(fused) => fused.steady(t)?,
-            Path::Wide(_) => None,
-        };
-        solved.ok_or_else(|| {
-            unsupported("a steady state is only for networks that one workgroup can eliminate".to_owned())
-        })
+        if let Path::Fused(fused) = &mut self.path {
+            if let Some(found) = fused.steady(t)? {
+                return Ok(found);
+            }
+            self.widen()?;
+        }
+        match &mut self.path {
+            Path::Fused(_) => Err(unsupported("its steady state takes more than a workgroup can do".to_owned())),
+            Path::Wide(wide) => wide.steady(t),
+        }
     }
 
     fn hottest(&self) -> f64 {

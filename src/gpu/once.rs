@@ -8,6 +8,7 @@ use gpu_allocator::MemoryLocation;
 use super::context::Context;
 use super::error::{Context as _, GpuError};
 use super::memory::Buffer;
+use super::timing::{PassTimes, Timing};
 
 /// Bytes of the staging buffer; longer uploads go in pieces.
 const STAGING_BYTES: usize = 16 << 20;
@@ -19,6 +20,9 @@ pub struct Once {
     commands: vk::CommandBuffer,
     fence: vk::Fence,
     staging: Option<Buffer>,
+    timing: Timing,
+    /// Of every run so far, by the device's own clock [ms]; `None` on a queue without timestamps.
+    device_ms: Option<f64>,
 }
 
 impl Once {
@@ -33,6 +37,8 @@ impl Once {
             commands: vk::CommandBuffer::null(),
             fence: vk::Fence::null(),
             staging: None,
+            timing: Timing::new(context, 1)?,
+            device_ms: None,
         };
         let (pool, commands) = command_buffers(context, 1)?;
         (once.pool, once.commands) = (pool, commands[0]);
@@ -54,12 +60,26 @@ impl Once {
         // SAFETY: the last run was waited for, so the command buffer and the fence are free.
         unsafe {
             device.begin_command_buffer(self.commands, &begin).during("recording")?;
+            self.timing.begin_frame(self.commands);
+            self.timing.begin_pass(self.commands, "run");
             record(device, self.commands);
+            self.timing.end_pass(self.commands);
             device.end_command_buffer(self.commands).during("recording")?;
             device.queue_submit2(self.context.queue, &submit, self.fence).during("submitting")?;
             device.wait_for_fences(&[self.fence], true, u64::MAX).during("waiting")?;
-            device.reset_fences(&[self.fence]).during("resetting a fence")
+            device.reset_fences(&[self.fence]).during("resetting a fence")?;
         }
+        let mut times = PassTimes::new();
+        self.timing.collect(&mut times)?;
+        for ms in times.into_values().flatten() {
+            *self.device_ms.get_or_insert(0.0) += ms;
+        }
+        Ok(())
+    }
+
+    /// Time of all runs so far by the device's own clock [ms]; `None` on a queue without timestamps.
+    pub fn device_ms(&self) -> Option<f64> {
+        self.device_ms
     }
 
     /// Copies bytes to the start of a device buffer.
@@ -81,6 +101,23 @@ impl Once {
         }
         self.staging = Some(staging);
         Ok(())
+    }
+
+    /// The first `count` values of a device buffer.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn download<T: bytemuck::Pod>(&mut self, from: &Buffer, count: usize) -> Result<Vec<T>, GpuError> {
+        let bytes = (count * size_of::<T>()) as u64;
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let to = Buffer::new(&self.context, "download", bytes, usage, MemoryLocation::GpuToCpu)?;
+        let (device_buffer, host_buffer) = (from.raw, to.raw);
+        let copy = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: bytes }];
+        self.run(|device, commands| {
+            // SAFETY: both buffers are alive and as long as the copy says; the fence orders the host after it.
+            unsafe { device.cmd_copy_buffer(commands, device_buffer, host_buffer, &copy) };
+        })?;
+        Ok(to.read(count).to_vec())
     }
 
     fn take_staging(&mut self) -> Result<Buffer, GpuError> {

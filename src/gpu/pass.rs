@@ -2,7 +2,8 @@
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
-use super::variant::{ThermalVariant, WideVariant};
+use super::variant::ThermalVariant;
+use super::wide_variant::WideVariant;
 
 /// Whatever a pass reads or writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -49,6 +50,20 @@ pub enum Resource {
     Elapsed,
     /// Temperature of every node [K].
     Temperature,
+    /// The Sun's view, written by the host.
+    SunView,
+    /// Node indices of the triangles that cast shadows.
+    Occluders,
+    /// Depth as seen from the Sun, as it is drawn.
+    SunDepthImage,
+    /// The same where shaders read it.
+    SunDepth,
+    /// Boxes around the triangles that cast shadows.
+    ShadowTree,
+    /// These triangles.
+    ShadowTriangles,
+    /// Share of the Sun that every node sees.
+    Visibility,
     /// Radiance, temperature and depth of every pixel.
     RadianceImage,
     /// Part and material of every pixel.
@@ -61,22 +76,40 @@ pub enum Resource {
     IdentityReadback,
     /// See `RadianceReadback`.
     TemperatureReadback,
-    /// Bases of the kept temperatures of a network [K].
-    NetworkKeptBase,
-    /// Rests of the kept temperatures of a network [K].
-    NetworkKeptRest,
-    /// Bases of the temperatures of a network that is tried [K].
-    NetworkBase,
-    /// Their rests, of every other stage.
-    NetworkRestEven,
-    /// See `NetworkRestEven`.
-    NetworkRestOdd,
-    /// Changes and rates of the nodes of a network.
-    NetworkWork,
+    /// Kept temperatures of a network: base and rest [K] of every node.
+    NetworkKept,
+    /// Temperatures of a network that is tried, of every other stage.
+    NetworkEven,
+    /// See `NetworkEven`.
+    NetworkOdd,
+    /// Rests of the nodes of a network at the start of a sub-step [K]; of TR-BDF2 the change of the first stage.
+    NetworkStart,
+    /// Rates of the nodes of a network [K/s]; of TR-BDF2 the heat at the start [W].
+    NetworkRates,
     /// Largest errors, where the host reads them.
     NetworkErrors,
     /// Temperatures of the sensors, where the host reads them.
     NetworkSensed,
+    /// Residual of the solver [W].
+    SolverResidual,
+    /// Preconditioned residual [K].
+    SolverConditioned,
+    /// Direction of search.
+    SolverDirection,
+    /// The matrix times that.
+    SolverProductDirection,
+    /// Solution [K].
+    SolverSolution,
+    /// The matrix times the preconditioned residual.
+    SolverProduct,
+    /// Inverse of the diagonal [K/W].
+    SolverInverse,
+    /// 2 T^(3/2) of every node.
+    SolverRoots,
+    /// Parts of sums.
+    SolverPartials,
+    /// What the solver knows of itself, where the host reads it.
+    SolverScalars,
 }
 
 impl Resource {
@@ -88,6 +121,7 @@ impl Resource {
                 | Self::SunSamples
                 | Self::AlbedoValues
                 | Self::View
+                | Self::SunView
                 | Self::RadianceReadback
                 | Self::IdentityReadback
                 | Self::TemperatureReadback
@@ -97,7 +131,7 @@ impl Resource {
     /// Whether shaders see it as a uniform buffer: small, and read by every invocation at the same address. (On lavapipe
     /// each scalar of a storage buffer costs every invocation 0.5 ns; a uniform is read once.)
     pub fn is_uniform(self) -> bool {
-        matches!(self, Self::Tick | Self::SunSamples | Self::View)
+        matches!(self, Self::Tick | Self::SunSamples | Self::View | Self::SunView)
     }
 
     /// Whether its size on the device follows the number of nodes; what only the host reads is not counted.
@@ -118,17 +152,19 @@ impl Resource {
                 | Self::Span
                 | Self::Elapsed
                 | Self::Temperature
+                | Self::Visibility
         )
     }
 
     /// Whether its size on the device follows the number of pixels.
     pub fn grows_with_pixels(self) -> bool {
-        self.is_image() || matches!(self, Self::RadianceReadback | Self::IdentityReadback)
+        (self.is_image() && self != Self::SunDepthImage)
+            || matches!(self, Self::RadianceReadback | Self::IdentityReadback)
     }
 
     /// Whether it is an image, which has a layout.
     pub fn is_image(self) -> bool {
-        matches!(self, Self::RadianceImage | Self::IdentityImage | Self::DepthImage)
+        matches!(self, Self::RadianceImage | Self::IdentityImage | Self::DepthImage | Self::SunDepthImage)
     }
 }
 
@@ -190,6 +226,20 @@ pub enum Work {
         /// Groups of four nodes: first, and the one after the last.
         groups: (u32, u32),
     },
+    /// Draws the depth of the parts as seen from the Sun.
+    SunDepth,
+    /// Finds what share of the Sun each node sees.
+    Visibility {
+        /// Groups of four nodes: first, and the one after the last.
+        groups: (u32, u32),
+    },
+    /// Finds whether each node sees one point of the Sun's disc.
+    SunRay {
+        /// Number of the point; the first begins the count.
+        ray: u32,
+        /// Groups of four nodes: first, and the one after the last.
+        groups: (u32, u32),
+    },
     /// Finds the triangles that may cover a pixel's centre.
     Cull {
         /// Triangles: first, and the one after the last.
@@ -210,17 +260,36 @@ pub enum Work {
     Network(NetworkWork),
 }
 
+/// Nodes that a pass over a network is confined to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum NetworkNodes {
+    /// All.
+    All,
+    /// The sensors.
+    Sensors,
+    /// Arithmetic nodes without arithmetic neighbours.
+    Lone,
+    /// All arithmetic nodes.
+    Arithmetic,
+    /// All that are no boundary.
+    Free,
+}
+
 /// Which pass over the nodes of a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NetworkWork {
     /// Compiled variant.
     pub variant: WideVariant,
+    /// Nodes of the pass.
+    pub nodes: NetworkNodes,
     /// Stage whose time and weights it has.
     pub stage: u32,
     /// Sub-step.
     pub sub_step: u32,
-    /// Whether the present stage is in `NetworkRestOdd`, and the next goes to `NetworkRestEven`.
+    /// Whether the present stage is in `NetworkOdd`, and the next goes to `NetworkEven`.
     pub odd: bool,
+    /// Of an update, 1 where it is the first; of the solver's decisions, which.
+    pub mode: u32,
 }
 
 /// A named piece of work and everything that it touches.

@@ -75,11 +75,38 @@ impl Pipeline {
     /// # Errors
     /// A call that fails.
     pub fn radiance(context: &Arc<Context>, bindings: &[(u32, vk::DescriptorType)]) -> Result<Self, GpuError> {
-        let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
+        let formats = [RADIANCE_FORMAT, IDENTITY_FORMAT];
+        let depth = vk::CompareOp::GREATER;
+        Self::graphics(context, "radiance", ["radiance.vert", "radiance.frag"].as_slice(), bindings, &formats, depth)
+    }
+
+    /// The pipeline that draws what the Sun sees: pulled vertices, depth alone, both faces.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn solar_depth(context: &Arc<Context>, bindings: &[(u32, vk::DescriptorType)]) -> Result<Self, GpuError> {
+        Self::graphics(context, "solar_depth", &["solar_depth.vert"], bindings, &[], vk::CompareOp::LESS)
+    }
+
+    /// Draws triangles from indices, both faces, into images of `formats` and a depth image that keeps what `nearer`
+    /// prefers; `modules` are a vertex shader and, where there are colours, a fragment shader.
+    fn graphics(
+        context: &Arc<Context>,
+        name: &str,
+        modules: &[&str],
+        bindings: &[(u32, vk::DescriptorType)],
+        formats: &[vk::Format],
+        nearer: vk::CompareOp,
+    ) -> Result<Self, GpuError> {
+        let stages = if formats.is_empty() {
+            vk::ShaderStageFlags::VERTEX
+        } else {
+            vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT
+        };
         let mut pipeline = Self::layouts(context, bindings, 0, stages, vk::PipelineBindPoint::GRAPHICS)?;
-        let vertex = Shader::new(context, &module("radiance.vert"))?;
-        let fragment = Shader::new(context, &module("radiance.frag"))?;
-        let stages = [vertex.stage(vk::ShaderStageFlags::VERTEX), fragment.stage(vk::ShaderStageFlags::FRAGMENT)];
+        let shaders = modules.iter().map(|name| Shader::new(context, &module(name))).collect::<Result<Vec<_>, _>>()?;
+        let kinds = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
+        let stages: Vec<_> = shaders.iter().zip(kinds).map(|(shader, kind)| shader.stage(kind)).collect();
 
         let input = vk::PipelineVertexInputStateCreateInfo::default();
         let assembly =
@@ -97,15 +124,14 @@ impl Pipeline {
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
             .depth_test_enable(true)
             .depth_write_enable(true)
-            .depth_compare_op(vk::CompareOp::GREATER);
+            .depth_compare_op(nearer);
         let whole = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
-        let attachments = [whole; 2];
+        let attachments = vec![whole; formats.len()];
         let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
         let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
         let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
-        let formats = [RADIANCE_FORMAT, IDENTITY_FORMAT];
         let mut rendering = vk::PipelineRenderingCreateInfo::default()
-            .color_attachment_formats(&formats)
+            .color_attachment_formats(formats)
             .depth_attachment_format(DEPTH_FORMAT);
         let create = [vk::GraphicsPipelineCreateInfo::default()
             .stages(&stages)
@@ -121,8 +147,8 @@ impl Pipeline {
             .push_next(&mut rendering)];
         // SAFETY: modules, layout and all state above live through the call.
         pipeline.raw = unsafe { context.device.create_graphics_pipelines(vk::PipelineCache::null(), &create, None) }
-            .map_err(|(_, result)| GpuError::Call { call: "creating the radiance pipeline", result })?[0];
-        context.set_name(pipeline.raw, "radiance");
+            .map_err(|(_, result)| GpuError::Call { call: "creating a graphics pipeline", result })?[0];
+        context.set_name(pipeline.raw, name);
         Ok(pipeline)
     }
 

@@ -4,7 +4,7 @@ use ash::vk;
 
 use super::context::Context;
 use super::frame::Frame;
-use super::layout;
+use super::layout::{self, SunRay};
 use super::memory::Image;
 use super::pass::{Barrier, Pass, Resource, Step, Work};
 use super::pipeline::Pipeline;
@@ -18,6 +18,8 @@ pub(super) struct Recorder<'a> {
     pub slot: usize,
     pub commands: vk::CommandBuffer,
     pub triangles: u32,
+    pub occluders: u32,
+    pub sun_rays: &'a [SunRay],
     pub size: [u32; 2],
 }
 
@@ -36,10 +38,11 @@ impl Recorder<'_> {
                 Step::Pass(pass) => {
                     self.context.begin_label(self.commands, &pass.name);
                     timing.begin_pass(self.commands, &pass.name);
-                    if let Some((pipeline, set)) = bound(pass) {
+                    let bound = bound(pass);
+                    if let Some((pipeline, set)) = bound {
                         self.bind(pipeline, set);
                     }
-                    self.work(pass);
+                    self.work(pass, bound.map_or(vk::PipelineLayout::null(), |(pipeline, _)| pipeline.layout));
                     timing.end_pass(self.commands);
                     self.context.end_label(self.commands);
                 }
@@ -97,7 +100,7 @@ impl Recorder<'_> {
         }
     }
 
-    fn work(&self, pass: &Pass) {
+    fn work(&self, pass: &Pass, layout: vk::PipelineLayout) {
         match pass.work {
             Work::Thermal { groups: (first, end), .. } => {
                 let workgroups = (end - first).div_ceil(NODES_PER_WORKGROUP as u32 / 4);
@@ -107,6 +110,22 @@ impl Recorder<'_> {
             Work::Cull { triangles: (first, end) } => {
                 // SAFETY: the pipeline is bound; it leaves invocations beyond the last triangle idle.
                 unsafe { self.context.device.cmd_dispatch(self.commands, (end - first).div_ceil(64), 1, 1) };
+            }
+            Work::SunDepth => self.draw_solar_depth(),
+            Work::Visibility { groups: (first, end) } => {
+                let workgroups = (end - first).div_ceil(NODES_PER_WORKGROUP as u32 / 4);
+                // SAFETY: the pipeline is bound, and the range holds whole workgroups.
+                unsafe { self.context.device.cmd_dispatch(self.commands, workgroups, 1, 1) };
+            }
+            Work::SunRay { ray, groups: (first, end) } => {
+                let push = &self.sun_rays[ray as usize];
+                let workgroups = (end - first).div_ceil(16);
+                // SAFETY: the pipeline is bound and takes these constants; the range holds whole workgroups.
+                unsafe {
+                    let (device, stages) = (&self.context.device, vk::ShaderStageFlags::COMPUTE);
+                    device.cmd_push_constants(self.commands, layout, stages, 0, bytemuck::bytes_of(push));
+                    device.cmd_dispatch(self.commands, workgroups, 1, 1);
+                }
             }
             Work::Radiance => self.draw(),
             // Networks have a command buffer of their own: src/gpu/network/wide.rs.
@@ -169,17 +188,46 @@ impl Recorder<'_> {
         }
     }
 
+    fn draw_solar_depth(&self) {
+        let image = self.resources.image(Resource::SunDepthImage);
+        let [width, height] = image.size;
+        let far = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 1.0, stencil: 0 } };
+        let depth = vk::RenderingAttachmentInfo::default()
+            .image_view(image.view)
+            .image_layout(vk::ImageLayout::ATTACHMENT_OPTIMAL)
+            .load_op(vk::AttachmentLoadOp::CLEAR)
+            .store_op(vk::AttachmentStoreOp::STORE)
+            .clear_value(far);
+        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
+        let viewport =
+            vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
+        let rendering = vk::RenderingInfo::default().render_area(area).layer_count(1).depth_attachment(&depth);
+        let indices = self.resources.buffer(Resource::Occluders, self.slot);
+        let device = &self.context.device;
+        // SAFETY: the pipeline of this pass is bound, the image is in attachment layout by the barriers of the list, and
+        // the index buffer holds three node indices a triangle.
+        unsafe {
+            device.cmd_begin_rendering(self.commands, &rendering);
+            device.cmd_set_viewport(self.commands, 0, &[viewport]);
+            device.cmd_set_scissor(self.commands, 0, &[area]);
+            device.cmd_bind_index_buffer(self.commands, indices.raw, 0, vk::IndexType::UINT32);
+            device.cmd_draw_indexed(self.commands, 3 * self.occluders, 1, 0, 0, 0);
+            device.cmd_end_rendering(self.commands);
+        }
+    }
+
     fn copy_image(&self, from: Resource, to: Resource) {
-        let [width, height] = self.size;
+        let image = self.resources.image(from);
+        let [width, height] = image.size;
         let copy = [vk::BufferImageCopy::default()
             .image_subresource(vk::ImageSubresourceLayers {
-                aspect_mask: vk::ImageAspectFlags::COLOR,
+                aspect_mask: image.whole().aspect_mask,
                 mip_level: 0,
                 base_array_layer: 0,
                 layer_count: 1,
             })
             .image_extent(vk::Extent3D { width, height, depth: 1 })];
-        let (image, buffer) = (self.resources.image(from), self.resources.buffer(to, self.slot));
+        let buffer = self.resources.buffer(to, self.slot);
         // SAFETY: the barriers of the list put the image in transfer layout; the buffer holds all its texels.
         unsafe {
             self.context.device.cmd_copy_image_to_buffer(

@@ -15,6 +15,7 @@ use super::record::{Recorder, tick_of};
 use super::resources::{Resources, SLOTS, SceneData};
 use super::timing::{PassTimes, Timing};
 use super::variant::StepKind;
+use crate::environment::shadow::{Method, Redraw, SUN_RAYS, disc_directions};
 use crate::environment::{MAX_SUN_SAMPLES, TickLoad};
 
 /// What the host reads of a frame.
@@ -49,6 +50,13 @@ pub struct Renderer {
     size: [u32; 2],
     /// The view that the visible triangles are those of.
     culled_for: Option<layout::View>,
+    occluders: u32,
+    redraw: Option<Redraw>,
+    /// Boxes of the tree and where its rays start [m], where rays find the shadows.
+    tree: Option<(u32, f64)>,
+    sun_rays: Vec<layout::SunRay>,
+    /// The Sun's view of the frame that is submitted next, where it draws it.
+    sun_view: Option<layout::SunView>,
     times: PassTimes,
     next: usize,
     slots: Vec<Slot>,
@@ -74,8 +82,12 @@ impl Renderer {
             let ranges = ranges_of_tick(&data.ranges, has_sun, has_albedo);
             frames.extend([Frame::step(&ranges, wanted), Frame::settle(&ranges)]);
         }
+        let tree = data.shadows.as_ref().and_then(|shadows| shadows.tree);
+        let method = if tree.is_some() { Method::Exact } else { Method::Depth };
+        let shadows = Frame::shadows(&data.ranges, method);
+        let passes = frames.iter().map(|frame| frame.passes().count()).max().unwrap_or(0) + shadows.passes().count();
+        frames.push(shadows);
         let bindings = Bindings::new(context, &resources, &frames.iter().collect::<Vec<_>>(), data.shapes)?;
-        let passes = frames.iter().map(|frame| frame.passes().count()).max().unwrap_or(0);
         let (command_pool, commands) = command_buffers(context, SLOTS as u32)?;
         let mut renderer = Self {
             ranges: data.ranges.clone(),
@@ -83,6 +95,11 @@ impl Renderer {
             triangles: data.triangles.len() as u32,
             size: data.image.unwrap_or_default(),
             culled_for: None,
+            occluders: data.shadows.as_ref().map_or(0, |shadows| shadows.occluders.len() as u32),
+            redraw: data.shadows.as_ref().map(|shadows| shadows.redraw.clone()),
+            tree: tree.map(|tree| (tree.tree.nodes.len() as u32, tree.start)),
+            sun_rays: Vec::new(),
+            sun_view: None,
             times: PassTimes::new(),
             next: 0,
             slots: Vec::new(),
@@ -107,7 +124,7 @@ impl Renderer {
     /// # Errors
     /// A call that fails.
     pub fn settle(&mut self, load: &TickLoad) -> Result<(), GpuError> {
-        let frame = Frame::settle(&ranges_of_load(&self.ranges, load));
+        let frame = self.shadows(load).then(Frame::settle(&ranges_of_load(&self.ranges, load)));
         let submitted = self.submit_frame(&frame, Some((load, 1.0)), None, Wanted::default())?;
         self.collect(submitted).map(|_| ())
     }
@@ -147,7 +164,8 @@ impl Renderer {
         let mut ranges = tick.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
         // What the host steps has its temperatures by now.
         ranges.retain(|range| range.variant.kind != StepKind::Absorb);
-        let frame = Frame::step(&ranges, wanted);
+        let shadows = tick.map_or(Frame { steps: Vec::new() }, |(load, _)| self.shadows(load));
+        let frame = shadows.then(Frame::step(&ranges, wanted));
         let submitted = self.submit_frame(&frame, tick, view, wanted)?;
         if let Some(view) = view {
             self.culled_for = Some(*view);
@@ -165,7 +183,8 @@ impl Renderer {
         let mut ranges = ranges_of_load(&self.ranges, load);
         ranges.retain(|range| range.variant.kind == StepKind::Absorb);
         let wanted = Wanted { temperatures: true, ..Wanted::default() };
-        let submitted = self.submit_frame(&Frame::step(&ranges, wanted), Some((load, 1.0)), None, wanted)?;
+        let frame = self.shadows(load).then(Frame::step(&ranges, wanted));
+        let submitted = self.submit_frame(&frame, Some((load, 1.0)), None, wanted)?;
         Ok(self.collect(submitted)?.temperatures.unwrap_or_default().to_vec())
     }
 
@@ -175,9 +194,39 @@ impl Renderer {
     /// A call that fails.
     pub fn set_temperatures(&mut self, temperatures: &[f32]) -> Result<(), GpuError> {
         self.wait()?;
-        self.resources.upload(&mut self.once, Resource::Temperature, temperatures)?;
-        self.once.free_staging();
-        Ok(())
+        self.resources.upload(&mut self.once, Resource::Temperature, temperatures)
+    }
+
+    /// What finds the shadows anew, where a load asks for it; the Sun's view goes to the slot that is submitted next.
+    fn shadows(&mut self, load: &TickLoad) -> Frame {
+        let Some(view) = self.redraw.as_mut().and_then(|redraw| redraw.view(load)) else {
+            return Frame { steps: Vec::new() };
+        };
+        let Some((boxes, start)) = self.tree else {
+            self.sun_view = Some(layout::SunView::new(&view));
+            return Frame::shadows(&self.ranges, Method::Depth);
+        };
+        let with = |v: glam::DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
+        let ray = |direction| layout::SunRay {
+            sun: with(view.sun, start),
+            direction: with(direction, 1.0 / SUN_RAYS as f64),
+            boxes,
+            unused: [0; 3],
+        };
+        self.sun_rays = disc_directions(view.sun).map(ray).to_vec();
+        Frame::shadows(&self.ranges, Method::Exact)
+    }
+
+    /// Share of the Sun that each node sees, as last found; empty where the craft does not shadow itself.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn visibility(&mut self) -> Result<Vec<f32>, GpuError> {
+        self.wait()?;
+        if self.redraw.is_none() {
+            return Ok(Vec::new());
+        }
+        self.once.download(self.resources.buffer(Resource::Visibility, 0), self.nodes)
     }
 
     /// Submits a given list; tests pass one without a barrier.
@@ -200,6 +249,9 @@ impl Renderer {
         if let Some(view) = view {
             self.resources.write(Resource::View, number, &[*view]);
         }
+        if let Some(view) = self.sun_view.take() {
+            self.resources.write(Resource::SunView, number, &[view]);
+        }
 
         let slot = &mut self.slots[number];
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
@@ -211,6 +263,8 @@ impl Renderer {
             slot: number,
             commands: slot.commands,
             triangles: self.triangles,
+            occluders: self.occluders,
+            sun_rays: &self.sun_rays,
             size: self.size,
         };
         recorder.frame(frame, |pass| self.bindings.of(pass, number), &mut slot.timing);

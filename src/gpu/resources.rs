@@ -17,6 +17,7 @@ use super::once::Once;
 use super::pass::Resource;
 use super::pipeline::{DEPTH_FORMAT, IDENTITY_FORMAT, RADIANCE_FORMAT};
 use super::shapes::Shapes;
+use crate::environment::shadow::{Occluders, Redraw};
 use crate::environment::{MAX_SUN_SAMPLES, albedo};
 use crate::thermal::nodes::{GROUP, RANGE_GROUPS};
 
@@ -48,6 +49,19 @@ pub struct SceneData<'a> {
     pub band_table: &'a [f32],
     /// Width and height of the image; `None` where nothing is drawn.
     pub image: Option<[u32; 2]>,
+    /// What casts shadows; `None` where the craft does not shadow itself.
+    pub shadows: Option<ShadowData<'a>>,
+}
+
+/// What casts shadows, and how often they are found.
+#[derive(Clone)]
+pub struct ShadowData<'a> {
+    /// Node indices of the triangles.
+    pub occluders: &'a [[u32; 3]],
+    /// The Sun's view and when it is drawn anew.
+    pub redraw: Redraw,
+    /// The tree of the triangles, where rays find the shadows.
+    pub tree: Option<&'a Occluders>,
 }
 
 /// A buffer or image that a scene needs.
@@ -69,6 +83,17 @@ impl SceneData<'_> {
         let nodes = self.normals.len();
         let triangles = if self.image.is_some() { self.triangles.len() } else { 0 };
         let drawn = if self.image.is_some() { nodes } else { 0 };
+        let placed = if self.image.is_some() || self.shadows.is_some() { nodes } else { 0 };
+        let occluders = self.shadows.as_ref().map_or(0, |shadows| shadows.occluders.len());
+        let shadowed = if self.shadows.is_some() { nodes } else { 0 };
+        let tree = self.shadows.as_ref().and_then(|shadows| shadows.tree);
+        let drawn_occluders = if tree.is_none() { occluders } else { 0 };
+        let texels = match &self.shadows {
+            Some(shadows) if tree.is_none() => (shadows.redraw.resolution as usize).pow(2),
+            _ => 0,
+        };
+        let boxes = tree.map_or(0, |tree| tree.tree.nodes.len() * size_of::<layout::ShadowBox>());
+        let traced = tree.map_or(0, |tree| tree.triangles.len() * size_of::<layout::ShadowTriangle>());
         let moved = self.ranges.iter().any(|range| range.variant.kind.has_state());
         let loaded = self.ranges.iter().any(|range| range.variant.sun || range.variant.planet_ir);
         let albedo_values =
@@ -104,9 +129,9 @@ impl SceneData<'_> {
             storage(Resource::NormalX, floats(normals)),
             storage(Resource::NormalY, floats(normals)),
             storage(Resource::NormalZ, floats(normals)),
-            storage(Resource::PositionX, floats(drawn)),
-            storage(Resource::PositionY, floats(drawn)),
-            storage(Resource::PositionZ, floats(drawn)),
+            storage(Resource::PositionX, floats(placed)),
+            storage(Resource::PositionY, floats(placed)),
+            storage(Resource::PositionZ, floats(placed)),
             storage(Resource::Triangles, floats(3 * triangles)),
             device(
                 Resource::VisibleTriangles,
@@ -118,6 +143,13 @@ impl SceneData<'_> {
             storage(Resource::Span, floats(state)),
             storage(Resource::Elapsed, floats(state)),
             storage(Resource::Temperature, floats(nodes)),
+            to_device(Resource::SunView, if texels > 0 { size_of::<layout::SunView>() as u64 } else { 0 }),
+            device(Resource::Occluders, floats(3 * drawn_occluders), U::INDEX_BUFFER | U::TRANSFER_DST),
+            image(Resource::SunDepthImage, floats(texels)),
+            storage(Resource::SunDepth, floats(texels)),
+            storage(Resource::ShadowTree, boxes as u64),
+            storage(Resource::ShadowTriangles, traced as u64),
+            storage(Resource::Visibility, floats(shadowed)),
             image(Resource::RadianceImage, 16 * pixels),
             image(Resource::IdentityImage, 8 * pixels),
             image(Resource::DepthImage, 4 * pixels),
@@ -167,7 +199,10 @@ impl Resources {
         for planned in &plan {
             let name = format!("{:?}", planned.resource);
             if planned.resource.is_image() {
-                let size = data.image.expect("images are planned where something is drawn");
+                let size = match &data.shadows {
+                    Some(shadows) if planned.resource == Resource::SunDepthImage => [shadows.redraw.resolution; 2],
+                    _ => data.image.expect("images are planned where something is drawn"),
+                };
                 let (format, usage) = match planned.resource {
                     Resource::RadianceImage => (RADIANCE_FORMAT, vk::ImageUsageFlags::COLOR_ATTACHMENT),
                     Resource::IdentityImage => (IDENTITY_FORMAT, vk::ImageUsageFlags::COLOR_ATTACHMENT),
@@ -195,6 +230,14 @@ impl Resources {
         self.upload(once, Resource::GroupMaterial, data.group_material)?;
         self.upload(once, Resource::GroupPart, data.group_part)?;
         self.upload(once, Resource::Triangles, data.triangles)?;
+        if let Some(shadows) = &data.shadows {
+            self.upload(once, Resource::Occluders, shadows.occluders)?;
+            if let Some(tree) = shadows.tree {
+                let (boxes, triangles) = layout::shadow_tree(tree);
+                self.upload(once, Resource::ShadowTree, &boxes)?;
+                self.upload(once, Resource::ShadowTriangles, &triangles)?;
+            }
+        }
         self.upload(once, Resource::BandTable, data.band_table)?;
         for (axis, resource) in [Resource::NormalX, Resource::NormalY, Resource::NormalZ].into_iter().enumerate() {
             self.upload(once, resource, &component(data.normals, axis))?;

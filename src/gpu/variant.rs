@@ -52,6 +52,8 @@ pub struct ThermalVariant {
     pub planet_ir: bool,
     /// Reflected sunlight; only with a Sun.
     pub albedo: bool,
+    /// The craft's shadow on itself; only with a Sun.
+    pub shadow: bool,
 }
 
 /// One variant of the response to given targets: the transition of a thermal step alone.
@@ -156,70 +158,6 @@ impl FusedVariant {
     }
 }
 
-/// A pass over the nodes of a large network.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum WideKind {
-    /// Rates at the start.
-    Begin,
-    /// Rebases, and the first stage.
-    First,
-    /// Any other stage.
-    Stage,
-    /// Balances arithmetic nodes that have no arithmetic neighbour.
-    Lone,
-    /// Rates at the end, and the error.
-    Last,
-    /// The largest error of every 64 nodes.
-    Reduce,
-    /// The sensors.
-    Sense,
-}
-
-/// One variant of the wide kernels of a network.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct WideVariant {
-    /// What it does.
-    pub kind: WideKind,
-    /// Whether nodes exchange heat by radiation; false where that is of no matter.
-    pub radiative: bool,
-}
-
-impl WideVariant {
-    /// Every variant.
-    pub fn all() -> Vec<Self> {
-        let evaluating = [WideKind::Begin, WideKind::Stage, WideKind::Lone, WideKind::Last];
-        let others = [WideKind::First, WideKind::Reduce, WideKind::Sense];
-        let plain = evaluating.into_iter().chain(others).map(|kind| Self { kind, radiative: false });
-        plain.chain(evaluating.map(|kind| Self { kind, radiative: true })).collect()
-    }
-
-    /// The variant for a network with or without radiative conductors.
-    pub fn of(kind: WideKind, radiative: bool) -> Self {
-        let evaluates = !matches!(kind, WideKind::First | WideKind::Reduce | WideKind::Sense);
-        Self { kind, radiative: radiative && evaluates }
-    }
-
-    /// Name of the compiled file without `.spv`: `network_wide.stage.radiative`.
-    pub fn name(&self) -> String {
-        let word = self.defines()[0].to_lowercase();
-        format!("network_wide.{word}{}", if self.radiative { ".radiative" } else { "" })
-    }
-
-    /// Preprocessor definitions that select it.
-    pub fn defines(&self) -> Vec<&'static str> {
-        let word = match self.kind {
-            WideKind::Begin => "BEGIN",
-            WideKind::First => "FIRST",
-            WideKind::Stage => "STAGE",
-            WideKind::Lone => "LONE",
-            WideKind::Last => "LAST",
-            WideKind::Reduce => "REDUCE",
-            WideKind::Sense => "SENSE",
-        };
-        if self.radiative { vec![word, "RADIATIVE"] } else { vec![word] }
-    }
-}
-
 impl StepKind {
     /// Whether nodes keep a state between ticks in the buffers of a transition.
     pub fn has_state(self) -> bool {
@@ -275,7 +213,11 @@ impl ThermalVariant {
                     (true, false, true),
                     (true, true, true),
                 ] {
-                    all.push(Self { kind, curve, both_sides, sun, planet_ir, albedo });
+                    let plain = Self { kind, curve, both_sides, sun, planet_ir, albedo, shadow: false };
+                    all.push(plain);
+                    if sun {
+                        all.push(Self { shadow: true, ..plain });
+                    }
                 }
             }
         }
@@ -285,12 +227,14 @@ impl ThermalVariant {
     /// The least variant that still computes a tick: in umbra there is no Sun, in the dark no albedo.
     pub fn for_tick(self, has_sun: bool, has_albedo: bool) -> Self {
         let albedo = self.albedo && has_albedo;
-        Self { sun: self.sun && (has_sun || albedo), albedo, ..self }
+        let sun = self.sun && (has_sun || albedo);
+        Self { sun, albedo, shadow: self.shadow && has_sun, ..self }
     }
 
     /// Time passes without a load.
     fn advance(curve: Curve) -> Self {
-        Self { kind: StepKind::Advance, curve, both_sides: false, sun: false, planet_ir: false, albedo: false }
+        let kind = StepKind::Advance;
+        Self { kind, curve, both_sides: false, sun: false, planet_ir: false, albedo: false, shadow: false }
     }
 
     /// What settles the same nodes at the start.
@@ -320,7 +264,7 @@ impl ThermalVariant {
             StepKind::Advance => vec!["TRANSITION"],
         };
         defines.extend(self.curve.defines());
-        let words = ["SUN", "PLANET_IR", "ALBEDO", "BOTH_SIDES"];
+        let words = ["SUN", "PLANET_IR", "ALBEDO", "SHADOW", "BOTH_SIDES"];
         for ((present, _), word) in self.switches().into_iter().zip(words) {
             if present {
                 defines.push(word);
@@ -329,7 +273,13 @@ impl ThermalVariant {
         defines
     }
 
-    fn switches(&self) -> [(bool, &'static str); 4] {
-        [(self.sun, "sun"), (self.planet_ir, "planet_ir"), (self.albedo, "albedo"), (self.both_sides, "both_sides")]
+    fn switches(&self) -> [(bool, &'static str); 5] {
+        [
+            (self.sun, "sun"),
+            (self.planet_ir, "planet_ir"),
+            (self.albedo, "albedo"),
+            (self.shadow, "shadow"),
+            (self.both_sides, "both_sides"),
+        ]
     }
 }

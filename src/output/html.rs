@@ -56,6 +56,17 @@ impl Html {
         self.raw(&format!("<a href=\"{}\">{}</a></figcaption>\n</figure>\n", link_target(file), escape(file)));
     }
 
+    /// Large figures before everything else: value, unit and what it is.
+    pub fn headline(&mut self, figures: impl IntoIterator<Item = (String, String, String)>) {
+        self.raw("<div class=\"headline\">\n");
+        for (value, unit, what) in figures {
+            let (value, unit) = (escape(&value), escape(&unit));
+            self.raw(&format!("<div><span class=\"value\">{value} <small>{unit}</small></span>"));
+            self.raw(&format!("<span class=\"what\">{}</span></div>\n", escape(&what)));
+        }
+        self.raw("</div>\n");
+    }
+
     /// A table with a head, which may be empty. Columns of nothing but numbers are set flush right.
     pub fn table(&mut self, head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
         let rows: Vec<Vec<String>> = rows.into_iter().collect();

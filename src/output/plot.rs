@@ -47,6 +47,8 @@ pub enum Mark {
     Dashed,
     /// A dot each: measurements.
     Points,
+    /// A dot each, joined by a line: measurements in an order.
+    Joined,
 }
 
 /// One series of a plot.
@@ -167,10 +169,12 @@ impl Plot {
                 match line.mark {
                     Mark::Points => chart.draw_series(run.iter().map(dot)).map(|_| ()).map_err(text)?,
                     _ if run.len() == 1 => chart.draw_series(run.iter().map(dot)).map(|_| ()).map_err(text)?,
-                    Mark::Line => chart
-                        .draw_series([PathElement::new(path.collect::<Vec<_>>(), stroke)])
-                        .map(|_| ())
-                        .map_err(text)?,
+                    Mark::Line | Mark::Joined => {
+                        chart.draw_series([PathElement::new(path.collect::<Vec<_>>(), stroke)]).map_err(text)?;
+                        if line.mark == Mark::Joined {
+                            chart.draw_series(run.iter().map(dot)).map_err(text)?;
+                        }
+                    }
                     Mark::Dashed => {
                         let dashes = DashedLineSeries::new(path, 7 * FINE, 4 * FINE, stroke);
                         chart.draw_series(dashes).map(|_| ()).map_err(text)?;
@@ -210,7 +214,7 @@ impl Plot {
                 area.draw(&Rectangle::new(corners, colour.mix(0.16).filled())).map_err(text)?;
             }
             let spans: &[(f64, f64)] = match line.mark {
-                Mark::Line => &[(4.0, 26.0)],
+                Mark::Line | Mark::Joined => &[(4.0, 26.0)],
                 Mark::Dashed => &[(4.0, 11.0), (15.0, 22.0)],
                 Mark::Points => &[],
             };
@@ -218,7 +222,7 @@ impl Plot {
                 let stroke = colour.stroke_width(2 * FINE);
                 area.draw(&PathElement::new([at(from, y), at(to, y)], stroke)).map_err(text)?;
             }
-            if line.mark == Mark::Points {
+            if matches!(line.mark, Mark::Points | Mark::Joined) {
                 area.draw(&Circle::new(at(15.0, y), 3 * FINE, colour.filled())).map_err(text)?;
             }
             write(area, &short(&line.name), (34.0, y - 7.0), 12.0, false, INK)?;

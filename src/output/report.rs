@@ -83,8 +83,14 @@ pub struct Speed {
     pub images: u64,
     /// Time of a thermal step on the device, median [ns/(node step)].
     pub ns_per_node_step: Option<f64>,
-    /// Time of a thermal step, median [ms].
+    /// Time of a thermal step, median [ms]. Of a scene with a thermal network it holds all passes of the network, too; the
+    /// wall time where the processor integrates.
     pub step_ms: Option<f64>,
+    /// Device time of all passes of the thermal network in a step, median [ms].
+    pub network_ms: Option<f64>,
+    /// Wall time of the thermal network in a step, its loads, transfers and the control of its sub-steps included, median
+    /// [ms].
+    pub network_wall_ms: Option<f64>,
     /// Time of an image without writing files, median [ms].
     pub image_ms: Option<f64>,
     /// Wall time of the whole run, files included [s].
@@ -283,6 +289,8 @@ pub(crate) mod tests {
                 images: 36,
                 ns_per_node_step: Some(3.64),
                 step_ms: Some(1.82),
+                network_ms: Some(1.5),
+                network_wall_ms: Some(2.1),
                 image_ms: Some(12.5),
                 wall_s: 41.3,
             },

@@ -38,6 +38,11 @@ fn headline(html: &mut Html, report: &Report) {
     if let Some(time) = speed.step_ms {
         figures.push((significant(time), "ms", "per thermal step".to_owned()));
     }
+    if let Some(time) = speed.network_wall_ms {
+        let own =
+            speed.network_ms.map_or(String::new(), |own| format!(", {} ms of it in its passes", significant(own)));
+        figures.push((significant(time), "ms", format!("wall time of the network in a step{own}")));
+    }
     if let Some(time) = speed.image_ms {
         figures.push((significant(time), "ms", "per image, files not counted".to_owned()));
     }
@@ -50,12 +55,7 @@ fn headline(html: &mut Html, report: &Report) {
         }
         None => figures.push(("no error".into(), "", "was measured: nothing was compared with the reference".into())),
     }
-    html.raw("<div class=\"headline\">\n");
-    for (value, unit, what) in figures {
-        html.raw(&format!("<div><span class=\"value\">{} <small>{unit}</small></span>", escape(&value)));
-        html.raw(&format!("<span class=\"what\">{}</span></div>\n", escape(&what)));
-    }
-    html.raw("</div>\n");
+    html.headline(figures.into_iter().map(|(value, unit, what)| (value, unit.to_owned(), what)));
 }
 
 fn list(html: &mut Html, title: &str, items: &[String], class: &str) {

@@ -34,9 +34,10 @@ pub const PLANET_RADIUS: f64 = 6_378_137.0;
 pub const SPACE: f64 = 2.7;
 /// Exitance and Bond albedo of the planet: [W/m2] and 1 (NUMERICS.md 2).
 const PLANET: (f64, f64) = (237.0, 0.3);
-/// Edge of a panel and its thickness [m].
-const EDGE: f64 = 1.0;
-const THICKNESS: f64 = 0.1;
+/// Edge of a panel [m].
+pub const EDGE: f64 = 1.0;
+/// Thickness of a panel [m].
+pub const THICKNESS: f64 = 0.1;
 
 /// Faces in the order of the nodes: +Z to the zenith, +X along the velocity, Y along the orbit normal, where with
 /// beta 0 the Sun never stands.
@@ -52,11 +53,11 @@ const NORMALS: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVe
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Panel {
     /// Absorptivity and emissivity of the outer face.
-    optics: Optics,
+    pub optics: Optics,
     /// k [W m-1 K-1].
-    conductivity: f64,
+    pub conductivity: f64,
     /// rho c [J m-3 K-1]; 0 for panels that store no heat.
-    heat_capacity: f64,
+    pub heat_capacity: f64,
 }
 
 /// Aluminium 6061.
@@ -138,8 +139,18 @@ impl Case {
     /// # Errors
     /// None that the paper's own values cause.
     pub fn problem(&self) -> Result<Problem, SkyError> {
+        let heat = self.absorbed()?.into_iter().map(|faces| faces.map(|flux| EDGE * EDGE * flux)).collect();
+        Ok(Problem { network: self.network(), heat })
+    }
+
+    /// The flux that every face absorbs [W/m2], its mean over each of the [`STEPS`] steps, in whose middle the time
+    /// `index * STEP` lies.
+    ///
+    /// # Errors
+    /// None that the paper's own values cause.
+    pub fn absorbed(&self) -> Result<Vec<[f64; 6]>, SkyError> {
         let loads = self.sky_loads()?;
-        let heat = |step: usize| {
+        let flux = |step: usize| {
             let middle = step as f64 * STEP;
             let load = loads.tick_load(middle - 0.5 * STEP, middle + 0.5 * STEP);
             NORMALS.map(|normal| {
@@ -148,10 +159,10 @@ impl Case {
                     albedo: exact_albedo_flux(&load, normal),
                     planet_ir: planet_ir_flux(&load, normal),
                 };
-                EDGE * EDGE * absorbed_by_face(self.panel.optics, incident)
+                absorbed_by_face(self.panel.optics, incident)
             })
         };
-        Ok(Problem { network: self.network(), heat: (0..STEPS).map(heat).collect() })
+        Ok((0..STEPS).map(flux).collect())
     }
 
     /// Steps at which half of the Sun is hidden by the planet and seen again; `None` without a shadow.
@@ -195,7 +206,11 @@ impl Case {
         CircularOrbit { altitude: self.altitude, period: PERIOD, beta: 0.0, phase: 20f64.to_radians() }
     }
 
-    fn sky_loads(&self) -> Result<TickLoads, SkyError> {
+    /// The loads of its orbit.
+    ///
+    /// # Errors
+    /// None that the paper's own values cause.
+    pub fn sky_loads(&self) -> Result<TickLoads, SkyError> {
         let (planet_ir, albedo) = match self.loads {
             Loads::Sun | Loads::SunAndShadow => (None, None),
             Loads::All => (Some(PLANET.0), Some(PLANET.1)),

@@ -73,12 +73,7 @@ impl Page<'_> {
             (worst, unit, "largest difference among them"),
             (share(self.scenario), "", "statements on the scenario agree"),
         ];
-        html.raw("<div class=\"headline\">\n");
-        for (value, unit, what) in figures {
-            html.raw(&format!("<div><span class=\"value\">{value} <small>{unit}</small></span>"));
-            html.raw(&format!("<span class=\"what\">{what}</span></div>\n"));
-        }
-        html.raw("</div>\n");
+        html.headline(figures.into_iter().map(|(value, unit, what)| (value, unit.to_owned(), what.to_owned())));
     }
 }
 

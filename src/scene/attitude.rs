@@ -1,32 +1,48 @@
 //! `[attitude]`: how the craft is turned.
 
+use std::path::PathBuf;
+
 use glam::DVec3;
+use hifitime::Epoch;
 
 use super::Attitude;
+use super::ephemeris::{AttitudeOptions, read_attitude, read_file};
 use super::error::SceneError;
+use super::quantity::Quantity;
 use super::section::{Section, list};
 use super::vector::{axis, parallel, quaternion};
+use crate::environment::rotation_history::HistoryFrame;
 
 #[derive(Clone, Copy)]
 enum Mode {
     Nadir,
     Inertial,
     Sun,
+    Spin,
+    File,
 }
 
 /// Modes with their names and the keys that each of them reads.
-const MODES: [(&str, Mode, &[&str]); 3] = [
+const MODES: [(&str, Mode, &[&str]); 5] = [
     ("nadir", Mode::Nadir, &["nadir_axis", "forward_axis"]),
     ("inertial", Mode::Inertial, &["quaternion"]),
     ("sun", Mode::Sun, &["sun_axis", "north_axis"]),
+    ("spin", Mode::Spin, &["quaternion", "spin_axis", "rate_deg"]),
+    ("file", Mode::File, &["file", "frame", "time_system"]),
 ];
 
-/// Reads `[attitude]`.
-pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<Attitude, SceneError> {
+/// Reads `[attitude]`; `start` is time 0, where it is known.
+pub(super) fn read(
+    section: &Section,
+    start: Option<Epoch>,
+    files: &mut Vec<PathBuf>,
+    assumptions: &mut Vec<String>,
+) -> Result<Attitude, SceneError> {
     let mode = section.choice("mode", &MODES.map(|(name, mode, _)| (name, (name, mode))))?;
-    let (name, mode) = section.required("mode", mode, "'nadir', 'inertial' or 'sun'")?;
+    let (name, mode) = section.required("mode", mode, "'nadir', 'inertial', 'sun', 'spin' or 'file'")?;
+    let own = MODES.iter().find(|(known, ..)| *known == name).map_or(&[][..], |(.., keys)| *keys);
     for (other, _, keys) in MODES.iter().filter(|(other, ..)| *other != name) {
-        if let Some(key) = keys.iter().find(|key| section.has(key)) {
+        if let Some(key) = keys.iter().find(|key| section.has(key) && !own.contains(key)) {
             return Err(section.error(key, format!("belongs to mode = '{other}', and mode is '{name}'")));
         }
     }
@@ -54,6 +70,27 @@ pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<A
             let north_axis = section.required("north_axis", north_axis, "the body axis towards the orbit normal")?;
             check_not_parallel(section, ("sun_axis", sun_axis), ("north_axis", north_axis))?;
             Ok(Attitude::Sun { sun_axis, north_axis })
+        }
+        Mode::Spin => {
+            let inertial_from_body = quaternion(section, "quaternion", assumptions)?;
+            let what = "[w, x, y, z], which rotates body vectors into the inertial frame at time 0";
+            let inertial_from_body = section.required("quaternion", inertial_from_body, what)?;
+            let axis = section.required("spin_axis", axis(section, "spin_axis")?, "the body axis it turns about")?;
+            let rate = section.number("rate_deg", Quantity::any("deg/s"))?;
+            let rate = section.required("rate_deg", rate, "the rate of turning [deg/s]")?.to_radians();
+            Ok(Attitude::Spin { inertial_from_body, axis, rate })
+        }
+        Mode::File => {
+            let file = section.required("file", section.string("file")?, "a CCSDS AEM, or a table of quaternions")?;
+            let path = section.file().resolve(file);
+            let text = read_file(path.clone(), files).map_err(|error| section.error("file", error))?;
+            let frames = [("inertial", HistoryFrame::Inertial), ("orbit", HistoryFrame::Orbit)];
+            let options = AttitudeOptions {
+                frame: section.choice("frame", &frames)?,
+                time_system: section.string("time_system")?.map(str::to_owned),
+                start,
+            };
+            read_attitude(&path, &text, &options, assumptions).map(Attitude::History)
         }
     }
 }

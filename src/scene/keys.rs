@@ -8,6 +8,7 @@ pub(super) const ROOT: &[&str] = &[
     "orbit",
     "attitude",
     "environment",
+    "shadows",
     "materials",
     "material",
     "radiance",
@@ -24,14 +25,39 @@ pub(super) const ROOT: &[&str] = &[
 pub(super) const MODEL: &[&str] = &["path", "max_edge"];
 /// `[time]`.
 pub(super) const TIME: &[&str] =
-    &["step", "steps", "warm_up_orbits", "warm_up", "warm_up_tolerance", "draw_every", "draw_steps"];
+    &["start", "step", "steps", "warm_up_orbits", "warm_up", "warm_up_tolerance", "draw_every", "draw_steps"];
 /// `[orbit]`.
-pub(super) const ORBIT: &[&str] = &["altitude", "period", "beta_deg", "phase_deg"];
+pub(super) const ORBIT: &[&str] = &[
+    "altitude",
+    "period",
+    "beta_deg",
+    "phase_deg",
+    "file",
+    "object",
+    "frame",
+    "time_system",
+    "interpolation",
+    "degree",
+];
 /// `[attitude]`.
-pub(super) const ATTITUDE: &[&str] = &["mode", "nadir_axis", "forward_axis", "sun_axis", "north_axis", "quaternion"];
+pub(super) const ATTITUDE: &[&str] = &[
+    "mode",
+    "nadir_axis",
+    "forward_axis",
+    "sun_axis",
+    "north_axis",
+    "quaternion",
+    "spin_axis",
+    "rate_deg",
+    "file",
+    "frame",
+    "time_system",
+];
 /// `[environment]`.
 pub(super) const ENVIRONMENT: &[&str] =
     &["solar_constant", "albedo", "planet_ir", "planet_radius", "background_temperature", "eclipse"];
+/// `[shadows]`.
+pub(super) const SHADOWS: &[&str] = &["method", "resolution", "redraw_angle_deg"];
 /// The lists of keys that state the values of a material. Optics, bulk, how the response moves and the profile of a
 /// branch each stand once here: rules and table entries have them all, glTF extras have them flat.
 macro_rules! material_keys {
@@ -113,6 +139,7 @@ pub(super) const SECTIONS: &[(&str, &[&str])] = &[
     ("[orbit]", ORBIT),
     ("[attitude]", ATTITUDE),
     ("[environment]", ENVIRONMENT),
+    ("[shadows]", SHADOWS),
     ("[materials]", MATERIALS),
     ("[[material]]", MATERIAL),
     ("[radiance]", RADIANCE),
@@ -217,6 +244,6 @@ mod tests {
     #[test]
     fn a_key_of_another_section_is_sent_home() {
         assert_eq!(unknown_key("solar_constant", ORBIT), "unknown key; 'solar_constant' belongs in [environment]");
-        assert_eq!(unknown_key("xyzzy", ORBIT), "unknown key; known here: altitude, period, beta_deg, phase_deg");
+        assert_eq!(unknown_key("xyzzy", &ORBIT[..2]), "unknown key; known here: altitude, period");
     }
 }

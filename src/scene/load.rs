@@ -8,7 +8,7 @@ use super::error::SceneError;
 use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
 use super::section::Section;
-use super::{Camera, Draw, Scene, attitude, camera, environment, keys, material, mesh_network, orbit, time, view};
+use super::{Camera, Draw, Scene, SkyScene, camera, keys, material, mesh_network, shadows, view};
 
 impl Scene {
     /// Reads and checks a scene file. Paths in it are relative to its folder.
@@ -38,10 +38,15 @@ impl Scene {
         if max_edge.is_none() {
             assumptions.push("The model's triangles are not subdivided (model.max_edge is absent).".to_string());
         }
-        let time = time::read(&required(&root, "time", keys::TIME)?, &mut assumptions)?;
-        let environment = environment::read(&required(&root, "environment", keys::ENVIRONMENT)?, &mut assumptions)?;
-        let orbit = orbit::read(&required(&root, "orbit", keys::ORBIT)?, environment.planet_radius, &mut assumptions)?;
-        let attitude = attitude::read(&required(&root, "attitude", keys::ATTITUDE)?, &mut assumptions)?;
+        let sky = SkyScene::read(&root, path, &mut files, &mut assumptions)?;
+        let sky_files = files[2..].to_vec();
+        let time = sky.time.clone();
+        let shadows = shadows::read(root.table("shadows", keys::SHADOWS)?.as_ref(), &mut assumptions)?;
+        if let (Some(_), Some(section), None) =
+            (&shadows, root.table("shadows", keys::SHADOWS)?, sky.environment.solar_constant)
+        {
+            return Err(section.error("method", "[shadows] needs environment.solar_constant, which is missing"));
+        }
         let materials = material::read(
             root.table("materials", keys::MATERIALS)?.as_ref(),
             &root.tables("material", keys::MATERIAL)?,
@@ -58,19 +63,16 @@ impl Scene {
         let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref())?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
-        let name = match root.string("name")? {
-            Some(name) => name.to_string(),
-            None => path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
-        };
         Ok(Self {
             source: path.to_path_buf(),
-            name,
+            name: sky.name,
             model_path,
             max_edge,
             time,
-            orbit,
-            attitude,
-            environment,
+            orbit: sky.orbit,
+            attitude: sky.attitude,
+            environment: sky.environment,
+            shadows,
             materials,
             camera,
             band,
@@ -81,6 +83,7 @@ impl Scene {
             heaters,
             colour_range,
             files,
+            sky_files,
             assumptions,
         })
     }
@@ -99,7 +102,7 @@ impl Scene {
     }
 }
 
-fn required<'a>(root: &Section<'a>, name: &str, known: &[&str]) -> Result<Section<'a>, SceneError> {
+pub(super) fn required<'a>(root: &Section<'a>, name: &str, known: &[&str]) -> Result<Section<'a>, SceneError> {
     root.required(name, root.table(name, known)?, &format!("a scene needs a section [{name}]"))
 }
 

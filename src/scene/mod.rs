@@ -3,14 +3,20 @@
 //! `models/README.md` is the reference of the file: every key with its unit, range and default.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
+use hifitime::Epoch;
 
+use crate::environment::rotation_history::RotationHistory;
+use crate::environment::trajectory::Trajectory;
 use crate::thermal::material::Material;
 
 mod attitude;
 mod camera;
 mod environment;
+mod ephemeris;
+mod epoch;
 mod error;
 mod extras;
 mod file;
@@ -23,6 +29,8 @@ mod orbit;
 mod profile;
 mod quantity;
 mod section;
+mod shadows;
+mod sky_scene;
 mod table;
 mod time;
 mod values;
@@ -32,6 +40,8 @@ mod view;
 pub use error::SceneError;
 pub use load::{file_hash, scene_hash};
 pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, Owners};
+pub use shadows::ShadowSettings;
+pub use sky_scene::SkyScene;
 
 /// A checked scene. Nothing in it is a default that the user was not told of: see `assumptions`.
 #[derive(Debug, Clone)]
@@ -47,11 +57,13 @@ pub struct Scene {
     /// Steps and what is drawn of them.
     pub time: Time,
     /// Where the craft is.
-    pub orbit: CircularOrbit,
+    pub orbit: Orbit,
     /// How it is turned.
     pub attitude: Attitude,
     /// What heats it.
     pub environment: Environment,
+    /// How it shadows itself; `None` where it does not.
+    pub shadows: Option<ShadowSettings>,
     /// Rules that give every glTF material its values.
     pub materials: MaterialRules,
     /// The camera; a scene that draws nothing may have none ([`Scene::require_camera`]).
@@ -70,9 +82,11 @@ pub struct Scene {
     pub heaters: Vec<Heater>,
     /// Temperature range of the false-colour pictures [K]; `None` takes it from each run.
     pub colour_range: Option<[f64; 2]>,
-    /// Every file that the scene consists of: scene, model, materials table where there is one, and the tables that
-    /// response functions were read from; those that glTF `extras` name join when the model is known.
+    /// Every file that the scene consists of: scene, model, trajectory and attitude, materials table where there is
+    /// one, and the tables that response functions were read from; those that glTF `extras` name join when the model is known.
     pub files: Vec<PathBuf>,
+    /// Those of `files` that trajectory and attitude were read from.
+    pub sky_files: Vec<PathBuf>,
     /// What was assumed because the file is silent, one sentence each.
     pub assumptions: Vec<String>,
 }
@@ -80,6 +94,8 @@ pub struct Scene {
 /// Time steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Time {
+    /// Time 0, where the scene states it.
+    pub start: Option<Epoch>,
     /// Length of a step [s].
     pub step: f64,
     /// Number of steps.
@@ -101,6 +117,15 @@ pub enum Draw {
     Every(u32),
     /// These.
     Steps(Vec<u32>),
+}
+
+/// Where the craft is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Orbit {
+    /// On a circle, with the Sun where beta and phase put it.
+    Circular(CircularOrbit),
+    /// On a real trajectory around the Earth, with the Sun where it is at that time.
+    Trajectory(Arc<Trajectory>),
 }
 
 /// A circular orbit. Altitude and period are separate inputs; their disagreement is printed.
@@ -138,12 +163,23 @@ pub enum Attitude {
         /// Unit body axis that points towards the orbit normal.
         north_axis: DVec3,
     },
+    /// Turning about a body axis that stands still in the inertial frame.
+    Spin {
+        /// Rotates body vectors into the inertial frame at time 0.
+        inertial_from_body: DQuat,
+        /// Unit axis in the body.
+        axis: DVec3,
+        /// Rate about it [rad/s].
+        rate: f64,
+    },
+    /// As a file says.
+    History(Arc<RotationHistory>),
 }
 
 /// What heats the craft; a `None` is absent and costs nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Environment {
-    /// Solar flux [W/m2].
+    /// Solar flux at one astronomical unit [W/m2].
     pub solar_constant: Option<f64>,
     /// Bond albedo of the planet (Lambert).
     pub albedo: Option<f64>,
@@ -184,7 +220,7 @@ pub enum CameraFrame {
     Body,
     /// X along the velocity, Y against the orbit normal, Z to nadir (CCSDS LVLH).
     Orbit,
-    /// The orbit's inertial frame: X to orbit noon, Z along the orbit normal.
+    /// Of a circular orbit: X to orbit noon, Z along the orbit normal. Of a trajectory: GCRF.
     Inertial,
 }
 

@@ -1,11 +1,20 @@
-//! `[orbit]`: a circular orbit, its altitude and its period as separate inputs.
+//! `[orbit]`: a circular orbit, its altitude and its period as separate inputs, or a trajectory from a file.
 
 use std::f64::consts::TAU;
+use std::path::PathBuf;
 
-use super::CircularOrbit;
+use hifitime::Epoch;
+
+use super::ephemeris::{self, Options, read_file};
 use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
+use super::{CircularOrbit, Orbit};
+use crate::environment::ephemeris::HIGHEST_DEGREE;
+
+/// Keys of a circular orbit, and those of a trajectory beside `file`.
+const CIRCULAR: &[&str] = &["altitude", "period", "beta_deg", "phase_deg"];
+const OF_A_FILE: &[&str] = &["object", "frame", "time_system", "interpolation", "degree"];
 
 /// Gravitational parameter of the Earth [m3/s2] (WGS 84, IERS Conventions 2010).
 const EARTH_GRAVITATIONAL_PARAMETER: f64 = 3.986_004_418e14;
@@ -20,14 +29,48 @@ const LOWEST_ALTITUDE: f64 = 1e-3;
 /// Relative difference between a stated period and Kepler's that is worth a sentence.
 const PERIOD_TOLERANCE: f64 = 1e-3;
 
-/// Reads `[orbit]`; `planet_radius` [m] is that of `[environment]`.
+/// Reads `[orbit]`; `planet_radius` [m] is that of `[environment]`, `start` that of `[time]`.
 pub(super) fn read(
     section: &Section,
     planet_radius: f64,
+    start: Option<Epoch>,
+    files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
-) -> Result<CircularOrbit, SceneError> {
+) -> Result<Orbit, SceneError> {
+    let Some(file) = section.string("file")? else {
+        if let Some(key) = OF_A_FILE.iter().find(|key| section.has(key)) {
+            return Err(section.error(key, "belongs to a trajectory, and orbit.file is missing"));
+        }
+        return circular(section, planet_radius, assumptions).map(Orbit::Circular);
+    };
+    if let Some(key) = CIRCULAR.iter().find(|key| section.has(key)) {
+        return Err(section.error(key, "belongs to a circular orbit, and orbit.file states a trajectory"));
+    }
+    if !EARTH_RADII.contains(&planet_radius) {
+        let message = format!("is a trajectory around the Earth, but environment.planet_radius is {planet_radius} m");
+        return Err(section.error("file", message));
+    }
+    let path = section.file().resolve(file);
+    let text = read_file(path.clone(), files).map_err(|error| section.error("file", error))?;
+    let word = |key: &str| -> Result<Option<String>, SceneError> { Ok(section.string(key)?.map(str::to_owned)) };
+    let options = Options {
+        object: word("object")?,
+        frame: word("frame")?,
+        time_system: word("time_system")?,
+        interpolation: section
+            .choice("interpolation", &[("hermite", "HERMITE"), ("lagrange", "LAGRANGE"), ("linear", "LINEAR")])?
+            .map(str::to_owned),
+        degree: section.whole("degree", 1..=HIGHEST_DEGREE as u32)?,
+        start,
+    };
+    let trajectory = ephemeris::read(&path, &text, &options, assumptions)?;
+    Ok(Orbit::Trajectory(trajectory))
+}
+
+fn circular(section: &Section, planet_radius: f64, assumptions: &mut Vec<String>) -> Result<CircularOrbit, SceneError> {
     let altitude = section.number("altitude", Quantity::between(0.0, 1e13, "m"))?;
-    let altitude = section.required("altitude", altitude, "the height above the planet's radius [m]")?;
+    let altitude =
+        section.required("altitude", altitude, "the height above the planet's radius [m], or a trajectory's file")?;
     if altitude < LOWEST_ALTITUDE * planet_radius {
         let message = format!(
             "{altitude} m is less than a thousandth of the planet's radius ({planet_radius} m); altitude is in metres"

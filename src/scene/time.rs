@@ -1,5 +1,8 @@
 //! `[time]`: the steps of a run and which of them are drawn.
 
+use hifitime::TimeScale;
+
+use super::epoch::parse_epoch;
 use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
@@ -25,7 +28,11 @@ pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<T
         0.0
     });
     let periodic = periodic(section)?;
-    Ok(Time { step, steps, warm_up_orbits, periodic, draw: draw(section, steps)? })
+    let start = match section.string("start")? {
+        Some(text) => Some(parse_epoch(text, TimeScale::UTC).map_err(|message| section.error("start", message))?),
+        None => None,
+    };
+    Ok(Time { start, step, steps, warm_up_orbits, periodic, draw: draw(section, steps)? })
 }
 
 /// `warm_up = "periodic"` and its tolerance [K].

@@ -5,17 +5,19 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::network::NetworkRun;
+use super::check::shade;
+use super::network::{NetworkRun, TickCost};
 use super::prepare::Prepared;
 use super::viewpoint::{device_view, raster_view};
 use crate::environment::load::{albedo_flux, planet_ir_flux, solar_flux};
+use crate::environment::shadow::Shadows;
 use crate::environment::{TickLoad, load};
 use crate::gpu::blackbody::band_table;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::renderer::{Renderer, Submitted};
-use crate::gpu::resources::SceneData;
+use crate::gpu::resources::{SceneData, ShadowData};
 use crate::gpu::shapes::Shapes;
 use crate::gpu::timing::PassTimes;
 use crate::raster::{self, Surface, rasterise};
@@ -80,6 +82,8 @@ pub enum Engine {
         ready: VecDeque<Delivered>,
         /// The thermal network, where the scene has one.
         network: Option<Box<NetworkRun>>,
+        /// Ticks submitted.
+        ticks: u64,
         /// For the projection.
         camera: Option<Camera>,
         /// Its device.
@@ -109,6 +113,7 @@ pub type IncidentFunction = fn(&TickLoad, glam::DVec3) -> Incident;
 /// The f64 reference of all nodes, and its rasteriser.
 pub struct ReferenceEngine {
     reference: Reference<IncidentFunction>,
+    shadows: Option<Shadows>,
     node_of_slot: Vec<u32>,
     slots: usize,
     positions: Vec<glam::DVec3>,
@@ -117,6 +122,7 @@ pub struct ReferenceEngine {
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
     network: Option<NetworkRun>,
+    ticks: u64,
     camera: Option<Camera>,
     table: RadianceTable,
     delivered: VecDeque<Delivered>,
@@ -139,6 +145,7 @@ impl Engine {
                 .as_ref()
                 .map(|scene| NetworkRun::on_device(context, scene).map(Box::new))
                 .transpose()?,
+            ticks: 0,
             camera: camera.cloned(),
             context: Arc::clone(context),
         })
@@ -171,6 +178,7 @@ impl Engine {
                 put(renderer, network, &mut values)
             }
             Self::Reference(engine) => {
+                engine.shade(load);
                 engine.reference.settle(load);
                 let heat = engine.heat(load);
                 match &mut engine.network {
@@ -207,15 +215,18 @@ impl Engine {
     /// A call that fails.
     pub fn submit(&mut self, tick: Option<Tick<'_>>, order: Order) -> Result<(), GpuError> {
         match self {
-            Self::Device { renderer, flying, ready, network, camera, .. } => {
+            Self::Device { renderer, flying, ready, network, ticks, camera, .. } => {
+                *ticks += u64::from(tick.is_some());
                 if let (Some(network), Some(tick)) = (network, &tick) {
                     // The host sits between the loads and the temperatures, so what is under way must land first.
                     while let Some(submitted) = flying.pop_front() {
                         ready.push_back(collect(renderer, submitted)?);
                     }
+                    network.tick_begins();
                     let mut values = renderer.absorbed(tick.load)?;
                     network.tick(network.scene().heat(|slot| f64::from(values[slot])), tick.start, tick.length)?;
                     put(renderer, network, &mut values)?;
+                    network.tick_ends();
                 }
                 let view: Option<layout::View> =
                     order.pose.as_ref().zip(camera.as_ref()).map(|(pose, camera)| device_view(camera, pose));
@@ -241,6 +252,38 @@ impl Engine {
                 collect(renderer, submitted)
             }
             Self::Reference(engine) => Ok(engine.delivered.pop_front().unwrap_or_default()),
+        }
+    }
+
+    /// Ticks so far, those of a warm-up included.
+    pub fn ticks(&self) -> u64 {
+        match self {
+            Self::Device { ticks, .. } => *ticks,
+            Self::Reference(engine) => engine.ticks,
+        }
+    }
+
+    /// The network under way, where the scene has one.
+    pub fn network(&self) -> Option<&NetworkRun> {
+        match self {
+            Self::Device { network, .. } => network.as_deref(),
+            Self::Reference(engine) => engine.network.as_ref(),
+        }
+    }
+
+    /// Cost of the network in every tick so far; empty where the scene has none.
+    pub fn network_costs(&self) -> &[TickCost] {
+        self.network().map_or(&[], NetworkRun::costs)
+    }
+
+    /// From now on the network's ticks may err by ten times its tolerance, or no longer.
+    pub fn set_coarse(&mut self, coarse: bool) {
+        let network = match self {
+            Self::Device { network, .. } => network.as_deref_mut(),
+            Self::Reference(engine) => engine.network.as_mut(),
+        };
+        if let Some(network) = network {
+            network.set_coarse(coarse);
         }
     }
 
@@ -272,11 +315,7 @@ impl Engine {
 
     /// How the network was integrated, in words; empty where the scene has none.
     pub fn network_description(&self) -> Vec<(String, String)> {
-        match self {
-            Self::Device { network, .. } => network.as_ref().map(|network| network.description()),
-            Self::Reference(engine) => engine.network.as_ref().map(NetworkRun::description),
-        }
-        .unwrap_or_default()
+        self.network().map(NetworkRun::description).unwrap_or_default()
     }
 
     /// Device milliseconds of every pass so far; `None` for the reference.
@@ -335,6 +374,11 @@ impl DeviceData {
             shapes: &self.shapes,
             band_table: &self.band_table,
             image: camera.map(|camera| [camera.width, camera.height]),
+            shadows: prepared.redraw().map(|redraw| ShadowData {
+                occluders: &prepared.occluders,
+                redraw,
+                tree: prepared.shadow_tree.as_ref(),
+            }),
         }
     }
 }
@@ -378,6 +422,7 @@ impl ReferenceEngine {
             .collect();
         Self {
             reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction),
+            shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),
             slots: nodes.vertex_of_node.len(),
             node_of_slot,
             positions: nodes.positions.iter().map(|position| position.as_dvec3()).collect(),
@@ -390,10 +435,16 @@ impl ReferenceEngine {
                 .map(|material| [material.front.emissivity, back_optics(material).emissivity])
                 .collect(),
             network: prepared.network.as_ref().map(NetworkRun::reference),
+            ticks: 0,
             camera: camera.cloned(),
             table: RadianceTable::new(prepared.scene.band),
             delivered: VecDeque::new(),
         }
+    }
+
+    /// Finds the shadows of a load, where the last ones do not hold.
+    fn shade(&mut self, load: &TickLoad) {
+        shade(&mut self.reference, &mut self.shadows, load);
     }
 
     /// Heat of the network's nodes [W]; empty where there is no network.
@@ -423,12 +474,20 @@ impl ReferenceEngine {
 
     fn run(&mut self, tick: Option<Tick<'_>>, order: Order) -> Result<(), GpuError> {
         if let Some(tick) = tick {
+            self.ticks += 1;
+            self.shade(tick.load);
             self.reference.step(tick.load, tick.steps);
+            if let Some(network) = &mut self.network {
+                network.tick_begins();
+            }
             let heat = self.heat(tick.load);
             if let Some(network) = &mut self.network {
                 network.tick(heat, tick.start, tick.length)?;
             }
             self.take_network()?;
+            if let Some(network) = &mut self.network {
+                network.tick_ends();
+            }
         }
         let mut temperatures = vec![0.0f64; self.slots];
         for (slot, temperature) in self.node_of_slot.iter().zip(self.reference.temperatures()) {

@@ -8,6 +8,7 @@ use std::time::Instant;
 use super::check::Check;
 use super::engine::Engine;
 use super::frames::FrameMaker;
+use super::network::TickCost;
 use super::periodic::Periodic;
 use super::prepare::Prepared;
 use super::{StepResult, run, start};
@@ -79,6 +80,8 @@ pub struct Outcome {
     pub accuracy: Option<Accuracy>,
     /// How a periodic warm-up went, where one was asked for.
     pub periodic: Option<Periodic>,
+    /// What the network cost in every tick after the warm-up.
+    pub network_costs: Vec<TickCost>,
     /// Wall time of the steps without start-up and without pictures [s].
     pub stepping_s: f64,
 }
@@ -104,6 +107,7 @@ pub fn run_into(
     let probes: Vec<String> = prepared.scene.probes.iter().map(|probe| probe.name.clone()).collect();
     let mut series = Series::new(&prepared.parts, &names, &probes);
 
+    let warm_up_ticks = engine.network_costs().len();
     let began = Instant::now();
     let (complete, written) = std::thread::scope(|scope| {
         // Files are written while the next steps are computed.
@@ -154,7 +158,8 @@ pub fn run_into(
         plots.push(PlotEntry { title: plot.title, file: folder.relative(&path), svg: plot.svg });
     }
     let accuracy = check.map(|check| check.accuracy(prepared));
-    Ok(Outcome { complete, frames, pictures, plots, series, accuracy, periodic, stepping_s })
+    let network_costs = engine.network_costs()[warm_up_ticks..].to_vec();
+    Ok(Outcome { complete, frames, pictures, plots, series, accuracy, periodic, network_costs, stepping_s })
 }
 
 /// Refuses temperatures that are no numbers, by the first node that has one.

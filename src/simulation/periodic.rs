@@ -1,7 +1,9 @@
 //! Warm-up to the periodic state: orbits are stepped until one of them changes nothing any more.
 //!
-//! Slow nodes take many orbits. The networks' temperatures are therefore extrapolated over the map of an orbit by Anderson's
-//! method (J. ACM 12, 1965): the combination of the last orbits whose changes cancel best.
+//! Slow nodes take many orbits. A network is therefore moved after each to where its slow modes head for
+//! (`thermal::network::periodic::SlowModes`), and that map extrapolated by Anderson's method (J. ACM 12, 1965): the
+//! combination of the last orbits whose changes cancel best. Orbits are stepped coarsely until one meets the tolerance or
+//! gains no more, then as the run is until one of those meets it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,15 +11,26 @@ use super::check::Check;
 use super::engine::{Engine, Order, Tick};
 use super::prepare::Prepared;
 use crate::gpu::error::GpuError;
+use crate::thermal::network::periodic::SlowModes;
 
 /// Orbits that an extrapolation looks back.
 const DEPTH: usize = 3;
+/// Steps of a coarse tick.
+const COARSE_STEPS: f64 = 6.0;
+/// Steps at the end of a coarse orbit that are ticks of their own, so that fast nodes end it as they do a fine one.
+const LAST_STEPS: f64 = 30.0;
+/// Coarse orbits gain no more where their change is above this share of the one before.
+const STALLED: f64 = 0.5;
+/// Nodes of the largest network whose slow modes are solved for: the factors of a mesh grow faster than its nodes.
+const MOST_SOLVED: usize = 200_000;
 
 /// How a periodic warm-up went.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Periodic {
     /// Orbits stepped.
     pub orbits: u32,
+    /// The first of them that were stepped coarsely.
+    pub coarse: u32,
     /// Largest change of a node over the last of them [K].
     pub change: f64,
     /// What was asked for [K].
@@ -25,9 +38,9 @@ pub struct Periodic {
 }
 
 impl Periodic {
-    /// Whether the tolerance was met.
+    /// Whether the tolerance was met, by an orbit that was not coarse.
     pub fn is_met(&self) -> bool {
-        self.change <= self.tolerance
+        self.change <= self.tolerance && self.coarse < self.orbits
     }
 }
 
@@ -42,27 +55,49 @@ pub(super) fn warm_up(
     progress: &mut dyn FnMut(),
 ) -> Result<Option<Periodic>, GpuError> {
     let most = prepared.scene.time.warm_up_orbits.ceil() as u32;
-    let mut done = Periodic { orbits: 0, change: f64::INFINITY, tolerance };
+    let mut done = Periodic { orbits: 0, coarse: 0, change: f64::INFINITY, tolerance };
     let mut history = History::default();
+    let network = prepared.network.as_ref().map(|scene| scene.network());
+    let mut slow = network
+        .filter(|network| network.len() <= MOST_SOLVED)
+        .map(|network| SlowModes::new(network, prepared.scene.orbit.period()));
+    let (mut coarse, mut last) = (network.is_some(), f64::INFINITY);
     while done.orbits < most && !done.is_met() && !stop.load(Ordering::Relaxed) {
-        let network = engine.network_temperatures()?;
+        // What is handed on was stepped as the run is, twice so that the second can tell.
+        coarse &= done.orbits + 2 < most;
+        engine.set_coarse(coarse);
+        let from = engine.network_temperatures()?;
         let before = all(engine)?;
-        orbit(prepared, engine, check.as_deref_mut())?;
-        let after = all(engine)?;
+        let mean = orbit(prepared, engine, check.as_deref_mut(), coarse, stop)?;
+        let (to, after) = (engine.network_temperatures()?, all(engine)?);
         done.orbits += 1;
-        done.change = before.iter().zip(&after).map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
-        if let (Some(from), Some(to)) = (network, engine.network_temperatures()?)
-            && done.change > tolerance
-            && let Some(guess) = history.extrapolate(&from, &to)
+        done.coarse += u32::from(coarse);
+        // A network that was moved shows its start to nobody but itself.
+        let drawn = |slot: &usize| prepared.network.as_ref().is_none_or(|network| !network.has(*slot));
+        let others = (0..before.len()).filter(drawn).map(|slot| f64::from((before[slot] - after[slot]).abs()));
+        let own = from.iter().flatten().zip(to.iter().flatten()).map(|(from, to)| (from - to).abs());
+        done.change = others.chain(own).fold(0.0, f64::max);
+        if let (Some(from), Some(to)) = (from, to)
+            && !done.is_met()
+            && done.orbits < most
+            && !stop.load(Ordering::Relaxed)
         {
+            let ahead = slow.as_mut().and_then(|slow| slow.ahead(&from, &to, &mean)).unwrap_or_else(|| to.clone());
+            let guess = history.extrapolate(&from, &ahead).unwrap_or(ahead);
             engine.set_network_temperatures(&guess)?;
             if let Some(check) = check.as_deref_mut() {
                 let moved: Vec<f64> = guess.iter().zip(&to).map(|(guess, to)| guess - to).collect();
                 check.move_network(&moved);
             }
         }
+        if coarse && (done.change <= tolerance || done.change > STALLED * last) {
+            // The map of a fine orbit is another.
+            (coarse, history) = (false, History::default());
+        }
+        last = done.change;
         progress();
     }
+    engine.set_coarse(false);
     Ok(Some(done))
 }
 
@@ -72,21 +107,38 @@ fn all(engine: &mut Engine) -> Result<Vec<f32>, GpuError> {
     Ok(engine.deliver()?.temperatures.unwrap_or_default())
 }
 
-/// One whole period up to time 0, its last tick shorter where the period is no whole number of steps.
-fn orbit(prepared: &Prepared, engine: &mut Engine, mut check: Option<&mut Check>) -> Result<(), GpuError> {
-    let (step, period) = (prepared.scene.time.step, prepared.scene.orbit.period);
-    let ticks = (period / step - 1e-9).ceil() as u64;
-    for tick in 0..ticks {
-        let start = tick as f64 * step - period;
-        let length = step.min(-start);
+/// One whole period up to time 0 in ticks of a step, or of several until near its end; the last is shorter where the
+/// period is no whole number of steps. Returns the mean temperatures of the network's nodes [K].
+fn orbit(
+    prepared: &Prepared,
+    engine: &mut Engine,
+    mut check: Option<&mut Check>,
+    coarse: bool,
+    stop: &AtomicBool,
+) -> Result<Vec<f64>, GpuError> {
+    let (step, period) = (prepared.scene.time.step, prepared.scene.orbit.period());
+    let mut last = engine.network_temperatures()?.unwrap_or_default();
+    let mut mean = vec![0.0; last.len()];
+    // Counted in steps since the orbit began, so that the ticks of every orbit are the same.
+    let (mut done, whole) = (0.0, period / step);
+    while done < whole - 1e-9 && !stop.load(Ordering::Relaxed) {
+        let ahead: f64 = if coarse && whole - done >= LAST_STEPS + COARSE_STEPS { COARSE_STEPS } else { 1.0 };
+        let start = done * step - period;
+        let length = (ahead * step).min(-start);
+        done += ahead;
         let load = prepared.loads.tick_load(start, start + length);
         engine.submit(Some(Tick { load: &load, steps: length / step, start, length }), Order::default())?;
         engine.deliver()?;
         if let Some(check) = check.as_deref_mut() {
             check.step(&load, length / step, start, length);
         }
+        let next = engine.network_temperatures()?.unwrap_or_default();
+        for ((mean, last), next) in mean.iter_mut().zip(&last).zip(&next) {
+            *mean += 0.5 * length / period * (last + next);
+        }
+        last = next;
     }
-    Ok(())
+    Ok(mean)
 }
 
 /// The last orbits: where each ended, and how it changed the temperatures.

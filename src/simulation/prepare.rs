@@ -4,15 +4,18 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use super::network::{self, SceneNetwork};
 use crate::environment::orbit::period_disagreement;
+use crate::environment::shadow::{LARGEST_TREE, Method, Occluders, Redraw, Shadows};
 use crate::environment::sky::SkyError;
 use crate::environment::tick::TickLoads;
 use crate::gpu::frame::StepRange;
 use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::model::{Model, ModelError};
-use crate::scene::{Scene, SceneError, file_hash, scene_hash};
+use crate::scene::{Attitude, Orbit, Scene, SceneError, ShadowSettings as Settings, file_hash, scene_hash};
 use crate::thermal::material::{Material, Response};
 use crate::thermal::nodes::{Nodes, RangeResponse};
 
@@ -21,6 +24,9 @@ const MOST_REMARKS: usize = 5;
 
 /// Share of an orbit above which the middle of a step stands badly for its mean: 6 deg.
 const LONGEST_STEP: f64 = 1.0 / 60.0;
+
+/// Angle against the Sun in a step above which its samples stand badly for the mean [deg].
+const LARGEST_TURN_DEG: f64 = 20.0;
 
 /// Host memory that building a scene takes at its peak, for each node.
 const HOST_BYTES_A_NODE: usize = 400;
@@ -56,6 +62,19 @@ pub enum PrepareError {
         path: PathBuf,
         /// What is wrong.
         message: String,
+    },
+    /// More triangles than rays are tried against.
+    #[error(
+        "{path}: shadows.method: {triangles} triangles make a tree of {size} boxes and triangles; rays take at most \
+         {LARGEST_TREE}: use method = \"depth\""
+    )]
+    TooManyOccluders {
+        /// The scene file.
+        path: PathBuf,
+        /// Triangles of the model before it is split.
+        triangles: usize,
+        /// Boxes and triangles of the tree.
+        size: usize,
     },
     /// A file that vanished after it was checked.
     #[error("{path}: {source}")]
@@ -102,6 +121,10 @@ pub struct Prepared {
     pub nodes: Nodes,
     /// Node indices of the triangles.
     pub triangles: Vec<[u32; 3]>,
+    /// The tree of these triangles, where rays find the shadows.
+    pub shadow_tree: Option<Occluders>,
+    /// Node indices of the triangles that cast shadows, those of the model before it is split; empty without shadows.
+    pub occluders: Vec<[u32; 3]>,
     /// Area of the model [m2].
     pub area: f64,
     /// Sun, planet and albedo of any tick.
@@ -162,17 +185,21 @@ impl Prepared {
             remarks.push(format!("and {more} more: isotherm info {}", scene.model_path.display()));
         }
         warnings.append(&mut remarks);
+        // Splitting appends vertices, so the triangles as they are now keep their corners.
+        let occluders = if scene.shadows.is_some() { model.triangles.clone() } else { Vec::new() };
         if let Some(max_edge) = scene.max_edge {
             model = model.subdivide(max_edge, node_limit(), progress)?;
         }
-        if scene.time.step > LONGEST_STEP * scene.orbit.period {
+        if scene.time.step > LONGEST_STEP * scene.orbit.period() {
             warnings.push(format!(
                 "a step of {} s is {:.1} deg of the orbit: planet infrared and albedo are those of its middle, not its mean",
                 scene.time.step,
-                360.0 * scene.time.step / scene.orbit.period
+                360.0 * scene.time.step / scene.orbit.period()
             ));
         }
-        if let Some(disagreement) = period_disagreement(&scene.orbit, scene.environment.planet_radius) {
+        if let Orbit::Circular(orbit) = &scene.orbit
+            && let Some(disagreement) = period_disagreement(orbit, scene.environment.planet_radius)
+        {
             warnings.push(disagreement.to_string());
         }
 
@@ -184,16 +211,53 @@ impl Prepared {
         let shell = network::shell(&scene, &model, &parts, &materials)?;
         let areas = model.node_areas();
         let nodes = Nodes::new(&model, &areas, &materials);
-        let triangles = std::mem::take(&mut model.triangles)
-            .into_iter()
-            .map(|triangle| triangle.map(|vertex| nodes.node_of_vertex[vertex as usize]))
-            .collect();
+        let of_nodes = |triangles: Vec<[u32; 3]>| -> Vec<[u32; 3]> {
+            let node = |vertex: u32| nodes.node_of_vertex[vertex as usize];
+            triangles.into_iter().map(|triangle| triangle.map(node)).collect()
+        };
+        let triangles = of_nodes(std::mem::take(&mut model.triangles));
+        let occluders = of_nodes(occluders);
+        let shadow_tree = match scene.shadows {
+            Some(Settings { method: Method::Exact, .. }) => {
+                let positions: Vec<DVec3> = nodes.positions.iter().map(|position| position.as_dvec3()).collect();
+                let tree = Occluders::new(&positions, &occluders);
+                let size = tree.tree.nodes.len() + tree.triangles.len();
+                if size > LARGEST_TREE {
+                    let path = scene.source.clone();
+                    return Err(PrepareError::TooManyOccluders { path, triangles: occluders.len(), size });
+                }
+                Some(tree)
+            }
+            _ => None,
+        };
         let loads = TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)
             .map_err(|source| PrepareError::Sky { path: scene.source.clone(), source })?;
+        let before = warm_up_orbits(&scene) * scene.orbit.period();
+        if !before.is_finite() {
+            let source = SkyError::NotFinite { what: "the warm-up of an orbit that is not closed", value: before };
+            return Err(PrepareError::Sky { path: scene.source.clone(), source });
+        }
+        // A step more at both ends: the ticks of a warm-up and of an odd last step are rounded.
+        let slack = if before > 0.0 { scene.time.step } else { 0.0 };
+        loads
+            .sky_model()
+            .check(-before - slack, f64::from(scene.time.steps) * scene.time.step)
+            .map_err(|source| PrepareError::Sky { path: scene.source.clone(), source })?;
+        // The chords of a sweep do not see whole turns.
+        let turn = match scene.attitude {
+            Attitude::Spin { rate, .. } => (rate * scene.time.step).abs(),
+            _ => loads.sky_model().sun_sweep(0.0, scene.time.step),
+        }
+        .to_degrees();
+        if scene.environment.solar_constant.is_some() && turn > LARGEST_TURN_DEG {
+            warnings.push(format!(
+                "the craft turns {turn:.0} deg against the Sun in a step: its loads are averaged over few directions"
+            ));
+        }
         let probes = probe_nodes(&scene, &parts, &nodes)?;
         let network = match shell {
             Some(shell) => {
-                let network = SceneNetwork::new(shell, &scene, &parts, &nodes, &probes, scene.orbit.period)?;
+                let network = SceneNetwork::new(shell, &scene, &parts, &nodes, &probes, scene.orbit.period())?;
                 warnings.extend(network.remarks());
                 scene.assumptions.push(network::HOLLOW.to_owned());
                 Some(Arc::new(network))
@@ -211,6 +275,8 @@ impl Prepared {
             parts,
             materials,
             triangles,
+            occluders,
+            shadow_tree,
             area: areas.iter().sum(),
             loads,
             probes,
@@ -241,6 +307,7 @@ impl Prepared {
                 sun,
                 planet_ir: environment.planet_ir.is_some_and(|flux| flux > 0.0),
                 albedo: sun && environment.albedo.is_some_and(|albedo| albedo > 0.0),
+                shadow: sun && self.scene.shadows.is_some(),
             };
             let end = range.first_group + range.groups;
             for first in (range.first_group..end).step_by(MAX_GROUPS) {
@@ -251,13 +318,32 @@ impl Prepared {
         ranges
     }
 
+    /// The Sun's view of what casts shadows, and when it is taken anew; `None` where the craft does not shadow itself.
+    pub fn redraw(&self) -> Option<Redraw> {
+        let settings = self.scene.shadows?;
+        let corners = self.occluders.as_flattened().iter().map(|node| self.nodes.positions[*node as usize].as_dvec3());
+        let bounds = corners
+            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], corner| [low.min(corner), high.max(corner)]);
+        let Settings { resolution, redraw_angle: angle, .. } = settings;
+        Some(Redraw { bounds, resolution, angle, found_for: None })
+    }
+
+    /// The craft's shadow on some of its nodes, in f64; `None` where it casts none.
+    pub fn shadows(&self, slots: impl Iterator<Item = usize>) -> Option<Shadows> {
+        let settings = self.scene.shadows?;
+        let node = |slot: usize| [self.nodes.positions[slot].as_dvec3(), self.nodes.normals[slot].as_dvec3()];
+        let positions = self.nodes.positions.iter().map(|position| position.as_dvec3()).collect();
+        let occluders = self.occluders.clone();
+        Some(Shadows::new(slots.map(node).collect(), positions, occluders, self.redraw()?, settings.method))
+    }
+
     /// Ticks that the warm-up takes: its orbits in whole steps; 0 where it ends when the state is periodic.
     pub fn warm_up_ticks(&self) -> u32 {
         let time = &self.scene.time;
         if time.periodic.is_some() {
             return 0;
         }
-        (time.warm_up_orbits * self.scene.orbit.period / time.step).round() as u32
+        (time.warm_up_orbits * self.scene.orbit.period() / time.step).round() as u32
     }
 
     /// What the scene does without, and what isotherm does not yet model, in words.
@@ -269,7 +355,7 @@ impl Prepared {
             (environment.albedo.is_none(), "albedo"),
             (!environment.eclipse, "eclipse by the planet"),
             (environment.background_temperature.is_none(), "background (space is at 0 K)"),
-            (true, "self-shadowing"),
+            (self.scene.shadows.is_none(), "self-shadowing"),
             (true, "joints in motion"),
             (self.network.is_none(), "network (conduction, heaters)"),
             (true, "reflected radiance"),
@@ -277,6 +363,11 @@ impl Prepared {
         ];
         absent.iter().filter(|(off, _)| *off).map(|(_, name)| (*name).to_owned()).collect()
     }
+}
+
+/// Orbits stepped before time 0 at most; a periodic warm-up steps the same one again.
+fn warm_up_orbits(scene: &Scene) -> f64 {
+    if scene.time.periodic.is_some() { 1.0 } else { scene.time.warm_up_orbits }
 }
 
 /// Nodes that fit into the memory that the host has free, so that subdivision ends in an error and not in swapping.

@@ -2,7 +2,7 @@
 
 use super::prepare::Prepared;
 use crate::output::report::Section;
-use crate::scene::{Attitude, Draw, Initial};
+use crate::scene::{Attitude, Draw, Initial, Orbit};
 use crate::thermal::material::{Domain, Profile, Response, Retarget, Sides};
 
 /// Every setting by section, in the order of the scene file.
@@ -44,19 +44,26 @@ pub fn sections(prepared: &Prepared) -> Vec<Section> {
             ),
         ],
     );
-    section(
-        "Orbit",
-        vec![
-            ("altitude", format!("{} km", scene.orbit.altitude / 1e3)),
-            ("period", format!("{} s", scene.orbit.period)),
-            ("beta", format!("{:.3} deg", scene.orbit.beta.to_degrees())),
-            ("phase", format!("{:.3} deg", scene.orbit.phase.to_degrees())),
+    let orbit = match &scene.orbit {
+        Orbit::Circular(orbit) => vec![
+            ("altitude", format!("{} km", orbit.altitude / 1e3)),
+            ("period", format!("{} s", orbit.period)),
+            ("beta", format!("{:.3} deg", orbit.beta.to_degrees())),
+            ("phase", format!("{:.3} deg", orbit.phase.to_degrees())),
         ],
-    );
+        Orbit::Trajectory(trajectory) => vec![
+            ("trajectory", trajectory.description.clone()),
+            ("time 0", trajectory.utc(0.0)),
+            ("period", format!("{:.1} s (osculating at time 0)", trajectory.period())),
+        ],
+    };
+    section("Orbit", orbit);
     let attitude = match &scene.attitude {
         Attitude::Nadir { nadir_axis, forward_axis } => format!("nadir {nadir_axis}, forward {forward_axis}"),
         Attitude::Inertial { inertial_from_body: q } => format!("inertial [{}, {}, {}, {}]", q.w, q.x, q.y, q.z),
         Attitude::Sun { sun_axis, north_axis } => format!("Sun {sun_axis}, orbit normal {north_axis}"),
+        Attitude::Spin { axis, rate, .. } => format!("spinning about {axis}, {:.4} deg/s", rate.to_degrees()),
+        Attitude::History(history) => history.description.clone(),
     };
     section("Attitude", vec![("law", attitude)]);
     let environment = &scene.environment;

@@ -36,6 +36,8 @@ pub struct Reference<F> {
     nodes: Vec<ReferenceNode>,
     materials: Vec<Material>,
     incident: F,
+    /// Share of the Sun that each node sees.
+    visibility: Vec<f64>,
     states: Vec<TransitionState>,
     temperatures: Vec<f64>,
 }
@@ -45,13 +47,19 @@ impl<F: IncidentFlux> Reference<F> {
     pub fn new(nodes: Vec<ReferenceNode>, materials: Vec<Material>, incident: F) -> Self {
         let states = vec![TransitionState { target: 0.0, span: 0.0, elapsed: 0.0 }; nodes.len()];
         let temperatures = vec![0.0; nodes.len()];
-        Self { nodes, materials, incident, states, temperatures }
+        let visibility = vec![1.0; nodes.len()];
+        Self { nodes, materials, incident, visibility, states, temperatures }
+    }
+
+    /// Sets the share of the Sun that each node sees, 1 at the start: what the craft's shadow on itself leaves.
+    pub fn shade(&mut self, visibility: Vec<f64>) {
+        self.visibility = visibility;
     }
 
     /// Settles every node at the balance temperature of a load.
     pub fn settle(&mut self, load: &TickLoad) {
         self.each_node(|incident, node, material, _| {
-            let t = commanded_temperature(incident, node, material, load);
+            let t = commanded_temperature(&incident, node, material, load);
             (settled(t, material), t)
         });
     }
@@ -64,7 +72,7 @@ impl<F: IncidentFlux> Reference<F> {
     /// One tick of `steps_dt` steps: the balance temperature of the tick's mean load is commanded, then time advances.
     pub fn step(&mut self, load: &TickLoad, steps_dt: f64) {
         self.each_node(|incident, node, material, state| {
-            let commanded = commanded_temperature(incident, node, material, load);
+            let commanded = commanded_temperature(&incident, node, material, load);
             match &material.response {
                 Response::Instant => (settled(commanded, material), commanded),
                 Response::Transition(transition) => {
@@ -84,15 +92,16 @@ impl<F: IncidentFlux> Reference<F> {
 
     /// The flux that nodes of a thermal network absorb [W/m2]; 0 for the others.
     pub fn absorbed(&self, load: &TickLoad) -> Vec<f64> {
-        let absorbed = |node: &ReferenceNode| {
+        let absorbed = |(node, visibility): (&ReferenceNode, &f64)| {
             let material = &self.materials[node.material as usize];
             if material.response != Response::Network {
                 return 0.0;
             }
-            let front = self.incident.incident(load, node.normal);
-            absorbed_flux(material, front, || self.incident.incident(load, -node.normal))
+            let shaded = Shaded { incident: &self.incident, visibility: *visibility };
+            let front = shaded.incident(load, node.normal);
+            absorbed_flux(material, front, || shaded.incident(load, -node.normal))
         };
-        self.nodes.par_iter().map(absorbed).collect()
+        self.nodes.par_iter().zip(&self.visibility).map(absorbed).collect()
     }
 
     /// Sets the temperature of a node [K], which a thermal network moves.
@@ -109,15 +118,30 @@ impl<F: IncidentFlux> Reference<F> {
     /// Replaces the state and temperature of every node.
     fn each_node<U>(&mut self, update: U)
     where
-        U: Fn(&F, &ReferenceNode, &Material, TransitionState) -> (TransitionState, f64) + Sync,
+        U: Fn(Shaded<'_, F>, &ReferenceNode, &Material, TransitionState) -> (TransitionState, f64) + Sync,
     {
         let (materials, incident) = (&self.materials, &self.incident);
-        self.nodes.par_iter().zip(&mut self.states).zip(&mut self.temperatures).for_each(
-            |((node, state), temperature)| {
+        let nodes = self.nodes.par_iter().zip(&self.visibility);
+        nodes.zip(&mut self.states).zip(&mut self.temperatures).for_each(
+            |(((node, visibility), state), temperature)| {
                 let material = &materials[node.material as usize];
-                (*state, *temperature) = update(incident, node, material, *state);
+                let shaded = Shaded { incident, visibility: *visibility };
+                (*state, *temperature) = update(shaded, node, material, *state);
             },
         );
+    }
+}
+
+/// What falls on a node that sees a share of the Sun.
+struct Shaded<'a, F> {
+    incident: &'a F,
+    visibility: f64,
+}
+
+impl<F: IncidentFlux> IncidentFlux for Shaded<'_, F> {
+    fn incident(&self, load: &TickLoad, normal: DVec3) -> Incident {
+        let whole = self.incident.incident(load, normal);
+        Incident { solar: whole.solar * self.visibility, ..whole }
     }
 }
 

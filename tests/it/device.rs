@@ -155,6 +155,7 @@ impl LooseNodes {
                 sun: present.sun,
                 planet_ir: present.planet_ir,
                 albedo: present.albedo,
+                shadow: false,
             };
             nodes.ranges.push(StepRange { variant, groups: (first, nodes.group_material.len() as u32) });
         }
@@ -176,6 +177,7 @@ impl LooseNodes {
             shapes: &shapes,
             band_table: &[0.0],
             image: None,
+            shadows: None,
         };
         Renderer::new(context, &data).expect("a small scene")
     }

@@ -1,12 +1,13 @@
 //! The hazard check finds nothing in the frames as they are, and something wherever a barrier is taken away.
 
+use isotherm::environment::shadow::Method;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::hazard::{HazardKind, hazards};
 use isotherm::gpu::pass::Step;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 
 fn variant(kind: StepKind, both_sides: bool) -> ThermalVariant {
-    ThermalVariant { kind, curve: Curve::Power, both_sides, sun: true, planet_ir: true, albedo: true }
+    ThermalVariant { kind, curve: Curve::Power, both_sides, sun: true, planet_ir: true, albedo: true, shadow: false }
 }
 
 fn range(kind: StepKind, both_sides: bool, groups: (u32, u32)) -> StepRange {
@@ -24,7 +25,15 @@ fn scenes() -> Vec<Vec<StepRange>> {
             range(StepKind::Merge, true, (192, 256)),
             range(StepKind::Restart, false, (256, 320)),
         ],
+        vec![
+            with_shadow(range(StepKind::Merge, false, (0, 64))),
+            with_shadow(range(StepKind::Absorb, true, (64, 128))),
+        ],
     ]
+}
+
+fn with_shadow(range: StepRange) -> StepRange {
+    StepRange { variant: ThermalVariant { shadow: true, ..range.variant }, ..range }
 }
 
 fn wanted() -> Vec<Wanted> {
@@ -38,6 +47,15 @@ fn wanted() -> Vec<Wanted> {
 /// Every frame that a run of a scene submits: settling, ticks, and a picture of the state as it is.
 fn frames(ranges: &[StepRange]) -> Vec<Frame> {
     let mut frames = vec![Frame::settle(ranges)];
+    for method in [Method::Depth, Method::Exact] {
+        let shadows = Frame::shadows(ranges, method);
+        if shadows.steps.is_empty() {
+            continue;
+        }
+        frames.push(shadows.clone().then(Frame::settle(ranges)));
+        let drawn = Wanted { image: true, cull: 100, temperatures: true };
+        frames.push(shadows.then(Frame::step(ranges, drawn)));
+    }
     frames.extend(wanted().into_iter().map(|wanted| Frame::step(ranges, wanted)));
     frames.extend(wanted().into_iter().map(|wanted| Frame::step(&[], wanted)));
     frames
@@ -46,7 +64,8 @@ fn frames(ranges: &[StepRange]) -> Vec<Frame> {
 #[test]
 fn any_two_frames_in_a_row_have_all_their_barriers() {
     for ranges in scenes() {
-        let settle = Frame::settle(&ranges);
+        // A run begins with the shadows of its first load.
+        let settle = Frame::shadows(&ranges, Method::Depth).then(Frame::settle(&ranges));
         for first in frames(&ranges) {
             for second in frames(&ranges) {
                 let found = hazards([&settle, &first, &second]);
@@ -59,7 +78,8 @@ fn any_two_frames_in_a_row_have_all_their_barriers() {
 #[test]
 fn each_barrier_that_is_taken_away_is_missed() {
     for ranges in scenes() {
-        let settle = Frame::settle(&ranges);
+        // A run begins with the shadows of its first load.
+        let settle = Frame::shadows(&ranges, Method::Depth).then(Frame::settle(&ranges));
         for (number, whole) in frames(&ranges).iter().enumerate() {
             for n in 0..whole.barrier_count() {
                 let broken = whole.without_barrier(n);

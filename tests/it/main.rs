@@ -1,6 +1,7 @@
 //! Integration tests, one module a subject.
 
 mod band_radiance;
+mod bench;
 mod commands;
 mod compare;
 mod craft;
@@ -23,6 +24,8 @@ mod response_fit;
 mod run;
 mod scene;
 mod shaders;
+mod shadows;
+mod trajectory;
 mod transitions;
 mod twins;
 mod validation;

@@ -44,6 +44,7 @@ impl Quads {
                 sun: false,
                 planet_ir: false,
                 albedo: false,
+                shadow: false,
             },
             band: Band { lower: 8e-6, upper: 14e-6 },
             positions: Vec::new(),
@@ -91,6 +92,7 @@ impl Quads {
             shapes: &shapes,
             band_table: &band_table(&table),
             image: Some([camera.width, camera.height]),
+            shadows: None,
         };
         let mut renderer = Renderer::new(context, &data).expect("a small scene");
         let mut temperatures = self.temperatures.clone();

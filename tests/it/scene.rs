@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use approx::assert_relative_eq;
 use glam::{DQuat, DVec3};
+use isotherm::environment::shadow::Method;
 use isotherm::scene::{Attitude, CameraFrame, Draw, Initial, Scene, SceneError};
 
 mod materials;
@@ -75,8 +76,9 @@ fn every_value_of_a_full_scene_arrives() {
     assert_eq!(scene.max_edge, Some(1.5));
     assert_eq!((scene.time.step, scene.time.steps, scene.time.warm_up_orbits), (15.5, 360, 0.5));
     assert_eq!(scene.time.draw, Draw::Steps(vec![0, 90, 360]));
-    assert_eq!((scene.orbit.altitude, scene.orbit.period), (772e3, 6017.0));
-    assert_eq!((scene.orbit.beta, scene.orbit.phase), ((-30.0_f64).to_radians(), 90.0_f64.to_radians()));
+    let orbit = scene.orbit.circular().unwrap();
+    assert_eq!((orbit.altitude, orbit.period), (772e3, 6017.0));
+    assert_eq!((orbit.beta, orbit.phase), ((-30.0_f64).to_radians(), 90.0_f64.to_radians()));
     assert_eq!(scene.attitude, Attitude::Nadir { nadir_axis: DVec3::NEG_Y, forward_axis: DVec3::Z });
     let environment = &scene.environment;
     assert_eq!(environment.solar_constant, Some(1361.0));
@@ -91,11 +93,14 @@ fn every_value_of_a_full_scene_arrives() {
     assert_eq!((scene.probes[0].name.as_str(), scene.probes[0].position), ("tip", DVec3::new(1.0, -2.5, 3.0)));
     assert_eq!((scene.probes[0].part.as_deref(), scene.probes[1].part.as_deref()), (Some("wing"), None));
     assert_eq!(scene.colour_range, Some([150.0, 350.0]));
-    // The table's entries do not say which sides of the default exchange heat; all else is stated.
-    assert_eq!(
-        scene.assumptions,
-        ["Surfaces exchange heat on their outside only (sides is absent): materials.default."]
-    );
+    let shadows = scene.shadows.expect("the scene has shadows");
+    assert_eq!((shadows.method, shadows.resolution), (Method::Depth, 1024));
+    assert_relative_eq!(shadows.redraw_angle, 0.5f64.to_radians(), epsilon = 1e-15);
+    // The table's entries do not say which sides of the default exchange heat; all else is stated. The other sentence
+    // says what shadows leave out.
+    let [left_out, sides] = scene.assumptions.as_slice() else { panic!("{:?}", scene.assumptions) };
+    assert!(left_out.contains("[shadows] is about sunlight"), "{left_out}");
+    assert_eq!(sides, "Surfaces exchange heat on their outside only (sides is absent): materials.default.");
 
     let camera = scene.require_camera().unwrap();
     assert_eq!((camera.width, camera.height, camera.near), (640, 512, 0.5));
@@ -122,7 +127,7 @@ fn a_short_scene_says_what_it_assumes() {
     assert!(scene.environment.eclipse);
     assert_eq!(scene.environment.planet_radius, 6371e3);
     // 2 pi sqrt((6371e3 + 408e3)^3 / 3.986004418e14), computed apart with Python.
-    assert_relative_eq!(scene.orbit.period, 5554.684945512347, epsilon = 1e-9);
+    assert_relative_eq!(scene.orbit.period(), 5554.684945512347, epsilon = 1e-9);
     let camera = scene.require_camera().unwrap();
     // tan 45 deg = 1: the focal length is half the width.
     assert_relative_eq!(camera.focal[0], 50.0, epsilon = 1e-12);
@@ -140,6 +145,7 @@ fn a_short_scene_says_what_it_assumes() {
         "(orbit.phase_deg is absent)",
         "(attitude.nadir_axis is absent)",
         "(attitude.forward_axis is absent)",
+        "(there is no section [shadows])",
         "(sides is absent)",
         "(radiance.band_um is absent)",
         "(camera.frame is absent: 'body')",
@@ -180,7 +186,7 @@ fn attitudes_cameras_and_times_have_their_other_forms() {
     assert_eq!(with("steps = 100", "steps = 100\ndraw_steps = []").time.draw, Draw::None);
 
     let scene = with("altitude = 408e3", "altitude = 224e3\nperiod = 6017");
-    assert_eq!(scene.orbit.period, 6017.0);
+    assert_eq!(scene.orbit.period(), 6017.0);
     // NUMERICS.md 2: 5330 s with R = 6371 km.
     assert!(scene.assumptions.iter().any(|sentence| sentence.contains("stated altitude takes 5330.1 s")));
 }

@@ -88,7 +88,7 @@ fn structures_agree_with_glsl() {
 }
 
 /// Bindings of a module: number -> whether it is written, and whether it is a uniform.
-fn bindings_of(module: &str) -> BTreeMap<u32, (bool, bool)> {
+pub fn bindings_of(module: &str) -> BTreeMap<u32, (bool, bool)> {
     bindings_in(reflect(module))
 }
 

@@ -22,8 +22,15 @@ const WANTED: Wanted = Wanted { image: true, cull: TRIANGLES, temperatures: true
 
 fn range() -> StepRange {
     let kind = StepKind::Merge;
-    let variant =
-        ThermalVariant { kind, curve: Curve::Power, both_sides: true, sun: true, planet_ir: true, albedo: true };
+    let variant = ThermalVariant {
+        kind,
+        curve: Curve::Power,
+        both_sides: true,
+        sun: true,
+        planet_ir: true,
+        albedo: true,
+        shadow: false,
+    };
     StepRange { variant, groups: (0, 64) }
 }
 

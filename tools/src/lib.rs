@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use isotherm::gpu::compile::{self, CompileError, FUNCTIONS, expand_includes};
-use isotherm::gpu::variant::{FusedVariant, ResponseVariant, ThermalVariant, WideVariant};
+use isotherm::gpu::variant::{FusedVariant, ResponseVariant, ThermalVariant};
+use isotherm::gpu::wide_variant::WideVariant;
 
 /// Name and content of every file of `spirv/`, sorted: a module an entry point or variant, and `index.rs`.
 ///
@@ -33,8 +34,11 @@ pub fn compile_all(glsl: &Path) -> Result<Vec<(String, Vec<u8>)>, CompileError> 
             ResponseVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
         } else if entry == "network_fused.comp" {
             FusedVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
-        } else if entry == "network_wide.comp" {
-            WideVariant::all().iter().map(|variant| (variant.name(), variant.defines())).collect()
+        } else if WideVariant::all().iter().any(|variant| variant.entry() == entry) {
+            let of_entry = WideVariant::all().into_iter().filter(|variant| variant.entry() == entry);
+            of_entry.map(|variant| (variant.name(), variant.defines())).collect()
+        } else if entry == "solar_rays.comp" {
+            vec![("solar_rays.first".to_owned(), vec!["FIRST"]), ("solar_rays.next".to_owned(), Vec::new())]
         } else {
             vec![(entry.clone(), Vec::new())]
         };

@@ -1,4 +1,7 @@
-//! Measures what README states: the thermal pass by number of nodes, and whole ticks of a scene by density and size.
+//! Measures what README states: the thermal pass by number of nodes, whole ticks of a scene by density and size, and
+//! stages of large networks.
+
+mod network_cost;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -6,13 +9,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Parser;
-use glam::{DVec3, Vec3};
+use isotherm::bench::responses;
 use isotherm::environment::TickLoad;
 use isotherm::gpu::context::Context;
-use isotherm::gpu::frame::StepRange;
-use isotherm::gpu::layout;
-use isotherm::gpu::renderer::Renderer;
-use isotherm::gpu::resources::SceneData;
 use isotherm::gpu::shapes::{self, Shapes};
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::output::report::PassTime;
@@ -45,6 +44,12 @@ struct Arguments {
     /// Measure nothing but the cost of response functions against a quadratic one
     #[arg(long)]
     functions_only: bool,
+    /// Measure nothing but the stages of large networks
+    #[arg(long)]
+    network_only: bool,
+    /// Numbers of nodes of the networks; each becomes the nearest square
+    #[arg(long, value_delimiter = ',', default_values_t = [10_000, 100_000, 1_000_000])]
+    network_nodes: Vec<usize>,
     /// Ticks of each measurement
     #[arg(long, default_value_t = 30)]
     ticks: u32,
@@ -67,6 +72,9 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     let context = Context::open(arguments.device.as_deref(), false)?;
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     println!("Device: {}, {}; load average {}\n", context.info.name, context.info.driver, load.trim());
+    if arguments.network_only {
+        return network_cost::measure(&context, &arguments.network_nodes);
+    }
     let scene = Scene::load(&arguments.scene)?;
     if arguments.functions_only {
         return functions(arguments, &context, &scene);
@@ -89,7 +97,8 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
     let count = f64::from(arguments.ticks);
     let load = |start: f64| loads.tick_load(start, start + step);
     let lit: Vec<TickLoad> = (0..arguments.ticks).map(|i| load(f64::from(i) * step)).collect();
-    let orbit: Vec<TickLoad> = (0..arguments.ticks).map(|i| load(f64::from(i) / count * scene.orbit.period)).collect();
+    let orbit: Vec<TickLoad> =
+        (0..arguments.ticks).map(|i| load(f64::from(i) / count * scene.orbit.period())).collect();
     for &nodes in &arguments.nodes {
         let nodes = nodes.next_multiple_of(256);
         let variant = |kind, sun, planet_ir, albedo| ThermalVariant {
@@ -99,6 +108,7 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
             sun,
             planet_ir,
             albedo,
+            shadow: false,
         };
         let mut row = Vec::new();
         let mut bytes = 0.0;
@@ -150,7 +160,8 @@ fn functions(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Re
         let domain = Domain::Temperature;
         let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
         let (kind, curve) = shapes::curve(&transition, 0);
-        let variant = ThermalVariant { kind, curve, both_sides: false, sun: true, planet_ir: all, albedo: all };
+        let variant =
+            ThermalVariant { kind, curve, both_sides: false, sun: true, planet_ir: all, albedo: all, shadow: false };
         let (times, _) = time_pass(context, variant, &Shapes::one(&transition), NODES, &ticks)?;
         Ok(times.first().ok_or("the device has no timestamps")?.median_ms)
     };
@@ -252,50 +263,8 @@ fn time_pass(
     nodes: usize,
     ticks: &[TickLoad],
 ) -> Result<(Vec<PassTime>, f64), AnyError> {
-    let normals: Vec<Vec3> = (0..nodes).map(fibonacci_direction).collect();
-    let groups = nodes / 4;
-    let material = layout::Material {
-        absorptivity: 0.3,
-        emissivity: 0.8,
-        back_absorptivity: 0.3,
-        back_emissivity: 0.8,
-        heating_function: 2.0,
-        heating_t_max: 1000.0,
-        cooling_function: 2.0,
-        cooling_t_max: 1000.0,
-    };
-    let data = SceneData {
-        ranges: vec![StepRange { variant, groups: (0, groups as u32) }],
-        group_material: &vec![0; groups],
-        group_part: &[],
-        normals: &normals,
-        positions: &[],
-        triangles: &[],
-        materials: &[material],
-        shapes,
-        band_table: &[],
-        image: None,
-    };
-    let bytes: u64 = data.plan().iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();
-    let mut renderer = Renderer::new(context, &data)?;
-    renderer.settle(&ticks[0])?;
-    // Once round so that every variant is compiled and warm, then again to measure.
-    for load in ticks.iter().chain(ticks) {
-        let submitted = renderer.submit(Some((load, 1.0)), None, false)?;
-        renderer.collect(submitted)?;
-    }
-    let times = renderer.pass_times().iter().filter(|(name, _)| name.starts_with("thermal_step"));
-    let times = times.filter_map(|(name, samples)| PassTime::from_samples(name, &samples[samples.len() / 2..]));
-    Ok((times.collect(), bytes as f64 / nodes as f64))
-}
-
-/// Directions spread evenly over the sphere (Fibonacci lattice).
-fn fibonacci_direction(i: usize) -> Vec3 {
-    const POINTS: f64 = 65_536.0;
-    let z = 1.0 - (2.0 * (i % 65_536) as f64 + 1.0) / POINTS;
-    let angle = (i % 65_536) as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    let radius = (1.0 - z * z).sqrt();
-    DVec3::new(radius * angle.cos(), radius * angle.sin(), z).as_vec3()
+    let pass = responses::time_pass(context, variant, 2.0, shapes, nodes, ticks)?;
+    Ok((pass.times, pass.bytes_a_node))
 }
 
 /// Milliseconds of a whole tick with its image in host memory, files left out.

@@ -1,24 +1,28 @@
 //! A small network on the device: one workgroup takes all sub-steps of an attempt in a few dispatches of one submission.
 
+mod settle;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use ash::vk;
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 use gpu_allocator::MemoryLocation;
 
+use super::host::{Pool, buffer, room, write_set};
 use super::schedule::Schedule;
 use super::tables::Tables;
+use super::weights::{device_stages, error_weights};
 use crate::gpu::bindings::allocate_set;
 use crate::gpu::context::Context;
-use crate::gpu::error::{Context as _, GpuError};
+use crate::gpu::error::GpuError;
 use crate::gpu::layout::{NetworkAttempt, NetworkStage};
 use crate::gpu::memory::Buffer;
 use crate::gpu::once::Once;
 use crate::gpu::pipeline::{Pipeline, module};
 use crate::gpu::variant::{FusedKind, FusedVariant};
+use crate::thermal::network::Network;
 use crate::thermal::network::stepper::{Attempt, Method, WorkCounts};
-use crate::thermal::network::{Network, rkl2};
 
 /// Nodes that the shared memory of the kernels holds.
 pub const NODES_AT_MOST: usize = 1024;
@@ -31,9 +35,8 @@ const RESULT_HEAD: usize = 4;
 const SUB_STEPS_AT_MOST: u32 = 20_000;
 /// Stages of a sub-step.
 const STAGES_AT_MOST: u32 = 999;
-/// Iterations of Newton's method in one dispatch, and submissions, before a balance is given up.
+/// Iterations of Newton's method in one dispatch.
 const ITERATIONS: u32 = 12;
-const SUBMISSIONS: usize = 20;
 
 /// A system of equations that is solved by elimination: its schedule and buffers.
 struct System {
@@ -82,43 +85,6 @@ pub struct Fused {
     /// Method, stages and step that the stage buffer holds.
     staged: Option<(u32, f64)>,
     context: Arc<Context>,
-}
-
-/// A descriptor pool.
-pub(super) struct Pool {
-    context: Arc<Context>,
-    pub(super) raw: vk::DescriptorPool,
-}
-
-impl Pool {
-    /// For so many sets of so many storage buffers.
-    pub(super) fn new(context: &Arc<Context>, sets: u32, bindings: u32) -> Result<Self, GpuError> {
-        let ty = vk::DescriptorType::STORAGE_BUFFER;
-        let sizes = [vk::DescriptorPoolSize { ty, descriptor_count: sets * bindings }];
-        let create = vk::DescriptorPoolCreateInfo::default().max_sets(sets).pool_sizes(&sizes);
-        // SAFETY: the device is alive.
-        let raw =
-            unsafe { context.device.create_descriptor_pool(&create, None) }.during("creating a descriptor pool")?;
-        Ok(Self { context: Arc::clone(context), raw })
-    }
-}
-
-impl Drop for Pool {
-    fn drop(&mut self) {
-        // SAFETY: every run was waited for.
-        unsafe { self.context.device.destroy_descriptor_pool(self.raw, None) };
-    }
-}
-
-fn buffer<T: Pod>(context: &Arc<Context>, name: &str, values: &[T]) -> Result<Buffer, GpuError> {
-    let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
-    let mut buffer = Buffer::new(context, name, size_of_val(values) as u64, usage, MemoryLocation::CpuToGpu)?;
-    buffer.write(values);
-    Ok(buffer)
-}
-
-fn room(context: &Arc<Context>, name: &str, words: usize, location: MemoryLocation) -> Result<Buffer, GpuError> {
-    Buffer::new(context, name, 4 * words as u64, vk::BufferUsageFlags::STORAGE_BUFFER, location)
 }
 
 impl System {
@@ -178,6 +144,11 @@ impl Fused {
         Ok((attempt.loops_iteration * ITERATIONS < LOOPS_AT_MOST).then_some(fused))
     }
 
+    /// Time of all submissions so far by the device's own clock [ms], where it has one.
+    pub fn device_ms(&self) -> Option<f64> {
+        self.once.device_ms()
+    }
+
     /// Work so far.
     pub fn counts(&self) -> WorkCounts {
         self.counts
@@ -201,25 +172,6 @@ impl Fused {
     /// Keeps what the last try left.
     pub fn keep(&mut self) {
         self.kept = 1 - self.kept;
-    }
-
-    /// Balances the arithmetic nodes.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn balance(&mut self, t: f64) -> Result<bool, GpuError> {
-        self.settle(t, Unknowns::Arithmetic)
-    }
-
-    /// Balances all nodes. `None` where they take too many products.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn steady(&mut self, t: f64) -> Result<Option<bool>, GpuError> {
-        if !self.knows(Unknowns::Free)? {
-            return Ok(None);
-        }
-        self.settle(t, Unknowns::Free).map(Some)
     }
 
     /// Tries some sub-steps. `None` where the method takes more than a dispatch can do.
@@ -320,56 +272,8 @@ impl Fused {
         Ok(head[1])
     }
 
-    fn has_arithmetic(&self) -> bool {
-        !self.tables.lone.is_empty() || !self.tables.coupled.is_empty()
-    }
-
     fn all(&self) -> Vec<u32> {
         (0..self.tables.nodes.len() as u32).collect()
-    }
-
-    /// Balances in place, where it converges.
-    fn settle(&mut self, t: f64, unknowns: Unknowns) -> Result<bool, GpuError> {
-        if unknowns == Unknowns::Arithmetic && !self.has_arithmetic() {
-            return Ok(true);
-        }
-        let start: Vec<[f32; 2]> = self.state().to_vec();
-        let state = 1 - self.kept;
-        self.states[state].write(&start);
-        for _ in 0..SUBMISSIONS {
-            let (settled, worst) = self.settle_once(unknowns, t as f32, state)?;
-            if worst >= f32::INFINITY.to_bits() {
-                // Newton's method may pass through hot states, not through what is no number.
-                let lost = self.states[state].read::<[f32; 2]>(start.len()).iter().flatten().any(|x| !x.is_finite());
-                if lost {
-                    return Ok(false);
-                }
-            } else if settled {
-                self.keep();
-                return Ok(true);
-            }
-        }
-        Ok(false)
-    }
-
-    /// One dispatch of Newton's method on a state.
-    fn settle_once(&mut self, unknowns: Unknowns, time: f32, state: usize) -> Result<(bool, u32), GpuError> {
-        let variant = FusedVariant { kind: FusedKind::Settle, lanes: self.lanes };
-        self.make_kernel(variant, unknowns)?;
-        let mut planned = self.describe(unknowns, self.lanes);
-        planned.time = time;
-        planned.count = ITERATIONS;
-        if unknowns == Unknowns::Free {
-            planned.lone = 0;
-        }
-        if let Some(system) = self.systems.get_mut(&unknowns) {
-            system.attempts[0].write(&[planned]);
-        }
-        self.result.write(&[0u32, 0, 0, 0]);
-        self.submit((variant, unknowns), state, 1)?;
-        let head: &[u32] = self.result.read(RESULT_HEAD);
-        self.counts.iterations += u64::from(head[2]);
-        Ok((head[0] == 1, head[1]))
     }
 
     fn submit(&mut self, key: (FusedVariant, Unknowns), state: usize, dispatches: u32) -> Result<(), GpuError> {
@@ -446,52 +350,10 @@ impl Fused {
                 &system.words,
                 &system.matrix,
             ];
-            for (binding, buffer) in (0..).zip(buffers) {
-                let infos = [vk::DescriptorBufferInfo { buffer: buffer.raw, offset: 0, range: vk::WHOLE_SIZE }];
-                let write = [vk::WriteDescriptorSet::default()
-                    .dst_set(*set)
-                    .dst_binding(binding)
-                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                    .buffer_info(&infos)];
-                // SAFETY: set and buffer are alive, and nothing uses the set yet.
-                unsafe { self.context.device.update_descriptor_sets(&write, &[]) };
-            }
+            write_set(&self.context, *set, (0..).zip(buffers));
         }
         self.kernels.insert((variant, unknowns), Kernel { sets, pipeline });
         Ok(())
-    }
-}
-
-/// The stages of a sub-step of `step` [s]; one stage is forward Euler.
-pub(super) fn device_stages(count: u32, step: f64) -> Vec<NetworkStage> {
-    if count == 1 {
-        let step = step as f32;
-        return vec![NetworkStage { mu: 0.0, nu: 0.0, mu_step: 0.0, gamma_step: step, time: step }];
-    }
-    let mut stages: Vec<NetworkStage> = rkl2::coefficients(count)
-        .iter()
-        .map(|stage| NetworkStage {
-            mu: stage.mu as f32,
-            nu: stage.nu as f32,
-            mu_step: (stage.mu_rate * step) as f32,
-            gamma_step: (stage.gamma_rate * step) as f32,
-            time: (stage.time * step) as f32,
-        })
-        .collect();
-    // The first stage knows only the rate at the start.
-    stages[0] = NetworkStage { gamma_step: stages[0].mu_step, mu_step: 0.0, ..stages[0] };
-    stages
-}
-
-/// Weights of the rates at the end and at the start [s] and of the change, in the estimate of a sub-step's error.
-pub(super) fn error_weights(method: Method, step: f64) -> [f32; 3] {
-    match method {
-        Method::Euler => [0.5 * step, -0.5 * step, 0.0].map(|weight| weight as f32),
-        Method::Rkl2 { stages } => {
-            let factor = rkl2::error_factor(stages);
-            [6.0 * factor * step, 6.0 * factor * step, -12.0 * factor].map(|weight| weight as f32)
-        }
-        Method::TrBdf2 => [0.0; 3],
     }
 }
 

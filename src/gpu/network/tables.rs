@@ -23,20 +23,34 @@ pub struct Tables {
 impl Tables {
     /// Gathers the conductors of every node.
     pub fn new(network: &Network) -> Self {
-        let mut rows: Vec<Vec<(u32, f64, f64)>> = vec![Vec::new(); network.len()];
-        let mut join = |nodes: [u32; 2], conductance: f64, exchange: f64| {
-            for [here, there] in [nodes, [nodes[1], nodes[0]]] {
-                if network.kinds[here as usize] != NodeKind::Boundary && here != there {
-                    rows[here as usize].push((there, conductance, exchange));
-                }
-            }
-        };
-        for conductor in &network.linear {
-            join(conductor.nodes, conductor.conductance, 0.0);
+        let is_free = |node: u32| network.kinds[node as usize] != NodeKind::Boundary;
+        let linear = network.linear.iter().map(|conductor| (conductor.nodes, conductor.conductance, 0.0));
+        let radiative = network
+            .radiative
+            .iter()
+            .map(|conductor| (conductor.nodes, 0.0, STEFAN_BOLTZMANN * conductor.exchange_area));
+        // A conductor stands in the rows of both its ends, but for those that are a boundary.
+        let conductors = linear.chain(radiative).filter(|([a, b], ..)| a != b);
+        let ends = conductors.flat_map(|(nodes, conductance, exchange)| {
+            let [a, b] = nodes;
+            [(a, b), (b, a)].map(|(here, there)| (here, (there, conductance, exchange)))
+        });
+        let ends = ends.filter(|(here, _)| is_free(*here));
+        // All rows in one list, by counting: a list each would be a million allocations.
+        let mut starts = vec![0usize; network.len() + 1];
+        for (here, _) in ends.clone() {
+            starts[here as usize + 1] += 1;
         }
-        for conductor in &network.radiative {
-            join(conductor.nodes, 0.0, STEFAN_BOLTZMANN * conductor.exchange_area);
+        for node in 0..network.len() {
+            starts[node + 1] += starts[node];
         }
+        let mut all = vec![(0u32, 0.0f64, 0.0f64); starts[network.len()]];
+        let mut filled = starts.clone();
+        for (here, link) in ends {
+            all[filled[here as usize]] = link;
+            filled[here as usize] += 1;
+        }
+        let mut row = Vec::new();
         let mut tables = Self {
             nodes: Vec::with_capacity(network.len()),
             links: Vec::new(),
@@ -45,8 +59,10 @@ impl Tables {
             coupled: Vec::new(),
             free: Vec::new(),
         };
-        for (node, row) in rows.iter_mut().enumerate() {
-            row.sort_by_key(|(there, ..)| *there);
+        for node in 0..network.len() {
+            row.clear();
+            row.extend_from_slice(&all[starts[node]..starts[node + 1]]);
+            row.sort_by_key(|(there, ..): &(u32, f64, f64)| *there);
             row.dedup_by(|next, kept| {
                 let same = next.0 == kept.0;
                 if same {

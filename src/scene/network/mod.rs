@@ -34,8 +34,10 @@ pub struct NetworkFile {
     pub labels: Vec<String>,
     /// The network at its start.
     pub network: Network,
-    /// Heat, thermostats and output times; these are empty where the file has no `[output]`.
+    /// Heat, thermostats and output times, each time once and ascending; empty where the file has no `[output]`.
     pub schedule: Schedule,
+    /// Output times [s] as the file has them: one row of the series each.
+    pub times: Vec<f64>,
     /// What was assumed because the file is silent, one sentence each.
     pub assumptions: Vec<String>,
 }
@@ -112,7 +114,20 @@ impl NetworkFile {
             );
             return Err(sections[node].error("kind", message));
         }
-        Ok(Self { labels, network, schedule: Schedule { heat, thermostats, spread: Vec::new(), times }, assumptions })
+        let mut ascending = times.clone();
+        ascending.sort_unstable_by(f64::total_cmp);
+        // -0 and 0 are one time.
+        ascending.dedup();
+        let schedule = Schedule { heat, thermostats, times: ascending, ..Schedule::default() };
+        Ok(Self { labels, network, schedule, times, assumptions })
+    }
+}
+
+impl NetworkFile {
+    /// The rows that the file asks for, from those at the times of the schedule.
+    pub fn asked<T: Clone>(&self, rows: &[T]) -> Vec<T> {
+        let row = |time: &f64| rows.get(self.schedule.times.partition_point(|at| at < time)).cloned();
+        self.times.iter().filter_map(row).collect()
     }
 }
 
@@ -191,9 +206,6 @@ fn times(section: &Section) -> Result<Vec<f64>, SceneError> {
     let times = section.required("times", times, "the times of output [s]")?;
     if let Some(early) = times.iter().find(|time| **time < 0.0) {
         return Err(section.error("times", format!("must not lie before the start, time 0, found {early}")));
-    }
-    if let Some(pair) = times.windows(2).find(|pair| pair[0] >= pair[1]) {
-        return Err(section.error("times", format!("must ascend, but {} follows {}", pair[1], pair[0])));
     }
     if times.is_empty() {
         return Err(section.error("times", "must not be empty"));

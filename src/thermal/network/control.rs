@@ -1,160 +1,17 @@
 //! Integrates a network through its schedule: sub-steps by the estimate of their error, methods by stiffness, breaks at
 //! every heat time, output time and switch.
 
-use std::fmt;
-
-use super::Network;
 use super::rkl2::stages_for;
 use super::schedule::Schedule;
-use super::stepper::{Method, Stepper, WorkCounts};
-use super::switches::{Trace, crossed, straight_crossing};
+use super::stepper::{Method, Stepper};
+use super::switches::Trace;
+use super::{Network, NodeKind};
+use switching::SWITCH_TIME;
 
-/// Which methods may be chosen, and how tight the default tolerance is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Integrator {
-    /// Euler where it is allowed and good enough, RKL2 otherwise, TR-BDF2 where RKL2 would need too many stages.
-    #[default]
-    Default,
-    /// As the default at ten times its tolerance, with Euler wherever it is stable and good enough.
-    Cheap,
-    /// TR-BDF2 at a tenth of the default's tolerance; RKL2 at that tolerance where few stages do.
-    Accurate,
-}
+mod switching;
+mod terms;
 
-impl Integrator {
-    /// Tolerance where none is given [K].
-    pub fn tolerance(self) -> f64 {
-        match self {
-            Self::Default => 5e-3,
-            Self::Cheap => 5e-2,
-            Self::Accurate => 5e-4,
-        }
-    }
-}
-
-/// How to integrate.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// Which methods.
-    pub integrator: Integrator,
-    /// Aim for the error that sub-steps add up to [K].
-    pub tolerance: f64,
-    /// Estimates below this are rounding [K]: no sub-step is asked to err by less.
-    pub floor: f64,
-}
-
-/// The floor in f64 [K]: ten times what Newton's method leaves.
-pub const FLOOR: f64 = 1e-9;
-
-impl Settings {
-    /// The integrator at its own tolerance, in f64.
-    pub fn of(integrator: Integrator) -> Self {
-        Self { integrator, tolerance: integrator.tolerance(), floor: FLOOR }
-    }
-}
-
-/// A thermostat that switched.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Switch {
-    /// [s].
-    pub time: f64,
-    /// Number of the thermostat.
-    pub thermostat: usize,
-    /// Its state from then on.
-    pub on: bool,
-}
-
-/// How much of the time a method took, and in what sub-steps.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Use {
-    /// Kept sub-steps.
-    pub sub_steps: u64,
-    /// Time they cover [s].
-    pub time: f64,
-    /// Shortest and longest [s].
-    pub range: [f64; 2],
-    /// Fewest and most stages of a sub-step.
-    pub stages: [u32; 2],
-}
-
-/// What an integration leaves.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Series {
-    /// Temperatures [K] of all nodes at every output time.
-    pub rows: Vec<Vec<f64>>,
-    /// Switching events in the order of time.
-    pub switches: Vec<Switch>,
-    /// Use of Euler, RKL2 and TR-BDF2.
-    pub uses: [Option<Use>; 3],
-    /// Slowest and fastest bound of the relaxation rate [1/s] that was met.
-    pub rates: Option<[f64; 2]>,
-    /// Tries that were taken back.
-    pub rejected: u64,
-    /// All work.
-    pub counts: WorkCounts,
-    /// States of the thermostats at the end.
-    pub on: Vec<bool>,
-    /// Sub-step that the last estimate proposes [s].
-    pub step: f64,
-}
-
-/// Where an integration stands that is one of many in a row.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Part {
-    /// Time over which errors add up [s].
-    pub horizon: f64,
-    /// First sub-step to try [s].
-    pub step: f64,
-    /// Whether thermostats tighten the sub-steps, so that their switching times hold over a long run.
-    pub tight_switches: bool,
-}
-
-/// Why an integration ends early.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ControlError<E> {
-    /// The stepper failed.
-    Stepper(E),
-    /// Arithmetic nodes have no balance.
-    Unbalanced {
-        /// [s].
-        time: f64,
-        /// The node whose balance is furthest from closing.
-        node: usize,
-    },
-    /// No sub-step is short enough.
-    NoStep {
-        /// [s].
-        time: f64,
-        /// The coldest node, which most likely runs out of heat.
-        node: usize,
-        /// Its temperature [K].
-        temperature: f64,
-    },
-    /// A node is hotter than the stepper holds.
-    TooHot {
-        /// [s].
-        time: f64,
-        /// The node.
-        node: usize,
-        /// Its temperature [K].
-        temperature: f64,
-    },
-    /// A thermostat switches without end.
-    Chatter {
-        /// [s].
-        time: f64,
-        /// Number of the thermostat.
-        thermostat: usize,
-    },
-    /// The caller asked to stop.
-    Stopped,
-}
-
-impl<E> From<E> for ControlError<E> {
-    fn from(error: E) -> Self {
-        Self::Stepper(error)
-    }
-}
+pub use terms::{ControlError, FLOOR, Integrator, Part, Series, Settings, Switch, Use};
 
 /// Most stages of RKL2 before TR-BDF2 is cheaper, and how many to fall to before RKL2 is tried again.
 const MOST_STAGES: [u32; 2] = [41, 25];
@@ -175,14 +32,12 @@ const MOST_FUSED: u32 = 16;
 const RATE_MARGIN: f64 = 1.1;
 /// Tries after which the fastest rate is asked for again.
 const RATE_AGE: u32 = 8;
-/// How closely a switch is located [s].
-const SWITCH_TIME: f64 = 1e-7;
-/// Switches of one thermostat within [`SWITCH_TIME`] of each other that are no longer believed.
-const MOST_AT_ONCE: u32 = 6;
-/// Switches of all thermostats after which the run is given up.
-const MOST_SWITCHES: usize = 100_000;
 /// Share of the hottest temperature of a stepper from which on a failed try is taken to have passed it.
 const NEARLY_HOTTEST: f64 = 0.999;
+/// Temperature of an arithmetic node [K] at which it radiates nothing that counts.
+const NO_HEAT: f64 = 0.01;
+/// Share of the heat taken from such a node that may be missing in f32.
+const OPEN_SHARE: f64 = 1e-3;
 /// Sub-step that is no longer believed to help [s].
 const SHORTEST: f64 = 1e-18;
 
@@ -236,6 +91,7 @@ pub fn integrate_part<S: Stepper>(
         limit: (settings.tolerance * share).max(settings.floor),
         euler_rate: EULER_SHARE * settings.tolerance / duration,
         watch,
+        heat: Default::default(),
         heat_set: 0.0,
         since: 0.0,
         sensed: Vec::new(),
@@ -266,6 +122,8 @@ struct Control<'a, S: Stepper, W> {
     /// Error that Euler may add in a second [K/s].
     euler_rate: f64,
     watch: W,
+    /// Power [W] and slope [W/s] of every node since the heat was set.
+    heat: [Vec<f64>; 2],
     /// When the heat was set [s].
     heat_set: f64,
     /// Time since then [s]: apart, so that it resolves the sub-steps of a fast node late in a long run.
@@ -306,6 +164,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
                 self.set_heat(at)?;
             }
             self.advance(*time)?;
+            self.check_balance()?;
             let row = self.stepper.temperatures()?;
             self.series.rows.push(row);
         }
@@ -332,54 +191,45 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         self.rate_age = RATE_AGE;
         self.euler_pause = 0;
         self.fused = 1;
-        if self.stepper.balance(0.0)? {
-            return Ok(());
+        let found = self.stepper.balance(0.0)?;
+        self.heat = [power, slope];
+        if found {
+            return self.check_balance();
         }
         let temperatures = self.stepper.temperatures()?;
-        let mut heat = vec![0.0; temperatures.len()];
-        self.network.exchanged_heat(&temperatures, &mut heat);
-        let arithmetic = (0..heat.len()).filter(|node| self.network.kinds[*node] == super::NodeKind::Arithmetic);
-        let open = |node: &usize| (heat[*node] + power[*node]).abs();
-        let node = arithmetic.max_by(|a, b| open(a).total_cmp(&open(b))).unwrap_or(0);
+        let open = self.open_heat(&temperatures);
+        let node = self.arithmetic().max_by(|a, b| open[*a].abs().total_cmp(&open[*b].abs())).unwrap_or(0);
         Err(ControlError::Unbalanced { time, node })
     }
 
-    fn sense(&mut self) -> Result<Vec<f64>, ControlError<S::Error>> {
-        if self.schedule.thermostats.is_empty() {
-            return Ok(Vec::new());
+    /// Ends where an arithmetic node loses more heat at 0 K than arrives there: a device holds it at the end of its range.
+    fn check_balance(&mut self) -> Result<(), ControlError<S::Error>> {
+        let power = |node: usize| self.heat[0][node] + self.heat[1][node] * self.since;
+        if !self.arithmetic().any(|node| power(node) < 0.0) {
+            return Ok(());
         }
         let temperatures = self.stepper.temperatures()?;
-        Ok(self.schedule.thermostats.iter().map(|thermostat| temperatures[thermostat.sensor as usize]).collect())
-    }
-
-    /// Sets the heat anew; where that makes arithmetic sensors jump over a threshold, switches, until none does.
-    fn set_heat(&mut self, time: f64) -> Result<(), ControlError<S::Error>> {
-        loop {
-            self.put_heat(time)?;
-            let after = self.sense()?;
-            let before = std::mem::replace(&mut self.sensed, after);
-            let at = crossed(&self.schedule.thermostats, &self.on, &before, &self.sensed);
-            if at.is_empty() {
-                return Ok(());
-            }
-            self.switch(&at)?;
+        let open = self.open_heat(&temperatures);
+        let mut cold = self.arithmetic().filter(|node| temperatures[*node] < NO_HEAT);
+        match cold.find(|node| power(*node) < 0.0 && open[*node] < OPEN_SHARE * power(*node)) {
+            Some(node) => Err(ControlError::Unbalanced { time: self.now(), node }),
+            None => Ok(()),
         }
     }
 
-    fn switch(&mut self, at: &[usize]) -> Result<(), ControlError<S::Error>> {
-        let time = self.now();
-        for &thermostat in at {
-            self.on[thermostat] = !self.on[thermostat];
-            let switch = Switch { time, thermostat, on: self.on[thermostat] };
-            self.series.switches.push(switch);
-            let (last, close) = &mut self.quick[thermostat];
-            *close = if time - *last <= SWITCH_TIME { *close + 1 } else { 0 };
-            *last = time;
-            if *close > MOST_AT_ONCE || self.series.switches.len() > MOST_SWITCHES {
-                return Err(ControlError::Chatter { time, thermostat });
-            }
+    fn arithmetic(&self) -> impl Iterator<Item = usize> {
+        let kinds = &self.network.kinds;
+        (0..kinds.len()).filter(|node| kinds[*node] == NodeKind::Arithmetic)
+    }
+
+    /// Heat that every node gains now [W]; 0 is a balance.
+    fn open_heat(&self, temperatures: &[f64]) -> Vec<f64> {
+        let mut heat = vec![0.0; temperatures.len()];
+        self.network.exchanged_heat(temperatures, &mut heat);
+        for ((heat, power), slope) in heat.iter_mut().zip(&self.heat[0]).zip(&self.heat[1]) {
+            *heat += power + slope * self.since;
         }
-        Ok(())
+        heat
     }
 
     /// Integrates to `end`, at or after now.
@@ -543,71 +393,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         // A sub-step cut short by a break says little against the one before it.
         let cut = self.since >= end && plan.step < self.step;
         self.step = if cut { self.step.max(plan.step * factor) } else { plan.step * factor };
+        self.series.first_step.get_or_insert(self.step);
         self.fused = if factor < 1.3 { (2 * self.fused).min(MOST_FUSED) } else { 1.max(self.fused / 2) };
-    }
-
-    /// Finds the first switch in the coming sub-step, at whose end the sensors are at `after`, and takes it.
-    fn locate(&mut self, plan: Plan, after: Vec<f64>) -> Result<(), ControlError<S::Error>> {
-        let thermostats = &self.schedule.thermostats;
-        let t = self.since;
-        let (mut low, mut high) = (0.0, plan.step);
-        let (mut before, mut after) = (self.sensed.clone(), after);
-        let mut last_was_high = None;
-        let mut tries = 0;
-        let mut at_high = false;
-        loop {
-            let narrow = high - low <= SWITCH_TIME || high - low <= 1e-13 * (self.since + high);
-            if narrow && at_high {
-                break;
-            }
-            let at = crossed(thermostats, &self.on, &before, &after);
-            let straight = straight_crossing(thermostats, &self.on, &at, &before, &after);
-            let width = high - low;
-            // A straight line leaves one end where it is: each second time on one side, and each fourth time in any
-            // case, the try goes beyond it or to the middle.
-            let nudge = 0.4 * SWITCH_TIME / width;
-            let share = match last_was_high {
-                _ if narrow => 1.0,
-                _ if tries % 4 == 3 => 0.5,
-                Some(true) => straight - nudge.max(0.02 * straight.min(1.0 - straight)),
-                _ => straight + nudge.max(0.02 * straight.min(1.0 - straight)),
-            };
-            let trial = if narrow { high } else { low + width * share.clamp(0.001, 0.999) };
-            let method = self.method_for(plan.method, trial);
-            let attempt = self.stepper.attempt(method, t, trial, 1)?;
-            tries += 1;
-            let is_high = !crossed(thermostats, &self.on, &self.sensed, &attempt.sensed).is_empty();
-            at_high = is_high || narrow;
-            if is_high || narrow {
-                (high, after) = (trial, attempt.sensed);
-            } else {
-                (low, before) = (trial, attempt.sensed);
-            }
-            last_was_high = Some(is_high);
-        }
-        let at = crossed(thermostats, &self.on, &self.sensed, &after);
-        let plan = Plan { method: self.method_for(plan.method, high), step: high, count: 1 };
-        self.sensed = after;
-        self.keep(plan, self.since + high)?;
-        self.switch(&at)?;
-        self.set_heat(self.now())
-    }
-
-    /// The same method with the stages that a shorter sub-step needs.
-    fn method_for(&self, method: Method, step: f64) -> Method {
-        match method {
-            Method::Rkl2 { .. } => Method::Rkl2 { stages: stages_for(step * self.rate) },
-            Method::Euler | Method::TrBdf2 => method,
-        }
-    }
-}
-
-impl fmt::Display for Integrator {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str(match self {
-            Self::Default => "default",
-            Self::Cheap => "cheap",
-            Self::Accurate => "accurate",
-        })
     }
 }

@@ -15,6 +15,9 @@ const LARGEST_RISE: f64 = 10.0;
 
 /// Temperature [K] below which its slope stands for all: at 0 K radiation has none, and no start could leave it.
 const COLDEST_SLOPE: f64 = 0.01;
+/// Iterations after which a node that is colder than that and still falls is taken to 0 K, where no heat balances it: at
+/// 0.01 K a black square metre radiates 6e-16 W, and under one slope for all the rest of the way would not end.
+const FALLING: u32 = 40;
 
 fn slope(temperature: f64) -> f64 {
     radiative_slope(temperature.max(COLDEST_SLOPE))
@@ -111,7 +114,7 @@ impl Newton {
         let mut change = vec![0.0; network.len()];
         let mut fresh = false;
         let mut last = f64::INFINITY;
-        for _ in 0..MOST_ITERATIONS {
+        for iteration in 0..MOST_ITERATIONS {
             self.iterations += 1;
             if !fresh && !self.factor(network, temperatures, &capacity) {
                 return false;
@@ -122,6 +125,11 @@ impl Newton {
             let mut converged = true;
             for node in &self.nodes {
                 let old = temperatures[*node];
+                if iteration >= FALLING && old > 0.0 && old < COLDEST_SLOPE && change[*node] < 0.0 {
+                    temperatures[*node] = 0.0;
+                    converged = false;
+                    continue;
+                }
                 let new = (old + change[*node]).clamp(0.5 * old, 2.0 * old + LARGEST_RISE);
                 if !new.is_finite() {
                     return false;

@@ -57,7 +57,9 @@ impl Thermostat {
 /// Heat and thermostats of a network, and the times of its output.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Schedule {
-    /// Heat of each node that has any: its number and its table.
+    /// Heat of every node that does not change [W]; empty where there is none.
+    pub constant: Vec<f64>,
+    /// Heat of each node that has a table, on top of that: its number and its table.
     pub heat: Vec<(u32, HeatTable)>,
     /// Thermostats.
     pub thermostats: Vec<Thermostat>,
@@ -84,7 +86,8 @@ impl Schedule {
 
     /// Power [W] and slope [W/s] of the heat of `nodes` nodes just after `t` [s], with the heaters that are `on`.
     pub(super) fn heat_after(&self, nodes: usize, t: f64, on: &[bool]) -> (Vec<f64>, Vec<f64>) {
-        let (mut power, mut slope) = (vec![0.0; nodes], vec![0.0; nodes]);
+        let (mut power, mut slope) = (self.constant.clone(), vec![0.0; nodes]);
+        power.resize(nodes, 0.0);
         for (node, table) in &self.heat {
             let (own, change) = table.after(t);
             power[*node as usize] += own;
@@ -113,5 +116,14 @@ mod tests {
         assert_eq!(table.after(20.0), (7.0, -0.1));
         assert_eq!(table.after(30.0), (6.0, 0.0));
         assert_eq!(table.after(99.0), (6.0, 0.0));
+    }
+
+    #[test]
+    fn constant_heat_and_tables_add_up() {
+        let table = HeatTable { times: vec![0.0, 10.0], powers: vec![1.0, 3.0] };
+        let schedule = Schedule { constant: vec![5.0, 7.0], heat: vec![(1, table.clone())], ..Schedule::default() };
+        assert_eq!(schedule.heat_after(3, 5.0, &[]), (vec![5.0, 9.0, 0.0], vec![0.0, 0.2, 0.0]));
+        let without = Schedule { heat: vec![(1, table)], ..Schedule::default() };
+        assert_eq!(without.heat_after(3, 5.0, &[]), (vec![0.0, 2.0, 0.0], vec![0.0, 0.2, 0.0]));
     }
 }

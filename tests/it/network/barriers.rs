@@ -1,9 +1,15 @@
 //! The frames of large networks: no hazard as they are, and one wherever a barrier is taken away.
 
+use std::collections::BTreeMap;
+
 use isotherm::gpu::frame::Frame;
 use isotherm::gpu::hazard::hazards;
 use isotherm::gpu::network::frame::WidePlan;
-use isotherm::gpu::pass::{Resource, Step};
+use isotherm::gpu::network::uses::uses;
+use isotherm::gpu::pass::{Resource, Step, is_write};
+use isotherm::gpu::wide_variant::WideVariant;
+
+use crate::shaders::bindings_of;
 
 /// Tries of some sub-steps, each kept or taken back; the last one is followed by another try.
 fn frames(plan: WidePlan) -> Vec<Frame> {
@@ -28,7 +34,20 @@ fn plans() -> Vec<WidePlan> {
     let mut plans = Vec::new();
     for stages in [1, 2, 3, 5, 6] {
         for (lone, sensors) in [(false, false), (true, false), (false, true), (true, true)] {
-            plans.push(WidePlan { radiative: lone, lone, sensors, stages });
+            let (coupled, iterations) = (false, [1, 1]);
+            plans.push(WidePlan { radiative: lone, tails: lone, lone, coupled, sensors, stages, iterations });
+        }
+    }
+    plans
+}
+
+/// Those that solve systems.
+fn solving_plans() -> Vec<WidePlan> {
+    let mut plans = Vec::new();
+    for (stages, coupled) in [(0, false), (0, true), (1, true), (3, true)] {
+        for iterations in [[1, 1], [2, 3]] {
+            let (radiative, tails, lone, sensors) = (coupled, false, false, true);
+            plans.push(WidePlan { radiative, tails, lone, coupled, sensors, stages, iterations });
         }
     }
     plans
@@ -36,12 +55,13 @@ fn plans() -> Vec<WidePlan> {
 
 /// What the host reads after the last submission without a barrier.
 fn unread(frames: &[Frame]) -> bool {
-    let host = [Resource::NetworkErrors, Resource::NetworkSensed];
+    let host = [Resource::NetworkErrors, Resource::NetworkSensed, Resource::SolverScalars, Resource::NetworkKept];
     let mut waiting = Vec::new();
     for step in frames.iter().flat_map(|frame| &frame.steps) {
         match step {
             Step::Pass(pass) => {
-                waiting.extend(pass.accesses.iter().map(|access| access.resource).filter(|one| host.contains(one)));
+                let written = pass.accesses.iter().filter(|access| is_write(access.scope.access));
+                waiting.extend(written.map(|access| access.resource).filter(|one| host.contains(one)));
             }
             Step::Barriers(barriers) => {
                 let shown = |resource: &Resource| {
@@ -57,10 +77,10 @@ fn unread(frames: &[Frame]) -> bool {
 
 #[test]
 fn tries_in_a_row_have_all_their_barriers() {
-    for plan in plans() {
+    for plan in plans().into_iter().chain(solving_plans()) {
         let frames = frames(plan);
         let found = hazards(&frames);
-        assert!(found.is_empty(), "{plan:?}: {}", found[0]);
+        assert!(found.is_empty(), "{plan:?}: {} hazards, such as {}", found.len(), found[0]);
         assert!(!unread(&frames), "{plan:?}");
     }
 }
@@ -77,6 +97,37 @@ fn each_barrier_of_a_network_that_is_taken_away_is_missed() {
                 let missed = !hazards(&broken).is_empty() || unread(&broken[..=number]);
                 assert!(missed, "{plan:?}: frame {number} without barrier {n}\n{frame}");
             }
+        }
+    }
+}
+
+/// Every pass of the solver has barriers of its own: without all that are recorded together there is a hazard.
+#[test]
+fn barriers_of_the_solver_that_are_taken_away_are_missed() {
+    for plan in solving_plans().into_iter().filter(|plan| plan.coupled && plan.iterations == [2, 3]) {
+        // A sub-step, and what comes before and after it.
+        let whole = frames(plan)[1..9].to_vec();
+        for number in [6] {
+            for place in 0..whole[number].steps.len() {
+                if matches!(whole[number].steps[place], Step::Barriers(_)) {
+                    let mut broken = whole.clone();
+                    broken[number].steps.remove(place);
+                    assert!(!hazards(&broken).is_empty(), "{plan:?}: frame {number} without step {place}");
+                }
+            }
+        }
+    }
+}
+
+/// What the shaders read and write is what the passes declare.
+#[test]
+fn passes_declare_what_their_shaders_touch() {
+    for variant in WideVariant::all() {
+        let declared: BTreeMap<u32, bool> = uses(variant).iter().map(|one| (one.binding, one.writes)).collect();
+        for (binding, (written, _)) in bindings_of(&variant.name()) {
+            let found = declared.get(&binding);
+            assert!(found.is_some(), "{}: binding {binding} is not declared", variant.name());
+            assert!(found == Some(&true) || !written, "{}: binding {binding} is written", variant.name());
         }
     }
 }

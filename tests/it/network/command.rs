@@ -35,6 +35,14 @@ fn solve(text: &str, arguments: &[&str]) -> (tempfile::TempDir, Ran) {
     (folder, ran)
 }
 
+/// As `solve`, on the device where `device` names none.
+fn solve_on(text: &str, device: &[&str]) -> (tempfile::TempDir, Ran) {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("net.toml"), text).expect("written");
+    let ran = run(folder.path(), &[&["network", "net.toml"][..], device].concat());
+    (folder, ran)
+}
+
 #[test]
 fn series_and_events_are_written_and_the_work_is_told() {
     let (folder, ran) = solve(FILE, &["-o", "out.csv", "--integrator", "accurate", "--plot", "out.svg"]);
@@ -93,6 +101,65 @@ fn what_the_user_can_mend_ends_with_2() {
     assert_eq!(ran.code, 2);
     let (_folder, ran) = solve(FILE, &["--tolerance", "0"]);
     assert_eq!(ran.code, 2);
+}
+
+#[test]
+fn rows_come_in_the_order_asked_for() {
+    let (_folder, ran) = solve(&FILE.replace("times = [0, 100, 400]", "times = [400, 0, 400, 100]"), &[]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let rows: Vec<&str> = ran.out.lines().skip(1).collect();
+    let times: Vec<&str> = rows.iter().filter_map(|row| row.split(',').next()).collect();
+    assert_eq!(times, ["400", "0", "400", "100"]);
+    assert!(rows[0] == rows[2] && rows[0][3..] != rows[3][3..], "{}", ran.out);
+}
+
+/// Space at 0 K and an arithmetic node: without heat it is at 0 K, and no temperature balances heat taken from it.
+#[test]
+fn a_node_without_heat_is_at_0_k_and_one_below_is_refused() {
+    let text = |heat: &str| {
+        format!(
+            "space_temperature = 0\n[[node]]\nlabel = \"foil\"\nkind = \"arithmetic\"\nemissive_area = 0.1\nheat = {heat}\n\
+             [output]\ntimes = [0, 60, 100]\n"
+        )
+    };
+    for device in [&[][..], &["--device", "cpu"]] {
+        let (_folder, ran) = solve_on(&text("{ time = [50, 50], power = [10, 0] }"), device);
+        assert_eq!(ran.code, 0, "{}", ran.err);
+        let last: f64 = ran.out.trim_end().rsplit(',').next().and_then(|cell| cell.parse().ok()).expect("a number");
+        assert!(last.abs() < 1e-6, "{}", ran.out);
+        for heat in ["-1", "{ time = [50, 60], power = [10, -1] }"] {
+            let (_folder, ran) = solve_on(&text(heat), device);
+            assert_eq!(ran.code, 2, "{heat}, {device:?}: {}", ran.out);
+            assert!(ran.err.contains("node 'foil'"), "{}", ran.err);
+        }
+    }
+}
+
+/// A node of time constant C / G between two thresholds: its switching times are sums of tau ln((aim - from) / (aim - to)).
+#[test]
+fn switching_times_hold_over_days() {
+    let text = "space_temperature = 0\n\
+                [[node]]\nlabel = \"tank\"\nkind = \"diffusive\"\ncapacitance = 15000\ntemperature = 272\n\
+                [[node]]\nlabel = \"rack\"\nkind = \"boundary\"\ntemperature = 200\n\
+                [[linear_conductor]]\nnodes = [\"tank\", \"rack\"]\nconductance = 0.05\n\
+                [[thermostat]]\nnode = \"tank\"\nsensor = \"tank\"\npower = 20\non_below = 262\noff_above = 268\n\
+                initially_on = false\n[output]\ntimes = [400000]\n";
+    let way = |from: f64, to: f64, aim: f64| 300_000.0 * ((aim - from) / (aim - to)).ln();
+    let mut exact = vec![way(272.0, 262.0, 200.0)];
+    while exact.len() < 22 {
+        let last = exact[exact.len() - 1];
+        exact.push(last + if exact.len() % 2 == 1 { way(262.0, 268.0, 600.0) } else { way(268.0, 262.0, 200.0) });
+    }
+    for device in [&[][..], &["--device", "cpu"]] {
+        let (_folder, ran) = solve_on(text, device);
+        assert_eq!(ran.code, 0, "{}", ran.err);
+        let lines = ran.err.lines().filter_map(|line| line.strip_prefix("switch: ")?.split(' ').next()?.parse().ok());
+        let found: Vec<f64> = lines.collect();
+        assert_eq!(found.len(), exact.len(), "{}", ran.err);
+        let late = found.iter().zip(&exact).map(|(found, exact)| (found - exact).abs()).fold(0.0, f64::max);
+        println!("22 switches in 4e5 s, {device:?}: {late:.3} s");
+        assert!(late < 0.05, "{device:?}: {late} s");
+    }
 }
 
 #[test]

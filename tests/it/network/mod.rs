@@ -9,3 +9,4 @@ mod exact;
 mod family;
 mod published;
 mod random;
+mod wide;

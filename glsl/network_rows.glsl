@@ -1,0 +1,124 @@
+// A large network's nodes and conductors, four nodes at a time: rows of conductors lie one after the other in slices of
+// 32 nodes, each as long as the longest of its slice up to a limit, and what is beyond the limit in a list of tails.
+// (On lavapipe what costs is the number of loads, not that of the loaded components.)
+
+layout(push_constant) uniform PassBlock { NetworkPass pass; };
+// Of every group of four nodes: 1 / C, emission, sum of GL, sum of emissions (see NetworkNode).
+layout(set = 0, binding = 0) readonly buffer RowBlock { vec4 rows[]; };
+// Where the entries of a slice begin.
+layout(set = 0, binding = 1) readonly buffer SliceBlock { uint slices[]; };
+layout(set = 0, binding = 2) readonly buffer NeighbourBlock { uvec4 neighbours[]; };
+layout(set = 0, binding = 3) readonly buffer ConductanceBlock { vec4 conductances[]; };
+#ifdef RADIATIVE
+layout(set = 0, binding = 4) readonly buffer ExchangeBlock { vec4 exchanges[]; };
+#endif
+#ifdef TAILS
+// Where the tail of a node begins, and all tails.
+layout(set = 0, binding = 5) readonly buffer TailBlock { uint tails[]; };
+layout(set = 0, binding = 6) readonly buffer LinkBlock { NetworkLink links[]; };
+#endif
+// Power [W] and its slope [W/s] of two nodes.
+layout(set = 0, binding = 7) readonly buffer HeatBlock { vec4 heat[]; };
+// Base and rest [K] of two nodes, and the same memory node by node.
+#ifdef MOVES
+layout(set = 0, binding = 8) buffer PresentBlock { vec4 present[]; };
+#endif
+#ifndef MOVES
+layout(set = 0, binding = 8) readonly buffer PresentBlock { vec4 present[]; };
+#endif
+#ifdef GATHERS
+layout(set = 0, binding = 9) readonly buffer GatheredBlock { vec2 gathered[]; };
+#endif
+
+const uint GROUPS_OF_SLICE = 8u;
+
+vec4 base_of(vec4 a, vec4 b) {
+    return vec4(a.x, a.z, b.x, b.z);
+}
+
+vec4 rest_of(vec4 a, vec4 b) {
+    return vec4(a.y, a.w, b.y, b.w);
+}
+
+// As `radiated`, four at a time.
+vec4 radiated_4(vec4 difference, vec4 a, vec4 b) {
+    return difference * (a + b) * (a * a + b * b);
+}
+
+// As `radiative_slope`, four at a time.
+vec4 radiative_slope_4(vec4 temperature) {
+    return 4.0 * temperature * temperature * temperature;
+}
+
+#ifdef GATHERS
+// Sum of the magnitudes [W] that the last call of `heat_into` added up.
+vec4 gross;
+
+#ifdef TAILS
+// Of a tail: the heat that it brings a node [W], and its magnitude.
+vec2 tail_heat(uint node, float base_here, float rest_here) {
+    vec2 sum = vec2(0.0);
+    uint end = tails[node + 1u];
+    for (uint k = tails[node]; k < end; k++) {
+        vec2 there = gathered[links[k].neighbour];
+        float difference = temperature_difference(there.x, there.y, base_here, rest_here);
+        float flow = links[k].conductance * difference;
+        sum += vec2(flow, abs(flow));
+#ifdef RADIATIVE
+        float radiation = links[k].exchange * radiated(difference, there.x + there.y, base_here + rest_here);
+        sum += vec2(radiation, abs(radiation));
+#endif
+    }
+    return sum;
+}
+#endif
+
+// Heat into a group of nodes [W].
+vec4 heat_into(uint group, vec4 base_here, vec4 rest_here, float time) {
+    vec4 here = base_here + rest_here;
+    vec4 heat_a = heat[2u * group];
+    vec4 heat_b = heat[2u * group + 1u];
+    vec4 power = base_of(heat_a, heat_b);
+    vec4 gained = rest_of(heat_a, heat_b) * time;
+    vec4 space = vec4(pass.space_temperature);
+    vec4 to_space = rows[4u * group + 1u] * radiated_4((space - base_here) - rest_here, space, here);
+    gross = abs(power) + abs(gained) + abs(to_space);
+    vec4 into = power + gained + to_space;
+    uint slice = group / GROUPS_OF_SLICE;
+    uint end = slices[slice + 1u];
+    for (uint k = slices[slice] + group % GROUPS_OF_SLICE; k < end; k += GROUPS_OF_SLICE) {
+        uvec4 other = neighbours[k];
+        vec2 a = gathered[other.x];
+        vec2 b = gathered[other.y];
+        vec2 c = gathered[other.z];
+        vec2 d = gathered[other.w];
+        vec4 base_there = vec4(a.x, b.x, c.x, d.x);
+        vec4 rest_there = vec4(a.y, b.y, c.y, d.y);
+        vec4 difference = (base_there - base_here) + (rest_there - rest_here);
+        vec4 flow = conductances[k] * difference;
+        into += flow;
+        gross += abs(flow);
+#ifdef RADIATIVE
+        vec4 radiation = exchanges[k] * radiated_4(difference, base_there + rest_there, here);
+        into += radiation;
+        gross += abs(radiation);
+#endif
+    }
+#ifdef TAILS
+    vec2 e = tail_heat(4u * group, base_here.x, rest_here.x);
+    vec2 f = tail_heat(4u * group + 1u, base_here.y, rest_here.y);
+    vec2 g = tail_heat(4u * group + 2u, base_here.z, rest_here.z);
+    vec2 h = tail_heat(4u * group + 3u, base_here.w, rest_here.w);
+    into += vec4(e.x, f.x, g.x, h.x);
+    gross += vec4(e.y, f.y, g.y, h.y);
+#endif
+    return into;
+}
+#endif
+
+// The pairs of base and rest that two nodes move to.
+vec4 rebased_pair(vec2 base_here, vec2 rest_here) {
+    vec2 a = rebase(base_here.x, rest_here.x);
+    vec2 b = rebase(base_here.y, rest_here.y);
+    return vec4(a, b);
+}

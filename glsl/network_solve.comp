@@ -1,0 +1,363 @@
+#version 450
+// Newton's method for many nodes of a large network together, its linear systems by conjugate gradients with Jacobi's
+// preconditioner in the form with one reduction an iteration (Chronopoulos & Gear, J. Comput. Appl. Math. 25, 1989, 153).
+// A pass a dispatch, four nodes an invocation, ordered by the barriers of src/gpu/network/solve_frame.rs.
+// START: of a sub-step of TR-BDF2. BALANCE, RESIDUAL: right side and diagonal, for what stores no heat and for a stage.
+// PRODUCT: the matrix times z. SCALARS: sums, and what they decide. UPDATE: the vectors. MOVE: the temperatures.
+// MIDDLE: the change at the end of the first stage. ESTIMATE: the error.
+//
+// What has converged no longer moves, so that how many iterations were recorded changes no result that was reached.
+// Where nodes radiate to each other the matrix is not symmetric: the solver takes the geometric mean of each two
+// entries, which leaves it positive definite, and Newton's method sees the exact balances.
+
+#include "network_types.glsl"
+#include "network.glsl"
+#include "network_rows.glsl"
+
+#ifndef SCALARS
+layout(local_size_x = 64) in;
+const uint LANES = 64u;
+#endif
+#ifdef SCALARS
+layout(local_size_x = 256) in;
+const uint LANES = 256u;
+#endif
+
+// Temperatures at the start of the sub-step.
+layout(set = 0, binding = 10) buffer NextBlock { vec4 next[]; };
+// Change of the first stage [K], and heat at the start [W].
+layout(set = 0, binding = 11) buffer StartBlock { vec4 first_change[]; };
+layout(set = 0, binding = 12) buffer RateBlock { vec4 heat_at_start[]; };
+// Groups with unknowns, and which of their nodes are.
+layout(set = 0, binding = 13) readonly buffer ListBlock { uint lists[]; };
+layout(set = 0, binding = 14) readonly buffer MaskBlock { vec4 masks[]; };
+layout(set = 0, binding = 15) buffer ErrorBlock { uint errors[]; };
+// Residual [W], preconditioned residual [K], two directions, solution [K], product [W], inverse of the diagonal [K/W].
+layout(set = 0, binding = 17) buffer ResidualBlock { vec4 residual[]; };
+layout(set = 0, binding = 18) buffer ConditionedBlock { vec4 conditioned[]; };
+#ifdef PRODUCT
+layout(set = 0, binding = 19) readonly buffer ConditionedOneBlock { float conditioned_of[]; };
+layout(set = 0, binding = 20) readonly buffer RootOneBlock { float root_of[]; };
+#endif
+layout(set = 0, binding = 21) buffer DirectionBlock { vec4 direction[]; };
+layout(set = 0, binding = 22) buffer ProductDirectionBlock { vec4 product_direction[]; };
+layout(set = 0, binding = 23) buffer SolutionBlock { vec4 solution[]; };
+layout(set = 0, binding = 24) buffer ProductBlock { vec4 product[]; };
+layout(set = 0, binding = 25) buffer InverseBlock { vec4 inverse_diagonal[]; };
+// 2 T^(3/2) of every node: the products of two are means of the slopes of T^4.
+layout(set = 0, binding = 26) buffer RootBlock { vec4 roots[]; };
+// Of every workgroup: two sums, or the largest relative change.
+layout(set = 0, binding = 27) buffer PartialBlock { vec2 partials[]; };
+layout(set = 0, binding = 28) buffer ScalarBlock { NetworkSolver solver; };
+
+#ifdef REDUCES
+shared vec2 lane_values[LANES];
+#endif
+
+#ifdef SCALARS
+const uint GRADIENTS = 0u;
+const uint NEWTON = 1u;
+const uint NEWTON_LAST = 2u;
+const uint LINEAR_LAST = 3u;
+
+void gradients(vec2 sums) {
+    float gamma = sums.x;
+    bool first = solver.gradients == 0.0;
+    if (first) {
+        solver.gamma_start = gamma;
+        if (solver.newtons == 0.0) {
+            solver.gamma_first = gamma;
+        }
+    }
+    float beta = first ? 0.0 : gamma / solver.gamma;
+    float curvature = first ? sums.y : sums.y - beta * gamma / solver.alpha;
+    // The last of these is what rounding leaves of the first residual of a stage.
+    float enough = max(pass.accuracy * solver.gamma_start, 1e-14 * solver.gamma_first);
+    bool going = solver.gradients_done == 0.0;
+    if (gamma <= enough) {
+        going = false;
+    }
+    // Rounding takes the curvature at last, and NaN goes no further.
+    if (!(curvature > 0.0)) {
+        going = false;
+    }
+    if (solver.newtons_done > 0.0) {
+        going = false;
+    }
+    if (going) {
+        solver.alpha = gamma / curvature;
+        solver.beta = beta;
+        solver.gamma = gamma;
+        solver.gradients += 1.0;
+        solver.step = solver.alpha;
+    } else {
+        solver.gradients_done = 1.0;
+        solver.beta = 0.0;
+        solver.step = 0.0;
+    }
+}
+
+void end_of_gradients() {
+    solver.most_gradients = max(solver.most_gradients, solver.gradients);
+    if (solver.newtons_done == 0.0) {
+        solver.iterations += solver.gradients;
+        if (solver.gradients_done == 0.0) {
+            solver.short_gradients = 1.0;
+        }
+    }
+    solver.gradients = 0.0;
+    solver.gradients_done = 0.0;
+}
+
+void newton(float moved, bool last) {
+    end_of_gradients();
+    if (solver.newtons_done == 0.0) {
+        solver.newtons += 1.0;
+        if (!(moved < 1e30)) {
+            solver.lost = 1.0;
+            solver.newtons_done = 1.0;
+        }
+        if (moved <= pass.accuracy) {
+            solver.newtons_done = 1.0;
+        }
+        // From then on what still moves is the rounding of large heats through little conductance.
+        if (solver.newtons > pass.mu) {
+            if (moved <= 4.0 * pass.accuracy) {
+                solver.newtons_done = 1.0;
+            }
+        }
+        solver.largest_move = moved;
+    }
+    if (last) {
+        solver.most_newtons = max(solver.most_newtons, solver.newtons);
+        if (solver.newtons_done == 0.0) {
+            solver.short_newtons = 1.0;
+        }
+        solver.newtons = 0.0;
+        solver.newtons_done = 0.0;
+    }
+}
+#endif
+
+#ifdef STEPS
+// Change since the start of the sub-step [K]; the difference of the bases is exact.
+vec4 change_since(uint group, vec4 base, vec4 rest) {
+    vec4 a = next[2u * group];
+    vec4 b = next[2u * group + 1u];
+    return (base - base_of(a, b)) + (rest - rest_of(a, b));
+}
+
+// C / (alpha h) [W/K]; 0 where nothing is stored.
+vec4 stored_heat(uint group) {
+    vec4 inverse = rows[4u * group];
+    vec4 stores = sign(inverse);
+    return pass.inverse_step * stores / (inverse + (1.0 - stores));
+}
+#endif
+
+#ifdef PRODUCT
+// Heat [W] that the neighbours of a group lose to it by their part of the vector.
+vec4 from_neighbours(uint group) {
+    vec4 sum = vec4(0.0);
+    uint slice = group / GROUPS_OF_SLICE;
+    uint end = slices[slice + 1u];
+#ifdef RADIATIVE
+    vec4 root = roots[group];
+#endif
+    for (uint k = slices[slice] + group % GROUPS_OF_SLICE; k < end; k += GROUPS_OF_SLICE) {
+        uvec4 other = neighbours[k];
+        vec4 there = vec4(
+            conditioned_of[other.x], conditioned_of[other.y], conditioned_of[other.z], conditioned_of[other.w]);
+        vec4 slope = conductances[k];
+#ifdef RADIATIVE
+        slope += exchanges[k] * root
+            * vec4(root_of[other.x], root_of[other.y], root_of[other.z], root_of[other.w]);
+#endif
+        sum += slope * there;
+    }
+    return sum;
+}
+
+#ifdef TAILS
+float from_tail(uint node) {
+    float sum = 0.0;
+    uint end = tails[node + 1u];
+    for (uint k = tails[node]; k < end; k++) {
+        uint other = links[k].neighbour;
+        float slope = links[k].conductance;
+#ifdef RADIATIVE
+        slope += links[k].exchange * root_of[node] * root_of[other];
+#endif
+        sum += slope * conditioned_of[other];
+    }
+    return sum;
+}
+#endif
+#endif
+
+#ifdef MOVE
+// Where an unknown moves by a change, and the largest relative one.
+vec3 moved_by(float base, float rest, float change, float mask, float largest) {
+    float here = base + rest;
+    vec2 at = rebase(base, rest + clamp(change, -0.75 * here, max(3.0 * here, 1000.0)));
+    float relative = abs(change) / here;
+    // NaN counts as infinite.
+    float worst = relative <= largest ? largest : (relative > largest ? relative : 1e38);
+    return mask > 0.0 ? vec3(at, worst) : vec3(base, rest, largest);
+}
+#endif
+
+#ifdef ESTIMATE
+uint worse(uint worst, float error, float size, float mask, float temperature) {
+    uint found = max(max(worst, error_bits(beyond_rounding(error, size))), range_bits(temperature));
+    return mask > 0.0 ? found : worst;
+}
+#endif
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    uint lane = gl_LocalInvocationID.x;
+#ifdef REDUCES
+    vec2 own = vec2(0.0);
+#endif
+#ifdef SCALARS
+    // Sums or the largest of what the workgroups left.
+    for (uint k = lane; k < pass.count; k += LANES) {
+        own = pass.mode == GRADIENTS ? own + partials[k] : max(own, partials[k]);
+    }
+    lane_values[lane] = own;
+    barrier();
+    if (lane == 0u) {
+        vec2 all = vec2(0.0);
+        for (uint k = 0u; k < LANES; k++) {
+            all = pass.mode == GRADIENTS ? all + lane_values[k] : max(all, lane_values[k]);
+        }
+        if (pass.mode == GRADIENTS) {
+            gradients(all);
+        } else {
+            if (pass.mode == LINEAR_LAST) {
+                end_of_gradients();
+            } else {
+                newton(all.x, pass.mode == NEWTON_LAST);
+            }
+        }
+    }
+#endif
+#ifndef SCALARS
+    if (i < pass.count) {
+#ifdef START
+        uint group = i;
+#endif
+#ifndef START
+        uint group = lists[i];
+        vec4 mask = masks[i];
+#endif
+#ifdef HERE
+        vec4 a = present[2u * group];
+        vec4 b = present[2u * group + 1u];
+        vec4 base = base_of(a, b);
+        vec4 rest = rest_of(a, b);
+        vec4 here = base + rest;
+#endif
+#ifdef START
+        heat_at_start[group] = sign(rows[4u * group]) * heat_into(group, base, rest, pass.time);
+        // Has no weight in the first stage, but must be a number.
+        first_change[group] = vec4(0.0);
+        next[2u * group] = rebased_pair(a.xz, a.yw);
+        next[2u * group + 1u] = rebased_pair(b.xz, b.yw);
+#endif
+#ifdef BALANCE
+        vec4 diagonal = rows[4u * group + 2u] + rows[4u * group + 3u] * radiative_slope_4(max(here, vec4(1.0)));
+        vec4 right = heat_into(group, base, rest, pass.time);
+#endif
+#ifdef RESIDUAL
+        vec4 stored = stored_heat(group);
+        vec4 diagonal =
+            stored + rows[4u * group + 2u] + rows[4u * group + 3u] * radiative_slope_4(max(here, vec4(1.0)));
+        vec4 right = pass.mu * heat_into(group, base, rest, pass.time) + pass.nu * heat_at_start[group]
+            + stored * (pass.mu_step * change_since(group, base, rest) + pass.gamma_step * first_change[group]);
+#endif
+#ifdef RIGHT_SIDE
+        vec4 inverse = mask / (diagonal + (1.0 - mask));
+        inverse_diagonal[group] = inverse;
+        residual[group] = mask * right;
+        conditioned[group] = inverse * right;
+        vec4 warm = max(here, vec4(0.0));
+        roots[group] = 2.0 * warm * sqrt(warm);
+#endif
+#ifdef PRODUCT
+        vec4 left = residual[group];
+        vec4 z = conditioned[group];
+        vec4 passed = from_neighbours(group);
+#ifdef TAILS
+        uint node = 4u * group;
+        passed += vec4(from_tail(node), from_tail(node + 1u), from_tail(node + 2u), from_tail(node + 3u));
+#endif
+        // The diagonal times z is the residual.
+        vec4 found = mask * (left - passed);
+        product[group] = found;
+        own = vec2(dot(left, z), dot(z, found));
+#endif
+#ifdef UPDATE
+        float beta = solver.beta;
+        float alpha = solver.step;
+        vec4 along = conditioned[group];
+        vec4 product_along = product[group];
+        vec4 before = vec4(0.0);
+        vec4 left = residual[group];
+        if (pass.mode == 0u) {
+            along += beta * direction[group];
+            product_along += beta * product_direction[group];
+            before = solution[group];
+        }
+        direction[group] = along;
+        product_direction[group] = product_along;
+        solution[group] = before + alpha * along;
+        left -= alpha * product_along;
+        residual[group] = left;
+        conditioned[group] = inverse_diagonal[group] * left;
+#endif
+#ifdef MOVE
+        vec4 change = solution[group] * (solver.newtons_done > 0.0 ? 0.0 : 1.0);
+        vec3 x = moved_by(base.x, rest.x, change.x, mask.x, 0.0);
+        vec3 y = moved_by(base.y, rest.y, change.y, mask.y, x.z);
+        vec3 z = moved_by(base.z, rest.z, change.z, mask.z, y.z);
+        vec3 w = moved_by(base.w, rest.w, change.w, mask.w, z.z);
+        present[2u * group] = vec4(x.xy, y.xy);
+        present[2u * group + 1u] = vec4(z.xy, w.xy);
+        own = vec2(w.z, 0.0);
+#endif
+#ifdef MIDDLE
+        first_change[group] = change_since(group, base, rest);
+#endif
+#ifdef ESTIMATE
+        // Rounding of the heats at the start and of the change, which the estimate weighs and the pivot divides.
+        heat_into(group, base, rest, pass.time);
+        vec4 size = abs(pass.nu) * gross
+            + abs(pass.gamma_step) * stored_heat(group) * abs(change_since(group, base, rest));
+        size *= inverse_diagonal[group];
+        vec4 error = solution[group];
+        uint worst = worse(errors[i], error.x, size.x, mask.x, here.x);
+        worst = worse(worst, error.y, size.y, mask.y, here.y);
+        worst = worse(worst, error.z, size.z, mask.z, here.z);
+        errors[i] = worse(worst, error.w, size.w, mask.w, here.w);
+#endif
+    }
+#ifdef REDUCES
+    lane_values[lane] = own;
+    barrier();
+    if (lane == 0u) {
+        vec2 all = vec2(0.0);
+        for (uint k = 0u; k < LANES; k++) {
+#ifdef PRODUCT
+            all += lane_values[k];
+#endif
+#ifdef MOVE
+            all = max(all, lane_values[k]);
+#endif
+        }
+        partials[gl_WorkGroupID.x] = all;
+    }
+#endif
+#endif
+}

@@ -1,0 +1,304 @@
+//! The four networks of NUMERICS.md 3: the paper's cube, a thin sheet, the same with slivers, and a blanket over a structure.
+//!
+//! Meshes become networks as a scene's do ([`Shell`]), and the loads are those of the paper's cube in its orbit (6017 s in
+//! 360 frames, planet shadow, infrared and albedo at 772 km; `paper/cube.rs`), a frame's mean each. NUMERICS.md states the
+//! cells and the stiffness of its cases, neither their outlines nor all of their loads: those are ours.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use crate::environment::sky::SkyError;
+use crate::paper::cube::{
+    ALTITUDES, ALUMINIUM, Case as Cube, EDGE, Loads, MLI, Panel, SOLAR_CONSTANTS, SPACE, STEP, STEPS, THICKNESS,
+};
+use crate::thermal::material::Optics;
+use crate::thermal::network::Network;
+use crate::thermal::shell::{Sheet, Shell, ShellError, ShellMaterial, Surface};
+
+/// A network and its heat, frame by frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// Short name, for files.
+    pub key: &'static str,
+    /// What it is, for people.
+    pub title: String,
+    /// Nodes and conductors, at their temperatures of the start.
+    pub network: Network,
+    /// Heat of every node [W], constant over each frame.
+    pub frames: Vec<Vec<f64>>,
+    /// Length of a frame [s].
+    pub frame: f64,
+    /// What NUMERICS.md 3 gives as the stiffness of its case.
+    pub published_stiffness: f64,
+}
+
+/// How large the cases are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Size {
+    /// Cells along an edge of the cube.
+    pub cube: usize,
+    /// Cells of 1 cm along an edge of the sheet.
+    pub sheet: usize,
+    /// Cells of 2 cm along an edge of the structure.
+    pub blanket: usize,
+    /// Frames of the orbit.
+    pub frames: std::ops::Range<usize>,
+}
+
+impl Size {
+    /// One orbit; the sheets are what one workgroup still integrates (1024 nodes), the cube is larger.
+    pub fn whole() -> Self {
+        Self { cube: 20, sheet: 29, blanket: 21, frames: 0..STEPS }
+    }
+
+    /// The same meshes around the entry into the planet's shadow, at step 97.
+    pub fn quick() -> Self {
+        Self { frames: 80..120, ..Self::whole() }
+    }
+}
+
+/// 1 mm of the paper's aluminium.
+const SKIN: f64 = 1e-3;
+/// White paint on both faces of the sheet: about what REFERENCES.md has for it.
+const PAINT: Optics = Optics { absorptivity: 0.25, emissivity: 0.85 };
+/// Effective emittance between blanket and structure: REFERENCES.md has 0.01 to 0.03 for MLI.
+const EFFECTIVE_EMITTANCE: f64 = 0.02;
+/// Widths of the two slivers [m]: the node between them relaxes as fast as the published stiffness says.
+const SLIVERS: [f64; 2] = [2e-4, 4e-4];
+/// Where the spot of reflected sunlight is brightest, it brings this much [W/m2]; it goes round once an orbit.
+const SPOT: f64 = 400.0;
+/// Radius of the spot [m] (its standard deviation), and share of the sheet's edge at which it goes round.
+const SPOT_RADIUS: f64 = 0.03;
+const SPOT_ORBIT: f64 = 0.3;
+/// Heat of the boxes on the structure [W/m2], on a quarter of it.
+const DISSIPATION: f64 = 60.0;
+/// Temperatures at the start [K]: near each case's mean.
+const CUBE_START: f64 = 257.0;
+const SHEET_START: f64 = 270.0;
+
+/// All four.
+///
+/// # Errors
+/// None that these values cause.
+pub fn all(size: &Size) -> Result<Vec<Case>, CaseError> {
+    Ok(vec![cube(size)?, sheet(size, false)?, sheet(size, true)?, blanket(size)?])
+}
+
+/// What keeps a case from being made.
+#[derive(Debug, thiserror::Error)]
+pub enum CaseError {
+    /// The orbit.
+    #[error(transparent)]
+    Sky(#[from] SkyError),
+    /// The mesh.
+    #[error(transparent)]
+    Shell(#[from] ShellError),
+}
+
+/// The paper's cube in aluminium, conducting.
+///
+/// # Errors
+/// None that these values cause.
+pub fn cube(size: &Size) -> Result<Case, CaseError> {
+    let mut mesh = Mesh::default();
+    let at: Vec<f64> = (0..=size.cube).map(|cell| EDGE * (cell as f64 / size.cube as f64 - 0.5)).collect();
+    for (face, [normal, u, v]) in AXES.iter().enumerate() {
+        mesh.grid(&at, &at, |x, y| 0.5 * EDGE * *normal + x * *u + y * *v, face);
+    }
+    let bulk = sheet_of(ALUMINIUM, THICKNESS);
+    let material = ShellMaterial { outer: bulk, emissivity: ALUMINIUM.optics.emissivity, over: None };
+    let shell = mesh.shell(material)?;
+    let flux = orbit(ALUMINIUM)?;
+    let frames = frames(size, &shell, |frame, vertex| flux[frame][mesh.faces[vertex]]);
+    let title = format!("the paper's cube in aluminium, conducting, {0} x {0} cells a face", size.cube);
+    Ok(case("cube", title, shell, frames, CUBE_START, 2.2))
+}
+
+/// A sheet of 1 mm aluminium in 1 cm cells, painted white, zenith and nadir face in the orbit, with a moving spot of reflected sunlight; or with
+/// two rows of slivers across it.
+///
+/// # Errors
+/// None that these values cause.
+pub fn sheet(size: &Size, slivers: bool) -> Result<Case, CaseError> {
+    let edge = 0.01 * size.sheet as f64;
+    let even: Vec<f64> = (0..=size.sheet).map(|cell| 0.01 * cell as f64).collect();
+    let mut uneven = even.clone();
+    if slivers {
+        let middle = size.sheet / 2;
+        uneven.splice(middle + 1..middle + 1, [even[middle] + SLIVERS[0], even[middle] + SLIVERS[0] + SLIVERS[1]]);
+    }
+    let mut mesh = Mesh::default();
+    mesh.grid(&uneven, &even, |x, y| DVec3::new(x, y, 0.0), 0);
+    let material = ShellMaterial { outer: sheet_of(ALUMINIUM, SKIN), emissivity: 2.0 * PAINT.emissivity, over: None };
+    let shell = mesh.shell(material)?;
+    let flux = orbit(Panel { optics: PAINT, ..ALUMINIUM })?;
+    let frames = frames(size, &shell, |frame, vertex| {
+        let faces = &flux[frame];
+        faces[4] + faces[5] + spot(mesh.positions[vertex], frame, edge)
+    });
+    let cells = format!("1 mm aluminium sheet, {0} x {0} cells of 1 cm", size.sheet);
+    Ok(if slivers {
+        let [thin, thick] = SLIVERS.map(|width| 1e3 * width);
+        let title = format!("{cells}, two rows of slivers {thin} and {thick} mm wide, not merged");
+        case("slivers", title, shell, frames, SHEET_START, 3.6e4)
+    } else {
+        case("sheet", cells, shell, frames, SHEET_START, 55.0)
+    })
+}
+
+/// The paper's MLI, which stores no heat, over 1 mm of aluminium in 2 cm cells with boxes on a quarter of it.
+///
+/// # Errors
+/// None that these values cause.
+pub fn blanket(size: &Size) -> Result<Case, CaseError> {
+    let at: Vec<f64> = (0..=size.blanket).map(|cell| 0.02 * cell as f64).collect();
+    let edge = 0.02 * size.blanket as f64;
+    let mut mesh = Mesh::default();
+    mesh.grid(&at, &at, |x, y| DVec3::new(x, y, 0.0), 0);
+    let material = ShellMaterial {
+        outer: Sheet::default(),
+        emissivity: MLI.optics.emissivity,
+        over: Some((sheet_of(ALUMINIUM, SKIN), EFFECTIVE_EMITTANCE)),
+    };
+    let shell = mesh.shell(material)?;
+    let flux = orbit(MLI)?;
+    let mut frames = frames(size, &shell, |frame, _| flux[frame][4]);
+    for (vertex, node) in shell.structure_of_vertex.iter().enumerate() {
+        let position = mesh.positions[vertex];
+        if position.x < 0.5 * edge && position.y < 0.5 * edge {
+            let heat = DISSIPATION * shell.load_areas[vertex];
+            frames.iter_mut().for_each(|frame| frame[*node as usize] += heat);
+        }
+    }
+    let title = format!("MLI blanket (C = 0) over 1 mm of aluminium, {0} x {0} cells of 2 cm", size.blanket);
+    Ok(case("blanket", title, shell, frames, SHEET_START, 14.0))
+}
+
+impl Case {
+    /// A frame over the longest stable step of forward Euler at a temperature [K] beyond all that it meets.
+    pub fn stiffness(&self) -> f64 {
+        0.5 * self.frame * self.network.fastest_rate(&vec![400.0; self.network.len()])
+    }
+}
+
+/// Outward normal of every face in the order of [`crate::paper::cube::FACES`], and the two directions along it.
+const AXES: [[DVec3; 3]; 6] = [
+    [DVec3::X, DVec3::Y, DVec3::Z],
+    [DVec3::NEG_X, DVec3::Z, DVec3::Y],
+    [DVec3::Y, DVec3::Z, DVec3::X],
+    [DVec3::NEG_Y, DVec3::X, DVec3::Z],
+    [DVec3::Z, DVec3::X, DVec3::Y],
+    [DVec3::NEG_Z, DVec3::Y, DVec3::X],
+];
+
+/// A triangulated surface of one part and material.
+#[derive(Default)]
+struct Mesh {
+    positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    /// Face that each vertex belongs to.
+    faces: Vec<usize>,
+}
+
+impl Mesh {
+    /// Adds a grid of rectangles, two triangles each.
+    fn grid(&mut self, xs: &[f64], ys: &[f64], place: impl Fn(f64, f64) -> DVec3, face: usize) {
+        let first = self.positions.len() as u32;
+        for y in ys {
+            self.positions.extend(xs.iter().map(|x| place(*x, *y)));
+            self.faces.extend(xs.iter().map(|_| face));
+        }
+        let row = xs.len() as u32;
+        for j in 0..ys.len() as u32 - 1 {
+            for i in 0..row - 1 {
+                let a = first + j * row + i;
+                self.triangles.extend([[a, a + 1, a + row + 1], [a, a + row + 1, a + row]]);
+            }
+        }
+    }
+
+    fn shell(&self, material: ShellMaterial) -> Result<Shell, ShellError> {
+        let zeros = vec![0; self.positions.len()];
+        let surface =
+            Surface { positions: &self.positions, triangles: &self.triangles, parts: &zeros, materials: &zeros };
+        // No rate merges: the slivers are the point.
+        Shell::new(&surface, &[Some(material)], &[], f64::INFINITY, SPACE)
+    }
+}
+
+fn sheet_of(panel: Panel, thickness: f64) -> Sheet {
+    Sheet { capacitance: panel.heat_capacity * thickness, conductance: panel.conductivity * thickness, thickness }
+}
+
+/// Flux that the faces of a body in the paper's orbit absorb [W/m2], frame by frame.
+fn orbit(panel: Panel) -> Result<Vec<[f64; 6]>, SkyError> {
+    let [solar_constant, _] = SOLAR_CONSTANTS;
+    let [_, altitude] = ALTITUDES;
+    Cube { panel, conducting: true, loads: Loads::All, solar_constant, altitude }.absorbed()
+}
+
+/// Flux of the spot at a place [W/m2].
+fn spot(position: DVec3, frame: usize, edge: f64) -> f64 {
+    let angle = TAU * frame as f64 / STEPS as f64;
+    let centre = 0.5 * edge * DVec3::ONE + SPOT_ORBIT * edge * DVec3::new(angle.cos(), angle.sin(), 0.0);
+    let distance = (position - centre).truncate().length() / SPOT_RADIUS;
+    SPOT * (-0.5 * distance * distance).exp()
+}
+
+/// Heat of every node in each frame, from the flux at each vertex [W/m2].
+fn frames(size: &Size, shell: &Shell, flux: impl Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
+    let one = |frame: usize| {
+        let mut heat = vec![0.0; shell.network.len()];
+        shell.gather(|vertex| flux(frame, vertex), &mut heat);
+        heat
+    };
+    size.frames.clone().map(one).collect()
+}
+
+fn case(
+    key: &'static str,
+    title: String,
+    shell: Shell,
+    frames: Vec<Vec<f64>>,
+    start: f64,
+    published_stiffness: f64,
+) -> Case {
+    let mut network = shell.network;
+    network.temperatures = vec![start; network.len()];
+    Case { key, title, network, frames, frame: STEP, published_stiffness }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::thermal::network::NodeKind;
+
+    #[test]
+    fn the_stiffness_is_that_of_the_table() {
+        for case in all(&Size { frames: 0..1, ..Size::whole() }).unwrap() {
+            let ratio = case.stiffness() / case.published_stiffness;
+            // NUMERICS.md 3 gives two digits, and our slivers are chosen to come near.
+            assert!((0.9..1.1).contains(&ratio), "{}: {} of {}", case.key, case.stiffness(), case.published_stiffness);
+        }
+    }
+
+    #[test]
+    fn areas_capacitances_and_heat_are_those_of_the_bodies() {
+        let cases = all(&Size { frames: 0..1, ..Size::whole() }).unwrap();
+        let [cube, sheet, slivers, blanket] = &cases[..] else { panic!("four cases") };
+        // 20 x 20 cells a face share edges and corners: 6 n^2 + 2.
+        assert_eq!(cube.network.len(), 6 * 400 + 2);
+        let stored = |case: &Case| case.network.capacitances.iter().sum::<f64>();
+        let capacity = ALUMINIUM.heat_capacity;
+        assert!((stored(cube) / (6.0 * THICKNESS * capacity) - 1.0).abs() < 1e-9);
+        for sheet in [sheet, slivers] {
+            assert!((stored(sheet) / (0.29 * 0.29 * SKIN * capacity) - 1.0).abs() < 1e-9);
+        }
+        assert!((stored(blanket) / (0.42 * 0.42 * SKIN * capacity) - 1.0).abs() < 1e-9);
+        assert_eq!(blanket.network.kinds.iter().filter(|kind| **kind == NodeKind::Arithmetic).count(), 22 * 22);
+        let flux = orbit(ALUMINIUM).unwrap();
+        let heat: f64 = cube.frames[0].iter().sum();
+        assert!((heat / flux[0].iter().sum::<f64>() - 1.0).abs() < 1e-9);
+    }
+}

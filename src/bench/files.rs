@@ -1,0 +1,55 @@
+//! What `isotherm bench` leaves in its folder.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use super::page::page;
+use super::plots;
+use super::record::Bench;
+use crate::output::OutputError;
+use crate::output::folder::{prepare_folder, write_bytes};
+
+/// All numbers.
+pub const RECORD: &str = "bench.json";
+/// The page.
+pub const PAGE: &str = "report.html";
+
+/// The folder: `bench.json`, `report.html`, `plots/NAME.svg`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BenchFolder {
+    root: PathBuf,
+}
+
+impl BenchFolder {
+    /// Makes `root` ready as `RunFolder::prepare` does for a run; with `overwrite` the files above are removed.
+    ///
+    /// # Errors
+    /// The folder is a file, is not empty, cannot be created, or cannot be written to.
+    pub fn prepare(root: &Path, overwrite: bool) -> Result<Self, OutputError> {
+        let plots = root.join("plots");
+        let own = |path: &Path| {
+            let is_plot = path.parent() == Some(&plots) && path.extension() == Some(OsStr::new("svg"));
+            is_plot || [RECORD, PAGE].iter().any(|name| root.join(name) == path)
+        };
+        prepare_folder(root, std::slice::from_ref(&plots), overwrite, &own)?;
+        Ok(Self { root: root.to_path_buf() })
+    }
+
+    /// A file of the folder.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.root.join(name)
+    }
+
+    /// Writes everything.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&self, bench: &Bench) -> Result<(), OutputError> {
+        let diagrams = plots::all(bench)?;
+        for diagram in &diagrams {
+            write_bytes(&self.file("plots").join(format!("{}.svg", diagram.name)), diagram.svg.as_bytes())?;
+        }
+        bench.write(&self.file(RECORD))?;
+        write_bytes(&self.file(PAGE), page(bench, &diagrams).as_bytes())
+    }
+}

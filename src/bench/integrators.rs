@@ -1,0 +1,259 @@
+//! Integrates a case frame by frame by one scheme, and measures its work, its time and its error.
+
+use std::time::Instant;
+
+use super::cases::Case;
+use super::record::{Run, Spread, Work};
+use super::schemes::{Fixed, Scheme};
+use super::truth::Truth;
+use crate::gpu::network::NetworkStepper;
+use crate::simulation::network::unfinished;
+use crate::thermal::network::NodeKind;
+use crate::thermal::network::control::{ControlError, Part, Settings, integrate_part};
+use crate::thermal::network::reference::ReferenceStepper;
+use crate::thermal::network::rkl2::stages_for;
+use crate::thermal::network::schedule::{HeatTable, Schedule};
+use crate::thermal::network::stepper::{Method, Stepper, WorkCounts};
+
+/// Safety on the fastest rate, which temperatures change within a frame: as the controller's.
+const RATE_MARGIN: f64 = 1.1;
+
+/// How far two series of temperatures are apart, over all nodes and frames.
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+pub struct Differences {
+    /// Root mean square [K].
+    #[serde(rename = "rms_k")]
+    pub rms: f64,
+    /// Largest [K].
+    #[serde(rename = "max_k")]
+    pub max: f64,
+}
+
+impl Differences {
+    /// Of rows of equal length.
+    pub fn between(a: &[Vec<f64>], b: &[Vec<f64>]) -> Self {
+        let differences = || a.iter().zip(b).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs()));
+        let count = differences().count().max(1) as f64;
+        let squares: f64 = differences().map(|difference| difference * difference).sum();
+        Self { rms: (squares / count).sqrt(), max: differences().fold(0.0, f64::max) }
+    }
+}
+
+/// A stepper that may know what its work took the device.
+pub trait Timed: Stepper {
+    /// Device milliseconds so far; `None` where no device measures them.
+    fn device_ms(&self) -> Option<f64>;
+
+    /// How it integrates: see [`Run::path`].
+    fn path(&self) -> &'static str;
+}
+
+impl Timed for NetworkStepper {
+    fn path(&self) -> &'static str {
+        if self.is_fused() { "workgroup" } else { "dispatches" }
+    }
+
+    fn device_ms(&self) -> Option<f64> {
+        Self::device_ms(self)
+    }
+}
+
+impl Timed for ReferenceStepper {
+    fn path(&self) -> &'static str {
+        "f64"
+    }
+
+    fn device_ms(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// Why a run ended before its last frame.
+#[derive(Debug, thiserror::Error)]
+pub enum Ended<E: std::fmt::Display> {
+    /// The stepper does not do this.
+    #[error("{0}")]
+    Stepper(E),
+    /// Sub-steps do not help.
+    #[error("{0}")]
+    Failed(String),
+    /// It was told to stop.
+    #[error("it was stopped")]
+    Stopped,
+}
+
+/// Integrates all frames. `done` hears of each what it took [ms] and the temperatures it left [K], and says whether to go on.
+/// `floor` is where the stepper's estimates of an error are rounding [K].
+///
+/// # Errors
+/// See [`Ended`].
+pub fn in_frames<S: Timed>(
+    stepper: &mut S,
+    case: &Case,
+    scheme: Scheme,
+    floor: f64,
+    mut done: impl FnMut([Option<f64>; 2], Vec<f64>) -> bool,
+) -> Result<(), Ended<S::Error>>
+where
+    S::Error: std::fmt::Display,
+{
+    let still = vec![0.0; case.network.len()];
+    let mut step = f64::INFINITY;
+    for (number, heat) in case.frames.iter().enumerate() {
+        let (began, before) = (Instant::now(), stepper.device_ms());
+        match scheme {
+            Scheme::Fixed(method, count) => {
+                stepper.set_heat(heat, &still).map_err(Ended::Stepper)?;
+                if !stepper.balance(0.0).map_err(Ended::Stepper)? {
+                    return Err(Ended::Failed(format!("the arithmetic nodes of frame {number} do not balance")));
+                }
+                fixed(stepper, case, method, count, number)?;
+            }
+            Scheme::Controlled(integrator, tolerance) => {
+                let settings = Settings { integrator, tolerance, floor };
+                let heat = (0..).zip(heat).map(|(node, heat)| (node, HeatTable::constant(*heat))).collect();
+                let schedule = Schedule { heat, times: vec![case.frame], ..Schedule::default() };
+                let horizon = case.frame * case.frames.len() as f64;
+                let part = Part { horizon, step, tight_switches: false };
+                let ended = integrate_part(stepper, &case.network, &schedule, &settings, part, |_| true);
+                let series = ended.map_err(|error| match error {
+                    ControlError::Stepper(error) => Ended::Stepper(error),
+                    other => Ended::Failed(format!("frame {number}: {}", unfinished(&other))),
+                })?;
+                step = series.step;
+            }
+        }
+        let wall = began.elapsed().as_secs_f64() * 1e3;
+        let device = stepper.device_ms().map(|now| now - before.unwrap_or(0.0));
+        let times = [device, Some(wall)];
+        if !done(times, stepper.temperatures().map_err(Ended::Stepper)?) {
+            return Err(Ended::Stopped);
+        }
+    }
+    Ok(())
+}
+
+/// One frame in equal sub-steps.
+fn fixed<S: Timed>(
+    stepper: &mut S,
+    case: &Case,
+    method: Fixed,
+    count: u32,
+    number: usize,
+) -> Result<(), Ended<S::Error>>
+where
+    S::Error: std::fmt::Display,
+{
+    let step = case.frame / f64::from(count);
+    let method = match method {
+        Fixed::Euler => Method::Euler,
+        Fixed::TrBdf2 => Method::TrBdf2,
+        Fixed::Rkl2 => {
+            let rate = case.network.fastest_rate(&stepper.temperatures().map_err(Ended::Stepper)?);
+            Method::Rkl2 { stages: stages_for(RATE_MARGIN * rate * step) }
+        }
+    };
+    let attempt = stepper.attempt(method, 0.0, step, count).map_err(Ended::Stepper)?;
+    if attempt.error.is_infinite() {
+        return Err(Ended::Failed(format!("frame {number}: a temperature left its range, or a balance did not close")));
+    }
+    stepper.keep().map_err(Ended::Stepper)
+}
+
+/// How often, and how long at most, a scheme is run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effort {
+    /// Runs of the whole case.
+    pub runs: u32,
+    /// Time [s] after which no further run begins.
+    pub enough: f64,
+    /// Time [s] after which a run ends, wherever it is.
+    pub most: f64,
+}
+
+/// Frames before any is timed: pipelines are compiled when they are first used.
+const WARM_UP: usize = 2;
+
+/// Runs a scheme on a case, first a few frames to warm up, and holds its temperatures against the truth.
+pub fn measure<S: Timed>(stepper: &mut S, floor: f64, case: &Case, truth: &Truth, scheme: Scheme, effort: Effort) -> Run
+where
+    S::Error: std::fmt::Display,
+{
+    let name = scheme.to_string();
+    let mut run = Run { scheme: name, family: scheme.family(), ..Run::default() };
+    if let Some(reason) = scheme.refusal(case) {
+        run.failed = Some(reason);
+        return run;
+    }
+    match runs(stepper, floor, case, truth, scheme, effort) {
+        Ok(measured) => run = Run { scheme: run.scheme, family: run.family, ..measured },
+        Err(error) => run.failed = Some(error.to_string()),
+    }
+    run.path = stepper.path().to_owned();
+    run
+}
+
+fn runs<S: Timed>(
+    stepper: &mut S,
+    floor: f64,
+    case: &Case,
+    truth: &Truth,
+    scheme: Scheme,
+    effort: Effort,
+) -> Result<Run, Ended<S::Error>>
+where
+    S::Error: std::fmt::Display,
+{
+    let restart = |stepper: &mut S| stepper.set_temperatures(&case.network.temperatures).map_err(Ended::Stepper);
+    let began = Instant::now();
+    restart(stepper)?;
+    let mut frames = 0;
+    let warm = in_frames(stepper, case, scheme, floor, |_, _| {
+        frames += 1;
+        frames < WARM_UP
+    });
+    match warm {
+        Ok(()) | Err(Ended::Stopped) => {}
+        Err(error) => return Err(error),
+    }
+    let (mut device, mut wall) = (Vec::new(), Vec::new());
+    let (mut work, mut error) = (None, Differences::default());
+    for _ in 0..effort.runs {
+        restart(stepper)?;
+        let before = stepper.counts();
+        let mut rows = Vec::new();
+        let ended = in_frames(stepper, case, scheme, floor, |[on_device, by_wall], temperatures| {
+            rows.push(temperatures);
+            device.extend(on_device);
+            wall.extend(by_wall);
+            began.elapsed().as_secs_f64() < effort.most
+        });
+        if !matches!(ended, Ok(()) | Err(Ended::Stopped)) {
+            ended?;
+        }
+        // A later run that was cut short says less than the first.
+        if work.is_none() {
+            work = Some(work_of(before, stepper.counts(), rows.len()));
+            error = Differences::between(&rows, &truth.rows);
+        }
+        if began.elapsed().as_secs_f64() > effort.enough {
+            break;
+        }
+    }
+    Ok(Run { work, device_ms: Spread::of(&device), wall_ms: Spread::of(&wall), error: Some(error), ..Run::default() })
+}
+
+fn work_of(before: WorkCounts, after: WorkCounts, frames: usize) -> Work {
+    Work {
+        frames: frames as u64,
+        stages: after.stages - before.stages,
+        sub_steps: after.sub_steps - before.sub_steps,
+        dispatches: after.dispatches - before.dispatches,
+        iterations: after.iterations - before.iterations,
+    }
+}
+
+/// Arithmetic nodes of a case.
+pub fn arithmetic(case: &Case) -> usize {
+    case.network.kinds.iter().filter(|kind| **kind == NodeKind::Arithmetic).count()
+}

@@ -1,0 +1,43 @@
+//! What a device can do at best, in numbers: the copy bandwidth that a pass is held against, and the price of a dispatch.
+
+use std::sync::Arc;
+
+use super::record::{Copied, Limits, Spread};
+use crate::gpu::context::Context;
+use crate::gpu::error::GpuError;
+use crate::gpu::limits::{Samples, copies, empty_dispatches};
+
+/// Bytes of the copies: beyond the caches of processors, and within the memory of any device.
+const BYTES: [u64; 2] = [64 << 20, 256 << 20];
+/// Dispatches in a row that share the price of their submission.
+const IN_A_ROW: u32 = 256;
+const SAMPLES: usize = 20;
+
+/// Measures a device; `quick` leaves out the larger copy.
+///
+/// # Errors
+/// No memory, or a call that fails.
+pub fn measure(context: &Arc<Context>, quick: bool) -> Result<Limits, GpuError> {
+    let mut all = Vec::new();
+    for bytes in BYTES.into_iter().take(if quick { 1 } else { BYTES.len() }) {
+        let samples = copies(context, bytes, SAMPLES)?;
+        // A copy reads and writes every byte.
+        let rates: Vec<f64> = best(&samples).iter().map(|ms| 2.0 * bytes as f64 / ms * 1e-6).collect();
+        all.push(Copied { bytes, gigabytes_per_second: Spread::of(&rates) });
+    }
+    let one = empty_dispatches(context, 1, 10 * SAMPLES)?;
+    let many = empty_dispatches(context, IN_A_ROW, SAMPLES)?;
+    let each: Vec<f64> = best(&many).iter().map(|ms| 1e3 * ms / f64::from(IN_A_ROW)).collect();
+    let alone: Vec<f64> = one.wall_ms.iter().map(|ms| 1e3 * ms).collect();
+    Ok(Limits {
+        copies: all,
+        submission_us: Spread::of(&alone),
+        dispatch_us: Spread::of(&each),
+        by_timestamps: !one.device_ms.is_empty(),
+    })
+}
+
+/// Times of the device, or of the host where the device has none.
+fn best(samples: &Samples) -> &[f64] {
+    if samples.device_ms.is_empty() { &samples.wall_ms } else { &samples.device_ms }
+}

@@ -1,0 +1,48 @@
+//! Speed against error, measured in one run and told on one page.
+//!
+//! [`cases`] are the networks of NUMERICS.md 3, [`schemes`] the ways to integrate them, and [`integrators`] measures each
+//! against [`truth`]. [`run`] does all of it. [`limits`] is what the device can do at best, [`responses`] what a node costs. [`record`] holds what was
+//! found; [`tables`], [`plots`], [`page`] and [`files`] show it.
+
+pub mod cases;
+pub mod files;
+pub mod integrators;
+pub mod limits;
+pub mod page;
+pub mod plots;
+pub mod record;
+pub mod responses;
+pub mod run;
+pub mod schemes;
+pub mod tables;
+pub mod truth;
+
+/// A part of the measurements that can be asked for alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Section {
+    /// Copies and an empty dispatch.
+    Limits,
+    /// Nanoseconds a node and step of each response.
+    Responses,
+    /// Every integrator on the cases of NUMERICS.md 3.
+    Integrators,
+}
+
+impl Section {
+    /// All, in the order in which they run.
+    pub const ALL: [Self; 3] = [Self::Limits, Self::Responses, Self::Integrators];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Limits => "limits",
+            Self::Responses => "responses",
+            Self::Integrators => "integrators",
+        }
+    }
+
+    /// The section of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|section| section.name() == name)
+    }
+}

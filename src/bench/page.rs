@@ -1,0 +1,80 @@
+//! `report.html`: speed against error on one page that needs no network and no script.
+
+use super::plots::Diagram;
+use super::record::{Bench, Limits, Measured, Run};
+use super::tables;
+use crate::output::html::{Html, escape, kelvin, significant};
+
+/// The document.
+pub fn page(bench: &Bench, diagrams: &[Diagram]) -> String {
+    let mut html = Html::page("Speed against error - isotherm bench");
+    html.element("h1", "Speed against error");
+    let names: Vec<&str> = bench.devices.iter().map(|measured| measured.name.as_str()).collect();
+    html.element("p", &format!("isotherm {} on {}", bench.version, names.join(" and ")));
+    if !bench.release {
+        html.raw("<p class=\"warning\">Built without --release: times of the host are not those of a release.</p>\n");
+    }
+    if bench.quick {
+        html.element("p", "--quick: fewer schemes, fewer nodes, 40 frames of the orbit, one run of each scheme.");
+    }
+    html.raw("</header>\n<main>\n");
+    html.headline(headline(bench));
+    for diagram in diagrams {
+        html.figure(&diagram.svg, &diagram.title, &format!("plots/{}.svg", diagram.name));
+    }
+    for table in tables::all(bench) {
+        html.element("h2", &table.title);
+        html.table(&table.head, table.rows);
+        table.notes.iter().for_each(|note| html.element("p", note));
+    }
+    machine(&mut html, bench);
+    html.into_page()
+}
+
+/// The default integrator on every case of the first device, its time beside its error.
+fn headline(bench: &Bench) -> Vec<(String, String, String)> {
+    let mut figures = Vec::new();
+    let Some(first) = bench.devices.first() else { return figures };
+    for integrated in &first.integrators {
+        let own = |run: &&Run| run.scheme == "default, 5 mK";
+        let Some(run) = integrated.runs.iter().find(own) else { continue };
+        if let (Some(time), Some(error)) = (run.time(), run.error) {
+            let (rms, unit) = kelvin(error.rms);
+            let what =
+                format!("a frame of the case {}, default integrator, at {rms} {unit} rms error", integrated.case);
+            figures.push((significant(time.median), "ms".to_owned(), what));
+        }
+    }
+    if let Some(rate) = first.limits.as_ref().and_then(Limits::bandwidth) {
+        figures.push((significant(rate), "GB/s".to_owned(), "read and written by a copy".to_owned()));
+    }
+    figures
+}
+
+fn machine(html: &mut Html, bench: &Bench) {
+    html.element("h2", "Where and how");
+    let load = |at: &Option<[f64; 3]>| match at {
+        Some([one, five, fifteen]) => format!("{one}, {five}, {fifteen}"),
+        None => "not known".to_owned(),
+    };
+    let mut rows: Vec<(String, String)> = Vec::new();
+    for Measured { name, info, load_average: [before, after], .. } in &bench.devices {
+        rows.push(("device".to_owned(), name.clone()));
+        if let Some(info) = info {
+            rows.push(("driver".to_owned(), info.driver.clone()));
+            rows.push(("Vulkan".to_owned(), info.api_version.clone()));
+        }
+        rows.push(("load average before (1, 5, 15 minutes)".to_owned(), load(before)));
+        rows.push(("load average after".to_owned(), load(after)));
+    }
+    rows.push(("processors".to_owned(), bench.processors.to_string()));
+    rows.push(("wall time of everything".to_owned(), format!("{} s", significant(bench.wall_s))));
+    html.table(&[], rows.into_iter().map(|(name, value)| vec![name, value]));
+    html.raw(&format!("<p>Command: <code>{}</code></p>\n", escape(&bench.command_line)));
+    html.element(
+        "p",
+        "Times are medians with the range from the tenth to the ninetieth percentile, over all frames of all runs of a scheme, \
+         after two frames to warm up. Passes are stages, each an evaluation of all exchanges, rejected sub-steps included. All \
+         numbers are in bench.json.",
+    );
+}

@@ -1,0 +1,275 @@
+//! What a node costs under each response, on the device's own clock.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+
+use super::record::{Response, Spread};
+use crate::environment::TickLoad;
+use crate::environment::sky::SkyError;
+use crate::gpu::context::Context;
+use crate::gpu::error::GpuError;
+use crate::gpu::frame::{Frame, StepRange, Wanted};
+use crate::gpu::layout;
+use crate::gpu::network::{NODES_AT_MOST, NetworkStepper};
+use crate::gpu::renderer::Renderer;
+use crate::gpu::resources::SceneData;
+use crate::gpu::shapes::{self, Shapes};
+use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
+use crate::output::report::PassTime;
+use crate::paper::cube::{ALTITUDES, ALUMINIUM, Case as Cube, Loads, SOLAR_CONSTANTS, STEP};
+use crate::thermal::function::{Function, FunctionError};
+use crate::thermal::material::{Domain, Profile, Retarget, Transition};
+use crate::thermal::network::stepper::{Method, Stepper};
+use crate::thermal::network::{LinearConductor, Network, NodeKind};
+
+/// What keeps responses from being measured.
+#[derive(Debug, thiserror::Error)]
+pub enum ResponseError {
+    /// The loads.
+    #[error(transparent)]
+    Sky(#[from] SkyError),
+    /// A function.
+    #[error(transparent)]
+    Function(#[from] FunctionError),
+}
+
+/// Steps that a transition takes; beyond those that are measured, so that none arrives.
+const T_MAX_STEPS: f64 = 1000.0;
+/// The user's own function among the measured ones.
+const EXPRESSION: &str = "s*s*(3.0-2.0*s)";
+/// Stages of the RKL2 whose passes are timed, and its sub-steps in one submission.
+const STAGES: u32 = 9;
+const SUB_STEPS: u32 = 4;
+
+/// The thermal pass at one number of nodes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TimedPass {
+    /// Milliseconds of every compiled variant that the ticks asked for.
+    pub times: Vec<PassTime>,
+    /// Milliseconds of all of them.
+    pub samples: Vec<f64>,
+    /// Bytes on the device that grow with the nodes, for each node.
+    pub bytes_a_node: f64,
+    /// Bytes that a step of a node reads and writes, each array once.
+    pub moved_a_node: f64,
+}
+
+/// Runs a variant through ticks on nodes that look in all directions, once to warm up and once to measure.
+///
+/// # Errors
+/// More nodes than the device holds, or a call that fails.
+pub fn time_pass(
+    context: &Arc<Context>,
+    variant: ThermalVariant,
+    power: f32,
+    shapes: &Shapes,
+    nodes: usize,
+    ticks: &[TickLoad],
+) -> Result<TimedPass, GpuError> {
+    let normals: Vec<Vec3> = (0..nodes).map(fibonacci_direction).collect();
+    let groups = nodes / 4;
+    let material = layout::Material {
+        absorptivity: 0.3,
+        emissivity: 0.8,
+        back_absorptivity: 0.3,
+        back_emissivity: 0.8,
+        heating_function: power,
+        heating_t_max: T_MAX_STEPS as f32,
+        cooling_function: power,
+        cooling_t_max: T_MAX_STEPS as f32,
+    };
+    let data = SceneData {
+        ranges: vec![StepRange { variant, groups: (0, groups as u32) }],
+        group_material: &vec![0; groups],
+        group_part: &[],
+        normals: &normals,
+        positions: &[],
+        triangles: &[],
+        materials: &[material],
+        shapes,
+        band_table: &[],
+        image: None,
+        shadows: None,
+    };
+    let plan = data.plan();
+    let bytes: u64 = plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();
+    let frame = Frame::step(&data.ranges, Wanted::default());
+    let touched = frame.passes().flat_map(|pass| &pass.accesses).filter(|access| access.groups.is_some());
+    let size = |resource| plan.iter().find(|planned| planned.resource == resource).map_or(0, |planned| planned.bytes);
+    let moved: u64 = touched.map(|access| size(access.resource)).sum();
+    let mut renderer = Renderer::new(context, &data)?;
+    if let Some(first) = ticks.first() {
+        renderer.settle(first)?;
+    }
+    for load in ticks.iter().chain(ticks) {
+        let submitted = renderer.submit(Some((load, 1.0)), None, false)?;
+        renderer.collect(submitted)?;
+    }
+    let steps = || renderer.pass_times().iter().filter(|(name, _)| name.starts_with("thermal_step"));
+    let later = |samples: &[f64]| samples[samples.len() / 2..].to_vec();
+    Ok(TimedPass {
+        times: steps().filter_map(|(name, samples)| PassTime::from_samples(name, &later(samples))).collect(),
+        samples: steps().flat_map(|(_, samples)| later(samples)).collect(),
+        bytes_a_node: bytes as f64 / nodes as f64,
+        moved_a_node: moved as f64 / nodes as f64,
+    })
+}
+
+/// Directions spread evenly over the sphere (Fibonacci lattice).
+fn fibonacci_direction(i: usize) -> Vec3 {
+    const POINTS: f64 = 65_536.0;
+    let z = 1.0 - (2.0 * (i % 65_536) as f64 + 1.0) / POINTS;
+    let angle = (i % 65_536) as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let radius = (1.0 - z * z).sqrt();
+    DVec3::new(radius * angle.cos(), radius * angle.sin(), z).as_vec3()
+}
+
+/// One of the transitions and their like that are measured.
+struct Measured {
+    name: &'static str,
+    variant: ThermalVariant,
+    power: f32,
+    shapes: Shapes,
+}
+
+fn measured() -> Result<Vec<Measured>, FunctionError> {
+    let loaded = |kind, curve| ThermalVariant {
+        kind,
+        curve,
+        both_sides: false,
+        sun: kind != StepKind::Advance,
+        planet_ir: kind != StepKind::Advance,
+        albedo: kind != StepKind::Advance,
+        shadow: false,
+    };
+    let profile = Profile { function: Function::expression(EXPRESSION)?, t_max_steps: T_MAX_STEPS };
+    let (retarget, domain) = (Retarget::Merge, Domain::Temperature);
+    let shaped = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
+    let (kind, curve) = shapes::curve(&shaped, 0);
+    let plain =
+        |name, kind, power| Measured { name, variant: loaded(kind, Curve::Power), power, shapes: Shapes::default() };
+    Ok(vec![
+        plain("instant", StepKind::Instant, 2.0),
+        plain("transition, constant target", StepKind::Advance, 2.0),
+        plain("transition, linear", StepKind::Merge, 1.0),
+        plain("transition, quadratic", StepKind::Merge, 2.0),
+        Measured {
+            name: "transition, s*s*(3-2*s)",
+            variant: loaded(kind, curve),
+            power: 2.0,
+            shapes: Shapes::one(&shaped),
+        },
+    ])
+}
+
+/// Every response at every number of nodes; `ticks` in full sunlight each, under Sun, infrared and albedo. `bandwidth` [GB/s] is
+/// that of a copy in the same run. A size that does not fit is told in its row.
+///
+/// # Errors
+/// None that the loads and functions named here cause.
+pub fn measure(
+    context: &Arc<Context>,
+    sizes: &[usize],
+    ticks: u32,
+    bandwidth: Option<f64>,
+) -> Result<Vec<Response>, ResponseError> {
+    let [solar_constant, _] = SOLAR_CONSTANTS;
+    let [_, altitude] = ALTITUDES;
+    let orbit = Cube { panel: ALUMINIUM, conducting: false, loads: Loads::All, solar_constant, altitude };
+    let loads = orbit.sky_loads()?;
+    let ticks: Vec<TickLoad> =
+        (0..ticks).map(|tick| loads.tick_load(f64::from(tick) * STEP, f64::from(tick + 1) * STEP)).collect();
+    let mut rows = Vec::new();
+    for one in measured()? {
+        for size in sizes {
+            let nodes = size.next_multiple_of(256);
+            let row = Response { response: one.name.to_owned(), nodes, ..Response::default() };
+            rows.push(match time_pass(context, one.variant, one.power, &one.shapes, nodes, &ticks) {
+                Ok(pass) => filled(row, &pass.samples, pass.moved_a_node, bandwidth),
+                Err(error) => Response { failed: Some(error.to_string()), ..row },
+            });
+        }
+    }
+    for size in sizes {
+        let edge = (*size as f64).sqrt().round() as usize;
+        let nodes = edge * edge;
+        let row =
+            Response { response: format!("network, a stage of RKL2 with {STAGES}"), nodes, ..Response::default() };
+        rows.push(if nodes > NODES_AT_MOST {
+            let reason = format!("a network on the device has {NODES_AT_MOST} nodes at most");
+            Response { failed: Some(reason), ..row }
+        } else {
+            match stages(context, edge, ticks.len()) {
+                Ok((samples, moved)) => filled(row, &samples, moved, bandwidth),
+                Err(error) => Response { failed: Some(error.to_string()), ..row },
+            }
+        });
+    }
+    Ok(rows)
+}
+
+/// A row with its times [ms a step of all nodes].
+fn filled(row: Response, samples_ms: &[f64], moved: f64, bandwidth: Option<f64>) -> Response {
+    let Some(time) = Spread::of(samples_ms) else {
+        return Response { failed: Some("the device has no timestamps".to_owned()), ..row };
+    };
+    let time = time.scaled(1e6 / row.nodes as f64);
+    let rate = moved / time.median;
+    Response {
+        ns_a_node: Some(time),
+        bytes_a_node: moved,
+        gigabytes_per_second: Some(rate),
+        share_of_copy: bandwidth.map(|bandwidth| rate / bandwidth),
+        ..row
+    }
+}
+
+/// Milliseconds of a stage over a square sheet of `edge` x `edge` nodes, the passes that begin and end a sub-step shared
+/// among its stages, and the bytes that a node moves in it.
+fn stages(context: &Arc<Context>, edge: usize, samples: usize) -> Result<(Vec<f64>, f64), GpuError> {
+    let network = square(edge);
+    let mut stepper = NetworkStepper::wide(context, &network, &[])?;
+    stepper.set_heat(&vec![1.0; network.len()], &vec![0.0; network.len()])?;
+    let method = Method::Rkl2 { stages: STAGES };
+    let step = 20.0 / network.fastest_rate(&network.temperatures);
+    stepper.attempt(method, 0.0, step, SUB_STEPS)?;
+    let mut times = Vec::with_capacity(samples);
+    for _ in 0..samples {
+        let before = stepper.device_ms().unwrap_or(0.0);
+        stepper.attempt(method, 0.0, step, SUB_STEPS)?;
+        times.extend(stepper.device_ms().map(|now| (now - before) / f64::from(STAGES * SUB_STEPS)));
+    }
+    let links = 2.0 * network.linear.len() as f64 / network.len() as f64;
+    // A node's description, its links, heat and its slope; base, rest before and after; work read and written (glsl/network_wide.comp).
+    let bytes = size_of::<layout::NetworkNode>() as f64 + links * size_of::<layout::NetworkLink>() as f64;
+    Ok((times, bytes + 8.0 + 3.0 * 4.0 + 2.0 * 16.0))
+}
+
+/// Diffusive nodes in a square, each joined to its four neighbours.
+fn square(edge: usize) -> Network {
+    let count = edge * edge;
+    let pair = |a: usize, b: usize| LinearConductor { nodes: [a as u32, b as u32], conductance: 0.2 };
+    let along = (0..count).filter(|node| node % edge + 1 < edge).map(|node| pair(node, node + 1));
+    let across = (0..count - edge).map(|node| pair(node, node + edge));
+    Network {
+        space_temperature: 2.7,
+        kinds: vec![NodeKind::Diffusive; count],
+        capacitances: vec![0.243; count],
+        emissive_areas: vec![8e-5; count],
+        temperatures: vec![290.0; count],
+        linear: along.chain(across).collect(),
+        radiative: Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_square_has_its_conductors() {
+        let network = square(4);
+        assert_eq!((network.len(), network.linear.len()), (16, 24));
+    }
+}

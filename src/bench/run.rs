@@ -1,0 +1,212 @@
+//! Measures everything that was asked for, device by device.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::Section;
+use super::cases::{self, Case, CaseError, Size};
+use super::integrators::{Effort, Timed, arithmetic, measure};
+use super::limits;
+use super::record::{Bench, CaseSummary, Integrated, Limits, Measured, Run, load_average};
+use super::responses::{self, ResponseError};
+use super::schemes::Scheme;
+use super::truth::Truth;
+use crate::gpu::context::Context;
+use crate::gpu::error::GpuError;
+use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
+use crate::thermal::network::control::FLOOR;
+use crate::thermal::network::reference::ReferenceStepper;
+
+/// What keeps measurements from being made at all; what one of them lacks stands in its row.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// A device.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// A case.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    /// A response.
+    #[error(transparent)]
+    Response(#[from] ResponseError),
+    /// The reference of a case.
+    #[error("case {0}: its f64 reference fails")]
+    Reference(&'static str),
+}
+
+/// Where to measure.
+pub enum Target {
+    /// A Vulkan device.
+    Device(Arc<Context>),
+    /// The f64 reference on the processor: integrators only.
+    Reference,
+}
+
+/// What to measure, and how thoroughly.
+pub struct Plan {
+    /// Which parts.
+    pub sections: Vec<Section>,
+    /// Fewer schemes, nodes and frames.
+    pub quick: bool,
+    /// Devices.
+    pub targets: Vec<Target>,
+    /// The command as it was given.
+    pub command_line: String,
+}
+
+impl Plan {
+    fn size(&self) -> Size {
+        if self.quick { Size::quick() } else { Size::whole() }
+    }
+
+    fn effort(&self) -> Effort {
+        if self.quick { Effort { runs: 1, enough: 0.0, most: 2.0 } } else { Effort { runs: 3, enough: 1.0, most: 5.0 } }
+    }
+
+    /// Sub-steps a frame of the f64 references: 0.13 s, or 0.26 s.
+    fn reference_sub_steps(&self) -> u32 {
+        if self.quick { 64 } else { 128 }
+    }
+
+    fn nodes(&self) -> &'static [usize] {
+        if self.quick { &[10_000, 1_000_000] } else { &[10_000, 100_000, 1_000_000, 10_000_000] }
+    }
+
+    fn ticks(&self) -> u32 {
+        if self.quick { 6 } else { 30 }
+    }
+
+    /// Runs all of it; `says` hears what comes next.
+    ///
+    /// # Errors
+    /// See [`BenchError`].
+    pub fn run(&self, says: &dyn Fn(&str)) -> Result<Bench, BenchError> {
+        let began = Instant::now();
+        let wanted = |section| self.sections.contains(&section);
+        let mut truths = Vec::new();
+        if wanted(Section::Integrators) {
+            says("f64 references");
+            let cases = cases::all(&self.size())?;
+            let solved = |case: Case| match Truth::of(&case, self.reference_sub_steps()) {
+                Some(truth) => Ok((case, truth)),
+                None => Err(BenchError::Reference(case.key)),
+            };
+            truths = cases.into_par_iter().map(solved).collect::<Result<Vec<_>, _>>()?;
+        }
+        let devices = self.targets.iter().map(|target| self.on(target, &truths, says)).collect::<Result<_, _>>()?;
+        Ok(Bench {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            command_line: self.command_line.clone(),
+            release: !cfg!(debug_assertions),
+            quick: self.quick,
+            processors: std::thread::available_parallelism().map_or(0, usize::from),
+            cases: truths.iter().map(summary).collect(),
+            devices,
+            wall_s: began.elapsed().as_secs_f64(),
+        })
+    }
+
+    fn on(&self, target: &Target, truths: &[(Case, Truth)], says: &dyn Fn(&str)) -> Result<Measured, BenchError> {
+        let before = load_average();
+        let (name, info) = match target {
+            Target::Device(context) => (context.info.name.clone(), Some(context.info.clone())),
+            Target::Reference => ("cpu (f64 reference)".to_owned(), None),
+        };
+        let mut measured =
+            Measured { name, info, load_average: [before, None], limits: None, responses: vec![], integrators: vec![] };
+        if let Target::Device(context) = target {
+            if self.sections.iter().any(|section| matches!(section, Section::Limits | Section::Responses)) {
+                says(&format!("{}: limits", measured.name));
+                measured.limits = Some(limits::measure(context, self.quick)?);
+            }
+            if self.sections.contains(&Section::Responses) {
+                says(&format!("{}: responses", measured.name));
+                let bandwidth = measured.limits.as_ref().and_then(Limits::bandwidth);
+                measured.responses = responses::measure(context, self.nodes(), self.ticks(), bandwidth)?;
+            }
+        }
+        for (case, truth) in truths {
+            let runs = match target {
+                Target::Device(context) => self.on_device(context, case, truth, &measured.name, says),
+                Target::Reference => {
+                    let make = || Ok(ReferenceStepper::new(case.network.clone(), &[]));
+                    let schemes = Scheme::all(case, self.quick);
+                    self.schemes(make, &schemes, FLOOR, (case, truth), &measured.name, says)
+                }
+            };
+            measured.integrators.push(Integrated { case: case.key.to_owned(), runs });
+        }
+        measured.load_average[1] = load_average();
+        Ok(measured)
+    }
+
+    /// All schemes, and some of them once more with a dispatch for every stage where one workgroup took all.
+    fn on_device(
+        &self,
+        context: &Arc<Context>,
+        case: &Case,
+        truth: &Truth,
+        device: &str,
+        says: &dyn Fn(&str),
+    ) -> Vec<Run> {
+        let own = || NetworkStepper::new(context, &case.network, &[]);
+        let wide = || NetworkStepper::wide(context, &case.network, &[]);
+        let schemes = Scheme::all(case, self.quick);
+        let mut runs = self.schemes(own, &schemes, ESTIMATE_FLOOR, (case, truth), device, says);
+        if runs.iter().any(|run| run.path == "workgroup") {
+            let again = self.schemes(wide, &Scheme::SEPARATE, ESTIMATE_FLOOR, (case, truth), device, says);
+            runs.extend(again.into_iter().map(|run| Run {
+                scheme: format!("{}, separate", run.scheme),
+                family: format!("{}, separate", run.family),
+                ..run
+            }));
+        }
+        runs
+    }
+
+    /// A new stepper for each: a stepper may change its ways once it has met a scheme.
+    fn schemes<S: Timed>(
+        &self,
+        make: impl Fn() -> Result<S, GpuError>,
+        schemes: &[Scheme],
+        floor: f64,
+        (case, truth): (&Case, &Truth),
+        device: &str,
+        says: &dyn Fn(&str),
+    ) -> Vec<Run>
+    where
+        S::Error: std::fmt::Display,
+    {
+        let one = |scheme: &Scheme| {
+            says(&format!("{device}: {}, {scheme}", case.key));
+            match make() {
+                Ok(mut stepper) => measure(&mut stepper, floor, case, truth, *scheme, self.effort()),
+                Err(error) => Run {
+                    scheme: scheme.to_string(),
+                    family: scheme.family(),
+                    failed: Some(error.to_string()),
+                    ..Run::default()
+                },
+            }
+        };
+        schemes.iter().map(one).collect()
+    }
+}
+
+fn summary((case, truth): &(Case, Truth)) -> CaseSummary {
+    CaseSummary {
+        key: case.key.to_owned(),
+        title: case.title.clone(),
+        nodes: case.network.len(),
+        arithmetic: arithmetic(case),
+        conductors: case.network.linear.len() + case.network.radiative.len(),
+        frames: case.frames.len(),
+        frame_s: case.frame,
+        stiffness: case.stiffness(),
+        published_stiffness: case.published_stiffness,
+        reference_sub_steps: truth.sub_steps,
+        reference_error: truth.own,
+    }
+}

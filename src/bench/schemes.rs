@@ -1,0 +1,89 @@
+//! The ways in which a case is integrated: fixed sub-steps, and the controller's own at several tolerances.
+
+use std::fmt;
+
+use super::cases::Case;
+use crate::thermal::network::control::Integrator;
+
+/// A method with sub-steps that do not follow an estimate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fixed {
+    /// Forward Euler with a carried residual.
+    Euler,
+    /// RKL2 with as many stages as its sub-step needs.
+    Rkl2,
+    /// TR-BDF2.
+    TrBdf2,
+}
+
+/// A way to integrate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Scheme {
+    /// So many equal sub-steps a frame.
+    Fixed(Fixed, u32),
+    /// The controller, with a tolerance [K].
+    Controlled(Integrator, f64),
+}
+
+/// Methods of NUMERICS.md 3 that isotherm does not have, and why.
+pub const ABSENT: [(&str, &str); 3] = [
+    ("per-node exponential", "not on the device: wrong by tens of kelvin wherever nodes conduct (NUMERICS.md 3)"),
+    ("backward Euler + Jacobi", "not on the device: unconverged Jacobi is wrong by 5 to 50 K (NUMERICS.md 3)"),
+    ("DuFort-Frankel", "not on the device: Euler, or RKL2, is the cheap integrator"),
+];
+
+/// Passes a frame beyond which forward Euler is not run.
+const MOST_EULER: f64 = 2000.0;
+
+impl Scheme {
+    /// What is measured with a dispatch for every stage, too, where one workgroup may take all stages of a dispatch.
+    pub const SEPARATE: [Self; 3] =
+        [Self::Fixed(Fixed::Rkl2, 1), Self::Fixed(Fixed::Rkl2, 4), Self::Controlled(Integrator::Default, 5e-3)];
+
+    /// What is measured on a case; `quick` leaves out all but the ends of each family.
+    pub fn all(case: &Case, quick: bool) -> Vec<Self> {
+        let stable = (case.stiffness().floor() + 1.0) as u32;
+        let (euler, fixed): (&[u32], &[u32]) = if quick { (&[1], &[1, 4]) } else { (&[1, 4], &[1, 2, 4, 8]) };
+        // Where not even the cheapest is run, one row says so.
+        let euler = if case.stiffness() > MOST_EULER { &euler[..1] } else { euler };
+        let mut all: Vec<Self> =
+            euler.iter().map(|times| Self::Fixed(Fixed::Euler, times.saturating_mul(stable))).collect();
+        all.extend(fixed.iter().map(|count| Self::Fixed(Fixed::Rkl2, *count)));
+        all.extend(fixed.iter().map(|count| Self::Fixed(Fixed::TrBdf2, *count)));
+        for integrator in [Integrator::Cheap, Integrator::Default, Integrator::Accurate] {
+            let factors: &[f64] = if quick { &[1.0] } else { &[10.0, 1.0, 0.1] };
+            all.extend(factors.iter().map(|factor| Self::Controlled(integrator, factor * integrator.tolerance())));
+        }
+        all
+    }
+
+    /// The method, without what makes one run of it finer than another.
+    pub fn family(&self) -> String {
+        match self {
+            Self::Fixed(Fixed::Euler, _) => "Euler, fixed".to_owned(),
+            Self::Fixed(Fixed::Rkl2, _) => "RKL2, fixed".to_owned(),
+            Self::Fixed(Fixed::TrBdf2, _) => "TR-BDF2, fixed".to_owned(),
+            Self::Controlled(integrator, _) => integrator.to_string(),
+        }
+    }
+
+    /// Why the scheme is not even tried on a case.
+    pub fn refusal(&self, case: &Case) -> Option<String> {
+        let hopeless = matches!(self, Self::Fixed(Fixed::Euler, _)) && case.stiffness() > MOST_EULER;
+        hopeless.then(|| format!("it is stable from {:.2e} passes a frame on only", case.stiffness()))
+    }
+}
+
+impl fmt::Display for Scheme {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Fixed(_, 1) => write!(out, "{}, 1 sub-step", self.family()),
+            Self::Fixed(_, count) => write!(out, "{}, {count} sub-steps", self.family()),
+            Self::Controlled(integrator, tolerance) => {
+                let millikelvin = format!("{:.3}", 1e3 * tolerance);
+                let short = millikelvin.trim_end_matches('0').trim_end_matches('.');
+                write!(out, "{integrator}, {short} mK")
+            }
+        }
+    }
+}

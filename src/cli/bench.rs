@@ -1,0 +1,103 @@
+//! `isotherm bench`: what everything costs, beside how wrong it is.
+
+use std::path::PathBuf;
+
+use indicatif::{ProgressBar, ProgressDrawTarget};
+
+use super::{Chosen, CliError, DeviceArguments};
+use crate::bench::Section;
+use crate::bench::files::{BenchFolder, PAGE};
+use crate::bench::run::{BenchError, Plan, Target};
+use crate::bench::tables;
+use crate::gpu::context::devices;
+
+/// Measure speed against error: every Vulkan device present, and the f64 reference.
+///
+/// limits: the bandwidth of a copy and the price of an empty dispatch. responses: nanoseconds a node and step of instant,
+/// transitions and a network's stage at 1e4 to 1e7 nodes, in GB/s and as a share of the copy. integrators: the four networks of
+/// a cube, a thin sheet, one with slivers and a blanket over a structure through one orbit, by every integrator with fixed
+/// sub-steps and at several tolerances: passes, dispatches, milliseconds by the device's clock, rms and largest error in kelvin
+/// against f64.
+///
+/// Leaves bench.json, plots/ and report.html, and prints the tables.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isotherm bench -o out/bench\n  \
+isotherm bench -o out/bench --quick --only integrators --device llvmpipe")]
+pub struct Arguments {
+    /// Folder for what the measurements leave; it must be empty or absent
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Only these of limits, responses and integrators, separated by commas
+    #[arg(long, value_name = "SECTION", value_delimiter = ',', value_parser = parse_section)]
+    only: Vec<Section>,
+    /// Fewer schemes, nodes and frames: within 90 s on lavapipe
+    #[arg(long)]
+    quick: bool,
+    /// Overwrite the files of an earlier `isotherm bench` in the output folder
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+fn parse_section(text: &str) -> Result<Section, String> {
+    let names: Vec<&str> = Section::ALL.iter().map(|section| section.name()).collect();
+    Section::named(text).ok_or_else(|| format!("the sections are {}", names.join(", ")))
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    let chosen = match arguments.device.device {
+        Some(_) => vec![arguments.device.open()?],
+        None => everything(arguments.quick)?,
+    };
+    let folder = BenchFolder::prepare(&arguments.output, arguments.force)?;
+    let sections = if arguments.only.is_empty() { Section::ALL.to_vec() } else { arguments.only.clone() };
+    let target = |chosen: &Chosen| match chosen {
+        Chosen::Device(context) => Target::Device(context.clone()),
+        Chosen::Reference => Target::Reference,
+    };
+    let plan = Plan {
+        sections,
+        quick: arguments.quick,
+        targets: chosen.iter().map(target).collect(),
+        command_line: std::env::args().collect::<Vec<_>>().join(" "),
+    };
+    let spinner = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+    let bench = plan.run(&|what| {
+        spinner.set_message(what.to_owned());
+        spinner.tick();
+    });
+    spinner.finish_and_clear();
+    let bench = bench?;
+    folder.write(&bench)?;
+    for table in tables::all(&bench) {
+        println!("{}", table.markdown());
+    }
+    println!("report: {}", folder.file(PAGE).display());
+    chosen.iter().try_for_each(Chosen::check_validation)
+}
+
+/// Every device that isotherm runs on, and, where there is time, the reference.
+fn everything(quick: bool) -> Result<Vec<Chosen>, CliError> {
+    let mut all = Vec::new();
+    for info in devices()? {
+        if info.lacks.is_empty() {
+            all.push(DeviceArguments { device: Some(info.name) }.open()?);
+        } else {
+            eprintln!("left out: '{}' lacks {}", info.name, info.lacks.join(", "));
+        }
+    }
+    if !quick {
+        all.push(Chosen::Reference);
+    }
+    Ok(all)
+}
+
+impl From<BenchError> for CliError {
+    fn from(error: BenchError) -> Self {
+        match error {
+            BenchError::Gpu(error) => Self::Gpu(error),
+            other => Self::Solver(other.to_string()),
+        }
+    }
+}

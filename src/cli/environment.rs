@@ -1,0 +1,194 @@
+//! `isotherm environment`: what Sun and planet do to a craft along its trajectory, or to one plate.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use super::{CliError, environment_plate};
+use crate::environment::Sky;
+use crate::environment::albedo::albedo_factor;
+use crate::environment::sky::{Boundary, EclipseEvent, SkyModel};
+use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
+use crate::output::OutputError;
+use crate::output::folder::write_atomic;
+use crate::scene::{Orbit, SkyScene};
+
+const EXAMPLES: &str = "\
+Examples:
+  isotherm environment models/iss_orbit.toml -o env.csv
+  isotherm environment plate --altitude 408e3 --nadir-angle 90 --sun-zenith 60 --json
+
+A scene needs [time], [orbit], [attitude] and [environment] only
+(models/README.md). env.csv has a row for each step, 0 included, of the instant.
+Vectors are unit vectors in the body frame, fluxes those that fall on the six
+faces of a cube (+X -X +Y -Y +Z -Z), whatever they absorb:
+  time_s, utc             since time 0; UTC is empty for a circular orbit
+  x_m, y_m, z_m           craft from the planet's centre, inertial frame (GCRF)
+  sun_x .., planet_x ..   directions to the Sun and to the planet's centre
+  sun_distance_m          from the craft
+  lit_fraction            share of the Sun's disc that the planet leaves visible
+  solar_flux_w_m2         sunlight at this distance, eclipse left aside
+  solar_+X_w_m2 ..        sunlight on each face, times the lit fraction
+  planet_ir_+X_w_m2 ..    planet infrared on each face
+  albedo_+X_w_m2 ..       reflected sunlight on each face, by the exact integral
+What the scene's [environment] leaves out is 0. env.events.csv beside it has
+time_s, utc, boundary (penumbra, umbra) and event (entry, exit).";
+
+/// Sun, planet and eclipses along a scene's trajectory, or what one plate receives from the planet.
+#[derive(clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Scene file (TOML; models/README.md says what it holds)
+    #[arg(required = true)]
+    scene: Option<PathBuf>,
+    /// CSV to write; its eclipses go beside it, env.events.csv beside env.csv
+    #[arg(short, long, value_name = "CSV", required = true)]
+    output: Option<PathBuf>,
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    Plate(environment_plate::Arguments),
+}
+
+/// The faces of the cube.
+const FACES: [(&str, DVec3); 6] = [
+    ("+X", DVec3::X),
+    ("-X", DVec3::NEG_X),
+    ("+Y", DVec3::Y),
+    ("-Y", DVec3::NEG_Y),
+    ("+Z", DVec3::Z),
+    ("-Z", DVec3::NEG_Z),
+];
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    match arguments {
+        Arguments { command: Some(Command::Plate(arguments)), .. } => environment_plate::run(arguments),
+        Arguments { scene: Some(scene), output: Some(output), .. } => scene_environment(scene, output),
+        _ => Err(CliError::Usage("state a scene file and -o env.csv, or plate".to_owned())),
+    }
+}
+
+fn scene_environment(path: &Path, output: &Path) -> Result<(), CliError> {
+    let scene = SkyScene::load(path).map_err(|error| CliError::Usage(error.to_string()))?;
+    for assumption in &scene.assumptions {
+        eprintln!("assumed: {assumption}");
+    }
+    let wrong = |error| CliError::Usage(format!("{}: {error}", path.display()));
+    let sky = SkyModel::new(&scene.orbit, &scene.attitude, &scene.environment).map_err(wrong)?;
+    let end = f64::from(scene.time.steps) * scene.time.step;
+    sky.check(0.0, end).map_err(wrong)?;
+    let events_path = beside(output);
+    if events_path == output {
+        return Err(CliError::Usage(format!("{}: the eclipses would have the same name", output.display())));
+    }
+    write_atomic(output, |out| {
+        let mut table = csv::Writer::from_writer(out);
+        let failed = |error: csv::Error| OutputError::write(output, std::io::Error::other(error));
+        table.write_record(header()).map_err(failed)?;
+        for step in 0..=scene.time.steps {
+            table.write_record(row(&scene, &sky, f64::from(step) * scene.time.step)).map_err(failed)?;
+        }
+        table.flush().map_err(|error| OutputError::write(output, error))
+    })?;
+    let events = sky.events(0.0, end);
+    write_atomic(&events_path, |out| {
+        let failed = |error| OutputError::write(&events_path, error);
+        writeln!(out, "time_s,utc,boundary,event").map_err(failed)?;
+        for EclipseEvent { time, boundary, entry } in &events {
+            let boundary = match boundary {
+                Boundary::Penumbra => "penumbra",
+                Boundary::Umbra => "umbra",
+            };
+            let event = if *entry { "entry" } else { "exit" };
+            writeln!(out, "{time:.4},{},{boundary},{event}", utc(&scene.orbit, *time)).map_err(failed)?;
+        }
+        Ok(())
+    })?;
+    println!(
+        "{} steps in {}, {} contacts of eclipses in {}",
+        scene.time.steps,
+        output.display(),
+        events.len(),
+        events_path.display()
+    );
+    Ok(())
+}
+
+/// `env.events.csv` beside `env.csv`.
+fn beside(output: &Path) -> PathBuf {
+    let stem = output.file_stem().unwrap_or(output.as_os_str()).to_string_lossy().into_owned();
+    output.with_file_name(format!("{stem}.events.csv"))
+}
+
+fn utc(orbit: &Orbit, time: f64) -> String {
+    orbit.trajectory().map_or(String::new(), |trajectory| trajectory.utc(time))
+}
+
+fn header() -> Vec<String> {
+    let plain = [
+        "time_s",
+        "utc",
+        "x_m",
+        "y_m",
+        "z_m",
+        "sun_x",
+        "sun_y",
+        "sun_z",
+        "planet_x",
+        "planet_y",
+        "planet_z",
+        "sun_distance_m",
+        "lit_fraction",
+        "solar_flux_w_m2",
+    ];
+    let of_faces = |what: &'static str| FACES.iter().map(move |(face, _)| format!("{what}_{face}_w_m2"));
+    plain
+        .iter()
+        .map(|name| (*name).to_owned())
+        .chain(of_faces("solar"))
+        .chain(of_faces("planet_ir"))
+        .chain(of_faces("albedo"))
+        .collect()
+}
+
+fn row(scene: &SkyScene, sky: &SkyModel, time: f64) -> Vec<String> {
+    let now = sky.sky(time);
+    let (position, sun) = sky.place(time).map_or((DVec3::NAN, DVec3::NAN), |place| (place.position, place.sun));
+    let environment = &scene.environment;
+    let solar = environment.solar_constant.unwrap_or(0.0) * now.solar_scale;
+    let radius = ApparentRadius::new(now.distance_ratio);
+    let faces = FACES.map(|(_, normal)| {
+        let direct = solar * now.lit_fraction * normal.dot(now.sun_direction).max(0.0);
+        let view = plate_view_factor(normal.dot(now.nadir_direction), radius);
+        let albedo = environment.albedo.map_or(0.0, |albedo| albedo * solar * factor(&now, normal));
+        [direct, environment.planet_ir.unwrap_or(0.0) * view, albedo]
+    });
+    let mut cells = vec![shortest(time), utc(&scene.orbit, time)];
+    cells.extend(position.to_array().map(|value| format!("{value:.4}")));
+    cells.extend(now.sun_direction.to_array().map(|value| format!("{value:.10}")));
+    cells.extend(now.nadir_direction.to_array().map(|value| format!("{value:.10}")));
+    cells.push(format!("{:.1}", (sun - position).length()));
+    cells.push(format!("{:.8}", now.lit_fraction));
+    cells.push(format!("{solar:.6}"));
+    for which in 0..3 {
+        cells.extend(faces.iter().map(|fluxes| format!("{:.6}", fluxes[which])));
+    }
+    cells
+}
+
+/// A time without the digits that rounding makes.
+fn shortest(time: f64) -> String {
+    ((time * 1e9).round() / 1e9).to_string()
+}
+
+/// Share of albedo x solar flux that falls on a face whose normal in the body frame is this.
+fn factor(sky: &Sky, normal: DVec3) -> f64 {
+    let nadir = sky.nadir_direction;
+    let sunward = sky.sun_direction - nadir * nadir.dot(sky.sun_direction);
+    let x_axis = sunward.try_normalize().unwrap_or_else(|| nadir.any_orthonormal_vector());
+    let direction = DVec3::new(normal.dot(x_axis), normal.dot(nadir.cross(x_axis)), normal.dot(nadir));
+    albedo_factor(direction.normalize(), sky.distance_ratio, sky.sun_zenith)
+}

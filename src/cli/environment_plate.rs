@@ -1,0 +1,146 @@
+//! `isotherm environment plate`: what a plate receives from the planet, by the exact integrals.
+
+use std::io::Write;
+
+use glam::DVec3;
+use serde_json::json;
+
+use super::CliError;
+use crate::environment::albedo::albedo_factor;
+use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
+
+/// View factor of a plate to the planet, and the planet's infrared and albedo that fall on it (incident, not absorbed).
+///
+/// The planet is a Lambert sphere, evenly warm, lit by parallel sunlight.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example:\n  isotherm environment plate --altitude 408e3 --nadir-angle 90 --sun-zenith 60 --json"
+)]
+pub struct Arguments {
+    /// Height above the planet's radius [m]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    altitude: f64,
+    /// Angle of the plate's normal from nadir [deg]
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    nadir_angle: f64,
+    /// Zenith angle of the Sun at the point below the craft [deg]
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
+    sun_zenith: f64,
+    /// Direction in which the normal is tilted, from the Sun's side [deg]: 0 tilts it towards the Sun
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
+    azimuth: f64,
+    /// Infrared that the planet emits [W/m2]
+    #[arg(long, value_name = "W", default_value_t = 237.0, allow_negative_numbers = true)]
+    planet_ir: f64,
+    /// Share of sunlight that the planet reflects
+    #[arg(long, value_name = "A", default_value_t = 0.3, allow_negative_numbers = true)]
+    albedo: f64,
+    /// Flux of sunlight [W/m2]
+    #[arg(long, value_name = "W", default_value_t = 1361.0, allow_negative_numbers = true)]
+    solar: f64,
+    /// Radius of the planet [m]
+    #[arg(long, value_name = "M", default_value_t = 6.371e6, allow_negative_numbers = true)]
+    planet_radius: f64,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+impl Arguments {
+    fn check(&self) -> Result<(), CliError> {
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        let non_negative = |value: f64| value >= 0.0 && value.is_finite();
+        let rules = [
+            ("altitude", self.altitude, positive(self.altitude), "above 0 m"),
+            ("nadir-angle", self.nadir_angle, self.nadir_angle.is_finite(), "finite"),
+            ("sun-zenith", self.sun_zenith, self.sun_zenith.is_finite(), "finite"),
+            ("azimuth", self.azimuth, self.azimuth.is_finite(), "finite"),
+            ("planet-ir", self.planet_ir, non_negative(self.planet_ir), "0 W/m2 or above"),
+            ("albedo", self.albedo, (0.0..=1.0).contains(&self.albedo), "within 0 and 1"),
+            ("solar", self.solar, non_negative(self.solar), "0 W/m2 or above"),
+            ("planet-radius", self.planet_radius, positive(self.planet_radius), "above 0 m"),
+        ];
+        match rules.iter().find(|(_, _, allowed, _)| !allowed) {
+            Some((name, value, _, rule)) => Err(CliError::Usage(format!("--{name} must be {rule}, found {value}"))),
+            None if self.altitude / self.planet_radius < 1e-9 => {
+                Err(CliError::Usage(format!("--altitude {} m is nothing beside the planet radius", self.altitude)))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// What a plate receives, as shares of a full flux.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Received {
+    view_factor: f64,
+    albedo_factor: f64,
+}
+
+/// `tilt` is the normal's angle from nadir, `azimuth` that of its tilt from the Sun's side, all angles in radians.
+fn received(distance_ratio: f64, tilt: f64, azimuth: f64, sun_zenith: f64) -> Received {
+    // The integrals want the Sun's zenith angle in [0, pi]; beyond, the Sun stands on the other side.
+    let (sin_sun, cos_sun) = sun_zenith.sin_cos();
+    let azimuth = if sin_sun < 0.0 { azimuth + std::f64::consts::PI } else { azimuth };
+    let (sin_tilt, cos_tilt) = tilt.sin_cos();
+    let normal = DVec3::new(sin_tilt * azimuth.cos(), sin_tilt * azimuth.sin(), cos_tilt);
+    Received {
+        view_factor: plate_view_factor(cos_tilt, ApparentRadius::new(distance_ratio)),
+        albedo_factor: albedo_factor(normal, distance_ratio, sin_sun.abs().atan2(cos_sun)),
+    }
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
+    arguments.check()?;
+    let Received { view_factor, albedo_factor } = received(
+        1.0 + arguments.altitude / arguments.planet_radius,
+        arguments.nadir_angle.to_radians(),
+        arguments.azimuth.to_radians(),
+        arguments.sun_zenith.to_radians(),
+    );
+    let planet_ir = arguments.planet_ir * view_factor;
+    let albedo = arguments.solar * arguments.albedo * albedo_factor;
+    let mut out = std::io::stdout().lock();
+    if arguments.json {
+        let value = json!({
+            "view_factor": view_factor,
+            "planet_ir_w_m2": planet_ir,
+            "albedo_w_m2": albedo,
+            "albedo_factor": albedo_factor,
+        });
+        writeln!(out, "{value:#}")?;
+    } else {
+        writeln!(out, "view factor      {view_factor:.6}")?;
+        writeln!(out, "planet infrared  {planet_ir:.4} W/m2 incident")?;
+        writeln!(out, "albedo           {albedo:.4} W/m2 incident")?;
+        writeln!(out, "albedo factor    {albedo_factor:.6} of albedo x solar")?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+    use super::*;
+
+    #[test]
+    fn angles_beyond_half_a_turn_mean_the_same_directions() {
+        let close = |a: Received, b: Received| {
+            (a.view_factor - b.view_factor).abs() < 1e-12 && (a.albedo_factor - b.albedo_factor).abs() < 1e-12
+        };
+        let base = received(1.064, 1.2, 0.4, 1.3);
+        assert!(close(base, received(1.064, -1.2, 0.4 + PI, 1.3)));
+        assert!(close(base, received(1.064, 1.2, 0.4 + PI, -1.3)));
+        assert!(close(base, received(1.064, 1.2 + TAU, 0.4 - TAU, 1.3 + TAU)));
+        assert!(close(base, received(1.064, 1.2, -0.4, 1.3)), "the two sides of the Sun's plane are alike");
+        assert!(!close(base, received(1.064, 1.2, 0.4 + PI, 1.3)));
+    }
+
+    #[test]
+    fn azimuth_0_tilts_to_the_sun() {
+        let towards = received(1.064, FRAC_PI_2, 0.0, 1.2).albedo_factor;
+        let away = received(1.064, FRAC_PI_2, PI, 1.2).albedo_factor;
+        assert!(towards > 1.2 * away && away > 0.0, "{towards} {away}");
+    }
+}

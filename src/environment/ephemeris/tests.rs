@@ -1,0 +1,167 @@
+//! Ephemerides made from known motions: exact epochs, orders, gaps, steps and manoeuvres.
+
+use std::f64::consts::TAU;
+
+use super::*;
+use crate::environment::orbit::EARTH_GRAVITATIONAL_PARAMETER;
+
+const RADIUS: f64 = 6.8e6;
+
+fn rate() -> f64 {
+    (EARTH_GRAVITATIONAL_PARAMETER / RADIUS.powi(3)).sqrt()
+}
+
+/// A circle in the X-Z plane.
+fn circle(time: f64) -> State {
+    let (sin, cos) = (rate() * time).sin_cos();
+    let position = DVec3::new(cos, 0.0, sin) * RADIUS;
+    State { position, velocity: DVec3::new(-sin, 0.0, cos) * (RADIUS * rate()) }
+}
+
+fn sample(time: f64) -> Sample {
+    let State { position, velocity } = circle(time);
+    Sample { time, position, velocity: Some(velocity) }
+}
+
+fn whole(samples: Vec<Sample>, interpolation: Interpolation) -> (Ephemeris, Findings) {
+    Ephemeris::new(vec![Segment { samples, interpolation, usable: (f64::NEG_INFINITY, f64::INFINITY) }])
+}
+
+fn regular(count: u32, step: f64) -> Vec<Sample> {
+    (0..count).map(|index| sample(f64::from(index) * step)).collect()
+}
+
+fn error(ephemeris: &Ephemeris, time: f64) -> f64 {
+    ephemeris.state(time).expect("covered").position.distance(circle(time).position)
+}
+
+#[test]
+fn epochs_are_exact_and_the_order_is_that_of_the_degree() {
+    for (interpolation, order) in [
+        (Interpolation::Lagrange(1), 2.0),
+        (Interpolation::Lagrange(4), 5.0),
+        (Interpolation::Lagrange(7), 8.0),
+        (Interpolation::Hermite(3), 4.0),
+        (Interpolation::Hermite(7), 8.0),
+    ] {
+        let worst = |step: f64| {
+            let (ephemeris, findings) = whole(regular((6000.0 / step) as u32 + 1, step), interpolation);
+            assert_eq!(findings, Findings::default());
+            for index in 0..10 {
+                let time = f64::from(index) * step;
+                assert_eq!(ephemeris.state(time).unwrap().position, circle(time).position);
+            }
+            (0..100).map(|look| error(&ephemeris, 1500.0 + f64::from(look) * 7.1)).fold(0.0, f64::max)
+        };
+        let observed = (worst(400.0) / worst(200.0)).log2();
+        assert!((observed - order).abs() < 0.5, "{interpolation:?}: order {observed}, errors {}", worst(200.0));
+    }
+}
+
+#[test]
+fn velocities_are_the_slopes_of_positions() {
+    for interpolation in [Interpolation::Hermite(7), Interpolation::Lagrange(7)] {
+        let (ephemeris, _) = whole(regular(30, 120.0), interpolation);
+        for time in [10.0, 1234.5, 3400.0] {
+            let velocity = ephemeris.state(time).unwrap().velocity;
+            assert!(velocity.distance(circle(time).velocity) < 0.05, "{time}: {velocity}");
+        }
+    }
+}
+
+#[test]
+fn a_gap_is_not_bridged_and_one_missing_epoch_is() {
+    let mut samples = regular(60, 60.0);
+    samples.remove(40);
+    samples.drain(20..25);
+    let (ephemeris, findings) = whole(samples, Interpolation::Hermite(7));
+    assert_eq!(findings.gaps, 1);
+    assert_eq!(ephemeris.coverage(), [(0.0, 1140.0), (1500.0, 3540.0)]);
+    assert!(ephemeris.state(1141.0).is_none() && ephemeris.state(1499.0).is_none());
+    assert!(ephemeris.state(-0.1).is_none() && ephemeris.state(3540.1).is_none());
+    assert!(error(&ephemeris, 2400.0) < 1.0 && error(&ephemeris, 1139.0) < 1e-3);
+}
+
+#[test]
+fn a_step_at_a_repeated_epoch_is_taken_there_and_nowhere_else() {
+    let shift = DVec3::new(0.0, 5000.0, 0.0);
+    let mut samples = regular(60, 60.0);
+    let moved = |sample: &Sample| Sample { position: sample.position + shift, ..*sample };
+    let after: Vec<Sample> = samples[30..].iter().map(moved).collect();
+    samples.truncate(31);
+    samples.extend(after);
+    let (ephemeris, findings) = whole(samples, Interpolation::Lagrange(9));
+    assert_eq!((findings.steps, findings.repeated, findings.gaps), (1, 0, 0));
+    assert_eq!(ephemeris.coverage(), [(0.0, 3540.0)]);
+    assert!(error(&ephemeris, 1799.0) < 1.0);
+    for time in [1800.0, 1801.0] {
+        let state = ephemeris.state(time).unwrap();
+        assert!(state.position.distance(circle(time).position + shift) < 1.0, "{time}");
+    }
+}
+
+#[test]
+fn lines_that_repeat_are_dropped() {
+    let mut samples = regular(40, 60.0);
+    samples.insert(10, samples[10]);
+    samples.insert(10, samples[10]);
+    let (ephemeris, findings) = whole(samples, Interpolation::Hermite(7));
+    assert_eq!((findings.repeated, findings.steps), (2, 0));
+    assert!((0..200).all(|look| error(&ephemeris, f64::from(look) * 11.0) < 1e-3));
+}
+
+/// An impulse between two epochs, with no line at it: both orbits are right up to their last own sample.
+#[test]
+fn a_manoeuvre_between_epochs_disturbs_nothing_but_its_own_interval() {
+    let burn = 1830.0;
+    let speed = 20.0;
+    let coast = |time: f64| {
+        // Another circle's plane: the velocity gains a part along Y, which swings about the planet.
+        let State { position, velocity } = circle(time);
+        let swing = if time < burn { DVec3::ZERO } else { DVec3::Y };
+        let (sin, cos) = (rate() * (time - burn)).sin_cos();
+        State { position: position + swing * (speed / rate() * sin), velocity: velocity + swing * (speed * cos) }
+    };
+    let samples = (0..60).map(|index| {
+        let time = f64::from(index) * 60.0;
+        let State { position, velocity } = coast(time);
+        Sample { time, position, velocity: Some(velocity) }
+    });
+    let (ephemeris, findings) = whole(samples.collect(), Interpolation::Hermite(7));
+    assert_eq!(findings.manoeuvres, 1);
+    let error = |time: f64| ephemeris.state(time).unwrap().position.distance(coast(time).position);
+    for time in [1700.0, 1799.0, 1861.0, 1950.0] {
+        assert!(error(time) < 2.0, "{time}: {}", error(time));
+    }
+    for time in [1810.0, 1830.0, 1850.0] {
+        assert!(error(time) < 200.0, "{time}: {}", error(time));
+    }
+    // Without velocities nothing tells the manoeuvre, and a polynomial across it rings.
+    assert!(unexplained(&sample(0.0), &sample(60.0)).unwrap() < 2.0);
+}
+
+#[test]
+fn usable_times_bound_a_segment_but_its_samples_still_count() {
+    let segment = |usable| Segment { samples: regular(20, 60.0), interpolation: Interpolation::Hermite(7), usable };
+    let (ephemeris, _) = Ephemeris::new(vec![segment((90.0, 500.0)), segment((500.0, 1000.0))]);
+    assert_eq!(ephemeris.coverage(), [(90.0, 1000.0)]);
+    assert!(ephemeris.state(89.0).is_none());
+    assert!(error(&ephemeris, 95.0) < 1e-3);
+    let (apart, _) = Ephemeris::new(vec![segment((90.0, 500.0)), segment((501.0, 1000.0))]);
+    assert!(apart.state(500.5).is_none());
+}
+
+#[test]
+fn few_samples_and_high_degrees_are_served() {
+    let (one, _) = whole(regular(1, 60.0), Interpolation::Hermite(7));
+    assert_eq!(one.state(0.0).unwrap(), circle(0.0));
+    assert_eq!(one.coverage(), [(0.0, 0.0)]);
+    let (two, _) = whole(regular(2, 60.0), Interpolation::Lagrange(31));
+    assert!(error(&two, 30.0) < 4000.0);
+    let (many, _) = whole(regular(90, 60.0), Interpolation::Lagrange(31));
+    assert!((0..500).all(|look| error(&many, 1500.0 + f64::from(look) * 3.3) < 1e-2));
+    let (dense, _) = whole(regular(90, TAU), Interpolation::Hermite(31));
+    assert!((0..500).all(|look| error(&dense, f64::from(look)) < 1.0));
+    let (none, _) = Ephemeris::new(Vec::new());
+    assert!(none.state(0.0).is_none() && none.coverage().is_empty());
+}

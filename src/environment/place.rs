@@ -1,0 +1,113 @@
+//! Where the craft and the Sun are at an instant, on a circular orbit or on a real trajectory.
+
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
+
+use super::orbit::SUN_DISTANCE;
+use super::trajectory::Trajectory;
+use crate::scene::{CircularOrbit, Orbit};
+
+/// Craft and Sun at an instant, in the inertial frame: GCRF for a trajectory, that of the orbit for a circular one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Time since the start [s].
+    pub time: f64,
+    /// Craft from the planet's centre [m].
+    pub position: DVec3,
+    /// Sun from the planet's centre [m].
+    pub sun: DVec3,
+    /// Unit vector from the craft to the Sun.
+    pub sun_direction: DVec3,
+    /// Rotates orbit-frame (LVLH: X along the velocity, Y against the orbit normal, Z nadir) vectors into the inertial
+    /// frame.
+    pub inertial_from_orbit: DMat3,
+    /// Flux of sunlight over that at one astronomical unit.
+    pub solar_scale: f64,
+    /// Rate at which the craft goes round the planet [rad/s].
+    pub rate: f64,
+}
+
+impl From<&CircularOrbit> for Orbit {
+    fn from(orbit: &CircularOrbit) -> Self {
+        Self::Circular(orbit.clone())
+    }
+}
+
+impl From<&Orbit> for Orbit {
+    fn from(orbit: &Orbit) -> Self {
+        orbit.clone()
+    }
+}
+
+impl From<Arc<Trajectory>> for Orbit {
+    fn from(trajectory: Arc<Trajectory>) -> Self {
+        Self::Trajectory(trajectory)
+    }
+}
+
+impl Orbit {
+    /// Period [s]: of a trajectory that of its osculating orbit at time 0.
+    pub fn period(&self) -> f64 {
+        match self {
+            Self::Circular(orbit) => orbit.period,
+            Self::Trajectory(trajectory) => trajectory.period(),
+        }
+    }
+
+    /// The circular orbit, where it is one.
+    pub fn circular(&self) -> Option<&CircularOrbit> {
+        match self {
+            Self::Circular(orbit) => Some(orbit),
+            Self::Trajectory(_) => None,
+        }
+    }
+
+    /// The trajectory, where it is one.
+    pub fn trajectory(&self) -> Option<&Trajectory> {
+        match self {
+            Self::Circular(_) => None,
+            Self::Trajectory(trajectory) => Some(trajectory),
+        }
+    }
+
+    /// Craft and Sun at a time [s]; `None` where a trajectory does not cover it. `planet_radius` [m] is that of the
+    /// scene, above which a circular orbit states its altitude.
+    ///
+    /// On a circular orbit the Sun's direction is that from the planet's centre, the same for every place of it: the
+    /// parallax (5e-5 rad in low orbits) is a hundredth of the Sun's own width, and a sky that repeats is worth more.
+    pub fn place(&self, time: f64, planet_radius: f64) -> Option<Place> {
+        match self {
+            Self::Circular(orbit) => {
+                let sun_direction = orbit.sun_direction();
+                Some(Place {
+                    time,
+                    position: orbit.zenith(time) * (planet_radius + orbit.altitude),
+                    sun: sun_direction * SUN_DISTANCE,
+                    sun_direction,
+                    inertial_from_orbit: orbit.inertial_from_orbit(time),
+                    solar_scale: 1.0,
+                    rate: std::f64::consts::TAU / orbit.period,
+                })
+            }
+            Self::Trajectory(trajectory) => {
+                let state = trajectory.state(time)?;
+                let sun = trajectory.sun(time);
+                let to_sun = sun - state.position;
+                let momentum = state.position.cross(state.velocity);
+                let z_axis = -state.position.normalize();
+                // A craft that falls straight down has no orbit plane.
+                let y_axis = (-momentum).try_normalize().unwrap_or_else(|| z_axis.any_orthonormal_vector());
+                Some(Place {
+                    time,
+                    position: state.position,
+                    sun,
+                    sun_direction: to_sun.normalize(),
+                    inertial_from_orbit: DMat3::from_cols(y_axis.cross(z_axis), y_axis, z_axis),
+                    solar_scale: (SUN_DISTANCE / to_sun.length()).powi(2),
+                    rate: momentum.length() / state.position.length_squared(),
+                })
+            }
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! The depth of the parts as seen from the Sun, and the visibility that a node reads from it. Twin of the device's passes.
+
+use glam::DVec3;
+
+use super::{Occluders, lit_side};
+
+/// Texels around the craft that stay empty, so that a filter at its silhouette never leaves the map.
+const MARGIN: f64 = 3.0;
+/// How far a node is lifted off its surface before it is looked up [texels]: what rounding and normals that are
+/// smoothed over an edge may be off.
+const LIFT: f64 = 0.75;
+/// Least cosine of incidence that a surface's slope is taken from. What meets the Sun flatter gets next to nothing.
+const LEAST_COSINE: f64 = 0.01;
+
+/// The Sun's parallel view of the craft: texels from body coordinates.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SunView {
+    /// Unit vector to the Sun, body frame.
+    pub sun: DVec3,
+    /// Unit vector along rows, to the right.
+    pub right: DVec3,
+    /// Unit vector along columns, downwards; right x down = away from the Sun.
+    pub down: DVec3,
+    /// Coordinates of the map's corner along `right`, `down` and away from the Sun [m].
+    pub corner: DVec3,
+    /// Side of a texel [m].
+    pub texel: f64,
+    /// Texels each way.
+    pub resolution: u32,
+    /// Distance between depth 0 and depth 1 [m].
+    pub range: f64,
+}
+
+impl SunView {
+    /// The view that has all corners of a box (lower and upper corner [m]) in it.
+    pub fn new(sun: DVec3, [low, high]: [DVec3; 2], resolution: u32) -> Self {
+        let away = -sun;
+        let right = away.any_orthonormal_vector();
+        let down = away.cross(right);
+        let mut least = DVec3::INFINITY;
+        let mut most = DVec3::NEG_INFINITY;
+        for corner in 0..8u32 {
+            let at = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+            let point = DVec3::new(at(0), at(1), at(2));
+            let seen = DVec3::new(point.dot(right), point.dot(down), point.dot(away));
+            least = least.min(seen);
+            most = most.max(seen);
+        }
+        let size = most - least;
+        let side = size.x.max(size.y).max(f64::MIN_POSITIVE);
+        let texel = side / (f64::from(resolution) - 2.0 * MARGIN);
+        let margin = MARGIN * texel;
+        // A little depth in front and behind, so that a flat craft has some too.
+        let reach = 0.01 * side + size.z;
+        let corner = DVec3::new(least.x - margin, least.y - margin, least.z - 0.01 * side);
+        Self { sun, right, down, corner, texel, resolution, range: reach + 0.01 * side }
+    }
+
+    /// Column, row (in texels, the first texel's centre at 0.5) and depth (0 to 1) of a point [m].
+    pub fn texel_from_body(&self, point: DVec3) -> DVec3 {
+        DVec3::new(
+            (point.dot(self.right) - self.corner.x) / self.texel,
+            (point.dot(self.down) - self.corner.y) / self.texel,
+            (-point.dot(self.sun) - self.corner.z) / self.range,
+        )
+    }
+
+    /// The same as rows of a matrix: factors of the point, and what is added.
+    pub fn rows(&self) -> [[f64; 4]; 3] {
+        let row = |axis: DVec3, corner: f64, unit: f64| {
+            let axis = axis / unit;
+            [axis.x, axis.y, axis.z, -corner / unit]
+        };
+        [
+            row(self.right, self.corner.x, self.texel),
+            row(self.down, self.corner.y, self.texel),
+            row(-self.sun, self.corner.z, self.range),
+        ]
+    }
+
+    /// Where the light that falls on a texel's centre enters the view [m].
+    fn source(&self, column: f64, row: f64) -> DVec3 {
+        let along = |axis: DVec3, corner: f64, texels: f64| axis * (corner + texels * self.texel);
+        along(self.right, self.corner.x, column + 0.5) + along(self.down, self.corner.y, row + 0.5)
+            - self.sun * self.corner.z
+    }
+
+    /// How far a node is lifted off its surface [m].
+    pub fn lift(&self) -> f64 {
+        LIFT * self.texel
+    }
+
+    /// Depth of one texel's side.
+    pub fn texel_depth(&self) -> f64 {
+        self.texel / self.range
+    }
+}
+
+/// Depth of the nearest surface at the centre of each texel; 1 where there is none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DepthMap<'a> {
+    view: SunView,
+    depths: Depths<'a>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Depths<'a> {
+    /// All of them, row after row.
+    Drawn(Vec<f64>),
+    /// Found one by one: what few nodes ask for is a small part of a map.
+    Traced(&'a Occluders),
+}
+
+impl<'a> DepthMap<'a> {
+    /// The same map without drawing it, for few nodes.
+    pub fn traced(view: SunView, occluders: &'a Occluders) -> Self {
+        Self { view, depths: Depths::Traced(occluders) }
+    }
+
+    /// Draws triangles of positions [m]. A texel has the depth at its centre, as on the device.
+    pub fn new(view: SunView, positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
+        let side = view.resolution as usize;
+        let mut depths = vec![1.0f64; side * side];
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(|corner| view.texel_from_body(positions[corner as usize]));
+            let area = (b - a).truncate().perp_dot((c - a).truncate());
+            if area == 0.0 {
+                continue;
+            }
+            let bound = |low: f64, high: f64| {
+                let first = (low - 0.5).ceil().max(0.0) as usize;
+                first..((high - 0.5).floor() + 1.0).clamp(0.0, side as f64) as usize
+            };
+            let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+            for row in bound(low.y, high.y) {
+                for column in bound(low.x, high.x) {
+                    let centre = glam::DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
+                    let weight = |from: DVec3, to: DVec3| {
+                        (to.truncate() - from.truncate()).perp_dot(centre - from.truncate()) / area
+                    };
+                    let (of_c, of_a, of_b) = (weight(a, b), weight(b, c), weight(c, a));
+                    if of_a >= 0.0 && of_b >= 0.0 && of_c >= 0.0 {
+                        let depth = of_a * a.z + of_b * b.z + of_c * c.z;
+                        let texel = &mut depths[row * side + column];
+                        *texel = texel.min(depth);
+                    }
+                }
+            }
+        }
+        Self { view, depths: Depths::Drawn(depths) }
+    }
+
+    /// Share of the Sun that a node sees, 0 to 1, at a position [m] with a unit normal; either side of it may be lit.
+    ///
+    /// Each of 4 x 4 texels says whether something is in front of the node's own surface there, which is taken for a
+    /// plane: so it never shadows itself, however flat the light falls. Their weights are those of a box of three texels
+    /// around the node, so that the answer follows a moving edge without a jump.
+    pub fn solar_visibility(&self, position: DVec3, normal: DVec3) -> f64 {
+        let view = &self.view;
+        let side = lit_side(normal, view.sun);
+        let at = view.texel_from_body(position + side * view.lift());
+        let cosine = side.dot(view.sun).max(LEAST_COSINE);
+        let slope = |along: DVec3| side.dot(along) / cosine * view.texel_depth();
+        let (across, along) = (slope(view.right), slope(view.down));
+        let first = [(at.x - 0.5).floor(), (at.y - 0.5).floor()];
+        let [fx, fy] = [at.x - 0.5 - first[0], at.y - 0.5 - first[1]];
+        let weights = |f: f64| [1.0 - f, 1.0, 1.0, f];
+        let mut lit = 0.0;
+        for (i, wy) in (-1..=2).zip(weights(fy)) {
+            for (j, wx) in (-1..=2).zip(weights(fx)) {
+                let (column, row) = (first[0] + f64::from(j), first[1] + f64::from(i));
+                let own = at.z + across * (column + 0.5 - at.x) + along * (row + 0.5 - at.y);
+                // Beside the craft the plane of a flatly lit surface runs on behind the map's end, where nothing is.
+                if self.depth(column, row) >= own.min(1.0) {
+                    lit += wx * wy;
+                }
+            }
+        }
+        lit / 9.0
+    }
+
+    fn depth(&self, column: f64, row: f64) -> f64 {
+        let side = f64::from(self.view.resolution);
+        if !(0.0..side).contains(&column) || !(0.0..side).contains(&row) {
+            return 1.0;
+        }
+        match &self.depths {
+            Depths::Drawn(depths) => depths[row as usize * self.view.resolution as usize + column as usize],
+            Depths::Traced(occluders) => {
+                let found = occluders.nearest(self.view.source(column, row), -self.view.sun);
+                found.map_or(1.0, |distance| distance / self.view.range)
+            }
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Rays from a node to the Sun's disc, against all triangles of the craft.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::tree::Tree;
+use super::{SUN_ANGULAR_RADIUS, lit_side};
+
+/// Points of the Sun's disc that rays go to.
+pub const SUN_RAYS: usize = 16;
+/// How far a ray starts off its surface, over the size of the craft.
+const START: f64 = 1e-5;
+
+/// Triangles that may stand in the light, and the tree that finds them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Occluders {
+    /// Corner and edges of each triangle [m], in the order of the tree's leaves.
+    pub triangles: Vec<[DVec3; 3]>,
+    /// Their boxes.
+    pub tree: Tree,
+    /// How far a ray starts off its surface [m].
+    pub start: f64,
+}
+
+/// Directions to points that share the Sun's disc evenly: a sunflower's spiral (Vogel 1979). Unit vectors.
+pub fn disc_directions(sun: DVec3) -> [DVec3; SUN_RAYS] {
+    let (x, y) = sun.any_orthonormal_pair();
+    let golden = 0.5 * (5f64.sqrt() - 1.0);
+    std::array::from_fn(|i| {
+        let radius = SUN_ANGULAR_RADIUS * ((i as f64 + 0.5) / SUN_RAYS as f64).sqrt();
+        let (sine, cosine) = (TAU * golden * i as f64).sin_cos();
+        (sun + radius * (cosine * x + sine * y)).normalize()
+    })
+}
+
+impl Occluders {
+    /// Of triangles of positions [m].
+    pub fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
+        let tree = Tree::new(positions, triangles);
+        let size = tree.nodes.first().map_or(0.0, |root| (root.high - root.low).length());
+        let edges = |number: &u32| {
+            let [a, b, c] = triangles[*number as usize].map(|corner| positions[corner as usize]);
+            [a, b - a, c - a]
+        };
+        Self { triangles: tree.order.iter().map(edges).collect(), tree, start: START * size }
+    }
+
+    /// Share of the Sun's disc that a node sees, at a position [m] with a unit normal; either side may be lit.
+    pub fn solar_visibility(&self, position: DVec3, normal: DVec3, sun: DVec3) -> f64 {
+        let from = position + lit_side(normal, sun) * self.start;
+        let seen = disc_directions(sun).into_iter().filter(|direction| !self.is_hidden(from, *direction)).count();
+        seen as f64 / SUN_RAYS as f64
+    }
+
+    /// Whether anything is in the way from a point [m] in a direction.
+    pub fn is_hidden(&self, from: DVec3, direction: DVec3) -> bool {
+        self.walk(from, direction, &mut |_| true)
+    }
+
+    /// Distance from a point [m] to the first triangle in a direction [m].
+    pub fn nearest(&self, from: DVec3, direction: DVec3) -> Option<f64> {
+        let mut nearest: Option<f64> = None;
+        self.walk(from, direction, &mut |distance| {
+            nearest = Some(nearest.map_or(distance, |least| least.min(distance)));
+            false
+        });
+        nearest
+    }
+
+    /// Hands over the distances of all triangles that a ray meets, until `ends` says so; whether it did.
+    fn walk(&self, from: DVec3, direction: DVec3, ends: &mut dyn FnMut(f64) -> bool) -> bool {
+        let inverse = direction.recip();
+        let mut at = 0;
+        while let Some(node) = self.tree.nodes.get(at) {
+            let (a, b) = ((node.low - from) * inverse, (node.high - from) * inverse);
+            let enters = a.min(b).max_element();
+            let leaves = a.max(b).min_element();
+            // Not a number, where a ray runs in a face of the box, counts as met.
+            if leaves < enters || leaves < 0.0 {
+                at = node.skip as usize;
+                continue;
+            }
+            let run = node.first as usize..(node.first + node.count) as usize;
+            if self.triangles[run].iter().filter_map(|triangle| meets(triangle, from, direction)).any(&mut *ends) {
+                return true;
+            }
+            at += 1;
+        }
+        false
+    }
+}
+
+/// Distance at which a ray meets a triangle (Moeller and Trumbore 1997), from either side.
+fn meets([corner, first, second]: &[DVec3; 3], from: DVec3, direction: DVec3) -> Option<f64> {
+    let p = direction.cross(*second);
+    let determinant = first.dot(p);
+    if determinant == 0.0 {
+        return None;
+    }
+    let to = from - *corner;
+    let u = to.dot(p) / determinant;
+    let q = to.cross(*first);
+    let v = direction.dot(q) / determinant;
+    let distance = second.dot(q) / determinant;
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > 0.0).then_some(distance)
+}

@@ -1,0 +1,124 @@
+//! A tree of boxes around triangles, in the order in which a ray meets it: no stack is needed, here or on the device.
+
+use glam::DVec3;
+
+/// Triangles in a leaf at most.
+const LEAF: usize = 4;
+/// Places where a box is tried to be cut.
+const BINS: usize = 16;
+/// Boxes and triangles of the largest tree that the device walks: lavapipe ends the loops of an invocation after 65,535
+/// turns without a word.
+pub const LARGEST_TREE: usize = 65_000;
+
+/// The box around nothing.
+const EMPTY: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+
+/// A box and what is in it. The nodes below follow it; `skip` is the one after them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TreeNode {
+    /// Lower corner [m].
+    pub low: DVec3,
+    /// Upper corner [m].
+    pub high: DVec3,
+    /// The node to go on with where the box is missed.
+    pub skip: u32,
+    /// First triangle of a leaf.
+    pub first: u32,
+    /// Triangles of a leaf; 0 of a node with others below it.
+    pub count: u32,
+}
+
+/// The nodes in the order of a walk, and the order of the triangles.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Tree {
+    /// A node comes before all that are below it.
+    pub nodes: Vec<TreeNode>,
+    /// Numbers of the triangles as the leaves have them.
+    pub order: Vec<u32>,
+}
+
+struct Builder {
+    bounds: Vec<[DVec3; 2]>,
+    centres: Vec<DVec3>,
+    tree: Tree,
+}
+
+impl Tree {
+    /// The tree of triangles of positions [m].
+    pub fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
+        let bounds: Vec<[DVec3; 2]> = triangles
+            .iter()
+            .map(|triangle| {
+                let [a, b, c] = triangle.map(|corner| positions[corner as usize]);
+                [a.min(b).min(c), a.max(b).max(c)]
+            })
+            .collect();
+        let centres = bounds.iter().map(|[low, high]| 0.5 * (*low + *high)).collect();
+        let order = (0..triangles.len() as u32).collect();
+        let mut builder = Builder { bounds, centres, tree: Self { nodes: Vec::new(), order } };
+        if !triangles.is_empty() {
+            builder.node(0, triangles.len());
+        }
+        builder.tree
+    }
+}
+
+impl Builder {
+    /// Adds the node of a run of the order, and all below it.
+    fn node(&mut self, first: usize, end: usize) {
+        let [low, high] = around(self.tree.order[first..end].iter().map(|number| self.bounds[*number as usize]));
+        let place = self.tree.nodes.len();
+        self.tree.nodes.push(TreeNode { low, high, skip: 0, first: first as u32, count: 0 });
+        if end - first <= LEAF {
+            self.tree.nodes[place].count = (end - first) as u32;
+        } else {
+            let middle = self.cut(first, end);
+            self.node(first, middle);
+            self.node(middle, end);
+        }
+        self.tree.nodes[place].skip = self.tree.nodes.len() as u32;
+    }
+
+    /// Sorts a run into two where the surface area heuristic (Goldsmith and Salmon 1987) finds it cheapest, in bins;
+    /// into halves where all centres agree.
+    fn cut(&mut self, first: usize, end: usize) -> usize {
+        let run = &self.tree.order[first..end];
+        let [low, high] = around(run.iter().map(|number| [self.centres[*number as usize]; 2]));
+        let axis = (high - low).to_array().iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(i, _)| i);
+        let extent = high[axis] - low[axis];
+        let bin = |number: u32| {
+            let share = (self.centres[number as usize][axis] - low[axis]) / extent;
+            ((share * BINS as f64) as usize).min(BINS - 1)
+        };
+        let halves = first + (end - first) / 2;
+        if extent <= 0.0 {
+            return halves;
+        }
+        let mut bins = [(0usize, EMPTY); BINS];
+        for number in run {
+            let (count, bounds) = &mut bins[bin(*number)];
+            *count += 1;
+            *bounds = around([*bounds, self.bounds[*number as usize]].into_iter());
+        }
+        let cost = |bins: &[(usize, [DVec3; 2])]| {
+            let count: usize = bins.iter().map(|(count, _)| count).sum();
+            let [low, high] = around(bins.iter().map(|(_, bounds)| *bounds));
+            let size = high - low;
+            (count > 0).then_some(count as f64 * (size.x * size.y + size.y * size.z + size.z * size.x))
+        };
+        let best = (1..BINS)
+            .filter_map(|cut| Some((cut, cost(&bins[..cut])? + cost(&bins[cut..])?)))
+            .min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((cut, _)) = best else { return halves };
+        let (below, above): (Vec<u32>, Vec<u32>) = run.iter().partition(|number| bin(**number) < cut);
+        let middle = first + below.len();
+        self.tree.order[first..middle].copy_from_slice(&below);
+        self.tree.order[middle..end].copy_from_slice(&above);
+        middle
+    }
+}
+
+/// The box around boxes.
+fn around(boxes: impl Iterator<Item = [DVec3; 2]>) -> [DVec3; 2] {
+    boxes.fold(EMPTY, |[low, high], [l, h]| [low.min(l), high.max(h)])
+}

@@ -1,0 +1,220 @@
+//! Where a craft is on a real trajectory, and where the Sun is then: both in GCRF, by the time of the scene.
+
+use std::f64::consts::TAU;
+use std::fmt;
+
+use glam::DVec3;
+use hifitime::{Epoch, TimeScale, Unit};
+
+use super::ephemeris::{Ephemeris, State};
+use super::frames::{gcrf_from_teme, tt_centuries};
+use super::orbit::EARTH_GRAVITATIONAL_PARAMETER;
+use super::sun::sun_position;
+
+/// Seconds of a Julian century.
+const CENTURY: f64 = 36_525.0 * 86_400.0;
+
+/// A trajectory around the Earth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trajectory {
+    /// What it came from, for reports.
+    pub description: String,
+    /// Time 0 of the scene.
+    start: Epoch,
+    /// That in centuries of TT since J2000.
+    start_centuries: f64,
+    source: Source,
+    /// Period of the osculating orbit at time 0 [s].
+    period: f64,
+}
+
+/// What says where the craft is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Source {
+    /// A two-line element set.
+    Elements {
+        /// The propagator.
+        constants: Box<sgp4::Constants>,
+        /// Epoch of the elements less the start of the scene [s].
+        epoch: f64,
+    },
+    /// Samples.
+    Ephemeris(Ephemeris),
+}
+
+/// A time that a trajectory does not cover.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TrajectoryError {
+    /// Before its beginning, after its end or in a gap.
+    #[error(
+        "the trajectory is needed from {from} to {to}{}, but {what}",
+        if *warm_up { " (the warm-up comes before time.start)" } else { "" }
+    )]
+    Uncovered {
+        /// First time that is needed, UTC.
+        from: String,
+        /// Last time that is needed, UTC.
+        to: String,
+        /// Whether the first time lies before time 0.
+        warm_up: bool,
+        /// What is covered instead.
+        what: String,
+    },
+    /// SGP4 gives up.
+    #[error("SGP4 gives no position at {time}: {reason}")]
+    Propagation {
+        /// UTC.
+        time: String,
+        /// What the propagator says.
+        reason: String,
+    },
+    /// The craft would be inside the planet.
+    #[error("at {time} the craft is {distance:.0} km from the centre of a planet of {radius:.0} km")]
+    Underground {
+        /// UTC.
+        time: String,
+        /// Distance from the centre [km].
+        distance: f64,
+        /// Planet radius [km].
+        radius: f64,
+    },
+}
+
+impl Trajectory {
+    /// From what says where the craft is, by times since `start`.
+    ///
+    /// # Errors
+    /// Where there is no state at time 0.
+    pub fn new(description: String, start: Epoch, source: Source) -> Result<Self, TrajectoryError> {
+        // Seconds are added to it, of which UTC leaves some out.
+        let start = start.to_time_scale(TimeScale::TAI);
+        let start_centuries = tt_centuries(start);
+        let mut trajectory = Self { description, start, start_centuries, source, period: f64::INFINITY };
+        trajectory.check(0.0, 0.0)?;
+        if let Some(State { position, velocity }) = trajectory.state(0.0) {
+            // The vis-viva equation; an orbit that is not closed has no period.
+            let inverse = 2.0 / position.length() - velocity.length_squared() / EARTH_GRAVITATIONAL_PARAMETER;
+            if inverse > 0.0 {
+                trajectory.period = TAU / (EARTH_GRAVITATIONAL_PARAMETER * inverse.powi(3)).sqrt();
+            }
+        }
+        Ok(trajectory)
+    }
+
+    /// Time 0 of the scene.
+    pub fn start(&self) -> Epoch {
+        self.start
+    }
+
+    /// Period of the orbit that osculates at time 0 [s]; infinite where that is not closed.
+    pub fn period(&self) -> f64 {
+        self.period
+    }
+
+    /// UTC of a time of the scene, to the millisecond: `2023-10-29T17:03:44.412Z`.
+    pub fn utc(&self, time: f64) -> String {
+        utc(self.start + Unit::Second * time)
+    }
+
+    /// Where the craft is at a time [s]; `None` where the trajectory does not say.
+    pub fn state(&self, time: f64) -> Option<State> {
+        match &self.source {
+            Source::Elements { constants, epoch } => {
+                let minutes = sgp4::MinutesSinceEpoch((time - epoch) / 60.0);
+                let prediction = constants.propagate(minutes).ok()?;
+                let rotation = gcrf_from_teme(self.centuries(time));
+                let metres = |vector: [f64; 3]| rotation * (DVec3::from_array(vector) * 1e3);
+                Some(State { position: metres(prediction.position), velocity: metres(prediction.velocity) })
+            }
+            Source::Ephemeris(ephemeris) => ephemeris.state(time),
+        }
+    }
+
+    /// Position of the Sun from the planet's centre [m].
+    pub fn sun(&self, time: f64) -> DVec3 {
+        sun_position(self.centuries(time))
+    }
+
+    fn centuries(&self, time: f64) -> f64 {
+        self.start_centuries + time / CENTURY
+    }
+
+    /// Times at which the trajectory may jump or bend [s].
+    pub fn seams(&self) -> Vec<f64> {
+        match &self.source {
+            Source::Elements { .. } => Vec::new(),
+            Source::Ephemeris(ephemeris) => ephemeris.seams().collect(),
+        }
+    }
+
+    /// Whether the trajectory says where the craft is from one time to another [s].
+    ///
+    /// # Errors
+    /// What it does not cover, with the ranges that it does; where SGP4 fails (looked for every minute).
+    pub fn check(&self, from: f64, to: f64) -> Result<(), TrajectoryError> {
+        match &self.source {
+            Source::Elements { constants, epoch } => {
+                let looks = ((to - from) / 60.0).ceil().clamp(1.0, MOST_LOOKS);
+                for look in 0..=looks as usize {
+                    let time = from + (to - from) * look as f64 / looks;
+                    constants.propagate(sgp4::MinutesSinceEpoch((time - epoch) / 60.0)).map_err(|error| {
+                        TrajectoryError::Propagation { time: self.utc(time), reason: error.to_string() }
+                    })?;
+                }
+                Ok(())
+            }
+            Source::Ephemeris(ephemeris) => {
+                let coverage = ephemeris.coverage();
+                let slack = 1e-6;
+                if coverage.iter().any(|(start, end)| start - slack <= from && to <= end + slack) {
+                    return Ok(());
+                }
+                Err(TrajectoryError::Uncovered {
+                    from: self.utc(from),
+                    to: self.utc(to),
+                    warm_up: from < 0.0,
+                    what: self.covered(&coverage),
+                })
+            }
+        }
+    }
+
+    /// The covered stretches in words.
+    fn covered(&self, coverage: &[(f64, f64)]) -> String {
+        let [(first, _), .., (_, last)] = coverage else {
+            return match coverage {
+                [(start, end)] => format!("it covers {} to {}", self.utc(*start), self.utc(*end)),
+                _ => "it covers nothing".to_owned(),
+            };
+        };
+        let gaps: Vec<String> = coverage
+            .windows(2)
+            .take(3)
+            .map(|pair| format!("{} to {}", self.utc(pair[0].1), self.utc(pair[1].0)))
+            .collect();
+        let more = if coverage.len() > 4 { format!(" and {} more", coverage.len() - 4) } else { String::new() };
+        format!("it covers {} to {} with gaps: {}{more}", self.utc(*first), self.utc(*last), gaps.join(", "))
+    }
+}
+
+/// Most times at which a propagation is tried beforehand.
+const MOST_LOOKS: f64 = 1e5;
+
+impl fmt::Display for Trajectory {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(&self.description)
+    }
+}
+
+/// Seconds from one epoch to another, leap seconds included.
+pub fn seconds_between(from: Epoch, to: Epoch) -> f64 {
+    (to.to_tai_duration() - from.to_tai_duration()).to_seconds()
+}
+
+/// UTC as ISO 8601, to the nearest millisecond.
+pub fn utc(epoch: Epoch) -> String {
+    let rounded = epoch.to_time_scale(TimeScale::UTC).round(Unit::Millisecond * 1);
+    let (year, month, day, hour, minute, second, nanoseconds) = rounded.to_gregorian_utc();
+    let milliseconds = nanoseconds / 1_000_000;
+    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{milliseconds:03}Z")
+}

@@ -1,0 +1,66 @@
+//! What the stages of a method weigh, in single precision.
+
+use crate::gpu::layout::NetworkStage;
+use crate::thermal::network::rkl2;
+use crate::thermal::network::stepper::Method;
+use crate::thermal::network::tr_bdf2::{DIAGONAL, GAMMA};
+
+/// The stages of a sub-step of `step` [s]; one stage is forward Euler.
+pub(super) fn device_stages(count: u32, step: f64) -> Vec<NetworkStage> {
+    if count == 1 {
+        let step = step as f32;
+        return vec![NetworkStage { mu: 0.0, nu: 0.0, mu_step: 0.0, gamma_step: step, time: step }];
+    }
+    let mut stages: Vec<NetworkStage> = rkl2::coefficients(count)
+        .iter()
+        .map(|stage| NetworkStage {
+            mu: stage.mu as f32,
+            nu: stage.nu as f32,
+            mu_step: (stage.mu_rate * step) as f32,
+            gamma_step: (stage.gamma_rate * step) as f32,
+            time: (stage.time * step) as f32,
+        })
+        .collect();
+    // The first stage knows only the rate at the start.
+    stages[0] = NetworkStage { gamma_step: stages[0].mu_step, mu_step: 0.0, ..stages[0] };
+    stages
+}
+
+/// Weights of the rates at the end and at the start [s] and of the change, in the estimate of a sub-step's error.
+pub(super) fn error_weights(method: Method, step: f64) -> [f32; 3] {
+    match method {
+        Method::Euler => [0.5 * step, -0.5 * step, 0.0].map(|weight| weight as f32),
+        Method::Rkl2 { stages } => {
+            let factor = rkl2::error_factor(stages);
+            [6.0 * factor * step, 6.0 * factor * step, -12.0 * factor].map(|weight| weight as f32)
+        }
+        Method::TrBdf2 => [0.0; 3],
+    }
+}
+
+/// Right sides of the two stages of TR-BDF2 and of its estimate, times alpha h: weights of the heat now and at the start, and
+/// of the heat that the change and that of the first stage store.
+///
+/// gamma = 2 - sqrt 2, alpha = gamma / 2; the first stage's weight in the second is 1 / (gamma (2 - gamma)); the estimate is
+/// 2 k / alpha of the embedded one, k = (-3 gamma^2 + 4 gamma - 2) / (12 (2 - gamma)) (Hosea & Shampine 1996).
+pub(super) fn implicit_weights() -> [[f32; 4]; 3] {
+    let first = 1.0 / (GAMMA * (2.0 - GAMMA));
+    let estimate = 2.0 / DIAGONAL * (-3.0 * GAMMA * GAMMA + 4.0 * GAMMA - 2.0) / (12.0 * (2.0 - GAMMA));
+    let middle = 1.0 / (GAMMA * (1.0 - GAMMA));
+    let embedded = [0.0, 1.0 / GAMMA + middle, 1.0 / (1.0 - GAMMA), -middle - first / (1.0 - GAMMA)];
+    [[1.0, 1.0, -1.0, 0.0], [1.0, 0.0, -1.0, first], embedded.map(|weight| estimate * weight)]
+        .map(|weights| weights.map(|weight| weight as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The constants that glsl/network_fused.comp has.
+    #[test]
+    fn the_weights_are_those_of_the_fused_kernel() {
+        let [_, second, estimate] = implicit_weights();
+        assert!((second[3] - 1.207_106_8).abs() < 1e-6, "{}", second[3]);
+        assert!((estimate[2] * (1.0 - GAMMA as f32) + 0.276_142_4).abs() < 1e-6, "{}", estimate[2]);
+    }
+}

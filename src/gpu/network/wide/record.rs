@@ -1,0 +1,129 @@
+//! Records the frames of a large network, and makes the pipelines and descriptor sets that they bind.
+
+use ash::vk;
+
+use super::constants::Constants;
+use super::{SetKey, WORKGROUP, Wide};
+use crate::gpu::bindings::allocate_set;
+use crate::gpu::error::GpuError;
+use crate::gpu::frame::Frame;
+use crate::gpu::layout::NetworkPass;
+use crate::gpu::memory::Buffer;
+use crate::gpu::network::frame::present;
+use crate::gpu::network::host::write_set;
+use crate::gpu::network::uses::{Target, uses};
+use crate::gpu::pass::{NetworkWork, Step, Work};
+use crate::gpu::pipeline::{Pipeline, module};
+use crate::gpu::wide_variant::WideKind;
+
+fn key_of(work: NetworkWork) -> SetKey {
+    (work.variant, work.nodes, work.odd)
+}
+
+impl Wide {
+    fn make_set(&mut self, work: NetworkWork) -> Result<(), GpuError> {
+        if self.sets.contains_key(&key_of(work)) {
+            return Ok(());
+        }
+        let uses = uses(work.variant);
+        if !self.pipelines.contains_key(&work.variant) {
+            let types: Vec<_> = uses.iter().map(|one| (one.binding, vk::DescriptorType::STORAGE_BUFFER)).collect();
+            let (name, constants) = (work.variant.name(), size_of::<NetworkPass>() as u32);
+            let pipeline = Pipeline::compute_with_constants(&self.context, &name, &module(&name), &types, constants)?;
+            self.pipelines.insert(work.variant, pipeline);
+        }
+        let set = allocate_set(&self.context, self.pool.raw, self.pipelines[&work.variant].set_layout)?;
+        let list = &self.lists[&work.nodes];
+        let target = |binding: u32, target| -> &Buffer {
+            match target {
+                Target::Table => &self.tables[binding as usize],
+                Target::Present => &self.buffers[&present(work.odd)],
+                Target::Next => &self.buffers[&present(!work.odd)],
+                Target::Of(resource) => &self.buffers[&resource],
+                Target::List => &list.list,
+                Target::Masks => &list.masks,
+            }
+        };
+        write_set(&self.context, set, uses.iter().map(|one| (one.binding, target(one.binding, one.target))));
+        self.sets.insert(key_of(work), set);
+        Ok(())
+    }
+
+    /// Records and runs some frames one after the other.
+    pub(super) fn submit(&mut self, frames: &[Frame], mut constants: Constants) -> Result<(), GpuError> {
+        constants.radiative = self.plan.radiative;
+        let steps = || frames.iter().flat_map(|frame| &frame.steps);
+        for step in steps() {
+            if let Step::Pass(pass) = step
+                && let Work::Network(work) = pass.work
+            {
+                self.make_set(work)?;
+            }
+        }
+        let mut dispatches = 0;
+        let Self { once, pipelines, sets, buffers, lists, sensors, space_temperature, .. } = self;
+        once.run(|device, commands| {
+            for step in steps() {
+                match step {
+                    Step::Barriers(barriers) => {
+                        let barriers: Vec<_> = barriers
+                            .iter()
+                            .filter_map(|barrier| {
+                                let barrier = vk::BufferMemoryBarrier2::default()
+                                    .src_stage_mask(barrier.before.stage)
+                                    .src_access_mask(barrier.before.access)
+                                    .dst_stage_mask(barrier.after.stage)
+                                    .dst_access_mask(barrier.after.access)
+                                    .buffer(buffers.get(&barrier.resource)?.raw)
+                                    .size(vk::WHOLE_SIZE);
+                                Some(barrier)
+                            })
+                            .collect();
+                        let dependency = vk::DependencyInfo::default().buffer_memory_barriers(&barriers);
+                        // SAFETY: the buffers belong to this network.
+                        unsafe { device.cmd_pipeline_barrier2(commands, &dependency) };
+                    }
+                    Step::Pass(pass) => match pass.work {
+                        Work::Network(work) => {
+                            let pipeline = &pipelines[&work.variant];
+                            let count = lists[&work.nodes].count;
+                            let workgroups = count.div_ceil(WORKGROUP);
+                            // One workgroup decides, from what all others left.
+                            let decides = work.variant.kind == WideKind::Scalars;
+                            let (count, workgroups) = if decides { (workgroups, 1) } else { (count, workgroups) };
+                            let said = constants.of(work, count, *sensors, *space_temperature);
+                            let set = sets[&key_of(work)];
+                            dispatches += 1;
+                            // SAFETY: pipeline, set and buffers live until `run` has waited; invocations beyond the
+                            // last return at once.
+                            unsafe {
+                                let point = pipeline.bind_point;
+                                device.cmd_bind_pipeline(commands, point, pipeline.raw);
+                                device.cmd_bind_descriptor_sets(commands, point, pipeline.layout, 0, &[set], &[]);
+                                let stages = vk::ShaderStageFlags::COMPUTE;
+                                let bytes = bytemuck::bytes_of(&said);
+                                device.cmd_push_constants(commands, pipeline.layout, stages, 0, bytes);
+                                device.cmd_dispatch(commands, workgroups as u32, 1, 1);
+                            }
+                        }
+                        Work::Copy { from, to } => {
+                            let (from, to) = (&buffers[&from], &buffers[&to]);
+                            let size = from.bytes.min(to.bytes);
+                            let copy = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size }];
+                            // SAFETY: the copy stays within both buffers.
+                            unsafe { device.cmd_copy_buffer(commands, from.raw, to.raw, &copy) };
+                        }
+                        Work::Clear(resource) => {
+                            let raw = buffers[&resource].raw;
+                            // SAFETY: the buffer may be a transfer destination.
+                            unsafe { device.cmd_fill_buffer(commands, raw, 0, vk::WHOLE_SIZE, 0) };
+                        }
+                        _ => {}
+                    },
+                }
+            }
+        })?;
+        self.counts.dispatches += dispatches;
+        Ok(())
+    }
+}

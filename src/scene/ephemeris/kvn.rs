@@ -1,0 +1,48 @@
+//! The lines of a CCSDS message in keyword-value notation, as OEM and AEM share them.
+
+use std::path::Path;
+
+use super::super::error::SceneError;
+use super::Place;
+
+/// What a line says.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Line<'a> {
+    /// `META_START` and its like: the upper-case word alone.
+    Mark(&'a str),
+    /// `KEY = value`.
+    Pair(&'a str, &'a str),
+    /// Anything else: a line of data.
+    Data(&'a str),
+}
+
+/// The lines with their numbers, comments and empty ones left out.
+pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, Line<'_>)> {
+    text.lines().enumerate().filter_map(said).map(|(number, line)| {
+        let line = match line.split_once('=') {
+            Some((key, value)) => Line::Pair(key.trim(), value.trim()),
+            None if line.ends_with("_START") || line.ends_with("_STOP") => Line::Mark(line),
+            None => Line::Data(line),
+        };
+        (number, line)
+    })
+}
+
+/// A line that says something, with its number from 1.
+fn said((index, line): (usize, &str)) -> Option<(usize, &str)> {
+    let line = line.trim_start_matches('\u{feff}').trim();
+    let comment = line == "COMMENT" || line.starts_with("COMMENT ") || line.starts_with("COMMENT\t");
+    (!line.is_empty() && !comment).then_some((index + 1, line))
+}
+
+/// Checks that the message is of this kind: `CCSDS_OEM_VERS = 2.0` as its first line.
+///
+/// # Errors
+/// The first line says something else.
+pub(super) fn check_version(path: &Path, text: &str, key: &str) -> Result<(), SceneError> {
+    match lines(text).next() {
+        Some((_, Line::Pair(first, _))) if first == key => Ok(()),
+        Some((line, _)) => Err(Place { path, line }.error(key, "must be the first line of the message")),
+        None => Err(Place { path, line: 1 }.error(key, "is missing: the file is empty")),
+    }
+}

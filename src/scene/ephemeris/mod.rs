@@ -1,0 +1,332 @@
+//! Trajectories from files: two-line elements, CCSDS OEM as KVN and XML, and tables.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::DVec3;
+use hifitime::{Epoch, TimeScale};
+
+use super::epoch::{parse_epoch, time_system};
+use super::error::SceneError;
+use super::section::list;
+use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, HIGHEST_DEGREE, Interpolation, Sample, Segment};
+use crate::environment::frames::{ReferenceFrame, to_gcrf};
+use crate::environment::trajectory::{Source, Trajectory, seconds_between, utc};
+
+mod aem;
+mod kvn;
+mod oem;
+mod oem_xml;
+mod table;
+mod tle;
+
+pub(super) use aem::{AttitudeOptions, read_attitude};
+
+/// What a scene says of a trajectory's file.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Options {
+    /// Which object, where the file holds several.
+    pub(super) object: Option<String>,
+    /// Frame of a table.
+    pub(super) frame: Option<String>,
+    /// Time system of a table.
+    pub(super) time_system: Option<String>,
+    /// `hermite` or `lagrange`, for a table, or where the file does not say.
+    pub(super) interpolation: Option<String>,
+    /// Degree, likewise.
+    pub(super) degree: Option<u32>,
+    /// Time 0 of the scene.
+    pub(super) start: Option<Epoch>,
+}
+
+/// A line of a file with its number, for errors.
+pub(super) struct Place<'a> {
+    pub(super) path: &'a Path,
+    pub(super) line: usize,
+}
+
+impl Place<'_> {
+    /// An error at this line.
+    pub(super) fn error(&self, key: &str, message: impl ToString) -> SceneError {
+        SceneError::Value {
+            path: self.path.to_path_buf(),
+            line: self.line,
+            key: key.to_owned(),
+            message: message.to_string(),
+        }
+    }
+}
+
+/// A segment as a file states it.
+#[derive(Debug, Clone, Default)]
+struct Stated {
+    /// Line of its start.
+    line: usize,
+    object_name: String,
+    object_id: String,
+    centre: Option<String>,
+    frame: Option<(usize, String)>,
+    time_system: Option<(usize, String)>,
+    usable_start: Option<(usize, String)>,
+    usable_stop: Option<(usize, String)>,
+    interpolation: Option<(usize, String)>,
+    degree: Option<(usize, String)>,
+    lines: Vec<StateLine>,
+}
+
+/// One state as a file states it, in m and m/s.
+#[derive(Debug, Clone)]
+struct StateLine {
+    line: usize,
+    epoch: String,
+    position: DVec3,
+    velocity: Option<DVec3>,
+}
+
+/// A segment in GCRF with its absolute times.
+struct Absolute {
+    object: (String, String),
+    states: Vec<(Epoch, DVec3, Option<DVec3>)>,
+    interpolation: Interpolation,
+    usable: (Option<Epoch>, Option<Epoch>),
+    frame: ReferenceFrame,
+}
+
+/// The trajectory in a file, which is told by what it holds.
+///
+/// # Errors
+/// What is wrong with the file, with its line, or that it holds several objects and the scene names none of them.
+pub(super) fn read(
+    path: &Path,
+    text: &str,
+    options: &Options,
+    assumptions: &mut Vec<String>,
+) -> Result<Arc<Trajectory>, SceneError> {
+    let head = text.trim_start_matches('\u{feff}').trim_start();
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    let of_table = |kind: &str| {
+        let stated = [("frame", options.frame.is_some()), ("time_system", options.time_system.is_some())];
+        match stated.iter().find(|(_, stated)| *stated) {
+            Some((key, _)) => {
+                let message = format!("is stated for a table only: {kind} says its own");
+                Err(Place { path, line: 1 }.error(&format!("orbit.{key}"), message))
+            }
+            None => Ok(()),
+        }
+    };
+    let stated = if head.starts_with('<') {
+        of_table("a CCSDS OEM")?;
+        oem_xml::parse(path, text)?
+    } else if head.starts_with("CCSDS_") {
+        of_table("a CCSDS OEM")?;
+        oem::parse(path, text)?
+    } else if tle::is_tle(text) {
+        of_table("a TLE")?;
+        return tle::read(path, text, &name, options, assumptions);
+    } else {
+        table::parse(path, text, options)?
+    };
+    let segments = stated.iter().map(|stated| absolute(path, stated, options)).collect::<Result<Vec<_>, _>>()?;
+    from_segments(path, &name, segments, options, assumptions)
+}
+
+fn from_segments(
+    path: &Path,
+    name: &str,
+    mut segments: Vec<Absolute>,
+    options: &Options,
+    assumptions: &mut Vec<String>,
+) -> Result<Arc<Trajectory>, SceneError> {
+    let wrong = |message: String| Place { path, line: 1 }.error("trajectory", message);
+    segments.retain(|segment| !segment.states.is_empty());
+    if let Some(object) = &options.object {
+        segments.retain(|segment| matches(object, &segment.object));
+        if segments.is_empty() {
+            return Err(wrong(format!("no object of the file is called '{object}'")));
+        }
+    }
+    let Some(first) = segments.first() else {
+        return Err(wrong("holds no states".to_owned()));
+    };
+    let object = first.object.clone();
+    if let Some(other) = segments.iter().find(|segment| segment.object != object) {
+        let names = list([object.0.as_str(), other.object.0.as_str()]);
+        return Err(wrong(format!("holds several objects ({names}, ..): state which as orbit.object")));
+    }
+    let earliest = |segment: &Absolute| segment.usable.0.unwrap_or(segment.states[0].0).max(segment.states[0].0);
+    let start = options.start.unwrap_or_else(|| {
+        let start = segments.iter().map(earliest).min().unwrap_or(segments[0].states[0].0);
+        assumptions.push(format!("Time 0 is the trajectory's first epoch, {} (time.start is absent).", utc(start)));
+        start
+    });
+    if segments.iter().any(|segment| segment.frame == ReferenceFrame::Itrf) {
+        assumptions.push(format!("{name}: polar motion and UT1 - UTC are left out (up to 0.5 km in low orbit)."));
+    }
+    let parts = segments
+        .into_iter()
+        .map(|segment| {
+            let times = segment.usable;
+            let seconds =
+                |epoch: Option<Epoch>, otherwise: f64| epoch.map_or(otherwise, |epoch| seconds_between(start, epoch));
+            Segment {
+                samples: segment
+                    .states
+                    .into_iter()
+                    .map(|(epoch, position, velocity)| Sample {
+                        time: seconds_between(start, epoch),
+                        position,
+                        velocity,
+                    })
+                    .collect(),
+                interpolation: segment.interpolation,
+                usable: (seconds(times.0, f64::NEG_INFINITY), seconds(times.1, f64::INFINITY)),
+            }
+        })
+        .collect::<Vec<_>>();
+    let (count, states) = (parts.len(), parts.iter().map(|part| part.samples.len()).sum::<usize>());
+    let (ephemeris, findings) = Ephemeris::new(parts);
+    let found = findings.to_string();
+    if !found.is_empty() {
+        assumptions.push(format!("{name}: {found}."));
+    }
+    let called = if object.0.is_empty() { String::new() } else { format!(" of {}", object.0) };
+    let description = format!("{states} states{called} in {count} segment(s), {name}");
+    Trajectory::new(description, start, Source::Ephemeris(ephemeris))
+        .map(Arc::new)
+        .map_err(|error| wrong(error.to_string()))
+}
+
+/// Whether the name of an object that a scene states is one of the names that a file has for it.
+fn matches(wanted: &str, names: &(String, String)) -> bool {
+    let wanted = wanted.trim();
+    wanted.eq_ignore_ascii_case(names.0.trim()) || wanted.eq_ignore_ascii_case(names.1.trim())
+}
+
+/// Frames by their names in files.
+const FRAMES: [(&str, ReferenceFrame); 7] = [
+    ("GCRF", ReferenceFrame::Inertial),
+    ("EME2000", ReferenceFrame::Inertial),
+    ("J2000", ReferenceFrame::Inertial),
+    ("ICRF", ReferenceFrame::Inertial),
+    ("TEME", ReferenceFrame::Teme),
+    ("TEMEOFDATE", ReferenceFrame::Teme),
+    ("GRC", ReferenceFrame::Itrf),
+];
+
+/// The frame of that name, or the message that says which there are.
+fn reference_frame(name: &str) -> Result<ReferenceFrame, String> {
+    let plain: String = name.chars().filter(char::is_ascii_alphanumeric).collect();
+    if let Some((_, frame)) = FRAMES.iter().find(|(known, _)| known.eq_ignore_ascii_case(&plain)) {
+        return Ok(*frame);
+    }
+    let upper = plain.to_ascii_uppercase();
+    if let Some(rest) = upper.strip_prefix("ITRF").or_else(|| upper.strip_prefix("ICRF"))
+        && rest.chars().all(|letter| letter.is_ascii_digit())
+    {
+        return Ok(if upper.starts_with("ITRF") { ReferenceFrame::Itrf } else { ReferenceFrame::Inertial });
+    }
+    Err(format!("the frame '{name}' is not one of 'EME2000', 'J2000', 'ICRF', 'GCRF', 'TEME', 'ITRF'"))
+}
+
+/// A segment with everything in it checked.
+fn absolute(path: &Path, stated: &Stated, options: &Options) -> Result<Absolute, SceneError> {
+    let at = |line: usize| Place { path, line };
+    let missing = |key: &str| at(stated.line).error(key, "is missing in the metadata of this segment");
+    if let Some(centre) = stated.centre.as_ref().filter(|centre| !centre.eq_ignore_ascii_case("EARTH")) {
+        return Err(at(stated.line).error("CENTER_NAME", format!("is '{centre}', but only EARTH is understood")));
+    }
+    let (line, frame) = stated.frame.as_ref().ok_or_else(|| missing("REF_FRAME"))?;
+    let frame = reference_frame(frame).map_err(|message| at(*line).error("REF_FRAME", message))?;
+    let (line, system) = stated.time_system.as_ref().ok_or_else(|| missing("TIME_SYSTEM"))?;
+    let scale = time_system(system).map_err(|message| at(*line).error("TIME_SYSTEM", message))?;
+    let usable = |key: &str, stated: &Option<(usize, String)>| {
+        let parse = |(line, text): &(usize, String)| parse_epoch(text, scale).map_err(|m| at(*line).error(key, m));
+        stated.as_ref().map(parse).transpose()
+    };
+    let usable =
+        (usable("USEABLE_START_TIME", &stated.usable_start)?, usable("USEABLE_STOP_TIME", &stated.usable_stop)?);
+    if let (Some(from), Some(to), Some((line, _))) = (usable.0, usable.1, &stated.usable_stop)
+        && seconds_between(from, to) < 0.0
+    {
+        return Err(at(*line).error("USEABLE_STOP_TIME", "lies before USEABLE_START_TIME"));
+    }
+    let interpolation = interpolation(path, stated, options)?;
+    let mut states: Vec<(Epoch, DVec3, Option<DVec3>)> = Vec::with_capacity(stated.lines.len());
+    for state in &stated.lines {
+        let wrong = |message: String| at(state.line).error(&format!("epoch {}", state.epoch), message);
+        let epoch = state_epoch(&state.epoch, scale, options).map_err(&wrong)?;
+        if states.last().is_some_and(|(last, ..)| seconds_between(*last, epoch) < 0.0) {
+            return Err(wrong("lies before the epoch of the line above".to_owned()));
+        }
+        let finite = state.position.is_finite() && state.velocity.is_none_or(DVec3::is_finite);
+        if !finite || state.position.length() < 1e5 {
+            return Err(wrong(format!(
+                "no position of a craft: {} m from the Earth's centre",
+                state.position.length()
+            )));
+        }
+        let (position, velocity) = to_gcrf(frame, epoch, state.position, state.velocity);
+        states.push((epoch, position, velocity));
+    }
+    Ok(Absolute {
+        object: (stated.object_name.clone(), stated.object_id.clone()),
+        states,
+        interpolation,
+        usable,
+        frame,
+    })
+}
+
+/// A time of a table may be a number of seconds after the start of the scene.
+fn state_epoch(text: &str, scale: TimeScale, options: &Options) -> Result<Epoch, String> {
+    match (text.parse::<f64>(), options.start) {
+        (Ok(seconds), Some(start)) if seconds.is_finite() && seconds.abs() < 1e11 => {
+            Ok(start.to_time_scale(TimeScale::TAI) + hifitime::Unit::Second * seconds)
+        }
+        (Ok(_), None) => Err("times in seconds count from time.start, which is missing".to_owned()),
+        _ => parse_epoch(text, scale),
+    }
+}
+
+fn interpolation(path: &Path, stated: &Stated, options: &Options) -> Result<Interpolation, SceneError> {
+    let velocities = stated.lines.iter().all(|state| state.velocity.is_some());
+    let default = if velocities { "HERMITE" } else { "LAGRANGE" };
+    let method = stated.interpolation.clone().or_else(|| options.interpolation.clone().map(|method| (1, method)));
+    let (line, method) = method.unwrap_or((stated.line, default.to_owned()));
+    let at = |line: usize| Place { path, line };
+    let degree = match (&stated.degree, options.degree) {
+        (Some((line, text)), _) => {
+            let degree = text.parse::<usize>().ok().filter(|degree| (1..=HIGHEST_DEGREE).contains(degree));
+            Some(degree.ok_or_else(|| {
+                let message = format!("must be a whole number from 1 to {HIGHEST_DEGREE}, found '{text}'");
+                at(*line).error("INTERPOLATION_DEGREE", message)
+            })?)
+        }
+        (None, Some(degree)) => Some(degree as usize),
+        (None, None) => None,
+    };
+    match method.to_ascii_uppercase().as_str() {
+        "HERMITE" if velocities => Ok(Interpolation::Hermite(degree.unwrap_or(DEFAULT_DEGREE))),
+        "HERMITE" => Err(at(line).error("INTERPOLATION", "HERMITE needs velocities, which some states lack")),
+        "LAGRANGE" => Ok(Interpolation::Lagrange(degree.unwrap_or(DEFAULT_DEGREE))),
+        "LINEAR" => Ok(Interpolation::Lagrange(1)),
+        _ => Err(at(line).error("INTERPOLATION", format!("'{method}' is not one of 'HERMITE', 'LAGRANGE', 'LINEAR'"))),
+    }
+}
+
+/// The text of a file that a scene names, which joins the scene's files.
+pub(super) fn read_file(path: PathBuf, files: &mut Vec<PathBuf>) -> Result<String, SceneError> {
+    let text = super::file::read_text(&path)?;
+    if !files.contains(&path) {
+        files.push(path);
+    }
+    Ok(text)
+}
+
+/// A number of a file.
+fn number(text: &str) -> Option<f64> {
+    text.trim().parse::<f64>().ok().filter(|number| number.is_finite())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,106 @@
+//! CCSDS Orbit Ephemeris Message in keyword-value notation (CCSDS 502.0-B, section 5).
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::super::error::SceneError;
+use super::kvn::{Line, check_version, lines};
+use super::{Place, StateLine, Stated, number};
+
+/// Where the reader is in the message.
+#[derive(Clone, Copy, PartialEq)]
+enum Part {
+    Header,
+    Metadata,
+    States,
+    Covariance,
+}
+
+/// The segments of a message.
+///
+/// # Errors
+/// What is wrong, with its line.
+pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stated>, SceneError> {
+    check_version(path, text, "CCSDS_OEM_VERS")?;
+    let mut segments: Vec<Stated> = Vec::new();
+    let mut part = Part::Header;
+    for (line, content) in lines(text) {
+        let at = Place { path, line };
+        match (content, part) {
+            (Line::Mark("META_START"), Part::Header | Part::States) => {
+                segments.push(Stated { line, ..Stated::default() });
+                part = Part::Metadata;
+            }
+            (Line::Mark("META_STOP"), Part::Metadata) => part = Part::States,
+            (Line::Mark("COVARIANCE_START"), Part::States) => part = Part::Covariance,
+            (Line::Mark("COVARIANCE_STOP"), Part::Covariance) => part = Part::States,
+            (Line::Mark(mark), _) => return Err(at.error(mark, "does not belong here")),
+            (Line::Pair(..), Part::Header) | (_, Part::Covariance) => {}
+            (Line::Pair(key, value), Part::Metadata) => {
+                if let Some(segment) = segments.last_mut() {
+                    metadata(segment, line, key, value);
+                }
+            }
+            (Line::Data(data), Part::States) => {
+                let state = state(&at, line, data)?;
+                if let Some(segment) = segments.last_mut() {
+                    segment.lines.push(state);
+                }
+            }
+            (Line::Pair(key, _), Part::States) => {
+                return Err(at.error(key, "stands among the states; metadata belong between META_START and META_STOP"));
+            }
+            (Line::Data(data), _) => {
+                return Err(at.error(data.split_whitespace().next().unwrap_or(data), "is neither KEY = value nor data"));
+            }
+        }
+    }
+    match part {
+        Part::States => Ok(segments),
+        Part::Header => Err(Place { path, line: 1 }.error("META_START", "is missing: the message has no segment")),
+        Part::Metadata => Err(unfinished(path, text, "META_STOP")),
+        Part::Covariance => Err(unfinished(path, text, "COVARIANCE_STOP")),
+    }
+}
+
+fn unfinished(path: &Path, text: &str, key: &str) -> SceneError {
+    Place { path, line: text.lines().count() }.error(key, "is missing: the file ends before it")
+}
+
+/// Takes down what a metadata key says; keys that say nothing of the trajectory are passed over.
+pub(super) fn metadata(segment: &mut Stated, line: usize, key: &str, value: &str) {
+    let value = value.to_owned();
+    match key {
+        "OBJECT_NAME" => segment.object_name = value,
+        "OBJECT_ID" => segment.object_id = value,
+        "CENTER_NAME" => segment.centre = Some(value),
+        "REF_FRAME" => segment.frame = Some((line, value)),
+        "TIME_SYSTEM" => segment.time_system = Some((line, value)),
+        "USEABLE_START_TIME" => segment.usable_start = Some((line, value)),
+        "USEABLE_STOP_TIME" => segment.usable_stop = Some((line, value)),
+        "INTERPOLATION" => segment.interpolation = Some((line, value)),
+        "INTERPOLATION_DEGREE" => segment.degree = Some((line, value)),
+        _ => {}
+    }
+}
+
+/// An epoch, a position [km], a velocity [km/s], and perhaps an acceleration, which is not needed.
+fn state(at: &Place, line: usize, data: &str) -> Result<StateLine, SceneError> {
+    let mut cells = data.split_whitespace();
+    let epoch = cells.next().unwrap_or_default().to_owned();
+    let numbers: Option<Vec<f64>> = cells.map(number).collect();
+    match numbers.as_deref() {
+        Some([x, y, z, u, v, w] | [x, y, z, u, v, w, _, _, _]) => Ok(StateLine {
+            line,
+            epoch,
+            position: DVec3::new(*x, *y, *z) * 1e3,
+            velocity: Some(DVec3::new(*u, *v, *w) * 1e3),
+        }),
+        Some(others) => {
+            let message = format!("a state has 6 numbers, or 9 with accelerations, not {}", others.len());
+            Err(at.error(&format!("epoch {epoch}"), message))
+        }
+        None => Err(at.error(&format!("epoch {epoch}"), "a state is an epoch and numbers; one of them is none")),
+    }
+}

@@ -1,0 +1,131 @@
+//! Two-line element sets, for SGP4.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use hifitime::{Epoch, TimeScale};
+use sgp4::chrono::{Datelike, Timelike};
+
+use super::super::error::SceneError;
+use super::{Options, Place, matches};
+use crate::environment::trajectory::{Source, Trajectory, seconds_between, utc};
+
+/// Age of elements beyond which their error is worth a sentence [s]: SGP4 loses 1 to 3 km a day in low orbit.
+const OLD: f64 = 3.0 * 86_400.0;
+
+/// Whether a text looks like element sets: a line `1 ..` followed by a line `2 ..`.
+pub(super) fn is_tle(text: &str) -> bool {
+    let lines: Vec<&str> = said(text).map(|(_, line)| line).collect();
+    lines.windows(2).any(|pair| pair[0].starts_with("1 ") && pair[1].starts_with("2 "))
+}
+
+fn said(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    text.lines()
+        .enumerate()
+        .map(|(index, line)| (index + 1, line.trim_start_matches('\u{feff}').trim_end()))
+        .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'))
+}
+
+/// An element set with its name and the line of its first line.
+struct Set<'a> {
+    line: usize,
+    name: String,
+    first: &'a str,
+    second: &'a str,
+}
+
+fn sets<'a>(path: &Path, text: &'a str) -> Result<Vec<Set<'a>>, SceneError> {
+    let mut sets = Vec::new();
+    let mut name = String::new();
+    let mut lines = said(text);
+    while let Some((line, first)) = lines.next() {
+        if !first.starts_with("1 ") {
+            name = first.strip_prefix("0 ").unwrap_or(first).trim().to_owned();
+            continue;
+        }
+        let second = match lines.next() {
+            Some((_, second)) if second.starts_with("2 ") => second,
+            _ => return Err(Place { path, line }.error("TLE", "line 1 is not followed by line 2")),
+        };
+        sets.push(Set { line, name: std::mem::take(&mut name), first, second });
+    }
+    Ok(sets)
+}
+
+/// The trajectory of the one element set that is meant.
+///
+/// # Errors
+/// A set that is wrong (checksum, columns, values), or several of which none is named.
+pub(super) fn read(
+    path: &Path,
+    text: &str,
+    file_name: &str,
+    options: &Options,
+    assumptions: &mut Vec<String>,
+) -> Result<Arc<Trajectory>, SceneError> {
+    let mut sets = sets(path, text)?;
+    if let Some(wanted) = &options.object {
+        sets.retain(|set| matches(wanted, &(set.name.clone(), set.first.get(2..7).unwrap_or_default().to_owned())));
+    }
+    let set = match &sets[..] {
+        [set] => set,
+        [] => {
+            let wanted = options.object.clone().unwrap_or_default();
+            return Err(Place { path, line: 1 }.error("TLE", format!("no object is called '{wanted}'")));
+        }
+        [_, second, ..] => {
+            let message = format!(
+                "holds {} element sets: state the name or catalogue number of one as orbit.object (one set of it)",
+                sets.len()
+            );
+            return Err(Place { path, line: second.line }.error("TLE", message));
+        }
+    };
+    let at = Place { path, line: set.line };
+    let wrong = |message: String| at.error("TLE", message);
+    let elements = sgp4::Elements::from_tle(Some(set.name.clone()), set.first.as_bytes(), set.second.as_bytes())
+        .map_err(|error| wrong(error.to_string()))?;
+    // Element sets are made with the constants of WGS 72 (Vallado et al. 2006, AIAA 2006-6753).
+    let degrees = f64::to_radians;
+    let constants = sgp4::Orbit::from_kozai_elements(
+        &sgp4::WGS72,
+        degrees(elements.inclination),
+        degrees(elements.right_ascension),
+        elements.eccentricity,
+        degrees(elements.argument_of_perigee),
+        degrees(elements.mean_anomaly),
+        elements.mean_motion * (std::f64::consts::PI / 720.0),
+    )
+    .map_err(|error| error.to_string())
+    .and_then(|orbit| {
+        sgp4::Constants::new(sgp4::WGS72, sgp4::iau_epoch_to_sidereal_time, elements.epoch(), elements.drag_term, orbit)
+            .map_err(|error| error.to_string())
+    })
+    .map_err(wrong)?;
+    let date = elements.datetime;
+    let epoch = Epoch::maybe_from_gregorian(
+        date.year(),
+        date.month() as u8,
+        date.day() as u8,
+        date.hour() as u8,
+        date.minute() as u8,
+        date.second() as u8,
+        date.nanosecond(),
+        TimeScale::UTC,
+    )
+    .map_err(|error| wrong(error.to_string()))?;
+    let start = options.start.unwrap_or_else(|| {
+        assumptions.push(format!("Time 0 is the epoch of the elements, {} (time.start is absent).", utc(epoch)));
+        epoch
+    });
+    let age = seconds_between(epoch, start);
+    if age.abs() > OLD {
+        assumptions.push(format!(
+            "The elements are {:.1} days from time 0: in low orbit SGP4 errs by 1 to 3 km for each.",
+            age / 86_400.0
+        ));
+    }
+    let description = format!("SGP4 of {} (epoch {}), {file_name}", set.name, utc(epoch));
+    let source = Source::Elements { constants: Box::new(constants), epoch: -age };
+    Trajectory::new(description, start, source).map(Arc::new).map_err(|error| wrong(error.to_string()))
+}

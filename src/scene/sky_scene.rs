@@ -1,0 +1,64 @@
+//! The part of a scene that is outside the craft: time, orbit, attitude and environment, without a model.
+
+use std::path::{Path, PathBuf};
+
+use super::error::SceneError;
+use super::file::{SourceFile, read_text};
+use super::load::required;
+use super::section::Section;
+use super::{Attitude, Environment, Orbit, Time, attitude, environment, keys, orbit, time};
+use crate::environment::trajectory::Trajectory;
+
+/// Time, orbit, attitude and environment of a scene.
+#[derive(Debug, Clone)]
+pub struct SkyScene {
+    /// Name for titles: the file's `name` key, or its stem.
+    pub name: String,
+    /// Steps.
+    pub time: Time,
+    /// Where the craft is.
+    pub orbit: Orbit,
+    /// How it is turned.
+    pub attitude: Attitude,
+    /// What heats it.
+    pub environment: Environment,
+    /// What was assumed because the file is silent, one sentence each.
+    pub assumptions: Vec<String>,
+}
+
+impl SkyScene {
+    /// Reads and checks these sections of a scene file; the others may be missing and are not looked into.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and what is wrong in it, with its line and key.
+    pub fn load(path: &Path) -> Result<Self, SceneError> {
+        let text = read_text(path)?;
+        let file = SourceFile::new(path, &text);
+        let table = file.parse()?;
+        let root = Section::root(&file, &table, keys::ROOT)?;
+        let mut assumptions = Vec::new();
+        let mut sky = Self::read(&root, path, &mut Vec::new(), &mut assumptions)?;
+        sky.assumptions = assumptions;
+        Ok(sky)
+    }
+
+    /// Reads them from the root of a scene; files that they name join `files`.
+    pub(super) fn read(
+        root: &Section,
+        path: &Path,
+        files: &mut Vec<PathBuf>,
+        assumptions: &mut Vec<String>,
+    ) -> Result<Self, SceneError> {
+        let time = time::read(&required(root, "time", keys::TIME)?, assumptions)?;
+        let environment = environment::read(&required(root, "environment", keys::ENVIRONMENT)?, assumptions)?;
+        let section = required(root, "orbit", keys::ORBIT)?;
+        let orbit = orbit::read(&section, environment.planet_radius, time.start, files, assumptions)?;
+        let start = orbit.trajectory().map(Trajectory::start).or(time.start);
+        let attitude = attitude::read(&required(root, "attitude", keys::ATTITUDE)?, start, files, assumptions)?;
+        let name = match root.string("name")? {
+            Some(name) => name.to_string(),
+            None => path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+        };
+        Ok(Self { name, time, orbit, attitude, environment, assumptions: Vec::new() })
+    }
+}

@@ -1,0 +1,132 @@
+//! Makes a scene's network from its mesh, its contacts and its heaters.
+
+use wildmatch::WildMatch;
+
+use super::{Heated, SceneNetwork};
+use crate::model::Model;
+use crate::scene::{ContactRule, Scene};
+use crate::simulation::prepare::PrepareError;
+use crate::thermal::material::{Material, Response};
+use crate::thermal::network::control::{FLOOR, Settings};
+use crate::thermal::network::schedule::Thermostat;
+use crate::thermal::nodes::{Nodes, PADDING};
+use crate::thermal::shell::{Contact, NO_NODE, Selection, Shell, ShellMaterial, Surface};
+
+/// The shell of a scene's network, where it has one.
+pub(in crate::simulation) fn shell(
+    scene: &Scene,
+    model: &Model,
+    parts: &[String],
+    materials: &[Material],
+) -> Result<Option<Shell>, PrepareError> {
+    let of = |material: &Material| match material.response {
+        Response::Network => ShellMaterial::of(material).map(Some),
+        Response::Instant | Response::Transition(_) => Ok(None),
+    };
+    let wrong = |error| PrepareError::network(scene, error);
+    let shells = materials.iter().map(of).collect::<Result<Vec<_>, _>>().map_err(wrong)?;
+    if shells.iter().all(Option::is_none) {
+        return Ok(None);
+    }
+    let surface = Surface {
+        positions: &model.positions,
+        triangles: &model.triangles,
+        parts: &model.vertex_part,
+        materials: &model.vertex_material,
+    };
+    let contacts =
+        scene.contacts.iter().map(|rule| contact(rule, scene, parts, materials)).collect::<Result<Vec<_>, _>>()?;
+    let space = scene.environment.background_temperature.unwrap_or(0.0);
+    Shell::new(&surface, &shells, &contacts, scene.network.merge_rate, space).map(Some).map_err(wrong)
+}
+
+fn contact(
+    rule: &ContactRule,
+    scene: &Scene,
+    parts: &[String],
+    materials: &[Material],
+) -> Result<Contact, PrepareError> {
+    let name = format!("between '{}' and '{}'", rule.between[0].pattern(), rule.between[1].pattern());
+    let select = |owners: &crate::scene::Owners| {
+        let by_part = matches!(owners, crate::scene::Owners::Parts(_));
+        let selection = Selection {
+            name: owners.pattern().to_owned(),
+            parts: parts.iter().map(|part| !by_part || owners.fits(part, "")).collect(),
+            materials: materials.iter().map(|material| by_part || owners.fits("", &material.name)).collect(),
+        };
+        if selection.parts.contains(&true) && selection.materials.contains(&true) {
+            return Ok(selection);
+        }
+        let kind = if by_part { "part" } else { "material" };
+        Err(PrepareError::network(scene, format!("contact {name}: the model has no {kind} '{}'", owners.pattern())))
+    };
+    let [first, second] = &rule.between;
+    Ok(Contact {
+        between: [select(first)?, select(second)?],
+        name,
+        distance: rule.distance,
+        conductance: rule.conductance,
+    })
+}
+
+impl SceneNetwork {
+    /// Ties a shell to the nodes of the device and to the heaters of the scene.
+    pub(in crate::simulation) fn new(
+        shell: Shell,
+        scene: &Scene,
+        parts: &[String],
+        nodes: &Nodes,
+        probes: &[usize],
+        horizon: f64,
+    ) -> Result<Self, PrepareError> {
+        let of_slot = |vertex: &u32| if *vertex == PADDING { NO_NODE } else { shell.node_of_vertex[*vertex as usize] };
+        let area = |vertex: &u32| if *vertex == PADDING { 0.0 } else { shell.load_areas[*vertex as usize] };
+        let node_of_slot = nodes.vertex_of_node.iter().map(of_slot).collect();
+        let load_areas = nodes.vertex_of_node.iter().map(area).collect();
+        let structure = |slot: usize| shell.structure_of_vertex[nodes.vertex_of_node[slot] as usize];
+        let mut heated = Vec::new();
+        for heater in &scene.heaters {
+            let patterns: Vec<WildMatch> = heater.parts.iter().map(|pattern| WildMatch::new(pattern)).collect();
+            let mut areas = std::collections::BTreeMap::new();
+            for (slot, vertex) in nodes.vertex_of_node.iter().enumerate() {
+                let part = &parts[nodes.group_part[slot / crate::thermal::nodes::GROUP] as usize];
+                if *vertex != PADDING && structure(slot) != NO_NODE && patterns.iter().any(|p| p.matches(part)) {
+                    *areas.entry(structure(slot)).or_insert(0.0) += shell.load_areas[*vertex as usize];
+                }
+            }
+            let whole: f64 = areas.values().sum();
+            if whole <= 0.0 {
+                let message = format!("heater: no part '{}' is in the network", heater.parts.join("', '"));
+                return Err(PrepareError::network(scene, message));
+            }
+            let shares: Vec<(u32, f64)> = areas.into_iter().map(|(node, area)| (node, area / whole)).collect();
+            let thermostat = match &heater.thermostat {
+                None => None,
+                Some(thermostat) => {
+                    let sensor = structure(probes[thermostat.probe]);
+                    if sensor == NO_NODE {
+                        let name = &scene.probes[thermostat.probe].name;
+                        let message = format!("heater: the probe '{name}' lies on a part that is not in the network");
+                        return Err(PrepareError::network(scene, message));
+                    }
+                    Some(Thermostat {
+                        node: shares[0].0,
+                        sensor,
+                        power: heater.power.after(0.0).0,
+                        on_below: thermostat.on_below,
+                        off_above: thermostat.off_above,
+                        initially_on: thermostat.initially_on,
+                    })
+                }
+            };
+            heated.push(Heated { shares, power: heater.power.clone(), thermostat });
+        }
+        if let Some(node) = shell.network.unbalanced_node() {
+            let message = format!("node {node} of the network stores no heat and has nowhere to give it");
+            return Err(PrepareError::network(scene, message));
+        }
+        let settings =
+            Settings { integrator: scene.network.integrator, tolerance: scene.network.tolerance, floor: FLOOR };
+        Ok(Self { shell, settings, node_of_slot, load_areas, heated, horizon })
+    }
+}

@@ -1,0 +1,278 @@
+//! A scene's network under way: settled, and integrated tick by tick.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::SceneNetwork;
+use super::worker::{Worker, sure};
+use crate::gpu::context::Context;
+use crate::gpu::error::GpuError;
+use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
+use crate::thermal::STEFAN_BOLTZMANN;
+use crate::thermal::network::control::{ControlError, FLOOR, Part, Settings, Use, integrate_part};
+use crate::thermal::network::reference::ReferenceStepper;
+use crate::thermal::network::steady::{SteadyError, steady};
+use crate::thermal::network::stepper::Stepper;
+
+/// What a tick cost a network, the loads it gathers and the temperatures it hands on included.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TickCost {
+    /// On the clock on the wall [ms].
+    pub wall_ms: f64,
+    /// Its own submissions by the device's clock [ms]; `None` where the processor integrates.
+    pub device_ms: Option<f64>,
+}
+
+/// A coarse tick may err by so many times the tolerance.
+const COARSE: f64 = 10.0;
+/// The tolerance of what is compared with, as a share of the scene's.
+const TIGHT: f64 = 0.1;
+
+/// A scene's network under way.
+pub struct NetworkRun {
+    scene: Arc<SceneNetwork>,
+    worker: Worker,
+    settings: Settings,
+    on: Vec<bool>,
+    step: f64,
+    uses: [Option<Use>; 3],
+    rejected: u64,
+    switches: u64,
+    /// Why the device does not integrate, where it was asked to.
+    refused: Option<String>,
+    costs: Vec<TickCost>,
+    /// When the tick under way began, and the device's clock then [ms].
+    began: (Instant, Option<f64>),
+}
+
+impl NetworkRun {
+    /// In f64 on the processor.
+    pub fn reference(scene: &Arc<SceneNetwork>) -> Self {
+        let worker = Worker::Host(Box::new(ReferenceStepper::new(scene.network().clone(), &scene.sensors())));
+        Self::new(scene, worker, FLOOR, None)
+    }
+
+    /// In f64 on the processor at a tenth of the tolerance, so that what sub-steps err by shows against it.
+    pub fn tight(scene: &Arc<SceneNetwork>) -> Self {
+        let mut run = Self::reference(scene);
+        run.settings.tolerance *= TIGHT;
+        run
+    }
+
+    /// On a device; in f64 on the processor where the device does not take the network.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn on_device(context: &Arc<Context>, scene: &Arc<SceneNetwork>) -> Result<Self, GpuError> {
+        match NetworkStepper::new(context, scene.network(), &scene.sensors()) {
+            Ok(stepper) => Ok(Self::new(scene, Worker::Device(Box::new(stepper)), ESTIMATE_FLOOR, None)),
+            Err(GpuError::UnsupportedNetwork { reason }) => {
+                Ok(Self { refused: Some(reason), ..Self::reference(scene) })
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    fn new(scene: &Arc<SceneNetwork>, worker: Worker, floor: f64, refused: Option<String>) -> Self {
+        Self {
+            on: scene.thermostats().iter().map(|thermostat| thermostat.initially_on).collect(),
+            settings: Settings { floor, ..scene.settings },
+            scene: Arc::clone(scene),
+            worker,
+            step: f64::INFINITY,
+            uses: [None; 3],
+            rejected: 0,
+            switches: 0,
+            refused,
+            costs: Vec::new(),
+            began: (Instant::now(), None),
+        }
+    }
+
+    /// A tick begins: what happens until `tick_ends` is its cost.
+    pub fn tick_begins(&mut self) {
+        self.began = (Instant::now(), self.worker.device_ms());
+    }
+
+    /// See `tick_begins`.
+    pub fn tick_ends(&mut self) {
+        let (wall, device) = self.began;
+        let device_ms = self.worker.device_ms().map(|now| now - device.unwrap_or(0.0));
+        self.costs.push(TickCost { wall_ms: wall.elapsed().as_secs_f64() * 1e3, device_ms });
+    }
+
+    /// Cost of every tick so far.
+    pub fn costs(&self) -> &[TickCost] {
+        &self.costs
+    }
+
+    /// From now on ticks may err by ten times the tolerance, or no longer.
+    pub fn set_coarse(&mut self, coarse: bool) {
+        self.settings.tolerance = self.scene.settings.tolerance * if coarse { COARSE } else { 1.0 };
+    }
+
+    /// States of the thermostats.
+    pub fn on(&self) -> &[bool] {
+        &self.on
+    }
+
+    /// Starts from temperatures [K] and states of the thermostats.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn start_from(&mut self, temperatures: &[f64], on: &[bool]) -> Result<(), GpuError> {
+        self.on = on.to_vec();
+        self.set_temperatures(temperatures)
+    }
+
+    /// The scene's network.
+    pub fn scene(&self) -> &Arc<SceneNetwork> {
+        &self.scene
+    }
+
+    /// The steady state under the heat of every node [W] at a time [s].
+    ///
+    /// # Errors
+    /// A call that fails, or no steady state.
+    pub fn settle(&mut self, heat: Vec<f64>, time: f64) -> Result<(), GpuError> {
+        // The balance of each node alone is where the search begins.
+        let network = self.scene.network();
+        let space = network.space_temperature.powi(4);
+        let guess = |(heat, area): (&f64, &f64)| (heat.max(0.0) / (STEFAN_BOLTZMANN * area) + space).sqrt().sqrt();
+        let emitted: f64 = network.emissive_areas.iter().sum();
+        let common = guess((&heat.iter().sum::<f64>(), &emitted)).clamp(3.0, 2000.0);
+        self.settle_at(common)?;
+        let schedule = self.scene.schedule(heat, &self.on, time, 0.0);
+        let network = self.scene.network();
+        let found = match steady(&mut self.worker, network, &schedule) {
+            // A large network: the device steps it, but does not solve it as a whole.
+            Err(SteadyError::Stepper(GpuError::UnsupportedNetwork { .. })) => {
+                let mut stepper = ReferenceStepper::new(network.clone(), &self.scene.sensors());
+                sure(stepper.set_temperatures(&vec![common; network.len()]));
+                steady(&mut stepper, network, &schedule).map_err(|error| failure(time, &unsteady(&error)))?
+            }
+            Err(SteadyError::Stepper(error)) => return Err(error),
+            found => found.map_err(|error| failure(time, &unsteady(&error)))?,
+        };
+        self.worker.set_temperatures(&found.temperatures)?;
+        self.on = found.on;
+        Ok(())
+    }
+
+    /// Every node at a temperature [K]; arithmetic ones balance at the first tick.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn settle_at(&mut self, temperature: f64) -> Result<(), GpuError> {
+        self.step = f64::INFINITY;
+        self.worker.set_temperatures(&vec![temperature; self.scene.network().len()])
+    }
+
+    /// One tick from `start` [s] of `length` [s] under a constant heat of every node [W].
+    ///
+    /// # Errors
+    /// A call that fails, or temperatures that cannot be found.
+    pub fn tick(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), GpuError> {
+        let schedule = self.scene.schedule(heat, &self.on, start, length);
+        let part = Part { horizon: self.scene.horizon.max(length), step: self.step, tight_switches: false };
+        let series = integrate_part(&mut self.worker, self.scene.network(), &schedule, &self.settings, part, |_| true)
+            .map_err(|error| match error {
+                ControlError::Stepper(error) => error,
+                other => failure(start, &unfinished(&other)),
+            })?;
+        self.step = series.first_step.unwrap_or(series.step);
+        self.on = series.on;
+        self.rejected += series.rejected;
+        self.switches += series.switches.len() as u64;
+        for (sum, new) in self.uses.iter_mut().zip(series.uses) {
+            *sum = match (*sum, new) {
+                (Some(a), Some(b)) => Some(Use {
+                    sub_steps: a.sub_steps + b.sub_steps,
+                    time: a.time + b.time,
+                    range: [a.range[0].min(b.range[0]), a.range[1].max(b.range[1])],
+                    stages: [a.stages[0].min(b.stages[0]), a.stages[1].max(b.stages[1])],
+                }),
+                (a, b) => a.or(b),
+            };
+        }
+        Ok(())
+    }
+
+    /// Temperatures of the nodes [K].
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn temperatures(&mut self) -> Result<Vec<f64>, GpuError> {
+        self.worker.temperatures()
+    }
+
+    /// Replaces the temperatures of the nodes [K].
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn set_temperatures(&mut self, temperatures: &[f64]) -> Result<(), GpuError> {
+        self.step = f64::INFINITY;
+        self.worker.set_temperatures(temperatures)
+    }
+
+    /// What was done, in words: name and value.
+    pub fn description(&self) -> Vec<(String, String)> {
+        let worker = match (&self.worker, &self.refused) {
+            (Worker::Device(_), _) => "on the device, f32 with carried residual".to_owned(),
+            (Worker::Host(_), None) => "f64 on the processor".to_owned(),
+            (Worker::Host(_), Some(reason)) => format!("f64 on the processor, because of the device: {reason}"),
+        };
+        let mut lines = vec![("integrated".to_owned(), worker)];
+        for (name, used) in ["Euler with residual", "RKL2", "TR-BDF2"].iter().zip(&self.uses) {
+            if let Some(used) = used {
+                let [short, long] = used.range;
+                let [fewest, most] = used.stages;
+                lines.push((
+                    (*name).to_owned(),
+                    format!("{} sub-steps of {short:.3} to {long:.3} s, {fewest} to {most} stages", used.sub_steps),
+                ));
+            }
+        }
+        let counts = self.worker.counts();
+        lines.push(("sub-steps taken back".to_owned(), self.rejected.to_string()));
+        lines.push(("stages".to_owned(), counts.stages.to_string()));
+        lines.push(("dispatches".to_owned(), counts.dispatches.to_string()));
+        if !self.on.is_empty() {
+            lines.push(("switches of thermostats".to_owned(), self.switches.to_string()));
+        }
+        lines
+    }
+}
+
+fn failure(time: f64, reason: &str) -> GpuError {
+    GpuError::Network { time, reason: reason.to_owned() }
+}
+
+fn unsteady<E>(error: &SteadyError<E>) -> String {
+    match error {
+        SteadyError::Stepper(_) => "the stepper failed".to_owned(),
+        SteadyError::Closed { node } => format!("the heat of node {node} has no way to space"),
+        SteadyError::NotFound { node } => format!(
+            "no steady state was found (node {node} is furthest from it): state initial.temperature to start elsewhere"
+        ),
+        SteadyError::Cycles { thermostat } => format!(
+            "no steady state: thermostat {thermostat} has none, on or off; state initial.temperature to start elsewhere"
+        ),
+    }
+}
+
+/// Why an integration ended early, in words.
+pub(crate) fn unfinished<E>(error: &ControlError<E>) -> String {
+    match error {
+        ControlError::Stepper(_) => "the stepper failed".to_owned(),
+        ControlError::Unbalanced { node, .. } => format!("the arithmetic nodes do not balance, node {node} least"),
+        ControlError::NoStep { node, temperature, .. } => {
+            format!("no step is short enough; node {node} is at {temperature} K")
+        }
+        ControlError::TooHot { node, temperature, .. } => {
+            format!("node {node} is hotter than the device holds, {temperature} K")
+        }
+        ControlError::Chatter { thermostat, .. } => format!("thermostat {thermostat} switches without end"),
+        ControlError::Stopped => "it was stopped".to_owned(),
+    }
+}

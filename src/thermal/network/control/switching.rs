@@ -1,0 +1,108 @@
+//! Thermostats in an integration: what their sensors show, when they switch, and the switch found inside a sub-step.
+
+use super::{Control, ControlError, Plan, Switch};
+use crate::thermal::network::rkl2::stages_for;
+use crate::thermal::network::stepper::{Method, Stepper};
+use crate::thermal::network::switches::{crossed, straight_crossing};
+
+/// How closely a switch is located [s].
+pub(super) const SWITCH_TIME: f64 = 1e-7;
+/// Switches of one thermostat within [`SWITCH_TIME`] of each other that are no longer believed.
+const MOST_AT_ONCE: u32 = 6;
+/// Switches of all thermostats after which the run is given up.
+const MOST_SWITCHES: usize = 100_000;
+
+impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
+    pub(super) fn sense(&mut self) -> Result<Vec<f64>, ControlError<S::Error>> {
+        if self.schedule.thermostats.is_empty() {
+            return Ok(Vec::new());
+        }
+        let temperatures = self.stepper.temperatures()?;
+        Ok(self.schedule.thermostats.iter().map(|thermostat| temperatures[thermostat.sensor as usize]).collect())
+    }
+
+    /// Sets the heat anew; where that makes arithmetic sensors jump over a threshold, switches, until none does.
+    pub(super) fn set_heat(&mut self, time: f64) -> Result<(), ControlError<S::Error>> {
+        loop {
+            self.put_heat(time)?;
+            let after = self.sense()?;
+            let before = std::mem::replace(&mut self.sensed, after);
+            let at = crossed(&self.schedule.thermostats, &self.on, &before, &self.sensed);
+            if at.is_empty() {
+                return Ok(());
+            }
+            self.switch(&at)?;
+        }
+    }
+
+    fn switch(&mut self, at: &[usize]) -> Result<(), ControlError<S::Error>> {
+        let time = self.now();
+        for &thermostat in at {
+            self.on[thermostat] = !self.on[thermostat];
+            let switch = Switch { time, thermostat, on: self.on[thermostat] };
+            self.series.switches.push(switch);
+            let (last, close) = &mut self.quick[thermostat];
+            *close = if time - *last <= SWITCH_TIME { *close + 1 } else { 0 };
+            *last = time;
+            if *close > MOST_AT_ONCE || self.series.switches.len() > MOST_SWITCHES {
+                return Err(ControlError::Chatter { time, thermostat });
+            }
+        }
+        Ok(())
+    }
+
+    /// Finds the first switch in the coming sub-step, at whose end the sensors are at `after`, and takes it.
+    pub(super) fn locate(&mut self, plan: Plan, after: Vec<f64>) -> Result<(), ControlError<S::Error>> {
+        let thermostats = &self.schedule.thermostats;
+        let t = self.since;
+        let (mut low, mut high) = (0.0, plan.step);
+        let (mut before, mut after) = (self.sensed.clone(), after);
+        let mut last_was_high = None;
+        let mut tries = 0;
+        let mut at_high = false;
+        loop {
+            let narrow = high - low <= SWITCH_TIME || high - low <= 1e-13 * (self.since + high);
+            if narrow && at_high {
+                break;
+            }
+            let at = crossed(thermostats, &self.on, &before, &after);
+            let straight = straight_crossing(thermostats, &self.on, &at, &before, &after);
+            let width = high - low;
+            // A straight line leaves one end where it is: each second time on one side, and each fourth time in any
+            // case, the try goes beyond it or to the middle.
+            let nudge = 0.4 * SWITCH_TIME / width;
+            let share = match last_was_high {
+                _ if narrow => 1.0,
+                _ if tries % 4 == 3 => 0.5,
+                Some(true) => straight - nudge.max(0.02 * straight.min(1.0 - straight)),
+                _ => straight + nudge.max(0.02 * straight.min(1.0 - straight)),
+            };
+            let trial = if narrow { high } else { low + width * share.clamp(0.001, 0.999) };
+            let method = self.method_for(plan.method, trial);
+            let attempt = self.stepper.attempt(method, t, trial, 1)?;
+            tries += 1;
+            let is_high = !crossed(thermostats, &self.on, &self.sensed, &attempt.sensed).is_empty();
+            at_high = is_high || narrow;
+            if is_high || narrow {
+                (high, after) = (trial, attempt.sensed);
+            } else {
+                (low, before) = (trial, attempt.sensed);
+            }
+            last_was_high = Some(is_high);
+        }
+        let at = crossed(thermostats, &self.on, &self.sensed, &after);
+        let plan = Plan { method: self.method_for(plan.method, high), step: high, count: 1 };
+        self.sensed = after;
+        self.keep(plan, self.since + high)?;
+        self.switch(&at)?;
+        self.set_heat(self.now())
+    }
+
+    /// The same method with the stages that a shorter sub-step needs.
+    fn method_for(&self, method: Method, step: f64) -> Method {
+        match method {
+            Method::Rkl2 { .. } => Method::Rkl2 { stages: stages_for(step * self.rate) },
+            Method::Euler | Method::TrBdf2 => method,
+        }
+    }
+}

@@ -1,0 +1,233 @@
+//! `isotherm bench`: the work of every integrator on small cases as counts, their errors below what is stated of them, and
+//! what the command leaves. No time is held against anything.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::sync::LazyLock;
+
+use isotherm::bench::cases::{self, Case, Size};
+use isotherm::bench::files::{BenchFolder, PAGE, RECORD};
+use isotherm::bench::integrators::{Differences, Effort, measure};
+use isotherm::bench::record::{Bench, CaseSummary, Integrated, Measured, Run};
+use isotherm::bench::schemes::{ABSENT, Fixed, Scheme};
+use isotherm::bench::tables;
+use isotherm::bench::truth::Truth;
+use isotherm::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
+use isotherm::thermal::network::control::{FLOOR, Integrator};
+use isotherm::thermal::network::reference::ReferenceStepper;
+
+use super::device::context;
+use super::program::{end, isotherm, refusal, run};
+
+const EFFORT: Effort = Effort { runs: 1, enough: 0.0, most: 600.0 };
+/// Sub-steps a frame of the references: 0.26 s.
+const FINE: u32 = 64;
+
+/// The four cases at small size, through the entry into the planet's shadow; the cube is too large for one workgroup.
+static CASES: LazyLock<Vec<(Case, Truth)>> = LazyLock::new(|| {
+    let size = Size { cube: 14, sheet: 8, blanket: 6, frames: 92..104 };
+    let cases = cases::all(&size).expect("the cases");
+    let solved = |case: Case| {
+        let truth = Truth::of(&case, FINE).expect("a reference");
+        (case, truth)
+    };
+    cases.into_iter().map(solved).collect()
+});
+
+fn on_device(case: &Case, truth: &Truth, scheme: Scheme) -> Run {
+    let mut stepper = NetworkStepper::new(&context(), &case.network, &[]).expect("a network on the device");
+    measure(&mut stepper, ESTIMATE_FLOOR, case, truth, scheme, EFFORT)
+}
+
+fn in_f64(case: &Case, truth: &Truth, scheme: Scheme) -> Run {
+    let mut stepper = ReferenceStepper::new(case.network.clone(), &[]);
+    measure(&mut stepper, FLOOR, case, truth, scheme, EFFORT)
+}
+
+/// The largest error [K] that is stated of a scheme on a case; `None` where nothing is.
+fn stated(case: &Case, scheme: Scheme) -> Option<f64> {
+    match scheme {
+        // Issue 4: 20 mK at most by default, 2 mK accurate; cheap is the default at ten times its tolerance.
+        Scheme::Controlled(Integrator::Default, _) => Some(20e-3),
+        Scheme::Controlled(Integrator::Accurate, _) => Some(2e-3),
+        Scheme::Controlled(Integrator::Cheap, _) => Some(200e-3),
+        // NUMERICS.md 3, the largest errors of its table: ours are other loads on the same meshes and materials.
+        Scheme::Fixed(Fixed::Euler, _) => match case.key {
+            "cube" => Some(0.020),
+            "sheet" => Some(0.044),
+            "blanket" => Some(0.012),
+            _ => None,
+        },
+        Scheme::Fixed(Fixed::Rkl2, _) => match case.key {
+            "cube" => Some(0.033),
+            "blanket" => Some(0.13),
+            _ => Some(1.9),
+        },
+        Scheme::Fixed(Fixed::TrBdf2, 4) => match case.key {
+            "cube" => Some(0.017),
+            "blanket" => Some(0.19),
+            _ => Some(0.24),
+        },
+        Scheme::Fixed(Fixed::TrBdf2, _) => None,
+    }
+}
+
+#[test]
+fn the_work_of_each_scheme_is_what_it_was_and_its_error_below_what_is_stated() {
+    let mut counts = String::new();
+    let on_processor = context().info.kind == "cpu";
+    for (case, truth) in CASES.iter() {
+        for scheme in Scheme::all(case, true) {
+            let run = on_device(case, truth, scheme);
+            let (key, name) = (case.key, &run.scheme);
+            let Some(work) = run.work else {
+                writeln!(counts, "{key}: {name}: {}", run.failed.expect("a reason")).expect("a string takes any text");
+                continue;
+            };
+            let error = run.error.expect("an error");
+            println!("{key}: {name}: rms {:.2e} K, largest {:.2e} K", error.rms, error.max);
+            if let Some(limit) = stated(case, scheme) {
+                assert!(error.max <= limit, "{key}: {name}: {} K", error.max);
+            }
+            // What the controller does follows the last bits of estimates, and workgroups are as large as a device likes.
+            if on_processor {
+                let (path, stages, sub_steps) = (&run.path, work.stages, work.sub_steps);
+                let dispatches = work.dispatches;
+                let line = format!("{path}, {stages} stages, {sub_steps} sub-steps, {dispatches} dispatches");
+                writeln!(counts, "{key}: {name}: {line}").expect("a string takes any text");
+            }
+        }
+    }
+    if on_processor {
+        insta::assert_snapshot!("work_of_the_integrators", counts);
+    }
+}
+
+#[test]
+fn the_references_agree_with_another_method_within_their_own_error() {
+    for (case, truth) in CASES.iter() {
+        assert!(truth.own.max < 1e-4, "{}: {:?}", case.key, truth.own);
+        let other = in_f64(case, truth, Scheme::Fixed(Fixed::TrBdf2, FINE)).error.expect("an error");
+        // TR-BDF2 errs too: four times less with twice the sub-steps.
+        let coarser = in_f64(case, truth, Scheme::Fixed(Fixed::TrBdf2, FINE / 2)).error.expect("an error");
+        let own = truth.own.max;
+        println!("{}: reference {own:.2e} K, TR-BDF2 {:.2e} and {:.2e} K", case.key, coarser.max, other.max);
+        assert!(other.max < 2e-4 && other.max < 0.5 * coarser.max + 2.0 * own, "{}", case.key);
+    }
+}
+
+#[test]
+fn a_wrong_network_is_seen_in_the_errors() {
+    let (case, truth) = &CASES[1];
+    let scheme = Scheme::Controlled(Integrator::Accurate, 5e-4);
+    let mut wrong = case.clone();
+    wrong.network.emissive_areas.iter_mut().for_each(|area| *area *= 1.001);
+    let limit = stated(case, scheme).expect("a limit");
+    let error = |case: &Case| in_f64(case, truth, scheme).error.expect("an error").max;
+    assert!(error(case) <= limit);
+    assert!(error(&wrong) > limit, "a thousandth of the emissive areas must show");
+}
+
+#[test]
+fn a_run_that_takes_too_long_tells_how_far_it_came() {
+    let (case, truth) = &CASES[1];
+    let effort = Effort { runs: 1, enough: 0.0, most: 0.0 };
+    let mut stepper = ReferenceStepper::new(case.network.clone(), &[]);
+    let run = measure(&mut stepper, FLOOR, case, truth, Scheme::Fixed(Fixed::Rkl2, 1), effort);
+    assert_eq!(run.work.map(|work| work.frames), Some(1));
+}
+
+fn bench_of(runs: Vec<Run>, (case, truth): &(Case, Truth)) -> Bench {
+    let measured = Measured {
+        name: "a <device>".to_owned(),
+        info: None,
+        load_average: [Some([1.0, 2.0, 3.0]), None],
+        limits: None,
+        responses: Vec::new(),
+        integrators: vec![Integrated { case: case.key.to_owned(), runs }],
+    };
+    let summary = CaseSummary {
+        key: case.key.to_owned(),
+        title: case.title.clone(),
+        nodes: case.network.len(),
+        arithmetic: 0,
+        conductors: case.network.linear.len(),
+        frames: case.frames.len(),
+        frame_s: case.frame,
+        stiffness: case.stiffness(),
+        published_stiffness: case.published_stiffness,
+        reference_sub_steps: truth.sub_steps,
+        reference_error: truth.own,
+    };
+    Bench {
+        version: "0".to_owned(),
+        command_line: "isotherm bench".to_owned(),
+        release: true,
+        quick: true,
+        processors: 2,
+        cases: vec![summary],
+        devices: vec![measured],
+        wall_s: 1.0,
+    }
+}
+
+#[test]
+fn the_page_names_every_scheme_and_what_is_absent() {
+    let solved = &CASES[1];
+    let failed = Run { scheme: "a scheme".to_owned(), failed: Some("no <reason>".to_owned()), ..Run::default() };
+    let run = in_f64(&solved.0, &solved.1, Scheme::Fixed(Fixed::Rkl2, 1));
+    let bench = bench_of(vec![run, failed], solved);
+    let folder = tempfile::tempdir().expect("a folder");
+    let files = BenchFolder::prepare(folder.path(), false).expect("an empty folder");
+    files.write(&bench).expect("a folder to write to");
+    let page = std::fs::read_to_string(files.file(PAGE)).expect("the page");
+    for text in ["RKL2, fixed, 1 sub-step", "a scheme", "no &lt;reason&gt;", "a &lt;device&gt;", "<svg", "1, 2, 3"] {
+        assert!(page.contains(text), "{text}");
+    }
+    for (method, why) in ABSENT {
+        assert!(page.contains(method) && page.contains(why), "{method}");
+    }
+    for outside in ["http://", "https://", "<link", "<script", "@import", "url("] {
+        assert!(!page.replace("http://www.w3.org/2000/svg", "").contains(outside), "{outside}");
+    }
+    let text = tables::all(&bench)[0].markdown();
+    let widths: Vec<usize> =
+        text.lines().filter(|line| line.starts_with('|')).map(|line| line.matches('|').count()).collect();
+    assert!(widths.len() > 6 && widths.iter().all(|width| *width == widths[0]), "{text}");
+    let record: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(files.file(RECORD)).expect("the record")).expect("JSON");
+    assert!(record["devices"][0]["integrators"][0]["runs"][0]["error"]["max_k"].as_f64() > Some(0.0));
+    assert!(folder.path().join("plots/work_precision_1_sheet.svg").exists());
+}
+
+#[test]
+fn the_command_measures_the_limits_and_refuses_what_it_does_not_know() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let ran = run(folder.path(), &["bench", "-o", "out", "--quick", "--only", "limits"]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    assert!(ran.out.contains("copy of 64 MiB") && ran.out.contains("empty dispatch"), "{}", ran.out);
+    let record = std::fs::read(folder.path().join("out").join(RECORD)).expect("the record");
+    let record: serde_json::Value = serde_json::from_slice(&record).expect("JSON");
+    let first = &record["devices"][0];
+    for key in ["name", "driver", "kind", "api_version"] {
+        assert!(first["info"][key].is_string(), "{key}");
+    }
+    assert!(first["limits"]["copies"][0]["gigabytes_per_second"]["median"].as_f64() > Some(0.0));
+    assert!(Path::exists(&folder.path().join("out").join(PAGE)));
+    for (arguments, word) in [
+        (&["bench", "-o", "out", "--only", "limits"][..], "--force"),
+        (&["bench", "-o", "new", "--only", "speed"][..], "integrators"),
+    ] {
+        let output = end(isotherm(folder.path(), arguments));
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(refusal(&output).0, Some(2), "{text}");
+        assert!(text.contains(word), "{text}");
+    }
+}
+
+#[test]
+fn differences_are_over_all_nodes_and_frames() {
+    let rows = |values: [[f64; 2]; 2]| values.map(|row| row.to_vec()).to_vec();
+    let found = Differences::between(&rows([[1.0, 2.0], [3.0, 4.0]]), &rows([[1.0, 2.0], [3.0, 6.0]]));
+    assert_eq!(found, Differences { rms: 1.0, max: 2.0 });
+}

@@ -1,0 +1,158 @@
+//! The craft's shadow on itself: the device against its f64 twin, the fast way against the exact one, and when it is done.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use isotherm::environment::TickLoad;
+use isotherm::environment::shadow::{Method, Shadows};
+use isotherm::gpu::context::Context;
+use isotherm::gpu::renderer::Renderer;
+use isotherm::simulation::engine::DeviceData;
+use isotherm::simulation::prepare::Prepared;
+use isotherm::thermal::nodes::PADDING;
+
+use super::craft::{Folder, scene_with};
+use super::device::{assert_silent, context, sunlight};
+
+/// The craft with half-metre edges; its box shades a wing, and a wing the box.
+fn prepared(shadows: &str) -> Prepared {
+    let scene = scene_with(&[("[radiance]", &format!("[shadows]\n{shadows}\n[radiance]"))]);
+    Folder::new(&scene).prepared()
+}
+
+/// Low over a wing, so that the box stands in the light.
+fn sun() -> DVec3 {
+    DVec3::new(0.25, 0.8, -0.45).normalize()
+}
+
+fn load(sun: DVec3) -> TickLoad {
+    TickLoad { sun: sunlight([(sun, 1361.0)]), planet: None, albedo: None, background_temperature: 2.7 }
+}
+
+/// Visibility of the nodes that face the Sun, from the device.
+fn on_device(context: &Arc<Context>, prepared: &Prepared, sun: DVec3) -> Vec<f64> {
+    let data = DeviceData::new(prepared);
+    let mut renderer = Renderer::new(context, &data.scene_data(prepared, None)).expect("a small scene");
+    renderer.settle(&load(sun)).expect("the device settles");
+    renderer.visibility().expect("the device answers").into_iter().map(f64::from).collect()
+}
+
+/// The same from f64.
+fn in_f64(prepared: &Prepared, sun: DVec3) -> Vec<f64> {
+    let slots = 0..prepared.nodes.vertex_of_node.len();
+    let mut shadows: Shadows = prepared.shadows(slots).expect("shadows are on");
+    shadows.visibility(&load(sun)).expect("the first time")
+}
+
+/// Nodes on which the Sun can shine: those of sheets, and those of a skin that face it.
+fn lit(prepared: &Prepared, sun: DVec3) -> Vec<usize> {
+    let nodes = &prepared.nodes;
+    let faces = |slot: usize| {
+        let both = prepared.materials[nodes.group_material[slot / 4] as usize].name == "cells";
+        let cosine = nodes.normals[slot].as_dvec3().dot(sun);
+        if both { cosine.abs() > 0.05 } else { cosine > 0.05 }
+    };
+    (0..nodes.vertex_of_node.len()).filter(|slot| nodes.vertex_of_node[*slot] != PADDING && faces(*slot)).collect()
+}
+
+/// Share of the nodes on which two answers differ by more than a ninth (one column of texels), and mean difference.
+fn apart(slots: &[usize], a: &[f64], b: &[f64]) -> (f64, f64) {
+    let differences = slots.iter().map(|slot| (a[*slot] - b[*slot]).abs());
+    let wrong = differences.clone().filter(|difference| *difference > 0.12).count();
+    (wrong as f64 / slots.len() as f64, differences.sum::<f64>() / slots.len() as f64)
+}
+
+#[test]
+fn the_device_sees_the_shadows_of_its_twin() {
+    let context = context();
+    // A rasteriser snaps corners to 1/16 of a texel or finer, so that a texel in ten along an edge may fall otherwise; a
+    // ray in f32 may pass an edge that one in f64 meets.
+    for (shadows, most_wrong, most_mean) in
+        [("method = \"depth\"\nresolution = 512", 0.01, 2e-3), ("method = \"exact\"", 0.005, 1e-3)]
+    {
+        let prepared = prepared(shadows);
+        let slots = lit(&prepared, sun());
+        let device = on_device(&context, &prepared, sun());
+        let (wrong, mean) = apart(&slots, &device, &in_f64(&prepared, sun()));
+        println!("{shadows}: {} lit nodes, {wrong:.4} apart, mean {mean:.1e}", slots.len());
+        assert!(wrong <= most_wrong && mean <= most_mean, "{shadows}: {wrong} apart, mean {mean}");
+        let shaded = slots.iter().filter(|slot| device[**slot] < 0.5).count();
+        assert!(shaded > slots.len() / 20, "{shadows}: {shaded} of {} nodes are in shadow", slots.len());
+        // A Sun one degree away must show.
+        let moved = (sun() + 0.017 * sun().any_orthonormal_vector()).normalize();
+        let (wrong, mean) = apart(&slots, &device, &in_f64(&prepared, moved));
+        assert!(wrong > most_wrong || mean > most_mean, "{shadows}: {wrong} apart, mean {mean} when the Sun has moved");
+    }
+    assert_silent(&context);
+}
+
+#[test]
+fn the_fast_way_is_near_the_exact_one() {
+    let context = context();
+    let fast = prepared("method = \"depth\"\nresolution = 1024");
+    let exact = prepared("method = \"exact\"");
+    let slots = lit(&fast, sun());
+    let (wrong, mean) = apart(&slots, &on_device(&context, &fast, sun()), &on_device(&context, &exact, sun()));
+    println!("{} lit nodes, {wrong:.4} apart, mean {mean:.1e}", slots.len());
+    assert!(wrong < 0.03 && mean < 0.01, "{wrong} apart, mean {mean}");
+    assert_eq!(fast.scene.shadows.map(|settings| settings.method), Some(Method::Depth));
+}
+
+#[test]
+fn shadows_are_found_anew_when_the_sun_has_moved_enough() {
+    let context = context();
+    let prepared = prepared("resolution = 128\nredraw_angle_deg = 1.0");
+    let data = DeviceData::new(&prepared);
+    let mut renderer = Renderer::new(&context, &data.scene_data(&prepared, None)).expect("a small scene");
+    renderer.settle(&load(sun())).expect("the device settles");
+    let drawn = |renderer: &Renderer| {
+        renderer
+            .pass_times()
+            .iter()
+            .filter(|(name, _)| *name == "solar_depth")
+            .map(|(_, times)| times.len())
+            .sum::<usize>()
+    };
+    let first = renderer.visibility().expect("the device answers");
+    assert_eq!(drawn(&renderer), 1);
+    // 0.6 degrees a tick: the second is the first beyond one degree.
+    let turn = glam::DQuat::from_axis_angle(DVec3::Z, 0.6f64.to_radians());
+    let mut sun = sun();
+    for expected in [1, 2, 2, 3] {
+        sun = turn * sun;
+        let submitted = renderer.submit(Some((&load(sun), 1.0)), None, false).expect("the device steps");
+        renderer.collect(submitted).expect("the device answers");
+        assert_eq!(drawn(&renderer), expected);
+    }
+    assert_ne!(renderer.visibility().expect("the device answers"), first);
+    assert_silent(&context);
+}
+
+#[test]
+fn what_is_shaded_stays_cold() {
+    let context = context();
+    let shaded = prepared("method = \"depth\"");
+    let open = Folder::new(super::craft::SCENE).prepared();
+    let temperatures = |prepared: &Prepared| {
+        let data = DeviceData::new(prepared);
+        let mut renderer = Renderer::new(&context, &data.scene_data(prepared, None)).expect("a small scene");
+        renderer.settle(&load(sun())).expect("the device settles");
+        let submitted = renderer.submit(None, None, true).expect("the device reads");
+        renderer.collect(submitted).expect("the device answers").temperatures.expect("all nodes").to_vec()
+    };
+    let visibility = on_device(&context, &shaded, sun());
+    let (with, without) = (temperatures(&shaded), temperatures(&open));
+    let mut seen = [0; 2];
+    for slot in lit(&shaded, sun()) {
+        // In umbra nothing but the background is left, 2.7 K; what sees all of the Sun does not change.
+        if visibility[slot] == 0.0 {
+            assert!((with[slot] - 2.7).abs() < 1e-3, "node {slot}: {} K", with[slot]);
+            assert!(without[slot] > 100.0);
+            seen[0] += 1;
+        } else if visibility[slot] == 1.0 {
+            assert!((with[slot] - without[slot]).abs() < 1e-3);
+            seen[1] += 1;
+        }
+    }
+    assert!(seen[0] > 10 && seen[1] > 10, "{seen:?}");
+}

@@ -1,0 +1,103 @@
+//! The cost of a stage of a large network by its number of nodes: square shells of conducting, radiating cells.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use isotherm::gpu::context::Context;
+use isotherm::gpu::network::NetworkStepper;
+use isotherm::thermal::network::rkl2::stable_product;
+use isotherm::thermal::network::stepper::{Method, Stepper};
+use isotherm::thermal::network::{LinearConductor, Network, NodeKind};
+
+use super::AnyError;
+
+/// Stages of the measured sub-step.
+const STAGES: u32 = 15;
+/// Rounds of a measurement: other programs may run beside it.
+const ROUNDS: usize = 9;
+
+/// Prints nodes, time to build, and time of a node and stage of RKL2.
+pub fn measure(context: &Arc<Context>, nodes: &[usize]) -> Result<(), AnyError> {
+    println!(
+        "Network of a square shell, a dispatch a stage, RKL2 with {STAGES} stages: least and median of {ROUNDS} rounds\n"
+    );
+    println!(
+        "| nodes | conductors | on the host and upload [s] | stages a round | round [ms] | ns a node and stage | ns of processor |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for &count in nodes {
+        let network = shell((count as f64).sqrt().round() as usize);
+        let began = Instant::now();
+        let mut stepper = NetworkStepper::wide(context, &network, &[])?;
+        let built = began.elapsed().as_secs_f64();
+        let power: Vec<f64> = (0..network.len()).map(|node| 0.02 + 0.01 * (node as f64 * 0.001).sin()).collect();
+        stepper.set_heat(&power, &vec![0.0; network.len()])?;
+        let step = 0.9 * stable_product(STAGES) / network.fastest_rate(&network.temperatures);
+        // At least 0.1 s a round, so that what a submission costs is as small as in use.
+        let sub_steps = (2_000_000 / network.len()).clamp(2, 64) as u32;
+        let (mut rounds, mut busy) = (Vec::new(), Vec::new());
+        // The first round compiles.
+        for round in 0..=ROUNDS {
+            let (began, before) = (Instant::now(), processor_seconds());
+            stepper.attempt(Method::Rkl2 { stages: STAGES }, 0.0, step, sub_steps)?;
+            if round > 0 {
+                rounds.push(began.elapsed().as_secs_f64());
+                busy.push(processor_seconds() - before);
+            }
+        }
+        rounds.sort_by(f64::total_cmp);
+        busy.sort_by(f64::total_cmp);
+        let stages = STAGES * sub_steps;
+        let each = |seconds: f64| seconds * 1e9 / (network.len() as f64 * f64::from(stages));
+        let (least, median) = (rounds[0], rounds[ROUNDS / 2]);
+        println!(
+            "| {} | {} | {built:.2} | {stages} | {:.1}, {:.1} | {:.2}, {:.2} | {:.2} |",
+            network.len(),
+            network.linear.len(),
+            least * 1e3,
+            median * 1e3,
+            each(least),
+            each(median),
+            each(busy[ROUNDS / 2])
+        );
+    }
+    println!();
+    Ok(())
+}
+
+/// Seconds of all processors that this program has used, which other programs do not lengthen; in steps of 10 ms
+/// (proc(5), `/proc/self/stat`: fields 14 and 15, in ticks of 1/100 s). NaN where there is no such file.
+fn processor_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields: Vec<f64> = stat.rsplit(')').next().unwrap_or_default().split(' ').flat_map(str::parse).collect();
+    // The state, the third field, is no number.
+    fields.get(10).zip(fields.get(11)).map_or(f64::NAN, |(user, system)| (user + system) / 100.0)
+}
+
+/// A sheet of aluminium 1 mm thick of `side` x `side` cells of 1 cm, which radiates on one side.
+fn shell(side: usize) -> Network {
+    // Aluminium 6061: 2700 kg/m3, 896 J/kg/K, 167 W/m/K (ECSS-E-HB-31-01 Part 5A); between square cells GL = k x thickness.
+    let capacitance = 2700.0 * 896.0 * 1e-3 * 1e-4;
+    let at = |x: usize, y: usize| (y * side + x) as u32;
+    let mut linear = Vec::new();
+    for y in 0..side {
+        for x in 0..side {
+            if x + 1 < side {
+                linear.push(LinearConductor { nodes: [at(x, y), at(x + 1, y)], conductance: 0.167 });
+            }
+            if y + 1 < side {
+                linear.push(LinearConductor { nodes: [at(x, y), at(x, y + 1)], conductance: 0.167 });
+            }
+        }
+    }
+    let size = side * side;
+    Network {
+        space_temperature: 2.7,
+        kinds: vec![NodeKind::Diffusive; size],
+        capacitances: vec![capacitance; size],
+        emissive_areas: vec![0.8e-4; size],
+        temperatures: (0..size).map(|node| 290.0 + 5.0 * (node as f64 * 0.01).sin()).collect(),
+        linear,
+        radiative: Vec::new(),
+    }
+}
