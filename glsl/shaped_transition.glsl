@@ -53,7 +53,7 @@ int shifted_clock(int elapsed, float shift, ShapedBranch branch) {
     return clamp(elapsed - int(ticks), 0, branch.end);
 }
 
-// The excess (merge_newton.glsl) at a point `shift` away from one where it is known. Over a short shift it changes by
+// f' times the wanted gap less w times the wanted rate (merge_turns.glsl) at a point `shift` away from one where it is known. Over a short shift it changes by
 // what the rates and bends at both ends make of it (corrected trapezoidal rule), which has no cancellation; where they
 // do not explain the change of the rate there is a corner in between.
 float excess_at(ShapePoint near, ShapePoint here, float excess, float shift, float gap, float rate) {
@@ -83,6 +83,10 @@ ShapedState shifted(
     bool too_flat = there < 1e-30;
     return ShapedState(state.target, too_flat ? gap / here.left : span, too_flat ? state.elapsed : elapsed);
 }
+
+// Longest change of the logarithm of a gap that is followed at once, and most of them (merge_flow.glsl).
+const float LONGEST_PART = 0.125;
+const float MOST_PARTS = 400.0;
 
 // A stretch on which the relative rate h is monotone: shares of the time left, and h / (1 + h), at its ends.
 struct Stretch {

@@ -1,12 +1,15 @@
 //! The GLSL of a response function, its numbers written out: what is compiled when a scene loads.
 //!
-//! An expression is the user's own text; the other kinds are their formulas (glsl/shape.glsl has what they call). The merge
-//! of each is a file of glsl/ in which BRANCH stands for heating or cooling.
+//! An expression is the user's own text, or two polynomials from its ends where they follow it; the other kinds are their
+//! formulas (glsl/shape.glsl has what they call). The merge of each is a file of glsl/ in which BRANCH stands for heating
+//! or cooling.
 
 use std::fmt::Write as _;
 
 use super::compile::source;
-use crate::thermal::function::{END, Expression, Function, Kind, Measured, Point, Polynomial, Shape, literal};
+use crate::thermal::function::{
+    EndPolynomial, Expression, Flow, Function, Kind, Measured, Piece, Point, Polynomial, Shape, literal,
+};
 use crate::thermal::material::Transition;
 
 /// Elementary functions that an expression means ours by, for a driver's may be far off.
@@ -60,10 +63,10 @@ fn branch(name: &str, function: &Function, first: usize) -> String {
     };
     let mut text = format!("const float BRANCH_START_RATE = {};\n{at}#ifdef MERGE\n", literal(function.at(1.0).rate));
     match function {
-        Function::Linear | Function::Quadratic => text.push_str(&newton(1, true)),
-        Function::Shaped(shape) => match (&shape.kind, shape.newton()) {
-            (Kind::Exponential { .. }, _) => text.push_str(source("merge_exponential.glsl")),
-            (_, Some(plan)) => text.push_str(&newton(plan.steps, plan.by_rate)),
+        Function::Linear | Function::Quadratic => text.push_str(&flow(&Flow::of_power())),
+        Function::Shaped(shape) => match (&shape.kind, shape.flow()) {
+            (_, Some(found)) => text.push_str(&flow(found)),
+            (Kind::Exponential { .. }, None) => text.push_str(source("merge_exponential.glsl")),
             (_, None) => {
                 text.push_str(&stretches(function, shape));
                 text.push_str(source("merge_turns.glsl"));
@@ -74,18 +77,30 @@ fn branch(name: &str, function: &Function, first: usize) -> String {
     text.replace("BRANCH", name)
 }
 
-fn newton(steps: u32, by_rate: bool) -> String {
-    let refine = "near = BRANCH_at(max(0.0, s - shift), r + shift);\n    \
-                  beyond = BRANCH_newton(excess_at(near, here, excess, shift, gap, rate), near, gap, rate);\n    \
-                  beyond = clamp(beyond, -0.999 * (r + shift), s - shift);\n    \
-                  shift += beyond;\n    ";
-    let define = if by_rate { "#define BRANCH_BY_RATE 1\n" } else { "" };
-    define.to_owned()
-        + &source("merge_newton.glsl").replacen(
-            "    REFINE\n",
-            &("    ".to_owned() + &refine.repeat(steps as usize) + "\n"),
-            1,
-        )
+fn flow(flow: &Flow) -> String {
+    let x = |piece: &Piece, distance: &str| {
+        let v = if piece.of_root { format!("sqrt(max(0.0, {distance}))") } else { distance.to_owned() };
+        format!("{} * {v} - {}", literal(piece.scale), literal(piece.offset))
+    };
+    let (start, x, coefficients) = match flow {
+        Flow::Whole(piece) => {
+            ("true", x(piece, "s"), piece.coefficients.iter().map(|c| literal(*c)).collect::<Vec<_>>())
+        }
+        Flow::Halves(start, end) => {
+            let number = start.coefficients.len().max(end.coefficients.len());
+            let at = |piece: &Piece, k: usize| literal(piece.coefficients.get(k).copied().unwrap_or(0.0));
+            let chosen = (0..number).map(|k| format!("(start ? {} : {})", at(start, k), at(end, k))).collect();
+            ("s < 0.5", format!("start ? {} : {}", x(start, "s"), x(end, "r")), chosen)
+        }
+    };
+    let (sum, close) = coefficients.split_last().map_or_else(Default::default, |(last, rest)| {
+        let open: String = rest.iter().map(|c| format!("{c} + x * (")).collect();
+        (open + last, ")".repeat(rest.len()))
+    });
+    format!(
+        "float BRANCH_pace(float s, float r) {{\n    bool start = {start};\n    float x = {x};\n    return {sum}{close};\n}}\n{}",
+        source("merge_flow.glsl")
+    )
 }
 
 /// Text of a polynomial of `x` by Horner's rule.
@@ -225,6 +240,12 @@ fn from_the_start([w, m, a, b]: [f64; 4], width: f64) -> [f64; 4] {
 }
 
 fn of_expression(expression: &Expression) -> String {
+    let ends = expression.end_polynomials();
+    if let [Some(start), Some(end)] = &ends
+        && start.reach + end.reach >= 1.0
+    {
+        return halves(start, end);
+    }
     let mut text = String::new();
     for name in OWN {
         let _ = writeln!(text, "#define {name} own_{name}");
@@ -240,21 +261,12 @@ fn of_expression(expression: &Expression) -> String {
     for name in OWN {
         let _ = writeln!(text, "#undef {name}");
     }
-    let ends = expression.end_polynomials();
-    let close = |x: &str, powers: &Option<Vec<f64>>| {
-        let Some(powers) = powers else { return String::new() };
-        let sum: Vec<f64> = powers.iter().enumerate().map(|(k, c)| c / (k + 1) as f64).collect();
-        let (small, bend) = (horner(&sum, x), horner(&derivative(powers), x));
-        let point = if x == "s" {
-            "small, 1.0 - small, max(0.0, rate), -bend"
-        } else {
-            "1.0 - small, small, max(0.0, rate), bend"
-        };
+    let close = |x: &str, end: &Option<EndPolynomial>| {
+        let Some(end) = end else { return String::new() };
         format!(
-            "    if ({x} < {}) {{\n        float small = max(0.0, {x} * ({small}));\n        float rate = {};\n        \
-             float bend = {bend};\n        return ShapePoint({point});\n    }}\n",
-            literal(END),
-            horner(powers, x)
+            "    if ({x} < {}) {{\n        float x = {x};\n{}    }}\n",
+            literal(end.reach),
+            close_to_end(end, x == "s", &end.coefficients.iter().map(|c| literal(*c)).collect::<Vec<_>>())
         )
     };
     let _ = write!(
@@ -272,6 +284,52 @@ fn of_expression(expression: &Expression) -> String {
         scale = literal(scale),
         start = literal(start),
     );
+    text
+}
+
+/// An expression that polynomials from both ends stand for all of.
+fn halves(start: &EndPolynomial, end: &EndPolynomial) -> String {
+    let close = |end: &EndPolynomial, start: bool| {
+        close_to_end(end, start, &end.coefficients.iter().map(|c| literal(*c)).collect::<Vec<_>>())
+    };
+    if start.of_root != end.of_root {
+        return format!(
+            "ShapePoint BRANCH_at(float s, float r) {{\n    if (s < 0.5) {{\n        float x = s;\n{}    }}\n    \
+             float x = r;\n{}}}\n",
+            close(start, true),
+            close(end, false)
+        );
+    }
+    let number = start.coefficients.len().max(end.coefficients.len());
+    let at = |end: &EndPolynomial, k: usize| literal(end.coefficients.get(k).copied().unwrap_or(0.0));
+    let chosen: Vec<String> = (0..number).map(|k| format!("(start ? {} : {})", at(start, k), at(end, k))).collect();
+    format!(
+        "ShapePoint BRANCH_at(float s, float r) {{\n    bool start = s < 0.5;\n    float x = start ? s : r;\n{}    \
+         return ShapePoint(start ? small : 1.0 - small, start ? 1.0 - small : small, rate, start ? -bend : bend);\n}}\n",
+        sums(start.of_root, &chosen)
+    )
+}
+
+fn close_to_end(end: &EndPolynomial, start: bool, coefficients: &[String]) -> String {
+    let point = if start { "small, 1.0 - small, rate, -bend" } else { "1.0 - small, small, rate, bend" };
+    format!("{}    return ShapePoint({point});\n", sums(end.of_root, coefficients))
+}
+
+/// Text that has `small`, x Q(v), and its first two derivatives by x, with v = x or its root.
+fn sums(of_root: bool, coefficients: &[String]) -> String {
+    let mut text = format!("    float v = {};\n", if of_root { "sqrt(max(0.0, x))" } else { "x" });
+    // Horner's rule for Q, Q' and Q''/2.
+    text.push_str("    float q = 0.0;\n    float q1 = 0.0;\n    float q2 = 0.0;\n");
+    for c in coefficients.iter().rev() {
+        let _ = write!(text, "    q2 = q2 * v + q1;\n    q1 = q1 * v + q;\n    q = q * v + {c};\n");
+    }
+    text.push_str("    float small = max(0.0, x * q);\n");
+    text.push_str(if of_root {
+        "    float rate = max(0.0, q + 0.5 * v * q1);\n    \
+         float bend = (0.75 * q1 + 0.5 * v * q2) / max(v, 1e-6);\n"
+    } else {
+        "    float rate = max(0.0, q + x * q1);\n    float bend = 2.0 * (q1 + x * q2);\n"
+    });
     text
 }
 

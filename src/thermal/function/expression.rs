@@ -25,12 +25,23 @@ const MAX_RATE: f64 = 1e6;
 /// A change over an interval that its rates do not explain is looked into.
 const JUMP: f64 = 1e-4;
 
-/// Reach of the polynomials that stand for a text close to its ends.
-pub const END: f64 = 1.0 / 32.0;
-/// Terms of such a polynomial.
-const END_TERMS: usize = 7;
+/// Reaches of the polynomials that stand for a text from its ends, tried one after the other.
+const REACHES: [f64; 3] = [0.5, 0.125, 0.031_25];
+/// Most terms of such a polynomial.
+const END_TERMS: usize = 12;
 /// Relative error of a rate that such a polynomial may have.
-const END_ERROR: f64 = 2e-7;
+const END_ERROR: f64 = 1e-7;
+
+/// A rate close to one end of a text, as a polynomial of the distance x to it, or of its root.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EndPolynomial {
+    /// How far from the end it holds.
+    pub reach: f64,
+    /// Whether it is one of the root of x.
+    pub of_root: bool,
+    /// Coefficients of what is done since the end, or left until it, over x.
+    pub coefficients: Vec<f64>,
+}
 
 /// GLSL text of `s`, compiled.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,43 +93,18 @@ impl Expression {
         ]
     }
 
-    /// Coefficients of the rate in powers of s close to the start and of r = 1 - s close to the end (Newton's
-    /// interpolation at Chebyshev's points); none for an end that is no polynomial to f32.
+    /// The polynomials that stand for the text close to its start and to its end; none for an end that is no polynomial
+    /// to f32. Two of them that reach the middle stand for all of it.
     ///
     /// A flat end is where a text in f32 loses what is left and its rate to cancellation, and there a merge multiplies
     /// them by the largest spans.
-    pub fn end_polynomials(&self) -> [Option<Vec<f64>>; 2] {
+    pub fn end_polynomials(&self) -> [Option<EndPolynomial>; 2] {
         [false, true].map(|end| {
             let rate = |x: f64| self.value(if end { 1.0 - x } else { x }).rate * self.scale;
-            let angle = |i: usize| std::f64::consts::PI * (2 * i + 1) as f64 / (2 * END_TERMS) as f64;
-            let places: Vec<f64> = (0..END_TERMS).map(|i| 0.5 * END * (1.0 - angle(i).cos())).collect();
-            let mut divided: Vec<f64> = places.iter().map(|x| rate(*x)).collect();
-            for order in 1..END_TERMS {
-                for i in (order..END_TERMS).rev() {
-                    divided[i] = (divided[i] - divided[i - 1]) / (places[i] - places[i - order]);
-                }
-            }
-            let mut powers = vec![0.0; END_TERMS];
-            for i in (0..END_TERMS).rev() {
-                for k in (1..END_TERMS).rev() {
-                    powers[k] = powers[k - 1] - places[i] * powers[k];
-                }
-                powers[0] = divided[i] - places[i] * powers[0];
-            }
-            let size = |k: usize, c: f64| (c * END.powi(k as i32)).abs();
-            let largest = powers.iter().enumerate().fold(0.0, |largest, (k, c)| size(k, *c).max(largest));
-            for (k, c) in powers.iter_mut().enumerate() {
-                *c = if size(k, *c) < 1e-11 * largest { 0.0 } else { *c };
-            }
-            while powers.len() > 1 && powers.last() == Some(&0.0) {
-                powers.pop();
-            }
-            let sum = |x: f64| powers.iter().rev().fold(0.0, |sum, c| sum * x + c);
-            let follows = (1..=64).map(|i| END * f64::from(i) / 64.0).all(|x| {
-                let exact = rate(x);
-                (sum(x) - exact).abs() <= END_ERROR * exact.abs() + 1e-12
-            });
-            follows.then_some(powers)
+            REACHES
+                .into_iter()
+                .flat_map(|reach| [false, true].map(|of_root| (reach, of_root)))
+                .find_map(|(reach, of_root)| EndPolynomial::new(&rate, reach, of_root))
         })
     }
 
@@ -188,4 +174,52 @@ impl Expression {
         }
         Ok(())
     }
+}
+
+impl EndPolynomial {
+    /// Through Chebyshev's points, by Newton's interpolation; none where it does not follow the rate.
+    fn new(rate: &impl Fn(f64) -> f64, reach: f64, of_root: bool) -> Option<Self> {
+        let (longest, x) =
+            if of_root { (reach.sqrt(), square as fn(f64) -> f64) } else { (reach, same as fn(f64) -> f64) };
+        let angle = |i: usize| std::f64::consts::PI * (2 * i + 1) as f64 / (2 * END_TERMS) as f64;
+        let places: Vec<f64> = (0..END_TERMS).map(|i| 0.5 * longest * (1.0 - angle(i).cos())).collect();
+        let mut divided: Vec<f64> = places.iter().map(|v| rate(x(*v))).collect();
+        for order in 1..END_TERMS {
+            for i in (order..END_TERMS).rev() {
+                divided[i] = (divided[i] - divided[i - 1]) / (places[i] - places[i - order]);
+            }
+        }
+        let mut powers = vec![0.0; END_TERMS];
+        for i in (0..END_TERMS).rev() {
+            for k in (1..END_TERMS).rev() {
+                powers[k] = powers[k - 1] - places[i] * powers[k];
+            }
+            powers[0] = divided[i] - places[i] * powers[0];
+        }
+        let size = |k: usize, c: f64| (c * longest.powi(k as i32)).abs();
+        let largest = powers.iter().enumerate().fold(0.0, |largest, (k, c)| size(k, *c).max(largest));
+        for (k, c) in powers.iter_mut().enumerate() {
+            *c = if size(k, *c) < 1e-10 * largest { 0.0 } else { *c };
+        }
+        while powers.len() > 1 && powers.last() == Some(&0.0) {
+            powers.pop();
+        }
+        let follows = (1..=128).map(|i| longest * f64::from(i) / 128.0).all(|v| {
+            let exact = rate(x(v));
+            let found = powers.iter().rev().fold(0.0, |sum, c| sum * v + c);
+            (found - exact).abs() <= END_ERROR * exact.abs() + 1e-12
+        });
+        // The integral of c v^k over x is c v^k x / (k + 1), or over (k/2 + 1) where v is the root of x.
+        let share = |k: usize| 1.0 + if of_root { 0.5 } else { 1.0 } * k as f64;
+        let coefficients = powers.iter().enumerate().map(|(k, c)| c / share(k)).collect();
+        follows.then_some(Self { reach, of_root, coefficients })
+    }
+}
+
+fn same(v: f64) -> f64 {
+    v
+}
+
+fn square(v: f64) -> f64 {
+    v * v
 }
