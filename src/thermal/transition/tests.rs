@@ -1,7 +1,7 @@
 //! Values of NUMERICS.md 1, what the merge promises, and the rules that fail.
 
 use super::*;
-use crate::thermal::function::{Function, Kind, Sample};
+use crate::thermal::function::{Function, Sample};
 use crate::thermal::material::Domain;
 
 const QUADRATIC: fn(f64) -> Profile = |t_max_steps| Profile { function: Function::Quadratic, t_max_steps };
@@ -159,11 +159,7 @@ fn jitter_of_one_ulp_costs_nothing() {
 /// Finer ticks converge on one curve: the difference between successive halvings falls with the tick.
 #[test]
 fn converges_as_the_tick_shrinks() {
-    // Tables are left out: where their relative rate turns, the phase found for a tick depends on how large the tick is,
-    // and a swing of 60 K still moved by 0.7 K from 64 to 256 ticks a step (a table of 7 points).
-    let tame =
-        |function: &Function| !matches!(function, Function::Shaped(shape) if matches!(shape.kind, Kind::Table(_)));
-    for function in functions().into_iter().filter(tame) {
+    for function in functions() {
         let profile = Profile { function, t_max_steps: 40.0 };
         let end = |ticks_a_step: u32| {
             let dt = 1.0 / f64::from(ticks_a_step);
