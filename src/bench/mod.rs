@@ -1,11 +1,13 @@
 //! Speed against error, measured in one run and told on one page.
 //!
 //! [`cases`] are the networks of NUMERICS.md 3, [`schemes`] the ways to integrate them, and [`integrators`] measures each
-//! against [`truth`]. [`run`] does all of it. [`limits`] is what the device can do at best, [`responses`] what a node costs. [`record`] holds what was
+//! against [`truth`]. [`run`] does all of it. [`limits`] is what the device can do at best, [`responses`] what a node costs, [`frames`] what a
+//! whole tick of a scene takes. [`record`] holds what was
 //! found; [`tables`], [`plots`], [`page`] and [`files`] show it.
 
 pub mod cases;
 pub mod files;
+pub mod frames;
 pub mod integrators;
 pub mod limits;
 pub mod page;
@@ -24,19 +26,22 @@ pub enum Section {
     Limits,
     /// Nanoseconds a node and step of each response.
     Responses,
+    /// Whole ticks of scenes with their images, pass by pass.
+    Frames,
     /// Every integrator on the cases of NUMERICS.md 3.
     Integrators,
 }
 
 impl Section {
     /// All, in the order in which they run.
-    pub const ALL: [Self; 3] = [Self::Limits, Self::Responses, Self::Integrators];
+    pub const ALL: [Self; 4] = [Self::Limits, Self::Responses, Self::Frames, Self::Integrators];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Limits => "limits",
             Self::Responses => "responses",
+            Self::Frames => "frames",
             Self::Integrators => "integrators",
         }
     }

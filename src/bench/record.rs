@@ -98,6 +98,8 @@ pub struct Measured {
     pub limits: Option<Limits>,
     /// What a node costs.
     pub responses: Vec<Response>,
+    /// Whole ticks of scenes, pass by pass.
+    pub frames: Vec<FrameRow>,
     /// What integrators cost, and how wrong they are: a list for each case.
     pub integrators: Vec<Integrated>,
 }
@@ -149,6 +151,48 @@ pub struct Response {
     pub share_of_copy: Option<f64>,
     /// Why there is no time.
     pub failed: Option<String>,
+}
+
+/// Whole ticks of a scene at one density.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct FrameRow {
+    /// Name of the scene.
+    pub scene: String,
+    /// Longest edge of its triangles [m].
+    pub longest_edge_m: f64,
+    /// Whether the craft shadows itself.
+    pub shadows: bool,
+    /// Nodes.
+    pub nodes: usize,
+    /// Triangles.
+    pub triangles: usize,
+    /// Bytes on the device that grow with the nodes, for each node.
+    pub bytes_a_node: f64,
+    /// From the loaded scene to a device that is ready [s].
+    pub start_up_s: f64,
+    /// Length of a tick [s].
+    pub tick_s: f64,
+    /// Ticks that were measured.
+    pub ticks: u32,
+    /// Time of each pass in the ticks that it ran in.
+    pub passes: Vec<Pass>,
+    /// Time of a tick with its image on the host [ms].
+    pub tick_ms: Option<Spread>,
+    /// The longest of them [ms].
+    pub worst_tick_ms: Option<f64>,
+    /// Time of a tick without an image [ms].
+    pub step_ms: Option<Spread>,
+    /// Why there are no times.
+    pub failed: Option<String>,
+}
+
+/// A pass of the frame.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Pass {
+    /// Name, its variants together.
+    pub name: String,
+    /// Time in a tick [ms]; as many samples as ticks that it ran in.
+    pub ms: Spread,
 }
 
 /// The runs of a case.

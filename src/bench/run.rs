@@ -8,14 +8,15 @@ use rayon::prelude::*;
 use super::Section;
 use super::cases::{self, Case, CaseError, Size};
 use super::integrators::{Effort, Timed, arithmetic, measure};
-use super::limits;
-use super::record::{Bench, CaseSummary, Integrated, Limits, Measured, Run, load_average};
+use super::record::{Bench, CaseSummary, FrameRow, Integrated, Limits, Measured, Run, load_average};
 use super::responses::{self, ResponseError};
 use super::schemes::Scheme;
 use super::truth::Truth;
+use super::{frames, limits};
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
+use crate::scene::Scene;
 use crate::thermal::network::control::FLOOR;
 use crate::thermal::network::reference::ReferenceStepper;
 
@@ -52,6 +53,8 @@ pub struct Plan {
     pub quick: bool,
     /// Devices.
     pub targets: Vec<Target>,
+    /// Scenes whose ticks are measured.
+    pub scenes: Vec<Scene>,
     /// The command as it was given.
     pub command_line: String,
 }
@@ -72,6 +75,15 @@ impl Plan {
 
     fn nodes(&self) -> &'static [usize] {
         if self.quick { &[10_000, 1_000_000] } else { &[10_000, 100_000, 1_000_000, 10_000_000] }
+    }
+
+    /// Longest edges of the scenes' meshes [m], and how their ticks are measured.
+    fn frames(&self) -> (&'static [f64], frames::Effort) {
+        if self.quick {
+            (&frames::EDGES[..2], frames::Effort { ticks: 20, most_nodes: 500_000 })
+        } else {
+            (&frames::EDGES, frames::Effort { ticks: 60, most_nodes: usize::MAX })
+        }
     }
 
     fn ticks(&self) -> u32 {
@@ -115,7 +127,7 @@ impl Plan {
             Target::Reference => ("cpu (f64 reference)".to_owned(), None),
         };
         let mut measured =
-            Measured { name, info, load_average: [before, None], limits: None, responses: vec![], integrators: vec![] };
+            Measured { name, info, load_average: [before, None], limits: None, responses: vec![], frames: vec![], integrators: vec![] };
         if let Target::Device(context) = target {
             if self.sections.iter().any(|section| matches!(section, Section::Limits | Section::Responses)) {
                 says(&format!("{}: limits", measured.name));
@@ -126,6 +138,9 @@ impl Plan {
                 let bandwidth = measured.limits.as_ref().and_then(Limits::bandwidth);
                 measured.responses = responses::measure(context, self.nodes(), self.ticks(), bandwidth)?;
             }
+        }
+        if let (Target::Device(context), true) = (target, self.sections.contains(&Section::Frames)) {
+            measured.frames = self.whole_ticks(context, &measured.name, says);
         }
         for (case, truth) in truths {
             let runs = match target {
@@ -140,6 +155,20 @@ impl Plan {
         }
         measured.load_average[1] = load_average();
         Ok(measured)
+    }
+
+    fn whole_ticks(&self, context: &Arc<Context>, device: &str, says: &dyn Fn(&str)) -> Vec<FrameRow> {
+        let (edges, effort) = self.frames();
+        let mut rows = Vec::new();
+        for scene in &self.scenes {
+            for edge in edges {
+                for shadows in [false, true] {
+                    says(&format!("{device}: ticks of {}, longest edge {edge} m", scene.name));
+                    rows.push(frames::measure(context, scene, *edge, shadows, effort));
+                }
+            }
+        }
+        rows
     }
 
     /// All schemes, and some of them once more with a dispatch for every stage where one workgroup took all.

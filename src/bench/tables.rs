@@ -1,6 +1,7 @@
 //! The measurements as tables, for the terminal (Markdown) and for the page.
 
-use super::record::{Bench, CaseSummary, Integrated, Measured, Run, Spread};
+use super::frames::IMAGE;
+use super::record::{Bench, CaseSummary, FrameRow, Integrated, Measured, Run, Spread};
 use super::schemes::ABSENT;
 use crate::output::html::{kelvin, significant};
 
@@ -10,7 +11,7 @@ pub struct Table {
     /// Title.
     pub title: String,
     /// Names of the columns, with units.
-    pub head: Vec<&'static str>,
+    pub head: Vec<String>,
     /// Cells.
     pub rows: Vec<Vec<String>>,
     /// Sentences.
@@ -21,9 +22,8 @@ impl Table {
     /// As Markdown.
     pub fn markdown(&self) -> String {
         let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-        let head: Vec<String> = self.head.iter().map(|cell| (*cell).to_owned()).collect();
-        let rule = format!("|{}\n", "---|".repeat(head.len()));
-        let mut text = format!("{}\n\n{}{rule}", self.title, line(&head));
+        let rule = format!("|{}\n", "---|".repeat(self.head.len()));
+        let mut text = format!("{}\n\n{}{rule}", self.title, line(&self.head));
         text.extend(self.rows.iter().map(|row| line(row)));
         text.extend(self.notes.iter().map(|note| format!("\n{note}\n")));
         text
@@ -38,6 +38,10 @@ fn spread(spread: Option<Spread>) -> String {
         }
         None => "-".to_owned(),
     }
+}
+
+fn heads(names: &[&str]) -> Vec<String> {
+    names.iter().map(|name| (*name).to_owned()).collect()
 }
 
 fn number(value: Option<f64>) -> String {
@@ -61,7 +65,7 @@ pub fn limits(measured: &Measured) -> Option<Table> {
     let clock = if limits.by_timestamps { "device's own" } else { "host's, for the device has no timestamps" };
     Some(Table {
         title: format!("Limits of {}: median (10 to 90 %)", measured.name),
-        head: vec!["what", "median (10 to 90 %)", "unit"],
+        head: heads(&["what", "median (10 to 90 %)", "unit"]),
         rows,
         notes: vec![format!("The clock of copies and dispatches is the {clock}.")],
     })
@@ -86,7 +90,7 @@ pub fn responses(measured: &Measured) -> Option<Table> {
     };
     (!measured.responses.is_empty()).then(|| Table {
         title: format!("Responses on {}: time of a step by the device's clock", measured.name),
-        head: vec!["response", "nodes", "ns a node: median (10 to 90 %)", "bytes a node", "GB/s", "share of copy"],
+        head: heads(&["response", "nodes", "ns a node: median (10 to 90 %)", "bytes a node", "GB/s", "share of copy"]),
         rows: measured.responses.iter().map(row).collect(),
         notes: vec![
             "Sun, infrared and albedo on every node, whose target moves every tick, but for a constant target, where time \
@@ -95,6 +99,65 @@ pub fn responses(measured: &Measured) -> Option<Table> {
         ],
     })
 }
+
+/// Whole ticks of scenes, a column for each pass.
+pub fn frames(measured: &Measured) -> Option<Table> {
+    let mut names: Vec<&str> = Vec::new();
+    for pass in measured.frames.iter().flat_map(|row| &row.passes) {
+        if !names.contains(&pass.name.as_str()) {
+            names.push(&pass.name);
+        }
+    }
+    names.sort_by_key(|name| PASSES.iter().position(|known| known == name).unwrap_or(PASSES.len()));
+    let mut head: Vec<String> =
+        ["scene", "longest edge [m]", "shadows", "nodes", "bytes a node", "start-up [s]"].map(str::to_owned).to_vec();
+    head.extend(names.iter().map(|name| format!("{name} [ms]")));
+    head.extend(["tick with image [ms]", "worst [ms]", "images a second", "tick without [ms]"].map(str::to_owned));
+    let row = |row: &FrameRow| {
+        let shadows = if row.shadows { "on" } else { "off" };
+        let mut cells = vec![row.scene.clone(), row.longest_edge_m.to_string(), shadows.to_owned()];
+        if let Some(reason) = &row.failed {
+            cells.push(format!("not run: {reason}"));
+            cells.resize(head.len(), "-".to_owned());
+            return cells;
+        }
+        cells.extend([row.nodes.to_string(), significant(row.bytes_a_node), significant(row.start_up_s)]);
+        cells.extend(names.iter().map(|name| {
+            let pass = row.passes.iter().find(|pass| pass.name == *name);
+            pass.map_or_else(|| "-".to_owned(), |pass| {
+                let rare = pass.ms.samples < u64::from(row.ticks);
+                let often = if rare { format!(", in {} ticks", pass.ms.samples) } else { String::new() };
+                format!("{}{often}", significant(pass.ms.median))
+            })
+        }));
+        let tick = row.tick_ms.map(|time| time.median);
+        cells.extend([spread(row.tick_ms), number(row.worst_tick_ms), number(tick.map(|ms| 1e3 / ms)), spread(row.step_ms)]);
+        cells
+    };
+    let first = measured.frames.iter().find(|row| row.failed.is_none())?;
+    Some(Table {
+        title: format!("Whole ticks on {}: an image of {} x {} pixels", measured.name, IMAGE[0], IMAGE[1]),
+        rows: measured.frames.iter().map(row).collect(),
+        head,
+        notes: vec![format!(
+            "Medians over {} ticks of about {} s, in which the Sun moves little: shadows are found anew only in the ticks said.              Passes by the device's clock; ticks by the host's, from one image in host memory to the next, while the host prepares              the tick that follows. A first image culls triangles, the others keep the camera.",
+            first.ticks,
+            significant(first.tick_s)
+        )],
+    })
+}
+
+/// Passes of a frame in their order.
+const PASSES: [&str; 8] = [
+    "solar_depth",
+    "read solar_depth",
+    "solar_visibility",
+    "thermal_step",
+    "cull",
+    "radiance",
+    "read radiance",
+    "read identity",
+];
 
 /// The integrators on a case.
 pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSummary) -> Table {
@@ -117,7 +180,7 @@ pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSumm
     ));
     Table {
         title: format!("Integrators on {}: {}", measured.name, case.title),
-        head: vec![
+        head: heads(&[
             "scheme",
             "path",
             "passes a frame",
@@ -128,7 +191,7 @@ pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSumm
             "wall ms a frame",
             "rms error",
             "largest error",
-        ],
+        ]),
         rows: integrated
             .runs
             .iter()
@@ -178,7 +241,7 @@ fn row(run: &Run, frames: usize) -> Vec<String> {
 /// Everything of one run, in the order of its devices.
 pub fn all(bench: &Bench) -> Vec<Table> {
     let of = |measured: &Measured| {
-        let mut tables: Vec<Table> = limits(measured).into_iter().chain(responses(measured)).collect();
+        let mut tables: Vec<Table> = limits(measured).into_iter().chain(responses(measured)).chain(frames(measured)).collect();
         let with_case = measured.integrators.iter().zip(&bench.cases);
         tables.extend(with_case.map(|(integrated, case)| integrators(measured, integrated, case)));
         tables
