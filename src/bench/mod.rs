@@ -2,7 +2,7 @@
 //!
 //! [`cases`] are the networks of NUMERICS.md 3, [`schemes`] the ways to integrate them, and [`integrators`] measures each
 //! against [`truth`]. [`run`] does all of it. [`limits`] is what the device can do at best, [`responses`] what a node costs, [`frames`] what a
-//! whole tick of a scene takes. [`record`] holds what was
+//! whole tick of a scene takes, [`models`] what each choice of a model costs and changes. [`record`] holds what was
 //! found; [`tables`], [`plots`], [`page`] and [`files`] show it.
 
 pub mod cases;
@@ -10,6 +10,7 @@ pub mod files;
 pub mod frames;
 pub mod integrators;
 pub mod limits;
+pub mod models;
 pub mod page;
 pub mod plots;
 pub mod record;
@@ -28,13 +29,15 @@ pub enum Section {
     Responses,
     /// Whole ticks of scenes with their images, pass by pass.
     Frames,
+    /// What each choice of a model costs and changes.
+    Models,
     /// Every integrator on the cases of NUMERICS.md 3.
     Integrators,
 }
 
 impl Section {
     /// All, in the order in which they run.
-    pub const ALL: [Self; 4] = [Self::Limits, Self::Responses, Self::Frames, Self::Integrators];
+    pub const ALL: [Self; 5] = [Self::Limits, Self::Responses, Self::Frames, Self::Models, Self::Integrators];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -42,6 +45,7 @@ impl Section {
             Self::Limits => "limits",
             Self::Responses => "responses",
             Self::Frames => "frames",
+            Self::Models => "models",
             Self::Integrators => "integrators",
         }
     }

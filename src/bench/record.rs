@@ -100,6 +100,8 @@ pub struct Measured {
     pub responses: Vec<Response>,
     /// Whole ticks of scenes, pass by pass.
     pub frames: Vec<FrameRow>,
+    /// What each choice of a model costs and changes.
+    pub models: Option<Models>,
     /// What integrators cost, and how wrong they are: a list for each case.
     pub integrators: Vec<Integrated>,
 }
@@ -193,6 +195,51 @@ pub struct Pass {
     pub name: String,
     /// Time in a tick [ms]; as many samples as ticks that it ran in.
     pub ms: Spread,
+}
+
+/// Choices of a model on one scene.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Models {
+    /// Name of the scene.
+    pub scene: String,
+    /// Nodes.
+    pub nodes: usize,
+    /// Length of a tick [s].
+    pub tick_s: f64,
+    /// Ticks that were compared.
+    pub ticks: u32,
+    /// The base first.
+    pub choices: Vec<ChoiceRow>,
+}
+
+/// One choice.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct ChoiceRow {
+    /// What is chosen, or what is changed against the base.
+    pub choice: String,
+    /// Mean time of the thermal, shadow and network passes of a tick by the device's clock [ms].
+    pub step_ms: Option<f64>,
+    /// How far temperatures and images are from the base's.
+    pub from_base: Option<Moved>,
+    /// How far they are from the network's.
+    pub from_network: Option<Moved>,
+    /// Of shadows by rays: share of nodes that the base's shadows get wrong.
+    pub wrong_nodes: Option<f64>,
+    /// Why there are no numbers.
+    pub failed: Option<String>,
+}
+
+/// How far a run is from another.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Moved {
+    /// Root mean square over area and ticks [K].
+    pub rms_k: f64,
+    /// Largest [K].
+    pub max_k: f64,
+    /// Root mean square over the craft's pixels [W m-2 sr-1].
+    pub radiance_rms: f64,
+    /// Mean radiance of the craft's pixels in the other run [W m-2 sr-1].
+    pub radiance_mean: f64,
 }
 
 /// The runs of a case.

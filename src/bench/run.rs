@@ -12,7 +12,7 @@ use super::record::{Bench, CaseSummary, FrameRow, Integrated, Limits, Measured, 
 use super::responses::{self, ResponseError};
 use super::schemes::Scheme;
 use super::truth::Truth;
-use super::{frames, limits};
+use super::{frames, limits, models};
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
@@ -32,6 +32,9 @@ pub enum BenchError {
     /// A response.
     #[error(transparent)]
     Response(#[from] ResponseError),
+    /// The scene of the choices of a model.
+    #[error("model choices: {0}")]
+    Models(String),
     /// The reference of a case.
     #[error("case {0}: its f64 reference fails")]
     Reference(&'static str),
@@ -55,6 +58,8 @@ pub struct Plan {
     pub targets: Vec<Target>,
     /// Scenes whose ticks are measured.
     pub scenes: Vec<Scene>,
+    /// Scene whose choices of a model are compared.
+    pub model_scene: Option<Scene>,
     /// The command as it was given.
     pub command_line: String,
 }
@@ -80,9 +85,9 @@ impl Plan {
     /// Longest edges of the scenes' meshes [m], and how their ticks are measured.
     fn frames(&self) -> (&'static [f64], frames::Effort) {
         if self.quick {
-            (&frames::EDGES[..2], frames::Effort { ticks: 20, most_nodes: 500_000 })
+            (&frames::EDGES[..2], frames::Effort { ticks: 40, most_nodes: 500_000 })
         } else {
-            (&frames::EDGES, frames::Effort { ticks: 60, most_nodes: usize::MAX })
+            (&frames::EDGES, frames::Effort { ticks: 100, most_nodes: usize::MAX })
         }
     }
 
@@ -126,8 +131,16 @@ impl Plan {
             Target::Device(context) => (context.info.name.clone(), Some(context.info.clone())),
             Target::Reference => ("cpu (f64 reference)".to_owned(), None),
         };
-        let mut measured =
-            Measured { name, info, load_average: [before, None], limits: None, responses: vec![], frames: vec![], integrators: vec![] };
+        let mut measured = Measured {
+            name,
+            info,
+            load_average: [before, None],
+            limits: None,
+            responses: vec![],
+            frames: vec![],
+            models: None,
+            integrators: vec![],
+        };
         if let Target::Device(context) = target {
             if self.sections.iter().any(|section| matches!(section, Section::Limits | Section::Responses)) {
                 says(&format!("{}: limits", measured.name));
@@ -141,6 +154,10 @@ impl Plan {
         }
         if let (Target::Device(context), true) = (target, self.sections.contains(&Section::Frames)) {
             measured.frames = self.whole_ticks(context, &measured.name, says);
+        }
+        if let (Target::Device(context), Some(scene)) = (target, &self.model_scene) {
+            let measured_on = models::measure(context, scene, self.quick, says);
+            measured.models = Some(measured_on.map_err(|error| BenchError::Models(error.to_string()))?);
         }
         for (case, truth) in truths {
             let runs = match target {

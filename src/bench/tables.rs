@@ -1,7 +1,8 @@
 //! The measurements as tables, for the terminal (Markdown) and for the page.
 
 use super::frames::IMAGE;
-use super::record::{Bench, CaseSummary, FrameRow, Integrated, Measured, Run, Spread};
+use super::models::WRONG_SHARE;
+use super::record::{Bench, CaseSummary, ChoiceRow, FrameRow, Integrated, Measured, Moved, Run, Spread};
 use super::schemes::ABSENT;
 use crate::output::html::{kelvin, significant};
 
@@ -124,14 +125,22 @@ pub fn frames(measured: &Measured) -> Option<Table> {
         cells.extend([row.nodes.to_string(), significant(row.bytes_a_node), significant(row.start_up_s)]);
         cells.extend(names.iter().map(|name| {
             let pass = row.passes.iter().find(|pass| pass.name == *name);
-            pass.map_or_else(|| "-".to_owned(), |pass| {
-                let rare = pass.ms.samples < u64::from(row.ticks);
-                let often = if rare { format!(", in {} ticks", pass.ms.samples) } else { String::new() };
-                format!("{}{often}", significant(pass.ms.median))
-            })
+            pass.map_or_else(
+                || "-".to_owned(),
+                |pass| {
+                    let rare = pass.ms.samples < u64::from(row.ticks);
+                    let often = if rare { format!(", in {} ticks", pass.ms.samples) } else { String::new() };
+                    format!("{}{often}", significant(pass.ms.median))
+                },
+            )
         }));
         let tick = row.tick_ms.map(|time| time.median);
-        cells.extend([spread(row.tick_ms), number(row.worst_tick_ms), number(tick.map(|ms| 1e3 / ms)), spread(row.step_ms)]);
+        cells.extend([
+            spread(row.tick_ms),
+            number(row.worst_tick_ms),
+            number(tick.map(|ms| 1e3 / ms)),
+            spread(row.step_ms),
+        ]);
         cells
     };
     let first = measured.frames.iter().find(|row| row.failed.is_none())?;
@@ -140,10 +149,72 @@ pub fn frames(measured: &Measured) -> Option<Table> {
         rows: measured.frames.iter().map(row).collect(),
         head,
         notes: vec![format!(
-            "Medians over {} ticks of about {} s, in which the Sun moves little: shadows are found anew only in the ticks said.              Passes by the device's clock; ticks by the host's, from one image in host memory to the next, while the host prepares              the tick that follows. A first image culls triangles, the others keep the camera.",
+            "Medians over {} ticks of about {} s, in which the Sun moves little: shadows are found anew only in the ticks said. \
+             Passes by the device's clock; ticks by the host's, from one image in host memory to the next, while the host prepares \
+             the tick that follows. A first image culls triangles, the others keep the camera.",
             first.ticks,
             significant(first.tick_s)
         )],
+    })
+}
+
+/// What each choice of a model costs and changes.
+pub fn models(measured: &Measured) -> Option<Table> {
+    let models = measured.models.as_ref()?;
+    let base = models.choices.iter().find_map(|row| row.step_ms.filter(|_| row.from_base.is_none()));
+    let kelvins = |moved: Option<Moved>| match moved {
+        Some(moved) => [kelvin_text(moved.rms_k), kelvin_text(moved.max_k)],
+        None => ["-".to_owned(), "-".to_owned()],
+    };
+    let row = |row: &ChoiceRow| {
+        let mut cells = vec![row.choice.clone()];
+        if let Some(reason) = &row.failed {
+            cells.push(format!("not run: {reason}"));
+            cells.resize(8, "-".to_owned());
+            return cells;
+        }
+        cells.extend([number(row.step_ms), number(row.step_ms.zip(base).map(|(own, base)| own / base))]);
+        cells.extend(kelvins(row.from_base));
+        cells.push(row.from_base.map_or_else(
+            || "-".to_owned(),
+            |moved| {
+                format!("{} ({:.1} %)", significant(moved.radiance_rms), 1e2 * moved.radiance_rms / moved.radiance_mean)
+            },
+        ));
+        cells.extend(kelvins(row.from_network));
+        cells
+    };
+    let mut notes = vec![format!(
+        "Scene '{}', {} nodes, {} ticks of {} s. The first row is the base; every other row changes one thing. Differences of \
+         temperatures are weighted with area, over all ticks; those of radiance are over the craft's pixels in an image every \
+         tenth tick, with their share of its mean. A network is what the others approximate; not in the program: the craft's own \
+         infrared onto itself, what it hides from itself of the planet, the reflected term, and a sensor.",
+        models.scene,
+        models.nodes,
+        models.ticks,
+        significant(models.tick_s)
+    )];
+    if let Some(wrong) = models.choices.iter().find_map(|row| row.wrong_nodes) {
+        notes.push(format!(
+            "Shadows by depth against rays: {:.2} % of nodes in sunlit ticks see more than {WRONG_SHARE} of the Sun too much or \
+             too little.",
+            1e2 * wrong
+        ));
+    }
+    Some(Table {
+        title: format!("Model choices on {}: what each costs and changes", measured.name),
+        head: heads(&[
+            "choice",
+            "ms a tick",
+            "over the base",
+            "from the base: rms",
+            "largest",
+            "radiance, rms [W m-2 sr-1]",
+            "from the network: rms",
+            "largest",
+        ]),
+        rows: models.choices.iter().map(row).collect(),
+        notes,
     })
 }
 
@@ -241,7 +312,12 @@ fn row(run: &Run, frames: usize) -> Vec<String> {
 /// Everything of one run, in the order of its devices.
 pub fn all(bench: &Bench) -> Vec<Table> {
     let of = |measured: &Measured| {
-        let mut tables: Vec<Table> = limits(measured).into_iter().chain(responses(measured)).chain(frames(measured)).collect();
+        let mut tables: Vec<Table> = limits(measured)
+            .into_iter()
+            .chain(responses(measured))
+            .chain(frames(measured))
+            .chain(models(measured))
+            .collect();
         let with_case = measured.integrators.iter().zip(&bench.cases);
         tables.extend(with_case.map(|(integrated, case)| integrators(measured, integrated, case)));
         tables
