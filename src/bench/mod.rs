@@ -2,10 +2,11 @@
 //!
 //! [`cases`] are the networks of NUMERICS.md 3, [`schemes`] the ways to integrate them, and [`integrators`] measures each
 //! against [`truth`]. [`run`] does all of it. [`limits`] is what the device can do at best, [`responses`] what a node costs, [`frames`] what a
-//! whole tick of a scene takes, [`models`] what each choice of a model costs and changes. [`record`] holds what was
+//! whole tick of a scene takes, [`models`] what each choice of a model costs and changes, [`drivers`] how far devices are apart. [`record`] holds what was
 //! found; [`tables`], [`plots`], [`page`] and [`files`] show it.
 
 pub mod cases;
+pub mod drivers;
 pub mod files;
 pub mod frames;
 pub mod integrators;
@@ -31,13 +32,16 @@ pub enum Section {
     Frames,
     /// What each choice of a model costs and changes.
     Models,
+    /// The same scene on every device.
+    Drivers,
     /// Every integrator on the cases of NUMERICS.md 3.
     Integrators,
 }
 
 impl Section {
     /// All, in the order in which they run.
-    pub const ALL: [Self; 5] = [Self::Limits, Self::Responses, Self::Frames, Self::Models, Self::Integrators];
+    pub const ALL: [Self; 6] =
+        [Self::Limits, Self::Responses, Self::Frames, Self::Models, Self::Drivers, Self::Integrators];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -46,6 +50,7 @@ impl Section {
             Self::Responses => "responses",
             Self::Frames => "frames",
             Self::Models => "models",
+            Self::Drivers => "drivers",
             Self::Integrators => "integrators",
         }
     }

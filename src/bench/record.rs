@@ -54,6 +54,8 @@ pub struct Bench {
     pub cases: Vec<CaseSummary>,
     /// What was measured, device by device.
     pub devices: Vec<Measured>,
+    /// How far other devices are from the first.
+    pub drivers: Vec<DriverRow>,
     /// Wall time of everything [s].
     pub wall_s: f64,
 }
@@ -185,6 +187,29 @@ pub struct FrameRow {
     /// Time of a tick without an image [ms].
     pub step_ms: Option<Spread>,
     /// Why there are no times.
+    pub failed: Option<String>,
+}
+
+/// A device against another, on the same scene.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct DriverRow {
+    /// The first, and the one that is held against it.
+    pub devices: [String; 2],
+    /// Name of the scene.
+    pub scene: String,
+    /// Nodes, padding included.
+    pub nodes: usize,
+    /// Root mean square over nodes [K].
+    pub rms_k: f64,
+    /// Largest [K].
+    pub max_k: f64,
+    /// Pixels that either drew.
+    pub pixels: usize,
+    /// Pixels that show another part or material.
+    pub other_part: usize,
+    /// Largest difference of radiance over radiance, where both show the same part.
+    pub radiance_relative: f64,
+    /// Why a device could not be compared.
     pub failed: Option<String>,
 }
 

@@ -8,11 +8,11 @@ use rayon::prelude::*;
 use super::Section;
 use super::cases::{self, Case, CaseError, Size};
 use super::integrators::{Effort, Timed, arithmetic, measure};
-use super::record::{Bench, CaseSummary, FrameRow, Integrated, Limits, Measured, Run, load_average};
+use super::record::{Bench, CaseSummary, DriverRow, FrameRow, Integrated, Limits, Measured, Run, load_average};
 use super::responses::{self, ResponseError};
 use super::schemes::Scheme;
 use super::truth::Truth;
-use super::{frames, limits, models};
+use super::{drivers, frames, limits, models};
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
@@ -113,7 +113,9 @@ impl Plan {
             truths = cases.into_par_iter().map(solved).collect::<Result<Vec<_>, _>>()?;
         }
         let devices = self.targets.iter().map(|target| self.on(target, &truths, says)).collect::<Result<_, _>>()?;
+        let drivers = if wanted(Section::Drivers) { self.drivers(says) } else { Vec::new() };
         Ok(Bench {
+            drivers,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             command_line: self.command_line.clone(),
             release: !cfg!(debug_assertions),
@@ -172,6 +174,22 @@ impl Plan {
         }
         measured.load_average[1] = load_average();
         Ok(measured)
+    }
+
+    /// Every Vulkan device against the first, where there are several.
+    fn drivers(&self, says: &dyn Fn(&str)) -> Vec<DriverRow> {
+        let device = |target: &Target| match target {
+            Target::Device(context) => Some(context.clone()),
+            Target::Reference => None,
+        };
+        let devices: Vec<Arc<Context>> = self.targets.iter().filter_map(device).collect();
+        match self.scenes.last() {
+            Some(scene) if devices.len() > 1 => {
+                says(&format!("{} on every device", scene.name));
+                drivers::measure(&devices, scene)
+            }
+            _ => Vec::new(),
+        }
     }
 
     fn whole_ticks(&self, context: &Arc<Context>, device: &str, says: &dyn Fn(&str)) -> Vec<FrameRow> {

@@ -2,7 +2,7 @@
 
 use super::frames::IMAGE;
 use super::models::WRONG_SHARE;
-use super::record::{Bench, CaseSummary, ChoiceRow, FrameRow, Integrated, Measured, Moved, Run, Spread};
+use super::record::{Bench, CaseSummary, ChoiceRow, DriverRow, FrameRow, Integrated, Measured, Moved, Run, Spread};
 use super::schemes::ABSENT;
 use crate::output::html::{kelvin, significant};
 
@@ -218,6 +218,41 @@ pub fn models(measured: &Measured) -> Option<Table> {
     })
 }
 
+/// How far devices are apart.
+pub fn drivers(bench: &Bench) -> Option<Table> {
+    let row = |row: &DriverRow| {
+        let [first, other] = &row.devices;
+        let mut cells = vec![first.clone(), other.clone()];
+        match &row.failed {
+            Some(reason) => cells.push(format!("not run: {reason}")),
+            None => cells.extend([
+                kelvin_text(row.rms_k),
+                kelvin_text(row.max_k),
+                format!("{} of {}", row.other_part, row.pixels),
+                format!("{:.1e}", row.radiance_relative),
+            ]),
+        }
+        cells.resize(6, "-".to_owned());
+        cells
+    };
+    let first = bench.drivers.first()?;
+    Some(Table {
+        title: format!("The same scene on every device: '{}'", first.scene),
+        head: heads(&[
+            "device",
+            "against",
+            "temperatures, rms",
+            "largest",
+            "pixels of another part or material",
+            "radiance, largest relative difference",
+        ]),
+        rows: bench.drivers.iter().map(row).collect(),
+        notes: vec![
+            "After 40 steps, in an image of 640 x 512 pixels; radiance where both show the same part.".to_owned(),
+        ],
+    })
+}
+
 /// Passes of a frame in their order.
 const PASSES: [&str; 8] = [
     "solar_depth",
@@ -322,5 +357,5 @@ pub fn all(bench: &Bench) -> Vec<Table> {
         tables.extend(with_case.map(|(integrated, case)| integrators(measured, integrated, case)));
         tables
     };
-    bench.devices.iter().flat_map(of).collect()
+    bench.devices.iter().flat_map(of).chain(drivers(bench)).collect()
 }

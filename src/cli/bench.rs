@@ -19,7 +19,7 @@ use crate::simulation::prepare::PrepareError;
 /// transitions and a network's stage at 1e4 to 1e7 nodes, in GB/s and as a share of the copy. frames: whole ticks of
 /// scenes with an image of 640 x 512 pixels, pass by pass, at longest edges of 2, 1, 0.5 and 0.25 m, with shadows and without.
 /// models: a scene through an orbit under each choice of a model: what it costs, and the kelvin and radiance that it changes.
-/// integrators: the four networks of
+/// drivers: the same scene on every Vulkan device present, and how far temperatures and images are apart. integrators: the four networks of
 /// a cube, a thin sheet, one with slivers and a blanket over a structure through one orbit, by every integrator with fixed
 /// sub-steps and at several tolerances: passes, dispatches, milliseconds by the device's clock, rms and largest error in kelvin
 /// against f64.
@@ -32,10 +32,10 @@ pub struct Arguments {
     /// Folder for what the measurements leave; it must be empty or absent
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Only these of limits, responses, frames, models and integrators, separated by commas
+    /// Only these of limits, responses, frames, models, drivers and integrators, separated by commas
     #[arg(long, value_name = "SECTION", value_delimiter = ',', value_parser = parse_section)]
     only: Vec<Section>,
-    /// Scenes of `frames`; without it models/iss.toml and models/station.toml, where they are present
+    /// Scenes of `frames`, the last of them of `drivers`; without it models/iss.toml and models/station.toml, where they are present
     #[arg(long, value_name = "SCENE")]
     scene: Vec<PathBuf>,
     /// Scene of `models`, whose materials state what a network needs; without it models/station_network.toml, where present
@@ -64,7 +64,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let folder = BenchFolder::prepare(&arguments.output, arguments.force)?;
     let sections = if arguments.only.is_empty() { Section::ALL.to_vec() } else { arguments.only.clone() };
     let wants_models = sections.contains(&Section::Models);
-    let scenes = if sections.contains(&Section::Frames) { scenes(&arguments.scene)? } else { Vec::new() };
+    let with_scenes = [Section::Frames, Section::Drivers].iter().any(|section| sections.contains(section));
+    let scenes = if with_scenes { scenes(&arguments.scene)? } else { Vec::new() };
     let target = |chosen: &Chosen| match chosen {
         Chosen::Device(context) => Target::Device(context.clone()),
         Chosen::Reference => Target::Reference,
@@ -117,7 +118,7 @@ fn scenes(asked: &[PathBuf]) -> Result<Vec<Scene>, CliError> {
     for name in ["models/iss.toml", "models/station.toml"] {
         match Scene::load(Path::new(name)) {
             Ok(scene) => scenes.push(scene),
-            Err(error) => eprintln!("left out of frames: {error}"),
+            Err(error) => eprintln!("left out of frames and drivers: {error}"),
         }
     }
     Ok(scenes)

@@ -169,6 +169,7 @@ fn bench_of(runs: Vec<Run>, (case, truth): &(Case, Truth)) -> Bench {
         processors: 2,
         cases: vec![summary],
         devices: vec![measured],
+        drivers: Vec::new(),
         wall_s: 1.0,
     }
 }
