@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 
-use super::{Chosen, CliError, DeviceArguments, progress_bar, spinner, stop_flag};
+use super::{Chosen, CliError, DeviceArguments, building_bar, progress_bar, show_stage, stop_flag};
 use crate::gpu::resources::check_plan;
 use crate::output::folder::RunFolder;
 use crate::output::report::{BufferSize, Device, FileEntry, ModelSize, PassTime, Report, Section, SourceFile, Speed};
@@ -54,9 +54,9 @@ impl Progress for Bars {
 
 /// Loads a scene and prints what a user should look at.
 pub(super) fn prepare_with_progress(path: &Path) -> Result<Prepared, CliError> {
-    let spinner = spinner("vertices");
-    let prepared = Prepared::new(path, &mut |vertices| spinner.set_position(vertices as u64));
-    spinner.finish_and_clear();
+    let bar = building_bar();
+    let prepared = Prepared::new(path, &mut |stage| show_stage(&bar, stage));
+    bar.finish_and_clear();
     let prepared = prepared?;
     for warning in &prepared.warnings {
         eprintln!("warning: {warning}");

@@ -19,7 +19,7 @@ use fused::Fused;
 use tables::Tables;
 use wide::Wide;
 
-pub use wide::NODES_AT_MOST;
+pub use wide::{NODES_AT_MOST, network_bytes};
 
 use super::context::Context;
 use super::error::GpuError;

@@ -161,6 +161,11 @@ impl SceneData<'_> {
     }
 }
 
+/// Bytes of a plan that follow the number of nodes, triangles included; what only the host reads is not counted.
+pub fn device_bytes(plan: &[Planned]) -> u64 {
+    plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|planned| planned.bytes).sum()
+}
+
 /// Refuses a plan that the device cannot hold, before any of it is made.
 ///
 /// # Errors
@@ -168,10 +173,11 @@ impl SceneData<'_> {
 pub fn check_plan(context: &Context, plan: &[Planned], image: Option<[u32; 2]>) -> Result<(), GpuError> {
     let info = &context.info;
     let needed: u64 = plan.iter().map(|planned| planned.bytes).sum();
-    if needed > info.memory {
+    let available = context.free_memory();
+    if needed > available {
         let of_images = plan.iter().filter(|planned| planned.resource.grows_with_pixels());
         let images = of_images.map(|planned| planned.bytes).sum();
-        return Err(GpuError::OutOfMemory { needed, images, device: info.name.clone(), available: info.memory });
+        return Err(GpuError::OutOfMemory { needed, images, device: info.name.clone(), available });
     }
     match image {
         Some([width, height]) if width.max(height) > info.max_framebuffer_side => {
@@ -215,7 +221,12 @@ impl Resources {
             let slots = if planned.resource.per_slot() { SLOTS } else { 1 };
             for slot in 0..slots {
                 let bytes = planned.bytes / slots as u64;
-                let buffer = Buffer::new(context, &name, bytes, planned.usage, planned.location)?;
+                let make = if planned.resource.is_bound_in_pieces(data.image.is_some()) {
+                    Buffer::bound_in_pieces
+                } else {
+                    Buffer::new
+                };
+                let buffer = make(context, &name, bytes, planned.usage, planned.location)?;
                 resources.buffers.insert((planned.resource, slot), buffer);
             }
         }

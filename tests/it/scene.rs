@@ -73,7 +73,7 @@ fn every_value_of_a_full_scene_arrives() {
     assert_eq!(scene.name, "station");
     assert_eq!(scene.model_path, folder.path("craft.glb"));
     assert_eq!(scene.files, [folder.path("scene.toml"), folder.path("craft.glb"), folder.path("table.toml")]);
-    assert_eq!(scene.max_edge, Some(1.5));
+    assert_eq!((scene.density.model.max, scene.density.model.min), (Some(1.5), None));
     assert_eq!((scene.time.step, scene.time.steps, scene.time.warm_up_orbits), (15.5, 360, 0.5));
     assert_eq!(scene.time.draw, Draw::Steps(vec![0, 90, 360]));
     let orbit = scene.orbit.circular().unwrap();
@@ -118,7 +118,7 @@ fn a_short_scene_says_what_it_assumes() {
     let folder = Folder::new();
     let scene = folder.parse(SHORT).unwrap();
     assert_eq!(scene.name, "scene");
-    assert_eq!((scene.max_edge, scene.colour_range), (None, None));
+    assert_eq!((scene.density.model.max, scene.colour_range), (None, None));
     assert_eq!((scene.time.warm_up_orbits, &scene.time.draw), (0.0, &Draw::Every(1)));
     assert_eq!(scene.attitude, Attitude::Nadir { nadir_axis: DVec3::Z, forward_axis: DVec3::X });
     assert_eq!(scene.initial, Initial::Balance);
