@@ -36,7 +36,7 @@ pub const ESTIMATE_FLOOR: f64 = 1e-8;
 /// A network with its state on the device.
 pub struct NetworkStepper {
     path: Path,
-    /// What the wide path is made of where the fused one cannot go on.
+    /// What the wide path is made of where the fused one cannot go on; empty where there is no need.
     network: Network,
     sensors: Vec<u32>,
     heat: Vec<[f32; 2]>,
@@ -75,11 +75,10 @@ impl NetworkStepper {
 
     fn of(context: &Arc<Context>, path: Path, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
         let heat = vec![[0.0; 2]; network.len()];
-        let (network, sensors, context) = (network.clone(), sensors.to_vec(), Arc::clone(context));
-        let mut stepper = Self { path, network, sensors, heat, context };
-        let temperatures = std::mem::take(&mut stepper.network.temperatures);
-        stepper.set_temperatures(&temperatures)?;
-        stepper.network.temperatures = temperatures;
+        let kept = if matches!(path, Path::Fused(_)) { network.clone() } else { Network::default() };
+        let (sensors, context) = (sensors.to_vec(), Arc::clone(context));
+        let mut stepper = Self { path, network: kept, sensors, heat, context };
+        stepper.set_temperatures(&network.temperatures)?;
         Ok(stepper)
     }
 

@@ -166,13 +166,13 @@ pub fn device_bytes(plan: &[Planned]) -> u64 {
     plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|planned| planned.bytes).sum()
 }
 
-/// Refuses a plan that the device cannot hold, before any of it is made.
+/// Refuses a plan that the device cannot hold, before any of it is made; `beside` are the bytes of what is not in it.
 ///
 /// # Errors
 /// More bytes than the device has, or an image larger than it draws.
-pub fn check_plan(context: &Context, plan: &[Planned], image: Option<[u32; 2]>) -> Result<(), GpuError> {
+pub fn check_plan(context: &Context, plan: &[Planned], beside: u64, image: Option<[u32; 2]>) -> Result<(), GpuError> {
     let info = &context.info;
-    let needed: u64 = plan.iter().map(|planned| planned.bytes).sum();
+    let needed = plan.iter().map(|planned| planned.bytes).sum::<u64>() + beside;
     let available = context.free_memory();
     if needed > available {
         let of_images = plan.iter().filter(|planned| planned.resource.grows_with_pixels());
@@ -200,7 +200,7 @@ impl Resources {
     /// A scene beyond the device, or a call that fails.
     pub fn new(context: &Arc<Context>, once: &mut Once, data: &SceneData<'_>) -> Result<Self, GpuError> {
         let plan = data.plan();
-        check_plan(context, &plan, data.image)?;
+        check_plan(context, &plan, 0, data.image)?;
         let mut resources = Self { buffers: BTreeMap::new(), images: BTreeMap::new() };
         for planned in &plan {
             let name = format!("{:?}", planned.resource);

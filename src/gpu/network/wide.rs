@@ -118,7 +118,7 @@ impl Wide {
             filled("network neighbours", bytemuck::cast_slice(&sliced.neighbours))?,
             filled("network conductances", bytemuck::cast_slice(&sliced.conductances))?,
             filled("network exchanges", bytemuck::cast_slice(&sliced.exchanges))?,
-            filled("network tails", bytemuck::cast_slice(&sliced.tails))?,
+            filled("network tails", bytemuck::cast_slice(if sliced.links.is_empty() { &[] } else { &sliced.tails }))?,
             filled("network links", bytemuck::cast_slice(&sliced.links))?,
         ];
         let mut lists = BTreeMap::new();
