@@ -13,6 +13,7 @@ pub mod cli;
 pub mod compare;
 pub mod environment;
 pub mod gpu;
+pub mod host;
 pub mod model;
 pub mod output;
 pub mod paper;

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DAffine3;
 
 pub mod check;
+pub mod density;
 pub mod engine;
 pub mod frames;
 pub mod job;

@@ -43,7 +43,7 @@ pub fn measure(context: &Arc<Context>, scene: &Scene, edge: f64, shadows: bool, 
 /// The scene as it is measured: its longest edge, its shadows, its image.
 fn changed(scene: &Scene, row: &FrameRow) -> Scene {
     let mut scene = scene.clone();
-    scene.max_edge = Some(row.longest_edge_m);
+    scene.density.model.max = Some(row.longest_edge_m);
     scene.shadows = row.shadows.then(|| ShadowSettings { method: Method::Depth, ..scene.shadows.unwrap_or_default() });
     if let Some(camera) = &mut scene.camera {
         resize(camera, IMAGE);

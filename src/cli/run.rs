@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 
-use super::{Chosen, CliError, DeviceArguments, progress_bar, spinner, stop_flag};
-use crate::gpu::resources::check_plan;
+use super::{Chosen, CliError, DeviceArguments, building_bar, progress_bar, show_stage, stop_flag};
+use crate::gpu::resources::{Planned, check_plan, device_bytes};
 use crate::output::folder::{RunFolder, check_writable};
 use crate::output::report::{BufferSize, Device, FileEntry, ModelSize, PassTime, Report, Section, SourceFile, Speed};
 use crate::scene::Draw;
@@ -59,9 +59,9 @@ impl Progress for Bars {
 
 /// Loads a scene and prints what a user should look at.
 pub(super) fn prepare_with_progress(path: &Path) -> Result<Prepared, CliError> {
-    let spinner = spinner("vertices");
-    let prepared = Prepared::new(path, &mut |vertices| spinner.set_position(vertices as u64));
-    spinner.finish_and_clear();
+    let bar = building_bar();
+    let prepared = Prepared::new(path, &mut |stage| show_stage(&bar, stage));
+    bar.finish_and_clear();
     let prepared = prepared?;
     for warning in &prepared.warnings {
         eprintln!("warning: {warning}");
@@ -70,6 +70,22 @@ pub(super) fn prepare_with_progress(path: &Path) -> Result<Prepared, CliError> {
         eprintln!("assumed: {assumption}");
     }
     Ok(prepared)
+}
+
+/// Prints nodes and triangles, and the memory that they will take on the device.
+pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Chosen) {
+    let nodes = prepared.nodes.count;
+    eprintln!("{}: {nodes} nodes, {} triangles on {}", prepared.scene.name, prepared.triangles.len(), chosen.name());
+    if let Chosen::Device(context) = chosen {
+        let all = plan.iter().map(|planned| planned.bytes).sum::<u64>() + prepared.network_bytes();
+        let of_nodes = device_bytes(plan) + prepared.network_bytes();
+        eprintln!(
+            "device memory: {:.1} bytes a node; {:.1} MiB in all, with images and what the host reads, of {} MiB free",
+            of_nodes as f64 / nodes.max(1) as f64,
+            all as f64 / f64::from(1 << 20),
+            context.free_memory() >> 20
+        );
+    }
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
@@ -89,16 +105,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let device_data = DeviceData::new(&prepared);
     let data = device_data.scene_data(&prepared, camera);
     let plan = data.plan();
+    say_size(&prepared, &plan, &chosen);
     if let Chosen::Device(context) = &chosen {
-        check_plan(context, &plan, data.image)?;
+        check_plan(context, &plan, prepared.network_bytes(), data.image)?;
     }
-    eprintln!(
-        "{}: {} nodes, {} triangles on {}",
-        prepared.scene.name,
-        prepared.nodes.count,
-        prepared.triangles.len(),
-        chosen.name()
-    );
     let folder = RunFolder::prepare(&arguments.output, arguments.force)?;
     let stop = stop_flag();
     let mut engine = match &chosen {

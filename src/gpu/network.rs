@@ -20,7 +20,7 @@ use sliced::GROUP;
 use tables::Tables;
 use wide::Wide;
 
-pub use wide::NODES_AT_MOST;
+pub use wide::{NODES_AT_MOST, network_bytes};
 
 use super::context::Context;
 use super::error::GpuError;
@@ -40,7 +40,7 @@ pub const ESTIMATE_FLOOR: f64 = 1e-8;
 /// A network with its state on the device.
 pub struct NetworkStepper {
     path: Path,
-    /// What the wide path is made of where the fused one cannot go on.
+    /// What the wide path is made of where the fused one cannot go on; empty where there is no need.
     network: Network,
     sensors: Vec<u32>,
     heat: Vec<[f32; 2]>,
@@ -79,11 +79,10 @@ impl NetworkStepper {
 
     fn of(context: &Arc<Context>, path: Path, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
         let heat = vec![[0.0; 2]; network.len()];
-        let (network, sensors, context) = (network.clone(), sensors.to_vec(), Arc::clone(context));
-        let mut stepper = Self { path, network, sensors, heat, context };
-        let temperatures = std::mem::take(&mut stepper.network.temperatures);
-        stepper.set_temperatures(&temperatures)?;
-        stepper.network.temperatures = temperatures;
+        let kept = if matches!(path, Path::Fused(_)) { network.clone() } else { Network::default() };
+        let (sensors, context) = (sensors.to_vec(), Arc::clone(context));
+        let mut stepper = Self { path, network: kept, sensors, heat, context };
+        stepper.set_temperatures(&network.temperatures)?;
         Ok(stepper)
     }
 
@@ -128,7 +127,8 @@ fn wide_path(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Resu
     }
     let tables = Tables::new(network);
     // One invocation takes the conductors of a group of nodes one after the other.
-    let links = |first: usize| (first..network.len().min(first + GROUP)).map(|node| tables.row(node).len()).sum::<usize>();
+    let links =
+        |first: usize| (first..network.len().min(first + GROUP)).map(|node| tables.row(node).len()).sum::<usize>();
     if let Some(first) = (0..network.len()).step_by(GROUP).find(|first| links(*first) > wide::LINKS_AT_MOST) {
         return Err(unsupported(format!(
             "nodes {first} to {} of the file's order have more than {} ends of conductors in all: move one of them to another \

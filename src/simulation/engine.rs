@@ -17,7 +17,7 @@ use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::renderer::{Renderer, Submitted};
-use crate::gpu::resources::{SceneData, ShadowData};
+use crate::gpu::resources::{SceneData, ShadowData, check_plan};
 use crate::gpu::shapes::Shapes;
 use crate::gpu::timing::PassTimes;
 use crate::raster::{self, Surface, rasterise};
@@ -139,7 +139,9 @@ impl Engine {
     /// A scene beyond the device, or a call that fails.
     pub fn on_device(context: &Arc<Context>, prepared: &Prepared, camera: Option<&Camera>) -> Result<Self, GpuError> {
         let device = DeviceData::new(prepared);
-        let renderer = Renderer::new(context, &device.scene_data(prepared, camera))?;
+        let data = device.scene_data(prepared, camera);
+        check_plan(context, &data.plan(), prepared.network_bytes(), data.image)?;
+        let renderer = Renderer::new(context, &data)?;
         Ok(Self::Device {
             renderer: Box::new(renderer),
             flying: VecDeque::new(),
