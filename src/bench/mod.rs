@@ -1,11 +1,12 @@
 //! Speed against error, measured in one run and told on one page.
 //!
 //! [`cases`] are the networks of NUMERICS.md 3, [`schemes`] the ways to integrate them, and [`integrators`] measures each
-//! against [`truth`]. [`run`] does all of it. [`limits`] is what the device can do at best, [`responses`] what a node costs. [`record`] holds what was
+//! against [`truth`]. [`run`] does all of it. [`limits`] is what the device can do at best, [`responses`] what a node costs, [`hard`] what breaks without its remedy. [`record`] holds what was
 //! found; [`tables`], [`plots`], [`page`] and [`files`] show it.
 
 pub mod cases;
 pub mod files;
+pub mod hard;
 pub mod integrators;
 pub mod limits;
 pub mod page;
@@ -26,11 +27,13 @@ pub enum Section {
     Responses,
     /// Every integrator on the cases of NUMERICS.md 3.
     Integrators,
+    /// The hard cases with and without their remedies.
+    Hard,
 }
 
 impl Section {
     /// All, in the order in which they run.
-    pub const ALL: [Self; 3] = [Self::Limits, Self::Responses, Self::Integrators];
+    pub const ALL: [Self; 4] = [Self::Limits, Self::Responses, Self::Integrators, Self::Hard];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -38,6 +41,7 @@ impl Section {
             Self::Limits => "limits",
             Self::Responses => "responses",
             Self::Integrators => "integrators",
+            Self::Hard => "hard",
         }
     }
 

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::Section;
 use super::cases::{self, Case, CaseError, Size};
+use super::hard;
 use super::integrators::{Effort, Timed, arithmetic, measure};
 use super::limits;
 use super::record::{Bench, CaseSummary, Integrated, Limits, Measured, Run, load_average};
@@ -57,6 +58,10 @@ pub struct Plan {
 }
 
 impl Plan {
+    fn scale(&self) -> hard::Scale {
+        if self.quick { hard::Scale::Quick } else { hard::Scale::Whole }
+    }
+
     fn size(&self) -> Size {
         if self.quick { Size::quick() } else { Size::whole() }
     }
@@ -95,7 +100,15 @@ impl Plan {
             };
             truths = cases.into_par_iter().map(solved).collect::<Result<Vec<_>, _>>()?;
         }
-        let devices = self.targets.iter().map(|target| self.on(target, &truths, says)).collect::<Result<_, _>>()?;
+        let cases = if wanted(Section::Hard) { hard::all() } else { Vec::new() };
+        let without = hard::without(&cases, self.scale());
+        let mut devices = Vec::new();
+        for target in &self.targets {
+            let mut measured = self.on(target, &truths, says)?;
+            let says = |case: &str| says(&format!("{}: {case}", measured.name));
+            measured.hard = hard::measure(target, &cases, &without, self.scale(), &says);
+            devices.push(measured);
+        }
         Ok(Bench {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             command_line: self.command_line.clone(),
@@ -114,8 +127,15 @@ impl Plan {
             Target::Device(context) => (context.info.name.clone(), Some(context.info.clone())),
             Target::Reference => ("cpu (f64 reference)".to_owned(), None),
         };
-        let mut measured =
-            Measured { name, info, load_average: [before, None], limits: None, responses: vec![], integrators: vec![] };
+        let mut measured = Measured {
+            name,
+            info,
+            load_average: [before, None],
+            limits: None,
+            responses: vec![],
+            integrators: vec![],
+            hard: vec![],
+        };
         if let Target::Device(context) = target {
             if self.sections.iter().any(|section| matches!(section, Section::Limits | Section::Responses)) {
                 says(&format!("{}: limits", measured.name));

@@ -1,5 +1,6 @@
 //! The measurements as tables, for the terminal (Markdown) and for the page.
 
+use super::hard;
 use super::record::{Bench, CaseSummary, Integrated, Measured, Run, Spread};
 use super::schemes::ABSENT;
 use crate::output::html::{kelvin, significant};
@@ -181,6 +182,7 @@ pub fn all(bench: &Bench) -> Vec<Table> {
         let mut tables: Vec<Table> = limits(measured).into_iter().chain(responses(measured)).collect();
         let with_case = measured.integrators.iter().zip(&bench.cases);
         tables.extend(with_case.map(|(integrated, case)| integrators(measured, integrated, case)));
+        tables.extend(hard::record::table(&measured.name, &measured.hard));
         tables
     };
     bench.devices.iter().flat_map(of).collect()

@@ -145,6 +145,7 @@ fn bench_of(runs: Vec<Run>, (case, truth): &(Case, Truth)) -> Bench {
         limits: None,
         responses: Vec::new(),
         integrators: vec![Integrated { case: case.key.to_owned(), runs }],
+        hard: Vec::new(),
     };
     let summary = CaseSummary {
         key: case.key.to_owned(),
