@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3, Vec3};
 
-use super::stepper::integrated;
+use super::stepper::{Place, integrated};
 use super::{Case, Scale, apart, worst_of};
 use crate::bench::run::Target;
 use crate::environment::TickLoad;
@@ -155,7 +155,7 @@ impl Plates {
             times: (1..=self.ticks).map(|tick| self.tick * tick as f64).collect(),
             ..Schedule::default()
         };
-        let series = integrated(target, &network, &schedule, Integrator::Default);
+        let series = integrated(Place::own(target), &network, &schedule, Integrator::Default);
         Ok(series.map_err(|error| unfinished(&error))?.rows)
     }
 
@@ -320,7 +320,7 @@ fn tumble(degrees: f64) -> Case {
 /// All of them.
 pub fn cases() -> Vec<Case> {
     let mut cases: Vec<Case> = [0.01, 0.1, 1.0, 16.7, 60.0].map(eclipse).into();
-    cases.extend([0.1, 1.0, 6.0, 36.0].map(tumble));
+    cases.extend([6.0, 36.0].map(tumble));
     cases.extend(shadow::cases());
     cases
 }

@@ -8,7 +8,7 @@ use crate::thermal::network::{Network, NodeKind, radiated};
 pub enum Omission {
     /// The time is not held at t_max.
     Clamp,
-    /// A target that changes keeps the phase of the curve under way, whichever direction it takes.
+    /// A target that changes keeps the phase of the curve under way, whichever direction it takes; one at rest starts it.
     FreshStart,
     /// Whether t_max is 0 is not asked before dividing by it.
     Immediate,
@@ -28,7 +28,7 @@ pub fn transition(power: i32, t_max: f64, initial: f64, targets: &[f32], omitted
     let step = |commanded: &f32| {
         let commanded = f64::from(*commanded);
         if commanded != target {
-            if omitted == Omission::FreshStart {
+            if omitted == Omission::FreshStart && left(elapsed) > 0.0 {
                 target = commanded;
             } else {
                 let curve = target - (target - old) * left(elapsed).powi(power);

@@ -1,5 +1,6 @@
 //! A network and a transition on whichever target.
 
+use super::worst_of;
 use crate::bench::run::Target;
 use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
 use crate::gpu::response::{Run, respond};
@@ -37,6 +38,45 @@ pub fn response_f64(transition: &Transition, initial: f32, targets: &[f32]) -> V
     targets.iter().map(step).collect()
 }
 
+/// A way to integrate networks: a target and, on a device, its path.
+#[derive(Clone, Copy)]
+pub struct Place<'a> {
+    target: &'a Target,
+    wide: bool,
+}
+
+impl<'a> Place<'a> {
+    /// The path that a target takes by itself.
+    pub fn own(target: &'a Target) -> Self {
+        Self { target, wide: false }
+    }
+
+    /// Whether every stage is a dispatch.
+    pub fn is_wide(self) -> bool {
+        self.wide
+    }
+
+    /// All ways: of a device what one workgroup does in a dispatch, and a dispatch for every stage.
+    pub fn all(target: &'a Target) -> Vec<Self> {
+        match target {
+            Target::Device(_) => vec![Self::own(target), Self { target, wide: true }],
+            Target::Reference => vec![Self::own(target)],
+        }
+    }
+
+    /// The largest error of all ways.
+    ///
+    /// # Errors
+    /// Of the first way that fails, and which.
+    pub fn worst(target: &Target, error: impl Fn(Place<'_>) -> Result<f64, String>) -> Result<f64, String> {
+        Place::all(target).into_iter().try_fold(0.0, |worst, place| {
+            let found = error(place);
+            let named = |reason| if place.wide { format!("with a dispatch a stage: {reason}") } else { reason };
+            Ok(worst_of(worst, found.map_err(named)?))
+        })
+    }
+}
+
 /// A stepper of either kind.
 pub enum AnyStepper {
     /// On a device.
@@ -46,15 +86,15 @@ pub enum AnyStepper {
 }
 
 impl AnyStepper {
-    /// The network on a target.
+    /// The network at a place.
     ///
     /// # Errors
     /// What the device refuses.
-    pub fn new(target: &Target, network: &Network, sensors: &[u32]) -> Result<Self, String> {
-        Ok(match target {
+    pub fn new(place: Place<'_>, network: &Network, sensors: &[u32]) -> Result<Self, String> {
+        Ok(match place.target {
             Target::Device(context) => {
-                let stepper = NetworkStepper::new(context, network, sensors).map_err(|error| error.to_string())?;
-                Self::Device(Box::new(stepper))
+                let make = if place.wide { NetworkStepper::wide } else { NetworkStepper::new };
+                Self::Device(Box::new(make(context, network, sensors).map_err(|error| error.to_string())?))
             }
             Target::Reference => Self::Reference(Box::new(ReferenceStepper::new(network.clone(), sensors))),
         })
@@ -129,17 +169,17 @@ impl Stepper for AnyStepper {
     }
 }
 
-/// Integrates a network through its schedule on a target.
+/// Integrates a network through its schedule at a place.
 ///
 /// # Errors
 /// As of [`integrate`].
 pub fn integrated(
-    target: &Target,
+    place: Place<'_>,
     network: &Network,
     schedule: &Schedule,
     integrator: Integrator,
 ) -> Result<Series, ControlError<String>> {
-    let mut stepper = AnyStepper::new(target, network, &schedule.sensors())?;
+    let mut stepper = AnyStepper::new(place, network, &schedule.sensors())?;
     let floor = stepper.floor();
     integrate(&mut stepper, network, schedule, &Settings { floor, ..Settings::of(integrator) }, |_| true)
 }
@@ -150,13 +190,13 @@ pub fn integrated(
 /// # Errors
 /// What the device says, and a temperature that leaves its range.
 pub fn fixed_euler(
-    target: &Target,
+    place: Place<'_>,
     network: &Network,
     frames: &mut dyn Iterator<Item = Vec<f64>>,
     frame: f64,
     steps: u32,
 ) -> Result<Vec<Vec<f64>>, String> {
-    let mut stepper = AnyStepper::new(target, network, &[])?;
+    let mut stepper = AnyStepper::new(place, network, &[])?;
     let still = vec![0.0; network.len()];
     let mut rows = Vec::new();
     for heat in frames {
