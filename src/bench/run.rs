@@ -107,6 +107,7 @@ impl Plan {
             let mut measured = self.on(target, &truths, says)?;
             let says = |case: &str| says(&format!("{}: {case}", measured.name));
             measured.hard = hard::measure(target, &cases, &without, self.scale(), &says);
+            measured.load_average[1] = load_average();
             devices.push(measured);
         }
         Ok(Bench {

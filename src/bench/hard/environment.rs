@@ -202,7 +202,7 @@ const MATERIAL: layout::Material = layout::Material {
     cooling_t_max: 0.0,
 };
 /// A group's material or part for as many groups as any case has.
-const ZEROS: [u32; 8192] = [0; 8192];
+static ZEROS: [u32; 8192] = [0; 8192];
 
 impl Loose {
     fn data<'a>(&'a self, shapes: &'a Shapes, shadows: Option<crate::gpu::resources::ShadowData<'a>>) -> SceneData<'a> {
@@ -263,8 +263,10 @@ fn middle_is_lit(sky: &SkyModel, time: f64) -> bool {
 
 fn eclipse(tick: f64) -> Case {
     let scaled = THIN_ARRAY * (tick / FRAME).powi(2);
-    let (limit, source) = if scaled > 20e-3 {
-        (scaled, format!("NUMERICS.md 3: 0.30 K in frames of 16.7 s, by the square of the frame in {tick} s"))
+    let (limit, source) = if tick == FRAME {
+        (THIN_ARRAY, "NUMERICS.md 3, thin array in frames of 16.7 s".to_owned())
+    } else if scaled > 20e-3 {
+        (scaled, format!("NUMERICS.md 3, 0.30 K in frames of 16.7 s, times ({tick} / 16.7)^2"))
     } else {
         (20e-3, "issue 4, default".to_owned())
     };
@@ -306,7 +308,7 @@ fn tumble(degrees: f64) -> Case {
         ),
         unit: "K",
         limit: THIN_ARRAY,
-        source: "NUMERICS.md 3: thin array in frames of 16.7 s".to_owned(),
+        source: "NUMERICS.md 3, thin array in frames of 16.7 s".to_owned(),
         remedy: "a tick's sunlight is up to eight vectors, each the mean of a stretch of it",
         removed: "the flux of the tick's middle",
         expects_reference: false,

@@ -89,17 +89,9 @@ fn eigen(mut matrix: Vec<Vec<f64>>) -> (Vec<f64>, Vec<Vec<f64>>) {
                     row[p] = cosine * a - sine * b;
                     row[q] = sine * a + cosine * b;
                 }
-                for column in 0..count {
-                    let (a, b) = (matrix[p][column], matrix[q][column]);
-                    matrix[p][column] = cosine * a - sine * b;
-                    matrix[q][column] = sine * a + cosine * b;
-                }
+                rotate(&mut matrix, [p, q], cosine, sine);
                 // Rows of `vectors` are the eigenvectors.
-                for column in 0..count {
-                    let (a, b) = (vectors[p][column], vectors[q][column]);
-                    vectors[p][column] = cosine * a - sine * b;
-                    vectors[q][column] = sine * a + cosine * b;
-                }
+                rotate(&mut vectors, [p, q], cosine, sine);
             }
         }
         if !rotated {
@@ -107,6 +99,14 @@ fn eigen(mut matrix: Vec<Vec<f64>>) -> (Vec<f64>, Vec<Vec<f64>>) {
         }
     }
     ((0..count).map(|mode| matrix[mode][mode]).collect(), vectors)
+}
+
+/// Turns two rows, the first of which stands before the second, into each other.
+fn rotate(rows: &mut [Vec<f64>], [p, q]: [usize; 2], cosine: f64, sine: f64) {
+    let (above, below) = rows.split_at_mut(q);
+    for (a, b) in above[p].iter_mut().zip(&mut below[0]) {
+        (*a, *b) = (cosine * *a - sine * *b, sine * *a + cosine * *b);
+    }
 }
 
 /// The zero of a falling function between two bounds, by bisection.

@@ -62,7 +62,9 @@ impl HardRow {
             let (value, unit) = kelvin(value);
             return format!("{value} {unit}");
         }
-        format!("{} {}", significant(value), self.unit)
+        // Counts are whole.
+        let figure = if value.fract() == 0.0 && self.unit != "s" { value.to_string() } else { significant(value) };
+        format!("{figure} {}", self.unit)
     }
 
     /// Whether, how and by how much the limit is missed; `None` where it is not.
@@ -119,4 +121,45 @@ pub fn table(device: &str, rows: &[HardRow]) -> Option<Table> {
         rows: rows.iter().map(cells).collect(),
         notes,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(error: Option<f64>, failed: Option<&str>) -> HardRow {
+        let holds = Some(failed.is_none() && error.is_some_and(|error| error <= 0.02));
+        let (name, unit, failed) = ("a case".to_owned(), "K".to_owned(), failed.map(str::to_owned));
+        HardRow { name, unit, error, limit: 0.02, holds, failed, without: f64::INFINITY, ..HardRow::default() }
+    }
+
+    #[test]
+    fn what_misses_says_by_how_much_or_why() {
+        assert_eq!(row(Some(0.02), None).miss(), None);
+        assert_eq!(row(Some(0.03), None).miss().as_deref(), Some("a case: 30.0 mK, limit 20.0 mK"));
+        assert_eq!(row(Some(f64::INFINITY), None).miss().as_deref(), Some("a case: no number, limit 20.0 mK"));
+        assert_eq!(row(None, Some("no device")).miss().as_deref(), Some("a case: no device, limit 20.0 mK"));
+        let omitted = HardRow { holds: None, omitted: Some("itself".to_owned()), ..row(None, None) };
+        assert_eq!(omitted.miss(), None);
+    }
+
+    #[test]
+    fn the_table_counts_what_holds_and_names_what_misses() {
+        let rows = [row(Some(0.01), None), row(Some(0.03), None), HardRow { holds: None, ..row(None, None) }];
+        let table = table("a device", &rows).unwrap();
+        assert!(table.rows.iter().all(|cells| cells.len() == table.head.len()));
+        assert_eq!(table.rows.iter().map(|cells| cells[4].as_str()).collect::<Vec<_>>(), ["yes", "NO", "-"]);
+        assert!(table.rows[0][6].starts_with("no number"), "{:?}", table.rows[0]);
+        assert!(table.notes[0].starts_with("1 hold, 1 miss, 1 were not"), "{:?}", table.notes);
+        assert!(table.notes[1].contains("a case: 30.0 mK"), "{:?}", table.notes);
+        assert_eq!(super::table("a device", &[]), None);
+    }
+
+    #[test]
+    fn counts_are_whole_and_others_have_three_digits() {
+        let of = |unit: &str, value| HardRow { unit: unit.to_owned(), ..HardRow::default() }.in_unit(value);
+        assert_eq!(of("accepted", 272.0), "272 accepted");
+        assert_eq!(of("s", 100.0), "100 s");
+        assert_eq!(of("K", 2.0e-4), "200 \u{b5}K");
+    }
 }

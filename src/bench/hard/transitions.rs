@@ -205,7 +205,7 @@ pub fn cases() -> Vec<Case> {
                 name: "t_max 0",
                 what: "another target every step, 2.7 to 1000 K: the temperature is the target",
                 remedy: "no time is left where t_max is 0, and nothing is divided by it",
-                removed: "elapsed / t_max",
+                removed: "elapsed / t_max is not a number",
             },
             VALUES,
             false,

@@ -1,8 +1,9 @@
 //! Thermostats: forty switches in closed form, and a heater that would switch without end.
 
-use super::{Built, DEFAULT, FRAME, unfinished};
+use super::{Built, DEFAULT, FRAME};
 use crate::bench::hard::stepper::{Place, integrated};
 use crate::bench::hard::{Case, apart};
+use crate::simulation::network::unfinished;
 use crate::thermal::network::control::{ControlError, Integrator, Series};
 use crate::thermal::network::schedule::{Schedule, Thermostat};
 use crate::thermal::network::{Network, NodeKind};
