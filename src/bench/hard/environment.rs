@@ -309,7 +309,7 @@ fn tumble(degrees: f64) -> Case {
         unit: "K",
         limit: THIN_ARRAY,
         source: "NUMERICS.md 3, thin array in frames of 16.7 s".to_owned(),
-        remedy: "a tick's sunlight is up to eight vectors, each the mean of a stretch of it",
+        remedy: "a tick's sunlight is up to eight vectors, each from the middle of a stretch of it, of a turn where it is longer",
         removed: "the flux of the tick's middle",
         expects_reference: false,
         measure: Box::new(move |target, scale| tumbling(degrees, scale)?.error(target)),

@@ -142,7 +142,7 @@ mod tests {
         let rate = 2.0 * (1.0 / 100.0 + 1.0 / 300.0);
         // Under 8 W on the first the gap tends to (8/100) / rate, and the mean rises by 8 / 400 K/s.
         let steady = -(8.0 / 100.0) / rate;
-        for time in [0.0, 10.0, 500.0] {
+        for time in [0.0_f64, 10.0, 500.0] {
             let gap = steady + (100.0 - steady) * (-rate * time).exp();
             let mean = 325.0 + 8.0 / 400.0 * time;
             let found = modes.at(time);
