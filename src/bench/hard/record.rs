@@ -117,7 +117,9 @@ pub fn table(device: &str, rows: &[HardRow]) -> Option<Table> {
     notes.extend(rows.iter().filter_map(HardRow::miss).map(|miss| format!("Missed: {miss}.")));
     Some(Table {
         title: format!("Hard cases on {device}"),
-        head: vec!["case", "what", "largest error", "limit (source)", "holds", "remedy", "without it (in its place)"],
+        head: ["case", "what", "largest error", "limit (source)", "holds", "remedy", "without it (in its place)"]
+            .map(str::to_owned)
+            .to_vec(),
         rows: rows.iter().map(cells).collect(),
         notes,
     })
