@@ -67,7 +67,7 @@ fn devices(wanted: &DeviceArguments) -> Result<(serde_json::Value, String), CliE
         text.push_str(&format!(
             "{}\n  kind                      {}\n  driver                    {}\n  Vulkan                    {}\n  \
              memory                    {} MiB\n  storage buffer range      {} MiB\n  workgroups a dispatch     {}\n  \
-             largest image side        {}\n  timestamp                 {} ns\n  verdict                   {}\n",
+             largest image side        {}\n  corners placed to         1/{} pixel\n  timestamp                 {} ns\n  verdict                   {}\n",
             device.name,
             device.kind,
             device.driver,
@@ -76,6 +76,7 @@ fn devices(wanted: &DeviceArguments) -> Result<(serde_json::Value, String), CliE
             device.max_storage_buffer_range >> 20,
             device.max_workgroups,
             device.max_framebuffer_side,
+            1u64 << device.sub_pixel_bits.min(63),
             device.timestamp_period,
             verdict,
         ));

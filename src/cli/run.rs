@@ -7,18 +7,20 @@ use indicatif::ProgressBar;
 
 use super::{Chosen, CliError, DeviceArguments, building_bar, progress_bar, show_stage, stop_flag};
 use crate::gpu::resources::{Planned, check_plan, device_bytes};
-use crate::output::folder::RunFolder;
+use crate::output::folder::{RunFolder, check_writable};
 use crate::output::report::{BufferSize, Device, FileEntry, ModelSize, PassTime, Report, Section, SourceFile, Speed};
 use crate::scene::Draw;
 use crate::simulation::engine::{DeviceData, Engine};
 use crate::simulation::job::{Outcome, Progress, run_into};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{is_drawn, settings};
+use crate::trace::{Trace, Track};
 
 /// Run a scene: temperatures, images, plots and a report.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm run models/station.toml -o out/station\n  \
-isotherm run models/station.toml -o out/reference --device cpu")]
+isotherm run models/station.toml -o out/reference --device cpu\n  \
+isotherm run models/station.toml -o out/traced --trace out/traced.json")]
 pub struct Arguments {
     /// Scene file (TOML; models/README.md says what it holds)
     scene: PathBuf,
@@ -28,6 +30,9 @@ pub struct Arguments {
     /// Overwrite isotherm's own files in the output folder
     #[arg(long)]
     force: bool,
+    /// Write when host and device did what, for ui.perfetto.dev or chrome://tracing
+    #[arg(long, value_name = "FILE.json")]
+    trace: Option<PathBuf>,
     #[command(flatten)]
     device: DeviceArguments,
 }
@@ -85,7 +90,16 @@ pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Chosen) {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
+    let trace = match &arguments.trace {
+        Some(path) => {
+            check_writable(path)?;
+            Trace::recording()
+        }
+        None => Trace::default(),
+    };
+    let prepares = trace.span(Track::Host, "load and build the scene");
     let prepared = prepare_with_progress(&arguments.scene)?;
+    drop(prepares);
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let chosen = arguments.device.open()?;
     let device_data = DeviceData::new(&prepared);
@@ -101,6 +115,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         Chosen::Device(context) => Engine::on_device(context, &prepared, camera)?,
         Chosen::Reference => Engine::reference(&prepared, camera),
     };
+    engine.record(trace.clone());
     let start_up_s = began.elapsed().as_secs_f64();
 
     let time = &prepared.scene.time;
@@ -126,6 +141,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     };
     report.write_json(&folder.report_json())?;
     report.write_html(&folder.report_html())?;
+    if let Some(path) = &arguments.trace {
+        trace.write(path)?;
+    }
     print_summary(&report, &folder);
     chosen.check_validation()?;
     if report.interrupted { Err(CliError::Stopped(arguments.output.clone())) } else { Ok(()) }

@@ -32,6 +32,8 @@ pub struct DeviceInfo {
     pub max_framebuffer_side: u32,
     /// Bytes of the largest device-local heap.
     pub memory: u64,
+    /// Bits of a pixel that a corner of a triangle is placed to.
+    pub sub_pixel_bits: u32,
     /// Nanoseconds of a timestamp tick; 0 where the queue has no timestamps.
     pub timestamp_period: f32,
     /// What is missing for isotherm; empty where it runs.
@@ -319,6 +321,7 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ran
         max_workgroups: core.limits.max_compute_work_group_count[0],
         max_framebuffer_side: core.limits.max_framebuffer_width.min(core.limits.max_framebuffer_height),
         memory: largest_heap.map(|heap| heap.size).max().unwrap_or(0),
+        sub_pixel_bits: core.limits.sub_pixel_precision_bits,
         timestamp_period: match family {
             Some(family) if families[family].timestamp_valid_bits > 0 => core.limits.timestamp_period,
             _ => 0.0,

@@ -16,6 +16,7 @@ mod wide;
 use std::sync::Arc;
 
 use fused::Fused;
+use sliced::GROUP;
 use tables::Tables;
 use wide::Wide;
 
@@ -28,6 +29,9 @@ use crate::thermal::network::{Network, NodeKind};
 
 /// The hottest temperature [K] that base and rest hold: 2^24 / 256 K is the last whole base.
 pub const HOTTEST: f64 = 64_000.0;
+
+/// The most heat of a node [W]: its fourth root and its products stay within f32.
+const HEAT_AT_MOST: f64 = 1e25;
 
 /// Estimates of the error of a sub-step below this are rounding [K]: the shaders already take off what the size of their
 /// terms explains. At 1e-7 K a slow sensor switched 0.1 s late after 4e5 s, where 1e-8 K leaves 0.02 s.
@@ -122,8 +126,16 @@ fn wide_path(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Resu
         return Err(unsupported(format!("it has more than {} nodes", wide::NODES_AT_MOST)));
     }
     let tables = Tables::new(network);
-    if let Some(node) = (0..network.len()).find(|node| tables.row(*node).len() > wide::LINKS_AT_MOST) {
-        return Err(unsupported(format!("node {node} has more than {} conductors", wide::LINKS_AT_MOST)));
+    // One invocation takes the conductors of a group of nodes one after the other.
+    let links =
+        |first: usize| (first..network.len().min(first + GROUP)).map(|node| tables.row(node).len()).sum::<usize>();
+    if let Some(first) = (0..network.len()).step_by(GROUP).find(|first| links(*first) > wide::LINKS_AT_MOST) {
+        return Err(unsupported(format!(
+            "nodes {first} to {} of the file's order have more than {} ends of conductors in all: move one of them to another \
+             place, or use --device cpu",
+            (first + GROUP).min(network.len()) - 1,
+            wide::LINKS_AT_MOST
+        )));
     }
     Ok(Path::Wide(Box::new(Wide::new(context, network, &tables, sensors)?)))
 }
@@ -142,14 +154,37 @@ fn check(network: &Network, sensors: &[u32]) -> Result<(), GpuError> {
     if let Some(node) = ends.chain(sensors.iter().copied()).find(|node| *node >= nodes) {
         return Err(unsupported(format!("a conductor or a sensor names node {node} of {nodes}")));
     }
-    // 1 / C and the sums must be numbers in f32.
-    let representable = |value: f64| value == 0.0 || (1e-30..1e30).contains(&value.abs());
+    // 1 / C and the sums must be numbers in f32, and what is small must not become none.
+    for conductor in &network.linear {
+        if !representable(conductor.conductance) {
+            let [a, b] = conductor.nodes;
+            return Err(unsupported(format!("nodes {a} and {b} have a GL of {} W/K", conductor.conductance)));
+        }
+    }
+    for conductor in &network.radiative {
+        if !representable(conductor.exchange_area) {
+            let [a, b] = conductor.nodes;
+            return Err(unsupported(format!("nodes {a} and {b} have a GR of {} m2", conductor.exchange_area)));
+        }
+    }
+    if let Some(node) = network.emissive_areas.iter().position(|area| !representable(*area)) {
+        return Err(unsupported(format!("node {node} has an emissive area of {} m2", network.emissive_areas[node])));
+    }
+    if !(0.0..=HOTTEST).contains(&network.space_temperature) {
+        let space = network.space_temperature;
+        return Err(unsupported(format!("space is at {space} K; the device takes 0 to {HOTTEST} K")));
+    }
     for (node, capacitance) in network.capacitances.iter().enumerate() {
         if network.kinds[node] == NodeKind::Diffusive && !representable(*capacitance) {
             return Err(unsupported(format!("node {node} has a capacitance of {capacitance} J/K")));
         }
     }
     check_temperatures(&network.temperatures)
+}
+
+/// Whether a value is one of f32, with room for sums and products.
+fn representable(value: f64) -> bool {
+    value == 0.0 || (1e-30..1e30).contains(&value.abs())
 }
 
 fn check_temperatures(temperatures: &[f64]) -> Result<(), GpuError> {
@@ -171,6 +206,9 @@ impl Stepper for NetworkStepper {
     type Error = GpuError;
 
     fn set_heat(&mut self, power: &[f64], slope: &[f64]) -> Result<(), GpuError> {
+        if let Some(node) = power.iter().position(|power| power.abs() > HEAT_AT_MOST) {
+            return Err(unsupported(format!("node {node} takes {} W; the device takes {HEAT_AT_MOST} W", power[node])));
+        }
         let heat: Vec<[f32; 2]> =
             power.iter().zip(slope).map(|(power, slope)| [*power as f32, *slope as f32]).collect();
         match &mut self.path {
