@@ -98,9 +98,10 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let device_data = DeviceData::new(&prepared);
     let data = device_data.scene_data(&prepared, camera);
-    let frame = Frame::step(
+    let frame = Frame::step_in_runs(
         &data.ranges,
         Wanted { image: camera.is_some(), cull: prepared.triangles.len() as u32, temperatures: true },
+        &prepared.triangle_runs,
     );
     let plan = data.plan();
     let bytes: u64 = plan.iter().map(|planned| planned.bytes).sum();
@@ -112,7 +113,7 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
         "{}: {} nodes, {} triangles, {:.2} m2\n\nNodes by response\n",
         prepared.scene.name,
         prepared.nodes.count,
-        prepared.triangles.len(),
+        prepared.triangle_count(),
         prepared.area
     );
     for range in &prepared.nodes.ranges {
@@ -153,7 +154,7 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
     let value = json!({
         "scene": prepared.scene.name,
         "nodes": prepared.nodes.count,
-        "triangles": prepared.triangles.len(),
+        "triangles": prepared.triangle_count(),
         "area_m2": prepared.area,
         "nodes_by_response": prepared.nodes.ranges.iter()
             .map(|range| json!({ "response": range.kind.to_string(), "nodes": range.nodes })).collect::<Vec<_>>(),

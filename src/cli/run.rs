@@ -82,7 +82,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         "{}: {} nodes, {} triangles on {}",
         prepared.scene.name,
         prepared.nodes.count,
-        prepared.triangles.len(),
+        prepared.triangle_count(),
         chosen.name()
     );
     let folder = RunFolder::prepare(&arguments.output, arguments.force)?;
@@ -237,7 +237,7 @@ fn report(
         accuracy: outcome.accuracy,
         model: ModelSize {
             nodes: prepared.nodes.count as u64,
-            triangles: prepared.triangles.len() as u64,
+            triangles: prepared.triangle_count() as u64,
             area_m2: prepared.area,
             nodes_by_response,
         },

@@ -10,6 +10,7 @@ mod device;
 mod functions;
 mod hazards;
 mod image;
+mod joints;
 mod mesh_network;
 mod model;
 mod network;
