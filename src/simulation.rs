@@ -8,7 +8,7 @@ pub mod check;
 pub mod engine;
 pub mod frames;
 pub mod job;
-mod joints;
+pub mod joints;
 pub mod network;
 pub mod periodic;
 pub mod prepare;

@@ -12,6 +12,7 @@ use crate::gpu::pass::Step;
 use crate::model::Model;
 use crate::scene::Draw;
 use crate::simulation::engine::DeviceData;
+use crate::simulation::joints;
 use crate::simulation::prepare::PrepareError;
 
 /// Show devices, the frame of a scene, or what a model holds.
@@ -116,8 +117,15 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
         prepared.triangle_count(),
         prepared.area
     );
-    for range in &prepared.nodes.ranges {
-        text.push_str(&format!("  {:<40} {:>10}\n", range.kind.to_string(), range.nodes));
+    for (kind, nodes) in prepared.nodes.by_kind() {
+        text.push_str(&format!("  {:<40} {nodes:>10}\n", kind.to_string()));
+    }
+    let joints = joints::describe(&prepared);
+    if !joints.is_empty() {
+        text.push_str("\nJoints, at time 0\n");
+    }
+    for joint in &joints {
+        text.push_str(&format!("  {:<40} {}\n", joint.name, joint.sentence()));
     }
     let network = prepared.network.as_ref().map(|network| network.description()).unwrap_or_default();
     if !network.is_empty() {
@@ -156,8 +164,9 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
         "nodes": prepared.nodes.count,
         "triangles": prepared.triangle_count(),
         "area_m2": prepared.area,
-        "nodes_by_response": prepared.nodes.ranges.iter()
-            .map(|range| json!({ "response": range.kind.to_string(), "nodes": range.nodes })).collect::<Vec<_>>(),
+        "nodes_by_response": prepared.nodes.by_kind().iter()
+            .map(|(kind, nodes)| json!({ "response": kind.to_string(), "nodes": nodes })).collect::<Vec<_>>(),
+        "joints": joints,
         "bytes": bytes,
         "bytes_a_node": a_node,
         "buffers": plan.iter().map(|planned| json!({

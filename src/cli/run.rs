@@ -195,14 +195,16 @@ fn report(
     });
     let scene = SourceFile { sha256: prepared.hash.clone(), ..inputs.next().unwrap_or_default() };
     let mut nodes_by_response: Vec<(String, u64)> = Vec::new();
-    for range in &prepared.nodes.ranges {
-        let name = range.kind.to_string();
-        nodes_by_response.push((name, range.nodes as u64));
+    for (kind, nodes) in prepared.nodes.by_kind() {
+        nodes_by_response.push((kind.to_string(), nodes as u64));
     }
     let mut files = vec![
         FileEntry { path: folder.relative(&folder.series()), what: "temperatures over time".to_owned() },
         FileEntry { path: folder.relative(&folder.report_json()), what: "this report as JSON".to_owned() },
     ];
+    if prepared.joints() > 1 {
+        files.push(FileEntry { path: folder.relative(&folder.joints()), what: "joints over time".to_owned() });
+    }
     if !outcome.frames.is_empty() {
         files.push(FileEntry { path: "frames/".to_owned(), what: "EXR and PNG of every drawn step".to_owned() });
     }

@@ -189,7 +189,10 @@ impl Played {
         let in_parent = DAffine3::from_rotation_translation(turn, placed - turn * translation);
         let moved = self.body_from_parent * in_parent * self.body_from_parent.inverse();
         // A similarity leaves a rotation but for rounding.
-        DAffine3::from_mat3_translation(DMat3::from_quat(DQuat::from_mat3(&moved.matrix3).normalize()), moved.translation)
+        DAffine3::from_mat3_translation(
+            DMat3::from_quat(DQuat::from_mat3(&moved.matrix3).normalize()),
+            moved.translation,
+        )
     }
 
     /// What is told of it: the angle from the file's pose [rad], or how far it is from there [m] where it does not turn.
@@ -221,16 +224,24 @@ impl Joints {
         let any = joints.iter().any(lags);
         let mut all = Self { joints, walk: Walk { start: from, step, positions: Vec::new() } };
         if any {
-            let steps = ((to - from) / step).ceil().max(0.0) as usize;
-            let mut positions = vec![all.evaluate(from, sun(from), |_, target| target(None)).0];
-            for number in 1..=steps {
-                let time = from + number as f64 * step;
-                let next = all.walk_on(&positions[number - 1], step, time, sun(time));
-                positions.push(next);
-            }
-            all.walk.positions = positions;
+            all.walk.positions = vec![all.evaluate(from, sun(from), |_, target| target(None)).0];
+            all.walk_to(to, sun);
         }
         all
+    }
+
+    /// Walks joints with a rate on to a time [s], so that they are looked up there.
+    pub fn walk_to(&mut self, time: f64, sun: impl Fn(f64) -> DVec3) {
+        let Walk { start, step, .. } = self.walk;
+        while let Some(last) = self.walk.positions.last() {
+            let number = self.walk.positions.len();
+            if start + (number - 1) as f64 * step >= time {
+                break;
+            }
+            let at = start + number as f64 * step;
+            let next = self.walk_on(last, step, at, sun(at));
+            self.walk.positions.push(next);
+        }
     }
 
     /// The joints.
@@ -314,8 +325,7 @@ impl Joints {
             let (at, own) = match &joint.motion {
                 Motion::Guided(guided) => {
                     let seen = carrier.matrix3.transpose() * sun;
-                    let target =
-                        |near| guided.within_limits(guided.drive.target(guided.axis, time, seen), near);
+                    let target = |near| guided.within_limits(guided.drive.target(guided.axis, time, seen), near);
                     let at = position(number, &target);
                     (at, guided.motion(at))
                 }

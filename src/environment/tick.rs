@@ -69,6 +69,11 @@ impl TickLoads {
         self
     }
 
+    /// Walks joints with a rate on to a time [s].
+    pub fn walk_joints_to(&mut self, time: f64) {
+        self.joints.walk_to(time, |time| self.sky.sun_direction(time));
+    }
+
     /// The joints.
     pub fn joints(&self) -> &Joints {
         &self.joints

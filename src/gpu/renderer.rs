@@ -85,7 +85,8 @@ impl Renderer {
         once.free_staging();
         let wanted = Wanted { image: data.image.is_some(), cull: data.triangles.len() as u32, temperatures: true };
         let whole = |count: usize| vec![TriangleRun { joint: 0, triangles: (0, count as u32) }];
-        let runs = |of: fn(&JointData<'_>) -> Vec<TriangleRun>, count| data.joints.as_ref().map_or_else(|| whole(count), of);
+        let runs =
+            |of: fn(&JointData<'_>) -> Vec<TriangleRun>, count| data.joints.as_ref().map_or_else(|| whole(count), of);
         let triangles = runs(|joints| joints.triangles.to_vec(), data.triangles.len());
         let occluders = data.shadows.as_ref().map_or(0, |shadows| shadows.occluders.len());
         let occluders = runs(|joints| joints.occluders.to_vec(), occluders);
@@ -241,8 +242,7 @@ impl Renderer {
         };
         let Some((mut boxes, mut start)) = self.tree else {
             let pose = |joint: u32| load.joints.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
-            self.sun_view =
-                (0..self.joints).map(|joint| layout::SunView::new(&view.in_joint(&pose(joint)))).collect();
+            self.sun_view = (0..self.joints).map(|joint| layout::SunView::new(&view.in_joint(&pose(joint)))).collect();
             return Ok(Frame::shadows(&self.ranges, Method::Depth));
         };
         if let Some(casters) = &self.casters

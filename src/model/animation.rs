@@ -123,12 +123,7 @@ pub(super) fn read(document: &Document, accessors: &Accessors) -> Vec<Result<Ani
     document.animations.iter().enumerate().map(one).collect()
 }
 
-fn animation(
-    index: usize,
-    name: Option<&str>,
-    value: &Value,
-    accessors: &Accessors,
-) -> Result<Animation, String> {
+fn animation(index: usize, name: Option<&str>, value: &Value, accessors: &Accessors) -> Result<Animation, String> {
     let list = |key: &str| value.get(key).and_then(Value::as_array).ok_or_else(|| format!("has no array {key}"));
     let number = |value: &Value, key: &str| {
         let found = value.get(key).and_then(Value::as_u64).and_then(|number| usize::try_from(number).ok());

@@ -169,7 +169,11 @@ fn unused(root: &Map<String, Value>, used: &[String]) -> Result<Vec<Skipped>, Fa
     skip(array(root, "cameras")?.len(), "camera", "the scene file describes the camera");
     let lights = root.get("extensions").and_then(|all| all.get("KHR_lights_punctual")?.get("lights")?.as_array());
     skip(lights.map_or(0, Vec::len), "light", "the scene file describes what heats the craft");
-    skip(array(root, "animations")?.len(), "animation", "the nodes stay as their transforms place them, unless a [[joint]] of a scene plays it");
+    skip(
+        array(root, "animations")?.len(),
+        "animation",
+        "the nodes stay as their transforms place them, unless a [[joint]] of a scene plays it",
+    );
     skip(array(root, "skins")?.len(), "skin", "skinned meshes stay as their nodes place them");
     let others = array(root, "scenes")?.len().saturating_sub(1);
     skip(others, "other scene", "only the default scene is drawn");

@@ -2,9 +2,9 @@
 
 use glam::{DMat4, DQuat, DVec3};
 
-use super::{Fault, SceneNode};
 use super::document::{Document, Node};
 use super::error::label;
+use super::{Fault, SceneNode};
 
 /// Largest deviation of a rotation's length from 1, from the glTF validator (a quantized rotation stays inside it).
 const UNIT_TOLERANCE: f64 = 0.00769;

@@ -48,16 +48,8 @@ enum Mode {
 /// Modes with their names and the keys that not all of them read.
 const MODES: [(&str, Mode, &[&str]); 4] = [
     ("fixed", Mode::Fixed, &["kind", "axis", "origin", "limits_deg", "limits", "angle_deg", "distance"]),
-    (
-        "sun",
-        Mode::Sun,
-        &["kind", "axis", "origin", "limits_deg", "rate_deg", "sun_axis", "offset_deg"],
-    ),
-    (
-        "schedule",
-        Mode::Schedule,
-        &["kind", "axis", "origin", "limits_deg", "limits", "rate_deg", "rate", "schedule"],
-    ),
+    ("sun", Mode::Sun, &["kind", "axis", "origin", "limits_deg", "rate_deg", "sun_axis", "offset_deg"]),
+    ("schedule", Mode::Schedule, &["kind", "axis", "origin", "limits_deg", "limits", "rate_deg", "rate", "schedule"]),
     ("animation", Mode::Animation, &["animation", "repeat"]),
 ];
 
@@ -86,14 +78,9 @@ impl Words {
                 rate_unit: "deg/s",
                 factor: 1f64.to_radians(),
             },
-            Kind::Translation => Self {
-                limits: "limits",
-                rate: "rate",
-                position: "distance",
-                unit: "m",
-                rate_unit: "m/s",
-                factor: 1.0,
-            },
+            Kind::Translation => {
+                Self { limits: "limits", rate: "rate", position: "distance", unit: "m", rate_unit: "m/s", factor: 1.0 }
+            }
         }
     }
 }
@@ -107,11 +94,7 @@ pub(super) fn read(
     sections.iter().map(|section| joint(section, files, assumptions)).collect()
 }
 
-fn joint(
-    section: &Section,
-    files: &mut Vec<PathBuf>,
-    assumptions: &mut Vec<String>,
-) -> Result<JointRule, SceneError> {
+fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<String>) -> Result<JointRule, SceneError> {
     let nodes = section.required("part", section.strings("part")?, "the name of the glTF node that moves")?;
     let title = nodes.join("', '");
     let mode = section.choice("mode", &MODES.map(|(name, mode, _)| (name, (name, mode))))?;
@@ -205,11 +188,7 @@ fn joint(
 }
 
 /// Times [s] and positions of a schedule, as the scene states them.
-fn schedule(
-    section: &Section,
-    words: &Words,
-    files: &mut Vec<PathBuf>,
-) -> Result<(Vec<f64>, Vec<f64>), SceneError> {
+fn schedule(section: &Section, words: &Words, files: &mut Vec<PathBuf>) -> Result<(Vec<f64>, Vec<f64>), SceneError> {
     let shape = format!("{{ time = [..], {} = [..] }} or {{ file = \"..\" }}", words.position);
     let table = section.required("schedule", section.table("schedule", keys::SCHEDULE)?, &shape)?;
     let (times, positions) = match table.string("file")? {

@@ -230,11 +230,12 @@ impl Engine {
                     put(renderer, network, &mut values)?;
                     network.tick_ends();
                 }
-                let views: Option<Vec<layout::View>> = order.pose.as_ref().zip(camera.as_ref()).map(|(pose, camera)| {
-                    let still = [DAffine3::IDENTITY];
-                    let joints = if order.joints.is_empty() { &still } else { order.joints };
-                    joints.iter().map(|joint| device_view(camera, &(*pose * *joint))).collect()
-                });
+                let views: Option<Vec<layout::View>> =
+                    order.pose.as_ref().zip(camera.as_ref()).map(|(pose, camera)| {
+                        let still = [DAffine3::IDENTITY];
+                        let joints = if order.joints.is_empty() { &still } else { order.joints };
+                        joints.iter().map(|joint| device_view(camera, &(*pose * *joint))).collect()
+                    });
                 let tick = tick.map(|tick| (tick.load, tick.steps));
                 flying.push_back(renderer.submit_views(tick, views.as_deref(), order.temperatures)?);
                 Ok(())

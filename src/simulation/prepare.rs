@@ -16,9 +16,7 @@ use crate::gpu::frame::{StepRange, TriangleRun};
 use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::model::{Model, ModelError};
-use crate::scene::{
-    Attitude, JointRule, Orbit, Scene, SceneError, ShadowSettings as Settings, file_hash, scene_hash,
-};
+use crate::scene::{Attitude, JointRule, Orbit, Scene, SceneError, ShadowSettings as Settings, file_hash, scene_hash};
 use crate::thermal::material::{Material, Response};
 use crate::thermal::nodes::{Nodes, RangeResponse};
 
@@ -408,6 +406,11 @@ impl Prepared {
     /// Triangles of the model as it is drawn.
     pub fn triangle_count(&self) -> usize {
         self.triangle_runs.iter().map(|run| (run.triangles.1 - run.triangles.0) as usize).sum()
+    }
+
+    /// Walks joints with a rate up to a time [s] that may lie beyond the scene's steps.
+    pub fn cover(&mut self, time: f64) {
+        self.loads.walk_joints_to(time);
     }
 
     /// Ticks that the warm-up takes: its orbits in whole steps; 0 where it ends when the state is periodic.

@@ -185,6 +185,18 @@ impl Nodes {
         self.groups += groups;
     }
 
+    /// What moves the nodes, in order, and how many there are of each, whatever their joint.
+    pub fn by_kind(&self) -> Vec<(RangeKind, usize)> {
+        let mut kinds: Vec<(RangeKind, usize)> = Vec::new();
+        for range in &self.ranges {
+            match kinds.last_mut() {
+                Some((kind, nodes)) if *kind == range.kind => *nodes += range.nodes,
+                _ => kinds.push((range.kind, range.nodes)),
+            }
+        }
+        kinds
+    }
+
     /// The joint of a node, or of the padding beside it; 0 is the body.
     pub fn joint(&self, slot: usize) -> u32 {
         let place = self.ranges.partition_point(|range| range.first_group <= slot / GROUP);

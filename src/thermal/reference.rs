@@ -143,8 +143,7 @@ impl<F: IncidentFlux> Reference<F> {
     where
         U: Fn(&Self, usize, &Material, TransitionState) -> (TransitionState, f64) + Sync,
     {
-        let (mut states, mut temperatures) =
-            (std::mem::take(&mut self.states), std::mem::take(&mut self.temperatures));
+        let (mut states, mut temperatures) = (std::mem::take(&mut self.states), std::mem::take(&mut self.temperatures));
         let all = &*self;
         let moved = states.par_iter_mut().zip(&mut temperatures).enumerate();
         moved.for_each(|(node, (state, temperature))| {

@@ -221,10 +221,7 @@ fn unused_function(context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError
         for tick in 0..60 {
             let start = f64::from(tick) * step;
             let load = prepared.loads.tick_load(start, start + step);
-            engine.submit(
-                Some(Tick { load: &load, steps: 1.0, start, length: step }),
-                Order::default(),
-            )?;
+            engine.submit(Some(Tick { load: &load, steps: 1.0, start, length: step }), Order::default())?;
             engine.deliver()?;
         }
         let times = engine.pass_times().ok_or("no pass times")?;

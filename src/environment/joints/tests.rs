@@ -42,12 +42,8 @@ fn times() -> impl Iterator<Item = f64> {
 #[test]
 fn two_axes_hold_a_panel_to_the_sun() {
     let sun = sun_of_orbit();
-    let joints = Joints::new(
-        vec![joint(None, facing(DVec3::Y)), joint(Some(0), facing(DVec3::X))],
-        [0.0, 1.0],
-        1.0,
-        &sun,
-    );
+    let joints =
+        Joints::new(vec![joint(None, facing(DVec3::Y)), joint(Some(0), facing(DVec3::X))], [0.0, 1.0], 1.0, &sun);
     for time in times() {
         let (_, poses) = joints.at(time, &sun);
         let cosine = (poses[2].matrix3 * -DVec3::Z).dot(sun(time));
