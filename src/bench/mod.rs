@@ -1,13 +1,17 @@
 //! Speed against error, measured in one run and told on one page.
 //!
 //! [`cases`] are the networks of NUMERICS.md 3, [`schemes`] the ways to integrate them, and [`integrators`] measures each
-//! against [`truth`]. [`run`] does all of it. [`limits`] is what the device can do at best, [`responses`] what a node costs. [`record`] holds what was
+//! against [`truth`]. [`run`] does all of it. [`limits`] is what the device can do at best, [`responses`] what a node costs, [`frames`] what a
+//! whole tick of a scene takes, [`models`] what each choice of a model costs and changes, [`drivers`] how far devices are apart. [`record`] holds what was
 //! found; [`tables`], [`plots`], [`page`] and [`files`] show it.
 
 pub mod cases;
+pub mod drivers;
 pub mod files;
+pub mod frames;
 pub mod integrators;
 pub mod limits;
+pub mod models;
 pub mod page;
 pub mod plots;
 pub mod record;
@@ -24,19 +28,29 @@ pub enum Section {
     Limits,
     /// Nanoseconds a node and step of each response.
     Responses,
+    /// Whole ticks of scenes with their images, pass by pass.
+    Frames,
+    /// What each choice of a model costs and changes.
+    Models,
+    /// The same scene on every device.
+    Drivers,
     /// Every integrator on the cases of NUMERICS.md 3.
     Integrators,
 }
 
 impl Section {
     /// All, in the order in which they run.
-    pub const ALL: [Self; 3] = [Self::Limits, Self::Responses, Self::Integrators];
+    pub const ALL: [Self; 6] =
+        [Self::Limits, Self::Responses, Self::Frames, Self::Models, Self::Drivers, Self::Integrators];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Limits => "limits",
             Self::Responses => "responses",
+            Self::Frames => "frames",
+            Self::Models => "models",
+            Self::Drivers => "drivers",
             Self::Integrators => "integrators",
         }
     }

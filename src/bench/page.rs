@@ -24,7 +24,8 @@ pub fn page(bench: &Bench, diagrams: &[Diagram]) -> String {
     }
     for table in tables::all(bench) {
         html.element("h2", &table.title);
-        html.table(&table.head, table.rows);
+        let head: Vec<&str> = table.head.iter().map(String::as_str).collect();
+        html.table(&head, table.rows);
         table.notes.iter().for_each(|note| html.element("p", note));
     }
     machine(&mut html, bench);

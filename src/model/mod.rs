@@ -6,8 +6,10 @@ use std::path::PathBuf;
 use glam::{DMat4, DQuat, DVec3, Vec3};
 
 mod accessor;
+mod alike;
 mod animation;
 mod buffer;
+mod collapse;
 mod container;
 mod document;
 mod error;
@@ -20,6 +22,7 @@ mod summary;
 mod weld;
 
 pub use animation::{Animation, Interpolation, Keys, NodeMotion};
+pub use collapse::Merged;
 pub use error::{Fault, ModelError};
 pub use summary::{ModelSummary, Share};
 

@@ -334,7 +334,7 @@ fn cosine(prepared: &Prepared, part: impl Fn(&str) -> bool, cells: &str, normal:
 
 fn without_splitting(path: &std::path::Path) -> Prepared {
     let mut scene = Scene::load(path).expect("a scene");
-    scene.max_edge = None;
+    scene.density = Default::default();
     Prepared::from_scene(scene, &mut |_| ()).expect("a scene that can run")
 }
 

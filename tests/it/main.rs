@@ -26,6 +26,7 @@ mod run;
 mod scene;
 mod shaders;
 mod shadows;
+mod trace;
 mod trajectory;
 mod transitions;
 mod twins;

@@ -211,16 +211,15 @@ impl Fused {
             planned.time = (t + f64::from(first) * step) as f32;
             planned.count = some;
             let head = self.sub_steps((FusedVariant { kind, lanes }, unknowns), planned, per_dispatch)?;
-            attempt.error = attempt.error.max(f64::from(f32::from_bits(head)));
+            let error = f64::from(f32::from_bits(head));
+            // NaN would vanish in `max`.
+            attempt.error = if error.is_nan() { f64::INFINITY } else { attempt.error.max(error) };
             let words: &[u32] = self.result.read(RESULT_HEAD + 2 * (some * self.sensors) as usize);
             let part = |word: u32| f64::from(f32::from_bits(word));
             attempt.sensed.extend(words[RESULT_HEAD..].chunks_exact(2).map(|pair| part(pair[0]) + part(pair[1])));
             self.counts.sub_steps += u64::from(some);
             self.counts.stages += u64::from(some) * u64::from(stages);
             first += some;
-        }
-        if attempt.error.is_nan() {
-            attempt.error = f64::INFINITY;
         }
         Ok(Some(attempt))
     }
