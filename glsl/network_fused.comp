@@ -175,6 +175,12 @@ void main() {
             if (attempt.lone > 0u) {
                 balance_lone(lane, current, now);
                 barrier();
+                // What a sub-step leaves is seen again from where it came to: a change of hundreds of kelvin leaves its
+                // rounding, 3 K at 3 K.
+                if (s == attempt.stages) {
+                    balance_lone(lane, current, now);
+                    barrier();
+                }
             }
 #ifdef ELIMINATION
             if (!newton(lane, current, now, vec4(1.0, 0.0, 0.0, 0.0), 0.0, 12u)) {

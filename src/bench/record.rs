@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::hard::HardRow;
 use super::integrators::Differences;
 use crate::gpu::context::DeviceInfo;
 use crate::output::OutputError;
@@ -106,6 +107,8 @@ pub struct Measured {
     pub models: Option<Models>,
     /// What integrators cost, and how wrong they are: a list for each case.
     pub integrators: Vec<Integrated>,
+    /// The hard cases.
+    pub hard: Vec<HardRow>,
 }
 
 /// What a device can do at best.

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::Section;
 use super::cases::{self, Case, CaseError, Size};
+use super::hard;
 use super::integrators::{Effort, Timed, arithmetic, measure};
 use super::record::{Bench, CaseSummary, DriverRow, FrameRow, Integrated, Limits, Measured, Run, load_average};
 use super::responses::{self, ResponseError};
@@ -65,6 +66,10 @@ pub struct Plan {
 }
 
 impl Plan {
+    fn scale(&self) -> hard::Scale {
+        if self.quick { hard::Scale::Quick } else { hard::Scale::Whole }
+    }
+
     fn size(&self) -> Size {
         if self.quick { Size::quick() } else { Size::whole() }
     }
@@ -112,7 +117,16 @@ impl Plan {
             };
             truths = cases.into_par_iter().map(solved).collect::<Result<Vec<_>, _>>()?;
         }
-        let devices = self.targets.iter().map(|target| self.on(target, &truths, says)).collect::<Result<_, _>>()?;
+        let cases = if wanted(Section::Hard) { hard::all() } else { Vec::new() };
+        let without = hard::without(&cases, self.scale());
+        let mut devices = Vec::new();
+        for target in &self.targets {
+            let mut measured = self.on(target, &truths, says)?;
+            let says = |case: &str| says(&format!("{}: {case}", measured.name));
+            measured.hard = hard::measure(target, &cases, &without, self.scale(), &says);
+            measured.load_average[1] = load_average();
+            devices.push(measured);
+        }
         let drivers = if wanted(Section::Drivers) { self.drivers(says) } else { Vec::new() };
         Ok(Bench {
             drivers,
@@ -142,6 +156,7 @@ impl Plan {
             frames: vec![],
             models: None,
             integrators: vec![],
+            hard: vec![],
         };
         if let Target::Device(context) = target {
             if self.sections.iter().any(|section| matches!(section, Section::Limits | Section::Responses)) {

@@ -1,6 +1,7 @@
 //! The measurements as tables, for the terminal (Markdown) and for the page.
 
 use super::frames::IMAGE;
+use super::hard;
 use super::models::WRONG_SHARE;
 use super::record::{Bench, CaseSummary, ChoiceRow, DriverRow, FrameRow, Integrated, Measured, Moved, Run, Spread};
 use super::schemes::ABSENT;
@@ -355,6 +356,7 @@ pub fn all(bench: &Bench) -> Vec<Table> {
             .collect();
         let with_case = measured.integrators.iter().zip(&bench.cases);
         tables.extend(with_case.map(|(integrated, case)| integrators(measured, integrated, case)));
+        tables.extend(hard::record::table(&measured.name, &measured.hard));
         tables
     };
     bench.devices.iter().flat_map(of).chain(drivers(bench)).collect()

@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget};
 use super::{Chosen, CliError, DeviceArguments};
 use crate::bench::Section;
 use crate::bench::files::{BenchFolder, PAGE};
+use crate::bench::hard::HardRow;
 use crate::bench::run::{BenchError, Plan, Target};
 use crate::bench::tables;
 use crate::gpu::context::devices;
@@ -22,17 +23,21 @@ use crate::simulation::prepare::PrepareError;
 /// drivers: the same scene on every Vulkan device present, and how far temperatures and images are apart. integrators: the four networks of
 /// a cube, a thin sheet, one with slivers and a blanket over a structure through one orbit, by every integrator with fixed
 /// sub-steps and at several tolerances: passes, dispatches, milliseconds by the device's clock, rms and largest error in kelvin
-/// against f64.
+/// against f64. hard: the hard cases, each with its measured error, its limit and who says so, and the error without the
+/// remedy that keeps it below; with --quick only where it is asked for.
 ///
 /// Leaves bench.json, plots/ and report.html, and prints the tables.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm bench -o out/bench\n  \
-isotherm bench -o out/bench --quick --only integrators --device llvmpipe")]
+isotherm bench -o out/bench --quick --only integrators --device llvmpipe\n  isotherm bench --hard --quick")]
 pub struct Arguments {
     /// Folder for what the measurements leave; it must be empty or absent
-    #[arg(short, long, value_name = "DIR")]
-    output: PathBuf,
-    /// Only these of limits, responses, frames, models, drivers and integrators, separated by commas
+    #[arg(short, long, value_name = "DIR", required_unless_present = "hard")]
+    output: Option<PathBuf>,
+    /// The hard cases alone; exit code 1 where one misses its limit
+    #[arg(long, conflicts_with = "only")]
+    hard: bool,
+    /// Only these of limits, responses, frames, models, drivers, integrators and hard, separated by commas
     #[arg(long, value_name = "SECTION", value_delimiter = ',', value_parser = parse_section)]
     only: Vec<Section>,
     /// Scenes of `frames`, the last of them of `drivers`; without it models/iss.toml and models/station.toml, where they are present
@@ -61,8 +66,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         Some(_) => vec![arguments.device.open()?],
         None => everything(arguments.quick)?,
     };
-    let folder = BenchFolder::prepare(&arguments.output, arguments.force)?;
-    let sections = if arguments.only.is_empty() { Section::ALL.to_vec() } else { arguments.only.clone() };
+    let output = arguments.output.as_deref();
+    let folder = output.map(|output| BenchFolder::prepare(output, arguments.force)).transpose()?;
+    let sections = arguments.sections();
     let wants_models = sections.contains(&Section::Models);
     let with_scenes = [Section::Frames, Section::Drivers].iter().any(|section| sections.contains(section));
     let scenes = if with_scenes { scenes(&arguments.scene)? } else { Vec::new() };
@@ -85,12 +91,37 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     });
     spinner.finish_and_clear();
     let bench = bench?;
-    folder.write(&bench)?;
+    if let Some(folder) = &folder {
+        folder.write(&bench)?;
+    }
     for table in tables::all(&bench) {
         println!("{}", table.markdown());
     }
-    println!("report: {}", folder.file(PAGE).display());
-    chosen.iter().try_for_each(Chosen::check_validation)
+    if let Some(folder) = &folder {
+        println!("report: {}", folder.file(PAGE).display());
+    }
+    chosen.iter().try_for_each(Chosen::check_validation)?;
+    let misses = bench.devices.iter().flat_map(|measured| {
+        let misses = measured.hard.iter().filter_map(HardRow::miss);
+        misses.map(|miss| format!("{}: {miss}", measured.name))
+    });
+    let misses: Vec<String> = misses.collect();
+    if misses.is_empty() {
+        return Ok(());
+    }
+    Err(CliError::Solver(format!("hard cases that miss their limit:\n{}", misses.join("\n"))))
+}
+
+impl Arguments {
+    fn sections(&self) -> Vec<Section> {
+        if self.hard {
+            return vec![Section::Hard];
+        }
+        if !self.only.is_empty() {
+            return self.only.clone();
+        }
+        Section::ALL.into_iter().filter(|section| !self.quick || *section != Section::Hard).collect()
+    }
 }
 
 /// Every device that isotherm runs on, and, where there is time, the reference.

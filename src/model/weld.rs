@@ -27,9 +27,9 @@ impl Model {
     pub(super) fn keep_vertices(&mut self, kept: impl Fn(usize) -> bool, for_vertex: impl Fn(usize) -> u32) {
         let mut count = 0;
         let mut renamed = vec![0; self.positions.len()];
-        for vertex in 0..self.positions.len() {
+        for (vertex, renamed) in renamed.iter_mut().enumerate() {
             if kept(vertex) {
-                renamed[vertex] = count as u32;
+                *renamed = count as u32;
                 self.positions[count] = self.positions[vertex];
                 self.normals[count] = self.normals[vertex];
                 self.vertex_part[count] = self.vertex_part[vertex];

@@ -34,6 +34,7 @@ mod section;
 mod shadows;
 mod sky_scene;
 mod table;
+pub mod targets;
 mod time;
 mod values;
 mod vector;

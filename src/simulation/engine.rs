@@ -88,7 +88,7 @@ pub enum Engine {
         /// Ticks submitted.
         ticks: u64,
         /// For the projection.
-        camera: Option<Camera>,
+        camera: Option<Box<Camera>>,
         /// When what was done.
         trace: Trace,
         /// Its device.
@@ -154,7 +154,7 @@ impl Engine {
                 .map(|scene| NetworkRun::on_device(context, scene).map(Box::new))
                 .transpose()?,
             ticks: 0,
-            camera: camera.cloned(),
+            camera: camera.cloned().map(Box::new),
             trace: Trace::default(),
             context: Arc::clone(context),
         })

@@ -147,6 +147,7 @@ fn bench_of(runs: Vec<Run>, (case, truth): &(Case, Truth)) -> Bench {
         frames: Vec::new(),
         models: None,
         integrators: vec![Integrated { case: case.key.to_owned(), runs }],
+        hard: Vec::new(),
     };
     let summary = CaseSummary {
         key: case.key.to_owned(),

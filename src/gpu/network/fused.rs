@@ -228,8 +228,8 @@ impl Fused {
     fn plan(&self, lanes: u32, unknowns: Unknowns, stages: u32) -> Option<(NetworkAttempt, u32)> {
         let mut planned = self.describe(unknowns, lanes);
         let pass = self.tables.loops(&self.all(), lanes);
-        let lone = self.tables.loops(&self.tables.lone, lanes) + 9 * (self.tables.lone.len() as u32).div_ceil(lanes);
-        planned.loops_sub_step = (stages + 2) * (pass + lone + 4) + planned.sensors + 8;
+        let lone = self.tables.loops(&self.tables.lone, lanes) + 13 * (self.tables.lone.len() as u32).div_ceil(lanes);
+        planned.loops_sub_step = (stages + 3) * (pass + lone + 4) + planned.sensors + 8;
         planned.stages = stages;
         let newtons = if planned.unknowns == 0 { 0 } else { 3 * stages + 3 };
         let sub_step = planned.loops_sub_step + newtons * planned.loops_iteration;

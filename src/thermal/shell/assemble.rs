@@ -104,6 +104,7 @@ impl Assembly<'_> {
         let mut whole = Vec::with_capacity(all.iter().filter(conducts).count() - collapsed);
         whole.extend(all.iter().filter(conducts).filter(is_whole).copied());
         let mut intrinsic = Intrinsic::new(&whole, self.surface.positions, at);
+        drop(whole);
         intrinsic.make_delaunay();
         let weights = Weights::new(&intrinsic, conducting);
         let total: f64 = weights.pairs.iter().map(|pair| pair.1).sum();

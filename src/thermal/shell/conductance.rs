@@ -29,7 +29,7 @@ impl Weights {
         let mut weights = Self { areas: vec![0.0; nodes], ..Self::default() };
         // A triangle's area [m2], or 0 where it is too flat to conduct.
         let mut conducting = vec![0.0; surface.faces()];
-        for face in 0..surface.faces() {
+        for (face, conducting) in conducting.iter_mut().enumerate() {
             let corner = [3 * face, 3 * face + 1, 3 * face + 2];
             let area = surface.area(face);
             let longest = corner.into_iter().map(|h| surface.length[h]).fold(0.0, f64::max);
@@ -37,7 +37,7 @@ impl Weights {
                 weights.degenerate += 1;
                 continue;
             }
-            conducting[face] = area;
+            *conducting = area;
             let shares = corner_areas(surface, face, area);
             for (h, share) in corner.into_iter().zip(shares) {
                 weights.areas[surface.tail[h] as usize] += share;
@@ -45,6 +45,8 @@ impl Weights {
         }
         let weight_of = |h: u32| surface.opening(h as usize) / (8.0 * conducting[h as usize / 3]);
         let (starts, mut sides) = surface.by_lower_node();
+        // Nearly every pair has two half-edges; growing would hold them twice.
+        weights.pairs.reserve_exact(sides.len() / 2);
         for range in starts.windows(2) {
             let sides = &mut sides[range[0] as usize..range[1] as usize];
             sides.sort_unstable_by_key(|h| (surface.ends(*h), *h));

@@ -169,7 +169,8 @@ fn sharp_edges_and_what_is_long_stay() {
 
 #[test]
 fn a_part_with_its_own_shortest_edge_is_the_only_one_that_changes() {
-    let model = box_of_two_parts().subdivide(0.1, usize::MAX, &mut |_| {}).unwrap();
+    let whole = box_of_two_parts();
+    let model = whole.clone().subdivide(0.1, usize::MAX, &mut |_| {}).unwrap();
     let (after, merged) = model.clone().merge_short_edges(&[0.0, 0.3]).unwrap();
     check_promises(&after);
     assert_eq!(open_edges(&after), 0);
@@ -177,7 +178,8 @@ fn a_part_with_its_own_shortest_edge_is_the_only_one_that_changes() {
     assert!(3 * only(&after, 1).triangles.len() < only(&model, 1).triangles.len(), "{merged:?}");
     // All of it is flat: nothing changes but the number of triangles.
     assert!((merged.area_m2[1] / merged.area_m2[0] - 1.0).abs() < 1e-12, "{merged:?}");
-    assert!((volume(&after) / volume(&model) - 1.0).abs() < 1e-12);
+    // Against the box as it was: the sum over 270,000 triangles in between is itself off by 1.1e-12.
+    assert!((volume(&after) / volume(&whole) - 1.0).abs() < 1e-12);
 }
 
 #[test]
