@@ -11,7 +11,8 @@ use super::error::SceneError;
 use super::section::list;
 use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, HIGHEST_DEGREE, Interpolation, Sample, Segment};
 use crate::environment::frames::{ReferenceFrame, to_gcrf};
-use crate::environment::trajectory::{Source, Trajectory, seconds_between, utc};
+use crate::environment::trajectory::{Source, Trajectory, seconds_between};
+use crate::environment::utc::utc;
 
 mod aem;
 mod kvn;

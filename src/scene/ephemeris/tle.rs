@@ -8,7 +8,8 @@ use sgp4::chrono::{Datelike, Timelike};
 
 use super::super::error::SceneError;
 use super::{Options, Place, matches};
-use crate::environment::trajectory::{Source, Trajectory, seconds_between, utc};
+use crate::environment::trajectory::{Source, Trajectory, seconds_between};
+use crate::environment::utc::utc;
 
 /// Age of elements beyond which their error is worth a sentence [s]: SGP4 loses 1 to 3 km a day in low orbit.
 const OLD: f64 = 3.0 * 86_400.0;
