@@ -33,7 +33,14 @@ ShapedState BRANCH_merge(ShapedState state, float change, ShapedBranch branch) {
     bool reachable = to_an_end || (far > 0.0 ? z + far <= border_z : z + far >= border_z);
     bool sought = rate >= 0.0 && far != 0.0 && reachable;
     float border = min(own.high < 1.0 ? own.high - r : 2.0, own.low > 0.0 ? r - own.low : 2.0);
-    bool is_step = abs(share / gap) > STEP;
+    float size = abs(share / gap);
+#ifdef BRANCH_FOLLOWS
+    // No number, where the transition under way has no span, is no small change.
+    bool is_step = !(size <= STEP);
+    sought = sought && is_step;
+#else
+    bool is_step = size > STEP;
+#endif
 
     // Newton's method, halving the bracket where it leaves it; then, of a step, on the nearest stretch of the other side,
     // which may have a nearer root.
@@ -74,10 +81,12 @@ ShapedState BRANCH_merge(ShapedState state, float change, ShapedBranch branch) {
     }
     shift = other && abs(own_shift) < abs(shift) ? own_shift : shift;
 
-    // Near an extremum of the relative rate small changes would not cancel their reverse.
-    float by_place = clamp((border - NEAR) / (FAR - NEAR), 0.0, 1.0);
-    float by_size = clamp((abs(share / gap) - SMALL) / (LARGE - SMALL), 0.0, 1.0);
-    shift = clamp(max(by_place, by_size) * shift, -r, s);
+#ifdef BRANCH_FOLLOWS
+    float growth = is_step ? 0.0 : log_one_plus(share / max(here.left, 1e-37));
+    float followed = BRANCH_followed(s, r, growth);
+    shift = is_step ? shift : followed;
+#endif
+    shift = clamp(shift, -r, s);
     ShapePoint near = BRANCH_at(s - shift, r + shift);
     return shifted(state, change, branch, here, near, shift, 0.0);
 }

@@ -39,16 +39,29 @@ uint range_bits(float temperature) {
     return floatBitsToUint(temperature) < 0x477a0000u ? 0u : 0x7f800000u;
 }
 
-// The change d [K] of temperature at which into - conductance d - emission ((T + d)^4 - T^4) = 0, by Newton's method.
+// No lower than the temperature [K] at which conductance T + emission T^4 = heat: either term alone would need at least that
+// much. `gross` is the sum of what made up the heat, whose rounding may have taken some of it.
+float warmest_balance(float heat, float gross, float conductance, float emission) {
+    float most = max(heat, 0.0) + 1e-6 * gross;
+    float by_conduction = conductance > 0.0 ? most / conductance : 1e30;
+    float by_radiation = emission > 0.0 ? sqrt(sqrt(most / emission)) : 1e30;
+    return min(by_conduction, by_radiation);
+}
+
+// The change d [K] of temperature at which into - conductance d - emission ((T + d)^4 - T^4) = 0, by Newton's method, which
+// from above comes down without overshooting: a start that is too cold is taken to `warmest_balance` at most. Summed as
+// changes, for a temperature would round the result to 3e-5 K.
 float balancing_change(float into, float conductance, float emission, float temperature) {
-    float change = 0.0;
-    for (int i = 0; i < 8; i++) {
+    float radiating = emission * temperature * temperature * temperature * temperature;
+    float warm = conductance * temperature + radiating;
+    float most = warmest_balance(into + warm, abs(into) + warm, conductance, emission) - temperature;
+    float change = min(0.0, most);
+    for (int i = 0; i < 12; i++) {
         float next = temperature + change;
         float left = into - conductance * change - emission * radiated(change, next, temperature);
-        float slope = conductance + emission * radiative_slope(next);
-        // A quarter of the temperature at least: Newton's method comes from above, and must not step below zero. Summed as
-        // changes, for a temperature would round the result to 3e-5 K.
-        change += max(left / slope, -0.75 * next);
+        // At 0 K a node that only radiates has no slope.
+        float slope = max(conductance + emission * radiative_slope(next), 1e-30);
+        change = min(change + max(left / slope, -0.75 * next), most);
     }
     return change;
 }

@@ -25,12 +25,21 @@ layout(set = 0, binding = 16) buffer SensedBlock { vec2 sensed[]; };
 #ifdef LONE
 // As `balancing_change`, four at a time.
 vec4 balancing_change_4(vec4 into, vec4 conductance, vec4 emission, vec4 temperature) {
-    vec4 change = vec4(0.0);
-    for (int i = 0; i < 8; i++) {
+    vec4 warm = conductance * temperature + emission * temperature * temperature * temperature * temperature;
+    vec4 heat_here = into + warm;
+    vec4 gross_here = abs(into) + warm;
+    vec4 most = vec4(
+        warmest_balance(heat_here.x, gross_here.x, conductance.x, emission.x),
+        warmest_balance(heat_here.y, gross_here.y, conductance.y, emission.y),
+        warmest_balance(heat_here.z, gross_here.z, conductance.z, emission.z),
+        warmest_balance(heat_here.w, gross_here.w, conductance.w, emission.w)
+    ) - temperature;
+    vec4 change = min(vec4(0.0), most);
+    for (int i = 0; i < 12; i++) {
         vec4 reached = temperature + change;
         vec4 left = into - conductance * change - emission * radiated_4(change, reached, temperature);
-        vec4 slope = conductance + emission * radiative_slope_4(reached);
-        change += max(left / slope, -0.75 * reached);
+        vec4 slope = max(conductance + emission * radiative_slope_4(reached), vec4(1e-30));
+        change = min(change + max(left / slope, -0.75 * reached), most);
     }
     return change;
 }
@@ -39,9 +48,8 @@ vec4 balancing_change_4(vec4 into, vec4 conductance, vec4 emission, vec4 tempera
 #ifdef LAST
 shared uint worst_of[64];
 
-uint worse(uint worst, float error, float size, float inverse, float temperature) {
-    uint found = max(worst, error_bits(beyond_rounding(error, size)));
-    return inverse > 0.0 ? max(found, range_bits(temperature)) : found;
+uint worse(uint worst, float error, float size, float temperature) {
+    return max(max(worst, error_bits(beyond_rounding(error, size))), range_bits(temperature));
 }
 #endif
 
@@ -61,10 +69,10 @@ void main() {
         vec4 slope = rows[4u * i + 2u] + rows[4u * i + 3u] * radiative_slope_4(here);
         vec4 size = (abs(pass.mu_step) + abs(pass.gamma_step)) * inverse * (gross + slope * abs(rest));
         error *= sign(inverse);
-        worst = worse(worst, error.x, size.x, inverse.x, here.x);
-        worst = worse(worst, error.y, size.y, inverse.y, here.y);
-        worst = worse(worst, error.z, size.z, inverse.z, here.z);
-        worst = worse(worst, error.w, size.w, inverse.w, here.w);
+        worst = worse(worst, error.x, size.x, here.x);
+        worst = worse(worst, error.y, size.y, here.y);
+        worst = worse(worst, error.z, size.z, here.z);
+        worst = worse(worst, error.w, size.w, here.w);
         rates[i] = rate;
     }
     uint lane = gl_LocalInvocationID.x;

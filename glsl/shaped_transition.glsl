@@ -84,9 +84,8 @@ ShapedState shifted(
     return ShapedState(state.target, too_flat ? gap / here.left : span, too_flat ? state.elapsed : elapsed);
 }
 
-// Longest change of the logarithm of a gap that is followed at once, and most of them (merge_flow.glsl).
-const float LONGEST_PART = 0.125;
-const float MOST_PARTS = 400.0;
+// Most steps by which a change of the gap is followed (pace.glsl).
+const float MOST_PARTS = 64.0;
 
 // A stretch on which the relative rate h is monotone: shares of the time left, and h / (1 + h), at its ends.
 struct Stretch {
@@ -96,11 +95,6 @@ struct Stretch {
     float high_z;
 };
 
-// Where the relative rate turns, small changes of the target leave the phase in place (phase.rs).
-const float NEAR = 0.01;
-const float FAR = 0.03;
-const float SMALL = 2e-4;
-const float LARGE = 2e-3;
 // Change of the target, over the gap, from which a root on another stretch may be nearer.
 const float STEP = 0.13;
 // Square of a first step of Newton's method, over the distance to an end, after which none is needed.

@@ -6,13 +6,14 @@
 //! [`environment`] Sun and planet as the body sees them -> [`thermal`] the mathematics of a node in f64 ->
 //! [`gpu`] the same in f32 on Vulkan -> [`simulation`] the loop: step, draw, collect -> [`output`] images, plots, report.
 //! [`compare`] runs one scene under three responses, [`paper`] makes the figures of the paper that this follows, and [`bench`]
-//! measures speed against error with all of them.
+//! measures speed against error with all of them. [`trace`] shows when what was done.
 
 pub mod bench;
 pub mod cli;
 pub mod compare;
 pub mod environment;
 pub mod gpu;
+pub mod host;
 pub mod model;
 pub mod output;
 pub mod paper;
@@ -20,3 +21,4 @@ pub mod raster;
 pub mod scene;
 pub mod simulation;
 pub mod thermal;
+pub mod trace;

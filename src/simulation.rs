@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::DAffine3;
 
 pub mod check;
+pub mod density;
 pub mod engine;
 pub mod frames;
 pub mod job;
@@ -16,6 +17,7 @@ pub mod viewpoint;
 
 use crate::gpu::error::GpuError;
 use crate::scene::{Draw, Initial};
+use crate::trace::Track;
 use check::Check;
 use engine::{Delivered, Engine, Order, Tick};
 use periodic::Periodic;
@@ -113,6 +115,7 @@ pub fn run<E: From<GpuError>>(
     let time = &prepared.scene.time;
     // Result of the last step, still on the device, with what the reference had then.
     let mut waiting: Option<(u32, Option<DAffine3>, Option<Vec<f64>>)> = None;
+    let trace = engine.trace();
     let mut complete = true;
     for step in 0..=time.steps {
         if stop.load(Ordering::Relaxed) {
@@ -120,11 +123,14 @@ pub fn run<E: From<GpuError>>(
             break;
         }
         let now = f64::from(step) * time.step;
+        let prepares = trace.span(Track::Host, "loads of the tick");
         let load = (step > 0).then(|| prepared.loads.tick_load(now - time.step, now));
+        drop(prepares);
         let pose = is_drawn(&time.draw, step).then(|| pose_at(prepared, now)).flatten();
         let tick = load.as_ref().map(|load| Tick { load, steps: 1.0, start: now - time.step, length: time.step });
         engine.submit(tick, Order { pose, temperatures: true })?;
         let reference = check.as_deref_mut().map(|check| {
+            let _checks = trace.span(Track::Host, "f64 reference of the sample");
             if let Some(load) = &load {
                 check.step(load, 1.0, now - time.step, time.step);
             }

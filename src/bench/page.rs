@@ -15,7 +15,7 @@ pub fn page(bench: &Bench, diagrams: &[Diagram]) -> String {
         html.raw("<p class=\"warning\">Built without --release: times of the host are not those of a release.</p>\n");
     }
     if bench.quick {
-        html.element("p", "--quick: fewer schemes, fewer nodes, 40 frames of the orbit, one run of each scheme.");
+        html.element("p", "--quick: fewer schemes, fewer nodes, 40 frames of the orbit, one run of each scheme, an orbit where a hard case lasts a day.");
     }
     html.raw("</header>\n<main>\n");
     html.headline(headline(bench));
@@ -24,7 +24,8 @@ pub fn page(bench: &Bench, diagrams: &[Diagram]) -> String {
     }
     for table in tables::all(bench) {
         html.element("h2", &table.title);
-        html.table(&table.head, table.rows);
+        let head: Vec<&str> = table.head.iter().map(String::as_str).collect();
+        html.table(&head, table.rows);
         table.notes.iter().for_each(|note| html.element("p", note));
     }
     machine(&mut html, bench);
@@ -35,6 +36,12 @@ pub fn page(bench: &Bench, diagrams: &[Diagram]) -> String {
 fn headline(bench: &Bench) -> Vec<(String, String, String)> {
     let mut figures = Vec::new();
     let Some(first) = bench.devices.first() else { return figures };
+    for measured in bench.devices.iter().filter(|measured| !measured.hard.is_empty()) {
+        let count = |held| measured.hard.iter().filter(|row| row.holds == Some(held)).count();
+        let (holds, misses) = (count(true), count(false));
+        let what = format!("hard cases hold their limits on {}", measured.name);
+        figures.push((holds.to_string(), format!("of {}", holds + misses), what));
+    }
     for integrated in &first.integrators {
         let own = |run: &&Run| run.scheme == "default, 5 mK";
         let Some(run) = integrated.runs.iter().find(own) else { continue };

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use super::hard::HardRow;
 use super::integrators::Differences;
 use crate::gpu::context::DeviceInfo;
 use crate::output::OutputError;
@@ -54,6 +55,8 @@ pub struct Bench {
     pub cases: Vec<CaseSummary>,
     /// What was measured, device by device.
     pub devices: Vec<Measured>,
+    /// How far other devices are from the first.
+    pub drivers: Vec<DriverRow>,
     /// Wall time of everything [s].
     pub wall_s: f64,
 }
@@ -98,8 +101,14 @@ pub struct Measured {
     pub limits: Option<Limits>,
     /// What a node costs.
     pub responses: Vec<Response>,
+    /// Whole ticks of scenes, pass by pass.
+    pub frames: Vec<FrameRow>,
+    /// What each choice of a model costs and changes.
+    pub models: Option<Models>,
     /// What integrators cost, and how wrong they are: a list for each case.
     pub integrators: Vec<Integrated>,
+    /// The hard cases.
+    pub hard: Vec<HardRow>,
 }
 
 /// What a device can do at best.
@@ -149,6 +158,116 @@ pub struct Response {
     pub share_of_copy: Option<f64>,
     /// Why there is no time.
     pub failed: Option<String>,
+}
+
+/// Whole ticks of a scene at one density.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct FrameRow {
+    /// Name of the scene.
+    pub scene: String,
+    /// Longest edge of its triangles [m].
+    pub longest_edge_m: f64,
+    /// Whether the craft shadows itself.
+    pub shadows: bool,
+    /// Nodes.
+    pub nodes: usize,
+    /// Triangles.
+    pub triangles: usize,
+    /// Bytes on the device that grow with the nodes, for each node.
+    pub bytes_a_node: f64,
+    /// From the loaded scene to a device that is ready [s].
+    pub start_up_s: f64,
+    /// Length of a tick [s].
+    pub tick_s: f64,
+    /// Ticks that were measured.
+    pub ticks: u32,
+    /// Time of each pass in the ticks that it ran in.
+    pub passes: Vec<Pass>,
+    /// Time of a tick with its image on the host [ms].
+    pub tick_ms: Option<Spread>,
+    /// The longest of them [ms].
+    pub worst_tick_ms: Option<f64>,
+    /// Time of a tick without an image [ms].
+    pub step_ms: Option<Spread>,
+    /// Why there are no times.
+    pub failed: Option<String>,
+}
+
+/// A device against another, on the same scene.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct DriverRow {
+    /// The first, and the one that is held against it.
+    pub devices: [String; 2],
+    /// Name of the scene.
+    pub scene: String,
+    /// Nodes, padding included.
+    pub nodes: usize,
+    /// Root mean square over nodes [K].
+    pub rms_k: f64,
+    /// Largest [K].
+    pub max_k: f64,
+    /// Pixels that either drew.
+    pub pixels: usize,
+    /// Pixels that show another part or material.
+    pub other_part: usize,
+    /// Largest difference of radiance over radiance, where both show the same part.
+    pub radiance_relative: f64,
+    /// Why a device could not be compared.
+    pub failed: Option<String>,
+}
+
+/// A pass of the frame.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Pass {
+    /// Name, its variants together.
+    pub name: String,
+    /// Time in a tick [ms]; as many samples as ticks that it ran in.
+    pub ms: Spread,
+}
+
+/// Choices of a model on one scene.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Models {
+    /// Name of the scene.
+    pub scene: String,
+    /// Nodes.
+    pub nodes: usize,
+    /// Length of a tick [s].
+    pub tick_s: f64,
+    /// Ticks that were compared.
+    pub ticks: u32,
+    /// The base first.
+    pub choices: Vec<ChoiceRow>,
+}
+
+/// One choice.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct ChoiceRow {
+    /// What is chosen, or what is changed against the base.
+    pub choice: String,
+    /// Mean time of the thermal, shadow and network passes of a tick by the device's clock [ms].
+    pub step_ms: Option<f64>,
+    /// How far temperatures and images are from the base's.
+    pub from_base: Option<Moved>,
+    /// How far they are from the network's.
+    pub from_network: Option<Moved>,
+    /// Of shadows by rays: share of nodes that the base's shadows get wrong.
+    pub wrong_nodes: Option<f64>,
+    /// Why there are no numbers.
+    pub failed: Option<String>,
+}
+
+/// How far a run is from another.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Moved {
+    /// Root mean square over area and ticks [K].
+    pub rms_k: f64,
+    /// Largest [K].
+    pub max_k: f64,
+    /// Root mean square over the craft's pixels [W m-2 sr-1].
+    pub radiance_rms: f64,
+    /// Mean radiance of the craft's pixels in the other run [W m-2 sr-1].
+    pub radiance_mean: f64,
 }
 
 /// The runs of a case.

@@ -7,15 +7,17 @@ use rayon::prelude::*;
 
 use super::Section;
 use super::cases::{self, Case, CaseError, Size};
+use super::hard;
 use super::integrators::{Effort, Timed, arithmetic, measure};
-use super::limits;
-use super::record::{Bench, CaseSummary, Integrated, Limits, Measured, Run, load_average};
+use super::record::{Bench, CaseSummary, DriverRow, FrameRow, Integrated, Limits, Measured, Run, load_average};
 use super::responses::{self, ResponseError};
 use super::schemes::Scheme;
 use super::truth::Truth;
+use super::{drivers, frames, limits, models};
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
+use crate::scene::Scene;
 use crate::thermal::network::control::FLOOR;
 use crate::thermal::network::reference::ReferenceStepper;
 
@@ -31,6 +33,9 @@ pub enum BenchError {
     /// A response.
     #[error(transparent)]
     Response(#[from] ResponseError),
+    /// The scene of the choices of a model.
+    #[error("model choices: {0}")]
+    Models(String),
     /// The reference of a case.
     #[error("case {0}: its f64 reference fails")]
     Reference(&'static str),
@@ -52,11 +57,19 @@ pub struct Plan {
     pub quick: bool,
     /// Devices.
     pub targets: Vec<Target>,
+    /// Scenes whose ticks are measured.
+    pub scenes: Vec<Scene>,
+    /// Scene whose choices of a model are compared.
+    pub model_scene: Option<Scene>,
     /// The command as it was given.
     pub command_line: String,
 }
 
 impl Plan {
+    fn scale(&self) -> hard::Scale {
+        if self.quick { hard::Scale::Quick } else { hard::Scale::Whole }
+    }
+
     fn size(&self) -> Size {
         if self.quick { Size::quick() } else { Size::whole() }
     }
@@ -72,6 +85,15 @@ impl Plan {
 
     fn nodes(&self) -> &'static [usize] {
         if self.quick { &[10_000, 1_000_000] } else { &[10_000, 100_000, 1_000_000, 10_000_000] }
+    }
+
+    /// Longest edges of the scenes' meshes [m], and how their ticks are measured.
+    fn frames(&self) -> (&'static [f64], frames::Effort) {
+        if self.quick {
+            (&frames::EDGES[..2], frames::Effort { ticks: 40, most_nodes: 500_000 })
+        } else {
+            (&frames::EDGES, frames::Effort { ticks: 100, most_nodes: usize::MAX })
+        }
     }
 
     fn ticks(&self) -> u32 {
@@ -95,8 +117,19 @@ impl Plan {
             };
             truths = cases.into_par_iter().map(solved).collect::<Result<Vec<_>, _>>()?;
         }
-        let devices = self.targets.iter().map(|target| self.on(target, &truths, says)).collect::<Result<_, _>>()?;
+        let cases = if wanted(Section::Hard) { hard::all() } else { Vec::new() };
+        let without = hard::without(&cases, self.scale());
+        let mut devices = Vec::new();
+        for target in &self.targets {
+            let mut measured = self.on(target, &truths, says)?;
+            let says = |case: &str| says(&format!("{}: {case}", measured.name));
+            measured.hard = hard::measure(target, &cases, &without, self.scale(), &says);
+            measured.load_average[1] = load_average();
+            devices.push(measured);
+        }
+        let drivers = if wanted(Section::Drivers) { self.drivers(says) } else { Vec::new() };
         Ok(Bench {
+            drivers,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             command_line: self.command_line.clone(),
             release: !cfg!(debug_assertions),
@@ -114,8 +147,17 @@ impl Plan {
             Target::Device(context) => (context.info.name.clone(), Some(context.info.clone())),
             Target::Reference => ("cpu (f64 reference)".to_owned(), None),
         };
-        let mut measured =
-            Measured { name, info, load_average: [before, None], limits: None, responses: vec![], integrators: vec![] };
+        let mut measured = Measured {
+            name,
+            info,
+            load_average: [before, None],
+            limits: None,
+            responses: vec![],
+            frames: vec![],
+            models: None,
+            integrators: vec![],
+            hard: vec![],
+        };
         if let Target::Device(context) = target {
             if self.sections.iter().any(|section| matches!(section, Section::Limits | Section::Responses)) {
                 says(&format!("{}: limits", measured.name));
@@ -126,6 +168,13 @@ impl Plan {
                 let bandwidth = measured.limits.as_ref().and_then(Limits::bandwidth);
                 measured.responses = responses::measure(context, self.nodes(), self.ticks(), bandwidth)?;
             }
+        }
+        if let (Target::Device(context), true) = (target, self.sections.contains(&Section::Frames)) {
+            measured.frames = self.whole_ticks(context, &measured.name, says);
+        }
+        if let (Target::Device(context), Some(scene)) = (target, &self.model_scene) {
+            let measured_on = models::measure(context, scene, self.quick, says);
+            measured.models = Some(measured_on.map_err(|error| BenchError::Models(error.to_string()))?);
         }
         for (case, truth) in truths {
             let runs = match target {
@@ -140,6 +189,36 @@ impl Plan {
         }
         measured.load_average[1] = load_average();
         Ok(measured)
+    }
+
+    /// Every Vulkan device against the first, where there are several.
+    fn drivers(&self, says: &dyn Fn(&str)) -> Vec<DriverRow> {
+        let device = |target: &Target| match target {
+            Target::Device(context) => Some(context.clone()),
+            Target::Reference => None,
+        };
+        let devices: Vec<Arc<Context>> = self.targets.iter().filter_map(device).collect();
+        match self.scenes.last() {
+            Some(scene) if devices.len() > 1 => {
+                says(&format!("{} on every device", scene.name));
+                drivers::measure(&devices, scene)
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn whole_ticks(&self, context: &Arc<Context>, device: &str, says: &dyn Fn(&str)) -> Vec<FrameRow> {
+        let (edges, effort) = self.frames();
+        let mut rows = Vec::new();
+        for scene in &self.scenes {
+            for edge in edges {
+                for shadows in [false, true] {
+                    says(&format!("{device}: ticks of {}, longest edge {edge} m", scene.name));
+                    rows.push(frames::measure(context, scene, *edge, shadows, effort));
+                }
+            }
+        }
+        rows
     }
 
     /// All schemes, and some of them once more with a dispatch for every stage where one workgroup took all.

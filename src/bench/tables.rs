@@ -1,6 +1,9 @@
 //! The measurements as tables, for the terminal (Markdown) and for the page.
 
-use super::record::{Bench, CaseSummary, Integrated, Measured, Run, Spread};
+use super::frames::IMAGE;
+use super::hard;
+use super::models::WRONG_SHARE;
+use super::record::{Bench, CaseSummary, ChoiceRow, DriverRow, FrameRow, Integrated, Measured, Moved, Run, Spread};
 use super::schemes::ABSENT;
 use crate::output::html::{kelvin, significant};
 
@@ -10,7 +13,7 @@ pub struct Table {
     /// Title.
     pub title: String,
     /// Names of the columns, with units.
-    pub head: Vec<&'static str>,
+    pub head: Vec<String>,
     /// Cells.
     pub rows: Vec<Vec<String>>,
     /// Sentences.
@@ -21,9 +24,8 @@ impl Table {
     /// As Markdown.
     pub fn markdown(&self) -> String {
         let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-        let head: Vec<String> = self.head.iter().map(|cell| (*cell).to_owned()).collect();
-        let rule = format!("|{}\n", "---|".repeat(head.len()));
-        let mut text = format!("{}\n\n{}{rule}", self.title, line(&head));
+        let rule = format!("|{}\n", "---|".repeat(self.head.len()));
+        let mut text = format!("{}\n\n{}{rule}", self.title, line(&self.head));
         text.extend(self.rows.iter().map(|row| line(row)));
         text.extend(self.notes.iter().map(|note| format!("\n{note}\n")));
         text
@@ -38,6 +40,10 @@ fn spread(spread: Option<Spread>) -> String {
         }
         None => "-".to_owned(),
     }
+}
+
+fn heads(names: &[&str]) -> Vec<String> {
+    names.iter().map(|name| (*name).to_owned()).collect()
 }
 
 fn number(value: Option<f64>) -> String {
@@ -61,7 +67,7 @@ pub fn limits(measured: &Measured) -> Option<Table> {
     let clock = if limits.by_timestamps { "device's own" } else { "host's, for the device has no timestamps" };
     Some(Table {
         title: format!("Limits of {}: median (10 to 90 %)", measured.name),
-        head: vec!["what", "median (10 to 90 %)", "unit"],
+        head: heads(&["what", "median (10 to 90 %)", "unit"]),
         rows,
         notes: vec![format!("The clock of copies and dispatches is the {clock}.")],
     })
@@ -86,7 +92,7 @@ pub fn responses(measured: &Measured) -> Option<Table> {
     };
     (!measured.responses.is_empty()).then(|| Table {
         title: format!("Responses on {}: time of a step by the device's clock", measured.name),
-        head: vec!["response", "nodes", "ns a node: median (10 to 90 %)", "bytes a node", "GB/s", "share of copy"],
+        head: heads(&["response", "nodes", "ns a node: median (10 to 90 %)", "bytes a node", "GB/s", "share of copy"]),
         rows: measured.responses.iter().map(row).collect(),
         notes: vec![
             "Sun, infrared and albedo on every node, whose target moves every tick, but for a constant target, where time \
@@ -95,6 +101,170 @@ pub fn responses(measured: &Measured) -> Option<Table> {
         ],
     })
 }
+
+/// Whole ticks of scenes, a column for each pass.
+pub fn frames(measured: &Measured) -> Option<Table> {
+    let mut names: Vec<&str> = Vec::new();
+    for pass in measured.frames.iter().flat_map(|row| &row.passes) {
+        if !names.contains(&pass.name.as_str()) {
+            names.push(&pass.name);
+        }
+    }
+    names.sort_by_key(|name| PASSES.iter().position(|known| known == name).unwrap_or(PASSES.len()));
+    let mut head: Vec<String> =
+        ["scene", "longest edge [m]", "shadows", "nodes", "bytes a node", "start-up [s]"].map(str::to_owned).to_vec();
+    head.extend(names.iter().map(|name| format!("{name} [ms]")));
+    head.extend(["tick with image [ms]", "worst [ms]", "images a second", "tick without [ms]"].map(str::to_owned));
+    let row = |row: &FrameRow| {
+        let shadows = if row.shadows { "on" } else { "off" };
+        let mut cells = vec![row.scene.clone(), row.longest_edge_m.to_string(), shadows.to_owned()];
+        if let Some(reason) = &row.failed {
+            cells.push(format!("not run: {reason}"));
+            cells.resize(head.len(), "-".to_owned());
+            return cells;
+        }
+        cells.extend([row.nodes.to_string(), significant(row.bytes_a_node), significant(row.start_up_s)]);
+        cells.extend(names.iter().map(|name| {
+            let pass = row.passes.iter().find(|pass| pass.name == *name);
+            pass.map_or_else(
+                || "-".to_owned(),
+                |pass| {
+                    let rare = pass.ms.samples < u64::from(row.ticks);
+                    let often = if rare { format!(", in {} ticks", pass.ms.samples) } else { String::new() };
+                    format!("{}{often}", significant(pass.ms.median))
+                },
+            )
+        }));
+        let tick = row.tick_ms.map(|time| time.median);
+        cells.extend([
+            spread(row.tick_ms),
+            number(row.worst_tick_ms),
+            number(tick.map(|ms| 1e3 / ms)),
+            spread(row.step_ms),
+        ]);
+        cells
+    };
+    let first = measured.frames.iter().find(|row| row.failed.is_none())?;
+    Some(Table {
+        title: format!("Whole ticks on {}: an image of {} x {} pixels", measured.name, IMAGE[0], IMAGE[1]),
+        rows: measured.frames.iter().map(row).collect(),
+        head,
+        notes: vec![format!(
+            "Medians over {} ticks of about {} s, in which the Sun moves little: shadows are found anew only in the ticks said. \
+             Passes by the device's clock; ticks by the host's, from one image in host memory to the next, while the host prepares \
+             the tick that follows. A first image culls triangles, the others keep the camera.",
+            first.ticks,
+            significant(first.tick_s)
+        )],
+    })
+}
+
+/// What each choice of a model costs and changes.
+pub fn models(measured: &Measured) -> Option<Table> {
+    let models = measured.models.as_ref()?;
+    let base = models.choices.iter().find_map(|row| row.step_ms.filter(|_| row.from_base.is_none()));
+    let kelvins = |moved: Option<Moved>| match moved {
+        Some(moved) => [kelvin_text(moved.rms_k), kelvin_text(moved.max_k)],
+        None => ["-".to_owned(), "-".to_owned()],
+    };
+    let row = |row: &ChoiceRow| {
+        let mut cells = vec![row.choice.clone()];
+        if let Some(reason) = &row.failed {
+            cells.push(format!("not run: {reason}"));
+            cells.resize(8, "-".to_owned());
+            return cells;
+        }
+        cells.extend([number(row.step_ms), number(row.step_ms.zip(base).map(|(own, base)| own / base))]);
+        cells.extend(kelvins(row.from_base));
+        cells.push(row.from_base.map_or_else(
+            || "-".to_owned(),
+            |moved| {
+                format!("{} ({:.1} %)", significant(moved.radiance_rms), 1e2 * moved.radiance_rms / moved.radiance_mean)
+            },
+        ));
+        cells.extend(kelvins(row.from_network));
+        cells
+    };
+    let mut notes = vec![format!(
+        "Scene '{}', {} nodes, {} ticks of {} s. The first row is the base; every other row changes one thing. Differences of \
+         temperatures are weighted with area, over all ticks; those of radiance are over the craft's pixels in an image every \
+         tenth tick, with their share of its mean. A network is what the others approximate; not in the program: the craft's own \
+         infrared onto itself, what it hides from itself of the planet, the reflected term, and a sensor.",
+        models.scene,
+        models.nodes,
+        models.ticks,
+        significant(models.tick_s)
+    )];
+    if let Some(wrong) = models.choices.iter().find_map(|row| row.wrong_nodes) {
+        notes.push(format!(
+            "Shadows by depth against rays: {:.2} % of nodes in sunlit ticks see more than {WRONG_SHARE} of the Sun too much or \
+             too little.",
+            1e2 * wrong
+        ));
+    }
+    Some(Table {
+        title: format!("Model choices on {}: what each costs and changes", measured.name),
+        head: heads(&[
+            "choice",
+            "ms a tick",
+            "over the base",
+            "from the base: rms",
+            "largest",
+            "radiance, rms [W m-2 sr-1]",
+            "from the network: rms",
+            "largest",
+        ]),
+        rows: models.choices.iter().map(row).collect(),
+        notes,
+    })
+}
+
+/// How far devices are apart.
+pub fn drivers(bench: &Bench) -> Option<Table> {
+    let row = |row: &DriverRow| {
+        let [first, other] = &row.devices;
+        let mut cells = vec![first.clone(), other.clone()];
+        match &row.failed {
+            Some(reason) => cells.push(format!("not run: {reason}")),
+            None => cells.extend([
+                kelvin_text(row.rms_k),
+                kelvin_text(row.max_k),
+                format!("{} of {}", row.other_part, row.pixels),
+                format!("{:.1e}", row.radiance_relative),
+            ]),
+        }
+        cells.resize(6, "-".to_owned());
+        cells
+    };
+    let first = bench.drivers.first()?;
+    Some(Table {
+        title: format!("The same scene on every device: '{}'", first.scene),
+        head: heads(&[
+            "device",
+            "against",
+            "temperatures, rms",
+            "largest",
+            "pixels of another part or material",
+            "radiance, largest relative difference",
+        ]),
+        rows: bench.drivers.iter().map(row).collect(),
+        notes: vec![
+            "After 40 steps, in an image of 640 x 512 pixels; radiance where both show the same part.".to_owned(),
+        ],
+    })
+}
+
+/// Passes of a frame in their order.
+const PASSES: [&str; 8] = [
+    "solar_depth",
+    "read solar_depth",
+    "solar_visibility",
+    "thermal_step",
+    "cull",
+    "radiance",
+    "read radiance",
+    "read identity",
+];
 
 /// The integrators on a case.
 pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSummary) -> Table {
@@ -117,7 +287,7 @@ pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSumm
     ));
     Table {
         title: format!("Integrators on {}: {}", measured.name, case.title),
-        head: vec![
+        head: heads(&[
             "scheme",
             "path",
             "passes a frame",
@@ -128,7 +298,7 @@ pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSumm
             "wall ms a frame",
             "rms error",
             "largest error",
-        ],
+        ]),
         rows: integrated
             .runs
             .iter()
@@ -178,10 +348,16 @@ fn row(run: &Run, frames: usize) -> Vec<String> {
 /// Everything of one run, in the order of its devices.
 pub fn all(bench: &Bench) -> Vec<Table> {
     let of = |measured: &Measured| {
-        let mut tables: Vec<Table> = limits(measured).into_iter().chain(responses(measured)).collect();
+        let mut tables: Vec<Table> = limits(measured)
+            .into_iter()
+            .chain(responses(measured))
+            .chain(frames(measured))
+            .chain(models(measured))
+            .collect();
         let with_case = measured.integrators.iter().zip(&bench.cases);
         tables.extend(with_case.map(|(integrated, case)| integrators(measured, integrated, case)));
+        tables.extend(hard::record::table(&measured.name, &measured.hard));
         tables
     };
-    bench.devices.iter().flat_map(of).collect()
+    bench.devices.iter().flat_map(of).chain(drivers(bench)).collect()
 }

@@ -1,35 +1,51 @@
 //! `isotherm bench`: what everything costs, beside how wrong it is.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressDrawTarget};
 
 use super::{Chosen, CliError, DeviceArguments};
 use crate::bench::Section;
 use crate::bench::files::{BenchFolder, PAGE};
+use crate::bench::hard::HardRow;
 use crate::bench::run::{BenchError, Plan, Target};
 use crate::bench::tables;
 use crate::gpu::context::devices;
+use crate::scene::Scene;
+use crate::simulation::prepare::PrepareError;
 
 /// Measure speed against error: every Vulkan device present, and the f64 reference.
 ///
 /// limits: the bandwidth of a copy and the price of an empty dispatch. responses: nanoseconds a node and step of instant,
-/// transitions and a network's stage at 1e4 to 1e7 nodes, in GB/s and as a share of the copy. integrators: the four networks of
+/// transitions and a network's stage at 1e4 to 1e7 nodes, in GB/s and as a share of the copy. frames: whole ticks of
+/// scenes with an image of 640 x 512 pixels, pass by pass, at longest edges of 2, 1, 0.5 and 0.25 m, with shadows and without.
+/// models: a scene through an orbit under each choice of a model: what it costs, and the kelvin and radiance that it changes.
+/// drivers: the same scene on every Vulkan device present, and how far temperatures and images are apart. integrators: the four networks of
 /// a cube, a thin sheet, one with slivers and a blanket over a structure through one orbit, by every integrator with fixed
 /// sub-steps and at several tolerances: passes, dispatches, milliseconds by the device's clock, rms and largest error in kelvin
-/// against f64.
+/// against f64. hard: the hard cases, each with its measured error, its limit and who says so, and the error without the
+/// remedy that keeps it below; with --quick only where it is asked for.
 ///
 /// Leaves bench.json, plots/ and report.html, and prints the tables.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm bench -o out/bench\n  \
-isotherm bench -o out/bench --quick --only integrators --device llvmpipe")]
+isotherm bench -o out/bench --quick --only integrators --device llvmpipe\n  isotherm bench --hard --quick")]
 pub struct Arguments {
     /// Folder for what the measurements leave; it must be empty or absent
-    #[arg(short, long, value_name = "DIR")]
-    output: PathBuf,
-    /// Only these of limits, responses and integrators, separated by commas
+    #[arg(short, long, value_name = "DIR", required_unless_present = "hard")]
+    output: Option<PathBuf>,
+    /// The hard cases alone; exit code 1 where one misses its limit
+    #[arg(long, conflicts_with = "only")]
+    hard: bool,
+    /// Only these of limits, responses, frames, models, drivers, integrators and hard, separated by commas
     #[arg(long, value_name = "SECTION", value_delimiter = ',', value_parser = parse_section)]
     only: Vec<Section>,
+    /// Scenes of `frames`, the last of them of `drivers`; without it models/iss.toml and models/station.toml, where they are present
+    #[arg(long, value_name = "SCENE")]
+    scene: Vec<PathBuf>,
+    /// Scene of `models`, whose materials state what a network needs; without it models/station_network.toml, where present
+    #[arg(long, value_name = "SCENE")]
+    model_scene: Option<PathBuf>,
     /// Fewer schemes, nodes and frames: within 90 s on lavapipe
     #[arg(long)]
     quick: bool,
@@ -50,8 +66,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         Some(_) => vec![arguments.device.open()?],
         None => everything(arguments.quick)?,
     };
-    let folder = BenchFolder::prepare(&arguments.output, arguments.force)?;
-    let sections = if arguments.only.is_empty() { Section::ALL.to_vec() } else { arguments.only.clone() };
+    let output = arguments.output.as_deref();
+    let folder = output.map(|output| BenchFolder::prepare(output, arguments.force)).transpose()?;
+    let sections = arguments.sections();
+    let wants_models = sections.contains(&Section::Models);
+    let with_scenes = [Section::Frames, Section::Drivers].iter().any(|section| sections.contains(section));
+    let scenes = if with_scenes { scenes(&arguments.scene)? } else { Vec::new() };
     let target = |chosen: &Chosen| match chosen {
         Chosen::Device(context) => Target::Device(context.clone()),
         Chosen::Reference => Target::Reference,
@@ -60,6 +80,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         sections,
         quick: arguments.quick,
         targets: chosen.iter().map(target).collect(),
+        scenes,
+        model_scene: if wants_models { model_scene(arguments.model_scene.as_deref())? } else { None },
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
     };
     let spinner = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
@@ -69,12 +91,37 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     });
     spinner.finish_and_clear();
     let bench = bench?;
-    folder.write(&bench)?;
+    if let Some(folder) = &folder {
+        folder.write(&bench)?;
+    }
     for table in tables::all(&bench) {
         println!("{}", table.markdown());
     }
-    println!("report: {}", folder.file(PAGE).display());
-    chosen.iter().try_for_each(Chosen::check_validation)
+    if let Some(folder) = &folder {
+        println!("report: {}", folder.file(PAGE).display());
+    }
+    chosen.iter().try_for_each(Chosen::check_validation)?;
+    let misses = bench.devices.iter().flat_map(|measured| {
+        let misses = measured.hard.iter().filter_map(HardRow::miss);
+        misses.map(|miss| format!("{}: {miss}", measured.name))
+    });
+    let misses: Vec<String> = misses.collect();
+    if misses.is_empty() {
+        return Ok(());
+    }
+    Err(CliError::Solver(format!("hard cases that miss their limit:\n{}", misses.join("\n"))))
+}
+
+impl Arguments {
+    fn sections(&self) -> Vec<Section> {
+        if self.hard {
+            return vec![Section::Hard];
+        }
+        if !self.only.is_empty() {
+            return self.only.clone();
+        }
+        Section::ALL.into_iter().filter(|section| !self.quick || *section != Section::Hard).collect()
+    }
 }
 
 /// Every device that isotherm runs on, and, where there is time, the reference.
@@ -91,6 +138,33 @@ fn everything(quick: bool) -> Result<Vec<Chosen>, CliError> {
         all.push(Chosen::Reference);
     }
     Ok(all)
+}
+
+/// The scenes that were asked for, or those of this repository that are present.
+fn scenes(asked: &[PathBuf]) -> Result<Vec<Scene>, CliError> {
+    if !asked.is_empty() {
+        return asked.iter().map(|path| Ok(Scene::load(path).map_err(PrepareError::from)?)).collect();
+    }
+    let mut scenes = Vec::new();
+    for name in ["models/iss.toml", "models/station.toml"] {
+        match Scene::load(Path::new(name)) {
+            Ok(scene) => scenes.push(scene),
+            Err(error) => eprintln!("left out of frames and drivers: {error}"),
+        }
+    }
+    Ok(scenes)
+}
+
+/// The scene that was asked for, or that of this repository where it is present.
+fn model_scene(asked: Option<&Path>) -> Result<Option<Scene>, CliError> {
+    match (asked, Scene::load(asked.unwrap_or(Path::new("models/station_network.toml")))) {
+        (_, Ok(scene)) => Ok(Some(scene)),
+        (Some(_), Err(error)) => Err(PrepareError::from(error).into()),
+        (None, Err(error)) => {
+            eprintln!("left out of models: {error}");
+            Ok(None)
+        }
+    }
 }
 
 impl From<BenchError> for CliError {

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 
-use super::{Chosen, CliError, DeviceArguments, progress_bar, spinner, stop_flag};
+use super::{Chosen, CliError, DeviceArguments, building_bar, progress_bar, show_stage, stop_flag};
 use crate::compare::files::{CompareFolder, PAGE, write};
 use crate::compare::page::Page;
 use crate::compare::responses::{self, Origin};
@@ -64,9 +64,9 @@ impl Progress for Bars {
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
     let scene = Scene::load(&arguments.scene).map_err(PrepareError::from)?;
-    let spinner = spinner("vertices");
-    let network = responses::network(&scene, &mut |vertices| spinner.set_position(vertices as u64));
-    spinner.finish_and_clear();
+    let bar = building_bar();
+    let network = responses::network(&scene, &mut |stage| show_stage(&bar, stage));
+    bar.finish_and_clear();
     let network = network?;
     for warning in &network.warnings {
         eprintln!("warning: {warning}");

@@ -9,6 +9,7 @@ use super::{Chosen, CliError, DeviceArguments, run::prepare_with_progress};
 use crate::gpu::context;
 use crate::gpu::frame::{Frame, Wanted};
 use crate::gpu::pass::Step;
+use crate::gpu::resources::device_bytes;
 use crate::model::Model;
 use crate::scene::Draw;
 use crate::simulation::engine::DeviceData;
@@ -66,7 +67,7 @@ fn devices(wanted: &DeviceArguments) -> Result<(serde_json::Value, String), CliE
         text.push_str(&format!(
             "{}\n  kind                      {}\n  driver                    {}\n  Vulkan                    {}\n  \
              memory                    {} MiB\n  storage buffer range      {} MiB\n  workgroups a dispatch     {}\n  \
-             largest image side        {}\n  timestamp                 {} ns\n  verdict                   {}\n",
+             largest image side        {}\n  corners placed to         1/{} pixel\n  timestamp                 {} ns\n  verdict                   {}\n",
             device.name,
             device.kind,
             device.driver,
@@ -75,6 +76,7 @@ fn devices(wanted: &DeviceArguments) -> Result<(serde_json::Value, String), CliE
             device.max_storage_buffer_range >> 20,
             device.max_workgroups,
             device.max_framebuffer_side,
+            1u64 << device.sub_pixel_bits.min(63),
             device.timestamp_period,
             verdict,
         ));
@@ -103,8 +105,8 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
         Wanted { image: camera.is_some(), cull: prepared.triangles.len() as u32, temperatures: true },
     );
     let plan = data.plan();
-    let bytes: u64 = plan.iter().map(|planned| planned.bytes).sum();
-    let node_bytes: u64 = plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();
+    let bytes = plan.iter().map(|planned| planned.bytes).sum::<u64>() + prepared.network_bytes();
+    let node_bytes = device_bytes(&plan) + prepared.network_bytes();
     let a_node = node_bytes as f64 / prepared.nodes.count.max(1) as f64;
     let switched_off = prepared.switched_off();
 
@@ -128,6 +130,9 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
     text.push_str("\nBytes on the device\n");
     for planned in &plan {
         text.push_str(&format!("  {:<40} {:>12}\n", format!("{:?}", planned.resource), planned.bytes));
+    }
+    if prepared.network.is_some() {
+        text.push_str(&format!("  {:<40} {:>12}\n", "thermal network", prepared.network_bytes()));
     }
     text.push_str(&format!(
         "  {:<40} {bytes:>12}\n  a node, triangles included, without images and readback: {a_node:.1}\n\nFrame\n",
@@ -159,6 +164,7 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
             .map(|range| json!({ "response": range.kind.to_string(), "nodes": range.nodes })).collect::<Vec<_>>(),
         "bytes": bytes,
         "bytes_a_node": a_node,
+        "merged": prepared.merged,
         "buffers": plan.iter().map(|planned| json!({
             "name": format!("{:?}", planned.resource), "bytes": planned.bytes })).collect::<Vec<_>>(),
         "frame": steps,

@@ -14,7 +14,7 @@ use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::output::OutputError;
 use crate::simulation::job::JobError;
-use crate::simulation::prepare::PrepareError;
+use crate::simulation::prepare::{PrepareError, Stage};
 use crate::thermal::brightness::BrightnessError;
 
 mod bench;
@@ -207,6 +207,17 @@ fn progress_bar(length: u64, what: &str) -> ProgressBar {
     bar.set_style(style);
     bar.set_message(what.to_owned());
     bar
+}
+
+/// Shows how far the building of a scene is.
+fn building_bar() -> ProgressBar {
+    progress_bar(Stage::COUNT, "building")
+}
+
+/// Moves the bar of `building_bar`.
+fn show_stage(bar: &ProgressBar, stage: Stage) {
+    bar.set_message(stage.to_string());
+    bar.set_position(stage.number());
 }
 
 /// A counter on standard error, for work whose end is not known beforehand.

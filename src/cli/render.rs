@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use super::run::prepare_with_progress;
+use super::run::{prepare_with_progress, say_size};
 use super::{Chosen, CliError, DeviceArguments, progress_bar, stop_flag};
 use crate::output::exr::write_exr;
 use crate::output::folder::check_writable;
 use crate::simulation;
-use crate::simulation::engine::Engine;
+use crate::simulation::engine::{DeviceData, Engine};
 use crate::simulation::frames::FrameMaker;
 
 /// Render one image; the state is stepped to its time from the start.
@@ -46,7 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let chosen = arguments.device.open()?;
     let stop = stop_flag();
-    eprintln!("device: {}", chosen.name());
+    say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
     let mut engine = match &chosen {
         Chosen::Device(context) => Engine::on_device(context, &prepared, Some(&camera))?,
         Chosen::Reference => Engine::reference(&prepared, Some(&camera)),

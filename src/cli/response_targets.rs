@@ -1,7 +1,7 @@
 //! The response to targets from a file, on the device or in f64.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::{Chosen, CliError, DeviceArguments, nine_digits};
 use crate::gpu::response::{Run, respond};
@@ -9,6 +9,7 @@ use crate::output::OutputError;
 use crate::output::folder::{write_atomic, write_bytes};
 use crate::output::plot::{Line, Mark, Plot};
 use crate::output::plot_axis::Axis;
+use crate::scene::targets::{self, MAX_STEPS};
 use crate::thermal::function::Function;
 use crate::thermal::material::{Domain, LONGEST_T_MAX, Profile, Retarget, Transition};
 use crate::thermal::transition::{TransitionState, transition_step};
@@ -22,11 +23,6 @@ TARGETS.csv has the columns step,target: a target [K] holds until the next row. 
 Example:
   isotherm response --heating quadratic:361 --cooling exponential=3:100 --initial 2.7 --targets targets.csv";
 
-/// Highest temperature [K], that of a scene: its fourth power is still a number on the device.
-const HOTTEST: f64 = 1e6;
-/// Longest response: beyond it a row of the targets is a slip.
-const MAX_STEPS: u32 = 10_000_000;
-
 #[derive(clap::Args)]
 /// What is to respond, to what, and where the answer goes.
 pub struct Targets {
@@ -37,7 +33,7 @@ pub struct Targets {
     #[arg(long, required = true, value_name = "F:TMAX", value_parser = parse_profile)]
     cooling: Option<Profile>,
     /// Temperature at step 0 [K]
-    #[arg(long, required = true, value_name = "K", value_parser = parse_temperature, allow_negative_numbers = true)]
+    #[arg(long, required = true, value_name = "K", value_parser = targets::parse_temperature, allow_negative_numbers = true)]
     initial: Option<f64>,
     /// Targets by step
     #[arg(long, required = true, value_name = "TARGETS.csv")]
@@ -71,14 +67,6 @@ fn parse_profile(text: &str) -> Result<Profile, String> {
     Ok(Profile { function: Function::parse(function).map_err(|error| error.to_string())?, t_max_steps })
 }
 
-fn parse_temperature(text: &str) -> Result<f64, String> {
-    let temperature: f64 = text.trim().parse().map_err(|_| format!("'{text}' is not a number"))?;
-    if !(0.0..=HOTTEST).contains(&temperature) {
-        return Err(format!("a temperature is from 0 to {HOTTEST} K, not {text}"));
-    }
-    Ok(temperature)
-}
-
 fn parse_domain(text: &str) -> Result<Domain, String> {
     match text {
         "T" => Ok(Domain::Temperature),
@@ -95,60 +83,6 @@ fn parse_retarget(text: &str) -> Result<Retarget, String> {
     }
 }
 
-/// A row of the targets.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Row {
-    step: u32,
-    target: f64,
-}
-
-fn read_targets(path: &Path) -> Result<Vec<Row>, CliError> {
-    let wrong = |message: String| CliError::Usage(format!("{}: {message}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
-    let mut reader =
-        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).flexible(true).from_reader(text.as_bytes());
-    let headers = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
-    let column = |name: &str| {
-        let found = headers.iter().position(|header| header.eq_ignore_ascii_case(name));
-        found.ok_or_else(|| wrong(format!("row 1: must name the columns step and target; there is no '{name}'")))
-    };
-    let (step, target) = (column("step")?, column("target")?);
-    let mut rows: Vec<Row> = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(|error| wrong(error.to_string()))?;
-        let line = record.position().map_or(0, csv::Position::line);
-        let in_row = |message: String| wrong(format!("row {line}: {message}"));
-        let (step, target) = (record.get(step).unwrap_or(""), record.get(target).unwrap_or(""));
-        let row = Row {
-            step: step
-                .parse()
-                .ok()
-                .filter(|step| *step <= MAX_STEPS)
-                .ok_or_else(|| in_row(format!("step: '{step}' is no whole number from 0 to {MAX_STEPS}")))?,
-            target: parse_temperature(target).map_err(|message| in_row(format!("target: {message}")))?,
-        };
-        if rows.last().is_some_and(|last| last.step >= row.step) {
-            return Err(in_row(format!("step {step} does not come after the one before: steps must rise")));
-        }
-        rows.push(row);
-    }
-    if rows.is_empty() { Err(wrong("has no rows".to_owned())) } else { Ok(rows) }
-}
-
-/// The target of every step from 1 to `steps` [K].
-fn commanded(rows: &[Row], initial: f64, steps: u32) -> Vec<f64> {
-    let mut rows = rows.iter().peekable();
-    let mut target = initial;
-    (1..=steps)
-        .map(|step| {
-            while let Some(row) = rows.next_if(|row| row.step <= step) {
-                target = row.target;
-            }
-            target
-        })
-        .collect()
-}
-
 pub(super) fn run(arguments: &Targets) -> Result<(), CliError> {
     // clap has seen to it that all four are there.
     let (Some(heating), Some(cooling), Some(initial), Some(targets)) =
@@ -156,9 +90,9 @@ pub(super) fn run(arguments: &Targets) -> Result<(), CliError> {
     else {
         return Err(CliError::Usage("--heating, --cooling, --initial and --targets are needed".to_owned()));
     };
-    let rows = read_targets(targets)?;
+    let rows = targets::load(targets).map_err(|error| CliError::Usage(error.to_string()))?;
     let steps = arguments.steps.or(rows.last().map(|row| row.step)).unwrap_or(0);
-    let targets = commanded(&rows, initial, steps);
+    let targets = targets::commanded(&rows, initial, steps);
     let transition = Transition {
         heating: heating.clone(),
         cooling: cooling.clone(),
@@ -251,33 +185,5 @@ mod tests {
         ] {
             assert!(parse_profile(wrong).is_err(), "{wrong}");
         }
-    }
-
-    #[test]
-    fn targets_hold_until_the_next_row() {
-        let rows = [Row { step: 2, target: 10.0 }, Row { step: 4, target: 20.0 }];
-        assert_eq!(commanded(&rows, 5.0, 6), [5.0, 10.0, 10.0, 20.0, 20.0, 20.0]);
-        assert_eq!(commanded(&[Row { step: 0, target: 7.0 }], 5.0, 2), [7.0, 7.0]);
-        assert_eq!(commanded(&rows, 5.0, 1), [5.0]);
-    }
-
-    #[test]
-    fn bad_targets_say_which_row() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("targets.csv");
-        for (text, reason) in [
-            ("step,target\n1,267\n1,300\n", "row 3: step 1 does not come after"),
-            ("step,target\n1,nan\n", "row 2: target: a temperature is from 0 to 1000000 K"),
-            ("step,target\n1,inf\n", "row 2: target: a temperature is from 0 to 1000000 K"),
-            ("step,target\n1,-4\n", "from 0 to 1000000 K, not -4"),
-            ("step,target\n1.5,4\n", "row 2: step: '1.5' is no whole number"),
-            ("step,goal\n1,4\n", "there is no 'target'"),
-            ("step,target\n", "has no rows"),
-        ] {
-            std::fs::write(&path, text).unwrap();
-            let error = read_targets(&path).unwrap_err().to_string();
-            assert!(error.contains(reason) && error.contains("targets.csv"), "{error}");
-        }
-        assert!(read_targets(&folder.path().join("none.csv")).unwrap_err().to_string().contains("cannot be read"));
     }
 }

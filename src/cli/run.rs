@@ -5,20 +5,22 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 
-use super::{Chosen, CliError, DeviceArguments, progress_bar, spinner, stop_flag};
-use crate::gpu::resources::check_plan;
-use crate::output::folder::RunFolder;
+use super::{Chosen, CliError, DeviceArguments, building_bar, progress_bar, show_stage, stop_flag};
+use crate::gpu::resources::{Planned, check_plan, device_bytes};
+use crate::output::folder::{RunFolder, check_writable};
 use crate::output::report::{BufferSize, Device, FileEntry, ModelSize, PassTime, Report, Section, SourceFile, Speed};
 use crate::scene::Draw;
 use crate::simulation::engine::{DeviceData, Engine};
 use crate::simulation::job::{Outcome, Progress, run_into};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{is_drawn, settings};
+use crate::trace::{Trace, Track};
 
 /// Run a scene: temperatures, images, plots and a report.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm run models/station.toml -o out/station\n  \
-isotherm run models/station.toml -o out/reference --device cpu")]
+isotherm run models/station.toml -o out/reference --device cpu\n  \
+isotherm run models/station.toml -o out/traced --trace out/traced.json")]
 pub struct Arguments {
     /// Scene file (TOML; models/README.md says what it holds)
     scene: PathBuf,
@@ -28,6 +30,9 @@ pub struct Arguments {
     /// Overwrite isotherm's own files in the output folder
     #[arg(long)]
     force: bool,
+    /// Write when host and device did what, for ui.perfetto.dev or chrome://tracing
+    #[arg(long, value_name = "FILE.json")]
+    trace: Option<PathBuf>,
     #[command(flatten)]
     device: DeviceArguments,
 }
@@ -54,9 +59,9 @@ impl Progress for Bars {
 
 /// Loads a scene and prints what a user should look at.
 pub(super) fn prepare_with_progress(path: &Path) -> Result<Prepared, CliError> {
-    let spinner = spinner("vertices");
-    let prepared = Prepared::new(path, &mut |vertices| spinner.set_position(vertices as u64));
-    spinner.finish_and_clear();
+    let bar = building_bar();
+    let prepared = Prepared::new(path, &mut |stage| show_stage(&bar, stage));
+    bar.finish_and_clear();
     let prepared = prepared?;
     for warning in &prepared.warnings {
         eprintln!("warning: {warning}");
@@ -67,30 +72,50 @@ pub(super) fn prepare_with_progress(path: &Path) -> Result<Prepared, CliError> {
     Ok(prepared)
 }
 
+/// Prints nodes and triangles, and the memory that they will take on the device.
+pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Chosen) {
+    let nodes = prepared.nodes.count;
+    eprintln!("{}: {nodes} nodes, {} triangles on {}", prepared.scene.name, prepared.triangles.len(), chosen.name());
+    if let Chosen::Device(context) = chosen {
+        let all = plan.iter().map(|planned| planned.bytes).sum::<u64>() + prepared.network_bytes();
+        let of_nodes = device_bytes(plan) + prepared.network_bytes();
+        eprintln!(
+            "device memory: {:.1} bytes a node; {:.1} MiB in all, with images and what the host reads, of {} MiB free",
+            of_nodes as f64 / nodes.max(1) as f64,
+            all as f64 / f64::from(1 << 20),
+            context.free_memory() >> 20
+        );
+    }
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
+    let trace = match &arguments.trace {
+        Some(path) => {
+            check_writable(path)?;
+            Trace::recording()
+        }
+        None => Trace::default(),
+    };
+    let prepares = trace.span(Track::Host, "load and build the scene");
     let prepared = prepare_with_progress(&arguments.scene)?;
+    drop(prepares);
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let chosen = arguments.device.open()?;
     let device_data = DeviceData::new(&prepared);
     let data = device_data.scene_data(&prepared, camera);
     let plan = data.plan();
+    say_size(&prepared, &plan, &chosen);
     if let Chosen::Device(context) = &chosen {
-        check_plan(context, &plan, data.image)?;
+        check_plan(context, &plan, prepared.network_bytes(), data.image)?;
     }
-    eprintln!(
-        "{}: {} nodes, {} triangles on {}",
-        prepared.scene.name,
-        prepared.nodes.count,
-        prepared.triangles.len(),
-        chosen.name()
-    );
     let folder = RunFolder::prepare(&arguments.output, arguments.force)?;
     let stop = stop_flag();
     let mut engine = match &chosen {
         Chosen::Device(context) => Engine::on_device(context, &prepared, camera)?,
         Chosen::Reference => Engine::reference(&prepared, camera),
     };
+    engine.record(trace.clone());
     let start_up_s = began.elapsed().as_secs_f64();
 
     let time = &prepared.scene.time;
@@ -116,6 +141,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     };
     report.write_json(&folder.report_json())?;
     report.write_html(&folder.report_html())?;
+    if let Some(path) = &arguments.trace {
+        trace.write(path)?;
+    }
     print_summary(&report, &folder);
     chosen.check_validation()?;
     if report.interrupted { Err(CliError::Stopped(arguments.output.clone())) } else { Ok(()) }

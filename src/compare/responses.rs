@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::CompareError;
 use crate::scene::Scene;
-use crate::simulation::prepare::{PrepareError, Prepared};
+use crate::simulation::prepare::{PrepareError, Prepared, Stage};
 use crate::thermal::function::{Function, Kind};
 use crate::thermal::material::{Bulk, Domain, Material, Profile, Response, Sides, Transition};
 use crate::thermal::shell::{ShellError, ShellMaterial};
@@ -42,7 +42,7 @@ pub fn is_kept(material: &Material) -> bool {
 ///
 /// # Errors
 /// As [`Prepared::new`].
-pub fn instant(scene: &Scene, progress: &mut dyn FnMut(usize)) -> Result<Prepared, PrepareError> {
+pub fn instant(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, PrepareError> {
     let change = |materials: &mut [Material]| materials.iter_mut().for_each(|one| one.response = Response::Instant);
     Prepared::with_materials(without_network(scene), change, progress)
 }
@@ -51,7 +51,7 @@ pub fn instant(scene: &Scene, progress: &mut dyn FnMut(usize)) -> Result<Prepare
 ///
 /// # Errors
 /// As [`Prepared::new`].
-pub fn transition(scene: &Scene, of: &[OfMaterial], progress: &mut dyn FnMut(usize)) -> Result<Prepared, PrepareError> {
+pub fn transition(scene: &Scene, of: &[OfMaterial], progress: &mut dyn FnMut(Stage)) -> Result<Prepared, PrepareError> {
     let change = |materials: &mut [Material]| {
         for (material, of) in materials.iter_mut().zip(of) {
             material.response = of.transition.clone().map_or(Response::Instant, Response::Transition);
@@ -64,7 +64,7 @@ pub fn transition(scene: &Scene, of: &[OfMaterial], progress: &mut dyn FnMut(usi
 ///
 /// # Errors
 /// Materials that lack what a network needs, all of them in one error; and as [`Prepared::new`].
-pub fn network(scene: &Scene, progress: &mut dyn FnMut(usize)) -> Result<Prepared, CompareError> {
+pub fn network(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, CompareError> {
     let mut lacks = Vec::new();
     let mut any = false;
     let change = |materials: &mut [Material]| {

@@ -72,6 +72,14 @@ impl BodyFrame {
         !matches!(self, Self::Spins { .. } | Self::History(_))
     }
 
+    /// Time of a turn of a body that spins [s]; `None` for any other.
+    pub fn spin_period(&self) -> Option<f64> {
+        match self {
+            Self::Spins { rate, .. } if *rate != 0.0 => Some(TAU / rate.abs()),
+            _ => None,
+        }
+    }
+
     /// Rotations into the body: from the inertial frame, and from the orbit frame. Not a number where a table of
     /// rotations does not cover the time.
     ///

@@ -156,6 +156,11 @@ impl SkyModel {
         }
     }
 
+    /// Time of a turn of a craft that spins [s]; `None` for any other.
+    pub fn spin_period(&self) -> Option<f64> {
+        self.body.spin_period()
+    }
+
     /// Distance to the planet's centre over its radius, where it never changes.
     pub fn constant_distance_ratio(&self) -> Option<f64> {
         match &self.orbit {

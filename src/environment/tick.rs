@@ -1,5 +1,7 @@
 //! The load of a tick: Sun, planet and albedo, averaged so that eclipses inside the tick count for what they are.
 
+use std::iter::Sum;
+use std::ops::Mul;
 use std::sync::LazyLock;
 
 use glam::DVec3;
@@ -71,7 +73,8 @@ impl TickLoads {
     /// The Sun's samples carry the whole of the tick's light, whatever its length: eclipses are cut at their contacts,
     /// and what is approximate is only how a plate fares whose horizon the Sun crosses (see [`SWEEP_PER_SAMPLE`]). A
     /// tick so long that [`MAX_SUN_SAMPLES`] must stand for more than that angle each errs in proportion: on such a
-    /// plate by up to 1.5 W/m2 in a tick of 700 s and 18 W/m2 in one of an orbit or more, in low orbit. Planet infrared
+    /// plate by up to 1.5 W/m2 in a tick of 700 s and 18 W/m2 in one of an orbit or more, in low orbit. Under a
+    /// craft that spins the errors of ticks are larger, but cancel over its turns. Planet infrared
     /// and albedo are those of the middle of the tick, which for a tick above a few minutes is no longer their mean.
     pub fn tick_load(&self, start: f64, end: f64) -> TickLoad {
         let mut planet = self.planet_load(if end > start { 0.5 * (start + end) } else { start });
@@ -124,7 +127,7 @@ impl TickLoads {
             let (first, last) = (run[0].start, run[run.len() - 1].end);
             let edge = |index: usize| first + (last - first) * index as f64 / count as f64;
             for index in 0..count {
-                let light: DVec3 = run.iter().map(|piece| self.light(piece, edge(index), edge(index + 1))).sum();
+                let light = self.light_of_sample(run, edge(index), edge(index + 1));
                 let flux = light * (solar_constant / (end - start));
                 samples.extend(SunSample { direction: flux.normalize_or_zero(), flux: flux.length() }.unless_dark());
             }
@@ -134,10 +137,10 @@ impl TickLoads {
 
     /// The tick's time outside umbra: pieces that are smooth inside, in runs without a gap.
     ///
-    /// A tick longer than the orbit's period sees the same skies again, so it is folded onto its first period, and a
-    /// piece counts as often as the tick passes it.
+    /// A tick longer than the orbit's period, or than a turn of a craft that spins, sees the same skies again, so it is
+    /// folded onto its first period, and a piece counts as often as the tick passes it.
     fn lit_runs(&self, start: f64, end: f64) -> Vec<Vec<Piece>> {
-        let (turns, rest, window) = match self.sky.repeats_after() {
+        let (turns, rest, window) = match self.repeats_within(start, end) {
             Some(period) if end - start >= period => {
                 let turns = ((end - start) / period).floor();
                 (turns, (end - start) - turns * period, period)
@@ -168,6 +171,30 @@ impl TickLoads {
         runs
     }
 
+    /// Period after which the Sun stands in the body as before, throughout a tick [s]. Of a craft that spins only where
+    /// the light does not change in the tick.
+    fn repeats_within(&self, start: f64, end: f64) -> Option<f64> {
+        let steady = || {
+            let lit = self.sky.lit_fraction(start);
+            (lit == 0.0 || lit == 1.0) && self.sky.contacts(start, end).is_empty()
+        };
+        let turn = || self.sky.spin_period().filter(|turn| *turn <= end - start && steady());
+        self.sky.repeats_after().or_else(turn)
+    }
+
+    /// Integral of lit fraction times the Sun's direction over the part of a run in [`from`, `to`] [s].
+    ///
+    /// Of a craft that spins the whole light comes from the direction of the middle. Mean vectors are short of it by a
+    /// share a^2/24 of the angle a of a sample, and plates at whose horizon it changes sides get less by as much: a loss that
+    /// adds up over the turns. From the middle the gain of plates that see all of it makes up for that loss.
+    fn light_of_sample(&self, run: &[Piece], from: f64, to: f64) -> DVec3 {
+        if self.sky.spin_period().is_none() {
+            return run.iter().map(|piece| self.light(piece, from, to, |time| self.sky.sun_direction(time))).sum();
+        }
+        let light: f64 = run.iter().map(|piece| self.light(piece, from, to, |_| 1.0)).sum();
+        light * self.sky.sun_direction(0.5 * (from + to))
+    }
+
     /// Samples for each run: by the Sun's sweep, and fewer for the longest where [`MAX_SUN_SAMPLES`] would be passed.
     fn sample_counts(&self, runs: &[Vec<Piece>]) -> Vec<usize> {
         let wanted = |run: &Vec<Piece>| {
@@ -184,21 +211,22 @@ impl TickLoads {
         counts
     }
 
-    /// Integral of lit fraction times the Sun's direction over the part of a piece in [`from`, `to`], times its passes
-    /// [s]. A plate that the Sun shines on all the while receives its product with the normal, exactly.
-    fn light(&self, piece: &Piece, from: f64, to: f64) -> DVec3 {
+    /// Integral of lit fraction times some value of the time over the part of a piece in [`from`, `to`], times its passes
+    /// [s]. A plate that the Sun shines on all the while receives the product of its normal with that of the direction, exactly.
+    fn light<T>(&self, piece: &Piece, from: f64, to: f64, value: impl Fn(f64) -> T) -> T
+    where
+        T: Sum + Mul<f64, Output = T>,
+    {
         let (from, to) = (from.max(piece.start), to.min(piece.end));
         if to <= from {
-            return DVec3::ZERO;
+            return std::iter::empty().sum();
         }
-        let sum: DVec3 = if piece.penumbra {
+        let sum: T = if piece.penumbra {
             // The lit fraction starts and ends as the power 3/2 of the time from the contact.
-            PENUMBRA_RULE
-                .on_smoothed(from, to)
-                .map(|(time, weight)| self.sky.sun_direction(time) * (weight * self.sky.lit_fraction(time)))
-                .sum()
+            let lit = |(time, weight): (f64, f64)| value(time) * (weight * self.sky.lit_fraction(time));
+            PENUMBRA_RULE.on_smoothed(from, to).map(lit).sum()
         } else {
-            LIT_RULE.on(from, to).map(|(time, weight)| self.sky.sun_direction(time) * weight).sum()
+            LIT_RULE.on(from, to).map(|(time, weight)| value(time) * weight).sum()
         };
         sum * piece.passes
     }

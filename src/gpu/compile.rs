@@ -60,6 +60,8 @@ const SOURCES: &[(&str, &str)] = &[
     ("shape.glsl", include_str!("../../glsl/shape.glsl")),
     ("shape_pieces.glsl", include_str!("../../glsl/shape_pieces.glsl")),
     ("shaped_transition.glsl", include_str!("../../glsl/shaped_transition.glsl")),
+    ("pace.glsl", include_str!("../../glsl/pace.glsl")),
+    ("merge_power.glsl", include_str!("../../glsl/merge_power.glsl")),
     ("merge_flow.glsl", include_str!("../../glsl/merge_flow.glsl")),
     ("merge_exponential.glsl", include_str!("../../glsl/merge_exponential.glsl")),
     ("merge_turns.glsl", include_str!("../../glsl/merge_turns.glsl")),

@@ -9,6 +9,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
 use super::error::{Context as _, GpuError};
 use super::validation::{self, Messages};
+use crate::host;
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
@@ -31,6 +32,8 @@ pub struct DeviceInfo {
     pub max_framebuffer_side: u32,
     /// Bytes of the largest device-local heap.
     pub memory: u64,
+    /// Bits of a pixel that a corner of a triangle is placed to.
+    pub sub_pixel_bits: u32,
     /// Nanoseconds of a timestamp tick; 0 where the queue has no timestamps.
     pub timestamp_period: f32,
     /// What is missing for isotherm; empty where it runs.
@@ -46,6 +49,7 @@ pub struct Context {
     pub(super) queue_family: u32,
     pub(super) labels: Option<ext::debug_utils::Device>,
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
+    physical: vk::PhysicalDevice,
     messages: Option<Arc<Messages>>,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     instance: ash::Instance,
@@ -115,7 +119,7 @@ impl Context {
         };
         let labels = debug_utils.then(|| ext::debug_utils::Device::new(instance, &device));
         let info = info.clone();
-        let queue_family = *queue_family;
+        let (physical, queue_family) = (*physical, *queue_family);
         let instance = guard.release();
         Ok(Arc::new(Self {
             info,
@@ -124,11 +128,41 @@ impl Context {
             queue_family,
             labels,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            physical,
             messages,
             messenger,
             instance,
             _entry: entry,
         }))
+    }
+
+    /// Bytes that this process may still take of the largest device-local heap: what the driver grants where it says so
+    /// (VK_EXT_memory_budget), else the whole heap; of a processor, at most what the host has free.
+    pub fn free_memory(&self) -> u64 {
+        let instance = &self.instance;
+        // SAFETY: the physical device belongs to the instance.
+        let extensions = unsafe { instance.enumerate_device_extension_properties(self.physical) }.unwrap_or_default();
+        let tells =
+            extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(ext::memory_budget::NAME));
+        let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
+        let mut properties = vk::PhysicalDeviceMemoryProperties2::default();
+        if tells {
+            properties = properties.push_next(&mut budget);
+        }
+        // SAFETY: as above; the budget is asked for only of a device that knows it.
+        unsafe { instance.get_physical_device_memory_properties2(self.physical, &mut properties) };
+        let heaps = properties.memory_properties;
+        let local = heaps.memory_heaps_as_slice().iter().enumerate();
+        let local = local.filter(|(_, heap)| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
+        let largest = local.max_by_key(|(_, heap)| heap.size).map(|(index, heap)| (index, heap.size));
+        let free = match largest {
+            Some((index, _)) if tells => budget.heap_budget[index].saturating_sub(budget.heap_usage[index]),
+            largest => largest.map_or(0, |(_, size)| size),
+        };
+        match host::free_memory() {
+            Some(host) if self.info.kind == "cpu" => free.min(host),
+            _ => free,
+        }
     }
 
     /// What the validation layer has said so far; empty without validation.
@@ -287,6 +321,7 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ran
         max_workgroups: core.limits.max_compute_work_group_count[0],
         max_framebuffer_side: core.limits.max_framebuffer_width.min(core.limits.max_framebuffer_height),
         memory: largest_heap.map(|heap| heap.size).max().unwrap_or(0),
+        sub_pixel_bits: core.limits.sub_pixel_precision_bits,
         timestamp_period: match family {
             Some(family) if families[family].timestamp_valid_bits > 0 => core.limits.timestamp_period,
             _ => 0.0,

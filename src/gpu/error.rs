@@ -53,7 +53,7 @@ pub enum GpuError {
     },
     /// The scene does not fit.
     #[error(
-        "the scene needs {needed} bytes of device memory, {images} of them for images, and {device} has {available}; \
+        "the scene needs {needed} bytes of device memory, {images} of them for images, and {device} has {available} free; \
          take a larger max_edge or a smaller image"
     )]
     OutOfMemory {
@@ -63,7 +63,7 @@ pub enum GpuError {
         images: u64,
         /// Device name.
         device: String,
-        /// Size of its largest heap.
+        /// What is free of its largest heap; where it shares the memory of the host, what is free there.
         available: u64,
     },
     /// The image is larger than the device draws.

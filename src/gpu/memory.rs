@@ -31,12 +31,26 @@ impl Buffer {
         usage: vk::BufferUsageFlags,
         location: MemoryLocation,
     ) -> Result<Self, GpuError> {
-        let bytes = bytes.max(16);
         let limit = context.info.max_storage_buffer_range;
         if usage.contains(vk::BufferUsageFlags::STORAGE_BUFFER) && bytes > limit {
             let device = context.info.name.clone();
             return Err(GpuError::BufferTooLong { buffer: name.to_owned(), bytes, device, limit });
         }
+        Self::bound_in_pieces(context, name, bytes, usage, location)
+    }
+
+    /// The same of a buffer that every pass binds a piece of: it may be longer than what a device binds at once.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn bound_in_pieces(
+        context: &Arc<Context>,
+        name: &str,
+        bytes: u64,
+        usage: vk::BufferUsageFlags,
+        location: MemoryLocation,
+    ) -> Result<Self, GpuError> {
+        let bytes = bytes.max(16);
         let create = vk::BufferCreateInfo::default().size(bytes).usage(usage);
         // SAFETY: the device is alive; the memory is bound below before any use.
         let raw = unsafe { context.device.create_buffer(&create, None) }.during("creating a buffer")?;

@@ -16,10 +16,11 @@ mod wide;
 use std::sync::Arc;
 
 use fused::Fused;
+use sliced::GROUP;
 use tables::Tables;
 use wide::Wide;
 
-pub use wide::NODES_AT_MOST;
+pub use wide::{NODES_AT_MOST, network_bytes};
 
 use super::context::Context;
 use super::error::GpuError;
@@ -29,6 +30,9 @@ use crate::thermal::network::{Network, NodeKind};
 /// The hottest temperature [K] that base and rest hold: 2^24 / 256 K is the last whole base.
 pub const HOTTEST: f64 = 64_000.0;
 
+/// The most heat of a node [W]: its fourth root and its products stay within f32.
+const HEAT_AT_MOST: f64 = 1e25;
+
 /// Estimates of the error of a sub-step below this are rounding [K]: the shaders already take off what the size of their
 /// terms explains. At 1e-7 K a slow sensor switched 0.1 s late after 4e5 s, where 1e-8 K leaves 0.02 s.
 pub const ESTIMATE_FLOOR: f64 = 1e-8;
@@ -36,7 +40,7 @@ pub const ESTIMATE_FLOOR: f64 = 1e-8;
 /// A network with its state on the device.
 pub struct NetworkStepper {
     path: Path,
-    /// What the wide path is made of where the fused one cannot go on.
+    /// What the wide path is made of where the fused one cannot go on; empty where there is no need.
     network: Network,
     sensors: Vec<u32>,
     heat: Vec<[f32; 2]>,
@@ -75,11 +79,10 @@ impl NetworkStepper {
 
     fn of(context: &Arc<Context>, path: Path, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
         let heat = vec![[0.0; 2]; network.len()];
-        let (network, sensors, context) = (network.clone(), sensors.to_vec(), Arc::clone(context));
-        let mut stepper = Self { path, network, sensors, heat, context };
-        let temperatures = std::mem::take(&mut stepper.network.temperatures);
-        stepper.set_temperatures(&temperatures)?;
-        stepper.network.temperatures = temperatures;
+        let kept = if matches!(path, Path::Fused(_)) { network.clone() } else { Network::default() };
+        let (sensors, context) = (sensors.to_vec(), Arc::clone(context));
+        let mut stepper = Self { path, network: kept, sensors, heat, context };
+        stepper.set_temperatures(&network.temperatures)?;
         Ok(stepper)
     }
 
@@ -123,8 +126,16 @@ fn wide_path(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Resu
         return Err(unsupported(format!("it has more than {} nodes", wide::NODES_AT_MOST)));
     }
     let tables = Tables::new(network);
-    if let Some(node) = (0..network.len()).find(|node| tables.row(*node).len() > wide::LINKS_AT_MOST) {
-        return Err(unsupported(format!("node {node} has more than {} conductors", wide::LINKS_AT_MOST)));
+    // One invocation takes the conductors of a group of nodes one after the other.
+    let links =
+        |first: usize| (first..network.len().min(first + GROUP)).map(|node| tables.row(node).len()).sum::<usize>();
+    if let Some(first) = (0..network.len()).step_by(GROUP).find(|first| links(*first) > wide::LINKS_AT_MOST) {
+        return Err(unsupported(format!(
+            "nodes {first} to {} of the file's order have more than {} ends of conductors in all: move one of them to another \
+             place, or use --device cpu",
+            (first + GROUP).min(network.len()) - 1,
+            wide::LINKS_AT_MOST
+        )));
     }
     Ok(Path::Wide(Box::new(Wide::new(context, network, &tables, sensors)?)))
 }
@@ -143,14 +154,37 @@ fn check(network: &Network, sensors: &[u32]) -> Result<(), GpuError> {
     if let Some(node) = ends.chain(sensors.iter().copied()).find(|node| *node >= nodes) {
         return Err(unsupported(format!("a conductor or a sensor names node {node} of {nodes}")));
     }
-    // 1 / C and the sums must be numbers in f32.
-    let representable = |value: f64| value == 0.0 || (1e-30..1e30).contains(&value.abs());
+    // 1 / C and the sums must be numbers in f32, and what is small must not become none.
+    for conductor in &network.linear {
+        if !representable(conductor.conductance) {
+            let [a, b] = conductor.nodes;
+            return Err(unsupported(format!("nodes {a} and {b} have a GL of {} W/K", conductor.conductance)));
+        }
+    }
+    for conductor in &network.radiative {
+        if !representable(conductor.exchange_area) {
+            let [a, b] = conductor.nodes;
+            return Err(unsupported(format!("nodes {a} and {b} have a GR of {} m2", conductor.exchange_area)));
+        }
+    }
+    if let Some(node) = network.emissive_areas.iter().position(|area| !representable(*area)) {
+        return Err(unsupported(format!("node {node} has an emissive area of {} m2", network.emissive_areas[node])));
+    }
+    if !(0.0..=HOTTEST).contains(&network.space_temperature) {
+        let space = network.space_temperature;
+        return Err(unsupported(format!("space is at {space} K; the device takes 0 to {HOTTEST} K")));
+    }
     for (node, capacitance) in network.capacitances.iter().enumerate() {
         if network.kinds[node] == NodeKind::Diffusive && !representable(*capacitance) {
             return Err(unsupported(format!("node {node} has a capacitance of {capacitance} J/K")));
         }
     }
     check_temperatures(&network.temperatures)
+}
+
+/// Whether a value is one of f32, with room for sums and products.
+fn representable(value: f64) -> bool {
+    value == 0.0 || (1e-30..1e30).contains(&value.abs())
 }
 
 fn check_temperatures(temperatures: &[f64]) -> Result<(), GpuError> {
@@ -172,6 +206,9 @@ impl Stepper for NetworkStepper {
     type Error = GpuError;
 
     fn set_heat(&mut self, power: &[f64], slope: &[f64]) -> Result<(), GpuError> {
+        if let Some(node) = power.iter().position(|power| power.abs() > HEAT_AT_MOST) {
+            return Err(unsupported(format!("node {node} takes {} W; the device takes {HEAT_AT_MOST} W", power[node])));
+        }
         let heat: Vec<[f32; 2]> =
             power.iter().zip(slope).map(|(power, slope)| [*power as f32, *slope as f32]).collect();
         match &mut self.path {

@@ -8,7 +8,7 @@ use gpu_allocator::MemoryLocation;
 use super::context::Context;
 use super::error::{Context as _, GpuError};
 use super::memory::Buffer;
-use super::timing::{PassTimes, Timing};
+use super::timing::Timing;
 
 /// Bytes of the staging buffer; longer uploads go in pieces.
 const STAGING_BYTES: usize = 16 << 20;
@@ -69,10 +69,8 @@ impl Once {
             device.wait_for_fences(&[self.fence], true, u64::MAX).during("waiting")?;
             device.reset_fences(&[self.fence]).during("resetting a fence")?;
         }
-        let mut times = PassTimes::new();
-        self.timing.collect(&mut times)?;
-        for ms in times.into_values().flatten() {
-            *self.device_ms.get_or_insert(0.0) += ms;
+        for (_, _, length) in self.timing.collect()? {
+            *self.device_ms.get_or_insert(0.0) += length * 1e-6;
         }
         Ok(())
     }

@@ -156,6 +156,24 @@ impl Resource {
         )
     }
 
+    /// Whether every pass that binds it binds a piece of it, so that it may be longer than what a device binds at once;
+    /// images pull the nodes' values from anywhere.
+    pub fn is_bound_in_pieces(self, drawn: bool) -> bool {
+        match self {
+            Self::Triangles
+            | Self::VisibleTriangles
+            | Self::NormalX
+            | Self::NormalY
+            | Self::NormalZ
+            | Self::Target
+            | Self::Span
+            | Self::Elapsed
+            | Self::Visibility => true,
+            Self::GroupMaterial | Self::GroupPart | Self::Temperature => !drawn,
+            _ => false,
+        }
+    }
+
     /// Whether its size on the device follows the number of pixels.
     pub fn grows_with_pixels(self) -> bool {
         (self.is_image() && self != Self::SunDepthImage)

@@ -1,6 +1,7 @@
 //! A scene on the device: its resources, its frame lists, and two slots that are submitted and collected in turn.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use ash::vk;
 
@@ -13,7 +14,7 @@ use super::once::{Once, command_buffers};
 use super::pass::Resource;
 use super::record::{Recorder, tick_of};
 use super::resources::{Resources, SLOTS, SceneData};
-use super::timing::{PassTimes, Timing};
+use super::timing::{DeviceFrame, PassTimes, Timing};
 use super::variant::StepKind;
 use crate::environment::shadow::{Method, Redraw, SUN_RAYS, disc_directions};
 use crate::environment::{MAX_SUN_SAMPLES, TickLoad};
@@ -39,6 +40,7 @@ struct Slot {
     fence: vk::Fence,
     timing: Timing,
     pending: bool,
+    submitted: Instant,
     wanted: Wanted,
 }
 
@@ -58,6 +60,8 @@ pub struct Renderer {
     /// The Sun's view of the frame that is submitted next, where it draws it.
     sun_view: Option<layout::SunView>,
     times: PassTimes,
+    /// Frames since they were last taken, where they are kept.
+    frames: Option<Vec<DeviceFrame>>,
     next: usize,
     slots: Vec<Slot>,
     command_pool: vk::CommandPool,
@@ -101,6 +105,7 @@ impl Renderer {
             sun_rays: Vec::new(),
             sun_view: None,
             times: PassTimes::new(),
+            frames: None,
             next: 0,
             slots: Vec::new(),
             command_pool,
@@ -114,7 +119,14 @@ impl Renderer {
             let timing = Timing::new(context, passes)?;
             // SAFETY: the device is alive.
             let fence = unsafe { context.device.create_fence(&create, None) }.during("creating a fence")?;
-            renderer.slots.push(Slot { commands, fence, timing, pending: false, wanted: Wanted::default() });
+            renderer.slots.push(Slot {
+                commands,
+                fence,
+                timing,
+                pending: false,
+                submitted: Instant::now(),
+                wanted: Wanted::default(),
+            });
         }
         Ok(renderer)
     }
@@ -270,6 +282,7 @@ impl Renderer {
         recorder.frame(frame, |pass| self.bindings.of(pass, number), &mut slot.timing);
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        slot.submitted = Instant::now();
         // SAFETY: the command buffer is complete and the fence unsignalled.
         unsafe {
             self.context.device.end_command_buffer(slot.commands).during("recording")?;
@@ -310,6 +323,16 @@ impl Renderer {
         &self.times
     }
 
+    /// Keeps from now on when each pass of each frame began and ended.
+    pub fn keep_frames(&mut self) {
+        self.frames.get_or_insert_default();
+    }
+
+    /// The frames that were kept since the last call.
+    pub fn take_frames(&mut self) -> Vec<DeviceFrame> {
+        self.frames.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
     fn finish(&mut self, number: usize) -> Result<(), GpuError> {
         let slot = &mut self.slots[number];
         if slot.pending {
@@ -319,7 +342,13 @@ impl Renderer {
                 self.context.device.reset_fences(&[slot.fence]).during("resetting a fence")?;
             }
             slot.pending = false;
-            slot.timing.collect(&mut self.times)?;
+            let passes = slot.timing.collect()?;
+            for (name, _, length) in &passes {
+                self.times.entry(name.clone()).or_default().push(length * 1e-6);
+            }
+            if let Some(frames) = &mut self.frames {
+                frames.push(DeviceFrame { submitted: slot.submitted, done: Instant::now(), passes });
+            }
         }
         Ok(())
     }

@@ -161,17 +161,23 @@ impl SceneData<'_> {
     }
 }
 
-/// Refuses a plan that the device cannot hold, before any of it is made.
+/// Bytes of a plan that follow the number of nodes, triangles included; what only the host reads is not counted.
+pub fn device_bytes(plan: &[Planned]) -> u64 {
+    plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|planned| planned.bytes).sum()
+}
+
+/// Refuses a plan that the device cannot hold, before any of it is made; `beside` are the bytes of what is not in it.
 ///
 /// # Errors
 /// More bytes than the device has, or an image larger than it draws.
-pub fn check_plan(context: &Context, plan: &[Planned], image: Option<[u32; 2]>) -> Result<(), GpuError> {
+pub fn check_plan(context: &Context, plan: &[Planned], beside: u64, image: Option<[u32; 2]>) -> Result<(), GpuError> {
     let info = &context.info;
-    let needed: u64 = plan.iter().map(|planned| planned.bytes).sum();
-    if needed > info.memory {
+    let needed = plan.iter().map(|planned| planned.bytes).sum::<u64>() + beside;
+    let available = context.free_memory();
+    if needed > available {
         let of_images = plan.iter().filter(|planned| planned.resource.grows_with_pixels());
         let images = of_images.map(|planned| planned.bytes).sum();
-        return Err(GpuError::OutOfMemory { needed, images, device: info.name.clone(), available: info.memory });
+        return Err(GpuError::OutOfMemory { needed, images, device: info.name.clone(), available });
     }
     match image {
         Some([width, height]) if width.max(height) > info.max_framebuffer_side => {
@@ -194,7 +200,7 @@ impl Resources {
     /// A scene beyond the device, or a call that fails.
     pub fn new(context: &Arc<Context>, once: &mut Once, data: &SceneData<'_>) -> Result<Self, GpuError> {
         let plan = data.plan();
-        check_plan(context, &plan, data.image)?;
+        check_plan(context, &plan, 0, data.image)?;
         let mut resources = Self { buffers: BTreeMap::new(), images: BTreeMap::new() };
         for planned in &plan {
             let name = format!("{:?}", planned.resource);
@@ -215,7 +221,12 @@ impl Resources {
             let slots = if planned.resource.per_slot() { SLOTS } else { 1 };
             for slot in 0..slots {
                 let bytes = planned.bytes / slots as u64;
-                let buffer = Buffer::new(context, &name, bytes, planned.usage, planned.location)?;
+                let make = if planned.resource.is_bound_in_pieces(data.image.is_some()) {
+                    Buffer::bound_in_pieces
+                } else {
+                    Buffer::new
+                };
+                let buffer = make(context, &name, bytes, planned.usage, planned.location)?;
                 resources.buffers.insert((planned.resource, slot), buffer);
             }
         }

@@ -8,16 +8,25 @@ use std::fmt::Write as _;
 
 use super::compile::source;
 use crate::thermal::function::{
-    EndPolynomial, Expression, Flow, Function, Kind, Measured, Piece, Point, Polynomial, Shape, literal,
+    EndPolynomial, Expression, Function, HALF, Kind, Measured, Pace, Point, Polynomial, Shape, WIDTH, literal,
 };
 use crate::thermal::material::Transition;
 
 /// Elementary functions that an expression means ours by, for a driver's may be far off.
 const OWN: [&str; 10] = ["exp", "log", "exp2", "log2", "pow", "asin", "acos", "sinh", "cosh", "tanh"];
 
+/// Where the pieces of a function begin in the buffer that has them; 0 for those that it does not have.
+#[derive(Debug, Clone, Copy)]
+pub struct Firsts {
+    /// Of the function itself.
+    pub cubics: usize,
+    /// Of the pace of its phase.
+    pub pace: usize,
+}
+
 /// The two functions of a transition and their merge, and what the shader calls: `shape_at` and `merge_on`. `firsts`: of
-/// each function that is read in pieces, the first of them.
-pub fn pair(transition: &Transition, firsts: [usize; 2]) -> String {
+/// each function, where its pieces begin.
+pub fn pair(transition: &Transition, firsts: [Firsts; 2]) -> String {
     let functions = [&transition.heating.function, &transition.cooling.function];
     let mut text = branch("heating", functions[0], firsts[0]);
     if functions[0] == functions[1] {
@@ -42,7 +51,7 @@ pub fn pair(transition: &Transition, firsts: [usize; 2]) -> String {
 }
 
 /// One function by the name of its branch.
-fn branch(name: &str, function: &Function, first: usize) -> String {
+fn branch(name: &str, function: &Function, first: Firsts) -> String {
     let at = match function {
         Function::Linear => polynomial(&[0.0, 1.0], &[0.0, 1.0]),
         Function::Quadratic => polynomial(&[0.0, 2.0, -1.0], &[0.0, 0.0, 1.0]),
@@ -52,8 +61,9 @@ fn branch(name: &str, function: &Function, first: usize) -> String {
             Kind::Logarithmic { rate } => logarithmic(*rate),
             Kind::Table(measured) => match shape.cubics() {
                 Some(cubics) => format!(
-                    "const float BRANCH_WARP = {};\nconst uint BRANCH_FIRST = {first}u;\n{}",
+                    "const float BRANCH_WARP = {};\nconst uint BRANCH_FIRST = {}u;\n{}",
                     literal(cubics.warp),
+                    first.cubics,
                     source("shape_pieces.glsl")
                 ),
                 None => table(measured),
@@ -63,43 +73,38 @@ fn branch(name: &str, function: &Function, first: usize) -> String {
     };
     let mut text = format!("const float BRANCH_START_RATE = {};\n{at}#ifdef MERGE\n", literal(function.at(1.0).rate));
     match function {
-        Function::Linear | Function::Quadratic => text.push_str(&flow(&Flow::of_power())),
-        Function::Shaped(shape) => match (&shape.kind, shape.flow()) {
-            (_, Some(found)) => text.push_str(&flow(found)),
-            (Kind::Exponential { .. }, None) => text.push_str(source("merge_exponential.glsl")),
-            (_, None) => {
-                text.push_str(&stretches(function, shape));
-                text.push_str(source("merge_turns.glsl"));
+        Function::Linear | Function::Quadratic => text.push_str(source("merge_power.glsl")),
+        Function::Shaped(shape) if shape.pace().is_some_and(Pace::is_of_a_power) => {
+            text.push_str(source("merge_power.glsl"));
+        }
+        Function::Shaped(shape) => {
+            if let Some(found) = shape.pace() {
+                text.push_str(&pace(found, first.pace));
             }
-        },
+            match (&shape.kind, shape.pace()) {
+                (_, Some(_)) if shape.turns().is_empty() => text.push_str(source("merge_flow.glsl")),
+                (Kind::Exponential { .. }, _) => text.push_str(source("merge_exponential.glsl")),
+                (_, found) => {
+                    text.push_str(&stretches(function, shape));
+                    if found.is_some() {
+                        text.push_str("#define BRANCH_FOLLOWS 1\n");
+                    }
+                    text.push_str(source("merge_turns.glsl"));
+                }
+            }
+        }
     }
     text.push_str("#endif\n");
     text.replace("BRANCH", name)
 }
 
-fn flow(flow: &Flow) -> String {
-    let x = |piece: &Piece, distance: &str| {
-        let v = if piece.of_root { format!("sqrt(max(0.0, {distance}))") } else { distance.to_owned() };
-        format!("{} * {v} - {}", literal(piece.scale), literal(piece.offset))
-    };
-    let (start, x, coefficients) = match flow {
-        Flow::Whole(piece) => {
-            ("true", x(piece, "s"), piece.coefficients.iter().map(|c| literal(*c)).collect::<Vec<_>>())
-        }
-        Flow::Halves(start, end) => {
-            let number = start.coefficients.len().max(end.coefficients.len());
-            let at = |piece: &Piece, k: usize| literal(piece.coefficients.get(k).copied().unwrap_or(0.0));
-            let chosen = (0..number).map(|k| format!("(start ? {} : {})", at(start, k), at(end, k))).collect();
-            ("s < 0.5", format!("start ? {} : {}", x(start, "s"), x(end, "r")), chosen)
-        }
-    };
-    let (sum, close) = coefficients.split_last().map_or_else(Default::default, |(last, rest)| {
-        let open: String = rest.iter().map(|c| format!("{c} + x * (")).collect();
-        (open + last, ")".repeat(rest.len()))
-    });
+fn pace(pace: &Pace, first: usize) -> String {
     format!(
-        "float BRANCH_pace(float s, float r) {{\n    bool start = {start};\n    float x = {x};\n    return {sum}{close};\n}}\n{}",
-        source("merge_flow.glsl")
+        "const uint BRANCH_PACE_FIRST = {first}u;\nconst uint BRANCH_PACE_HALF = {HALF}u;\n\
+         const float BRANCH_PACE_PLACES = {};\nconst float BRANCH_PACE_PARTS = {};\n{}",
+        literal(1.0 / WIDTH),
+        literal(pace.parts),
+        source("pace.glsl")
     )
 }
 
@@ -163,14 +168,17 @@ fn exponential(rate: f64) -> String {
     )
 }
 
+/// What is left is taken from r where it is the smaller: at the start 1 + k r loses the digits of s.
 fn logarithmic(rate: f64) -> String {
     let scale = 1.0 / rate.ln_1p();
     format!(
         "ShapePoint BRANCH_at(float s, float r) {{\n    \
          float whole = 1.0 / (1.0 + {rate} * s);\n    \
          float rate = {speed} * whole;\n    \
-         return ShapePoint({scale} * log_one_plus({rate} * s), {negative} * log_one_plus({share} * r), rate, \
-         {rate} * rate * whole);\n}}\n",
+         float done = {scale} * log_one_plus({rate} * s);\n    \
+         float left = {negative} * log_one_plus({share} * r);\n    \
+         bool start = done < left;\n    \
+         return ShapePoint(start ? done : 1.0 - left, start ? 1.0 - done : left, rate, {rate} * rate * whole);\n}}\n",
         rate = literal(rate),
         speed = literal(scale * rate),
         scale = literal(scale),

@@ -1,22 +1,29 @@
-//! The response functions of a scene that are no powers, as the device has them: GLSL text, and pieces of long tables.
+//! The response functions of a scene that are no powers, as the device has them: GLSL text, and pieces of long tables and of paces.
 
 use super::compile::{CompileError, compile_with};
-use super::shape_text;
+use super::shape_text::{self, Firsts};
 use super::variant::{Curve, ResponseVariant, Shaped, StepKind, ThermalVariant};
-use crate::thermal::function::{Function, cubics::Cubics};
+use crate::thermal::function::Function;
 use crate::thermal::material::{Domain, Material, Response, Retarget, Transition};
 
 /// vec4s at whose multiples the pieces of a table begin.
 const ALIGNMENT: usize = 16;
+
+/// What is read in pieces.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Piecewise {
+    Function,
+    Pace,
+}
 
 /// The functions of the shaped transitions of a scene.
 #[derive(Debug, Clone, Default)]
 pub struct Shapes {
     /// Text of each pair, by its number.
     texts: Vec<(u32, String)>,
-    /// Tables in `values`, and where.
-    tables: Vec<(Function, usize)>,
-    /// Pieces that the shaders read; empty where no table is long.
+    /// Pieces in `values`: of which function, of what of it, and where.
+    places: Vec<(Function, Piecewise, usize)>,
+    /// Pieces that the shaders read; empty where none does.
     pub values: Vec<[f32; 4]>,
 }
 
@@ -44,20 +51,23 @@ impl Shapes {
     }
 
     fn add(&mut self, number: u32, transition: &Transition) {
-        let firsts = [&transition.heating.function, &transition.cooling.function].map(|function| self.place(function));
+        let firsts = [&transition.heating.function, &transition.cooling.function].map(|function| Firsts {
+            cubics: self.place(function, Piecewise::Function),
+            pace: if transition.retarget == Retarget::Merge { self.place(function, Piecewise::Pace) } else { 0 },
+        });
         self.texts.push((number, shape_text::pair(transition, firsts)));
     }
 
-    /// Where the pieces of a function begin; 0 for one that has none.
-    fn place(&mut self, function: &Function) -> usize {
-        let Some(cubics) = pieces(function) else { return 0 };
-        if let Some((_, place)) = self.tables.iter().find(|(known, _)| known == function) {
+    /// Where pieces of a function begin; 0 where there are none.
+    fn place(&mut self, function: &Function, of: Piecewise) -> usize {
+        let Some(cells) = pieces(function, of) else { return 0 };
+        if let Some((.., place)) = self.places.iter().find(|(known, what, _)| known == function && *what == of) {
             return *place;
         }
         let place = self.values.len();
-        self.values.extend(cubics.cells.iter().map(|cell| cell.map(|c| c as f32)));
+        self.values.extend(cells.iter().map(|cell| cell.map(|c| c as f32)));
         self.values.resize(self.values.len().next_multiple_of(ALIGNMENT), [0.0; 4]);
-        self.tables.push((function.clone(), place));
+        self.places.push((function.clone(), of, place));
         place
     }
 
@@ -96,14 +106,18 @@ pub fn curve(transition: &Transition, number: u32) -> (StepKind, Curve) {
     let shaped = Shaped {
         number,
         fourth_power: transition.domain == Domain::FourthPower,
-        pieces: functions.into_iter().any(|function| pieces(function).is_some()),
+        pieces: functions.into_iter().any(|function| {
+            pieces(function, Piecewise::Function).is_some()
+                || kind == StepKind::Merge && pieces(function, Piecewise::Pace).is_some()
+        }),
     };
     (kind, Curve::Shaped(shaped))
 }
 
-fn pieces(function: &Function) -> Option<&Cubics> {
-    match function {
-        Function::Shaped(shape) => shape.cubics(),
-        Function::Linear | Function::Quadratic => None,
+fn pieces(function: &Function, of: Piecewise) -> Option<&[[f64; 4]]> {
+    let Function::Shaped(shape) = function else { return None };
+    match of {
+        Piecewise::Function => shape.cubics().map(|cubics| cubics.cells.as_slice()),
+        Piecewise::Pace => shape.pace().filter(|pace| !pace.is_of_a_power()).map(|pace| pace.cells.as_slice()),
     }
 }

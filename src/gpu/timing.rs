@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Instant;
 
 use ash::vk;
 
@@ -14,6 +15,17 @@ pub struct Timing {
     pool: Option<vk::QueryPool>,
     capacity: u32,
     names: Vec<String>,
+}
+
+/// A frame on the device, as its timestamps tell it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeviceFrame {
+    /// When the host submitted it.
+    pub submitted: Instant,
+    /// When the host knew that it was done.
+    pub done: Instant,
+    /// Name, start and length of each pass [ns by the device's clock].
+    pub passes: Vec<(String, f64, f64)>,
 }
 
 /// Milliseconds of every pass of a run, by name, in the order of time.
@@ -63,11 +75,11 @@ impl Timing {
         }
     }
 
-    /// Adds the times of the slot's last frame, which has been waited for.
-    pub(super) fn collect(&self, times: &mut PassTimes) -> Result<(), GpuError> {
-        let Some(pool) = self.pool else { return Ok(()) };
+    /// Name, start and length [ns by the device's clock] of the passes of the slot's last frame, which has been waited for.
+    pub(super) fn collect(&self) -> Result<Vec<(String, f64, f64)>, GpuError> {
+        let Some(pool) = self.pool else { return Ok(Vec::new()) };
         if self.names.is_empty() {
-            return Ok(());
+            return Ok(Vec::new());
         }
         let mut stamps = vec![0u64; 2 * self.names.len()];
         // SAFETY: the frame that wrote the stamps is complete.
@@ -80,12 +92,11 @@ impl Timing {
             )
         }
         .during("reading timestamps")?;
-        for (name, pair) in self.names.iter().zip(stamps.chunks_exact(2)) {
-            let ticks = pair[1].wrapping_sub(pair[0]) as f64;
-            let milliseconds = ticks * f64::from(self.context.info.timestamp_period) * 1e-6;
-            times.entry(name.clone()).or_default().push(milliseconds);
-        }
-        Ok(())
+        let period = f64::from(self.context.info.timestamp_period);
+        let span = |(name, pair): (&String, &[u64])| {
+            (name.clone(), pair[0] as f64 * period, pair[1].wrapping_sub(pair[0]) as f64 * period)
+        };
+        Ok(self.names.iter().zip(stamps.chunks_exact(2)).map(span).collect())
     }
 }
 

@@ -33,7 +33,7 @@ pub struct Shaped {
     pub number: u32,
     /// Whether they move the fourth power of the temperature.
     pub fourth_power: bool,
-    /// Whether one of them is read in pieces.
+    /// Whether one of them, or the pace of its phase, is read in pieces.
     pub pieces: bool,
 }
 

@@ -16,6 +16,9 @@ pub enum ModelError {
     /// The longest edge asked for is no length.
     #[error("a longest edge of {0} m is refused: it must be finite and greater than 0")]
     MaxEdge(f64),
+    /// The shortest edge asked for is no length.
+    #[error("a shortest edge of {0} m is refused: it must be finite and 0 or greater")]
+    MinEdge(f64),
     /// Subdivision would make more vertices than allowed.
     #[error(
         "{}: subdivision to edges of at most {max_edge} m needs {needed} vertices or more, and the limit is {limit}; \

@@ -6,7 +6,9 @@ use std::path::PathBuf;
 use glam::{DMat4, DVec3, Vec3};
 
 mod accessor;
+mod alike;
 mod buffer;
+mod collapse;
 mod container;
 mod document;
 mod error;
@@ -18,6 +20,7 @@ mod subdivide;
 mod summary;
 mod weld;
 
+pub use collapse::Merged;
 pub use error::{Fault, ModelError};
 pub use summary::{ModelSummary, Share};
 

@@ -2,14 +2,20 @@
 //!
 //! Whether an edge is split, and where, depends on the positions of its two ends alone, and gives the same bits from
 //! either end. So triangles that meet along an edge split it alike even where they share no vertices, as glTF meshes do
-//! at every crease: the mesh stays conforming.
+//! at every crease: the mesh stays conforming. Where parts have their own longest edges, an edge is split when one of the
+//! triangles that have it asks for it; one that does not ask has its longest edge split as well, so that the fine mesh
+//! turns into the coarse one without needles (Rivara, International Journal for Numerical Methods in Engineering 20, 1984).
 
 use std::cmp::Ordering;
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::alike::places;
 use super::{Model, ModelError};
+
+/// Triangles that are split by one task.
+const CHUNK: usize = 1 << 16;
 
 /// Midpoints of the edges that one pass splits. Edges are kept with their lower vertex, in a list for each such vertex,
 /// so that a lookup scans a few entries; memory is linear in vertices and split edges.
@@ -21,12 +27,13 @@ struct Midpoints {
 }
 
 impl Midpoints {
-    /// Collects the marked edges of all triangles, each once.
-    fn collect(vertices: usize, triangles: &[[u32; 3]], marks: &[u8]) -> Self {
+    /// Collects the marked edges of all triangles, each once. `name` tells which of the `vertices` a corner is.
+    fn collect(vertices: usize, triangles: &[[u32; 3]], marks: &[u8], name: impl Fn(u32) -> u32 + Copy) -> Self {
         let marked = || {
             let edges = triangles.iter().zip(marks);
-            edges.flat_map(|(triangle, marks)| {
-                (0..3).filter(move |edge| marks >> edge & 1 == 1).map(|edge| ordered(ends(triangle, edge)))
+            edges.flat_map(move |(triangle, marks)| {
+                let marked = (0..3).filter(move |edge| marks >> edge & 1 == 1);
+                marked.map(move |edge| ordered(ends(triangle, edge).map(name)))
             })
         };
         let mut starts = vec![0usize; vertices + 1];
@@ -72,13 +79,24 @@ impl Midpoints {
         lists.flat_map(|(low, range)| self.upper[range[0]..range[1]].iter().map(move |high| [low as u32, *high]))
     }
 
-    /// The vertex in the middle of a marked edge.
-    fn vertex(&self, edge: [u32; 2]) -> u32 {
+    /// The vertex in the middle of an edge, where it is marked.
+    fn find(&self, edge: [u32; 2]) -> Option<u32> {
         let [low, high] = ordered(edge);
         let (start, end) = (self.starts[low as usize], self.starts[low as usize + 1]);
-        let place = self.upper[start..end].partition_point(|other| *other < high);
-        (self.starts.len() - 1 + start + place) as u32
+        let place = self.upper[start..end].binary_search(&high).ok()?;
+        Some((self.starts.len() - 1 + start + place) as u32)
     }
+
+    /// The vertex in the middle of a marked edge.
+    fn vertex(&self, edge: [u32; 2]) -> u32 {
+        self.find(edge).expect("every marked edge was collected")
+    }
+}
+
+/// Places of vertices while parts of different densities are split: triangles of two parts meet where their places do.
+struct Places {
+    of_vertex: Vec<u32>,
+    count: usize,
 }
 
 /// Edge `edge` of a triangle, from corner `edge` to the next.
@@ -102,36 +120,120 @@ impl Model {
     /// the result would have more than `vertex_limit` vertices, or more than 32 bits can count. Both before the memory
     /// for them is taken.
     pub fn subdivide(
-        mut self,
+        self,
         max_edge: f64,
         vertex_limit: usize,
         progress: &mut dyn FnMut(usize),
     ) -> Result<Self, ModelError> {
-        if !(max_edge.is_finite() && max_edge > 0.0) {
+        if !max_edge.is_finite() {
             return Err(ModelError::MaxEdge(max_edge));
         }
+        let all = vec![max_edge; self.parts.len()];
+        self.subdivide_parts(&all, vertex_limit, progress)
+    }
+
+    /// The same with a longest edge for every part [m]; an infinite one asks for nothing. Where parts meet, the edges that
+    /// they share are split as the finer one asks.
+    ///
+    /// # Errors
+    /// As for `subdivide`; a longest edge may be infinite.
+    pub fn subdivide_parts(
+        mut self,
+        max_edges: &[f64],
+        vertex_limit: usize,
+        progress: &mut dyn FnMut(usize),
+    ) -> Result<Self, ModelError> {
+        if let Some(wrong) = max_edges.iter().find(|edge| edge.is_nan() || **edge <= 0.0) {
+            return Err(ModelError::MaxEdge(*wrong));
+        }
+        let finest = max_edges.iter().copied().fold(f64::INFINITY, f64::min);
         let limit = vertex_limit.min(u32::MAX as usize);
+        let too_many = |path, needed| ModelError::TooManyVertices { path, max_edge: finest, needed, limit };
         // A triangle with edges of `max_edge` covers at most sqrt(3)/4 of its square, and a mesh has at least a quarter as
         // many vertices as triangles: what is far too fine is refused without trying.
-        let least = self.area() / (max_edge * max_edge * 3.0_f64.sqrt() / 4.0) / 4.0;
+        let triangles_needed = |(index, triangle): (usize, &[u32; 3])| {
+            let max_edge = max_edges[self.vertex_part[triangle[0] as usize] as usize];
+            self.triangle_area(index) / (max_edge * max_edge * 3.0_f64.sqrt() / 4.0)
+        };
+        let least = self.triangles.iter().enumerate().map(triangles_needed).sum::<f64>() / 4.0;
         if least > limit as f64 {
-            return Err(ModelError::TooManyVertices { path: self.source, max_edge, needed: least as usize, limit });
+            return Err(too_many(self.source, least as usize));
         }
+        let mut places = max_edges.iter().any(|edge| *edge != finest).then(|| {
+            let (of_vertex, count) = places(&self.positions);
+            Places { of_vertex, count }
+        });
         loop {
-            let marks: Vec<u8> =
-                self.triangles.par_iter().map(|triangle| self.long_edges(triangle, max_edge)).collect();
+            let asks = |triangle: &[u32; 3]| {
+                self.long_edges(triangle, max_edges[self.vertex_part[triangle[0] as usize] as usize])
+            };
+            let mut marks: Vec<u8> = self.triangles.par_iter().map(asks).collect();
             if marks.par_iter().all(|marks| *marks == 0) {
                 return Ok(self);
             }
-            let midpoints = Midpoints::collect(self.positions.len(), &self.triangles, &marks);
+            let shared = places.as_ref().map(|places| self.agree(places, &mut marks));
+            let midpoints = Midpoints::collect(self.positions.len(), &self.triangles, &marks, |vertex| vertex);
             let needed = self.positions.len() + midpoints.upper.len();
             if needed > limit {
-                return Err(ModelError::TooManyVertices { path: self.source, max_edge, needed, limit });
+                return Err(too_many(self.source, needed));
+            }
+            if let (Some(places), Some(shared)) = (&mut places, shared) {
+                let of_vertex = &mut places.of_vertex;
+                of_vertex.reserve_exact(midpoints.upper.len());
+                for edge in midpoints.edges() {
+                    of_vertex.push(shared.vertex(edge.map(|vertex| of_vertex[vertex as usize])));
+                }
+                places.count += shared.upper.len();
             }
             self.push_midpoints(&midpoints);
             self.split(&midpoints, &marks);
             progress(self.positions.len());
         }
+    }
+
+    /// Marks every edge that another triangle has marked in its place, and the longest edge of a triangle that is split for
+    /// a neighbour's sake. Returns what is marked, by place.
+    fn agree(&self, places: &Places, marks: &mut [u8]) -> Midpoints {
+        loop {
+            let name = |vertex: u32| places.of_vertex[vertex as usize];
+            let shared = Midpoints::collect(places.count, &self.triangles, marks, name);
+            let changed = self
+                .triangles
+                .par_iter()
+                .zip(marks.par_iter_mut())
+                .map(|(triangle, marks)| {
+                    let before = *marks;
+                    for edge in (0..3).filter(|edge| before >> edge & 1 == 0) {
+                        let split = shared.find(ends(triangle, edge).map(name)).is_some();
+                        *marks |= u8::from(split) << edge;
+                    }
+                    if *marks != before {
+                        *marks |= 1 << self.longest_edge(triangle);
+                    }
+                    *marks != before
+                })
+                .reduce(|| false, |a, b| a | b);
+            if !changed {
+                return shared;
+            }
+        }
+    }
+
+    /// The longest edge of a triangle that can be halved; of equal ones that which comes first by its ends' positions, from
+    /// whichever side it is seen.
+    fn longest_edge(&self, triangle: &[u32; 3]) -> usize {
+        let rank = |edge: usize| {
+            let [a, b] = ends(triangle, edge).map(|vertex| self.positions[vertex as usize]);
+            let mut ends = [a.to_array(), b.to_array()];
+            ends.sort_unstable_by(|a, b| lexicographic(a, b));
+            (is_between(a, middle(a, b), b), (a - b).length(), ends)
+        };
+        let compare = |a: &usize, b: &usize| {
+            let (a, b) = (rank(*a), rank(*b));
+            let by_place = || lexicographic(b.2.as_flattened(), a.2.as_flattened());
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then_with(by_place)
+        };
+        (0..3).max_by(compare).unwrap_or(0)
     }
 
     /// Bit `k` is set where edge `k` is too long. Lengths are compared, not squares, which could underflow.
@@ -161,9 +263,30 @@ impl Model {
 
     /// Replaces every marked triangle by two, three or four.
     fn split(&mut self, midpoints: &Midpoints, marks: &[u8]) {
-        let added: usize = marks.iter().map(|marks| marks.count_ones() as usize).sum();
-        let mut triangles = Vec::with_capacity(self.triangles.len() + added);
-        for (triangle, marks) in self.triangles.iter().zip(marks) {
+        let added = |marks: &[u8]| marks.iter().map(|marks| marks.count_ones() as usize).sum::<usize>();
+        let sizes: Vec<usize> = marks.par_chunks(CHUNK).map(|marks| marks.len() + added(marks)).collect();
+        let mut triangles = vec![[0; 3]; sizes.iter().sum()];
+        let mut rest = triangles.as_mut_slice();
+        let mut pieces = Vec::with_capacity(sizes.len());
+        for size in sizes {
+            let piece;
+            (piece, rest) = rest.split_at_mut(size);
+            pieces.push(piece);
+        }
+        let chunks = self.triangles.par_chunks(CHUNK).zip(marks.par_chunks(CHUNK));
+        chunks.zip(pieces).for_each(|((triangles, marks), piece)| self.split_into(midpoints, triangles, marks, piece));
+        self.triangles = triangles;
+    }
+
+    /// Writes what becomes of some triangles to `piece`, which is as long as that.
+    fn split_into(&self, midpoints: &Midpoints, triangles: &[[u32; 3]], marks: &[u8], piece: &mut [[u32; 3]]) {
+        let mut places = piece.iter_mut();
+        let mut put = |triangles: &[[u32; 3]]| {
+            for (place, triangle) in places.by_ref().take(triangles.len()).zip(triangles) {
+                *place = *triangle;
+            }
+        };
+        for (triangle, marks) in triangles.iter().zip(marks) {
             // The first of the corners from which the marked edges come first: b is between them where there are two.
             let turn = match marks {
                 0b010 | 0b110 => 1,
@@ -173,27 +296,26 @@ impl Model {
             let [a, b, c] = [0, 1, 2].map(|corner| triangle[(corner + turn) % 3]);
             let middle = |a, b| midpoints.vertex([a, b]);
             match marks.count_ones() {
-                0 => triangles.push([a, b, c]),
+                0 => put(&[[a, b, c]]),
                 1 => {
                     let m = middle(a, b);
-                    triangles.extend([[a, m, c], [m, b, c]]);
+                    put(&[[a, m, c], [m, b, c]]);
                 }
                 2 => {
                     let (m, n) = (middle(a, b), middle(b, c));
-                    triangles.push([m, b, n]);
+                    put(&[[m, b, n]]);
                     if self.prefers([a, n], [m, c]) {
-                        triangles.extend([[a, m, n], [a, n, c]]);
+                        put(&[[a, m, n], [a, n, c]]);
                     } else {
-                        triangles.extend([[a, m, c], [m, n, c]]);
+                        put(&[[a, m, c], [m, n, c]]);
                     }
                 }
                 _ => {
                     let (m, n, p) = (middle(a, b), middle(b, c), middle(c, a));
-                    triangles.extend([[a, m, p], [m, b, n], [p, n, c], [m, n, p]]);
+                    put(&[[a, m, p], [m, b, n], [p, n, c], [m, n, p]]);
                 }
             }
         }
-        self.triangles = triangles;
     }
 
     /// Whether the first diagonal is the shorter. Where they are equal, positions decide, so that the two faces of a

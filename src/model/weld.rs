@@ -1,9 +1,7 @@
 //! Joins vertices that nothing tells apart.
 
-use std::collections::HashMap;
-use std::collections::hash_map::Entry;
-
 use super::Model;
+use super::alike::{first_alike, position_bits};
 
 impl Model {
     /// Joins vertices whose position, normal, part and material are the same to the last bit.
@@ -12,37 +10,39 @@ impl Model {
     /// same temperature; joined, they cost once. Shape, shading, areas and creases stay as they are. Before
     /// [`Model::subdivide`] it saves most, because new vertices are then shared too.
     pub fn weld(mut self) -> Self {
-        let mut first_of = HashMap::with_capacity(self.positions.len() / 2);
-        let mut kept = 0;
-        let mut renamed = Vec::with_capacity(self.positions.len());
-        for vertex in 0..self.positions.len() {
-            // Adding 0 makes -0 and 0 one.
-            let key = (
-                (self.positions[vertex] + 0.0).to_array().map(f64::to_bits),
+        let key = |vertex: usize| {
+            (
+                position_bits(self.positions[vertex]),
                 (self.normals[vertex] + 0.0).to_array().map(f32::to_bits),
                 self.vertex_part[vertex],
                 self.vertex_material[vertex],
-            );
-            match first_of.entry(key) {
-                Entry::Occupied(first) => renamed.push(*first.get()),
-                Entry::Vacant(slot) => {
-                    slot.insert(kept as u32);
-                    renamed.push(kept as u32);
-                    self.positions[kept] = self.positions[vertex];
-                    self.normals[kept] = self.normals[vertex];
-                    self.vertex_part[kept] = self.vertex_part[vertex];
-                    self.vertex_material[kept] = self.vertex_material[vertex];
-                    kept += 1;
-                }
+            )
+        };
+        let first = first_alike(self.positions.len(), key);
+        self.keep_vertices(|vertex| first[vertex] == vertex as u32, |vertex| first[vertex]);
+        self
+    }
+
+    /// Drops the vertices that are not `kept`; triangles get the one that stands `for_vertex` instead, which is kept.
+    pub(super) fn keep_vertices(&mut self, kept: impl Fn(usize) -> bool, for_vertex: impl Fn(usize) -> u32) {
+        let mut count = 0;
+        let mut renamed = vec![0; self.positions.len()];
+        for (vertex, renamed) in renamed.iter_mut().enumerate() {
+            if kept(vertex) {
+                *renamed = count as u32;
+                self.positions[count] = self.positions[vertex];
+                self.normals[count] = self.normals[vertex];
+                self.vertex_part[count] = self.vertex_part[vertex];
+                self.vertex_material[count] = self.vertex_material[vertex];
+                count += 1;
             }
         }
-        self.positions.truncate(kept);
-        self.normals.truncate(kept);
-        self.vertex_part.truncate(kept);
-        self.vertex_material.truncate(kept);
+        self.positions.truncate(count);
+        self.normals.truncate(count);
+        self.vertex_part.truncate(count);
+        self.vertex_material.truncate(count);
         for vertex in self.triangles.as_flattened_mut() {
-            *vertex = renamed[*vertex as usize];
+            *vertex = renamed[for_vertex(*vertex as usize) as usize];
         }
-        self
     }
 }

@@ -4,6 +4,7 @@
 pub(super) const ROOT: &[&str] = &[
     "name",
     "model",
+    "part",
     "time",
     "orbit",
     "attitude",
@@ -22,7 +23,9 @@ pub(super) const ROOT: &[&str] = &[
 ];
 
 /// `[model]`.
-pub(super) const MODEL: &[&str] = &["path", "max_edge"];
+pub(super) const MODEL: &[&str] = &["path", "max_edge", "min_edge"];
+/// `[[part]]`.
+pub(super) const PART: &[&str] = &["match", "max_edge", "min_edge"];
 /// `[time]`.
 pub(super) const TIME: &[&str] =
     &["start", "step", "steps", "warm_up_orbits", "warm_up", "warm_up_tolerance", "draw_every", "draw_steps"];
@@ -135,6 +138,7 @@ pub(super) const OUTPUT: &[&str] = &["colour_range"];
 /// Headers of the sections with their keys, in the order of the file.
 pub(super) const SECTIONS: &[(&str, &[&str])] = &[
     ("[model]", MODEL),
+    ("[[part]]", PART),
     ("[time]", TIME),
     ("[orbit]", ORBIT),
     ("[attitude]", ATTITUDE),

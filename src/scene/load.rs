@@ -6,9 +6,8 @@ use sha2::{Digest, Sha256};
 
 use super::error::SceneError;
 use super::file::{SourceFile, read_text};
-use super::quantity::Quantity;
 use super::section::Section;
-use super::{Camera, Draw, Scene, SkyScene, camera, keys, material, mesh_network, shadows, view};
+use super::{Camera, Draw, Scene, SkyScene, camera, density, keys, material, mesh_network, shadows, view};
 
 impl Scene {
     /// Reads and checks a scene file. Paths in it are relative to its folder.
@@ -34,10 +33,7 @@ impl Scene {
         let model = required(&root, "model", keys::MODEL)?;
         let model_path = model_path(&model)?;
         files.push(model_path.clone());
-        let max_edge = model.number("max_edge", Quantity::positive("m"))?;
-        if max_edge.is_none() {
-            assumptions.push("The model's triangles are not subdivided (model.max_edge is absent).".to_string());
-        }
+        let density = density::read(&model, &root.tables("part", keys::PART)?, &mut assumptions)?;
         let sky = SkyScene::read(&root, path, &mut files, &mut assumptions)?;
         let sky_files = files[2..].to_vec();
         let time = sky.time.clone();
@@ -67,7 +63,7 @@ impl Scene {
             source: path.to_path_buf(),
             name: sky.name,
             model_path,
-            max_edge,
+            density,
             time,
             orbit: sky.orbit,
             attitude: sky.attitude,

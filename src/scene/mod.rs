@@ -14,6 +14,7 @@ use crate::thermal::material::Material;
 
 mod attitude;
 mod camera;
+mod density;
 mod environment;
 mod ephemeris;
 mod epoch;
@@ -32,11 +33,13 @@ mod section;
 mod shadows;
 mod sky_scene;
 mod table;
+pub mod targets;
 mod time;
 mod values;
 mod vector;
 mod view;
 
+pub use density::{Density, Edges, PartRule};
 pub use error::SceneError;
 pub use load::{file_hash, scene_hash};
 pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, Owners};
@@ -52,8 +55,8 @@ pub struct Scene {
     pub name: String,
     /// glTF file, resolved against the scene file's folder.
     pub model_path: PathBuf,
-    /// Longest edge after subdivision [m]; `None` keeps the file's own triangles.
-    pub max_edge: Option<f64>,
+    /// How long and how short the edges of its triangles may be.
+    pub density: Density,
     /// Steps and what is drawn of them.
     pub time: Time,
     /// Where the craft is.

@@ -21,6 +21,12 @@ pub struct ShadowSettings {
     pub redraw_angle: f64,
 }
 
+impl Default for ShadowSettings {
+    fn default() -> Self {
+        Self { method: Method::Depth, resolution: RESOLUTION, redraw_angle: REDRAW_ANGLE_DEG.to_radians() }
+    }
+}
+
 /// Reads `[shadows]`; without it the craft casts none.
 pub(super) fn read(
     section: Option<&Section>,

@@ -17,7 +17,7 @@ use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::renderer::{Renderer, Submitted};
-use crate::gpu::resources::{SceneData, ShadowData};
+use crate::gpu::resources::{SceneData, ShadowData, check_plan};
 use crate::gpu::shapes::Shapes;
 use crate::gpu::timing::PassTimes;
 use crate::raster::{self, Surface, rasterise};
@@ -29,6 +29,7 @@ use crate::thermal::nodes::{GROUP, PADDING};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::radiance_f32::RadianceTableF32;
 use crate::thermal::reference::{Reference, ReferenceNode};
+use crate::trace::{Trace, Track};
 
 /// One tick as an engine takes it.
 #[derive(Debug, Clone, Copy)]
@@ -85,7 +86,9 @@ pub enum Engine {
         /// Ticks submitted.
         ticks: u64,
         /// For the projection.
-        camera: Option<Camera>,
+        camera: Option<Box<Camera>>,
+        /// When what was done.
+        trace: Trace,
         /// Its device.
         context: Arc<Context>,
     },
@@ -126,6 +129,7 @@ pub struct ReferenceEngine {
     camera: Option<Camera>,
     table: RadianceTable,
     delivered: VecDeque<Delivered>,
+    trace: Trace,
 }
 
 impl Engine {
@@ -135,7 +139,9 @@ impl Engine {
     /// A scene beyond the device, or a call that fails.
     pub fn on_device(context: &Arc<Context>, prepared: &Prepared, camera: Option<&Camera>) -> Result<Self, GpuError> {
         let device = DeviceData::new(prepared);
-        let renderer = Renderer::new(context, &device.scene_data(prepared, camera))?;
+        let data = device.scene_data(prepared, camera);
+        check_plan(context, &data.plan(), prepared.network_bytes(), data.image)?;
+        let renderer = Renderer::new(context, &data)?;
         Ok(Self::Device {
             renderer: Box::new(renderer),
             flying: VecDeque::new(),
@@ -146,7 +152,8 @@ impl Engine {
                 .map(|scene| NetworkRun::on_device(context, scene).map(Box::new))
                 .transpose()?,
             ticks: 0,
-            camera: camera.cloned(),
+            camera: camera.cloned().map(Box::new),
+            trace: Trace::default(),
             context: Arc::clone(context),
         })
     }
@@ -154,6 +161,27 @@ impl Engine {
     /// The scene on the f64 reference.
     pub fn reference(prepared: &Prepared, camera: Option<&Camera>) -> Self {
         Self::Reference(Box::new(ReferenceEngine::new(prepared, camera)))
+    }
+
+    /// Keeps when what is done from now on; the reference has host spans only.
+    pub fn record(&mut self, trace: Trace) {
+        match self {
+            Self::Device { renderer, trace: own, .. } => {
+                if trace.is_recording() {
+                    renderer.keep_frames();
+                }
+                *own = trace;
+            }
+            Self::Reference(engine) => engine.trace = trace,
+        }
+    }
+
+    /// Where that is kept.
+    pub fn trace(&self) -> Trace {
+        match self {
+            Self::Device { trace, .. } => trace.clone(),
+            Self::Reference(engine) => engine.trace.clone(),
+        }
     }
 
     /// Name of the device, or `cpu`.
@@ -215,7 +243,8 @@ impl Engine {
     /// A call that fails.
     pub fn submit(&mut self, tick: Option<Tick<'_>>, order: Order) -> Result<(), GpuError> {
         match self {
-            Self::Device { renderer, flying, ready, network, ticks, camera, .. } => {
+            Self::Device { renderer, flying, ready, network, ticks, camera, trace, .. } => {
+                let _submits = trace.span(Track::Host, "submit");
                 *ticks += u64::from(tick.is_some());
                 if let (Some(network), Some(tick)) = (network, &tick) {
                     // The host sits between the loads and the temperatures, so what is under way must land first.
@@ -234,7 +263,11 @@ impl Engine {
                 flying.push_back(renderer.submit(tick, view.as_ref(), order.temperatures)?);
                 Ok(())
             }
-            Self::Reference(engine) => engine.run(tick, order),
+            Self::Reference(engine) => {
+                let trace = engine.trace.clone();
+                let _computes = trace.span(Track::Host, "f64 reference");
+                engine.run(tick, order)
+            }
         }
     }
 
@@ -244,12 +277,16 @@ impl Engine {
     /// A lost device.
     pub fn deliver(&mut self) -> Result<Delivered, GpuError> {
         match self {
-            Self::Device { renderer, flying, ready, .. } => {
+            Self::Device { renderer, flying, ready, trace, .. } => {
                 if let Some(delivered) = ready.pop_front() {
                     return Ok(delivered);
                 }
                 let Some(submitted) = flying.pop_front() else { return Ok(Delivered::default()) };
-                collect(renderer, submitted)
+                let waits = trace.span(Track::Host, "wait for the device");
+                let delivered = collect(renderer, submitted)?;
+                drop(waits);
+                renderer.take_frames().into_iter().for_each(|frame| trace.frame(frame));
+                Ok(delivered)
             }
             Self::Reference(engine) => Ok(engine.delivered.pop_front().unwrap_or_default()),
         }
@@ -439,6 +476,7 @@ impl ReferenceEngine {
             camera: camera.cloned(),
             table: RadianceTable::new(prepared.scene.band),
             delivered: VecDeque::new(),
+            trace: Trace::default(),
         }
     }
 

@@ -24,6 +24,7 @@ use crate::output::series::{Series, SeriesRow};
 use crate::output::statistics::Groups;
 use crate::output::temperature_plots::{Eclipses, temperature_plots};
 use crate::thermal::nodes::GROUP;
+use crate::trace::Track;
 use rayon::prelude::*;
 
 /// Most pictures on the contact sheet.
@@ -98,8 +99,11 @@ pub fn run_into(
     stop: &AtomicBool,
     progress: &dyn Progress,
 ) -> Result<Outcome, JobError> {
+    let trace = engine.trace();
     let mut check = with_check.then(|| Check::new(prepared));
+    let warms_up = trace.span(Track::Host, "settle and warm up");
     let periodic = start(prepared, engine, check.as_mut(), stop, &mut || progress.warmed_up())?;
+    drop(warms_up);
 
     let maker = prepared.scene.camera.as_ref().map(|camera| FrameMaker::new(prepared, camera, &engine.device_name()));
     let groups = NodeGroups::new(prepared)?;
@@ -112,9 +116,11 @@ pub fn run_into(
     let (complete, written) = std::thread::scope(|scope| {
         // Files are written while the next steps are computed.
         let (frames, waiting) = sync_channel::<(Frame, FrameHeader)>(WAITING_FRAMES);
+        let files = trace.clone();
         let writer = scope.spawn(move || {
             let mut written = Vec::new();
             for (frame, header) in waiting {
+                let _writes = files.span(Track::Writer, "write EXR");
                 let path = folder.frame_exr(frame.step);
                 write_exr(&path, &frame, &header)?;
                 written.push(WrittenFrame {
@@ -127,6 +133,7 @@ pub fn run_into(
             Ok::<_, OutputError>(written)
         });
         let mut consume = |mut result: StepResult| -> Result<(), JobError> {
+            let _consumes = trace.span(Track::Host, "series and frame");
             if let Some(temperatures) = result.delivered.temperatures.take() {
                 check_finite(prepared, result.step, &temperatures)?;
                 series.push(groups.row(result.time, &temperatures, &prepared.probes)?)?;
@@ -145,6 +152,7 @@ pub fn run_into(
     })?;
     let stepping_s = began.elapsed().as_secs_f64();
 
+    let draws = trace.span(Track::Host, "series, pictures and plots");
     series.write(&folder.series())?;
     let scale = match prepared.scene.colour_range {
         Some(range) => ColourScale::new(Quantity::Temperature, range),
@@ -157,6 +165,7 @@ pub fn run_into(
         write_bytes(&path, plot.svg.as_bytes())?;
         plots.push(PlotEntry { title: plot.title, file: folder.relative(&path), svg: plot.svg });
     }
+    drop(draws);
     let accuracy = check.map(|check| check.accuracy(prepared));
     let network_costs = engine.network_costs()[warm_up_ticks..].to_vec();
     Ok(Outcome { complete, frames, pictures, plots, series, accuracy, periodic, network_costs, stepping_s })

@@ -6,15 +6,17 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::density;
 use super::network::{self, SceneNetwork};
 use crate::environment::orbit::period_disagreement;
 use crate::environment::shadow::{LARGEST_TREE, Method, Occluders, Redraw, Shadows};
 use crate::environment::sky::SkyError;
 use crate::environment::tick::TickLoads;
 use crate::gpu::frame::StepRange;
+use crate::gpu::network::network_bytes;
 use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
-use crate::model::{Model, ModelError};
+use crate::model::{Merged, Model, ModelError};
 use crate::scene::{Attitude, Orbit, Scene, SceneError, ShadowSettings as Settings, file_hash, scene_hash};
 use crate::thermal::material::{Material, Response};
 use crate::thermal::nodes::{Nodes, RangeResponse};
@@ -28,15 +30,55 @@ const LONGEST_STEP: f64 = 1.0 / 60.0;
 /// Angle against the Sun in a step above which its samples stand badly for the mean [deg].
 const LARGEST_TURN_DEG: f64 = 20.0;
 
-/// Host memory that building a scene takes at its peak, for each node.
-const HOST_BYTES_A_NODE: usize = 400;
-
 /// Groups of four nodes that one dispatch takes at most: 65,535 workgroups of 64, and 128 MiB of vec4.
 const MAX_GROUPS: usize = 65_535 * 64;
 
 /// What a reader of a transition's temperatures must know (NUMERICS.md 1).
 const PROFILES: &str = "A transition is a profile in temperature, not physics: in orbit even the best t_max leaves a \
                         radiating node 10 to 37 K rms from its energy balance.";
+
+/// What is under way while a scene is built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// The model is read, and its short edges are merged.
+    Reading,
+    /// Long edges are split: the vertices so far.
+    Splitting(usize),
+    /// The thermal network is made.
+    Network,
+    /// Nodes are put in the order of the device.
+    Ordering,
+    /// Loads are prepared.
+    Loads,
+}
+
+impl Stage {
+    /// How many there are.
+    pub const COUNT: u64 = 5;
+
+    /// How many come before it.
+    pub fn number(self) -> u64 {
+        match self {
+            Self::Reading => 0,
+            Self::Splitting(_) => 1,
+            Self::Network => 2,
+            Self::Ordering => 3,
+            Self::Loads => 4,
+        }
+    }
+}
+
+impl std::fmt::Display for Stage {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Reading => write!(out, "reading the model"),
+            Self::Splitting(vertices) => write!(out, "splitting: {vertices} vertices"),
+            Self::Network => write!(out, "making the network"),
+            Self::Ordering => write!(out, "ordering the nodes"),
+            Self::Loads => write!(out, "preparing the loads"),
+        }
+    }
+}
 
 /// What keeps a scene from being made.
 #[derive(Debug, thiserror::Error)]
@@ -125,6 +167,8 @@ pub struct Prepared {
     pub shadow_tree: Option<Occluders>,
     /// Node indices of the triangles that cast shadows, those of the model before it is split; empty without shadows.
     pub occluders: Vec<[u32; 3]>,
+    /// What the scene's shortest edges merged, where it has any.
+    pub merged: Option<Merged>,
     /// Area of the model [m2].
     pub area: f64,
     /// Sun, planet and albedo of any tick.
@@ -138,11 +182,11 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Loads and checks everything that the scene names; `progress` hears of the vertices made by subdivision.
+    /// Loads and checks everything that the scene names; `progress` hears what is under way.
     ///
     /// # Errors
     /// The first thing that keeps the scene from running.
-    pub fn new(path: &Path, progress: &mut dyn FnMut(usize)) -> Result<Self, PrepareError> {
+    pub fn new(path: &Path, progress: &mut dyn FnMut(Stage)) -> Result<Self, PrepareError> {
         Self::from_scene(Scene::load(path)?, progress)
     }
 
@@ -150,7 +194,7 @@ impl Prepared {
     ///
     /// # Errors
     /// As for `new`.
-    pub fn from_scene(scene: Scene, progress: &mut dyn FnMut(usize)) -> Result<Self, PrepareError> {
+    pub fn from_scene(scene: Scene, progress: &mut dyn FnMut(Stage)) -> Result<Self, PrepareError> {
         Self::with_materials(scene, |_| (), progress)
     }
 
@@ -161,8 +205,9 @@ impl Prepared {
     pub fn with_materials(
         mut scene: Scene,
         change: impl FnOnce(&mut [Material]),
-        progress: &mut dyn FnMut(usize),
+        progress: &mut dyn FnMut(Stage),
     ) -> Result<Self, PrepareError> {
+        progress(Stage::Reading);
         let mut model = Model::load(&scene.model_path)?.weld();
         let mut materials = scene.materials.resolve(&model, &mut scene.files)?;
         change(&mut materials);
@@ -176,6 +221,7 @@ impl Prepared {
         drop(contents);
 
         let mut warnings = scene.materials.idle_patterns(&model);
+        warnings.extend(scene.density.idle_patterns(&model));
         let mut remarks: Vec<String> =
             model.skipped.iter().map(|skipped| format!("{}: left out, {}", skipped.what, skipped.why)).collect();
         remarks.append(&mut model.notes);
@@ -185,11 +231,13 @@ impl Prepared {
             remarks.push(format!("and {more} more: isotherm info {}", scene.model_path.display()));
         }
         warnings.append(&mut remarks);
+        let merged;
+        (model, merged) = density::merge(&scene, model)?;
+        scene.assumptions.extend(merged.as_ref().map(density::describe));
         // Splitting appends vertices, so the triangles as they are now keep their corners.
         let occluders = if scene.shadows.is_some() { model.triangles.clone() } else { Vec::new() };
-        if let Some(max_edge) = scene.max_edge {
-            model = model.subdivide(max_edge, node_limit(), progress)?;
-        }
+        let has_network = materials.iter().any(|material| matches!(material.response, Response::Network));
+        model = density::split(&scene, model, has_network, progress)?;
         if scene.time.step > LONGEST_STEP * scene.orbit.period() {
             warnings.push(format!(
                 "a step of {} s is {:.1} deg of the orbit: planet infrared and albedo are those of its middle, not its mean",
@@ -208,7 +256,9 @@ impl Prepared {
         }
 
         let parts: Vec<String> = model.parts.iter().map(|part| part.name.clone()).collect();
+        progress(Stage::Network);
         let shell = network::shell(&scene, &model, &parts, &materials)?;
+        progress(Stage::Ordering);
         let areas = model.node_areas();
         let nodes = Nodes::new(&model, &areas, &materials);
         let of_nodes = |triangles: Vec<[u32; 3]>| -> Vec<[u32; 3]> {
@@ -230,6 +280,7 @@ impl Prepared {
             }
             _ => None,
         };
+        progress(Stage::Loads);
         let loads = TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)
             .map_err(|source| PrepareError::Sky { path: scene.source.clone(), source })?;
         let before = warm_up_orbits(&scene) * scene.orbit.period();
@@ -277,6 +328,7 @@ impl Prepared {
             triangles,
             occluders,
             shadow_tree,
+            merged,
             area: areas.iter().sum(),
             loads,
             probes,
@@ -316,6 +368,11 @@ impl Prepared {
             }
         }
         ranges
+    }
+
+    /// Bytes on a device that integrates the scene's thermal network; 0 where it has none.
+    pub fn network_bytes(&self) -> u64 {
+        self.network.as_ref().map_or(0, |network| network_bytes(network.network()))
     }
 
     /// The Sun's view of what casts shadows, and when it is taken anew; `None` where the craft does not shadow itself.
@@ -368,16 +425,6 @@ impl Prepared {
 /// Orbits stepped before time 0 at most; a periodic warm-up steps the same one again.
 fn warm_up_orbits(scene: &Scene) -> f64 {
     if scene.time.periodic.is_some() { 1.0 } else { scene.time.warm_up_orbits }
-}
-
-/// Nodes that fit into the memory that the host has free, so that subdivision ends in an error and not in swapping.
-fn node_limit() -> usize {
-    let available = std::fs::read_to_string("/proc/meminfo").ok().and_then(|text| {
-        let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?.trim().to_owned();
-        line.strip_suffix("kB")?.trim().parse::<usize>().ok()
-    });
-    // Where the system does not tell, 32-bit indices are the limit.
-    available.map_or(u32::MAX as usize, |kilobytes| kilobytes * 1024 / HOST_BYTES_A_NODE)
 }
 
 /// The node nearest to each probe.

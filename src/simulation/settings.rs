@@ -17,9 +17,17 @@ pub fn sections(prepared: &Prepared) -> Vec<Section> {
         "Model",
         vec![
             ("path", scene.model_path.display().to_string()),
-            ("max_edge", scene.max_edge.map_or("as in the file".to_owned(), |edge| format!("{edge} m"))),
+            ("max_edge", max_edge(scene.density.model.max)),
+            ("min_edge", min_edge(scene.density.model.min)),
         ],
     );
+    for rule in &scene.density.parts {
+        let edges = [
+            rule.edges.max.map(|_| ("max_edge", max_edge(rule.edges.max))),
+            rule.edges.min.map(|_| ("min_edge", min_edge(rule.edges.min))),
+        ];
+        section(&format!("Parts {}", rule.patterns.join(", ")), edges.into_iter().flatten().collect());
+    }
     section(
         "Time",
         vec![
@@ -127,6 +135,14 @@ pub fn sections(prepared: &Prepared) -> Vec<Section> {
         );
     }
     sections
+}
+
+fn max_edge(edge: Option<f64>) -> String {
+    edge.map_or("as in the file".to_owned(), |edge| format!("{edge} m"))
+}
+
+fn min_edge(edge: Option<f64>) -> String {
+    edge.map_or("off".to_owned(), |edge| format!("{edge} m"))
 }
 
 fn profile(profile: &Profile) -> String {

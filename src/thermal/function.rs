@@ -12,6 +12,7 @@ mod error;
 mod expression;
 mod flow;
 mod measured;
+mod pace;
 pub mod parse;
 pub mod phase;
 mod polynomial;
@@ -20,8 +21,9 @@ use cubics::Cubics;
 pub use error::FunctionError;
 pub use expression::glsl::literal;
 pub use expression::{EndPolynomial, Expression};
-pub use flow::{Flow, Piece};
+use flow::Flow;
 pub use measured::{Measured, Sample};
+pub use pace::{HALF, Pace, WIDTH};
 pub use phase::Superposition;
 pub use polynomial::Polynomial;
 
@@ -54,8 +56,8 @@ pub struct Shape {
     pub kind: Kind,
     /// Extrema of the relative rate, as shares of the time left, rising; none where it grows throughout.
     turns: Vec<f64>,
-    /// By what the device finds a phase; none where it must search for it.
-    flow: Option<Flow>,
+    /// How fast the phase moves with the gap; none where the device must search for it, or has a closed form.
+    pace: Option<Pace>,
     /// Pieces that the device reads where a table is too long to be written out.
     cubics: Option<Cubics>,
 }
@@ -159,8 +161,14 @@ impl Function {
         }
         let turns = phase::turns(&kind);
         let closed = matches!(kind, Kind::Exponential { rate } if rate >= CLOSED_FORM_RATE);
-        let flow = if turns.is_empty() && !closed { Flow::new(&kind) } else { None };
-        Ok(Self::Shaped(Arc::new(Shape { kind, turns, flow, cubics })))
+        let pace = if !turns.is_empty() {
+            Some(Pace::limited(&kind))
+        } else if closed {
+            None
+        } else {
+            Flow::new(&kind).map(|flow| Pace::of_flow(&flow))
+        };
+        Ok(Self::Shaped(Arc::new(Shape { kind, turns, pace, cubics })))
     }
 
     /// Name of the kind, as scene files write it.
@@ -207,6 +215,9 @@ impl Function {
             Self::Linear | Self::Quadratic => phase::merged_power(r, sum),
             Self::Shaped(shape) => match shape.kind {
                 Kind::Exponential { rate } => phase::merged_exponential(rate, r, sum),
+                _ if !shape.turns.is_empty() && sum.change.abs() <= phase::STEP => {
+                    shape.pace.as_ref().map_or(r, |pace| pace.followed(r, -(-sum.change).ln_1p()))
+                }
                 _ => phase::merged(&shape.kind, &shape.turns, r, sum),
             },
         }
@@ -219,9 +230,9 @@ impl Shape {
         &self.turns
     }
 
-    /// By what the device finds a phase; `None` where it must search for it.
-    pub fn flow(&self) -> Option<&Flow> {
-        self.flow.as_ref()
+    /// How fast the phase moves with the gap; `None` where the device must search for it, or has a closed form.
+    pub fn pace(&self) -> Option<&Pace> {
+        self.pace.as_ref()
     }
 
     /// The cubic pieces that the device reads, of a long table.

@@ -144,7 +144,10 @@ fn bench_of(runs: Vec<Run>, (case, truth): &(Case, Truth)) -> Bench {
         load_average: [Some([1.0, 2.0, 3.0]), None],
         limits: None,
         responses: Vec::new(),
+        frames: Vec::new(),
+        models: None,
         integrators: vec![Integrated { case: case.key.to_owned(), runs }],
+        hard: Vec::new(),
     };
     let summary = CaseSummary {
         key: case.key.to_owned(),
@@ -167,6 +170,7 @@ fn bench_of(runs: Vec<Run>, (case, truth): &(Case, Truth)) -> Bench {
         processors: 2,
         cases: vec![summary],
         devices: vec![measured],
+        drivers: Vec::new(),
         wall_s: 1.0,
     }
 }

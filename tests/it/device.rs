@@ -262,3 +262,9 @@ impl Worst {
         println!("{sentence}");
     }
 }
+
+/// The grid on which a device places corners of triangles, over 1/256 of a pixel, which lavapipe and GPUs have; SwiftShader's
+/// is 16 times as wide (`subPixelPrecisionBits`, Vulkan 1.3, table of required limits: at least 4 bits).
+pub fn corner_grid(context: &Context) -> f64 {
+    0.5f64.powi(context.info.sub_pixel_bits as i32 - 8).max(1.0)
+}

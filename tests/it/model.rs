@@ -1,6 +1,7 @@
 //! The glTF loader, subdivision and summary, on the shared files and on files made here.
 
 mod bad_input;
+mod density;
 mod geometry;
 pub mod make;
 pub mod shared_files;

@@ -9,7 +9,7 @@ use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::{StepResult, start, still};
 
 use super::craft::{Folder, SCENE, never, prepared};
-use super::device::{Worst, assert_silent, context};
+use super::device::{Worst, assert_silent, context, corner_grid};
 
 /// The picture of a scene at a time [s], by an engine.
 fn picture(prepared: &Prepared, engine: &mut Engine, time: f64) -> StepResult {
@@ -67,13 +67,19 @@ fn compare(found: &Pixels, expected: &Pixels, width: usize) -> Apart {
 }
 
 /// Labels differ at few pixels, and those at edges.
-fn check_labels(apart: &Apart, what: &str) {
+fn check_labels(apart: &Apart, grid: f64, what: &str) {
     let sentence = format!(
         "{what}: {} of {} labels differ, {} inside, {} faces",
         apart.labels, apart.shown, apart.inside, apart.faces
     );
-    assert!((apart.labels + apart.faces) * 200 < apart.shown && apart.inside * 2000 < apart.shown, "{sentence}");
+    let few = |count: usize, most: f64| (count as f64) < grid * most * apart.shown as f64;
+    assert!(few(apart.labels + apart.faces, 0.005) && few(apart.inside, 0.0005), "{sentence}");
     println!("{sentence}");
+}
+
+/// How far the depth of a face may be off: on a wide grid of corners a slanted face moves along the line of sight.
+fn slant(grid: f64) -> f64 {
+    if grid > 1.0 { 1e-3 } else { 1e-5 }
 }
 
 /// Compares temperatures within a tolerance [K], and all else.
@@ -87,11 +93,13 @@ fn check_against_rasteriser(prepared: &Prepared, what: &str, tolerance: f64) {
         .map(|engine| picture(prepared, engine, time).delivered.pixels.expect("a picture"));
     let apart = compare(&found, &expected, camera.width as usize);
     assert!(apart.shown > 1000, "{} pixels show something", apart.shown);
-    check_labels(&apart, what);
+    let grid = corner_grid(&context);
+    let tolerance = grid * tolerance;
+    check_labels(&apart, grid, what);
     apart.temperature.within(tolerance, "K", &format!("{what}, temperature"));
     // A kelvin is 1.7 % of the radiance at 300 K, and 5 % at 180 K.
     apart.radiance.within(2e-5 + 0.05 * tolerance, "relative", &format!("{what}, radiance"));
-    apart.depth.within(1e-5, "relative", &format!("{what}, depth"));
+    apart.depth.within(slant(grid), "relative", &format!("{what}, depth"));
     let other = picture(prepared, &mut device, time + 10.0).delivered.pixels.expect("a picture");
     let wrong = compare(&other, &expected, camera.width as usize);
     assert!(wrong.temperature.difference > 5.0 * tolerance, "ten seconds later must show: {:?}", wrong.temperature);
@@ -148,10 +156,11 @@ fn the_golden_picture() {
         identity: frame.part.iter().zip(&frame.material).map(|(part, material)| [*part, *material]).collect(),
     };
     let apart = compare(&found, &kept, camera.width as usize);
-    check_labels(&apart, "golden picture");
-    apart.radiance.within(1e-4, "relative", "radiance against the golden picture");
-    apart.depth.within(1e-5, "relative", "depth against the golden picture");
+    let grid = corner_grid(&context);
+    check_labels(&apart, grid, "golden picture");
+    apart.radiance.within(1e-4 * grid, "relative", "radiance against the golden picture");
+    apart.depth.within(slant(grid), "relative", "depth against the golden picture");
     let later = picture(&prepared, &mut engine, 242.0).delivered.pixels.expect("a picture");
     let wrong = compare(&later, &kept, camera.width as usize);
-    assert!(wrong.radiance.difference > 1e-4, "two seconds later must show: {:?}", wrong.radiance);
+    assert!(wrong.radiance.difference > 1e-4 * grid, "two seconds later must show: {:?}", wrong.radiance);
 }

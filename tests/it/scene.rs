@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use approx::assert_relative_eq;
-use glam::{DQuat, DVec3};
+use glam::{DMat4, DQuat, DVec3};
 use isotherm::environment::shadow::Method;
-use isotherm::scene::{Attitude, CameraFrame, Draw, Initial, Scene, SceneError};
+use isotherm::model::Part;
+use isotherm::scene::{Attitude, CameraFrame, Draw, Edges, Initial, Scene, SceneError};
 
 mod materials;
 mod refusals;
@@ -73,7 +74,15 @@ fn every_value_of_a_full_scene_arrives() {
     assert_eq!(scene.name, "station");
     assert_eq!(scene.model_path, folder.path("craft.glb"));
     assert_eq!(scene.files, [folder.path("scene.toml"), folder.path("craft.glb"), folder.path("table.toml")]);
-    assert_eq!(scene.max_edge, Some(1.5));
+    let of = |name: &str| {
+        let part = Part { name: name.to_owned(), body_from_part: DMat4::IDENTITY };
+        let Edges { max, min } = scene.density.of(&part);
+        (max, min)
+    };
+    assert_eq!(
+        (of("array 2"), of("mast"), of("Mast")),
+        ((Some(0.25), Some(0.02)), (Some(0.25), Some(0.02)), (Some(1.5), Some(0.0)))
+    );
     assert_eq!((scene.time.step, scene.time.steps, scene.time.warm_up_orbits), (15.5, 360, 0.5));
     assert_eq!(scene.time.draw, Draw::Steps(vec![0, 90, 360]));
     let orbit = scene.orbit.circular().unwrap();
@@ -118,7 +127,7 @@ fn a_short_scene_says_what_it_assumes() {
     let folder = Folder::new();
     let scene = folder.parse(SHORT).unwrap();
     assert_eq!(scene.name, "scene");
-    assert_eq!((scene.max_edge, scene.colour_range), (None, None));
+    assert_eq!((scene.density.model.max, scene.colour_range), (None, None));
     assert_eq!((scene.time.warm_up_orbits, &scene.time.draw), (0.0, &Draw::Every(1)));
     assert_eq!(scene.attitude, Attitude::Nadir { nadir_axis: DVec3::Z, forward_axis: DVec3::X });
     assert_eq!(scene.initial, Initial::Balance);

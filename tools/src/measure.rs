@@ -1,6 +1,7 @@
 //! Measures what README states: the thermal pass by number of nodes, whole ticks of a scene by density and size, and
-//! stages of large networks.
+//! stages of large networks, and what building a scene costs.
 
+mod build_cost;
 mod network_cost;
 
 use std::path::PathBuf;
@@ -50,6 +51,15 @@ struct Arguments {
     /// Numbers of nodes of the networks; each becomes the nearest square
     #[arg(long, value_delimiter = ',', default_values_t = [10_000, 100_000, 1_000_000])]
     network_nodes: Vec<usize>,
+    /// Measure nothing but the building of the scene, at --build-edges
+    #[arg(long)]
+    build: bool,
+    /// Longest edges of --build [m]; of the station 1e5, 1e6 and 1e7 nodes
+    #[arg(long, value_delimiter = ',', default_values_t = [1.5, 0.35, 0.09])]
+    build_edges: Vec<f64>,
+    /// Build with this longest edge alone, in this process
+    #[arg(long, hide = true)]
+    build_one: Option<f64>,
     /// Ticks of each measurement
     #[arg(long, default_value_t = 30)]
     ticks: u32,
@@ -70,10 +80,18 @@ fn main() -> ExitCode {
 
 fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     let context = Context::open(arguments.device.as_deref(), false)?;
+    if let Some(edge) = arguments.build_one {
+        return build_cost::measure_one(&context, Scene::load(&arguments.scene)?, edge);
+    }
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     println!("Device: {}, {}; load average {}\n", context.info.name, context.info.driver, load.trim());
     if arguments.network_only {
         return network_cost::measure(&context, &arguments.network_nodes);
+    }
+    if arguments.build {
+        let mut same = vec!["--scene".to_owned(), arguments.scene.display().to_string()];
+        same.extend(arguments.device.iter().flat_map(|device| ["--device".to_owned(), device.clone()]));
+        return build_cost::measure(&arguments.build_edges, &same);
     }
     let scene = Scene::load(&arguments.scene)?;
     if arguments.functions_only {
@@ -280,7 +298,7 @@ fn whole_ticks(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> 
     for &edge in &arguments.edges {
         for [width, height] in [[640, 512], [1024, 1024]] {
             let mut scene = scene.clone();
-            scene.max_edge = Some(edge);
+            scene.density.model.max = Some(edge);
             if let Some(camera) = &mut scene.camera {
                 let scale = f64::from(width) / f64::from(camera.width);
                 camera.focal = camera.focal.map(|focal| focal * scale);

@@ -140,7 +140,8 @@ impl WidePlan {
         for stage in 1..=self.stages {
             let last = stage == self.stages;
             let place = |stage| Place { stage, sub_step: number, odd };
-            if self.lone {
+            // What a sub-step leaves is seen again from where it came to: a large change leaves its rounding.
+            for _ in 0..if self.lone { 1 + u32::from(last) } else { 0 } {
                 steps.push(Step::Barriers(vec![barrier(present(odd), COMPUTE_WRITE, COMPUTE)]));
                 steps.push(self.pass(WideKind::Lone, NetworkNodes::Lone, place(stage - 1)));
             }

@@ -211,16 +211,15 @@ impl Fused {
             planned.time = (t + f64::from(first) * step) as f32;
             planned.count = some;
             let head = self.sub_steps((FusedVariant { kind, lanes }, unknowns), planned, per_dispatch)?;
-            attempt.error = attempt.error.max(f64::from(f32::from_bits(head)));
+            let error = f64::from(f32::from_bits(head));
+            // NaN would vanish in `max`.
+            attempt.error = if error.is_nan() { f64::INFINITY } else { attempt.error.max(error) };
             let words: &[u32] = self.result.read(RESULT_HEAD + 2 * (some * self.sensors) as usize);
             let part = |word: u32| f64::from(f32::from_bits(word));
             attempt.sensed.extend(words[RESULT_HEAD..].chunks_exact(2).map(|pair| part(pair[0]) + part(pair[1])));
             self.counts.sub_steps += u64::from(some);
             self.counts.stages += u64::from(some) * u64::from(stages);
             first += some;
-        }
-        if attempt.error.is_nan() {
-            attempt.error = f64::INFINITY;
         }
         Ok(Some(attempt))
     }
@@ -229,8 +228,8 @@ impl Fused {
     fn plan(&self, lanes: u32, unknowns: Unknowns, stages: u32) -> Option<(NetworkAttempt, u32)> {
         let mut planned = self.describe(unknowns, lanes);
         let pass = self.tables.loops(&self.all(), lanes);
-        let lone = self.tables.loops(&self.tables.lone, lanes) + 9 * (self.tables.lone.len() as u32).div_ceil(lanes);
-        planned.loops_sub_step = (stages + 2) * (pass + lone + 4) + planned.sensors + 8;
+        let lone = self.tables.loops(&self.tables.lone, lanes) + 13 * (self.tables.lone.len() as u32).div_ceil(lanes);
+        planned.loops_sub_step = (stages + 3) * (pass + lone + 4) + planned.sensors + 8;
         planned.stages = stages;
         let newtons = if planned.unknowns == 0 { 0 } else { 3 * stages + 3 };
         let sub_step = planned.loops_sub_step + newtons * planned.loops_iteration;

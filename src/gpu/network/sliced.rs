@@ -3,14 +3,29 @@
 
 use super::tables::Tables;
 use crate::gpu::layout::NetworkLink;
+use crate::thermal::network::Network;
 
 /// Nodes of a group, which one invocation takes.
 pub const GROUP: usize = 4;
 /// Groups of a slice (glsl/network_rows.glsl, GROUPS_OF_SLICE).
 const GROUPS_OF_SLICE: usize = 8;
-const SLICE: usize = GROUP * GROUPS_OF_SLICE;
+/// Nodes of a slice.
+pub const SLICE: usize = GROUP * GROUPS_OF_SLICE;
 /// Conductors of a row; what a node has beyond them is in its tail, so that a hub does not lengthen 31 other rows.
 const ROW_AT_MOST: usize = 16;
+
+/// Entries of the rows of a network and links of its tails, counted without laying them out.
+pub fn entries(network: &Network) -> (usize, usize) {
+    let mut links = vec![0u32; network.len().next_multiple_of(SLICE)];
+    let ends = network.linear.iter().map(|one| one.nodes).chain(network.radiative.iter().map(|one| one.nodes));
+    for node in ends.flatten() {
+        links[node as usize] += 1;
+    }
+    let width = |slice: &[u32]| slice.iter().copied().max().unwrap_or(0).min(ROW_AT_MOST as u32) as usize;
+    let entries = links.chunks(SLICE).map(|slice| width(slice) * GROUPS_OF_SLICE).sum();
+    let tails = links.iter().map(|links| (*links as usize).saturating_sub(ROW_AT_MOST)).sum();
+    (entries, tails)
+}
 
 /// Nodes and conductors.
 pub struct Sliced {

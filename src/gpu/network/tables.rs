@@ -24,16 +24,21 @@ impl Tables {
     /// Gathers the conductors of every node.
     pub fn new(network: &Network) -> Self {
         let is_free = |node: u32| network.kinds[node as usize] != NodeKind::Boundary;
-        let linear = network.linear.iter().map(|conductor| (conductor.nodes, conductor.conductance, 0.0));
-        let radiative = network
-            .radiative
-            .iter()
-            .map(|conductor| (conductor.nodes, 0.0, STEFAN_BOLTZMANN * conductor.exchange_area));
+        let linear = network.linear.len();
+        // A conductor by its number: its ends, what it conducts, what it radiates.
+        let conductor = |number: u32| match network.linear.get(number as usize) {
+            Some(conductor) => (conductor.nodes, conductor.conductance, 0.0),
+            None => {
+                let conductor = &network.radiative[number as usize - linear];
+                (conductor.nodes, 0.0, STEFAN_BOLTZMANN * conductor.exchange_area)
+            }
+        };
         // A conductor stands in the rows of both its ends, but for those that are a boundary.
-        let conductors = linear.chain(radiative).filter(|([a, b], ..)| a != b);
-        let ends = conductors.flat_map(|(nodes, conductance, exchange)| {
-            let [a, b] = nodes;
-            [(a, b), (b, a)].map(|(here, there)| (here, (there, conductance, exchange)))
+        let numbers = 0..(linear + network.radiative.len()) as u32;
+        let ends = numbers.flat_map(|number| {
+            let ([a, b], ..) = conductor(number);
+            let both = if a == b { &[][..] } else { &[0, 1][..] };
+            both.iter().map(move |end| ([a, b][*end], number))
         });
         let ends = ends.filter(|(here, _)| is_free(*here));
         // All rows in one list, by counting: a list each would be a million allocations.
@@ -44,16 +49,17 @@ impl Tables {
         for node in 0..network.len() {
             starts[node + 1] += starts[node];
         }
-        let mut all = vec![(0u32, 0.0f64, 0.0f64); starts[network.len()]];
+        let mut all = vec![0u32; starts[network.len()]];
         let mut filled = starts.clone();
-        for (here, link) in ends {
-            all[filled[here as usize]] = link;
+        for (here, number) in ends {
+            all[filled[here as usize]] = number;
             filled[here as usize] += 1;
         }
+        drop(filled);
         let mut row = Vec::new();
         let mut tables = Self {
             nodes: Vec::with_capacity(network.len()),
-            links: Vec::new(),
+            links: Vec::with_capacity(all.len()),
             radiative: !network.radiative.is_empty(),
             lone: Vec::new(),
             coupled: Vec::new(),
@@ -61,7 +67,10 @@ impl Tables {
         };
         for node in 0..network.len() {
             row.clear();
-            row.extend_from_slice(&all[starts[node]..starts[node + 1]]);
+            row.extend(all[starts[node]..starts[node + 1]].iter().map(|number| {
+                let ([a, b], conductance, exchange) = conductor(*number);
+                (if a as usize == node { b } else { a }, conductance, exchange)
+            }));
             row.sort_by_key(|(there, ..): &(u32, f64, f64)| *there);
             row.dedup_by(|next, kept| {
                 let same = next.0 == kept.0;

@@ -18,7 +18,7 @@ use super::sliced::Sliced;
 use super::tables::Tables;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
-use crate::gpu::layout::NetworkSolver;
+use crate::gpu::layout::{NetworkLink, NetworkSolver};
 use crate::gpu::memory::Buffer;
 use crate::gpu::once::Once;
 use crate::gpu::pass::{NetworkNodes, Resource};
@@ -40,6 +40,30 @@ const PASSES_AT_MOST: u32 = 4_000;
 const SETS: u32 = 64;
 /// Bindings of a pass at most.
 const BINDINGS: u32 = 20;
+
+/// Bytes on the device of a large network: its tables, its stages, and the vectors of the solver, which a steady state
+/// needs; what the host reads and writes is not counted. At most so many: parallel conductors count as several.
+pub fn network_bytes(network: &Network) -> u64 {
+    let groups = network.len().next_multiple_of(super::sliced::SLICE) / super::sliced::GROUP;
+    let (entries, links) = super::sliced::entries(network);
+    let a_entry = if network.radiative.is_empty() { 32 } else { 48 };
+    let tails = if links > 0 { 16 * groups + size_of::<NetworkLink>() * links } else { 0 };
+    // Rows; the last two stages, start and rates; solver; lists of groups and masks.
+    let a_group = 64 + 4 * (8 + 8 + 4 + 4) + 4 * 4 * SOLVER.len() + 20;
+    (a_group * groups + a_entry * entries + tails) as u64
+}
+
+/// Vectors that only a network that solves needs.
+const SOLVER: [Resource; 8] = [
+    Resource::SolverResidual,
+    Resource::SolverConditioned,
+    Resource::SolverDirection,
+    Resource::SolverProductDirection,
+    Resource::SolverSolution,
+    Resource::SolverProduct,
+    Resource::SolverInverse,
+    Resource::SolverRoots,
+];
 
 /// Nodes that a pass is confined to.
 struct List {
@@ -94,7 +118,7 @@ impl Wide {
             filled("network neighbours", bytemuck::cast_slice(&sliced.neighbours))?,
             filled("network conductances", bytemuck::cast_slice(&sliced.conductances))?,
             filled("network exchanges", bytemuck::cast_slice(&sliced.exchanges))?,
-            filled("network tails", bytemuck::cast_slice(&sliced.tails))?,
+            filled("network tails", bytemuck::cast_slice(if sliced.links.is_empty() { &[] } else { &sliced.tails }))?,
             filled("network links", bytemuck::cast_slice(&sliced.links))?,
         ];
         let mut lists = BTreeMap::new();
@@ -178,16 +202,7 @@ impl Wide {
     /// Makes the solver's vectors, which only a network that solves needs.
     fn make_solver(&mut self) -> Result<(), GpuError> {
         let once = &mut self.once;
-        for resource in [
-            Resource::SolverResidual,
-            Resource::SolverConditioned,
-            Resource::SolverDirection,
-            Resource::SolverProductDirection,
-            Resource::SolverSolution,
-            Resource::SolverProduct,
-            Resource::SolverInverse,
-            Resource::SolverRoots,
-        ] {
+        for resource in SOLVER {
             if self.buffers.contains_key(&resource) {
                 continue;
             }

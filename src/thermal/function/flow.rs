@@ -1,4 +1,4 @@
-//! How fast the phase moves as the gap grows, as a polynomial: what the device follows a merge by.
+//! How fast the phase moves as the gap grows, as a polynomial, where the relative rate grows throughout.
 //!
 //! A merge keeps u (h(s) - h(0)), with u the gap and h the relative rate (phase.rs): h(s*) - h(0) is h(s) - h(0) times
 //! the old gap over the new. As the gap grows, the phase therefore moves by
@@ -6,9 +6,9 @@
 //! > d ln(s/r) / d ln u = g(s) = -(h - h(0)) / (h' s r),
 //!
 //! and where h rises throughout g is smooth and of order one, the zeros at both ends cancelling: it is -1 for a power,
-//! all along. The device integrates it from one gap to the next (glsl/merge_flow.glsl). Found so, a small shift has the
-//! relative accuracy of g, where one from h itself loses that of h - h(0) and of h': an exponential's h hardly changes,
-//! and what rounding leaves of the difference has the same sign tick after tick.
+//! all along. The device integrates it from one gap to the next, in pieces that are samples of these polynomials
+//! (pace.rs). Found so, a small shift has the relative accuracy of g, where one from h itself loses that of h - h(0) and
+//! of h': an exponential's h hardly changes, and what rounding leaves of the difference has the same sign tick after tick.
 
 use std::f64::consts::PI;
 
@@ -28,7 +28,7 @@ const MARGIN_OF_ROOT: f64 = 1e-4;
 
 /// The polynomials: one from end to end, or one from either end to the middle.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Flow {
+pub(super) enum Flow {
     /// Of s.
     Whole(Piece),
     /// The first of s, the second of r.
@@ -37,23 +37,18 @@ pub enum Flow {
 
 /// A polynomial of x = scale v - offset, with v the distance to an end or its root.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Piece {
+pub(super) struct Piece {
     /// Whether v is the root.
-    pub of_root: bool,
+    of_root: bool,
     /// Of x.
-    pub scale: f64,
+    scale: f64,
     /// Of x.
-    pub offset: f64,
+    offset: f64,
     /// Coefficients of the powers of x.
-    pub coefficients: Vec<f64>,
+    coefficients: Vec<f64>,
 }
 
 impl Flow {
-    /// That of any power.
-    pub fn of_power() -> Self {
-        Self::Whole(Piece { of_root: false, scale: 2.0, offset: 1.0, coefficients: vec![-1.0] })
-    }
-
     /// The polynomials of fewest terms that follow g; none where sixteen do not.
     pub(super) fn new(kind: &Kind) -> Option<Self> {
         let start = kind.at(1.0).rate;
@@ -66,8 +61,8 @@ impl Flow {
         Some(Self::Halves(half(&of_gone)?, half(&of_left)?))
     }
 
-    #[cfg(test)]
-    fn at(&self, s: f64) -> f64 {
+    /// g at s.
+    pub(super) fn at(&self, s: f64) -> f64 {
         match self {
             Self::Whole(piece) => piece.at(s),
             Self::Halves(start, end) => {

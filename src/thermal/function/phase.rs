@@ -18,31 +18,19 @@
 //! be negative: there is no such phase. Then s is kept and the span rescaled: T is continuous and its rate the nearest
 //! that keeps the curve. Where the gap is reversed, or none was left, the transition is a fresh one.
 //!
-//! *Choice.* Where h turns there may be several roots. One must lie on the stretch around s on which h is monotone,
-//! or else a small change would throw the phase to a distant part of the curve. If one does, it is taken by a change
-//! that is small against the gap, and by a step, |delta| above [`STEP`], the nearest of all. Were the nearest of all
-//! taken by small changes too, those of a target that moves all the time would pass an extremum by a jump from one of
-//! its sides to the other, at a moment that rounding decides (a saw on a table of 7 points with 7 turns: 5e-2 K).
+//! *Choice.* Where h turns there may be several roots. By a step, |delta| above [`STEP`], the nearest of all is taken,
+//! if one lies on the stretch around s on which h is monotone.
 //!
-//! *Jitter.* Where a root is followed both ways, a change and its reverse cancel, since u and v add up. Near an
-//! extremum of h they do not: there the root moves as the square root of the change, one of the two changes may have no
-//! root, and a target that jitters by one ulp of f32 can hold the phase at the extremum for good (0.08 K of a gap of
-//! 1 K, logarithm of k = 9, `t_max` 60,000 steps). Small changes, |delta| below [`SMALL`], therefore leave the phase
-//! where it is within [`NEAR`] of an extremum; the shift grows to its full size over [`FAR`] and [`LARGE`]. The rate is
-//! then off by less than the change itself, and what a change does follows the phase without a jump, so that a change
-//! and its reverse still cancel.
+//! *Small changes.* Near an extremum of h the root moves as the square root of a change: a change and its reverse do not
+//! cancel, one of the two may have no root, and what a target that moves all the time comes to depends on how its
+//! changes are divided and on rounding (a saw on a table of 7 points: 5e-2 K; a jitter of one ulp of f32 holds the phase of a
+//! logarithm of k = 9 at its extremum for good). Where h turns, changes up to [`STEP`] are therefore followed along a
+//! pace (`pace.rs`) that is the root's but next to the extrema, where it is limited: T is continuous, the rate is off by
+//! less than what the change itself adds to it.
 
 use super::cubics::MAX_TURNS;
 use super::{Kind, Point};
 
-/// Distance of the phase to an extremum of the relative rate below which a small change does not move it.
-pub const NEAR: f64 = 0.01;
-/// Distance from which it moves it in full.
-pub const FAR: f64 = 0.03;
-/// Change of the target, over the gap that it leads to, that is small.
-pub const SMALL: f64 = 2e-4;
-/// Change that moves the phase in full wherever it is.
-pub const LARGE: f64 = 2e-3;
 /// Change from which a root on another stretch may be nearer. No whole fraction: an even ramp makes changes of 1/n.
 pub const STEP: f64 = 0.13;
 /// Intervals at whose borders the relative rate is looked at for extrema.
@@ -127,14 +115,7 @@ pub(super) fn merged(kind: &Kind, turns: &[f64], r: f64, sum: Superposition) -> 
             best = found;
         }
     }
-    let distance = [number.wrapping_sub(1), number]
-        .into_iter()
-        .filter_map(|turn| turns.get(turn))
-        .fold(f64::INFINITY, |nearest, turn| nearest.min((turn - r).abs()));
-    let by_place = ((distance - NEAR) / (FAR - NEAR)).clamp(0.0, 1.0);
-    let by_size = ((sum.change.abs() - SMALL) / (LARGE - SMALL)).clamp(0.0, 1.0);
-    let weight = by_place.max(by_size);
-    (r + weight * (best - r)).clamp(f64::MIN_POSITIVE, 1.0)
+    best.clamp(f64::MIN_POSITIVE, 1.0)
 }
 
 /// Root between two points of which the values are known: false position that halves the weight of a stuck end

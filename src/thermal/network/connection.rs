@@ -20,23 +20,31 @@ impl Network {
             self.linear.iter().filter(|conductor| conductor.conductance > 0.0).map(|conductor| conductor.nodes);
         let radiative =
             self.radiative.iter().filter(|conductor| conductor.exchange_area > 0.0).map(|conductor| conductor.nodes);
-        let mut neighbours = vec![Vec::new(); self.len()];
-        for [a, b] in linear.chain(radiative).map(|pair| pair.map(|node| node as usize)) {
-            neighbours[a].push(b);
-            neighbours[b].push(a);
-        }
         let mut open: Vec<bool> =
             (0..self.len()).map(|node| is_end(self.kinds[node]) || self.emissive_areas[node] > 0.0).collect();
-        let mut reached: Vec<usize> = (0..self.len()).filter(|node| open[*node]).collect();
-        while let Some(node) = reached.pop() {
-            for next in &neighbours[node] {
-                if !std::mem::replace(&mut open[*next], true) {
-                    reached.push(*next);
-                }
+        if open.iter().all(|open| *open) {
+            return None;
+        }
+        // Nodes that hang together are a set, which is open where one of them is.
+        let mut parent: Vec<u32> = (0..self.len() as u32).collect();
+        for pair in linear.chain(radiative) {
+            let [a, b] = pair.map(|node| root(&mut parent, node));
+            if a != b {
+                parent[b as usize] = a;
+                open[a as usize] |= open[b as usize];
             }
         }
-        open.iter().position(|open| !open)
+        (0..self.len()).find(|node| !open[root(&mut parent, *node as u32) as usize])
     }
+}
+
+/// The node that stands for the set of a node.
+fn root(parent: &mut [u32], mut node: u32) -> u32 {
+    while parent[node as usize] != node {
+        parent[node as usize] = parent[parent[node as usize] as usize];
+        node = parent[node as usize];
+    }
+    node
 }
 
 #[cfg(test)]

@@ -48,9 +48,7 @@ pub(super) fn shell(
             places += 1;
         }
     }
-    let triangles: Vec<[u32; 3]> =
-        surface.triangles.iter().copied().filter(|triangle| place[triangle[0] as usize] != NONE).collect();
-    let weights = assembly.weights(&triangles, &place, conducting);
+    let weights = assembly.weights(&place, conducting);
     let mut areas = weights.areas.clone();
     areas.resize(places, 0.0);
     for (vertex, place) in place.iter().enumerate() {
@@ -58,7 +56,7 @@ pub(super) fn shell(
             areas[*place as usize] = drawn[vertex];
         }
     }
-    adopt_bare_places(&triangles, surface, &mut place, &areas);
+    adopt_bare_places(surface, &mut place, &areas);
     let load_areas = load_areas(&place, &areas, &drawn);
 
     // The outer sheet stands alone where it does not conduct, even over a structure that does.
@@ -94,21 +92,25 @@ pub(super) fn shell(
 
 impl Assembly<'_> {
     /// Weights of the pairs of welded places, and their areas.
-    fn weights(&mut self, triangles: &[[u32; 3]], place: &[u32], conducting: usize) -> Weights {
+    fn weights(&mut self, place: &[u32], conducting: usize) -> Weights {
         let at = |vertex: u32| place[vertex as usize];
         let conducts = |triangle: &&[u32; 3]| (at(triangle[0]) as usize) < conducting;
-        let (whole, collapsed): (Vec<[u32; 3]>, Vec<[u32; 3]>) =
-            triangles.iter().filter(conducts).partition(|triangle| {
-                let [a, b, c] = triangle.map(at);
-                a != b && b != c && c != a
-            });
+        let is_whole = |triangle: &&[u32; 3]| {
+            let [a, b, c] = triangle.map(at);
+            a != b && b != c && c != a
+        };
+        let all = self.surface.triangles;
+        let collapsed = all.iter().filter(conducts).filter(|triangle| !is_whole(triangle)).count();
+        let mut whole = Vec::with_capacity(all.iter().filter(conducts).count() - collapsed);
+        whole.extend(all.iter().filter(conducts).filter(is_whole).copied());
         let mut intrinsic = Intrinsic::new(&whole, self.surface.positions, at);
+        drop(whole);
         intrinsic.make_delaunay();
         let weights = Weights::new(&intrinsic, conducting);
         let total: f64 = weights.pairs.iter().map(|pair| pair.1).sum();
         self.summary.flips = intrinsic.flips;
         self.summary.non_manifold = intrinsic.non_manifold;
-        self.summary.degenerate = weights.degenerate + collapsed.len();
+        self.summary.degenerate = weights.degenerate + collapsed;
         self.summary.clamped = weights.clamped;
         self.summary.clamped_share = if total > 0.0 { weights.clamped_weight / total } else { 0.0 };
         weights
@@ -130,6 +132,7 @@ impl Assembly<'_> {
             let [(a, conductance), (b, _)] = [place[pair[0] as usize]?, place[pair[1] as usize]?];
             Some(LinearConductor { nodes: [a, b], conductance: weight * conductance })
         });
+        self.network.linear.reserve(weights.pairs.len());
         self.network.linear.extend(conductors);
     }
 
@@ -247,13 +250,13 @@ fn load_areas(place: &[u32], areas: &[f64], drawn: &[f64]) -> Vec<f64> {
 
 /// Gives vertices whose place has no area the place of the nearest corner that has one: nothing could balance there. Those
 /// without such a corner get a place of their material, and failing that none.
-fn adopt_bare_places(triangles: &[[u32; 3]], surface: &Surface, place: &mut [u32], areas: &[f64]) {
+fn adopt_bare_places(surface: &Surface, place: &mut [u32], areas: &[f64]) {
     let bare = |place: u32| place != NONE && areas[place as usize] <= 0.0;
     if !place.iter().any(|place| bare(*place)) {
         return;
     }
     let mut nearest: Vec<(f64, u32)> = vec![(f64::INFINITY, NONE); areas.len()];
-    for triangle in triangles {
+    for triangle in surface.triangles.iter().filter(|triangle| place[triangle[0] as usize] != NONE) {
         for vertex in triangle.iter().filter(|vertex| bare(place[**vertex as usize])) {
             for other in triangle.iter().filter(|other| !bare(place[**other as usize])) {
                 let [here, there] = [*vertex, *other].map(|vertex| surface.positions[vertex as usize]);

@@ -3,8 +3,6 @@
 //! GL = k h (cot a + cot b) / 2 for the angles a, b opposite to an edge (Pinkall & Polthier, Experimental Mathematics 2,
 //! 1993); areas after Meyer, Desbrun, Schroeder & Barr, Visualization and Mathematics III, 2003, section 3.3.
 
-use rayon::prelude::*;
-
 use super::intrinsic::{Intrinsic, next, previous};
 
 /// A triangle whose area is a smaller share of the square of its longest edge has no cotangents to speak of.
@@ -29,8 +27,9 @@ impl Weights {
     /// Weights and areas of `nodes` nodes.
     pub(super) fn new(surface: &Intrinsic, nodes: usize) -> Self {
         let mut weights = Self { areas: vec![0.0; nodes], ..Self::default() };
-        let mut sides = Vec::with_capacity(3 * surface.faces());
-        for face in 0..surface.faces() {
+        // A triangle's area [m2], or 0 where it is too flat to conduct.
+        let mut conducting = vec![0.0; surface.faces()];
+        for (face, conducting) in conducting.iter_mut().enumerate() {
             let corner = [3 * face, 3 * face + 1, 3 * face + 2];
             let area = surface.area(face);
             let longest = corner.into_iter().map(|h| surface.length[h]).fold(0.0, f64::max);
@@ -38,28 +37,38 @@ impl Weights {
                 weights.degenerate += 1;
                 continue;
             }
+            *conducting = area;
             let shares = corner_areas(surface, face, area);
             for (h, share) in corner.into_iter().zip(shares) {
                 weights.areas[surface.tail[h] as usize] += share;
-                let (a, b) = (surface.tail[h], surface.tail[next(h)]);
+            }
+        }
+        let weight_of = |h: u32| surface.opening(h as usize) / (8.0 * conducting[h as usize / 3]);
+        let (starts, mut sides) = surface.by_lower_node();
+        // Nearly every pair has two half-edges; growing would hold them twice.
+        weights.pairs.reserve_exact(sides.len() / 2);
+        for range in starts.windows(2) {
+            let sides = &mut sides[range[0] as usize..range[1] as usize];
+            sides.sort_unstable_by_key(|h| (surface.ends(*h), *h));
+            for pair in sides.chunk_by(|a, b| surface.ends(*a) == surface.ends(*b)) {
+                let ends = surface.ends(pair[0]);
+                let conducts = |h: &&u32| conducting[**h as usize / 3] > 0.0;
                 // After flips, an edge may lead from a node around a cone back to it.
-                if a != b {
-                    sides.push(([a.min(b), a.max(b)], surface.opening(h) / (8.0 * area)));
+                if ends[0] == ends[1] || !pair.iter().any(|h| conducts(&h)) {
+                    continue;
+                }
+                let weight: f64 = pair.iter().filter(conducts).map(|h| weight_of(*h)).sum();
+                // What rounding leaves of a right angle's zero is no conductor.
+                let scale: f64 = pair.iter().filter(conducts).map(|h| weight_of(*h).abs()).fold(1e-3, f64::max);
+                if weight > 1e-12 * scale {
+                    weights.pairs.push((ends, weight));
+                } else if weight < -1e-9 * scale {
+                    weights.clamped += 1;
+                    weights.clamped_weight -= weight;
                 }
             }
         }
-        sides.par_sort_by_key(|side| side.0);
-        for pair in sides.chunk_by(|a, b| a.0 == b.0) {
-            let weight: f64 = pair.iter().map(|side| side.1).sum();
-            // What rounding leaves of a right angle's zero is no conductor.
-            let scale: f64 = pair.iter().map(|side| side.1.abs()).fold(1e-3, f64::max);
-            if weight > 1e-12 * scale {
-                weights.pairs.push((pair[0].0, weight));
-            } else if weight < -1e-9 * scale {
-                weights.clamped += 1;
-                weights.clamped_weight -= weight;
-            }
-        }
+        weights.pairs.shrink_to_fit();
         weights
     }
 }

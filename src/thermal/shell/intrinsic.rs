@@ -30,16 +30,24 @@ pub(super) struct Intrinsic {
     pub(super) flips: usize,
 }
 
-/// Half-edges between two nodes, and which drawn vertices they join there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Side {
-    nodes: [u32; 2],
-    drawn: [u32; 2],
-    half_edge: u32,
-}
-
 fn ordered(a: u32, b: u32) -> [u32; 2] {
     if a < b { [a, b] } else { [b, a] }
+}
+
+fn ends_of(tail: &[u32], half_edge: u32) -> [u32; 2] {
+    ordered(tail[half_edge as usize], tail[next(half_edge as usize)])
+}
+
+/// Makes twins of two half-edges that run against each other.
+fn join(tail: &[u32], twin: &mut [u32], sides: &[u32]) -> bool {
+    let [a, b] = sides else { return false };
+    let [a, b] = [*a as usize, *b as usize];
+    if tail[a] == tail[b] {
+        return false;
+    }
+    twin[a] = b as u32;
+    twin[b] = a as u32;
+    true
 }
 
 /// The next half-edge of the same triangle.
@@ -55,14 +63,13 @@ pub(super) fn previous(half_edge: usize) -> usize {
 impl Intrinsic {
     /// The surface of `triangles` of drawn vertices. `node` names the node of a vertex; all three must differ.
     pub(super) fn new(triangles: &[[u32; 3]], positions: &[DVec3], node: impl Fn(u32) -> u32 + Sync) -> Self {
-        let tail: Vec<u32> = triangles.par_iter().flat_map_iter(|triangle| triangle.map(&node)).collect();
-        let length = triangles
-            .par_iter()
-            .flat_map_iter(|triangle| {
-                let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
-                [a.distance(b), b.distance(c), c.distance(a)]
-            })
-            .collect();
+        let count = 3 * triangles.len();
+        let tail: Vec<u32> = (0..count).into_par_iter().map(|at| node(triangles[at / 3][at % 3])).collect();
+        let of = |at: usize| {
+            let corner = |corner: usize| positions[triangles[at / 3][corner % 3] as usize];
+            corner(at % 3).distance(corner(at % 3 + 1))
+        };
+        let length = (0..count).into_par_iter().map(of).collect();
         let mut surface = Self { twin: vec![NONE; tail.len()], tail, length, non_manifold: 0, flips: 0 };
         surface.glue(triangles);
         surface
@@ -71,42 +78,56 @@ impl Intrinsic {
     /// Finds twins: first of triangles that share drawn vertices, so that the two faces of a sheet stay two, then of
     /// those that share nodes.
     fn glue(&mut self, triangles: &[[u32; 3]]) {
-        let mut sides: Vec<Side> = (0..self.tail.len())
-            .into_par_iter()
-            .map(|half_edge| {
-                let triangle = &triangles[half_edge / 3];
-                Side {
-                    nodes: ordered(self.tail[half_edge], self.tail[next(half_edge)]),
-                    drawn: ordered(triangle[half_edge % 3], triangle[(half_edge + 1) % 3]),
-                    half_edge: half_edge as u32,
-                }
-            })
-            .collect();
-        sides.par_sort_unstable();
+        let drawn = |half_edge: u32| {
+            let (triangle, corner) = (&triangles[half_edge as usize / 3], half_edge as usize % 3);
+            ordered(triangle[corner], triangle[(corner + 1) % 3])
+        };
+        let (starts, mut sides) = self.by_lower_node();
+        let Self { tail, twin, non_manifold, .. } = self;
+        let ends = |half_edge: u32| ends_of(tail, half_edge);
         let mut left = Vec::new();
-        for edge in sides.chunk_by(|a, b| a.nodes == b.nodes) {
-            left.clear();
-            for drawn in edge.chunk_by(|a, b| a.drawn == b.drawn) {
-                if !self.join(drawn) {
-                    left.extend_from_slice(drawn);
+        for range in starts.windows(2) {
+            let sides = &mut sides[range[0] as usize..range[1] as usize];
+            sides.sort_unstable_by_key(|half_edge| (ends(*half_edge), drawn(*half_edge), *half_edge));
+            for edge in sides.chunk_by(|a, b| ends(*a) == ends(*b)) {
+                left.clear();
+                for drawn in edge.chunk_by(|a, b| drawn(*a) == drawn(*b)) {
+                    if !join(tail, twin, drawn) {
+                        left.extend_from_slice(drawn);
+                    }
                 }
-            }
-            if !self.join(&left) && left.len() > 1 {
-                self.non_manifold += 1;
+                if !join(tail, twin, &left) && left.len() > 1 {
+                    *non_manifold += 1;
+                }
             }
         }
     }
 
-    /// Makes twins of two half-edges that run against each other.
-    fn join(&mut self, sides: &[Side]) -> bool {
-        let [a, b] = sides else { return false };
-        let [a, b] = [a.half_edge as usize, b.half_edge as usize];
-        if self.tail[a] == self.tail[b] {
-            return false;
+    /// Half-edges in the order of the lower of their nodes, by counting, and where those of each node begin.
+    pub(super) fn by_lower_node(&self) -> (Vec<u32>, Vec<u32>) {
+        let lower = |half_edge: usize| self.ends(half_edge as u32)[0] as usize;
+        let nodes = self.tail.iter().max().map_or(0, |last| *last as usize + 1);
+        let mut starts = vec![0u32; nodes + 2];
+        for half_edge in 0..self.tail.len() {
+            starts[lower(half_edge) + 2] += 1;
         }
-        self.twin[a] = b as u32;
-        self.twin[b] = a as u32;
-        true
+        for node in 2..starts.len() {
+            starts[node] += starts[node - 1];
+        }
+        // Where the next one of a node goes is where the node after it begins in the end.
+        let mut sorted = vec![0u32; self.tail.len()];
+        for half_edge in 0..self.tail.len() {
+            let next = &mut starts[lower(half_edge) + 1];
+            sorted[*next as usize] = half_edge as u32;
+            *next += 1;
+        }
+        starts.pop();
+        (starts, sorted)
+    }
+
+    /// The nodes of a half-edge, the lower first.
+    pub(super) fn ends(&self, half_edge: u32) -> [u32; 2] {
+        ends_of(&self.tail, half_edge)
     }
 
     /// Number of triangles.

@@ -120,8 +120,11 @@ pub(super) fn apply(network: &mut Network, merged: &Merged) {
         let [a, b] = [merged.node[a as usize], merged.node[b as usize]];
         [a.min(b), a.max(b)]
     };
-    let linear = network.linear.iter().map(|one| (rename(one.nodes), one.conductance)).collect();
-    let radiative = network.radiative.iter().map(|one| (rename(one.nodes), one.exchange_area)).collect();
+    // In the place of the old ones: millions of conductors are not held twice.
+    let linear = std::mem::take(&mut network.linear);
+    let linear = linear.into_iter().map(|one| (rename(one.nodes), one.conductance)).collect();
+    let radiative = std::mem::take(&mut network.radiative);
+    let radiative = radiative.into_iter().map(|one| (rename(one.nodes), one.exchange_area)).collect();
     network.linear =
         summed(linear).into_iter().map(|(nodes, conductance)| LinearConductor { nodes, conductance }).collect();
     network.radiative = summed(radiative)
@@ -137,6 +140,15 @@ pub(super) fn apply(network: &mut Network, merged: &Merged) {
 /// Each pair once with the sum of its values, loops left out.
 pub(super) fn summed(mut pairs: Vec<([u32; 2], f64)>) -> Vec<([u32; 2], f64)> {
     pairs.retain(|(pair, _)| pair[0] != pair[1]);
-    pairs.par_sort_by_key(|pair| pair.0);
-    pairs.chunk_by(|a, b| a.0 == b.0).map(|same| (same[0].0, same.iter().map(|pair| pair.1).sum())).collect()
+    if !pairs.is_sorted_by_key(|pair| pair.0) {
+        pairs.par_sort_by_key(|pair| pair.0);
+    }
+    pairs.dedup_by(|next, kept| {
+        let same = next.0 == kept.0;
+        if same {
+            kept.1 += next.1;
+        }
+        same
+    });
+    pairs
 }

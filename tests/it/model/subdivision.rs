@@ -20,7 +20,7 @@ fn split(model: Model, max_edge: f64) -> Model {
     split
 }
 
-fn longest_edge(model: &Model) -> f64 {
+pub fn longest_edge(model: &Model) -> f64 {
     let at = |vertex: u32| model.positions[vertex as usize];
     let edges = model.triangles.iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
     edges.map(|[a, b]| at(*a).distance(at(*b))).fold(0.0, f64::max)
@@ -28,7 +28,7 @@ fn longest_edge(model: &Model) -> f64 {
 
 /// Edges, by the bits of their ends' positions, that are walked more often one way than the other: none in a closed
 /// surface, and a crack opens some.
-fn open_edges(model: &Model) -> usize {
+pub fn open_edges(model: &Model) -> usize {
     let bits = |vertex: u32| (model.positions[vertex as usize] + 0.0).to_array().map(f64::to_bits);
     let mut balance: HashMap<_, i64> = HashMap::new();
     for [a, b, c] in &model.triangles {

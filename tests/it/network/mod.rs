@@ -2,6 +2,7 @@
 
 mod barriers;
 mod closed;
+mod cold;
 mod command;
 mod device;
 mod esatan;

@@ -1,0 +1,115 @@
+//! The same scene on every device: how far their temperatures and images are apart.
+
+use std::sync::Arc;
+
+use super::frames::{IMAGE, resize};
+use super::record::DriverRow;
+use crate::gpu::context::Context;
+use crate::scene::Scene;
+use crate::simulation::engine::{Engine, Order, Pixels, Tick};
+use crate::simulation::pose_at;
+use crate::simulation::prepare::Prepared;
+
+/// Ticks before the image.
+const TICKS: u32 = 40;
+
+/// What a device left.
+struct Left {
+    device: String,
+    temperatures: Vec<f32>,
+    pixels: Pixels,
+}
+
+/// Every device against the first. What keeps one from being compared stands in its row.
+pub fn measure(devices: &[Arc<Context>], scene: &Scene) -> Vec<DriverRow> {
+    let mut left = Vec::new();
+    let mut rows = Vec::new();
+    for context in devices {
+        match run(context, scene) {
+            Ok(one) => left.push(one),
+            Err(reason) => rows.push(DriverRow {
+                devices: [context.info.name.clone(), String::new()],
+                scene: scene.name.clone(),
+                failed: Some(reason),
+                ..DriverRow::default()
+            }),
+        }
+    }
+    if let Some((first, others)) = left.split_first() {
+        rows.extend(others.iter().map(|other| compared(first, other, &scene.name)));
+    }
+    rows
+}
+
+fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, String> {
+    let mut scene = scene.clone();
+    if let Some(camera) = &mut scene.camera {
+        resize(camera, IMAGE);
+    }
+    let text = |error: &dyn std::fmt::Display| error.to_string();
+    let prepared = Prepared::from_scene(scene, &mut |_| {}).map_err(|error| text(&error))?;
+    let camera = prepared.scene.require_camera().map_err(|error| text(&error))?.clone();
+    let mut engine = Engine::on_device(context, &prepared, Some(&camera)).map_err(|error| text(&error))?;
+    let step = prepared.scene.time.step;
+    engine.settle(&prepared.loads.tick_load(0.0, step), 0.0).map_err(|error| text(&error))?;
+    let mut delivered = Default::default();
+    for tick in 0..TICKS {
+        let (start, end) = (f64::from(tick) * step, f64::from(tick + 1) * step);
+        let load = prepared.loads.tick_load(start, end);
+        let last = tick + 1 == TICKS;
+        let order = Order { pose: if last { pose_at(&prepared, end) } else { None }, temperatures: last };
+        engine
+            .submit(Some(Tick { load: &load, steps: 1.0, start, length: step }), order)
+            .and_then(|()| engine.deliver())
+            .map(|left| delivered = left)
+            .map_err(|error| text(&error))?;
+    }
+    Ok(Left {
+        device: context.info.name.clone(),
+        temperatures: delivered.temperatures.unwrap_or_default(),
+        pixels: delivered.pixels.unwrap_or_default(),
+    })
+}
+
+fn compared(first: &Left, other: &Left, scene: &str) -> DriverRow {
+    let kelvins = || first.temperatures.iter().zip(&other.temperatures).map(|(a, b)| f64::from((a - b).abs()));
+    let squares: f64 = kelvins().map(|kelvin| kelvin * kelvin).sum();
+    let pixels = || first.pixels.identity.iter().zip(&other.pixels.identity);
+    let drawn = pixels().filter(|(a, b)| a[0] > 0 || b[0] > 0).count();
+    let other_part = pixels().filter(|(a, b)| a != b).count();
+    let radiances = first.pixels.radiance_temperature_depth.iter().zip(&other.pixels.radiance_temperature_depth);
+    let same_part = radiances.zip(pixels()).filter(|(_, (a, b))| a == b && a[0] > 0);
+    // Outside its own floor no radiance is 0 where a part is.
+    let relative = same_part.map(|((a, b), _)| f64::from((a[0] - b[0]).abs() / a[0].max(f32::MIN_POSITIVE)));
+    DriverRow {
+        devices: [first.device.clone(), other.device.clone()],
+        scene: scene.to_owned(),
+        nodes: first.temperatures.len(),
+        rms_k: (squares / first.temperatures.len().max(1) as f64).sqrt(),
+        max_k: kelvins().fold(0.0, f64::max),
+        pixels: drawn,
+        other_part,
+        radiance_relative: relative.fold(0.0, f64::max),
+        failed: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_differs_between_devices_is_counted() {
+        let left = |temperature, radiance, part| Left {
+            device: String::new(),
+            temperatures: vec![300.0, temperature],
+            pixels: Pixels {
+                radiance_temperature_depth: vec![[radiance, 300.0, 1.0], [5.0, 300.0, 1.0], [0.0; 3]],
+                identity: vec![[1, 1], [part, 1], [0, 0]],
+            },
+        };
+        let row = compared(&left(300.0, 10.0, 2), &left(303.0, 11.0, 3), "scene");
+        assert_eq!((row.pixels, row.other_part, row.max_k), (2, 1, 3.0));
+        assert!((row.radiance_relative - 0.1).abs() < 1e-6 && (row.rms_k - 4.5f64.sqrt()).abs() < 1e-6, "{row:?}");
+    }
+}

@@ -1,0 +1,172 @@
+//! Whole ticks of a scene with their images, pass by pass, at several node densities, with and without shadows.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::record::{FrameRow, Pass, Spread};
+use crate::environment::shadow::Method;
+use crate::gpu::context::Context;
+use crate::gpu::error::GpuError;
+use crate::scene::{Camera, Scene, ShadowSettings};
+use crate::simulation::engine::{DeviceData, Engine, Order, Tick};
+use crate::simulation::pose_at;
+use crate::simulation::prepare::Prepared;
+
+/// Longest edges of the node densities [m].
+pub const EDGES: [f64; 4] = [2.0, 1.0, 0.5, 0.25];
+/// Size of the images [px].
+pub const IMAGE: [u32; 2] = [640, 512];
+/// Length that ticks are nearest to [s]: those of a loop at 10 Hz.
+const TICK_S: f64 = 0.1;
+/// Ticks before those that are measured: they compile the passes.
+const WARM_UP: u32 = 3;
+
+/// How ticks are measured.
+#[derive(Debug, Clone, Copy)]
+pub struct Effort {
+    /// Ticks with an image.
+    pub ticks: u32,
+    /// Nodes above which a density is left out.
+    pub most_nodes: usize,
+}
+
+/// The scene at one longest edge [m], with shadows or without. What keeps it from being measured stands in its row.
+pub fn measure(context: &Arc<Context>, scene: &Scene, edge: f64, shadows: bool, effort: Effort) -> FrameRow {
+    let row = FrameRow { scene: scene.name.clone(), longest_edge_m: edge, shadows, ..FrameRow::default() };
+    match measured(context, scene, row.clone(), effort) {
+        Ok(row) => row,
+        Err(reason) => FrameRow { failed: Some(reason), ..row },
+    }
+}
+
+/// The scene as it is measured: its longest edge, its shadows, its image.
+fn changed(scene: &Scene, row: &FrameRow) -> Scene {
+    let mut scene = scene.clone();
+    scene.density.model.max = Some(row.longest_edge_m);
+    scene.shadows = row.shadows.then(|| ShadowSettings { method: Method::Depth, ..scene.shadows.unwrap_or_default() });
+    if let Some(camera) = &mut scene.camera {
+        resize(camera, IMAGE);
+    }
+    scene
+}
+
+/// The same field of view across in an image of another size [px].
+pub(super) fn resize(camera: &mut Camera, [width, height]: [u32; 2]) {
+    let scale = f64::from(width) / f64::from(camera.width);
+    camera.focal = camera.focal.map(|focal| focal * scale);
+    (camera.width, camera.height) = (width, height);
+    camera.centre = [f64::from(width) / 2.0, f64::from(height) / 2.0];
+}
+
+fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: Effort) -> Result<FrameRow, String> {
+    let scene = changed(scene, &row);
+    let began = Instant::now();
+    let prepared = Prepared::from_scene(scene, &mut |_| {}).map_err(|error| error.to_string())?;
+    let nodes = prepared.nodes.count;
+    if nodes > effort.most_nodes {
+        return Err(format!("{nodes} nodes: left out above {}", effort.most_nodes));
+    }
+    let camera = prepared.scene.require_camera().map_err(|error| error.to_string())?.clone();
+    let mut engine = Engine::on_device(context, &prepared, Some(&camera)).map_err(|error| error.to_string())?;
+    let step = prepared.scene.time.step;
+    // A power of two of a step, which clocks count without rounding.
+    let share = 0.5f64.powi((step / TICK_S).log2().round() as i32);
+    let length = share * step;
+    engine.settle(&prepared.loads.tick_load(0.0, length), 0.0).map_err(|error| error.to_string())?;
+    let start_up = began.elapsed().as_secs_f64();
+
+    let mut run = Run { prepared: &prepared, engine: &mut engine, share, next: 0, seen: BTreeMap::new() };
+    let drawn = run.ticks(effort.ticks, true).map_err(|error| error.to_string())?;
+    let undrawn = run.ticks(effort.ticks, false).map_err(|error| error.to_string())?;
+
+    let device = DeviceData::new(&prepared);
+    let plan = device.scene_data(&prepared, Some(&camera)).plan();
+    let grows: u64 =
+        plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|planned| planned.bytes).sum();
+    Ok(FrameRow {
+        nodes,
+        triangles: prepared.triangles.len(),
+        bytes_a_node: grows as f64 / nodes.max(1) as f64,
+        start_up_s: start_up,
+        tick_s: length,
+        ticks: effort.ticks,
+        passes: drawn.passes(),
+        tick_ms: Spread::of(&drawn.wall),
+        worst_tick_ms: drawn.wall.iter().copied().reduce(f64::max),
+        step_ms: Spread::of(&undrawn.wall),
+        ..row
+    })
+}
+
+/// Ticks under way.
+struct Run<'a> {
+    prepared: &'a Prepared,
+    engine: &'a mut Engine,
+    /// Length of a tick in steps.
+    share: f64,
+    /// Number of the next tick.
+    next: u32,
+    /// Times of each pass that are accounted for.
+    seen: BTreeMap<String, usize>,
+}
+
+/// What ticks took.
+#[derive(Default)]
+struct Times {
+    /// From one delivery to the next [ms].
+    wall: Vec<f64>,
+    /// Of each pass, by the device's clock, in the ticks that it ran in [ms].
+    passes: BTreeMap<String, Vec<f64>>,
+}
+
+impl Run<'_> {
+    /// Steps and, where wanted, draws; the host prepares a tick while the device works on the one before.
+    fn ticks(&mut self, count: u32, draw: bool) -> Result<Times, GpuError> {
+        let length = self.share * self.prepared.scene.time.step;
+        let mut times = Times::default();
+        let mut last = Instant::now();
+        for tick in 0..=count + WARM_UP {
+            if tick < count + WARM_UP {
+                let start = f64::from(self.next) * length;
+                let load = self.prepared.loads.tick_load(start, start + length);
+                let pose = if draw { pose_at(self.prepared, start + length) } else { None };
+                let order = Order { pose, temperatures: false };
+                self.engine.submit(Some(Tick { load: &load, steps: self.share, start, length }), order)?;
+                self.next += 1;
+            }
+            if tick > 0 {
+                self.engine.deliver()?;
+                let now = Instant::now();
+                let passes = self.new_times();
+                if tick > WARM_UP {
+                    times.wall.push(now.duration_since(last).as_secs_f64() * 1e3);
+                    passes.into_iter().for_each(|(name, ms)| times.passes.entry(name).or_default().push(ms));
+                }
+                last = now;
+            }
+        }
+        Ok(times)
+    }
+
+    /// Milliseconds of each pass since the last call, its variants and ranges together.
+    fn new_times(&mut self) -> BTreeMap<String, f64> {
+        let mut sums = BTreeMap::new();
+        for (name, samples) in self.engine.pass_times().into_iter().flatten() {
+            let seen = self.seen.entry(name.clone()).or_default();
+            if *seen < samples.len() {
+                let pass = name.split('.').next().unwrap_or(name).to_owned();
+                *sums.entry(pass).or_insert(0.0) += samples[*seen..].iter().sum::<f64>();
+                *seen = samples.len();
+            }
+        }
+        sums
+    }
+}
+
+impl Times {
+    fn passes(&self) -> Vec<Pass> {
+        let of = |(name, samples): (&String, &Vec<f64>)| Some(Pass { name: name.clone(), ms: Spread::of(samples)? });
+        self.passes.iter().filter_map(of).collect()
+    }
+}

@@ -1,0 +1,328 @@
+//! Hard cases of the surroundings: eclipses at ticks of all lengths, a tumbling craft, the edge of a moving shadow.
+
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3, Vec3};
+
+use super::stepper::{Place, integrated};
+use super::{Case, Scale, apart, worst_of};
+use crate::bench::run::Target;
+use crate::environment::TickLoad;
+use crate::environment::load::solar_flux;
+use crate::environment::sky::SkyModel;
+use crate::environment::tick::TickLoads;
+use crate::gpu::context::Context;
+use crate::gpu::frame::StepRange;
+use crate::gpu::layout;
+use crate::gpu::renderer::Renderer;
+use crate::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
+use crate::gpu::shapes::Shapes;
+use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
+use crate::paper::cube::{ALTITUDES, PERIOD, PLANET_RADIUS, SPACE};
+use crate::scene::{Attitude, CircularOrbit, Environment};
+use crate::simulation::network::unfinished;
+use crate::thermal::STEFAN_BOLTZMANN;
+use crate::thermal::network::control::Integrator;
+use crate::thermal::network::schedule::{HeatTable, Schedule};
+use crate::thermal::network::{Network, NodeKind};
+
+mod shadow;
+
+/// Solar constant [W/m2].
+const SUN: f64 = 1361.0;
+/// C of the thin array of NUMERICS.md 3 [J/m2K], and cells on it: absorptivity of the front, emissivity of both faces.
+const CAPACITANCE: f64 = 1350.0;
+const ABSORPTIVITY: f64 = 0.9;
+const EMISSIVITY: f64 = 0.85;
+/// NUMERICS.md 3: its error in frames of 16.7 s with the mean flux of each [K].
+const THIN_ARRAY: f64 = 0.30;
+const FRAME: f64 = 16.7;
+/// Steps of the truth [s].
+const FINE: f64 = 2e-3;
+
+/// Plates that radiate from both faces and take sunlight on one.
+struct Plates {
+    loads: TickLoads,
+    normals: Vec<DVec3>,
+    start: Vec<f64>,
+    /// First tick's start and the length of all [s].
+    from: f64,
+    tick: f64,
+    ticks: usize,
+}
+
+fn sky(attitude: &Attitude, eclipse: bool) -> Result<TickLoads, String> {
+    let orbit = CircularOrbit { altitude: ALTITUDES[1], period: PERIOD, beta: 0.0, phase: 0.0 };
+    let environment = Environment {
+        solar_constant: Some(SUN),
+        albedo: None,
+        planet_ir: None,
+        planet_radius: PLANET_RADIUS,
+        eclipse,
+        background_temperature: Some(SPACE),
+    };
+    TickLoads::new(&orbit, attitude, &environment).map_err(|error| error.to_string())
+}
+
+/// dT/dt of a plate that absorbs a flux [K/s].
+fn rate(flux: f64, t: f64) -> f64 {
+    (flux - 2.0 * EMISSIVITY * STEFAN_BOLTZMANN * (t.powi(4) - SPACE.powi(4))) / CAPACITANCE
+}
+
+impl Plates {
+    fn load(&self, tick: usize) -> TickLoad {
+        let start = self.from + self.tick * tick as f64;
+        self.loads.tick_load(start, start + self.tick)
+    }
+
+    /// Temperatures [K] at the ends of ticks from the sky's own flux, in short steps of Runge and Kutta's fourth order.
+    fn truth(&self) -> Vec<Vec<f64>> {
+        let sky = self.loads.sky_model();
+        let flux = |time: f64, normal: DVec3| {
+            ABSORPTIVITY * SUN * sky.lit_fraction(time) * sky.sun_direction(time).dot(normal).max(0.0)
+        };
+        let count = (self.tick / FINE).ceil().max(4.0);
+        let h = self.tick / count;
+        let mut now = self.start.clone();
+        let mut rows = Vec::new();
+        for tick in 0..self.ticks {
+            for step in 0..count as usize {
+                let t = self.from + self.tick * tick as f64 + h * step as f64;
+                for (now, normal) in now.iter_mut().zip(&self.normals) {
+                    let [a, b, c] = [0.0, 0.5, 1.0].map(|share| flux(t + share * h, *normal));
+                    let k1 = rate(a, *now);
+                    let k2 = rate(b, *now + 0.5 * h * k1);
+                    let k3 = rate(b, *now + 0.5 * h * k2);
+                    let k4 = rate(c, *now + h * k3);
+                    *now += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
+                }
+            }
+            rows.push(now.clone());
+        }
+        rows
+    }
+
+    /// Fluxes absorbed in every tick [W/m2], as a target finds them.
+    fn absorbed(&self, target: &Target) -> Result<Vec<Vec<f64>>, String> {
+        match target {
+            Target::Device(context) => self.absorbed_on(context),
+            Target::Reference => Ok((0..self.ticks)
+                .map(|tick| {
+                    let load = self.load(tick);
+                    self.normals.iter().map(|normal| ABSORPTIVITY * solar_flux(&load, *normal)).collect()
+                })
+                .collect()),
+        }
+    }
+
+    fn absorbed_on(&self, context: &Arc<Context>) -> Result<Vec<Vec<f64>>, String> {
+        let failed = |error: crate::gpu::error::GpuError| error.to_string();
+        let nodes = self.normals.len().next_multiple_of(NODES_PER_WORKGROUP);
+        let mut normals: Vec<Vec3> = self.normals.iter().map(|normal| normal.as_vec3()).collect();
+        normals.resize(nodes, Vec3::ZERO);
+        // One face: what the back takes in of the Sun is not part of the case.
+        let device = Loose { kind: StepKind::Absorb, shadow: false, normals, positions: vec![Vec3::ZERO; nodes] };
+        let mut renderer = Renderer::new(context, &device.data(&Shapes::default(), None)).map_err(failed)?;
+        (0..self.ticks)
+            .map(|tick| {
+                let found = renderer.absorbed(&self.load(tick)).map_err(failed)?;
+                Ok(found[..self.normals.len()].iter().map(|flux| f64::from(*flux)).collect())
+            })
+            .collect()
+    }
+
+    /// Temperatures [K] at the ends of ticks under the fluxes of each.
+    fn integrate(&self, target: &Target, fluxes: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, String> {
+        let count = self.normals.len();
+        let network = Network {
+            space_temperature: SPACE,
+            kinds: vec![NodeKind::Diffusive; count],
+            capacitances: vec![CAPACITANCE; count],
+            emissive_areas: vec![2.0 * EMISSIVITY; count],
+            temperatures: self.start.clone(),
+            ..Network::default()
+        };
+        let table = |node: usize| {
+            let edges = (0..self.ticks).flat_map(|tick| {
+                let at = |edge: usize| self.tick * edge as f64;
+                [(at(tick), fluxes[tick][node]), (at(tick + 1), fluxes[tick][node])]
+            });
+            let (times, powers) = edges.unzip();
+            (node as u32, HeatTable { times, powers })
+        };
+        let schedule = Schedule {
+            heat: (0..count).map(table).collect(),
+            times: (1..=self.ticks).map(|tick| self.tick * tick as f64).collect(),
+            ..Schedule::default()
+        };
+        let series = integrated(Place::own(target), &network, &schedule, Integrator::Default);
+        Ok(series.map_err(|error| unfinished(&error))?.rows)
+    }
+
+    fn error(&self, target: &Target) -> Result<f64, String> {
+        let found = self.integrate(target, &self.absorbed(target)?)?;
+        Ok(self.apart(&found))
+    }
+
+    fn apart(&self, found: &[Vec<f64>]) -> f64 {
+        found.iter().zip(self.truth()).fold(0.0, |worst, (a, b)| worst_of(worst, apart(a, &b)))
+    }
+
+    /// The same where a tick has the flux of its middle, and the Sun is a point.
+    fn with_flux_of_the_middle(&self, lit: impl Fn(&SkyModel, f64) -> bool) -> f64 {
+        let sky = self.loads.sky_model();
+        let flux = |tick: usize, normal: &DVec3| {
+            let time = self.from + self.tick * (tick as f64 + 0.5);
+            let sun = if lit(sky, time) { SUN } else { 0.0 };
+            ABSORPTIVITY * sun * sky.sun_direction(time).dot(*normal).max(0.0)
+        };
+        let fluxes: Vec<Vec<f64>> =
+            (0..self.ticks).map(|tick| self.normals.iter().map(|normal| flux(tick, normal)).collect()).collect();
+        self.integrate(&Target::Reference, &fluxes).map_or(f64::INFINITY, |found| self.apart(&found))
+    }
+}
+
+/// Nodes of one material that belong to no surface.
+struct Loose {
+    kind: StepKind,
+    shadow: bool,
+    normals: Vec<Vec3>,
+    positions: Vec<Vec3>,
+}
+
+/// The material of all of them.
+const MATERIAL: layout::Material = layout::Material {
+    absorptivity: ABSORPTIVITY as f32,
+    emissivity: EMISSIVITY as f32,
+    back_absorptivity: ABSORPTIVITY as f32,
+    back_emissivity: EMISSIVITY as f32,
+    heating_function: 1.0,
+    heating_t_max: 0.0,
+    cooling_function: 1.0,
+    cooling_t_max: 0.0,
+};
+/// A group's material or part for as many groups as any case has.
+static ZEROS: [u32; 8192] = [0; 8192];
+
+impl Loose {
+    fn data<'a>(&'a self, shapes: &'a Shapes, shadows: Option<crate::gpu::resources::ShadowData<'a>>) -> SceneData<'a> {
+        let groups = self.normals.len() / 4;
+        let variant = ThermalVariant {
+            kind: self.kind,
+            curve: Curve::Power,
+            both_sides: false,
+            sun: true,
+            planet_ir: false,
+            albedo: false,
+            shadow: self.shadow,
+        };
+        SceneData {
+            ranges: vec![StepRange { variant, groups: (0, groups as u32) }],
+            group_material: &ZEROS[..groups],
+            group_part: &ZEROS[..groups],
+            normals: &self.normals,
+            positions: &self.positions,
+            triangles: &[],
+            materials: &[MATERIAL],
+            shapes,
+            band_table: &[0.0],
+            image: None,
+            shadows,
+        }
+    }
+}
+
+/// Entry and exit of a plate that looks at the Sun, in ticks of a length [s] that no contact falls on the edge of.
+fn eclipses(tick: f64, scale: Scale) -> Result<Vec<Plates>, String> {
+    let loads = sky(&Attitude::Sun { sun_axis: DVec3::Z, north_axis: DVec3::X }, true)?;
+    let [entry, umbra, end, exit] = loads.sky_model().contacts(0.0, PERIOD)[..] else {
+        return Err("the orbit has no eclipse".to_owned());
+    };
+    let lit = (ABSORPTIVITY * SUN / (2.0 * EMISSIVITY * STEFAN_BOLTZMANN) + SPACE.powi(4)).sqrt().sqrt();
+    let window = |[first, last]: [f64; 2], start: f64| {
+        // Shortest ticks look at a part of the penumbra in tests.
+        let middle = 0.5 * (first + last);
+        let half = if tick < 0.05 && scale == Scale::Small { 1.0 } else { 0.5 * (last - first) + 1.0 + 2.0 * tick };
+        let ticks = (2.0 * half / tick).ceil() as usize;
+        Plates {
+            loads: loads.clone(),
+            normals: vec![DVec3::Z],
+            start: vec![start],
+            from: middle - half - 0.37 * tick,
+            tick,
+            ticks: ticks + 1,
+        }
+    };
+    Ok(vec![window([entry, umbra], lit), window([end, exit], 180.0)])
+}
+
+/// Whether the middle of the Sun is above the planet's limb.
+fn middle_is_lit(sky: &SkyModel, time: f64) -> bool {
+    sky.lit_fraction(time) > 0.5
+}
+
+fn eclipse(tick: f64) -> Case {
+    let scaled = THIN_ARRAY * (tick / FRAME).powi(2);
+    let (limit, source) = if tick == FRAME {
+        (THIN_ARRAY, "NUMERICS.md 3, thin array in frames of 16.7 s".to_owned())
+    } else if scaled > 20e-3 {
+        (scaled, format!("NUMERICS.md 3, 0.30 K in frames of 16.7 s, times ({tick} / 16.7)^2"))
+    } else {
+        (20e-3, "issue 4, default".to_owned())
+    };
+    Case {
+        name: format!("eclipse in ticks of {tick} s"),
+        what: "a thin array (1350 J/m2K) that looks at the Sun into and out of umbra; steps of 2 ms in f64".to_owned(),
+        unit: "K",
+        limit,
+        source,
+        remedy: "a tick's sunlight is its mean, the penumbra cut at its contacts",
+        removed: "the flux of the tick's middle, the Sun a point",
+        expects_reference: false,
+        measure: Box::new(move |target, scale| {
+            eclipses(tick, scale)?.iter().try_fold(0.0, |worst, one| Ok(worst_of(worst, one.error(target)?)))
+        }),
+        without: Box::new(move |scale| {
+            let Ok(windows) = eclipses(tick, scale) else { return f64::INFINITY };
+            windows.iter().map(|one| one.with_flux_of_the_middle(middle_is_lit)).fold(0.0, worst_of)
+        }),
+    }
+}
+
+/// Plates in six directions of a craft that turns about a skew axis, in full sunlight.
+fn tumbling(degrees: f64, scale: Scale) -> Result<Plates, String> {
+    let inertial_from_body = DQuat::from_euler(glam::EulerRot::XYZ, 0.3, 0.7, -0.4);
+    let axis = DVec3::new(0.4, 0.7, 0.59).normalize();
+    let attitude = Attitude::Spin { inertial_from_body, axis, rate: degrees.to_radians() };
+    let normals = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]).collect();
+    let ticks = scale.of(24, 60, 360);
+    Ok(Plates { loads: sky(&attitude, false)?, normals, start: vec![250.0; 6], from: 0.0, tick: FRAME, ticks })
+}
+
+fn tumble(degrees: f64) -> Case {
+    let turns = degrees / 360.0 * FRAME;
+    Case {
+        name: format!("tumbling craft, {degrees} deg/s"),
+        what: format!(
+            "six thin plates (1350 J/m2K) that turn {turns:.2} times in a tick of 16.7 s; steps of 2 ms in f64"
+        ),
+        unit: "K",
+        limit: THIN_ARRAY,
+        source: "NUMERICS.md 3, thin array in frames of 16.7 s".to_owned(),
+        remedy: "a tick's sunlight is up to eight vectors, each from the middle of a stretch of it, of a turn where it is longer",
+        removed: "the flux of the tick's middle",
+        expects_reference: false,
+        measure: Box::new(move |target, scale| tumbling(degrees, scale)?.error(target)),
+        without: Box::new(move |scale| {
+            tumbling(degrees, scale).map_or(f64::INFINITY, |plates| plates.with_flux_of_the_middle(|_, _| true))
+        }),
+    }
+}
+
+/// All of them.
+pub fn cases() -> Vec<Case> {
+    let mut cases: Vec<Case> = [0.01, 0.1, 1.0, 16.7, 60.0].map(eclipse).into();
+    cases.extend([6.0, 36.0].map(tumble));
+    cases.extend(shadow::cases());
+    cases
+}

@@ -1,0 +1,138 @@
+//! The edge of a disc's shadow that moves off a plate, as the Sun goes down.
+
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+
+use super::Loose;
+use crate::bench::hard::{Case, Scale};
+use crate::bench::run::Target;
+use crate::environment::shadow::{Method, Occluders, Redraw, Shadows};
+use crate::environment::{SunSample, TickLoad};
+use crate::gpu::context::Context;
+use crate::gpu::renderer::Renderer;
+use crate::gpu::resources::{NODES_PER_WORKGROUP, ShadowData};
+use crate::gpu::shapes::Shapes;
+use crate::gpu::variant::StepKind;
+
+/// Edge of the plate, height of the disc above it and radius of the disc [m].
+const EDGE: f64 = 4.0;
+const HEIGHT: f64 = 2.0;
+const RADIUS: f64 = 0.8;
+/// Nodes along an edge of the plate, and corners of the disc.
+const NODES: usize = 128;
+const CORNERS: usize = 256;
+/// Texels along an edge of the depth map.
+const RESOLUTION: u32 = 1024;
+/// Angle of the Sun after which shadows are found again [rad].
+const REDRAW: f64 = 1e-3;
+
+/// Nodes of the plate, then centre and corners of the disc.
+fn positions() -> Vec<DVec3> {
+    let place = |i: usize| EDGE * ((i as f64 + 0.5) / NODES as f64 - 0.5);
+    let plate = (0..NODES).flat_map(|i| (0..NODES).map(move |j| DVec3::new(place(i), place(j), 0.0)));
+    let corner = |i: usize| {
+        let (sine, cosine) = (2.0 * PI * i as f64 / CORNERS as f64).sin_cos();
+        DVec3::new(RADIUS * cosine, RADIUS * sine, HEIGHT)
+    };
+    plate.chain([DVec3::new(0.0, 0.0, HEIGHT)]).chain((0..CORNERS).map(corner)).collect()
+}
+
+fn triangles() -> Vec<[u32; 3]> {
+    let centre = (NODES * NODES) as u32;
+    let corner = |i: usize| centre + 1 + (i % CORNERS) as u32;
+    (0..CORNERS).map(|i| [centre, corner(i), corner(i + 1)]).collect()
+}
+
+/// How far the Sun moves the shadow along X [m]: from the middle of the plate until it has left it.
+fn shifts(scale: Scale) -> Vec<f64> {
+    let count = scale.of(8, 15, 30);
+    (0..=count).map(|step| (0.5 * EDGE + RADIUS) * f64::from(step) / f64::from(count)).collect()
+}
+
+fn load(shift: f64) -> TickLoad {
+    let direction = DVec3::new(-shift, 0.0, HEIGHT).normalize();
+    TickLoad {
+        sun: vec![SunSample { direction, flux: 1361.0 }],
+        planet: None,
+        albedo: None,
+        background_temperature: 2.7,
+    }
+}
+
+/// Area of the shadow [m2] that is still on the plate.
+fn area(shift: f64) -> f64 {
+    // What lies beyond the plate's edge is a segment of the disc.
+    let inside = ((0.5 * EDGE - shift) / RADIUS).clamp(-1.0, 1.0);
+    RADIUS * RADIUS * (PI - inside.acos() + inside * (1.0 - inside * inside).sqrt())
+}
+
+fn bounds() -> [DVec3; 2] {
+    [DVec3::new(-0.5 * EDGE, -0.5 * EDGE, 0.0), DVec3::new(0.5 * EDGE, 0.5 * EDGE, HEIGHT)]
+}
+
+fn redraw(angle: f64) -> Redraw {
+    Redraw { bounds: bounds(), resolution: RESOLUTION, angle, found_for: None }
+}
+
+/// Largest error over the way, in hundredths of the whole shadow.
+fn error(scale: Scale, mut visibility: impl FnMut(&TickLoad) -> Result<Vec<f64>, String>) -> Result<f64, String> {
+    let cell = (EDGE / NODES as f64).powi(2);
+    shifts(scale).into_iter().try_fold(0.0f64, |worst, shift| {
+        let seen = visibility(&load(shift))?;
+        let shaded: f64 = seen[..NODES * NODES].iter().map(|seen| (1.0 - seen) * cell).sum();
+        Ok(worst.max(100.0 * (shaded - area(shift)).abs() / (PI * RADIUS * RADIUS)))
+    })
+}
+
+fn on_reference(method: Method, scale: Scale, angle: f64) -> Result<f64, String> {
+    let nodes = positions()[..NODES * NODES].iter().map(|position| [*position, DVec3::Z]).collect();
+    let mut shadows = Shadows::new(nodes, positions(), triangles(), redraw(angle), method);
+    let mut last = Vec::new();
+    error(scale, |load| {
+        if let Some(found) = shadows.visibility(load) {
+            last = found;
+        }
+        Ok(last.clone())
+    })
+}
+
+fn on_device(context: &Arc<Context>, method: Method, scale: Scale) -> Result<f64, String> {
+    let failed = |error: crate::gpu::error::GpuError| error.to_string();
+    let (places, triangles) = (positions(), triangles());
+    let tree = (method == Method::Exact).then(|| Occluders::new(&places, &triangles));
+    let mut positions: Vec<Vec3> = places.iter().map(|place| place.as_vec3()).collect();
+    positions.resize(places.len().next_multiple_of(NODES_PER_WORKGROUP), Vec3::ZERO);
+    let normals = vec![Vec3::Z; positions.len()];
+    let nodes = Loose { kind: StepKind::Instant, shadow: true, normals, positions };
+    let shadows = ShadowData { occluders: &triangles, redraw: redraw(REDRAW), tree: tree.as_ref() };
+    let shapes = Shapes::default();
+    let mut renderer = Renderer::new(context, &nodes.data(&shapes, Some(shadows))).map_err(failed)?;
+    error(scale, |load| {
+        renderer.settle(load).map_err(failed)?;
+        Ok(renderer.visibility().map_err(failed)?.into_iter().map(f64::from).collect())
+    })
+}
+
+/// By a depth map, and by rays.
+pub fn cases() -> Vec<Case> {
+    let case = |name: &str, method: Method| Case {
+        name: format!("moving shadow edge, {name}"),
+        what:
+            "a disc 2 m above a plate of 128 x 128 nodes, whose shadow moves off its edge; area of the part of a disc"
+                .to_owned(),
+        unit: "% of the shadow",
+        limit: 1.0,
+        source: "issue 5, area within 1 %".to_owned(),
+        remedy: "shadows are found again when the Sun has moved by more than a stated angle",
+        removed: "found once",
+        expects_reference: false,
+        measure: Box::new(move |target, scale| match target {
+            Target::Device(context) => on_device(context, method, scale),
+            Target::Reference => on_reference(method, scale, REDRAW),
+        }),
+        without: Box::new(move |_| on_reference(method, Scale::Small, PI).unwrap_or(f64::INFINITY)),
+    };
+    vec![case("depth map", Method::Depth), case("rays", Method::Exact)]
+}

@@ -1,0 +1,55 @@
+//! Hard cases of networks: heat too small for f32, capacitances and conductances of all sizes, thermostats, cold, a day.
+
+use super::{Case, apart, worst_of};
+use crate::thermal::network::{LinearConductor, Network, NodeKind};
+
+mod cold;
+mod conducting;
+mod massless;
+mod residual;
+mod thermostats;
+
+/// Issue 4: the largest error by default [K].
+const DEFAULT: (f64, &str) = (20e-3, "issue 4, default");
+/// A frame of the paper's orbit [s].
+const FRAME: f64 = 16.7;
+
+/// A network of nodes that are added one by one.
+#[derive(Default)]
+struct Built(Network);
+
+impl Built {
+    fn node(&mut self, kind: NodeKind, capacitance: f64, area: f64, temperature: f64) -> u32 {
+        self.0.kinds.push(kind);
+        self.0.capacitances.push(capacitance);
+        self.0.emissive_areas.push(area);
+        self.0.temperatures.push(temperature);
+        self.0.len() as u32 - 1
+    }
+
+    fn store(&mut self, capacitance: f64, temperature: f64) -> u32 {
+        self.node(NodeKind::Diffusive, capacitance, 0.0, temperature)
+    }
+
+    fn join(&mut self, a: u32, b: u32, conductance: f64) {
+        self.0.linear.push(LinearConductor { nodes: [a, b], conductance });
+    }
+}
+
+/// Largest difference of two lists of rows.
+fn rows_apart(found: &[Vec<f64>], expected: &[Vec<f64>]) -> f64 {
+    if found.len() != expected.len() {
+        return f64::INFINITY;
+    }
+    found.iter().zip(expected).fold(0.0, |worst, (a, b)| worst_of(worst, apart(a, b)))
+}
+
+/// All of them.
+pub fn cases() -> Vec<Case> {
+    let mut cases = residual::cases();
+    cases.push(massless::no_capacitance());
+    cases.extend(conducting::cases());
+    cases.extend(thermostats::cases());
+    cases.extend(cold::cases());
+    cases
+}

@@ -1,0 +1,154 @@
+//! Cold: bodies that radiate until they are as space is, and bodies that heat is drawn from until there is none left.
+
+use super::{Built, DEFAULT};
+use crate::bench::hard::plain::{self, Step};
+use crate::bench::hard::stepper::{Place, integrated};
+use crate::bench::hard::{Case, apart};
+use crate::simulation::network::unfinished;
+use crate::thermal::network::control::{ControlError, Integrator};
+use crate::thermal::network::schedule::{HeatTable, Schedule};
+use crate::thermal::network::{Network, NodeKind};
+use crate::thermal::step_response::Plate;
+
+/// Issue 4 with the accurate option [K].
+const ACCURATE: (f64, &str) = (2e-3, "issue 4, accurate");
+
+/// A foil of 100 J/K and 0.8 m2 that radiates from 1000 K until it is a tenth of a kelvin above space.
+struct Cooling;
+
+impl Cooling {
+    const PLATE: Plate = Plate { capacitance: 100.0, emissivity: 0.8 };
+    const SPACE: f64 = 2.7;
+
+    fn times() -> Vec<f64> {
+        let last = Self::PLATE.time(1000.0, Self::SPACE + 0.1, Self::SPACE);
+        let rows = 60;
+        // Evenly in the logarithm from a hundredth of a second.
+        (0..=rows).map(|row| 0.01 * (last / 0.01).powf(f64::from(row) / f64::from(rows))).collect()
+    }
+
+    fn expected() -> Vec<f64> {
+        Self::times().iter().map(|time| Self::PLATE.temperature(1000.0, Self::SPACE, *time)).collect()
+    }
+
+    fn error(place: Place<'_>, integrator: Integrator) -> Result<f64, String> {
+        let mut built = Built(Network { space_temperature: Self::SPACE, ..Network::default() });
+        built.node(NodeKind::Diffusive, Self::PLATE.capacitance, Self::PLATE.emissivity, 1000.0);
+        let schedule = Schedule { times: Self::times(), ..Schedule::default() };
+        let series = integrated(place, &built.0, &schedule, integrator).map_err(|error| unfinished(&error))?;
+        let found: Vec<f64> = series.rows.iter().map(|row| row[0]).collect();
+        Ok(apart(&found, &Self::expected()))
+    }
+
+    fn at_the_bound() -> f64 {
+        let Plate { capacitance, emissivity } = Self::PLATE;
+        let times = Self::times();
+        let found = plain::cooling_at_the_bound(capacitance, emissivity, Self::SPACE, 1000.0, &times);
+        apart(&found, &Self::expected())
+    }
+}
+
+fn free_cooling(integrator: Integrator, (limit, source): (f64, &str)) -> Case {
+    Case {
+        name: format!("free cooling from 1000 K to 2.8 K, {integrator}"),
+        what: "a body that radiates to 2.7 K, looked at 61 times; its closed form".to_owned(),
+        unit: "K",
+        limit,
+        source: source.to_owned(),
+        remedy: "the sub-step follows an estimate of its error, and the bound of stability only picks the method",
+        removed: "Euler at the bound of its stability",
+        expects_reference: false,
+        measure: Box::new(move |target, _| Place::worst(target, |place| Cooling::error(place, integrator))),
+        without: Box::new(|_| Cooling::at_the_bound()),
+    }
+}
+
+/// A node that heat is drawn from until there is none left.
+struct Empties {
+    network: Network,
+    heat: (u32, HeatTable),
+    /// When its heat is gone [s].
+    at: f64,
+}
+
+impl Empties {
+    /// 100 J/K at 50 K under -1 W.
+    fn body() -> Self {
+        let mut built = Built::default();
+        built.store(1000.0, 300.0);
+        let small = built.store(100.0, 50.0);
+        Self { network: built.0, heat: (small, HeatTable::constant(-1.0)), at: 5000.0 }
+    }
+
+    /// A foil to which a boundary at 50 K brings 0.1 W/K, under a load that grows by 1 mW/s: 5 W are all it can bring.
+    fn foil() -> Self {
+        let mut built = Built::default();
+        let base = built.node(NodeKind::Boundary, 0.0, 0.0, 50.0);
+        let foil = built.node(NodeKind::Arithmetic, 0.0, 0.0, 50.0);
+        built.join(base, foil, 0.1);
+        built.store(1000.0, 300.0);
+        let growing = HeatTable { times: vec![0.0, 1e4], powers: vec![0.0, -10.0] };
+        Self { network: built.0, heat: (foil, growing), at: 5000.0 }
+    }
+
+    /// How far from then [s] the network is refused by the node's name.
+    fn refused(&self, place: Place<'_>) -> Result<f64, String> {
+        let times = (1..=100).map(|row| 100.0 * f64::from(row)).collect();
+        let schedule = Schedule { heat: vec![self.heat.clone()], times, ..Schedule::default() };
+        match integrated(place, &self.network, &schedule, Integrator::Default) {
+            Err(ControlError::NoStep { time, node, .. } | ControlError::Unbalanced { time, node })
+                if node == self.heat.0 as usize =>
+            {
+                Ok((time - self.at).abs())
+            }
+            Err(error) => Err(format!("refused otherwise: {}", unfinished(&error))),
+            Ok(_) => Ok(f64::INFINITY),
+        }
+    }
+
+    /// Infinite where plain steps go on below 0 K.
+    fn unrefused(&self) -> f64 {
+        let mut power = vec![0.0; self.network.len()];
+        power[self.heat.0 as usize] = self.heat.1.after(1e4).0;
+        let rows = plain::steps(&self.network, &power, 1.0, 10_000, Step::OneSweep);
+        if rows.iter().flatten().any(|kelvin| *kelvin < 0.0) { f64::INFINITY } else { 0.0 }
+    }
+}
+
+fn below_zero(name: &str, what: &str, (limit, source): (f64, &str), empties: fn() -> Empties) -> Case {
+    Case {
+        name: name.to_owned(),
+        what: what.to_owned(),
+        unit: "s",
+        limit,
+        source: source.to_owned(),
+        remedy: "no sub-step may leave the range of temperatures, and what cannot go on ends with node and time",
+        removed: "Euler goes on below 0 K and says nothing",
+        expects_reference: false,
+        measure: Box::new(move |target, _| {
+            let empties = empties();
+            Place::worst(target, |place| empties.refused(place))
+        }),
+        without: Box::new(move |_| empties().unrefused()),
+    }
+}
+
+/// All of them.
+pub fn cases() -> Vec<Case> {
+    vec![
+        free_cooling(Integrator::Default, DEFAULT),
+        free_cooling(Integrator::Accurate, ACCURATE),
+        below_zero(
+            "a body that runs out of heat",
+            "1 W drawn from 100 J/K at 50 K: refused by name at 5000 s",
+            (0.05, "as switching times of issue 4"),
+            Empties::body,
+        ),
+        below_zero(
+            "a foil from which more is drawn than arrives",
+            "C = 0, a load that grows to the 5 W that its neighbour can bring: refused by name at 5000 s",
+            (100.0, "one interval of outputs, at which such nodes are looked at"),
+            Empties::foil,
+        ),
+    ]
+}

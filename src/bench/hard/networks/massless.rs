@@ -1,0 +1,89 @@
+//! A node that stores no heat.
+
+use super::{Built, DEFAULT};
+use crate::bench::hard::exact::root_of_falling;
+use crate::bench::hard::stepper::{Place, integrated};
+use crate::bench::hard::{Case, apart};
+use crate::bench::run::Target;
+use crate::simulation::network::unfinished;
+use crate::thermal::STEFAN_BOLTZMANN;
+use crate::thermal::network::control::Integrator;
+use crate::thermal::network::schedule::{HeatTable, Schedule};
+use crate::thermal::network::{Network, NodeKind};
+
+/// A foil that stores nothing between a boundary and space.
+struct Foil;
+
+impl Foil {
+    const CONDUCTANCE: f64 = 0.2;
+    const AREA: f64 = 0.1;
+    const SPACE: f64 = 3.0;
+    const BOUNDARY: f64 = 290.0;
+    /// A capacitance that stands in for none [J/K].
+    const STORE: f64 = 10.0;
+
+    fn network(kind: NodeKind, capacitance: f64) -> Network {
+        let mut built = Built(Network { space_temperature: Self::SPACE, ..Network::default() });
+        let foil = built.node(kind, capacitance, Self::AREA, 100.0);
+        let base = built.node(NodeKind::Boundary, 0.0, 0.0, Self::BOUNDARY);
+        built.join(foil, base, Self::CONDUCTANCE);
+        // Something that stores heat, so that the integrator has steps to choose.
+        let body = built.store(500.0, 300.0);
+        built.join(body, base, 0.5);
+        built.0
+    }
+
+    /// Ramps from 0 to 50 W, jumps to 5 W at 100 s, and rises again.
+    fn table() -> HeatTable {
+        HeatTable { times: vec![0.0, 100.0, 100.0, 200.0], powers: vec![0.0, 50.0, 5.0, 30.0] }
+    }
+
+    fn times() -> Vec<f64> {
+        (0..=40).map(|row| 5.0 * f64::from(row)).collect()
+    }
+
+    /// Where its heat balances; at the jump the heat before it.
+    fn balance(time: f64) -> f64 {
+        let power = if time <= 100.0 { 0.5 * time } else { 5.0 + 0.25 * (time - 100.0) };
+        let gain = |t: f64| {
+            power + Self::CONDUCTANCE * (Self::BOUNDARY - t)
+                - Self::AREA * STEFAN_BOLTZMANN * (t.powi(4) - Self::SPACE.powi(4))
+        };
+        root_of_falling(gain, 0.0, 2000.0)
+    }
+
+    fn error(series: &[Vec<f64>]) -> f64 {
+        let found: Vec<f64> = series.iter().map(|row| row[0]).collect();
+        apart(&found, &Self::times().into_iter().map(Self::balance).collect::<Vec<_>>())
+    }
+
+    fn schedule() -> Schedule {
+        Schedule { heat: vec![(0, Self::table())], times: Self::times(), ..Schedule::default() }
+    }
+}
+
+/// C = 0.
+pub fn no_capacitance() -> Case {
+    Case {
+        name: "C = 0".to_owned(),
+        what: "a foil between 290 K and space whose heat ramps and jumps; the root of its balance".to_owned(),
+        unit: "K",
+        limit: DEFAULT.0,
+        source: DEFAULT.1.to_owned(),
+        remedy: "its balance is solved by Newton's method at every stage, with that stage's heat",
+        removed: "10 J/K in place of none",
+        expects_reference: false,
+        measure: Box::new(|target, _| {
+            let network = Foil::network(NodeKind::Arithmetic, 0.0);
+            Place::worst(target, |place| {
+                let series = integrated(place, &network, &Foil::schedule(), Integrator::Default);
+                Ok(Foil::error(&series.map_err(|error| unfinished(&error))?.rows))
+            })
+        }),
+        without: Box::new(|_| {
+            let network = Foil::network(NodeKind::Diffusive, Foil::STORE);
+            let series = integrated(Place::own(&Target::Reference), &network, &Foil::schedule(), Integrator::Accurate);
+            series.map_or(f64::INFINITY, |series| Foil::error(&series.rows))
+        }),
+    }
+}

@@ -1,0 +1,132 @@
+//! Steps that add less than f32 resolves: slow heating at 10 to 1000 Hz, and a day of the paper's cube.
+
+use super::{Built, rows_apart};
+use crate::bench::hard::stepper::{Place, fixed_euler};
+use crate::bench::hard::{Case, Scale, plain};
+use crate::paper::cube::{self, ALTITUDES, ALUMINIUM, Loads, SOLAR_CONSTANTS};
+use crate::thermal::network::reference::ReferenceStepper;
+use crate::thermal::network::stepper::{Method, Stepper};
+
+/// Issue 4 on the paper's cube in small steps [K].
+const SMALL_STEPS: (f64, &str) = (2e-3, "issue 4, the cube at 10 and 100 Hz");
+
+/// The paper's cube of aluminium without its radiation: panels that gain 2e-5 to 1.2e-4 K/s and nothing else.
+fn slow_heating(rate: u32) -> Case {
+    let panels = || {
+        let mut built = Built::default();
+        (0..6).for_each(|_| {
+            built.store(24_300.0, 290.0);
+        });
+        built.0
+    };
+    let heat = || (1..=6).map(|panel| 2e-5 * f64::from(panel) * 24_300.0).collect::<Vec<f64>>();
+    // A frame of 10 s; steps as long as a tenth, a hundredth, a thousandth of a second.
+    let frame = 10.0;
+    let frames = move |scale: Scale| match rate {
+        10 => scale.of(60, 600, 6_000),
+        100 => scale.of(20, 60, 600),
+        _ => scale.of(10, 10, 60),
+    };
+    let expected = |frames: usize| {
+        let row = |frame: usize| (1..=6).map(|panel| 290.0 + 2e-5 * f64::from(panel) * 10.0 * frame as f64).collect();
+        (1..=frames).map(row).collect::<Vec<Vec<f64>>>()
+    };
+    let steps = 10 * rate;
+    Case {
+        name: format!("heating too small for f32 at {rate} Hz"),
+        what: format!(
+            "six panels of 24,300 J/K at 290 K gain 2e-5 to 1.2e-4 K/s, {:.0e} K a step and less; a straight line",
+            1.2e-4 / f64::from(rate)
+        ),
+        unit: "K",
+        limit: SMALL_STEPS.0,
+        source: SMALL_STEPS.1.to_owned(),
+        remedy: "a temperature is a multiple of 1/256 K and a small rest, which the step is added to",
+        removed: "Euler in plain f32",
+        expects_reference: false,
+        measure: Box::new(move |target, scale| {
+            let count = frames(scale);
+            let error = |place: Place<'_>, count: usize| {
+                let found = fixed_euler(place, &panels(), &mut std::iter::repeat_n(heat(), count), frame, steps)?;
+                Ok(rows_apart(&found, &expected(count)))
+            };
+            // A dispatch for every step takes its time: a minute of it at 10 Hz says what there is to say.
+            if rate == 10 {
+                return Place::worst(target, |place| error(place, if place.is_wide() { 6 } else { count }));
+            }
+            error(Place::own(target), count)
+        }),
+        without: Box::new(move |scale| {
+            let count = frames(scale);
+            let found = plain::euler_f32(&panels(), &mut std::iter::repeat_n(heat(), count), frame, steps);
+            rows_apart(&found, &expected(count))
+        }),
+    }
+}
+
+/// The paper's conducting cube through its orbit at 10 Hz for a day, heat constant over each of its 16.7 s steps.
+struct Day;
+
+impl Day {
+    /// Steps of 0.1 s in a frame, near enough: 864,540 a day.
+    const STEPS: u32 = 167;
+
+    fn problem() -> Result<cube::Problem, String> {
+        let [solar_constant, _] = SOLAR_CONSTANTS;
+        let [_, altitude] = ALTITUDES;
+        let case = cube::Case { panel: ALUMINIUM, conducting: true, loads: Loads::All, solar_constant, altitude };
+        case.problem().map_err(|error| error.to_string())
+    }
+
+    fn frames(scale: Scale) -> usize {
+        scale.of(40, cube::STEPS, (86_400.0 / cube::STEP).ceil() as usize)
+    }
+
+    fn heat(problem: &cube::Problem, frames: usize) -> impl Iterator<Item = Vec<f64>> {
+        (0..frames).map(|frame| problem.heat[frame % cube::STEPS].to_vec())
+    }
+
+    /// RKL2 in f64 with steps of a quarter of a second.
+    fn expected(problem: &cube::Problem, frames: usize) -> Vec<Vec<f64>> {
+        let mut stepper = ReferenceStepper::new(problem.network.clone(), &[]);
+        let mut row = |heat: Vec<f64>| {
+            let Ok(()) = stepper.set_heat(&heat, &[0.0; 6]);
+            let Ok(_) = stepper.attempt(Method::Rkl2 { stages: 3 }, 0.0, cube::STEP / 64.0, 64);
+            let Ok(()) = stepper.keep();
+            let Ok(now) = stepper.temperatures();
+            now
+        };
+        Self::heat(problem, frames).map(&mut row).collect()
+    }
+}
+
+fn day() -> Case {
+    Case {
+        name: "a day of the paper's cube at 10 Hz".to_owned(),
+        what: "864,000 steps of Euler (an orbit in --quick), aluminium, conducting; RKL2 in f64 with steps of 0.26 s"
+            .to_owned(),
+        unit: "K",
+        limit: SMALL_STEPS.0,
+        source: SMALL_STEPS.1.to_owned(),
+        remedy: "a temperature is a multiple of 1/256 K and a small rest, which the step is added to",
+        removed: "Euler in plain f32",
+        expects_reference: false,
+        measure: Box::new(|target, scale| {
+            let (problem, frames) = (Day::problem()?, Day::frames(scale));
+            let heat = &mut Day::heat(&problem, frames);
+            let found = fixed_euler(Place::own(target), &problem.network, heat, cube::STEP, Day::STEPS)?;
+            Ok(rows_apart(&found, &Day::expected(&problem, frames)))
+        }),
+        without: Box::new(|scale| {
+            let (Ok(problem), frames) = (Day::problem(), Day::frames(scale)) else { return f64::INFINITY };
+            let heat = &mut Day::heat(&problem, frames);
+            let found = plain::euler_f32(&problem.network, heat, cube::STEP, Day::STEPS);
+            rows_apart(&found, &Day::expected(&problem, frames))
+        }),
+    }
+}
+
+/// All of them.
+pub fn cases() -> Vec<Case> {
+    [10, 100, 1000].map(slow_heating).into_iter().chain([day()]).collect()
+}

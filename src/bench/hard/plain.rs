@@ -1,0 +1,173 @@
+//! What is done where a remedy is taken away: small code on the processor, each part as it is first written down.
+
+use crate::thermal::STEFAN_BOLTZMANN;
+use crate::thermal::network::{Network, NodeKind, radiated};
+
+/// What a plain transition leaves out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Omission {
+    /// The time is not held at t_max.
+    Clamp,
+    /// A target that changes keeps the phase of the curve under way, whichever direction it takes; one at rest starts it.
+    FreshStart,
+    /// Whether t_max is 0 is not asked before dividing by it.
+    Immediate,
+    /// The temperature is evaluated before time advances.
+    AdvanceFirst,
+    /// Any change of the target starts a new curve.
+    Merge,
+}
+
+/// Temperatures [K] in f64 of a power of the remaining time, without one of the remedies, after every step.
+pub fn transition(power: i32, t_max: f64, initial: f64, targets: &[f32], omitted: Omission) -> Vec<f64> {
+    let (mut old, mut target, mut elapsed, mut now) = (initial, initial, t_max, initial);
+    let left = |elapsed: f64| {
+        let r = if omitted != Omission::Immediate && t_max == 0.0 { 0.0 } else { 1.0 - elapsed / t_max };
+        if r < 0.0 && omitted != Omission::Clamp { 0.0 } else { r }
+    };
+    let step = |commanded: &f32| {
+        let commanded = f64::from(*commanded);
+        if commanded != target {
+            if omitted == Omission::FreshStart && left(elapsed) > 0.0 {
+                target = commanded;
+            } else {
+                let curve = target - (target - old) * left(elapsed).powi(power);
+                // What was read last, where that is the beginning of the curve, is where the next one starts.
+                let present = if omitted == Omission::AdvanceFirst { now } else { curve };
+                (old, target, elapsed) = (present, commanded, 0.0);
+            }
+        }
+        let next = elapsed + 1.0;
+        if omitted == Omission::AdvanceFirst {
+            now = target - (target - old) * left(elapsed).powi(power);
+            elapsed = next;
+            return now;
+        }
+        elapsed = next;
+        now = target - (target - old) * left(elapsed).powi(power);
+        now
+    };
+    targets.iter().map(step).collect()
+}
+
+/// The merge rule in f32 as NUMERICS.md 1 has it, with old, target and elapsed as its whole state: the span is their
+/// difference, and time is a number of steps.
+pub fn merge_f32(power: i32, t_max: f32, initial: f32, targets: &[f32]) -> Vec<f64> {
+    let (mut old, mut target, mut elapsed) = (initial, initial, t_max);
+    let step = |commanded: &f32| {
+        let d = commanded - target;
+        if d != 0.0 {
+            let span = target - old;
+            let mut r = (1.0 - elapsed / t_max).max(0.0);
+            let u = span * r.powi(power) + d;
+            let q = if r > 0.0 { span * r.powi(power - 1) } else { 0.0 } + d;
+            target = *commanded;
+            let span = if u * q <= 0.0 || q.abs() < u.abs() {
+                elapsed = 0.0;
+                u
+            } else {
+                r = u / q;
+                elapsed = t_max * (1.0 - r);
+                u / r.powi(power)
+            };
+            old = target - span;
+        }
+        elapsed = (elapsed + 1.0).min(t_max);
+        let w = (1.0 - elapsed / t_max).powi(power);
+        f64::from(if elapsed == t_max { target } else { old * w + target * (1.0 - w) })
+    };
+    targets.iter().map(step).collect()
+}
+
+/// Equal steps of forward Euler in plain f32, under heat that is constant over `frame` [s] each; the temperatures [K] after
+/// every frame, whatever they are.
+pub fn euler_f32(
+    network: &Network,
+    frames: &mut dyn Iterator<Item = Vec<f64>>,
+    frame: f64,
+    steps: u32,
+) -> Vec<Vec<f64>> {
+    let f32s = |values: &[f64]| values.iter().map(|value| *value as f32).collect::<Vec<_>>();
+    let (capacitances, areas) = (f32s(&network.capacitances), f32s(&network.emissive_areas));
+    let step = (frame / f64::from(steps)) as f32;
+    let (sigma, space) = (STEFAN_BOLTZMANN as f32, (network.space_temperature as f32).powi(4));
+    let mut now = f32s(&network.temperatures);
+    let mut gained = vec![0.0f32; now.len()];
+    let mut rows = Vec::new();
+    for heat in frames {
+        let heat = f32s(&heat);
+        for _ in 0..steps {
+            for node in 0..now.len() {
+                gained[node] = heat[node] - areas[node] * sigma * (now[node].powi(4) - space);
+            }
+            for conductor in &network.linear {
+                let [a, b] = conductor.nodes.map(|node| node as usize);
+                let flow = conductor.conductance as f32 * (now[b] - now[a]);
+                gained[a] += flow;
+                gained[b] -= flow;
+            }
+            for node in 0..now.len() {
+                now[node] += step * gained[node] / capacitances[node];
+            }
+        }
+        rows.push(now.iter().map(|kelvin| f64::from(*kelvin)).collect());
+    }
+    rows
+}
+
+/// How a plain step in f64 moves the nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    /// Forward Euler.
+    Euler,
+    /// Each node relaxes exponentially towards the balance with its neighbours of before the step.
+    Exponential,
+    /// Forward Euler of what stores heat; each arithmetic node is balanced once, with its neighbours of before.
+    OneSweep,
+}
+
+/// Equal steps in f64 under constant heat; the temperatures [K] after each, whatever they are.
+pub fn steps(network: &Network, heat: &[f64], step: f64, count: u32, kind: Step) -> Vec<Vec<f64>> {
+    let mut now = network.temperatures.clone();
+    let mut rows = Vec::new();
+    for _ in 0..count {
+        let mut gained = vec![0.0; now.len()];
+        network.exchanged_heat(&now, &mut gained);
+        let mut sums = vec![0.0; now.len()];
+        for conductor in &network.linear {
+            for node in conductor.nodes {
+                sums[node as usize] += conductor.conductance;
+            }
+        }
+        for node in 0..now.len() {
+            let gain = gained[node] + heat[node];
+            now[node] += match (network.kinds[node], kind) {
+                (NodeKind::Boundary, _) => 0.0,
+                (NodeKind::Arithmetic, _) => gain / sums[node],
+                (NodeKind::Diffusive, Step::Exponential) => {
+                    gain / sums[node] * -(-sums[node] * step / network.capacitances[node]).exp_m1()
+                }
+                (NodeKind::Diffusive, Step::Euler | Step::OneSweep) => step * gain / network.capacitances[node],
+            };
+        }
+        rows.push(now.clone());
+    }
+    rows
+}
+
+/// Forward Euler at the bound of its stability, of a body that only radiates: the temperature [K] at a time [s].
+pub fn cooling_at_the_bound(capacitance: f64, area: f64, space: f64, from: f64, times: &[f64]) -> Vec<f64> {
+    let (mut now, mut t) = (from, 0.0);
+    let mut found = Vec::new();
+    for time in times {
+        while t < *time {
+            // dt lambda = 1 with lambda = 2 x 4 e sigma T^3 / C (NUMERICS.md 3).
+            let bound = capacitance / (8.0 * area * STEFAN_BOLTZMANN * now.powi(3));
+            let step = bound.min(time - t);
+            now += step * area * radiated(space, now) / capacitance;
+            t += step;
+        }
+        found.push(now);
+    }
+    found
+}

@@ -1,0 +1,312 @@
+//! Hard cases of transitions: wide and narrow steps, extreme t_max, targets that jitter, retargets at the end, a day.
+
+use std::f64::consts::TAU;
+
+use super::exact::curve;
+use super::plain::{self, Omission};
+use super::stepper::{response, response_f64};
+use super::{Case, Scale, apart, worst_of};
+use crate::bench::run::Target;
+use crate::thermal::function::Function;
+use crate::thermal::material::{Domain, Profile, Retarget, Transition};
+
+/// Issue 3 on the values of NUMERICS.md 1.
+const VALUES: (f64, &str) = (2e-4, "issue 3, values of NUMERICS.md 1");
+/// Issue 3 on t_max up to 1000 steps.
+const SHORT: (f64, &str) = (5e-4, "issue 3, t_max up to 1000 steps");
+/// Issue 3 on t_max of 60,000 steps and targets that span 2 K, and 200 K.
+const LONG: [(f64, &str); 2] = [(1e-3, "issue 3, 60,000 steps, 2 K"), (0.03, "issue 3, 60,000 steps, 200 K")];
+/// Steps of an orbit of 6017 s at 10 Hz, and of a day.
+const ORBIT: usize = 60_170;
+const DAY: usize = 864_000;
+
+fn along(power: i32, t_max: f64) -> Transition {
+    let function = if power == 1 { Function::Linear } else { Function::Quadratic };
+    let profile = Profile { function, t_max_steps: t_max };
+    Transition { heating: profile.clone(), cooling: profile, retarget: Retarget::Merge, domain: Domain::Temperature }
+}
+
+/// A node, what is commanded of it, and its temperatures after every step.
+struct Commanded {
+    power: i32,
+    t_max: f64,
+    initial: f32,
+    targets: Vec<f32>,
+    expected: Vec<f64>,
+}
+
+impl Commanded {
+    /// The largest error on a target [K].
+    fn error(&self, target: &Target) -> Result<f64, String> {
+        let found = response(target, &along(self.power, self.t_max), self.initial, &self.targets)?;
+        Ok(apart(&found, &self.expected))
+    }
+
+    /// The largest error without a remedy [K].
+    fn without(&self, omitted: Omission) -> f64 {
+        let initial = f64::from(self.initial);
+        apart(&plain::transition(self.power, self.t_max, initial, &self.targets, omitted), &self.expected)
+    }
+
+    /// The largest error of plain f32 [K].
+    fn in_plain_f32(&self) -> f64 {
+        apart(&plain::merge_f32(self.power, self.t_max as f32, self.initial, &self.targets), &self.expected)
+    }
+}
+
+/// Targets that hold for so many steps each, every one a fresh transition; the state of the one before is in closed form.
+fn held(power: i32, t_max: f64, initial: f32, holds: &[(f32, usize)]) -> Commanded {
+    let (mut targets, mut expected) = (Vec::new(), Vec::new());
+    let mut old = f64::from(initial);
+    for (target, steps) in holds {
+        targets.extend(std::iter::repeat_n(*target, *steps));
+        expected.extend((1..=*steps).map(|step| curve(power, t_max, old, f64::from(*target), step as f64)));
+        old = expected.last().copied().unwrap_or(old);
+    }
+    Commanded { power, t_max, initial, targets, expected }
+}
+
+/// From 2.7 K to 1000 K and back, arriving each time and holding for half as long again.
+fn wide() -> Vec<Commanded> {
+    let both = |power, t_max: f64| {
+        let steps = (1.5 * t_max) as usize;
+        held(power, t_max, 2.7, &[(1000.0, steps), (2.7, steps)])
+    };
+    vec![both(1, 100.0), both(2, 100.0), both(1, 361.0), both(2, 361.0)]
+}
+
+/// From 2.7 K to 5 K and back before it has arrived, and once more all the way.
+fn narrow() -> Vec<Commanded> {
+    let both = |power| held(power, 100.0, 2.7, &[(5.0, 50), (2.7, 150), (5.0, 150), (2.7, 150)]);
+    vec![both(1), both(2)]
+}
+
+/// Another target every step; where t_max is at most 1, that is where the temperature is.
+fn every_step(t_max: f64) -> Vec<Commanded> {
+    let mut bits = 1u64;
+    let targets: Vec<f32> = (0..300)
+        .map(|_| {
+            // Any sequence does (Knuth's MMIX generator).
+            bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            2.7 + 997.3 * ((bits >> 40) as f32 / (1u32 << 24) as f32)
+        })
+        .collect();
+    let expected: Vec<f64> = targets.iter().map(|target| f64::from(*target)).collect();
+    let of = |power| Commanded { power, t_max, initial: 300.0, targets: targets.clone(), expected: expected.clone() };
+    vec![of(1), of(2)]
+}
+
+/// A target that swings about 280 K once an orbit, over a transition of t_max; expected is the f64 reference.
+fn swinging(t_max: f64, swing: f64, steps: usize) -> Commanded {
+    let targets: Vec<f32> =
+        (1..=steps).map(|step| (280.0 + swing * (TAU * step as f64 / ORBIT as f64).sin()) as f32).collect();
+    let expected = response_f64(&along(2, t_max), 280.0, &targets);
+    Commanded { power: 2, t_max, initial: 280.0, targets, expected }
+}
+
+/// 267 K from 2.7 K, commanded as it and as the next f32 above it in turn.
+fn jitter() -> Vec<Commanded> {
+    let of = |power| {
+        let targets: Vec<f32> =
+            (0..150).map(|step| if step % 2 == 0 { 267.0 } else { f32::from_bits(267f32.to_bits() + 1) }).collect();
+        let expected = (1..=150).map(|step| curve(power, 100.0, f64::from(2.7f32), 267.0, f64::from(step))).collect();
+        Commanded { power, t_max: 100.0, initial: 2.7, targets, expected }
+    };
+    vec![of(1), of(2)]
+}
+
+/// 267 K from 2.7 K in 100 steps, and 268 K on the last: the rule of NUMERICS.md 1 by hand.
+fn last_step() -> Commanded {
+    let targets: Vec<f32> = (1..=150).map(|step| if step < 100 { 267.0 } else { 268.0 }).collect();
+    let old = f64::from(2.7f32);
+    let first = (1..100).map(|step| curve(2, 100.0, old, 267.0, f64::from(step)));
+    // Left at step 99: r = 0.01; gap and rate with d = 1 K.
+    let (gap, rate) = ((267.0 - old) * 1e-4 + 1.0, (267.0 - old) * 1e-2 + 1.0);
+    let r = gap / rate;
+    let span = gap / (r * r);
+    let later = (100..=150).map(|step: i32| {
+        let left = (r - f64::from(step - 99) / 100.0).max(0.0);
+        268.0 - span * left * left
+    });
+    let expected = first.chain(later).collect();
+    Commanded { power: 2, t_max: 100.0, initial: 2.7, targets, expected }
+}
+
+/// A ramp of even steps from rest under a linear transition, which ends at full rate on a whole step.
+fn ramp() -> Commanded {
+    let (t_max, slope, initial) = (361.0, 0.3f64, 20.5f64);
+    let targets: Vec<f32> = (1..=3 * 721).map(|step| (initial + slope * f64::from(step)) as f32).collect();
+    let expected = response_f64(&along(1, t_max), initial as f32, &targets);
+    Commanded { power: 1, t_max, initial: initial as f32, targets, expected }
+}
+
+/// The worst of several nodes on a target.
+fn worst(nodes: &[Commanded], target: &Target) -> Result<f64, String> {
+    nodes.iter().try_fold(0.0, |worst, node| Ok(worst_of(worst, node.error(target)?)))
+}
+
+struct Words {
+    name: &'static str,
+    what: &'static str,
+    remedy: &'static str,
+    removed: &'static str,
+}
+
+fn case(
+    words: &Words,
+    (limit, source): (f64, &str),
+    expects_reference: bool,
+    nodes: fn(Scale) -> Vec<Commanded>,
+    without: fn(&Commanded) -> f64,
+) -> Case {
+    Case {
+        name: words.name.to_owned(),
+        what: words.what.to_owned(),
+        unit: "K",
+        limit,
+        source: source.to_owned(),
+        remedy: words.remedy,
+        removed: words.removed,
+        expects_reference,
+        measure: Box::new(move |target, scale| worst(&nodes(scale), target)),
+        without: Box::new(move |scale| nodes(scale).iter().map(without).fold(0.0, worst_of)),
+    }
+}
+
+/// All of them.
+pub fn cases() -> Vec<Case> {
+    vec![
+        case(
+            &Words {
+                name: "2.7 to 1000 K in one step and back",
+                what: "linear and quadratic in 100 and 361 steps, held after the end; closed form",
+                remedy: "time stops at t_max, and the end of a transition is its target itself",
+                removed: "time runs on",
+            },
+            VALUES,
+            false,
+            |_| wide(),
+            |node| node.without(Omission::Clamp),
+        ),
+        case(
+            &Words {
+                name: "2.7 to 5 K and back",
+                what: "turned back half-way, then all the way; closed form",
+                remedy: "a change of direction is a fresh transition from the present temperature",
+                removed: "the phase is kept",
+            },
+            VALUES,
+            false,
+            |_| narrow(),
+            |node| node.without(Omission::FreshStart),
+        ),
+        case(
+            &Words {
+                name: "t_max 0",
+                what: "another target every step, 2.7 to 1000 K: the temperature is the target",
+                remedy: "no time is left where t_max is 0, and nothing is divided by it",
+                removed: "elapsed / t_max is not a number",
+            },
+            VALUES,
+            false,
+            |_| every_step(0.0),
+            |node| node.without(Omission::Immediate),
+        ),
+        case(
+            &Words {
+                name: "t_max 1",
+                what: "another target every step, 2.7 to 1000 K: the temperature is the target",
+                remedy: "time advances before the temperature is read",
+                removed: "read before time advances: the node freezes",
+            },
+            VALUES,
+            false,
+            |_| every_step(1.0),
+            |node| node.without(Omission::AdvanceFirst),
+        ),
+        case(
+            &Words {
+                name: "t_max 60,000, targets over 2 K",
+                what: "quadratic, target a sine of one orbit at 10 Hz; the f64 reference",
+                remedy: "the span is stored, and the clock counts powers of two of a step",
+                removed: "f32 with old, target and elapsed",
+            },
+            LONG[0],
+            true,
+            |scale| vec![swinging(60_000.0, 1.0, scale.of(ORBIT / 2, ORBIT, ORBIT))],
+            Commanded::in_plain_f32,
+        ),
+        case(
+            &Words {
+                name: "t_max 60,000, targets over 200 K",
+                what: "quadratic, target a sine of one orbit at 10 Hz; the f64 reference",
+                remedy: "the span is stored, and the clock counts powers of two of a step",
+                removed: "f32 with old, target and elapsed",
+            },
+            LONG[1],
+            true,
+            |scale| vec![swinging(60_000.0, 100.0, scale.of(ORBIT / 2, ORBIT, ORBIT))],
+            Commanded::in_plain_f32,
+        ),
+        case(
+            &Words {
+                name: "targets that jitter by one ulp",
+                what: "267 K and the next f32 in turn, from 2.7 K in 100 steps; closed form without the jitter",
+                remedy: "gap and rate of the transition under way are merged with those of the new step",
+                removed: "restart at every change",
+            },
+            SHORT,
+            false,
+            |_| jitter(),
+            |node| node.without(Omission::Merge),
+        ),
+        case(
+            &Words {
+                name: "retarget on the last step",
+                what: "267 K in 100 steps, 268 K on the 100th; the merge rule by hand",
+                remedy: "gap and rate of the transition under way are merged with those of the new step",
+                removed: "the phase is kept",
+            },
+            VALUES,
+            false,
+            |_| vec![last_step()],
+            |node| node.without(Omission::FreshStart),
+        ),
+        case(
+            &Words {
+                name: "retarget on the last step of a linear ramp",
+                what: "0.3 K a step in 361 steps, which ends at full rate on whole steps; the f64 reference",
+                remedy: "less than 2^-22 of its time left is over, and the clock counts powers of two of a step",
+                removed: "f32 with old, target and elapsed",
+            },
+            SHORT,
+            true,
+            |_| vec![ramp()],
+            Commanded::in_plain_f32,
+        ),
+        case(
+            &Words {
+                name: "a day of a short transition at 10 Hz",
+                what: "864,000 steps (60,170 in --quick) of t_max 361, target a sine of +-100 K an orbit; the f64 reference",
+                remedy: "a target that moves takes the rate of what is under way over",
+                removed: "restart at every change",
+            },
+            SHORT,
+            true,
+            |scale| vec![swinging(361.0, 100.0, scale.of(ORBIT / 4, ORBIT, DAY))],
+            |node| node.without(Omission::Merge),
+        ),
+        case(
+            &Words {
+                name: "a day of a long transition at 10 Hz",
+                what: "864,000 steps (60,170 in --quick) of t_max 60,000, target a sine of +-100 K an orbit; the f64 reference",
+                remedy: "the span is stored, and the clock counts powers of two of a step",
+                removed: "f32 with old, target and elapsed",
+            },
+            LONG[1],
+            true,
+            |scale| vec![swinging(60_000.0, 100.0, scale.of(ORBIT / 2, ORBIT, DAY))],
+            Commanded::in_plain_f32,
+        ),
+    ]
+}

@@ -1,0 +1,316 @@
+//! What each choice of a model costs, and how many kelvin and how much radiance it changes: one scene, one change at a time.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use rayon::prelude::*;
+
+use super::frames::resize;
+use super::record::{ChoiceRow, Models, Moved};
+use crate::compare::responses::{self, OfMaterial};
+use crate::environment::shadow::Method;
+use crate::gpu::context::Context;
+use crate::gpu::error::GpuError;
+use crate::scene::{Scene, ShadowSettings};
+use crate::simulation::engine::{Engine, Order, Tick};
+use crate::simulation::prepare::Prepared;
+use crate::simulation::{pose_at, start};
+use crate::thermal::material::{Domain, Retarget};
+
+/// Ticks of an orbit: longer ones would stand badly for the planet's mean.
+const TICKS: u32 = 60;
+/// Ticks between two images.
+const DRAW_EVERY: u32 = 10;
+/// Size of the images [px].
+const IMAGE: [u32; 2] = [320, 256];
+/// A node sees the Sun wrongly where its share is off by more than this.
+pub const WRONG_SHARE: f32 = 0.5;
+
+/// What keeps the choices from being compared.
+type Failed = Box<dyn std::error::Error>;
+
+/// A choice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Choice {
+    Base,
+    Restart,
+    FourthPower,
+    Instant,
+    Network,
+    WithoutAlbedo,
+    WithoutInfrared,
+    WithoutEclipse,
+    WithoutShadows,
+    ExactShadows,
+}
+
+impl Choice {
+    const ALL: [Self; 10] = [
+        Self::Base,
+        Self::Restart,
+        Self::FourthPower,
+        Self::Instant,
+        Self::Network,
+        Self::WithoutAlbedo,
+        Self::WithoutInfrared,
+        Self::WithoutEclipse,
+        Self::WithoutShadows,
+        Self::ExactShadows,
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Base => "transition in T, merge, all loads, shadows by depth",
+            Self::Restart => "retarget = restart",
+            Self::FourthPower => "domain = T4",
+            Self::Instant => "response = instant",
+            Self::Network => "response = network",
+            Self::WithoutAlbedo => "without albedo",
+            Self::WithoutInfrared => "without the planet's infrared",
+            Self::WithoutEclipse => "without eclipse",
+            Self::WithoutShadows => "without shadows",
+            Self::ExactShadows => "shadows by rays",
+        }
+    }
+
+    fn scene(self, base: &Scene) -> Scene {
+        let mut scene = base.clone();
+        match self {
+            Self::WithoutAlbedo => scene.environment.albedo = None,
+            Self::WithoutInfrared => scene.environment.planet_ir = None,
+            Self::WithoutEclipse => scene.environment.eclipse = false,
+            Self::WithoutShadows => scene.shadows = None,
+            Self::ExactShadows => {
+                scene.shadows = scene.shadows.map(|shadows| ShadowSettings { method: Method::Exact, ..shadows });
+            }
+            _ => {}
+        }
+        scene
+    }
+
+    /// The same transitions under another rule or in another domain.
+    fn transitions(self, of: &[OfMaterial]) -> Vec<OfMaterial> {
+        let mut of = of.to_vec();
+        for transition in of.iter_mut().filter_map(|one| one.transition.as_mut()) {
+            match self {
+                Self::Restart => transition.retarget = Retarget::Restart,
+                Self::FourthPower => transition.domain = Domain::FourthPower,
+                _ => transition.domain = Domain::Temperature,
+            }
+        }
+        of
+    }
+
+    fn prepared(self, base: &Scene, of: &[OfMaterial]) -> Result<Prepared, Failed> {
+        let scene = self.scene(base);
+        Ok(match self {
+            Self::Instant => responses::instant(&scene, &mut |_| ())?,
+            Self::Network => responses::network(&scene, &mut |_| ())?,
+            _ => responses::transition(&scene, &self.transitions(of), &mut |_| ())?,
+        })
+    }
+}
+
+/// What a run left.
+struct Ran {
+    /// Temperatures of the vertices in every step [K].
+    temperatures: Vec<Vec<f32>>,
+    /// Radiance of the drawn steps [W m-2 sr-1].
+    images: Vec<Vec<f32>>,
+    /// Share of the Sun that each node sees in every step, where the craft shadows itself.
+    visibility: Vec<Vec<f32>>,
+    /// Mean time of what a step takes on the device [ms], the network's included.
+    step_ms: Option<f64>,
+}
+
+/// All choices on a scene, whose materials state what a network needs; `quick` leaves the network out.
+///
+/// # Errors
+/// A scene that cannot be prepared, or a device that fails; a single choice that fails is told in its row.
+pub fn measure(context: &Arc<Context>, scene: &Scene, quick: bool, says: &dyn Fn(&str)) -> Result<Models, Failed> {
+    let base = one_orbit(scene);
+    // What a network is made of tells how transitions move.
+    let network = responses::network(&base, &mut |_| ())?;
+    says("model choices: what transitions are fitted to");
+    let instant = run(context, &responses::instant(&base, &mut |_| ())?)?;
+    let of = responses::transitions(&network, &swings(&network, &instant))?;
+    let areas: Vec<f64> = network.nodes.node_of_vertex.iter().map(|node| network.nodes.areas[*node as usize]).collect();
+    let nodes = network.nodes.count;
+    drop(network);
+    let mut base_run = None;
+    let mut network_run = None;
+    let mut rows: Vec<(ChoiceRow, Option<Ran>)> = Vec::new();
+    for choice in Choice::ALL {
+        let row = ChoiceRow { choice: choice.name().to_owned(), ..ChoiceRow::default() };
+        if quick && choice == Choice::Network {
+            rows.push((ChoiceRow { failed: Some("left out by --quick".to_owned()), ..row }, None));
+            continue;
+        }
+        says(&format!("model choices: {}", choice.name()));
+        let ran = choice.prepared(&base, &of).and_then(|prepared| Ok(run(context, &prepared)?));
+        match ran {
+            Err(error) => rows.push((ChoiceRow { failed: Some(error.to_string()), ..row }, None)),
+            Ok(ran) => {
+                match choice {
+                    Choice::Base => base_run = Some(rows.len()),
+                    Choice::Network => network_run = Some(rows.len()),
+                    _ => {}
+                }
+                rows.push((ChoiceRow { step_ms: ran.step_ms, ..row }, Some(ran)));
+            }
+        }
+    }
+    let moved = |ran: &Ran, from: Option<usize>, own: usize| -> Option<Moved> {
+        let from = from.filter(|from| *from != own)?;
+        rows[from].1.as_ref().map(|from| ran.moved(from, &areas))
+    };
+    let choices = rows.iter().enumerate().map(|(own, (row, ran))| match ran {
+        None => row.clone(),
+        Some(ran) => ChoiceRow {
+            from_base: moved(ran, base_run, own),
+            from_network: moved(ran, network_run, own),
+            wrong_nodes: base_run
+                .and_then(|base| rows[base].1.as_ref())
+                .filter(|_| row.choice == Choice::ExactShadows.name())
+                .and_then(|base| wrong_share(&base.visibility, &ran.visibility)),
+            ..row.clone()
+        },
+    });
+    Ok(Models {
+        scene: base.name.clone(),
+        nodes,
+        tick_s: base.time.step,
+        ticks: base.time.steps,
+        choices: choices.collect(),
+    })
+}
+
+/// The scene through one orbit of long ticks, from the state that an orbit before it left, with shadows.
+fn one_orbit(scene: &Scene) -> Scene {
+    let mut base = scene.clone();
+    base.time.step = base.orbit.period() / f64::from(TICKS);
+    base.time.steps = TICKS;
+    base.time.periodic = scene.time.periodic.map(|tolerance| tolerance.max(0.5));
+    if base.time.periodic.is_none() {
+        base.time.warm_up_orbits = 1.0;
+    }
+    base.shadows = Some(ShadowSettings { method: Method::Depth, ..scene.shadows.unwrap_or_default() });
+    if let Some(camera) = &mut base.camera {
+        resize(camera, IMAGE);
+    }
+    base
+}
+
+fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, GpuError> {
+    let camera = prepared.scene.camera.as_ref();
+    let mut engine = Engine::on_device(context, prepared, camera)?;
+    start(prepared, &mut engine, None, &AtomicBool::new(false), &mut || ())?;
+    let before = device_ms(&engine);
+    let step = prepared.scene.time.step;
+    let mut ran = Ran { temperatures: vec![], images: vec![], visibility: vec![], step_ms: None };
+    for tick in 1..=prepared.scene.time.steps {
+        let (from, to) = (f64::from(tick - 1) * step, f64::from(tick) * step);
+        let load = prepared.loads.tick_load(from, to);
+        let drawn = camera.is_some() && tick % DRAW_EVERY == 0;
+        let order = Order { pose: if drawn { pose_at(prepared, to) } else { None }, temperatures: true };
+        engine.submit(Some(Tick { load: &load, steps: 1.0, start: from, length: step }), order)?;
+        let delivered = engine.deliver()?;
+        let device = delivered.temperatures.unwrap_or_default();
+        ran.temperatures.push(prepared.nodes.node_of_vertex.iter().map(|node| device[*node as usize]).collect());
+        ran.images.extend(
+            delivered.pixels.map(|pixels| pixels.radiance_temperature_depth.iter().map(|pixel| pixel[0]).collect()),
+        );
+        if let Engine::Device { renderer, .. } = &mut engine
+            && prepared.scene.shadows.is_some()
+            && !load.sun.is_empty()
+        {
+            let seen = renderer.visibility()?;
+            ran.visibility.push(prepared.nodes.node_of_vertex.iter().map(|node| seen[*node as usize]).collect());
+        }
+    }
+    ran.step_ms =
+        device_ms(&engine).zip(before).map(|(after, before)| (after - before) / f64::from(prepared.scene.time.steps));
+    Ok(ran)
+}
+
+/// All thermal and shadow passes so far with those of the network [ms].
+fn device_ms(engine: &Engine) -> Option<f64> {
+    let passes = engine.pass_times()?;
+    let of_step = |name: &str| ["thermal_step", "solar_", "read solar_"].iter().any(|start| name.starts_with(start));
+    let network: f64 = engine.network_costs().iter().filter_map(|cost| cost.device_ms).sum();
+    let passes = passes.iter().filter(|(name, _)| of_step(name));
+    Some(passes.map(|(_, samples)| samples.iter().sum::<f64>()).sum::<f64>() + network)
+}
+
+/// Area-weighted means of the coldest and of the hottest balance temperature of each material's nodes [K].
+fn swings(prepared: &Prepared, instant: &Ran) -> Vec<[f64; 2]> {
+    let nodes = &prepared.nodes;
+    let mut sums = vec![[0.0f64; 3]; prepared.materials.len()];
+    for (vertex, node) in nodes.node_of_vertex.iter().enumerate() {
+        let own = instant.temperatures.iter().map(|row| row[vertex]);
+        let [low, high] = own.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], t| [low.min(t), high.max(t)]);
+        let area = nodes.areas[*node as usize];
+        let [whole, cold, hot] =
+            &mut sums[nodes.group_material[*node as usize / crate::thermal::nodes::GROUP] as usize];
+        *whole += area;
+        *cold += area * f64::from(low);
+        *hot += area * f64::from(high);
+    }
+    let mean = |[whole, cold, hot]: [f64; 3]| if whole > 0.0 { [cold / whole, hot / whole] } else { [250.0, 300.0] };
+    sums.into_iter().map(mean).collect()
+}
+
+impl Ran {
+    fn moved(&self, from: &Self, areas: &[f64]) -> Moved {
+        let whole: f64 = areas.iter().sum::<f64>() * self.temperatures.len() as f64;
+        let of_step = |(own, other): (&Vec<f32>, &Vec<f32>)| {
+            let differences = own.iter().zip(other).map(|(a, b)| f64::from(*a) - f64::from(*b));
+            let squares: f64 = differences.clone().zip(areas).map(|(d, area)| area * d * d).sum();
+            (squares, differences.map(f64::abs).fold(0.0, f64::max))
+        };
+        let rows: Vec<(f64, f64)> = self.temperatures.par_iter().zip(&from.temperatures).map(of_step).collect();
+        let pixels = || {
+            let images = self.images.iter().zip(&from.images).flat_map(|(a, b)| a.iter().zip(b));
+            images.map(|(a, b)| (f64::from(*a), f64::from(*b))).filter(|(a, b)| *a > 0.0 || *b > 0.0)
+        };
+        let count = pixels().count().max(1) as f64;
+        Moved {
+            rms_k: (rows.iter().map(|row| row.0).sum::<f64>() / whole).sqrt(),
+            max_k: rows.iter().map(|row| row.1).fold(0.0, f64::max),
+            radiance_rms: (pixels().map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / count).sqrt(),
+            radiance_mean: pixels().map(|(_, b)| b).sum::<f64>() / count,
+        }
+    }
+}
+
+/// Share of nodes and steps in sunlight whose share of the Sun is off by more than [`WRONG_SHARE`].
+fn wrong_share(found: &[Vec<f32>], exact: &[Vec<f32>]) -> Option<f64> {
+    let pairs = || found.iter().zip(exact).flat_map(|(a, b)| a.iter().zip(b));
+    let count = pairs().count();
+    let wrong = pairs().filter(|(a, b)| (*a - *b).abs() > WRONG_SHARE).count();
+    (count > 0).then(|| wrong as f64 / count as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ran(temperature: f32, radiance: f32) -> Ran {
+        let images = vec![vec![radiance, 0.0]];
+        Ran { temperatures: vec![vec![temperature, 300.0]; 2], images, visibility: vec![], step_ms: None }
+    }
+
+    #[test]
+    fn what_moved_is_weighted_with_area_and_counts_no_empty_pixel() {
+        let moved = ran(304.0, 12.0).moved(&ran(300.0, 10.0), &[1.0, 3.0]);
+        // A quarter of the area is off by 4 K.
+        assert_eq!(moved, Moved { rms_k: 2.0, max_k: 4.0, radiance_rms: 2.0, radiance_mean: 10.0 });
+    }
+
+    #[test]
+    fn nodes_off_by_more_than_half_the_sun_are_wrong() {
+        let exact = vec![vec![1.0, 0.0, 0.4, 1.0]];
+        assert_eq!(wrong_share(&[vec![1.0, 0.6, 0.8, 0.0]], &exact), Some(0.5));
+        assert_eq!(wrong_share(&[], &[]), None);
+    }
+}

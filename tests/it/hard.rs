@@ -1,0 +1,49 @@
+//! The hard cases at small size on the device and in f64: every error is within its limit, and without its remedy beyond it.
+
+use std::sync::LazyLock;
+
+use isotherm::bench::hard::{self, Case, HardRow, Scale};
+use isotherm::bench::run::Target;
+
+use super::device::context;
+
+static CASES: LazyLock<(Vec<Case>, Vec<f64>)> = LazyLock::new(|| {
+    let cases = hard::all();
+    let without = hard::without(&cases, Scale::Small);
+    (cases, without)
+});
+
+/// Cases that miss their limit wherever they run, by name.
+const MISSES: [&str; 0] = [];
+
+fn check(target: &Target) {
+    let (cases, without) = &*CASES;
+    let rows = hard::measure(target, cases, without, Scale::Small, &|_| {});
+    for row in &rows {
+        let (found, limit) = (row.error.map(|error| row.in_unit(error)), row.in_unit(row.limit));
+        println!("{}: {found:?}, limit {limit}, without {} ({:.1} s)", row.name, row.in_unit(row.without), row.wall_s);
+    }
+    let missed: Vec<String> = rows.iter().filter_map(HardRow::miss).collect();
+    let known = |miss: &&String| MISSES.iter().any(|name| miss.starts_with(&format!("{name}:")));
+    let unknown: Vec<&String> = missed.iter().filter(|miss| !known(miss)).collect();
+    assert!(unknown.is_empty(), "{unknown:#?}");
+    assert_eq!(missed.len(), MISSES.len(), "what is known to miss has changed: {missed:#?}");
+}
+
+#[test]
+fn the_device_holds_every_limit() {
+    check(&Target::Device(context()));
+}
+
+#[test]
+fn the_reference_holds_every_limit() {
+    check(&Target::Reference);
+}
+
+#[test]
+fn without_its_remedy_every_case_misses() {
+    let (cases, without) = &*CASES;
+    for (case, without) in cases.iter().zip(without) {
+        assert!(*without > case.limit, "{}: {without} {} without, limit {}", case.name, case.unit, case.limit);
+    }
+}

@@ -1,0 +1,78 @@
+//! The cost of building a scene by its number of nodes: seconds, and bytes a node on the host and on the device. Every
+//! density is built in a process of its own, whose peak of memory is then its own.
+
+use std::process::Command;
+use std::sync::Arc;
+use std::time::Instant;
+
+use isotherm::gpu::context::Context;
+use isotherm::gpu::resources::device_bytes;
+use isotherm::host;
+use isotherm::scene::{Density, Edges, Scene};
+use isotherm::simulation::engine::{DeviceData, Engine, Order, Tick};
+use isotherm::simulation::prepare::Prepared;
+use isotherm::simulation::viewpoint::camera_from_body;
+
+use super::AnyError;
+
+/// Prints a table with a row for each longest edge [m], each made by this program started anew with `arguments`.
+pub fn measure(edges: &[f64], arguments: &[String]) -> Result<(), AnyError> {
+    println!(
+        "Building a scene, to where nodes are in the order of the device; then uploading, settling at 300 K and three ticks, the last \
+         with an image. Peaks are of the whole process.\n"
+    );
+    println!(
+        "| longest edge [m] | nodes | triangles | build [s] | ns a node | host, peak [bytes a node] | on the device [bytes a node] \
+         | upload and settle [s] | three ticks [s] | process, peak [bytes a node] |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|");
+    for edge in edges {
+        let status =
+            Command::new(std::env::current_exe()?).args(arguments).args(["--build-one", &edge.to_string()]).status()?;
+        if !status.success() {
+            return Err(format!("building with edges of {edge} m ended with {status}").into());
+        }
+    }
+    Ok(())
+}
+
+/// Builds and steps one density, and prints its row.
+pub fn measure_one(context: &Arc<Context>, mut scene: Scene, edge: f64) -> Result<(), AnyError> {
+    scene.density = Density { model: Edges { max: Some(edge), min: scene.density.model.min }, parts: Vec::new() };
+    let before = host::peak_memory().ok_or("this system does not tell the peak of memory")?;
+    let began = Instant::now();
+    let prepared = Prepared::from_scene(scene, &mut |_| {})?;
+    let build = began.elapsed().as_secs_f64();
+    let nodes = prepared.nodes.count as f64;
+    let peak = || host::peak_memory().map_or(f64::NAN, |peak| peak.saturating_sub(before) as f64 / nodes);
+    let host = peak();
+
+    let camera = prepared.scene.camera.clone();
+    let data = DeviceData::new(&prepared);
+    let device = device_bytes(&data.scene_data(&prepared, camera.as_ref()).plan()) + prepared.network_bytes();
+    drop(data);
+    let step = prepared.scene.time.step;
+    let began = Instant::now();
+    let mut engine = Engine::on_device(context, &prepared, camera.as_ref())?;
+    engine.settle_at(300.0, prepared.nodes.vertex_of_node.len())?;
+    let settle = began.elapsed().as_secs_f64();
+    let began = Instant::now();
+    for tick in 0..3 {
+        let (from, to) = (f64::from(tick) * step, f64::from(tick + 1) * step);
+        let load = prepared.loads.tick_load(from, to);
+        let pose = camera.as_ref().filter(|_| tick == 2);
+        let pose = pose.map(|camera| camera_from_body(camera, &prepared.loads.sky_model().sky(to)));
+        let tick = Tick { load: &load, steps: 1.0, start: from, length: step };
+        engine.submit(Some(tick), Order { pose, temperatures: true })?;
+        engine.deliver()?;
+    }
+    println!(
+        "| {edge} | {nodes} | {} | {build:.2} | {:.0} | {host:.0} | {:.1} | {settle:.2} | {:.2} | {:.0} |",
+        prepared.triangles.len(),
+        build * 1e9 / nodes,
+        device as f64 / nodes,
+        began.elapsed().as_secs_f64(),
+        peak()
+    );
+    Ok(())
+}
