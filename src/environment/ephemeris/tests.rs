@@ -175,7 +175,9 @@ fn rounding_of_a_time_does_not_leave_the_ephemeris() {
     let time = 5418.0 * 0.1;
     assert!(time > 541.8);
     assert_eq!(ephemeris.state(time), ephemeris.state(541.8));
-    assert!(ephemeris.state(-1e-9).is_some() && ephemeris.state(-1e-5).is_none() && ephemeris.state(541.80001).is_none());
+    assert!(
+        ephemeris.state(-1e-9).is_some() && ephemeris.state(-1e-5).is_none() && ephemeris.state(541.80001).is_none()
+    );
     // A hole of a microsecond between segments, which their coverage joins.
     let segment = |from: f64| {
         let samples = (0..10).map(|index| sample(from + f64::from(index) * 60.0)).collect();

@@ -313,9 +313,7 @@ fn absolute(
             )));
         }
         if let Some(speed) = state.velocity.map(DVec3::length).filter(|speed| *speed > HIGHEST_SPEED) {
-            return Err(wrong(format!(
-                "no velocity of a craft: {speed:.3e} m/s (an OEM states km/s, a table m/s)"
-            )));
+            return Err(wrong(format!("no velocity of a craft: {speed:.3e} m/s (an OEM states km/s, a table m/s)")));
         }
         let (position, velocity) = to_gcrf(frame, epoch, state.position, state.velocity);
         states.push((epoch, position, velocity));
