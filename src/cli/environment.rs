@@ -10,7 +10,7 @@ use crate::environment::albedo::albedo_factor;
 use crate::environment::sky::{Boundary, EclipseEvent, SkyModel};
 use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
 use crate::output::OutputError;
-use crate::output::folder::write_atomic;
+use crate::output::folder::{keep_inputs, write_atomic};
 use crate::scene::{Orbit, SkyScene};
 
 const EXAMPLES: &str = "\
@@ -84,6 +84,8 @@ fn scene_environment(path: &Path, output: &Path) -> Result<(), CliError> {
     if events_path == output {
         return Err(CliError::Usage(format!("{}: the eclipses would have the same name", output.display())));
     }
+    keep_inputs(output, &scene.files)?;
+    keep_inputs(&events_path, &scene.files)?;
     write_atomic(output, |out| {
         let mut table = csv::Writer::from_writer(out);
         let failed = |error: csv::Error| OutputError::write(output, std::io::Error::other(error));

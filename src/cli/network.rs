@@ -7,7 +7,7 @@ use super::network_report::{EXAMPLES, control_error, print_series, print_steady,
 use super::{Chosen, CliError, DeviceArguments, network_import, nine_digits, spinner, stop_flag};
 use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
 use crate::output::OutputError;
-use crate::output::folder::{write_atomic, write_bytes};
+use crate::output::folder::{keep_inputs, write_atomic, write_bytes};
 use crate::output::plot::{Line, Plot};
 use crate::output::plot_axis::Axis;
 use crate::scene::network::NetworkFile;
@@ -93,6 +93,10 @@ fn solve(arguments: &Solve) -> Result<(), CliError> {
     if file.schedule.times.is_empty() && !arguments.steady {
         let reason = "output.times is missing: the times of output [s]; --steady needs none";
         return Err(CliError::Usage(format!("{}: {reason}", path.display())));
+    }
+    let inputs = [path.clone()];
+    for output in [arguments.output.clone(), arguments.output.as_deref().map(events_path), arguments.plot.clone()] {
+        output.map_or(Ok(()), |output| keep_inputs(&output, &inputs))?;
     }
     for assumption in &file.assumptions {
         eprintln!("assumed: {assumption}");

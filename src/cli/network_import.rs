@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::CliError;
-use crate::output::folder::write_bytes;
+use crate::output::folder::{keep_inputs, write_bytes};
 use crate::scene::network::import::import;
 
 /// Turn the thermal CSV files of s2e-core into a network file.
@@ -27,5 +27,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     for note in &imported.notes {
         eprintln!("assumed: {note}");
     }
+    let read =
+        ["node.csv", "cij.csv", "rij.csv", "heaters.csv", "heatload.csv"].map(|name| arguments.folder.join(name));
+    keep_inputs(&arguments.output, &read)?;
     Ok(write_bytes(&arguments.output, imported.text.as_bytes())?)
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use super::run::{prepare_with_progress, say_size};
 use super::{Chosen, CliError, DeviceArguments, progress_bar, stop_flag};
 use crate::output::exr::write_exr;
-use crate::output::folder::check_writable;
+use crate::output::folder::{check_writable, keep_inputs};
 use crate::simulation;
 use crate::simulation::engine::{DeviceData, Engine};
 use crate::simulation::frames::FrameMaker;
@@ -36,6 +36,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     check_writable(&arguments.output)?;
     let mut prepared = prepare_with_progress(&arguments.scene)?;
+    keep_inputs(&arguments.output, &prepared.scene.files)?;
     prepared.cover(arguments.time);
     let camera = prepared.scene.require_camera().map_err(simulation::prepare::PrepareError::from)?.clone();
     let ticks = u64::from(prepared.warm_up_ticks()) + (arguments.time / prepared.scene.time.step) as u64;

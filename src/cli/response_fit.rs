@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::CliError;
-use crate::output::folder::write_bytes;
+use crate::output::folder::{keep_inputs, write_bytes};
 use crate::output::plot::{Line, Mark, Plot};
 use crate::output::plot_axis::Axis;
 use crate::thermal::fit::{Fit, Fits, Sample, fit};
@@ -51,6 +51,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let fits =
         fit(&data.samples, arguments.target).map_err(|error| in_file(error.in_lines(&data.lines).to_string()))?;
     if let Some(path) = &arguments.plot {
+        keep_inputs(path, [&arguments.data])?;
         let name = arguments.data.file_name().unwrap_or_default().to_string_lossy();
         write_bytes(path, plot(&data, &fits.best, &name).svg()?.as_bytes())?;
     }

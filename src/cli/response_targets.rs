@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use super::{Chosen, CliError, DeviceArguments, nine_digits};
 use crate::gpu::response::{Run, respond};
 use crate::output::OutputError;
-use crate::output::folder::{write_atomic, write_bytes};
+use crate::output::folder::{keep_inputs, write_atomic, write_bytes};
 use crate::output::plot::{Line, Mark, Plot};
 use crate::output::plot_axis::Axis;
 use crate::scene::targets::{self, MAX_STEPS};
@@ -90,6 +90,9 @@ pub(super) fn run(arguments: &Targets) -> Result<(), CliError> {
     else {
         return Err(CliError::Usage("--heating, --cooling, --initial and --targets are needed".to_owned()));
     };
+    for output in [&arguments.output, &arguments.plot].into_iter().flatten() {
+        keep_inputs(output, [targets])?;
+    }
     let rows = targets::load(targets).map_err(|error| CliError::Usage(error.to_string()))?;
     let steps = arguments.steps.or(rows.last().map(|row| row.step)).unwrap_or(0);
     let targets = targets::commanded(&rows, initial, steps);

@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 
 use super::{Chosen, CliError, DeviceArguments, building_bar, progress_bar, show_stage, stop_flag};
 use crate::gpu::resources::{Planned, check_plan, device_bytes};
-use crate::output::folder::{RunFolder, check_writable};
+use crate::output::folder::{RunFolder, check_writable, keep_inputs};
 use crate::output::report::{BufferSize, Device, FileEntry, ModelSize, PassTime, Report, Section, SourceFile, Speed};
 use crate::scene::Draw;
 use crate::simulation::engine::{DeviceData, Engine};
@@ -100,6 +100,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let prepares = trace.span(Track::Host, "load and build the scene");
     let prepared = prepare_with_progress(&arguments.scene)?;
     drop(prepares);
+    RunFolder::keep_inputs(&arguments.output, &prepared.scene.files)?;
+    if let Some(path) = &arguments.trace {
+        keep_inputs(path, &prepared.scene.files)?;
+    }
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let chosen = arguments.device.open()?;
     let device_data = DeviceData::new(&prepared);

@@ -4,6 +4,9 @@ use std::fmt;
 
 use glam::DVec3;
 
+use super::coast::{LONGEST_COAST, Residual, gravity, residual, turn};
+use super::spacing::gaps;
+
 /// Position and velocity of a craft, GCRF, from the planet's centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
@@ -29,8 +32,10 @@ pub struct Sample {
 pub enum Interpolation {
     /// A polynomial of this degree through positions.
     Lagrange(usize),
-    /// A polynomial of at least this degree through positions and velocities.
+    /// A polynomial of [`hermite_degree`] of this degree through positions and velocities.
     Hermite(usize),
+    /// The polynomial through two states, whose second derivatives are gravity.
+    Coast,
 }
 
 /// Degree where a file states none: on the public ISS ephemeris (240 s) Hermite 7 errs by 2 m, as do 5 and 11.
@@ -39,15 +44,21 @@ pub const DEFAULT_DEGREE: usize = 7;
 /// Highest degree that is followed.
 pub const HIGHEST_DEGREE: usize = 31;
 
-/// Spacing over the larger of its neighbours and the segment's median beyond which it is a gap: two epochs are missing.
-pub const GAP: f64 = 2.5;
-
-/// Change of velocity between two samples that the Earth's gravity does not explain [m/s], above which (and above
-/// [`MANOEUVRE_SHARE`] times the segment's median) something fired between them.
+/// Change of velocity between two samples that the Earth's gravity does not explain [m/s], above which (and above the
+/// two shares below) something fired between them.
 pub const MANOEUVRE: f64 = 0.1;
 
-/// See [`MANOEUVRE`].
+/// Such a change over the lower quartile of those of the segment: few of its intervals hold a manoeuvre.
 pub const MANOEUVRE_SHARE: f64 = 10.0;
+
+/// Such a change over that by gravity: what is left out of it (2e-5 of it in low orbit) and drag at a perigee of 180 km
+/// (3e-5) stay below.
+pub const MANOEUVRE_OF_GRAVITY: f64 = 1e-4;
+
+/// Two states of one epoch are one where they differ by less [m] [m/s]: files are rounded, and orbits determined, to
+/// no better.
+const SAME_POSITION: f64 = 1.0;
+const SAME_VELOCITY: f64 = 0.01;
 
 /// Samples of one segment of a file, in order, with what it says of them.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,10 +94,10 @@ pub struct Findings {
 impl fmt::Display for Findings {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let counts = [
-            (self.repeated, "repeated lines left out"),
+            (self.repeated, "lines that repeat an epoch (to 1 m and 0.01 m/s) left out"),
             (self.steps, "epochs with two states (a step at a manoeuvre)"),
             (self.gaps, "gaps inside segments, which are not bridged"),
-            (self.manoeuvres, "intervals with a manoeuvre inside, which only their own two states bridge"),
+            (self.manoeuvres, "intervals with a manoeuvre inside, which only their own two states and gravity bridge"),
         ];
         let said: Vec<String> =
             counts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();
@@ -106,11 +117,16 @@ impl Ephemeris {
         (Self { pieces }, findings)
     }
 
-    /// The state at a time [s]; `None` where no piece covers it. At a step, what comes after.
+    /// The state at a time [s]; `None` where no piece covers it, or ends within [`SLACK`]. At a step, what comes after.
     pub fn state(&self, time: f64) -> Option<State> {
         let after = self.pieces.partition_point(|piece| piece.usable.0 <= time);
         // Pieces hardly overlap; where they do, the later one is meant to take over.
-        self.pieces[..after].iter().rev().find(|piece| time <= piece.usable.1).map(|piece| piece.state(time))
+        let covering = self.pieces[..after].iter().rev().find(|piece| time <= piece.usable.1);
+        let beside = || {
+            let near = |piece: &&Segment| piece.usable.0 - SLACK <= time && time <= piece.usable.1 + SLACK;
+            self.pieces[..self.pieces.len().min(after + 1)].iter().rev().find(near)
+        };
+        covering.or_else(beside).map(|piece| piece.state(time.clamp(piece.usable.0, piece.usable.1)))
     }
 
     /// Stretches of time that are covered [s], joined where they touch.
@@ -118,7 +134,7 @@ impl Ephemeris {
         let mut joined: Vec<(f64, f64)> = Vec::new();
         for piece in &self.pieces {
             match joined.last_mut() {
-                Some(last) if piece.usable.0 <= last.1 + JOIN => last.1 = last.1.max(piece.usable.1),
+                Some(last) if piece.usable.0 <= last.1 + SLACK => last.1 = last.1.max(piece.usable.1),
                 _ => joined.push(piece.usable),
             }
         }
@@ -131,43 +147,47 @@ impl Ephemeris {
     }
 }
 
-/// Difference between two epochs that is rounding [s].
-const JOIN: f64 = 1e-6;
+/// Difference between two times that is rounding [s]: 541.8 s is 5418 steps of 0.1 s.
+pub const SLACK: f64 = 1e-6;
 
 /// Cuts a segment at its gaps, steps and manoeuvres.
 fn split(segment: Segment, pieces: &mut Vec<Segment>, findings: &mut Findings) {
     let Segment { mut samples, interpolation, usable } = segment;
     let before = samples.len();
-    samples.dedup_by(|later, earlier| {
-        later.time - earlier.time <= JOIN && same(later.position, earlier.position) && same_velocity(later, earlier)
-    });
+    samples.dedup_by(|later, earlier| later.time - earlier.time <= SLACK && same(later, earlier));
     findings.repeated += before - samples.len();
     if samples.is_empty() {
         return;
     }
-    let spacings: Vec<f64> = samples.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
-    let typical = median(spacings.iter().copied().filter(|spacing| *spacing > JOIN));
-    let residuals: Vec<Option<f64>> = samples.windows(2).map(|pair| unexplained(&pair[0], &pair[1])).collect();
-    let usual = median(residuals.iter().flatten().copied());
+    let times: Vec<f64> = samples.iter().map(|sample| sample.time).collect();
+    let gaps = gaps(&times, SLACK, |index| turn(&samples[index], &samples[index + 1]) > LONGEST_COAST);
+    let residuals: Vec<Option<Residual>> = samples.windows(2).map(|pair| residual(&pair[0], &pair[1])).collect();
+    let usual = lower_quartile(residuals.iter().flatten().map(|residual| residual.unexplained));
+    let fired = |Residual { unexplained, falling }: Residual| {
+        unexplained > MANOEUVRE.max(MANOEUVRE_SHARE * usual).max(MANOEUVRE_OF_GRAVITY * falling)
+    };
 
     let mut start = 0;
     let mut cut = |start: usize, end: usize, interpolation| {
         let samples = &samples[start..end];
+        let interpolation = match interpolation {
+            // Gravity stands for the neighbours that the degree asks for.
+            Interpolation::Hermite(5..) if samples.len() == 2 => Interpolation::Coast,
+            other => other,
+        };
         let (first, last) = (samples[0].time.max(usable.0), samples[samples.len() - 1].time.min(usable.1));
         if first <= last {
             pieces.push(Segment { samples: samples.to_vec(), interpolation, usable: (first, last) });
         }
     };
-    for (index, spacing) in spacings.iter().enumerate() {
-        let beside = |index: Option<usize>| index.and_then(|index| spacings.get(index)).copied().unwrap_or(0.0);
-        let around = beside(index.checked_sub(1)).max(beside(Some(index + 1))).max(typical);
-        if *spacing <= JOIN {
+    for index in 0..gaps.len() {
+        if times[index + 1] - times[index] <= SLACK {
             findings.steps += 1;
-        } else if *spacing > GAP * around {
+        } else if gaps[index] {
             findings.gaps += 1;
-        } else if residuals[index].is_some_and(|residual| residual > MANOEUVRE.max(MANOEUVRE_SHARE * usual)) {
+        } else if residuals[index].is_some_and(fired) {
             findings.manoeuvres += 1;
-            cut(index, index + 2, Interpolation::Hermite(3));
+            cut(index, index + 2, Interpolation::Coast);
         } else {
             continue;
         }
@@ -177,65 +197,21 @@ fn split(segment: Segment, pieces: &mut Vec<Segment>, findings: &mut Findings) {
     cut(start, samples.len(), interpolation);
 }
 
-fn same(a: DVec3, b: DVec3) -> bool {
-    a.distance(b) <= 1e-9 * a.length().max(b.length())
-}
-
-fn same_velocity(a: &Sample, b: &Sample) -> bool {
-    match (a.velocity, b.velocity) {
-        (Some(a), Some(b)) => same(a, b),
+/// Whether two samples of one epoch say the same.
+fn same(a: &Sample, b: &Sample) -> bool {
+    let velocities = match (a.velocity, b.velocity) {
+        (Some(a), Some(b)) => a.distance(b) <= SAME_VELOCITY,
         _ => true,
-    }
+    };
+    velocities && a.position.distance(b.position) <= SAME_POSITION
 }
 
-/// The upper median; 0 of nothing.
-fn median(values: impl Iterator<Item = f64>) -> f64 {
+/// The least of up to four values; 0 of none.
+fn lower_quartile(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+    values.get(values.len().saturating_sub(1) / 4).copied().unwrap_or(0.0)
 }
-
-/// Earth's second zonal coefficient, and its equatorial radius [m] (EGM96).
-const J2: f64 = 1.082_626_7e-3;
-const EQUATOR: f64 = 6.378_136_3e6;
-
-/// Acceleration of the Earth's gravity with its oblateness [m/s2] (Vallado, eq. 8-30); GCRF stands for the equator.
-fn gravity(position: DVec3) -> DVec3 {
-    let mu = super::orbit::EARTH_GRAVITATIONAL_PARAMETER;
-    let r2 = position.length_squared();
-    let central = -mu / (r2 * r2.sqrt());
-    let oblate = 1.5 * J2 * EQUATOR * EQUATOR / r2;
-    let sin2 = position.z * position.z / r2;
-    let (across, along) = (1.0 + oblate * (1.0 - 5.0 * sin2), 1.0 + oblate * (3.0 - 5.0 * sin2));
-    central * position * DVec3::new(across, across, along)
-}
-
-/// Velocity [m/s] that a coast from one sample to the next does not explain; `None` without velocities, and for spans
-/// so long that the coast itself is not known.
-fn unexplained(from: &Sample, to: &Sample) -> Option<f64> {
-    let (mut velocity, end) = (from.velocity?, to.velocity?);
-    let span = to.time - from.time;
-    let mut position = from.position;
-    let turn = span * velocity.length() / position.length();
-    if span <= JOIN || turn > LONGEST_COAST {
-        return None;
-    }
-    let steps = (turn / 0.02).ceil().max(1.0);
-    let h = span / steps;
-    for _ in 0..steps as usize {
-        // Runge and Kutta's method of order 4.
-        let (k1, l1) = (velocity, gravity(position));
-        let (k2, l2) = (velocity + l1 * (0.5 * h), gravity(position + k1 * (0.5 * h)));
-        let (k3, l3) = (velocity + l2 * (0.5 * h), gravity(position + k2 * (0.5 * h)));
-        let (k4, l4) = (velocity + l3 * h, gravity(position + k3 * h));
-        position += (k1 + 2.0 * k2 + 2.0 * k3 + k4) * (h / 6.0);
-        velocity += (l1 + 2.0 * l2 + 2.0 * l3 + l4) * (h / 6.0);
-    }
-    Some(velocity.distance(end))
-}
-
-/// Angle of the orbit over which a coast is compared [rad].
-const LONGEST_COAST: f64 = 1.0;
 
 impl Segment {
     fn state(&self, time: f64) -> State {
@@ -247,14 +223,15 @@ impl Segment {
                 return State { position: last.position, velocity };
             }
         }
-        let (points, with_velocity) = match self.interpolation {
-            Interpolation::Lagrange(degree) => (degree + 1, false),
-            Interpolation::Hermite(degree) => (degree.div_ceil(2).max(1) + usize::from(degree % 2 == 0), true),
+        let (points, each) = match self.interpolation {
+            Interpolation::Lagrange(degree) => (degree + 1, 1),
+            Interpolation::Hermite(degree) => (hermite_degree(degree).div_ceil(2), 2),
+            Interpolation::Coast => (2, 3),
         };
         let points = points.min(samples.len());
         let first = next.saturating_sub(points.div_ceil(2)).min(samples.len() - points);
         let window = &samples[first..first + points];
-        let mut state = polynomial(window, with_velocity, time);
+        let mut state = polynomial(window, each, time);
         if next > 0 && samples[next - 1].time == time {
             state.position = samples[next - 1].position;
         }
@@ -262,21 +239,31 @@ impl Segment {
     }
 }
 
-/// Newton's divided differences, with every node twice where the velocity counts; value and slope by Horner's rule.
-fn polynomial(window: &[Sample], with_velocity: bool, time: f64) -> State {
-    let with_velocity = with_velocity && window.iter().all(|sample| sample.velocity.is_some());
+/// The degree that is done where a degree is stated: positions and velocities of whole samples make it odd, and of one
+/// sample alone there is none between samples.
+pub fn hermite_degree(stated: usize) -> usize {
+    (stated | 1).max(3)
+}
+
+/// Newton's divided differences; a node counts once by its position, twice with its velocity, and three times with
+/// gravity for its acceleration. Value and slope by Horner's rule.
+fn polynomial(window: &[Sample], each: usize, time: f64) -> State {
+    let each = if window.iter().all(|sample| sample.velocity.is_some()) { each } else { 1 };
     let middle = window[window.len() / 2].time;
     // Times in units of the window keep the differences within the range of the positions.
     let scale = (window[window.len() - 1].time - window[0].time).max(1.0);
     let mut nodes = [0.0; MOST_NODES];
     let mut differences = [DVec3::ZERO; MOST_NODES];
-    let mut slopes = [DVec3::ZERO; MOST_NODES];
+    // Derivatives over their factorials, by order.
+    let mut slopes = [[DVec3::ZERO; 3]; MOST_NODES];
     let mut count = 0;
     for sample in window {
-        for _ in 0..if with_velocity { 2 } else { 1 } {
+        let slope = sample.velocity.unwrap_or(DVec3::ZERO) * scale;
+        let bend = if each == 3 { gravity(sample.position) * (0.5 * scale * scale) } else { DVec3::ZERO };
+        for _ in 0..each {
             nodes[count] = (sample.time - middle) / scale;
             differences[count] = sample.position;
-            slopes[count] = sample.velocity.unwrap_or(DVec3::ZERO) * scale;
+            slopes[count] = [DVec3::ZERO, slope, bend];
             count += 1;
         }
     }
@@ -284,7 +271,7 @@ fn polynomial(window: &[Sample], with_velocity: bool, time: f64) -> State {
         for index in (order..count).rev() {
             let span = nodes[index] - nodes[index - order];
             differences[index] =
-                if span == 0.0 { slopes[index] } else { (differences[index] - differences[index - 1]) / span };
+                if span == 0.0 { slopes[index][order] } else { (differences[index] - differences[index - 1]) / span };
         }
     }
     let at = (time - middle) / scale;

@@ -7,7 +7,9 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DMat3, DVec3};
-use hifitime::{Epoch, TimeScale};
+use hifitime::Epoch;
+
+use super::utc::utc_days;
 
 /// Rate of the Earth's rotation [rad/s] (IERS Conventions 2010, table 1.2).
 pub const EARTH_RATE: f64 = 7.292_115e-5;
@@ -107,7 +109,7 @@ pub fn gcrf_from_teme(centuries: f64) -> DMat3 {
 
 /// Greenwich apparent sidereal time [rad] (IAU 2006), UTC standing for UT1.
 fn sidereal_time(epoch: Epoch) -> f64 {
-    let days = epoch.to_time_scale(TimeScale::UTC).to_jde_utc_days() - 2_451_545.0;
+    let days = utc_days(epoch);
     let rotation = TAU * (0.779_057_273_264_0 + 0.002_737_811_911_354_48 * days + days.rem_euclid(1.0));
     let t = tt_centuries(epoch);
     let accumulated = ((1.391_581_7 * t + 4_612.156_534) * t + 0.014_506) * ARC_SECOND;
@@ -142,6 +144,8 @@ pub fn to_gcrf(
 
 #[cfg(test)]
 mod tests {
+    use hifitime::TimeScale;
+
     use super::*;
 
     fn epoch(julian_day: f64) -> Epoch {
@@ -225,6 +229,19 @@ mod tests {
         let chord = (at(50.0).0 - at(-50.0).0) / 100.0;
         assert!(velocity.distance(chord) < 1e-2, "{velocity} {chord}");
         assert!(velocity.length() > 250.0);
+    }
+
+    /// At the Earth's rate, which a second lost would take 0.46 km from the equator.
+    #[test]
+    fn the_ground_turns_steadily_up_to_a_leap_second() {
+        let midnight = Epoch::from_gregorian_utc_hms(2017, 1, 1, 0, 0, 0).to_time_scale(TimeScale::TAI);
+        let at = |seconds: f64| gcrf_from_itrf(midnight + hifitime::Unit::Second * seconds) * DVec3::X;
+        for before in [90.0, 36.0, 20.0, 2.0] {
+            let turned = at(-before).angle_between(at(-before + 0.5));
+            assert!((turned / (0.5 * EARTH_RATE) - 1.0).abs() < 1e-3, "{before}: {turned}");
+        }
+        let across = at(-100.0).angle_between(at(-20.0));
+        assert!((across / (80.0 * EARTH_RATE) - 1.0).abs() < 1e-4, "{across}");
     }
 
     /// Meeus, example 22.a: 1987 April 10, 0h TD, -3.788" and +9.443".

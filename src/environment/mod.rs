@@ -8,6 +8,7 @@ use glam::{DAffine3, DMat3, DVec3};
 pub mod albedo;
 pub mod albedo_field;
 pub mod attitude;
+pub mod coast;
 pub mod eclipse;
 pub mod ephemeris;
 pub mod frames;
@@ -19,9 +20,11 @@ pub mod quadrature;
 pub mod rotation_history;
 pub mod shadow;
 pub mod sky;
+pub mod spacing;
 pub mod sun;
 pub mod tick;
 pub mod trajectory;
+pub mod utc;
 pub mod view_factor;
 
 /// The sky at one instant.

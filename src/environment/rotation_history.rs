@@ -2,6 +2,9 @@
 
 use glam::{DQuat, DVec3};
 
+use super::ephemeris::SLACK;
+use super::spacing::gaps;
+
 /// A rotation at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RotationSample {
@@ -34,22 +37,15 @@ pub struct RotationHistory {
 }
 
 impl RotationHistory {
-    /// From segments whose samples are in order of time; two samples of one time are a jump, a spacing of more than
-    /// [`super::ephemeris::GAP`] times its neighbours and the median a gap.
+    /// From segments whose samples are in order of time; two samples of one time are a jump; [`gaps`] are
+    /// not bridged.
     pub fn new(description: String, frame: HistoryFrame, segments: Vec<Vec<RotationSample>>) -> Self {
         let mut pieces = Vec::new();
         for samples in segments {
-            let spacings: Vec<f64> = samples.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
-            let mut sorted: Vec<f64> = spacings.iter().copied().filter(|spacing| *spacing > 0.0).collect();
-            sorted.sort_by(f64::total_cmp);
-            let typical = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
-            let beside = |index: Option<usize>| index.and_then(|index| spacings.get(index)).copied().unwrap_or(0.0);
-            let cut = |index: usize| {
-                let around = beside(index.checked_sub(1)).max(beside(Some(index + 1))).max(typical);
-                spacings[index] <= 0.0 || spacings[index] > super::ephemeris::GAP * around
-            };
+            let times: Vec<f64> = samples.iter().map(|sample| sample.time).collect();
+            let gaps = gaps(&times, 0.0, |_| false);
             let mut start = 0;
-            for index in (0..spacings.len()).filter(|index| cut(*index)) {
+            for index in (0..gaps.len()).filter(|index| gaps[*index] || times[*index] == times[index + 1]) {
                 pieces.push(samples[start..=index].to_vec());
                 start = index + 1;
             }
@@ -60,10 +56,18 @@ impl RotationHistory {
         Self { description, frame, pieces }
     }
 
-    /// The rotation of the body into the frame at a time [s]; `None` where no piece covers it.
+    /// The rotation of the body into the frame at a time [s]; `None` where no piece covers it, or ends
+    /// within [`SLACK`].
     pub fn rotation(&self, time: f64) -> Option<DQuat> {
+        let ends = |piece: &[RotationSample]| (piece[0].time, piece[piece.len() - 1].time);
         let after = self.pieces.partition_point(|piece| piece[0].time <= time);
-        let piece = self.pieces[..after].iter().rev().find(|piece| time <= piece[piece.len() - 1].time)?;
+        let covering = self.pieces[..after].iter().rev().find(|piece| time <= ends(piece).1);
+        let beside = || {
+            let near = |piece: &&Vec<_>| ends(piece).0 - SLACK <= time && time <= ends(piece).1 + SLACK;
+            self.pieces[..self.pieces.len().min(after + 1)].iter().rev().find(near)
+        };
+        let piece = covering.or_else(beside)?;
+        let time = time.clamp(ends(piece).0, ends(piece).1);
         let next = piece.partition_point(|sample| sample.time <= time);
         let from = &piece[next - 1];
         let Some(to) = piece.get(next) else {
@@ -88,7 +92,7 @@ impl RotationHistory {
         for piece in &self.pieces {
             let (start, end) = (piece[0].time, piece[piece.len() - 1].time);
             match joined.last_mut() {
-                Some(last) if start <= last.1 + 1e-6 => last.1 = last.1.max(end),
+                Some(last) if start <= last.1 + SLACK => last.1 = last.1.max(end),
                 _ => joined.push((start, end)),
             }
         }
@@ -142,6 +146,21 @@ mod tests {
         for time in [0.5, 33.3, 99.0] {
             assert!((angle(&history, time) - time.rem_euclid(TAU)).abs() < 1e-9, "{time}");
         }
+    }
+
+    /// 3 steps of 0.1 s end at 0.30000000000000004 s.
+    #[test]
+    fn rounding_of_a_time_does_not_leave_the_table() {
+        let history = history((0..4).map(|i| sample(f64::from(i) / 10.0, f64::from(i), None)).collect());
+        assert!((angle(&history, 3.0 * 0.1) - 3.0).abs() < 1e-12 && angle(&history, -1e-9) < 1e-12);
+        assert_eq!(history.rotation(0.3001), None);
+    }
+
+    #[test]
+    fn a_lone_sample_does_not_join_two_gaps() {
+        let times = [0.0, 1.0, 2.0, 3.0, 50.0, 100.0, 101.0, 102.0, 103.0];
+        let history = history(times.iter().map(|time| sample(*time, 0.0, None)).collect());
+        assert_eq!(history.coverage(), [(0.0, 3.0), (50.0, 50.0), (100.0, 103.0)]);
     }
 
     #[test]

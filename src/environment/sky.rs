@@ -8,6 +8,7 @@ use thiserror::Error;
 use super::Sky;
 use super::attitude::BodyFrame;
 use super::eclipse::{Discs, sign_change};
+use super::ephemeris::SLACK;
 use super::place::Place;
 use super::trajectory::TrajectoryError;
 use crate::scene::{Attitude, Environment, Orbit};
@@ -125,7 +126,7 @@ impl SkyModel {
             return Ok(());
         };
         let coverage = history.coverage();
-        if coverage.iter().any(|(start, end)| *start <= from && to <= *end) {
+        if coverage.iter().any(|(start, end)| start - SLACK <= from && to <= end + SLACK) {
             return Ok(());
         }
         let stretches = coverage.iter().take(4).map(|(start, end)| format!("{} to {}", name(*start), name(*end)));

@@ -6,10 +6,11 @@ use std::fmt;
 use glam::DVec3;
 use hifitime::{Epoch, TimeScale, Unit};
 
-use super::ephemeris::{Ephemeris, State};
+use super::ephemeris::{Ephemeris, SLACK, State};
 use super::frames::{gcrf_from_teme, tt_centuries};
 use super::orbit::EARTH_GRAVITATIONAL_PARAMETER;
 use super::sun::sun_position;
+use super::utc::utc;
 
 /// Seconds of a Julian century.
 const CENTURY: f64 = 36_525.0 * 86_400.0;
@@ -165,8 +166,7 @@ impl Trajectory {
             }
             Source::Ephemeris(ephemeris) => {
                 let coverage = ephemeris.coverage();
-                let slack = 1e-6;
-                if coverage.iter().any(|(start, end)| start - slack <= from && to <= end + slack) {
+                if coverage.iter().any(|(start, end)| start - SLACK <= from && to <= end + SLACK) {
                     return Ok(());
                 }
                 Err(TrajectoryError::Uncovered {
@@ -209,12 +209,4 @@ impl fmt::Display for Trajectory {
 /// Seconds from one epoch to another, leap seconds included.
 pub fn seconds_between(from: Epoch, to: Epoch) -> f64 {
     (to.to_tai_duration() - from.to_tai_duration()).to_seconds()
-}
-
-/// UTC as ISO 8601, to the nearest millisecond.
-pub fn utc(epoch: Epoch) -> String {
-    let rounded = epoch.to_time_scale(TimeScale::UTC).round(Unit::Millisecond * 1);
-    let (year, month, day, hour, minute, second, nanoseconds) = rounded.to_gregorian_utc();
-    let milliseconds = nanoseconds / 1_000_000;
-    format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{milliseconds:03}Z")
 }

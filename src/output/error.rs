@@ -20,6 +20,10 @@ pub enum OutputError {
     #[error("output file {} is a folder; name a file in it", .0.display())]
     NotAFile(PathBuf),
 
+    /// An output's name belongs to a file that was read.
+    #[error("output file {} is one that the command reads; name another", .0.display())]
+    Overwrites(PathBuf),
+
     /// The output folder cannot be made.
     #[error("cannot create output folder {}: {source}", path.display())]
     CreateFolder {

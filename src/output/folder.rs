@@ -83,6 +83,18 @@ impl RunFolder {
         inside.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
     }
 
+    /// Whether a run into `root` would replace or remove one of these files.
+    ///
+    /// # Errors
+    /// [`OutputError::Overwrites`].
+    pub fn keep_inputs<'a>(root: &Path, inputs: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), OutputError> {
+        let folder = Self { root: real(root) };
+        match inputs.into_iter().find(|input| folder.is_own(&real(input))) {
+            Some(input) => Err(OutputError::Overwrites(input.clone())),
+            None => Ok(()),
+        }
+    }
+
     fn frames(&self) -> PathBuf {
         self.root.join("frames")
     }
@@ -168,6 +180,23 @@ fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     builder.tempfile_in(folder)
+}
+
+/// A path by its own name, links followed; as it is where nothing is there.
+fn real(path: &Path) -> PathBuf {
+    fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
+}
+
+/// Whether an output would replace one of the files that a command reads.
+///
+/// # Errors
+/// [`OutputError::Overwrites`].
+pub fn keep_inputs<'a>(output: &Path, inputs: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), OutputError> {
+    let output_file = real(output);
+    match inputs.into_iter().any(|input| real(input) == output_file) {
+        true => Err(OutputError::Overwrites(output.to_path_buf())),
+        false => Ok(()),
+    }
 }
 
 /// Whether [`write_atomic`] will find its folder, before the work whose result it is to write.
@@ -319,6 +348,20 @@ mod tests {
         assert!(matches!(RunFolder::prepare(&path, true), Err(OutputError::NotAFolder(_))));
         let below = path.join("deeper");
         assert!(matches!(RunFolder::prepare(&below, false), Err(OutputError::CreateFolder { .. })));
+    }
+
+    #[test]
+    fn a_file_that_is_read_is_not_written_whatever_it_is_called() {
+        let folder = tempfile::tempdir().unwrap();
+        let input = folder.path().join("series.csv");
+        fs::write(&input, b"the user's").unwrap();
+        let inputs = [input.clone()];
+        let aliased = folder.path().join(".").join("series.csv");
+        assert!(matches!(keep_inputs(&aliased, &inputs), Err(OutputError::Overwrites(_))));
+        assert!(keep_inputs(&folder.path().join("other.csv"), &inputs).is_ok());
+        assert!(RunFolder::keep_inputs(&folder.path().join("out"), &inputs).is_ok());
+        let error = RunFolder::keep_inputs(folder.path(), &inputs).unwrap_err();
+        assert!(error.to_string().contains("series.csv") && error.is_about_the_folder(), "{error}");
     }
 
     #[cfg(target_os = "linux")]

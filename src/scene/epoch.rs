@@ -1,8 +1,9 @@
 //! Times as files write them: ISO 8601 calendar dates or days of the year, in one of the CCSDS time systems.
 
-use hifitime::{Epoch, TimeScale};
+use hifitime::{Epoch, TimeScale, Unit};
 
 use super::section::list;
+use crate::environment::utc::leap_second_after;
 
 /// Time systems that are understood, by their CCSDS names.
 const TIME_SYSTEMS: [(&str, TimeScale); 5] = [
@@ -21,7 +22,8 @@ pub(super) fn time_system(name: &str) -> Result<TimeScale, String> {
     })
 }
 
-/// `2023-10-29T17:03:44.412`, `2023-302T17:03:44.412Z`, or a date alone; the `Z` may be there or not.
+/// `2023-10-29T17:03:44.412`, `2023-302T17:03:44.412Z`, or a date alone; the `Z` may be there or not. The epoch counts in
+/// TAI, which alone of the scales can be added to.
 pub(super) fn parse_epoch(text: &str, scale: TimeScale) -> Result<Epoch, String> {
     let wrong = || format!("'{text}' is no time: write 2023-10-29T17:03:44.412 or 2023-302T17:03:44.412");
     let bare = text.trim();
@@ -52,18 +54,33 @@ pub(super) fn parse_epoch(text: &str, scale: TimeScale) -> Result<Epoch, String>
     else {
         return Err(wrong());
     };
+    let none = || format!("'{text}' is no time of the calendar");
+    if hour == 24 && (minute, second, fraction) != (0, 0, 0) {
+        return Err(none());
+    }
     let byte = |value: u32| u8::try_from(value).unwrap_or(u8::MAX);
-    Epoch::maybe_from_gregorian(
+    // hifitime takes a leap second for the one before it.
+    let leaping = second == 60;
+    let (second, whole) = if leaping { (59, 0) } else { (second, fraction) };
+    let epoch = Epoch::maybe_from_gregorian(
         year as i32,
         byte(month),
         byte(day),
         byte(hour),
         byte(minute),
         byte(second),
-        fraction,
+        whole,
         scale,
     )
-    .map_err(|_| format!("'{text}' is no time of the calendar"))
+    .map_err(|_| none())?;
+    if !leaping {
+        return Ok(epoch.to_time_scale(TimeScale::TAI));
+    }
+    if scale != TimeScale::UTC {
+        return Err(none());
+    }
+    let leap = leap_second_after(epoch).ok_or_else(|| format!("'{text}': there was no leap second then"))?;
+    Ok(leap + Unit::Nanosecond * i64::from(fraction))
 }
 
 /// Digits after the point, in nanoseconds; more than nine are cut.
@@ -119,6 +136,34 @@ mod tests {
         assert!((of(TimeScale::TDB) - of(TimeScale::TT)).abs() < 2e-3);
         // A leap second at the end of 2016.
         assert!((tai("2017-01-01", TimeScale::UTC) - tai("2016-12-31T23:59:59", TimeScale::UTC) - 2.0).abs() < 1e-6);
+    }
+
+    /// IERS Bulletin C 52: 23h 59m 60s on 2016 December 31.
+    #[test]
+    fn leap_seconds_are_seconds_of_their_own() {
+        let midnight = tai("2017-01-01", TimeScale::UTC);
+        for (text, before) in [
+            ("2016-12-31T23:59:60", 1.0),
+            ("2016-366T23:59:60.25Z", 0.75),
+            ("2016-12-31T23:59:59", 2.0),
+            ("2016-12-31T24:00:00", 0.0),
+        ] {
+            assert!((midnight - tai(text, TimeScale::UTC) - before).abs() < 1e-6, "{text}");
+        }
+        for bad in [
+            "2016-12-31T23:58:60",
+            "2016-12-31T22:59:60",
+            "2016-06-30T23:59:60",
+            "2015-12-31T23:59:60",
+            "2016-12-31T23:59:61",
+            "2016-12-31T24:00:01",
+            "2016-12-31T24:00:00.5",
+        ] {
+            assert!(parse_epoch(bad, TimeScale::UTC).is_err(), "{bad}");
+        }
+        for scale in [TimeScale::TAI, TimeScale::GPST, TimeScale::TT] {
+            assert!(parse_epoch("2016-12-31T23:59:60", scale).is_err(), "{scale}");
+        }
     }
 
     #[test]

@@ -24,6 +24,8 @@ pub struct SkyScene {
     pub environment: Environment,
     /// What was assumed because the file is silent, one sentence each.
     pub assumptions: Vec<String>,
+    /// Every file that was read, the scene file first; empty where a whole scene lists them itself.
+    pub files: Vec<PathBuf>,
 }
 
 impl SkyScene {
@@ -37,8 +39,9 @@ impl SkyScene {
         let table = file.parse()?;
         let root = Section::root(&file, &table, keys::ROOT)?;
         let mut assumptions = Vec::new();
-        let mut sky = Self::read(&root, path, &mut Vec::new(), &mut assumptions)?;
-        sky.assumptions = assumptions;
+        let mut files = vec![path.to_path_buf()];
+        let mut sky = Self::read(&root, path, &mut files, &mut assumptions)?;
+        (sky.assumptions, sky.files) = (assumptions, files);
         Ok(sky)
     }
 
@@ -59,6 +62,6 @@ impl SkyScene {
             Some(name) => name.to_string(),
             None => path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
         };
-        Ok(Self { name, time, orbit, attitude, environment, assumptions: Vec::new() })
+        Ok(Self { name, time, orbit, attitude, environment, assumptions: Vec::new(), files: Vec::new() })
     }
 }

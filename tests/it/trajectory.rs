@@ -308,6 +308,24 @@ fn what_a_trajectory_does_not_cover_is_refused_with_its_range() {
     assert!(code == Some(2) && line.contains("scene.toml:") && line.contains("orbit.altitude"), "{line}");
 }
 
+#[test]
+fn a_file_that_the_scene_reads_is_never_written_over() {
+    let folder = Folder::new(&scene_with(ORBIT));
+    folder.write("iss.tle", TLE);
+    let scene = std::fs::read_to_string(folder.path("scene.toml")).unwrap();
+    for arguments in [
+        &["environment", "scene.toml", "-o", "iss.tle"][..],
+        &["environment", "scene.toml", "-o", "./scene.toml"],
+        &["render", "scene.toml", "--time", "0", "-o", "iss.tle", "--device", "cpu"],
+        &["run", "scene.toml", "-o", "out", "--trace", "scene.toml", "--device", "cpu"],
+    ] {
+        let (code, line) = refusal(&end(isotherm(folder.0.path(), arguments)));
+        assert!(code == Some(2) && line.contains("name another"), "{arguments:?}: {line}");
+    }
+    assert_eq!(std::fs::read_to_string(folder.path("iss.tle")).unwrap(), TLE);
+    assert_eq!(std::fs::read_to_string(folder.path("scene.toml")).unwrap(), scene);
+}
+
 /// Grazing eclipses come and go with beta: the contacts of a trajectory are those of the same circle by its own search.
 #[test]
 fn short_eclipses_of_a_trajectory_are_found() {

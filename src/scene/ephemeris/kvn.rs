@@ -35,6 +35,18 @@ fn said((index, line): (usize, &str)) -> Option<(usize, &str)> {
     (!line.is_empty() && !comment).then_some((index + 1, line))
 }
 
+/// Whether a text is a message, or would be one with its first line.
+pub(super) fn is_message(text: &str) -> bool {
+    let known = |line: Line| match line {
+        Line::Pair(key, _) => {
+            key.starts_with("CCSDS_") || matches!(key, "CREATION_DATE" | "ORIGINATOR" | "OBJECT_NAME")
+        }
+        Line::Mark(mark) => mark == "META_START",
+        Line::Data(_) => false,
+    };
+    lines(text).next().is_some_and(|(_, line)| known(line))
+}
+
 /// Checks that the message is of this kind: `CCSDS_OEM_VERS = 2.0` as its first line.
 ///
 /// # Errors
@@ -42,7 +54,9 @@ fn said((index, line): (usize, &str)) -> Option<(usize, &str)> {
 pub(super) fn check_version(path: &Path, text: &str, key: &str) -> Result<(), SceneError> {
     match lines(text).next() {
         Some((_, Line::Pair(first, _))) if first == key => Ok(()),
-        Some((line, _)) => Err(Place { path, line }.error(key, "must be the first line of the message")),
+        Some((line, _)) => {
+            Err(Place { path, line }.error(key, "must be the first line of the message but for comments"))
+        }
         None => Err(Place { path, line: 1 }.error(key, "is missing: the file is empty")),
     }
 }

@@ -1,5 +1,6 @@
 //! Trajectories from files: two-line elements, CCSDS OEM as KVN and XML, and tables.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -9,9 +10,12 @@ use hifitime::{Epoch, TimeScale};
 use super::epoch::{parse_epoch, time_system};
 use super::error::SceneError;
 use super::section::list;
-use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, HIGHEST_DEGREE, Interpolation, Sample, Segment};
+use crate::environment::ephemeris::{
+    DEFAULT_DEGREE, Ephemeris, HIGHEST_DEGREE, Interpolation, Sample, Segment, hermite_degree,
+};
 use crate::environment::frames::{ReferenceFrame, to_gcrf};
-use crate::environment::trajectory::{Source, Trajectory, seconds_between, utc};
+use crate::environment::trajectory::{Source, Trajectory, seconds_between};
+use crate::environment::utc::utc;
 
 mod aem;
 mod kvn;
@@ -65,6 +69,12 @@ struct Stated {
     object_name: String,
     object_id: String,
     centre: Option<String>,
+    start: Option<(usize, String)>,
+    stop: Option<(usize, String)>,
+    /// Mandatory keys of the metadata that are missing and not needed.
+    missing: Vec<&'static str>,
+    /// Whether the text ends within a line of this segment.
+    torn: bool,
     frame: Option<(usize, String)>,
     time_system: Option<(usize, String)>,
     usable_start: Option<(usize, String)>,
@@ -103,7 +113,9 @@ pub(super) fn read(
     assumptions: &mut Vec<String>,
 ) -> Result<Arc<Trajectory>, SceneError> {
     let head = text.trim_start_matches('\u{feff}').trim_start();
-    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    let name = name_of(path);
+    let whole_lines = one_line_end(text);
+    let text = whole_lines.as_ref();
     let of_table = |kind: &str| {
         let stated = [("frame", options.frame.is_some()), ("time_system", options.time_system.is_some())];
         match stated.iter().find(|(_, stated)| *stated) {
@@ -114,10 +126,13 @@ pub(super) fn read(
             None => Ok(()),
         }
     };
+    if head.is_empty() {
+        return Err(Place { path, line: 1 }.error("trajectory", "is missing: the file is empty"));
+    }
     let stated = if head.starts_with('<') {
         of_table("a CCSDS OEM")?;
         oem_xml::parse(path, text)?
-    } else if head.starts_with("CCSDS_") {
+    } else if kvn::is_message(text) {
         of_table("a CCSDS OEM")?;
         oem::parse(path, text)?
     } else if tle::is_tle(text) {
@@ -126,7 +141,8 @@ pub(super) fn read(
     } else {
         table::parse(path, text, options)?
     };
-    let segments = stated.iter().map(|stated| absolute(path, stated, options)).collect::<Result<Vec<_>, _>>()?;
+    let segments =
+        stated.iter().map(|stated| absolute(path, stated, options, assumptions)).collect::<Result<Vec<_>, _>>()?;
     from_segments(path, &name, segments, options, assumptions)
 }
 
@@ -140,7 +156,7 @@ fn from_segments(
     let wrong = |message: String| Place { path, line: 1 }.error("trajectory", message);
     segments.retain(|segment| !segment.states.is_empty());
     if let Some(object) = &options.object {
-        segments.retain(|segment| matches(object, &segment.object));
+        segments.retain(|segment| matches(object, &[&segment.object.0, &segment.object.1]));
         if segments.is_empty() {
             return Err(wrong(format!("no object of the file is called '{object}'")));
         }
@@ -196,10 +212,21 @@ fn from_segments(
         .map_err(|error| wrong(error.to_string()))
 }
 
-/// Whether the name of an object that a scene states is one of the names that a file has for it.
-fn matches(wanted: &str, names: &(String, String)) -> bool {
+/// Whether the name of an object that a scene states is one of the names that a file has for it. An international
+/// designator may be written as in an OEM, `1998-067A`, or as in a TLE, `98067A`.
+fn matches(wanted: &str, names: &[&str]) -> bool {
     let wanted = wanted.trim();
-    wanted.eq_ignore_ascii_case(names.0.trim()) || wanted.eq_ignore_ascii_case(names.1.trim())
+    let short = |name: &str| designator(name).unwrap_or_else(|| name.trim().to_ascii_uppercase());
+    names.iter().any(|name| wanted.eq_ignore_ascii_case(name.trim()) || short(wanted) == short(name))
+}
+
+/// An international designator as a TLE writes it: two digits of the year, three of the launch, and the piece.
+fn designator(text: &str) -> Option<String> {
+    let plain: String = text.chars().filter(|letter| !matches!(letter, '-' | ' ')).collect::<String>().to_uppercase();
+    let digits = plain.bytes().take_while(u8::is_ascii_digit).count();
+    let piece = plain.get(digits..).filter(|piece| (1..=3).contains(&piece.len()))?;
+    let is_designator = (digits == 5 || digits == 7) && piece.bytes().all(|letter| letter.is_ascii_uppercase());
+    is_designator.then(|| plain[digits - 5..].to_owned())
 }
 
 /// Frames by their names in files.
@@ -229,7 +256,12 @@ fn reference_frame(name: &str) -> Result<ReferenceFrame, String> {
 }
 
 /// A segment with everything in it checked.
-fn absolute(path: &Path, stated: &Stated, options: &Options) -> Result<Absolute, SceneError> {
+fn absolute(
+    path: &Path,
+    stated: &Stated,
+    options: &Options,
+    assumptions: &mut Vec<String>,
+) -> Result<Absolute, SceneError> {
     let at = |line: usize| Place { path, line };
     let missing = |key: &str| at(stated.line).error(key, "is missing in the metadata of this segment");
     if let Some(centre) = stated.centre.as_ref().filter(|centre| !centre.eq_ignore_ascii_case("EARTH")) {
@@ -251,6 +283,21 @@ fn absolute(path: &Path, stated: &Stated, options: &Options) -> Result<Absolute,
         return Err(at(*line).error("USEABLE_STOP_TIME", "lies before USEABLE_START_TIME"));
     }
     let interpolation = interpolation(path, stated, options)?;
+    let mut assume = |said: String| {
+        let said = format!("{}:{}: {said}", name_of(path), stated.line);
+        if !assumptions.contains(&said) {
+            assumptions.push(said);
+        }
+    };
+    if let Interpolation::Hermite(degree) = interpolation
+        && hermite_degree(degree) != degree
+    {
+        assume(format!("Hermite interpolation of degree {degree} is done with degree {}.", hermite_degree(degree)));
+    }
+    if !stated.missing.is_empty() {
+        let earth = if stated.missing.contains(&"CENTER_NAME") { ": the centre is taken for the Earth" } else { "" };
+        assume(format!("the metadata of this segment lack {}{earth}.", stated.missing.join(", ")));
+    }
     let mut states: Vec<(Epoch, DVec3, Option<DVec3>)> = Vec::with_capacity(stated.lines.len());
     for state in &stated.lines {
         let wrong = |message: String| at(state.line).error(&format!("epoch {}", state.epoch), message);
@@ -259,15 +306,27 @@ fn absolute(path: &Path, stated: &Stated, options: &Options) -> Result<Absolute,
             return Err(wrong("lies before the epoch of the line above".to_owned()));
         }
         let finite = state.position.is_finite() && state.velocity.is_none_or(DVec3::is_finite);
-        if !finite || state.position.length() < 1e5 {
+        let distance = state.position.length();
+        if !finite || !DISTANCES.contains(&distance) {
             return Err(wrong(format!(
-                "no position of a craft: {} m from the Earth's centre",
-                state.position.length()
+                "no position of a craft: {distance:.3e} m from the Earth's centre (an OEM states kilometres, a table metres)"
             )));
+        }
+        if let Some(speed) = state.velocity.map(DVec3::length).filter(|speed| *speed > HIGHEST_SPEED) {
+            return Err(wrong(format!("no velocity of a craft: {speed:.3e} m/s (an OEM states km/s, a table m/s)")));
         }
         let (position, velocity) = to_gcrf(frame, epoch, state.position, state.velocity);
         states.push((epoch, position, velocity));
     }
+    if let (Some((first, ..)), Some((last, ..))) = (states.first(), states.last())
+        && (usable.0.is_some_and(|from| seconds_between(*last, from) > 0.0)
+            || usable.1.is_some_and(|to| seconds_between(to, *first) > 0.0))
+    {
+        let line = stated.usable_start.as_ref().or(stated.usable_stop.as_ref()).map_or(stated.line, |(line, _)| *line);
+        let message = format!("leaves none of the states of its segment, {} to {}", utc(*first), utc(*last));
+        return Err(at(line).error("USEABLE_START_TIME to USEABLE_STOP_TIME", message));
+    }
+    check_span(path, stated, scale, &states, &mut assume)?;
     Ok(Absolute {
         object: (stated.object_name.clone(), stated.object_id.clone()),
         states,
@@ -276,6 +335,52 @@ fn absolute(path: &Path, stated: &Stated, options: &Options) -> Result<Absolute,
         frame,
     })
 }
+
+/// Distances from the Earth's centre [m] that a craft may have: beyond the Sun-Earth Lagrange points units are mixed up.
+const DISTANCES: std::ops::RangeInclusive<f64> = 1e5..=2e9;
+
+/// Speed that no craft has there [m/s].
+const HIGHEST_SPEED: f64 = 1e5;
+
+/// Compares the first and last states with the span that the metadata state: a file may be cut.
+fn check_span(
+    path: &Path,
+    stated: &Stated,
+    scale: TimeScale,
+    states: &[(Epoch, DVec3, Option<DVec3>)],
+    assume: &mut impl FnMut(String),
+) -> Result<(), SceneError> {
+    let (Some((first, ..)), Some((last, ..))) = (states.first(), states.last()) else {
+        return Ok(());
+    };
+    let parse = |key: &str, stated: &Option<(usize, String)>| {
+        let parse = |(line, text): &(usize, String)| {
+            parse_epoch(text, scale).map_err(|message| Place { path, line: *line }.error(key, message))
+        };
+        stated.as_ref().map(parse).transpose()
+    };
+    if let Some(start) = parse("START_TIME", &stated.start)?
+        && seconds_between(start, *first) > SPAN_TOLERANCE
+    {
+        let (first, start) = (utc(*first), utc(start));
+        assume(format!("the states of this segment begin at {first}, after its START_TIME, {start}."));
+    }
+    if let Some(stop) = parse("STOP_TIME", &stated.stop)?
+        && seconds_between(*last, stop) > SPAN_TOLERANCE
+    {
+        let (last, stop) = (utc(*last), utc(stop));
+        if stated.torn {
+            let line = stated.lines.last().map_or(stated.line, |state| state.line);
+            let message = format!("ends within a line, and before STOP_TIME, {stop}: the file is cut");
+            return Err(Place { path, line }.error("the file", message));
+        }
+        assume(format!("the states of this segment end at {last}, before its STOP_TIME, {stop}: the file may be cut."));
+    }
+    Ok(())
+}
+
+/// Difference between the span of the metadata and that of the states which is rounding [s].
+const SPAN_TOLERANCE: f64 = 1e-3;
 
 /// A time of a table may be a number of seconds after the start of the scene.
 fn state_epoch(text: &str, scale: TimeScale, options: &Options) -> Result<Epoch, String> {
@@ -314,6 +419,16 @@ fn interpolation(path: &Path, stated: &Stated, options: &Options) -> Result<Inte
     }
 }
 
+/// The name of a file, without its folder.
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// The text with line ends that split it into its lines: those of old Macintosh systems are carriage returns alone.
+fn one_line_end(text: &str) -> Cow<'_, str> {
+    if text.contains('\r') && !text.contains('\n') { Cow::Owned(text.replace('\r', "\n")) } else { Cow::Borrowed(text) }
+}
+
 /// The text of a file that a scene names, which joins the scene's files.
 pub(super) fn read_file(path: PathBuf, files: &mut Vec<PathBuf>) -> Result<String, SceneError> {
     let text = super::file::read_text(&path)?;
@@ -323,9 +438,14 @@ pub(super) fn read_file(path: PathBuf, files: &mut Vec<PathBuf>) -> Result<Strin
     Ok(text)
 }
 
-/// A number of a file.
+/// A number of a file; Fortran writes its exponent with a D.
 fn number(text: &str) -> Option<f64> {
-    text.trim().parse::<f64>().ok().filter(|number| number.is_finite())
+    let text = text.trim();
+    let number = match text.find(['D', 'd']) {
+        Some(at) if at > 0 => format!("{}E{}", &text[..at], &text[at + 1..]).parse::<f64>(),
+        _ => text.parse::<f64>(),
+    };
+    number.ok().filter(|number| number.is_finite())
 }
 
 #[cfg(test)]

@@ -57,7 +57,13 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stated>, SceneError> 
         }
     }
     match part {
-        Part::States => Ok(segments),
+        Part::States => {
+            segments.iter_mut().for_each(note_missing);
+            if let Some(last) = segments.last_mut() {
+                last.torn = !text.ends_with(['\n', '\r']);
+            }
+            Ok(segments)
+        }
         Part::Header => Err(Place { path, line: 1 }.error("META_START", "is missing: the message has no segment")),
         Part::Metadata => Err(unfinished(path, text, "META_STOP")),
         Part::Covariance => Err(unfinished(path, text, "COVARIANCE_STOP")),
@@ -77,12 +83,29 @@ pub(super) fn metadata(segment: &mut Stated, line: usize, key: &str, value: &str
         "CENTER_NAME" => segment.centre = Some(value),
         "REF_FRAME" => segment.frame = Some((line, value)),
         "TIME_SYSTEM" => segment.time_system = Some((line, value)),
+        "START_TIME" => segment.start = Some((line, value)),
+        "STOP_TIME" => segment.stop = Some((line, value)),
         "USEABLE_START_TIME" => segment.usable_start = Some((line, value)),
         "USEABLE_STOP_TIME" => segment.usable_stop = Some((line, value)),
         "INTERPOLATION" => segment.interpolation = Some((line, value)),
         "INTERPOLATION_DEGREE" => segment.degree = Some((line, value)),
         _ => {}
     }
+}
+
+/// Takes down which keys are missing that a message must have and that nothing here depends on.
+pub(super) fn note_missing(segment: &mut Stated) {
+    segment.missing = [
+        ("OBJECT_NAME", segment.object_name.is_empty()),
+        ("OBJECT_ID", segment.object_id.is_empty()),
+        ("CENTER_NAME", segment.centre.is_none()),
+        ("START_TIME", segment.start.is_none()),
+        ("STOP_TIME", segment.stop.is_none()),
+    ]
+    .into_iter()
+    .filter(|(_, missing)| *missing)
+    .map(|(key, _)| key)
+    .collect();
 }
 
 /// An epoch, a position [km], a velocity [km/s], and perhaps an acceleration, which is not needed.

@@ -6,7 +6,7 @@ use glam::DVec3;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::super::error::SceneError;
-use super::oem::metadata;
+use super::oem::{metadata, note_missing};
 use super::{Place, StateLine, Stated, number};
 
 /// The segments of a message.
@@ -33,7 +33,10 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stated>, SceneError> 
         return Err(Place { path, line: 1 }.error(found, "holds no <oem>: only orbit ephemeris messages are read"));
     }
     let mut segments = Vec::new();
-    for node in root.descendants().filter(|node| node.tag_name().name() == "segment") {
+    let messages = root.descendants().filter(|node| node.tag_name().name() == "oem");
+    // An ndm may hold other messages too.
+    let of_messages = messages.flat_map(|message| message.descendants());
+    for node in of_messages.filter(|node| node.tag_name().name() == "segment") {
         let mut segment = Stated { line: line(node), ..Stated::default() };
         for item in children(node, "metadata").flat_map(|metadata| metadata.children()) {
             metadata(&mut segment, line(item), item.tag_name().name(), item.text().unwrap_or_default().trim());
@@ -41,6 +44,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stated>, SceneError> 
         for vector in children(node, "data").flat_map(|data| children(data, "stateVector")) {
             segment.lines.push(state(&Place { path, line: line(vector) }, vector)?);
         }
+        note_missing(&mut segment);
         segments.push(segment);
     }
     Ok(segments)

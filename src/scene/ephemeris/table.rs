@@ -46,6 +46,10 @@ impl<'a> Columns<'a> {
                 .collect::<Result<Vec<_>, _>>()
         };
         let known = |cell: &&&str| required.iter().chain(optional).any(|name| name.eq_ignore_ascii_case(cell));
+        if !header.iter().any(|cell| known(&cell)) {
+            let message = format!("is no header of a table, {all}, nor the start of anything else that is read here");
+            return Err(at.error("the file", message));
+        }
         if let Some(other) = header.iter().find(|cell| !known(cell)) {
             return Err(at.error(other, format!("is no column that is known here; a table has {all}")));
         }

@@ -132,6 +132,9 @@ fn xml_says_the_same_as_kvn() {
     let torn = refusal(&text[..text.len() - 30]);
     assert!(torn.starts_with("made.oem:") && torn.contains("XML"), "{torn}");
     assert!(refusal("<ndm><opm/></ndm>").contains("holds no <oem>"));
+    // Another message of the same ndm has segments of its own.
+    let with_attitude = text.replace("<ndm>", "<ndm><aem><body><segment><metadata/></segment></body></aem>");
+    assert_eq!(loaded(&with_attitude).state(432.1), trajectory.state(432.1));
 }
 
 #[test]
@@ -193,7 +196,85 @@ fn what_is_wrong_is_said_with_its_line() {
         };
         assert!(message.contains(expected), "{expected}: {message}");
     }
-    assert!(refusal("").contains("time: is missing in the header"));
+}
+
+#[test]
+fn what_is_no_trajectory_is_told_for_what_it_is() {
+    for empty in ["", " \n\n", "\u{feff}"] {
+        assert!(refusal(empty).contains("the file is empty"), "{empty:?}: {}", refusal(empty));
+    }
+    let good = format!("{HEAD}{}{}", metadata(""), states(&times(0, 600)));
+    assert!(loaded(&format!("COMMENT made by hand\n{good}")).state(600.0).is_some());
+    assert!(
+        refusal(&good.replacen("CCSDS_OEM_VERS = 2.0\n", "", 1)).contains("CCSDS_OEM_VERS: must be the first line")
+    );
+    assert_eq!(loaded(&good.replace('\n', "\r")).state(100.0), loaded(&good).state(100.0));
+    let fortran = good.replacen(" 7000.000000000 ", " 0.7000000000000D+04 ", 1);
+    assert!(fortran.contains("D+04"));
+    assert_eq!(loaded(&fortran).state(0.0), loaded(&good).state(0.0));
+    assert!(refusal("hello\nworld\n").contains("nor the start of anything else"));
+
+    let lines: Vec<&str> = TLE.lines().collect();
+    let [first, second] = [lines[lines.len() - 2], lines[lines.len() - 1]];
+    assert!(refusal(first).contains("made.oem:1: TLE: line 1 is not followed by line 2"), "{}", refusal(first));
+    let swapped = refusal(&format!("{second}\n{first}\n"));
+    assert!(swapped.contains("made.oem:1: TLE: line 2 does not follow"), "{swapped}");
+    let plain = loaded(TLE).state(0.0);
+    assert_eq!(loaded(&format!("   {first}\n   {second}\n")).state(0.0), plain);
+    for name in ["98067A", "1998-067A", "1998-067-A", "25544"] {
+        let named = Options { object: Some(name.to_owned()), ..Options::default() };
+        assert_eq!(load(TLE, &named).unwrap_or_else(|error| panic!("{name}: {error}")).0.state(0.0), plain);
+    }
+    assert!(load(TLE, &Options { object: Some("98067B".to_owned()), ..Options::default() }).is_err());
+}
+
+#[test]
+fn what_the_metadata_leave_out_or_contradict_is_said() {
+    let full = metadata(&format!("STOP_TIME = {}\n", epoch(600)));
+    let good = format!("{HEAD}{full}{}", states(&times(0, 600)));
+    let said = |text: &str| load(text, &Options::default()).unwrap().1.join("\n");
+    assert!(!said(&good).contains("lack"), "{}", said(&good));
+    assert!(!said(&good).contains("STOP_TIME") && !said(&good).contains("degree"), "{}", said(&good));
+    for (line, expected) in [
+        ("CENTER_NAME = EARTH\n", "lack CENTER_NAME: the centre is taken for the Earth"),
+        ("OBJECT_NAME = CRAFT\n", "lack OBJECT_NAME."),
+        ("STOP_TIME = 2024-060T00:10:00.000\n", "lack STOP_TIME."),
+    ] {
+        let text = good.replacen(line, "", 1);
+        assert!(text != good && said(&text).contains(expected), "{}", said(&text));
+    }
+    let short = format!("{HEAD}{full}{}", states(&times(0, 540)));
+    assert!(said(&short).contains("end at 2024-02-29T00:09:00.000Z, before its STOP_TIME"), "{}", said(&short));
+    let cut = refusal(&good[..good.len() - 100]);
+    assert!(cut.contains("a state has 6 numbers") || cut.contains("the file is cut"), "{cut}");
+    let last_digit = short.trim_end();
+    assert!(refusal(&last_digit[..last_digit.len() - 3]).contains("the file is cut"));
+    let late = format!("{HEAD}{full}{}", states(&times(60, 600)));
+    assert!(said(&late).contains("begin at 2024-02-29T00:01:00.000Z, after its START_TIME"), "{}", said(&late));
+
+    let of_degree = |degree: u32| {
+        good.replacen("META_STOP", &format!("INTERPOLATION = HERMITE\nINTERPOLATION_DEGREE = {degree}\nMETA_STOP"), 1)
+    };
+    assert!(said(&of_degree(8)).contains("of degree 8 is done with degree 9"), "{}", said(&of_degree(8)));
+    assert!(said(&of_degree(1)).contains("of degree 1 is done with degree 3"));
+    assert!(!said(&of_degree(7)).contains("is done with"));
+
+    let outside = good.replacen("META_STOP", "USEABLE_START_TIME = 2024-070T00:00:00\nMETA_STOP", 1);
+    let message = refusal(&outside);
+    assert!(message.contains("leaves none") && message.contains("2024-02-29T00:10:00.000Z"), "{message}");
+}
+
+#[test]
+fn metres_for_kilometres_are_refused() {
+    let good = format!("{HEAD}{}{}", metadata(""), states(&times(0, 600)));
+    let metres = good.replacen(" 7000.000000000 ", " 7000000.000000000 ", 1);
+    assert!(metres != good && refusal(&metres).contains("an OEM states kilometres"), "{}", refusal(&metres));
+    let fast = good.replacen(" 7.546000000 ", " 7546.0 ", 1);
+    assert!(fast != good && refusal(&fast).contains("an OEM states km/s"), "{}", refusal(&fast));
+    let kilometres = "time,x,y,z\n0,7000,0,0\n60,7000,10,0\n";
+    let start = parse_epoch("2024-03-01", TimeScale::UTC).ok();
+    let options = Options { frame: Some("GCRF".to_owned()), start, ..Options::default() };
+    assert!(load(kilometres, &options).unwrap_err().contains("a table metres"));
 }
 
 #[test]

@@ -8,22 +8,29 @@ use sgp4::chrono::{Datelike, Timelike};
 
 use super::super::error::SceneError;
 use super::{Options, Place, matches};
-use crate::environment::trajectory::{Source, Trajectory, seconds_between, utc};
+use crate::environment::trajectory::{Source, Trajectory, seconds_between};
+use crate::environment::utc::utc;
 
 /// Age of elements beyond which their error is worth a sentence [s]: SGP4 loses 1 to 3 km a day in low orbit.
 const OLD: f64 = 3.0 * 86_400.0;
 
-/// Whether a text looks like element sets: a line `1 ..` followed by a line `2 ..`.
+/// Whether a text looks like element sets: a line that begins like the first or the second of a set.
 pub(super) fn is_tle(text: &str) -> bool {
-    let lines: Vec<&str> = said(text).map(|(_, line)| line).collect();
-    lines.windows(2).any(|pair| pair[0].starts_with("1 ") && pair[1].starts_with("2 "))
+    said(text).take(MOST_LINES).any(|(_, line)| {
+        let digits = line.get(2..7).is_some_and(|number| number.bytes().all(|byte| byte.is_ascii_alphanumeric()));
+        (line.starts_with("1 ") || line.starts_with("2 ")) && digits && line.len() > SHORTEST && !line.contains(',')
+    })
 }
+
+/// Lines in which the first of a set is looked for, and a length that a line of a set does not fall short of.
+const MOST_LINES: usize = 100;
+const SHORTEST: usize = 40;
 
 fn said(text: &str) -> impl Iterator<Item = (usize, &str)> {
     text.lines()
         .enumerate()
-        .map(|(index, line)| (index + 1, line.trim_start_matches('\u{feff}').trim_end()))
-        .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'))
+        .map(|(index, line)| (index + 1, line.trim_start_matches('\u{feff}').trim()))
+        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
 
 /// An element set with its name and the line of its first line.
@@ -39,6 +46,9 @@ fn sets<'a>(path: &Path, text: &'a str) -> Result<Vec<Set<'a>>, SceneError> {
     let mut name = String::new();
     let mut lines = said(text);
     while let Some((line, first)) = lines.next() {
+        if first.starts_with("2 ") && first.len() > SHORTEST {
+            return Err(Place { path, line }.error("TLE", "line 2 does not follow a line 1"));
+        }
         if !first.starts_with("1 ") {
             name = first.strip_prefix("0 ").unwrap_or(first).trim().to_owned();
             continue;
@@ -65,7 +75,10 @@ pub(super) fn read(
 ) -> Result<Arc<Trajectory>, SceneError> {
     let mut sets = sets(path, text)?;
     if let Some(wanted) = &options.object {
-        sets.retain(|set| matches(wanted, &(set.name.clone(), set.first.get(2..7).unwrap_or_default().to_owned())));
+        sets.retain(|set| {
+            let columns = |range: std::ops::Range<usize>| set.first.get(range).unwrap_or_default();
+            matches(wanted, &[&set.name, columns(2..7), columns(9..17)])
+        });
     }
     let set = match &sets[..] {
         [set] => set,
@@ -75,7 +88,7 @@ pub(super) fn read(
         }
         [_, second, ..] => {
             let message = format!(
-                "holds {} element sets: state the name or catalogue number of one as orbit.object (one set of it)",
+                "holds {} element sets: state the name, catalogue number or international designator of one as orbit.object (one set of it)",
                 sets.len()
             );
             return Err(Place { path, line: second.line }.error("TLE", message));
