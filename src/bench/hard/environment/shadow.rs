@@ -89,8 +89,8 @@ fn error(scale: Scale, mut visibility: impl FnMut(&TickLoad) -> Result<Vec<f64>,
 
 fn on_reference(method: Method, scale: Scale, angle: f64) -> Result<f64, String> {
     let nodes = positions()[..NODES * NODES].iter().map(|position| [*position, DVec3::Z]).collect();
-    let plate_and_disc = Jointed { positions: positions(), triangles: triangles(), joints: Vec::new() };
-    let mut shadows = Shadows::new(nodes, Vec::new(), plate_and_disc, redraw(angle), method);
+    let casters = Jointed { positions: positions(), triangles: triangles(), joints: Vec::new() };
+    let mut shadows = Shadows::new(nodes, Vec::new(), casters, redraw(angle), method);
     let mut last = Vec::new();
     error(scale, |load| {
         if let Some(found) = shadows.visibility(load) {
