@@ -7,7 +7,8 @@ use hifitime::{Epoch, TimeScale};
 use sgp4::chrono::{Datelike, Timelike};
 
 use super::super::error::SceneError;
-use super::{Options, Place, matches};
+use super::object::matches;
+use super::{Options, Place};
 use crate::environment::trajectory::{Source, Trajectory, seconds_between};
 use crate::environment::utc::utc;
 
@@ -17,7 +18,9 @@ const OLD: f64 = 3.0 * 86_400.0;
 /// Whether a text looks like element sets: a line that begins like the first or the second of a set.
 pub(super) fn is_tle(text: &str) -> bool {
     said(text).take(MOST_LINES).any(|(_, line)| {
-        let digits = line.get(2..7).is_some_and(|number| number.bytes().all(|byte| byte.is_ascii_alphanumeric()));
+        let digits = line
+            .get(2..7)
+            .is_some_and(|number| number.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b' '));
         (line.starts_with("1 ") || line.starts_with("2 ")) && digits && line.len() > SHORTEST && !line.contains(',')
     })
 }
