@@ -285,7 +285,7 @@ fn thermal_pass(range: StepRange) -> Pass {
     bind(true, 11, Resource::Temperature, &[COMPUTE_WRITE]);
     bind(variant.shadow, 13, Resource::Visibility, &[COMPUTE_READ]);
     bind(
-        moves && matches!(variant.curve, Curve::Shaped(shaped) if shaped.pieces),
+        moves && matches!(variant.curve, Curve::Shaped(shaped) if shaped.pieces || shaped.paced && commands),
         12,
         Resource::Shapes,
         &[COMPUTE_READ],

@@ -4,21 +4,22 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ash::vk;
-use glam::{DAffine3, DMat3};
+use glam::DAffine3;
 
 use super::bindings::Bindings;
 use super::context::Context;
 use super::error::{Context as _, GpuError};
 use super::frame::{Frame, StepRange, TriangleRun, Wanted};
 use super::layout;
+use super::load::DeviceLoad;
 use super::once::{Once, command_buffers};
 use super::pass::Resource;
-use super::record::{Recorder, tick_of};
+use super::record::Recorder;
 use super::resources::{JointData, Resources, SLOTS, SceneData};
 use super::timing::{DeviceFrame, PassTimes, Timing};
 use super::variant::StepKind;
 use crate::environment::shadow::{Jointed, Method, Redraw, SUN_RAYS, disc_directions};
-use crate::environment::{MAX_SUN_SAMPLES, TickLoad};
+use crate::environment::TickLoad;
 
 /// What the host reads of a frame.
 #[derive(Default)]
@@ -61,6 +62,8 @@ pub struct Renderer {
     /// Poses of the joints for which shadows were last found.
     poses: Vec<DAffine3>,
     redraw: Option<Redraw>,
+    /// The load that every target is the balance of, where it is known.
+    commanded: Option<DeviceLoad>,
     /// Boxes of the tree and where its rays start [m], where rays find the shadows.
     tree: Option<(u32, f64)>,
     sun_rays: Vec<layout::SunRay>,
@@ -99,6 +102,7 @@ impl Renderer {
             let ranges = ranges_of_tick(&data.ranges, has_sun, has_albedo);
             frames.extend([Frame::step_in_runs(&ranges, wanted, &triangles), Frame::settle(&ranges)]);
         }
+        frames.push(Frame::step_in_runs(&idle(&data.ranges), wanted, &triangles));
         let tree = data.shadows.as_ref().and_then(|shadows| shadows.tree);
         let method = if tree.is_some() { Method::Exact } else { Method::Depth };
         let shadows = Frame::shadows(&data.ranges, method);
@@ -118,6 +122,7 @@ impl Renderer {
             casters: data.joints.as_ref().and_then(|joints| joints.casters.clone()),
             poses: Vec::new(),
             redraw: data.shadows.as_ref().map(|shadows| shadows.redraw.clone()),
+            commanded: None,
             tree: tree.map(|tree| (tree.tree.nodes.len() as u32, tree.start)),
             sun_rays: Vec::new(),
             sun_view: Vec::new(),
@@ -154,7 +159,8 @@ impl Renderer {
     /// A call that fails.
     pub fn settle(&mut self, load: &TickLoad) -> Result<(), GpuError> {
         let frame = self.shadows(load)?.then(Frame::settle(&ranges_of_load(&self.ranges, load)));
-        let submitted = self.submit_frame(&frame, Some((load, 1.0)), None, Wanted::default())?;
+        let submitted = self.submit_views_frame(&frame, Some((load, 1.0)), None, Wanted::default())?;
+        self.commanded = Some(DeviceLoad::new(load, self.joints));
         self.collect(submitted).map(|_| ())
     }
 
@@ -164,6 +170,7 @@ impl Renderer {
     /// A call that fails.
     pub fn settle_at(&mut self, temperatures: &[f32]) -> Result<(), GpuError> {
         self.wait()?;
+        self.commanded = None;
         let zeros = vec![0.0f32; self.nodes];
         for (resource, values) in [
             (Resource::Temperature, temperatures),
@@ -215,6 +222,15 @@ impl Renderer {
             Some((load, _)) => self.shadows(load)?,
             None => Frame { steps: Vec::new() },
         };
+        if let Some((load, _)) = tick {
+            // Under the load that commanded them last, nodes have nothing to do but to go on.
+            let load = Some(DeviceLoad::new(load, self.joints));
+            if shadows.steps.is_empty() && self.commanded == load {
+                ranges = idle(&ranges);
+            } else {
+                self.commanded = load;
+            }
+        }
         let frame = shadows.then(Frame::step_in_runs(&ranges, wanted, &culled));
         let submitted = self.submit_views_frame(&frame, tick, views, wanted)?;
         if let Some(views) = views {
@@ -234,7 +250,7 @@ impl Renderer {
         ranges.retain(|range| range.variant.kind == StepKind::Absorb);
         let wanted = Wanted { temperatures: true, ..Wanted::default() };
         let frame = self.shadows(load)?.then(Frame::step(&ranges, wanted));
-        let submitted = self.submit_frame(&frame, Some((load, 1.0)), None, wanted)?;
+        let submitted = self.submit_views_frame(&frame, Some((load, 1.0)), None, wanted)?;
         Ok(self.collect(submitted)?.temperatures.unwrap_or_default().to_vec())
     }
 
@@ -302,6 +318,8 @@ impl Renderer {
         view: Option<&layout::View>,
         wanted: Wanted,
     ) -> Result<Submitted, GpuError> {
+        // What the list commands is its own affair.
+        self.commanded = None;
         self.submit_views_frame(frame, tick, view.map(std::slice::from_ref), wanted)
     }
 
@@ -316,7 +334,7 @@ impl Renderer {
         self.next = (self.next + 1) % SLOTS;
         self.finish(number)?;
         if let Some((load, step)) = tick {
-            self.write_tick(load, step, number);
+            DeviceLoad::new(load, self.joints).write(&mut self.resources, number, step);
         }
         if let Some(views) = views {
             self.resources.write_slices(Resource::View, number, views);
@@ -414,31 +432,17 @@ impl Renderer {
         }
         Ok(())
     }
-
-    fn write_tick(&mut self, load: &TickLoad, step: f64, slot: usize) {
-        let frames: Vec<DMat3> = (0..self.joints).map(|joint| load.joint_from_body(joint)).collect();
-        let ticks: Vec<layout::Tick> = frames.iter().map(|frame| tick_of(load, step, *frame)).collect();
-        self.resources.write_slices(Resource::Tick, slot, &ticks);
-        let samples = |frame: &DMat3| {
-            // Samples beyond those of the tick have no flux.
-            let mut samples = [[0.0f32; 4]; MAX_SUN_SAMPLES];
-            for (sample, value) in samples.iter_mut().zip(&load.sun) {
-                let d = *frame * value.direction;
-                *sample = [d.x as f32, d.y as f32, d.z as f32, value.flux as f32];
-            }
-            samples
-        };
-        self.resources.write_slices(Resource::SunSamples, slot, &frames.iter().map(samples).collect::<Vec<_>>());
-        if let Some(table) = &load.albedo {
-            let values: Vec<f32> = table.values.iter().map(|value| *value as f32).collect();
-            self.resources.write(Resource::AlbedoValues, slot, &values);
-        }
-    }
 }
 
 /// The ranges with the least variants that compute a tick under a load.
 fn ranges_of_load(ranges: &[StepRange], load: &TickLoad) -> Vec<StepRange> {
     ranges_of_tick(ranges, !load.sun.is_empty(), load.albedo.is_some())
+}
+
+/// The ranges under a load that has not changed: balances stand, transitions go on.
+fn idle(ranges: &[StepRange]) -> Vec<StepRange> {
+    let moving = ranges.iter().filter(|range| range.variant.kind.has_state());
+    moving.map(|range| StepRange { variant: range.variant.idle(), ..*range }).collect()
 }
 
 fn ranges_of_tick(ranges: &[StepRange], has_sun: bool, has_albedo: bool) -> Vec<StepRange> {

@@ -106,10 +106,8 @@ pub fn curve(transition: &Transition, number: u32) -> (StepKind, Curve) {
     let shaped = Shaped {
         number,
         fourth_power: transition.domain == Domain::FourthPower,
-        pieces: functions.into_iter().any(|function| {
-            pieces(function, Piecewise::Function).is_some()
-                || kind == StepKind::Merge && pieces(function, Piecewise::Pace).is_some()
-        }),
+        pieces: functions.iter().any(|function| pieces(function, Piecewise::Function).is_some()),
+        paced: kind == StepKind::Merge && functions.iter().any(|function| pieces(function, Piecewise::Pace).is_some()),
     };
     (kind, Curve::Shaped(shaped))
 }

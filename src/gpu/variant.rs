@@ -33,8 +33,10 @@ pub struct Shaped {
     pub number: u32,
     /// Whether they move the fourth power of the temperature.
     pub fourth_power: bool,
-    /// Whether one of them, or the pace of its phase, is read in pieces.
+    /// Whether one of them is read in pieces.
     pub pieces: bool,
+    /// Whether the pace of the phase of one of them is, which a merge alone reads.
+    pub paced: bool,
 }
 
 /// One variant of the thermal step.
@@ -188,7 +190,8 @@ impl Curve {
     /// Preprocessor definitions that select it.
     pub fn defines(self) -> Vec<&'static str> {
         let Self::Shaped(shaped) = self else { return Vec::new() };
-        let words = [(true, "SHAPED"), (shaped.fourth_power, "FOURTH_POWER"), (shaped.pieces, "PIECES")];
+        let words =
+            [(true, "SHAPED"), (shaped.fourth_power, "FOURTH_POWER"), (shaped.pieces || shaped.paced, "PIECES")];
         words.into_iter().filter_map(|(present, word)| present.then_some(word)).collect()
     }
 }
@@ -229,6 +232,11 @@ impl ThermalVariant {
         let albedo = self.albedo && has_albedo;
         let sun = self.sun && (has_sun || albedo);
         Self { sun, albedo, shadow: self.shadow && has_sun, ..self }
+    }
+
+    /// The same nodes under the load that commanded them last: time alone passes.
+    pub fn idle(&self) -> Self {
+        Self::advance(self.curve)
     }
 
     /// Time passes without a load.

@@ -10,6 +10,7 @@ mod device;
 mod functions;
 mod hard;
 mod hazards;
+mod idle;
 mod image;
 mod joints;
 mod mesh_network;

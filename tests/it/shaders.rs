@@ -8,7 +8,7 @@ use isotherm::gpu::layout;
 use isotherm::gpu::pass::{Pass, Work, is_write};
 use isotherm::gpu::pipeline::MODULES;
 use isotherm::gpu::shapes::{self, Shapes};
-use isotherm::gpu::variant::ThermalVariant;
+use isotherm::gpu::variant::{StepKind, ThermalVariant};
 use isotherm::thermal::function::{Function, Sample};
 use isotherm::thermal::material::{Domain, Profile, Retarget, Transition};
 use naga::front::spv;
@@ -133,18 +133,28 @@ fn passes_declare_what_their_shaders_touch() {
         Function::table(&samples, None).expect("a good table")
     };
     let expression = Function::expression("s < 0.4 ? 1.6*s : 0.4 + 0.6*s").expect("a good expression");
-    for (heating, cooling, pieces) in
-        [(expression.clone(), table(9), false), (expression, Function::Linear, false), (table(90), table(9), true)]
-    {
+    // A merge reads the paces of what is no power; under either rule a long table is read in pieces.
+    let power = Function::expression("s*(2.0-s)").expect("a good expression");
+    for (heating, cooling, [merge, restart]) in [
+        (expression.clone(), table(9), [true, false]),
+        (expression, Function::Linear, [true, false]),
+        (table(90), table(9), [true, true]),
+        (power, Function::Linear, [false, false]),
+    ] {
         let profile = |function| Profile { function, t_max_steps: 9.0 };
         let (heating, cooling) = (profile(heating), profile(cooling));
-        for domain in [Domain::Temperature, Domain::FourthPower] {
+        for (domain, retarget, pieces) in [
+            (Domain::Temperature, Retarget::Merge, merge),
+            (Domain::FourthPower, Retarget::Merge, merge),
+            (Domain::Temperature, Retarget::Restart, restart),
+        ] {
             let (heating, cooling) = (heating.clone(), cooling.clone());
-            let transition = Transition { heating, cooling, retarget: Retarget::Merge, domain };
+            let transition = Transition { heating, cooling, retarget, domain };
             let shapes = Shapes::one(&transition);
-            let (_, curve) = shapes::curve(&transition, 0);
-            assert_eq!(pieces, !shapes.values.is_empty());
-            for variant in ThermalVariant::all_of(curve) {
+            let (kind, curve) = shapes::curve(&transition, 0);
+            assert_eq!(pieces, !shapes.values.is_empty(), "{transition:?}");
+            let asked = |variant: &ThermalVariant| variant.kind == kind || variant.kind == StepKind::Advance;
+            for variant in ThermalVariant::all_of(curve).into_iter().filter(asked) {
                 let frame = Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], Wanted::default());
                 let pass = frame.passes().next().expect("one thermal pass");
                 let words = shapes.compile_step(variant).expect("a scene's functions compile");

@@ -1,0 +1,61 @@
+//! A tick under the load of the one before costs its transitions only, and leaves what it would have left.
+
+use isotherm::simulation::engine::{Engine, Order, Tick};
+use isotherm::simulation::prepare::Prepared;
+
+use super::craft::{Folder, scene_with};
+use super::device::{Worst, assert_silent, context};
+
+/// A craft that looks at the Sun the same way all the time: no planet, no eclipse.
+fn still() -> Prepared {
+    let scene = scene_with(&[
+        ("mode = \"nadir\"", "mode = \"inertial\"\nquaternion = [1, 0, 0, 0]"),
+        ("nadir_axis = \"+Z\"\n", ""),
+        ("forward_axis = \"+X\"\n", ""),
+        ("albedo = 0.3\n", ""),
+        ("planet_ir = 237\n", ""),
+        ("eclipse = true", "eclipse = false"),
+        ("draw_every = 4", "draw_every = 0"),
+    ]);
+    Folder::new(&scene).prepared()
+}
+
+#[test]
+fn a_tick_under_the_same_load_costs_its_transitions_only() {
+    let prepared = still();
+    let context = context();
+    let step = prepared.scene.time.step;
+    let mut engine = Engine::on_device(&context, &prepared, None).expect("a small scene");
+    let mut reference = Engine::reference(&prepared, None);
+    let nodes = prepared.nodes.vertex_of_node.len();
+    let mut worst = Worst::none();
+    for one in [&mut engine, &mut reference] {
+        one.settle_at(250.0, nodes).expect("it settles");
+    }
+    for tick in 0..6 {
+        // In the fourth tick the Sun is dimmer: everything is commanded anew, and once more in the fifth.
+        let start = f64::from(tick) * step;
+        let mut load = prepared.loads.tick_load(start, start + step);
+        if tick == 3 {
+            load.sun.iter_mut().for_each(|sample| sample.flux *= 0.5);
+        }
+        let [found, expected] = [&mut engine, &mut reference].map(|one| {
+            let tick = Tick { load: &load, steps: 1.0, start, length: step };
+            one.submit(Some(tick), Order { temperatures: true, ..Order::default() }).expect("submitted");
+            one.deliver().expect("delivered").temperatures.expect("temperatures")
+        });
+        for (node, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            if *expected > 0.0 {
+                worst.see(f64::from(*found), f64::from(*expected), || format!("tick {tick}, node {node}"));
+            }
+        }
+    }
+    worst.within(2e-3, "K", "six ticks, three of them idle");
+    let ran = |word: &str| -> usize {
+        let passes = engine.pass_times().expect("a device");
+        passes.iter().filter(|(name, _)| name.contains(word)).map(|(_, samples)| samples.len()).sum()
+    };
+    let (commanding, idle) = (ran("thermal_step.merge") + ran("thermal_step.restart"), ran("thermal_step.advance"));
+    assert!(idle > 0 && commanding == idle, "three ticks of each kind: {commanding} and {idle} passes");
+    assert_silent(&context);
+}
