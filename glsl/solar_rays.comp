@@ -6,7 +6,13 @@
 
 layout(local_size_x = 64) in;
 
-layout(push_constant) uniform SunRayBlock { SunRay ray; };
+layout(push_constant) uniform SunRayBlock {
+    SunRay ray;
+    // Rows of body_from_joint: xyz rotation, w translation [m].
+    vec4 body_from_joint_x;
+    vec4 body_from_joint_y;
+    vec4 body_from_joint_z;
+};
 layout(set = 0, binding = 1) readonly buffer PositionXBlock { float position_x[]; };
 layout(set = 0, binding = 2) readonly buffer PositionYBlock { float position_y[]; };
 layout(set = 0, binding = 3) readonly buffer PositionZBlock { float position_z[]; };
@@ -60,9 +66,21 @@ bool is_hidden(vec3 from, vec3 direction) {
 
 void main() {
     uint node = gl_GlobalInvocationID.x;
-    vec3 normal = vec3(normal_x[node], normal_y[node], normal_z[node]);
+    // The tree is in the body frame, the node where its joint had it in the file.
+    vec3 own_normal = vec3(normal_x[node], normal_y[node], normal_z[node]);
+    vec4 own_position = vec4(position_x[node], position_y[node], position_z[node], 1.0);
+    vec3 normal = vec3(
+        dot(body_from_joint_x.xyz, own_normal),
+        dot(body_from_joint_y.xyz, own_normal),
+        dot(body_from_joint_z.xyz, own_normal)
+    );
+    vec3 position = vec3(
+        dot(body_from_joint_x, own_position),
+        dot(body_from_joint_y, own_position),
+        dot(body_from_joint_z, own_position)
+    );
     vec3 side = dot(normal, ray.sun.xyz) < 0.0 ? -normal : normal;
-    vec3 from = vec3(position_x[node], position_y[node], position_z[node]) + side * ray.sun.w;
+    vec3 from = position + side * ray.sun.w;
     float seen = is_hidden(from, ray.direction.xyz) ? 0.0 : ray.direction.w;
 #ifdef FIRST
     visibility[node] = seen;

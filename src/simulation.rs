@@ -9,6 +9,7 @@ pub mod density;
 pub mod engine;
 pub mod frames;
 pub mod job;
+pub mod joints;
 pub mod network;
 pub mod periodic;
 pub mod prepare;
@@ -128,7 +129,8 @@ pub fn run<E: From<GpuError>>(
         drop(prepares);
         let pose = is_drawn(&time.draw, step).then(|| pose_at(prepared, now)).flatten();
         let tick = load.as_ref().map(|load| Tick { load, steps: 1.0, start: now - time.step, length: time.step });
-        engine.submit(tick, Order { pose, temperatures: true })?;
+        let joints = pose.map(|_| prepared.loads.joints_at(now).1).unwrap_or_default();
+        engine.submit(tick, Order { pose, joints: &joints, temperatures: true })?;
         let reference = check.as_deref_mut().map(|check| {
             let _checks = trace.span(Track::Host, "f64 reference of the sample");
             if let Some(load) = &load {
@@ -174,7 +176,7 @@ pub fn still(
     let load = (rest > 1e-9).then(|| prepared.loads.tick_load(whole * length, time));
     let pose = pose_at(prepared, time);
     let tick = load.as_ref().map(|load| Tick { load, steps: rest, start: whole * length, length: rest * length });
-    engine.submit(tick, Order { pose, temperatures: false })?;
+    engine.submit(tick, Order { pose, joints: &prepared.loads.joints_at(time).1, temperatures: false })?;
     let delivered = engine.deliver()?;
     Ok(Some(StepResult { step: whole as u32, time, pose, delivered }))
 }

@@ -57,7 +57,9 @@ fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, String> {
         let (start, end) = (f64::from(tick) * step, f64::from(tick + 1) * step);
         let load = prepared.loads.tick_load(start, end);
         let last = tick + 1 == TICKS;
-        let order = Order { pose: if last { pose_at(&prepared, end) } else { None }, temperatures: last };
+        let joints = prepared.loads.joints_at(end).1;
+        let pose = if last { pose_at(&prepared, end) } else { None };
+        let order = Order { pose, joints: &joints, temperatures: last };
         engine
             .submit(Some(Tick { load: &load, steps: 1.0, start, length: step }), order)
             .and_then(|()| engine.deliver())

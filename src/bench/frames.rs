@@ -131,7 +131,8 @@ impl Run<'_> {
                 let start = f64::from(self.next) * length;
                 let load = self.prepared.loads.tick_load(start, start + length);
                 let pose = if draw { pose_at(self.prepared, start + length) } else { None };
-                let order = Order { pose, temperatures: false };
+                let joints = self.prepared.loads.joints_at(start + length).1;
+                let order = Order { pose, joints: &joints, temperatures: false };
                 self.engine.submit(Some(Tick { load: &load, steps: self.share, start, length }), order)?;
                 self.next += 1;
             }

@@ -212,7 +212,9 @@ fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, GpuError> {
         let (from, to) = (f64::from(tick - 1) * step, f64::from(tick) * step);
         let load = prepared.loads.tick_load(from, to);
         let drawn = camera.is_some() && tick % DRAW_EVERY == 0;
-        let order = Order { pose: if drawn { pose_at(prepared, to) } else { None }, temperatures: true };
+        let joints = prepared.loads.joints_at(to).1;
+        let pose = if drawn { pose_at(prepared, to) } else { None };
+        let order = Order { pose, joints: &joints, temperatures: true };
         engine.submit(Some(Tick { load: &load, steps: 1.0, start: from, length: step }), order)?;
         let delivered = engine.deliver()?;
         let device = delivered.temperatures.unwrap_or_default();

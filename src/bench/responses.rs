@@ -80,7 +80,7 @@ pub fn time_pass(
         cooling_t_max: T_MAX_STEPS as f32,
     };
     let data = SceneData {
-        ranges: vec![StepRange { variant, groups: (0, groups as u32) }],
+        ranges: vec![StepRange { variant, groups: (0, groups as u32), joint: 0 }],
         group_material: &vec![0; groups],
         group_part: &[],
         normals: &normals,
@@ -91,6 +91,7 @@ pub fn time_pass(
         band_table: &[],
         image: None,
         shadows: None,
+        joints: None,
     };
     let plan = data.plan();
     let bytes: u64 = plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();

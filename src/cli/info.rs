@@ -13,6 +13,7 @@ use crate::gpu::resources::device_bytes;
 use crate::model::Model;
 use crate::scene::Draw;
 use crate::simulation::engine::DeviceData;
+use crate::simulation::joints;
 use crate::simulation::prepare::PrepareError;
 
 /// Show devices, the frame of a scene, or what a model holds.
@@ -100,9 +101,10 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let device_data = DeviceData::new(&prepared);
     let data = device_data.scene_data(&prepared, camera);
-    let frame = Frame::step(
+    let frame = Frame::step_in_runs(
         &data.ranges,
         Wanted { image: camera.is_some(), cull: prepared.triangles.len() as u32, temperatures: true },
+        &prepared.triangle_runs,
     );
     let plan = data.plan();
     let bytes = plan.iter().map(|planned| planned.bytes).sum::<u64>() + prepared.network_bytes();
@@ -114,11 +116,18 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
         "{}: {} nodes, {} triangles, {:.2} m2\n\nNodes by response\n",
         prepared.scene.name,
         prepared.nodes.count,
-        prepared.triangles.len(),
+        prepared.triangle_count(),
         prepared.area
     );
-    for range in &prepared.nodes.ranges {
-        text.push_str(&format!("  {:<40} {:>10}\n", range.kind.to_string(), range.nodes));
+    for (kind, nodes) in prepared.nodes.by_kind() {
+        text.push_str(&format!("  {:<40} {nodes:>10}\n", kind.to_string()));
+    }
+    let joints = joints::describe(&prepared);
+    if !joints.is_empty() {
+        text.push_str("\nJoints, at time 0\n");
+    }
+    for joint in &joints {
+        text.push_str(&format!("  {:<40} {}\n", joint.name, joint.sentence()));
     }
     let network = prepared.network.as_ref().map(|network| network.description()).unwrap_or_default();
     if !network.is_empty() {
@@ -158,10 +167,11 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
     let value = json!({
         "scene": prepared.scene.name,
         "nodes": prepared.nodes.count,
-        "triangles": prepared.triangles.len(),
+        "triangles": prepared.triangle_count(),
         "area_m2": prepared.area,
-        "nodes_by_response": prepared.nodes.ranges.iter()
-            .map(|range| json!({ "response": range.kind.to_string(), "nodes": range.nodes })).collect::<Vec<_>>(),
+        "nodes_by_response": prepared.nodes.by_kind().iter()
+            .map(|(kind, nodes)| json!({ "response": kind.to_string(), "nodes": nodes })).collect::<Vec<_>>(),
+        "joints": joints,
         "bytes": bytes,
         "bytes_a_node": a_node,
         "merged": prepared.merged,

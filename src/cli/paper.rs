@@ -182,7 +182,8 @@ fn figure_7(chosen: &Chosen, prepared: &Prepared, time: f64) -> Result<Option<(V
 
     let sky = prepared.loads.sky_model().sky(time);
     let sunlight = if prepared.scene.environment.solar_constant.is_some() { sky.lit_fraction } else { 0.0 };
-    let craft = Craft { nodes: &prepared.nodes, triangles: &prepared.triangles, materials: &prepared.materials };
+    let nodes = prepared.nodes_at(time);
+    let craft = Craft { nodes: &nodes, triangles: &prepared.triangles, materials: &prepared.materials };
     let visible = draw(&craft, &raster_view(camera, &pose), sky.sun_direction, sunlight);
     let scale = match prepared.scene.colour_range {
         Some(range) => ColourScale::new(Quantity::Temperature, range),

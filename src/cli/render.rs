@@ -35,8 +35,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         return Err(CliError::Usage(format!("--time is finite and not below 0 s, not {}", arguments.time)));
     }
     check_writable(&arguments.output)?;
-    let prepared = prepare_with_progress(&arguments.scene)?;
+    let mut prepared = prepare_with_progress(&arguments.scene)?;
     keep_inputs(&arguments.output, &prepared.scene.files)?;
+    prepared.cover(arguments.time);
     let camera = prepared.scene.require_camera().map_err(simulation::prepare::PrepareError::from)?.clone();
     let ticks = u64::from(prepared.warm_up_ticks()) + (arguments.time / prepared.scene.time.step) as u64;
     if ticks > MOST_TICKS {

@@ -75,7 +75,7 @@ pub(super) fn prepare_with_progress(path: &Path) -> Result<Prepared, CliError> {
 /// Prints nodes and triangles, and the memory that they will take on the device.
 pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Chosen) {
     let nodes = prepared.nodes.count;
-    eprintln!("{}: {nodes} nodes, {} triangles on {}", prepared.scene.name, prepared.triangles.len(), chosen.name());
+    eprintln!("{}: {nodes} nodes, {} triangles on {}", prepared.scene.name, prepared.triangle_count(), chosen.name());
     if let Chosen::Device(context) = chosen {
         let all = plan.iter().map(|planned| planned.bytes).sum::<u64>() + prepared.network_bytes();
         let of_nodes = device_bytes(plan) + prepared.network_bytes();
@@ -227,14 +227,16 @@ fn report(
     });
     let scene = SourceFile { sha256: prepared.hash.clone(), ..inputs.next().unwrap_or_default() };
     let mut nodes_by_response: Vec<(String, u64)> = Vec::new();
-    for range in &prepared.nodes.ranges {
-        let name = range.kind.to_string();
-        nodes_by_response.push((name, range.nodes as u64));
+    for (kind, nodes) in prepared.nodes.by_kind() {
+        nodes_by_response.push((kind.to_string(), nodes as u64));
     }
     let mut files = vec![
         FileEntry { path: folder.relative(&folder.series()), what: "temperatures over time".to_owned() },
         FileEntry { path: folder.relative(&folder.report_json()), what: "this report as JSON".to_owned() },
     ];
+    if prepared.joints() > 1 {
+        files.push(FileEntry { path: folder.relative(&folder.joints()), what: "joints over time".to_owned() });
+    }
     if !outcome.frames.is_empty() {
         files.push(FileEntry { path: "frames/".to_owned(), what: "EXR and PNG of every drawn step".to_owned() });
     }
@@ -269,7 +271,7 @@ fn report(
         accuracy: outcome.accuracy,
         model: ModelSize {
             nodes: prepared.nodes.count as u64,
-            triangles: prepared.triangles.len() as u64,
+            triangles: prepared.triangle_count() as u64,
             area_m2: prepared.area,
             nodes_by_response,
         },

@@ -228,7 +228,7 @@ impl Setting<'_> {
                 let tick = Tick { load: &load, steps: 1.0, start: now - time.step, length: time.step };
                 step_ms.push(timed(|| engine.submit(Some(tick), Order::default()).and_then(|()| engine.deliver()))?.0);
             }
-            engine.submit(None, Order { pose: None, temperatures: true })?;
+            engine.submit(None, Order { temperatures: true, ..Order::default() })?;
             let device = engine.deliver()?.temperatures.unwrap_or_default();
             check_finite(&prepared, step, &device)?;
             series.push(groups.row(now, &device, &prepared.probes)?)?;
@@ -240,7 +240,8 @@ impl Setting<'_> {
                 Held::Against(record) => differences.add(self.vertices, step, now, &of_vertex, &record.row(step)?),
             }
             if self.shown.binary_search(&step).is_ok() {
-                let order = Order { pose: pose_at(&prepared, now), temperatures: false };
+                let joints = prepared.loads.joints_at(now).1;
+                let order = Order { pose: pose_at(&prepared, now), joints: &joints, temperatures: false };
                 let (ms, delivered) = timed(|| engine.submit(None, order).and_then(|()| engine.deliver()))?;
                 image_ms.push(ms);
                 if let Some(pixels) = delivered.pixels {

@@ -3,7 +3,7 @@
 //! Frames: *inertial* has X to orbit noon (the projection of the Sun's direction on the orbit plane), Z along the orbit
 //! normal, or is GCRF where the scene has a real trajectory; *body* is the model's frame. `body_from_inertial` rotates vectors from the second into the first.
 
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 pub mod albedo;
 pub mod albedo_field;
@@ -12,6 +12,7 @@ pub mod coast;
 pub mod eclipse;
 pub mod ephemeris;
 pub mod frames;
+pub mod joints;
 pub mod load;
 pub mod orbit;
 pub mod place;
@@ -108,6 +109,15 @@ pub struct TickLoad {
     pub albedo: Option<albedo::AlbedoTable>,
     /// Radiative temperature of space [K].
     pub background_temperature: f64,
+    /// Pose of the body and of every joint, `body_from_joint`, at the middle of the tick; empty where nothing moves.
+    pub joints: Vec<DAffine3>,
+}
+
+impl TickLoad {
+    /// Rotates body vectors into the frame in which the nodes of a joint do not move: their pose in the file.
+    pub fn joint_from_body(&self, joint: u32) -> DMat3 {
+        self.joints.get(joint as usize).map_or(DMat3::IDENTITY, |pose| pose.matrix3.transpose())
+    }
 }
 
 /// Most Sun samples in one tick: what the device reads without a loop, which costs more than all of them.

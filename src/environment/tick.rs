@@ -4,10 +4,11 @@ use std::iter::Sum;
 use std::ops::Mul;
 use std::sync::LazyLock;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use super::albedo::AlbedoTable;
 use super::albedo_field::{AlbedoField, AlbedoFields};
+use super::joints::{Joint, Joints};
 use super::quadrature::GaussLegendre;
 use super::sky::{SkyError, SkyModel};
 use super::{MAX_SUN_SAMPLES, PlanetLoad, SunSample, TickLoad};
@@ -19,6 +20,7 @@ pub struct TickLoads {
     sky: SkyModel,
     environment: Environment,
     albedo: Option<AlbedoSource>,
+    joints: Joints,
 }
 
 /// Where the albedo of a tick comes from.
@@ -60,7 +62,29 @@ impl TickLoads {
             Some(ratio) => AlbedoSource::Fixed(Box::new(AlbedoField::new(ratio))),
             None => AlbedoSource::Varying(AlbedoFields::default()),
         });
-        Ok(Self { sky, environment: environment.clone(), albedo })
+        Ok(Self { sky, environment: environment.clone(), albedo, joints: Joints::default() })
+    }
+
+    /// The same of a craft with joints. Those with a rate are walked through `span` [s] in steps of `step` [s].
+    pub fn with_joints(mut self, joints: Vec<Joint>, span: [f64; 2], step: f64) -> Self {
+        self.joints = Joints::new(joints, span, step, |time| self.sky.sun_direction(time));
+        self
+    }
+
+    /// Walks joints with a rate on to a time [s].
+    pub fn walk_joints_to(&mut self, time: f64) {
+        self.joints.walk_to(time, |time| self.sky.sun_direction(time));
+    }
+
+    /// The joints.
+    pub fn joints(&self) -> &Joints {
+        &self.joints
+    }
+
+    /// Position of each joint [rad or m] at a time [s], and the poses of the body and of each joint; both empty where
+    /// nothing moves.
+    pub fn joints_at(&self, time: f64) -> (Vec<f64>, Vec<DAffine3>) {
+        self.joints.at(time, &|time| self.sky.sun_direction(time))
     }
 
     /// The sky that the loads come from.
@@ -75,9 +99,11 @@ impl TickLoads {
     /// tick so long that [`MAX_SUN_SAMPLES`] must stand for more than that angle each errs in proportion: on such a
     /// plate by up to 1.5 W/m2 in a tick of 700 s and 18 W/m2 in one of an orbit or more, in low orbit. Under a
     /// craft that spins the errors of ticks are larger, but cancel over its turns. Planet infrared
-    /// and albedo are those of the middle of the tick, which for a tick above a few minutes is no longer their mean.
+    /// and albedo are those of the middle of the tick, which for a tick above a few minutes is no longer their mean; so are
+    /// the poses of the joints.
     pub fn tick_load(&self, start: f64, end: f64) -> TickLoad {
-        let mut planet = self.planet_load(if end > start { 0.5 * (start + end) } else { start });
+        let middle = if end > start { 0.5 * (start + end) } else { start };
+        let mut planet = self.planet_load(middle);
         let table = |planet: &PlanetLoad| self.albedo.as_ref().and_then(|source| source.table(planet));
         let albedo = planet.as_ref().and_then(table);
         if let (Some(planet), None) = (&mut planet, &albedo) {
@@ -88,6 +114,7 @@ impl TickLoads {
             planet,
             albedo,
             background_temperature: self.environment.background_temperature.unwrap_or(0.0),
+            joints: self.joints_at(middle).1,
         }
     }
 

@@ -8,7 +8,7 @@ use ash::vk;
 use super::context::Context;
 use super::error::{Context as _, GpuError};
 use super::frame::Frame;
-use super::layout::SunRay;
+use super::layout::{SLICE, SunRay};
 use super::pass::{Access, Pass, Resource, Work};
 use super::pipeline::{Pipeline, module};
 use super::resources::{Resources, SLOTS};
@@ -27,7 +27,14 @@ enum PipelineKey {
     SunRay(bool),
 }
 
-/// What selects a descriptor set: the pipeline, the first group of its range, the slot.
+impl PipelineKey {
+    /// Whether its pass draws the triangles of all joints, one after the other.
+    fn draws(self) -> bool {
+        matches!(self, Self::Radiance | Self::SunDepth)
+    }
+}
+
+/// What selects a descriptor set: the pipeline, the first group of its range or the joint that is drawn, the slot.
 type SetKey = (PipelineKey, u32, usize);
 
 /// All pipelines and descriptor sets that the frames of a scene bind.
@@ -45,11 +52,13 @@ impl Bindings {
         resources: &Resources,
         frames: &[&Frame],
         shapes: &Shapes,
+        joints: u32,
     ) -> Result<Self, GpuError> {
         let mut passes: BTreeMap<(PipelineKey, u32), &Pass> = BTreeMap::new();
         for pass in frames.iter().flat_map(|frame| frame.passes()) {
-            if let Some(key) = key_of(pass) {
-                passes.insert(key, pass);
+            if let Some((key, first)) = key_of(pass) {
+                let drawn = if key.draws() { 0..joints } else { first..first + 1 };
+                passes.extend(drawn.map(|first| ((key, first), pass)));
             }
         }
         let sets = (passes.len() * SLOTS) as u32;
@@ -83,7 +92,7 @@ impl Bindings {
                     PipelineKey::SunDepth => Pipeline::solar_depth(context, &types)?,
                     PipelineKey::SunRay(first) => {
                         let name = if first { "solar_rays.first" } else { "solar_rays.next" };
-                        let constants = size_of::<SunRay>() as u32;
+                        let constants = (size_of::<SunRay>() + size_of::<[[f32; 4]; 3]>()) as u32;
                         Pipeline::compute_with_constants(context, name, &module(name), &types, constants)?
                     }
                     PipelineKey::Visibility => {
@@ -94,17 +103,19 @@ impl Bindings {
             let layout = bindings.pipelines[&key].set_layout;
             for slot in 0..SLOTS {
                 let set = allocate_set(context, bindings.pool, layout)?;
-                write_set(context, resources, set, pass, slot);
+                let joint = key.draws().then_some(first_group);
+                write_set(context, resources, set, pass, slot, joint.filter(|_| joints > 1), joints > 1);
                 bindings.sets.insert((key, first_group, slot), set);
             }
         }
         Ok(bindings)
     }
 
-    /// Pipeline and descriptor set of a pass; `None` for copies.
-    pub fn of(&self, pass: &Pass, slot: usize) -> Option<(&Pipeline, vk::DescriptorSet)> {
+    /// Pipeline and descriptor set of a pass; of one that draws, for the triangles of a joint. `None` for copies.
+    pub fn of(&self, pass: &Pass, joint: u32, slot: usize) -> Option<(&Pipeline, vk::DescriptorSet)> {
         let (key, first_group) = key_of(pass)?;
-        Some((&self.pipelines[&key], self.sets[&(key, first_group, slot)]))
+        let first = if key.draws() { joint } else { first_group };
+        Some((&self.pipelines[&key], self.sets[&(key, first, slot)]))
     }
 }
 
@@ -121,7 +132,7 @@ fn key_of(pass: &Pass) -> Option<(PipelineKey, u32)> {
         Work::Cull { triangles } => Some((PipelineKey::Cull, triangles.0)),
         Work::Radiance => Some((PipelineKey::Radiance, 0)),
         Work::SunDepth => Some((PipelineKey::SunDepth, 0)),
-        Work::SunRay { ray, groups } => Some((PipelineKey::SunRay(ray == 0), groups.0)),
+        Work::SunRay { ray, groups, .. } => Some((PipelineKey::SunRay(ray == 0), groups.0)),
         Work::Visibility { groups } => Some((PipelineKey::Visibility, groups.0)),
         Work::Copy { .. } | Work::Clear(_) | Work::Network(_) => None,
     }
@@ -157,12 +168,26 @@ pub(super) fn allocate_set(
 }
 
 /// Points every binding to its buffer, or to the part of it that the range works on: two ranges of one buffer then
-/// never overlap, for the device as for the validation layer.
-fn write_set(context: &Context, resources: &Resources, set: vk::DescriptorSet, pass: &Pass, slot: usize) {
+/// never overlap, for the device as for the validation layer. Of what is `sliced` it is the slice of the joint that is
+/// drawn, or of the pass.
+fn write_set(
+    context: &Context,
+    resources: &Resources,
+    set: vk::DescriptorSet,
+    pass: &Pass,
+    slot: usize,
+    drawn_joint: Option<u32>,
+    sliced: bool,
+) {
     for access in &pass.accesses {
-        let Access { resource, groups, binding: Some(binding), .. } = *access else { continue };
+        let Access { resource, groups, slice, binding: Some(binding), .. } = *access else { continue };
         let buffer = resources.buffer(resource, slot);
         let info = match groups {
+            None if sliced && resource.per_joint() => vk::DescriptorBufferInfo {
+                buffer: buffer.raw,
+                offset: u64::from(drawn_joint.unwrap_or(slice)) * SLICE as u64,
+                range: SLICE as u64,
+            },
             // Group tables have four bytes a group, node arrays sixteen; a triangle has three indices.
             Some((first, end)) => {
                 let bytes_a_group = match resource {

@@ -20,6 +20,17 @@ pub struct StepRange {
     pub variant: ThermalVariant,
     /// Groups of four nodes: first, and the one after the last.
     pub groups: (u32, u32),
+    /// The joint that moves them; 0 is the body.
+    pub joint: u32,
+}
+
+/// A run of triangles whose nodes hang on one joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TriangleRun {
+    /// The joint; 0 is the body.
+    pub joint: u32,
+    /// First triangle, and the one after the last.
+    pub triangles: (u32, u32),
 }
 
 /// Triangles that one dispatch culls at most: 65,535 workgroups of 64. A multiple of 64 keeps bindings aligned.
@@ -49,6 +60,11 @@ pub struct Frame {
 impl Frame {
     /// One tick: every range is stepped, then drawn and read back as wanted.
     pub fn step(ranges: &[StepRange], wanted: Wanted) -> Self {
+        Self::step_in_runs(ranges, wanted, &[TriangleRun { joint: 0, triangles: (0, wanted.cull) }])
+    }
+
+    /// The same of a craft with joints, of whose triangles those in `culled` have moved against the camera.
+    pub fn step_in_runs(ranges: &[StepRange], wanted: Wanted, culled: &[TriangleRun]) -> Self {
         let mut steps = Vec::new();
 
         if !ranges.is_empty() {
@@ -71,9 +87,10 @@ impl Frame {
             // The last image may still read its triangles.
             let drawn = scope(S::INDEX_INPUT | S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
             steps.push(Step::Barriers(vec![barrier(Resource::VisibleTriangles, drawn, COMPUTE_WRITE)]));
-            for first in (0..wanted.cull).step_by(CULLED_AT_ONCE as usize) {
-                let end = wanted.cull.min(first.saturating_add(CULLED_AT_ONCE));
-                steps.push(Step::Pass(cull_pass((first, end))));
+            for TriangleRun { joint, triangles: (first, end) } in culled.iter().copied() {
+                for at in (first..end).step_by(CULLED_AT_ONCE as usize) {
+                    steps.push(Step::Pass(cull_pass(joint, (at, end.min(at.saturating_add(CULLED_AT_ONCE))))));
+                }
             }
             steps.push(Step::Barriers(vec![barrier(Resource::VisibleTriangles, COMPUTE_WRITE, index_read)]));
         }
@@ -230,7 +247,7 @@ fn has_state(ranges: &[StepRange]) -> bool {
 
 /// Shader bindings of a variant of `thermal_step.comp`.
 fn thermal_pass(range: StepRange) -> Pass {
-    let StepRange { variant, groups } = range;
+    let StepRange { variant, groups, joint } = range;
     let loaded = variant.sun || variant.planet_ir;
     let commands = variant.kind != StepKind::Advance;
     let moves = variant.kind.has_state();
@@ -243,6 +260,7 @@ fn thermal_pass(range: StepRange) -> Pass {
             );
             accesses.extend(scopes.iter().map(|scope| Access {
                 groups: by_group.then_some(groups),
+                slice: if resource.per_joint() { joint } else { 0 },
                 binding: Some(binding),
                 ..access(resource, *scope)
             }));
@@ -298,7 +316,7 @@ fn shadows_by_depth(ranges: &[StepRange]) -> Vec<Step> {
             barrier(Resource::Visibility, COMPUTE_WRITE, COMPUTE_WRITE),
         ]),
     ];
-    steps.extend(ranges.iter().map(|range| Step::Pass(visibility_pass(range.groups))));
+    steps.extend(ranges.iter().map(|range| Step::Pass(visibility_pass(range))));
     steps
 }
 
@@ -309,16 +327,16 @@ fn shadows_by_rays(ranges: &[StepRange]) -> Vec<Step> {
     for ray in 0..SUN_RAYS as u32 {
         let after = if ray == 0 { COMPUTE_WRITE } else { both };
         steps.push(Step::Barriers(vec![barrier(Resource::Visibility, COMPUTE_WRITE, after)]));
-        for StepRange { groups: (first, end), .. } in ranges {
+        for StepRange { groups: (first, end), joint, .. } in ranges {
             let pieces = (*first..*end).step_by(TRACED_AT_ONCE as usize);
             let piece = |at: u32| (at, end.to_owned().min(at.saturating_add(TRACED_AT_ONCE)));
-            steps.extend(pieces.map(|at| Step::Pass(ray_pass(ray, piece(at)))));
+            steps.extend(pieces.map(|at| Step::Pass(ray_pass(ray, *joint, piece(at)))));
         }
     }
     steps
 }
 
-fn ray_pass(ray: u32, groups: (u32, u32)) -> Pass {
+fn ray_pass(ray: u32, joint: u32, groups: (u32, u32)) -> Pass {
     let of_nodes =
         |binding, resource, scope| Access { binding: Some(binding), groups: Some(groups), ..access(resource, scope) };
     let bound = |binding, resource| Access { binding: Some(binding), ..access(resource, COMPUTE_READ) };
@@ -336,7 +354,7 @@ fn ray_pass(ray: u32, groups: (u32, u32)) -> Pass {
     if ray > 0 {
         accesses.push(of_nodes(8, Resource::Visibility, COMPUTE_READ));
     }
-    Pass { name: "solar_rays".to_owned(), work: Work::SunRay { ray, groups }, accesses }
+    Pass { name: "solar_rays".to_owned(), work: Work::SunRay { ray, joint, groups }, accesses }
 }
 
 fn solar_depth_pass() -> Pass {
@@ -360,7 +378,8 @@ fn solar_depth_pass() -> Pass {
     }
 }
 
-fn visibility_pass(groups: (u32, u32)) -> Pass {
+fn visibility_pass(range: &StepRange) -> Pass {
+    let (groups, joint) = (range.groups, range.joint);
     let of_nodes =
         |binding, resource, scope| Access { binding: Some(binding), groups: Some(groups), ..access(resource, scope) };
     let bound = |binding, resource, scope| Access { binding: Some(binding), ..access(resource, scope) };
@@ -368,7 +387,7 @@ fn visibility_pass(groups: (u32, u32)) -> Pass {
         name: "solar_visibility".to_owned(),
         work: Work::Visibility { groups },
         accesses: vec![
-            bound(0, Resource::SunView, COMPUTE_UNIFORM),
+            Access { slice: joint, ..bound(0, Resource::SunView, COMPUTE_UNIFORM) },
             of_nodes(1, Resource::PositionX, COMPUTE_READ),
             of_nodes(2, Resource::PositionY, COMPUTE_READ),
             of_nodes(3, Resource::PositionZ, COMPUTE_READ),
@@ -381,7 +400,7 @@ fn visibility_pass(groups: (u32, u32)) -> Pass {
     }
 }
 
-fn cull_pass(triangles: (u32, u32)) -> Pass {
+fn cull_pass(joint: u32, triangles: (u32, u32)) -> Pass {
     let of_triangles = |binding, resource, scope| Access {
         binding: Some(binding),
         groups: Some(triangles),
@@ -392,7 +411,7 @@ fn cull_pass(triangles: (u32, u32)) -> Pass {
         name: "cull".to_owned(),
         work: Work::Cull { triangles },
         accesses: vec![
-            bound(0, Resource::View, COMPUTE_UNIFORM),
+            Access { slice: joint, ..bound(0, Resource::View, COMPUTE_UNIFORM) },
             bound(1, Resource::PositionX, COMPUTE_READ),
             bound(2, Resource::PositionY, COMPUTE_READ),
             bound(3, Resource::PositionZ, COMPUTE_READ),

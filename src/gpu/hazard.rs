@@ -157,6 +157,7 @@ fn apply(
             resource: barrier.resource,
             scope: Scope { stage: barrier.before.stage, access: AccessFlags2::MEMORY_WRITE },
             groups: None,
+            slice: 0,
             binding: None,
             layout: new,
         },

@@ -158,6 +158,17 @@ pub struct SunRay {
     pub unused: [u32; 3],
 }
 
+/// Rows of a rigid motion, rounded to f32; rays take those of body_from_joint after their `SunRay`.
+pub fn rows(motion: &glam::DAffine3) -> [[f32; 4]; 3] {
+    [0, 1, 2].map(|i| {
+        let rotation = motion.matrix3.row(i);
+        [rotation.x as f32, rotation.y as f32, rotation.z as f32, motion.translation[i] as f32]
+    })
+}
+
+/// Bytes between the slices of joints in a uniform buffer: what every device can begin a binding at.
+pub const SLICE: usize = 256;
+
 /// The tree and the triangles of [`Occluders`], rounded to f32; boxes grow by the rounding.
 pub fn shadow_tree(occluders: &Occluders) -> (Vec<ShadowBox>, Vec<ShadowTriangle>) {
     let low = |value: f64| (value as f32).next_down();

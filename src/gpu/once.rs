@@ -92,8 +92,18 @@ impl Once {
             staging.write(piece);
             let copy = [vk::BufferCopy { src_offset: 0, dst_offset: offset, size: piece.len() as u64 }];
             self.run(|device, commands| {
+                // What is submitted later reads the copy; the fence alone does not make it visible there.
+                let memory = [vk::MemoryBarrier2::default()
+                    .src_stage_mask(vk::PipelineStageFlags2::COPY)
+                    .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+                    .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+                    .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)];
+                let dependency = vk::DependencyInfo::default().memory_barriers(&memory);
                 // SAFETY: both buffers are alive and as long as the copy says.
-                unsafe { device.cmd_copy_buffer(commands, staging_buffer, device_buffer, &copy) };
+                unsafe {
+                    device.cmd_copy_buffer(commands, staging_buffer, device_buffer, &copy);
+                    device.cmd_pipeline_barrier2(commands, &dependency);
+                }
             })?;
             offset += piece.len() as u64;
         }

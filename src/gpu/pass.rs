@@ -134,6 +134,11 @@ impl Resource {
         matches!(self, Self::Tick | Self::SunSamples | Self::View | Self::SunView)
     }
 
+    /// Whether every joint has a slice of it: what it says is said in the frame in which the joint's nodes do not move.
+    pub fn per_joint(self) -> bool {
+        self.is_uniform()
+    }
+
     /// Whether its size on the device follows the number of nodes; what only the host reads is not counted.
     pub fn grows_with_nodes(self) -> bool {
         matches!(
@@ -228,6 +233,8 @@ pub struct Access {
     pub scope: Scope,
     /// Which part of it.
     pub groups: Groups,
+    /// Of what has a slice for each joint, which joint's; 0 is the body's.
+    pub slice: u32,
     /// Shader binding, where it is bound to one.
     pub binding: Option<u32>,
     /// Layout, of an image.
@@ -255,6 +262,8 @@ pub enum Work {
     SunRay {
         /// Number of the point; the first begins the count.
         ray: u32,
+        /// Joint of the nodes.
+        joint: u32,
         /// Groups of four nodes: first, and the one after the last.
         groups: (u32, u32),
     },
@@ -382,7 +391,7 @@ pub(super) fn to_host(resource: Resource) -> Barrier {
 
 /// An access of a whole resource.
 pub(super) fn access(resource: Resource, scope: Scope) -> Access {
-    Access { resource, scope, groups: None, binding: None, layout: ImageLayout::UNDEFINED }
+    Access { resource, scope, groups: None, slice: 0, binding: None, layout: ImageLayout::UNDEFINED }
 }
 
 /// Copies a whole buffer or image.

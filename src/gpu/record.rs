@@ -1,9 +1,10 @@
 //! Turns the frame list into commands: barriers as written, each pass under its label and between its timestamps.
 
 use ash::vk;
+use glam::{DAffine3, DMat3};
 
 use super::context::Context;
-use super::frame::Frame;
+use super::frame::{Frame, TriangleRun};
 use super::layout::{self, SunRay};
 use super::memory::Image;
 use super::pass::{Barrier, Pass, Resource, Step, Work};
@@ -17,18 +18,21 @@ pub(super) struct Recorder<'a> {
     pub resources: &'a Resources,
     pub slot: usize,
     pub commands: vk::CommandBuffer,
-    pub triangles: u32,
-    pub occluders: u32,
+    pub triangles: &'a [TriangleRun],
+    pub occluders: &'a [TriangleRun],
     pub sun_rays: &'a [SunRay],
+    /// Poses of the body and of the joints for which the rays are found; empty where nothing moves.
+    pub poses: &'a [DAffine3],
     pub size: [u32; 2],
 }
 
 impl Recorder<'_> {
-    /// Records the whole list; `bound` gives the pipeline and descriptor set of a pass that has one.
+    /// Records the whole list; `bound` gives the pipeline and descriptor set of a pass that has one, for what hangs on a
+    /// joint.
     pub fn frame<'p>(
         &self,
         frame: &Frame,
-        bound: impl Fn(&Pass) -> Option<(&'p Pipeline, vk::DescriptorSet)>,
+        bound: impl Fn(&Pass, u32) -> Option<(&'p Pipeline, vk::DescriptorSet)>,
         timing: &mut Timing,
     ) {
         timing.begin_frame(self.commands);
@@ -38,11 +42,17 @@ impl Recorder<'_> {
                 Step::Pass(pass) => {
                     self.context.begin_label(self.commands, &pass.name);
                     timing.begin_pass(self.commands, &pass.name);
-                    let bound = bound(pass);
-                    if let Some((pipeline, set)) = bound {
+                    let first = bound(pass, 0);
+                    if let Some((pipeline, set)) = first {
                         self.bind(pipeline, set);
                     }
-                    self.work(pass, bound.map_or(vk::PipelineLayout::null(), |(pipeline, _)| pipeline.layout));
+                    let bind_joint = |joint: u32| {
+                        if let Some((pipeline, set)) = bound(pass, joint) {
+                            self.bind(pipeline, set);
+                        }
+                    };
+                    let layout = first.map_or(vk::PipelineLayout::null(), |(pipeline, _)| pipeline.layout);
+                    self.work(pass, layout, &bind_joint);
                     timing.end_pass(self.commands);
                     self.context.end_label(self.commands);
                 }
@@ -100,7 +110,7 @@ impl Recorder<'_> {
         }
     }
 
-    fn work(&self, pass: &Pass, layout: vk::PipelineLayout) {
+    fn work(&self, pass: &Pass, pipeline_layout: vk::PipelineLayout, bind_joint: &dyn Fn(u32)) {
         match pass.work {
             Work::Thermal { groups: (first, end), .. } => {
                 let workgroups = (end - first).div_ceil(NODES_PER_WORKGROUP as u32 / 4);
@@ -111,23 +121,25 @@ impl Recorder<'_> {
                 // SAFETY: the pipeline is bound; it leaves invocations beyond the last triangle idle.
                 unsafe { self.context.device.cmd_dispatch(self.commands, (end - first).div_ceil(64), 1, 1) };
             }
-            Work::SunDepth => self.draw_solar_depth(),
+            Work::SunDepth => self.draw_solar_depth(bind_joint),
             Work::Visibility { groups: (first, end) } => {
                 let workgroups = (end - first).div_ceil(NODES_PER_WORKGROUP as u32 / 4);
                 // SAFETY: the pipeline is bound, and the range holds whole workgroups.
                 unsafe { self.context.device.cmd_dispatch(self.commands, workgroups, 1, 1) };
             }
-            Work::SunRay { ray, groups: (first, end) } => {
-                let push = &self.sun_rays[ray as usize];
+            Work::SunRay { ray, joint, groups: (first, end) } => {
+                let pose = self.poses.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
+                let ray = &self.sun_rays[ray as usize];
+                let push = [bytemuck::bytes_of(ray), bytemuck::bytes_of(&layout::rows(&pose))].concat();
                 let workgroups = (end - first).div_ceil(16);
                 // SAFETY: the pipeline is bound and takes these constants; the range holds whole workgroups.
                 unsafe {
                     let (device, stages) = (&self.context.device, vk::ShaderStageFlags::COMPUTE);
-                    device.cmd_push_constants(self.commands, layout, stages, 0, bytemuck::bytes_of(push));
+                    device.cmd_push_constants(self.commands, pipeline_layout, stages, 0, &push);
                     device.cmd_dispatch(self.commands, workgroups, 1, 1);
                 }
             }
-            Work::Radiance => self.draw(),
+            Work::Radiance => self.draw(bind_joint),
             // Networks have a command buffer of their own: src/gpu/network/wide.rs.
             Work::Network(_) => {}
             Work::Copy { from, to } if from.is_image() => self.copy_image(from, to),
@@ -147,7 +159,7 @@ impl Recorder<'_> {
         }
     }
 
-    fn draw(&self) {
+    fn draw(&self, bind_joint: &dyn Fn(u32)) {
         let clear = |view: &Image, value: vk::ClearValue, store: vk::AttachmentStoreOp| {
             vk::RenderingAttachmentInfo::default()
                 .image_view(view.view)
@@ -183,12 +195,26 @@ impl Recorder<'_> {
             device.cmd_set_viewport(self.commands, 0, &[viewport]);
             device.cmd_set_scissor(self.commands, 0, &[area]);
             device.cmd_bind_index_buffer(self.commands, indices.raw, 0, vk::IndexType::UINT32);
-            device.cmd_draw_indexed(self.commands, 3 * self.triangles, 1, 0, 0, 0);
-            device.cmd_end_rendering(self.commands);
+        }
+        self.draw_runs(self.triangles, bind_joint);
+        // SAFETY: rendering was begun.
+        unsafe { device.cmd_end_rendering(self.commands) };
+    }
+
+    /// Draws the triangles of each joint with its own descriptor set; that of the body is bound already.
+    fn draw_runs(&self, runs: &[TriangleRun], bind_joint: &dyn Fn(u32)) {
+        for TriangleRun { joint, triangles: (first, end) } in runs.iter().copied() {
+            if joint > 0 {
+                bind_joint(joint);
+            }
+            // SAFETY: within a rendering; the pipeline is bound, and so are indices for all runs.
+            unsafe {
+                self.context.device.cmd_draw_indexed(self.commands, 3 * (end - first), 1, 3 * first, 0, 0);
+            }
         }
     }
 
-    fn draw_solar_depth(&self) {
+    fn draw_solar_depth(&self, bind_joint: &dyn Fn(u32)) {
         let image = self.resources.image(Resource::SunDepthImage);
         let [width, height] = image.size;
         let far = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 1.0, stencil: 0 } };
@@ -211,9 +237,10 @@ impl Recorder<'_> {
             device.cmd_set_viewport(self.commands, 0, &[viewport]);
             device.cmd_set_scissor(self.commands, 0, &[area]);
             device.cmd_bind_index_buffer(self.commands, indices.raw, 0, vk::IndexType::UINT32);
-            device.cmd_draw_indexed(self.commands, 3 * self.occluders, 1, 0, 0, 0);
-            device.cmd_end_rendering(self.commands);
         }
+        self.draw_runs(self.occluders, bind_joint);
+        // SAFETY: rendering was begun.
+        unsafe { device.cmd_end_rendering(self.commands) };
     }
 
     fn copy_image(&self, from: Resource, to: Resource) {
@@ -258,14 +285,14 @@ impl Context {
     }
 }
 
-/// The tick as the device reads it.
-pub(super) fn tick_of(load: &crate::environment::TickLoad, step: f64) -> layout::Tick {
+/// The tick as the device reads it, for nodes that stand still in a frame.
+pub(super) fn tick_of(load: &crate::environment::TickLoad, step: f64, joint_from_body: DMat3) -> layout::Tick {
     let planet = load.planet.as_ref();
     let extend = |v: glam::DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
     let sine = planet.map_or(0.0, |planet| 1.0 / planet.distance_ratio);
     let cosine = (1.0 - sine * sine).sqrt();
-    let nadir = planet.map_or(glam::DVec3::Z, |planet| planet.nadir);
-    let sunward = planet.map_or(glam::DVec3::X, |planet| planet.sunward);
+    let nadir = joint_from_body * planet.map_or(glam::DVec3::Z, |planet| planet.nadir);
+    let sunward = joint_from_body * planet.map_or(glam::DVec3::X, |planet| planet.sunward);
     layout::Tick {
         nadir: extend(nadir, sine),
         sunward: extend(sunward, cosine),

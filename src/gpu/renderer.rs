@@ -4,19 +4,20 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ash::vk;
+use glam::{DAffine3, DMat3};
 
 use super::bindings::Bindings;
 use super::context::Context;
 use super::error::{Context as _, GpuError};
-use super::frame::{Frame, StepRange, Wanted};
+use super::frame::{Frame, StepRange, TriangleRun, Wanted};
 use super::layout;
 use super::once::{Once, command_buffers};
 use super::pass::Resource;
 use super::record::{Recorder, tick_of};
-use super::resources::{Resources, SLOTS, SceneData};
+use super::resources::{JointData, Resources, SLOTS, SceneData};
 use super::timing::{DeviceFrame, PassTimes, Timing};
 use super::variant::StepKind;
-use crate::environment::shadow::{Method, Redraw, SUN_RAYS, disc_directions};
+use crate::environment::shadow::{Jointed, Method, Redraw, SUN_RAYS, disc_directions};
 use crate::environment::{MAX_SUN_SAMPLES, TickLoad};
 
 /// What the host reads of a frame.
@@ -48,17 +49,23 @@ struct Slot {
 pub struct Renderer {
     ranges: Vec<StepRange>,
     nodes: usize,
-    triangles: u32,
+    triangles: Vec<TriangleRun>,
     size: [u32; 2],
-    /// The view that the visible triangles are those of.
-    culled_for: Option<layout::View>,
-    occluders: u32,
+    /// The views, one a joint, that the visible triangles are those of.
+    culled_for: Vec<layout::View>,
+    occluders: Vec<TriangleRun>,
+    /// The body and its joints.
+    joints: u32,
+    /// What rays are tried against, where parts move.
+    casters: Option<Jointed>,
+    /// Poses of the joints for which shadows were last found.
+    poses: Vec<DAffine3>,
     redraw: Option<Redraw>,
     /// Boxes of the tree and where its rays start [m], where rays find the shadows.
     tree: Option<(u32, f64)>,
     sun_rays: Vec<layout::SunRay>,
-    /// The Sun's view of the frame that is submitted next, where it draws it.
-    sun_view: Option<layout::SunView>,
+    /// The Sun's view of the frame that is submitted next, one a joint, where it draws it.
+    sun_view: Vec<layout::SunView>,
     times: PassTimes,
     /// Frames since they were last taken, where they are kept.
     frames: Option<Vec<DeviceFrame>>,
@@ -81,29 +88,39 @@ impl Renderer {
         let resources = Resources::new(context, &mut once, data)?;
         once.free_staging();
         let wanted = Wanted { image: data.image.is_some(), cull: data.triangles.len() as u32, temperatures: true };
+        let whole = |count: usize| vec![TriangleRun { joint: 0, triangles: (0, count as u32) }];
+        let runs =
+            |of: fn(&JointData<'_>) -> Vec<TriangleRun>, count| data.joints.as_ref().map_or_else(|| whole(count), of);
+        let triangles = runs(|joints| joints.triangles.to_vec(), data.triangles.len());
+        let occluders = data.shadows.as_ref().map_or(0, |shadows| shadows.occluders.len());
+        let occluders = runs(|joints| joints.occluders.to_vec(), occluders);
         let mut frames = Vec::new();
         for (has_sun, has_albedo) in [(true, true), (true, false), (false, false)] {
             let ranges = ranges_of_tick(&data.ranges, has_sun, has_albedo);
-            frames.extend([Frame::step(&ranges, wanted), Frame::settle(&ranges)]);
+            frames.extend([Frame::step_in_runs(&ranges, wanted, &triangles), Frame::settle(&ranges)]);
         }
         let tree = data.shadows.as_ref().and_then(|shadows| shadows.tree);
         let method = if tree.is_some() { Method::Exact } else { Method::Depth };
         let shadows = Frame::shadows(&data.ranges, method);
         let passes = frames.iter().map(|frame| frame.passes().count()).max().unwrap_or(0) + shadows.passes().count();
         frames.push(shadows);
-        let bindings = Bindings::new(context, &resources, &frames.iter().collect::<Vec<_>>(), data.shapes)?;
+        let joints = data.joints.as_ref().map_or(1, |joints| joints.count);
+        let bindings = Bindings::new(context, &resources, &frames.iter().collect::<Vec<_>>(), data.shapes, joints)?;
         let (command_pool, commands) = command_buffers(context, SLOTS as u32)?;
         let mut renderer = Self {
             ranges: data.ranges.clone(),
             nodes: data.normals.len(),
-            triangles: data.triangles.len() as u32,
+            triangles,
             size: data.image.unwrap_or_default(),
-            culled_for: None,
-            occluders: data.shadows.as_ref().map_or(0, |shadows| shadows.occluders.len() as u32),
+            culled_for: Vec::new(),
+            occluders,
+            joints,
+            casters: data.joints.as_ref().and_then(|joints| joints.casters.clone()),
+            poses: Vec::new(),
             redraw: data.shadows.as_ref().map(|shadows| shadows.redraw.clone()),
             tree: tree.map(|tree| (tree.tree.nodes.len() as u32, tree.start)),
             sun_rays: Vec::new(),
-            sun_view: None,
+            sun_view: Vec::new(),
             times: PassTimes::new(),
             frames: None,
             next: 0,
@@ -136,7 +153,7 @@ impl Renderer {
     /// # Errors
     /// A call that fails.
     pub fn settle(&mut self, load: &TickLoad) -> Result<(), GpuError> {
-        let frame = self.shadows(load).then(Frame::settle(&ranges_of_load(&self.ranges, load)));
+        let frame = self.shadows(load)?.then(Frame::settle(&ranges_of_load(&self.ranges, load)));
         let submitted = self.submit_frame(&frame, Some((load, 1.0)), None, Wanted::default())?;
         self.collect(submitted).map(|_| ())
     }
@@ -171,16 +188,37 @@ impl Renderer {
         view: Option<&layout::View>,
         temperatures: bool,
     ) -> Result<Submitted, GpuError> {
-        let cull = if view == self.culled_for.as_ref() { 0 } else { self.triangles };
-        let wanted = Wanted { image: view.is_some(), cull, temperatures };
+        self.submit_views(tick, view.map(std::slice::from_ref), temperatures)
+    }
+
+    /// The same of a craft with joints: a view for the body and one for each joint, as what hangs on it sees the camera.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn submit_views(
+        &mut self,
+        tick: Option<(&TickLoad, f64)>,
+        views: Option<&[layout::View]>,
+        temperatures: bool,
+    ) -> Result<Submitted, GpuError> {
+        let moved = |run: &&TriangleRun| {
+            let of_run = |views: &[layout::View]| views.get(run.joint as usize).copied();
+            views.and_then(of_run) != of_run(&self.culled_for)
+        };
+        let culled: Vec<TriangleRun> = self.triangles.iter().filter(moved).copied().collect();
+        let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
+        let wanted = Wanted { image: views.is_some(), cull, temperatures };
         let mut ranges = tick.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
         // What the host steps has its temperatures by now.
         ranges.retain(|range| range.variant.kind != StepKind::Absorb);
-        let shadows = tick.map_or(Frame { steps: Vec::new() }, |(load, _)| self.shadows(load));
-        let frame = shadows.then(Frame::step(&ranges, wanted));
-        let submitted = self.submit_frame(&frame, tick, view, wanted)?;
-        if let Some(view) = view {
-            self.culled_for = Some(*view);
+        let shadows = match tick {
+            Some((load, _)) => self.shadows(load)?,
+            None => Frame { steps: Vec::new() },
+        };
+        let frame = shadows.then(Frame::step_in_runs(&ranges, wanted, &culled));
+        let submitted = self.submit_views_frame(&frame, tick, views, wanted)?;
+        if let Some(views) = views {
+            self.culled_for = views.to_vec();
         }
         Ok(submitted)
     }
@@ -195,7 +233,7 @@ impl Renderer {
         let mut ranges = ranges_of_load(&self.ranges, load);
         ranges.retain(|range| range.variant.kind == StepKind::Absorb);
         let wanted = Wanted { temperatures: true, ..Wanted::default() };
-        let frame = self.shadows(load).then(Frame::step(&ranges, wanted));
+        let frame = self.shadows(load)?.then(Frame::step(&ranges, wanted));
         let submitted = self.submit_frame(&frame, Some((load, 1.0)), None, wanted)?;
         Ok(self.collect(submitted)?.temperatures.unwrap_or_default().to_vec())
     }
@@ -210,14 +248,26 @@ impl Renderer {
     }
 
     /// What finds the shadows anew, where a load asks for it; the Sun's view goes to the slot that is submitted next.
-    fn shadows(&mut self, load: &TickLoad) -> Frame {
+    fn shadows(&mut self, load: &TickLoad) -> Result<Frame, GpuError> {
         let Some(view) = self.redraw.as_mut().and_then(|redraw| redraw.view(load)) else {
-            return Frame { steps: Vec::new() };
+            return Ok(Frame { steps: Vec::new() });
         };
-        let Some((boxes, start)) = self.tree else {
-            self.sun_view = Some(layout::SunView::new(&view));
-            return Frame::shadows(&self.ranges, Method::Depth);
+        let Some((mut boxes, mut start)) = self.tree else {
+            let pose = |joint: u32| load.joints.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
+            self.sun_view = (0..self.joints).map(|joint| layout::SunView::new(&view.in_joint(&pose(joint)))).collect();
+            return Ok(Frame::shadows(&self.ranges, Method::Depth));
         };
+        if let Some(casters) = &self.casters
+            && self.poses != load.joints
+        {
+            let tree = casters.occluders(&load.joints);
+            // Frames in flight may still read the last tree.
+            (0..self.slots.len()).try_for_each(|number| self.finish(number))?;
+            self.resources.upload_tree(&mut self.once, &tree)?;
+            (boxes, start) = (tree.tree.nodes.len() as u32, tree.start);
+            self.tree = Some((boxes, start));
+            self.poses.clone_from(&load.joints);
+        }
         let with = |v: glam::DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
         let ray = |direction| layout::SunRay {
             sun: with(view.sun, start),
@@ -226,7 +276,7 @@ impl Renderer {
             unused: [0; 3],
         };
         self.sun_rays = disc_directions(view.sun).map(ray).to_vec();
-        Frame::shadows(&self.ranges, Method::Exact)
+        Ok(Frame::shadows(&self.ranges, Method::Exact))
     }
 
     /// Share of the Sun that each node sees, as last found; empty where the craft does not shadow itself.
@@ -252,17 +302,28 @@ impl Renderer {
         view: Option<&layout::View>,
         wanted: Wanted,
     ) -> Result<Submitted, GpuError> {
+        self.submit_views_frame(frame, tick, view.map(std::slice::from_ref), wanted)
+    }
+
+    fn submit_views_frame(
+        &mut self,
+        frame: &Frame,
+        tick: Option<(&TickLoad, f64)>,
+        views: Option<&[layout::View]>,
+        wanted: Wanted,
+    ) -> Result<Submitted, GpuError> {
         let number = self.next;
         self.next = (self.next + 1) % SLOTS;
         self.finish(number)?;
         if let Some((load, step)) = tick {
             self.write_tick(load, step, number);
         }
-        if let Some(view) = view {
-            self.resources.write(Resource::View, number, &[*view]);
+        if let Some(views) = views {
+            self.resources.write_slices(Resource::View, number, views);
         }
-        if let Some(view) = self.sun_view.take() {
-            self.resources.write(Resource::SunView, number, &[view]);
+        let sun_views = std::mem::take(&mut self.sun_view);
+        if !sun_views.is_empty() {
+            self.resources.write_slices(Resource::SunView, number, &sun_views);
         }
 
         let slot = &mut self.slots[number];
@@ -274,12 +335,13 @@ impl Renderer {
             resources: &self.resources,
             slot: number,
             commands: slot.commands,
-            triangles: self.triangles,
-            occluders: self.occluders,
+            triangles: &self.triangles,
+            occluders: &self.occluders,
             sun_rays: &self.sun_rays,
+            poses: &self.poses,
             size: self.size,
         };
-        recorder.frame(frame, |pass| self.bindings.of(pass, number), &mut slot.timing);
+        recorder.frame(frame, |pass, joint| self.bindings.of(pass, joint, number), &mut slot.timing);
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         slot.submitted = Instant::now();
@@ -354,14 +416,19 @@ impl Renderer {
     }
 
     fn write_tick(&mut self, load: &TickLoad, step: f64, slot: usize) {
-        self.resources.write(Resource::Tick, slot, &[tick_of(load, step)]);
-        // Samples beyond those of the tick have no flux.
-        let mut samples = [[0.0f32; 4]; MAX_SUN_SAMPLES];
-        for (sample, value) in samples.iter_mut().zip(&load.sun) {
-            let d = value.direction;
-            *sample = [d.x as f32, d.y as f32, d.z as f32, value.flux as f32];
-        }
-        self.resources.write(Resource::SunSamples, slot, &samples);
+        let frames: Vec<DMat3> = (0..self.joints).map(|joint| load.joint_from_body(joint)).collect();
+        let ticks: Vec<layout::Tick> = frames.iter().map(|frame| tick_of(load, step, *frame)).collect();
+        self.resources.write_slices(Resource::Tick, slot, &ticks);
+        let samples = |frame: &DMat3| {
+            // Samples beyond those of the tick have no flux.
+            let mut samples = [[0.0f32; 4]; MAX_SUN_SAMPLES];
+            for (sample, value) in samples.iter_mut().zip(&load.sun) {
+                let d = *frame * value.direction;
+                *sample = [d.x as f32, d.y as f32, d.z as f32, value.flux as f32];
+            }
+            samples
+        };
+        self.resources.write_slices(Resource::SunSamples, slot, &frames.iter().map(samples).collect::<Vec<_>>());
         if let Some(table) = &load.albedo {
             let values: Vec<f32> = table.values.iter().map(|value| *value as f32).collect();
             self.resources.write(Resource::AlbedoValues, slot, &values);

@@ -10,14 +10,14 @@ use gpu_allocator::MemoryLocation;
 
 use super::context::Context;
 use super::error::GpuError;
-use super::frame::StepRange;
+use super::frame::{StepRange, TriangleRun};
 use super::layout;
 use super::memory::{Buffer, Image};
 use super::once::Once;
 use super::pass::Resource;
 use super::pipeline::{DEPTH_FORMAT, IDENTITY_FORMAT, RADIANCE_FORMAT};
 use super::shapes::Shapes;
-use crate::environment::shadow::{Occluders, Redraw};
+use crate::environment::shadow::{Jointed, Occluders, Redraw};
 use crate::environment::{MAX_SUN_SAMPLES, albedo};
 use crate::thermal::nodes::{GROUP, RANGE_GROUPS};
 
@@ -51,6 +51,21 @@ pub struct SceneData<'a> {
     pub image: Option<[u32; 2]>,
     /// What casts shadows; `None` where the craft does not shadow itself.
     pub shadows: Option<ShadowData<'a>>,
+    /// What moves; `None` where nothing does.
+    pub joints: Option<JointData<'a>>,
+}
+
+/// Which triangles move together.
+#[derive(Clone)]
+pub struct JointData<'a> {
+    /// The body and its joints.
+    pub count: u32,
+    /// Runs of the triangles; each begins at a multiple of 64.
+    pub triangles: &'a [TriangleRun],
+    /// Runs of the triangles that cast shadows.
+    pub occluders: &'a [TriangleRun],
+    /// What casts shadows, in the file's pose; only where rays find them.
+    pub casters: Option<Jointed>,
 }
 
 /// What casts shadows, and how often they are found.
@@ -92,7 +107,11 @@ impl SceneData<'_> {
             Some(shadows) if tree.is_none() => (shadows.redraw.resolution as usize).pow(2),
             _ => 0,
         };
-        let boxes = tree.map_or(0, |tree| tree.tree.nodes.len() * size_of::<layout::ShadowBox>());
+        let boxes = tree.map_or(0, |tree| match self.joints {
+            // As parts move the tree is built anew, with at most two boxes a triangle.
+            Some(_) => 2 * tree.triangles.len() * size_of::<layout::ShadowBox>(),
+            None => tree.tree.nodes.len() * size_of::<layout::ShadowBox>(),
+        });
         let traced = tree.map_or(0, |tree| tree.triangles.len() * size_of::<layout::ShadowTriangle>());
         let moved = self.ranges.iter().any(|range| range.variant.kind.has_state());
         let loaded = self.ranges.iter().any(|range| range.variant.sun || range.variant.planet_ir);
@@ -102,11 +121,15 @@ impl SceneData<'_> {
         let normals = if loaded { nodes } else { 0 };
         let pixels = self.image.map_or(0, |[width, height]| u64::from(width) * u64::from(height));
 
+        let of_joints = |bytes: u64| match &self.joints {
+            Some(joints) => u64::from(joints.count) * layout::SLICE as u64,
+            None => bytes,
+        };
         let device = |resource, bytes, usage| Planned { resource, bytes, usage, location: MemoryLocation::GpuOnly };
         let storage = |resource, bytes| device(resource, bytes, U::STORAGE_BUFFER | U::TRANSFER_DST | U::TRANSFER_SRC);
         let to_device = |resource: Resource, bytes| Planned {
             resource,
-            bytes: bytes * SLOTS as u64,
+            bytes: SLOTS as u64 * if resource.per_joint() && bytes > 0 { of_joints(bytes) } else { bytes },
             usage: if resource.is_uniform() { U::UNIFORM_BUFFER } else { U::STORAGE_BUFFER },
             location: MemoryLocation::CpuToGpu,
         };
@@ -244,9 +267,7 @@ impl Resources {
         if let Some(shadows) = &data.shadows {
             self.upload(once, Resource::Occluders, shadows.occluders)?;
             if let Some(tree) = shadows.tree {
-                let (boxes, triangles) = layout::shadow_tree(tree);
-                self.upload(once, Resource::ShadowTree, &boxes)?;
-                self.upload(once, Resource::ShadowTriangles, &triangles)?;
+                self.upload_tree(once, tree)?;
             }
         }
         self.upload(once, Resource::BandTable, data.band_table)?;
@@ -258,6 +279,13 @@ impl Resources {
             self.upload(once, resource, &component(data.positions, axis))?;
         }
         Ok(())
+    }
+
+    /// Replaces the tree that rays are tried against.
+    pub fn upload_tree(&self, once: &mut Once, tree: &Occluders) -> Result<(), GpuError> {
+        let (boxes, triangles) = layout::shadow_tree(tree);
+        self.upload(once, Resource::ShadowTree, &boxes)?;
+        self.upload(once, Resource::ShadowTriangles, &triangles)
     }
 
     /// Fills a device buffer from the host, and waits for it; nothing where the scene has no such buffer.
@@ -278,6 +306,18 @@ impl Resources {
         if let Some(buffer) = self.buffers.get_mut(&(resource, slot)) {
             buffer.write(values);
         }
+    }
+
+    /// Writes the slices of a buffer that every joint has one of.
+    pub(super) fn write_slices<T: Pod>(&mut self, resource: Resource, slot: usize, slices: &[T]) {
+        if let [one] = slices {
+            return self.write(resource, slot, &[*one]);
+        }
+        let mut bytes = vec![0u8; slices.len() * layout::SLICE];
+        for (slice, value) in bytes.chunks_mut(layout::SLICE).zip(slices) {
+            slice[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(value));
+        }
+        self.write(resource, slot, &bytes);
     }
 
     /// An image.

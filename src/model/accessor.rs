@@ -91,6 +91,29 @@ impl<'a> Accessors<'a> {
         self.read(index, accessor, component, |bytes| unsigned(component, bytes))
     }
 
+    /// Keys of an animation: `N` numbers each, of which 1 is a scalar and 3 or 4 a vector; integers only where they are
+    /// normalized (glTF 2.0, section 3.11).
+    ///
+    /// # Errors
+    /// As for [`Accessors::vectors`].
+    pub fn keys<const N: usize>(&self, index: usize) -> Result<Vec<[f64; N]>, Fault> {
+        let wanted = match N {
+            1 => Type::Scalar,
+            3 => Type::Vec3,
+            _ => Type::Vec4,
+        };
+        let (accessor, component) = self.typed(index, wanted)?;
+        let normalized = accessor.normalized;
+        if component != ComponentType::F32 && !(normalized && component != ComponentType::U32) {
+            let problem = format!("holds {}, which keys of an animation may not be", component_name(component));
+            return Err(Fault::element(self.document.accessor_label(index), problem));
+        }
+        self.read(index, accessor, component, |bytes| {
+            let size = component.size();
+            std::array::from_fn(|i| decode(component, normalized, &bytes[i * size..(i + 1) * size]))
+        })
+    }
+
     /// The accessor, whose type is checked, and its component type.
     fn typed(&self, index: usize, wanted: Type) -> Result<(&'a Accessor, ComponentType), Fault> {
         let fail = |problem: String| Fault::element(self.document.accessor_label(index), problem);
@@ -108,7 +131,7 @@ impl<'a> Accessors<'a> {
         }
     }
 
-    fn read<T: Clone + Default>(
+    fn read<T: Clone>(
         &self,
         index: usize,
         accessor: &Accessor,
@@ -134,7 +157,7 @@ impl<'a> Accessors<'a> {
                     "has {count} elements and no buffer view; at most {MAX_ZERO_ELEMENTS} are allowed"
                 )));
             }
-            (None, Some(_)) => vec![T::default(); count],
+            (None, Some(_)) => vec![decode(&[0; 16]); count],
             (None, None) => {
                 return Err(fail(
                     "has neither a buffer view nor sparse values (is the file compressed? write it again without)"

@@ -72,6 +72,8 @@ pub(super) struct Document {
     pub nodes: Vec<Node>,
     pub scenes: Vec<Scene>,
     pub materials: Vec<ModelMaterial>,
+    /// As they stand in the file: no fault in one matters unless it is asked for.
+    pub animations: Vec<Value>,
     /// Index of the scene to draw: the one that the file names, else the first.
     pub default_scene: usize,
     /// Whether `KHR_mesh_quantization` is declared, which allows integer positions and normals.
@@ -105,6 +107,7 @@ impl Document {
             nodes: elements(&root, "nodes", "node")?,
             scenes: elements(&root, "scenes", "scene")?,
             materials: array(&root, "materials")?.iter().enumerate().map(material).collect(),
+            animations: array(&root, "animations")?.to_vec(),
             default_scene,
             quantized: used.iter().chain(&required).any(|name| name == QUANTIZATION),
             skipped: unused(&root, &used)?,
@@ -166,7 +169,11 @@ fn unused(root: &Map<String, Value>, used: &[String]) -> Result<Vec<Skipped>, Fa
     skip(array(root, "cameras")?.len(), "camera", "the scene file describes the camera");
     let lights = root.get("extensions").and_then(|all| all.get("KHR_lights_punctual")?.get("lights")?.as_array());
     skip(lights.map_or(0, Vec::len), "light", "the scene file describes what heats the craft");
-    skip(array(root, "animations")?.len(), "animation", "the nodes stay as their transforms place them");
+    skip(
+        array(root, "animations")?.len(),
+        "animation",
+        "the nodes stay as their transforms place them, unless a [[joint]] of a scene plays it",
+    );
     skip(array(root, "skins")?.len(), "skin", "skinned meshes stay as their nodes place them");
     let others = array(root, "scenes")?.len().saturating_sub(1);
     skip(others, "other scene", "only the default scene is drawn");

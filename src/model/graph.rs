@@ -2,9 +2,9 @@
 
 use glam::{DMat4, DQuat, DVec3};
 
-use super::Fault;
 use super::document::{Document, Node};
 use super::error::label;
+use super::{Fault, SceneNode};
 
 /// Largest deviation of a rotation's length from 1, from the glTF validator (a quantized rotation stays inside it).
 const UNIT_TOLERANCE: f64 = 0.00769;
@@ -15,6 +15,8 @@ const AFFINE_TOLERANCE: f64 = 1e-6;
 pub(super) struct Instance {
     /// Index of the node.
     pub node: usize,
+    /// Its place in the tree.
+    pub place: usize,
     /// Index of its mesh, in range.
     pub mesh: usize,
     /// From the node's frame to the scene's.
@@ -23,8 +25,8 @@ pub(super) struct Instance {
 
 /// The default scene.
 pub(super) struct Graph {
-    /// Number of its nodes, those without mesh included.
-    pub nodes: usize,
+    /// Its nodes, those without mesh included, parents before children.
+    pub nodes: Vec<SceneNode>,
     /// Mesh nodes, parents before children, in the order of the file.
     pub instances: Vec<Instance>,
 }
@@ -46,23 +48,35 @@ pub(super) fn walk(document: &Document) -> Result<Graph, Fault> {
             )
         });
     };
-    let mut stack: Vec<(usize, DMat4)> = scene.nodes.iter().rev().map(|root| (*root, DMat4::IDENTITY)).collect();
-    let mut graph = Graph { nodes: 0, instances: Vec::new() };
-    while let Some((index, body_from_parent)) = stack.pop() {
+    let mut stack: Vec<(usize, Option<usize>)> = scene.nodes.iter().rev().map(|root| (*root, None)).collect();
+    let mut graph = Graph { nodes: Vec::new(), instances: Vec::new() };
+    while let Some((index, parent)) = stack.pop() {
+        let body_from_parent = parent.map_or(DMat4::IDENTITY, |place| graph.nodes[place].body_from_node);
         let node = &document.nodes[index];
         let fail = |problem: String| Fault::element(document.node_label(index), problem);
         let body_from_part = body_from_parent * local_transform(node).map_err(fail)?;
         if !body_from_part.is_finite() {
             return Err(fail("its transform, with those above it, is not finite".to_owned()));
         }
-        graph.nodes += 1;
+        let place = graph.nodes.len();
+        graph.nodes.push(SceneNode {
+            index,
+            name: match &node.name {
+                Some(name) if !name.is_empty() => name.clone(),
+                _ => format!("node_{index}"),
+            },
+            parent,
+            body_from_parent,
+            body_from_node: body_from_part,
+            rest: node.matrix.is_none().then(|| own_translation_and_rotation(node)),
+        });
         if let Some(mesh) = node.mesh {
             if mesh >= document.meshes.len() {
                 return Err(fail(format!("refers to mesh {mesh}, the file has {}", document.meshes.len())));
             }
-            graph.instances.push(Instance { node: index, mesh, body_from_part });
+            graph.instances.push(Instance { node: index, place, mesh, body_from_part });
         }
-        stack.extend(node.children.iter().rev().map(|child| (*child, body_from_part)));
+        stack.extend(node.children.iter().rev().map(|child| (*child, Some(place))));
     }
     Ok(graph)
 }
@@ -120,6 +134,12 @@ fn check_tree(document: &Document) -> Result<(), Fault> {
         }
     }
     Ok(())
+}
+
+/// Translation and rotation of a node without a matrix.
+fn own_translation_and_rotation(node: &Node) -> (DVec3, DQuat) {
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
+    (node.translation.map_or(DVec3::ZERO, DVec3::from_array), rotation.normalize())
 }
 
 /// A node's own transform: its matrix, or translation x rotation x scale (glTF 2.0, section 3.5.3).

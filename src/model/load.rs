@@ -12,7 +12,7 @@ use super::error::counted;
 use super::graph::{self, Instance};
 use super::measure::area_vector;
 use super::primitive::{Geometry, read_mesh};
-use super::{Fault, Model, ModelError, ModelMaterial, Part, Skipped, buffer, container};
+use super::{Fault, Model, ModelError, ModelMaterial, Part, Skipped, animation, buffer, container};
 
 /// Name of the material of primitives that name none.
 const DEFAULT_MATERIAL: &str = "default";
@@ -56,7 +56,9 @@ fn read(path: &Path) -> Result<Model, Fault> {
         &document,
         Model {
             source: path.to_owned(),
-            gltf_nodes: graph.nodes,
+            gltf_nodes: graph.nodes.len(),
+            animations: animation::read(&document, &accessors),
+            tree: graph.nodes,
             skipped: document.skipped.clone(),
             ..Model::default()
         },
@@ -156,6 +158,7 @@ impl<'a> Assembly<'a> {
         self.report(&name, &tally);
         if drawn {
             self.model.parts.push(Part { name, body_from_part: instance.body_from_part });
+            self.model.part_nodes.push(instance.place);
         }
         Ok(())
     }

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use glam::{DMat4, DVec3, Vec3};
+use glam::{DMat4, DQuat, DVec3, Vec3};
 
 mod accessor;
 mod alike;
+mod animation;
 mod buffer;
 mod collapse;
 mod container;
@@ -20,6 +21,7 @@ mod subdivide;
 mod summary;
 mod weld;
 
+pub use animation::{Animation, Interpolation, Keys, NodeMotion};
 pub use collapse::Merged;
 pub use error::{Fault, ModelError};
 pub use summary::{ModelSummary, Share};
@@ -42,6 +44,23 @@ pub struct Part {
     pub body_from_part: DMat4,
 }
 
+/// A glTF node of the default scene, with or without a mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SceneNode {
+    /// Index in the file.
+    pub index: usize,
+    /// Name, or `node_N` where the file gives none; not made unique.
+    pub name: String,
+    /// Place of the node above it in [`Model::tree`]; `None` of a root.
+    pub parent: Option<usize>,
+    /// From the parent's frame to the body's.
+    pub body_from_parent: DMat4,
+    /// From the node's own frame to the body's.
+    pub body_from_node: DMat4,
+    /// Translation [m] and rotation (quaternion x, y, z, w) of its own transform; `None` where it has a matrix.
+    pub rest: Option<(DVec3, DQuat)>,
+}
+
 /// Something in the file that was left out, and why.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Skipped {
@@ -58,6 +77,12 @@ pub struct Model {
     pub source: PathBuf,
     /// glTF nodes in the default scene, transform-only nodes included.
     pub gltf_nodes: usize,
+    /// The default scene's nodes, each after the one above it.
+    pub tree: Vec<SceneNode>,
+    /// Place in `tree` of each part.
+    pub part_nodes: Vec<usize>,
+    /// Animations of the file, each with what keeps it from being used, where something does.
+    pub animations: Vec<Result<Animation, String>>,
     /// Materials in use, in order of first use.
     pub materials: Vec<ModelMaterial>,
     /// Parts in traversal order.

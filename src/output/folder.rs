@@ -62,6 +62,11 @@ impl RunFolder {
         self.root.join("series.csv")
     }
 
+    /// `joints.csv`: positions of the joints over time.
+    pub fn joints(&self) -> PathBuf {
+        self.root.join("joints.csv")
+    }
+
     /// `report.json`.
     pub fn report_json(&self) -> PathBuf {
         self.root.join("report.json")
@@ -108,7 +113,8 @@ impl RunFolder {
         if parent == Some(&self.plots()) {
             return extension == "svg";
         }
-        [self.series(), self.contact_sheet(), self.report_json(), self.report_html()].iter().any(|own| own == path)
+        let own = [self.series(), self.joints(), self.contact_sheet(), self.report_json(), self.report_html()];
+        own.iter().any(|own| own == path)
     }
 }
 

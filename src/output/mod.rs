@@ -15,6 +15,7 @@ mod exr_header;
 pub mod folder;
 pub mod frame;
 pub(crate) mod html;
+pub mod joints;
 pub mod panels;
 pub mod picture;
 pub mod plot;

@@ -118,7 +118,7 @@ impl Series {
 }
 
 /// The names, a repeated one with the first suffix `#2`, `#3` that no other name has.
-fn unique(names: &[String]) -> Vec<String> {
+pub(super) fn unique(names: &[String]) -> Vec<String> {
     let given: HashSet<&String> = names.iter().collect();
     let mut used = HashSet::new();
     let mut result = Vec::with_capacity(names.len());

@@ -116,7 +116,11 @@ pub(super) struct Clock {
 
 impl Clock {
     pub(super) fn for_rows(rows: &[SeriesRow]) -> Self {
-        let span = rows.iter().map(|row| row.time.abs()).fold(0.0, f64::max);
+        Self::until(rows.iter().map(|row| row.time.abs()).fold(0.0, f64::max))
+    }
+
+    /// For times up to one [s].
+    pub(super) fn until(span: f64) -> Self {
         let (unit, seconds) = match span {
             span if span <= 600.0 => ("s", 1.0),
             span if span <= 36_000.0 => ("min", 60.0),

@@ -10,6 +10,7 @@ pub(super) const ROOT: &[&str] = &[
     "attitude",
     "environment",
     "shadows",
+    "joint",
     "materials",
     "material",
     "radiance",
@@ -61,6 +62,27 @@ pub(super) const ENVIRONMENT: &[&str] =
     &["solar_constant", "albedo", "planet_ir", "planet_radius", "background_temperature", "eclipse"];
 /// `[shadows]`.
 pub(super) const SHADOWS: &[&str] = &["method", "resolution", "redraw_angle_deg"];
+/// `[[joint]]`.
+pub(super) const JOINT: &[&str] = &[
+    "part",
+    "kind",
+    "axis",
+    "origin",
+    "limits_deg",
+    "limits",
+    "rate_deg",
+    "rate",
+    "mode",
+    "angle_deg",
+    "distance",
+    "sun_axis",
+    "offset_deg",
+    "schedule",
+    "animation",
+    "repeat",
+];
+/// `schedule = { .. }` of a joint.
+pub(super) const SCHEDULE: &[&str] = &["time", "angle_deg", "distance", "file"];
 /// The lists of keys that state the values of a material. Optics, bulk, how the response moves and the profile of a
 /// branch each stand once here: rules and table entries have them all, glTF extras have them flat.
 macro_rules! material_keys {
@@ -144,6 +166,7 @@ pub(super) const SECTIONS: &[(&str, &[&str])] = &[
     ("[attitude]", ATTITUDE),
     ("[environment]", ENVIRONMENT),
     ("[shadows]", SHADOWS),
+    ("[[joint]]", JOINT),
     ("[materials]", MATERIALS),
     ("[[material]]", MATERIAL),
     ("[radiance]", RADIANCE),

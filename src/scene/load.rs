@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 use super::error::SceneError;
 use super::file::{SourceFile, read_text};
 use super::section::Section;
-use super::{Camera, Draw, Scene, SkyScene, camera, density, keys, material, mesh_network, shadows, view};
+use super::{Camera, Draw, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, shadows, view};
 
 impl Scene {
     /// Reads and checks a scene file. Paths in it are relative to its folder.
@@ -43,6 +43,7 @@ impl Scene {
         {
             return Err(section.error("method", "[shadows] needs environment.solar_constant, which is missing"));
         }
+        let joints = joint::read(&root.tables("joint", keys::JOINT)?, &mut files, &mut assumptions)?;
         let materials = material::read(
             root.table("materials", keys::MATERIALS)?.as_ref(),
             &root.tables("material", keys::MATERIAL)?,
@@ -69,6 +70,7 @@ impl Scene {
             attitude: sky.attitude,
             environment: sky.environment,
             shadows,
+            joints,
             materials,
             camera,
             band,

@@ -21,6 +21,7 @@ mod epoch;
 mod error;
 mod extras;
 mod file;
+mod joint;
 mod keys;
 mod load;
 mod material;
@@ -41,6 +42,7 @@ mod view;
 
 pub use density::{Density, Edges, PartRule};
 pub use error::SceneError;
+pub use joint::{JointMotion, JointRule};
 pub use load::{file_hash, scene_hash};
 pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, Owners};
 pub use shadows::ShadowSettings;
@@ -67,6 +69,8 @@ pub struct Scene {
     pub environment: Environment,
     /// How it shadows itself; `None` where it does not.
     pub shadows: Option<ShadowSettings>,
+    /// What moves.
+    pub joints: Vec<JointRule>,
     /// Rules that give every glTF material its values.
     pub materials: MaterialRules,
     /// The camera; a scene that draws nothing may have none ([`Scene::require_camera`]).

@@ -97,6 +97,10 @@ impl Check {
             normal: nodes.normals[*slot].as_dvec3(),
             material: nodes.group_material[*slot / GROUP],
         };
+        let joints = |slots: &[usize]| match prepared.joints() {
+            1 => Vec::new(),
+            _ => prepared.joints_of(slots.iter().copied()),
+        };
         let mut network = None;
         let mut left_out = false;
         if let Some(scene) = &prepared.network {
@@ -109,7 +113,8 @@ impl Check {
                 let loads = slots.iter().map(reference_node).collect();
                 network = Some(NetworkCheck {
                     run: NetworkRun::tight(scene),
-                    loads: Reference::new(loads, prepared.materials.clone(), incident as IncidentFunction),
+                    loads: Reference::new(loads, prepared.materials.clone(), incident as IncidentFunction)
+                        .with_joints(joints(&slots)),
                     shadows: prepared.shadows(slots.iter().copied()),
                     slots,
                     temperatures: HashMap::new(),
@@ -123,8 +128,9 @@ impl Check {
         let sample = slots.iter().map(reference_node).collect();
         Self {
             shadows: prepared.shadows(slots.iter().copied()),
+            reference: Reference::new(sample, prepared.materials.clone(), incident as IncidentFunction)
+                .with_joints(joints(&slots)),
             slots,
-            reference: Reference::new(sample, prepared.materials.clone(), incident as IncidentFunction),
             network,
             left_out,
             notes: Vec::new(),

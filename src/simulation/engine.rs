@@ -10,14 +10,14 @@ use super::network::{NetworkRun, TickCost};
 use super::prepare::Prepared;
 use super::viewpoint::{device_view, raster_view};
 use crate::environment::load::{albedo_flux, planet_ir_flux, solar_flux};
-use crate::environment::shadow::Shadows;
+use crate::environment::shadow::{Jointed, Shadows};
 use crate::environment::{TickLoad, load};
 use crate::gpu::blackbody::band_table;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::renderer::{Renderer, Submitted};
-use crate::gpu::resources::{SceneData, ShadowData, check_plan};
+use crate::gpu::resources::{JointData, SceneData, ShadowData, check_plan};
 use crate::gpu::shapes::Shapes;
 use crate::gpu::timing::PassTimes;
 use crate::raster::{self, Surface, rasterise};
@@ -46,9 +46,11 @@ pub struct Tick<'a> {
 
 /// What a tick is asked to leave.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Order {
+pub struct Order<'a> {
     /// Pose of the camera, where an image is wanted.
     pub pose: Option<DAffine3>,
+    /// Poses of the body and of the joints in the image; empty where nothing moves.
+    pub joints: &'a [DAffine3],
     /// Whether all temperatures are wanted.
     pub temperatures: bool,
 }
@@ -119,8 +121,8 @@ pub struct ReferenceEngine {
     shadows: Option<Shadows>,
     node_of_slot: Vec<u32>,
     slots: usize,
-    positions: Vec<glam::DVec3>,
-    triangles: Vec<[u32; 3]>,
+    /// What is drawn, in the file's pose.
+    surface: Jointed,
     parts: Vec<u32>,
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
@@ -241,7 +243,7 @@ impl Engine {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn submit(&mut self, tick: Option<Tick<'_>>, order: Order) -> Result<(), GpuError> {
+    pub fn submit(&mut self, tick: Option<Tick<'_>>, order: Order<'_>) -> Result<(), GpuError> {
         match self {
             Self::Device { renderer, flying, ready, network, ticks, camera, trace, .. } => {
                 let _submits = trace.span(Track::Host, "submit");
@@ -257,10 +259,14 @@ impl Engine {
                     put(renderer, network, &mut values)?;
                     network.tick_ends();
                 }
-                let view: Option<layout::View> =
-                    order.pose.as_ref().zip(camera.as_ref()).map(|(pose, camera)| device_view(camera, pose));
+                let views: Option<Vec<layout::View>> =
+                    order.pose.as_ref().zip(camera.as_ref()).map(|(pose, camera)| {
+                        let still = [DAffine3::IDENTITY];
+                        let joints = if order.joints.is_empty() { &still } else { order.joints };
+                        joints.iter().map(|joint| device_view(camera, &(*pose * *joint))).collect()
+                    });
                 let tick = tick.map(|tick| (tick.load, tick.steps));
-                flying.push_back(renderer.submit(tick, view.as_ref(), order.temperatures)?);
+                flying.push_back(renderer.submit_views(tick, views.as_deref(), order.temperatures)?);
                 Ok(())
             }
             Self::Reference(engine) => {
@@ -416,6 +422,12 @@ impl DeviceData {
                 redraw,
                 tree: prepared.shadow_tree.as_ref(),
             }),
+            joints: (prepared.joints() > 1).then(|| JointData {
+                count: prepared.joints() as u32,
+                triangles: &prepared.triangle_runs,
+                occluders: &prepared.occluder_runs,
+                casters: prepared.shadow_tree.as_ref().map(|_| prepared.casters()),
+            }),
         }
     }
 }
@@ -450,6 +462,12 @@ impl ReferenceEngine {
             .filter(|slot| nodes.vertex_of_node[*slot as usize] != PADDING)
             .collect();
         let of_group = |group: &[u32]| (0..nodes.vertex_of_node.len()).map(|slot| group[slot / GROUP]).collect();
+        let moves = prepared.joints() > 1;
+        let own_joints = |slots: &[u32]| {
+            if moves { prepared.joints_of(slots.iter().map(|slot| *slot as usize)) } else { Vec::new() }
+        };
+        let joints = own_joints(&node_of_slot);
+        let position_joints = own_joints(&(0..nodes.vertex_of_node.len() as u32).collect::<Vec<_>>());
         let reference_nodes = node_of_slot
             .iter()
             .map(|slot| ReferenceNode {
@@ -458,12 +476,16 @@ impl ReferenceEngine {
             })
             .collect();
         Self {
-            reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction),
+            reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction)
+                .with_joints(joints),
             shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),
             slots: nodes.vertex_of_node.len(),
             node_of_slot,
-            positions: nodes.positions.iter().map(|position| position.as_dvec3()).collect(),
-            triangles: prepared.triangles.clone(),
+            surface: Jointed {
+                positions: nodes.positions.iter().map(|position| position.as_dvec3()).collect(),
+                triangles: prepared.triangles.clone(),
+                joints: position_joints,
+            },
             parts: of_group(&nodes.group_part),
             materials: of_group(&nodes.group_material),
             emissivities: prepared
@@ -510,7 +532,7 @@ impl ReferenceEngine {
         Ok(())
     }
 
-    fn run(&mut self, tick: Option<Tick<'_>>, order: Order) -> Result<(), GpuError> {
+    fn run(&mut self, tick: Option<Tick<'_>>, order: Order<'_>) -> Result<(), GpuError> {
         if let Some(tick) = tick {
             self.ticks += 1;
             self.shade(tick.load);
@@ -532,9 +554,16 @@ impl ReferenceEngine {
             temperatures[*slot as usize] = *temperature;
         }
         let pixels = order.pose.as_ref().zip(self.camera.as_ref()).map(|(pose, camera)| {
+            let placed;
+            let positions = if self.surface.joints.is_empty() {
+                &self.surface.positions
+            } else {
+                placed = self.surface.placed(order.joints);
+                &placed
+            };
             let surface = Surface {
-                positions: &self.positions,
-                triangles: &self.triangles,
+                positions,
+                triangles: &self.surface.triangles,
                 temperatures: &temperatures,
                 vertex_part: &self.parts,
                 vertex_material: &self.materials,

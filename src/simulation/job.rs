@@ -18,6 +18,7 @@ use crate::output::colour::ColourScale;
 use crate::output::exr::{read_exr, write_exr};
 use crate::output::folder::{RunFolder, write_bytes};
 use crate::output::frame::{Frame, FrameHeader, Quantity};
+use crate::output::joints::JointSeries;
 use crate::output::picture::{Tile, contact_sheet, picture};
 use crate::output::report::{Accuracy, FrameEntry, Picture, PlotEntry};
 use crate::output::series::{Series, SeriesRow};
@@ -159,8 +160,17 @@ pub fn run_into(
         None => ColourScale::covering_ranges(Quantity::Temperature, written.iter().filter_map(|frame| frame.range)),
     };
     let (frames, pictures) = draw_pictures(prepared, folder, &written, &scale, progress)?;
+    let joints = prepared.loads.joints().joints();
+    let mut positions = JointSeries::new(joints.iter().map(|joint| (joint.name.clone(), joint.turns())));
+    if !positions.is_empty() {
+        for row in series.rows() {
+            positions.push(row.time, &prepared.loads.joints_at(row.time).0);
+        }
+        positions.write(&folder.joints())?;
+    }
+    let eclipses = eclipses(prepared);
     let mut plots = Vec::new();
-    for plot in temperature_plots(&series, &eclipses(prepared))? {
+    for plot in temperature_plots(&series, &eclipses)?.into_iter().chain(positions.plots(&eclipses)?) {
         let path = folder.plot(&plot.name);
         write_bytes(&path, plot.svg.as_bytes())?;
         plots.push(PlotEntry { title: plot.title, file: folder.relative(&path), svg: plot.svg });

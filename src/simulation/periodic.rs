@@ -103,7 +103,7 @@ pub(super) fn warm_up(
 
 /// Temperatures of all nodes [K].
 fn all(engine: &mut Engine) -> Result<Vec<f32>, GpuError> {
-    engine.submit(None, Order { pose: None, temperatures: true })?;
+    engine.submit(None, Order { temperatures: true, ..Order::default() })?;
     Ok(engine.deliver()?.temperatures.unwrap_or_default())
 }
 

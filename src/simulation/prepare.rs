@@ -7,17 +7,18 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::density;
+use super::joints;
 use super::network::{self, SceneNetwork};
 use crate::environment::orbit::period_disagreement;
-use crate::environment::shadow::{LARGEST_TREE, Method, Occluders, Redraw, Shadows};
+use crate::environment::shadow::{Jointed, LARGEST_TREE, Method, Occluders, Redraw, Shadows};
 use crate::environment::sky::SkyError;
 use crate::environment::tick::TickLoads;
-use crate::gpu::frame::StepRange;
+use crate::gpu::frame::{StepRange, TriangleRun};
 use crate::gpu::network::network_bytes;
 use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::model::{Merged, Model, ModelError};
-use crate::scene::{Attitude, Orbit, Scene, SceneError, ShadowSettings as Settings, file_hash, scene_hash};
+use crate::scene::{Attitude, JointRule, Orbit, Scene, SceneError, ShadowSettings as Settings, file_hash, scene_hash};
 use crate::thermal::material::{Material, Response};
 use crate::thermal::nodes::{Nodes, RangeResponse};
 
@@ -29,6 +30,17 @@ const LONGEST_STEP: f64 = 1.0 / 60.0;
 
 /// Angle against the Sun in a step above which its samples stand badly for the mean [deg].
 const LARGEST_TURN_DEG: f64 = 20.0;
+
+/// Steps of a walk of joints with a rate in one of the scene's.
+const WALKS_A_STEP: f64 = 4.0;
+
+/// Triangles that a joint's run begins at a multiple of, so that its indices can be bound apart.
+const RUN: usize = 64;
+
+/// What a reader of a scene with joints must know.
+const JOINTS: &str = "What a tick does to a part that moves is what it does to its pose in the middle of the tick; an \
+                      image shows the pose at its own time. Probes and contacts are found in the file's pose, and \
+                      Sun-tracking goes on in eclipse.";
 
 /// Groups of four nodes that one dispatch takes at most: 65,535 workgroups of 64, and 128 MiB of vec4.
 const MAX_GROUPS: usize = 65_535 * 64;
@@ -118,6 +130,16 @@ pub enum PrepareError {
         /// Boxes and triangles of the tree.
         size: usize,
     },
+    /// A joint.
+    #[error("{path}:{line}: joint: {message}")]
+    Joint {
+        /// The scene file.
+        path: PathBuf,
+        /// Line of the joint.
+        line: usize,
+        /// What is wrong.
+        message: String,
+    },
     /// A file that vanished after it was checked.
     #[error("{path}: {source}")]
     Read {
@@ -145,6 +167,11 @@ impl PrepareError {
     pub(super) fn network(scene: &Scene, message: impl ToString) -> Self {
         Self::Network { path: scene.source.clone(), message: message.to_string() }
     }
+
+    /// An error about a joint of a scene.
+    pub(super) fn joint(scene: &Scene, rule: &JointRule, message: String) -> Self {
+        Self::Joint { path: scene.source.clone(), line: rule.line, message }
+    }
 }
 
 /// A scene ready to run.
@@ -161,12 +188,16 @@ pub struct Prepared {
     pub materials: Vec<Material>,
     /// Nodes in device order.
     pub nodes: Nodes,
-    /// Node indices of the triangles.
+    /// Node indices of the triangles, those of each joint in a run of its own.
     pub triangles: Vec<[u32; 3]>,
+    /// The runs of `triangles`; between them are triangles without area.
+    pub triangle_runs: Vec<TriangleRun>,
     /// The tree of these triangles, where rays find the shadows.
     pub shadow_tree: Option<Occluders>,
     /// Node indices of the triangles that cast shadows, those of the model before it is split; empty without shadows.
     pub occluders: Vec<[u32; 3]>,
+    /// The runs of `occluders`.
+    pub occluder_runs: Vec<TriangleRun>,
     /// What the scene's shortest edges merged, where it has any.
     pub merged: Option<Merged>,
     /// Area of the model [m2].
@@ -255,23 +286,29 @@ impl Prepared {
             scene.assumptions.push(PROFILES.to_owned());
         }
 
+        let (moving, part_joint) = joints::joints(&scene, &model)?;
+        if !moving.is_empty() {
+            scene.assumptions.push(JOINTS.to_owned());
+        }
         let parts: Vec<String> = model.parts.iter().map(|part| part.name.clone()).collect();
         progress(Stage::Network);
         let shell = network::shell(&scene, &model, &parts, &materials)?;
         progress(Stage::Ordering);
         let areas = model.node_areas();
-        let nodes = Nodes::new(&model, &areas, &materials);
+        let nodes = Nodes::with_joints(&model, &areas, &materials, &part_joint);
         let of_nodes = |triangles: Vec<[u32; 3]>| -> Vec<[u32; 3]> {
             let node = |vertex: u32| nodes.node_of_vertex[vertex as usize];
             triangles.into_iter().map(|triangle| triangle.map(node)).collect()
         };
-        let triangles = of_nodes(std::mem::take(&mut model.triangles));
-        let occluders = of_nodes(occluders);
+        let (triangles, triangle_runs) = by_joint(of_nodes(std::mem::take(&mut model.triangles)), &nodes, RUN);
+        let (occluders, occluder_runs) = by_joint(of_nodes(occluders), &nodes, 1);
         let shadow_tree = match scene.shadows {
             Some(Settings { method: Method::Exact, .. }) => {
                 let positions: Vec<DVec3> = nodes.positions.iter().map(|position| position.as_dvec3()).collect();
                 let tree = Occluders::new(&positions, &occluders);
-                let size = tree.tree.nodes.len() + tree.triangles.len();
+                // A tree that is built anew as joints move has at most two boxes a triangle.
+                let boxes = if moving.is_empty() { tree.tree.nodes.len() } else { 2 * tree.triangles.len() };
+                let size = boxes + tree.triangles.len();
                 if size > LARGEST_TREE {
                     let path = scene.source.clone();
                     return Err(PrepareError::TooManyOccluders { path, triangles: occluders.len(), size });
@@ -294,6 +331,8 @@ impl Prepared {
             .sky_model()
             .check(-before - slack, f64::from(scene.time.steps) * scene.time.step)
             .map_err(|source| PrepareError::Sky { path: scene.source.clone(), source })?;
+        let span = [-before - slack, f64::from(scene.time.steps) * scene.time.step];
+        let loads = loads.with_joints(moving, span, scene.time.step / WALKS_A_STEP);
         // The chords of a sweep do not see whole turns.
         let turn = match scene.attitude {
             Attitude::Spin { rate, .. } => (rate * scene.time.step).abs(),
@@ -326,7 +365,9 @@ impl Prepared {
             parts,
             materials,
             triangles,
+            triangle_runs,
             occluders,
+            occluder_runs,
             shadow_tree,
             merged,
             area: areas.iter().sum(),
@@ -364,7 +405,7 @@ impl Prepared {
             let end = range.first_group + range.groups;
             for first in (range.first_group..end).step_by(MAX_GROUPS) {
                 let groups = (first as u32, end.min(first + MAX_GROUPS) as u32);
-                ranges.push(StepRange { variant, groups });
+                ranges.push(StepRange { variant, groups, joint: range.joint });
             }
         }
         ranges
@@ -378,9 +419,16 @@ impl Prepared {
     /// The Sun's view of what casts shadows, and when it is taken anew; `None` where the craft does not shadow itself.
     pub fn redraw(&self) -> Option<Redraw> {
         let settings = self.scene.shadows?;
-        let corners = self.occluders.as_flattened().iter().map(|node| self.nodes.positions[*node as usize].as_dvec3());
-        let bounds = corners
-            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], corner| [low.min(corner), high.max(corner)]);
+        let bounds = self.occluder_runs.iter().map(|run| {
+            let (first, end) = run.triangles;
+            let nodes = self.occluders[first as usize..end as usize].as_flattened().iter();
+            let corners = nodes.map(|node| self.nodes.positions[*node as usize].as_dvec3());
+            let around = corners.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], corner| {
+                [low.min(corner), high.max(corner)]
+            });
+            (run.joint, around)
+        });
+        let bounds = bounds.collect();
         let Settings { resolution, redraw_angle: angle, .. } = settings;
         Some(Redraw { bounds, resolution, angle, found_for: None })
     }
@@ -389,9 +437,50 @@ impl Prepared {
     pub fn shadows(&self, slots: impl Iterator<Item = usize>) -> Option<Shadows> {
         let settings = self.scene.shadows?;
         let node = |slot: usize| [self.nodes.positions[slot].as_dvec3(), self.nodes.normals[slot].as_dvec3()];
+        let slots: Vec<usize> = slots.collect();
+        let joints = if self.joints() > 1 { self.joints_of(slots.iter().copied()) } else { Vec::new() };
+        let nodes = slots.into_iter().map(node).collect();
+        Some(Shadows::new(nodes, joints, self.casters(), self.redraw()?, settings.method))
+    }
+
+    /// The nodes as the joints have placed them at a time [s].
+    pub fn nodes_at(&self, time: f64) -> Nodes {
+        let mut nodes = self.nodes.clone();
+        let poses = self.loads.joints_at(time).1;
+        for slot in 0..nodes.positions.len() {
+            if let Some(pose) = poses.get(self.nodes.joint(slot) as usize) {
+                nodes.positions[slot] = pose.transform_point3(nodes.positions[slot].as_dvec3()).as_vec3();
+                nodes.normals[slot] = (pose.matrix3 * nodes.normals[slot].as_dvec3()).as_vec3();
+            }
+        }
+        nodes
+    }
+
+    /// What casts shadows, in the file's pose.
+    pub fn casters(&self) -> Jointed {
+        let joints = if self.joints() > 1 { self.joints_of(0..self.nodes.positions.len()) } else { Vec::new() };
         let positions = self.nodes.positions.iter().map(|position| position.as_dvec3()).collect();
-        let occluders = self.occluders.clone();
-        Some(Shadows::new(slots.map(node).collect(), positions, occluders, self.redraw()?, settings.method))
+        Jointed { positions, triangles: self.occluders.clone(), joints }
+    }
+
+    /// The body and its joints.
+    pub fn joints(&self) -> usize {
+        self.loads.joints().joints().len() + 1
+    }
+
+    /// Joint of each of some nodes; 0 is the body.
+    pub fn joints_of(&self, slots: impl Iterator<Item = usize>) -> Vec<u32> {
+        slots.map(|slot| self.nodes.joint(slot)).collect()
+    }
+
+    /// Triangles of the model as it is drawn.
+    pub fn triangle_count(&self) -> usize {
+        self.triangle_runs.iter().map(|run| (run.triangles.1 - run.triangles.0) as usize).sum()
+    }
+
+    /// Walks joints with a rate up to a time [s] that may lie beyond the scene's steps.
+    pub fn cover(&mut self, time: f64) {
+        self.loads.walk_joints_to(time);
     }
 
     /// Ticks that the warm-up takes: its orbits in whole steps; 0 where it ends when the state is periodic.
@@ -413,7 +502,7 @@ impl Prepared {
             (!environment.eclipse, "eclipse by the planet"),
             (environment.background_temperature.is_none(), "background (space is at 0 K)"),
             (self.scene.shadows.is_none(), "self-shadowing"),
-            (true, "joints in motion"),
+            (self.loads.joints().is_empty(), "joints in motion"),
             (self.network.is_none(), "network (conduction, heaters)"),
             (true, "reflected radiance"),
             (true, "sensor effects"),
@@ -425,6 +514,28 @@ impl Prepared {
 /// Orbits stepped before time 0 at most; a periodic warm-up steps the same one again.
 fn warm_up_orbits(scene: &Scene) -> f64 {
     if scene.time.periodic.is_some() { 1.0 } else { scene.time.warm_up_orbits }
+}
+
+/// Triangles sorted by the joint of their nodes, each run from a multiple of `alignment` on; between runs stand triangles
+/// without area. The order within a joint is kept, and where there are no joints the list is as it was.
+fn by_joint(triangles: Vec<[u32; 3]>, nodes: &Nodes, alignment: usize) -> (Vec<[u32; 3]>, Vec<TriangleRun>) {
+    let joints = nodes.ranges.iter().map(|range| range.joint + 1).max().unwrap_or(1);
+    if joints == 1 {
+        let runs = vec![TriangleRun { joint: 0, triangles: (0, triangles.len() as u32) }];
+        return (triangles, runs);
+    }
+    let mut of_joint = vec![Vec::new(); joints as usize];
+    for triangle in triangles {
+        of_joint[nodes.joint(triangle[0] as usize) as usize].push(triangle);
+    }
+    let (mut sorted, mut runs) = (Vec::new(), Vec::new());
+    for (joint, triangles) in of_joint.into_iter().enumerate().filter(|(_, triangles)| !triangles.is_empty()) {
+        sorted.resize(sorted.len().next_multiple_of(alignment), [0; 3]);
+        let first = sorted.len() as u32;
+        sorted.extend(triangles);
+        runs.push(TriangleRun { joint: joint as u32, triangles: (first, sorted.len() as u32) });
+    }
+    (sorted, runs)
 }
 
 /// The node nearest to each probe.

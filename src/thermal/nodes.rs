@@ -1,6 +1,6 @@
 //! The order of thermal nodes on the device: every response owns a contiguous range, four nodes at a time.
 //!
-//! A node is a vertex. Nodes are sorted by pipeline (`RangeKind`), then material, then part, then vertex; each run of
+//! A node is a vertex. Nodes are sorted by pipeline (`RangeKind`), then joint, material, part, vertex; each run of
 //! one (material, part) is padded to whole *groups* of four, so that an invocation handles four nodes of one material
 //! and one part; each range is padded to whole workgroups, so that its buffers can be bound apart. A padding node has area 0 and a zero normal and belongs to no vertex.
 
@@ -93,6 +93,8 @@ impl std::fmt::Display for RangeKind {
 pub struct NodeRange {
     /// What they share.
     pub kind: RangeKind,
+    /// The joint that moves them; 0 is the body.
+    pub joint: u32,
     /// The first of them.
     pub first_group: usize,
     /// How many.
@@ -129,7 +131,12 @@ pub struct Nodes {
 impl Nodes {
     /// Orders the vertices of a model; `node_areas` [m2] has one entry a vertex, `materials` one a model material.
     pub fn new(model: &Model, node_areas: &[f64], materials: &[Material]) -> Self {
-        let order = sorted_vertices(model, materials);
+        Self::with_joints(model, node_areas, materials, &vec![0; model.parts.len()])
+    }
+
+    /// The same of a model whose parts hang on joints, one a part; 0 is the body.
+    pub fn with_joints(model: &Model, node_areas: &[f64], materials: &[Material], part_joint: &[u32]) -> Self {
+        let order = sorted_vertices(model, materials, part_joint);
         let mut nodes = Self {
             count: order.len(),
             groups: 0,
@@ -145,7 +152,8 @@ impl Nodes {
         let run_of = |&vertex: &u32| (model.vertex_material[vertex as usize], model.vertex_part[vertex as usize]);
         for run in order.chunk_by(|a, b| run_of(a) == run_of(b)) {
             let (material, part) = run_of(&run[0]);
-            nodes.push_run(run, RangeKind::of(materials, material as usize), material, part);
+            let kind = (RangeKind::of(materials, material as usize), part_joint[part as usize]);
+            nodes.push_run(run, kind, material, part);
         }
         nodes.close_range();
         nodes.normals = gather(&nodes.vertex_of_node, |vertex| model.normals[vertex]);
@@ -155,8 +163,8 @@ impl Nodes {
     }
 
     /// Appends the vertices of one material and part, and their padding.
-    fn push_run(&mut self, vertices: &[u32], kind: RangeKind, material: u32, part: u32) {
-        if self.ranges.last().is_some_and(|range| range.kind != kind) {
+    fn push_run(&mut self, vertices: &[u32], (kind, joint): (RangeKind, u32), material: u32, part: u32) {
+        if self.ranges.last().is_some_and(|range| (range.kind, range.joint) != (kind, joint)) {
             self.close_range();
         }
         for &vertex in vertices {
@@ -168,13 +176,31 @@ impl Nodes {
         self.group_material.resize(self.groups + groups, material);
         self.group_part.resize(self.groups + groups, part);
         match self.ranges.last_mut() {
-            Some(range) if range.kind == kind => {
+            Some(range) if (range.kind, range.joint) == (kind, joint) => {
                 range.groups += groups;
                 range.nodes += vertices.len();
             }
-            _ => self.ranges.push(NodeRange { kind, first_group: self.groups, groups, nodes: vertices.len() }),
+            _ => self.ranges.push(NodeRange { kind, joint, first_group: self.groups, groups, nodes: vertices.len() }),
         }
         self.groups += groups;
+    }
+
+    /// What moves the nodes, in order, and how many there are of each, whatever their joint.
+    pub fn by_kind(&self) -> Vec<(RangeKind, usize)> {
+        let mut kinds: Vec<(RangeKind, usize)> = Vec::new();
+        for range in &self.ranges {
+            match kinds.last_mut() {
+                Some((kind, nodes)) if *kind == range.kind => *nodes += range.nodes,
+                _ => kinds.push((range.kind, range.nodes)),
+            }
+        }
+        kinds
+    }
+
+    /// The joint of a node, or of the padding beside it; 0 is the body.
+    pub fn joint(&self, slot: usize) -> u32 {
+        let place = self.ranges.partition_point(|range| range.first_group <= slot / GROUP);
+        place.checked_sub(1).map_or(0, |place| self.ranges[place].joint)
     }
 
     /// Pads the last range to whole workgroups with groups like its last one.
@@ -190,17 +216,23 @@ impl Nodes {
     }
 }
 
-/// Vertices by kind, material, part and index: a stable counting sort by part, then one by material in order of kind.
-fn sorted_vertices(model: &Model, materials: &[Material]) -> Vec<u32> {
-    let mut by_kind: Vec<usize> = (0..materials.len()).collect();
-    by_kind.sort_by_key(|&m| RangeKind::of(materials, m).rank());
-    let mut place = vec![0_u32; materials.len()];
-    for (rank, &material) in by_kind.iter().enumerate() {
-        place[material] = rank as u32;
+/// Vertices by kind, joint, material, part and index: a stable counting sort by part, then one by joint and material in
+/// order of kind.
+fn sorted_vertices(model: &Model, materials: &[Material], part_joint: &[u32]) -> Vec<u32> {
+    let joints = part_joint.iter().max().map_or(1, |last| *last as usize + 1);
+    // Every pair of joint and material; a stable sort keeps those of a joint together within a kind.
+    let mut by_kind: Vec<usize> = (0..joints * materials.len()).collect();
+    by_kind.sort_by_key(|pair| RangeKind::of(materials, pair % materials.len()).rank());
+    let mut place = vec![0_u32; by_kind.len()];
+    for (rank, &pair) in by_kind.iter().enumerate() {
+        place[pair] = rank as u32;
     }
     let vertices: Vec<u32> = (0..model.positions.len() as u32).collect();
     let by_part = counting_sort(&vertices, model.parts.len(), |vertex| model.vertex_part[vertex]);
-    counting_sort(&by_part, materials.len(), |vertex| place[model.vertex_material[vertex] as usize])
+    counting_sort(&by_part, place.len(), |vertex| {
+        let joint = part_joint[model.vertex_part[vertex] as usize] as usize;
+        place[joint * materials.len() + model.vertex_material[vertex] as usize]
+    })
 }
 
 /// Stable sort of vertices by a key below `keys`.

@@ -34,6 +34,8 @@ pub struct ReferenceNode {
 #[derive(Debug, Clone)]
 pub struct Reference<F> {
     nodes: Vec<ReferenceNode>,
+    /// Joint of each; empty where nothing moves.
+    joints: Vec<u32>,
     materials: Vec<Material>,
     incident: F,
     /// Share of the Sun that each node sees.
@@ -48,7 +50,21 @@ impl<F: IncidentFlux> Reference<F> {
         let states = vec![TransitionState { target: 0.0, span: 0.0, elapsed: 0.0 }; nodes.len()];
         let temperatures = vec![0.0; nodes.len()];
         let visibility = vec![1.0; nodes.len()];
-        Self { nodes, materials, incident, visibility, states, temperatures }
+        Self { nodes, joints: Vec::new(), materials, incident, visibility, states, temperatures }
+    }
+
+    /// The same nodes on joints, one each; 0 is the body. Their normals are those of the file's pose.
+    pub fn with_joints(self, joints: Vec<u32>) -> Self {
+        Self { joints, ..self }
+    }
+
+    /// A node as the joints of a load have turned it.
+    fn turned(&self, node: usize, load: &TickLoad) -> ReferenceNode {
+        let own = self.nodes[node];
+        match self.joints.get(node).and_then(|joint| load.joints.get(*joint as usize)) {
+            Some(pose) => ReferenceNode { normal: pose.matrix3 * own.normal, ..own },
+            None => own,
+        }
     }
 
     /// Sets the share of the Sun that each node sees, 1 at the start: what the craft's shadow on itself leaves.
@@ -58,8 +74,8 @@ impl<F: IncidentFlux> Reference<F> {
 
     /// Settles every node at the balance temperature of a load.
     pub fn settle(&mut self, load: &TickLoad) {
-        self.each_node(|incident, node, material, _| {
-            let t = commanded_temperature(&incident, node, material, load);
+        self.each_node(|all, node, material, _| {
+            let t = all.commanded(node, material, load);
             (settled(t, material), t)
         });
     }
@@ -71,8 +87,8 @@ impl<F: IncidentFlux> Reference<F> {
 
     /// One tick of `steps_dt` steps: the balance temperature of the tick's mean load is commanded, then time advances.
     pub fn step(&mut self, load: &TickLoad, steps_dt: f64) {
-        self.each_node(|incident, node, material, state| {
-            let commanded = commanded_temperature(&incident, node, material, load);
+        self.each_node(|all, node, material, state| {
+            let commanded = all.commanded(node, material, load);
             match &material.response {
                 Response::Instant => (settled(commanded, material), commanded),
                 Response::Transition(transition) => {
@@ -85,6 +101,12 @@ impl<F: IncidentFlux> Reference<F> {
         });
     }
 
+    /// The target of a node in a tick [K].
+    fn commanded(&self, node: usize, material: &Material, load: &TickLoad) -> f64 {
+        let shaded = Shaded { incident: &self.incident, visibility: self.visibility[node] };
+        commanded_temperature(&shaded, &self.turned(node, load), material, load)
+    }
+
     /// Temperatures [K] in the order of the nodes.
     pub fn temperatures(&self) -> &[f64] {
         &self.temperatures
@@ -92,16 +114,17 @@ impl<F: IncidentFlux> Reference<F> {
 
     /// The flux that nodes of a thermal network absorb [W/m2]; 0 for the others.
     pub fn absorbed(&self, load: &TickLoad) -> Vec<f64> {
-        let absorbed = |(node, visibility): (&ReferenceNode, &f64)| {
-            let material = &self.materials[node.material as usize];
+        let absorbed = |node: usize| {
+            let material = &self.materials[self.nodes[node].material as usize];
             if material.response != Response::Network {
                 return 0.0;
             }
-            let shaded = Shaded { incident: &self.incident, visibility: *visibility };
-            let front = shaded.incident(load, node.normal);
-            absorbed_flux(material, front, || shaded.incident(load, -node.normal))
+            let shaded = Shaded { incident: &self.incident, visibility: self.visibility[node] };
+            let normal = self.turned(node, load).normal;
+            let front = shaded.incident(load, normal);
+            absorbed_flux(material, front, || shaded.incident(load, -normal))
         };
-        self.nodes.par_iter().zip(&self.visibility).map(absorbed).collect()
+        (0..self.nodes.len()).into_par_iter().map(absorbed).collect()
     }
 
     /// Sets the temperature of a node [K], which a thermal network moves.
@@ -115,20 +138,19 @@ impl<F: IncidentFlux> Reference<F> {
         &self.nodes
     }
 
-    /// Replaces the state and temperature of every node.
+    /// Replaces the state and temperature of every node, given its number, material and state.
     fn each_node<U>(&mut self, update: U)
     where
-        U: Fn(Shaded<'_, F>, &ReferenceNode, &Material, TransitionState) -> (TransitionState, f64) + Sync,
+        U: Fn(&Self, usize, &Material, TransitionState) -> (TransitionState, f64) + Sync,
     {
-        let (materials, incident) = (&self.materials, &self.incident);
-        let nodes = self.nodes.par_iter().zip(&self.visibility);
-        nodes.zip(&mut self.states).zip(&mut self.temperatures).for_each(
-            |(((node, visibility), state), temperature)| {
-                let material = &materials[node.material as usize];
-                let shaded = Shaded { incident, visibility: *visibility };
-                (*state, *temperature) = update(shaded, node, material, *state);
-            },
-        );
+        let (mut states, mut temperatures) = (std::mem::take(&mut self.states), std::mem::take(&mut self.temperatures));
+        let all = &*self;
+        let moved = states.par_iter_mut().zip(&mut temperatures).enumerate();
+        moved.for_each(|(node, (state, temperature))| {
+            let material = &all.materials[all.nodes[node].material as usize];
+            (*state, *temperature) = update(all, node, material, *state);
+        });
+        (self.states, self.temperatures) = (states, temperatures);
     }
 }
 
@@ -198,7 +220,7 @@ mod tests {
 
     fn load(flux: f64) -> TickLoad {
         let sun = vec![SunSample { direction: DVec3::X, flux }];
-        TickLoad { sun, planet: None, albedo: None, background_temperature: 2.7 }
+        TickLoad { sun, planet: None, albedo: None, background_temperature: 2.7, joints: Vec::new() }
     }
 
     fn materials() -> Vec<Material> {

@@ -7,6 +7,7 @@ use isotherm::gpu::frame::{Frame, Wanted};
 use isotherm::gpu::pass::{Resource, Step, Work};
 use isotherm::gpu::renderer::Renderer;
 use isotherm::gpu::resources::SceneData;
+use isotherm::scene::Scene;
 use isotherm::simulation::engine::DeviceData;
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::viewpoint::{camera_from_body, device_view};
@@ -16,7 +17,10 @@ type Pixels = (Vec<[u32; 4]>, Vec<[u32; 2]>);
 #[test]
 fn culling_changes_no_pixel() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/station.toml");
-    let prepared = Prepared::new(&path, &mut |_| {}).expect("the station of models/");
+    let mut scene = Scene::load(&path).expect("the station of models/");
+    // As the file has it: what moves is culled by the same shader, and drawn in runs that half a list would break.
+    scene.joints.clear();
+    let prepared = Prepared::from_scene(scene, &mut |_| {}).expect("the station of models/");
     let mut camera = prepared.scene.require_camera().expect("a camera").clone();
     // A small image, so that most triangles cover no pixel's centre.
     camera.focal = camera.focal.map(|focal| focal * 0.25);

@@ -92,7 +92,7 @@ pub fn transition(heating: (Function, f64), cooling: (Function, f64), retarget: 
 
 /// A load with nothing in it but the temperature of space [K].
 pub fn dark(background_temperature: f64) -> TickLoad {
-    TickLoad { sun: Vec::new(), planet: None, albedo: None, background_temperature }
+    TickLoad { sun: Vec::new(), planet: None, albedo: None, background_temperature, joints: Vec::new() }
 }
 
 /// Sunlight from these directions, with these fluxes [W/m2].
@@ -157,7 +157,7 @@ impl LooseNodes {
                 albedo: present.albedo,
                 shadow: false,
             };
-            nodes.ranges.push(StepRange { variant, groups: (first, nodes.group_material.len() as u32) });
+            nodes.ranges.push(StepRange { variant, groups: (first, nodes.group_material.len() as u32), joint: 0 });
         }
         nodes
     }
@@ -178,6 +178,7 @@ impl LooseNodes {
             band_table: &[0.0],
             image: None,
             shadows: None,
+            joints: None,
         };
         Renderer::new(context, &data).expect("a small scene")
     }

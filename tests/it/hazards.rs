@@ -11,7 +11,7 @@ fn variant(kind: StepKind, both_sides: bool) -> ThermalVariant {
 }
 
 fn range(kind: StepKind, both_sides: bool, groups: (u32, u32)) -> StepRange {
-    StepRange { variant: variant(kind, both_sides), groups }
+    StepRange { variant: variant(kind, both_sides), groups, joint: 0 }
 }
 
 /// Scenes of one kind of node, and of several.

@@ -11,6 +11,7 @@ mod functions;
 mod hard;
 mod hazards;
 mod image;
+mod joints;
 mod mesh_network;
 mod model;
 mod network;

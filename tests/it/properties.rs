@@ -75,7 +75,7 @@ fn at_time_0_every_node_is_settled_at_the_balance_of_the_first_load() {
         engine
             .submit(
                 Some(Tick { load: &first, steps: 1.0, start: 0.0, length: 1.0 }),
-                Order { pose: None, temperatures: true },
+                Order { temperatures: true, ..Order::default() },
             )
             .expect("a tick");
         engine.deliver().expect("the device answers").temperatures.expect("temperatures were ordered")

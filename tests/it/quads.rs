@@ -82,7 +82,7 @@ impl Quads {
         let table = RadianceTableF32::new(&table, &BrightnessTable::new(&table));
         let shapes = Shapes::of(&self.materials);
         let data = SceneData {
-            ranges: vec![StepRange { variant: self.variant, groups: (0, nodes as u32 / 4) }],
+            ranges: vec![StepRange { variant: self.variant, groups: (0, nodes as u32 / 4), joint: 0 }],
             group_material: &groups(&self.group_material),
             group_part: &groups(&self.group_part),
             normals: &padded(&self.normals),
@@ -93,6 +93,7 @@ impl Quads {
             band_table: &band_table(&table),
             image: Some([camera.width, camera.height]),
             shadows: None,
+            joints: None,
         };
         let mut renderer = Renderer::new(context, &data).expect("a small scene");
         let mut temperatures = self.temperatures.clone();

@@ -123,7 +123,7 @@ fn declared(pass: &Pass) -> BTreeMap<u32, (bool, bool)> {
 #[test]
 fn passes_declare_what_their_shaders_touch() {
     for variant in ThermalVariant::all() {
-        let frame = Frame::step(&[StepRange { variant, groups: (0, 64) }], Wanted::default());
+        let frame = Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], Wanted::default());
         let pass = frame.passes().next().expect("one thermal pass");
         assert_eq!(declared(pass), bindings_of(&variant.name()), "{}", variant.name());
     }
@@ -145,7 +145,7 @@ fn passes_declare_what_their_shaders_touch() {
             let (_, curve) = shapes::curve(&transition, 0);
             assert_eq!(pieces, !shapes.values.is_empty());
             for variant in ThermalVariant::all_of(curve) {
-                let frame = Frame::step(&[StepRange { variant, groups: (0, 64) }], Wanted::default());
+                let frame = Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], Wanted::default());
                 let pass = frame.passes().next().expect("one thermal pass");
                 let words = shapes.compile_step(variant).expect("a scene's functions compile");
                 let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();

@@ -12,7 +12,7 @@ use isotherm::simulation::prepare::Prepared;
 use isotherm::thermal::nodes::PADDING;
 
 use super::craft::{Folder, scene_with};
-use super::device::{assert_silent, context, sunlight};
+use super::device::{assert_silent, context, dark, sunlight};
 
 /// The craft with half-metre edges; its box shades a wing, and a wing the box.
 fn prepared(shadows: &str) -> Prepared {
@@ -26,7 +26,7 @@ fn sun() -> DVec3 {
 }
 
 fn load(sun: DVec3) -> TickLoad {
-    TickLoad { sun: sunlight([(sun, 1361.0)]), planet: None, albedo: None, background_temperature: 2.7 }
+    TickLoad { sun: sunlight([(sun, 1361.0)]), ..dark(2.7) }
 }
 
 /// Visibility of the nodes that face the Sun, from the device.

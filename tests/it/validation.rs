@@ -31,7 +31,7 @@ fn range() -> StepRange {
         albedo: true,
         shadow: false,
     };
-    StepRange { variant, groups: (0, 64) }
+    StepRange { variant, groups: (0, 64), joint: 0 }
 }
 
 /// A sheet with thermal inertia and a camera before it.

@@ -63,7 +63,8 @@ pub fn measure_one(context: &Arc<Context>, mut scene: Scene, edge: f64) -> Resul
         let pose = camera.as_ref().filter(|_| tick == 2);
         let pose = pose.map(|camera| camera_from_body(camera, &prepared.loads.sky_model().sky(to)));
         let tick = Tick { load: &load, steps: 1.0, start: from, length: step };
-        engine.submit(Some(tick), Order { pose, temperatures: true })?;
+        let joints = prepared.loads.joints_at(to).1;
+        engine.submit(Some(tick), Order { pose, joints: &joints, temperatures: true })?;
         engine.deliver()?;
     }
     println!(

@@ -239,10 +239,7 @@ fn unused_function(context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError
         for tick in 0..60 {
             let start = f64::from(tick) * step;
             let load = prepared.loads.tick_load(start, start + step);
-            engine.submit(
-                Some(Tick { load: &load, steps: 1.0, start, length: step }),
-                Order { pose: None, temperatures: false },
-            )?;
+            engine.submit(Some(Tick { load: &load, steps: 1.0, start, length: step }), Order::default())?;
             engine.deliver()?;
         }
         let times = engine.pass_times().ok_or("no pass times")?;
@@ -327,7 +324,8 @@ fn measure_ticks(ticks: u32, context: &Arc<Context>, scene: Scene, edge: f64) ->
         let (from, to) = (f64::from(tick) * step, f64::from(tick + 1) * step);
         let load = prepared.loads.tick_load(from, to);
         let pose = camera_from_body(&camera, &prepared.loads.sky_model().sky(to));
-        let order = Order { pose: Some(pose), temperatures: true };
+        let joints = prepared.loads.joints_at(to).1;
+        let order = Order { pose: Some(pose), joints: &joints, temperatures: true };
         engine.submit(Some(Tick { load: &load, steps: 1.0, start: from, length: step }), order)?;
         engine.deliver()?;
         if tick >= 3 {

@@ -217,7 +217,7 @@ impl Loose {
             shadow: self.shadow,
         };
         SceneData {
-            ranges: vec![StepRange { variant, groups: (0, groups as u32) }],
+            ranges: vec![StepRange { variant, groups: (0, groups as u32), joint: 0 }],
             group_material: &ZEROS[..groups],
             group_part: &ZEROS[..groups],
             normals: &self.normals,
@@ -228,6 +228,7 @@ impl Loose {
             band_table: &[0.0],
             image: None,
             shadows,
+            joints: None,
         }
     }
 }

@@ -1,7 +1,8 @@
 //! The depth of the parts as seen from the Sun, and the visibility that a node reads from it. Twin of the device's passes.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
+use super::redraw::corners_of;
 use super::{Occluders, lit_side};
 
 /// Texels around the craft that stay empty, so that a filter at its silhouette never leaves the map.
@@ -33,15 +34,18 @@ pub struct SunView {
 
 impl SunView {
     /// The view that has all corners of a box (lower and upper corner [m]) in it.
-    pub fn new(sun: DVec3, [low, high]: [DVec3; 2], resolution: u32) -> Self {
+    pub fn new(sun: DVec3, bounds: [DVec3; 2], resolution: u32) -> Self {
+        Self::around(sun, corners_of(bounds), resolution)
+    }
+
+    /// The view that has all points [m] in it.
+    pub fn around(sun: DVec3, points: impl Iterator<Item = DVec3>, resolution: u32) -> Self {
         let away = -sun;
         let right = away.any_orthonormal_vector();
         let down = away.cross(right);
         let mut least = DVec3::INFINITY;
         let mut most = DVec3::NEG_INFINITY;
-        for corner in 0..8u32 {
-            let at = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
-            let point = DVec3::new(at(0), at(1), at(2));
+        for point in points {
             let seen = DVec3::new(point.dot(right), point.dot(down), point.dot(away));
             least = least.min(seen);
             most = most.max(seen);
@@ -54,6 +58,19 @@ impl SunView {
         let reach = 0.01 * side + size.z;
         let corner = DVec3::new(least.x - margin, least.y - margin, least.z - 0.01 * side);
         Self { sun, right, down, corner, texel, resolution, range: reach + 0.01 * side }
+    }
+
+    /// The same view from the frame in which the nodes of a joint do not move.
+    pub fn in_joint(&self, body_from_joint: &DAffine3) -> Self {
+        let (turn, shift) = (body_from_joint.matrix3.transpose(), body_from_joint.translation);
+        let along = DVec3::new(shift.dot(self.right), shift.dot(self.down), -shift.dot(self.sun));
+        Self {
+            sun: turn * self.sun,
+            right: turn * self.right,
+            down: turn * self.down,
+            corner: self.corner - along,
+            ..*self
+        }
     }
 
     /// Column, row (in texels, the first texel's centre at 0.5) and depth (0 to 1) of a point [m].

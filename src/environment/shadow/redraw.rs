@@ -1,33 +1,74 @@
-//! When shadows are found anew: not before the Sun has moved far enough against the craft.
+//! When shadows are found anew: not before the Sun, or a part, has moved far enough against the craft.
 
-use glam::DVec3;
+use glam::{DAffine3, DQuat, DVec3};
 
 use super::SunView;
 use crate::environment::TickLoad;
 
-/// The box that casts shadows, how finely it is looked at, and the direction that it was last looked at from.
+/// The boxes that cast shadows, how finely they are looked at, and what they were last looked at for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Redraw {
-    /// Lower and upper corner of what casts shadows [m].
-    pub bounds: [DVec3; 2],
+    /// Joint, and lower and upper corner in the file's pose [m], of what casts shadows.
+    pub bounds: Vec<(u32, [DVec3; 2])>,
     /// Texels each way.
     pub resolution: u32,
-    /// Angle of the Sun against the craft after which shadows are found anew [rad].
+    /// Angle of the Sun against the craft, or of a joint, after which shadows are found anew [rad].
     pub angle: f64,
-    /// Direction of the Sun that they were last found for, body frame.
-    pub found_for: Option<DVec3>,
+    /// Direction of the Sun that they were last found for, body frame, and the poses of the joints.
+    pub found_for: Option<(DVec3, Vec<DAffine3>)>,
 }
 
 impl Redraw {
     /// The Sun's view where shadows must be found anew for a load; `None` where the last ones still hold, or where it is
-    /// dark. A tick has one direction: the mean of its sunlight.
+    /// dark. A tick has one direction: the mean of its sunlight. A joint counts as moved when it has turned by more than
+    /// the angle, or when the middle of what hangs on it has moved by more than the angle times the size of the craft.
     pub fn view(&mut self, load: &TickLoad) -> Option<SunView> {
         let light: DVec3 = load.sun.iter().map(|sample| sample.direction * sample.flux).sum();
         let sun = light.try_normalize()?;
-        if self.found_for.is_some_and(|last| last.angle_between(sun) <= self.angle) {
+        let holds = |(last, poses): &(DVec3, Vec<DAffine3>)| {
+            last.angle_between(sun) <= self.angle && !self.has_moved(poses, &load.joints)
+        };
+        if self.found_for.as_ref().is_some_and(holds) {
             return None;
         }
-        self.found_for = Some(sun);
-        Some(SunView::new(sun, self.bounds, self.resolution))
+        self.found_for = Some((sun, load.joints.clone()));
+        Some(SunView::around(sun, self.corners(&load.joints), self.resolution))
     }
+
+    /// Corners of the boxes where they are.
+    fn corners<'a>(&'a self, poses: &'a [DAffine3]) -> impl Iterator<Item = DVec3> + 'a {
+        self.bounds.iter().flat_map(|(joint, bounds)| {
+            let pose = poses.get(*joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
+            corners_of(*bounds).map(move |corner| pose.transform_point3(corner))
+        })
+    }
+
+    fn has_moved(&self, before: &[DAffine3], now: &[DAffine3]) -> bool {
+        let [low, high] = self
+            .corners(now)
+            .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], corner| [low.min(corner), high.max(corner)]);
+        let size = (high - low).length();
+        self.bounds.iter().any(|(joint, [low, high])| {
+            let (Some(before), Some(now)) = (before.get(*joint as usize), now.get(*joint as usize)) else {
+                return before.len() != now.len();
+            };
+            let turn = DQuat::from_mat3(&(before.matrix3.transpose() * now.matrix3)).normalize();
+            let middle = 0.5 * (*low + *high);
+            let moved = before.transform_point3(middle).distance(now.transform_point3(middle));
+            angle_of(turn) > self.angle || moved > self.angle * size
+        })
+    }
+}
+
+/// Angle of a rotation [rad], in [0, pi], exact for small ones.
+fn angle_of(turn: DQuat) -> f64 {
+    2.0 * turn.xyz().length().atan2(turn.w.abs())
+}
+
+/// The corners of a box.
+pub(super) fn corners_of([low, high]: [DVec3; 2]) -> impl Iterator<Item = DVec3> {
+    (0..8u32).map(move |corner| {
+        let at = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+        DVec3::new(at(0), at(1), at(2))
+    })
 }

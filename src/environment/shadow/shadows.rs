@@ -1,6 +1,6 @@
 //! Shadows of a scene in f64: which nodes, what is in the way, and what was found last.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::{DepthMap, Occluders, Redraw};
@@ -15,56 +15,109 @@ pub enum Method {
     Exact,
 }
 
+/// Triangles some of which may hang on joints.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Jointed {
+    /// Positions in the file's pose [m].
+    pub positions: Vec<DVec3>,
+    /// Corners of the triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// Joint of each position; empty where nothing moves.
+    pub joints: Vec<u32>,
+}
+
+impl Jointed {
+    /// The positions where joints put them [m].
+    pub fn placed(&self, poses: &[DAffine3]) -> Vec<DVec3> {
+        let joints = self.joints.par_iter();
+        self.positions.par_iter().zip(joints).map(|(at, joint)| pose(poses, *joint).transform_point3(*at)).collect()
+    }
+
+    /// The tree of the triangles where joints put them.
+    pub fn occluders(&self, poses: &[DAffine3]) -> Occluders {
+        if self.joints.is_empty() {
+            Occluders::new(&self.positions, &self.triangles)
+        } else {
+            Occluders::new(&self.placed(poses), &self.triangles)
+        }
+    }
+}
+
+fn pose(poses: &[DAffine3], joint: u32) -> DAffine3 {
+    poses.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY)
+}
+
 /// What casts shadows on a set of nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shadows {
     /// Positions [m] and unit normals of the nodes.
     nodes: Vec<[DVec3; 2]>,
+    /// Joint of each; empty where nothing moves.
+    node_joints: Vec<u32>,
     method: Method,
-    casting: Casting,
+    casters: Jointed,
+    /// The tree, for rays and for few nodes, where nothing moves.
+    tree: Option<Occluders>,
     redraw: Redraw,
-}
-
-/// What is in the way.
-#[derive(Debug, Clone, PartialEq)]
-enum Casting {
-    /// In a tree, for rays and for few nodes.
-    Tree(Occluders),
-    /// Positions [m] and triangles, to be drawn.
-    Triangles(Vec<DVec3>, Vec<[u32; 3]>),
 }
 
 /// Nodes up to which a depth map is not drawn: they ask for 16 texels each.
 const FEW: usize = 4096;
 
 impl Shadows {
-    /// Of triangles of positions [m] on nodes (positions [m] and unit normals).
+    /// On nodes (positions [m] and unit normals in the file's pose) that hang on joints, one each; on none, where
+    /// nothing moves.
     pub fn new(
         nodes: Vec<[DVec3; 2]>,
-        positions: Vec<DVec3>,
-        triangles: Vec<[u32; 3]>,
+        node_joints: Vec<u32>,
+        casters: Jointed,
         redraw: Redraw,
         method: Method,
     ) -> Self {
-        let casting = if method == Method::Exact || nodes.len() <= FEW {
-            Casting::Tree(Occluders::new(&positions, &triangles))
-        } else {
-            Casting::Triangles(positions, triangles)
-        };
-        Self { nodes, method, casting, redraw }
+        let mut shadows = Self { nodes, node_joints, method, casters, tree: None, redraw };
+        if shadows.needs_tree() && shadows.casters.joints.is_empty() {
+            shadows.tree = Some(shadows.casters.occluders(&[]));
+        }
+        shadows
+    }
+
+    fn needs_tree(&self) -> bool {
+        self.method == Method::Exact || self.nodes.len() <= FEW
     }
 
     /// Share of the Sun that each node sees, where a load asks to find it anew.
     pub fn visibility(&mut self, load: &TickLoad) -> Option<Vec<f64>> {
         let view = self.redraw.view(load)?;
-        let nodes = self.nodes.par_iter();
-        let map = match &self.casting {
-            Casting::Tree(occluders) if self.method == Method::Exact => {
+        let moved;
+        let nodes = if self.node_joints.is_empty() {
+            &self.nodes
+        } else {
+            let placed = |([place, normal], joint): (&[DVec3; 2], &u32)| {
+                let pose = pose(&load.joints, *joint);
+                [pose.transform_point3(*place), pose.matrix3 * *normal]
+            };
+            moved = self.nodes.par_iter().zip(&self.node_joints).map(placed).collect::<Vec<_>>();
+            &moved
+        };
+        let of_now;
+        let tree = match &self.tree {
+            None if self.needs_tree() => {
+                of_now = self.casters.occluders(&load.joints);
+                Some(&of_now)
+            }
+            tree => tree.as_ref(),
+        };
+        let nodes = nodes.par_iter();
+        let map = match tree {
+            Some(occluders) if self.method == Method::Exact => {
                 let seen = |[place, normal]: &[DVec3; 2]| occluders.solar_visibility(*place, *normal, view.sun);
                 return Some(nodes.map(seen).collect());
             }
-            Casting::Tree(occluders) => DepthMap::traced(view, occluders),
-            Casting::Triangles(positions, triangles) => DepthMap::new(view, positions, triangles),
+            Some(occluders) => DepthMap::traced(view, occluders),
+            None if self.casters.joints.is_empty() => {
+                DepthMap::new(view, &self.casters.positions, &self.casters.triangles)
+            }
+            None => DepthMap::new(view, &self.casters.placed(&load.joints), &self.casters.triangles),
         };
         Some(nodes.map(|[place, normal]| map.solar_visibility(*place, *normal)).collect())
     }

@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use super::Loose;
 use crate::bench::hard::{Case, Scale};
 use crate::bench::run::Target;
-use crate::environment::shadow::{Method, Occluders, Redraw, Shadows};
+use crate::environment::shadow::{Jointed, Method, Occluders, Redraw, Shadows};
 use crate::environment::{SunSample, TickLoad};
 use crate::gpu::context::Context;
 use crate::gpu::renderer::Renderer;
@@ -58,6 +58,7 @@ fn load(shift: f64) -> TickLoad {
         planet: None,
         albedo: None,
         background_temperature: 2.7,
+        joints: Vec::new(),
     }
 }
 
@@ -73,7 +74,7 @@ fn bounds() -> [DVec3; 2] {
 }
 
 fn redraw(angle: f64) -> Redraw {
-    Redraw { bounds: bounds(), resolution: RESOLUTION, angle, found_for: None }
+    Redraw { bounds: vec![(0, bounds())], resolution: RESOLUTION, angle, found_for: None }
 }
 
 /// Largest error over the way, in hundredths of the whole shadow.
@@ -88,7 +89,8 @@ fn error(scale: Scale, mut visibility: impl FnMut(&TickLoad) -> Result<Vec<f64>,
 
 fn on_reference(method: Method, scale: Scale, angle: f64) -> Result<f64, String> {
     let nodes = positions()[..NODES * NODES].iter().map(|position| [*position, DVec3::Z]).collect();
-    let mut shadows = Shadows::new(nodes, positions(), triangles(), redraw(angle), method);
+    let casters = Jointed { positions: positions(), triangles: triangles(), joints: Vec::new() };
+    let mut shadows = Shadows::new(nodes, Vec::new(), casters, redraw(angle), method);
     let mut last = Vec::new();
     error(scale, |load| {
         if let Some(found) = shadows.visibility(load) {

@@ -1,0 +1,342 @@
+//! Joints: rigid motions of parts against the body, and where each stands at a time.
+//!
+//! A joint moves everything from its glTF node on downwards. Its pose is a rigid motion `body_from_joint` that takes
+//! what hangs on it from the file's pose to where it is: that of the joint above it, times its own turn or shift in the
+//! file's pose. Poses are listed with the body itself, which does not move, at 0, and joint `i` at `i + 1`.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+
+use crate::model::NodeMotion;
+
+/// Sine of the angle from the axis below which the Sun does not say how to turn.
+const ALONG: f64 = 1e-9;
+
+/// What a joint lets its part do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Turn about an axis.
+    Rotation,
+    /// Shift along it.
+    Translation,
+}
+
+/// What says where a joint stands.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Drive {
+    /// It stays [rad or m].
+    Fixed(f64),
+    /// Straight between times [s] and positions [rad or m], and still beyond them; a repeated time is a jump.
+    Schedule {
+        /// Times [s], not falling.
+        times: Vec<f64>,
+        /// Positions [rad or m].
+        positions: Vec<f64>,
+    },
+    /// It turns a direction as near to the Sun as it can.
+    Sun {
+        /// Unit direction in the file's pose, body frame; not along the joint's axis.
+        facing: DVec3,
+        /// Turned further by this [rad].
+        offset: f64,
+    },
+}
+
+/// A joint with one degree of freedom.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Guided {
+    /// What it lets its part do.
+    pub kind: Kind,
+    /// Unit axis in the file's pose, body frame.
+    pub axis: DVec3,
+    /// A point of the axis in the file's pose, body frame [m].
+    pub origin: DVec3,
+    /// What says where it stands.
+    pub drive: Drive,
+    /// Least and greatest position [rad or m].
+    pub limits: Option<[f64; 2]>,
+    /// Most that it moves in a second [rad/s or m/s]; without, it is always where it is asked to be.
+    pub rate: Option<f64>,
+}
+
+/// A node that plays a glTF animation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Played {
+    /// Its channels.
+    pub motion: NodeMotion,
+    /// Length of the animation [s].
+    pub duration: f64,
+    /// Whether it begins again after its end.
+    pub repeats: bool,
+    /// The node's own translation [m] and rotation in the file's pose.
+    pub rest: (DVec3, DQuat),
+    /// From the parent's frame to the body's in the file's pose: a similarity.
+    pub body_from_parent: DAffine3,
+}
+
+/// How a joint moves.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Motion {
+    /// By one number.
+    Guided(Guided),
+    /// As an animation says.
+    Played(Box<Played>),
+}
+
+/// A joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// Name of its glTF node.
+    pub name: String,
+    /// The joint that it hangs on, which comes before it; `None` for the body.
+    pub parent: Option<usize>,
+    /// How it moves.
+    pub motion: Motion,
+}
+
+/// All joints of a craft, each after the one that it hangs on.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Joints {
+    joints: Vec<Joint>,
+    /// Where joints with a rate stand, which depends on where they stood before.
+    walk: Walk,
+}
+
+/// Positions of all joints at even times.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Walk {
+    start: f64,
+    step: f64,
+    positions: Vec<Vec<f64>>,
+}
+
+impl Drive {
+    /// The position that is asked for at a time [s], where the Sun stands at `sun` in the frame of what carries the
+    /// joint, moved back to the file's pose.
+    fn target(&self, axis: DVec3, time: f64, sun: DVec3) -> f64 {
+        match self {
+            Self::Fixed(position) => *position,
+            Self::Schedule { times, positions } => {
+                let after = times.partition_point(|at| *at <= time);
+                match after {
+                    0 => positions[0],
+                    _ if after == times.len() => positions[after - 1],
+                    _ => {
+                        let share = (time - times[after - 1]) / (times[after] - times[after - 1]);
+                        positions[after - 1] + share * (positions[after] - positions[after - 1])
+                    }
+                }
+            }
+            Self::Sun { facing, offset } => {
+                let across = axis.cross(sun);
+                if across.length() < ALONG {
+                    return *offset;
+                }
+                // Both as seen along the axis.
+                axis.cross(*facing).dot(sun).atan2(facing.reject_from_normalized(axis).dot(sun)) + offset
+            }
+        }
+    }
+}
+
+impl Guided {
+    /// The position nearest to `target` that the limits allow. A direction is the same after a whole turn: of those of
+    /// a joint that tracks the Sun, the one nearest to `near` is taken.
+    fn within_limits(&self, target: f64, near: Option<f64>) -> f64 {
+        let turns = matches!(self.drive, Drive::Sun { .. });
+        match self.limits {
+            None if turns => near.map_or(target, |near| target + ((near - target) / TAU).round() * TAU),
+            None => target,
+            Some([low, high]) if turns => {
+                let near = near.unwrap_or(0.5 * (low + high));
+                let first = target + ((low - target) / TAU).ceil() * TAU;
+                let mut best: Option<f64> = None;
+                let mut turn = first;
+                while turn <= high {
+                    if best.is_none_or(|best| (turn - near).abs() < (best - near).abs()) {
+                        best = Some(turn);
+                    }
+                    turn += TAU;
+                }
+                let apart = |end: f64| ((end - target + PI).rem_euclid(TAU) - PI).abs();
+                best.unwrap_or(if apart(low) <= apart(high) { low } else { high })
+            }
+            Some([low, high]) => target.clamp(low, high),
+        }
+    }
+
+    /// The motion of the part at a position, in the file's pose.
+    fn motion(&self, position: f64) -> DAffine3 {
+        match self.kind {
+            Kind::Rotation => {
+                let turn = DMat3::from_axis_angle(self.axis, position);
+                DAffine3::from_mat3_translation(turn, self.origin - turn * self.origin)
+            }
+            Kind::Translation => DAffine3::from_translation(self.axis * position),
+        }
+    }
+}
+
+impl Played {
+    /// The motion of the part at a time [s], in the file's pose.
+    fn motion(&self, time: f64) -> DAffine3 {
+        let time = if self.repeats && self.duration > 0.0 { time.rem_euclid(self.duration) } else { time };
+        let (translation, rotation) = self.rest;
+        let turned = self.motion.rotation.as_ref().map_or(rotation, |keys| keys.rotation(time));
+        let placed = self.motion.translation.as_ref().map_or(translation, |keys| keys.vector(time));
+        let turn = turned * rotation.inverse();
+        let in_parent = DAffine3::from_rotation_translation(turn, placed - turn * translation);
+        let moved = self.body_from_parent * in_parent * self.body_from_parent.inverse();
+        // A similarity leaves a rotation but for rounding.
+        DAffine3::from_mat3_translation(
+            DMat3::from_quat(DQuat::from_mat3(&moved.matrix3).normalize()),
+            moved.translation,
+        )
+    }
+
+    /// What is told of it: the angle from the file's pose [rad], or how far it is from there [m] where it does not turn.
+    fn position(&self, time: f64) -> f64 {
+        let motion = self.motion(time);
+        match self.motion.rotation {
+            Some(_) => DQuat::from_mat3(&motion.matrix3).to_axis_angle().1,
+            None => motion.translation.length(),
+        }
+    }
+}
+
+impl Joint {
+    /// Whether its position is an angle.
+    pub fn turns(&self) -> bool {
+        match &self.motion {
+            Motion::Guided(guided) => guided.kind == Kind::Rotation,
+            Motion::Played(played) => played.motion.rotation.is_some(),
+        }
+    }
+}
+
+impl Joints {
+    /// Joints of a craft, each after the one that it hangs on. Where one has a rate, they are walked from one time to
+    /// another [s] in steps of `step` [s]: at the start each stands where it is asked to be. `sun` is the unit vector to
+    /// the Sun at a time, body frame.
+    pub fn new(joints: Vec<Joint>, [from, to]: [f64; 2], step: f64, sun: impl Fn(f64) -> DVec3) -> Self {
+        let lags = |joint: &Joint| matches!(&joint.motion, Motion::Guided(Guided { rate: Some(_), .. }));
+        let any = joints.iter().any(lags);
+        let mut all = Self { joints, walk: Walk { start: from, step, positions: Vec::new() } };
+        if any {
+            all.walk.positions = vec![all.evaluate(from, sun(from), |_, target| target(None)).0];
+            all.walk_to(to, sun);
+        }
+        all
+    }
+
+    /// Walks joints with a rate on to a time [s], so that they are looked up there.
+    pub fn walk_to(&mut self, time: f64, sun: impl Fn(f64) -> DVec3) {
+        let Walk { start, step, .. } = self.walk;
+        while let Some(last) = self.walk.positions.last() {
+            let number = self.walk.positions.len();
+            if start + (number - 1) as f64 * step >= time {
+                break;
+            }
+            let at = start + number as f64 * step;
+            let next = self.walk_on(last, step, at, sun(at));
+            self.walk.positions.push(next);
+        }
+    }
+
+    /// The joints.
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// Whether nothing moves.
+    pub fn is_empty(&self) -> bool {
+        self.joints.is_empty()
+    }
+
+    /// Position of each joint [rad or m] at a time [s], and the poses: that of the body, then of each joint. Both empty
+    /// where there is no joint.
+    pub fn at(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> (Vec<f64>, Vec<DAffine3>) {
+        if self.joints.is_empty() {
+            return (Vec::new(), Vec::new());
+        }
+        let walked = self.walked(time, sun);
+        self.evaluate(time, sun(time), |joint, target| match &walked {
+            Some(positions) if self.rate(joint).is_some() => positions[joint],
+            _ => target(None),
+        })
+    }
+
+    fn rate(&self, joint: usize) -> Option<f64> {
+        match &self.joints[joint].motion {
+            Motion::Guided(guided) => guided.rate,
+            Motion::Played(_) => None,
+        }
+    }
+
+    /// Positions at a time by the walk; before its start where they are asked to be, beyond its end walked on.
+    fn walked(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> Option<Vec<f64>> {
+        let Walk { start, step, positions } = &self.walk;
+        let place = (time - start) / step;
+        if positions.is_empty() || place < 0.0 {
+            return None;
+        }
+        let last = positions.len() - 1;
+        if place >= last as f64 {
+            let mut now = positions[last].clone();
+            let mut at = start + last as f64 * step;
+            while at < time {
+                let length = step.min(time - at);
+                at += length;
+                now = self.walk_on(&now, length, at, sun(at));
+            }
+            return Some(now);
+        }
+        let (before, share) = (place.floor() as usize, place.fract());
+        let between = |(a, b): (&f64, &f64)| a + share * (b - a);
+        Some(positions[before].iter().zip(&positions[before + 1]).map(between).collect())
+    }
+
+    /// Positions after `length` [s] more.
+    fn walk_on(&self, last: &[f64], length: f64, time: f64, sun: DVec3) -> Vec<f64> {
+        let step = |joint: usize, target: &dyn Fn(Option<f64>) -> f64| match self.rate(joint) {
+            Some(rate) => {
+                let from = last[joint];
+                from + (target(Some(from)) - from).clamp(-rate * length, rate * length)
+            }
+            None => target(None),
+        };
+        self.evaluate(time, sun, step).0
+    }
+
+    /// Positions and poses, from the body outwards; `position` decides with what a joint is asked for, which may depend
+    /// on a position that is near.
+    fn evaluate(
+        &self,
+        time: f64,
+        sun: DVec3,
+        position: impl Fn(usize, &dyn Fn(Option<f64>) -> f64) -> f64,
+    ) -> (Vec<f64>, Vec<DAffine3>) {
+        let mut positions = Vec::with_capacity(self.joints.len());
+        let mut poses = Vec::with_capacity(self.joints.len() + 1);
+        poses.push(DAffine3::IDENTITY);
+        for (number, joint) in self.joints.iter().enumerate() {
+            let carrier = poses[joint.parent.map_or(0, |parent| parent + 1)];
+            let (at, own) = match &joint.motion {
+                Motion::Guided(guided) => {
+                    let seen = carrier.matrix3.transpose() * sun;
+                    let target = |near| guided.within_limits(guided.drive.target(guided.axis, time, seen), near);
+                    let at = position(number, &target);
+                    (at, guided.motion(at))
+                }
+                Motion::Played(played) => (played.position(time), played.motion(time)),
+            };
+            positions.push(at);
+            poses.push(carrier * own);
+        }
+        (positions, poses)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,176 @@
+//! Joints against closed forms.
+
+use std::f64::consts::FRAC_PI_2;
+
+use super::*;
+use crate::environment::sky::SkyModel;
+use crate::model::{Interpolation, Keys};
+use crate::scene::{Attitude, CircularOrbit, Environment};
+
+fn guided(kind: Kind, axis: DVec3, drive: Drive) -> Guided {
+    Guided { kind, axis, origin: DVec3::ZERO, drive, limits: None, rate: None }
+}
+
+fn joint(parent: Option<usize>, guided: Guided) -> Joint {
+    Joint { name: "joint".to_owned(), parent, motion: Motion::Guided(guided) }
+}
+
+fn facing(axis: DVec3) -> Guided {
+    guided(Kind::Rotation, axis, Drive::Sun { facing: -DVec3::Z, offset: 0.0 })
+}
+
+/// The Sun as a nadir-pointing craft sees it at a beta angle of 0.5 rad.
+fn sun_of_orbit() -> impl Fn(f64) -> DVec3 {
+    let orbit = CircularOrbit { altitude: 408e3, period: 5554.0, beta: 0.5, phase: 0.3 };
+    let environment = Environment {
+        solar_constant: Some(1361.0),
+        albedo: None,
+        planet_ir: None,
+        planet_radius: 6.371e6,
+        eclipse: true,
+        background_temperature: None,
+    };
+    let attitude = Attitude::Nadir { nadir_axis: DVec3::Z, forward_axis: DVec3::X };
+    let sky = SkyModel::new(&orbit, &attitude, &environment).unwrap();
+    move |time| sky.sun_direction(time)
+}
+
+fn times() -> impl Iterator<Item = f64> {
+    (0..400).map(|i| 17.3 * f64::from(i))
+}
+
+#[test]
+fn two_axes_hold_a_panel_to_the_sun() {
+    let sun = sun_of_orbit();
+    let joints =
+        Joints::new(vec![joint(None, facing(DVec3::Y)), joint(Some(0), facing(DVec3::X))], [0.0, 1.0], 1.0, &sun);
+    for time in times() {
+        let (_, poses) = joints.at(time, &sun);
+        let cosine = (poses[2].matrix3 * -DVec3::Z).dot(sun(time));
+        assert!((cosine - 1.0).abs() < 1e-12, "{time} s: {cosine}");
+        let outer = (poses[1].matrix3 * -DVec3::Z).dot(sun(time));
+        assert!((outer - 1.0).abs() > 0.1, "one axis alone leaves beta");
+    }
+}
+
+/// A panel that turns about an axis in its plane gets what of the Sun is not along that axis.
+#[test]
+fn one_axis_leaves_the_cosine_of_the_suns_elevation() {
+    let sun = sun_of_orbit();
+    let joints = Joints::new(vec![joint(None, facing(DVec3::Y))], [0.0, 1.0], 1.0, &sun);
+    for time in times() {
+        let normal = joints.at(time, &sun).1[1].matrix3 * -DVec3::Z;
+        let expected = (1.0 - sun(time).y.powi(2)).sqrt();
+        assert!((normal.dot(sun(time)) - expected).abs() < 1e-12);
+        assert!((expected - 0.5f64.cos()).abs() < 1e-12, "which here is the cosine of beta");
+    }
+}
+
+#[test]
+fn a_rate_makes_a_joint_lag_and_never_jump() {
+    // The Sun stands still along -Z, then at 100 s along X: a right angle about Y away, to be made at 0.01 rad/s.
+    let sun = |time: f64| if time < 100.0 { -DVec3::Z } else { DVec3::X };
+    let slow = Guided { rate: Some(0.01), ..facing(DVec3::Y) };
+    let joints = Joints::new(vec![joint(None, slow.clone())], [-50.0, 200.0], 2.0, sun);
+    let angle = |time: f64| joints.at(time, &sun).0[0];
+    assert_eq!(angle(-60.0), 0.0);
+    assert_eq!(angle(50.0), 0.0, "it starts where it is asked to be");
+    let signed = joints.at(1000.0, &sun).0[0];
+    assert!((signed.abs() - FRAC_PI_2).abs() < 1e-12, "beyond the walk it goes on: {signed}");
+    assert!((joints.at(1000.0, &sun).1[1].matrix3 * -DVec3::Z).distance(DVec3::X) < 1e-12);
+    let mut last = angle(90.0);
+    for i in 1..1000 {
+        let now = angle(90.0 + 0.2 * f64::from(i));
+        assert!((now - last).abs() <= 0.01 * 0.2 + 1e-12);
+        last = now;
+    }
+    // It begins to turn in the walk's step that ends at 100 s.
+    assert!((angle(150.0).abs() - 0.52).abs() < 1e-9, "{}", angle(150.0));
+    let fast = Joints::new(vec![joint(None, Guided { rate: None, ..slow })], [0.0, 1.0], 1.0, sun);
+    assert!((fast.at(100.0, &sun).0[0].abs() - FRAC_PI_2).abs() < 1e-12);
+}
+
+#[test]
+fn without_limits_a_joint_goes_round_and_with_them_it_goes_back() {
+    // The Sun goes round Y once in 100 s, from -Z on.
+    let turn = |time: f64| TAU * time / 100.0;
+    let sun = move |time: f64| DMat3::from_rotation_y(turn(time)) * -DVec3::Z;
+    let free = Guided { rate: Some(0.1), ..facing(DVec3::Y) };
+    let joints = Joints::new(vec![joint(None, free.clone())], [0.0, 300.0], 0.5, sun);
+    for time in [10.0, 60.0, 120.0, 290.0] {
+        assert!((joints.at(time, &sun).0[0] - turn(time)).abs() < 1e-9, "{time} s");
+    }
+    let limited = Guided { limits: Some([-2.0, 2.0]), rate: None, ..free };
+    let joints = Joints::new(vec![joint(None, limited)], [0.0, 1.0], 0.5, sun);
+    for time in times() {
+        let angle = joints.at(time, &sun).0[0];
+        let wanted = (turn(time) + PI).rem_euclid(TAU) - PI;
+        assert!((angle - wanted.clamp(-2.0, 2.0)).abs() < 1e-9, "{time} s: {angle}, {wanted}");
+    }
+}
+
+#[test]
+fn a_schedule_goes_straight_and_a_slide_shifts() {
+    let drive = Drive::Schedule { times: vec![0.0, 10.0, 10.0, 20.0], positions: vec![1.0, 3.0, 5.0, 5.0] };
+    let slide = guided(Kind::Translation, DVec3::Y, drive);
+    let turn = guided(Kind::Rotation, DVec3::Z, Drive::Fixed(FRAC_PI_2));
+    let turn = Guided { origin: DVec3::new(1.0, 0.0, 0.0), ..turn };
+    let sun = |_: f64| DVec3::X;
+    let joints = Joints::new(vec![joint(None, turn), joint(Some(0), slide)], [0.0, 1.0], 1.0, sun);
+    for (time, position) in [(-5.0, 1.0), (0.0, 1.0), (5.0, 2.0), (10.0, 5.0), (100.0, 5.0)] {
+        let (positions, poses) = joints.at(time, &sun);
+        assert!((positions[1] - position).abs() < 1e-12, "{time} s");
+        // A quarter turn about z through (1, 0, 0) takes the origin to (1, -1, 0) and +Y to -X.
+        let expected = DVec3::new(1.0 - position, -1.0, 0.0);
+        assert!(poses[2].transform_point3(DVec3::ZERO).distance(expected) < 1e-12);
+    }
+}
+
+/// An animation of 0 to 90 degrees about the node's Y in a turned and scaled parent, against the schedule that says the same.
+#[test]
+fn an_animation_is_the_schedule_that_says_the_same() {
+    let quarter = DQuat::from_rotation_y(FRAC_PI_2);
+    let parent = DAffine3::from_scale_rotation_translation(
+        DVec3::splat(2.0),
+        DQuat::from_rotation_x(0.4),
+        DVec3::new(1.0, 2.0, 3.0),
+    );
+    let rest = (DVec3::new(0.5, 0.0, 0.0), DQuat::from_rotation_z(0.7));
+    let keys = |from: DQuat, to: DQuat| {
+        Keys::new(vec![0.0, 10.0], vec![from.to_array(), to.to_array()], Interpolation::Linear)
+    };
+    let played = Played {
+        motion: NodeMotion { node: 0, rotation: Some(keys(rest.1, rest.1 * quarter)), ..NodeMotion::default() },
+        duration: 10.0,
+        repeats: false,
+        rest,
+        body_from_parent: parent,
+    };
+    let own = parent * DAffine3::from_rotation_translation(rest.1, rest.0);
+    let drive = Drive::Schedule { times: vec![0.0, 10.0], positions: vec![0.0, FRAC_PI_2] };
+    let axis = (own.matrix3 * DVec3::Y).normalize();
+    let scheduled = Guided { origin: own.translation, ..guided(Kind::Rotation, axis, drive) };
+    let sun = |_: f64| DVec3::X;
+    let of = |motion: Motion| {
+        let joint = Joint { name: "node".to_owned(), parent: None, motion };
+        Joints::new(vec![joint], [0.0, 1.0], 1.0, sun)
+    };
+    let again = of(Motion::Played(Box::new(Played { repeats: true, ..played.clone() })));
+    let (played, scheduled) = (of(Motion::Played(Box::new(played))), of(Motion::Guided(scheduled)));
+    for time in [-1.0, 0.0, 2.5, 7.0, 10.0, 12.5] {
+        let (a, b) = (played.at(time, &sun), scheduled.at(time, &sun));
+        assert!((a.0[0] - b.0[0]).abs() < 1e-9, "{time} s: {} and {} rad", a.0[0], b.0[0]);
+        assert!(a.1[1].abs_diff_eq(b.1[1], 1e-9), "{time} s: {} and {}", a.1[1], b.1[1]);
+        let beside = scheduled.at(time + 0.5, &sun).1[1];
+        assert_eq!(a.1[1].abs_diff_eq(beside, 1e-9), !(-0.5..10.0).contains(&time), "half a second must show");
+    }
+    assert!(again.at(12.5, &sun).1[1].abs_diff_eq(played.at(2.5, &sun).1[1], 1e-12));
+    assert!(again.at(-7.5, &sun).1[1].abs_diff_eq(played.at(2.5, &sun).1[1], 1e-12));
+}
+
+#[test]
+fn the_sun_along_the_axis_asks_for_nothing() {
+    let sun = |_: f64| DVec3::Y;
+    let joints = Joints::new(vec![joint(None, facing(DVec3::Y))], [0.0, 1.0], 1.0, sun);
+    assert_eq!(joints.at(0.0, &sun).0[0], 0.0);
+}

@@ -1,0 +1,125 @@
+//! Where the joints of a craft stand over time: a table and a plot.
+
+use std::path::Path;
+
+use super::OutputError;
+use super::folder::write_atomic;
+use super::plot::{Line, Plot};
+use super::plot_axis::Axis;
+use super::series::unique;
+use super::temperature_plots::{Clock, Eclipses, NamedPlot};
+
+/// Positions over time: angles [deg] of joints that turn, distances [m] of those that slide.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct JointSeries {
+    columns: Vec<(String, bool)>,
+    rows: Vec<(f64, Vec<f64>)>,
+}
+
+impl JointSeries {
+    /// Of joints with their names, and whether they turn.
+    pub fn new(joints: impl Iterator<Item = (String, bool)>) -> Self {
+        let (names, turns): (Vec<String>, Vec<bool>) = joints.unzip();
+        Self { columns: unique(&names).into_iter().zip(turns).collect(), rows: Vec::new() }
+    }
+
+    /// Whether there is no joint.
+    pub fn is_empty(&self) -> bool {
+        self.columns.is_empty()
+    }
+
+    /// Adds the positions [rad or m] at a time [s].
+    pub fn push(&mut self, time: f64, positions: &[f64]) {
+        let shown = self.columns.iter().zip(positions).map(
+            |((_, turns), position)| {
+                if *turns { position.to_degrees() } else { *position }
+            },
+        );
+        self.rows.push((time, shown.collect()));
+    }
+
+    /// Writes `joints.csv`: `time` [s], then `NAME:deg` or `NAME:m` of each joint, with six decimals.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`].
+    pub fn write(&self, path: &Path) -> Result<(), OutputError> {
+        write_atomic(path, |writer| {
+            let mut csv = csv::Writer::from_writer(writer);
+            let unit = |turns: &bool| if *turns { "deg" } else { "m" };
+            let names = self.columns.iter().map(|(name, turns)| format!("{name}:{}", unit(turns)));
+            let write = || -> Result<(), csv::Error> {
+                csv.write_record(std::iter::once("time".to_owned()).chain(names))?;
+                for (time, positions) in &self.rows {
+                    let cells = positions.iter().map(|position| format!("{position:.6}"));
+                    csv.write_record(std::iter::once(time.to_string()).chain(cells))?;
+                }
+                csv.flush()?;
+                Ok(())
+            };
+            write().map_err(|error| OutputError::write(path, error.into()))
+        })
+    }
+
+    /// Draws `joint_angles` and `joint_distances`, each where there is one. A jump of half a turn is a gap.
+    ///
+    /// # Errors
+    /// [`OutputError::Encode`].
+    pub fn plots(&self, eclipses: &Eclipses) -> Result<Vec<NamedPlot>, OutputError> {
+        let clock = Clock::until(self.rows.last().map_or(0.0, |row| row.0));
+        let mut plots = Vec::new();
+        for (turning, name, title, label) in [
+            (true, "joint_angles", "Joint angles", "angle [deg]"),
+            (false, "joint_distances", "Joint distances", "distance [m]"),
+        ] {
+            let lines = self.columns.iter().enumerate().filter(|(_, (_, turns))| *turns == turning);
+            let lines: Vec<Line> = lines
+                .map(|(index, (name, _))| {
+                    let mut points: Vec<[f64; 2]> = Vec::new();
+                    for (time, positions) in &self.rows {
+                        let at = [clock.time(*time), positions[index]];
+                        if points.last().is_some_and(|last| turning && (last[1] - at[1]).abs() > 180.0) {
+                            points.push([at[0], f64::NAN]);
+                        }
+                        points.push(at);
+                    }
+                    Line { name: name.clone(), points, ..Line::default() }
+                })
+                .collect();
+            if lines.is_empty() {
+                continue;
+            }
+            let plot = Plot {
+                title: title.to_owned(),
+                subtitle: "from the pose in the model's file".to_owned(),
+                x: Axis::linear(&format!("time [{}]", clock.unit)),
+                y: Axis::linear(label),
+                series: lines,
+                shaded: clock.shades(eclipses),
+            };
+            plots.push(NamedPlot { name: name.to_owned(), title: title.to_owned(), svg: plot.svg()? });
+        }
+        Ok(plots)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_are_degrees_and_distances_metres() {
+        let mut series = JointSeries::new([("arm".to_owned(), true), ("arm".to_owned(), false)].into_iter());
+        series.push(0.0, &[std::f64::consts::PI, 1.5]);
+        series.push(60.0, &[-std::f64::consts::PI, 2.0]);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("joints.csv");
+        series.write(&path).unwrap();
+        let text = std::fs::read_to_string(path).unwrap();
+        assert_eq!(text, "time,arm:deg,arm#2:m\n0,180.000000,1.500000\n60,-180.000000,2.000000\n");
+        let plots = series.plots(&Eclipses::default()).unwrap();
+        assert_eq!(
+            plots.iter().map(|plot| plot.name.as_str()).collect::<Vec<_>>(),
+            ["joint_angles", "joint_distances"]
+        );
+    }
+}

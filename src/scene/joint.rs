@@ -1,0 +1,253 @@
+//! `[[joint]]`: what turns or slides, about which axis, how far, how fast, and what says where it stands.
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+
+use super::error::SceneError;
+use super::file::read_text;
+use super::keys;
+use super::quantity::Quantity;
+use super::section::Section;
+use super::vector::{axis, parallel, point};
+use crate::environment::joints::{Drive, Guided, Kind};
+
+/// A joint as the scene states it: on every glTF node that fits.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointRule {
+    /// Line of its header, from 1.
+    pub line: usize,
+    /// Patterns (`*`, `?`) on names of glTF nodes.
+    pub nodes: Vec<String>,
+    /// How the nodes move.
+    pub motion: JointMotion,
+}
+
+/// How a node moves.
+#[derive(Debug, Clone, PartialEq)]
+pub enum JointMotion {
+    /// By one number; vectors are in the node's own frame.
+    Guided(Guided),
+    /// As a glTF animation says.
+    Animation {
+        /// Its name.
+        name: String,
+        /// Whether it begins again after its end.
+        repeats: bool,
+    },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    Fixed,
+    Sun,
+    Schedule,
+    Animation,
+}
+
+/// Modes with their names and the keys that not all of them read.
+const MODES: [(&str, Mode, &[&str]); 4] = [
+    ("fixed", Mode::Fixed, &["kind", "axis", "origin", "limits_deg", "limits", "angle_deg", "distance"]),
+    ("sun", Mode::Sun, &["kind", "axis", "origin", "limits_deg", "rate_deg", "sun_axis", "offset_deg"]),
+    ("schedule", Mode::Schedule, &["kind", "axis", "origin", "limits_deg", "limits", "rate_deg", "rate", "schedule"]),
+    ("animation", Mode::Animation, &["animation", "repeat"]),
+];
+
+/// Keys of joints that turn, and of joints that slide.
+const TURNING: [&str; 4] = ["limits_deg", "rate_deg", "angle_deg", "origin"];
+const SLIDING: [&str; 3] = ["limits", "rate", "distance"];
+
+/// Names and factors of what differs between turning and sliding.
+struct Words {
+    limits: &'static str,
+    rate: &'static str,
+    position: &'static str,
+    unit: &'static str,
+    rate_unit: &'static str,
+    factor: f64,
+}
+
+impl Words {
+    fn of(kind: Kind) -> Self {
+        match kind {
+            Kind::Rotation => Self {
+                limits: "limits_deg",
+                rate: "rate_deg",
+                position: "angle_deg",
+                unit: "deg",
+                rate_unit: "deg/s",
+                factor: 1f64.to_radians(),
+            },
+            Kind::Translation => {
+                Self { limits: "limits", rate: "rate", position: "distance", unit: "m", rate_unit: "m/s", factor: 1.0 }
+            }
+        }
+    }
+}
+
+/// Reads every `[[joint]]`; a schedule's file joins `files`.
+pub(super) fn read(
+    sections: &[Section],
+    files: &mut Vec<PathBuf>,
+    assumptions: &mut Vec<String>,
+) -> Result<Vec<JointRule>, SceneError> {
+    sections.iter().map(|section| joint(section, files, assumptions)).collect()
+}
+
+fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<String>) -> Result<JointRule, SceneError> {
+    let nodes = section.required("part", section.strings("part")?, "the name of the glTF node that moves")?;
+    let title = nodes.join("', '");
+    let mode = section.choice("mode", &MODES.map(|(name, mode, _)| (name, (name, mode))))?;
+    let (name, mode) = section.required("mode", mode, "'fixed', 'sun', 'schedule' or 'animation'")?;
+    let own = MODES.iter().find(|(known, ..)| *known == name).map_or(&[][..], |(.., keys)| *keys);
+    for (other, _, keys) in &MODES {
+        if let Some(key) = keys.iter().find(|key| section.has(key) && !own.contains(key)) {
+            return Err(section.error(key, format!("belongs to mode = '{other}', and mode is '{name}'")));
+        }
+    }
+    if mode == Mode::Animation {
+        let name = section.required("animation", section.string("animation")?, "the name of the glTF animation")?;
+        let repeats = section.boolean("repeat")?.unwrap_or_else(|| {
+            assumptions.push(format!(
+                "After its end the animation '{name}' holds its last pose, before time 0 its first \
+                 (joint.repeat is absent)."
+            ));
+            false
+        });
+        let motion = JointMotion::Animation { name: name.to_owned(), repeats };
+        return Ok(JointRule { line: section.line(), nodes, motion });
+    }
+
+    let kind = section
+        .choice("kind", &[("rotation", Kind::Rotation), ("translation", Kind::Translation)])?
+        .unwrap_or(Kind::Rotation);
+    let (foreign, needs): (&[&str], _) =
+        if kind == Kind::Rotation { (&SLIDING, "translation") } else { (&TURNING, "rotation") };
+    if let Some(key) = foreign.iter().find(|key| section.has(key)) {
+        return Err(section.error(key, format!("belongs to kind = '{needs}'")));
+    }
+    if kind == Kind::Translation && mode == Mode::Sun {
+        return Err(section.error("mode", "a joint that slides cannot face the Sun: kind must be 'rotation'"));
+    }
+    let words = Words::of(kind);
+    let along = section.required("axis", axis(section, "axis")?, "the axis in the node's own frame")?;
+    let origin = match point(section, "origin")? {
+        Some(origin) => origin,
+        None => DVec3::ZERO,
+    };
+    let limits = section.numbers::<2>(words.limits, Quantity::any(words.unit))?;
+    if let Some([low, high]) = limits.filter(|[low, high]| low > high) {
+        let message = format!("must run from low to high, found {low} to {high} {}", words.unit);
+        return Err(section.error(words.limits, message));
+    }
+    let rate = section.number(words.rate, Quantity::positive(words.rate_unit))?;
+    if rate.is_none() && mode != Mode::Fixed {
+        let key = words.rate;
+        assumptions.push(format!("The joint '{title}' is at once where it is asked to be (joint.{key} is absent)."));
+    }
+    if rate.is_some() {
+        assumptions.push(format!("The joint '{title}' starts where it is asked to be, and follows at its rate."));
+    }
+    let within = |position: f64, key: &str| match limits {
+        Some([low, high]) if !(low..=high).contains(&position) => {
+            let message = format!("{position} {} is beyond {}, {low} to {high}", words.unit, words.limits);
+            Err(section.error(key, message))
+        }
+        _ => Ok(position * words.factor),
+    };
+    let drive = match mode {
+        Mode::Fixed => {
+            let stated = section.number(words.position, Quantity::any(words.unit))?;
+            let position = section.required(words.position, stated, "where the joint stands")?;
+            Drive::Fixed(within(position, words.position)?)
+        }
+        Mode::Schedule => {
+            let (times, positions) = schedule(section, &words, files)?;
+            let positions = positions.into_iter().map(|position| within(position, "schedule"));
+            Drive::Schedule { times, positions: positions.collect::<Result<_, _>>()? }
+        }
+        Mode::Sun | Mode::Animation => {
+            let stated = axis(section, "sun_axis")?;
+            let facing = section.required("sun_axis", stated, "what is to face the Sun, in the node's own frame")?;
+            if parallel(facing, along) {
+                return Err(section.error("sun_axis", "is parallel to 'axis': turning about it changes nothing"));
+            }
+            let offset = section.number("offset_deg", Quantity::within(-360.0, 360.0, "deg"))?.unwrap_or(0.0);
+            Drive::Sun { facing, offset: offset.to_radians() }
+        }
+    };
+    let motion = JointMotion::Guided(Guided {
+        kind,
+        axis: along,
+        origin,
+        drive,
+        limits: limits.map(|limits| limits.map(|limit| limit * words.factor)),
+        rate: rate.map(|rate| rate * words.factor),
+    });
+    Ok(JointRule { line: section.line(), nodes, motion })
+}
+
+/// Times [s] and positions of a schedule, as the scene states them.
+fn schedule(section: &Section, words: &Words, files: &mut Vec<PathBuf>) -> Result<(Vec<f64>, Vec<f64>), SceneError> {
+    let shape = format!("{{ time = [..], {} = [..] }} or {{ file = \"..\" }}", words.position);
+    let table = section.required("schedule", section.table("schedule", keys::SCHEDULE)?, &shape)?;
+    let (times, positions) = match table.string("file")? {
+        Some(file) => {
+            for key in ["time", "angle_deg", "distance"] {
+                table.exclusive("file", key)?;
+            }
+            let path = table.file().resolve(file);
+            let found = read_file(&path, words).map_err(|message| match message {
+                Ok(message) => table.error("file", message),
+                Err(error) => error,
+            })?;
+            files.push(path);
+            found
+        }
+        None => {
+            let other = if words.position == "distance" { "angle_deg" } else { "distance" };
+            if table.has(other) {
+                return Err(table.error(other, format!("this joint has '{}'", words.position)));
+            }
+            let times = table.required("time", table.list("time")?, "the times [s]")?;
+            (times, table.required(words.position, table.list(words.position)?, "where the joint stands then")?)
+        }
+    };
+    if times.is_empty() || times.len() != positions.len() {
+        let message = format!("has {} times and {} positions", times.len(), positions.len());
+        return Err(section.error("schedule", message));
+    }
+    if let Some(pair) = times.windows(2).find(|pair| pair[0] > pair[1]) {
+        return Err(section.error("schedule", format!("its times must not fall, found {} after {}", pair[1], pair[0])));
+    }
+    Ok((times, positions))
+}
+
+/// What is wrong with a schedule's file: a message about it, or that it cannot be read.
+type FileFault = Result<String, SceneError>;
+
+/// Reads a CSV file with the columns `time` [s] and `angle_deg` or `distance`.
+fn read_file(path: &std::path::Path, words: &Words) -> Result<(Vec<f64>, Vec<f64>), FileFault> {
+    let text = read_text(path).map_err(Err)?;
+    let name = path.display();
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+    let header = reader.headers().map_err(|error| Ok(format!("{name}: {error}")))?.clone();
+    let column = |wanted: &str| {
+        let place = header.iter().position(|cell| cell == wanted);
+        place.ok_or_else(|| Ok(format!("{name}: has no column '{wanted}'; a schedule has time and {}", words.position)))
+    };
+    let columns = [column("time")?, column(words.position)?];
+    let (mut times, mut positions) = (Vec::new(), Vec::new());
+    for row in reader.records() {
+        let row = row.map_err(|error| Ok(format!("{name}: {error}")))?;
+        let line = row.position().map_or(0, csv::Position::line);
+        let cell = |place: usize| {
+            let text = row.get(place).unwrap_or_default();
+            let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
+            number.ok_or_else(|| Ok(format!("{name}:{line}: '{text}' is not a number")))
+        };
+        times.push(cell(columns[0])?);
+        positions.push(cell(columns[1])?);
+    }
+    Ok((times, positions))
+}

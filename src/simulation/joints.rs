@@ -1,0 +1,220 @@
+//! Joints of a scene on the nodes of its model: which part hangs on which, and their axes in the body frame.
+
+use glam::{DAffine3, DMat3, DMat4};
+use wildmatch::WildMatch;
+
+use super::prepare::{PrepareError, Prepared};
+use crate::environment::joints::{Drive, Guided, Joint, Kind, Motion, Played};
+use crate::model::{Model, SceneNode};
+use crate::scene::{JointMotion, JointRule, Scene};
+
+/// How far a transform may be from a similarity, relative.
+const DISTORTION: f64 = 1e-6;
+
+/// The joints of a scene, each after the one that it hangs on, and the joint of each part; 0 is the body, `i + 1` is
+/// joint `i`.
+///
+/// # Errors
+/// A node that is not there, that has two joints, or that cannot move as it is asked to.
+pub(super) fn joints(scene: &Scene, model: &Model) -> Result<(Vec<Joint>, Vec<u32>), PrepareError> {
+    let mut rule_of: Vec<Option<&JointRule>> = vec![None; model.tree.len()];
+    for rule in &scene.joints {
+        let fail = |message: String| PrepareError::joint(scene, rule, message);
+        for pattern in &rule.nodes {
+            let fits = WildMatch::new(pattern);
+            let mut any = false;
+            for (place, node) in model.tree.iter().enumerate().filter(|(_, node)| fits.matches(&node.name)) {
+                any = true;
+                match rule_of[place].replace(rule) {
+                    Some(other) if other.line != rule.line => {
+                        let message = format!("the node '{}' has the joint of line {} already", node.name, other.line);
+                        return Err(fail(message));
+                    }
+                    _ => {}
+                }
+            }
+            if !any {
+                let mut known: Vec<&str> = model.tree.iter().map(|node| node.name.as_str()).collect();
+                known.sort_unstable();
+                known.dedup();
+                let message = format!("the model has no node '{pattern}'; it has {}", known.join(", "));
+                return Err(fail(message));
+            }
+        }
+    }
+
+    // Nodes come after those above them, and so do joints.
+    let mut joints = Vec::new();
+    let mut joint_of: Vec<u32> = Vec::with_capacity(model.tree.len());
+    for (node, rule) in model.tree.iter().zip(rule_of) {
+        let above = node.parent.map_or(0, |parent| joint_of[parent]);
+        joint_of.push(match rule {
+            None => above,
+            Some(rule) => {
+                let motion = motion(rule, node, model)
+                    .map_err(|message| PrepareError::joint(scene, rule, format!("node '{}': {message}", node.name)))?;
+                joints.push(Joint {
+                    name: node.name.clone(),
+                    parent: above.checked_sub(1).map(|at| at as usize),
+                    motion,
+                });
+                joints.len() as u32
+            }
+        });
+    }
+    Ok((joints, model.part_nodes.iter().map(|place| joint_of[*place]).collect()))
+}
+
+/// How a node moves, in the body frame.
+fn motion(rule: &JointRule, node: &SceneNode, model: &Model) -> Result<Motion, String> {
+    match &rule.motion {
+        JointMotion::Guided(guided) => {
+            let linear = DMat3::from_mat4(node.body_from_node);
+            let along = |direction: glam::DVec3| (linear * direction).try_normalize();
+            let axis = along(guided.axis).ok_or("its scale leaves nothing of the axis")?;
+            let drive = match &guided.drive {
+                Drive::Sun { facing, offset } => {
+                    let facing = along(*facing).ok_or("its scale leaves nothing of sun_axis")?;
+                    if axis.cross(facing).length() < DISTORTION {
+                        return Err("its scale makes sun_axis parallel to the axis".to_owned());
+                    }
+                    Drive::Sun { facing, offset: *offset }
+                }
+                other => other.clone(),
+            };
+            // What turns to the right in a mirrored frame turns to the left in the body's.
+            let turned = guided.kind == Kind::Rotation && linear.determinant() < 0.0;
+            let axis = if turned { -axis } else { axis };
+            let origin = node.body_from_node.transform_point3(guided.origin);
+            Ok(Motion::Guided(Guided { axis, origin, drive, ..guided.clone() }))
+        }
+        JointMotion::Animation { name, repeats } => {
+            played(name, *repeats, node, model).map(Box::new).map(Motion::Played)
+        }
+    }
+}
+
+fn played(name: &str, repeats: bool, node: &SceneNode, model: &Model) -> Result<Played, String> {
+    let found = model.animations.iter().flatten().find(|animation| animation.name == name);
+    let Some(animation) = found else {
+        if let Some(Err(problem)) = model.animations.iter().find(|one| one.as_ref().is_err_and(|p| p.contains(name))) {
+            return Err(problem.clone());
+        }
+        let known: Vec<&str> = model.animations.iter().flatten().map(|animation| animation.name.as_str()).collect();
+        let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+        return Err(format!("the model has no animation '{name}'; it has {known}"));
+    };
+    let Some(motion) = animation.nodes.iter().find(|motion| motion.node == node.index) else {
+        let moved = animation.nodes.iter().filter_map(|motion| {
+            model.tree.iter().find(|node| node.index == motion.node).map(|node| node.name.as_str())
+        });
+        return Err(format!(
+            "the animation '{name}' does not move it; it moves {}",
+            moved.collect::<Vec<_>>().join(", ")
+        ));
+    };
+    if let Some(other) = &motion.other {
+        return Err(format!("the animation '{name}' changes its {other}; a joint turns and shifts only"));
+    }
+    let rest = node.rest.ok_or("it has a matrix, which an animation cannot replace")?;
+    let body_from_parent = similarity(node.body_from_parent).ok_or("the nodes above it scale it unevenly")?;
+    Ok(Played { motion: motion.clone(), duration: animation.duration, repeats, rest, body_from_parent })
+}
+
+/// A transform that keeps angles; `None` where it does not.
+fn similarity(transform: DMat4) -> Option<DAffine3> {
+    let affine = DAffine3::from_mat4(transform);
+    let squares = affine.matrix3.transpose() * affine.matrix3;
+    let scale = squares.x_axis.x;
+    let uneven = (squares - DMat3::from_diagonal(glam::DVec3::splat(scale))).to_cols_array();
+    (scale > 0.0 && uneven.iter().all(|value| value.abs() <= DISTORTION * scale)).then_some(affine)
+}
+
+/// A joint as `isotherm info` shows it.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Description {
+    /// Name of its glTF node.
+    pub name: String,
+    /// The joint that it hangs on, or `body`.
+    pub hangs_on: String,
+    /// `rotation`, `translation` or `animation`.
+    pub kind: &'static str,
+    /// `fixed`, `sun`, `schedule` or `animation`.
+    pub mode: &'static str,
+    /// Unit axis in the file's pose, body frame.
+    pub axis: Option<[f64; 3]>,
+    /// A point of it [m].
+    pub origin: Option<[f64; 3]>,
+    /// Least and greatest position [deg or m].
+    pub limits: Option<[f64; 2]>,
+    /// Most that it moves in a second [deg/s or m/s].
+    pub rate: Option<f64>,
+    /// Position at time 0 [deg or m].
+    pub position: f64,
+    /// `deg` or `m`.
+    pub unit: &'static str,
+    /// Nodes that it moves, those of joints that hang on it not counted.
+    pub nodes: usize,
+}
+
+impl Description {
+    /// In words.
+    pub fn sentence(&self) -> String {
+        let Self { kind, mode, hangs_on, unit, position, nodes, .. } = self;
+        let mut text = format!("{kind}, {mode}, on {hangs_on}: {position:.3} {unit}, {nodes} nodes");
+        if let (Some([x, y, z]), Some([a, b, c])) = (self.axis, self.origin) {
+            text += &format!("; axis ({x:.3}, {y:.3}, {z:.3}) at ({a:.3}, {b:.3}, {c:.3}) m");
+        }
+        if let Some([low, high]) = self.limits {
+            text += &format!(", {low} to {high} {unit}");
+        }
+        if let Some(rate) = self.rate {
+            text += &format!(", at most {rate} {unit}/s");
+        }
+        text
+    }
+}
+
+/// The joints of a scene, in the order of the model.
+pub fn describe(prepared: &Prepared) -> Vec<Description> {
+    let joints = prepared.loads.joints().joints();
+    let positions = prepared.loads.joints_at(0.0).0;
+    let shown = |turns: bool, value: f64| {
+        // Rounded to a nanodegree, so that what was written in degrees is shown as it was.
+        if turns { (value.to_degrees() * 1e9).round() / 1e9 } else { value }
+    };
+    let one = |(index, joint): (usize, &Joint)| {
+        let (turns, number) = (joint.turns(), index as u32 + 1);
+        let ranges = prepared.nodes.ranges.iter().filter(|range| range.joint == number);
+        let base = Description {
+            name: joint.name.clone(),
+            hangs_on: joint.parent.map_or("body".to_owned(), |parent| joints[parent].name.clone()),
+            kind: "animation",
+            mode: "animation",
+            axis: None,
+            origin: None,
+            limits: None,
+            rate: None,
+            position: shown(turns, positions[index]),
+            unit: if turns { "deg" } else { "m" },
+            nodes: ranges.map(|range| range.nodes).sum(),
+        };
+        match &joint.motion {
+            Motion::Played(_) => base,
+            Motion::Guided(guided) => Description {
+                kind: if turns { "rotation" } else { "translation" },
+                mode: match guided.drive {
+                    Drive::Fixed(_) => "fixed",
+                    Drive::Schedule { .. } => "schedule",
+                    Drive::Sun { .. } => "sun",
+                },
+                axis: Some(guided.axis.to_array()),
+                origin: Some(guided.origin.to_array()),
+                limits: guided.limits.map(|limits| limits.map(|limit| shown(turns, limit))),
+                rate: guided.rate.map(|rate| shown(turns, rate)),
+                ..base
+            },
+        }
+    };
+    joints.iter().enumerate().map(one).collect()
+}
