@@ -18,8 +18,8 @@ use super::record::Recorder;
 use super::resources::{JointData, Resources, SLOTS, SceneData};
 use super::timing::{DeviceFrame, PassTimes, Timing};
 use super::variant::StepKind;
-use crate::environment::shadow::{Jointed, Method, Redraw, SUN_RAYS, disc_directions};
 use crate::environment::TickLoad;
+use crate::environment::shadow::{Jointed, Method, Redraw, SUN_RAYS, disc_directions};
 
 /// What the host reads of a frame.
 #[derive(Default)]
