@@ -48,6 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let chosen = arguments.device.open()?;
     let stop = stop_flag();
+    eprintln!("device: {}", chosen.name());
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
     let mut engine = match &chosen {
         Chosen::Device(context) => Engine::on_device(context, &prepared, Some(&camera))?,
