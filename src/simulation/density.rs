@@ -9,7 +9,7 @@ use crate::scene::Scene;
 const HOST_BYTES_A_NODE: usize = 300;
 
 /// The same of a scene with a thermal network.
-const HOST_BYTES_A_NETWORK_NODE: usize = 900;
+const HOST_BYTES_A_NETWORK_NODE: usize = 400;
 
 /// Merges what is shorter than the scene's shortest edges; says what that did, where there are any.
 ///

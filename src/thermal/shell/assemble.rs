@@ -41,15 +41,15 @@ pub(super) fn shell(
     // Places: welded ones first, then those of vertices that stand alone.
     let (mut place, mut places) = weld(surface, welded);
     let conducting = places;
-    let drawn = drawn_areas(surface);
     for (vertex, place) in place.iter_mut().enumerate() {
         if material(vertex).is_some() && *place == NONE {
             *place = places as u32;
             places += 1;
         }
     }
-    let weights = assembly.weights(&place, conducting);
-    let mut areas = weights.areas.clone();
+    let mut weights = assembly.weights(&place, conducting);
+    let mut areas = std::mem::take(&mut weights.areas);
+    let drawn = drawn_areas(surface);
     areas.resize(places, 0.0);
     for (vertex, place) in place.iter().enumerate() {
         if *place != NONE && *place as usize >= conducting {
@@ -58,10 +58,12 @@ pub(super) fn shell(
     }
     adopt_bare_places(surface, &mut place, &areas);
     let load_areas = load_areas(&place, &areas, &drawn);
+    drop(drawn);
 
     // The outer sheet stands alone where it does not conduct, even over a structure that does.
     let outer = assembly.outer_layer(&place, &areas, &load_areas, conducting, &weights);
-    let structure = assembly.structures(&place, &areas, &load_areas, &outer, &weights);
+    let structure = assembly.structures(&place, &areas, &load_areas, &outer, (conducting, &weights));
+    drop((weights, place, areas));
     assembly.summary.vertices = outer.node.iter().filter(|node| **node != NONE).count();
 
     for contact in contacts {
@@ -106,6 +108,7 @@ impl Assembly<'_> {
         let mut intrinsic = Intrinsic::new(&whole, self.surface.positions, at);
         drop(whole);
         intrinsic.make_delaunay();
+        intrinsic.forget_twins();
         let weights = Weights::new(&intrinsic, conducting);
         let total: f64 = weights.pairs.iter().map(|pair| pair.1).sum();
         self.summary.flips = intrinsic.flips;
@@ -126,13 +129,20 @@ impl Assembly<'_> {
         self.network.kinds.len() as u32 - 1
     }
 
-    /// Adds the conductors of welded places; `node` and `conductance` are those of a place.
-    fn conduct(&mut self, weights: &Weights, place: &[Option<(u32, f64)>]) {
+    /// Adds the conductors of welded places from the node of each place and a vertex there; `conductance` [W/K] is that of a
+    /// material's sheet.
+    fn conduct(&mut self, weights: &Weights, place: &[[u32; 2]], conductance: impl Fn(&ShellMaterial) -> f64) {
+        let of_vertex = |vertex: u32| {
+            let material = self.materials[self.surface.materials[vertex as usize] as usize].as_ref();
+            material.map_or(0.0, &conductance)
+        };
         let conductors = weights.pairs.iter().filter_map(|(pair, weight)| {
-            let [(a, conductance), (b, _)] = [place[pair[0] as usize]?, place[pair[1] as usize]?];
-            Some(LinearConductor { nodes: [a, b], conductance: weight * conductance })
+            let [[a, vertex], [b, _]] = pair.map(|at| place[at as usize]);
+            let joined = a != NONE && b != NONE;
+            joined.then(|| LinearConductor { nodes: [a, b], conductance: weight * of_vertex(vertex) })
         });
-        self.network.linear.reserve(weights.pairs.len());
+        let count = conductors.clone().count();
+        self.network.linear.reserve_exact(count);
         self.network.linear.extend(conductors);
     }
 
@@ -146,7 +156,8 @@ impl Assembly<'_> {
         weights: &Weights,
     ) -> Layer {
         let mut node = vec![NONE; place.len()];
-        let mut of_place: Vec<Option<(u32, f64)>> = vec![None; areas.len()];
+        // The node of a place, and the vertex that it is of.
+        let mut of_place = vec![[NONE; 2]; areas.len()];
         for vertex in 0..place.len() {
             let here = place[vertex];
             let Some(material) = self.materials[self.surface.materials[vertex] as usize] else { continue };
@@ -155,14 +166,10 @@ impl Assembly<'_> {
             }
             let here = here as usize;
             if material.outer.conductance > 0.0 || here >= conducting {
-                node[vertex] = match of_place[here] {
-                    Some((node, _)) => node,
-                    None => {
-                        let new = self.push(&material.outer, areas[here], material.emissivity);
-                        of_place[here] = Some((new, material.outer.conductance));
-                        new
-                    }
-                };
+                if of_place[here][0] == NONE {
+                    of_place[here] = [self.push(&material.outer, areas[here], material.emissivity), vertex as u32];
+                }
+                node[vertex] = of_place[here][0];
             } else if load_areas[vertex] > 0.0 {
                 node[vertex] = self.push(&material.outer, load_areas[vertex], material.emissivity);
             }
@@ -177,7 +184,8 @@ impl Assembly<'_> {
                 *node = shown[*here as usize];
             }
         }
-        self.conduct(weights, &of_place[..conducting]);
+        drop(shown);
+        self.conduct(weights, &of_place[..conducting], |material| material.outer.conductance);
         Layer { node }
     }
 
@@ -188,10 +196,13 @@ impl Assembly<'_> {
         areas: &[f64],
         load_areas: &[f64],
         outer: &Layer,
-        weights: &Weights,
+        (conducting, weights): (usize, &Weights),
     ) -> Layer {
         let mut node = outer.node.clone();
-        let mut of_place: Vec<Option<(u32, f64)>> = vec![None; areas.len()];
+        if !self.materials.iter().flatten().any(|material| material.over.is_some()) {
+            return Layer { node };
+        }
+        let mut of_place = vec![[NONE; 2]; areas.len()];
         let mut exchanges = Vec::new();
         for vertex in 0..place.len() {
             let Some(material) = self.materials[self.surface.materials[vertex] as usize] else { continue };
@@ -200,22 +211,18 @@ impl Assembly<'_> {
                 continue;
             }
             let here = place[vertex] as usize;
-            node[vertex] = match of_place[here] {
-                Some((node, _)) => node,
-                None => {
-                    let new = self.push(&below, areas[here], 0.0);
-                    of_place[here] = Some((new, below.conductance));
-                    new
-                }
-            };
+            if of_place[here][0] == NONE {
+                of_place[here] = [self.push(&below, areas[here], 0.0), vertex as u32];
+            }
+            node[vertex] = of_place[here][0];
             exchanges.push(([outer.node[vertex], node[vertex]], emittance * load_areas[vertex]));
         }
         let exchanges = summed(exchanges).into_iter().filter(|(_, area)| *area > 0.0);
         self.network
             .radiative
             .extend(exchanges.map(|(nodes, exchange_area)| RadiativeConductor { nodes, exchange_area }));
-        let conducting = weights.areas.len();
-        self.conduct(weights, &of_place[..conducting]);
+        let below = |material: &ShellMaterial| material.over.map_or(0.0, |(below, _)| below.conductance);
+        self.conduct(weights, &of_place[..conducting], below);
         Layer { node }
     }
 }

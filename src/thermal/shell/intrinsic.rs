@@ -166,6 +166,11 @@ impl Intrinsic {
         }
     }
 
+    /// Frees what only flips need.
+    pub(super) fn forget_twins(&mut self) {
+        self.twin = Vec::new();
+    }
+
     /// Whether an edge has a negative cotangent sum and can be flipped.
     fn is_bad(&self, half_edge: usize) -> bool {
         let twin = self.twin[half_edge] as usize;

@@ -30,11 +30,11 @@ fn rate(network: &Network, capacitances: &[f64], [a, b]: [usize; 2], conductance
 
 /// The rate above which pairs are merged [1/s]: `fastest`, or more where the whole network is fast.
 pub(super) fn threshold(network: &Network, fastest: f64) -> f64 {
-    let mut rates: Vec<f64> = network
-        .linear
-        .par_iter()
-        .filter_map(|one| rate(network, &network.capacitances, one.nodes.map(|node| node as usize), one.conductance))
-        .collect();
+    let of = |one: &LinearConductor| {
+        rate(network, &network.capacitances, one.nodes.map(|node| node as usize), one.conductance)
+    };
+    let mut rates = Vec::with_capacity(network.linear.len());
+    rates.extend(network.linear.iter().filter_map(of));
     if rates.is_empty() {
         return fastest;
     }
@@ -105,17 +105,25 @@ fn root(parent: &mut [u32], mut node: usize) -> usize {
 
 /// Rewrites a network in new numbers: capacitances and areas add up, and so do conductors between the same nodes.
 pub(super) fn apply(network: &mut Network, merged: &Merged) {
-    let mut kinds = vec![NodeKind::Arithmetic; merged.count];
-    let mut capacitances = vec![0.0; merged.count];
-    let mut emissive_areas = vec![0.0; merged.count];
-    let mut temperatures = vec![0.0; merged.count];
+    // A new number is never above the old one, so that all can stay where they are.
+    let mut seen = 0;
     for (old, new) in merged.node.iter().enumerate() {
         let new = *new as usize;
-        kinds[new] = network.kinds[old];
-        capacitances[new] += network.capacitances[old];
-        emissive_areas[new] += network.emissive_areas[old];
-        temperatures[new] = network.temperatures[old];
+        network.kinds[new] = network.kinds[old];
+        network.temperatures[new] = network.temperatures[old];
+        let (capacitance, area) = (network.capacitances[old], network.emissive_areas[old]);
+        if new == seen {
+            (network.capacitances[new], network.emissive_areas[new]) = (capacitance, area);
+            seen += 1;
+        } else {
+            network.capacitances[new] += capacitance;
+            network.emissive_areas[new] += area;
+        }
     }
+    network.kinds.truncate(merged.count);
+    network.capacitances.truncate(merged.count);
+    network.emissive_areas.truncate(merged.count);
+    network.temperatures.truncate(merged.count);
     let rename = |[a, b]: [u32; 2]| {
         let [a, b] = [merged.node[a as usize], merged.node[b as usize]];
         [a.min(b), a.max(b)]
@@ -131,17 +139,14 @@ pub(super) fn apply(network: &mut Network, merged: &Merged) {
         .into_iter()
         .map(|(nodes, exchange_area)| RadiativeConductor { nodes, exchange_area })
         .collect();
-    network.kinds = kinds;
-    network.capacitances = capacitances;
-    network.emissive_areas = emissive_areas;
-    network.temperatures = temperatures;
 }
 
 /// Each pair once with the sum of its values, loops left out.
 pub(super) fn summed(mut pairs: Vec<([u32; 2], f64)>) -> Vec<([u32; 2], f64)> {
     pairs.retain(|(pair, _)| pair[0] != pair[1]);
     if !pairs.is_sorted_by_key(|pair| pair.0) {
-        pairs.par_sort_by_key(|pair| pair.0);
+        // In place, and in one order whatever the number of threads.
+        pairs.par_sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     }
     pairs.dedup_by(|next, kept| {
         let same = next.0 == kept.0;
