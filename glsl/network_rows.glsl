@@ -1,16 +1,18 @@
 // A large network's nodes and conductors, four nodes at a time: rows of conductors lie one after the other in slices of
-// 32 nodes, each as long as the longest of its slice up to a limit, and what is beyond the limit in a list of tails.
+// some groups, each as long as the longest of its slice up to a limit, and what is beyond the limit in a list of tails.
+// Linear and radiative conductors have rows of their own: most nodes of a surface radiate to no other.
 // (On lavapipe what costs is the number of loads, not that of the loaded components.)
 
 layout(push_constant) uniform PassBlock { NetworkPass pass; };
-// Of every group of four nodes: 1 / C, emission, sum of GL, sum of emissions (see NetworkNode).
+// Of every group of four nodes: 1 / C, emission (see NetworkNode).
 layout(set = 0, binding = 0) readonly buffer RowBlock { vec4 rows[]; };
-// Where the entries of a slice begin.
-layout(set = 0, binding = 1) readonly buffer SliceBlock { uint slices[]; };
+// Where the linear and the radiative entries of a slice begin.
+layout(set = 0, binding = 1) readonly buffer SliceBlock { uvec2 slices[]; };
 layout(set = 0, binding = 2) readonly buffer NeighbourBlock { uvec4 neighbours[]; };
 layout(set = 0, binding = 3) readonly buffer ConductanceBlock { vec4 conductances[]; };
 #ifdef RADIATIVE
-layout(set = 0, binding = 4) readonly buffer ExchangeBlock { vec4 exchanges[]; };
+// Of every radiative entry: the neighbours of four nodes, and then the bits of what they exchange [W/K4].
+layout(set = 0, binding = 4) readonly buffer RadiatorBlock { uvec4 radiators[]; };
 #endif
 #ifdef TAILS
 // Where the tail of a node begins, and all tails.
@@ -30,7 +32,14 @@ layout(set = 0, binding = 8) readonly buffer PresentBlock { vec4 present[]; };
 layout(set = 0, binding = 9) readonly buffer GatheredBlock { vec2 gathered[]; };
 #endif
 
-const uint GROUPS_OF_SLICE = 8u;
+const uint GROUPS_OF_SLICE = 4u;
+
+#ifdef LISTED
+// Which nodes of a group are meant: an entry of a list holds the group, and a bit for each of its nodes below.
+vec4 mask_of(uint entry) {
+    return vec4(float(entry & 1u), float((entry >> 1u) & 1u), float((entry >> 2u) & 1u), float((entry >> 3u) & 1u));
+}
+#endif
 
 vec4 base_of(vec4 a, vec4 b) {
     return vec4(a.x, a.z, b.x, b.z);
@@ -54,19 +63,25 @@ vec4 radiative_slope_4(vec4 temperature) {
 // Sum of the magnitudes [W] that the last call of `heat_into` added up.
 vec4 gross;
 
+#ifdef SUMS
+// Sums of the conductances [W/K] and of the emissions [W/K4] of the group that `heat_into` was last called for.
+vec4 conductance_sum;
+vec4 emission_sum;
+#endif
+
 #ifdef TAILS
-// Of a tail: the heat that it brings a node [W], and its magnitude.
-vec2 tail_heat(uint node, float base_here, float rest_here) {
-    vec2 sum = vec2(0.0);
+// Of a tail: the heat that it brings a node [W], its magnitude, and the sums of what conducts and radiates.
+vec4 tail_heat(uint node, float base_here, float rest_here) {
+    vec4 sum = vec4(0.0);
     uint end = tails[node + 1u];
     for (uint k = tails[node]; k < end; k++) {
         vec2 there = gathered[links[k].neighbour];
         float difference = temperature_difference(there.x, there.y, base_here, rest_here);
         float flow = links[k].conductance * difference;
-        sum += vec2(flow, abs(flow));
+        sum += vec4(flow, abs(flow), links[k].conductance, links[k].exchange);
 #ifdef RADIATIVE
         float radiation = links[k].exchange * radiated(difference, there.x + there.y, base_here + rest_here);
-        sum += vec2(radiation, abs(radiation));
+        sum += vec4(radiation, abs(radiation), 0.0, 0.0);
 #endif
     }
     return sum;
@@ -81,12 +96,19 @@ vec4 heat_into(uint group, vec4 base_here, vec4 rest_here, float time) {
     vec4 power = base_of(heat_a, heat_b);
     vec4 gained = rest_of(heat_a, heat_b) * time;
     vec4 space = vec4(pass.space_temperature);
-    vec4 to_space = rows[4u * group + 1u] * radiated_4((space - base_here) - rest_here, space, here);
+    vec4 emission = rows[2u * group + 1u];
+    vec4 to_space = emission * radiated_4((space - base_here) - rest_here, space, here);
     gross = abs(power) + abs(gained) + abs(to_space);
     vec4 into = power + gained + to_space;
+#ifdef SUMS
+    conductance_sum = vec4(0.0);
+    emission_sum = emission;
+#endif
     uint slice = group / GROUPS_OF_SLICE;
-    uint end = slices[slice + 1u];
-    for (uint k = slices[slice] + group % GROUPS_OF_SLICE; k < end; k += GROUPS_OF_SLICE) {
+    uint place = group % GROUPS_OF_SLICE;
+    uvec2 begin = slices[slice];
+    uvec2 end = slices[slice + 1u];
+    for (uint k = begin.x + place; k < end.x; k += GROUPS_OF_SLICE) {
         uvec4 other = neighbours[k];
         vec2 a = gathered[other.x];
         vec2 b = gathered[other.y];
@@ -94,23 +116,44 @@ vec4 heat_into(uint group, vec4 base_here, vec4 rest_here, float time) {
         vec2 d = gathered[other.w];
         vec4 base_there = vec4(a.x, b.x, c.x, d.x);
         vec4 rest_there = vec4(a.y, b.y, c.y, d.y);
-        vec4 difference = (base_there - base_here) + (rest_there - rest_here);
-        vec4 flow = conductances[k] * difference;
+        vec4 conductance = conductances[k];
+        vec4 flow = conductance * ((base_there - base_here) + (rest_there - rest_here));
         into += flow;
         gross += abs(flow);
-#ifdef RADIATIVE
-        vec4 radiation = exchanges[k] * radiated_4(difference, base_there + rest_there, here);
-        into += radiation;
-        gross += abs(radiation);
+#ifdef SUMS
+        conductance_sum += conductance;
 #endif
     }
+#ifdef RADIATIVE
+    for (uint k = begin.y + place; k < end.y; k += GROUPS_OF_SLICE) {
+        uvec4 other = radiators[2u * k];
+        vec2 a = gathered[other.x];
+        vec2 b = gathered[other.y];
+        vec2 c = gathered[other.z];
+        vec2 d = gathered[other.w];
+        vec4 base_there = vec4(a.x, b.x, c.x, d.x);
+        vec4 rest_there = vec4(a.y, b.y, c.y, d.y);
+        vec4 difference = (base_there - base_here) + (rest_there - rest_here);
+        vec4 exchange = uintBitsToFloat(radiators[2u * k + 1u]);
+        vec4 radiation = exchange * radiated_4(difference, base_there + rest_there, here);
+        into += radiation;
+        gross += abs(radiation);
+#ifdef SUMS
+        emission_sum += exchange;
+#endif
+    }
+#endif
 #ifdef TAILS
-    vec2 e = tail_heat(4u * group, base_here.x, rest_here.x);
-    vec2 f = tail_heat(4u * group + 1u, base_here.y, rest_here.y);
-    vec2 g = tail_heat(4u * group + 2u, base_here.z, rest_here.z);
-    vec2 h = tail_heat(4u * group + 3u, base_here.w, rest_here.w);
+    vec4 e = tail_heat(4u * group, base_here.x, rest_here.x);
+    vec4 f = tail_heat(4u * group + 1u, base_here.y, rest_here.y);
+    vec4 g = tail_heat(4u * group + 2u, base_here.z, rest_here.z);
+    vec4 h = tail_heat(4u * group + 3u, base_here.w, rest_here.w);
     into += vec4(e.x, f.x, g.x, h.x);
     gross += vec4(e.y, f.y, g.y, h.y);
+#ifdef SUMS
+    conductance_sum += vec4(e.z, f.z, g.z, h.z);
+    emission_sum += vec4(e.w, f.w, g.w, h.w);
+#endif
 #endif
     return into;
 }

@@ -28,24 +28,23 @@ layout(set = 0, binding = 10) buffer NextBlock { vec4 next[]; };
 // Change of the first stage [K], and heat at the start [W].
 layout(set = 0, binding = 11) buffer StartBlock { vec4 first_change[]; };
 layout(set = 0, binding = 12) buffer RateBlock { vec4 heat_at_start[]; };
-// Groups with unknowns, and which of their nodes are.
+// Groups with unknowns, and which of their nodes are (see `mask_of`).
 layout(set = 0, binding = 13) readonly buffer ListBlock { uint lists[]; };
-layout(set = 0, binding = 14) readonly buffer MaskBlock { vec4 masks[]; };
 layout(set = 0, binding = 15) buffer ErrorBlock { uint errors[]; };
-// Residual [W], preconditioned residual [K], two directions, solution [K], product [W], inverse of the diagonal [K/W].
-layout(set = 0, binding = 17) buffer ResidualBlock { vec4 residual[]; };
+// Preconditioned residual z [K], which is 0 of what is no unknown; two directions, solution [K], product [W], and the
+// diagonal [W/K], which is 1 of what is no unknown. The residual itself is the diagonal times z.
 layout(set = 0, binding = 18) buffer ConditionedBlock { vec4 conditioned[]; };
 #ifdef PRODUCT
 layout(set = 0, binding = 19) readonly buffer ConditionedOneBlock { float conditioned_of[]; };
-layout(set = 0, binding = 20) readonly buffer RootOneBlock { float root_of[]; };
+#ifdef RADIATIVE
+layout(set = 0, binding = 9) readonly buffer GatheredBlock { vec2 gathered[]; };
+#endif
 #endif
 layout(set = 0, binding = 21) buffer DirectionBlock { vec4 direction[]; };
 layout(set = 0, binding = 22) buffer ProductDirectionBlock { vec4 product_direction[]; };
 layout(set = 0, binding = 23) buffer SolutionBlock { vec4 solution[]; };
 layout(set = 0, binding = 24) buffer ProductBlock { vec4 product[]; };
-layout(set = 0, binding = 25) buffer InverseBlock { vec4 inverse_diagonal[]; };
-// 2 T^(3/2) of every node: the products of two are means of the slopes of T^4.
-layout(set = 0, binding = 26) buffer RootBlock { vec4 roots[]; };
+layout(set = 0, binding = 25) buffer DiagonalBlock { vec4 diagonals[]; };
 // Of every workgroup: two sums, or the largest relative change.
 layout(set = 0, binding = 27) buffer PartialBlock { vec2 partials[]; };
 layout(set = 0, binding = 28) buffer ScalarBlock { NetworkSolver solver; };
@@ -149,32 +148,55 @@ vec4 change_since(uint group, vec4 base, vec4 rest) {
 
 // C / (alpha h) [W/K]; 0 where nothing is stored.
 vec4 stored_heat(uint group) {
-    vec4 inverse = rows[4u * group];
+    vec4 inverse = rows[2u * group];
     vec4 stores = sign(inverse);
     return pass.inverse_step * stores / (inverse + (1.0 - stores));
 }
 #endif
 
 #ifdef PRODUCT
+#ifdef RADIATIVE
+// 2 T^(3/2): the products of two are means of the slopes of T^4.
+vec4 root_4(vec4 temperature) {
+    vec4 warm = max(temperature, vec4(0.0));
+    return 2.0 * warm * sqrt(warm);
+}
+
+float root(float temperature) {
+    float warm = max(temperature, 0.0);
+    return 2.0 * warm * sqrt(warm);
+}
+#endif
+
 // Heat [W] that the neighbours of a group lose to it by their part of the vector.
 vec4 from_neighbours(uint group) {
     vec4 sum = vec4(0.0);
     uint slice = group / GROUPS_OF_SLICE;
-    uint end = slices[slice + 1u];
-#ifdef RADIATIVE
-    vec4 root = roots[group];
-#endif
-    for (uint k = slices[slice] + group % GROUPS_OF_SLICE; k < end; k += GROUPS_OF_SLICE) {
+    uint place = group % GROUPS_OF_SLICE;
+    uvec2 begin = slices[slice];
+    uvec2 end = slices[slice + 1u];
+    for (uint k = begin.x + place; k < end.x; k += GROUPS_OF_SLICE) {
         uvec4 other = neighbours[k];
-        vec4 there = vec4(
+        sum += conductances[k] * vec4(
             conditioned_of[other.x], conditioned_of[other.y], conditioned_of[other.z], conditioned_of[other.w]);
-        vec4 slope = conductances[k];
-#ifdef RADIATIVE
-        slope += exchanges[k] * root
-            * vec4(root_of[other.x], root_of[other.y], root_of[other.z], root_of[other.w]);
-#endif
-        sum += slope * there;
     }
+#ifdef RADIATIVE
+    if (begin.y < end.y) {
+        vec4 a = present[2u * group];
+        vec4 b = present[2u * group + 1u];
+        vec4 root_here = root_4(base_of(a, b) + rest_of(a, b));
+        for (uint k = begin.y + place; k < end.y; k += GROUPS_OF_SLICE) {
+            uvec4 other = radiators[2u * k];
+            vec2 c = gathered[other.x];
+            vec2 d = gathered[other.y];
+            vec2 e = gathered[other.z];
+            vec2 f = gathered[other.w];
+            vec4 root_there = root_4(vec4(c.x + c.y, d.x + d.y, e.x + e.y, f.x + f.y));
+            sum += uintBitsToFloat(radiators[2u * k + 1u]) * root_here * root_there * vec4(
+                conditioned_of[other.x], conditioned_of[other.y], conditioned_of[other.z], conditioned_of[other.w]);
+        }
+    }
+#endif
     return sum;
 }
 
@@ -182,11 +204,15 @@ vec4 from_neighbours(uint group) {
 float from_tail(uint node) {
     float sum = 0.0;
     uint end = tails[node + 1u];
+#ifdef RADIATIVE
+    vec2 here = gathered[node];
+#endif
     for (uint k = tails[node]; k < end; k++) {
         uint other = links[k].neighbour;
         float slope = links[k].conductance;
 #ifdef RADIATIVE
-        slope += links[k].exchange * root_of[node] * root_of[other];
+        vec2 there = gathered[other];
+        slope += links[k].exchange * root(here.x + here.y) * root(there.x + there.y);
 #endif
         sum += slope * conditioned_of[other];
     }
@@ -249,8 +275,9 @@ void main() {
         uint group = i;
 #endif
 #ifndef START
-        uint group = lists[i];
-        vec4 mask = masks[i];
+        uint entry = lists[i];
+        uint group = entry >> 4u;
+        vec4 mask = mask_of(entry);
 #endif
 #ifdef HERE
         vec4 a = present[2u * group];
@@ -260,40 +287,35 @@ void main() {
         vec4 here = base + rest;
 #endif
 #ifdef START
-        heat_at_start[group] = sign(rows[4u * group]) * heat_into(group, base, rest, pass.time);
+        heat_at_start[group] = sign(rows[2u * group]) * heat_into(group, base, rest, pass.time);
         // Has no weight in the first stage, but must be a number.
         first_change[group] = vec4(0.0);
         next[2u * group] = rebased_pair(a.xz, a.yw);
         next[2u * group + 1u] = rebased_pair(b.xz, b.yw);
 #endif
 #ifdef BALANCE
-        vec4 diagonal = rows[4u * group + 2u] + rows[4u * group + 3u] * radiative_slope_4(max(here, vec4(1.0)));
         vec4 right = heat_into(group, base, rest, pass.time);
+        vec4 diagonal = conductance_sum + emission_sum * radiative_slope_4(max(here, vec4(1.0)));
 #endif
 #ifdef RESIDUAL
         vec4 stored = stored_heat(group);
-        vec4 diagonal =
-            stored + rows[4u * group + 2u] + rows[4u * group + 3u] * radiative_slope_4(max(here, vec4(1.0)));
         vec4 right = pass.mu * heat_into(group, base, rest, pass.time) + pass.nu * heat_at_start[group]
             + stored * (pass.mu_step * change_since(group, base, rest) + pass.gamma_step * first_change[group]);
+        vec4 diagonal = stored + conductance_sum + emission_sum * radiative_slope_4(max(here, vec4(1.0)));
 #endif
 #ifdef RIGHT_SIDE
-        vec4 inverse = mask / (diagonal + (1.0 - mask));
-        inverse_diagonal[group] = inverse;
-        residual[group] = mask * right;
-        conditioned[group] = inverse * right;
-        vec4 warm = max(here, vec4(0.0));
-        roots[group] = 2.0 * warm * sqrt(warm);
+        diagonal = mask * diagonal + (1.0 - mask);
+        diagonals[group] = diagonal;
+        conditioned[group] = mask * right / diagonal;
 #endif
 #ifdef PRODUCT
-        vec4 left = residual[group];
         vec4 z = conditioned[group];
+        vec4 left = diagonals[group] * z;
         vec4 passed = from_neighbours(group);
 #ifdef TAILS
         uint node = 4u * group;
         passed += vec4(from_tail(node), from_tail(node + 1u), from_tail(node + 2u), from_tail(node + 3u));
 #endif
-        // The diagonal times z is the residual.
         vec4 found = mask * (left - passed);
         product[group] = found;
         own = vec2(dot(left, z), dot(z, found));
@@ -303,8 +325,8 @@ void main() {
         float alpha = solver.step;
         vec4 along = conditioned[group];
         vec4 product_along = product[group];
+        vec4 z = along;
         vec4 before = vec4(0.0);
-        vec4 left = residual[group];
         if (pass.mode == 0u) {
             along += beta * direction[group];
             product_along += beta * product_direction[group];
@@ -313,9 +335,7 @@ void main() {
         direction[group] = along;
         product_direction[group] = product_along;
         solution[group] = before + alpha * along;
-        left -= alpha * product_along;
-        residual[group] = left;
-        conditioned[group] = inverse_diagonal[group] * left;
+        conditioned[group] = z - alpha * product_along / diagonals[group];
 #endif
 #ifdef MOVE
         vec4 change = solution[group] * (solver.newtons_done > 0.0 ? 0.0 : 1.0);
@@ -335,7 +355,7 @@ void main() {
         heat_into(group, base, rest, pass.time);
         vec4 size = abs(pass.nu) * gross
             + abs(pass.gamma_step) * stored_heat(group) * abs(change_since(group, base, rest));
-        size *= inverse_diagonal[group];
+        size /= diagonals[group];
         vec4 error = solution[group];
         uint worst = worse(errors[i], error.x, size.x, mask.x, here.x);
         worst = worse(worst, error.y, size.y, mask.y, here.y);

@@ -14,9 +14,8 @@ layout(set = 0, binding = 10) buffer NextBlock { vec4 next[]; };
 // Rests at the start of the sub-step [K], and rates there [K/s].
 layout(set = 0, binding = 11) buffer StartBlock { vec4 start_rest[]; };
 layout(set = 0, binding = 12) buffer RateBlock { vec4 rates[]; };
-// LONE: groups with such nodes, and which of their nodes are; SENSE: the sensors.
+// LONE: groups with such nodes, and which of their nodes are (see `mask_of`); SENSE: the sensors.
 layout(set = 0, binding = 13) readonly buffer ListBlock { uint lists[]; };
-layout(set = 0, binding = 14) readonly buffer MaskBlock { vec4 masks[]; };
 // Bits of the largest error of a workgroup.
 layout(set = 0, binding = 15) buffer ErrorBlock { uint errors[]; };
 // Base and rest of the sensors after every sub-step.
@@ -62,11 +61,11 @@ void main() {
         vec4 b = present[2u * i + 1u];
         vec4 base = base_of(a, b);
         vec4 rest = rest_of(a, b);
-        vec4 inverse = rows[4u * i];
+        vec4 inverse = rows[2u * i];
         vec4 rate = inverse * heat_into(i, base, rest, pass.time);
         vec4 error = pass.mu_step * rate + pass.gamma_step * rates[i] + pass.mu * (rest - start_rest[i]);
         vec4 here = base + rest;
-        vec4 slope = rows[4u * i + 2u] + rows[4u * i + 3u] * radiative_slope_4(here);
+        vec4 slope = conductance_sum + emission_sum * radiative_slope_4(here);
         vec4 size = (abs(pass.mu_step) + abs(pass.gamma_step)) * inverse * (gross + slope * abs(rest));
         error *= sign(inverse);
         worst = worse(worst, error.x, size.x, here.x);
@@ -94,7 +93,7 @@ void main() {
 #ifdef BEGIN
     vec4 a = present[2u * i];
     vec4 b = present[2u * i + 1u];
-    rates[i] = rows[4u * i] * heat_into(i, base_of(a, b), rest_of(a, b), pass.time);
+    rates[i] = rows[2u * i] * heat_into(i, base_of(a, b), rest_of(a, b), pass.time);
 #endif
 #ifdef FIRST
     vec4 a = present[2u * i];
@@ -108,18 +107,18 @@ void main() {
     next[2u * i + 1u] = vec4(kept_b.x, moved.z, kept_b.z, moved.w);
 #endif
 #ifdef LONE
-    uint group = lists[i];
+    uint entry = lists[i];
+    uint group = entry >> 4u;
     vec4 a = present[2u * group];
     vec4 b = present[2u * group + 1u];
     vec4 base = base_of(a, b);
     vec4 rest = rest_of(a, b);
     vec4 into = heat_into(group, base, rest, pass.time);
     // The others' divisor is not theirs: a boundary may have none.
-    vec4 mask = masks[i];
+    vec4 mask = mask_of(entry);
     vec4 others = vec4(1.0) - mask;
-    vec4 conductance = mask * rows[4u * group + 2u] + others;
-    vec4 moved = rest
-        + mask * balancing_change_4(mask * into, conductance, mask * rows[4u * group + 3u], base + rest);
+    vec4 conductance = mask * conductance_sum + others;
+    vec4 moved = rest + mask * balancing_change_4(mask * into, conductance, mask * emission_sum, base + rest);
     // No other arithmetic node looks at these before the next barrier; the others stay as they are.
     vec4 moved_a = rebased_pair(base.xy, moved.xy);
     vec4 moved_b = rebased_pair(base.zw, moved.zw);
@@ -131,7 +130,7 @@ void main() {
     vec4 b = present[2u * i + 1u];
     vec4 base = base_of(a, b);
     vec4 rest = rest_of(a, b);
-    vec4 inverse = rows[4u * i];
+    vec4 inverse = rows[2u * i];
     vec4 rate = inverse * heat_into(i, base, rest, pass.time);
     vec4 kept = start_rest[i];
     vec4 c = next[2u * i];

@@ -107,8 +107,9 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
         &prepared.triangle_runs,
     );
     let plan = data.plan();
-    let bytes = plan.iter().map(|planned| planned.bytes).sum::<u64>() + prepared.network_bytes();
-    let node_bytes = device_bytes(&plan) + prepared.network_bytes();
+    let of_network = prepared.network_bytes(&plan);
+    let bytes = plan.iter().map(|planned| planned.bytes).sum::<u64>() + of_network.device + of_network.host;
+    let node_bytes = device_bytes(&plan) + of_network.device;
     let a_node = node_bytes as f64 / prepared.nodes.count.max(1) as f64;
     let switched_off = prepared.switched_off();
 
@@ -141,7 +142,9 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
         text.push_str(&format!("  {:<40} {:>12}\n", format!("{:?}", planned.resource), planned.bytes));
     }
     if prepared.network.is_some() {
-        text.push_str(&format!("  {:<40} {:>12}\n", "thermal network", prepared.network_bytes()));
+        for (name, bytes) in [("thermal network", of_network.device), ("thermal network, host", of_network.host)] {
+            text.push_str(&format!("  {name:<40} {bytes:>12}\n"));
+        }
     }
     text.push_str(&format!(
         "  {:<40} {bytes:>12}\n  a node, triangles included, without images and readback: {a_node:.1}\n\nFrame\n",

@@ -77,8 +77,9 @@ pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Chosen) {
     let nodes = prepared.nodes.count;
     eprintln!("{}: {nodes} nodes, {} triangles on {}", prepared.scene.name, prepared.triangle_count(), chosen.name());
     if let Chosen::Device(context) = chosen {
-        let all = plan.iter().map(|planned| planned.bytes).sum::<u64>() + prepared.network_bytes();
-        let of_nodes = device_bytes(plan) + prepared.network_bytes();
+        let of_network = prepared.network_bytes(plan);
+        let all = plan.iter().map(|planned| planned.bytes).sum::<u64>() + of_network.device + of_network.host;
+        let of_nodes = device_bytes(plan) + of_network.device;
         eprintln!(
             "device memory: {:.1} bytes a node; {:.1} MiB in all, with images and what the host reads, of {} MiB free",
             of_nodes as f64 / nodes.max(1) as f64,
@@ -111,7 +112,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let plan = data.plan();
     say_size(&prepared, &plan, &chosen);
     if let Chosen::Device(context) = &chosen {
-        check_plan(context, &plan, prepared.network_bytes(), data.image)?;
+        let of_network = prepared.network_bytes(&plan);
+        check_plan(context, &plan, of_network.device + of_network.host, data.image)?;
     }
     let folder = RunFolder::prepare(&arguments.output, arguments.force)?;
     let stop = stop_flag();

@@ -14,7 +14,7 @@ pub mod hazard;
 pub mod layout;
 pub mod limits;
 mod load;
-mod memory;
+pub mod memory;
 pub mod network;
 mod once;
 pub mod pass;

@@ -5,6 +5,8 @@
 pub mod frame;
 mod fused;
 mod host;
+mod parts;
+mod rows;
 mod schedule;
 mod sliced;
 mod solve_frame;
@@ -17,13 +19,14 @@ use std::sync::Arc;
 
 use fused::Fused;
 use sliced::GROUP;
-use tables::Tables;
 use wide::Wide;
 
-pub use wide::{NODES_AT_MOST, network_bytes};
+pub use parts::NetworkBytes;
+pub use wide::NODES_AT_MOST;
 
 use super::context::Context;
 use super::error::GpuError;
+use super::memory::Buffer;
 use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
 use crate::thermal::network::{Network, NodeKind};
 
@@ -44,6 +47,7 @@ pub struct NetworkStepper {
     network: Network,
     sensors: Vec<u32>,
     heat: Vec<[f32; 2]>,
+    spare: Vec<Arc<Buffer>>,
     context: Arc<Context>,
 }
 
@@ -61,11 +65,26 @@ impl NetworkStepper {
     /// # Errors
     /// A network that single precision or the device does not hold, or a call that fails.
     pub fn new(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
+        Self::beside(context, network, sensors, Vec::new())
+    }
+
+    /// The same beside a scene: while the network is stepped or settled, what is in `spare` may be overwritten (see
+    /// [`Self::wrote_spare`]), and nothing else uses it.
+    ///
+    /// # Errors
+    /// As for `new`.
+    pub fn beside(
+        context: &Arc<Context>,
+        network: &Network,
+        sensors: &[u32],
+        spare: Vec<Arc<Buffer>>,
+    ) -> Result<Self, GpuError> {
         check(network, sensors)?;
-        match Fused::new(context, network, sensors)? {
-            Some(fused) => Self::of(context, Path::Fused(Box::new(fused)), network, sensors),
-            None => Self::wide(context, network, sensors),
-        }
+        let path = match Fused::new(context, network, sensors)? {
+            Some(fused) => Path::Fused(Box::new(fused)),
+            None => wide_path(context, network, sensors, spare.clone())?,
+        };
+        Self::of(context, path, network, sensors, spare)
     }
 
     /// Uploads a network of any size to be integrated by a dispatch for every stage.
@@ -74,14 +93,21 @@ impl NetworkStepper {
     /// As for `new`.
     pub fn wide(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
         check(network, sensors)?;
-        Self::of(context, wide_path(context, network, sensors)?, network, sensors)
+        let path = wide_path(context, network, sensors, Vec::new())?;
+        Self::of(context, path, network, sensors, Vec::new())
     }
 
-    fn of(context: &Arc<Context>, path: Path, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
-        let heat = vec![[0.0; 2]; network.len()];
+    fn of(
+        context: &Arc<Context>,
+        path: Path,
+        network: &Network,
+        sensors: &[u32],
+        spare: Vec<Arc<Buffer>>,
+    ) -> Result<Self, GpuError> {
         let kept = if matches!(path, Path::Fused(_)) { network.clone() } else { Network::default() };
+        let heat = vec![[0.0; 2]; kept.len()];
         let (sensors, context) = (sensors.to_vec(), Arc::clone(context));
-        let mut stepper = Self { path, network: kept, sensors, heat, context };
+        let mut stepper = Self { path, network: kept, sensors, heat, spare, context };
         stepper.set_temperatures(&network.temperatures)?;
         Ok(stepper)
     }
@@ -89,7 +115,7 @@ impl NetworkStepper {
     /// Goes on with a dispatch for every stage: what is asked for takes more than one workgroup can do in a dispatch.
     fn widen(&mut self) -> Result<(), GpuError> {
         let state = self.state();
-        self.path = wide_path(&self.context, &self.network, &self.sensors)?;
+        self.path = wide_path(&self.context, &self.network, &self.sensors, self.spare.clone())?;
         match &mut self.path {
             Path::Fused(_) => {}
             Path::Wide(wide) => {
@@ -113,23 +139,42 @@ impl NetworkStepper {
         }
     }
 
+    /// Whether anything was written to the spare buffers since this was last asked.
+    pub fn wrote_spare(&mut self) -> bool {
+        match &mut self.path {
+            Path::Fused(_) => false,
+            Path::Wide(wide) => wide.wrote_spare(),
+        }
+    }
+
+    /// Bytes on the device as they were allocated, spare buffers and what the host reads and writes not counted; `None`
+    /// of a small network.
+    pub fn device_bytes(&self) -> Option<u64> {
+        match &self.path {
+            Path::Fused(_) => None,
+            Path::Wide(wide) => Some(wide.device_bytes()),
+        }
+    }
+
     fn state(&self) -> Vec<[f32; 2]> {
         match &self.path {
             Path::Fused(fused) => fused.state().to_vec(),
-            Path::Wide(wide) => wide.state().to_vec(),
+            Path::Wide(wide) => wide.state().collect(),
         }
     }
 }
 
-fn wide_path(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Path, GpuError> {
+fn wide_path(
+    context: &Arc<Context>,
+    network: &Network,
+    sensors: &[u32],
+    spare: Vec<Arc<Buffer>>,
+) -> Result<Path, GpuError> {
     if network.len() > wide::NODES_AT_MOST {
         return Err(unsupported(format!("it has more than {} nodes", wide::NODES_AT_MOST)));
     }
-    let tables = Tables::new(network);
     // One invocation takes the conductors of a group of nodes one after the other.
-    let links =
-        |first: usize| (first..network.len().min(first + GROUP)).map(|node| tables.row(node).len()).sum::<usize>();
-    if let Some(first) = (0..network.len()).step_by(GROUP).find(|first| links(*first) > wide::LINKS_AT_MOST) {
+    if let Some(first) = crowded_group(network) {
         return Err(unsupported(format!(
             "nodes {first} to {} of the file's order have more than {} ends of conductors in all: move one of them to another \
              place, or use --device cpu",
@@ -137,7 +182,18 @@ fn wide_path(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Resu
             wide::LINKS_AT_MOST
         )));
     }
-    Ok(Path::Wide(Box::new(Wide::new(context, network, &tables, sensors)?)))
+    Ok(Path::Wide(Box::new(Wide::new(context, network, sensors, spare)?)))
+}
+
+/// The first node of a group with more ends of conductors than one invocation takes; nodes of so long rows stand in the order
+/// of the file.
+fn crowded_group(network: &Network) -> Option<usize> {
+    let linear = network.linear.iter().map(|one| one.nodes);
+    let mut ends = vec![0u32; network.len().div_ceil(GROUP)];
+    for node in linear.chain(network.radiative.iter().map(|one| one.nodes)).filter(|[a, b]| a != b).flatten() {
+        ends[node as usize / GROUP] += u32::from(network.kinds[node as usize] != NodeKind::Boundary);
+    }
+    ends.iter().position(|ends| *ends as usize > wide::LINKS_AT_MOST).map(|group| GROUP * group)
 }
 
 fn unsupported(reason: String) -> GpuError {
@@ -212,10 +268,12 @@ impl Stepper for NetworkStepper {
         let heat: Vec<[f32; 2]> =
             power.iter().zip(slope).map(|(power, slope)| [*power as f32, *slope as f32]).collect();
         match &mut self.path {
-            Path::Fused(fused) => fused.set_heat(&heat),
+            Path::Fused(fused) => {
+                fused.set_heat(&heat);
+                self.heat = heat;
+            }
             Path::Wide(wide) => wide.set_heat(&heat),
         }
-        self.heat = heat;
         Ok(())
     }
 

@@ -90,9 +90,7 @@ pub enum Resource {
     NetworkErrors,
     /// Temperatures of the sensors, where the host reads them.
     NetworkSensed,
-    /// Residual of the solver [W].
-    SolverResidual,
-    /// Preconditioned residual [K].
+    /// Preconditioned residual of the solver [K].
     SolverConditioned,
     /// Direction of search.
     SolverDirection,
@@ -102,10 +100,8 @@ pub enum Resource {
     SolverSolution,
     /// The matrix times the preconditioned residual.
     SolverProduct,
-    /// Inverse of the diagonal [K/W].
-    SolverInverse,
-    /// 2 T^(3/2) of every node.
-    SolverRoots,
+    /// The diagonal [W/K].
+    SolverDiagonal,
     /// Parts of sums.
     SolverPartials,
     /// What the solver knows of itself, where the host reads it.

@@ -12,6 +12,7 @@ use super::error::{Context as _, GpuError};
 use super::frame::{Frame, StepRange, TriangleRun, Wanted};
 use super::layout;
 use super::load::DeviceLoad;
+use super::memory::Buffer;
 use super::once::{Once, command_buffers};
 use super::pass::Resource;
 use super::record::Recorder;
@@ -261,6 +262,22 @@ impl Renderer {
     pub fn set_temperatures(&mut self, temperatures: &[f32]) -> Result<(), GpuError> {
         self.wait()?;
         self.resources.upload(&mut self.once, Resource::Temperature, temperatures)
+    }
+
+    /// Bytes of the buffers, as they were allocated, that follow the number of nodes; what only the host reads is not counted.
+    pub fn device_bytes(&self) -> u64 {
+        self.resources.device_bytes()
+    }
+
+    /// Buffers that the scene has to spare while its network is stepped and no frame is in flight. Where anything was written
+    /// to them, say so by `spare_was_used`, and bring the temperatures by `set_temperatures`.
+    pub fn spare(&self) -> Vec<Arc<Buffer>> {
+        self.resources.spare()
+    }
+
+    /// The culled triangles are gone: the next image finds them again.
+    pub fn spare_was_used(&mut self) {
+        self.culled_for.clear();
     }
 
     /// What finds the shadows anew, where a load asks for it; the Sun's view goes to the slot that is submitted next.

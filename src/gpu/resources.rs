@@ -184,6 +184,16 @@ impl SceneData<'_> {
     }
 }
 
+/// What a scene has to spare while its thermal network is stepped: the culled triangles, which are found again where an image
+/// follows, and the temperatures, which come back from the network.
+const SPARE: [Resource; 2] = [Resource::VisibleTriangles, Resource::Temperature];
+
+/// Bytes of each buffer that the scene of a plan has to spare while its network is stepped.
+pub fn spare_bytes(plan: &[Planned]) -> Vec<u64> {
+    let of = |resource| plan.iter().find(|planned| planned.resource == resource).map(|planned| planned.bytes);
+    SPARE.into_iter().filter_map(of).collect()
+}
+
 /// Bytes of a plan that follow the number of nodes, triangles included; what only the host reads is not counted.
 pub fn device_bytes(plan: &[Planned]) -> u64 {
     plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|planned| planned.bytes).sum()
@@ -212,7 +222,7 @@ pub fn check_plan(context: &Context, plan: &[Planned], beside: u64, image: Optio
 
 /// The buffers and images of a scene, one or one a slot.
 pub struct Resources {
-    buffers: BTreeMap<(Resource, usize), Buffer>,
+    buffers: BTreeMap<(Resource, usize), Arc<Buffer>>,
     images: BTreeMap<Resource, Image>,
 }
 
@@ -250,7 +260,7 @@ impl Resources {
                     Buffer::new
                 };
                 let buffer = make(context, &name, bytes, planned.usage, planned.location)?;
-                resources.buffers.insert((planned.resource, slot), buffer);
+                resources.buffers.insert((planned.resource, slot), Arc::new(buffer));
             }
         }
         resources.fill(once, data)?;
@@ -296,6 +306,16 @@ impl Resources {
         }
     }
 
+    /// Bytes of the buffers that follow the number of nodes; what only the host reads is not counted.
+    pub(super) fn device_bytes(&self) -> u64 {
+        self.buffers.iter().filter(|((resource, _), _)| resource.grows_with_nodes()).map(|(_, one)| one.bytes).sum()
+    }
+
+    /// The buffers that the scene has to spare while its network is stepped.
+    pub(super) fn spare(&self) -> Vec<Arc<Buffer>> {
+        SPARE.into_iter().filter_map(|resource| self.buffers.get(&(resource, 0)).map(Arc::clone)).collect()
+    }
+
     /// The buffer of a resource, in the slot where it has one each.
     pub(super) fn buffer(&self, resource: Resource, slot: usize) -> &Buffer {
         &self.buffers[&(resource, if resource.per_slot() { slot } else { 0 })]
@@ -303,7 +323,7 @@ impl Resources {
 
     /// Writes a buffer that the host fills each tick; nothing where the scene has no such buffer.
     pub(super) fn write<T: Pod>(&mut self, resource: Resource, slot: usize, values: &[T]) {
-        if let Some(buffer) = self.buffers.get_mut(&(resource, slot)) {
+        if let Some(buffer) = self.buffers.get_mut(&(resource, slot)).and_then(Arc::get_mut) {
             buffer.write(values);
         }
     }

@@ -142,17 +142,16 @@ impl Engine {
     pub fn on_device(context: &Arc<Context>, prepared: &Prepared, camera: Option<&Camera>) -> Result<Self, GpuError> {
         let device = DeviceData::new(prepared);
         let data = device.scene_data(prepared, camera);
-        check_plan(context, &data.plan(), prepared.network_bytes(), data.image)?;
+        let plan = data.plan();
+        let of_network = prepared.network_bytes(&plan);
+        check_plan(context, &plan, of_network.device + of_network.host, data.image)?;
         let renderer = Renderer::new(context, &data)?;
+        let network = prepared.network.as_ref().map(|scene| NetworkRun::on_device(context, scene, renderer.spare()));
         Ok(Self::Device {
+            network: network.transpose()?.map(Box::new),
             renderer: Box::new(renderer),
             flying: VecDeque::new(),
             ready: VecDeque::new(),
-            network: prepared
-                .network
-                .as_ref()
-                .map(|scene| NetworkRun::on_device(context, scene).map(Box::new))
-                .transpose()?,
             ticks: 0,
             camera: camera.cloned().map(Box::new),
             trace: Trace::default(),
@@ -306,6 +305,18 @@ impl Engine {
         }
     }
 
+    /// Bytes on the device, as they were allocated, that follow the number of nodes; what only the host reads is not counted.
+    /// `None` for the reference.
+    pub fn device_bytes(&self) -> Option<u64> {
+        match self {
+            Self::Device { renderer, network, .. } => {
+                let of_network = network.as_ref().and_then(|network| network.device_bytes());
+                Some(renderer.device_bytes() + of_network.unwrap_or(0))
+            }
+            Self::Reference(_) => None,
+        }
+    }
+
     /// The network under way, where the scene has one.
     pub fn network(&self) -> Option<&NetworkRun> {
         match self {
@@ -382,6 +393,9 @@ fn collect(renderer: &mut Renderer, submitted: Submitted) -> Result<Delivered, G
 
 /// Puts a network's temperatures where the device draws from, in place of the fluxes in `values`.
 fn put(renderer: &mut Renderer, network: &mut NetworkRun, values: &mut [f32]) -> Result<(), GpuError> {
+    if network.wrote_spare() {
+        renderer.spare_was_used();
+    }
     let temperatures = network.temperatures()?;
     network.scene().scatter(&temperatures, |slot, temperature| values[slot] = temperature as f32);
     renderer.set_temperatures(values)

@@ -151,7 +151,7 @@ impl SceneNetwork {
         self.heated.iter().filter_map(|heated| heated.thermostat.as_ref()).collect()
     }
 
-    fn sensors(&self) -> Vec<u32> {
+    pub(super) fn sensors(&self) -> Vec<u32> {
         self.thermostats().iter().map(|thermostat| thermostat.sensor).collect()
     }
 }

@@ -14,7 +14,8 @@ use crate::environment::shadow::{Jointed, LARGEST_TREE, Method, Occluders, Redra
 use crate::environment::sky::SkyError;
 use crate::environment::tick::TickLoads;
 use crate::gpu::frame::{StepRange, TriangleRun};
-use crate::gpu::network::network_bytes;
+use crate::gpu::network::NetworkBytes;
+use crate::gpu::resources::{Planned, spare_bytes};
 use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::model::{Merged, Model, ModelError};
@@ -411,9 +412,12 @@ impl Prepared {
         ranges
     }
 
-    /// Bytes on a device that integrates the scene's thermal network; 0 where it has none.
-    pub fn network_bytes(&self) -> u64 {
-        self.network.as_ref().map_or(0, |network| network_bytes(network.network()))
+    /// What the scene's thermal network takes on a device that integrates it, beside the scene's plan; nothing where there is
+    /// none.
+    pub fn network_bytes(&self, plan: &[Planned]) -> NetworkBytes {
+        let of =
+            |scene: &Arc<SceneNetwork>| NetworkBytes::of(scene.network(), scene.sensors().len(), &spare_bytes(plan));
+        self.network.as_ref().map(of).unwrap_or_default()
     }
 
     /// The Sun's view of what casts shadows, and when it is taken anew; `None` where the craft does not shadow itself.

@@ -10,9 +10,9 @@ use isotherm::thermal::nodes::PADDING;
 use super::craft::{Folder, never, scene_with};
 use super::device::{Worst, assert_silent, context};
 
-const TRANSITION: &str = "response = \"transition\"\nretarget = \"merge\"\nheating = { function = \"quadratic\", t_max_steps = 20 }\n\
+pub const TRANSITION: &str = "response = \"transition\"\nretarget = \"merge\"\nheating = { function = \"quadratic\", t_max_steps = 20 }\n\
                           cooling = { function = \"linear\", t_max_steps = 30 }\n";
-const SKIN: &str =
+pub const SKIN: &str =
     "response = \"network\"\nthickness = 0.002\ndensity = 2700\nspecific_heat = 900\nconductivity = 160\n";
 const CELLS: &str = "response = \"transition\"\nretarget = \"merge\"\nheating = { function = \"quadratic\", t_max_steps = 4 }\n\
                      cooling = { function = \"quadratic\", t_max_steps = 6 }\n";

@@ -10,6 +10,7 @@ use isotherm::gpu::resources::device_bytes;
 use isotherm::host;
 use isotherm::scene::{Density, Edges, Scene};
 use isotherm::simulation::engine::{DeviceData, Engine, Order, Tick};
+use isotherm::simulation::network::TickCost;
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::viewpoint::camera_from_body;
 
@@ -49,7 +50,8 @@ pub fn measure_one(context: &Arc<Context>, mut scene: Scene, edge: f64) -> Resul
 
     let camera = prepared.scene.camera.clone();
     let data = DeviceData::new(&prepared);
-    let device = device_bytes(&data.scene_data(&prepared, camera.as_ref()).plan()) + prepared.network_bytes();
+    let plan = data.scene_data(&prepared, camera.as_ref()).plan();
+    let device = device_bytes(&plan) + prepared.network_bytes(&plan).device;
     drop(data);
     let step = prepared.scene.time.step;
     let began = Instant::now();
@@ -67,13 +69,23 @@ pub fn measure_one(context: &Arc<Context>, mut scene: Scene, edge: f64) -> Resul
         engine.submit(Some(tick), Order { pose, joints: &joints, temperatures: true })?;
         engine.deliver()?;
     }
+    let stepping = began.elapsed().as_secs_f64();
     println!(
         "| {edge} | {nodes} | {} | {build:.2} | {:.0} | {host:.0} | {:.1} | {settle:.2} | {:.2} | {:.0} |",
         prepared.triangles.len(),
         build * 1e9 / nodes,
         device as f64 / nodes,
-        began.elapsed().as_secs_f64(),
+        stepping,
         peak()
     );
+    if let Some(network) = engine.network() {
+        let ms = |cost: &TickCost| format!("{:.0} ({:.0} of the device)", cost.wall_ms, cost.device_ms.unwrap_or(0.0));
+        let ticks: Vec<String> = network.costs().iter().map(ms).collect();
+        println!("\nTicks of the network of {} nodes [ms]: {}", network.scene().network().len(), ticks.join(", "));
+        for (name, value) in network.description() {
+            println!("- {name}: {value}");
+        }
+        println!();
+    }
     Ok(())
 }

@@ -80,9 +80,12 @@ impl WidePlan {
             Step::Pass(clear_pass("clear errors", Resource::NetworkErrors)),
         ];
         if self.solves() {
-            before.push(barrier(Resource::SolverScalars, COMPUTE_WRITE, CLEAR_WRITE));
-            passes.push(Step::Pass(clear_pass("clear solver", Resource::SolverScalars)));
-            after.push(barrier(Resource::SolverScalars, CLEAR_WRITE, COMPUTE));
+            // What is no unknown is 0 in the products.
+            for resource in [Resource::SolverScalars, Resource::SolverConditioned] {
+                before.push(barrier(resource, CLEARED, CLEAR_WRITE));
+                passes.push(Step::Pass(clear_pass("clear solver", resource)));
+                after.push(barrier(resource, CLEAR_WRITE, COMPUTE));
+            }
         }
         let mut steps = vec![Step::Barriers(before)];
         steps.extend(passes);
@@ -268,7 +271,7 @@ pub(super) fn pass(variant: WideVariant, nodes: NetworkNodes, place: Place, mode
     let mut accesses = Vec::new();
     for used in uses(variant) {
         let resource = match used.target {
-            Target::Table | Target::List | Target::Masks => continue,
+            Target::Table | Target::List => continue,
             Target::Present => present(place.odd),
             Target::Next => present(!place.odd),
             Target::Of(resource) => resource,

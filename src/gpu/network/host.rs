@@ -62,8 +62,17 @@ pub(super) fn write_set<'a>(
     set: vk::DescriptorSet,
     buffers: impl IntoIterator<Item = (u32, &'a Buffer)>,
 ) {
-    for (binding, buffer) in buffers {
-        let infos = [vk::DescriptorBufferInfo { buffer: buffer.raw, offset: 0, range: vk::WHOLE_SIZE }];
+    write_pieces(context, set, buffers.into_iter().map(|(binding, buffer)| (binding, (buffer.raw, 0, vk::WHOLE_SIZE))));
+}
+
+/// Points bindings of a new set to pieces of storage buffers: offset and length in bytes.
+pub(super) fn write_pieces(
+    context: &Context,
+    set: vk::DescriptorSet,
+    pieces: impl IntoIterator<Item = (u32, (vk::Buffer, u64, u64))>,
+) {
+    for (binding, (buffer, offset, range)) in pieces {
+        let infos = [vk::DescriptorBufferInfo { buffer, offset, range }];
         let write = [vk::WriteDescriptorSet::default()
             .dst_set(set)
             .dst_binding(binding)

@@ -1,165 +1,390 @@
 //! A large network as its kernels read it: four nodes at a time, their rows of conductors in slices (the sliced ELLPACK
-//! format: Monakov, Lokhmotov & Avetisyan, HiPEAC 2010, 111).
+//! format: Monakov, Lokhmotov & Avetisyan, HiPEAC 2010, 111), nodes of like rows beside each other within a window (SELL-C-sigma:
+//! Kreutzer, Hager, Wellein, Fehske & Bishop, SIAM J. Sci. Comput. 36, 2014, C401).
 
-use super::tables::Tables;
+use super::rows::{Link, Rows};
+use super::tables::is_coupled;
 use crate::gpu::layout::NetworkLink;
-use crate::thermal::network::Network;
+use crate::thermal::STEFAN_BOLTZMANN;
+use crate::thermal::network::{Network, NodeKind};
 
 /// Nodes of a group, which one invocation takes.
 pub const GROUP: usize = 4;
 /// Groups of a slice (glsl/network_rows.glsl, GROUPS_OF_SLICE).
-const GROUPS_OF_SLICE: usize = 8;
+const GROUPS_OF_SLICE: usize = 4;
 /// Nodes of a slice.
 pub const SLICE: usize = GROUP * GROUPS_OF_SLICE;
-/// Conductors of a row; what a node has beyond them is in its tail, so that a hub does not lengthen 31 other rows.
+/// Nodes among which those of like rows are put beside each other: few enough that neighbours stay close.
+const WINDOW: usize = 32 * SLICE;
+/// Conductors of a hub, in whose window nodes stay as they are: hubs beside each other would be one invocation's.
+const HUB: u32 = 256;
+/// Conductors of a row; what a node has beyond them is in its tail, so that a hub does not lengthen the other rows.
 const ROW_AT_MOST: usize = 16;
 
-/// Entries of the rows of a network and links of its tails, counted without laying them out.
-pub fn entries(network: &Network) -> (usize, usize) {
-    let mut links = vec![0u32; network.len().next_multiple_of(SLICE)];
-    let ends = network.linear.iter().map(|one| one.nodes).chain(network.radiative.iter().map(|one| one.nodes));
-    for node in ends.flatten() {
-        links[node as usize] += 1;
+/// How long the arrays of a network are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Sizes {
+    /// Groups of nodes, those of the last slice that are empty among them.
+    pub groups: usize,
+    /// Slices.
+    pub slices: usize,
+    /// Entries of linear conductors, and of radiative ones, four nodes each.
+    pub entries: [usize; 2],
+    /// Links of tails.
+    pub links: usize,
+    /// Groups with an arithmetic node, and with one that is no boundary.
+    pub listed: [usize; 2],
+}
+
+impl Sizes {
+    /// Those of a network, counted without laying it out. Conductors that join the same two nodes count each, so that
+    /// entries and links are at most so many.
+    pub fn counted(network: &Network) -> Self {
+        Order::of(network).1
     }
-    let width = |slice: &[u32]| slice.iter().copied().max().unwrap_or(0).min(ROW_AT_MOST as u32) as usize;
-    let entries = links.chunks(SLICE).map(|slice| width(slice) * GROUPS_OF_SLICE).sum();
-    let tails = links.iter().map(|links| (*links as usize).saturating_sub(ROW_AT_MOST)).sum();
-    (entries, tails)
+}
+
+/// Where nodes stand on the device.
+struct Order {
+    /// Node of every slot.
+    node_of_slot: Vec<u32>,
+    /// Slot of every node.
+    slot_of_node: Vec<u32>,
+}
+
+impl Order {
+    /// Sorts the nodes of each window by the lengths of their rows, and counts what comes of it.
+    fn of(network: &Network) -> (Self, Sizes) {
+        let count = network.len();
+        // Ends of linear and of radiative conductors at every node.
+        let mut lengths = vec![[0u32; 2]; count];
+        let mut add = |which: usize, pair: [u32; 2]| {
+            for node in pair.into_iter().filter(|_| pair[0] != pair[1]).map(|node| node as usize) {
+                lengths[node][which] += u32::from(network.kinds[node] != NodeKind::Boundary);
+            }
+        };
+        network.linear.iter().filter(|one| one.conductance != 0.0).for_each(|one| add(0, one.nodes));
+        network.radiative.iter().filter(|one| one.exchange_area != 0.0).for_each(|one| add(1, one.nodes));
+        let mut node_of_slot: Vec<u32> = (0..count as u32).collect();
+        for window in node_of_slot.chunks_mut(WINDOW) {
+            let length = |node: &u32| lengths[*node as usize];
+            if window.iter().map(length).flatten().all(|length| length < HUB) {
+                window.sort_by_key(|node| std::cmp::Reverse(length(node)));
+            }
+        }
+        let slices = count.div_ceil(SLICE);
+        let mut sizes = Sizes { groups: slices * GROUPS_OF_SLICE, slices, ..Sizes::default() };
+        for slice in node_of_slot.chunks(SLICE) {
+            for (which, entries) in sizes.entries.iter_mut().enumerate() {
+                let lengths = slice.iter().map(|node| lengths[*node as usize][which] as usize);
+                *entries += lengths.clone().max().unwrap_or(0).min(ROW_AT_MOST) * GROUPS_OF_SLICE;
+                sizes.links += lengths.map(|length| length.saturating_sub(ROW_AT_MOST)).sum::<usize>();
+            }
+        }
+        for group in node_of_slot.chunks(GROUP) {
+            let any = |is: fn(NodeKind) -> bool| group.iter().any(|node| is(network.kinds[*node as usize]));
+            sizes.listed[0] += usize::from(any(|kind| kind == NodeKind::Arithmetic));
+            sizes.listed[1] += usize::from(any(|kind| kind != NodeKind::Boundary));
+        }
+        drop(lengths);
+        let mut slot_of_node = vec![0u32; count];
+        for (slot, node) in node_of_slot.iter().enumerate() {
+            slot_of_node[*node as usize] = slot as u32;
+        }
+        (Self { node_of_slot, slot_of_node }, sizes)
+    }
 }
 
 /// Nodes and conductors.
+#[derive(Default)]
 pub struct Sliced {
     /// Groups of nodes, those of the last slice that are empty among them.
     pub groups: usize,
-    /// Of every group: 1 / C, emission, sum of GL, sum of emissions.
+    /// Of every group: 1 / C, emission.
     pub rows: Vec<[f32; 4]>,
-    /// Where the entries of a slice begin.
-    pub slices: Vec<u32>,
-    /// Of every entry: the neighbours of four nodes, what they conduct and what they radiate.
+    /// Where the linear and the radiative entries of a slice begin; one more than there are slices.
+    pub slices: Vec<[u32; 2]>,
+    /// Of every linear entry: the neighbours of four nodes.
     pub neighbours: Vec<[u32; 4]>,
-    /// [W/K].
+    /// What these conduct [W/K].
     pub conductances: Vec<[f32; 4]>,
-    /// [W/K4].
-    pub exchanges: Vec<[f32; 4]>,
+    /// Of every radiative entry: the neighbours of four nodes, and the bits of what they exchange [W/K4].
+    pub radiators: Vec<[[u32; 4]; 2]>,
     /// Where the tail of a node begins.
     pub tails: Vec<u32>,
     /// All tails.
     pub links: Vec<NetworkLink>,
+    /// Where every node stands: in all of the above a node is known by its slot.
+    pub slot_of_node: Vec<u32>,
+    /// Whether nodes radiate to each other.
+    pub radiative: bool,
+    /// Whether arithmetic nodes conduct to others.
+    pub coupled: bool,
+    /// Groups with arithmetic nodes, and a bit for each of these nodes.
+    pub arithmetic: Vec<u32>,
+    /// The same of nodes that are no boundary.
+    pub free: Vec<u32>,
 }
 
 impl Sliced {
-    /// Lays out the rows.
-    pub fn new(tables: &Tables) -> Self {
-        let count = tables.nodes.len();
-        let padded = count.next_multiple_of(SLICE);
-        let groups = padded / GROUP;
-        let mut rows = vec![[0.0; 4]; 4 * groups];
-        for (node, row) in tables.nodes.iter().enumerate() {
-            let (group, place) = (4 * (node / GROUP), node % GROUP);
-            rows[group][place] = row.inverse_capacitance;
-            rows[group + 1][place] = row.emission;
-            rows[group + 2][place] = row.conductance_sum;
-            rows[group + 3][place] = row.emission_sum;
-        }
-        let in_row = |node: usize| if node < count { tables.row(node).len().min(ROW_AT_MOST) } else { 0 };
-        let mut slices = vec![0u32];
-        for first in (0..padded).step_by(SLICE) {
-            let width = (first..first + SLICE).map(in_row).max().unwrap_or(0);
-            slices.push(slices[slices.len() - 1] + (width * GROUPS_OF_SLICE) as u32);
-        }
-        let entries = slices[slices.len() - 1] as usize;
+    /// Lays out a network.
+    pub fn new(network: &Network) -> Self {
+        let rows = Rows::new(network);
+        let (Order { node_of_slot, slot_of_node }, sizes) = Order::of(network);
         let mut sliced = Self {
-            groups,
-            rows,
-            slices,
-            neighbours: vec![[0; 4]; entries],
-            conductances: vec![[0.0; 4]; entries],
-            exchanges: if tables.radiative { vec![[0.0; 4]; entries] } else { Vec::new() },
-            tails: Vec::with_capacity(padded + 1),
-            links: Vec::new(),
+            groups: sizes.groups,
+            rows: vec![[0.0; 4]; 2 * sizes.groups],
+            slices: Vec::with_capacity(sizes.slices + 1),
+            neighbours: Vec::with_capacity(sizes.entries[0]),
+            conductances: Vec::with_capacity(sizes.entries[0]),
+            radiators: Vec::with_capacity(sizes.entries[1]),
+            tails: Vec::new(),
+            links: Vec::with_capacity(sizes.links),
+            slot_of_node,
+            radiative: !network.radiative.is_empty(),
+            coupled: false,
+            arithmetic: Vec::with_capacity(sizes.listed[0]),
+            free: Vec::with_capacity(sizes.listed[1]),
         };
-        for node in 0..padded {
-            sliced.tails.push(sliced.links.len() as u32);
-            let (slice, group, place) = (node / SLICE, node / GROUP % GROUPS_OF_SLICE, node % GROUP);
-            let [begin, end] = [sliced.slices[slice], sliced.slices[slice + 1]].map(|at| at as usize);
-            let links = if node < count { &tables.links[tables.row(node)] } else { &[] };
-            let (row, tail) = links.split_at(in_row(node));
-            for (number, entry) in (begin + group..end).step_by(GROUPS_OF_SLICE).enumerate() {
-                // What is no conductor leads from a node to itself and conducts nothing.
-                let link = row.get(number);
-                sliced.neighbours[entry][place] = link.map_or(node as u32, |link| link.neighbour);
-                sliced.conductances[entry][place] = link.map_or(0.0, |link| link.conductance);
-                if let (Some(exchange), Some(link)) = (sliced.exchanges.get_mut(entry), link) {
-                    exchange[place] = link.exchange;
+        if sizes.links > 0 {
+            sliced.tails.reserve_exact(SLICE * sizes.slices + 1);
+        }
+        let mut row = Vec::new();
+        // Linear and radiative links of the nodes of a slice.
+        let mut links: [Vec<Vec<Link>>; 2] = [vec![Vec::new(); SLICE], vec![Vec::new(); SLICE]];
+        for first in (0..SLICE * sizes.slices).step_by(SLICE) {
+            for (place, slot) in (first..first + SLICE).enumerate() {
+                links.iter_mut().for_each(|links| links[place].clear());
+                if let Some(node) = node_of_slot.get(slot) {
+                    rows.of(*node as usize, &mut row);
+                    sliced.take_node(network, *node as usize, &row);
+                    links[0][place].extend(row.iter().filter(|link| link.conductance != 0.0));
+                    links[1][place].extend(row.iter().filter(|link| link.exchange != 0.0));
                 }
             }
-            sliced.links.extend_from_slice(tail);
+            sliced.take_slice(first, &links, sizes.links > 0);
         }
-        sliced.tails.push(sliced.links.len() as u32);
+        sliced.slices.push(sliced.ends());
+        if sizes.links > 0 {
+            sliced.tails.push(sliced.links.len() as u32);
+        }
         sliced
     }
 
-    /// Groups with any of the nodes, which are in order, and 1 for those of their nodes that are.
-    pub fn groups_of(nodes: &[u32]) -> (Vec<u32>, Vec<[f32; 4]>) {
-        let (mut groups, mut masks) = (Vec::new(), Vec::<[f32; 4]>::new());
-        for node in nodes {
-            let group = node / GROUP as u32;
-            if groups.last() != Some(&group) {
-                groups.push(group);
-                masks.push([0.0; 4]);
+    /// Where the next entries begin.
+    fn ends(&self) -> [u32; 2] {
+        [self.neighbours.len() as u32, self.radiators.len() as u32]
+    }
+
+    fn take_node(&mut self, network: &Network, node: usize, row: &[Link]) {
+        let kind = network.kinds[node];
+        let slot = self.slot_of_node[node] as usize;
+        let (group, place) = (2 * (slot / GROUP), slot % GROUP);
+        let stored = kind == NodeKind::Diffusive;
+        self.rows[group][place] = if stored { (1.0 / network.capacitances[node]) as f32 } else { 0.0 };
+        self.rows[group + 1][place] = (STEFAN_BOLTZMANN * network.emissive_areas[node]) as f32;
+        if kind != NodeKind::Boundary {
+            list(&mut self.free, slot);
+        }
+        if kind == NodeKind::Arithmetic {
+            list(&mut self.arithmetic, slot);
+            self.coupled |= is_coupled(network, row);
+        }
+    }
+
+    fn take_slice(&mut self, first: usize, [linear, radiative]: &[Vec<Vec<Link>>; 2], with_tails: bool) {
+        let begin = self.ends();
+        self.slices.push(begin);
+        let width = |links: &[Vec<Link>]| links.iter().map(Vec::len).max().unwrap_or(0).min(ROW_AT_MOST);
+        // What is no conductor leads from a node to itself and conducts nothing.
+        let itself = |group: usize| [0, 1, 2, 3].map(|place| (first + GROUP * group + place) as u32);
+        for _ in 0..width(linear) {
+            self.neighbours.extend((0..GROUPS_OF_SLICE).map(itself));
+            self.conductances.extend([[0.0; 4]; GROUPS_OF_SLICE]);
+        }
+        for _ in 0..width(radiative) {
+            self.radiators.extend((0..GROUPS_OF_SLICE).map(|group| [itself(group), [0; 4]]));
+        }
+        for at in 0..SLICE {
+            let (group, place) = (at / GROUP, at % GROUP);
+            let slot = |link: &Link| self.slot_of_node[link.neighbour as usize];
+            for (number, link) in linear[at].iter().take(ROW_AT_MOST).enumerate() {
+                let entry = begin[0] as usize + GROUPS_OF_SLICE * number + group;
+                self.neighbours[entry][place] = slot(link);
+                self.conductances[entry][place] = link.conductance as f32;
             }
-            if let Some(mask) = masks.last_mut() {
-                mask[*node as usize % GROUP] = 1.0;
+            for (number, link) in radiative[at].iter().take(ROW_AT_MOST).enumerate() {
+                let entry = begin[1] as usize + GROUPS_OF_SLICE * number + group;
+                self.radiators[entry][0][place] = slot(link);
+                self.radiators[entry][1][place] = (link.exchange as f32).to_bits();
+            }
+            if with_tails {
+                self.tails.push(self.links.len() as u32);
+                let conducting = linear[at].iter().skip(ROW_AT_MOST);
+                let conducting = conducting.map(|link| Link { neighbour: slot(link), exchange: 0.0, ..*link });
+                let radiating = radiative[at].iter().skip(ROW_AT_MOST);
+                let radiating = radiating.map(|link| Link { neighbour: slot(link), conductance: 0.0, ..*link });
+                self.links.extend(conducting.chain(radiating).map(|link| NetworkLink::from(&link)));
             }
         }
-        (groups, masks)
+    }
+
+    /// How long its arrays are.
+    pub fn sizes(&self) -> Sizes {
+        Sizes {
+            groups: self.groups,
+            slices: self.slices.len() - 1,
+            entries: [self.neighbours.len(), self.radiators.len()],
+            links: self.links.len(),
+            listed: [self.arithmetic.len(), self.free.len()],
+        }
+    }
+}
+
+/// Adds a slot, after all that come before it, to a list of groups with a bit for each of their nodes.
+fn list(list: &mut Vec<u32>, slot: usize) {
+    let (group, bit) = ((slot / GROUP) as u32, 1 << (slot % GROUP));
+    match list.last_mut() {
+        Some(entry) if *entry >> GROUP == group => *entry |= bit,
+        _ => list.push(group << GROUP | bit),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::thermal::network::{LinearConductor, Network, NodeKind};
+    use crate::thermal::network::{LinearConductor, RadiativeConductor};
+
+    /// A hub that conducts to all others, and radiates to every third of them.
+    fn hub() -> Network {
+        let others = (0..70).filter(|node| *node != 7);
+        let conducts = |node| LinearConductor { nodes: [7, node], conductance: f64::from(node) + 0.5 };
+        let radiates = |node| RadiativeConductor { nodes: [node, 7], exchange_area: 1e6 * (f64::from(node) + 0.25) };
+        let mut kinds = vec![NodeKind::Diffusive; 70];
+        (kinds[0], kinds[1], kinds[3], kinds[69]) =
+            (NodeKind::Boundary, NodeKind::Arithmetic, NodeKind::Arithmetic, NodeKind::Boundary);
+        Network {
+            kinds,
+            capacitances: vec![1.0; 70],
+            emissive_areas: vec![0.0; 70],
+            temperatures: vec![300.0; 70],
+            linear: others.clone().map(conducts).collect(),
+            radiative: others.step_by(3).map(radiates).collect(),
+            ..Network::default()
+        }
+    }
 
     /// Every conductor is in the row or in the tail of both its nodes, once.
     #[test]
     fn every_conductor_is_found_again() {
-        let hub = |node| LinearConductor { nodes: [7, node], conductance: f64::from(node) + 0.5 };
+        let network = hub();
+        let sliced = Sliced::new(&network);
+        let groups = 70_usize.div_ceil(SLICE) * GROUPS_OF_SLICE;
+        assert_eq!(sliced.groups, groups);
+        assert_eq!(sliced.links.len(), 69 - ROW_AT_MOST + 23 - ROW_AT_MOST);
+        // By slot.
+        let mut sums = vec![[0.0; 2]; GROUP * groups];
+        let hub = sliced.slot_of_node[7] as usize;
+        let entries = |which: usize| {
+            let slices = sliced.slices.windows(2).enumerate();
+            slices.flat_map(move |(slice, pair)| {
+                let [begin, end] = [pair[0][which], pair[1][which]];
+                (begin..end).flat_map(move |entry| {
+                    let group = slice * GROUPS_OF_SLICE + (entry - begin) as usize % GROUPS_OF_SLICE;
+                    (0..GROUP).map(move |place| (entry as usize, GROUP * group + place, place))
+                })
+            })
+        };
+        for (entry, slot, place) in entries(0) {
+            let conductance = sliced.conductances[entry][place];
+            assert!(conductance == 0.0 || slot == hub || sliced.neighbours[entry][place] as usize == hub);
+            sums[slot][0] += f64::from(conductance);
+        }
+        for (entry, slot, place) in entries(1) {
+            let exchange = f32::from_bits(sliced.radiators[entry][1][place]);
+            assert!(exchange == 0.0 || slot == hub || sliced.radiators[entry][0][place] as usize == hub);
+            sums[slot][1] += f64::from(exchange);
+        }
+        let mut expected = vec![[0.0; 2]; 70];
+        for one in &network.linear {
+            one.nodes.iter().for_each(|node| expected[*node as usize][0] += one.conductance);
+        }
+        for one in &network.radiative {
+            let exchange = f64::from((STEFAN_BOLTZMANN * one.exchange_area) as f32);
+            one.nodes.iter().for_each(|node| expected[*node as usize][1] += exchange);
+        }
+        for (node, mut expected) in expected.into_iter().enumerate() {
+            if network.kinds[node] == NodeKind::Boundary {
+                expected = [0.0; 2];
+            }
+            let slot = sliced.slot_of_node[node] as usize;
+            let tail = &sliced.links[sliced.tails[slot] as usize..sliced.tails[slot + 1] as usize];
+            let conductance = sums[slot][0] + tail.iter().map(|link| f64::from(link.conductance)).sum::<f64>();
+            let exchange = sums[slot][1] + tail.iter().map(|link| f64::from(link.exchange)).sum::<f64>();
+            assert_eq!([conductance, exchange], expected, "node {node}");
+        }
+        assert!(sums[70..].iter().all(|sums| *sums == [0.0; 2]));
+        assert_eq!(sliced.sizes(), Sizes::counted(&network));
+    }
+
+    /// Rows of one length are not padded for the sake of longer ones in their window.
+    #[test]
+    fn nodes_of_like_rows_stand_beside_each_other() {
+        let side = 40;
+        let at = |x: u32, y: u32| y * side + x;
+        let join = |a, b| LinearConductor { nodes: [a, b], conductance: 1.0 };
+        let along = (0..side * side).filter(|node| node % side > 0).map(|node| join(node - 1, node));
+        // Every fourth row of nodes conducts across too.
+        let across = (0..side - 1).step_by(4).flat_map(|y| (0..side).map(move |x| join(at(x, y), at(x, y + 1))));
+        let count = (side * side) as usize;
         let network = Network {
-            kinds: vec![NodeKind::Diffusive; 70],
-            capacitances: vec![1.0; 70],
-            emissive_areas: vec![0.0; 70],
-            temperatures: vec![300.0; 70],
-            linear: (0..70).filter(|node| *node != 7).map(hub).collect(),
+            kinds: vec![NodeKind::Diffusive; count],
+            capacitances: vec![1.0; count],
+            emissive_areas: vec![0.0; count],
+            temperatures: vec![300.0; count],
+            linear: along.chain(across).collect(),
             ..Network::default()
         };
-        let tables = Tables::new(&network);
-        let sliced = Sliced::new(&tables);
-        assert_eq!(sliced.groups, 24);
-        assert_eq!(sliced.links.len(), 69 - ROW_AT_MOST);
-        let mut sums = vec![0.0; 96];
-        for slice in 0..3 {
-            for entry in sliced.slices[slice] as usize..sliced.slices[slice + 1] as usize {
-                let group = (entry - sliced.slices[slice] as usize) % GROUPS_OF_SLICE;
-                for place in 0..GROUP {
-                    let node = slice * SLICE + group * GROUP + place;
-                    let conductance = f64::from(sliced.conductances[entry][place]);
-                    assert!(conductance == 0.0 || node == 7 || sliced.neighbours[entry][place] == 7);
-                    sums[node] += conductance;
-                }
-            }
-        }
-        for (node, sum) in sums.iter().enumerate().take(70) {
-            let tail = sliced.tails[node] as usize..sliced.tails[node + 1] as usize;
-            let all = sum + sliced.links[tail].iter().map(|link| f64::from(link.conductance)).sum::<f64>();
-            assert_eq!(all, f64::from(tables.nodes[node].conductance_sum), "node {node}");
-        }
+        let ends = 2 * network.linear.len();
+        let sizes = Sizes::counted(&network);
+        assert!(GROUP * sizes.entries[0] < ends + ends / 20, "{} of {ends}", GROUP * sizes.entries[0]);
+        assert_eq!(sizes, Sliced::new(&network).sizes());
+        let mut slots = Sliced::new(&network).slot_of_node;
+        assert!(slots.iter().enumerate().all(|(node, slot)| node / WINDOW == *slot as usize / WINDOW));
+        slots.sort_unstable();
+        assert!(slots.into_iter().eq(0..side * side), "every slot is taken once");
+    }
+
+    /// Conductors that join the same two nodes are one entry, and were counted as two.
+    #[test]
+    fn parallel_conductors_are_one() {
+        let mut network = hub();
+        let first = network.linear[3];
+        network.linear.push(LinearConductor { nodes: [first.nodes[1], first.nodes[0]], conductance: 2.0 });
+        let (sliced, counted) = (Sliced::new(&network), Sizes::counted(&network));
+        assert_eq!(counted.links, sliced.links.len() + 1);
+        assert_eq!(sliced.links.len(), Sliced::new(&hub()).links.len());
     }
 
     #[test]
-    fn nodes_are_grouped() {
-        let (groups, masks) = Sliced::groups_of(&[1, 3, 9]);
-        assert_eq!(groups, [0, 2]);
-        assert_eq!(masks, [[0.0, 1.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]]);
+    fn nodes_are_listed_by_group() {
+        let sliced = Sliced::new(&hub());
+        let nodes = |list: &[u32]| {
+            let slots = list.iter().flat_map(|entry| {
+                let group = entry >> GROUP;
+                (0..4).filter(move |place| entry >> place & 1 == 1).map(move |place| 4 * group + place)
+            });
+            let node = |slot: u32| sliced.slot_of_node.iter().position(|one| *one == slot);
+            let mut nodes: Vec<usize> = slots.filter_map(node).collect();
+            nodes.sort_unstable();
+            nodes
+        };
+        assert_eq!(nodes(&sliced.arithmetic), [1, 3]);
+        let free: Vec<usize> = (0..70).filter(|node| ![0, 69].contains(node)).collect();
+        assert_eq!(nodes(&sliced.free), free);
+        assert!(!sliced.coupled);
+        let mut network = hub();
+        network.linear.push(LinearConductor { nodes: [1, 3], conductance: 1.0 });
+        assert!(Sliced::new(&network).coupled);
     }
 }

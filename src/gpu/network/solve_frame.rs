@@ -54,16 +54,13 @@ impl Solve {
     fn gradients(&self, steps: &mut Vec<Step>, kind: WideKind, place: Place) {
         steps.push(again([
             (present(place.odd), COMPUTE_READ),
-            (Resource::SolverResidual, COMPUTE_WRITE),
             (Resource::SolverConditioned, COMPUTE_WRITE),
-            (Resource::SolverInverse, COMPUTE_WRITE),
-            (Resource::SolverRoots, COMPUTE_WRITE),
+            (Resource::SolverDiagonal, COMPUTE_WRITE),
         ]));
         steps.push(self.pass(kind, place, 0));
-        steps.push(again([(Resource::SolverInverse, COMPUTE_READ), (Resource::SolverRoots, COMPUTE_READ)]));
+        steps.push(again([(Resource::SolverDiagonal, COMPUTE_READ)]));
         for number in 0..self.iterations[1] {
             steps.push(again([
-                (Resource::SolverResidual, COMPUTE),
                 (Resource::SolverConditioned, COMPUTE),
                 (Resource::SolverProduct, COMPUTE_WRITE),
                 (Resource::SolverPartials, COMPUTE_WRITE),
@@ -73,7 +70,6 @@ impl Solve {
             steps.push(self.pass(WideKind::Scalars, place, GRADIENTS));
             steps.push(again([
                 (Resource::SolverScalars, COMPUTE_READ),
-                (Resource::SolverResidual, COMPUTE),
                 (Resource::SolverConditioned, COMPUTE),
                 (Resource::SolverProduct, COMPUTE_READ),
                 (Resource::SolverDirection, COMPUTE),

@@ -16,8 +16,6 @@ pub enum Target {
     Of(Resource),
     /// The list of groups of nodes, or of sensors.
     List,
-    /// Which nodes of the groups.
-    Masks,
 }
 
 /// One binding.
@@ -33,10 +31,10 @@ pub struct Use {
     pub writes: bool,
 }
 
-/// Tables: rows, slices, neighbours, conductances, exchanges, tails, links, and the heat, which the host writes.
+/// Tables: rows, slices, neighbours, conductances, radiators, tails, links, and the heat, which the host writes.
 const TABLES: std::ops::Range<u32> = 0..8;
 /// Bindings of tables that only nodes with radiation, and with long rows, have.
-const EXCHANGES: u32 = 4;
+const RADIATORS: u32 = 4;
 const TAILS: [u32; 2] = [5, 6];
 
 /// The bindings of a pass.
@@ -48,18 +46,13 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
     let (present, gathered) = (read(8, Target::Present), read(9, Target::Present));
     let start = |how: fn(u32, Target) -> Use| how(11, Target::Of(R::NetworkStart));
     let rates = |how: fn(u32, Target) -> Use| how(12, Target::Of(R::NetworkRates));
-    let listed = [read(13, Target::List), read(14, Target::Masks)];
+    let listed = read(13, Target::List);
     let of = |how: fn(u32, Target) -> Use, binding, resource| how(binding, Target::Of(resource));
-    let right_side = [
-        of(write, 17, R::SolverResidual),
-        of(write, 18, R::SolverConditioned),
-        of(write, 25, R::SolverInverse),
-        of(write, 26, R::SolverRoots),
-    ];
+    let right_side = [of(write, 18, R::SolverConditioned), of(write, 25, R::SolverDiagonal)];
     let mut uses = Vec::new();
     if variant.kind.evaluates() {
         let wanted = |binding: &u32| match *binding {
-            EXCHANGES => variant.radiative,
+            RADIATORS => variant.radiative,
             binding if TAILS.contains(&binding) => variant.tails,
             _ => true,
         };
@@ -71,7 +64,7 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
         WideKind::Stage => uses.extend([present, gathered, both(10, Target::Next), start(read), rates(read)]),
         WideKind::Lone => {
             uses.extend([both(8, Target::Present), gathered]);
-            uses.extend(listed);
+            uses.push(listed);
         }
         WideKind::Last => {
             uses.extend([present, gathered, start(read), rates(both), of(both, 15, R::NetworkErrors)]);
@@ -80,43 +73,42 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
         WideKind::Start => uses.extend([present, gathered, write(10, Target::Next), start(write), rates(write)]),
         WideKind::Balance => {
             uses.extend([present, gathered]);
-            uses.extend(listed);
+            uses.push(listed);
             uses.extend(right_side);
         }
         WideKind::Residual => {
             uses.extend([present, gathered, read(10, Target::Next), start(read), rates(read)]);
-            uses.extend(listed);
+            uses.push(listed);
             uses.extend(right_side);
         }
         WideKind::Product => {
-            uses.extend(listed);
+            uses.push(listed);
             uses.extend([
-                of(read, 17, R::SolverResidual),
                 of(read, 18, R::SolverConditioned),
                 of(read, 19, R::SolverConditioned),
                 of(write, 24, R::SolverProduct),
+                of(read, 25, R::SolverDiagonal),
                 of(write, 27, R::SolverPartials),
             ]);
             if variant.radiative {
-                uses.extend([of(read, 20, R::SolverRoots), of(read, 26, R::SolverRoots)]);
+                uses.extend([present, gathered]);
             }
         }
         WideKind::Scalars => uses.extend([of(read, 27, R::SolverPartials), of(both, 28, R::SolverScalars)]),
         WideKind::Update => {
-            uses.extend(listed);
+            uses.push(listed);
             uses.extend([
-                of(both, 17, R::SolverResidual),
                 of(both, 18, R::SolverConditioned),
                 of(both, 21, R::SolverDirection),
                 of(both, 22, R::SolverProductDirection),
                 of(both, 23, R::SolverSolution),
                 of(read, 24, R::SolverProduct),
-                of(read, 25, R::SolverInverse),
+                of(read, 25, R::SolverDiagonal),
                 of(read, 28, R::SolverScalars),
             ]);
         }
         WideKind::Move => {
-            uses.extend(listed);
+            uses.push(listed);
             uses.extend([
                 both(8, Target::Present),
                 of(read, 23, R::SolverSolution),
@@ -125,18 +117,18 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
             ]);
         }
         WideKind::Middle => {
-            uses.extend(listed);
+            uses.push(listed);
             uses.extend([present, read(10, Target::Next), start(write)]);
         }
         WideKind::Estimate => {
-            uses.extend(listed);
+            uses.push(listed);
             uses.extend([
                 present,
                 gathered,
                 read(10, Target::Next),
                 of(both, 15, R::NetworkErrors),
                 of(read, 23, R::SolverSolution),
-                of(read, 25, R::SolverInverse),
+                of(read, 25, R::SolverDiagonal),
             ]);
         }
     }

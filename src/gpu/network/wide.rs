@@ -14,11 +14,10 @@ use self::constants::Constants;
 use self::solve::Budget;
 use super::frame::WidePlan;
 use super::host::{Pool, room};
+use super::parts::{Part, SOLVER, lodgings, parts};
 use super::sliced::Sliced;
-use super::tables::Tables;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
-use crate::gpu::layout::{NetworkLink, NetworkSolver};
 use crate::gpu::memory::Buffer;
 use crate::gpu::once::Once;
 use crate::gpu::pass::{NetworkNodes, Resource};
@@ -28,49 +27,31 @@ use crate::thermal::network::Network;
 use crate::thermal::network::stepper::{Attempt, Method, WorkCounts};
 
 /// Invocations of a workgroup.
-const WORKGROUP: usize = 64;
+pub(super) const WORKGROUP: usize = 64;
 /// Nodes of one dispatch: 65,535 workgroups, four nodes an invocation.
 pub const NODES_AT_MOST: usize = 65_535 * WORKGROUP * super::sliced::GROUP;
 /// Links of one node: some drivers end a shader's loops after 65,535 turns.
 pub const LINKS_AT_MOST: usize = 60_000;
 /// Sub-steps of one submission, and passes from which on it is ended.
-const SUB_STEPS_AT_MOST: u32 = 64;
+pub(super) const SUB_STEPS_AT_MOST: u32 = 64;
 const PASSES_AT_MOST: u32 = 4_000;
 /// Kinds of pass, in two states, over up to three sets of nodes.
 const SETS: u32 = 64;
 /// Bindings of a pass at most.
 const BINDINGS: u32 = 20;
 
-/// Bytes on the device of a large network: its tables, its stages, and the vectors of the solver, which a steady state
-/// needs; what the host reads and writes is not counted. At most so many: parallel conductors count as several.
-pub fn network_bytes(network: &Network) -> u64 {
-    let groups = network.len().next_multiple_of(super::sliced::SLICE) / super::sliced::GROUP;
-    let (entries, links) = super::sliced::entries(network);
-    let a_entry = if network.radiative.is_empty() { 32 } else { 48 };
-    let tails = if links > 0 { 16 * groups + size_of::<NetworkLink>() * links } else { 0 };
-    // Rows; the last two stages, start and rates; solver; lists of groups and masks.
-    let a_group = 64 + 4 * (8 + 8 + 4 + 4) + 4 * 4 * SOLVER.len() + 20;
-    (a_group * groups + a_entry * entries + tails) as u64
-}
-
-/// Vectors that only a network that solves needs.
-const SOLVER: [Resource; 8] = [
-    Resource::SolverResidual,
-    Resource::SolverConditioned,
-    Resource::SolverDirection,
-    Resource::SolverProductDirection,
-    Resource::SolverSolution,
-    Resource::SolverProduct,
-    Resource::SolverInverse,
-    Resource::SolverRoots,
-];
-
 /// Nodes that a pass is confined to.
 struct List {
-    /// Groups with any of them, or the sensors.
+    /// Groups with any of them and a bit for each, or the sensors.
     list: Buffer,
-    masks: Buffer,
     count: usize,
+}
+
+/// A piece of a buffer that passes write: all of it, or what a scene has to spare.
+pub(super) struct Piece {
+    pub(super) buffer: Arc<Buffer>,
+    pub(super) offset: u64,
+    pub(super) bytes: u64,
 }
 
 /// What selects a descriptor set: the pass, its nodes, and where the present stage is.
@@ -85,9 +66,16 @@ pub struct Wide {
     /// What never changes, by binding, and last the heat, which the host writes.
     tables: Vec<Buffer>,
     lists: BTreeMap<NetworkNodes, List>,
-    buffers: BTreeMap<Resource, Buffer>,
+    buffers: BTreeMap<Resource, Piece>,
+    /// Where the solver's vectors may lie: what is in there need not last while a network is stepped.
+    spare: Vec<Arc<Buffer>>,
+    /// Whether the solver has written there since that was last asked.
+    wrote_spare: bool,
+    /// Bytes of every vector of the solver.
+    vector: u64,
     context: Arc<Context>,
-    count: usize,
+    /// Where every node stands in what the device has.
+    slot_of_node: Vec<u32>,
     groups: usize,
     sensors: usize,
     plan: WidePlan,
@@ -104,83 +92,89 @@ impl Wide {
     ///
     /// # Errors
     /// More than the device holds, or a call that fails.
-    pub fn new(context: &Arc<Context>, network: &Network, tables: &Tables, sensors: &[u32]) -> Result<Self, GpuError> {
-        let sliced = Sliced::new(tables);
+    pub fn new(
+        context: &Arc<Context>,
+        network: &Network,
+        sensors: &[u32],
+        spare: Vec<Arc<Buffer>>,
+    ) -> Result<Self, GpuError> {
+        let sliced = Sliced::new(network);
+        let all: BTreeMap<Part, u64> = parts(&sliced.sizes(), sliced.coupled, sensors.len()).into_iter().collect();
         let mut once = Once::new(context)?;
-        let mut filled = |name: &str, bytes: &[u8]| -> Result<Buffer, GpuError> {
-            let buffer = room(context, name, bytes.len().div_ceil(4), MemoryLocation::GpuOnly)?;
+        let make = |part: Part, location| room(context, &part.name(), all[&part].div_ceil(4) as usize, location);
+        let mut filled = |part: Part, bytes: &[u8]| -> Result<Buffer, GpuError> {
+            let buffer = make(part, MemoryLocation::GpuOnly)?;
             once.upload(&buffer, bytes)?;
             Ok(buffer)
         };
-        let mut buffers_of_tables = vec![
-            filled("network rows", bytemuck::cast_slice(&sliced.rows))?,
-            filled("network slices", bytemuck::cast_slice(&sliced.slices))?,
-            filled("network neighbours", bytemuck::cast_slice(&sliced.neighbours))?,
-            filled("network conductances", bytemuck::cast_slice(&sliced.conductances))?,
-            filled("network exchanges", bytemuck::cast_slice(&sliced.exchanges))?,
-            filled("network tails", bytemuck::cast_slice(if sliced.links.is_empty() { &[] } else { &sliced.tails }))?,
-            filled("network links", bytemuck::cast_slice(&sliced.links))?,
-        ];
-        let mut lists = BTreeMap::new();
-        let mut arithmetic: Vec<u32> = tables.lone.iter().chain(&tables.coupled).copied().collect();
-        arithmetic.sort_unstable();
-        for (nodes, list) in [
-            (NetworkNodes::All, &[][..]),
-            (NetworkNodes::Lone, &tables.lone),
-            (NetworkNodes::Arithmetic, &arithmetic),
-            (NetworkNodes::Free, &tables.free),
-        ] {
-            let (groups, masks) = Sliced::groups_of(list);
-            let count = if nodes == NetworkNodes::All { sliced.groups } else { groups.len() };
-            let list = filled("network groups", bytemuck::cast_slice(&groups))?;
-            let masks = filled("network masks", bytemuck::cast_slice(&masks))?;
-            lists.insert(nodes, List { list, masks, count });
-        }
-        let (list, masks) = (filled("sensors", bytemuck::cast_slice(sensors))?, filled("no masks", &[])?);
-        lists.insert(NetworkNodes::Sensors, List { list, masks, count: sensors.len() });
-        once.free_staging();
-        let (groups, solves) = (sliced.groups, Self::solver_groups(&lists));
-        let mut heat = room(context, "network heat", 8 * groups, MemoryLocation::CpuToGpu)?;
-        heat.write(&vec![[0.0f32; 8]; groups]);
-        buffers_of_tables.push(heat);
-        let mut buffers = BTreeMap::new();
-        let (device, to_host) = (MemoryLocation::GpuOnly, MemoryLocation::GpuToCpu);
-        for (resource, words, location) in [
-            (Resource::NetworkKept, 8 * groups, to_host),
-            (Resource::NetworkEven, 8 * groups, device),
-            (Resource::NetworkOdd, 8 * groups, device),
-            (Resource::NetworkStart, 4 * groups, device),
-            (Resource::NetworkRates, 4 * groups, device),
-            (Resource::NetworkErrors, groups, to_host),
-            (Resource::NetworkSensed, 2 * sensors.len() * SUB_STEPS_AT_MOST as usize, to_host),
-            (Resource::SolverPartials, 2 * solves.div_ceil(WORKGROUP), device),
-            (Resource::SolverScalars, size_of::<NetworkSolver>() / 4, to_host),
-        ] {
-            buffers.insert(resource, room(context, &format!("{resource:?}"), words, location)?);
-        }
-        if let Some(kept) = buffers.get_mut(&Resource::NetworkKept) {
-            // The nodes that fill up the last slice stay at 0 K.
-            kept.write(&vec![[0.0f32; 8]; groups]);
-        }
         let plan = WidePlan {
-            radiative: tables.radiative,
+            radiative: sliced.radiative,
             tails: !sliced.links.is_empty(),
-            lone: !tables.lone.is_empty() && tables.coupled.is_empty(),
-            coupled: !tables.coupled.is_empty(),
+            lone: !sliced.arithmetic.is_empty() && !sliced.coupled,
+            coupled: sliced.coupled,
             sensors: !sensors.is_empty(),
             stages: 1,
             iterations: [1, 1],
         };
+        let groups = sliced.groups;
+        let Sliced { rows, slices, neighbours, conductances, radiators, tails, links, .. } = sliced;
+        let Sliced { arithmetic, free, slot_of_node, .. } = sliced;
+        let sensor_slots: Vec<u32> = sensors.iter().map(|sensor| slot_of_node[*sensor as usize]).collect();
+        // Each is freed when it is uploaded.
+        let mut tables = vec![filled(Part::Table(0), bytemuck::cast_slice(&rows))?];
+        drop(rows);
+        tables.push(filled(Part::Table(1), bytemuck::cast_slice(&slices))?);
+        drop(slices);
+        tables.push(filled(Part::Table(2), bytemuck::cast_slice(&neighbours))?);
+        drop(neighbours);
+        tables.push(filled(Part::Table(3), bytemuck::cast_slice(&conductances))?);
+        drop(conductances);
+        tables.push(filled(Part::Table(4), bytemuck::cast_slice(&radiators))?);
+        drop(radiators);
+        tables.push(filled(Part::Table(5), bytemuck::cast_slice(&tails))?);
+        tables.push(filled(Part::Table(6), bytemuck::cast_slice(&links))?);
+        drop((tails, links));
+        let balanced = if plan.coupled { NetworkNodes::Arithmetic } else { NetworkNodes::Lone };
+        let mut lists = BTreeMap::new();
+        for (nodes, list, count) in [
+            (NetworkNodes::All, &[][..], groups),
+            (balanced, &arithmetic, arithmetic.len()),
+            (NetworkNodes::Free, &free, free.len()),
+            (NetworkNodes::Sensors, &sensor_slots, sensors.len()),
+        ] {
+            lists.insert(nodes, List { list: filled(Part::List(nodes), bytemuck::cast_slice(list))?, count });
+        }
+        once.free_staging();
+        let mut heat = make(Part::Table(7), MemoryLocation::CpuToGpu)?;
+        heat.clear();
+        tables.push(heat);
+        let mut buffers = BTreeMap::new();
+        for (part, bytes) in &all {
+            let Part::Of(resource) = *part else { continue };
+            if SOLVER.contains(&resource) {
+                continue;
+            }
+            let location = if part.is_of_host() { MemoryLocation::GpuToCpu } else { MemoryLocation::GpuOnly };
+            let mut buffer = make(*part, location)?;
+            if resource == Resource::NetworkKept {
+                // The nodes that fill up the last slice stay at 0 K.
+                buffer.clear();
+            }
+            buffers.insert(resource, Piece { buffer: Arc::new(buffer), offset: 0, bytes: *bytes });
+        }
         let mut wide = Self {
             once,
             pipelines: BTreeMap::new(),
             sets: BTreeMap::new(),
             pool: Pool::new(context, SETS, BINDINGS)?,
-            tables: buffers_of_tables,
+            tables,
             lists,
             buffers,
+            spare,
+            wrote_spare: false,
+            vector: all[&Part::Of(SOLVER[0])],
             context: Arc::clone(context),
-            count: network.len(),
+            slot_of_node,
             groups,
             sensors: sensors.len(),
             plan,
@@ -195,27 +189,40 @@ impl Wide {
         Ok(wide)
     }
 
-    fn solver_groups(lists: &BTreeMap<NetworkNodes, List>) -> usize {
-        lists.values().map(|list| list.count).max().unwrap_or(0)
-    }
-
-    /// Makes the solver's vectors, which only a network that solves needs.
+    /// Makes the solver's vectors, which only a network that solves needs, where the scene has nothing to spare for them.
     fn make_solver(&mut self) -> Result<(), GpuError> {
-        let once = &mut self.once;
-        for resource in SOLVER {
+        let spare: Vec<u64> = self.spare.iter().map(|buffer| buffer.bytes).collect();
+        for (resource, lodging) in SOLVER.into_iter().zip(lodgings(&spare, self.vector)) {
             if self.buffers.contains_key(&resource) {
                 continue;
             }
-            let name = format!("{resource:?}");
-            let buffer = room(&self.context, &name, 4 * self.groups, MemoryLocation::GpuOnly)?;
-            // What is no unknown stays 0 in the products.
-            once.run(|device, commands| {
-                // SAFETY: the buffer may be a transfer destination, and lives until `run` has waited.
-                unsafe { device.cmd_fill_buffer(commands, buffer.raw, 0, vk::WHOLE_SIZE, 0) };
-            })?;
-            self.buffers.insert(resource, buffer);
+            let piece = match lodging {
+                Some((number, offset)) => Piece { buffer: Arc::clone(&self.spare[number]), offset, bytes: self.vector },
+                None => {
+                    let words = self.vector as usize / 4;
+                    let buffer = room(&self.context, &Part::Of(resource).name(), words, MemoryLocation::GpuOnly)?;
+                    Piece { buffer: Arc::new(buffer), offset: 0, bytes: self.vector }
+                }
+            };
+            self.buffers.insert(resource, piece);
         }
         Ok(())
+    }
+
+    /// Whether the solver has written to spare buffers since this was last asked.
+    pub fn wrote_spare(&mut self) -> bool {
+        std::mem::take(&mut self.wrote_spare)
+    }
+
+    /// Bytes on the device as they were allocated; what the host reads and writes and what is spare is not counted.
+    pub fn device_bytes(&self) -> u64 {
+        let tables = self.tables[..self.tables.len() - 1].iter().map(|buffer| buffer.bytes);
+        let lists = self.lists.values().map(|list| list.list.bytes);
+        let is_own = |(resource, piece): (&Resource, &Piece)| {
+            let spare = self.spare.iter().any(|spare| Arc::ptr_eq(spare, &piece.buffer));
+            (!spare && !Part::Of(*resource).is_of_host()).then_some(piece.buffer.bytes)
+        };
+        tables.chain(lists).sum::<u64>() + self.buffers.iter().filter_map(is_own).sum::<u64>()
     }
 
     /// Time of all submissions so far by the device's own clock [ms], where it has one.
@@ -230,20 +237,33 @@ impl Wide {
 
     /// Heat of every node [W] and its slope [W/s].
     pub fn set_heat(&mut self, heat: &[[f32; 2]]) {
+        let slots = self.in_slots(heat);
         if let Some(buffer) = self.tables.last_mut() {
-            buffer.write(heat);
+            buffer.write(&slots);
         }
     }
 
+    /// Pairs of every node in the order of the device.
+    fn in_slots(&self, pairs: &[[f32; 2]]) -> Vec<[f32; 2]> {
+        let mut slots = vec![[0.0; 2]; pairs.len()];
+        for (slot, pair) in self.slot_of_node.iter().zip(pairs) {
+            slots[*slot as usize] = *pair;
+        }
+        slots
+    }
+
     /// Base and rest of every node [K].
-    pub fn state(&self) -> &[[f32; 2]] {
-        self.buffers[&Resource::NetworkKept].read(self.count)
+    pub fn state(&self) -> impl Iterator<Item = [f32; 2]> + '_ {
+        let slots: &[[f32; 2]] = self.buffers[&Resource::NetworkKept].buffer.read(self.slot_of_node.len());
+        self.slot_of_node.iter().map(|slot| slots[*slot as usize])
     }
 
     /// Replaces the kept state.
     pub fn set_state(&mut self, state: &[[f32; 2]]) {
-        if let Some(buffer) = self.buffers.get_mut(&Resource::NetworkKept) {
-            buffer.write(state);
+        let slots = self.in_slots(state);
+        let kept = self.buffers.get_mut(&Resource::NetworkKept);
+        if let Some(buffer) = kept.and_then(|piece| Arc::get_mut(&mut piece.buffer)) {
+            buffer.write(&slots);
         }
     }
 
@@ -308,13 +328,13 @@ impl Wide {
             frames.push(self.plan.end());
             constants.time = t + f64::from(first) * step;
             self.submit(&frames, constants.clone())?;
-            let sensed: &[[f32; 2]] = self.buffers[&Resource::NetworkSensed].read(self.sensors * some as usize);
+            let sensed: &[[f32; 2]] = self.buffers[&Resource::NetworkSensed].buffer.read(self.sensors * some as usize);
             attempt.sensed.extend(sensed.iter().map(|[base, rest]| f64::from(*base) + f64::from(*rest)));
             self.counts.sub_steps += u64::from(some);
             self.counts.stages += u64::from(some) * constants.stages_of_method();
         }
         let words = if method == Method::TrBdf2 { self.groups } else { self.groups.div_ceil(WORKGROUP) };
-        let errors: &[u32] = self.buffers[&Resource::NetworkErrors].read(words);
+        let errors: &[u32] = self.buffers[&Resource::NetworkErrors].buffer.read(words);
         let largest = f32::from_bits(errors.iter().max().copied().unwrap_or(0));
         attempt.error = if largest.is_nan() { f64::INFINITY } else { f64::from(largest) };
         Ok(attempt)

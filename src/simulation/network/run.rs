@@ -7,6 +7,7 @@ use super::SceneNetwork;
 use super::worker::{Worker, sure};
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
+use crate::gpu::memory::Buffer;
 use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::control::{ControlError, FLOOR, Part, Settings, Use, integrate_part};
@@ -59,12 +60,17 @@ impl NetworkRun {
         run
     }
 
-    /// On a device; in f64 on the processor where the device does not take the network.
+    /// On a device, with what the scene has to spare there; in f64 on the processor where the device does not take the
+    /// network.
     ///
     /// # Errors
     /// A call that fails.
-    pub fn on_device(context: &Arc<Context>, scene: &Arc<SceneNetwork>) -> Result<Self, GpuError> {
-        match NetworkStepper::new(context, scene.network(), &scene.sensors()) {
+    pub fn on_device(
+        context: &Arc<Context>,
+        scene: &Arc<SceneNetwork>,
+        spare: Vec<Arc<Buffer>>,
+    ) -> Result<Self, GpuError> {
+        match NetworkStepper::beside(context, scene.network(), &scene.sensors(), spare) {
             Ok(stepper) => Ok(Self::new(scene, Worker::Device(Box::new(stepper)), ESTIMATE_FLOOR, None)),
             Err(GpuError::UnsupportedNetwork { reason }) => {
                 Ok(Self { refused: Some(reason), ..Self::reference(scene) })
@@ -99,6 +105,17 @@ impl NetworkRun {
         let (wall, device) = self.began;
         let device_ms = self.worker.device_ms().map(|now| now - device.unwrap_or(0.0));
         self.costs.push(TickCost { wall_ms: wall.elapsed().as_secs_f64() * 1e3, device_ms });
+    }
+
+    /// Whether anything was written to what the scene had to spare since this was last asked.
+    pub fn wrote_spare(&mut self) -> bool {
+        self.worker.wrote_spare()
+    }
+
+    /// Bytes on the device as they were allocated, beside those of the scene; `None` of a small network, and where the
+    /// processor integrates.
+    pub fn device_bytes(&self) -> Option<u64> {
+        self.worker.device_bytes()
     }
 
     /// Cost of every tick so far.

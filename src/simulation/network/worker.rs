@@ -107,4 +107,20 @@ impl Worker {
             Self::Host(_) => None,
         }
     }
+
+    /// Whether anything was written to what the scene had to spare since this was last asked.
+    pub(super) fn wrote_spare(&mut self) -> bool {
+        match self {
+            Self::Device(stepper) => stepper.wrote_spare(),
+            Self::Host(_) => false,
+        }
+    }
+
+    /// Bytes on the device as they were allocated; `None` without one, and of a small network.
+    pub(super) fn device_bytes(&self) -> Option<u64> {
+        match self {
+            Self::Device(stepper) => stepper.device_bytes(),
+            Self::Host(_) => None,
+        }
+    }
 }

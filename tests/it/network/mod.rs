@@ -8,6 +8,7 @@ mod device;
 mod esatan;
 mod exact;
 mod family;
+mod memory;
 mod published;
 mod random;
 mod wide;

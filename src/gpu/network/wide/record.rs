@@ -3,16 +3,16 @@
 use ash::vk;
 
 use super::constants::Constants;
-use super::{SetKey, WORKGROUP, Wide};
+use super::{Piece, SOLVER, SetKey, WORKGROUP, Wide};
 use crate::gpu::bindings::allocate_set;
 use crate::gpu::error::GpuError;
 use crate::gpu::frame::Frame;
 use crate::gpu::layout::NetworkPass;
 use crate::gpu::memory::Buffer;
 use crate::gpu::network::frame::present;
-use crate::gpu::network::host::write_set;
+use crate::gpu::network::host::write_pieces;
 use crate::gpu::network::uses::{Target, uses};
-use crate::gpu::pass::{NetworkWork, Step, Work};
+use crate::gpu::pass::{NetworkWork, Resource, Step, Work};
 use crate::gpu::pipeline::{Pipeline, module};
 use crate::gpu::wide_variant::WideKind;
 
@@ -34,17 +34,19 @@ impl Wide {
         }
         let set = allocate_set(&self.context, self.pool.raw, self.pipelines[&work.variant].set_layout)?;
         let list = &self.lists[&work.nodes];
-        let target = |binding: u32, target| -> &Buffer {
-            match target {
-                Target::Table => &self.tables[binding as usize],
-                Target::Present => &self.buffers[&present(work.odd)],
-                Target::Next => &self.buffers[&present(!work.odd)],
-                Target::Of(resource) => &self.buffers[&resource],
-                Target::List => &list.list,
-                Target::Masks => &list.masks,
-            }
+        let whole = |buffer: &'_ Buffer| (buffer.raw, 0, vk::WHOLE_SIZE);
+        let of = |resource: Resource| {
+            let piece = &self.buffers[&resource];
+            (piece.buffer.raw, piece.offset, piece.bytes)
         };
-        write_set(&self.context, set, uses.iter().map(|one| (one.binding, target(one.binding, one.target))));
+        let target = |binding: u32, target| match target {
+            Target::Table => whole(&self.tables[binding as usize]),
+            Target::Present => of(present(work.odd)),
+            Target::Next => of(present(!work.odd)),
+            Target::Of(resource) => of(resource),
+            Target::List => whole(&list.list),
+        };
+        write_pieces(&self.context, set, uses.iter().map(|one| (one.binding, target(one.binding, one.target))));
         self.sets.insert(key_of(work), set);
         Ok(())
     }
@@ -52,6 +54,7 @@ impl Wide {
     /// Records and runs some frames one after the other.
     pub(super) fn submit(&mut self, frames: &[Frame], mut constants: Constants) -> Result<(), GpuError> {
         constants.radiative = self.plan.radiative;
+        self.wrote_spare |= !self.spare.is_empty() && self.buffers.contains_key(&SOLVER[0]);
         let steps = || frames.iter().flat_map(|frame| &frame.steps);
         for step in steps() {
             if let Step::Pass(pass) = step
@@ -74,7 +77,7 @@ impl Wide {
                                     .src_access_mask(barrier.before.access)
                                     .dst_stage_mask(barrier.after.stage)
                                     .dst_access_mask(barrier.after.access)
-                                    .buffer(buffers.get(&barrier.resource)?.raw)
+                                    .buffer(buffers.get(&barrier.resource)?.buffer.raw)
                                     .size(vk::WHOLE_SIZE);
                                 Some(barrier)
                             })
@@ -107,16 +110,16 @@ impl Wide {
                             }
                         }
                         Work::Copy { from, to } => {
-                            let (from, to) = (&buffers[&from], &buffers[&to]);
+                            let (from, to) = (&buffers[&from].buffer, &buffers[&to].buffer);
                             let size = from.bytes.min(to.bytes);
                             let copy = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size }];
                             // SAFETY: the copy stays within both buffers.
                             unsafe { device.cmd_copy_buffer(commands, from.raw, to.raw, &copy) };
                         }
                         Work::Clear(resource) => {
-                            let raw = buffers[&resource].raw;
-                            // SAFETY: the buffer may be a transfer destination.
-                            unsafe { device.cmd_fill_buffer(commands, raw, 0, vk::WHOLE_SIZE, 0) };
+                            let Piece { buffer, offset, bytes } = &buffers[&resource];
+                            // SAFETY: the buffer may be a transfer destination and is long enough.
+                            unsafe { device.cmd_fill_buffer(commands, buffer.raw, *offset, *bytes, 0) };
                         }
                         _ => {}
                     },

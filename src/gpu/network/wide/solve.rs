@@ -90,7 +90,7 @@ impl Budget {
 impl Wide {
     /// What the last submission's solver found.
     pub(super) fn solver(&self) -> NetworkSolver {
-        self.buffers[&Resource::SolverScalars].read(1)[0]
+        self.buffers[&Resource::SolverScalars].buffer.read(1)[0]
     }
 
     /// Balances the arithmetic nodes.
@@ -122,9 +122,9 @@ impl Wide {
                 return Ok(false);
             }
         }
-        let before = self.state().to_vec();
+        let before: Vec<_> = self.state().collect();
         self.keep()?;
-        let found = self.state().iter().flatten().all(|part| part.is_finite());
+        let found = self.state().flatten().all(f32::is_finite);
         if !found {
             self.set_state(&before);
         }
@@ -158,7 +158,7 @@ impl Wide {
             let still = solver.most_newtons == 1.0 && solver.largest_move <= STEADY_MOVE;
             if settled && (still || searches == STEADY_SEARCHES) {
                 self.keep()?;
-                return Ok(self.state().iter().all(|[base, rest]| f64::from(*base) + f64::from(*rest) >= 0.0));
+                return Ok(self.state().all(|[base, rest]| f64::from(base) + f64::from(rest) >= 0.0));
             }
             if short && !self.budgets[2].grow(&solver) {
                 return Ok(false);

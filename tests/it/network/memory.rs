@@ -1,0 +1,117 @@
+//! What networks take on a device: the plan is what is allocated, it stays below what issue 5 allows, and what a scene has to
+//! spare while its network is solved comes back before an image is drawn from it.
+
+use std::path::Path;
+
+use isotherm::gpu::network::{NetworkBytes, NetworkStepper};
+use isotherm::gpu::resources::device_bytes;
+use isotherm::scene::{Density, Edges, Scene};
+use isotherm::simulation::engine::{DeviceData, Engine, Order};
+use isotherm::simulation::prepare::Prepared;
+use isotherm::simulation::viewpoint::camera_from_body;
+use isotherm::thermal::network::stepper::{Method, Stepper};
+use isotherm::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
+
+use crate::craft::{Folder, scene_with};
+use crate::device::{assert_silent, context, validated_context};
+use crate::mesh_network::{SKIN, TRANSITION};
+
+/// Bytes a node of a network of a mesh, triangles included (issue 5, "Scale").
+const ALLOWED: f64 = 160.0;
+
+/// Planned for the device: of the scene, and of its network beside that.
+fn planned(prepared: &Prepared) -> [u64; 2] {
+    let camera = prepared.scene.camera.as_ref();
+    let data = DeviceData::new(prepared);
+    let plan = data.scene_data(prepared, camera).plan();
+    [device_bytes(&plan), prepared.network_bytes(&plan).device]
+}
+
+/// The craft with a skin of some 1,700 nodes, which is too many for one workgroup.
+fn skin() -> Prepared {
+    let scene = scene_with(&[(TRANSITION, SKIN), ("max_edge = 0.7", "max_edge = 0.15")]);
+    Folder::new(&scene).prepared()
+}
+
+/// The station at an edge of 1.5 m. A mesh of more triangles a node takes more: 77 bytes are the scene's at two a node.
+#[test]
+fn a_network_of_a_mesh_takes_less_than_160_bytes_a_node() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/station_network.toml");
+    let mut scene = Scene::load(&path).expect("a scene of this repository");
+    scene.density = Density { model: Edges { max: Some(1.5), min: scene.density.model.min }, parts: Vec::new() };
+    let prepared = Prepared::from_scene(scene, &mut |_| ()).expect("a scene that can run");
+    let nodes = prepared.nodes.count as f64;
+    let [of_scene, of_network] = planned(&prepared).map(|bytes| bytes as f64 / nodes);
+    println!("{nodes} nodes: {of_scene:.2} and {of_network:.2} bytes a node");
+    assert!(of_scene + of_network < ALLOWED, "{of_scene} and {of_network}");
+}
+
+/// A ring whose every tenth node radiates across, by hand.
+fn ring(nodes: u32) -> Network {
+    let count = nodes as usize;
+    Network {
+        space_temperature: 2.7,
+        kinds: vec![NodeKind::Diffusive; count],
+        capacitances: vec![5.0; count],
+        emissive_areas: vec![1e-3; count],
+        temperatures: (0..nodes).map(|node| 280.0 + f64::from(node % 7)).collect(),
+        linear: (0..nodes)
+            .map(|node| LinearConductor { nodes: [node, (node + 1) % nodes], conductance: 0.1 })
+            .collect(),
+        radiative: (0..nodes / 2)
+            .step_by(10)
+            .map(|node| RadiativeConductor { nodes: [node, node + nodes / 2], exchange_area: 1e-4 })
+            .collect(),
+    }
+}
+
+#[test]
+fn what_is_planned_for_a_network_is_what_is_allocated() {
+    let context = context();
+    for nodes in [2000, 2400] {
+        let network = ring(nodes);
+        let planned = NetworkBytes::of(&network, 0, &[]);
+        let mut stepper = NetworkStepper::new(&context, &network, &[]).expect("a network for the device");
+        let before = stepper.device_bytes().expect("a large network");
+        stepper.set_heat(&vec![0.1; network.len()], &vec![0.0; network.len()]).expect("heat");
+        stepper.attempt(Method::TrBdf2, 0.0, 1.0, 1).expect("an attempt");
+        assert_eq!(stepper.device_bytes(), Some(planned.device), "with the vectors of the solver");
+        // The vectors are the six that only a solver needs, four bytes a node.
+        assert_eq!(planned.device - before, 6 * 4 * u64::from(nodes));
+        assert!(!stepper.wrote_spare(), "there is none");
+    }
+}
+
+#[test]
+fn what_is_planned_for_a_scene_is_what_is_allocated() {
+    let prepared = skin();
+    let context = context();
+    let mut engine = Engine::on_device(&context, &prepared, prepared.scene.camera.as_ref()).expect("a small scene");
+    let load = prepared.loads.tick_load(0.0, prepared.scene.time.step);
+    engine.settle(&load, 0.0).expect("a steady state");
+    assert_eq!(engine.device_bytes(), Some(planned(&prepared).iter().sum()));
+}
+
+/// The solver's vectors lie where the culled triangles were: the next image finds these again.
+#[test]
+fn an_image_after_a_solver_is_the_image_before_it() {
+    let prepared = skin();
+    let Some(context) = validated_context() else { return };
+    let camera = prepared.scene.camera.as_ref();
+    let mut engine = Engine::on_device(&context, &prepared, camera).expect("a small scene");
+    let load = prepared.loads.tick_load(0.0, prepared.scene.time.step);
+    let pose = camera.map(|camera| camera_from_body(camera, &prepared.loads.sky_model().sky(0.0)));
+    let mut images = Vec::new();
+    for _ in 0..2 {
+        engine.settle(&load, 0.0).expect("a steady state");
+        engine.submit(None, Order { pose, ..Order::default() }).expect("submitted");
+        images.push(engine.deliver().expect("delivered").pixels.expect("an image"));
+    }
+    assert_silent(&context);
+    let drawn = images[0].identity.iter().filter(|pixel| pixel[0] > 0).count();
+    assert!(drawn > 1000, "{drawn} pixels");
+    assert_eq!(images[0].identity, images[1].identity);
+    for (before, after) in images[0].radiance_temperature_depth.iter().zip(&images[1].radiance_temperature_depth) {
+        assert!((before[1] - after[1]).abs() < 2e-3, "{before:?}, {after:?}");
+    }
+}
