@@ -143,6 +143,7 @@ fn measured() -> Result<Vec<Measured>, FunctionError> {
         planet_ir: kind != StepKind::Advance,
         albedo: kind != StepKind::Advance,
         shadow: false,
+        fused: false,
     };
     let profile = Profile { function: Function::expression(EXPRESSION)?, t_max_steps: T_MAX_STEPS };
     let (retarget, domain) = (Retarget::Merge, Domain::Temperature);
