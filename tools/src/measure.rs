@@ -287,7 +287,7 @@ fn time_pass(
     nodes: usize,
     ticks: &[TickLoad],
 ) -> Result<(Vec<PassTime>, f64), AnyError> {
-    let pass = responses::time_pass(context, variant, 2.0, shapes, nodes, ticks)?;
+    let pass = responses::time_pass(context, variant, 2.0, shapes, nodes, ticks, false)?;
     Ok((pass.times, pass.bytes_a_node))
 }
 
