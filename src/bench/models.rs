@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
+use super::clock::{Deadline, OUT_OF_TIME};
 use super::frames::resize;
 use super::record::{ChoiceRow, Models, Moved};
 use crate::compare::responses::{self, OfMaterial};
@@ -127,7 +128,13 @@ struct Ran {
 ///
 /// # Errors
 /// A scene that cannot be prepared, or a device that fails; a single choice that fails is told in its row.
-pub fn measure(context: &Arc<Context>, scene: &Scene, quick: bool, says: &dyn Fn(&str)) -> Result<Models, Failed> {
+pub fn measure(
+    context: &Arc<Context>,
+    scene: &Scene,
+    quick: bool,
+    deadline: Deadline,
+    says: &dyn Fn(&str),
+) -> Result<Models, Failed> {
     let base = one_orbit(scene);
     // What a network is made of tells how transitions move.
     let network = responses::network(&base, &mut |_| ())?;
@@ -144,6 +151,10 @@ pub fn measure(context: &Arc<Context>, scene: &Scene, quick: bool, says: &dyn Fn
         let row = ChoiceRow { choice: choice.name().to_owned(), ..ChoiceRow::default() };
         if quick && choice == Choice::Network {
             rows.push((ChoiceRow { failed: Some("left out by --quick".to_owned()), ..row }, None));
+            continue;
+        }
+        if choice != Choice::Base && deadline.is_past() {
+            rows.push((ChoiceRow { failed: Some(OUT_OF_TIME.to_owned()), ..row }, None));
             continue;
         }
         says(&format!("model choices: {}", choice.name()));
