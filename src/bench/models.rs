@@ -20,6 +20,8 @@ use crate::thermal::material::{Domain, Retarget};
 
 /// Ticks of an orbit: longer ones would stand badly for the planet's mean.
 const TICKS: u32 = 60;
+/// Ticks of a quick one, which follows half an orbit in place of the periodic state.
+const QUICK_TICKS: u32 = 30;
 /// Ticks between two images.
 const DRAW_EVERY: u32 = 10;
 /// Size of the images [px].
@@ -135,7 +137,7 @@ pub fn measure(
     deadline: Deadline,
     says: &dyn Fn(&str),
 ) -> Result<Models, Failed> {
-    let base = one_orbit(scene);
+    let base = one_orbit(scene, quick);
     // What a network is made of tells how transitions move.
     let network = responses::network(&base, &mut |_| ())?;
     says("model choices: what transitions are fitted to");
@@ -196,14 +198,15 @@ pub fn measure(
     })
 }
 
-/// The scene through one orbit of long ticks, from the state that an orbit before it left, with shadows.
-fn one_orbit(scene: &Scene) -> Scene {
+/// The scene through one orbit of long ticks with shadows, from its periodic state where it asks for that, else from the
+/// state that an orbit before it left.
+fn one_orbit(scene: &Scene, quick: bool) -> Scene {
     let mut base = scene.clone();
-    base.time.step = base.orbit.period() / f64::from(TICKS);
-    base.time.steps = TICKS;
-    base.time.periodic = scene.time.periodic.map(|tolerance| tolerance.max(0.5));
+    base.time.steps = if quick { QUICK_TICKS } else { TICKS };
+    base.time.step = base.orbit.period() / f64::from(base.time.steps);
+    base.time.periodic = scene.time.periodic.filter(|_| !quick).map(|tolerance| tolerance.max(0.5));
     if base.time.periodic.is_none() {
-        base.time.warm_up_orbits = 1.0;
+        base.time.warm_up_orbits = if quick { 0.5 } else { 1.0 };
     }
     base.shadows = Some(ShadowSettings { method: Method::Depth, ..scene.shadows.unwrap_or_default() });
     if let Some(camera) = &mut base.camera {
