@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use super::Section;
 
 /// What `--quick` may take [s]; what is under way when a share ends goes on, so the end lies behind it.
-const QUICK_S: f64 = 75.0;
+const QUICK_S: f64 = 70.0;
 /// Why a row is empty.
 pub const OUT_OF_TIME: &str = "left out: --quick had no time left";
 

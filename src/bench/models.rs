@@ -20,10 +20,10 @@ use crate::thermal::material::{Domain, Retarget};
 
 /// Ticks of an orbit: longer ones would stand badly for the planet's mean.
 const TICKS: u32 = 60;
-/// Ticks of a quick one, which follows half an orbit in place of the periodic state.
-const QUICK_TICKS: u32 = 30;
+/// Ticks of a quick one, which follows a quarter of an orbit in place of the periodic state.
+const QUICK_TICKS: u32 = 12;
 /// Ticks between two images.
-const DRAW_EVERY: u32 = 10;
+const DRAW_EVERY: u32 = 6;
 /// Size of the images [px].
 const IMAGE: [u32; 2] = [320, 256];
 /// A node sees the Sun wrongly where its share is off by more than this.
@@ -206,7 +206,7 @@ fn one_orbit(scene: &Scene, quick: bool) -> Scene {
     base.time.step = base.orbit.period() / f64::from(base.time.steps);
     base.time.periodic = scene.time.periodic.filter(|_| !quick).map(|tolerance| tolerance.max(0.5));
     if base.time.periodic.is_none() {
-        base.time.warm_up_orbits = if quick { 0.5 } else { 1.0 };
+        base.time.warm_up_orbits = if quick { 0.25 } else { 1.0 };
     }
     base.shadows = Some(ShadowSettings { method: Method::Depth, ..scene.shadows.unwrap_or_default() });
     if let Some(camera) = &mut base.camera {
