@@ -1,5 +1,7 @@
 //! A scene on the device: its resources, its frame lists, and two slots that are submitted and collected in turn.
 
+mod forward;
+
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -14,9 +16,10 @@ use super::layout;
 use super::load::DeviceLoad;
 use super::memory::Buffer;
 use super::once::{Once, command_buffers};
-use super::pass::Resource;
+use super::pass::{Pass, Resource};
 use super::record::Recorder;
 use super::resources::{JointData, Resources, SLOTS, SceneData};
+use super::shapes::Shapes;
 use super::timing::{DeviceFrame, PassTimes, Timing};
 use super::variant::StepKind;
 use crate::environment::TickLoad;
@@ -58,6 +61,10 @@ pub struct Renderer {
     occluders: Vec<TriangleRun>,
     /// The body and its joints.
     joints: u32,
+    /// Whether many ticks may pass in one dispatch.
+    fuses: bool,
+    /// Ticks that passed so.
+    fused_ticks: u64,
     /// What rays are tried against, where parts move.
     casters: Option<Jointed>,
     /// Poses of the joints for which shadows were last found.
@@ -77,6 +84,9 @@ pub struct Renderer {
     slots: Vec<Slot>,
     command_pool: vk::CommandPool,
     bindings: Bindings,
+    /// What takes many ticks in a dispatch, once it was asked for.
+    fused: Option<Bindings>,
+    shapes: Shapes,
     resources: Resources,
     once: Once,
     context: Arc<Context>,
@@ -120,6 +130,8 @@ impl Renderer {
             culled_for: Vec::new(),
             occluders,
             joints,
+            fuses: data.fuses(),
+            fused_ticks: 0,
             casters: data.joints.as_ref().and_then(|joints| joints.casters.clone()),
             poses: Vec::new(),
             redraw: data.shadows.as_ref().map(|shadows| shadows.redraw.clone()),
@@ -133,6 +145,8 @@ impl Renderer {
             slots: Vec::new(),
             command_pool,
             bindings,
+            fused: None,
+            shapes: data.shapes.clone(),
             resources,
             once,
             context: Arc::clone(context),
@@ -376,7 +390,11 @@ impl Renderer {
             poses: &self.poses,
             size: self.size,
         };
-        recorder.frame(frame, |pass, joint| self.bindings.of(pass, joint, number), &mut slot.timing);
+        let bound = |pass: &Pass, joint: u32| {
+            let fused = self.fused.as_ref().filter(|_| pass.is_fused());
+            fused.unwrap_or(&self.bindings).of(pass, joint, number)
+        };
+        recorder.frame(frame, bound, &mut slot.timing);
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         slot.submitted = Instant::now();
