@@ -68,7 +68,7 @@ impl Order {
         let mut node_of_slot: Vec<u32> = (0..count as u32).collect();
         for window in node_of_slot.chunks_mut(WINDOW) {
             let length = |node: &u32| lengths[*node as usize];
-            if window.iter().map(length).flatten().all(|length| length < HUB) {
+            if window.iter().flat_map(length).all(|length| length < HUB) {
                 window.sort_by_key(|node| std::cmp::Reverse(length(node)));
             }
         }
