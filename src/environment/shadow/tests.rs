@@ -151,3 +151,24 @@ fn a_tree_finds_what_a_search_of_all_triangles_finds() {
     }
     assert!((200..1800).contains(&hidden), "{hidden} of 2000 rays are hidden");
 }
+
+#[test]
+fn a_tree_has_as_many_boxes_wherever_its_triangles_are() {
+    let mut turned = 1.0;
+    for count in [1, 4, 5, 8, 9, 1003] {
+        for spread in [0.0, 1.0, 1e3] {
+            let mut positions = Vec::new();
+            for number in 0..count {
+                turned = (turned * 1.618_033_988_7) % 7.0;
+                let at = DVec3::new(turned, f64::from(number % 13), (3.0 * turned) % 1.7) * spread;
+                positions.extend([at, at + DVec3::X, at + DVec3::Y]);
+            }
+            let triangles: Vec<[u32; 3]> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+            let tree = Tree::new(&positions, &triangles);
+            assert_eq!(tree.nodes.len(), tree_boxes(count as usize), "{count} triangles over {spread} m");
+            let mut order = tree.order.clone();
+            order.sort_unstable();
+            assert!(order.iter().copied().eq(0..count), "each triangle once");
+        }
+    }
+}
