@@ -119,7 +119,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Chosen::Device(context) = &chosen {
         check_plan(context, &plan, prepared.network_bytes(), data.image)?;
     }
-    let folder = RunFolder::prepare(&arguments.output, arguments.force)?;
+    let folder = RunFolder::prepare(&arguments.output, arguments.force, &prepared.scene.files)?;
     let stop = stop_flag();
     let mut engine = match &chosen {
         Chosen::Device(context) => Engine::on_device(context, &prepared, camera)?,
