@@ -1,6 +1,6 @@
 """A network by scipy's Radau, as one would call it: a sparse exact Jacobian, and no step over a corner of the heat's.
 
-    python -m peer_bench.network_radau CASE TOLERANCE OUT.npz
+python -m peer_bench.network_radau CASE TOLERANCE OUT.npz
 """
 
 import sys

@@ -4,12 +4,16 @@
 //! peer-kalast CASE.json OUTPUT.f32
 //!
 //! kalast steps explicitly (forward Euler) with the surface balanced by Newton's method; a step is one call of its public
-//! `GpuTpm::step_sun`, which computes the sunlight on the device too. kalast has no timestamps: times are the host's.
+//! `GpuTpm::step_sun`, which computes the sunlight on the device too. kalast has no timestamps: times are the host's
+//! and of the processors.
+
+#[path = "../../../src/peers/clock.rs"]
+mod clock;
 
 use std::error::Error;
 use std::f64::consts::{PI, TAU};
-use std::time::Instant;
 
+use clock::Clock;
 use kalast::gpu::Context;
 use kalast::tpm::gpu::GpuTpm;
 use kalast::wgpu;
@@ -129,16 +133,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     std::fs::write(output, kept)?;
 
-    let mut wall = Vec::new();
+    let mut clocks = Vec::new();
     for _ in 0..case.runs {
         model.upload(&start)?;
         wait(&model)?;
-        let began = Instant::now();
+        let clock = Clock::start();
         for frame in 0..case.frames {
             case.frame(&mut model, frame)?;
         }
         wait(&model)?;
-        wall.push(began.elapsed().as_secs_f64() * 1e3);
+        clocks.push(clock.stop());
     }
     let info = model.context().device.adapter_info();
     let node_steps = (case.facets * case.nodes * case.frames * case.sub_steps) as u64;
@@ -146,7 +150,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "{}",
         json!({
             "device": info.name, "driver": info.driver_info, "backend": format!("{:?}", info.backend),
-            "node_steps": node_steps, "sub_step_s": case.step(), "wall_ms": wall,
+            "node_steps": node_steps, "sub_step_s": case.step(), "clock_ms": clocks,
         })
     );
     Ok(())
