@@ -100,18 +100,18 @@ def measure(shop: Workshop) -> Comparison:
     for _ in range(rounds):
         for stages, sub_steps in METHODS:
             output = shop.work / f"columns_{stages}.f32"
-            words = ["--output", output, "--stages", str(stages), "--sub-steps", str(sub_steps)]
+            words: list[str | Path] = ["--output", output, "--stages", str(stages), "--sub-steps", str(sub_steps)]
             found = shop.isotherm("columns", file, *words)
             samples.setdefault(found["method"], []).append(found | {"error": error(output, exact)})
         if kalast is not None:
             output = shop.work / "columns_kalast.f32"
             found = json.loads(run([kalast, file, output], 1800.0))
             samples.setdefault("kalast", []).append(found | {"error": error(output, exact)})
-    rows(comparison, samples, shop.isotherm_version)
+    rows(shop, comparison, samples)
     return comparison
 
 
-def rows(comparison: Comparison, samples: dict[str, list[dict[str, Any]]], isotherm: str) -> None:
+def rows(shop: Workshop, comparison: Comparison, samples: dict[str, list[dict[str, Any]]]) -> None:
     """A row a program and method, and the goal."""
     lock = ROOT / "tools" / "peer_bench" / "kalast" / "Cargo.lock"
     rates: dict[str, float] = {}
@@ -119,14 +119,14 @@ def rows(comparison: Comparison, samples: dict[str, list[dict[str, Any]]], isoth
         clocks = [clock for one in found for clock in one["clock_ms"]]
         device = [ms for one in found for ms in one.get("device_ms", [])]
         times = Times.of(clocks, device)
-        rates[name] = 1e3 * found[0]["node_steps"] / times.wall.median
+        rates[name] = 1e3 * found[0]["node_steps"] / shop.judged(times.wall)
         rate_processor = 1e3 * found[0]["node_steps"] / times.processor.median if times.processor else float("nan")
         is_peer = name == "kalast"
         comparison.rows.append(
             Row(
                 work=f"one turn, {found[0]['node_steps'] / 1e6:.0f} million node-steps",
                 program="kalast, forward Euler" if is_peer else f"Isotherm, {name}",
-                version=locked_version(lock, "kalast") if is_peer else isotherm,
+                version=locked_version(lock, "kalast") if is_peer else shop.isotherm_version,
                 times=times,
                 unit="ms a turn",
                 error=found[0]["error"],
@@ -151,8 +151,9 @@ def compare_turns(comparison: Comparison) -> None:
         if row is peer or row.times.processor is None or peer.times.processor is None:
             return row
         ratio = peer.times.wall.median / row.times.wall.median
+        least = peer.times.wall.least / row.times.wall.least
         busy = peer.times.processor.median / row.times.processor.median
-        return Row(**{**vars(row), "ratio": ratio, "ratio_processor": busy})
+        return Row(**{**vars(row), "ratio": ratio, "ratio_least": least, "ratio_processor": busy})
 
     comparison.rows = [with_ratio(row) for row in comparison.rows]
 

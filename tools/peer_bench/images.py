@@ -3,42 +3,22 @@
 import json
 import os
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from peer_bench.image_scenes import HEIGHT, SCENES, WIDTH
 from peer_bench.record import Comparison, Error, Goal, Row, Times
-from peer_bench.workshop import ROOT, TARGET, Unavailable, Workshop, llvm, tell, version
+from peer_bench.workshop import Unavailable, Workshop, llvm, tell, version
 
-WIDTH, HEIGHT = 640, 512
 # Isotherm takes more samples by a larger image, whose pixels are then averaged.
 SCALES, QUICK_SCALES = (1, 2, 4), (1, 2)
 SAMPLES, QUICK_SAMPLES = (1, 4, 16, 64), (1, 4, 16)
 VARIANTS = {"llvm_ad_mono": "Mitsuba, LLVM", "scalar_rgb": "Mitsuba, scalar"}
 # Samples of the reference a pass, and passes.
 REFERENCE = (16, 24)
-
-
-def scene_text() -> str:
-    """models/station.toml at its start without memory: the balance of the moment, in the file's pose, 640 x 512."""
-    kept, skip = [], False
-    for line in (ROOT / "models" / "station.toml").read_text(encoding="utf-8").splitlines():
-        if line.startswith("["):
-            skip = line in ("[[joint]]", "[[probe]]")
-        if not skip:
-            kept.append(line)
-    text = "\n".join(kept) + "\n"
-    for old, new in (
-        ('path = "station.glb"', f'path = "{ROOT / "models" / "station.glb"}"'),
-        ('response = "transition"', 'response = "instant"'),
-        ("width = 1024", f"width = {WIDTH}"),
-        ("height = 768", f"height = {HEIGHT}"),
-    ):
-        if old not in text:
-            raise Unavailable(f"models/station.toml no longer has `{old}`")
-        text = text.replace(old, new)
-    return text
 
 
 def error(image: NDArray[np.floating[Any]], exact: NDArray[np.float64]) -> Error:
@@ -49,12 +29,12 @@ def error(image: NDArray[np.floating[Any]], exact: NDArray[np.float64]) -> Error
 
 
 class Images:
-    """What both programs drew."""
+    """What both programs drew of a scene."""
 
-    def __init__(self, shop: Workshop) -> None:
-        self.shop = shop
-        self.scene = shop.work / "station.toml"
-        self.scene.write_text(scene_text(), encoding="utf-8")
+    def __init__(self, shop: Workshop, name: str) -> None:
+        self.shop, self.name = shop, name
+        self.scene = shop.work / "scene.toml"
+        self.scene.write_text(SCENES[name](shop.work), encoding="utf-8")
         self.folder = shop.work / "image"
         self.described: dict[str, Any] = {}
         self.clocks: dict[tuple[str, int], list[list[float]]] = {}
@@ -65,7 +45,16 @@ class Images:
     def isotherm(self) -> None:
         """Frames at every scale; the mean over pixels counts to the time."""
         scales = ",".join(str(scale) for scale in (QUICK_SCALES if self.shop.quick else SCALES))
-        words = ["image", self.scene, "--output", self.folder, "--scale", scales, "--frames", str(self.frames)]
+        words: list[str | Path] = [
+            "image",
+            self.scene,
+            "--output",
+            self.folder,
+            "--scale",
+            scales,
+            "--frames",
+            str(self.frames),
+        ]
         self.described = self.shop.isotherm(*words)
         (self.folder / "image.json").write_text(json.dumps(self.described), encoding="utf-8")
         for row in self.described["rows"]:
@@ -102,76 +91,100 @@ class Images:
 
 
 def measure(shop: Workshop) -> Comparison:
-    """Frame rates in turn, then the reference."""
+    """Scene by scene: the programs in turn, then the reference."""
+    os.environ.setdefault("DRJIT_LIBLLVM_PATH", str(llvm()))
     comparison = Comparison(
         key="images",
         title="Images: Isotherm's frame and Mitsuba 3",
-        about="",
+        about=(
+            f"Emitted radiance, 8 to 14 um, of {WIDTH} x {HEIGHT} pixels. A frame is from the call until its pixels are on the host, "
+            "the scene loaded before (Mitsuba's tree of boxes too); Isotherm's camera moves with every frame, Mitsuba's stands "
+            "still with new samples. Isotherm samples the centres of pixels: more samples are a larger image and the mean of its "
+            "pixels, whose time is counted. Mitsuba has the same triangles as area emitters with the radiance of their corners, "
+            "the path tracer at depth 1, multijittered samples, a box filter."
+        ),
     )
-    os.environ.setdefault("DRJIT_LIBLLVM_PATH", str(llvm()))
-    images = Images(shop)
+    references = []
+    for name in SCENES:
+        images = Images(shop, name)
+        exact, doubt = draw(images, comparison)
+        comparison.device = images.described["device"]
+        comparison.rows += rows(images, exact)
+        comparison.goals.append(goal(shop, name, images, comparison.rows))
+        references.append(f"{name}: {doubt.rms:.1e}")
+    samples = REFERENCE[0] * REFERENCE[1] // (4 if shop.quick else 1)
+    comparison.reference = (
+        "rays by Mitsuba that interpolate temperature and apply Planck's law where they meet the surface, "
+        f"{samples} samples a pixel (the first half of them differ from all by {', '.join(references)})"
+    )
+    return comparison
+
+
+def draw(images: Images, comparison: Comparison) -> tuple[NDArray[np.float64], Error]:
+    """All programs in turn; the reference."""
     given_up: set[str] = set()
-    for _ in range(1 if shop.quick else 3):
-        tell("images: Isotherm")
+    for _ in range(1 if images.shop.quick else 3):
+        tell(f"images: {images.name}, Isotherm")
         images.isotherm()
         for variant in VARIANTS:
             if variant in given_up:
                 continue
-            tell(f"images: Mitsuba, {variant}")
+            tell(f"images: {images.name}, Mitsuba {variant}")
             try:
                 images.mitsuba(variant)
             except Unavailable as reason:
                 given_up.add(variant)
-                comparison.missing.append(f"Mitsuba, {variant}: {reason}")
-    tell("images: the reference")
-    exact, doubt = images.reference()
-    comparison.device = images.described["device"]
-    comparison.about = (
-        f"The station of models/station.toml at time 0, each node at the balance of the moment: {images.described['triangles']} "
-        f"triangles, {WIDTH} x {HEIGHT} pixels, 8 to 14 um. A frame is from the call until its pixels are on the host, the scene "
-        "loaded before; Isotherm's camera moves every frame, Mitsuba's stands still with new samples. Isotherm samples the "
-        "centres of pixels: more samples are a larger image and the mean of its pixels, counted. Mitsuba has the same triangles as area emitters with "
-        "the radiance of their corners, path tracer of depth 1, multijittered samples, box filter."
-    )
-    comparison.reference = (
-        f"rays through Mitsuba that interpolate temperature and apply Planck's law in f32, {REFERENCE[0] * REFERENCE[1]} samples a "
-        f"pixel (the first half of them is {doubt.rms:.1e} away)"
-    )
-    rows(comparison, images, exact)
-    comparison.goals.append(goal(comparison))
-    np.savez(TARGET / "work" / "pictures.npz", exact=exact, **{f"{k[0]}_{k[1]}": v for k, v in images.pictures.items()})
-    return comparison
+                comparison.missing.append(f"{images.name}, Mitsuba {variant}: {reason}")
+    tell(f"images: {images.name}, reference")
+    return images.reference()
 
 
-def rows(comparison: Comparison, images: Images, exact: NDArray[np.float64]) -> None:
+def rows(images: Images, exact: NDArray[np.float64]) -> list[Row]:
     """A row a program and number of samples."""
-    numbers = {"Isotherm": images.shop.isotherm_version}
+    passes = {row["scale"] ** 2: row["passes_ms"] for row in images.described["rows"]}
+    made = []
     for (program, samples), clocks in images.clocks.items():
-        comparison.rows.append(
+        own = program == "Isotherm"
+        spent = passes.get(samples, {}) if own else {}
+        made.append(
             Row(
-                work=f"{WIDTH} x {HEIGHT}",
+                work=f"{images.name}: {images.described['triangles']} triangles",
                 program=f"{program}, {samples} samples a pixel",
-                version=numbers.get(program) or version("mitsuba"),
+                version=images.shop.isotherm_version if own else version("mitsuba"),
                 times=Times.of(clocks, images.device.get((program, samples))),
                 unit="ms a frame",
                 error=error(images.pictures[program, samples], exact),
                 size=samples,
+                note=", ".join(f"{name} {ms:.1f} ms" for name, ms in spent.items()),
             )
         )
+    return made
 
 
-def goal(comparison: Comparison) -> Goal:
+def goal(shop: Workshop, name: str, images: Images, rows: list[Row]) -> Goal:
     """For every image of Mitsuba's, the fastest of Isotherm's that errs no more."""
-    own = [row for row in comparison.rows if row.program.startswith("Isotherm")]
+    of_scene = [row for row in rows if row.work.startswith(f"{name}:")]
+    own = [row for row in of_scene if row.program.startswith("Isotherm")]
     factors, beyond = {}, []
-    for peer in (row for row in comparison.rows if row.program.startswith("Mitsuba")):
+    for peer in (row for row in of_scene if row.program.startswith("Mitsuba")):
         as_good = [row for row in own if row.error and peer.error and row.error.rms <= peer.error.rms]
         if as_good:
-            fastest = min(row.times.wall.median for row in as_good)
-            factors[peer.program] = peer.times.wall.median / fastest
+            factors[peer.program] = min(as_good, key=lambda row: shop.judged(row.times.wall)), peer
         else:
-            beyond.append(peer.program)
-    slower = [f"{name}: {factor:.2f} times" for name, factor in factors.items() if factor <= 1.0]
-    reason = "; ".join(slower + [f"no image of Isotherm's errs as little as {name}" for name in beyond])
-    measured = ", ".join(f"{factor:.1f} times against {name}" for name, factor in factors.items())
-    return Goal("images faster than Mitsuba's at equal error", measured or "nothing to compare", not reason, reason)
+            beyond.append(peer.program.removeprefix("Mitsuba, "))
+    said, slower = [], False
+    for program, (best, peer) in factors.items():
+        factor = shop.judged(peer.times.wall) / shop.judged(best.times.wall)
+        theirs, own_busy = peer.times.processor, best.times.processor
+        busy = theirs.median / own_busy.median if theirs and own_busy else float("nan")
+        said.append(f"{program.removeprefix('Mitsuba, ')}: {factor:.2f} times ({busy:.2f} by processors)")
+        slower |= factor <= 1.0
+    reason = (
+        f"Isotherm sets up all {images.described['triangles']} triangles in every frame; rays meet few"
+        if slower
+        else ""
+    )
+    if beyond:
+        reason += f"{'; ' if reason else ''}no image of Isotherm's errs as little as {', '.join(beyond)}"
+    text = f"{name}: faster than Mitsuba at no more error"
+    return Goal(text, ", ".join(said) or "nothing to compare", bool(said) and not slower, reason)

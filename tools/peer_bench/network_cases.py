@@ -21,8 +21,8 @@ STEP = PERIOD / STEPS
 # Steps between two stated heats, and between two compared rows.
 EVERY, STRIDE = 10, 36
 SOLAR, PLANET_IR = 1361.0, 237.0
-# View factor of a plate whose normal is at right angles to nadir, and of one that looks to nadir, at 772 km (NUMERICS.md 4).
-SIDE_FACTOR, NADIR_FACTOR = 0.222263, (6371.0 / 7143.0) ** 2
+# View factor of a plate that looks to nadir at 772 km.
+NADIR_FACTOR = (6371.0 / 7143.0) ** 2
 # Aluminium 6061 of the paper: W/(m K), J/(m3 K).
 CONDUCTIVITY, HEAT_CAPACITY = 200.0, 2700.0 * 900.0
 SKIN = 1e-3

@@ -17,14 +17,16 @@ from peer_bench.network_cases import SPACE, Network
 
 
 def build(network: Network) -> pycanha_core.tmm.ThermalMathematicalModel:
-    """The model; the last node is space."""
+    """The model; the last node is space.
+
+    pycanha 0.6.0 has no arithmetic nodes: they are diffusive ones without capacitance.
+    """
     tmm = pycanha_core.tmm
     model = tmm.ThermalMathematicalModel(network.key)
     for number in range(network.nodes + 1):
         node = tmm.Node(number)
         node.type = tmm.DIFFUSIVE if number < network.nodes else tmm.BOUNDARY
         if number < network.nodes:
-            node.type = tmm.DIFFUSIVE if network.capacitance[number] > 0.0 else tmm.ARITHMETIC
             node.T, node.C, node.qs = network.start[number], network.capacitance[number], 1.0
         else:
             node.T = SPACE

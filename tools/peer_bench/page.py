@@ -35,7 +35,8 @@ def digits(value: float) -> str:
 def spread(value: Spread | None, unit: str) -> str:
     if value is None:
         return ""
-    return f"{digits(value.median)} ({digits(value.p10)} to {digits(value.p90)}) {unit}"
+    reach = f"{digits(value.p10)} to {digits(value.p90)}, least {digits(value.least)}"
+    return f"{digits(value.median)} ({reach}) {unit}"
 
 
 def size_of(error: Error | None, which: str) -> str:
@@ -45,8 +46,9 @@ def size_of(error: Error | None, which: str) -> str:
 def ratio(row: Row) -> str:
     if row.ratio is None:
         return ""
-    busy = f"; {digits(row.ratio_processor)} by processors" if row.ratio_processor is not None else ""
-    return digits(row.ratio) + busy
+    least = f"; {digits(row.ratio_least)} least" if row.ratio_least is not None else ""
+    busy = f"; {digits(row.ratio_processor)} processors" if row.ratio_processor is not None else ""
+    return digits(row.ratio) + least + busy
 
 
 def cells(row: Row) -> list[str]:

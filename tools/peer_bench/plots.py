@@ -125,22 +125,26 @@ def networks(comparison: Comparison) -> plt.Figure:
 
 
 def images(comparison: Comparison) -> plt.Figure:
-    """Error by time, a line a program, numbers are samples a pixel."""
-    figure, axes = plt.subplots(figsize=(9, 6.5))
-    lines = defaultdict(list)
-    for row in comparison.rows:
-        lines[row.program.rsplit(", ", 1)[0]].append(row)
-    peers = iter(PEERS)
-    for number, (program, rows) in enumerate(lines.items()):
-        colour = OWN if program == "Isotherm" else next(peers)
-        times = [row.times.wall for row in rows]
-        reach = [[max(0.0, s.median - s.p10) for s in times], [max(0.0, s.p90 - s.median) for s in times]]
-        errors = [row.error.rms if row.error else float("nan") for row in rows]
-        places = [spread.median for spread in times]
-        style = {"color": colour, "marker": MARKERS[number], "capsize": 3}
-        axes.errorbar(places, errors, xerr=reach, label=program, **style)
-        for row, x, y in zip(rows, places, errors, strict=True):
-            axes.annotate(f"{row.size:.0f}", (x, y), textcoords="offset points", xytext=(6, 6), fontsize=8)
-    finish(axes, "time of a frame [ms]", "rms error over the mean radiance; numbers: samples a pixel")
-    axes.legend()
+    """Error by time, a panel a scene, a line a program; numbers are samples a pixel."""
+    works = list(dict.fromkeys(row.work for row in comparison.rows))
+    figure, panels = plt.subplots(1, len(works), figsize=(6 * len(works) + 1, 6), squeeze=False, sharey=True)
+    for axes, work in zip(panels.flat, works, strict=True):
+        lines = defaultdict(list)
+        for row in comparison.rows:
+            if row.work == work:
+                lines[row.program.rsplit(", ", 1)[0]].append(row)
+        peers = iter(PEERS)
+        for number, (program, rows) in enumerate(lines.items()):
+            colour = OWN if program == "Isotherm" else next(peers)
+            times = [row.times.wall for row in rows]
+            reach = [[max(0.0, s.median - s.p10) for s in times], [max(0.0, s.p90 - s.median) for s in times]]
+            errors = [row.error.rms if row.error else float("nan") for row in rows]
+            places = [spread.median for spread in times]
+            style = {"color": colour, "marker": MARKERS[number], "capsize": 3}
+            axes.errorbar(places, errors, xerr=reach, label=program, **style)
+            for row, x, y in zip(rows, places, errors, strict=True):
+                axes.annotate(f"{row.size:.0f}", (x, y), textcoords="offset points", xytext=(6, 6), fontsize=8)
+        axes.set_title(work, fontsize=10)
+        finish(axes, "time of a frame [ms]", "rms error over the mean radiance" if axes is panels.flat[0] else "")
+        axes.legend(title="numbers: samples a pixel", fontsize=8)
     return figure

@@ -8,20 +8,27 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Spread:
-    """Median and the range from the tenth to the ninetieth percentile."""
+    """Median, the range from the tenth to the ninetieth percentile, and the least."""
 
     median: float
     p10: float
     p90: float
+    least: float
     samples: int
 
     @classmethod
     def of(cls, values: Sequence[float]) -> "Spread":
         low, middle, high = np.percentile(np.asarray(values, dtype=float), [10, 50, 90])
-        return cls(float(middle), float(low), float(high), len(values))
+        return cls(float(middle), float(low), float(high), float(min(values)), len(values))
 
     def scaled(self, factor: float) -> "Spread":
-        return Spread(self.median * factor, self.p10 * factor, self.p90 * factor, self.samples)
+        return Spread(
+            median=self.median * factor,
+            p10=self.p10 * factor,
+            p90=self.p90 * factor,
+            least=self.least * factor,
+            samples=self.samples,
+        )
 
 
 @dataclass(frozen=True)
@@ -64,8 +71,9 @@ class Row:
     times: Times
     unit: str
     error: Error | None
-    # Time over Isotherm's on the same work: above 1 Isotherm is the faster. By the clock, and of the processors.
+    # Time over Isotherm's on the same work: above 1 Isotherm is the faster. Of medians, of the least, of processors.
     ratio: float | None = None
+    ratio_least: float | None = None
     ratio_processor: float | None = None
     note: str = ""
     # For plots: the abscissa of a work that grows, such as nodes, or samples a pixel.

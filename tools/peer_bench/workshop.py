@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from peer_bench.record import Spread
+
 ROOT = Path(__file__).resolve().parents[2]
 TARGET = ROOT / "target" / "peers"
 # Seconds: a build of all of Isotherm on two busy cores; a run.
@@ -50,6 +52,12 @@ class Workshop:
     quick: bool
     work: Path
     isotherm_version: str
+    # Whether more programs wanted to run at the start than there are processors.
+    loaded: bool
+
+    def judged(self, spread: Spread) -> float:
+        """What goals go by: the median, or on a loaded machine the least, which is what the others disturb least."""
+        return spread.least if self.loaded else spread.median
 
     def isotherm(self, *arguments: str | Path, limit: float = RUN_LIMIT) -> dict[str, Any]:
         """What Isotherm's half of the measurements says (`tools/src/peers`)."""

@@ -1,6 +1,7 @@
 //! Images of a scene at time 0, one after the other as in a loop that waits for each, and what they are images of: every
 //! triangle with the temperatures of its corners, for a renderer that has no thermal model.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -93,17 +94,26 @@ fn timed(
         }
     }
     let pixels = last.ok_or("no image came")?;
+    let each: BTreeMap<&str, f64> =
+        pass_ms(engine).into_iter().map(|(name, all)| (name, all / (frames + WARM_UP) as f64)).collect();
+    let passes = json!(each);
     let radiance: Vec<f32> = pixels.radiance_temperature_depth.iter().map(|pixel| pixel[0]).collect();
     let file = format!("radiance_{scale}.f32");
     write(&output.join(&file), &radiance)?;
     Ok(json!({
         "scale": scale, "width": camera.width, "height": camera.height, "clock_ms": clocks, "device_ms": device,
-        "radiance": file,
+        "radiance": file, "passes_ms": passes,
     }))
 }
 
 fn device_ms(engine: &Engine) -> f64 {
-    engine.pass_times().into_iter().flatten().flat_map(|(_, samples)| samples).sum()
+    pass_ms(engine).values().sum()
+}
+
+/// Milliseconds of every pass so far by the device's clock.
+fn pass_ms(engine: &Engine) -> BTreeMap<&str, f64> {
+    let passes = engine.pass_times().into_iter().flatten();
+    passes.map(|(name, samples)| (name.as_str(), samples.iter().sum())).collect()
 }
 
 /// Corners, their temperatures, and the emissivities of both faces of every triangle.
