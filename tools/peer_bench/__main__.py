@@ -77,7 +77,7 @@ def facts(given: argparse.Namespace, shop: Workshop, began: float) -> dict[str, 
         "Isotherm": shop.isotherm_version,
         "device asked for": given.device,
         "processor": f"{processor_name()}, {os.cpu_count()} of them",
-        "goals go by": "the least times: the machine is loaded" if shop.loaded else "medians",
+        "goals go by": "the time of all processors, for the machine is loaded" if shop.loaded else "the clock",
         "when": time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime()),
         "took": f"{time.time() - began:.0f} s, builds included",
     }

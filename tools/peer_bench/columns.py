@@ -119,7 +119,7 @@ def rows(shop: Workshop, comparison: Comparison, samples: dict[str, list[dict[st
         clocks = [clock for one in found for clock in one["clock_ms"]]
         device = [ms for one in found for ms in one.get("device_ms", [])]
         times = Times.of(clocks, device)
-        rates[name] = 1e3 * found[0]["node_steps"] / shop.judged(times.wall)
+        rates[name] = 1e3 * found[0]["node_steps"] / shop.judged(times)
         rate_processor = 1e3 * found[0]["node_steps"] / times.processor.median if times.processor else float("nan")
         is_peer = name == "kalast"
         comparison.rows.append(
@@ -151,9 +151,8 @@ def compare_turns(comparison: Comparison) -> None:
         if row is peer or row.times.processor is None or peer.times.processor is None:
             return row
         ratio = peer.times.wall.median / row.times.wall.median
-        least = peer.times.wall.least / row.times.wall.least
         busy = peer.times.processor.median / row.times.processor.median
-        return Row(**{**vars(row), "ratio": ratio, "ratio_least": least, "ratio_processor": busy})
+        return Row(**{**vars(row), "ratio": ratio, "ratio_processor": busy})
 
     comparison.rows = [with_ratio(row) for row in comparison.rows]
 

@@ -169,15 +169,15 @@ def goal(shop: Workshop, name: str, images: Images, rows: list[Row]) -> Goal:
     for peer in (row for row in of_scene if row.program.startswith("Mitsuba")):
         as_good = [row for row in own if row.error and peer.error and row.error.rms <= peer.error.rms]
         if as_good:
-            factors[peer.program] = min(as_good, key=lambda row: shop.judged(row.times.wall)), peer
+            factors[peer.program] = min(as_good, key=lambda row: shop.judged(row.times)), peer
         else:
             beyond.append(peer.program.removeprefix("Mitsuba, "))
     said, slower = [], False
     for program, (best, peer) in factors.items():
-        factor = shop.judged(peer.times.wall) / shop.judged(best.times.wall)
-        theirs, own_busy = peer.times.processor, best.times.processor
-        busy = theirs.median / own_busy.median if theirs and own_busy else float("nan")
-        said.append(f"{program.removeprefix('Mitsuba, ')}: {factor:.2f} times ({busy:.2f} by processors)")
+        factor = shop.judged(peer.times) / shop.judged(best.times)
+        clock = peer.times.wall.median / best.times.wall.median
+        against = f"{program.removeprefix('Mitsuba, ')} ({best.program.removeprefix('Isotherm, ')} of ours)"
+        said.append(f"{against}: {factor:.2f} times ({clock:.2f} by the clock)")
         slower |= factor <= 1.0
     reason = (
         f"Isotherm sets up all {images.described['triangles']} triangles in every frame; rays meet few"

@@ -106,7 +106,6 @@ class Case:
                     unit="ms an orbit",
                     error=self.errors[key],
                     ratio=times.wall.median / base.wall.median if base else None,
-                    ratio_least=times.wall.least / base.wall.least if base else None,
                     ratio_processor=_ratio(times, base),
                     note=self.notes.get(key, ""),
                 )
@@ -206,15 +205,15 @@ def goal(case: Case) -> Goal:
     if not peers:
         return Goal(text, "pycanha-core gave no solution", False, "nothing to compare with: see what could not run")
     best: tuple[float, str] | None = None
-    peer = min(peers, key=lambda key: case.shop.judged(Times.of(case.clocks[key]).wall))
+    peer = min(peers, key=lambda key: case.shop.judged(Times.of(case.clocks[key])))
     for key in case.clocks:
         own, other = case.errors[key], case.errors[peer]
         if key[0] != "Isotherm" or own.rms > other.rms or own.largest > other.largest:
             continue
         times, theirs = Times.of(case.clocks[key]), Times.of(case.clocks[peer])
-        factor = case.shop.judged(theirs.wall) / case.shop.judged(times.wall)
-        busy = _ratio(theirs, times)
-        said = f"{factor:.1f} times at {key[2]} against {peer[2]} ({busy or float('nan'):.1f} by processor time)"
+        factor = case.shop.judged(theirs) / case.shop.judged(times)
+        both = f"{theirs.wall.median / times.wall.median:.1f} by the clock, {_ratio(theirs, times) or 0.0:.1f} by processors"
+        said = f"{factor:.1f} times at {key[2]} against {peer[2]} ({both})"
         if best is None or factor > best[0]:
             best = (factor, said)
     if best is None:

@@ -46,9 +46,8 @@ def size_of(error: Error | None, which: str) -> str:
 def ratio(row: Row) -> str:
     if row.ratio is None:
         return ""
-    least = f"; {digits(row.ratio_least)} least" if row.ratio_least is not None else ""
     busy = f"; {digits(row.ratio_processor)} processors" if row.ratio_processor is not None else ""
-    return digits(row.ratio) + least + busy
+    return digits(row.ratio) + busy
 
 
 def cells(row: Row) -> list[str]:

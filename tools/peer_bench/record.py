@@ -71,9 +71,8 @@ class Row:
     times: Times
     unit: str
     error: Error | None
-    # Time over Isotherm's on the same work: above 1 Isotherm is the faster. Of medians, of the least, of processors.
+    # Time over Isotherm's on the same work: above 1 Isotherm is the faster. By the clock, and of the processors.
     ratio: float | None = None
-    ratio_least: float | None = None
     ratio_processor: float | None = None
     note: str = ""
     # For plots: the abscissa of a work that grows, such as nodes, or samples a pixel.

@@ -73,7 +73,6 @@ def compared(loop: Row, own: Row) -> Row:
     ratio_processor = busy.median / own_busy.median if busy and own_busy and own_busy.median > 0.0 else None
     ratios = {
         "ratio": loop.times.wall.median / on_device.median,
-        "ratio_least": loop.times.wall.least / on_device.least,
         "ratio_processor": ratio_processor,
     }
     return Row(**{**vars(loop), **ratios})
@@ -83,7 +82,7 @@ def goal(shop: Workshop, comparison: Comparison) -> Goal:
     """The loop's better build counts, at every size."""
     slower: dict[tuple[str, float], float] = {}
     for row in comparison.rows:
-        ratio = row.ratio_least if shop.loaded else row.ratio
+        ratio = row.ratio_processor if shop.loaded else row.ratio
         if ratio is not None and row.size is not None:
             key = (row.work, row.size)
             slower[key] = max(slower.get(key, 0.0), 1.0 / ratio)

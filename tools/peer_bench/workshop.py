@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from peer_bench.record import Spread
+from peer_bench.record import Times
 
 ROOT = Path(__file__).resolve().parents[2]
 TARGET = ROOT / "target" / "peers"
@@ -55,9 +55,9 @@ class Workshop:
     # Whether more programs wanted to run at the start than there are processors.
     loaded: bool
 
-    def judged(self, spread: Spread) -> float:
-        """What goals go by: the median, or on a loaded machine the least, which is what the others disturb least."""
-        return spread.least if self.loaded else spread.median
+    def judged(self, times: Times) -> float:
+        """What goals go by: the clock's median, or on a loaded machine that of the processors, which others hardly change."""
+        return times.processor.median if self.loaded and times.processor else times.wall.median
 
     def isotherm(self, *arguments: str | Path, limit: float = RUN_LIMIT) -> dict[str, Any]:
         """What Isotherm's half of the measurements says (`tools/src/peers`)."""
