@@ -14,9 +14,11 @@ from peer_bench.record import Comparison, Error, Goal, Row, Times
 from peer_bench.workshop import Unavailable, Workshop, llvm, tell, version
 
 # Isotherm takes more samples by a larger image, whose pixels are then averaged.
-SCALES, QUICK_SCALES = (1, 2, 4), (1, 2)
+SCALES = (1, 2, 4)
 SAMPLES, QUICK_SAMPLES = (1, 4, 16, 64), (1, 4, 16)
 VARIANTS = {"llvm_ad_mono": "Mitsuba, LLVM", "scalar_rgb": "Mitsuba, scalar"}
+# Passes of a frame whose times are shown.
+SHOWN = ("cull", "radiance", "read radiance", "read identity")
 # Samples of the reference a pass, and passes.
 REFERENCE = (16, 24)
 
@@ -44,7 +46,7 @@ class Images:
 
     def isotherm(self) -> None:
         """Frames at every scale; the mean over pixels counts to the time."""
-        scales = ",".join(str(scale) for scale in (QUICK_SCALES if self.shop.quick else SCALES))
+        scales = ",".join(str(scale) for scale in SCALES)
         words: list[str | Path] = [
             "image",
             self.scene,
@@ -155,7 +157,7 @@ def rows(images: Images, exact: NDArray[np.float64]) -> list[Row]:
                 unit="ms a frame",
                 error=error(images.pictures[program, samples], exact),
                 size=samples,
-                note=", ".join(f"{name} {ms:.1f} ms" for name, ms in spent.items()),
+                note=", ".join(f"{name} {ms:.1f} ms" for name, ms in spent.items() if name in SHOWN),
             )
         )
     return made
