@@ -1,6 +1,7 @@
 #version 450
 // One tick of every node of a range: the mean load of the tick, the balance temperature that it commands, and the
-// transition towards it. Four nodes an invocation. Variants (src/gpu/variant.rs) leave out what a scene does not have.
+// transition towards it. Four nodes an invocation. Variants (src/gpu/variant.rs) leave out what a scene does not have; a
+// fused one takes many ticks, each under its own load, and leaves the temperatures of the last.
 
 #include "types.glsl"
 #include "balance.glsl"
@@ -16,13 +17,20 @@
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0) uniform TickBlock { Tick tick; };
+// Ticks that one dispatch takes at most: FUSED_TICKS of src/gpu/load.rs.
+#ifdef FUSED
+const uint TICKS = 32u;
+#else
+const uint TICKS = 1u;
+#endif
+
+layout(set = 0, binding = 0) uniform TickBlock { Tick ticks[TICKS]; };
 layout(set = 0, binding = 3) readonly buffer MaterialBlock { Material materials[]; };
 layout(set = 0, binding = 4) readonly buffer GroupMaterialBlock { uint group_material[]; };
 layout(set = 0, binding = 11) buffer TemperatureBlock { vec4 temperature[]; };
 
 #ifdef SUN
-layout(set = 0, binding = 1) uniform SunBlock { vec4 sun_samples[8]; };
+layout(set = 0, binding = 1) uniform SunBlock { vec4 sun_samples[8u * TICKS]; };
 #endif
 #ifdef ALBEDO
 layout(set = 0, binding = 2) readonly buffer AlbedoBlock { float albedo_values[]; };
@@ -58,58 +66,80 @@ vec4 sun_sample_flux(uint i, vec4 nx, vec4 ny, vec4 nz) {
 
 // Incident sunlight, mean over the tick [W/m2]; unused samples have no flux. Written out, for on lavapipe the loop alone
 // costs 2.7 ns a node and each sample 0.1 ns, as a uniform at a constant index is read once for all invocations.
-vec4 solar_flux(vec4 nx, vec4 ny, vec4 nz) {
-    return sun_sample_flux(0u, nx, ny, nz) + sun_sample_flux(1u, nx, ny, nz)
-        + sun_sample_flux(2u, nx, ny, nz) + sun_sample_flux(3u, nx, ny, nz)
-        + sun_sample_flux(4u, nx, ny, nz) + sun_sample_flux(5u, nx, ny, nz)
-        + sun_sample_flux(6u, nx, ny, nz) + sun_sample_flux(7u, nx, ny, nz);
+vec4 solar_flux(uint tick, vec4 nx, vec4 ny, vec4 nz) {
+    uint i = 8u * tick;
+    return sun_sample_flux(i, nx, ny, nz) + sun_sample_flux(i + 1u, nx, ny, nz)
+        + sun_sample_flux(i + 2u, nx, ny, nz) + sun_sample_flux(i + 3u, nx, ny, nz)
+        + sun_sample_flux(i + 4u, nx, ny, nz) + sun_sample_flux(i + 5u, nx, ny, nz)
+        + sun_sample_flux(i + 6u, nx, ny, nz) + sun_sample_flux(i + 7u, nx, ny, nz);
 }
 #endif
 
 #ifdef ALBEDO
-float albedo_table_lookup(float column, float row) {
-    float last = tick.albedo_resolution - 1.0;
-    uint stride = uint(tick.albedo_resolution) + 1u;
+float albedo_table_lookup(uint tick, float column, float row) {
+    float last = ticks[tick].albedo_resolution - 1.0;
+    uint stride = uint(ticks[tick].albedo_resolution) + 1u;
     float left = min(floor(column), last);
     float top = min(floor(row), last);
     float u = column - left;
     float v = row - top;
-    uint at = uint(top) * stride + uint(left);
+    uint at = (tick * stride + uint(top)) * stride + uint(left);
     float upper = albedo_values[at] * (1.0 - u) + albedo_values[at + 1u] * u;
     float lower = albedo_values[at + stride] * (1.0 - u) + albedo_values[at + stride + 1u] * u;
     return upper * (1.0 - v) + lower * v;
 }
 
 // Incident sunlight that the planet reflects [W/m2].
-vec4 albedo_flux(vec4 nx, vec4 ny, vec4 nz) {
-    AlbedoPosition at = albedo_position(tick, nx, ny, nz);
-    return tick.albedo_flux * at.scale * vec4(
-        albedo_table_lookup(at.column.x, at.row.x),
-        albedo_table_lookup(at.column.y, at.row.y),
-        albedo_table_lookup(at.column.z, at.row.z),
-        albedo_table_lookup(at.column.w, at.row.w)
+vec4 albedo_flux(uint tick, vec4 nx, vec4 ny, vec4 nz) {
+    AlbedoPosition at = albedo_position(ticks[tick], nx, ny, nz);
+    return ticks[tick].albedo_flux * at.scale * vec4(
+        albedo_table_lookup(tick, at.column.x, at.row.x),
+        albedo_table_lookup(tick, at.column.y, at.row.y),
+        albedo_table_lookup(tick, at.column.z, at.row.z),
+        albedo_table_lookup(tick, at.column.w, at.row.w)
     );
 }
 #endif
 
 #ifdef LOADED
 // Heat that one face takes in [W/m2]; `seen` is the share of the Sun that it sees.
-vec4 absorbed_flux(float absorptivity, float emissivity, vec4 nx, vec4 ny, vec4 nz, vec4 seen) {
+vec4 absorbed_flux(uint tick, float absorptivity, float emissivity, vec4 nx, vec4 ny, vec4 nz, vec4 seen) {
     vec4 absorbed = vec4(0.0);
 #ifdef SUN
 #ifdef SHADOW
-    absorbed += absorptivity * seen * solar_flux(nx, ny, nz);
+    absorbed += absorptivity * seen * solar_flux(tick, nx, ny, nz);
 #else
-    absorbed += absorptivity * solar_flux(nx, ny, nz);
+    absorbed += absorptivity * solar_flux(tick, nx, ny, nz);
 #endif
 #endif
 #ifdef ALBEDO
-    absorbed += absorptivity * albedo_flux(nx, ny, nz);
+    absorbed += absorptivity * albedo_flux(tick, nx, ny, nz);
 #endif
 #ifdef PLANET_IR
-    absorbed += emissivity * planet_ir_flux(tick, nx, ny, nz);
+    absorbed += emissivity * planet_ir_flux(ticks[tick], nx, ny, nz);
 #endif
     return absorbed;
+}
+#endif
+
+#ifdef COMMAND
+// What a tick commands: the balance temperature of its load [K] or, for a thermal network, the flux that it takes in.
+vec4 commanded_by(uint tick, Material material, vec4 nx, vec4 ny, vec4 nz, vec4 seen) {
+    vec4 absorbed = vec4(0.0);
+    float emissivity = material.emissivity;
+#ifdef LOADED
+    absorbed = absorbed_flux(tick, material.absorptivity, material.emissivity, nx, ny, nz, seen);
+#ifdef BOTH_SIDES
+    absorbed += absorbed_flux(tick, material.back_absorptivity, material.back_emissivity, -nx, -ny, -nz, seen);
+    emissivity += material.back_emissivity;
+#endif
+#endif
+#ifdef ABSORB
+    // The host collects it before it writes the temperatures.
+    return absorbed;
+#else
+    return balance_temperature(absorbed, emissivity, ticks[tick].background_temperature_4);
+#endif
 }
 #endif
 
@@ -118,68 +148,73 @@ void main() {
     uint group = gl_GlobalInvocationID.x;
     Material material = materials[group_material[group]];
 
-#ifdef COMMAND
-    vec4 absorbed = vec4(0.0);
-    float emissivity = material.emissivity;
-#ifdef LOADED
-    vec4 nx = normal_x[group];
-    vec4 ny = normal_y[group];
-    vec4 nz = normal_z[group];
-#ifdef SHADOW
-    vec4 seen = visibility[group];
-#else
+    vec4 nx = vec4(0.0);
+    vec4 ny = vec4(0.0);
+    vec4 nz = vec4(0.0);
     vec4 seen = vec4(1.0);
-#endif
-    absorbed = absorbed_flux(material.absorptivity, material.emissivity, nx, ny, nz, seen);
-#ifdef BOTH_SIDES
-    absorbed += absorbed_flux(material.back_absorptivity, material.back_emissivity, -nx, -ny, -nz, seen);
-    emissivity += material.back_emissivity;
-#endif
-#endif
-#ifdef ABSORB
-    // The flux for the thermal network, which the host collects before it writes the temperatures.
-    vec4 commanded = absorbed;
-#else
-    vec4 commanded = balance_temperature(absorbed, emissivity, tick.background_temperature_4);
+#ifdef LOADED
+    nx = normal_x[group];
+    ny = normal_y[group];
+    nz = normal_z[group];
+#ifdef SHADOW
+    seen = visibility[group];
 #endif
 #endif
 
-#ifdef SHAPED
-    vec4 old_target = target[group];
-    vec4 old_span = span[group];
-    ivec4 old_elapsed = elapsed[group];
-#ifndef COMMAND
-    vec4 commanded = old_target;
-#endif
-    float step = tick.step;
-    ShapedNode x = shaped_step(old_target.x, old_span.x, old_elapsed.x, commanded.x, step, material);
-    ShapedNode y = shaped_step(old_target.y, old_span.y, old_elapsed.y, commanded.y, step, material);
-    ShapedNode z = shaped_step(old_target.z, old_span.z, old_elapsed.z, commanded.z, step, material);
-    ShapedNode w = shaped_step(old_target.w, old_span.w, old_elapsed.w, commanded.w, step, material);
-#ifdef COMMAND
-    target[group] = commanded;
-    span[group] = vec4(x.span, y.span, z.span, w.span);
-#endif
-    elapsed[group] = ivec4(x.elapsed, y.elapsed, z.elapsed, w.elapsed);
-    temperature[group] = vec4(x.temperature, y.temperature, z.temperature, w.temperature);
-#else
 #ifdef TRANSITION
-    TransitionState state = TransitionState(target[group], span[group], elapsed[group]);
+    vec4 own_target = target[group];
+    vec4 own_span = span[group];
+    ivec4 own_elapsed = elapsed[group];
+#ifdef SHAPED
+    vec4 reached = vec4(0.0);
+#endif
+#ifdef FUSED
+    uint count = uint(ticks[0].count);
+    for (uint tick = 0u; tick < count; tick++) {
+#else
+    const uint tick = 0u;
+    {
+#endif
+#ifdef COMMAND
+        vec4 commanded = commanded_by(tick, material, nx, ny, nz, seen);
+#else
+        vec4 commanded = own_target;
+#endif
+        float step = ticks[tick].step;
+#ifdef SHAPED
+        ShapedNode x = shaped_step(own_target.x, own_span.x, own_elapsed.x, commanded.x, step, material);
+        ShapedNode y = shaped_step(own_target.y, own_span.y, own_elapsed.y, commanded.y, step, material);
+        ShapedNode z = shaped_step(own_target.z, own_span.z, own_elapsed.z, commanded.z, step, material);
+        ShapedNode w = shaped_step(own_target.w, own_span.w, own_elapsed.w, commanded.w, step, material);
+        own_target = commanded;
+        own_span = vec4(x.span, y.span, z.span, w.span);
+        own_elapsed = ivec4(x.elapsed, y.elapsed, z.elapsed, w.elapsed);
+        reached = vec4(x.temperature, y.temperature, z.temperature, w.temperature);
+#else
+        TransitionState state = TransitionState(own_target, own_span, own_elapsed);
 #ifdef MERGE
-    state = retarget_merge(state, commanded, material);
+        state = retarget_merge(state, commanded, material);
 #endif
 #ifdef RESTART
-    state = retarget_restart(state, commanded, material);
+        state = retarget_restart(state, commanded, material);
 #endif
-    state = advance(state, tick.step, material);
+        state = advance(state, step, material);
+        own_target = state.target;
+        own_span = state.span;
+        own_elapsed = state.elapsed;
+#endif
+    }
 #ifdef COMMAND
-    target[group] = state.target;
-    span[group] = state.span;
+    target[group] = own_target;
+    span[group] = own_span;
 #endif
-    elapsed[group] = state.elapsed;
-    temperature[group] = transition_temperature(state, material);
+    elapsed[group] = own_elapsed;
+#ifdef SHAPED
+    temperature[group] = reached;
 #else
-    temperature[group] = commanded;
+    temperature[group] = transition_temperature(TransitionState(own_target, own_span, own_elapsed), material);
 #endif
+#else
+    temperature[group] = commanded_by(0u, material, nx, ny, nz, seen);
 #endif
 }

@@ -32,6 +32,8 @@ struct Tick {
     float step;
     // Intervals of the albedo table each way.
     float albedo_resolution;
+    // Ticks of a fused dispatch, said by the first of them.
+    float count;
 };
 
 // Where the image is taken from, and with what.

@@ -7,6 +7,7 @@ use glam::DAffine3;
 pub mod check;
 pub mod density;
 pub mod engine;
+pub mod forward;
 pub mod frames;
 pub mod job;
 pub mod joints;
@@ -21,6 +22,7 @@ use crate::scene::{Draw, Initial};
 use crate::trace::Track;
 use check::Check;
 use engine::{Delivered, Engine, Order, Tick};
+use forward::{Passing, forward};
 use periodic::Periodic;
 use prepare::Prepared;
 use viewpoint::camera_from_body;
@@ -86,18 +88,8 @@ fn warm_up(
     if let Some(tolerance) = prepared.scene.time.periodic {
         return periodic::warm_up(prepared, engine, check, tolerance, stop, progress);
     }
-    for tick in 0..ticks {
-        if stop.load(Ordering::Relaxed) {
-            break;
-        }
-        let load = prepared.loads.tick_load(time(tick), time(tick + 1));
-        engine.submit(Some(Tick { load: &load, steps: 1.0, start: time(tick), length: step }), Order::default())?;
-        engine.deliver()?;
-        if let Some(check) = check.as_deref_mut() {
-            check.step(&load, 1.0, time(tick), step);
-        }
-        progress();
-    }
+    let ticks = (0..ticks).map(|tick| Passing { start: time(tick), end: time(tick + 1), steps: 1.0 });
+    forward(prepared, engine, check, ticks, stop, progress)?;
     Ok(None)
 }
 
@@ -163,15 +155,12 @@ pub fn still(
     // Rounding of time / step must not make a last tick of no length.
     let whole = (time / length + 1e-9).floor();
     let rest = (time / length - whole).max(0.0);
-    for tick in 0..whole as u64 {
-        if stop.load(Ordering::Relaxed) {
-            return Ok(None);
-        }
-        let from = tick as f64 * length;
-        let load = prepared.loads.tick_load(from, from + length);
-        engine.submit(Some(Tick { load: &load, steps: 1.0, start: from, length }), Order::default())?;
-        engine.deliver()?;
-        progress();
+    let ticks = (0..whole as u64).map(|tick| {
+        let start = tick as f64 * length;
+        Passing { start, end: start + length, steps: 1.0 }
+    });
+    if !forward(prepared, engine, None, ticks, stop, progress)? {
+        return Ok(None);
     }
     let load = (rest > 1e-9).then(|| prepared.loads.tick_load(whole * length, time));
     let pose = pose_at(prepared, time);

@@ -11,6 +11,7 @@ use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::frame::{Frame, StepRange, Wanted};
 use crate::gpu::layout;
+use crate::gpu::load::FUSED_TICKS;
 use crate::gpu::network::{NODES_AT_MOST, NetworkStepper};
 use crate::gpu::renderer::Renderer;
 use crate::gpu::resources::SceneData;
@@ -41,6 +42,8 @@ const EXPRESSION: &str = "s*s*(3.0-2.0*s)";
 /// Stages of the RKL2 whose passes are timed, and its sub-steps in one submission.
 const STAGES: u32 = 9;
 const SUB_STEPS: u32 = 4;
+/// Dispatches of many ticks that are measured, after as many to warm up.
+const FUSED_REPETITIONS: u32 = 4;
 
 /// The thermal pass at one number of nodes.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +58,8 @@ pub struct TimedPass {
     pub moved_a_node: f64,
 }
 
-/// Runs a variant through ticks on nodes that look in all directions, once to warm up and once to measure.
+/// Runs a variant through ticks on nodes that look in all directions, once to warm up and once to measure; one after the
+/// other, or many in a dispatch. Times and bytes are those of a tick.
 ///
 /// # Errors
 /// More nodes than the device holds, or a call that fails.
@@ -66,6 +70,7 @@ pub fn time_pass(
     shapes: &Shapes,
     nodes: usize,
     ticks: &[TickLoad],
+    fuses: bool,
 ) -> Result<TimedPass, GpuError> {
     let normals: Vec<Vec3> = (0..nodes).map(fibonacci_direction).collect();
     let groups = nodes / 4;
@@ -95,6 +100,7 @@ pub fn time_pass(
     };
     let plan = data.plan();
     let bytes: u64 = plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();
+    let at_once = if fuses { FUSED_TICKS as f64 } else { 1.0 };
     let frame = Frame::step(&data.ranges, Wanted::default());
     let touched = frame.passes().flat_map(|pass| &pass.accesses).filter(|access| access.groups.is_some());
     let size = |resource| plan.iter().find(|planned| planned.resource == resource).map_or(0, |planned| planned.bytes);
@@ -103,17 +109,23 @@ pub fn time_pass(
     if let Some(first) = ticks.first() {
         renderer.settle(first)?;
     }
-    for load in ticks.iter().chain(ticks) {
-        let submitted = renderer.submit(Some((load, 1.0)), None, false)?;
-        renderer.collect(submitted)?;
+    if fuses {
+        let loads: Vec<(&TickLoad, f64)> = ticks.iter().cycle().take(FUSED_TICKS).map(|load| (load, 1.0)).collect();
+        (0..2 * FUSED_REPETITIONS).try_for_each(|_| renderer.forward(&loads))?;
+        renderer.wait()?;
+    } else {
+        for load in ticks.iter().chain(ticks) {
+            let submitted = renderer.submit(Some((load, 1.0)), None, false)?;
+            renderer.collect(submitted)?;
+        }
     }
     let steps = || renderer.pass_times().iter().filter(|(name, _)| name.starts_with("thermal_step"));
-    let later = |samples: &[f64]| samples[samples.len() / 2..].to_vec();
+    let later = |samples: &[f64]| samples[samples.len() / 2..].iter().map(|ms| ms / at_once).collect::<Vec<_>>();
     Ok(TimedPass {
         times: steps().filter_map(|(name, samples)| PassTime::from_samples(name, &later(samples))).collect(),
         samples: steps().flat_map(|(_, samples)| later(samples)).collect(),
         bytes_a_node: bytes as f64 / nodes as f64,
-        moved_a_node: moved as f64 / nodes as f64,
+        moved_a_node: moved as f64 / nodes as f64 / at_once,
     })
 }
 
@@ -132,6 +144,7 @@ struct Measured {
     variant: ThermalVariant,
     power: f32,
     shapes: Shapes,
+    fuses: bool,
 }
 
 fn measured() -> Result<Vec<Measured>, FunctionError> {
@@ -143,13 +156,19 @@ fn measured() -> Result<Vec<Measured>, FunctionError> {
         planet_ir: kind != StepKind::Advance,
         albedo: kind != StepKind::Advance,
         shadow: false,
+        fused: false,
     };
     let profile = Profile { function: Function::expression(EXPRESSION)?, t_max_steps: T_MAX_STEPS };
     let (retarget, domain) = (Retarget::Merge, Domain::Temperature);
     let shaped = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
     let (kind, curve) = shapes::curve(&shaped, 0);
-    let plain =
-        |name, kind, power| Measured { name, variant: loaded(kind, Curve::Power), power, shapes: Shapes::default() };
+    let plain = |name, kind, power| Measured {
+        name,
+        variant: loaded(kind, Curve::Power),
+        power,
+        shapes: Shapes::default(),
+        fuses: false,
+    };
     Ok(vec![
         plain("instant", StepKind::Instant, 2.0),
         plain("transition, constant target", StepKind::Advance, 2.0),
@@ -160,7 +179,9 @@ fn measured() -> Result<Vec<Measured>, FunctionError> {
             variant: loaded(kind, curve),
             power: 2.0,
             shapes: Shapes::one(&shaped),
+            fuses: false,
         },
+        Measured { fuses: true, ..plain("transition, quadratic, 32 ticks a dispatch", StepKind::Merge, 2.0) },
     ])
 }
 
@@ -186,7 +207,7 @@ pub fn measure(
         for size in sizes {
             let nodes = size.next_multiple_of(256);
             let row = Response { response: one.name.to_owned(), nodes, ..Response::default() };
-            rows.push(match time_pass(context, one.variant, one.power, &one.shapes, nodes, &ticks) {
+            rows.push(match time_pass(context, one.variant, one.power, &one.shapes, nodes, &ticks, one.fuses) {
                 Ok(pass) => filled(row, &pass.samples, pass.moved_a_node, bandwidth),
                 Err(error) => Response { failed: Some(error.to_string()), ..row },
             });

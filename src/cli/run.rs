@@ -166,7 +166,9 @@ fn speed(prepared: &Prepared, engine: &Engine, outcome: &Outcome, wall_s: f64) -
     let median = |samples: Vec<f64>| PassTime::from_samples("network", &samples).map(|time| time.median_ms);
     let network_ms = median(costs.iter().filter_map(|cost| cost.device_ms).collect());
     let network_wall_ms = median(costs.iter().map(|cost| cost.wall_ms).collect());
-    let step_ms = mean(&|name| name.starts_with("thermal_step."), steps)
+    // What passed many ticks at a time is no step of its own.
+    let single = |name: &str| name.starts_with("thermal_step.") && !name.contains(".fused");
+    let step_ms = mean(&single, steps - engine.fused_ticks())
         .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network));
     let of_image = |name: &str| ["cull", "radiance", "read radiance", "read identity"].contains(&name);
     Speed {

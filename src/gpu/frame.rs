@@ -251,13 +251,16 @@ fn thermal_pass(range: StepRange) -> Pass {
     let loaded = variant.sun || variant.planet_ir;
     let commands = variant.kind != StepKind::Advance;
     let moves = variant.kind.has_state();
+    let (tick, sun_samples, albedo_values) = if variant.fused {
+        (Resource::FusedTicks, Resource::FusedSunSamples, Resource::FusedAlbedoValues)
+    } else {
+        (Resource::Tick, Resource::SunSamples, Resource::AlbedoValues)
+    };
     let mut accesses = Vec::new();
     let mut bind = |present: bool, binding: u32, resource: Resource, scopes: &[Scope]| {
         if present {
-            let by_group = !matches!(
-                resource,
-                Resource::Tick | Resource::SunSamples | Resource::AlbedoValues | Resource::Materials | Resource::Shapes
-            );
+            let by_host = resource.per_slot();
+            let by_group = !by_host && !matches!(resource, Resource::Materials | Resource::Shapes);
             accesses.extend(scopes.iter().map(|scope| Access {
                 groups: by_group.then_some(groups),
                 slice: if resource.per_joint() { joint } else { 0 },
@@ -266,14 +269,9 @@ fn thermal_pass(range: StepRange) -> Pass {
             }));
         }
     };
-    bind(
-        variant.planet_ir || variant.albedo || variant.kind != StepKind::Absorb,
-        0,
-        Resource::Tick,
-        &[COMPUTE_UNIFORM],
-    );
-    bind(variant.sun, 1, Resource::SunSamples, &[COMPUTE_UNIFORM]);
-    bind(variant.albedo, 2, Resource::AlbedoValues, &[COMPUTE_READ]);
+    bind(variant.planet_ir || variant.albedo || variant.kind != StepKind::Absorb, 0, tick, &[COMPUTE_UNIFORM]);
+    bind(variant.sun, 1, sun_samples, &[COMPUTE_UNIFORM]);
+    bind(variant.albedo, 2, albedo_values, &[COMPUTE_READ]);
     bind(true, 3, Resource::Materials, &[COMPUTE_READ]);
     bind(true, 4, Resource::GroupMaterial, &[COMPUTE_READ]);
     bind(loaded, 5, Resource::NormalX, &[COMPUTE_READ]);

@@ -58,8 +58,10 @@ pub struct Tick {
     pub step: f32,
     /// Intervals of the albedo table each way.
     pub albedo_resolution: f32,
+    /// Ticks of a fused dispatch, said by the first of them.
+    pub count: f32,
     /// The structure is as long as its alignment in GLSL asks.
-    pub unused: [f32; 3],
+    pub unused: [f32; 2],
 }
 
 /// Where the image is taken from, and with what.
@@ -409,7 +411,7 @@ pub fn structures() -> Vec<(&'static str, usize, Vec<Member>)> {
             heating_function: f32, heating_t_max: f32, cooling_function: f32, cooling_t_max: f32),
         members!(Tick: nadir: [f32; 4], sunward: [f32; 4], across: [f32; 4], planet_ir: f32, albedo_flux: f32,
             background_temperature_4: f32,
-            step: f32, albedo_resolution: f32),
+            step: f32, albedo_resolution: f32, count: f32),
         members!(View: camera_from_body_x: [f32; 4], camera_from_body_y: [f32; 4], camera_from_body_z: [f32; 4],
             clip_scale: [f32; 2], clip_offset: [f32; 2], size: [f32; 2], near: f32),
         members!(SunView: texel_from_body_x: [f32; 4], texel_from_body_y: [f32; 4], texel_from_body_z: [f32; 4],

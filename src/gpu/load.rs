@@ -8,6 +8,10 @@ use super::record::tick_of;
 use super::resources::Resources;
 use crate::environment::{MAX_SUN_SAMPLES, TickLoad};
 
+/// Ticks that one dispatch takes at most: TICKS of glsl/thermal_step.comp. Their Sun samples fill 4 of the 16 KiB that
+/// every device reads as a uniform, and no driver ends a loop of so few turns (DESIGN.md 5).
+pub const FUSED_TICKS: usize = 32;
+
 /// What a tick commands, its length left out.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct DeviceLoad {
@@ -43,6 +47,19 @@ impl DeviceLoad {
         resources.write_slices(Resource::SunSamples, slot, &self.samples);
         if let Some(values) = &self.albedo {
             resources.write(Resource::AlbedoValues, slot, values);
+        }
+    }
+
+    /// Writes the loads of a fused dispatch over a craft whose parts stand still, each with its length in steps.
+    pub fn write_fused(loads: &[(Self, f64)], resources: &mut Resources, slot: usize) {
+        let count = loads.len() as f32;
+        let ticks = loads.iter().map(|(load, step)| layout::Tick { step: *step as f32, count, ..load.ticks[0] });
+        resources.write(Resource::FusedTicks, slot, &ticks.collect::<Vec<_>>());
+        let samples: Vec<_> = loads.iter().map(|(load, _)| load.samples[0]).collect();
+        resources.write(Resource::FusedSunSamples, slot, &samples);
+        let values: Vec<f32> = loads.iter().flat_map(|(load, _)| load.albedo.iter().flatten().copied()).collect();
+        if !values.is_empty() {
+            resources.write(Resource::FusedAlbedoValues, slot, &values);
         }
     }
 }

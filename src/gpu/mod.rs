@@ -13,7 +13,7 @@ pub mod frame;
 pub mod hazard;
 pub mod layout;
 pub mod limits;
-mod load;
+pub mod load;
 mod memory;
 pub mod network;
 mod once;

@@ -14,6 +14,12 @@ pub enum Resource {
     SunSamples,
     /// Albedo over the directions of a normal, written by the host.
     AlbedoValues,
+    /// `Tick`s of a fused dispatch, written by the host.
+    FusedTicks,
+    /// Their Sun samples, written by the host.
+    FusedSunSamples,
+    /// Their albedos over the directions of a normal, written by the host.
+    FusedAlbedoValues,
     /// `View`, written by the host.
     View,
     /// `Material` of every material.
@@ -120,6 +126,9 @@ impl Resource {
             Self::Tick
                 | Self::SunSamples
                 | Self::AlbedoValues
+                | Self::FusedTicks
+                | Self::FusedSunSamples
+                | Self::FusedAlbedoValues
                 | Self::View
                 | Self::SunView
                 | Self::RadianceReadback
@@ -131,12 +140,12 @@ impl Resource {
     /// Whether shaders see it as a uniform buffer: small, and read by every invocation at the same address. (On lavapipe
     /// each scalar of a storage buffer costs every invocation 0.5 ns; a uniform is read once.)
     pub fn is_uniform(self) -> bool {
-        matches!(self, Self::Tick | Self::SunSamples | Self::View | Self::SunView)
+        self.per_joint() || matches!(self, Self::FusedTicks | Self::FusedSunSamples)
     }
 
     /// Whether every joint has a slice of it: what it says is said in the frame in which the joint's nodes do not move.
     pub fn per_joint(self) -> bool {
-        self.is_uniform()
+        matches!(self, Self::Tick | Self::SunSamples | Self::View | Self::SunView)
     }
 
     /// Whether its size on the device follows the number of nodes; what only the host reads is not counted.

@@ -302,6 +302,7 @@ pub(super) fn tick_of(load: &crate::environment::TickLoad, step: f64, joint_from
         background_temperature_4: load.background_temperature.powi(4) as f32,
         step: step as f32,
         albedo_resolution: crate::environment::albedo::RESOLUTION as f32,
-        unused: [0.0; 3],
+        count: 1.0,
+        unused: [0.0; 2],
     }
 }

@@ -12,11 +12,13 @@ use super::context::Context;
 use super::error::GpuError;
 use super::frame::{StepRange, TriangleRun};
 use super::layout;
+use super::load::FUSED_TICKS;
 use super::memory::{Buffer, Image};
 use super::once::Once;
 use super::pass::Resource;
 use super::pipeline::{DEPTH_FORMAT, IDENTITY_FORMAT, RADIANCE_FORMAT};
 use super::shapes::Shapes;
+use super::variant::StepKind;
 use crate::environment::shadow::{Jointed, Occluders, Redraw};
 use crate::environment::{MAX_SUN_SAMPLES, albedo};
 use crate::thermal::nodes::{GROUP, RANGE_GROUPS};
@@ -91,6 +93,12 @@ pub struct Planned {
 }
 
 impl SceneData<'_> {
+    /// Whether many ticks may pass in one dispatch: transitions that nothing but the load of a tick commands.
+    pub fn fuses(&self) -> bool {
+        let kinds = || self.ranges.iter().map(|range| range.variant.kind);
+        self.joints.is_none() && kinds().any(StepKind::has_state) && kinds().all(|kind| kind != StepKind::Absorb)
+    }
+
     /// Everything that the scene needs on the device, with sizes.
     pub fn plan(&self) -> Vec<Planned> {
         use vk::BufferUsageFlags as U;
@@ -117,6 +125,7 @@ impl SceneData<'_> {
         let loaded = self.ranges.iter().any(|range| range.variant.sun || range.variant.planet_ir);
         let albedo_values =
             if self.ranges.iter().any(|range| range.variant.albedo) { (albedo::RESOLUTION + 1).pow(2) } else { 0 };
+        let fused = if self.fuses() { FUSED_TICKS as u64 } else { 0 };
         let state = if moved { nodes } else { 0 };
         let normals = if loaded { nodes } else { 0 };
         let pixels = self.image.map_or(0, |[width, height]| u64::from(width) * u64::from(height));
@@ -144,6 +153,9 @@ impl SceneData<'_> {
             to_device(Resource::Tick, size_of::<layout::Tick>() as u64),
             to_device(Resource::SunSamples, floats(4 * MAX_SUN_SAMPLES)),
             to_device(Resource::AlbedoValues, floats(albedo_values)),
+            to_device(Resource::FusedTicks, fused * size_of::<layout::Tick>() as u64),
+            to_device(Resource::FusedSunSamples, fused * floats(4 * MAX_SUN_SAMPLES)),
+            to_device(Resource::FusedAlbedoValues, fused * floats(albedo_values)),
             to_device(Resource::View, size_of::<layout::View>() as u64),
             storage(Resource::Materials, size_of_val(self.materials) as u64),
             storage(Resource::Shapes, size_of_val(self.shapes.values.as_slice()) as u64),

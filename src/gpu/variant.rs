@@ -56,6 +56,8 @@ pub struct ThermalVariant {
     pub albedo: bool,
     /// The craft's shadow on itself; only with a Sun.
     pub shadow: bool,
+    /// Whether a dispatch takes many ticks, each under its own load.
+    pub fused: bool,
 }
 
 /// One variant of the response to given targets: the transition of a thermal step alone.
@@ -216,11 +218,10 @@ impl ThermalVariant {
                     (true, false, true),
                     (true, true, true),
                 ] {
-                    let plain = Self { kind, curve, both_sides, sun, planet_ir, albedo, shadow: false };
-                    all.push(plain);
-                    if sun {
-                        all.push(Self { shadow: true, ..plain });
-                    }
+                    let plain = Self { kind, curve, both_sides, sun, planet_ir, albedo, shadow: false, fused: false };
+                    let shadowed = sun.then_some(Self { shadow: true, ..plain });
+                    let unfused = [Some(plain), shadowed].into_iter().flatten();
+                    all.extend(unfused.flat_map(|variant| [Some(variant), variant.fused()]).flatten());
                 }
             }
         }
@@ -234,6 +235,12 @@ impl ThermalVariant {
         Self { sun, albedo, shadow: self.shadow && has_sun, ..self }
     }
 
+    /// The same with many ticks in a dispatch; `None` of what keeps no state, where only the last tick counts, and of what
+    /// reads no load.
+    pub fn fused(self) -> Option<Self> {
+        matches!(self.kind, StepKind::Merge | StepKind::Restart).then_some(Self { fused: true, ..self })
+    }
+
     /// The same nodes under the load that commanded them last: time alone passes.
     pub fn idle(&self) -> Self {
         Self::advance(self.curve)
@@ -242,12 +249,21 @@ impl ThermalVariant {
     /// Time passes without a load.
     fn advance(curve: Curve) -> Self {
         let kind = StepKind::Advance;
-        Self { kind, curve, both_sides: false, sun: false, planet_ir: false, albedo: false, shadow: false }
+        Self {
+            kind,
+            curve,
+            both_sides: false,
+            sun: false,
+            planet_ir: false,
+            albedo: false,
+            shadow: false,
+            fused: false,
+        }
     }
 
     /// What settles the same nodes at the start.
     pub fn settling(&self) -> Self {
-        Self { kind: StepKind::Instant, curve: Curve::Power, ..*self }
+        Self { kind: StepKind::Instant, curve: Curve::Power, fused: false, ..*self }
     }
 
     /// Name of the compiled file without `.spv`: `thermal_step.merge.sun.planet_ir.albedo.both_sides`.
@@ -272,7 +288,7 @@ impl ThermalVariant {
             StepKind::Advance => vec!["TRANSITION"],
         };
         defines.extend(self.curve.defines());
-        let words = ["SUN", "PLANET_IR", "ALBEDO", "SHADOW", "BOTH_SIDES"];
+        let words = ["FUSED", "SUN", "PLANET_IR", "ALBEDO", "SHADOW", "BOTH_SIDES"];
         for ((present, _), word) in self.switches().into_iter().zip(words) {
             if present {
                 defines.push(word);
@@ -281,8 +297,9 @@ impl ThermalVariant {
         defines
     }
 
-    fn switches(&self) -> [(bool, &'static str); 5] {
+    fn switches(&self) -> [(bool, &'static str); 6] {
         [
+            (self.fused, "fused"),
             (self.sun, "sun"),
             (self.planet_ir, "planet_ir"),
             (self.albedo, "albedo"),

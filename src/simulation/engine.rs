@@ -277,6 +277,36 @@ impl Engine {
         }
     }
 
+    /// Lets ticks pass that leave nothing but the state; on a device many in one dispatch where nodes do not interact and
+    /// nothing moves.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn forward(&mut self, passing: &[Tick<'_>]) -> Result<(), GpuError> {
+        if let Self::Device { renderer, network: None, ticks, trace, .. } = self {
+            let _submits = trace.span(Track::Host, "submit");
+            *ticks += passing.len() as u64;
+            let loads: Vec<_> = passing.iter().map(|tick| (tick.load, tick.steps)).collect();
+            return renderer.forward(&loads);
+        }
+        for tick in passing {
+            self.submit(Some(*tick), Order::default())?;
+            self.deliver()?;
+        }
+        Ok(())
+    }
+
+    /// Waits until all that was given to the device is done.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn wait(&mut self) -> Result<(), GpuError> {
+        match self {
+            Self::Device { renderer, .. } => renderer.wait(),
+            Self::Reference(_) => Ok(()),
+        }
+    }
+
     /// What the oldest tick under way leaves; empty where none is.
     ///
     /// # Errors
@@ -303,6 +333,14 @@ impl Engine {
         match self {
             Self::Device { ticks, .. } => *ticks,
             Self::Reference(engine) => engine.ticks,
+        }
+    }
+
+    /// Those of them that passed in dispatches of many.
+    pub fn fused_ticks(&self) -> u64 {
+        match self {
+            Self::Device { renderer, .. } => renderer.fused_ticks(),
+            Self::Reference(_) => 0,
         }
     }
 

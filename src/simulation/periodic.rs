@@ -8,7 +8,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::check::Check;
-use super::engine::{Engine, Order, Tick};
+use super::engine::{Engine, Order};
+use super::forward::{Passing, forward};
 use super::prepare::Prepared;
 use crate::gpu::error::GpuError;
 use crate::thermal::network::periodic::SlowModes;
@@ -121,16 +122,22 @@ fn orbit(
     let mut mean = vec![0.0; last.len()];
     // Counted in steps since the orbit began, so that the ticks of every orbit are the same.
     let (mut done, whole) = (0.0, period / step);
-    while done < whole - 1e-9 && !stop.load(Ordering::Relaxed) {
+    let ticks = std::iter::from_fn(|| {
         let ahead: f64 = if coarse && whole - done >= LAST_STEPS + COARSE_STEPS { COARSE_STEPS } else { 1.0 };
         let start = done * step - period;
         let length = (ahead * step).min(-start);
+        let goes_on = done < whole - 1e-9;
         done += ahead;
-        let load = prepared.loads.tick_load(start, start + length);
-        engine.submit(Some(Tick { load: &load, steps: length / step, start, length }), Order::default())?;
-        engine.deliver()?;
-        if let Some(check) = check.as_deref_mut() {
-            check.step(&load, length / step, start, length);
+        goes_on.then_some(Passing { start, end: start + length, steps: length / step })
+    });
+    if last.is_empty() {
+        forward(prepared, engine, check, ticks, stop, &mut || ())?;
+        return Ok(mean);
+    }
+    for tick in ticks {
+        let length = tick.end - tick.start;
+        if !forward(prepared, engine, check.as_deref_mut(), [tick], stop, &mut || ())? {
+            break;
         }
         let next = engine.network_temperatures()?.unwrap_or_default();
         for ((mean, last), next) in mean.iter_mut().zip(&last).zip(&next) {

@@ -29,7 +29,7 @@ pub use polynomial::Polynomial;
 
 /// Largest rate of an exponential; the share that is left would leave the range of f64 beyond about 700.
 const MAX_EXPONENTIAL_RATE: f64 = 500.0;
-/// Rate of an exponential from which the device takes the closed form of its merge, three times as fast as its flow. That of
+/// Rate of an exponential from which the device takes the closed form of its merge in place of its pace. That of
 /// a lower rate loses digits: on a saw of 500 K in 361 steps it is 7.5e-4 K off at a rate of 0.1.
 const CLOSED_FORM_RATE: f64 = 1.0;
 /// Largest rate of a logarithm: its start is 1e4 times as steep as its end.

@@ -156,6 +156,7 @@ impl LooseNodes {
                 planet_ir: present.planet_ir,
                 albedo: present.albedo,
                 shadow: false,
+                fused: false,
             };
             nodes.ranges.push(StepRange { variant, groups: (first, nodes.group_material.len() as u32), joint: 0 });
         }

@@ -7,7 +7,16 @@ use isotherm::gpu::pass::Step;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 
 fn variant(kind: StepKind, both_sides: bool) -> ThermalVariant {
-    ThermalVariant { kind, curve: Curve::Power, both_sides, sun: true, planet_ir: true, albedo: true, shadow: false }
+    ThermalVariant {
+        kind,
+        curve: Curve::Power,
+        both_sides,
+        sun: true,
+        planet_ir: true,
+        albedo: true,
+        shadow: false,
+        fused: false,
+    }
 }
 
 fn range(kind: StepKind, both_sides: bool, groups: (u32, u32)) -> StepRange {

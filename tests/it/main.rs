@@ -8,6 +8,7 @@ mod craft;
 mod cull;
 mod device;
 mod functions;
+mod fused;
 mod hard;
 mod hazards;
 mod idle;

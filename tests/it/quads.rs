@@ -45,6 +45,7 @@ impl Quads {
                 planet_ir: false,
                 albedo: false,
                 shadow: false,
+                fused: false,
             },
             band: Band { lower: 8e-6, upper: 14e-6 },
             positions: Vec::new(),

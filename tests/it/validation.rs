@@ -30,6 +30,7 @@ fn range() -> StepRange {
         planet_ir: true,
         albedo: true,
         shadow: false,
+        fused: false,
     };
     StepRange { variant, groups: (0, 64), joint: 0 }
 }

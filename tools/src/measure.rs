@@ -127,6 +127,7 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
             planet_ir,
             albedo,
             shadow: false,
+            fused: false,
         };
         let mut row = Vec::new();
         let mut bytes = 0.0;
@@ -178,8 +179,16 @@ fn functions(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Re
         let domain = Domain::Temperature;
         let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
         let (kind, curve) = shapes::curve(&transition, 0);
-        let variant =
-            ThermalVariant { kind, curve, both_sides: false, sun: true, planet_ir: all, albedo: all, shadow: false };
+        let variant = ThermalVariant {
+            kind,
+            curve,
+            both_sides: false,
+            sun: true,
+            planet_ir: all,
+            albedo: all,
+            shadow: false,
+            fused: false,
+        };
         let (times, _) = time_pass(context, variant, &Shapes::one(&transition), NODES, &ticks)?;
         Ok(times.first().ok_or("the device has no timestamps")?.median_ms)
     };
@@ -278,7 +287,7 @@ fn time_pass(
     nodes: usize,
     ticks: &[TickLoad],
 ) -> Result<(Vec<PassTime>, f64), AnyError> {
-    let pass = responses::time_pass(context, variant, 2.0, shapes, nodes, ticks)?;
+    let pass = responses::time_pass(context, variant, 2.0, shapes, nodes, ticks, false)?;
     Ok((pass.times, pass.bytes_a_node))
 }
 

@@ -215,6 +215,7 @@ impl Loose {
             planet_ir: false,
             albedo: false,
             shadow: self.shadow,
+            fused: false,
         };
         SceneData {
             ranges: vec![StepRange { variant, groups: (0, groups as u32), joint: 0 }],

@@ -23,16 +23,20 @@ impl Redraw {
     /// dark. A tick has one direction: the mean of its sunlight. A joint counts as moved when it has turned by more than
     /// the angle, or when the middle of what hangs on it has moved by more than the angle times the size of the craft.
     pub fn view(&mut self, load: &TickLoad) -> Option<SunView> {
-        let light: DVec3 = load.sun.iter().map(|sample| sample.direction * sample.flux).sum();
-        let sun = light.try_normalize()?;
-        let holds = |(last, poses): &(DVec3, Vec<DAffine3>)| {
-            last.angle_between(sun) <= self.angle && !self.has_moved(poses, &load.joints)
-        };
-        if self.found_for.as_ref().is_some_and(holds) {
+        if self.holds(load) {
             return None;
         }
+        let sun = sun_of(load)?;
         self.found_for = Some((sun, load.joints.clone()));
         Some(SunView::around(sun, self.corners(&load.joints), self.resolution))
+    }
+
+    /// Whether a load needs no other shadows than those last found.
+    pub fn holds(&self, load: &TickLoad) -> bool {
+        let Some(sun) = sun_of(load) else { return true };
+        self.found_for
+            .as_ref()
+            .is_some_and(|(last, poses)| last.angle_between(sun) <= self.angle && !self.has_moved(poses, &load.joints))
     }
 
     /// Corners of the boxes where they are.
@@ -58,6 +62,11 @@ impl Redraw {
             angle_of(turn) > self.angle || moved > self.angle * size
         })
     }
+}
+
+/// Mean direction of a load's sunlight; `None` where it is dark.
+fn sun_of(load: &TickLoad) -> Option<DVec3> {
+    load.sun.iter().map(|sample| sample.direction * sample.flux).sum::<DVec3>().try_normalize()
 }
 
 /// Angle of a rotation [rad], in [0, pi], exact for small ones.

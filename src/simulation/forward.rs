@@ -1,0 +1,61 @@
+//! Ticks of which nothing is asked but the state that they lead to: loads found in parallel, many ticks a dispatch.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+use super::check::Check;
+use super::engine::{Engine, Tick};
+use super::prepare::Prepared;
+use crate::gpu::error::GpuError;
+use crate::gpu::load::FUSED_TICKS;
+
+/// When a tick passes, and how many steps it is long.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passing {
+    /// Begin [s].
+    pub start: f64,
+    /// End [s].
+    pub end: f64,
+    /// Length in steps.
+    pub steps: f64,
+}
+
+/// Lets ticks pass, on the check's nodes too where there is one; `progress` hears of each. Returns whether all did before
+/// `stop` was set.
+///
+/// # Errors
+/// A call that fails.
+pub fn forward(
+    prepared: &Prepared,
+    engine: &mut Engine,
+    mut check: Option<&mut Check>,
+    ticks: impl IntoIterator<Item = Passing>,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(),
+) -> Result<bool, GpuError> {
+    // A tick of a network is long, and may be the last before a stop.
+    let at_once = if prepared.network.is_some() { 1 } else { FUSED_TICKS };
+    let mut ticks = ticks.into_iter().peekable();
+    while ticks.peek().is_some() {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(false);
+        }
+        let batch: Vec<Passing> = ticks.by_ref().take(at_once).collect();
+        let loads: Vec<_> = batch.par_iter().map(|tick| prepared.loads.tick_load(tick.start, tick.end)).collect();
+        let under_load: Vec<Tick<'_>> = batch
+            .iter()
+            .zip(&loads)
+            .map(|(tick, load)| Tick { load, steps: tick.steps, start: tick.start, length: tick.end - tick.start })
+            .collect();
+        engine.forward(&under_load)?;
+        for tick in under_load {
+            if let Some(check) = check.as_deref_mut() {
+                check.step(tick.load, tick.steps, tick.start, tick.length);
+            }
+            progress();
+        }
+    }
+    engine.wait()?;
+    Ok(true)
+}
