@@ -75,6 +75,7 @@ impl Work {
             planet_ir: planet,
             albedo: planet,
             shadow: false,
+            fused: false,
         }
     }
 
