@@ -59,7 +59,7 @@ impl Case {
     fn network(&self) -> Network {
         let size = self.facets * self.nodes;
         let last = self.nodes - 1;
-        let share = |node: usize| if node % self.nodes == 0 || node % self.nodes == last { 0.5 } else { 1.0 };
+        let share = |node: usize| if node.is_multiple_of(self.nodes) || node % self.nodes == last { 0.5 } else { 1.0 };
         let conductance = self.conductivity / self.spacing;
         let inner = (0..size).filter(|node| node % self.nodes != last);
         Network {
@@ -67,7 +67,9 @@ impl Case {
             space_temperature: 0.0,
             kinds: vec![NodeKind::Diffusive; size],
             capacitances: (0..size).map(|node| share(node) * self.heat_capacity * self.spacing).collect(),
-            emissive_areas: (0..size).map(|node| if node % self.nodes == 0 { self.emissivity } else { 0.0 }).collect(),
+            emissive_areas: (0..size)
+                .map(|node| if node.is_multiple_of(self.nodes) { self.emissivity } else { 0.0 })
+                .collect(),
             temperatures: vec![self.start; size],
             linear: inner.map(|node| LinearConductor { nodes: [node as u32, node as u32 + 1], conductance }).collect(),
             radiative: Vec::new(),
