@@ -165,7 +165,7 @@ def reference(mi, scene, described: dict, samples: int, passes: int) -> dict[str
 
     mi.register_integrator("planck", lambda properties: Planck(properties))
     integrator = mi.load_dict({"type": "planck"})
-    total, half = 0.0, 0.0
+    total, half = np.zeros(1), np.zeros(1)
     for number in range(passes):
         image = np.array(mi.render(scene, integrator=integrator, spp=samples, seed=1000 + number), dtype=np.float64)
         total = total + image[..., 0]

@@ -80,7 +80,9 @@ def station(edge: float | None) -> Callable[[Path], str]:
 
 def cube(folder: Path) -> str:
     """A cube of 1 m in the paper's aluminium."""
-    positions, normals, indices = [], [], []
+    positions: list[np.ndarray] = []
+    normals: list[np.ndarray] = []
+    indices: list[int] = []
     for axis in range(3):
         for sign in (1.0, -1.0):
             normal, u = np.eye(3)[axis] * sign, np.eye(3)[(axis + 1) % 3]

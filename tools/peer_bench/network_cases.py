@@ -65,12 +65,12 @@ class Network:
 
 def heat_times() -> Floats:
     """Times at which heat is stated [s]."""
-    return STEP * EVERY * np.arange(STEPS // EVERY + 1)
+    return STEP * EVERY * np.arange(STEPS // EVERY + 1, dtype=np.float64)
 
 
 def row_times() -> Floats:
     """Times at which temperatures are compared [s], the start among them."""
-    return STEP * np.arange(0, STEPS + 1, STRIDE)
+    return STEP * np.arange(0, STEPS + 1, STRIDE, dtype=np.float64)
 
 
 def sun_directions() -> Floats:

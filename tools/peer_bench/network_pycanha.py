@@ -8,6 +8,7 @@ Building the network is not counted, nor is the time of handing over the heat at
 import ctypes
 import sys
 import time
+from typing import Any
 
 import numpy as np
 import pycanha_core
@@ -35,12 +36,12 @@ def build(network: Network) -> pycanha_core.tmm.ThermalMathematicalModel:
         model.add_conductive_coupling(int(a), int(b), float(value))
     for (a, b), value in zip(network.radiative, network.exchange_area, strict=True):
         model.add_radiative_coupling(int(a), int(b), float(value))
-    for number in np.flatnonzero(network.emissive_area):
-        model.add_radiative_coupling(int(number), network.nodes, float(network.emissive_area[number]))
+    for radiating in np.flatnonzero(network.emissive_area):
+        model.add_radiative_coupling(int(radiating), network.nodes, float(network.emissive_area[radiating]))
     return model
 
 
-def solve(network: Network, steps: int) -> dict[str, object]:
+def solve(network: Network, steps: int) -> dict[str, Any]:
     """Rows [K], seconds of the solver by the clock and of the processor, and those of handing over."""
     model = build(network)
     # Diffusive nodes come first inside pycanha, as they do here.

@@ -108,7 +108,9 @@ def networks(comparison: Comparison) -> plt.Figure:
         axes.set_visible(False)
     for axes, work in zip(panels.flat, works, strict=False):
         seen: set[str] = set()
-        for row in (row for row in comparison.rows if row.work == work and row.error):
+        for row in comparison.rows:
+            if row.work != work or row.error is None:
+                continue
             name = family(row)
             marker = MARKERS[list(paint).index(name) % len(MARKERS)]
             seconds = row.times.wall.scaled(1e-3)
