@@ -103,7 +103,7 @@ def measure(shop: Workshop) -> Comparison:
             "the scene loaded before (Mitsuba's tree of boxes too); Isotherm's camera moves with every frame, Mitsuba's stands "
             "still with new samples. Isotherm samples the centres of pixels: more samples are a larger image and the mean of its "
             "pixels, whose time is counted. Mitsuba has the same triangles as area emitters with the radiance of their corners, "
-            "the path tracer at depth 1, multijittered samples, a box filter."
+            "the path tracer at depth 1, multijittered samples, a box filter. spp: samples a pixel."
         ),
     )
     references = []
@@ -151,7 +151,7 @@ def rows(images: Images, exact: NDArray[np.float64]) -> list[Row]:
         made.append(
             Row(
                 work=f"{images.name}: {images.described['triangles']} triangles",
-                program=f"{program}, {samples} samples a pixel",
+                program=f"{program}, {samples} spp",
                 version=images.shop.isotherm_version if own else version("mitsuba"),
                 times=Times.of(clocks, images.device.get((program, samples))),
                 unit="ms a frame",
@@ -178,8 +178,8 @@ def goal(shop: Workshop, name: str, images: Images, rows: list[Row]) -> Goal:
     for program, (best, peer) in factors.items():
         factor = shop.judged(peer.times) / shop.judged(best.times)
         clock = peer.times.wall.median / best.times.wall.median
-        against = f"{program.removeprefix('Mitsuba, ')} ({best.program.removeprefix('Isotherm, ')} of ours)"
-        said.append(f"{against}: {factor:.2f} times ({clock:.2f} by the clock)")
+        against = f"{program.removeprefix('Mitsuba, ')} ({best.program.removeprefix('Isotherm, ')} of Isotherm)"
+        said.append(f"{against} {factor:.2f} times ({clock:.2f} by the clock)")
         slower |= factor <= 1.0
     reason = (
         f"Isotherm sets up all {images.described['triangles']} triangles in every frame; rays meet few"
