@@ -35,7 +35,9 @@ def plot(comparison: Comparison, folder: Path) -> str | None:
 
 def family(row: Row) -> str:
     """The program without its setting."""
-    return row.program.split(", ")[0] if row.unit != "ns a node" else row.program
+    if row.unit == "ns a node":
+        return row.program
+    return ", ".join(row.program.split(", ")[: 2 if "whole command" in row.program else 1])
 
 
 def colours(rows: Iterable[Row]) -> dict[str, str]:
@@ -50,7 +52,9 @@ def bars(spread: Spread) -> list[list[float]]:
 
 
 def point(axes: Axes, row: Row, x: Spread, y: float, colour: str, marker: str, label: str | None) -> None:
-    axes.errorbar(x.median, y, xerr=bars(x), fmt=marker, color=colour, label=label, capsize=3, markersize=7)
+    fill = "white" if "whole command" in row.program else colour
+    style = {"color": colour, "markerfacecolor": fill, "capsize": 3, "markersize": 7}
+    axes.errorbar(x.median, y, xerr=bars(x), fmt=marker, label=label, **style)
 
 
 def finish(axes: Axes, x: str, y: str) -> None:
@@ -93,6 +97,8 @@ def columns(comparison: Comparison) -> plt.Figure:
             label = f"{row.program}: {(row.size or 0) / 1e6:.0f} million node-steps/s"
             point(axes, row, row.times.wall, row.error.rms, paint[family(row)], MARKERS[number], label)
     finish(axes, "time of a turn [ms]", "rms error of all nodes [K]")
+    axes.set(xscale="linear", xlim=(0.0, None))
+    axes.margins(y=0.3)
     axes.legend()
     return figure
 
@@ -117,7 +123,8 @@ def networks(comparison: Comparison) -> plt.Figure:
             point(axes, row, seconds, row.error.rms, paint[name], marker, None if name in seen else name)
             setting = row.program.split(", ")[-1]
             place = (seconds.median, row.error.rms)
-            axes.annotate(setting, place, textcoords="offset points", xytext=(6, 6), fontsize=7)
+            below = "whole command" in row.program
+            axes.annotate(setting, place, textcoords="offset points", xytext=(6, -11 if below else 6), fontsize=7)
             seen.add(name)
         axes.set_title(work, fontsize=10)
         finish(axes, "time of the solution [s]", "rms error [mK]")
