@@ -53,11 +53,21 @@ bool is_hidden(vec3 from, vec3 direction) {
         float leaves = min(far.x, min(far.y, far.z));
         bool missed = leaves < max(enters, 0.0);
         uint triangles = missed ? 0u : box.triangles & 7u;
-        uint first = box.triangles >> 3u;
-        for (uint i = 0u; i < triangles; i++) {
-            if (distance_to(shadow_triangles[first + i], from, direction) > 0.0) {
-                hidden = true;
-            }
+        // Written out: a loop in here would count among the turns of the walk, which lavapipe ends after 65,535.
+        if (triangles > 0u) {
+            uint first = box.triangles >> 3u;
+            uint last = first + triangles - 1u;
+            float found = max(
+                max(
+                    distance_to(shadow_triangles[first], from, direction),
+                    distance_to(shadow_triangles[min(first + 1u, last)], from, direction)
+                ),
+                max(
+                    distance_to(shadow_triangles[min(first + 2u, last)], from, direction),
+                    distance_to(shadow_triangles[last], from, direction)
+                )
+            );
+            hidden = found > 0.0;
         }
         at = hidden ? count : (missed ? box.skip : at + 1u);
     }

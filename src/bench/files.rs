@@ -24,14 +24,14 @@ impl BenchFolder {
     /// Makes `root` ready as `RunFolder::prepare` does for a run; with `overwrite` the files above are removed.
     ///
     /// # Errors
-    /// The folder is a file, is not empty, cannot be created, or cannot be written to.
-    pub fn prepare(root: &Path, overwrite: bool) -> Result<Self, OutputError> {
+    /// The folder is a file, is not empty, cannot be created, cannot be written to, or holds one of the `inputs`.
+    pub fn prepare(root: &Path, overwrite: bool, inputs: &[PathBuf]) -> Result<Self, OutputError> {
         let plots = root.join("plots");
         let own = |path: &Path| {
             let is_plot = path.parent() == Some(&plots) && path.extension() == Some(OsStr::new("svg"));
             is_plot || [RECORD, PAGE].iter().any(|name| root.join(name) == path)
         };
-        prepare_folder(root, std::slice::from_ref(&plots), overwrite, &own)?;
+        prepare_folder(root, std::slice::from_ref(&plots), overwrite, &own, inputs)?;
         Ok(Self { root: root.to_path_buf() })
     }
 
@@ -51,5 +51,30 @@ impl BenchFolder {
         }
         bench.write(&self.file(RECORD))?;
         write_bytes(&self.file(PAGE), page(bench, &diagrams).as_bytes())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn force_removes_its_own_files_unless_they_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let inside = |name: &str| folder.path().join(name);
+        std::fs::create_dir(inside("plots")).unwrap();
+        for name in [RECORD, "plots/limits.svg", "scene.toml"] {
+            std::fs::write(inside(name), b"earlier").unwrap();
+        }
+        let link = inside("material.svg");
+        #[cfg(unix)]
+        std::os::unix::fs::symlink(inside("plots/limits.svg"), &link).unwrap();
+        #[cfg(not(unix))]
+        let link = inside("plots/limits.svg");
+        let error = BenchFolder::prepare(folder.path(), true, &[inside("scene.toml"), link.clone()]).unwrap_err();
+        assert!(matches!(&error, OutputError::Overwrites(path) if *path == link), "{error}");
+        assert!(inside(RECORD).exists() && inside("plots/limits.svg").exists(), "a refused folder is untouched");
+        BenchFolder::prepare(folder.path(), true, &[inside("scene.toml")]).unwrap();
+        assert!(inside("scene.toml").exists() && !inside(RECORD).exists() && !inside("plots/limits.svg").exists());
     }
 }

@@ -33,10 +33,21 @@ pub struct Effort {
 
 /// The scene at one longest edge [m], with shadows or without. What keeps it from being measured stands in its row.
 pub fn measure(context: &Arc<Context>, scene: &Scene, edge: f64, shadows: bool, effort: Effort) -> FrameRow {
-    let row = FrameRow { scene: scene.name.clone(), longest_edge_m: edge, shadows, ..FrameRow::default() };
+    let row = FrameRow { failed: None, ..left_out(scene, edge, shadows, "") };
     match measured(context, scene, row.clone(), effort) {
         Ok(row) => row,
         Err(reason) => FrameRow { failed: Some(reason), ..row },
+    }
+}
+
+/// A row that was not measured, and why.
+pub fn left_out(scene: &Scene, edge: f64, shadows: bool, reason: &str) -> FrameRow {
+    FrameRow {
+        scene: scene.name.clone(),
+        longest_edge_m: edge,
+        shadows,
+        failed: Some(reason.to_owned()),
+        ..FrameRow::default()
     }
 }
 

@@ -1,12 +1,13 @@
 //! Speed against error, measured in one run and told on one page.
 //!
 //! [`cases`] are the networks of NUMERICS.md 3, [`schemes`] the ways to integrate them, and [`integrators`] measures each
-//! against [`truth`]. [`run`] does all of it. [`limits`] is what the device can do at best, [`responses`] what a node costs, [`frames`] what a
+//! against [`truth`]. [`run`] does all of it, within the time of [`clock`] where it is to be quick. [`limits`] is what the device can do at best, [`responses`] what a node costs, [`frames`] what a
 //! whole tick of a scene takes, [`models`] what each choice of a model costs and changes, [`drivers`] how far devices are apart, [`hard`] what breaks without
 //! its remedy. [`record`] holds what was
 //! found; [`tables`], [`plots`], [`page`] and [`files`] show it.
 
 pub mod cases;
+pub mod clock;
 pub mod drivers;
 pub mod files;
 pub mod frames;

@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
+use super::clock::{Deadline, OUT_OF_TIME};
 use super::frames::resize;
 use super::record::{ChoiceRow, Models, Moved};
 use crate::compare::responses::{self, OfMaterial};
@@ -19,8 +20,10 @@ use crate::thermal::material::{Domain, Retarget};
 
 /// Ticks of an orbit: longer ones would stand badly for the planet's mean.
 const TICKS: u32 = 60;
+/// Ticks of a quick one, which follows a quarter of an orbit in place of the periodic state.
+const QUICK_TICKS: u32 = 12;
 /// Ticks between two images.
-const DRAW_EVERY: u32 = 10;
+const DRAW_EVERY: u32 = 6;
 /// Size of the images [px].
 const IMAGE: [u32; 2] = [320, 256];
 /// A node sees the Sun wrongly where its share is off by more than this.
@@ -127,8 +130,14 @@ struct Ran {
 ///
 /// # Errors
 /// A scene that cannot be prepared, or a device that fails; a single choice that fails is told in its row.
-pub fn measure(context: &Arc<Context>, scene: &Scene, quick: bool, says: &dyn Fn(&str)) -> Result<Models, Failed> {
-    let base = one_orbit(scene);
+pub fn measure(
+    context: &Arc<Context>,
+    scene: &Scene,
+    quick: bool,
+    deadline: Deadline,
+    says: &dyn Fn(&str),
+) -> Result<Models, Failed> {
+    let base = one_orbit(scene, quick);
     // What a network is made of tells how transitions move.
     let network = responses::network(&base, &mut |_| ())?;
     says("model choices: what transitions are fitted to");
@@ -144,6 +153,10 @@ pub fn measure(context: &Arc<Context>, scene: &Scene, quick: bool, says: &dyn Fn
         let row = ChoiceRow { choice: choice.name().to_owned(), ..ChoiceRow::default() };
         if quick && choice == Choice::Network {
             rows.push((ChoiceRow { failed: Some("left out by --quick".to_owned()), ..row }, None));
+            continue;
+        }
+        if choice != Choice::Base && deadline.is_past() {
+            rows.push((ChoiceRow { failed: Some(OUT_OF_TIME.to_owned()), ..row }, None));
             continue;
         }
         says(&format!("model choices: {}", choice.name()));
@@ -185,14 +198,15 @@ pub fn measure(context: &Arc<Context>, scene: &Scene, quick: bool, says: &dyn Fn
     })
 }
 
-/// The scene through one orbit of long ticks, from the state that an orbit before it left, with shadows.
-fn one_orbit(scene: &Scene) -> Scene {
+/// The scene through one orbit of long ticks with shadows, from its periodic state where it asks for that, else from the
+/// state that an orbit before it left.
+fn one_orbit(scene: &Scene, quick: bool) -> Scene {
     let mut base = scene.clone();
-    base.time.step = base.orbit.period() / f64::from(TICKS);
-    base.time.steps = TICKS;
-    base.time.periodic = scene.time.periodic.map(|tolerance| tolerance.max(0.5));
+    base.time.steps = if quick { QUICK_TICKS } else { TICKS };
+    base.time.step = base.orbit.period() / f64::from(base.time.steps);
+    base.time.periodic = scene.time.periodic.filter(|_| !quick).map(|tolerance| tolerance.max(0.5));
     if base.time.periodic.is_none() {
-        base.time.warm_up_orbits = 1.0;
+        base.time.warm_up_orbits = if quick { 0.25 } else { 1.0 };
     }
     base.shadows = Some(ShadowSettings { method: Method::Depth, ..scene.shadows.unwrap_or_default() });
     if let Some(camera) = &mut base.camera {

@@ -1,12 +1,12 @@
 //! Measures everything that was asked for, device by device.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use rayon::prelude::*;
 
 use super::Section;
 use super::cases::{self, Case, CaseError, Size};
+use super::clock::{Clock, Deadline, OUT_OF_TIME};
 use super::hard;
 use super::integrators::{Effort, Timed, arithmetic, measure};
 use super::record::{Bench, CaseSummary, DriverRow, FrameRow, Integrated, Limits, Measured, Run, load_average};
@@ -84,13 +84,13 @@ impl Plan {
     }
 
     fn nodes(&self) -> &'static [usize] {
-        if self.quick { &[10_000, 1_000_000] } else { &[10_000, 100_000, 1_000_000, 10_000_000] }
+        if self.quick { &[10_000, 200_000] } else { &[10_000, 100_000, 1_000_000, 10_000_000] }
     }
 
     /// Longest edges of the scenes' meshes [m], and how their ticks are measured.
     fn frames(&self) -> (&'static [f64], frames::Effort) {
         if self.quick {
-            (&frames::EDGES[..2], frames::Effort { ticks: 40, most_nodes: 500_000 })
+            (&frames::EDGES[..2], frames::Effort { ticks: 20, most_nodes: 500_000 })
         } else {
             (&frames::EDGES, frames::Effort { ticks: 100, most_nodes: usize::MAX })
         }
@@ -105,7 +105,7 @@ impl Plan {
     /// # Errors
     /// See [`BenchError`].
     pub fn run(&self, says: &dyn Fn(&str)) -> Result<Bench, BenchError> {
-        let began = Instant::now();
+        let clock = Clock::start(self.quick, self.targets.len());
         let wanted = |section| self.sections.contains(&section);
         let mut truths = Vec::new();
         if wanted(Section::Integrators) {
@@ -120,8 +120,9 @@ impl Plan {
         let cases = if wanted(Section::Hard) { hard::all() } else { Vec::new() };
         let without = hard::without(&cases, self.scale());
         let mut devices = Vec::new();
-        for target in &self.targets {
-            let mut measured = self.on(target, &truths, says)?;
+        for (number, target) in self.targets.iter().enumerate() {
+            let deadline = |section| clock.deadline(number, section, &self.sections);
+            let mut measured = self.on(target, &truths, &deadline, says)?;
             let says = |case: &str| says(&format!("{}: {case}", measured.name));
             measured.hard = hard::measure(target, &cases, &without, self.scale(), &says);
             measured.load_average[1] = load_average();
@@ -137,11 +138,17 @@ impl Plan {
             processors: std::thread::available_parallelism().map_or(0, usize::from),
             cases: truths.iter().map(summary).collect(),
             devices,
-            wall_s: began.elapsed().as_secs_f64(),
+            wall_s: clock.seconds(),
         })
     }
 
-    fn on(&self, target: &Target, truths: &[(Case, Truth)], says: &dyn Fn(&str)) -> Result<Measured, BenchError> {
+    fn on(
+        &self,
+        target: &Target,
+        truths: &[(Case, Truth)],
+        deadline: &dyn Fn(Section) -> Deadline,
+        says: &dyn Fn(&str),
+    ) -> Result<Measured, BenchError> {
         let before = load_average();
         let (name, info) = match target {
             Target::Device(context) => (context.info.name.clone(), Some(context.info.clone())),
@@ -170,19 +177,26 @@ impl Plan {
             }
         }
         if let (Target::Device(context), true) = (target, self.sections.contains(&Section::Frames)) {
-            measured.frames = self.whole_ticks(context, &measured.name, says);
+            measured.frames = self.whole_ticks(context, &measured.name, deadline(Section::Frames), says);
         }
         if let (Target::Device(context), Some(scene)) = (target, &self.model_scene) {
-            let measured_on = models::measure(context, scene, self.quick, says);
+            let measured_on = models::measure(context, scene, self.quick, deadline(Section::Models), says);
             measured.models = Some(measured_on.map_err(|error| BenchError::Models(error.to_string()))?);
         }
-        for (case, truth) in truths {
+        for (number, (case, truth)) in truths.iter().enumerate() {
+            let on = Setting {
+                case,
+                truth,
+                device: &measured.name,
+                deadline: deadline(Section::Integrators),
+                cases_left: truths.len() - number,
+                says,
+            };
             let runs = match target {
-                Target::Device(context) => self.on_device(context, case, truth, &measured.name, says),
+                Target::Device(context) => self.on_device(context, &on),
                 Target::Reference => {
                     let make = || Ok(ReferenceStepper::new(case.network.clone(), &[]));
-                    let schemes = Scheme::all(case, self.quick);
-                    self.schemes(make, &schemes, FLOOR, (case, truth), &measured.name, says)
+                    self.schemes(make, &Scheme::all(case, self.quick), FLOOR, &on)
                 }
             };
             measured.integrators.push(Integrated { case: case.key.to_owned(), runs });
@@ -207,14 +221,25 @@ impl Plan {
         }
     }
 
-    fn whole_ticks(&self, context: &Arc<Context>, device: &str, says: &dyn Fn(&str)) -> Vec<FrameRow> {
+    fn whole_ticks(
+        &self,
+        context: &Arc<Context>,
+        device: &str,
+        deadline: Deadline,
+        says: &dyn Fn(&str),
+    ) -> Vec<FrameRow> {
         let (edges, effort) = self.frames();
         let mut rows = Vec::new();
-        for scene in &self.scenes {
-            for edge in edges {
+        // Coarse ones first: a quick measurement may end before the fine ones.
+        for edge in edges {
+            for scene in &self.scenes {
                 for shadows in [false, true] {
                     says(&format!("{device}: ticks of {}, longest edge {edge} m", scene.name));
-                    rows.push(frames::measure(context, scene, *edge, shadows, effort));
+                    rows.push(if deadline.is_past() {
+                        frames::left_out(scene, *edge, shadows, OUT_OF_TIME)
+                    } else {
+                        frames::measure(context, scene, *edge, shadows, effort)
+                    });
                 }
             }
         }
@@ -222,20 +247,12 @@ impl Plan {
     }
 
     /// All schemes, and some of them once more with a dispatch for every stage where one workgroup took all.
-    fn on_device(
-        &self,
-        context: &Arc<Context>,
-        case: &Case,
-        truth: &Truth,
-        device: &str,
-        says: &dyn Fn(&str),
-    ) -> Vec<Run> {
-        let own = || NetworkStepper::new(context, &case.network, &[]);
-        let wide = || NetworkStepper::wide(context, &case.network, &[]);
-        let schemes = Scheme::all(case, self.quick);
-        let mut runs = self.schemes(own, &schemes, ESTIMATE_FLOOR, (case, truth), device, says);
+    fn on_device(&self, context: &Arc<Context>, on: &Setting<'_>) -> Vec<Run> {
+        let own = || NetworkStepper::new(context, &on.case.network, &[]);
+        let wide = || NetworkStepper::wide(context, &on.case.network, &[]);
+        let mut runs = self.schemes(own, &Scheme::all(on.case, self.quick), ESTIMATE_FLOOR, on);
         if runs.iter().any(|run| run.path == "workgroup") {
-            let again = self.schemes(wide, &Scheme::SEPARATE, ESTIMATE_FLOOR, (case, truth), device, says);
+            let again = self.schemes(wide, &Scheme::SEPARATE, ESTIMATE_FLOOR, on);
             runs.extend(again.into_iter().map(|run| Run {
                 scheme: format!("{}, separate", run.scheme),
                 family: format!("{}, separate", run.family),
@@ -251,27 +268,44 @@ impl Plan {
         make: impl Fn() -> Result<S, GpuError>,
         schemes: &[Scheme],
         floor: f64,
-        (case, truth): (&Case, &Truth),
-        device: &str,
-        says: &dyn Fn(&str),
+        on: &Setting<'_>,
     ) -> Vec<Run>
     where
         S::Error: std::fmt::Display,
     {
-        let one = |scheme: &Scheme| {
-            says(&format!("{device}: {}, {scheme}", case.key));
+        let one = |(number, scheme): (usize, &Scheme)| {
+            (on.says)(&format!("{}: {}, {scheme}", on.device, on.case.key));
+            let failed = |reason: String| Run {
+                scheme: scheme.to_string(),
+                family: scheme.family(),
+                failed: Some(reason),
+                ..Run::default()
+            };
+            if on.deadline.is_past() {
+                return failed(OUT_OF_TIME.to_owned());
+            }
+            // The schemes of this case that are left, and as many of each other case.
+            let left = schemes.len() - number + (on.cases_left - 1) * schemes.len();
+            let effort = self.effort();
+            let effort = Effort { most: on.deadline.share(left, effort.most), ..effort };
             match make() {
-                Ok(mut stepper) => measure(&mut stepper, floor, case, truth, *scheme, self.effort()),
-                Err(error) => Run {
-                    scheme: scheme.to_string(),
-                    family: scheme.family(),
-                    failed: Some(error.to_string()),
-                    ..Run::default()
-                },
+                Ok(mut stepper) => measure(&mut stepper, floor, on.case, on.truth, *scheme, effort),
+                Err(error) => failed(error.to_string()),
             }
         };
-        schemes.iter().map(one).collect()
+        schemes.iter().enumerate().map(one).collect()
     }
+}
+
+/// A case on a device, and the time that it has.
+struct Setting<'a> {
+    case: &'a Case,
+    truth: &'a Truth,
+    device: &'a str,
+    deadline: Deadline,
+    /// Cases that are not done, this one among them.
+    cases_left: usize,
+    says: &'a dyn Fn(&str),
 }
 
 fn summary((case, truth): &(Case, Truth)) -> CaseSummary {

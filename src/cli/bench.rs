@@ -66,12 +66,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         Some(_) => vec![arguments.device.open()?],
         None => everything(arguments.quick)?,
     };
-    let output = arguments.output.as_deref();
-    let folder = output.map(|output| BenchFolder::prepare(output, arguments.force)).transpose()?;
     let sections = arguments.sections();
     let wants_models = sections.contains(&Section::Models);
     let with_scenes = [Section::Frames, Section::Drivers].iter().any(|section| sections.contains(section));
     let scenes = if with_scenes { scenes(&arguments.scene)? } else { Vec::new() };
+    let model_scene = if wants_models { model_scene(arguments.model_scene.as_deref())? } else { None };
+    let inputs: Vec<PathBuf> = scenes.iter().chain(&model_scene).flat_map(|scene| scene.files.clone()).collect();
+    let output = arguments.output.as_deref();
+    let folder = output.map(|output| BenchFolder::prepare(output, arguments.force, &inputs)).transpose()?;
     let target = |chosen: &Chosen| match chosen {
         Chosen::Device(context) => Target::Device(context.clone()),
         Chosen::Reference => Target::Reference,
@@ -81,7 +83,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         quick: arguments.quick,
         targets: chosen.iter().map(target).collect(),
         scenes,
-        model_scene: if wants_models { model_scene(arguments.model_scene.as_deref())? } else { None },
+        model_scene,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
     };
     let spinner = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());

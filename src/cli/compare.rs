@@ -76,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let chosen = arguments.device.open()?;
     eprintln!("device: {}", chosen.name());
-    let folder = CompareFolder::prepare(&arguments.output, arguments.force)?;
+    let folder = CompareFolder::prepare(&arguments.output, arguments.force, &network.scene.files)?;
     let stop = stop_flag();
     let context = match &chosen {
         Chosen::Device(context) => Some(context),

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::CliError;
 use crate::scene::network::NetworkFile;
-use crate::thermal::network::control::{ControlError, Series, Settings, Use};
+use crate::thermal::network::control::{ControlError, STIFFEST, Series, Settings, Use};
 use crate::thermal::network::steady::{Steady, SteadyError};
 use crate::thermal::network::stepper::WorkCounts;
 
@@ -86,6 +86,13 @@ where
             "at {time} s no sub-step is short enough: node '{}' is at {temperature:.6} K and likely loses more heat than \
              it can",
             label(node)
+        ),
+        ControlError::Stiff { time, nodes: [a, b], conductance, rate } => format!(
+            "at {time} s no sub-step is short enough: the GL of {conductance:e} W/K between '{}' and '{}' evens them out \
+             in {:.0e} s; GL over capacitance may be {STIFFEST:e} 1/s at most, beyond which the two are one node",
+            label(a),
+            label(b),
+            1.0 / rate
         ),
         ControlError::TooHot { time, node, temperature } => format!(
             "at {time} s node '{}' is at {temperature:.0} K, the hottest that this device holds; --device cpu has no such \

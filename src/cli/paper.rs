@@ -68,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let chosen = arguments.device.open()?;
     let device = chosen.name();
     eprintln!("device: {device}");
-    let folder = PaperFolder::prepare(&arguments.output, arguments.force)?;
+    let folder = PaperFolder::prepare(&arguments.output, arguments.force, &prepared.scene.files)?;
 
     let (orbits, work) = paper_orbits::compute(&chosen, &arguments.output)?;
     let statements = scenario::checks(&orbits);

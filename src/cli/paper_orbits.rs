@@ -79,6 +79,7 @@ where
             }
             Self::Control(
                 ControlError::NoStep { time, .. }
+                | ControlError::Stiff { time, .. }
                 | ControlError::TooHot { time, .. }
                 | ControlError::Chatter { time, .. },
             ) => CliError::Solver(format!("{case}: no sub-step is short enough at {time} s")),

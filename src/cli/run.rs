@@ -10,6 +10,7 @@ use crate::gpu::resources::{Planned, check_plan, device_bytes};
 use crate::output::folder::{RunFolder, check_writable, keep_inputs};
 use crate::output::report::{BufferSize, Device, FileEntry, ModelSize, PassTime, Report, Section, SourceFile, Speed};
 use crate::scene::Draw;
+use crate::simulation::check::SAMPLE;
 use crate::simulation::engine::{DeviceData, Engine};
 use crate::simulation::job::{Outcome, Progress, run_into};
 use crate::simulation::prepare::Prepared;
@@ -20,6 +21,7 @@ use crate::trace::{Trace, Track};
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm run models/station.toml -o out/station\n  \
 isotherm run models/station.toml -o out/reference --device cpu\n  \
+isotherm run models/station.toml -o out/checked --check=5000\n  \
 isotherm run models/station.toml -o out/traced --trace out/traced.json")]
 pub struct Arguments {
     /// Scene file (TOML; models/README.md says what it holds)
@@ -30,6 +32,10 @@ pub struct Arguments {
     /// Overwrite isotherm's own files in the output folder
     #[arg(long)]
     force: bool,
+    /// Nodes that the f64 reference steps along, spread over the craft. Every run on a device checks 256 and prints the
+    /// error beside the speed; more take longer. Networks are checked whole up to 100,000 nodes
+    #[arg(long, value_name = "NODES", require_equals = true, value_parser = clap::value_parser!(u32).range(1..))]
+    check: Option<Option<u32>>,
     /// Write when host and device did what, for ui.perfetto.dev or chrome://tracing
     #[arg(long, value_name = "FILE.json")]
     trace: Option<PathBuf>,
@@ -113,7 +119,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Chosen::Device(context) = &chosen {
         check_plan(context, &plan, prepared.network_bytes(), data.image)?;
     }
-    let folder = RunFolder::prepare(&arguments.output, arguments.force)?;
+    let folder = RunFolder::prepare(&arguments.output, arguments.force, &prepared.scene.files)?;
     let stop = stop_flag();
     let mut engine = match &chosen {
         Chosen::Device(context) => Engine::on_device(context, &prepared, camera)?,
@@ -130,7 +136,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         pictures: progress_bar(images, "pictures"),
     };
     let with_check = matches!(chosen, Chosen::Device(_));
-    let outcome = run_into(&prepared, &mut engine, &folder, with_check, &stop, &bars);
+    if arguments.check.is_some() && !with_check {
+        eprintln!("nothing to check: this run is the f64 reference itself");
+    }
+    let sample = with_check.then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize));
+    let outcome = run_into(&prepared, &mut engine, &folder, sample, &stop, &bars);
     for bar in [&bars.warm_up, &bars.steps, &bars.pictures] {
         bar.finish_and_clear();
     }

@@ -39,10 +39,10 @@ impl CompareFolder {
     /// Makes `root` ready as `RunFolder::prepare` does for a run; with `overwrite` the files above are removed.
     ///
     /// # Errors
-    /// The folder is a file, is not empty, cannot be created, or cannot be written to.
-    pub fn prepare(root: &Path, overwrite: bool) -> Result<Self, OutputError> {
+    /// The folder is a file, is not empty, cannot be created, cannot be written to, or holds one of the `inputs`.
+    pub fn prepare(root: &Path, overwrite: bool, inputs: &[PathBuf]) -> Result<Self, OutputError> {
         let folder = Self { root: root.to_path_buf(), fresh: !root.exists() };
-        prepare_folder(root, &folder.below(), overwrite, &|path| folder.is_own(path))?;
+        prepare_folder(root, &folder.below(), overwrite, &|path| folder.is_own(path), inputs)?;
         Ok(folder)
     }
 
@@ -200,17 +200,17 @@ mod tests {
     fn a_comparison_that_was_not_written_leaves_no_folders() {
         let outside = tempfile::tempdir().unwrap();
         let fresh = outside.path().join("fresh");
-        let prepared = CompareFolder::prepare(&fresh, false).unwrap();
+        let prepared = CompareFolder::prepare(&fresh, false, &[]).unwrap();
         assert!(fresh.join("panels").is_dir());
         prepared.take_back();
         assert!(!fresh.exists());
 
         let empty = outside.path().join("empty");
         std::fs::create_dir(&empty).unwrap();
-        CompareFolder::prepare(&empty, false).unwrap().take_back();
+        CompareFolder::prepare(&empty, false, &[]).unwrap().take_back();
         assert_eq!(std::fs::read_dir(&empty).unwrap().count(), 0, "the user's own folder stays");
 
-        let prepared = CompareFolder::prepare(&fresh, false).unwrap();
+        let prepared = CompareFolder::prepare(&fresh, false, &[]).unwrap();
         std::fs::write(fresh.join("plots/mine.txt"), b"mine").unwrap();
         prepared.take_back();
         assert!(fresh.join("plots/mine.txt").exists() && !fresh.join("panels").exists());
@@ -228,8 +228,8 @@ mod tests {
         for name in own.iter().chain(&others) {
             std::fs::write(at(name), b"earlier").unwrap();
         }
-        assert!(matches!(CompareFolder::prepare(folder.path(), false), Err(OutputError::FolderNotEmpty(_))));
-        CompareFolder::prepare(folder.path(), true).unwrap();
+        assert!(matches!(CompareFolder::prepare(folder.path(), false, &[]), Err(OutputError::FolderNotEmpty(_))));
+        CompareFolder::prepare(folder.path(), true, &[]).unwrap();
         assert!(own.iter().all(|name| !at(name).exists()) && others.iter().all(|name| at(name).exists()));
     }
 }

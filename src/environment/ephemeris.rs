@@ -5,6 +5,7 @@ use std::fmt;
 use glam::DVec3;
 
 use super::coast::{LONGEST_COAST, Residual, gravity, residual, turn};
+use super::newton::{self, hermite_degree};
 use super::spacing::gaps;
 
 /// Position and velocity of a craft, GCRF, from the planet's centre.
@@ -40,9 +41,6 @@ pub enum Interpolation {
 
 /// Degree where a file states none: on the public ISS ephemeris (240 s) Hermite 7 errs by 2 m, as do 5 and 11.
 pub const DEFAULT_DEGREE: usize = 7;
-
-/// Highest degree that is followed.
-pub const HIGHEST_DEGREE: usize = 31;
 
 /// Change of velocity between two samples that the Earth's gravity does not explain [m/s], above which (and above the
 /// two shares below) something fired between them.
@@ -228,10 +226,7 @@ impl Segment {
             Interpolation::Hermite(degree) => (hermite_degree(degree).div_ceil(2), 2),
             Interpolation::Coast => (2, 3),
         };
-        let points = points.min(samples.len());
-        let first = next.saturating_sub(points.div_ceil(2)).min(samples.len() - points);
-        let window = &samples[first..first + points];
-        let mut state = polynomial(window, each, time);
+        let mut state = polynomial(&samples[newton::window(samples.len(), next, points)], each, time);
         if next > 0 && samples[next - 1].time == time {
             state.position = samples[next - 1].position;
         }
@@ -239,54 +234,21 @@ impl Segment {
     }
 }
 
-/// The degree that is done where a degree is stated: positions and velocities of whole samples make it odd, and of one
-/// sample alone there is none between samples.
-pub fn hermite_degree(stated: usize) -> usize {
-    (stated | 1).max(3)
-}
-
-/// Newton's divided differences; a node counts once by its position, twice with its velocity, and three times with
-/// gravity for its acceleration. Value and slope by Horner's rule.
-fn polynomial(window: &[Sample], each: usize, time: f64) -> State {
-    let each = if window.iter().all(|sample| sample.velocity.is_some()) { each } else { 1 };
-    let middle = window[window.len() / 2].time;
-    // Times in units of the window keep the differences within the range of the positions.
-    let scale = (window[window.len() - 1].time - window[0].time).max(1.0);
-    let mut nodes = [0.0; MOST_NODES];
-    let mut differences = [DVec3::ZERO; MOST_NODES];
-    // Derivatives over their factorials, by order.
-    let mut slopes = [[DVec3::ZERO; 3]; MOST_NODES];
-    let mut count = 0;
-    for sample in window {
-        let slope = sample.velocity.unwrap_or(DVec3::ZERO) * scale;
-        let bend = if each == 3 { gravity(sample.position) * (0.5 * scale * scale) } else { DVec3::ZERO };
-        for _ in 0..each {
-            nodes[count] = (sample.time - middle) / scale;
-            differences[count] = sample.position;
-            slopes[count] = [DVec3::ZERO, slope, bend];
-            count += 1;
-        }
+/// The polynomial through samples: of each its position, with its velocity, and with gravity for its acceleration.
+fn polynomial(samples: &[Sample], each: usize, time: f64) -> State {
+    let each = if samples.iter().all(|sample| sample.velocity.is_some()) { each } else { 1 };
+    if let [Sample { position, velocity, .. }] = samples {
+        // One sample alone has no slope but its own.
+        return State { position: *position, velocity: velocity.unwrap_or(DVec3::ZERO) };
     }
-    for order in 1..count {
-        for index in (order..count).rev() {
-            let span = nodes[index] - nodes[index - order];
-            differences[index] =
-                if span == 0.0 { slopes[index][order] } else { (differences[index] - differences[index - 1]) / span };
-        }
-    }
-    let at = (time - middle) / scale;
-    let (mut position, mut velocity) = (differences[count - 1], DVec3::ZERO);
-    for index in (0..count - 1).rev() {
-        velocity = velocity * (at - nodes[index]) + position;
-        position = position * (at - nodes[index]) + differences[index];
-    }
-    // One sample alone has no slope but its own.
-    let velocity = if count == 1 { window[0].velocity.unwrap_or(DVec3::ZERO) } else { velocity / scale };
+    let conditions = |sample: &Sample| {
+        let bend = if each == 3 { gravity(sample.position) } else { DVec3::ZERO };
+        (sample.time, [sample.position, sample.velocity.unwrap_or(DVec3::ZERO), bend])
+    };
+    let samples: Vec<(f64, [DVec3; 3])> = samples.iter().map(conditions).collect();
+    let (position, velocity) = newton::polynomial(&samples, each, time);
     State { position, velocity }
 }
-
-/// Nodes of the highest degree.
-const MOST_NODES: usize = HIGHEST_DEGREE + 2;
 
 #[cfg(test)]
 mod tests;

@@ -8,7 +8,11 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
+use walk::Walk;
+
 use crate::model::NodeMotion;
+
+mod walk;
 
 /// Sine of the angle from the axis below which the Sun does not say how to turn.
 const ALONG: f64 = 1e-9;
@@ -101,14 +105,6 @@ pub struct Joints {
     joints: Vec<Joint>,
     /// Where joints with a rate stand, which depends on where they stood before.
     walk: Walk,
-}
-
-/// Positions of all joints at even times.
-#[derive(Debug, Clone, PartialEq, Default)]
-struct Walk {
-    start: f64,
-    step: f64,
-    positions: Vec<Vec<f64>>,
 }
 
 impl Drive {
@@ -206,6 +202,14 @@ impl Played {
 }
 
 impl Joint {
+    /// Most that it moves in a second [rad/s or m/s], where that is stated.
+    fn rate(&self) -> Option<f64> {
+        match &self.motion {
+            Motion::Guided(guided) => guided.rate,
+            Motion::Played(_) => None,
+        }
+    }
+
     /// Whether its position is an angle.
     pub fn turns(&self) -> bool {
         match &self.motion {
@@ -216,34 +220,6 @@ impl Joint {
 }
 
 impl Joints {
-    /// Joints of a craft, each after the one that it hangs on. Where one has a rate, they are walked from one time to
-    /// another [s] in steps of `step` [s]: at the start each stands where it is asked to be. `sun` is the unit vector to
-    /// the Sun at a time, body frame.
-    pub fn new(joints: Vec<Joint>, [from, to]: [f64; 2], step: f64, sun: impl Fn(f64) -> DVec3) -> Self {
-        let lags = |joint: &Joint| matches!(&joint.motion, Motion::Guided(Guided { rate: Some(_), .. }));
-        let any = joints.iter().any(lags);
-        let mut all = Self { joints, walk: Walk { start: from, step, positions: Vec::new() } };
-        if any {
-            all.walk.positions = vec![all.evaluate(from, sun(from), |_, target| target(None)).0];
-            all.walk_to(to, sun);
-        }
-        all
-    }
-
-    /// Walks joints with a rate on to a time [s], so that they are looked up there.
-    pub fn walk_to(&mut self, time: f64, sun: impl Fn(f64) -> DVec3) {
-        let Walk { start, step, .. } = self.walk;
-        while let Some(last) = self.walk.positions.last() {
-            let number = self.walk.positions.len();
-            if start + (number - 1) as f64 * step >= time {
-                break;
-            }
-            let at = start + number as f64 * step;
-            let next = self.walk_on(last, step, at, sun(at));
-            self.walk.positions.push(next);
-        }
-    }
-
     /// The joints.
     pub fn joints(&self) -> &[Joint] {
         &self.joints
@@ -262,51 +238,9 @@ impl Joints {
         }
         let walked = self.walked(time, sun);
         self.evaluate(time, sun(time), |joint, target| match &walked {
-            Some(positions) if self.rate(joint).is_some() => positions[joint],
+            Some(positions) if self.joints[joint].rate().is_some() => positions[joint],
             _ => target(None),
         })
-    }
-
-    fn rate(&self, joint: usize) -> Option<f64> {
-        match &self.joints[joint].motion {
-            Motion::Guided(guided) => guided.rate,
-            Motion::Played(_) => None,
-        }
-    }
-
-    /// Positions at a time by the walk; before its start where they are asked to be, beyond its end walked on.
-    fn walked(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> Option<Vec<f64>> {
-        let Walk { start, step, positions } = &self.walk;
-        let place = (time - start) / step;
-        if positions.is_empty() || place < 0.0 {
-            return None;
-        }
-        let last = positions.len() - 1;
-        if place >= last as f64 {
-            let mut now = positions[last].clone();
-            let mut at = start + last as f64 * step;
-            while at < time {
-                let length = step.min(time - at);
-                at += length;
-                now = self.walk_on(&now, length, at, sun(at));
-            }
-            return Some(now);
-        }
-        let (before, share) = (place.floor() as usize, place.fract());
-        let between = |(a, b): (&f64, &f64)| a + share * (b - a);
-        Some(positions[before].iter().zip(&positions[before + 1]).map(between).collect())
-    }
-
-    /// Positions after `length` [s] more.
-    fn walk_on(&self, last: &[f64], length: f64, time: f64, sun: DVec3) -> Vec<f64> {
-        let step = |joint: usize, target: &dyn Fn(Option<f64>) -> f64| match self.rate(joint) {
-            Some(rate) => {
-                let from = last[joint];
-                from + (target(Some(from)) - from).clamp(-rate * length, rate * length)
-            }
-            None => target(None),
-        };
-        self.evaluate(time, sun, step).0
     }
 
     /// Positions and poses, from the body outwards; `position` decides with what a joint is asked for, which may depend

@@ -14,6 +14,7 @@ pub mod ephemeris;
 pub mod frames;
 pub mod joints;
 pub mod load;
+pub mod newton;
 pub mod orbit;
 pub mod place;
 pub mod quadrature;

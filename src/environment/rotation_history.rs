@@ -1,8 +1,10 @@
-//! Rotations at epochs, and what lies between them: quaternions on the shorter arc, spinning bodies by their rate.
+//! Rotations at epochs, and what lies between them: quaternions on the shorter arc or on a polynomial, spinning bodies
+//! by their rate.
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec3, DVec4};
 
 use super::ephemeris::SLACK;
+use super::newton::{self, hermite_degree};
 use super::spacing::gaps;
 
 /// A rotation at a time.
@@ -12,6 +14,8 @@ pub struct RotationSample {
     pub time: f64,
     /// Rotates body vectors into the history's frame.
     pub frame_from_body: DQuat,
+    /// Its derivative by time, component by component [1/s], where it is stated.
+    pub derivative: Option<DQuat>,
     /// Rate about the body's Z axis until the next sample [rad/s], where the history is that of a spinning body.
     pub spin: Option<f64>,
 }
@@ -25,6 +29,28 @@ pub enum HistoryFrame {
     Orbit,
 }
 
+/// How to get from samples to what lies between. A spin follows its rate whatever is stated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RotationInterpolation {
+    /// The shorter arc between two samples, at an even rate (SLERP).
+    Arc,
+    /// A polynomial of this degree through the components of the quaternions, which are then normalised.
+    Lagrange(usize),
+    /// A polynomial of [`hermite_degree`] of this degree through quaternions and their derivatives, likewise.
+    Hermite(usize),
+}
+
+/// Samples of one segment of a file, in order of time, with what it says of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RotationSegment {
+    /// In order of time; two of the same time are a jump.
+    pub samples: Vec<RotationSample>,
+    /// How to interpolate.
+    pub interpolation: RotationInterpolation,
+    /// Times between which the segment may be used [s].
+    pub usable: (f64, f64),
+}
+
 /// An attitude by its samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RotationHistory {
@@ -33,64 +59,53 @@ pub struct RotationHistory {
     /// What the samples turn into.
     pub frame: HistoryFrame,
     /// In order of time; nothing is interpolated from one piece to the next.
-    pieces: Vec<Vec<RotationSample>>,
+    pieces: Vec<RotationSegment>,
 }
 
 impl RotationHistory {
     /// From segments whose samples are in order of time; two samples of one time are a jump; [`gaps`] are
     /// not bridged.
-    pub fn new(description: String, frame: HistoryFrame, segments: Vec<Vec<RotationSample>>) -> Self {
+    pub fn new(description: String, frame: HistoryFrame, segments: Vec<RotationSegment>) -> Self {
         let mut pieces = Vec::new();
-        for samples in segments {
+        for RotationSegment { samples, interpolation, usable } in segments {
             let times: Vec<f64> = samples.iter().map(|sample| sample.time).collect();
             let gaps = gaps(&times, 0.0, |_| false);
+            let ends = (0..gaps.len()).filter(|index| gaps[*index] || times[*index] == times[index + 1]);
             let mut start = 0;
-            for index in (0..gaps.len()).filter(|index| gaps[*index] || times[*index] == times[index + 1]) {
-                pieces.push(samples[start..=index].to_vec());
-                start = index + 1;
+            for end in ends.map(|index| index + 1).chain([samples.len()]) {
+                let samples = with_one_sign(&samples[start..end]);
+                start = end;
+                let (Some(first), Some(last)) = (samples.first(), samples.last()) else {
+                    continue;
+                };
+                let usable = (first.time.max(usable.0), last.time.min(usable.1));
+                if usable.0 <= usable.1 {
+                    pieces.push(RotationSegment { samples, interpolation, usable });
+                }
             }
-            pieces.push(samples[start..].to_vec());
         }
-        pieces.retain(|piece| !piece.is_empty());
-        pieces.sort_by(|a: &Vec<RotationSample>, b| a[0].time.total_cmp(&b[0].time));
+        pieces.sort_by(|a: &RotationSegment, b| a.usable.0.total_cmp(&b.usable.0));
         Self { description, frame, pieces }
     }
 
     /// The rotation of the body into the frame at a time [s]; `None` where no piece covers it, or ends
     /// within [`SLACK`].
     pub fn rotation(&self, time: f64) -> Option<DQuat> {
-        let ends = |piece: &[RotationSample]| (piece[0].time, piece[piece.len() - 1].time);
-        let after = self.pieces.partition_point(|piece| piece[0].time <= time);
-        let covering = self.pieces[..after].iter().rev().find(|piece| time <= ends(piece).1);
+        let after = self.pieces.partition_point(|piece| piece.usable.0 <= time);
+        let covering = self.pieces[..after].iter().rev().find(|piece| time <= piece.usable.1);
         let beside = || {
-            let near = |piece: &&Vec<_>| ends(piece).0 - SLACK <= time && time <= ends(piece).1 + SLACK;
+            let near = |piece: &&RotationSegment| piece.usable.0 - SLACK <= time && time <= piece.usable.1 + SLACK;
             self.pieces[..self.pieces.len().min(after + 1)].iter().rev().find(near)
         };
         let piece = covering.or_else(beside)?;
-        let time = time.clamp(ends(piece).0, ends(piece).1);
-        let next = piece.partition_point(|sample| sample.time <= time);
-        let from = &piece[next - 1];
-        let Some(to) = piece.get(next) else {
-            return Some(from.frame_from_body);
-        };
-        let share = (time - from.time) / (to.time - from.time);
-        Some(match from.spin {
-            None => from.frame_from_body.slerp(to.frame_from_body, share),
-            Some(rate) => {
-                // What the rate does not explain is spread evenly: the axis wanders and the rate is rounded.
-                let turn = |seconds: f64| DQuat::from_axis_angle(DVec3::Z, rate * seconds);
-                let explained = from.frame_from_body * turn(to.time - from.time);
-                let rest = to.frame_from_body * explained.inverse();
-                DQuat::IDENTITY.slerp(rest, share) * from.frame_from_body * turn(time - from.time)
-            }
-        })
+        Some(piece.rotation(time.clamp(piece.usable.0, piece.usable.1)))
     }
 
     /// Stretches of time that are covered [s], joined where they touch.
     pub fn coverage(&self) -> Vec<(f64, f64)> {
         let mut joined: Vec<(f64, f64)> = Vec::new();
         for piece in &self.pieces {
-            let (start, end) = (piece[0].time, piece[piece.len() - 1].time);
+            let (start, end) = piece.usable;
             match joined.last_mut() {
                 Some(last) if start <= last.1 + SLACK => last.1 = last.1.max(end),
                 _ => joined.push((start, end)),
@@ -104,7 +119,57 @@ impl RotationHistory {
         let turn = |pair: &[RotationSample]| {
             if pair[0].spin.is_some() { 0.0 } else { pair[0].frame_from_body.angle_between(pair[1].frame_from_body) }
         };
-        self.pieces.iter().flat_map(|piece| piece.windows(2).map(turn)).fold(0.0, f64::max)
+        self.pieces.iter().flat_map(|piece| piece.samples.windows(2).map(turn)).fold(0.0, f64::max)
+    }
+}
+
+/// A rotation has two quaternions: of each sample the one nearer to that of the sample before.
+fn with_one_sign(samples: &[RotationSample]) -> Vec<RotationSample> {
+    let mut signed: Vec<RotationSample> = Vec::with_capacity(samples.len());
+    for sample in samples {
+        let mut sample = *sample;
+        if signed.last().is_some_and(|last| last.frame_from_body.dot(sample.frame_from_body) < 0.0) {
+            sample.frame_from_body = -sample.frame_from_body;
+            sample.derivative = sample.derivative.map(|derivative| -derivative);
+        }
+        signed.push(sample);
+    }
+    signed
+}
+
+impl RotationSegment {
+    /// The rotation at a time between the first sample and the last.
+    fn rotation(&self, time: f64) -> DQuat {
+        let samples = &self.samples;
+        let next = samples.partition_point(|sample| sample.time <= time);
+        let from = &samples[next.saturating_sub(1)];
+        let Some(to) = samples.get(next).filter(|_| from.time < time) else {
+            return from.frame_from_body;
+        };
+        let share = (time - from.time) / (to.time - from.time);
+        if let Some(rate) = from.spin {
+            // What the rate does not explain is spread evenly: the axis wanders and the rate is rounded.
+            let turn = |seconds: f64| DQuat::from_axis_angle(DVec3::Z, rate * seconds);
+            let explained = from.frame_from_body * turn(to.time - from.time);
+            let rest = to.frame_from_body * explained.inverse();
+            return DQuat::IDENTITY.slerp(rest, share) * from.frame_from_body * turn(time - from.time);
+        }
+        let (points, each) = match self.interpolation {
+            RotationInterpolation::Arc => (2, 1),
+            RotationInterpolation::Lagrange(degree) => (degree + 1, 1),
+            RotationInterpolation::Hermite(degree) => (hermite_degree(degree).div_ceil(2), 2),
+        };
+        let window = &samples[newton::window(samples.len(), next, points)];
+        if window.len() == 2 && each == 1 {
+            // A straight line between two quaternions turns unevenly; the arc is what it stands for.
+            return from.frame_from_body.slerp(to.frame_from_body, share);
+        }
+        let conditions = |sample: &RotationSample| {
+            let slope = sample.derivative.map_or(DVec4::ZERO, DVec4::from);
+            (sample.time, [DVec4::from(sample.frame_from_body), slope, DVec4::ZERO])
+        };
+        let conditions: Vec<(f64, [DVec4; 3])> = window.iter().map(conditions).collect();
+        DQuat::from_vec4(newton::polynomial(&conditions, each, time).0).normalize()
     }
 }
 
@@ -115,11 +180,16 @@ mod tests {
     use super::*;
 
     fn sample(time: f64, angle: f64, spin: Option<f64>) -> RotationSample {
-        RotationSample { time, frame_from_body: DQuat::from_axis_angle(DVec3::Z, angle), spin }
+        RotationSample { time, frame_from_body: DQuat::from_axis_angle(DVec3::Z, angle), derivative: None, spin }
+    }
+
+    fn segment(samples: Vec<RotationSample>, interpolation: RotationInterpolation) -> RotationSegment {
+        RotationSegment { samples, interpolation, usable: (f64::NEG_INFINITY, f64::INFINITY) }
     }
 
     fn history(samples: Vec<RotationSample>) -> RotationHistory {
-        RotationHistory::new(String::new(), HistoryFrame::Inertial, vec![samples])
+        let segment = segment(samples, RotationInterpolation::Arc);
+        RotationHistory::new(String::new(), HistoryFrame::Inertial, vec![segment])
     }
 
     fn angle(history: &RotationHistory, time: f64) -> f64 {
@@ -178,5 +248,69 @@ mod tests {
         assert!(angle(&history, 9.999) < 0.1 && (angle(&history, 10.0) - 1.0).abs() < 1e-12);
         assert_eq!(history.rotation(100.0), None);
         assert_eq!(history.coverage(), [(0.0, 30.0), (300.0, 310.0)]);
+    }
+
+    /// A turn about X at a rate that swings, after a steady one about Z; with its derivative.
+    fn swinging(time: f64) -> RotationSample {
+        let swing = DQuat::from_rotation_x(0.4 * time.sin());
+        let swing_rate = DQuat::from_xyzw(0.2 * time.cos(), 0.0, 0.0, 0.0) * swing;
+        let (turn, turn_rate) = (DQuat::from_rotation_z(0.3 * time), DQuat::from_xyzw(0.0, 0.0, 0.15, 0.0));
+        RotationSample {
+            time,
+            frame_from_body: turn * swing,
+            derivative: Some(turn_rate * turn * swing + turn * swing_rate),
+            spin: None,
+        }
+    }
+
+    /// The worst error [rad] with samples a step apart; every other sample is the other quaternion of its rotation.
+    fn worst_error(interpolation: RotationInterpolation, step: f64) -> f64 {
+        let count = (8.0 / step).round() as usize;
+        let sample = |index: usize| {
+            let sample = swinging(index as f64 * step);
+            let sign = if index.is_multiple_of(2) { 1.0 } else { -1.0 };
+            RotationSample {
+                frame_from_body: sample.frame_from_body * sign,
+                derivative: sample.derivative.map(|derivative| derivative * sign),
+                ..sample
+            }
+        };
+        let segments = vec![segment((0..=count).map(sample).collect(), interpolation)];
+        let history = RotationHistory::new(String::new(), HistoryFrame::Inertial, segments);
+        // In the middle third, away from one-sided windows.
+        (0..100).map(|i| 3.0 + 0.02 * f64::from(i)).fold(0.0, |worst, time| {
+            let apart = history.rotation(time).unwrap().inverse() * swinging(time).frame_from_body;
+            f64::max(worst, 2.0 * apart.xyz().length())
+        })
+    }
+
+    #[test]
+    fn polynomials_converge_with_their_degree() {
+        for (interpolation, order) in [
+            (RotationInterpolation::Arc, 2.0),
+            (RotationInterpolation::Lagrange(1), 2.0),
+            (RotationInterpolation::Lagrange(3), 4.0),
+            (RotationInterpolation::Lagrange(5), 6.0),
+            (RotationInterpolation::Hermite(3), 4.0),
+            (RotationInterpolation::Hermite(5), 6.0),
+        ] {
+            let (coarse, fine) = (worst_error(interpolation, 0.2), worst_error(interpolation, 0.1));
+            let found = (coarse / fine).log2();
+            assert!((found - order).abs() < 0.4, "{interpolation:?}: order {found:.2}, {fine:.1e} rad");
+        }
+        assert!(worst_error(RotationInterpolation::Hermite(7), 0.2) < 1e-8);
+        assert!(worst_error(RotationInterpolation::Arc, 0.2) > 1e-3, "the arc alone must show");
+    }
+
+    #[test]
+    fn samples_beyond_the_usable_times_serve_as_neighbours_only() {
+        let samples: Vec<_> = (0..=20).map(|index| swinging(0.2 * f64::from(index))).collect();
+        let whole = segment(samples, RotationInterpolation::Lagrange(5));
+        let part = RotationSegment { usable: (1.05, 2.0), ..whole.clone() };
+        let of = |segment| RotationHistory::new(String::new(), HistoryFrame::Inertial, vec![segment]);
+        let (whole, part) = (of(whole), of(part));
+        assert_eq!(part.coverage(), [(1.05, 2.0)]);
+        assert_eq!(part.rotation(1.05), whole.rotation(1.05));
+        assert_eq!((part.rotation(1.0), part.rotation(2.1)), (None, None));
     }
 }

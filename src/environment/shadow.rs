@@ -20,7 +20,7 @@ pub use depth_map::{DepthMap, SunView};
 pub use rays::{Occluders, SUN_RAYS, disc_directions};
 pub use redraw::Redraw;
 pub use shadows::{Jointed, Method, Shadows};
-pub use tree::{LARGEST_TREE, Tree, TreeNode};
+pub use tree::{LARGEST_TREE, Tree, TreeNode, tree_boxes};
 
 /// Angular radius of the Sun's disc at 1 au [rad]: 695,700 km (IAU 2015 resolution B3) over 149,597,870.7 km.
 pub const SUN_ANGULAR_RADIUS: f64 = 695_700.0 / 149_597_870.7;

@@ -67,7 +67,8 @@ impl TickLoads {
 
     /// The same of a craft with joints. Those with a rate are walked through `span` [s] in steps of `step` [s].
     pub fn with_joints(mut self, joints: Vec<Joint>, span: [f64; 2], step: f64) -> Self {
-        self.joints = Joints::new(joints, span, step, |time| self.sky.sun_direction(time));
+        let sun = |time: f64| self.sky.sun_direction(time);
+        self.joints = Joints::under_a_sky(joints, span, step, self.sky.repeats_after(), sun);
         self
     }
 

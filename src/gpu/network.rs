@@ -33,6 +33,10 @@ pub const HOTTEST: f64 = 64_000.0;
 /// The most heat of a node [W]: its fourth root and its products stay within f32.
 const HEAT_AT_MOST: f64 = 1e25;
 
+/// Magnitudes that single precision holds with room for sums and products (it ends at 1.2e-38 and 3.4e38).
+const LEAST: f64 = 1e-30;
+const MOST: f64 = 1e30;
+
 /// Estimates of the error of a sub-step below this are rounding [K]: the shaders already take off what the size of their
 /// terms explains. At 1e-7 K a slow sensor switched 0.1 s late after 4e5 s, where 1e-8 K leaves 0.02 s.
 pub const ESTIMATE_FLOOR: f64 = 1e-8;
@@ -158,17 +162,29 @@ fn check(network: &Network, sensors: &[u32]) -> Result<(), GpuError> {
     for conductor in &network.linear {
         if !representable(conductor.conductance) {
             let [a, b] = conductor.nodes;
-            return Err(unsupported(format!("nodes {a} and {b} have a GL of {} W/K", conductor.conductance)));
+            return Err(beyond(
+                &format!("nodes {a} and {b} of the file's order have a GL"),
+                conductor.conductance,
+                "W/K",
+            ));
         }
     }
     for conductor in &network.radiative {
         if !representable(conductor.exchange_area) {
             let [a, b] = conductor.nodes;
-            return Err(unsupported(format!("nodes {a} and {b} have a GR of {} m2", conductor.exchange_area)));
+            return Err(beyond(
+                &format!("nodes {a} and {b} of the file's order have a GR"),
+                conductor.exchange_area,
+                "m2",
+            ));
         }
     }
     if let Some(node) = network.emissive_areas.iter().position(|area| !representable(*area)) {
-        return Err(unsupported(format!("node {node} has an emissive area of {} m2", network.emissive_areas[node])));
+        return Err(beyond(
+            &format!("node {node} of the file's order has an emissive area"),
+            network.emissive_areas[node],
+            "m2",
+        ));
     }
     if !(0.0..=HOTTEST).contains(&network.space_temperature) {
         let space = network.space_temperature;
@@ -176,7 +192,7 @@ fn check(network: &Network, sensors: &[u32]) -> Result<(), GpuError> {
     }
     for (node, capacitance) in network.capacitances.iter().enumerate() {
         if network.kinds[node] == NodeKind::Diffusive && !representable(*capacitance) {
-            return Err(unsupported(format!("node {node} has a capacitance of {capacitance} J/K")));
+            return Err(beyond(&format!("node {node} of the file's order has a capacitance"), *capacitance, "J/K"));
         }
     }
     check_temperatures(&network.temperatures)
@@ -184,7 +200,15 @@ fn check(network: &Network, sensors: &[u32]) -> Result<(), GpuError> {
 
 /// Whether a value is one of f32, with room for sums and products.
 fn representable(value: f64) -> bool {
-    value == 0.0 || (1e-30..1e30).contains(&value.abs())
+    value == 0.0 || (LEAST..MOST).contains(&value.abs())
+}
+
+/// The error of a value that is not [`representable`].
+fn beyond(what: &str, value: f64, unit: &str) -> GpuError {
+    unsupported(format!(
+        "{what} of {value:e} {unit}; it takes 0, or {LEAST:e} to below {MOST:e} {unit}, whose sums and products single \
+         precision holds"
+    ))
 }
 
 fn check_temperatures(temperatures: &[f64]) -> Result<(), GpuError> {
@@ -207,7 +231,11 @@ impl Stepper for NetworkStepper {
 
     fn set_heat(&mut self, power: &[f64], slope: &[f64]) -> Result<(), GpuError> {
         if let Some(node) = power.iter().position(|power| power.abs() > HEAT_AT_MOST) {
-            return Err(unsupported(format!("node {node} takes {} W; the device takes {HEAT_AT_MOST} W", power[node])));
+            return Err(unsupported(format!(
+                "node {node} of the file's order takes {:e} W; it takes {HEAT_AT_MOST:e} W at most, whose balance single \
+                 precision holds",
+                power[node]
+            )));
         }
         let heat: Vec<[f32; 2]> =
             power.iter().zip(slope).map(|(power, slope)| [*power as f32, *slope as f32]).collect();

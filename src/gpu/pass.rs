@@ -339,6 +339,13 @@ pub struct Pass {
     pub accesses: Vec<Access>,
 }
 
+impl Pass {
+    /// Whether it takes many ticks.
+    pub fn is_fused(&self) -> bool {
+        matches!(self.work, Work::Thermal { variant, .. } if variant.fused)
+    }
+}
+
 /// Orders the accesses of one resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Barrier {

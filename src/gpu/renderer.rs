@@ -1,5 +1,7 @@
 //! A scene on the device: its resources, its frame lists, and two slots that are submitted and collected in turn.
 
+mod forward;
+
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -11,13 +13,14 @@ use super::context::Context;
 use super::error::{Context as _, GpuError};
 use super::frame::{Frame, StepRange, TriangleRun, Wanted};
 use super::layout;
-use super::load::{DeviceLoad, FUSED_TICKS};
+use super::load::DeviceLoad;
 use super::once::{Once, command_buffers};
-use super::pass::Resource;
+use super::pass::{Pass, Resource};
 use super::record::Recorder;
 use super::resources::{JointData, Resources, SLOTS, SceneData};
+use super::shapes::Shapes;
 use super::timing::{DeviceFrame, PassTimes, Timing};
-use super::variant::{StepKind, ThermalVariant};
+use super::variant::StepKind;
 use crate::environment::TickLoad;
 use crate::environment::shadow::{Jointed, Method, Redraw, SUN_RAYS, disc_directions};
 
@@ -80,6 +83,9 @@ pub struct Renderer {
     slots: Vec<Slot>,
     command_pool: vk::CommandPool,
     bindings: Bindings,
+    /// What takes many ticks in a dispatch, once it was asked for.
+    fused: Option<Bindings>,
+    shapes: Shapes,
     resources: Resources,
     once: Once,
     context: Arc<Context>,
@@ -107,12 +113,6 @@ impl Renderer {
             frames.extend([Frame::step_in_runs(&ranges, wanted, &triangles), Frame::settle(&ranges)]);
         }
         frames.push(Frame::step_in_runs(&idle(&data.ranges), wanted, &triangles));
-        if data.fuses() {
-            let loads = [(true, true), (true, false), (false, false)];
-            frames.extend(loads.map(|(has_sun, has_albedo)| {
-                Frame::step(&fused(&ranges_of_tick(&data.ranges, has_sun, has_albedo)), Wanted::default())
-            }));
-        }
         let tree = data.shadows.as_ref().and_then(|shadows| shadows.tree);
         let method = if tree.is_some() { Method::Exact } else { Method::Depth };
         let shadows = Frame::shadows(&data.ranges, method);
@@ -144,6 +144,8 @@ impl Renderer {
             slots: Vec::new(),
             command_pool,
             bindings,
+            fused: None,
+            shapes: data.shapes.clone(),
             resources,
             once,
             context: Arc::clone(context),
@@ -249,49 +251,6 @@ impl Renderer {
             self.culled_for = views.to_vec();
         }
         Ok(submitted)
-    }
-
-    /// Lets ticks pass, each a load and a number of steps, that leave nothing but the nodes' state: as many in one dispatch
-    /// as are lit alike, up to 32, until shadows must be found anew. Nodes that the host steps are left as they are.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn forward(&mut self, ticks: &[(&TickLoad, f64)]) -> Result<(), GpuError> {
-        let mut rest = ticks;
-        while let Some((first, _)) = rest.first() {
-            let idles = self.commanded.as_ref() == Some(&DeviceLoad::new(first, self.joints));
-            let shadows = if self.fuses && !idles { self.shadows(first)? } else { Frame { steps: Vec::new() } };
-            let like_first = |(load, _): &&(&TickLoad, f64)| {
-                let alike =
-                    load.sun.is_empty() == first.sun.is_empty() && load.albedo.is_some() == first.albedo.is_some();
-                alike && self.redraw.as_ref().is_none_or(|redraw| redraw.holds(load))
-            };
-            let count = match self.fuses && !idles {
-                true => 1 + rest[1..].iter().take(FUSED_TICKS - 1).take_while(like_first).count(),
-                false => 1,
-            };
-            let (now, later) = rest.split_at(count);
-            rest = later;
-            if !self.fuses || idles {
-                // A slot that is submitted anew waits for what it was submitted with.
-                let _ = self.submit(Some(now[0]), None, false)?;
-                continue;
-            }
-            let frame = shadows.then(Frame::step(&fused(&ranges_of_load(&self.ranges, first)), Wanted::default()));
-            let loads: Vec<(DeviceLoad, f64)> =
-                now.iter().map(|(load, steps)| (DeviceLoad::new(load, self.joints), *steps)).collect();
-            self.finish(self.next)?;
-            DeviceLoad::write_fused(&loads, &mut self.resources, self.next);
-            self.fused_ticks += count as u64;
-            self.commanded = loads.last().map(|(load, _)| load.clone());
-            let _ = self.submit_views_frame(&frame, now.last().copied(), None, Wanted::default())?;
-        }
-        Ok(())
-    }
-
-    /// Ticks that passed in dispatches of many.
-    pub fn fused_ticks(&self) -> u64 {
-        self.fused_ticks
     }
 
     /// The flux that the nodes of thermal networks absorb under a load [W/m2], with the temperatures [K] of all others,
@@ -414,7 +373,11 @@ impl Renderer {
             poses: &self.poses,
             size: self.size,
         };
-        recorder.frame(frame, |pass, joint| self.bindings.of(pass, joint, number), &mut slot.timing);
+        let bound = |pass: &Pass, joint: u32| {
+            let fused = self.fused.as_ref().filter(|_| pass.is_fused());
+            fused.unwrap_or(&self.bindings).of(pass, joint, number)
+        };
+        recorder.frame(frame, bound, &mut slot.timing);
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         slot.submitted = Instant::now();
@@ -492,12 +455,6 @@ impl Renderer {
 /// The ranges with the least variants that compute a tick under a load.
 fn ranges_of_load(ranges: &[StepRange], load: &TickLoad) -> Vec<StepRange> {
     ranges_of_tick(ranges, !load.sun.is_empty(), load.albedo.is_some())
-}
-
-/// The ranges with many ticks in a dispatch; what keeps no state is left by the last of them alone.
-fn fused(ranges: &[StepRange]) -> Vec<StepRange> {
-    let variant = |variant: ThermalVariant| variant.fused().unwrap_or(variant);
-    ranges.iter().map(|range| StepRange { variant: variant(range.variant), ..*range }).collect()
 }
 
 /// The ranges under a load that has not changed: balances stand, transitions go on.

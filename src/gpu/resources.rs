@@ -115,11 +115,8 @@ impl SceneData<'_> {
             Some(shadows) if tree.is_none() => (shadows.redraw.resolution as usize).pow(2),
             _ => 0,
         };
-        let boxes = tree.map_or(0, |tree| match self.joints {
-            // As parts move the tree is built anew, with at most two boxes a triangle.
-            Some(_) => 2 * tree.triangles.len() * size_of::<layout::ShadowBox>(),
-            None => tree.tree.nodes.len() * size_of::<layout::ShadowBox>(),
-        });
+        // As parts move the tree is built anew, with as many boxes.
+        let boxes = tree.map_or(0, |tree| tree.tree.nodes.len() * size_of::<layout::ShadowBox>());
         let traced = tree.map_or(0, |tree| tree.triangles.len() * size_of::<layout::ShadowTriangle>());
         let moved = self.ranges.iter().any(|range| range.variant.kind.has_state());
         let loaded = self.ranges.iter().any(|range| range.variant.sun || range.variant.planet_ir);

@@ -22,13 +22,14 @@ pub struct RunFolder {
 impl RunFolder {
     /// Makes `root` ready for a run: creates it with its parents, refuses one that holds anything unless `overwrite`,
     /// and with `overwrite` removes the files of an earlier run (by the names above; anything else stays), so that old
-    /// frames never mix with new ones.
+    /// frames never mix with new ones. A file that is one of the `inputs` of the run is not removed.
     ///
     /// # Errors
-    /// The folder is a file, is not empty, cannot be created, or cannot be written to.
-    pub fn prepare(root: &Path, overwrite: bool) -> Result<Self, OutputError> {
+    /// The folder is a file, is not empty, cannot be created, or cannot be written to; or [`OutputError::Overwrites`].
+    pub fn prepare(root: &Path, overwrite: bool, inputs: &[PathBuf]) -> Result<Self, OutputError> {
         let folder = Self { root: root.to_path_buf() };
-        prepare_folder(root, &[folder.frames(), folder.plots()], overwrite, &|path| folder.is_own(path))?;
+        let below = [folder.frames(), folder.plots()];
+        prepare_folder(root, &below, overwrite, &|path| folder.is_own(path), inputs)?;
         Ok(folder)
     }
 
@@ -87,12 +88,9 @@ impl RunFolder {
     ///
     /// # Errors
     /// [`OutputError::Overwrites`].
-    pub fn keep_inputs<'a>(root: &Path, inputs: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), OutputError> {
-        let folder = Self { root: real(root) };
-        match inputs.into_iter().find(|input| folder.is_own(&real(input))) {
-            Some(input) => Err(OutputError::Overwrites(input.clone())),
-            None => Ok(()),
-        }
+    pub fn keep_inputs(root: &Path, inputs: &[PathBuf]) -> Result<(), OutputError> {
+        let folder = Self { root: root.to_path_buf() };
+        keep_inputs_in([root, &folder.frames(), &folder.plots()], &|path| folder.is_own(path), inputs)
     }
 
     fn frames(&self) -> PathBuf {
@@ -119,17 +117,20 @@ impl RunFolder {
 }
 
 /// Makes `root` and the folders `below` it ready for a command's files: creates them, refuses a `root` that holds
-/// anything unless `overwrite`, and with `overwrite` removes the files that are the command's `own`.
+/// anything unless `overwrite`, and with `overwrite` removes the files that are the command's `own`, unless one of them is
+/// one of the `inputs`.
 ///
 /// # Errors
-/// The folder is a file, is not empty, cannot be created, or cannot be written to.
+/// The folder is a file, is not empty, cannot be created, or cannot be written to; or [`OutputError::Overwrites`].
 pub fn prepare_folder(
     root: &Path,
     below: &[PathBuf],
     overwrite: bool,
     own: &dyn Fn(&Path) -> bool,
+    inputs: &[PathBuf],
 ) -> Result<(), OutputError> {
     let folders = || std::iter::once(root).chain(below.iter().map(PathBuf::as_path));
+    keep_inputs_in(folders(), own, inputs)?;
     if root.exists() {
         if !root.is_dir() {
             return Err(OutputError::NotAFolder(root.to_path_buf()));
@@ -145,6 +146,24 @@ pub fn prepare_folder(
         fs::create_dir_all(path).map_err(|source| OutputError::CreateFolder { path: path.to_path_buf(), source })?;
         // Permission bits do not tell everything (read-only mounts, quotas): ask by doing.
         temporary_in(path).map_err(|source| OutputError::NotWritable { path: path.to_path_buf(), source })?;
+    }
+    Ok(())
+}
+
+/// Whether one of the files that a command reads is one of its `own` in these folders, however either is named.
+fn keep_inputs_in<'a>(
+    folders: impl IntoIterator<Item = &'a Path>,
+    own: &dyn Fn(&Path) -> bool,
+    inputs: &[PathBuf],
+) -> Result<(), OutputError> {
+    let inputs: Vec<(PathBuf, &PathBuf)> = inputs.iter().map(|input| (real(input), input)).collect();
+    for folder in folders.into_iter().filter(|folder| folder.is_dir()) {
+        for path in entries(folder)?.into_iter().filter(|path| own(path)) {
+            let found = real(&path);
+            if let Some((_, input)) = inputs.iter().find(|(input, _)| *input == found) {
+                return Err(OutputError::Overwrites((*input).clone()));
+            }
+        }
     }
     Ok(())
 }
@@ -312,7 +331,7 @@ mod tests {
     fn an_absent_or_empty_folder_is_made_ready_with_its_parents() {
         let folder = tempfile::tempdir().unwrap();
         let root = folder.path().join("a/b/run");
-        let run = RunFolder::prepare(&root, false).unwrap();
+        let run = RunFolder::prepare(&root, false, &[]).unwrap();
         assert_eq!(names(&root), ["frames", "plots"]);
         assert!(names(&root.join("frames")).is_empty(), "the write test must clean up");
         assert_eq!(run.frame_exr(120), root.join("frames/step_000120.exr"));
@@ -322,7 +341,7 @@ mod tests {
     #[test]
     fn a_folder_with_content_needs_force_which_removes_only_isotherms_own_files() {
         let folder = tempfile::tempdir().unwrap();
-        let run = RunFolder::prepare(folder.path(), false).unwrap();
+        let run = RunFolder::prepare(folder.path(), false, &[]).unwrap();
         let own = [run.series(), run.report_json(), run.report_html(), run.contact_sheet(), run.plot("materials")];
         for path in own.iter().chain(&[run.frame_exr(3), run.frame_png(3), folder.path().join(".isotherm-x.part")]) {
             fs::write(path, b"earlier").unwrap();
@@ -330,11 +349,11 @@ mod tests {
         for name in ["notes.txt", "frames/mine.png", "frames/step_000003.txt", "plots/mine.pdf"] {
             fs::write(folder.path().join(name), b"the user's").unwrap();
         }
-        let error = RunFolder::prepare(folder.path(), false).unwrap_err();
+        let error = RunFolder::prepare(folder.path(), false, &[]).unwrap_err();
         assert!(error.to_string().contains("--force"), "{error}");
         assert!(run.series().exists(), "a refused folder is untouched");
 
-        RunFolder::prepare(folder.path(), true).unwrap();
+        RunFolder::prepare(folder.path(), true, &[]).unwrap();
         assert_eq!(names(folder.path()), ["frames", "notes.txt", "plots"]);
         assert_eq!(names(&folder.path().join("frames")), ["mine.png", "step_000003.txt"]);
         assert_eq!(names(&folder.path().join("plots")), ["mine.pdf"]);
@@ -345,9 +364,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run");
         fs::write(&path, b"").unwrap();
-        assert!(matches!(RunFolder::prepare(&path, true), Err(OutputError::NotAFolder(_))));
+        assert!(matches!(RunFolder::prepare(&path, true, &[]), Err(OutputError::NotAFolder(_))));
         let below = path.join("deeper");
-        assert!(matches!(RunFolder::prepare(&below, false), Err(OutputError::CreateFolder { .. })));
+        assert!(matches!(RunFolder::prepare(&below, false, &[]), Err(OutputError::CreateFolder { .. })));
     }
 
     #[test]
@@ -362,13 +381,17 @@ mod tests {
         assert!(RunFolder::keep_inputs(&folder.path().join("out"), &inputs).is_ok());
         let error = RunFolder::keep_inputs(folder.path(), &inputs).unwrap_err();
         assert!(error.to_string().contains("series.csv") && error.is_about_the_folder(), "{error}");
+        let error = RunFolder::prepare(folder.path(), true, &[aliased]).unwrap_err();
+        assert!(matches!(error, OutputError::Overwrites(_)) && input.exists(), "{error}");
+        RunFolder::prepare(folder.path(), true, &[folder.path().join("other.csv")]).unwrap();
+        assert!(!input.exists(), "what is not read goes with --force");
     }
 
     #[cfg(target_os = "linux")]
     #[test]
     fn a_folder_that_cannot_be_written_is_an_error() {
         // /proc refuses new entries to everybody, root included.
-        let error = RunFolder::prepare(Path::new("/proc/isotherm-output"), false).unwrap_err();
+        let error = RunFolder::prepare(Path::new("/proc/isotherm-output"), false, &[]).unwrap_err();
         assert!(matches!(error, OutputError::CreateFolder { .. }), "{error}");
         let error = write_bytes(Path::new("/proc/isotherm.exr"), b"").unwrap_err();
         assert!(error.to_string().contains("/proc/isotherm.exr"), "{error}");

@@ -35,14 +35,14 @@ impl PaperFolder {
     /// Makes `root` ready as `RunFolder::prepare` does for a run; with `overwrite` the files above are removed.
     ///
     /// # Errors
-    /// The folder is a file, is not empty, cannot be created, or cannot be written to.
-    pub fn prepare(root: &Path, overwrite: bool) -> Result<Self, OutputError> {
+    /// The folder is a file, is not empty, cannot be created, cannot be written to, or holds one of the `inputs`.
+    pub fn prepare(root: &Path, overwrite: bool, inputs: &[PathBuf]) -> Result<Self, OutputError> {
         let mut names = vec![FIGURE_7.to_owned(), CHECKS.to_owned(), INDEX.to_owned()];
         names.extend((2..=6).map(plot_name));
         names.extend(PANELS.iter().map(series_name));
         names.extend(TABLES.map(str::to_owned));
         let own = |path: &Path| names.iter().any(|name| root.join(name) == path);
-        prepare_folder(root, &[], overwrite, &own)?;
+        prepare_folder(root, &[], overwrite, &own, inputs)?;
         Ok(Self { root: root.to_path_buf() })
     }
 
@@ -63,8 +63,11 @@ mod tests {
         for name in earlier.into_iter().chain(["notes.txt", "figure5_9.csv"]) {
             std::fs::write(folder.path().join(name), b"earlier").unwrap();
         }
-        assert!(matches!(PaperFolder::prepare(folder.path(), false), Err(OutputError::FolderNotEmpty(_))));
-        let paper = PaperFolder::prepare(folder.path(), true).unwrap();
+        assert!(matches!(PaperFolder::prepare(folder.path(), false, &[]), Err(OutputError::FolderNotEmpty(_))));
+        let input = [folder.path().join("figure5_1.csv")];
+        assert!(matches!(PaperFolder::prepare(folder.path(), true, &input), Err(OutputError::Overwrites(_))));
+        assert!(earlier.into_iter().all(|name| folder.path().join(name).exists()), "a refused folder is untouched");
+        let paper = PaperFolder::prepare(folder.path(), true, &[]).unwrap();
         let left = |name| paper.file(name).exists();
         assert!(left("notes.txt") && left("figure5_9.csv"));
         assert!(earlier.into_iter().all(|name| !left(name)));

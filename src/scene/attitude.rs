@@ -28,7 +28,7 @@ const MODES: [(&str, Mode, &[&str]); 5] = [
     ("inertial", Mode::Inertial, &["quaternion"]),
     ("sun", Mode::Sun, &["sun_axis", "north_axis"]),
     ("spin", Mode::Spin, &["quaternion", "spin_axis", "rate_deg"]),
-    ("file", Mode::File, &["file", "frame", "time_system"]),
+    ("file", Mode::File, &["file", "object", "frame", "time_system"]),
 ];
 
 /// Reads `[attitude]`; `start` is time 0, where it is known.
@@ -86,6 +86,7 @@ pub(super) fn read(
             let text = read_file(path.clone(), files).map_err(|error| section.error("file", error))?;
             let frames = [("inertial", HistoryFrame::Inertial), ("orbit", HistoryFrame::Orbit)];
             let options = AttitudeOptions {
+                object: section.string("object")?.map(str::to_owned),
                 frame: section.choice("frame", &frames)?,
                 time_system: section.string("time_system")?.map(str::to_owned),
                 start,

@@ -54,6 +54,7 @@ pub(super) const ATTITUDE: &[&str] = &[
     "spin_axis",
     "rate_deg",
     "file",
+    "object",
     "frame",
     "time_system",
 ];

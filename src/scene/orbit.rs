@@ -10,7 +10,7 @@ use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
 use super::{CircularOrbit, Orbit};
-use crate::environment::ephemeris::HIGHEST_DEGREE;
+use crate::environment::newton::HIGHEST_DEGREE;
 
 /// Keys of a circular orbit, and those of a trajectory beside `file`.
 const CIRCULAR: &[&str] = &["altitude", "period", "beta_deg", "phase_deg"];

@@ -13,8 +13,8 @@ use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::nodes::{GROUP, PADDING};
 use crate::thermal::reference::{Reference, ReferenceNode};
 
-/// Nodes that are stepped along.
-const SAMPLE: usize = 256;
+/// Nodes that are stepped along where nobody asks for more.
+pub const SAMPLE: usize = 256;
 
 /// Drawn nodes of the largest network that is stepped along through the warm-up.
 const LARGEST_IN_WARM_UP: usize = 20_000;
@@ -89,7 +89,7 @@ impl NetworkCheck {
 
 impl Check {
     /// A sample spread evenly over the nodes.
-    pub fn new(prepared: &Prepared) -> Self {
+    pub fn new(prepared: &Prepared, sample: usize) -> Self {
         let nodes = &prepared.nodes;
         let mut real: Vec<usize> =
             (0..nodes.vertex_of_node.len()).filter(|slot| nodes.vertex_of_node[*slot] != PADDING).collect();
@@ -123,7 +123,7 @@ impl Check {
                 });
             }
         }
-        let count = real.len().min(SAMPLE);
+        let count = real.len().min(sample);
         let slots: Vec<usize> = (0..count).map(|i| real[i * real.len() / count]).collect();
         let sample = slots.iter().map(reference_node).collect();
         Self {

@@ -88,7 +88,7 @@ pub struct Outcome {
     pub stepping_s: f64,
 }
 
-/// Runs the scene into the folder.
+/// Runs the scene into the folder; `check` is the number of nodes that the f64 reference steps along.
 ///
 /// # Errors
 /// The device fails, or a file cannot be written.
@@ -96,12 +96,12 @@ pub fn run_into(
     prepared: &Prepared,
     engine: &mut Engine,
     folder: &RunFolder,
-    with_check: bool,
+    check: Option<usize>,
     stop: &AtomicBool,
     progress: &dyn Progress,
 ) -> Result<Outcome, JobError> {
     let trace = engine.trace();
-    let mut check = with_check.then(|| Check::new(prepared));
+    let mut check = check.map(|sample| Check::new(prepared, sample));
     let warms_up = trace.span(Track::Host, "settle and warm up");
     let periodic = start(prepared, engine, check.as_mut(), stop, &mut || progress.warmed_up())?;
     drop(warms_up);

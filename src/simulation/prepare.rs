@@ -10,7 +10,7 @@ use super::density;
 use super::joints;
 use super::network::{self, SceneNetwork};
 use crate::environment::orbit::period_disagreement;
-use crate::environment::shadow::{Jointed, LARGEST_TREE, Method, Occluders, Redraw, Shadows};
+use crate::environment::shadow::{Jointed, LARGEST_TREE, Method, Occluders, Redraw, Shadows, tree_boxes};
 use crate::environment::sky::SkyError;
 use crate::environment::tick::TickLoads;
 use crate::gpu::frame::{StepRange, TriangleRun};
@@ -119,16 +119,16 @@ pub enum PrepareError {
     },
     /// More triangles than rays are tried against.
     #[error(
-        "{path}: shadows.method: {triangles} triangles make a tree of {size} boxes and triangles; rays take at most \
-         {LARGEST_TREE}: use method = \"depth\""
+        "{path}: shadows.method: {triangles} triangles make a tree of {boxes} boxes; rays take at most {LARGEST_TREE}: \
+         use method = \"depth\""
     )]
     TooManyOccluders {
         /// The scene file.
         path: PathBuf,
         /// Triangles of the model before it is split.
         triangles: usize,
-        /// Boxes and triangles of the tree.
-        size: usize,
+        /// Boxes of the tree.
+        boxes: usize,
     },
     /// A joint.
     #[error("{path}:{line}: joint: {message}")]
@@ -304,16 +304,13 @@ impl Prepared {
         let (occluders, occluder_runs) = by_joint(of_nodes(occluders), &nodes, 1);
         let shadow_tree = match scene.shadows {
             Some(Settings { method: Method::Exact, .. }) => {
-                let positions: Vec<DVec3> = nodes.positions.iter().map(|position| position.as_dvec3()).collect();
-                let tree = Occluders::new(&positions, &occluders);
-                // A tree that is built anew as joints move has at most two boxes a triangle.
-                let boxes = if moving.is_empty() { tree.tree.nodes.len() } else { 2 * tree.triangles.len() };
-                let size = boxes + tree.triangles.len();
-                if size > LARGEST_TREE {
+                let boxes = tree_boxes(occluders.len());
+                if boxes > LARGEST_TREE {
                     let path = scene.source.clone();
-                    return Err(PrepareError::TooManyOccluders { path, triangles: occluders.len(), size });
+                    return Err(PrepareError::TooManyOccluders { path, triangles: occluders.len(), boxes });
                 }
-                Some(tree)
+                let positions: Vec<DVec3> = nodes.positions.iter().map(|position| position.as_dvec3()).collect();
+                Some(Occluders::new(&positions, &occluders))
             }
             _ => None,
         };

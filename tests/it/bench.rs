@@ -182,7 +182,7 @@ fn the_page_names_every_scheme_and_what_is_absent() {
     let run = in_f64(&solved.0, &solved.1, Scheme::Fixed(Fixed::Rkl2, 1));
     let bench = bench_of(vec![run, failed], solved);
     let folder = tempfile::tempdir().expect("a folder");
-    let files = BenchFolder::prepare(folder.path(), false).expect("an empty folder");
+    let files = BenchFolder::prepare(folder.path(), false, &[]).expect("an empty folder");
     files.write(&bench).expect("a folder to write to");
     let page = std::fs::read_to_string(files.file(PAGE)).expect("the page");
     for text in ["RKL2, fixed, 1 sub-step", "a scheme", "no &lt;reason&gt;", "a &lt;device&gt;", "<svg", "1, 2, 3"] {

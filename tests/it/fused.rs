@@ -65,7 +65,9 @@ fn many_ticks_in_a_dispatch_leave_what_they_leave_one_by_one() {
     let (other, _) = state(&prepared, TICKS as usize, 0.999);
     assert!(one_by_one != other, "a Sun dimmer by a thousandth in one tick shows");
 
-    assert_eq!((separate.fused_ticks(), together.fused_ticks()), (0, u64::from(TICKS)));
+    // Lit, dark, lit: each may end with a tick that is alone.
+    assert_eq!(separate.fused_ticks(), 0);
+    assert!((u64::from(TICKS) - 3..=u64::from(TICKS)).contains(&together.fused_ticks()));
     assert_eq!((together.ticks(), dispatches(&separate, true)), (u64::from(TICKS), 0));
     // Ranges of skin and cells; lit, dark, lit again, where no run is longer than a dispatch takes.
     let ranges = prepared.step_ranges().iter().filter(|range| range.variant.kind.has_state()).count();

@@ -294,3 +294,16 @@ fn an_existing_folder_is_not_touched() {
     assert!(after["frames/step_000000.exr"] != before["frames/step_000000.exr"]);
     assert_eq!(after.len(), FILES.len() + 1);
 }
+
+#[test]
+fn as_many_nodes_as_asked_are_checked_and_the_error_stands_beside_the_speed() {
+    let folder = Folder::new(SCENE);
+    let said = succeed(folder.0.path(), &["run", "--check", "scene.toml", "-o", "usual"]);
+    assert!(said.contains("against the f64 reference: largest difference") && said.contains("ns a node"), "{said}");
+    succeed(folder.0.path(), &["run", "scene.toml", "-o", "few", "--check=20"]);
+    let nodes = |name: &str| report(&files(&folder.path(name)))["accuracy"]["nodes"].as_u64().expect("a number");
+    assert_eq!(nodes("few"), 20);
+    assert!(nodes("usual") > 20, "all nodes of the craft, or 256");
+    let (code, said) = refusal(&end(isotherm(folder.0.path(), &["run", "scene.toml", "-o", "none", "--check=0"])));
+    assert!(code == Some(2) && said.contains("--check"), "{said}");
+}

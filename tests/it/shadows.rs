@@ -10,8 +10,9 @@ use isotherm::gpu::renderer::Renderer;
 use isotherm::simulation::engine::DeviceData;
 use isotherm::simulation::prepare::Prepared;
 use isotherm::thermal::nodes::PADDING;
+use serde_json::json;
 
-use super::craft::{Folder, scene_with};
+use super::craft::{Folder, glb, scene_with};
 use super::device::{assert_silent, context, dark, sunlight};
 
 /// The craft with half-metre edges; its box shades a wing, and a wing the box.
@@ -155,4 +156,58 @@ fn what_is_shaded_stays_cold() {
         }
     }
     assert!(seen[0] > 10 && seen[1] > 10, "{seen:?}");
+}
+
+/// The craft with a wing on a joint and, far from it, two small plates under a stack of as many equal triangles, whose
+/// boxes a ray from a plate meets and whose triangles it misses; above them all a screen over the first plate.
+fn under_a_stack(triangles: usize) -> Folder {
+    let joint = "[[joint]]\npart = \"wing_port\"\nmode = \"fixed\"\naxis = \"+X\"\nangle_deg = 30\n";
+    let sections = format!("[shadows]\nmethod = \"exact\"\n{joint}[radiance]");
+    let folder = Folder::new(&scene_with(&[("[radiance]", &sections)]));
+    let mut maker = glb();
+    let corners = |[x, y]: [f32; 2], side: f32, z: f32| [[x, y, z], [x + side, y, z], [x, y + side, z]];
+    let plates = [corners(COVERED, 0.01, 4.0), corners(OPEN, 0.01, 4.0)].concat();
+    let places = [&corners([10.0; 2], 0.4, 5.0), &plates[..], &corners([10.2; 2], 0.6, 6.0)].concat();
+    let indices = [[3u32, 4, 5, 6, 7, 8].to_vec(), [0, 1, 2].repeat(triangles), vec![9, 10, 11]].concat();
+    let positions = maker.floats(&places);
+    let bytes: Vec<u8> = indices.iter().flat_map(|index| index.to_le_bytes()).collect();
+    let indices = maker.accessor(&bytes, json!({"componentType": 5125, "count": indices.len(), "type": "SCALAR"}));
+    let mesh =
+        maker.primitive(json!({"attributes": {"POSITION": positions}, "indices": indices, "material": 1, "mode": 4}));
+    let node = maker.push("nodes", json!({"name": "stack", "mesh": mesh}));
+    maker.json["scenes"][0]["nodes"].as_array_mut().expect("a list").push(json!(node));
+    maker.save(folder.0.path());
+    folder
+}
+
+/// Corners of the plates [m], both beyond the long side of the stack's triangles.
+const COVERED: [f32; 2] = [10.35, 10.35];
+const OPEN: [f32; 2] = [10.38, 10.15];
+
+/// The last triangle of the largest tree is found, after every box before it: lavapipe ends loops after 65,535 turns.
+#[test]
+fn rays_walk_the_largest_tree_to_its_end() {
+    let context = context();
+    let prepared = under_a_stack(129_900).prepared();
+    assert!(prepared.shadow_tree.as_ref().is_some_and(|tree| tree.tree.nodes.len() > 64_900));
+    let [covered, open] = [COVERED, OPEN].map(|[x, y]| {
+        let corner = DVec3::new(f64::from(x), f64::from(y), 4.0);
+        let near = |slot: &usize| prepared.nodes.positions[*slot].as_dvec3().distance(corner) < 1e-3;
+        (0..prepared.nodes.positions.len()).find(near).expect("a plate's corner")
+    });
+    let load = TickLoad { joints: prepared.loads.joints_at(0.0).1, ..load(DVec3::Z) };
+    let data = DeviceData::new(&prepared);
+    let mut renderer = Renderer::new(&context, &data.scene_data(&prepared, None)).expect("a small scene");
+    renderer.settle(&load).expect("the device settles");
+    let visibility = renderer.visibility().expect("the device answers");
+    assert_eq!([visibility[covered], visibility[open]], [0.0, 1.0]);
+    let mut in_f64 = prepared.shadows([covered, open].into_iter()).expect("shadows are on");
+    assert_eq!(in_f64.visibility(&load).expect("the first time"), [0.0, 1.0]);
+    assert_silent(&context);
+
+    let folder = under_a_stack(130_100);
+    let error = Prepared::new(&folder.path("scene.toml"), &mut |_| ()).err().expect("a refusal").to_string();
+    for part in ["scene.toml: shadows.method: 130", "rays take at most 65000", "use method = \"depth\""] {
+        assert!(error.contains(part), "{error}");
+    }
 }

@@ -326,6 +326,33 @@ fn a_file_that_the_scene_reads_is_never_written_over() {
     assert_eq!(std::fs::read_to_string(folder.path("scene.toml")).unwrap(), scene);
 }
 
+/// Whatever a command's folder may be emptied of with --force: not of what it reads.
+#[test]
+fn no_folder_is_emptied_of_what_is_read() {
+    let bulk = "thickness = 0.002\ndensity = 2700\nspecific_heat = 900\nconductivity = 200\n";
+    let [skin, cells] = ["skin", "cells"].map(|name| format!("match = \"{name}\"\n"));
+    let with_bulk = [&skin, &cells].map(|material| format!("{material}{bulk}"));
+    for (name, arguments) in [
+        ("series.csv", &["run", "scene.toml"][..]),
+        ("compare.csv", &["compare", "scene.toml"]),
+        ("checks.csv", &["paper", "--scene", "scene.toml"]),
+        ("bench.json", &["bench", "--only", "frames", "--scene", "scene.toml"]),
+        ("bench.json", &["bench", "--only", "models", "--model-scene", "scene.toml"]),
+    ] {
+        let orbit: Vec<(&str, String)> =
+            ORBIT.iter().map(|(from, to)| (*from, to.replace("iss.tle", &format!("out/{name}")))).collect();
+        let mut changes: Vec<(&str, &str)> = orbit.iter().map(|(from, to)| (*from, to.as_str())).collect();
+        changes.extend([(skin.as_str(), with_bulk[0].as_str()), (cells.as_str(), with_bulk[1].as_str())]);
+        let folder = Folder::new(&scene_with(&changes));
+        std::fs::create_dir(folder.path("out")).unwrap();
+        folder.write(&format!("out/{name}"), TLE);
+        let all = [arguments, &["-o", "out", "--force", "--device", "cpu"]].concat();
+        let (code, line) = refusal(&end(isotherm(folder.0.path(), &all)));
+        assert!(code == Some(2) && line.contains(name) && line.contains("name another"), "{all:?}: {line}");
+        assert_eq!(std::fs::read_to_string(folder.path(&format!("out/{name}"))).unwrap(), TLE, "{all:?}");
+    }
+}
+
 /// Grazing eclipses come and go with beta: the contacts of a trajectory are those of the same circle by its own search.
 #[test]
 fn short_eclipses_of_a_trajectory_are_found() {

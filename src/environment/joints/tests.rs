@@ -19,9 +19,12 @@ fn facing(axis: DVec3) -> Guided {
     guided(Kind::Rotation, axis, Drive::Sun { facing: -DVec3::Z, offset: 0.0 })
 }
 
+/// Period of the orbit here [s].
+const PERIOD: f64 = 5554.0;
+
 /// The Sun as a nadir-pointing craft sees it at a beta angle of 0.5 rad.
 fn sun_of_orbit() -> impl Fn(f64) -> DVec3 {
-    let orbit = CircularOrbit { altitude: 408e3, period: 5554.0, beta: 0.5, phase: 0.3 };
+    let orbit = CircularOrbit { altitude: 408e3, period: PERIOD, beta: 0.5, phase: 0.3 };
     let environment = Environment {
         solar_constant: Some(1361.0),
         albedo: None,
@@ -173,4 +176,119 @@ fn the_sun_along_the_axis_asks_for_nothing() {
     let sun = |_: f64| DVec3::Y;
     let joints = Joints::new(vec![joint(None, facing(DVec3::Y))], [0.0, 1.0], 1.0, sun);
     assert_eq!(joints.at(0.0, &sun).0[0], 0.0);
+}
+
+/// Joints under the sky of an orbit from `periods` of it before time 0 on: walked as a sky that repeats lets them, and
+/// walked through everything in the same steps.
+fn walked_both_ways(joints: &[Joint], periods: f64) -> (Joints, Joints) {
+    let span = [-periods * PERIOD - 5.0, 3000.0];
+    let short = Joints::under_a_sky(joints.to_vec(), span, 15.0, Some(PERIOD), sun_of_orbit());
+    let whole = Joints::new(joints.to_vec(), span, short.walks_by(), sun_of_orbit());
+    (short, whole)
+}
+
+fn largest_difference(short: &Joints, whole: &Joints, periods: f64) -> f64 {
+    let sun = sun_of_orbit();
+    let span = periods * PERIOD + 5.0 + 3000.0;
+    (0..20_000).fold(0.0, |worst, index| {
+        let time = 3000.0 - span * f64::from(index) / 20_000.0;
+        let (a, b) = (short.at(time, &sun).1, whole.at(time, &sun).1);
+        let apart = a.iter().zip(&b).map(|(a, b)| {
+            let pairs = a.to_cols_array().into_iter().zip(b.to_cols_array());
+            pairs.fold(0.0, |worst: f64, (a, b)| worst.max((a - b).abs()))
+        });
+        apart.fold(worst, f64::max)
+    })
+}
+
+/// Rate of the orbit [rad/s].
+const ORBITAL: f64 = TAU / PERIOD;
+
+#[test]
+fn what_repeats_is_where_the_whole_walk_has_it() {
+    let slow = |share: f64, axis: DVec3| Guided { rate: Some(share * ORBITAL), ..facing(axis) };
+    let limited = Guided { limits: Some([-3.0, 3.0]), ..slow(6.0, DVec3::Y) };
+    // The walk starts where it is asked to be, while in later periods it is on its long way back at that time.
+    let behind = Guided { limits: Some([-2.2, 3.8]), ..slow(1.3, DVec3::Y) };
+    let wide = Guided { limits: Some([-5.0, 5.0]), ..slow(4.0, DVec3::Y) };
+    let schedule = Drive::Schedule { times: vec![-900.0, 0.0], positions: vec![0.3, 1.0] };
+    let scheduled = Guided { rate: Some(1e-3), ..guided(Kind::Rotation, DVec3::X, schedule) };
+    let each = (PERIOD / 15.0).ceil() as usize;
+    let periods = 30.0;
+    let starts = |joint: Guided| {
+        let (_, whole) = walked_both_ways(&[self::joint(None, joint)], periods);
+        let at = |period: f64| whole.at((period - periods) * PERIOD - 5.0, &sun_of_orbit()).1[1];
+        at(0.0).abs_diff_eq(at(1.0), 1e-3)
+    };
+    assert!(starts(slow(1.5, DVec3::Y)) && !starts(behind.clone()), "one case must have a lead");
+    for (name, joints, most) in [
+        ("one axis", vec![joint(None, slow(1.5, DVec3::Y))], 5),
+        ("two axes", vec![joint(None, slow(2.0, DVec3::Y)), joint(Some(0), slow(1.1, DVec3::X))], 6),
+        ("limits that send it back", vec![joint(None, limited)], 5),
+        ("a start that does not come again", vec![joint(None, behind.clone())], 6),
+        ("limits beyond a turn", vec![joint(None, wide)], 5),
+        ("on a schedule", vec![joint(None, scheduled), joint(Some(0), slow(2.0, DVec3::Y))], 6),
+        ("too slow to follow", vec![joint(None, slow(0.4, DVec3::Y))], 32),
+    ] {
+        let (short, whole) = walked_both_ways(&joints, periods);
+        let difference = largest_difference(&short, &whole, periods);
+        assert!(difference < 1e-12, "{name}: {difference:e}");
+        assert!(short.kept() <= most * each, "{name}: {} of {} positions", short.kept(), whole.kept());
+    }
+}
+
+/// What a panel is asked for moves at the orbit's rate, so that one of r times it is there after a turn over r - 1.
+#[test]
+fn a_joint_repeats_a_period_after_it_has_caught_up() {
+    for share in [1.2, 2.0, 10.0] {
+        let panel = Guided { rate: Some(share * ORBITAL), ..facing(DVec3::Y) };
+        let (short, _) = walked_both_ways(&[joint(None, panel)], 40.0);
+        let bound = (1.0 / (share - 1.0)).ceil() + 3.0;
+        let periods = short.kept() as f64 * short.walks_by() / PERIOD;
+        assert!(periods <= bound, "{share}: {periods} periods kept, at most {bound}");
+    }
+}
+
+/// Twice as many orbits, the same positions kept: what a hundred thousand of them take.
+#[test]
+fn a_long_warm_up_is_not_walked() {
+    let panel = Guided { rate: Some(3.0 * ORBITAL), ..facing(DVec3::Y) };
+    let span = |periods: f64| [-periods * PERIOD - 5.0, 3000.0];
+    let walked = |periods: f64| {
+        Joints::under_a_sky(vec![joint(None, panel.clone())], span(periods), 15.0, Some(PERIOD), sun_of_orbit())
+    };
+    let (long, short) = (walked(1e5), walked(100.0));
+    assert_eq!(long.kept(), short.kept());
+    let sun = sun_of_orbit();
+    for time in [-3.3e8, -1e6, -17.0, 0.0, 2900.0] {
+        let (_, poses) = long.at(time, &sun);
+        let expected = short.at((time % PERIOD) - PERIOD, &sun).1[1];
+        // An angle in an orbit after 1e5 of them is known to 1e5 times the rounding of 2 pi.
+        assert!(time > 0.0 || poses[1].abs_diff_eq(expected, 1e-9), "{time} s");
+        let forward = poses[1].matrix3 * -DVec3::Z;
+        let best = (1.0 - sun(time).y.powi(2)).sqrt();
+        assert!((forward.dot(sun(time)) - best).abs() < 1e-9, "{time} s: it follows");
+    }
+}
+
+/// An animation that begins again and again has a time of its own: nothing repeats with the orbit, and all is walked.
+#[test]
+fn what_rides_on_an_animation_is_walked_through() {
+    let quarter = DQuat::from_rotation_x(FRAC_PI_2).to_array();
+    let keys = Keys::new(vec![0.0, 700.0], vec![DQuat::IDENTITY.to_array(), quarter], Interpolation::Linear);
+    let played = Played {
+        motion: NodeMotion { node: 0, rotation: Some(keys), ..NodeMotion::default() },
+        duration: 700.0,
+        repeats: true,
+        rest: (DVec3::ZERO, DQuat::IDENTITY),
+        body_from_parent: DAffine3::IDENTITY,
+    };
+    let carrier =
+        |played: Played| Joint { name: "carrier".to_owned(), parent: None, motion: Motion::Played(Box::new(played)) };
+    let panel = joint(Some(0), Guided { rate: Some(2.0 * ORBITAL), ..facing(DVec3::Y) });
+    let (short, whole) = walked_both_ways(&[carrier(played.clone()), panel.clone()], 10.0);
+    assert_eq!(short, whole);
+    let once = Played { repeats: false, ..played };
+    let (short, whole) = walked_both_ways(&[carrier(once), panel], 10.0);
+    assert!(short.kept() < whole.kept() / 2 && largest_difference(&short, &whole, 10.0) < 1e-12);
 }

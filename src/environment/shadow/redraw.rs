@@ -5,6 +5,10 @@ use glam::{DAffine3, DQuat, DVec3};
 use super::SunView;
 use crate::environment::TickLoad;
 
+/// A turn that is no more than rounding [rad]; 0 asks for shadows at every motion beyond it. Over a map of 4096 texels it is
+/// four millionths of one.
+const STILL: f64 = 1e-9;
+
 /// The boxes that cast shadows, how finely they are looked at, and what they were last looked at for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Redraw {
@@ -34,9 +38,11 @@ impl Redraw {
     /// Whether a load needs no other shadows than those last found.
     pub fn holds(&self, load: &TickLoad) -> bool {
         let Some(sun) = sun_of(load) else { return true };
-        self.found_for
-            .as_ref()
-            .is_some_and(|(last, poses)| last.angle_between(sun) <= self.angle && !self.has_moved(poses, &load.joints))
+        self.found_for.as_ref().is_some_and(|(last, poses)| {
+            // By the sine and the cosine: the arc cosine alone knows no angle below 1e-8.
+            let turned = last.cross(sun).length().atan2(last.dot(sun));
+            turned <= self.angle.max(STILL) && !self.has_moved(poses, &load.joints)
+        })
     }
 
     /// Corners of the boxes where they are.
@@ -59,7 +65,7 @@ impl Redraw {
             let turn = DQuat::from_mat3(&(before.matrix3.transpose() * now.matrix3)).normalize();
             let middle = 0.5 * (*low + *high);
             let moved = before.transform_point3(middle).distance(now.transform_point3(middle));
-            angle_of(turn) > self.angle || moved > self.angle * size
+            angle_of(turn) > self.angle.max(STILL) || moved > self.angle.max(STILL) * size
         })
     }
 }

@@ -151,3 +151,82 @@ fn a_tree_finds_what_a_search_of_all_triangles_finds() {
     }
     assert!((200..1800).contains(&hidden), "{hidden} of 2000 rays are hidden");
 }
+
+/// A plate under another one, parallel and wider, at a gap: the lift of 0.75 texels decides whether the map sees it.
+#[test]
+fn the_map_lets_light_through_gaps_narrower_than_its_lift() {
+    let plate = |z: f64, half: f64| {
+        [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[x, y]| DVec3::new(x, y, z))
+    };
+    for sun in [DVec3::Z, DVec3::new(0.8, -0.3, 0.5).normalize()] {
+        let found = |gap_in_texels: f64| {
+            let texel = SunView::new(sun, bounds(&plate(0.0, 50.0)), 2048).texel;
+            let positions: Vec<DVec3> = [plate(0.0, 50.0), plate(gap_in_texels * texel, 50.0)].concat();
+            let triangles = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+            let view = SunView::new(sun, bounds(&positions), 2048);
+            let exact = Occluders::new(&positions, &triangles);
+            let map = DepthMap::traced(view, &exact);
+            let node = DVec3::new(3.0, 4.0, 0.0);
+            (texel, map.solar_visibility(node, DVec3::Z), exact.solar_visibility(node, DVec3::Z, sun))
+        };
+        let (texel, through, hidden) = found(0.7);
+        assert_eq!((through, hidden), (1.0, 0.0), "sun {sun}: a gap of {:.1} cm", 70.0 * texel);
+        let (texel, shaded, hidden) = found(0.8);
+        assert_eq!((shaded, hidden), (0.0, 0.0), "sun {sun}: a gap of {:.1} cm", 80.0 * texel);
+        // 3.7 cm where 100 m fill the map, more where its diagonal does.
+        assert!((0.036..0.053).contains(&(0.75 * texel)), "{:.1} cm", 75.0 * texel);
+    }
+}
+
+#[test]
+fn a_tree_has_as_many_boxes_wherever_its_triangles_are() {
+    let mut turned = 1.0;
+    for count in [1, 4, 5, 8, 9, 1003] {
+        for spread in [0.0, 1.0, 1e3] {
+            let mut positions = Vec::new();
+            for number in 0..count {
+                turned = (turned * 1.618_033_988_7) % 7.0;
+                let at = DVec3::new(turned, f64::from(number % 13), (3.0 * turned) % 1.7) * spread;
+                positions.extend([at, at + DVec3::X, at + DVec3::Y]);
+            }
+            let triangles: Vec<[u32; 3]> = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+            let tree = Tree::new(&positions, &triangles);
+            assert_eq!(tree.nodes.len(), tree_boxes(count as usize), "{count} triangles over {spread} m");
+            let mut order = tree.order.clone();
+            order.sort_unstable();
+            assert!(order.iter().copied().eq(0..count), "each triangle once");
+        }
+    }
+}
+
+#[test]
+fn nothing_is_found_anew_at_an_angle_of_0_unless_something_moves() {
+    use glam::{DAffine3, DQuat};
+
+    use crate::environment::{SunSample, TickLoad};
+
+    let load = |sun: DVec3, pose: DAffine3| TickLoad {
+        sun: [SunSample { direction: sun, flux: 1361.0 }].into_iter().collect(),
+        planet: None,
+        albedo: None,
+        background_temperature: 0.0,
+        joints: vec![DAffine3::IDENTITY, pose],
+    };
+    let turned = |angle: f64| DAffine3::from_quat(DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), angle));
+    let box_of = |joint| (joint, [DVec3::new(-1.0, -2.0, 3.0), DVec3::new(5.0, 1.0, 4.0)]);
+    let redraw = Redraw { bounds: vec![box_of(0), box_of(1)], resolution: 64, angle: 0.0, found_for: None };
+    for i in 1..200 {
+        let sun = DQuat::from_rotation_x(0.1 * f64::from(i)) * DVec3::new(0.3, 0.4, 0.9).normalize();
+        let pose = turned(0.03 * f64::from(i));
+        let mut redraw = redraw.clone();
+        assert!(redraw.view(&load(sun, pose)).is_some(), "the first time");
+        assert!(redraw.view(&load(sun, pose)).is_none(), "{i}: nothing has moved");
+        // The last digit of a direction and of a pose.
+        let rounded = DQuat::from_axis_angle(DVec3::Y, 3e-16) * sun;
+        assert!(redraw.view(&load(rounded, pose)).is_none(), "{i}: rounding is no motion");
+        assert!(redraw.view(&load(sun, turned(0.03 * f64::from(i) + 1e-15))).is_none(), "{i}: nor of a joint");
+        assert!(redraw.view(&load(DQuat::from_axis_angle(DVec3::Y, 1e-7) * sun, pose)).is_some(), "{i}: the Sun moves");
+        assert!(redraw.view(&load(sun, pose)).is_some());
+        assert!(redraw.view(&load(sun, turned(0.03 * f64::from(i) + 1e-7))).is_some(), "{i}: a joint moves");
+    }
+}

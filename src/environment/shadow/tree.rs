@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 
-/// Triangles in a leaf at most.
+/// Triangles in a leaf. All leaves but the last are full, so that triangles in motion never need a larger tree.
 const LEAF: usize = 4;
 /// Places where a box is tried to be cut.
 const BINS: usize = 16;
-/// Boxes and triangles of the largest tree that the device walks: lavapipe ends the loops of an invocation after 65,535
-/// turns without a word.
+/// Boxes of the largest tree that the device walks: lavapipe ends the loops of an invocation after 65,535 turns without a
+/// word.
 pub const LARGEST_TREE: usize = 65_000;
 
 /// The box around nothing.
@@ -35,6 +35,11 @@ pub struct Tree {
     pub nodes: Vec<TreeNode>,
     /// Numbers of the triangles as the leaves have them.
     pub order: Vec<u32>,
+}
+
+/// Boxes of the tree of that many triangles, wherever they are.
+pub fn tree_boxes(triangles: usize) -> usize {
+    (2 * triangles.div_ceil(LEAF)).saturating_sub(1)
 }
 
 struct Builder {
@@ -79,26 +84,25 @@ impl Builder {
         self.tree.nodes[place].skip = self.tree.nodes.len() as u32;
     }
 
-    /// Sorts a run into two where the surface area heuristic (Goldsmith and Salmon 1987) finds it cheapest, in bins;
-    /// into halves where all centres agree.
+    /// Sorts a run into two where the surface area heuristic (Goldsmith and Salmon 1987) finds it cheapest, in bins,
+    /// or as near to that as full leaves allow; into halves where all centres agree.
     fn cut(&mut self, first: usize, end: usize) -> usize {
-        let run = &self.tree.order[first..end];
-        let [low, high] = around(run.iter().map(|number| [self.centres[*number as usize]; 2]));
+        let Self { bounds, centres, tree } = self;
+        let run = &mut tree.order[first..end];
+        let [low, high] = around(run.iter().map(|number| [centres[*number as usize]; 2]));
         let axis = (high - low).to_array().iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(i, _)| i);
         let extent = high[axis] - low[axis];
         let bin = |number: u32| {
-            let share = (self.centres[number as usize][axis] - low[axis]) / extent;
+            let share = (centres[number as usize][axis] - low[axis]) / extent;
             ((share * BINS as f64) as usize).min(BINS - 1)
         };
-        let halves = first + (end - first) / 2;
-        if extent <= 0.0 {
-            return halves;
-        }
         let mut bins = [(0usize, EMPTY); BINS];
-        for number in run {
-            let (count, bounds) = &mut bins[bin(*number)];
-            *count += 1;
-            *bounds = around([*bounds, self.bounds[*number as usize]].into_iter());
+        if extent > 0.0 {
+            for number in run.iter() {
+                let (count, bound) = &mut bins[bin(*number)];
+                *count += 1;
+                *bound = around([*bound, bounds[*number as usize]].into_iter());
+            }
         }
         let cost = |bins: &[(usize, [DVec3; 2])]| {
             let count: usize = bins.iter().map(|(count, _)| count).sum();
@@ -109,12 +113,14 @@ impl Builder {
         let best = (1..BINS)
             .filter_map(|cut| Some((cut, cost(&bins[..cut])? + cost(&bins[cut..])?)))
             .min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((cut, _)) = best else { return halves };
-        let (below, above): (Vec<u32>, Vec<u32>) = run.iter().partition(|number| bin(**number) < cut);
-        let middle = first + below.len();
-        self.tree.order[first..middle].copy_from_slice(&below);
-        self.tree.order[middle..end].copy_from_slice(&above);
-        middle
+        let below = best.map_or(run.len() / 2, |(cut, _)| bins[..cut].iter().map(|(count, _)| count).sum());
+        let most = (run.len() - 1) / LEAF * LEAF;
+        let below = (below + LEAF / 2) / LEAF * LEAF;
+        let below = below.clamp(LEAF, most);
+        run.select_nth_unstable_by(below, |a, b| {
+            centres[*a as usize][axis].total_cmp(&centres[*b as usize][axis]).then(a.cmp(b))
+        });
+        first + below
     }
 }
 

@@ -1,4 +1,4 @@
-//! Trajectories from files: two-line elements, CCSDS OEM as KVN and XML, and tables.
+//! Trajectories and attitudes from files: two-line elements, CCSDS OEM and AEM as KVN and XML, and tables.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -10,23 +10,28 @@ use hifitime::{Epoch, TimeScale};
 use super::epoch::{parse_epoch, time_system};
 use super::error::SceneError;
 use super::section::list;
-use crate::environment::ephemeris::{
-    DEFAULT_DEGREE, Ephemeris, HIGHEST_DEGREE, Interpolation, Sample, Segment, hermite_degree,
-};
+use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, Interpolation, Sample, Segment};
 use crate::environment::frames::{ReferenceFrame, to_gcrf};
+use crate::environment::newton::{HIGHEST_DEGREE, hermite_degree};
 use crate::environment::trajectory::{Source, Trajectory, seconds_between};
 use crate::environment::utc::utc;
 
 mod aem;
+mod aem_xml;
+mod attitude;
 mod kvn;
 mod object;
 mod oem;
 mod oem_xml;
+mod rotation;
+mod span;
 mod table;
 mod tle;
+mod xml;
 
-pub(super) use aem::{AttitudeOptions, read_attitude};
+pub(super) use attitude::{AttitudeOptions, read_attitude};
 use object::matches;
+use span::{Said, Span, check_span, usable_times};
 
 /// What a scene says of a trajectory's file.
 #[derive(Debug, Clone, Default)]
@@ -71,18 +76,18 @@ struct Stated {
     object_name: String,
     object_id: String,
     centre: Option<String>,
-    start: Option<(usize, String)>,
-    stop: Option<(usize, String)>,
+    start: Said,
+    stop: Said,
     /// Mandatory keys of the metadata that are missing and not needed.
     missing: Vec<&'static str>,
     /// Whether the text ends within a line of this segment.
     torn: bool,
-    frame: Option<(usize, String)>,
-    time_system: Option<(usize, String)>,
-    usable_start: Option<(usize, String)>,
-    usable_stop: Option<(usize, String)>,
-    interpolation: Option<(usize, String)>,
-    degree: Option<(usize, String)>,
+    frame: Said,
+    time_system: Said,
+    usable_start: Said,
+    usable_stop: Said,
+    interpolation: Said,
+    degree: Said,
     lines: Vec<StateLine>,
 }
 
@@ -256,17 +261,6 @@ fn absolute(
     let frame = reference_frame(frame).map_err(|message| at(*line).error("REF_FRAME", message))?;
     let (line, system) = stated.time_system.as_ref().ok_or_else(|| missing("TIME_SYSTEM"))?;
     let scale = time_system(system).map_err(|message| at(*line).error("TIME_SYSTEM", message))?;
-    let usable = |key: &str, stated: &Option<(usize, String)>| {
-        let parse = |(line, text): &(usize, String)| parse_epoch(text, scale).map_err(|m| at(*line).error(key, m));
-        stated.as_ref().map(parse).transpose()
-    };
-    let usable =
-        (usable("USEABLE_START_TIME", &stated.usable_start)?, usable("USEABLE_STOP_TIME", &stated.usable_stop)?);
-    if let (Some(from), Some(to), Some((line, _))) = (usable.0, usable.1, &stated.usable_stop)
-        && seconds_between(from, to) < 0.0
-    {
-        return Err(at(*line).error("USEABLE_STOP_TIME", "lies before USEABLE_START_TIME"));
-    }
     let interpolation = interpolation(path, stated, options)?;
     let mut assume = |said: String| {
         let said = format!("{}:{}: {said}", name_of(path), stated.line);
@@ -303,15 +297,18 @@ fn absolute(
         let (position, velocity) = to_gcrf(frame, epoch, state.position, state.velocity);
         states.push((epoch, position, velocity));
     }
-    if let (Some((first, ..)), Some((last, ..))) = (states.first(), states.last())
-        && (usable.0.is_some_and(|from| seconds_between(*last, from) > 0.0)
-            || usable.1.is_some_and(|to| seconds_between(to, *first) > 0.0))
-    {
-        let line = stated.usable_start.as_ref().or(stated.usable_stop.as_ref()).map_or(stated.line, |(line, _)| *line);
-        let message = format!("leaves none of the states of its segment, {} to {}", utc(*first), utc(*last));
-        return Err(at(line).error("USEABLE_START_TIME to USEABLE_STOP_TIME", message));
+    let ends = states.first().zip(states.last()).map(|((first, ..), (last, ..))| (*first, *last));
+    let span = Span {
+        start: &stated.start,
+        stop: &stated.stop,
+        usable_start: &stated.usable_start,
+        usable_stop: &stated.usable_stop,
+        torn: stated.torn.then(|| stated.lines.last().map_or(stated.line, |state| state.line)),
+    };
+    let usable = usable_times(path, &span, scale, ("states", ends))?;
+    if let Some((first, last)) = ends {
+        check_span(path, &span, scale, ("states", first, last), &mut assume)?;
     }
-    check_span(path, stated, scale, &states, &mut assume)?;
     Ok(Absolute {
         object: (stated.object_name.clone(), stated.object_id.clone()),
         states,
@@ -327,45 +324,14 @@ const DISTANCES: std::ops::RangeInclusive<f64> = 1e5..=2e9;
 /// Speed that no craft has there [m/s].
 const HIGHEST_SPEED: f64 = 1e5;
 
-/// Compares the first and last states with the span that the metadata state: a file may be cut.
-fn check_span(
-    path: &Path,
-    stated: &Stated,
-    scale: TimeScale,
-    states: &[(Epoch, DVec3, Option<DVec3>)],
-    assume: &mut impl FnMut(String),
-) -> Result<(), SceneError> {
-    let (Some((first, ..)), Some((last, ..))) = (states.first(), states.last()) else {
-        return Ok(());
-    };
-    let parse = |key: &str, stated: &Option<(usize, String)>| {
-        let parse = |(line, text): &(usize, String)| {
-            parse_epoch(text, scale).map_err(|message| Place { path, line: *line }.error(key, message))
-        };
-        stated.as_ref().map(parse).transpose()
-    };
-    if let Some(start) = parse("START_TIME", &stated.start)?
-        && seconds_between(start, *first) > SPAN_TOLERANCE
-    {
-        let (first, start) = (utc(*first), utc(start));
-        assume(format!("the states of this segment begin at {first}, after its START_TIME, {start}."));
-    }
-    if let Some(stop) = parse("STOP_TIME", &stated.stop)?
-        && seconds_between(*last, stop) > SPAN_TOLERANCE
-    {
-        let (last, stop) = (utc(*last), utc(stop));
-        if stated.torn {
-            let line = stated.lines.last().map_or(stated.line, |state| state.line);
-            let message = format!("ends within a line, and before STOP_TIME, {stop}: the file is cut");
-            return Err(Place { path, line }.error("the file", message));
-        }
-        assume(format!("the states of this segment end at {last}, before its STOP_TIME, {stop}: the file may be cut."));
-    }
-    Ok(())
+/// A degree of interpolation as a file states it.
+fn stated_degree(path: &Path, (line, text): &(usize, String)) -> Result<usize, SceneError> {
+    let degree = text.parse::<usize>().ok().filter(|degree| (1..=HIGHEST_DEGREE).contains(degree));
+    degree.ok_or_else(|| {
+        let message = format!("must be a whole number from 1 to {HIGHEST_DEGREE}, found '{text}'");
+        Place { path, line: *line }.error("INTERPOLATION_DEGREE", message)
+    })
 }
-
-/// Difference between the span of the metadata and that of the states which is rounding [s].
-const SPAN_TOLERANCE: f64 = 1e-3;
 
 /// A time of a table may be a number of seconds after the start of the scene.
 fn state_epoch(text: &str, scale: TimeScale, options: &Options) -> Result<Epoch, String> {
@@ -385,13 +351,7 @@ fn interpolation(path: &Path, stated: &Stated, options: &Options) -> Result<Inte
     let (line, method) = method.unwrap_or((stated.line, default.to_owned()));
     let at = |line: usize| Place { path, line };
     let degree = match (&stated.degree, options.degree) {
-        (Some((line, text)), _) => {
-            let degree = text.parse::<usize>().ok().filter(|degree| (1..=HIGHEST_DEGREE).contains(degree));
-            Some(degree.ok_or_else(|| {
-                let message = format!("must be a whole number from 1 to {HIGHEST_DEGREE}, found '{text}'");
-                at(*line).error("INTERPOLATION_DEGREE", message)
-            })?)
-        }
+        (Some(stated), _) => Some(stated_degree(path, stated)?),
         (None, Some(degree)) => Some(degree as usize),
         (None, None) => None,
     };

@@ -3,46 +3,29 @@
 use std::path::Path;
 
 use glam::DVec3;
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::Node;
 
 use super::super::error::SceneError;
 use super::oem::{metadata, note_missing};
-use super::{Place, StateLine, Stated, number};
+use super::xml::{children, document, messages, text, value};
+use super::{Place, StateLine, Stated};
 
 /// The segments of a message.
 ///
 /// # Errors
 /// What is wrong, with its line.
-pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stated>, SceneError> {
-    let options = ParsingOptions { nodes_limit: u32::MAX, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options).map_err(|error| {
-        SceneError::Value {
-            path: path.to_path_buf(),
-            line: error.pos().row as usize,
-            key: "XML".to_owned(),
-            message: error.to_string(),
-        }
-    })?;
-    // The position of a node is counted from the start of the text: lines are told once, in order.
-    let starts: Vec<usize> =
-        std::iter::once(0).chain(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1)).collect();
-    let line = |node: Node| starts.partition_point(|start| *start <= node.range().start);
-    let root = document.root_element();
-    if !root.descendants().any(|node| node.tag_name().name() == "oem") {
-        let found = root.tag_name().name();
-        return Err(Place { path, line: 1 }.error(found, "holds no <oem>: only orbit ephemeris messages are read"));
-    }
+pub(super) fn parse(path: &Path, content: &str) -> Result<Vec<Stated>, SceneError> {
+    let (document, lines) = document(path, content)?;
     let mut segments = Vec::new();
-    let messages = root.descendants().filter(|node| node.tag_name().name() == "oem");
-    // An ndm may hold other messages too.
-    let of_messages = messages.flat_map(|message| message.descendants());
+    let messages = messages(path, &document, "oem", "orbit ephemeris")?;
+    let of_messages = messages.into_iter().flat_map(|message| message.descendants());
     for node in of_messages.filter(|node| node.tag_name().name() == "segment") {
-        let mut segment = Stated { line: line(node), ..Stated::default() };
+        let mut segment = Stated { line: lines.of(node), ..Stated::default() };
         for item in children(node, "metadata").flat_map(|metadata| metadata.children()) {
-            metadata(&mut segment, line(item), item.tag_name().name(), item.text().unwrap_or_default().trim());
+            metadata(&mut segment, lines.of(item), item.tag_name().name(), text(item));
         }
         for vector in children(node, "data").flat_map(|data| children(data, "stateVector")) {
-            segment.lines.push(state(&Place { path, line: line(vector) }, vector)?);
+            segment.lines.push(state(&Place { path, line: lines.of(vector) }, vector)?);
         }
         note_missing(&mut segment);
         segments.push(segment);
@@ -50,21 +33,12 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stated>, SceneError> 
     Ok(segments)
 }
 
-fn children<'a, 'i: 'a>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
-    node.children().filter(move |child| child.tag_name().name() == name)
-}
-
 fn state(at: &Place, vector: Node) -> Result<StateLine, SceneError> {
     let child = |name: &'static str| children(vector, name).next();
-    let epoch = child("EPOCH").and_then(|node| node.text()).unwrap_or_default().trim().to_owned();
-    let wrong = |key: &str, message: String| at.error(&format!("epoch {epoch}: {key}"), message);
+    let epoch = child("EPOCH").map(text).unwrap_or_default().to_owned();
     let component = |name: &'static str, unit: &str| {
-        let node = child(name).ok_or_else(|| wrong(name, "is missing".to_owned()))?;
-        if let Some(stated) = node.attribute("units").filter(|stated| *stated != unit) {
-            return Err(wrong(name, format!("is in {stated}; an OEM has {unit}")));
-        }
-        let text = node.text().unwrap_or_default();
-        Ok(number(text).ok_or_else(|| wrong(name, format!("'{text}' is not a number")))? * 1e3)
+        let found = child(name).ok_or_else(|| "is missing".to_owned()).and_then(|node| value(node, unit));
+        found.map(|number| number * 1e3).map_err(|message| at.error(&format!("epoch {epoch}: {name}"), message))
     };
     Ok(StateLine {
         line: at.line,

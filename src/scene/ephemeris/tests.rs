@@ -7,7 +7,6 @@ use glam::DVec3;
 use hifitime::TimeScale;
 
 use super::*;
-use crate::environment::rotation_history::{HistoryFrame, RotationHistory};
 
 const RADIUS: f64 = 7000.0;
 const RATE: f64 = 1.078e-3;
@@ -356,67 +355,4 @@ fn element_sets_are_named_checked_and_aged() {
     assert!(load(TLE, &of_table).unwrap_err().contains("orbit.frame"));
     let half = TLE.lines().take(2).collect::<Vec<_>>().join("\n");
     assert!(load(&half, &Options::default()).is_err());
-}
-
-fn attitude(text: &str, options: &AttitudeOptions) -> Result<Arc<RotationHistory>, String> {
-    read_attitude(Path::new("made.aem"), text, options, &mut Vec::new()).map_err(|error| error.to_string())
-}
-
-fn aem(metadata: &str, data: &str) -> String {
-    format!(
-        "CCSDS_AEM_VERS = 1.0\nCREATION_DATE = 2024-02-29\nORIGINATOR = TEST\nMETA_START\nOBJECT_NAME = CRAFT\n\
-         OBJECT_ID = 2024-001A\nCENTER_NAME = EARTH\nTIME_SYSTEM = UTC\nSTART_TIME = 2024-060T00:00:00\n\
-         STOP_TIME = 2024-060T00:10:00\n{metadata}META_STOP\nDATA_START\n{data}DATA_STOP\n"
-    )
-}
-
-#[test]
-fn attitude_messages_turn_either_way_and_spin() {
-    let start = parse_epoch("2024-060T00:00:00", TimeScale::UTC).unwrap();
-    let options = AttitudeOptions { start: Some(start), ..AttitudeOptions::default() };
-    let x_at = |text: &str, time: f64| attitude(text, &options).unwrap().rotation(time).unwrap() * DVec3::X;
-    // A quarter turn about Z in 100 s: the body's X goes to the frame's Y.
-    let half = 0.5_f64.sqrt();
-    let last = format!("2024-060T00:00:00 0 0 0 1\nCOMMENT on the way\n2024-060T00:01:40 0 0 {half} {half}\n");
-    let first = format!("2024-060T00:00:00 1 0 0 0\n2024-060T00:01:40 {half} 0 0 {half}\n");
-    let frames = |a: &str, b: &str| format!("REF_FRAME_A = {a}\nREF_FRAME_B = {b}\nATTITUDE_TYPE = QUATERNION\n");
-    let usual = frames("EME2000", "SC_BODY_1");
-    let diagonal = DVec3::new(half, half, 0.0);
-    assert!(x_at(&aem(&format!("{usual}QUATERNION_TYPE = LAST\n"), &last), 100.0).distance(DVec3::Y) < 1e-9);
-    assert!(x_at(&aem(&usual, &last), 50.0).distance(diagonal) < 1e-9);
-    let scalar_first = format!("{usual}QUATERNION_TYPE = FIRST\nATTITUDE_DIR = A2B\n");
-    assert!(x_at(&aem(&scalar_first, &first), 50.0).distance(diagonal) < 1e-9);
-    let back = aem(&format!("{usual}ATTITUDE_DIR = B2A\n"), &last);
-    assert!(x_at(&back, 100.0).distance(-DVec3::Y) < 1e-9);
-    let swapped = aem(&frames("SC_BODY_1", "EME2000"), &last);
-    assert!(x_at(&swapped, 100.0).distance(-DVec3::Y) < 1e-9);
-    let both = aem(&format!("{}ATTITUDE_DIR = B2A\n", frames("SC_BODY_1", "EME2000")), &last);
-    assert!(x_at(&both, 100.0).distance(DVec3::Y) < 1e-9);
-    assert_eq!(attitude(&aem(&frames("LVLH", "SC_BODY_1"), &last), &options).unwrap().frame, HistoryFrame::Orbit);
-
-    let spin = "REF_FRAME_A = EME2000\nREF_FRAME_B = SC_BODY_1\nATTITUDE_TYPE = SPIN\n";
-    // Axis along +X (right ascension and declination 0), ten turns between the samples.
-    let text = aem(spin, "2024-060T00:00:00 0 0 0 36\n2024-060T00:01:40 0 0 0 36\n");
-    let history = attitude(&text, &options).unwrap();
-    assert!((history.rotation(33.0).unwrap() * DVec3::Z).distance(DVec3::X) < 1e-9);
-    let turned = history.rotation(12.5).unwrap() * DVec3::X;
-    let at_start = history.rotation(0.0).unwrap() * DVec3::X;
-    assert!(turned.dot(at_start).abs() < 1e-9, "a quarter turn in 2.5 s");
-
-    for (text, expected) in [
-        (aem(&usual, "2024-060T00:00:00 0 0 0 0.5\n"), "length 1"),
-        (aem(&frames("EME2000", "ICRF"), &last), "must be the body"),
-        (aem(&frames("TOD", "SC_BODY_1"), &last), "'TOD' is not one of"),
-        (aem(&usual.replace("QUATERNION", "EULER_ANGLE"), &last), "'EULER_ANGLE' is not one of"),
-        (aem(&usual, "2024-060T00:01:40 0 0 0 1\n2024-060T00:00:00 0 0 0 1\n"), "lies before"),
-        ("time,qw,qx,qy,qz\n0,1,0,0,0\n".to_owned(), "attitude.frame: is missing"),
-    ] {
-        let message = attitude(&text, &options).unwrap_err();
-        assert!(message.contains(expected), "{expected}: {message}");
-    }
-    let no_start = attitude(&aem(&usual, &last), &AttitudeOptions::default()).unwrap_err();
-    assert!(no_start.contains("time.start"), "{no_start}");
-    let in_orbit = AttitudeOptions { frame: Some(HistoryFrame::Orbit), ..AttitudeOptions::default() };
-    let table = attitude("time,qw,qx,qy,qz\n0,1,0,0,0\n100,0,0,0,1\n", &in_orbit).unwrap();
-    assert!((table.rotation(50.0).unwrap() * DVec3::X).y.abs() > 0.999);
 }

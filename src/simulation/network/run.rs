@@ -269,6 +269,9 @@ pub(crate) fn unfinished<E>(error: &ControlError<E>) -> String {
         ControlError::NoStep { node, temperature, .. } => {
             format!("no step is short enough; node {node} is at {temperature} K")
         }
+        ControlError::Stiff { nodes: [a, b], conductance, .. } => {
+            format!("no step is short enough; nodes {a} and {b} have a GL of {conductance:e} W/K")
+        }
         ControlError::TooHot { node, temperature, .. } => {
             format!("node {node} is hotter than the device holds, {temperature} K")
         }

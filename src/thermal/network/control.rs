@@ -5,7 +5,7 @@ use super::rkl2::stages_for;
 use super::schedule::Schedule;
 use super::stepper::{Method, Stepper};
 use super::switches::Trace;
-use super::{Network, NodeKind};
+use super::{LinearConductor, Network, NodeKind};
 use switching::SWITCH_TIME;
 
 mod switching;
@@ -40,6 +40,9 @@ const NO_HEAT: f64 = 0.01;
 const OPEN_SHARE: f64 = 1e-3;
 /// Sub-step that is no longer believed to help [s].
 const SHORTEST: f64 = 1e-18;
+/// Rate of a conductor that explains why no longer sub-step was good [1/s]: its nodes come together within a thousand of the
+/// shortest ones, and the first sub-steps must follow them.
+pub const STIFFEST: f64 = 1e15;
 
 /// Integrates from time 0 to the last output time. `stepper` holds the network at its start and reports the schedule's
 /// sensors; `watch` is told the time reached and says whether to go on.
@@ -347,6 +350,9 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         if self.since + self.step > self.since && self.step > SHORTEST {
             return Ok(());
         }
+        if let Some((rate, [a, b], conductance)) = stiffest(self.network).filter(|(rate, ..)| *rate > STIFFEST) {
+            return Err(ControlError::Stiff { time: self.now(), nodes: [a as usize, b as usize], conductance, rate });
+        }
         let temperatures = self.stepper.temperatures()?;
         let coldest = temperatures.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
         let (node, temperature) = coldest.map_or((0, 0.0), |(node, temperature)| (node, *temperature));
@@ -396,4 +402,16 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         self.series.first_step.get_or_insert(self.step);
         self.fused = if factor < 1.3 { (2 * self.fused).min(MOST_FUSED) } else { 1.max(self.fused / 2) };
     }
+}
+
+/// The linear conductor with the most GL over the capacitance of a node that it changes [1/s], with its nodes and GL [W/K].
+fn stiffest(network: &Network) -> Option<(f64, [u32; 2], f64)> {
+    let rate = |conductor: &LinearConductor| {
+        let stores = |node: &u32| network.kinds[*node as usize] == NodeKind::Diffusive;
+        let capacitances =
+            conductor.nodes.iter().filter(|node| stores(node)).map(|node| network.capacitances[*node as usize]);
+        conductor.conductance / capacitances.fold(f64::INFINITY, f64::min)
+    };
+    let rates = network.linear.iter().map(|conductor| (rate(conductor), conductor.nodes, conductor.conductance));
+    rates.max_by(|a, b| a.0.total_cmp(&b.0))
 }

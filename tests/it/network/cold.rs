@@ -85,9 +85,15 @@ fn what_single_precision_does_not_hold_is_refused_by_name() {
         )
     };
     for (text, word) in [
-        (network("1e-50", "1", "2.7"), "GL of"),
-        (network("1e39", "1", "2.7"), "GL of"),
-        (network("1.0", "1e30", "2.7"), "takes"),
+        (
+            network("1e-50", "1", "2.7"),
+            "nodes 0 and 1 of the file's order have a GL of 1e-50 W/K; it takes 0, or 1e-30 to",
+        ),
+        (
+            network("1e30", "1", "2.7"),
+            "GL of 1e30 W/K; it takes 0, or 1e-30 to below 1e30 W/K, whose sums and products",
+        ),
+        (network("1.0", "1e30", "2.7"), "takes 1e30 W; it takes 1e25 W at most"),
         (network("1.0", "1", "1e5"), "space is at"),
     ] {
         let folder = tempfile::tempdir().expect("a folder");

@@ -91,7 +91,12 @@ fn what_the_user_can_mend_ends_with_2() {
         ("nodes = [\"tank, left\", \"rack\"]", "nodes = [\"tank, left\", \"rak\"]", "did you mean 'rack'?"),
         ("conductance = 0.5", "conductance = -0.5", "net.toml:14: linear_conductor.conductance: must be 0 or above"),
         ("[output]\ntimes = [0, 100, 400]\n", "", "output.times is missing"),
-        ("temperature = 290.0", "temperature = 290.0\nheat = -1e6", "no sub-step is short enough"),
+        ("temperature = 290.0", "temperature = 290.0\nheat = -1e6", "likely loses more heat than it can"),
+        (
+            "conductance = 0.5",
+            "conductance = 1e30",
+            "the GL of 1e30 W/K between 'tank, left' and 'rack' evens them out",
+        ),
     ] {
         let (_folder, ran) = solve(&FILE.replace(good, bad), &[]);
         assert_eq!(ran.code, 2, "{bad}: {}", ran.err);

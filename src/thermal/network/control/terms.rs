@@ -128,6 +128,17 @@ pub enum ControlError<E> {
         /// Its temperature [K].
         temperature: f64,
     },
+    /// A conductor evens out its nodes faster than the shortest sub-step.
+    Stiff {
+        /// [s].
+        time: f64,
+        /// Its nodes.
+        nodes: [usize; 2],
+        /// Its GL [W/K].
+        conductance: f64,
+        /// GL over capacitance of the lighter node that stores heat [1/s].
+        rate: f64,
+    },
     /// A node is hotter than the stepper holds.
     TooHot {
         /// [s].

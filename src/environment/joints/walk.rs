@@ -1,0 +1,196 @@
+//! Where joints with a rate stand, which depends on where they stood before: walked in even steps, over as few periods
+//! of the sky as tell.
+//!
+//! Where the sky repeats, the walk's step divides its period, so that a period takes the positions at its start to those
+//! at its end by one and the same map. A joint that stands where it is asked to be, at any instant of a period, has
+//! forgotten where it began: two walks that differ at the start of that period agree at its end, and the next period is
+//! the same as this one. Where what a joint of rate r is asked for moves at most at v < r, it is there after at most a
+//! turn over r - v; then it, and a period later what hangs on it, repeats. What is looked for is the fact itself: a period
+//! that begins as an earlier one did.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+
+use super::{Drive, Guided, Joint, Joints, Motion};
+
+/// Difference between positions at the starts of two periods that is rounding [rad or m].
+const SAME: f64 = 1e-12;
+
+/// Periods in which a repetition is looked for; a joint that is too slow to follow may never find one.
+const MOST_PERIODS: usize = 64;
+
+/// Positions of all joints at even times.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Walk {
+    step: f64,
+    /// In order of time. Between the end of one and the start of the next its last periods repeat.
+    stretches: Vec<Stretch>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Stretch {
+    start: f64,
+    positions: Vec<Vec<f64>>,
+    /// Time after which the end of the stretch repeats [s]; 0 of the last one.
+    cycle: f64,
+}
+
+impl Joints {
+    /// Joints of a craft, each after the one that it hangs on. Where one has a rate, they are walked from one time to
+    /// another [s] in steps of `step` [s]: at the start each stands where it is asked to be. `sun` is the unit vector to
+    /// the Sun at a time, body frame.
+    pub fn new(joints: Vec<Joint>, span: [f64; 2], step: f64, sun: impl Fn(f64) -> DVec3) -> Self {
+        Self::under_a_sky(joints, span, step, None, sun)
+    }
+
+    /// The same under a sky that repeats after `period` [s]: where the joints repeat as well, periods before time 0
+    /// are not walked. The step is then the longest up to `step` that divides the period. Angles of joints without
+    /// limits may differ from those of the whole walk by whole turns.
+    pub fn under_a_sky(
+        joints: Vec<Joint>,
+        [from, to]: [f64; 2],
+        step: f64,
+        period: Option<f64>,
+        sun: impl Fn(f64) -> DVec3,
+    ) -> Self {
+        let any = joints.iter().any(|joint| joint.rate().is_some());
+        let mut all = Self { joints, walk: Walk { step, stretches: Vec::new() } };
+        if any {
+            let first = all.evaluate(from, sun(from), |_, target| target(None)).0;
+            all.walk.stretches = vec![Stretch { start: from, positions: vec![first], cycle: 0.0 }];
+            if let Some(period) = period.filter(|period| *period > 0.0) {
+                all.skip_what_repeats(to.min(0.0).min(all.steady_until()), period, &sun);
+            }
+            all.walk_to(to, sun);
+        }
+        all
+    }
+
+    /// Walks joints with a rate on to a time [s], so that they are looked up there.
+    pub fn walk_to(&mut self, time: f64, sun: impl Fn(f64) -> DVec3) {
+        let step = self.walk.step;
+        let Some(Stretch { start, mut positions, .. }) = self.walk.stretches.pop() else { return };
+        while let Some(last) = positions.last().filter(|_| start + (positions.len() - 1) as f64 * step < time) {
+            let at = start + positions.len() as f64 * step;
+            let next = self.walk_on(last, step, at, sun(at));
+            positions.push(next);
+        }
+        self.walk.stretches.push(Stretch { start, positions, cycle: 0.0 });
+    }
+
+    /// Walks period by period until one begins as an earlier one did, and goes on where the last such begins before
+    /// `until` [s].
+    fn skip_what_repeats(&mut self, until: f64, period: f64, sun: &impl Fn(f64) -> DVec3) {
+        let from = self.walk.stretches[0].start;
+        let whole = ((until - from) / period).floor();
+        if !(whole.is_finite() && whole >= 3.0) {
+            return;
+        }
+        let steps = (period / self.walk.step).ceil().max(1.0);
+        self.walk.step = period / steps;
+        let each = steps as usize;
+        let start_of = |number: usize| number * each;
+        for number in 1..=MOST_PERIODS.min(whole as usize) {
+            self.walk_to(from + number as f64 * period - 0.5 * self.walk.step, sun);
+            let positions = &self.walk.stretches[0].positions;
+            let now = &positions[start_of(number)];
+            let Some(like) = (0..number).rev().find(|earlier| self.agree(&positions[start_of(*earlier)], now)) else {
+                continue;
+            };
+            let cycles = ((whole - number as f64) / (number - like) as f64).floor();
+            if cycles >= 1.0 {
+                let cycle = (number - like) as f64 * period;
+                let again = positions[start_of(like)].clone();
+                let start = from + number as f64 * period + cycles * cycle;
+                self.walk.stretches[0].cycle = cycle;
+                self.walk.stretches.push(Stretch { start, positions: vec![again], cycle: 0.0 });
+            }
+            return;
+        }
+    }
+
+    /// Whether joints with a rate stand alike, whole turns aside where nothing tells them apart.
+    fn agree(&self, before: &[f64], now: &[f64]) -> bool {
+        self.joints.iter().zip(before.iter().zip(now)).all(|(joint, (before, now))| {
+            let apart = match &joint.motion {
+                Motion::Guided(Guided { rate: None, .. }) | Motion::Played(_) => 0.0,
+                Motion::Guided(Guided { drive: Drive::Sun { .. }, limits: None, .. }) => {
+                    (now - before + PI).rem_euclid(TAU) - PI
+                }
+                Motion::Guided(_) => now - before,
+            };
+            apart.abs() <= SAME
+        })
+    }
+
+    /// Time up to which nothing but the Sun moves the joints with a rate and those that carry them [s].
+    fn steady_until(&self) -> f64 {
+        let mut matters: Vec<bool> = self.joints.iter().map(|joint| joint.rate().is_some()).collect();
+        for (number, joint) in self.joints.iter().enumerate().rev() {
+            if let (true, Some(parent)) = (matters[number], joint.parent) {
+                matters[parent] = true;
+            }
+        }
+        let begins = |joint: &Joint| match &joint.motion {
+            Motion::Guided(Guided { drive: Drive::Schedule { times, .. }, .. }) => times[0],
+            Motion::Guided(_) => f64::INFINITY,
+            Motion::Played(played) if played.repeats => f64::NEG_INFINITY,
+            Motion::Played(_) => 0.0,
+        };
+        let those = self.joints.iter().zip(&matters).filter(|(_, matters)| **matters);
+        those.map(|(joint, _)| begins(joint)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Positions at a time by the walk; before its start where they are asked to be, beyond its end walked on.
+    pub(super) fn walked(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> Option<Vec<f64>> {
+        let Walk { step, stretches } = &self.walk;
+        let after = stretches.partition_point(|stretch| stretch.start <= time);
+        let Stretch { start, positions, cycle } = &stretches[after.checked_sub(1)?];
+        let last = positions.len() - 1;
+        let mut place = (time - start) / step;
+        if place >= last as f64 {
+            if *cycle == 0.0 {
+                let mut now = positions[last].clone();
+                let mut at = start + last as f64 * step;
+                while at < time {
+                    let length = step.min(time - at);
+                    at += length;
+                    now = self.walk_on(&now, length, at, sun(at));
+                }
+                return Some(now);
+            }
+            let cycle = cycle / step;
+            place -= ((place - last as f64) / cycle).floor().max(0.0) * cycle + cycle;
+            place = place.clamp(0.0, last as f64);
+        }
+        let (before, share) = ((place.floor() as usize).min(last - 1), place);
+        let share = share - before as f64;
+        let between = |(a, b): (&f64, &f64)| a + share * (b - a);
+        Some(positions[before].iter().zip(&positions[before + 1]).map(between).collect())
+    }
+
+    /// Positions after `length` [s] more.
+    fn walk_on(&self, last: &[f64], length: f64, time: f64, sun: DVec3) -> Vec<f64> {
+        let step = |joint: usize, target: &dyn Fn(Option<f64>) -> f64| match self.joints[joint].rate() {
+            Some(rate) => {
+                let from = last[joint];
+                from + (target(Some(from)) - from).clamp(-rate * length, rate * length)
+            }
+            None => target(None),
+        };
+        self.evaluate(time, sun, step).0
+    }
+
+    /// Positions that are kept.
+    #[cfg(test)]
+    pub(super) fn kept(&self) -> usize {
+        self.walk.stretches.iter().map(|stretch| stretch.positions.len()).sum()
+    }
+
+    /// The step that is walked in [s].
+    #[cfg(test)]
+    pub(super) fn walks_by(&self) -> f64 {
+        self.walk.step
+    }
+}

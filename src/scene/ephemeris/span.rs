@@ -1,0 +1,90 @@
+//! The times that the metadata of a segment of a CCSDS message state, against those of its data.
+
+use std::path::Path;
+
+use hifitime::{Epoch, TimeScale};
+
+use super::super::epoch::parse_epoch;
+use super::super::error::SceneError;
+use super::Place;
+use crate::environment::trajectory::seconds_between;
+use crate::environment::utc::utc;
+
+/// Difference between the span of the metadata and that of the states which is rounding [s].
+const SPAN_TOLERANCE: f64 = 1e-3;
+
+/// What the metadata of a segment say of its times, and the line within which the file ends.
+pub(super) struct Span<'a> {
+    pub(super) start: &'a Said,
+    pub(super) stop: &'a Said,
+    pub(super) usable_start: &'a Said,
+    pub(super) usable_stop: &'a Said,
+    pub(super) torn: Option<usize>,
+}
+
+/// What a key of the metadata says, with its line.
+pub(super) type Said = Option<(usize, String)>;
+
+/// Compares the first and last epochs of a segment with the span that its metadata state: a file may be cut.
+pub(super) fn check_span(
+    path: &Path,
+    span: &Span,
+    scale: TimeScale,
+    (what, first, last): (&str, Epoch, Epoch),
+    assume: &mut impl FnMut(String),
+) -> Result<(), SceneError> {
+    let parse = |key: &str, stated: &Said| {
+        let parse = |(line, text): &(usize, String)| {
+            parse_epoch(text, scale).map_err(|message| Place { path, line: *line }.error(key, message))
+        };
+        stated.as_ref().map(parse).transpose()
+    };
+    if let Some(start) = parse("START_TIME", span.start)?
+        && seconds_between(start, first) > SPAN_TOLERANCE
+    {
+        let (first, start) = (utc(first), utc(start));
+        assume(format!("the {what} of this segment begin at {first}, after its START_TIME, {start}."));
+    }
+    if let Some(stop) = parse("STOP_TIME", span.stop)?
+        && seconds_between(last, stop) > SPAN_TOLERANCE
+    {
+        let (last, stop) = (utc(last), utc(stop));
+        if let Some(line) = span.torn {
+            let message = format!("ends within a line, and before STOP_TIME, {stop}: the file is cut");
+            return Err(Place { path, line }.error("the file", message));
+        }
+        assume(format!("the {what} of this segment end at {last}, before its STOP_TIME, {stop}: the file may be cut."));
+    }
+    Ok(())
+}
+
+/// The times between which a segment may be used, as its metadata state them.
+///
+/// # Errors
+/// One that is no time, or that they leave nothing between `first` and `last`.
+pub(super) fn usable_times(
+    path: &Path,
+    span: &Span,
+    scale: TimeScale,
+    (what, ends): (&str, Option<(Epoch, Epoch)>),
+) -> Result<(Option<Epoch>, Option<Epoch>), SceneError> {
+    let at = |line: usize| Place { path, line };
+    let parse = |key: &str, stated: &Said| {
+        let parse = |(line, text): &(usize, String)| parse_epoch(text, scale).map_err(|m| at(*line).error(key, m));
+        stated.as_ref().map(parse).transpose()
+    };
+    let usable = (parse("USEABLE_START_TIME", span.usable_start)?, parse("USEABLE_STOP_TIME", span.usable_stop)?);
+    if let (Some(from), Some(to), Some((line, _))) = (usable.0, usable.1, span.usable_stop)
+        && seconds_between(from, to) < 0.0
+    {
+        return Err(at(*line).error("USEABLE_STOP_TIME", "lies before USEABLE_START_TIME"));
+    }
+    if let (Some((first, last)), Some((line, _))) = (ends, span.usable_start.as_ref().or(span.usable_stop.as_ref()))
+        && (usable.0.is_some_and(|from| seconds_between(last, from) > 0.0)
+            || usable.1.is_some_and(|to| seconds_between(to, first) > 0.0))
+    {
+        let message = format!("leaves none of the {what} of its segment, {} to {}", utc(first), utc(last));
+        return Err(at(*line).error("USEABLE_START_TIME to USEABLE_STOP_TIME", message));
+    }
+    Ok(usable)
+}
