@@ -121,7 +121,8 @@ def rows(shop: Workshop, comparison: Comparison, samples: dict[str, list[dict[st
         device = [ms for one in found for ms in one.get("device_ms", [])]
         times = Times.of(clocks, device)
         rates[name] = 1e3 * found[0]["node_steps"] / shop.judged(times)
-        rate_processor = 1e3 * found[0]["node_steps"] / times.processor.median if times.processor else float("nan")
+        steps = 1e-3 * found[0]["node_steps"]
+        busy = f"; {steps / times.processor.median:.0f} a second of processor" if times.processor else ""
         is_peer = name == "kalast"
         comparison.rows.append(
             Row(
@@ -131,7 +132,7 @@ def rows(shop: Workshop, comparison: Comparison, samples: dict[str, list[dict[st
                 times=times,
                 unit="ms a turn",
                 error=found[0]["error"],
-                note=f"{rates[name] / 1e6:.0f} million node-steps a second; {rate_processor / 1e6:.0f} million a second of processor",
+                note=f"{steps / times.wall.median:.0f} million node-steps a second{busy}",
                 size=rates[name],
             )
         )

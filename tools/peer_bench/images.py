@@ -174,18 +174,17 @@ def goal(shop: Workshop, name: str, images: Images, rows: list[Row]) -> Goal:
             factors[peer.program] = min(as_good, key=lambda row: shop.judged(row.times)), peer
         else:
             beyond.append(peer.program.removeprefix("Mitsuba, "))
-    said, slower = [], False
+    said, slower = [], {}
     for program, (best, peer) in factors.items():
         factor = shop.judged(peer.times) / shop.judged(best.times)
         clock = peer.times.wall.median / best.times.wall.median
         against = f"{program.removeprefix('Mitsuba, ')} ({best.program.removeprefix('Isotherm, ')} of Isotherm)"
         said.append(f"{against} {factor:.2f} times ({clock:.2f} by the clock)")
-        slower |= factor <= 1.0
-    reason = (
-        f"Isotherm sets up all {images.described['triangles']} triangles in every frame; rays meet few"
-        if slower
-        else ""
-    )
+        if factor <= 1.0:
+            slower[best.program] = best.note
+    spent = "; ".join(f"{program} spends on the device: {note}" for program, note in slower.items())
+    reason = f"rasterising sets up every triangle and fills and reads every pixel of the larger image; {spent}"
+    reason = reason if slower else ""
     if beyond:
         reason += f"{'; ' if reason else ''}no image of Isotherm's errs as little as {', '.join(beyond)}"
     text = f"{name}: faster than Mitsuba at no more error"

@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -53,7 +54,7 @@ def bars(spread: Spread) -> list[list[float]]:
 
 def point(axes: Axes, row: Row, x: Spread, y: float, colour: str, marker: str, label: str | None) -> None:
     fill = "white" if "whole command" in row.program else colour
-    style = {"color": colour, "markerfacecolor": fill, "capsize": 3, "markersize": 7}
+    style: dict[str, Any] = {"color": colour, "markerfacecolor": fill, "capsize": 3, "markersize": 7}
     axes.errorbar(x.median, y, xerr=bars(x), fmt=marker, label=label, **style)
 
 
