@@ -1,0 +1,1 @@
+"""Isotherm beside its peers on the same work: what `tools/peers` runs."""

@@ -1,0 +1,3 @@
+//! The folder of the copied file.
+
+pub mod gpu;

@@ -1,0 +1,143 @@
+//! Images of a scene at time 0, one after the other as in a loop that waits for each, and what they are images of: every
+//! triangle with the temperatures of its corners, for a renderer that has no thermal model.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::DAffine3;
+use serde_json::{Value, json};
+
+use isotherm::gpu::context::Context;
+use isotherm::scene::{Camera, Scene};
+use isotherm::simulation::engine::{Engine, Order};
+use isotherm::simulation::pose_at;
+use isotherm::simulation::prepare::Prepared;
+use isotherm::thermal::material::{Optics, Sides};
+
+use super::AnyError;
+use super::clock::Clock;
+
+/// Images before those that are timed: they compile the passes.
+const WARM_UP: usize = 3;
+/// The camera moves so far from image to image [m], that nothing of the last can be kept.
+const MOVE: f64 = 1e-4;
+
+/// Draws the scene at each scale of its width and height.
+pub fn measure(
+    context: &Arc<Context>,
+    scene: &Path,
+    output: &Path,
+    scales: &[u32],
+    frames: usize,
+) -> Result<Value, AnyError> {
+    let prepared = Prepared::from_scene(Scene::load(scene)?, &mut |_| {})?;
+    let own = prepared.scene.require_camera()?.clone();
+    let pose = pose_at(&prepared, 0.0).ok_or("the scene has no camera")?;
+    std::fs::create_dir_all(output)?;
+    let mut rows = Vec::new();
+    for scale in scales {
+        let camera = scaled(&own, *scale);
+        let mut engine = Engine::on_device(context, &prepared, Some(&camera))?;
+        engine.settle(&prepared.loads.tick_load(0.0, 0.0), 0.0)?;
+        if rows.is_empty() {
+            dump(&prepared, &mut engine, output)?;
+        }
+        rows.push(timed(&mut engine, &camera, &pose, *scale, frames, output)?);
+    }
+    let rotation = pose.matrix3.to_cols_array_2d();
+    let band = prepared.scene.band;
+    Ok(json!({
+        "triangles": prepared.triangles.len(), "nodes": prepared.nodes.count, "rows": rows,
+        "camera": {
+            "width": own.width, "height": own.height, "focal_px": own.focal, "centre_px": own.centre,
+            "camera_from_body_columns": rotation, "camera_from_body_translation": pose.translation.to_array(),
+        },
+        "band_m": [band.lower, band.upper],
+    }))
+}
+
+fn scaled(camera: &Camera, scale: u32) -> Camera {
+    let factor = f64::from(scale);
+    Camera {
+        width: camera.width * scale,
+        height: camera.height * scale,
+        focal: camera.focal.map(|focal| focal * factor),
+        centre: camera.centre.map(|centre| centre * factor),
+        ..camera.clone()
+    }
+}
+
+/// Milliseconds of each image until its pixels are on the host, and those of its passes on the device.
+fn timed(
+    engine: &mut Engine,
+    camera: &Camera,
+    pose: &DAffine3,
+    scale: u32,
+    frames: usize,
+    output: &Path,
+) -> Result<Value, AnyError> {
+    let (mut clocks, mut device) = (Vec::new(), Vec::new());
+    let mut last = None;
+    for number in (0..frames + WARM_UP).rev() {
+        let mut pose = *pose;
+        // The last image is from where the camera is.
+        pose.translation.z += MOVE * number as f64;
+        let before = device_ms(engine);
+        let clock = Clock::start();
+        engine.submit(None, Order { pose: Some(pose), joints: &[], temperatures: false })?;
+        last = engine.deliver()?.pixels;
+        let time = clock.stop();
+        if number < frames {
+            clocks.push(time);
+            device.push(device_ms(engine) - before);
+        }
+    }
+    let pixels = last.ok_or("no image came")?;
+    let each: BTreeMap<&str, f64> =
+        pass_ms(engine).into_iter().map(|(name, all)| (name, all / (frames + WARM_UP) as f64)).collect();
+    let passes = json!(each);
+    let radiance: Vec<f32> = pixels.radiance_temperature_depth.iter().map(|pixel| pixel[0]).collect();
+    let file = format!("radiance_{scale}.f32");
+    write(&output.join(&file), &radiance)?;
+    Ok(json!({
+        "scale": scale, "width": camera.width, "height": camera.height, "clock_ms": clocks, "device_ms": device,
+        "radiance": file, "passes_ms": passes,
+    }))
+}
+
+fn device_ms(engine: &Engine) -> f64 {
+    pass_ms(engine).values().sum()
+}
+
+/// Milliseconds of every pass so far by the device's clock.
+fn pass_ms(engine: &Engine) -> BTreeMap<&str, f64> {
+    let passes = engine.pass_times().into_iter().flatten();
+    passes.map(|(name, samples)| (name.as_str(), samples.iter().sum())).collect()
+}
+
+/// Corners, their temperatures, and the emissivities of both faces of every triangle.
+fn dump(prepared: &Prepared, engine: &mut Engine, output: &Path) -> Result<(), AnyError> {
+    engine.submit(None, Order { pose: None, joints: &[], temperatures: true })?;
+    let temperatures = engine.deliver()?.temperatures.ok_or("no temperatures came")?;
+    let (mut corners, mut kelvins, mut faces) = (Vec::new(), Vec::new(), Vec::new());
+    for triangle in &prepared.triangles {
+        for node in triangle.map(|node| node as usize) {
+            corners.extend(prepared.nodes.positions[node].to_array());
+            kelvins.push(temperatures[node]);
+        }
+        let material = &prepared.materials[prepared.nodes.group_material[triangle[0] as usize / 4] as usize];
+        let emissivity = |optics: Optics| optics.emissivity as f32;
+        // A face that exchanges no heat is inside a body: no camera sees it.
+        let back = if let Sides::Both { back } = material.sides { emissivity(back) } else { 0.0 };
+        faces.extend([emissivity(material.front), back]);
+    }
+    write(&output.join("corners.f32"), &corners)?;
+    write(&output.join("temperatures.f32"), &kelvins)?;
+    write(&output.join("emissivities.f32"), &faces)
+}
+
+fn write(path: &Path, values: &[f32]) -> Result<(), AnyError> {
+    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    Ok(std::fs::write(path, bytes)?)
+}

@@ -1,0 +1,137 @@
+//! Isotherm's half of `tools/peers`: what that holds against other programs, measured in one process and written as JSON to
+//! the standard output.
+
+mod clock;
+mod columns;
+mod image;
+mod network;
+mod rayon_loop;
+mod transition;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use isotherm::gpu::context::Context;
+use serde_json::{Value, json};
+
+type AnyError = Box<dyn std::error::Error>;
+
+/// Isotherm's half of tools/peers, which runs this program; prints JSON.
+///
+/// Example: cargo run --release -p isotherm-tools --bin peers -- transition --nodes 1000000
+#[derive(Parser)]
+struct Arguments {
+    /// Device whose name contains NAME
+    #[arg(long, value_name = "NAME", global = true)]
+    device: Option<String>,
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand)]
+enum What {
+    /// The thermal pass of transitions beside a hand-written rayon loop
+    Transition {
+        /// Numbers of nodes
+        #[arg(long, value_delimiter = ',', default_values_t = [10_000, 100_000, 1_000_000, 10_000_000])]
+        nodes: Vec<usize>,
+        /// Ticks of each measurement
+        #[arg(long, default_value_t = 40)]
+        ticks: usize,
+    },
+    /// Heat conduction in columns of regolith, as a network
+    Columns {
+        /// The case, as tools/peer_bench/columns.py writes it
+        case: PathBuf,
+        /// File that receives the temperatures of the followed facets [K], f32
+        #[arg(long)]
+        output: PathBuf,
+        /// Stages of RKL2, an odd number; 1: Euler
+        #[arg(long)]
+        stages: u32,
+        /// Sub-steps a frame
+        #[arg(long)]
+        sub_steps: u32,
+    },
+    /// A thermal network, as `isotherm network` solves it
+    Network {
+        /// The network (TOML)
+        file: PathBuf,
+        /// File that receives the rows of temperatures [K], f64
+        #[arg(long)]
+        output: PathBuf,
+        /// Error to aim for [K]
+        #[arg(long)]
+        tolerance: f64,
+        /// How often it is solved, once more than is timed
+        #[arg(long, default_value_t = 2)]
+        runs: usize,
+    },
+    /// Images of a scene at time 0
+    Image {
+        /// The scene
+        scene: PathBuf,
+        /// Folder that receives what was drawn and what of
+        #[arg(long)]
+        output: PathBuf,
+        /// Width and height are so many times those of the scene
+        #[arg(long, value_delimiter = ',', default_values_t = [1])]
+        scale: Vec<u32>,
+        /// Images of each size
+        #[arg(long, default_value_t = 10)]
+        frames: usize,
+    },
+}
+
+fn main() -> ExitCode {
+    match measure(&Arguments::parse()) {
+        Ok(measured) => {
+            println!("{measured}");
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn measure(arguments: &Arguments) -> Result<Value, AnyError> {
+    let context = Context::open(arguments.device.as_deref(), false)?;
+    let mut measured = match &arguments.what {
+        What::Transition { nodes, ticks } => transition::measure(&context, nodes, *ticks)?,
+        What::Columns { case, output, stages, sub_steps } => {
+            columns::measure(&context, case, output, *stages, *sub_steps)?
+        }
+        What::Network { file, output, tolerance, runs } => network::measure(&context, file, output, *tolerance, *runs)?,
+        What::Image { scene, output, scale, frames } => image::measure(&context, scene, output, scale, *frames)?,
+    };
+    measured["device"] = json!(context.info.name);
+    measured["driver"] = json!(context.info.driver);
+    Ok(measured)
+}
+
+/// Sums of differences from a reference.
+#[derive(Debug, Clone, Copy, Default)]
+struct Differences {
+    squares: f64,
+    count: f64,
+    largest: f64,
+}
+
+impl Differences {
+    fn add(&mut self, values: impl Iterator<Item = f64>, exact: &[f64]) {
+        for (value, exact) in values.zip(exact) {
+            let difference = (value - exact).abs();
+            self.squares += difference * difference;
+            self.count += 1.0;
+            // A NaN counts as the largest there is.
+            self.largest = if difference.is_nan() { f64::INFINITY } else { self.largest.max(difference) };
+        }
+    }
+
+    fn json(self) -> Value {
+        json!({ "rms": (self.squares / self.count).sqrt(), "max": self.largest })
+    }
+}

@@ -1,0 +1,235 @@
+//! The device's transition beside a hand-written rayon loop: the same nodes, loads and functions, tick by tick in turn, and
+//! how far each is from the f64 twin.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use serde_json::{Value, json};
+
+use isotherm::environment::TickLoad;
+use isotherm::gpu::context::Context;
+use isotherm::gpu::frame::StepRange;
+use isotherm::gpu::layout;
+use isotherm::gpu::renderer::Renderer;
+use isotherm::gpu::resources::SceneData;
+use isotherm::gpu::shapes::Shapes;
+use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
+use isotherm::paper::cube::{ALTITUDES, ALUMINIUM, Case as Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};
+use isotherm::simulation::engine::{IncidentFunction, incident};
+use isotherm::thermal::function::Function;
+use isotherm::thermal::material::{Bulk, Domain, Material, Optics, Profile, Response, Retarget, Sides, Transition};
+use isotherm::thermal::reference::{Reference, ReferenceNode};
+
+use super::clock::Clock;
+use super::rayon_loop::{Load, Nodes, Surface, has_avx2};
+use super::{AnyError, Differences};
+
+/// Steps that a transition takes: more than any run has, so that none arrives.
+const T_MAX: f64 = 1000.0;
+const OPTICS: Optics = Optics { absorptivity: 0.3, emissivity: 0.8 };
+/// Ticks before those that are timed: they compile the passes.
+const WARM_UP: usize = 3;
+/// Nodes whose errors are measured, through one orbit.
+const CHECKED: usize = 4096;
+/// Step from which on the constant target stands, in the planet's shadow: far from that of step 0.
+const COMMANDED: usize = 150;
+
+/// One way to be busy.
+struct Work {
+    name: &'static str,
+    /// 1 linear, 2 quadratic.
+    power: u32,
+    loads: Loads,
+    /// Whether the target moves in every tick.
+    moving: bool,
+}
+
+const WORKS: [Work; 4] = [
+    Work { name: "quadratic, constant target", power: 2, loads: Loads::Sun, moving: false },
+    Work { name: "quadratic, moving target: Sun", power: 2, loads: Loads::Sun, moving: true },
+    Work { name: "linear, moving target: Sun", power: 1, loads: Loads::Sun, moving: true },
+    Work { name: "quadratic, moving target: Sun, infrared, albedo", power: 2, loads: Loads::All, moving: true },
+];
+
+impl Work {
+    /// The loads of the first ticks of the paper's orbit, after that of the start.
+    fn ticks(&self, count: usize) -> Result<Vec<TickLoad>, AnyError> {
+        let [solar_constant, _] = SOLAR_CONSTANTS;
+        let [_, altitude] = ALTITUDES;
+        let orbit = Cube { panel: ALUMINIUM, conducting: false, loads: self.loads, solar_constant, altitude };
+        let loads = orbit.sky_loads()?;
+        let load = |tick: usize| {
+            let tick = if self.moving || tick == 0 { tick } else { COMMANDED };
+            loads.tick_load(tick as f64 * STEP, (tick + 1) as f64 * STEP)
+        };
+        Ok((0..=count).map(load).collect())
+    }
+
+    fn variant(&self) -> ThermalVariant {
+        let planet = self.loads == Loads::All;
+        ThermalVariant {
+            kind: StepKind::Merge,
+            curve: Curve::Power,
+            both_sides: false,
+            sun: true,
+            planet_ir: planet,
+            albedo: planet,
+            shadow: false,
+            fused: false,
+        }
+    }
+
+    fn surface(&self) -> Surface {
+        Surface { absorptivity: OPTICS.absorptivity as f32, emissivity: OPTICS.emissivity as f32, t_max: T_MAX as f32 }
+    }
+
+    /// What the loop computes in a tick, for its targets stand where the load does.
+    fn hand_load<'a>(&self, tick: usize, load: &'a Load) -> Option<&'a Load> {
+        (self.moving || tick <= 1).then_some(load)
+    }
+
+    fn renderer(&self, context: &Arc<Context>, normals: &[Vec3], start: &TickLoad) -> Result<Renderer, AnyError> {
+        let groups = normals.len() / 4;
+        let [absorptivity, emissivity] = [OPTICS.absorptivity as f32, OPTICS.emissivity as f32];
+        let material = layout::Material {
+            absorptivity,
+            emissivity,
+            back_absorptivity: absorptivity,
+            back_emissivity: emissivity,
+            heating_function: self.power as f32,
+            heating_t_max: T_MAX as f32,
+            cooling_function: self.power as f32,
+            cooling_t_max: T_MAX as f32,
+        };
+        let data = SceneData {
+            ranges: vec![StepRange { variant: self.variant(), groups: (0, groups as u32), joint: 0 }],
+            group_material: &vec![0; groups],
+            group_part: &[],
+            normals,
+            positions: &[],
+            triangles: &[],
+            materials: &[material],
+            shapes: &Shapes::default(),
+            band_table: &[],
+            image: None,
+            shadows: None,
+            joints: None,
+        };
+        let mut renderer = Renderer::new(context, &data)?;
+        renderer.settle(start)?;
+        Ok(renderer)
+    }
+
+    fn twin(&self, normals: &[Vec3]) -> Reference<IncidentFunction> {
+        let function = if self.power == 1 { Function::Linear } else { Function::Quadratic };
+        let profile = Profile { function, t_max_steps: T_MAX };
+        let (retarget, domain) = (Retarget::Merge, Domain::Temperature);
+        let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
+        let material = Material {
+            name: String::new(),
+            front: OPTICS,
+            sides: Sides::Outside,
+            bulk: Bulk::default(),
+            response: Response::Transition(transition),
+            transition: None,
+            source: String::new(),
+        };
+        let node = |normal: &Vec3| ReferenceNode { normal: normal.as_dvec3(), material: 0 };
+        Reference::new(normals.iter().map(node).collect(), vec![material], incident)
+    }
+}
+
+/// Directions spread evenly over the sphere (Fibonacci lattice), those that `isotherm bench` takes.
+fn directions(nodes: usize) -> Vec<Vec3> {
+    const POINTS: usize = 65_536;
+    let direction = |i: usize| {
+        let z = 1.0 - (2.0 * (i % POINTS) as f64 + 1.0) / POINTS as f64;
+        let angle = (i % POINTS) as f64 * std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+        let radius = (1.0 - z * z).sqrt();
+        DVec3::new(radius * angle.cos(), radius * angle.sin(), z).as_vec3()
+    };
+    (0..nodes).map(direction).collect()
+}
+
+/// Every work at every number of nodes.
+pub fn measure(context: &Arc<Context>, sizes: &[usize], ticks: usize) -> Result<Value, AnyError> {
+    let mut rows = Vec::new();
+    for work in &WORKS {
+        let errors = errors(context, work)?;
+        for size in sizes {
+            let mut row = timed(context, work, size.next_multiple_of(256), ticks)?;
+            row["error_k"].clone_from(&errors);
+            rows.push(row);
+        }
+    }
+    Ok(json!({ "threads": rayon::current_num_threads(), "avx2": has_avx2(), "rows": rows }))
+}
+
+/// Milliseconds of each tick, device and loops in turn: by the clock and of the processors.
+fn timed(context: &Arc<Context>, work: &Work, nodes: usize, ticks: usize) -> Result<Value, AnyError> {
+    let normals = directions(nodes);
+    let loads = work.ticks(ticks + WARM_UP)?;
+    let mut renderer = work.renderer(context, &normals, &loads[0])?;
+    let surface = work.surface();
+    let mut plain = Nodes::settled(&normals, &Load::new(&loads[0]), &surface);
+    let mut wide = plain.clone();
+    let mut device = Vec::new();
+    let mut clocks = [Vec::new(), Vec::new(), Vec::new()];
+    for (tick, load) in loads.iter().enumerate().skip(1) {
+        let before = step_ms(&renderer);
+        let clock = Clock::start();
+        let submitted = renderer.submit(Some((load, 1.0)), None, false)?;
+        renderer.collect(submitted)?;
+        let on_device = clock.stop();
+        let single = Load::new(load);
+        let single = work.hand_load(tick, &single);
+        let by_hand = |nodes: &mut Nodes, avx2: bool| {
+            let clock = Clock::start();
+            nodes.step(single, &surface, work.power, avx2);
+            clock.stop()
+        };
+        let times = [on_device, by_hand(&mut plain, false), by_hand(&mut wide, true)];
+        if tick > WARM_UP {
+            device.push(step_ms(&renderer) - before);
+            clocks.iter_mut().zip(times).for_each(|(clock, time)| clock.push(time));
+        }
+    }
+    let [on_device, plain, wide] = clocks.map(|times| json!(times));
+    Ok(json!({
+        "work": work.name, "nodes": nodes, "device_ms": device,
+        "clock_ms": { "device": on_device, "rayon": plain, "rayon_avx2": wide },
+    }))
+}
+
+/// Milliseconds of all thermal passes so far by the device's clock.
+fn step_ms(renderer: &Renderer) -> f64 {
+    let steps = renderer.pass_times().iter().filter(|(name, _)| name.starts_with("thermal_step"));
+    steps.flat_map(|(_, samples)| samples).sum()
+}
+
+/// How far device and loops are from the f64 twin [K], over all ticks of one orbit.
+fn errors(context: &Arc<Context>, work: &Work) -> Result<Value, AnyError> {
+    let normals: Vec<Vec3> = directions(65_536).into_iter().step_by(65_536 / CHECKED).collect();
+    let loads = work.ticks(STEPS)?;
+    let mut renderer = work.renderer(context, &normals, &loads[0])?;
+    let surface = work.surface();
+    let mut plain = Nodes::settled(&normals, &Load::new(&loads[0]), &surface);
+    let mut wide = plain.clone();
+    let mut twin = work.twin(&normals);
+    twin.settle(&loads[0]);
+    let mut far = [Differences::default(), Differences::default(), Differences::default()];
+    for (tick, load) in loads.iter().enumerate().skip(1) {
+        let submitted = renderer.submit(Some((load, 1.0)), None, true)?;
+        let collected = renderer.collect(submitted)?.temperatures.ok_or("no temperatures")?;
+        let single = Load::new(load);
+        let single = work.hand_load(tick, &single);
+        plain.step(single, &surface, work.power, false);
+        wide.step(single, &surface, work.power, true);
+        twin.step(load, 1.0);
+        for (far, temperatures) in far.iter_mut().zip([collected, &plain.temperature, &wide.temperature]) {
+            far.add(temperatures.iter().map(|kelvin| f64::from(*kelvin)), twin.temperatures());
+        }
+    }
+    let [device, plain, wide] = far.map(|far| far.json());
+    Ok(json!({ "device": device, "rayon": plain, "rayon_avx2": wide }))
+}
