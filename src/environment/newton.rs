@@ -26,7 +26,7 @@ pub fn hermite_degree(stated: usize) -> usize {
 }
 
 /// Value and slope at `time` of the polynomial through `samples`: of each the first `each` of time, value, slope and
-/// second derivative are met. In order of time, at most [`MOST_NODES`] conditions.
+/// second derivative are met. In order of time, at most two more than [`HIGHEST_DEGREE`] conditions.
 pub fn polynomial<V: Vector>(samples: &[(f64, [V; 3])], each: usize, time: f64) -> (V, V) {
     let middle = samples[samples.len() / 2].0;
     // Times in units of the window keep the differences within the range of the values.
