@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::clock::{Deadline, OUT_OF_TIME};
 use super::frames::resize;
-use super::record::{ChoiceRow, Models, Moved};
+use super::record::{ChoiceRow, Models, Moved, Spread};
 use crate::compare::responses::{self, OfMaterial};
 use crate::environment::shadow::Method;
 use crate::gpu::context::Context;
@@ -50,6 +50,8 @@ enum Choice {
 impl Choice {
     const ALL: [Self; 10] = [
         Self::Base,
+        Self::WithoutShadows,
+        Self::ExactShadows,
         Self::Restart,
         Self::FourthPower,
         Self::Instant,
@@ -57,8 +59,6 @@ impl Choice {
         Self::WithoutAlbedo,
         Self::WithoutInfrared,
         Self::WithoutEclipse,
-        Self::WithoutShadows,
-        Self::ExactShadows,
     ];
 
     fn name(self) -> &'static str {
@@ -122,7 +122,7 @@ struct Ran {
     images: Vec<Vec<f32>>,
     /// Share of the Sun that each node sees in every step, where the craft shadows itself.
     visibility: Vec<Vec<f32>>,
-    /// Mean time of what a step takes on the device [ms], the network's included.
+    /// Median time of what a step takes on the device [ms], the network's included.
     step_ms: Option<f64>,
 }
 
@@ -219,7 +219,8 @@ fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, GpuError> {
     let camera = prepared.scene.camera.as_ref();
     let mut engine = Engine::on_device(context, prepared, camera)?;
     start(prepared, &mut engine, None, &AtomicBool::new(false), &mut || ())?;
-    let before = device_ms(&engine);
+    let mut before = device_ms(&engine);
+    let mut step_ms = Vec::new();
     let step = prepared.scene.time.step;
     let mut ran = Ran { temperatures: vec![], images: vec![], visibility: vec![], step_ms: None };
     for tick in 1..=prepared.scene.time.steps {
@@ -231,6 +232,9 @@ fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, GpuError> {
         let order = Order { pose, joints: &joints, temperatures: true };
         engine.submit(Some(Tick { load: &load, steps: 1.0, start: from, length: step }), order)?;
         let delivered = engine.deliver()?;
+        let after = device_ms(&engine);
+        step_ms.extend(after.zip(before).map(|(after, before)| after - before));
+        before = after;
         let device = delivered.temperatures.unwrap_or_default();
         ran.temperatures.push(prepared.nodes.node_of_vertex.iter().map(|node| device[*node as usize]).collect());
         ran.images.extend(
@@ -244,8 +248,8 @@ fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, GpuError> {
             ran.visibility.push(prepared.nodes.node_of_vertex.iter().map(|node| seen[*node as usize]).collect());
         }
     }
-    ran.step_ms =
-        device_ms(&engine).zip(before).map(|(after, before)| (after - before) / f64::from(prepared.scene.time.steps));
+    // The first ticks compile what they run: no mean.
+    ran.step_ms = Spread::of(&step_ms).map(|spread| spread.median);
     Ok(ran)
 }
 

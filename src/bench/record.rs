@@ -245,7 +245,7 @@ pub struct Models {
 pub struct ChoiceRow {
     /// What is chosen, or what is changed against the base.
     pub choice: String,
-    /// Mean time of the thermal, shadow and network passes of a tick by the device's clock [ms].
+    /// Median time of the thermal, shadow and network passes of a tick by the device's clock [ms].
     pub step_ms: Option<f64>,
     /// How far temperatures and images are from the base's.
     pub from_base: Option<Moved>,
