@@ -6,6 +6,7 @@ use glam::DAffine3;
 
 pub mod check;
 pub mod density;
+pub mod device_data;
 pub mod engine;
 pub mod forward;
 pub mod frames;
@@ -14,6 +15,8 @@ pub mod joints;
 pub mod network;
 pub mod periodic;
 pub mod prepare;
+pub mod prepare_error;
+pub mod reference_engine;
 pub mod settings;
 pub mod viewpoint;
 

@@ -9,7 +9,8 @@ use crate::environment::shadow::Method;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::scene::{Camera, Scene, ShadowSettings};
-use crate::simulation::engine::{DeviceData, Engine, Order, Tick};
+use crate::simulation::device_data::DeviceData;
+use crate::simulation::engine::{Engine, Order, Tick};
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
 

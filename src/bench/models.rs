@@ -3,12 +3,14 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::clock::{Deadline, OUT_OF_TIME};
 use super::frames::resize;
-use super::record::{ChoiceRow, Models, Moved, Spread};
+use super::record::{ChoiceRow, Models, Moved, Spread, WrongShadows};
 use crate::compare::responses::{self, OfMaterial};
+use crate::environment::TickLoad;
 use crate::environment::shadow::Method;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
@@ -16,18 +18,21 @@ use crate::scene::{Scene, ShadowSettings};
 use crate::simulation::engine::{Engine, Order, Tick};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{pose_at, start};
-use crate::thermal::material::{Domain, Retarget};
+use crate::thermal::material::{Domain, Retarget, Sides};
+use crate::thermal::nodes::GROUP;
 
 /// Ticks of an orbit: longer ones would stand badly for the planet's mean.
 const TICKS: u32 = 60;
 /// Ticks of a quick one, which follows a quarter of an orbit in place of the periodic state.
 const QUICK_TICKS: u32 = 12;
 /// Ticks between two images.
-const DRAW_EVERY: u32 = 6;
+pub const DRAW_EVERY: u32 = 6;
 /// Size of the images [px].
 const IMAGE: [u32; 2] = [320, 256];
 /// A node sees the Sun wrongly where its share is off by more than this.
 pub const WRONG_SHARE: f32 = 0.5;
+/// Cosine of incidence up to which a node is not lit, whatever it sees of the Sun.
+const LEAST_COSINE: f64 = 0.01;
 
 /// What keeps the choices from being compared.
 type Failed = Box<dyn std::error::Error>;
@@ -120,8 +125,8 @@ struct Ran {
     temperatures: Vec<Vec<f32>>,
     /// Radiance of the drawn steps [W m-2 sr-1].
     images: Vec<Vec<f32>>,
-    /// Share of the Sun that each node sees in every step, where the craft shadows itself.
-    visibility: Vec<Vec<f32>>,
+    /// Share of the Sun that each vertex sees in every step, where the craft shadows itself; `None` where it faces away.
+    visibility: Vec<Vec<Option<f32>>>,
     /// Median time of what a step takes on the device [ms], the network's included.
     step_ms: Option<f64>,
 }
@@ -182,10 +187,10 @@ pub fn measure(
         Some(ran) => ChoiceRow {
             from_base: moved(ran, base_run, own),
             from_network: moved(ran, network_run, own),
-            wrong_nodes: base_run
+            wrong_shadows: base_run
                 .and_then(|base| rows[base].1.as_ref())
                 .filter(|_| row.choice == Choice::ExactShadows.name())
-                .and_then(|base| wrong_share(&base.visibility, &ran.visibility)),
+                .and_then(|base| wrong_shadows(&base.visibility, &ran.visibility, &areas)),
             ..row.clone()
         },
     });
@@ -245,7 +250,9 @@ fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, GpuError> {
             && !load.sun.is_empty()
         {
             let seen = renderer.visibility()?;
-            ran.visibility.push(prepared.nodes.node_of_vertex.iter().map(|node| seen[*node as usize]).collect());
+            let facing = facing(prepared, &load);
+            let of_vertex = prepared.nodes.node_of_vertex.iter().map(|node| *node as usize);
+            ran.visibility.push(of_vertex.map(|node| facing[node].then_some(seen[node])).collect());
         }
     }
     // The first ticks compile what they run: no mean.
@@ -270,8 +277,7 @@ fn swings(prepared: &Prepared, instant: &Ran) -> Vec<[f64; 2]> {
         let own = instant.temperatures.iter().map(|row| row[vertex]);
         let [low, high] = own.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], t| [low.min(t), high.max(t)]);
         let area = nodes.areas[*node as usize];
-        let [whole, cold, hot] =
-            &mut sums[nodes.group_material[*node as usize / crate::thermal::nodes::GROUP] as usize];
+        let [whole, cold, hot] = &mut sums[nodes.group_material[*node as usize / GROUP] as usize];
         *whole += area;
         *cold += area * f64::from(low);
         *hot += area * f64::from(high);
@@ -303,12 +309,32 @@ impl Ran {
     }
 }
 
-/// Share of nodes and steps in sunlight whose share of the Sun is off by more than [`WRONG_SHARE`].
-fn wrong_share(found: &[Vec<f32>], exact: &[Vec<f32>]) -> Option<f64> {
-    let pairs = || found.iter().zip(exact).flat_map(|(a, b)| a.iter().zip(b));
-    let count = pairs().count();
-    let wrong = pairs().filter(|(a, b)| (*a - *b).abs() > WRONG_SHARE).count();
-    (count > 0).then(|| wrong as f64 / count as f64)
+/// Which nodes in device order the Sun can shine on in a tick, for all that stands in its way.
+pub fn facing(prepared: &Prepared, load: &TickLoad) -> Vec<bool> {
+    let nodes = &prepared.nodes;
+    let sun = load.sun.iter().map(|sample| sample.direction * sample.flux).sum::<DVec3>().normalize_or_zero();
+    let faces = |(slot, normal): (usize, &Vec3)| {
+        let pose = load.joints.get(nodes.joint(slot) as usize).map_or(DMat3::IDENTITY, |pose| pose.matrix3);
+        let cosine = (pose * normal.as_dvec3()).dot(sun);
+        let material = &prepared.materials[nodes.group_material[slot / GROUP] as usize];
+        if matches!(material.sides, Sides::Outside) { cosine > LEAST_COSINE } else { cosine.abs() > LEAST_COSINE }
+    };
+    nodes.normals.iter().enumerate().map(faces).collect()
+}
+
+/// What is off by more than [`WRONG_SHARE`] of the nodes, of given areas, that face the Sun in each step.
+pub fn wrong_shadows(found: &[Vec<Option<f32>>], exact: &[Vec<Option<f32>>], areas: &[f64]) -> Option<WrongShadows> {
+    let pairs = found.iter().zip(exact).flat_map(|(a, b)| a.iter().zip(b).zip(areas));
+    let (mut lit, mut wrong) = ([0.0; 2], [0.0; 2]);
+    for ((a, b), area) in pairs {
+        let (Some(a), Some(b)) = (a, b) else { continue };
+        let counts = [1.0, *area];
+        lit.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+        if (a - b).abs() > WRONG_SHARE {
+            wrong.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+        }
+    }
+    (lit[0] > 0.0).then(|| WrongShadows { nodes: wrong[0] / lit[0], area: wrong[1] / lit[1] })
 }
 
 #[cfg(test)]
@@ -329,8 +355,11 @@ mod tests {
 
     #[test]
     fn nodes_off_by_more_than_half_the_sun_are_wrong() {
-        let exact = vec![vec![1.0, 0.0, 0.4, 1.0]];
-        assert_eq!(wrong_share(&[vec![1.0, 0.6, 0.8, 0.0]], &exact), Some(0.5));
-        assert_eq!(wrong_share(&[], &[]), None);
+        let exact = [vec![Some(1.0), Some(0.0), Some(0.4), Some(1.0), None]];
+        let found = [vec![Some(1.0), Some(0.6), Some(0.8), Some(0.0), None]];
+        // The second and the fourth, with 1 and 4 of 8 m2; the last faces away.
+        let wrong = WrongShadows { nodes: 0.5, area: 0.625 };
+        assert_eq!(wrong_shadows(&found, &exact, &[2.0, 1.0, 1.0, 4.0, 100.0]), Some(wrong));
+        assert_eq!(wrong_shadows(&[], &[], &[]), None);
     }
 }

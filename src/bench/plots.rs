@@ -98,7 +98,8 @@ fn frames(rows: &[FrameRow]) -> Option<Plot> {
     points().next()?;
     Some(Plot {
         title: "A whole tick: step, shadows, image of 640 x 512 and its way to the host".to_owned(),
-        subtitle: "median tick at longest edges of 2 to 0.25 m, by the host's clock".to_owned(),
+        subtitle: "median tick, with shadows the worst too, at longest edges of 2 to 0.25 m, by the host's clock"
+            .to_owned(),
         x: around("nodes", points().map(|point| point[0])),
         y: around("time of a tick [ms]", points().map(|point| point[1])),
         series: lines,

@@ -251,10 +251,19 @@ pub struct ChoiceRow {
     pub from_base: Option<Moved>,
     /// How far they are from the network's.
     pub from_network: Option<Moved>,
-    /// Of shadows by rays: share of nodes that the base's shadows get wrong.
-    pub wrong_nodes: Option<f64>,
+    /// Of shadows by rays: what the base's shadows get wrong.
+    pub wrong_shadows: Option<WrongShadows>,
     /// Why there are no numbers.
     pub failed: Option<String>,
+}
+
+/// What fast shadows get wrong of the nodes that face the Sun: those whose share of it is off by more than a half.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct WrongShadows {
+    /// Share of the nodes.
+    pub nodes: f64,
+    /// Share of their area.
+    pub area: f64,
 }
 
 /// How far a run is from another.

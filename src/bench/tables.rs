@@ -2,7 +2,7 @@
 
 use super::frames::IMAGE;
 use super::hard;
-use super::models::WRONG_SHARE;
+use super::models::{DRAW_EVERY, WRONG_SHARE};
 use super::record::{Bench, CaseSummary, ChoiceRow, DriverRow, FrameRow, Integrated, Measured, Moved, Run, Spread};
 use super::schemes::ABSENT;
 use crate::output::html::{kelvin, significant};
@@ -188,18 +188,19 @@ pub fn models(measured: &Measured) -> Option<Table> {
     let mut notes = vec![format!(
         "Scene '{}', {} nodes, {} ticks of {} s. The first row is the base; every other row changes one thing. Differences of \
          temperatures are weighted with area, over all ticks; those of radiance are over the craft's pixels in an image every \
-         tenth tick, with their share of its mean. A network is what the others approximate; not in the program: the craft's own \
+         {DRAW_EVERY} ticks, with their share of its mean. A network is what the others approximate; not in the program: the craft's own \
          infrared onto itself, what it hides from itself of the planet, the reflected term, and a sensor.",
         models.scene,
         models.nodes,
         models.ticks,
         significant(models.tick_s)
     )];
-    if let Some(wrong) = models.choices.iter().find_map(|row| row.wrong_nodes) {
+    if let Some(wrong) = models.choices.iter().find_map(|row| row.wrong_shadows) {
         notes.push(format!(
-            "Shadows by depth against rays: {:.2} % of nodes in sunlit ticks see more than {WRONG_SHARE} of the Sun too much or \
-             too little.",
-            1e2 * wrong
+            "Shadows by depth against rays: {:.2} % of the nodes that face the Sun, {:.2} % of their area, see more than \
+             {WRONG_SHARE} of it too much or too little.",
+            1e2 * wrong.nodes,
+            1e2 * wrong.area
         ));
     }
     Some(Table {

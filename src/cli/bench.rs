@@ -12,7 +12,7 @@ use crate::bench::run::{BenchError, Plan, Target};
 use crate::bench::tables;
 use crate::gpu::context::devices;
 use crate::scene::Scene;
-use crate::simulation::prepare::PrepareError;
+use crate::simulation::prepare_error::PrepareError;
 
 /// Measure speed against error: every Vulkan device present, and the f64 reference.
 ///

@@ -13,7 +13,7 @@ use crate::compare::responses::{self, Origin};
 use crate::compare::runs::{Progress, Runs, all};
 use crate::compare::{INSTANT, NETWORK, RESPONSES, TRANSITION};
 use crate::scene::Scene;
-use crate::simulation::prepare::PrepareError;
+use crate::simulation::prepare_error::PrepareError;
 
 /// Run a scene three times, without memory, with profiles in temperature and by its energy balance, and show how they differ.
 ///

@@ -12,9 +12,9 @@ use crate::gpu::pass::Step;
 use crate::gpu::resources::device_bytes;
 use crate::model::Model;
 use crate::scene::Draw;
-use crate::simulation::engine::DeviceData;
+use crate::simulation::device_data::DeviceData;
 use crate::simulation::joints;
-use crate::simulation::prepare::PrepareError;
+use crate::simulation::prepare_error::PrepareError;
 
 /// Show devices, the frame of a scene, or what a model holds.
 ///

@@ -14,7 +14,7 @@ use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::output::OutputError;
 use crate::simulation::job::JobError;
-use crate::simulation::prepare::{PrepareError, Stage};
+use crate::simulation::prepare_error::{PrepareError, Stage};
 use crate::thermal::brightness::BrightnessError;
 
 mod bench;

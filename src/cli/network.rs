@@ -11,7 +11,7 @@ use crate::output::folder::{keep_inputs, write_atomic, write_bytes};
 use crate::output::plot::{Line, Plot};
 use crate::output::plot_axis::Axis;
 use crate::scene::network::NetworkFile;
-use crate::simulation::prepare::PrepareError;
+use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::network::control::{FLOOR, Integrator, Series, Settings, integrate};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::steady::steady;

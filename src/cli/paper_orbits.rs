@@ -8,7 +8,7 @@ use crate::environment::sky::SkyError;
 use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
 use crate::paper::cube::{Case, PERIOD, Problem, STEP, STEPS};
 use crate::paper::orbits::{CASES, Orbits};
-use crate::simulation::prepare::PrepareError;
+use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::network::control::{ControlError, Integrator, Settings, integrate};
 use crate::thermal::network::periodic::{self, Settled};
 use crate::thermal::network::reference::ReferenceStepper;

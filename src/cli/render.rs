@@ -8,7 +8,8 @@ use super::{Chosen, CliError, DeviceArguments, progress_bar, stop_flag};
 use crate::output::exr::write_exr;
 use crate::output::folder::{check_writable, keep_inputs};
 use crate::simulation;
-use crate::simulation::engine::{DeviceData, Engine};
+use crate::simulation::device_data::DeviceData;
+use crate::simulation::engine::Engine;
 use crate::simulation::frames::FrameMaker;
 
 /// Render one image; the state is stepped to its time from the start.
@@ -38,7 +39,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut prepared = prepare_with_progress(&arguments.scene)?;
     keep_inputs(&arguments.output, &prepared.scene.files)?;
     prepared.cover(arguments.time);
-    let camera = prepared.scene.require_camera().map_err(simulation::prepare::PrepareError::from)?.clone();
+    let camera = prepared.scene.require_camera().map_err(simulation::prepare_error::PrepareError::from)?.clone();
     let ticks = u64::from(prepared.warm_up_ticks()) + (arguments.time / prepared.scene.time.step) as u64;
     if ticks > MOST_TICKS {
         return Err(CliError::Usage(format!(

@@ -11,7 +11,8 @@ use crate::output::folder::{RunFolder, check_writable, keep_inputs};
 use crate::output::report::{BufferSize, Device, FileEntry, ModelSize, PassTime, Report, Section, SourceFile, Speed};
 use crate::scene::Draw;
 use crate::simulation::check::SAMPLE;
-use crate::simulation::engine::{DeviceData, Engine};
+use crate::simulation::device_data::DeviceData;
+use crate::simulation::engine::Engine;
 use crate::simulation::job::{Outcome, Progress, run_into};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{is_drawn, settings};
@@ -179,8 +180,7 @@ fn speed(prepared: &Prepared, engine: &Engine, outcome: &Outcome, wall_s: f64) -
     let network_ms = median(costs.iter().filter_map(|cost| cost.device_ms).collect());
     let network_wall_ms = median(costs.iter().map(|cost| cost.wall_ms).collect());
     // What passed many ticks at a time is no step of its own.
-    let single = |name: &str| name.starts_with("thermal_step.") && !name.contains(".fused");
-    let step_ms = mean(&single, steps - engine.fused_ticks())
+    let step_ms = mean(&|name| name.starts_with("thermal_step."), steps - engine.fused_ticks())
         .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network));
     let of_image = |name: &str| ["cull", "radiance", "read radiance", "read identity"].contains(&name);
     Speed {

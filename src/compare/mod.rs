@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use crate::gpu::error::GpuError;
 use crate::output::OutputError;
 use crate::simulation::job::JobError;
-use crate::simulation::prepare::PrepareError;
+use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::fit::FitError;
 
 /// The responses, in the order in which they are shown; the last is what the others are held against.

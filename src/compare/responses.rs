@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::CompareError;
 use crate::scene::Scene;
-use crate::simulation::prepare::{PrepareError, Prepared, Stage};
+use crate::simulation::prepare::Prepared;
+use crate::simulation::prepare_error::{PrepareError, Stage};
 use crate::thermal::function::{Function, Kind};
 use crate::thermal::material::{Bulk, Domain, Material, Profile, Response, Sides, Transition};
 use crate::thermal::shell::{ShellError, ShellMaterial};

@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::engine::{IncidentFunction, incident};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
+use super::reference_engine::{IncidentFunction, incident};
 use crate::environment::TickLoad;
 use crate::environment::shadow::Shadows;
 use crate::gpu::error::GpuError;

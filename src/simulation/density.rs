@@ -1,6 +1,6 @@
 //! Brings the model to the density of nodes that the scene asks for, within the memory that the host has.
 
-use super::prepare::Stage;
+use super::prepare_error::Stage;
 use crate::host;
 use crate::model::{Merged, Model, ModelError};
 use crate::scene::Scene;

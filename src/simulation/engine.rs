@@ -5,30 +5,19 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 
-use super::check::shade;
+use super::device_data::DeviceData;
 use super::network::{NetworkRun, TickCost};
 use super::prepare::Prepared;
-use super::viewpoint::{device_view, raster_view};
-use crate::environment::load::{albedo_flux, planet_ir_flux, solar_flux};
-use crate::environment::shadow::{Jointed, Shadows};
-use crate::environment::{TickLoad, load};
-use crate::gpu::blackbody::band_table;
+use super::reference_engine::ReferenceEngine;
+use super::viewpoint::device_view;
+use crate::environment::TickLoad;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::renderer::{Renderer, Submitted};
-use crate::gpu::resources::{JointData, SceneData, ShadowData, check_plan};
-use crate::gpu::shapes::Shapes;
+use crate::gpu::resources::check_plan;
 use crate::gpu::timing::PassTimes;
-use crate::raster::{self, Surface, rasterise};
 use crate::scene::Camera;
-use crate::thermal::balance::Incident;
-use crate::thermal::brightness::BrightnessTable;
-use crate::thermal::material::{Material, Response, Sides};
-use crate::thermal::nodes::{GROUP, PADDING};
-use crate::thermal::radiance::{RadianceTable, band_radiance};
-use crate::thermal::radiance_f32::RadianceTableF32;
-use crate::thermal::reference::{Reference, ReferenceNode};
 use crate::trace::{Trace, Track};
 
 /// One tick as an engine takes it.
@@ -96,42 +85,6 @@ pub enum Engine {
     },
     /// In f64 on the processor.
     Reference(Box<ReferenceEngine>),
-}
-
-/// Fluxes on a plate, by the twins of the device's functions.
-pub fn incident(load: &TickLoad, normal: glam::DVec3) -> Incident {
-    Incident {
-        solar: solar_flux(load, normal),
-        albedo: albedo_flux(load, normal),
-        planet_ir: planet_ir_flux(load, normal),
-    }
-}
-
-/// The same with the albedo's exact integral in place of its table.
-pub fn exact_incident(load: &TickLoad, normal: glam::DVec3) -> Incident {
-    Incident { albedo: load::exact_albedo_flux(load, normal), ..incident(load, normal) }
-}
-
-/// How the reference finds what falls on a plate.
-pub type IncidentFunction = fn(&TickLoad, glam::DVec3) -> Incident;
-
-/// The f64 reference of all nodes, and its rasteriser.
-pub struct ReferenceEngine {
-    reference: Reference<IncidentFunction>,
-    shadows: Option<Shadows>,
-    node_of_slot: Vec<u32>,
-    slots: usize,
-    /// What is drawn, in the file's pose.
-    surface: Jointed,
-    parts: Vec<u32>,
-    materials: Vec<u32>,
-    emissivities: Vec<[f64; 2]>,
-    network: Option<NetworkRun>,
-    ticks: u64,
-    camera: Option<Camera>,
-    table: RadianceTable,
-    delivered: VecDeque<Delivered>,
-    trace: Trace,
 }
 
 impl Engine {
@@ -206,16 +159,7 @@ impl Engine {
                 network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
                 put(renderer, network, &mut values)
             }
-            Self::Reference(engine) => {
-                engine.shade(load);
-                engine.reference.settle(load);
-                let heat = engine.heat(load);
-                match &mut engine.network {
-                    Some(network) => network.settle(heat, time)?,
-                    None => return Ok(()),
-                }
-                engine.take_network()
-            }
+            Self::Reference(engine) => engine.settle(load, time),
         }
     }
 
@@ -231,10 +175,7 @@ impl Engine {
                 }
                 renderer.settle_at(&vec![temperature as f32; nodes])
             }
-            Self::Reference(engine) => {
-                engine.reference.settle_at(temperature);
-                engine.network.as_mut().map_or(Ok(()), |network| network.settle_at(temperature))
-            }
+            Self::Reference(engine) => engine.settle_at(temperature),
         }
     }
 
@@ -437,202 +378,4 @@ fn put(renderer: &mut Renderer, network: &mut NetworkRun, values: &mut [f32]) ->
     let temperatures = network.temperatures()?;
     network.scene().scatter(&temperatures, |slot, temperature| values[slot] = temperature as f32);
     renderer.set_temperatures(values)
-}
-
-/// What the device needs beside the arrays of `Prepared`.
-pub struct DeviceData {
-    materials: Vec<layout::Material>,
-    shapes: Shapes,
-    band_table: Vec<f32>,
-}
-
-impl DeviceData {
-    /// Rounds the scene's materials and band to f32.
-    pub fn new(prepared: &Prepared) -> Self {
-        let table = RadianceTable::new(prepared.scene.band);
-        let table = RadianceTableF32::new(&table, &BrightnessTable::new(&table));
-        let shapes = Shapes::of(&prepared.materials);
-        let materials = prepared.materials.iter().map(device_material).collect();
-        Self { materials, shapes, band_table: band_table(&table) }
-    }
-
-    /// The scene as plain numbers for the device.
-    pub fn scene_data<'a>(&'a self, prepared: &'a Prepared, camera: Option<&Camera>) -> SceneData<'a> {
-        SceneData {
-            ranges: prepared.step_ranges(),
-            group_material: &prepared.nodes.group_material,
-            group_part: &prepared.nodes.group_part,
-            normals: &prepared.nodes.normals,
-            positions: &prepared.nodes.positions,
-            triangles: &prepared.triangles,
-            materials: &self.materials,
-            shapes: &self.shapes,
-            band_table: &self.band_table,
-            image: camera.map(|camera| [camera.width, camera.height]),
-            shadows: prepared.redraw().map(|redraw| ShadowData {
-                occluders: &prepared.occluders,
-                redraw,
-                tree: prepared.shadow_tree.as_ref(),
-            }),
-            joints: (prepared.joints() > 1).then(|| JointData {
-                count: prepared.joints() as u32,
-                triangles: &prepared.triangle_runs,
-                occluders: &prepared.occluder_runs,
-                casters: prepared.shadow_tree.as_ref().map(|_| prepared.casters()),
-            }),
-        }
-    }
-}
-
-/// A material rounded to f32. Where only the outside exchanges heat, the back looks like the front.
-pub fn device_material(material: &Material) -> layout::Material {
-    let back = back_optics(material);
-    let mut device = layout::Material {
-        absorptivity: material.front.absorptivity as f32,
-        emissivity: material.front.emissivity as f32,
-        back_absorptivity: back.absorptivity as f32,
-        back_emissivity: back.emissivity as f32,
-        ..bytemuck::Zeroable::zeroed()
-    };
-    if let Response::Transition(transition) = &material.response {
-        device.set_transition(transition);
-    }
-    device
-}
-
-fn back_optics(material: &Material) -> crate::thermal::material::Optics {
-    match material.sides {
-        Sides::Outside => material.front,
-        Sides::Both { back } => back,
-    }
-}
-
-impl ReferenceEngine {
-    fn new(prepared: &Prepared, camera: Option<&Camera>) -> Self {
-        let nodes = &prepared.nodes;
-        let node_of_slot: Vec<u32> = (0..nodes.vertex_of_node.len() as u32)
-            .filter(|slot| nodes.vertex_of_node[*slot as usize] != PADDING)
-            .collect();
-        let of_group = |group: &[u32]| (0..nodes.vertex_of_node.len()).map(|slot| group[slot / GROUP]).collect();
-        let moves = prepared.joints() > 1;
-        let own_joints = |slots: &[u32]| {
-            if moves { prepared.joints_of(slots.iter().map(|slot| *slot as usize)) } else { Vec::new() }
-        };
-        let joints = own_joints(&node_of_slot);
-        let position_joints = own_joints(&(0..nodes.vertex_of_node.len() as u32).collect::<Vec<_>>());
-        let reference_nodes = node_of_slot
-            .iter()
-            .map(|slot| ReferenceNode {
-                normal: nodes.normals[*slot as usize].as_dvec3(),
-                material: nodes.group_material[*slot as usize / GROUP],
-            })
-            .collect();
-        Self {
-            reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction)
-                .with_joints(joints),
-            shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),
-            slots: nodes.vertex_of_node.len(),
-            node_of_slot,
-            surface: Jointed {
-                positions: nodes.positions.iter().map(|position| position.as_dvec3()).collect(),
-                triangles: prepared.triangles.clone(),
-                joints: position_joints,
-            },
-            parts: of_group(&nodes.group_part),
-            materials: of_group(&nodes.group_material),
-            emissivities: prepared
-                .materials
-                .iter()
-                .map(|material| [material.front.emissivity, back_optics(material).emissivity])
-                .collect(),
-            network: prepared.network.as_ref().map(NetworkRun::reference),
-            ticks: 0,
-            camera: camera.cloned(),
-            table: RadianceTable::new(prepared.scene.band),
-            delivered: VecDeque::new(),
-            trace: Trace::default(),
-        }
-    }
-
-    /// Finds the shadows of a load, where the last ones do not hold.
-    fn shade(&mut self, load: &TickLoad) {
-        shade(&mut self.reference, &mut self.shadows, load);
-    }
-
-    /// Heat of the network's nodes [W]; empty where there is no network.
-    fn heat(&self, load: &TickLoad) -> Vec<f64> {
-        let Some(network) = &self.network else { return Vec::new() };
-        let absorbed = self.reference.absorbed(load);
-        let mut of_slot = vec![0.0; self.slots];
-        for (slot, absorbed) in self.node_of_slot.iter().zip(absorbed) {
-            of_slot[*slot as usize] = absorbed;
-        }
-        network.scene().heat(|slot| of_slot[slot])
-    }
-
-    /// Hands the network's temperatures to the nodes.
-    fn take_network(&mut self) -> Result<(), GpuError> {
-        let Some(network) = &mut self.network else { return Ok(()) };
-        let temperatures = network.temperatures()?;
-        let mut of_slot = vec![f64::NAN; self.slots];
-        network.scene().scatter(&temperatures, |slot, temperature| of_slot[slot] = temperature);
-        for (node, slot) in self.node_of_slot.iter().enumerate() {
-            if !of_slot[*slot as usize].is_nan() {
-                self.reference.set_temperature(node, of_slot[*slot as usize]);
-            }
-        }
-        Ok(())
-    }
-
-    fn run(&mut self, tick: Option<Tick<'_>>, order: Order<'_>) -> Result<(), GpuError> {
-        if let Some(tick) = tick {
-            self.ticks += 1;
-            self.shade(tick.load);
-            self.reference.step(tick.load, tick.steps);
-            if let Some(network) = &mut self.network {
-                network.tick_begins();
-            }
-            let heat = self.heat(tick.load);
-            if let Some(network) = &mut self.network {
-                network.tick(heat, tick.start, tick.length)?;
-            }
-            self.take_network()?;
-            if let Some(network) = &mut self.network {
-                network.tick_ends();
-            }
-        }
-        let mut temperatures = vec![0.0f64; self.slots];
-        for (slot, temperature) in self.node_of_slot.iter().zip(self.reference.temperatures()) {
-            temperatures[*slot as usize] = *temperature;
-        }
-        let pixels = order.pose.as_ref().zip(self.camera.as_ref()).map(|(pose, camera)| {
-            let placed;
-            let positions = if self.surface.joints.is_empty() {
-                &self.surface.positions
-            } else {
-                placed = self.surface.placed(order.joints);
-                &placed
-            };
-            let surface = Surface {
-                positions,
-                triangles: &self.surface.triangles,
-                temperatures: &temperatures,
-                vertex_part: &self.parts,
-                vertex_material: &self.materials,
-                emissivities: &self.emissivities,
-            };
-            let drawn = rasterise(&surface, &raster_view(camera, pose), |t| band_radiance(&self.table, t));
-            let value = |pixel: &raster::Pixel| match pixel.part {
-                0 => [0.0; 3],
-                _ => [pixel.radiance as f32, pixel.temperature as f32, pixel.depth as f32],
-            };
-            Pixels {
-                radiance_temperature_depth: drawn.iter().map(value).collect(),
-                identity: drawn.iter().map(|pixel| [pixel.part, pixel.material]).collect(),
-            }
-        });
-        let temperatures = order.temperatures.then(|| temperatures.iter().map(|t| *t as f32).collect());
-        self.delivered.push_back(Delivered { pixels, temperatures });
-        Ok(())
-    }
 }

@@ -3,7 +3,8 @@
 use glam::{DAffine3, DMat3, DMat4};
 use wildmatch::WildMatch;
 
-use super::prepare::{PrepareError, Prepared};
+use super::prepare::Prepared;
+use super::prepare_error::PrepareError;
 use crate::environment::joints::{Drive, Guided, Joint, Kind, Motion, Played};
 use crate::model::{Model, SceneNode};
 use crate::scene::{JointMotion, JointRule, Scene};

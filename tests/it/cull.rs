@@ -8,7 +8,7 @@ use isotherm::gpu::pass::{Resource, Step, Work};
 use isotherm::gpu::renderer::Renderer;
 use isotherm::gpu::resources::SceneData;
 use isotherm::scene::Scene;
-use isotherm::simulation::engine::DeviceData;
+use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::viewpoint::{camera_from_body, device_view};
 

@@ -11,7 +11,7 @@ use isotherm::gpu::renderer::Renderer;
 use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
 use isotherm::gpu::shapes::Shapes;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
-use isotherm::simulation::engine::device_material;
+use isotherm::simulation::device_data::device_material;
 use isotherm::thermal::material::{
     Bulk, Domain, Function, Material, Optics, Profile, Response, Retarget, Sides, Transition,
 };

@@ -2,8 +2,10 @@
 
 use isotherm::gpu::error::GpuError;
 use isotherm::gpu::pass::Resource;
-use isotherm::simulation::engine::{DeviceData, Engine, Order, Tick, incident};
+use isotherm::simulation::device_data::DeviceData;
+use isotherm::simulation::engine::{Engine, Order, Tick};
 use isotherm::simulation::prepare::Prepared;
+use isotherm::simulation::reference_engine::incident;
 use isotherm::simulation::{run, start};
 use isotherm::thermal::STEFAN_BOLTZMANN;
 use isotherm::thermal::balance::{absorbed_flux, emissivity_sum};

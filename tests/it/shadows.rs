@@ -7,7 +7,7 @@ use isotherm::environment::TickLoad;
 use isotherm::environment::shadow::{Method, Shadows};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::renderer::Renderer;
-use isotherm::simulation::engine::DeviceData;
+use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::prepare::Prepared;
 use isotherm::thermal::nodes::PADDING;
 use serde_json::json;

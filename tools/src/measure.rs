@@ -1,8 +1,9 @@
 //! Measures what README states: the thermal pass by number of nodes, whole ticks of a scene by density and size, and
-//! stages of large networks, and what building a scene costs.
+//! stages of large networks, what building a scene costs, and how far fast shadows are from exact ones.
 
 mod build_cost;
 mod network_cost;
+mod shadow_error;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -17,7 +18,8 @@ use isotherm::gpu::shapes::{self, Shapes};
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::output::report::PassTime;
 use isotherm::scene::Scene;
-use isotherm::simulation::engine::{DeviceData, Engine, Order, Tick};
+use isotherm::simulation::device_data::DeviceData;
+use isotherm::simulation::engine::{Engine, Order, Tick};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::viewpoint::camera_from_body;
 use isotherm::thermal::function::{Function, Sample};
@@ -57,6 +59,15 @@ struct Arguments {
     /// Longest edges of --build [m]; of the station 1e5, 1e6 and 1e7 nodes
     #[arg(long, value_delimiter = ',', default_values_t = [1.5, 0.35, 0.09])]
     build_edges: Vec<f64>,
+    /// Measure nothing but shadows by depth against shadows by rays, at --shadow-edges
+    #[arg(long)]
+    shadows: bool,
+    /// Longest edges of --shadows [m]
+    #[arg(long, value_delimiter = ',', default_values_t = [6.0, 2.0, 1.0, 0.5])]
+    shadow_edges: Vec<f64>,
+    /// Texels each way of the maps of --shadows
+    #[arg(long, value_delimiter = ',', default_values_t = [1024, 2048, 4096])]
+    shadow_maps: Vec<u32>,
     /// Build with this longest edge alone, in this process
     #[arg(long, hide = true)]
     build_one: Option<f64>,
@@ -94,6 +105,9 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
         return build_cost::measure(&arguments.build_edges, &same);
     }
     let scene = Scene::load(&arguments.scene)?;
+    if arguments.shadows {
+        return shadow_error::measure(&context, &scene, &arguments.shadow_edges, &arguments.shadow_maps);
+    }
     if arguments.functions_only {
         return functions(arguments, &context, &scene);
     }

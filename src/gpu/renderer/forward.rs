@@ -56,7 +56,14 @@ impl Renderer {
         self.bind_fused()?;
         let (first, last) = (ticks[0].0, ticks[ticks.len() - 1]);
         let ranges = fused(&ranges_of_load(&self.ranges, first));
-        let frame = self.shadows(first)?.then(Frame::step(&ranges, Wanted::default()));
+        let mut stepped = Frame::step(&ranges, Wanted::default());
+        for step in &mut stepped.steps {
+            if let Step::Pass(pass) = step {
+                // Its time is that of many ticks.
+                pass.name = format!("forward {}", pass.name);
+            }
+        }
+        let frame = self.shadows(first)?.then(stepped);
         let loads: Vec<(DeviceLoad, f64)> =
             ticks.iter().map(|(load, steps)| (DeviceLoad::new(load, self.joints), *steps)).collect();
         self.finish(self.next)?;

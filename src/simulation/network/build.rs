@@ -5,7 +5,7 @@ use wildmatch::WildMatch;
 use super::{Heated, SceneNetwork};
 use crate::model::Model;
 use crate::scene::{ContactRule, Scene};
-use crate::simulation::prepare::PrepareError;
+use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::material::{Material, Response};
 use crate::thermal::network::control::{FLOOR, Settings};
 use crate::thermal::network::schedule::Thermostat;

@@ -1,0 +1,81 @@
+//! What of a scene goes to the device: materials, response functions and the band rounded to f32, beside the arrays of `Prepared`.
+
+use super::prepare::Prepared;
+use crate::gpu::blackbody::band_table;
+use crate::gpu::layout;
+use crate::gpu::resources::{JointData, SceneData, ShadowData};
+use crate::gpu::shapes::Shapes;
+use crate::scene::Camera;
+use crate::thermal::brightness::BrightnessTable;
+use crate::thermal::material::{Material, Optics, Response, Sides};
+use crate::thermal::radiance::RadianceTable;
+use crate::thermal::radiance_f32::RadianceTableF32;
+
+/// What the device needs beside the arrays of `Prepared`.
+pub struct DeviceData {
+    materials: Vec<layout::Material>,
+    shapes: Shapes,
+    band_table: Vec<f32>,
+}
+
+impl DeviceData {
+    /// Rounds the scene's materials and band to f32.
+    pub fn new(prepared: &Prepared) -> Self {
+        let table = RadianceTable::new(prepared.scene.band);
+        let table = RadianceTableF32::new(&table, &BrightnessTable::new(&table));
+        let shapes = Shapes::of(&prepared.materials);
+        let materials = prepared.materials.iter().map(device_material).collect();
+        Self { materials, shapes, band_table: band_table(&table) }
+    }
+
+    /// The scene as plain numbers for the device.
+    pub fn scene_data<'a>(&'a self, prepared: &'a Prepared, camera: Option<&Camera>) -> SceneData<'a> {
+        SceneData {
+            ranges: prepared.step_ranges(),
+            group_material: &prepared.nodes.group_material,
+            group_part: &prepared.nodes.group_part,
+            normals: &prepared.nodes.normals,
+            positions: &prepared.nodes.positions,
+            triangles: &prepared.triangles,
+            materials: &self.materials,
+            shapes: &self.shapes,
+            band_table: &self.band_table,
+            image: camera.map(|camera| [camera.width, camera.height]),
+            shadows: prepared.redraw().map(|redraw| ShadowData {
+                occluders: &prepared.occluders,
+                redraw,
+                tree: prepared.shadow_tree.as_ref(),
+            }),
+            joints: (prepared.joints() > 1).then(|| JointData {
+                count: prepared.joints() as u32,
+                triangles: &prepared.triangle_runs,
+                occluders: &prepared.occluder_runs,
+                casters: prepared.shadow_tree.as_ref().map(|_| prepared.casters()),
+            }),
+        }
+    }
+}
+
+/// A material rounded to f32. Where only the outside exchanges heat, the back looks like the front.
+pub fn device_material(material: &Material) -> layout::Material {
+    let back = back_optics(material);
+    let mut device = layout::Material {
+        absorptivity: material.front.absorptivity as f32,
+        emissivity: material.front.emissivity as f32,
+        back_absorptivity: back.absorptivity as f32,
+        back_emissivity: back.emissivity as f32,
+        ..bytemuck::Zeroable::zeroed()
+    };
+    if let Response::Transition(transition) = &material.response {
+        device.set_transition(transition);
+    }
+    device
+}
+
+/// Optics of a material's back.
+pub(super) fn back_optics(material: &Material) -> Optics {
+    match material.sides {
+        Sides::Outside => material.front,
+        Sides::Both { back } => back,
+    }
+}

@@ -1,0 +1,208 @@
+//! The f64 reference as an engine: every node stepped by the device functions' twins, images by a rasteriser in f64.
+
+use std::collections::VecDeque;
+
+use super::check::shade;
+use super::device_data::back_optics;
+use super::engine::{Delivered, Order, Pixels, Tick};
+use super::network::NetworkRun;
+use super::prepare::Prepared;
+use super::viewpoint::raster_view;
+use crate::environment::TickLoad;
+use crate::environment::load::{self, albedo_flux, planet_ir_flux, solar_flux};
+use crate::environment::shadow::{Jointed, Shadows};
+use crate::gpu::error::GpuError;
+use crate::raster::{self, Surface, rasterise};
+use crate::scene::Camera;
+use crate::thermal::balance::Incident;
+use crate::thermal::nodes::{GROUP, PADDING};
+use crate::thermal::radiance::{RadianceTable, band_radiance};
+use crate::thermal::reference::{Reference, ReferenceNode};
+use crate::trace::Trace;
+
+/// Fluxes on a plate, by the twins of the device's functions.
+pub fn incident(load: &TickLoad, normal: glam::DVec3) -> Incident {
+    Incident {
+        solar: solar_flux(load, normal),
+        albedo: albedo_flux(load, normal),
+        planet_ir: planet_ir_flux(load, normal),
+    }
+}
+
+/// The same with the albedo's exact integral in place of its table.
+pub fn exact_incident(load: &TickLoad, normal: glam::DVec3) -> Incident {
+    Incident { albedo: load::exact_albedo_flux(load, normal), ..incident(load, normal) }
+}
+
+/// How the reference finds what falls on a plate.
+pub type IncidentFunction = fn(&TickLoad, glam::DVec3) -> Incident;
+
+/// The f64 reference of all nodes, and its rasteriser.
+pub struct ReferenceEngine {
+    reference: Reference<IncidentFunction>,
+    shadows: Option<Shadows>,
+    node_of_slot: Vec<u32>,
+    slots: usize,
+    /// What is drawn, in the file's pose.
+    surface: Jointed,
+    parts: Vec<u32>,
+    materials: Vec<u32>,
+    emissivities: Vec<[f64; 2]>,
+    pub(super) network: Option<NetworkRun>,
+    /// Ticks so far.
+    pub(super) ticks: u64,
+    camera: Option<Camera>,
+    table: RadianceTable,
+    /// What the ticks have left that was not fetched yet.
+    pub(super) delivered: VecDeque<Delivered>,
+    pub(super) trace: Trace,
+}
+
+impl ReferenceEngine {
+    pub(super) fn new(prepared: &Prepared, camera: Option<&Camera>) -> Self {
+        let nodes = &prepared.nodes;
+        let node_of_slot: Vec<u32> = (0..nodes.vertex_of_node.len() as u32)
+            .filter(|slot| nodes.vertex_of_node[*slot as usize] != PADDING)
+            .collect();
+        let of_group = |group: &[u32]| (0..nodes.vertex_of_node.len()).map(|slot| group[slot / GROUP]).collect();
+        let moves = prepared.joints() > 1;
+        let own_joints = |slots: &[u32]| {
+            if moves { prepared.joints_of(slots.iter().map(|slot| *slot as usize)) } else { Vec::new() }
+        };
+        let joints = own_joints(&node_of_slot);
+        let position_joints = own_joints(&(0..nodes.vertex_of_node.len() as u32).collect::<Vec<_>>());
+        let reference_nodes = node_of_slot
+            .iter()
+            .map(|slot| ReferenceNode {
+                normal: nodes.normals[*slot as usize].as_dvec3(),
+                material: nodes.group_material[*slot as usize / GROUP],
+            })
+            .collect();
+        Self {
+            reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction)
+                .with_joints(joints),
+            shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),
+            slots: nodes.vertex_of_node.len(),
+            node_of_slot,
+            surface: Jointed {
+                positions: nodes.positions.iter().map(|position| position.as_dvec3()).collect(),
+                triangles: prepared.triangles.clone(),
+                joints: position_joints,
+            },
+            parts: of_group(&nodes.group_part),
+            materials: of_group(&nodes.group_material),
+            emissivities: prepared
+                .materials
+                .iter()
+                .map(|material| [material.front.emissivity, back_optics(material).emissivity])
+                .collect(),
+            network: prepared.network.as_ref().map(NetworkRun::reference),
+            ticks: 0,
+            camera: camera.cloned(),
+            table: RadianceTable::new(prepared.scene.band),
+            delivered: VecDeque::new(),
+            trace: Trace::default(),
+        }
+    }
+
+    /// Settles every node at the balance temperature of a load, and networks at their steady state at a time [s].
+    pub(super) fn settle(&mut self, load: &TickLoad, time: f64) -> Result<(), GpuError> {
+        self.shade(load);
+        self.reference.settle(load);
+        let heat = self.heat(load);
+        match &mut self.network {
+            Some(network) => network.settle(heat, time)?,
+            None => return Ok(()),
+        }
+        self.take_network()
+    }
+
+    /// Settles every node at a temperature [K].
+    pub(super) fn settle_at(&mut self, temperature: f64) -> Result<(), GpuError> {
+        self.reference.settle_at(temperature);
+        self.network.as_mut().map_or(Ok(()), |network| network.settle_at(temperature))
+    }
+
+    /// Finds the shadows of a load, where the last ones do not hold.
+    fn shade(&mut self, load: &TickLoad) {
+        shade(&mut self.reference, &mut self.shadows, load);
+    }
+
+    /// Heat of the network's nodes [W]; empty where there is no network.
+    fn heat(&self, load: &TickLoad) -> Vec<f64> {
+        let Some(network) = &self.network else { return Vec::new() };
+        let absorbed = self.reference.absorbed(load);
+        let mut of_slot = vec![0.0; self.slots];
+        for (slot, absorbed) in self.node_of_slot.iter().zip(absorbed) {
+            of_slot[*slot as usize] = absorbed;
+        }
+        network.scene().heat(|slot| of_slot[slot])
+    }
+
+    /// Hands the network's temperatures to the nodes.
+    fn take_network(&mut self) -> Result<(), GpuError> {
+        let Some(network) = &mut self.network else { return Ok(()) };
+        let temperatures = network.temperatures()?;
+        let mut of_slot = vec![f64::NAN; self.slots];
+        network.scene().scatter(&temperatures, |slot, temperature| of_slot[slot] = temperature);
+        for (node, slot) in self.node_of_slot.iter().enumerate() {
+            if !of_slot[*slot as usize].is_nan() {
+                self.reference.set_temperature(node, of_slot[*slot as usize]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Steps, where there is a tick, and leaves what is ordered.
+    pub(super) fn run(&mut self, tick: Option<Tick<'_>>, order: Order<'_>) -> Result<(), GpuError> {
+        if let Some(tick) = tick {
+            self.ticks += 1;
+            self.shade(tick.load);
+            self.reference.step(tick.load, tick.steps);
+            if let Some(network) = &mut self.network {
+                network.tick_begins();
+            }
+            let heat = self.heat(tick.load);
+            if let Some(network) = &mut self.network {
+                network.tick(heat, tick.start, tick.length)?;
+            }
+            self.take_network()?;
+            if let Some(network) = &mut self.network {
+                network.tick_ends();
+            }
+        }
+        let mut temperatures = vec![0.0f64; self.slots];
+        for (slot, temperature) in self.node_of_slot.iter().zip(self.reference.temperatures()) {
+            temperatures[*slot as usize] = *temperature;
+        }
+        let pixels = order.pose.as_ref().zip(self.camera.as_ref()).map(|(pose, camera)| {
+            let placed;
+            let positions = if self.surface.joints.is_empty() {
+                &self.surface.positions
+            } else {
+                placed = self.surface.placed(order.joints);
+                &placed
+            };
+            let surface = Surface {
+                positions,
+                triangles: &self.surface.triangles,
+                temperatures: &temperatures,
+                vertex_part: &self.parts,
+                vertex_material: &self.materials,
+                emissivities: &self.emissivities,
+            };
+            let drawn = rasterise(&surface, &raster_view(camera, pose), |t| band_radiance(&self.table, t));
+            let value = |pixel: &raster::Pixel| match pixel.part {
+                0 => [0.0; 3],
+                _ => [pixel.radiance as f32, pixel.temperature as f32, pixel.depth as f32],
+            };
+            Pixels {
+                radiance_temperature_depth: drawn.iter().map(value).collect(),
+                identity: drawn.iter().map(|pixel| [pixel.part, pixel.material]).collect(),
+            }
+        });
+        let temperatures = order.temperatures.then(|| temperatures.iter().map(|t| *t as f32).collect());
+        self.delivered.push_back(Delivered { pixels, temperatures });
+        Ok(())
+    }
+}
