@@ -1,20 +1,33 @@
 #version 450
 // Keeps the triangles that can cover the centre of a pixel. Of a mesh finer than the image most cannot, and a rasteriser
-// sets each of them up to find that out; here they become empty triangles, which it drops at once.
+// sets each of them up to find that out. A workgroup moves those of its triangles that are drawn to the front, and writes
+// the draw of them.
 
 #include "types.glsl"
 
 layout(local_size_x = 64) in;
 
+const uint LANES = 64u;
+// TRIANGLES_A_DRAW of src/gpu/frame.rs over the lanes.
+const uint TRIANGLES_A_LANE = 32u;
+
+layout(push_constant) uniform CullBlock {
+    // The first triangle of the dispatch, from where the buffers are bound.
+    uint first_triangle;
+};
 layout(set = 0, binding = 0) uniform ViewBlock { View view; };
 layout(set = 0, binding = 1) readonly buffer PositionXBlock { float position_x[]; };
 layout(set = 0, binding = 2) readonly buffer PositionYBlock { float position_y[]; };
 layout(set = 0, binding = 3) readonly buffer PositionZBlock { float position_z[]; };
 layout(set = 0, binding = 4) readonly buffer TriangleBlock { uint triangles[]; };
 layout(set = 0, binding = 5) buffer VisibleTriangleBlock { uint visible_triangles[]; };
+layout(set = 0, binding = 6) buffer DrawBlock { DrawCommand draws[]; };
+
+// Triangles that each lane draws.
+shared uint drawn_by[LANES];
 
 // Rasterisers snap corners to a grid of at least 1/16 pixel (Vulkan: subPixelPrecisionBits >= 4).
-const float MARGIN = 0.0625;
+const float SNAP = 0.0625;
 
 // Pixel coordinates and depth [m] of a node.
 vec3 pixel_of(uint node) {
@@ -33,54 +46,81 @@ float cross_of(vec2 a, vec2 b) {
 }
 
 // Whether a point is within the margin of a triangle; corners relative to the point, area positive if `turn` is 1.
-bool is_near(vec2 a, vec2 b, vec2 c, float turn) {
-    float ab = turn * cross_of(a, b) + MARGIN * length(b - a);
-    float bc = turn * cross_of(b, c) + MARGIN * length(c - b);
-    float ca = turn * cross_of(c, a) + MARGIN * length(a - c);
+bool is_near(vec2 a, vec2 b, vec2 c, vec3 slack, float turn) {
+    float ab = turn * cross_of(a, b) + slack.x;
+    float bc = turn * cross_of(b, c) + slack.y;
+    float ca = turn * cross_of(c, a) + slack.z;
     return min(ab, min(bc, ca)) >= 0.0;
 }
 
 // Whether a triangle may cover the centre of a pixel, which lies at half-integer coordinates within the image.
 bool covers_a_centre(vec2 a, vec2 b, vec2 c) {
+    float margin = SNAP + view.margin;
     vec2 low = min(a, min(b, c));
     vec2 high = max(a, max(b, c));
-    vec2 first = max(ceil(low - vec2(0.5 + MARGIN)), vec2(0.0)) + vec2(0.5);
-    vec2 last = min(floor(high - vec2(0.5 - MARGIN)), view.size - vec2(1.0)) + vec2(0.5);
+    vec2 first = max(ceil(low - vec2(0.5 + margin)), vec2(0.0)) + vec2(0.5);
+    vec2 last = min(floor(high - vec2(0.5 - margin)), view.size - vec2(1.0)) + vec2(0.5);
     bool any = all(lessThanEqual(first, last));
     bool few = all(lessThanEqual(last - first, vec2(1.0)));
     // Up to two by two centres are tried one by one; where there is but one in an axis it is tried twice.
     float turn = sign(cross_of(b - a, c - a));
+    vec3 slack = margin * vec3(length(b - a), length(c - b), length(a - c));
     vec2 other = vec2(last.x, first.y);
     vec2 another = vec2(first.x, last.y);
-    bool near_first = is_near(a - first, b - first, c - first, turn);
-    bool near_last = is_near(a - last, b - last, c - last, turn);
-    bool near_other = is_near(a - other, b - other, c - other, turn);
-    bool near_another = is_near(a - another, b - another, c - another, turn);
+    bool near_first = is_near(a - first, b - first, c - first, slack, turn);
+    bool near_last = is_near(a - last, b - last, c - last, slack, turn);
+    bool near_other = is_near(a - other, b - other, c - other, slack, turn);
+    bool near_another = is_near(a - another, b - another, c - another, slack, turn);
     bool covered = near_first || near_last || near_other || near_another || !few;
     return any && covered;
 }
 
-void main() {
-    uint first = 3u * gl_GlobalInvocationID.x;
-    // The buffers are bound from the first triangle of the dispatch to its last.
-    if (first >= uint(triangles.length())) {
-        return;
-    }
-    uint a = triangles[first];
-    uint b = triangles[first + 1u];
-    uint c = triangles[first + 2u];
-    vec3 pa = pixel_of(a);
-    vec3 pb = pixel_of(b);
-    vec3 pc = pixel_of(c);
+// Whether a triangle is drawn.
+bool is_drawn(uint first) {
+    vec3 pa = pixel_of(triangles[first]);
+    vec3 pb = pixel_of(triangles[first + 1u]);
+    vec3 pc = pixel_of(triangles[first + 2u]);
     bool before_camera = min(pa.z, min(pb.z, pc.z)) > view.near;
-    bool covers = covers_a_centre(pa.xy, pb.xy, pc.xy);
     // A triangle that reaches behind the near plane is left to the clipper.
-    bool kept = covers;
-    if (!before_camera) {
-        kept = true;
+    return covers_a_centre(pa.xy, pb.xy, pc.xy) || !before_camera;
+}
+
+void main() {
+    uint lane = gl_LocalInvocationID.x;
+    uint draw = gl_WorkGroupID.x;
+    uint start = draw * LANES * TRIANGLES_A_LANE;
+    uint own = start + lane * TRIANGLES_A_LANE;
+    // The buffers are bound as far as the last triangle of the dispatch.
+    uint end = uint(triangles.length()) / 3u;
+
+    uint drawn = 0u;
+    uint count = 0u;
+    for (uint i = 0u; i < TRIANGLES_A_LANE; i++) {
+        uint triangle = own + i;
+        // On a software driver a branch saves nothing: what lies beyond the end looks at the last one again.
+        bool kept = is_drawn(3u * min(triangle, end - 1u)) && triangle < end;
+        drawn |= uint(kept) << i;
+        count += uint(kept);
     }
-    uint keep = uint(kept);
-    visible_triangles[first] = a * keep;
-    visible_triangles[first + 1u] = b * keep;
-    visible_triangles[first + 2u] = c * keep;
+    drawn_by[lane] = count;
+    barrier();
+    uint before = 0u;
+    for (uint other = 0u; other < LANES; other++) {
+        before += other < lane ? drawn_by[other] : 0u;
+    }
+
+    // Those that are drawn, in their old order: of two at the same depth the first one is seen.
+    uint to = 3u * (start + before);
+    uint left = drawn;
+    while (left != 0u) {
+        uint from = 3u * (own + uint(findLSB(left)));
+        visible_triangles[to] = triangles[from];
+        visible_triangles[to + 1u] = triangles[from + 1u];
+        visible_triangles[to + 2u] = triangles[from + 2u];
+        to += 3u;
+        left &= left - 1u;
+    }
+    if (lane == LANES - 1u) {
+        draws[draw] = DrawCommand(3u * (before + count), 1u, 3u * (first_triangle + start), 0, 0u);
+    }
 }

@@ -8,11 +8,8 @@
 
 layout(set = 0, binding = 7) readonly buffer MaterialBlock { Material materials[]; };
 
-layout(location = 0) in float node_temperature;
-layout(location = 1) in float camera_depth;
-layout(location = 2) flat in uint part;
-layout(location = 3) flat in uint material;
-layout(location = 4) flat in float corner_temperature;
+layout(location = 0) in vec2 temperature_depth;
+layout(location = 1) flat in uvec3 first_corner;
 
 layout(location = 0) out vec4 radiance_temperature_depth;
 layout(location = 1) out uvec2 identity;
@@ -22,16 +19,19 @@ layout(location = 1) out uvec2 identity;
 const float INTERPOLATION_ERROR = 2e-6;
 
 void main() {
+    uint part = first_corner.x;
+    uint material = first_corner.y;
+    float corner_temperature = uintBitsToFloat(first_corner.z);
     float emissivity = materials[material].emissivity;
     if (!gl_FrontFacing) {
         emissivity = materials[material].back_emissivity;
     }
-    float temperature = node_temperature;
-    if (abs(node_temperature - corner_temperature) <= INTERPOLATION_ERROR * corner_temperature) {
+    float temperature = temperature_depth.x;
+    if (abs(temperature - corner_temperature) <= INTERPOLATION_ERROR * corner_temperature) {
         temperature = corner_temperature;
     }
     float radiance = emissivity * band_radiance(temperature);
-    radiance_temperature_depth = vec4(radiance, temperature, camera_depth, 1.0);
+    radiance_temperature_depth = vec4(radiance, temperature, temperature_depth.y, 1.0);
     // 0 is the background.
     identity = uvec2(part + 1u, material + 1u);
 }

@@ -11,11 +11,10 @@ layout(set = 0, binding = 4) readonly buffer TemperatureBlock { float temperatur
 layout(set = 0, binding = 5) readonly buffer GroupMaterialBlock { uint group_material[]; };
 layout(set = 0, binding = 6) readonly buffer GroupPartBlock { uint group_part[]; };
 
-layout(location = 0) out float node_temperature;
-layout(location = 1) out float camera_depth;
-layout(location = 2) flat out uint part;
-layout(location = 3) flat out uint material;
-layout(location = 4) flat out float corner_temperature;
+// Few locations, for a software rasteriser keeps 48 bytes of each for every triangle of an image.
+layout(location = 0) out vec2 temperature_depth;
+// Part, material, and the bits of the first corner's temperature.
+layout(location = 1) flat out uvec3 first_corner;
 
 void main() {
     uint node = uint(gl_VertexIndex);
@@ -32,9 +31,7 @@ void main() {
         view.near,
         camera.z
     );
-    node_temperature = temperature[node];
-    corner_temperature = temperature[node];
-    camera_depth = camera.z;
-    part = group_part[node / 4u];
-    material = group_material[node / 4u];
+    float own = temperature[node];
+    temperature_depth = vec2(own, camera.z);
+    first_corner = uvec3(group_part[node / 4u], group_material[node / 4u], floatBitsToUint(own));
 }

@@ -49,6 +49,17 @@ struct View {
     vec2 size;
     // Distance of the near plane [m]; depth is reversed and its far plane at infinity.
     float near;
+    // Motion in the image that culling allows for [px].
+    float margin;
+};
+
+// A draw of indexed triangles as the device reads it (VkDrawIndexedIndirectCommand).
+struct DrawCommand {
+    uint index_count;
+    uint instance_count;
+    uint first_index;
+    int vertex_offset;
+    uint first_instance;
 };
 
 // The Sun's parallel view of the craft.

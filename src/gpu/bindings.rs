@@ -8,7 +8,7 @@ use ash::vk;
 use super::context::Context;
 use super::error::{Context as _, GpuError};
 use super::frame::Frame;
-use super::layout::{SLICE, SunRay};
+use super::layout::{DrawCommand, SLICE, SunRay};
 use super::pass::{Access, Pass, Resource, Work};
 use super::pipeline::{Pipeline, module};
 use super::resources::{Resources, SLOTS};
@@ -87,7 +87,10 @@ impl Bindings {
                         };
                         Pipeline::compute(context, &name, &words, &types)?
                     }
-                    PipelineKey::Cull => Pipeline::compute(context, "cull.comp", &module("cull.comp"), &types)?,
+                    PipelineKey::Cull => {
+                        let constants = size_of::<u32>() as u32;
+                        Pipeline::compute_with_constants(context, "cull.comp", &module("cull.comp"), &types, constants)?
+                    }
                     PipelineKey::Radiance => Pipeline::radiance(context, &types)?,
                     PipelineKey::SunDepth => Pipeline::solar_depth(context, &types)?,
                     PipelineKey::SunRay(first) => {
@@ -188,11 +191,12 @@ fn write_set(
                 offset: u64::from(drawn_joint.unwrap_or(slice)) * SLICE as u64,
                 range: SLICE as u64,
             },
-            // Group tables have four bytes a group, node arrays sixteen; a triangle has three indices.
+            // Group tables have four bytes a group, node arrays sixteen; a triangle has three indices, a draw five numbers.
             Some((first, end)) => {
                 let bytes_a_group = match resource {
                     Resource::GroupMaterial => 4,
                     Resource::Triangles | Resource::VisibleTriangles => 12,
+                    Resource::Draws => size_of::<DrawCommand>() as u64,
                     _ => 16,
                 };
                 vk::DescriptorBufferInfo {

@@ -8,6 +8,7 @@ use ash::{ext, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
 use super::error::{Context as _, GpuError};
+use super::host_heap;
 use super::validation::{self, Messages};
 use crate::host;
 
@@ -91,12 +92,19 @@ impl Context {
             return Err(GpuError::Unsuitable { device: info.name.clone(), lacks: info.lacks.join(", ") });
         }
 
+        if info.kind == "cpu" {
+            host_heap::keep_freed_memory();
+        }
         let mut vulkan_13 =
             vk::PhysicalDeviceVulkan13Features::default().synchronization2(true).dynamic_rendering(true);
         let priorities = [1.0];
         let queues =
             [vk::DeviceQueueCreateInfo::default().queue_family_index(*queue_family).queue_priorities(&priorities)];
-        let create = vk::DeviceCreateInfo::default().queue_create_infos(&queues).push_next(&mut vulkan_13);
+        let features = vk::PhysicalDeviceFeatures::default().multi_draw_indirect(true);
+        let create = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_features(&features)
+            .push_next(&mut vulkan_13);
         // SAFETY: the physical device came from this instance, and the structures above live through the call.
         let device = unsafe { instance.create_device(*physical, &create, None) }.during("creating the device")?;
         // SAFETY: the queue was asked for above.
@@ -271,10 +279,12 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ran
     let core = properties.properties;
     let mut vulkan_13 = vk::PhysicalDeviceVulkan13Features::default();
     let has_13 = core.api_version >= vk::API_VERSION_1_3;
+    let mut draws_many = false;
     if has_13 {
         let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan_13);
         // SAFETY: as above, and the device knows Vulkan 1.3.
         unsafe { instance.get_physical_device_features2(physical, &mut features) };
+        draws_many = features.features.multi_draw_indirect == vk::TRUE;
     }
     // SAFETY: as above.
     let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
@@ -294,6 +304,9 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ran
         }
         if vulkan_13.dynamic_rendering == vk::FALSE {
             lacks.push("no dynamic rendering".to_owned());
+        }
+        if !draws_many {
+            lacks.push("no indirect draws of many (multiDrawIndirect)".to_owned());
         }
     }
     if family.is_none() {

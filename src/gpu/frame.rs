@@ -33,8 +33,31 @@ pub struct TriangleRun {
     pub triangles: (u32, u32),
 }
 
-/// Triangles that one dispatch culls at most: 65,535 workgroups of 64. A multiple of 64 keeps bindings aligned.
-const CULLED_AT_ONCE: u32 = 65_535 * 64;
+/// Triangles of one draw: those that a workgroup of `cull.comp` looks at.
+pub const TRIANGLES_A_DRAW: u32 = 2048;
+
+/// Draws whose commands are bound together: 1280 bytes, a multiple of every device's alignment.
+const DRAWS_BOUND: u32 = 64;
+
+/// Triangles that one dispatch culls at most: less than the 128 MiB that a device binds at once.
+const CULLED_AT_ONCE: u32 = 32 * DRAWS_BOUND * TRIANGLES_A_DRAW;
+
+impl TriangleRun {
+    /// Its draws: first, and the one after the last. No two runs of a scene share one, since they follow each other and each
+    /// joint has one run.
+    pub fn draws(self) -> (u32, u32) {
+        let (first, end) = self.triangles;
+        let before = DRAWS_BOUND * (first / (DRAWS_BOUND * TRIANGLES_A_DRAW) + self.joint);
+        (before, before + (end - first).div_ceil(TRIANGLES_A_DRAW))
+    }
+
+    /// The runs that one dispatch culls, and one call draws, each.
+    pub fn pieces(self) -> impl Iterator<Item = Self> {
+        let (first, end) = self.triangles;
+        let piece = move |at: u32| (at, end.min(at.saturating_add(CULLED_AT_ONCE)));
+        (first..end).step_by(CULLED_AT_ONCE as usize).map(move |at| Self { triangles: piece(at), ..self })
+    }
+}
 
 /// Groups of four nodes that one dispatch of rays takes: 65,535 workgroups of 64 nodes, and whole workgroups of groups.
 const TRACED_AT_ONCE: u32 = 65_535 / 4 * 64;
@@ -83,16 +106,18 @@ impl Frame {
             steps.extend(ranges.iter().map(|range| Step::Pass(thermal_pass(*range))));
         }
         if wanted.image && wanted.cull > 0 {
-            let index_read = scope(S::INDEX_INPUT, A::INDEX_READ);
-            // The last image may still read its triangles.
-            let drawn = scope(S::INDEX_INPUT | S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
-            steps.push(Step::Barriers(vec![barrier(Resource::VisibleTriangles, drawn, COMPUTE_WRITE)]));
-            for TriangleRun { joint, triangles: (first, end) } in culled.iter().copied() {
-                for at in (first..end).step_by(CULLED_AT_ONCE as usize) {
-                    steps.push(Step::Pass(cull_pass(joint, (at, end.min(at.saturating_add(CULLED_AT_ONCE))))));
-                }
-            }
-            steps.push(Step::Barriers(vec![barrier(Resource::VisibleTriangles, COMPUTE_WRITE, index_read)]));
+            // The last image may still read its triangles and draws.
+            let indices = scope(S::INDEX_INPUT | S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
+            let commands = scope(S::DRAW_INDIRECT | S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
+            steps.push(Step::Barriers(vec![
+                barrier(Resource::VisibleTriangles, indices, COMPUTE_WRITE),
+                barrier(Resource::Draws, commands, COMPUTE_WRITE),
+            ]));
+            steps.extend(culled.iter().flat_map(|run| run.pieces()).map(|run| Step::Pass(cull_pass(run))));
+            steps.push(Step::Barriers(vec![
+                barrier(Resource::VisibleTriangles, COMPUTE_WRITE, scope(S::INDEX_INPUT, A::INDEX_READ)),
+                barrier(Resource::Draws, COMPUTE_WRITE, scope(S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ)),
+            ]));
         }
         if wanted.image {
             let vertex_read = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
@@ -398,7 +423,8 @@ fn visibility_pass(range: &StepRange) -> Pass {
     }
 }
 
-fn cull_pass(joint: u32, triangles: (u32, u32)) -> Pass {
+fn cull_pass(run: TriangleRun) -> Pass {
+    let TriangleRun { joint, triangles } = run;
     let of_triangles = |binding, resource, scope| Access {
         binding: Some(binding),
         groups: Some(triangles),
@@ -415,6 +441,7 @@ fn cull_pass(joint: u32, triangles: (u32, u32)) -> Pass {
             bound(3, Resource::PositionZ, COMPUTE_READ),
             of_triangles(4, Resource::Triangles, COMPUTE_READ),
             of_triangles(5, Resource::VisibleTriangles, COMPUTE_WRITE),
+            Access { groups: Some(run.draws()), ..of_triangles(6, Resource::Draws, COMPUTE_WRITE) },
         ],
     }
 }
@@ -434,6 +461,7 @@ fn radiance_pass() -> Pass {
         work: Work::Radiance,
         accesses: vec![
             access(Resource::VisibleTriangles, scope(S::INDEX_INPUT, A::INDEX_READ)),
+            access(Resource::Draws, scope(S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ)),
             bound(0, Resource::View, scope(S::VERTEX_SHADER, A::UNIFORM_READ)),
             bound(1, Resource::PositionX, vertex),
             bound(2, Resource::PositionY, vertex),

@@ -82,8 +82,24 @@ pub struct View {
     pub size: [f32; 2],
     /// Distance of the near plane [m].
     pub near: f32,
-    /// The structure is as long as its alignment in GLSL asks.
-    pub unused: f32,
+    /// Motion in the image that culling allows for [px].
+    pub margin: f32,
+}
+
+/// A draw of indexed triangles as the device reads it (VkDrawIndexedIndirectCommand).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+pub struct DrawCommand {
+    /// Three a triangle.
+    pub index_count: u32,
+    /// 1.
+    pub instance_count: u32,
+    /// Of all triangles.
+    pub first_index: u32,
+    /// 0.
+    pub vertex_offset: i32,
+    /// 0.
+    pub first_instance: u32,
 }
 
 /// The Sun's parallel view of the craft.
@@ -413,7 +429,9 @@ pub fn structures() -> Vec<(&'static str, usize, Vec<Member>)> {
             background_temperature_4: f32,
             step: f32, albedo_resolution: f32, count: f32),
         members!(View: camera_from_body_x: [f32; 4], camera_from_body_y: [f32; 4], camera_from_body_z: [f32; 4],
-            clip_scale: [f32; 2], clip_offset: [f32; 2], size: [f32; 2], near: f32),
+            clip_scale: [f32; 2], clip_offset: [f32; 2], size: [f32; 2], near: f32, margin: f32),
+        members!(DrawCommand: index_count: u32, instance_count: u32, first_index: u32, vertex_offset: i32,
+            first_instance: u32),
         members!(SunView: texel_from_body_x: [f32; 4], texel_from_body_y: [f32; 4], texel_from_body_z: [f32; 4],
             sun: [f32; 4], right: [f32; 4], down: [f32; 4]),
         members!(ShadowBox: low: [f32; 3], skip: u32, high: [f32; 3], triangles: u32),

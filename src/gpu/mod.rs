@@ -11,6 +11,7 @@ pub mod context;
 pub mod error;
 pub mod frame;
 pub mod hazard;
+mod host_heap;
 pub mod layout;
 pub mod limits;
 pub mod load;

@@ -44,8 +44,10 @@ pub enum Resource {
     PositionZ,
     /// Node indices of the triangles.
     Triangles,
-    /// The same with empty triangles in place of those that cover no pixel's centre.
+    /// Those of them that may cover a pixel's centre, at the front of those of their draw.
     VisibleTriangles,
+    /// `DrawCommand` of each run of `VisibleTriangles`.
+    Draws,
     /// Table of the band's radiance.
     BandTable,
     /// Target temperature of every node [K].
@@ -158,6 +160,7 @@ impl Resource {
                 | Self::PositionZ
                 | Self::Triangles
                 | Self::VisibleTriangles
+                | Self::Draws
                 | Self::Target
                 | Self::Span
                 | Self::Elapsed
@@ -172,6 +175,7 @@ impl Resource {
         match self {
             Self::Triangles
             | Self::VisibleTriangles
+            | Self::Draws
             | Self::NormalX
             | Self::NormalY
             | Self::NormalZ
@@ -225,7 +229,7 @@ pub(super) const COPY_WRITE: Scope = scope(S::COPY, A::TRANSFER_WRITE);
 pub(super) const CLEAR_WRITE: Scope =
     Scope { stage: S::from_raw(S::COPY.as_raw() | S::CLEAR.as_raw()), access: A::TRANSFER_WRITE };
 
-/// The groups of four nodes, or the triangles, that an access is confined to: the first, and the one after the last.
+/// The groups of four nodes, the triangles or the draws that an access is confined to: the first, and the one after the last.
 /// `None` is the whole resource.
 pub type Groups = Option<(u32, u32)>;
 

@@ -4,7 +4,7 @@ use ash::vk;
 use glam::{DAffine3, DMat3};
 
 use super::context::Context;
-use super::frame::{Frame, TriangleRun};
+use super::frame::{Frame, TRIANGLES_A_DRAW, TriangleRun};
 use super::layout::{self, SunRay};
 use super::memory::Image;
 use super::pass::{Barrier, Pass, Resource, Step, Work};
@@ -118,8 +118,13 @@ impl Recorder<'_> {
                 unsafe { self.context.device.cmd_dispatch(self.commands, workgroups, 1, 1) };
             }
             Work::Cull { triangles: (first, end) } => {
-                // SAFETY: the pipeline is bound; it leaves invocations beyond the last triangle idle.
-                unsafe { self.context.device.cmd_dispatch(self.commands, (end - first).div_ceil(64), 1, 1) };
+                let workgroups = (end - first).div_ceil(TRIANGLES_A_DRAW);
+                // SAFETY: the pipeline is bound and takes this constant; it leaves lanes beyond the last triangle idle.
+                unsafe {
+                    let (device, stages) = (&self.context.device, vk::ShaderStageFlags::COMPUTE);
+                    device.cmd_push_constants(self.commands, pipeline_layout, stages, 0, &first.to_le_bytes());
+                    device.cmd_dispatch(self.commands, workgroups, 1, 1);
+                }
             }
             Work::SunDepth => self.draw_solar_depth(bind_joint),
             Work::Visibility { groups: (first, end) } => {
@@ -186,31 +191,37 @@ impl Recorder<'_> {
             .layer_count(1)
             .color_attachments(&colours)
             .depth_attachment(&depth);
-        let indices = self.resources.buffer(Resource::VisibleTriangles, self.slot);
         let device = &self.context.device;
-        // SAFETY: the radiance pipeline is bound, the images are in attachment layout by the barriers of the list, and
-        // the index buffer holds three node indices a triangle.
+        let indices = self.resources.buffer(Resource::VisibleTriangles, self.slot);
+        // SAFETY: the radiance pipeline is bound, the images are in attachment layout by the barriers of the list, and the
+        // index buffer holds three node indices a triangle. It is bound whole: lavapipe 22.3 forgets the offset of a binding in
+        // indirect draws.
         unsafe {
             device.cmd_begin_rendering(self.commands, &rendering);
             device.cmd_set_viewport(self.commands, 0, &[viewport]);
             device.cmd_set_scissor(self.commands, 0, &[area]);
             device.cmd_bind_index_buffer(self.commands, indices.raw, 0, vk::IndexType::UINT32);
         }
-        self.draw_runs(self.triangles, bind_joint);
+        for run in self.triangles.iter().copied() {
+            if run.joint > 0 {
+                bind_joint(run.joint);
+            }
+            self.draw_visible(run);
+        }
         // SAFETY: rendering was begun.
         unsafe { device.cmd_end_rendering(self.commands) };
     }
 
-    /// Draws the triangles of each joint with its own descriptor set; that of the body is bound already.
-    fn draw_runs(&self, runs: &[TriangleRun], bind_joint: &dyn Fn(u32)) {
-        for TriangleRun { joint, triangles: (first, end) } in runs.iter().copied() {
-            if joint > 0 {
-                bind_joint(joint);
-            }
-            // SAFETY: within a rendering; the pipeline is bound, and so are indices for all runs.
-            unsafe {
-                self.context.device.cmd_draw_indexed(self.commands, 3 * (end - first), 1, 3 * first, 0, 0);
-            }
+    /// Draws what culling left of a run of triangles.
+    fn draw_visible(&self, run: TriangleRun) {
+        let device = &self.context.device;
+        let draws = self.resources.buffer(Resource::Draws, self.slot);
+        let stride = size_of::<layout::DrawCommand>() as u32;
+        for piece in run.pieces() {
+            let (first, end) = piece.draws();
+            let offset = u64::from(first) * u64::from(stride);
+            // SAFETY: within a rendering; the pipeline is bound, and the draws lie in their buffer.
+            unsafe { device.cmd_draw_indexed_indirect(self.commands, draws.raw, offset, end - first, stride) };
         }
     }
 
@@ -238,7 +249,13 @@ impl Recorder<'_> {
             device.cmd_set_scissor(self.commands, 0, &[area]);
             device.cmd_bind_index_buffer(self.commands, indices.raw, 0, vk::IndexType::UINT32);
         }
-        self.draw_runs(self.occluders, bind_joint);
+        for TriangleRun { joint, triangles: (first, end) } in self.occluders.iter().copied() {
+            if joint > 0 {
+                bind_joint(joint);
+            }
+            // SAFETY: within the rendering; the pipeline is bound, and so are indices for all runs.
+            unsafe { device.cmd_draw_indexed(self.commands, 3 * (end - first), 1, 3 * first, 0, 0) };
+        }
         // SAFETY: rendering was begun.
         unsafe { device.cmd_end_rendering(self.commands) };
     }

@@ -1,5 +1,6 @@
 //! A scene on the device: its resources, its frame lists, and two slots that are submitted and collected in turn.
 
+mod culling;
 mod forward;
 
 use std::sync::Arc;
@@ -7,6 +8,8 @@ use std::time::Instant;
 
 use ash::vk;
 use glam::DAffine3;
+
+use culling::Culling;
 
 use super::bindings::Bindings;
 use super::context::Context;
@@ -18,7 +21,7 @@ use super::memory::Buffer;
 use super::once::{Once, command_buffers};
 use super::pass::{Pass, Resource};
 use super::record::Recorder;
-use super::resources::{JointData, Resources, SLOTS, SceneData};
+use super::resources::{Resources, SLOTS, SceneData};
 use super::shapes::Shapes;
 use super::timing::{DeviceFrame, PassTimes, Timing};
 use super::variant::StepKind;
@@ -56,8 +59,7 @@ pub struct Renderer {
     nodes: usize,
     triangles: Vec<TriangleRun>,
     size: [u32; 2],
-    /// The views, one a joint, that the visible triangles are those of.
-    culled_for: Vec<layout::View>,
+    culling: Culling,
     occluders: Vec<TriangleRun>,
     /// The body and its joints.
     joints: u32,
@@ -103,11 +105,9 @@ impl Renderer {
         once.free_staging();
         let wanted = Wanted { image: data.image.is_some(), cull: data.triangles.len() as u32, temperatures: true };
         let whole = |count: usize| vec![TriangleRun { joint: 0, triangles: (0, count as u32) }];
-        let runs =
-            |of: fn(&JointData<'_>) -> Vec<TriangleRun>, count| data.joints.as_ref().map_or_else(|| whole(count), of);
-        let triangles = runs(|joints| joints.triangles.to_vec(), data.triangles.len());
+        let triangles = data.runs();
         let occluders = data.shadows.as_ref().map_or(0, |shadows| shadows.occluders.len());
-        let occluders = runs(|joints| joints.occluders.to_vec(), occluders);
+        let occluders = data.joints.as_ref().map_or_else(|| whole(occluders), |joints| joints.occluders.to_vec());
         let mut frames = Vec::new();
         for (has_sun, has_albedo) in [(true, true), (true, false), (false, false)] {
             let ranges = ranges_of_tick(&data.ranges, has_sun, has_albedo);
@@ -125,9 +125,9 @@ impl Renderer {
         let mut renderer = Self {
             ranges: data.ranges.clone(),
             nodes: data.normals.len(),
+            culling: Culling::new(&triangles, data.triangles, data.positions),
             triangles,
             size: data.image.unwrap_or_default(),
-            culled_for: Vec::new(),
             occluders,
             joints,
             fuses: data.fuses(),
@@ -223,11 +223,8 @@ impl Renderer {
         views: Option<&[layout::View]>,
         temperatures: bool,
     ) -> Result<Submitted, GpuError> {
-        let moved = |run: &&TriangleRun| {
-            let of_run = |views: &[layout::View]| views.get(run.joint as usize).copied();
-            views.and_then(of_run) != of_run(&self.culled_for)
-        };
-        let culled: Vec<TriangleRun> = self.triangles.iter().filter(moved).copied().collect();
+        let mut views = views.map(<[layout::View]>::to_vec);
+        let culled = views.as_mut().map_or(Vec::new(), |views| self.culling.due(views));
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
         let wanted = Wanted { image: views.is_some(), cull, temperatures };
         let mut ranges = tick.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
@@ -247,11 +244,7 @@ impl Renderer {
             }
         }
         let frame = shadows.then(Frame::step_in_runs(&ranges, wanted, &culled));
-        let submitted = self.submit_views_frame(&frame, tick, views, wanted)?;
-        if let Some(views) = views {
-            self.culled_for = views.to_vec();
-        }
-        Ok(submitted)
+        self.submit_views_frame(&frame, tick, views.as_deref(), wanted)
     }
 
     /// The flux that the nodes of thermal networks absorb under a load [W/m2], with the temperatures [K] of all others,
@@ -291,7 +284,7 @@ impl Renderer {
 
     /// The culled triangles are gone: the next image finds them again.
     pub fn spare_was_used(&mut self) {
-        self.culled_for.clear();
+        self.culling.forget();
     }
 
     /// What finds the shadows anew, where a load asks for it; the Sun's view goes to the slot that is submitted next.

@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use ash::vk;
-use bytemuck::Pod;
+use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use gpu_allocator::MemoryLocation;
 
 use super::context::Context;
 use super::error::GpuError;
-use super::frame::{StepRange, TriangleRun};
+use super::frame::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
 use super::layout;
 use super::load::FUSED_TICKS;
 use super::memory::{Buffer, Image};
@@ -99,12 +99,41 @@ impl SceneData<'_> {
         self.joints.is_none() && kinds().any(StepKind::has_state) && kinds().all(|kind| kind != StepKind::Absorb)
     }
 
+    /// The triangles of the body and of each joint.
+    pub fn runs(&self) -> Vec<TriangleRun> {
+        let whole = TriangleRun { joint: 0, triangles: (0, self.triangles.len() as u32) };
+        self.joints.as_ref().map_or_else(|| vec![whole], |joints| joints.triangles.to_vec())
+    }
+
+    /// Draws of all triangles, for where none is culled.
+    fn whole_draws(&self) -> Vec<layout::DrawCommand> {
+        let mut draws = Vec::new();
+        for run in self.runs().into_iter().flat_map(TriangleRun::pieces) {
+            let (first, end) = run.draws();
+            draws.resize(first as usize, layout::DrawCommand::zeroed());
+            let left = run.triangles.1 - run.triangles.0;
+            draws.extend((0..end - first).map(|number| {
+                let before = TRIANGLES_A_DRAW * number;
+                layout::DrawCommand {
+                    index_count: 3 * TRIANGLES_A_DRAW.min(left - before),
+                    instance_count: 1,
+                    first_index: 3 * (run.triangles.0 + before),
+                    vertex_offset: 0,
+                    first_instance: 0,
+                }
+            }));
+        }
+        draws
+    }
+
     /// Everything that the scene needs on the device, with sizes.
     pub fn plan(&self) -> Vec<Planned> {
         use vk::BufferUsageFlags as U;
         let floats = |count: usize| 4 * count as u64;
         let nodes = self.normals.len();
         let triangles = if self.image.is_some() { self.triangles.len() } else { 0 };
+        let draws =
+            if self.image.is_some() { self.runs().iter().map(|run| run.draws().1).max().unwrap_or(0) } else { 0 };
         let drawn = if self.image.is_some() { nodes } else { 0 };
         let placed = if self.image.is_some() || self.shadows.is_some() { nodes } else { 0 };
         let occluders = self.shadows.as_ref().map_or(0, |shadows| shadows.occluders.len());
@@ -169,6 +198,11 @@ impl SceneData<'_> {
                 Resource::VisibleTriangles,
                 floats(3 * triangles),
                 U::INDEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_DST,
+            ),
+            device(
+                Resource::Draws,
+                size_of::<layout::DrawCommand>() as u64 * u64::from(draws),
+                U::INDIRECT_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_DST,
             ),
             storage(Resource::BandTable, floats(self.band_table.len())),
             storage(Resource::Target, floats(state)),
@@ -283,6 +317,7 @@ impl Resources {
         self.upload(once, Resource::GroupMaterial, data.group_material)?;
         self.upload(once, Resource::GroupPart, data.group_part)?;
         self.upload(once, Resource::Triangles, data.triangles)?;
+        self.upload(once, Resource::Draws, &data.whole_draws())?;
         if let Some(shadows) = &data.shadows {
             self.upload(once, Resource::Occluders, shadows.occluders)?;
             if let Some(tree) = shadows.tree {

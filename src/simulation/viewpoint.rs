@@ -34,7 +34,7 @@ pub fn device_view(camera: &Camera, pose: &DAffine3) -> layout::View {
         clip_offset: [0, 1].map(|i| (2.0 * camera.centre[i] / size[i] - 1.0) as f32),
         size: size.map(|side| side as f32),
         near: camera.near as f32,
-        unused: 0.0,
+        margin: 0.0,
     }
 }
 

@@ -2,30 +2,80 @@
 
 use std::path::Path;
 
+use glam::{DAffine3, DQuat};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::{Frame, Wanted};
 use isotherm::gpu::pass::{Resource, Step, Work};
-use isotherm::gpu::renderer::Renderer;
+use isotherm::gpu::renderer::{Collected, Renderer};
 use isotherm::gpu::resources::SceneData;
-use isotherm::scene::Scene;
+use isotherm::scene::{Camera, Scene};
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::viewpoint::{camera_from_body, device_view};
 
 type Pixels = (Vec<[u32; 4]>, Vec<[u32; 2]>);
 
-#[test]
-fn culling_changes_no_pixel() {
+/// The station without joints, and its camera in an image so small that most triangles cover no pixel's centre.
+fn small() -> (Prepared, Camera) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/station.toml");
     let mut scene = Scene::load(&path).expect("the station of models/");
     // As the file has it: what moves is culled by the same shader, and drawn in runs that half a list would break.
     scene.joints.clear();
     let prepared = Prepared::from_scene(scene, &mut |_| {}).expect("the station of models/");
     let mut camera = prepared.scene.require_camera().expect("a camera").clone();
-    // A small image, so that most triangles cover no pixel's centre.
     camera.focal = camera.focal.map(|focal| focal * 0.25);
     camera.centre = camera.centre.map(|centre| centre * 0.25);
     (camera.width, camera.height) = (camera.width / 4, camera.height / 4);
+    (prepared, camera)
+}
+
+fn bits(collected: &Collected) -> Pixels {
+    let radiance = collected.radiance.expect("radiance").iter().map(|pixel| pixel.map(f32::to_bits)).collect();
+    (radiance, collected.identity.expect("identity").to_vec())
+}
+
+/// While the camera creeps, triangles are not culled at every image, and no image shows it.
+#[test]
+fn slow_motion_is_culled_ahead_of_and_changes_no_pixel() {
+    let (prepared, camera) = small();
+    let device_data = DeviceData::new(&prepared);
+    let data = device_data.scene_data(&prepared, Some(&camera));
+    let context = Context::open(None, false).expect("a Vulkan device");
+    let load = prepared.loads.tick_load(0.0, 15.0);
+    let pose = camera_from_body(&camera, &prepared.loads.sky_model().sky(0.0));
+    let view = |tick: f64| {
+        // 0.02 of a pixel a tick about the camera's own axis Y.
+        let turn = DQuat::from_rotation_y(0.02 * tick / camera.focal[0]);
+        device_view(&camera, &(DAffine3::from_quat(turn) * pose))
+    };
+    let renderer = || {
+        let mut renderer = Renderer::new(&context, &data).expect("the station on the device");
+        renderer.settle(&load).expect("a settled state");
+        renderer
+    };
+    let (mut creeping, mut anew) = (renderer(), renderer());
+    let image = |cull| Wanted { image: true, cull, temperatures: false };
+    let whole = image(data.triangles.len() as u32);
+    for tick in 0..9 {
+        let view = view(f64::from(tick));
+        let submitted = creeping.submit(None, Some(&view), false).expect("a frame");
+        let crept = bits(&creeping.collect(submitted).expect("an image"));
+        let submitted = anew.submit_frame(&Frame::step(&[], whole), None, Some(&view), whole).expect("a frame");
+        assert!(crept == bits(&anew.collect(submitted).expect("an image")), "image {tick} differs");
+    }
+    let culled = creeping.pass_times().iter().find(|(name, _)| *name == "cull").map_or(0, |(_, times)| times.len());
+    assert!((2..6).contains(&culled), "culled {culled} times");
+    // The triangles of one view are not those of one a pixel away.
+    let away = view(50.0);
+    let submitted = anew.submit_frame(&Frame::step(&[], image(0)), None, Some(&away), image(0)).expect("a frame");
+    let stale = bits(&anew.collect(submitted).expect("an image"));
+    let submitted = anew.submit_frame(&Frame::step(&[], whole), None, Some(&away), whole).expect("a frame");
+    assert!(stale != bits(&anew.collect(submitted).expect("an image")), "the comparison sees stale triangles");
+}
+
+#[test]
+fn culling_changes_no_pixel() {
+    let (prepared, camera) = small();
     let device_data = DeviceData::new(&prepared);
     let data = device_data.scene_data(&prepared, Some(&camera));
     let context = Context::open(None, false).expect("a Vulkan device");
@@ -39,9 +89,7 @@ fn culling_changes_no_pixel() {
         let frame = frame(data.triangles.len() as u32);
         let wanted = Wanted { image: true, ..Wanted::default() };
         let submitted = renderer.submit_frame(&frame, None, Some(&view), wanted).expect("a frame");
-        let collected = renderer.collect(submitted).expect("an image");
-        let radiance = collected.radiance.expect("radiance").iter().map(|pixel| pixel.map(f32::to_bits)).collect();
-        (radiance, collected.identity.expect("identity").to_vec())
+        bits(&renderer.collect(submitted).expect("an image"))
     };
     let culled = |triangles| Frame::step(&[], Wanted { image: true, cull: triangles, temperatures: false });
     // The same list with a copy of all triangles in place of the cull.

@@ -154,6 +154,8 @@ const STATE_TO_SETTLING: [&str; 3] = [
     "Span: COMPUTE_SHADER | COPY | CLEAR -> COPY | CLEAR",
     "Elapsed: COMPUTE_SHADER | COPY | CLEAR -> COPY | CLEAR",
 ];
+const DRAWN_TO_CULL: &str = "Draws: DRAW_INDIRECT | COMPUTE_SHADER -> COMPUTE_SHADER";
+const CULL_TO_DRAWS: &str = "Draws: COMPUTE_SHADER -> DRAW_INDIRECT";
 const CULLED_TO_CULL: &str = "VisibleTriangles: COMPUTE_SHADER | INDEX_INPUT -> COMPUTE_SHADER";
 const CULL_TO_DRAWING: &str = "VisibleTriangles: COMPUTE_SHADER -> INDEX_INPUT";
 const IMAGES_TO_DRAWING: [&str; 2] =
@@ -169,11 +171,11 @@ fn barriers_of_a_tick() {
     let [radiance_copy, identity_copy] = IMAGES_TO_COPY;
     let [target, span, elapsed] = STATE_TO_STEP;
     let images = [radiance, identity, radiance_copy, identity_copy];
-    let seen = [&[CULL_TO_DRAWING, COMPUTE_TO_VERTEX][..], &images, &[COMPUTE_TO_COPY]].concat();
+    let seen = [&[CULL_TO_DRAWING, CULL_TO_DRAWS, COMPUTE_TO_VERTEX][..], &images, &[COMPUTE_TO_COPY]].concat();
     // What orders this frame after the last, which is another submit; what is for the host.
     let to_host =
         ["RadianceReadback: COPY -> HOST", "IdentityReadback: COPY -> HOST", "TemperatureReadback: COPY -> HOST"];
-    let last_frame = [TEMPERATURE_TO_STEP, target, span, elapsed, CULLED_TO_CULL, DEPTH];
+    let last_frame = [TEMPERATURE_TO_STEP, target, span, elapsed, CULLED_TO_CULL, DRAWN_TO_CULL, DEPTH];
     let unseen = [&last_frame[..], &to_host].concat();
     check(&Frame { steps: Vec::new() }, &Frame::step(&[range()], WANTED), WANTED, &seen, &unseen);
 }
@@ -196,7 +198,7 @@ fn barriers_between_two_ticks() {
     let drawn = Wanted { image: true, cull: TRIANGLES, temperatures: false };
     let tick = unread(&Frame::step(&[range()], drawn));
     let [radiance, identity] = IMAGES_TO_DRAWING;
-    let culled = [CULLED_TO_CULL, CULL_TO_DRAWING];
+    let culled = [CULLED_TO_CULL, DRAWN_TO_CULL, CULL_TO_DRAWING, CULL_TO_DRAWS];
     let seen = [&[TEMPERATURE_TO_STEP][..], &culled, &[COMPUTE_TO_VERTEX, radiance, identity]].concat();
     // Two dispatches of one kind on one buffer, and depth, which the order of rasterisation covers; no copy follows.
     let unseen = [&STATE_TO_STEP[..], &[DEPTH], &IMAGES_TO_COPY].concat();

@@ -1,0 +1,167 @@
+//! Which triangles must be culled anew: those whose view has moved farther than their last culling allowed for.
+
+use glam::{DVec2, DVec3, Vec3};
+
+use super::super::frame::TriangleRun;
+use super::super::layout::View;
+
+/// Ticks of the present motion that a culling allows for.
+const TICKS_AHEAD: f64 = 3.0;
+/// Motion that a culling allows for at most [px]: beyond it too many triangles would be kept.
+const MOST_MARGIN: f64 = 0.25;
+/// Motion in a tick above which it allows for none [px].
+const FAST: f64 = MOST_MARGIN / 2.0;
+/// What rounding may add to a motion [px].
+const ROUNDING: f64 = 1e-3;
+
+/// Runs of triangles, each as its joint sees the camera, and what their last culling was for.
+pub(super) struct Culling {
+    runs: Vec<Run>,
+}
+
+struct Run {
+    of: TriangleRun,
+    /// Lower and upper corner of the nodes, in the frame in which they do not move [m].
+    bounds: [Vec3; 2],
+    /// The view of the last culling, with its margin.
+    culled: Option<View>,
+    /// The view of the last image.
+    last: Option<View>,
+}
+
+impl Culling {
+    /// Of runs of triangles of nodes at positions [m].
+    pub fn new(runs: &[TriangleRun], triangles: &[[u32; 3]], positions: &[Vec3]) -> Self {
+        let run = |of: &TriangleRun| {
+            let nodes = triangles[of.triangles.0 as usize..of.triangles.1 as usize].as_flattened().iter();
+            let around = |[low, high]: [Vec3; 2], node: &u32| {
+                let at = positions[*node as usize];
+                [low.min(at), high.max(at)]
+            };
+            let bounds = nodes.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], around);
+            Run { of: *of, bounds, culled: None, last: None }
+        };
+        Self { runs: runs.iter().map(run).collect() }
+    }
+
+    /// The runs that an image from `views`, one a joint, culls anew; their views are given the margin that it allows for.
+    pub fn due(&mut self, views: &mut [View]) -> Vec<TriangleRun> {
+        let mut due = Vec::new();
+        for run in &mut self.runs {
+            let Some(view) = views.get_mut(run.of.joint as usize) else { continue };
+            let motion = |from: &Option<View>| from.as_ref().and_then(|from| motion(from, view, run.bounds));
+            let holds =
+                |culled: &View| culled == view || motion(&run.culled).is_some_and(|m| m <= f64::from(culled.margin));
+            if !run.culled.as_ref().is_some_and(holds) {
+                let margin =
+                    motion(&run.last).filter(|motion| *motion <= FAST).map_or(0.0, |motion| TICKS_AHEAD * motion);
+                let margin = margin.min(MOST_MARGIN) as f32;
+                run.culled = Some(View { margin, ..*view });
+                due.push(run.of);
+            }
+            run.last = Some(*view);
+        }
+        for run in &due {
+            if let Some(culled) = self.runs.iter().find(|one| one.of == *run).and_then(|one| one.culled) {
+                views[run.joint as usize].margin = culled.margin;
+            }
+        }
+        due
+    }
+
+    /// What was culled is gone.
+    pub fn forget(&mut self) {
+        self.runs.iter_mut().for_each(|run| run.culled = None);
+    }
+}
+
+/// Pixels that no point of a box moves farther than in an image, from one view to another; `None` where the box reaches
+/// behind the near plane of either, or where the camera is another.
+fn motion(from: &View, to: &View, [low, high]: [Vec3; 2]) -> Option<f64> {
+    let camera = |view: &View| (view.clip_scale, view.clip_offset, view.size, view.near);
+    if camera(from) != camera(to) {
+        return None;
+    }
+    // Both are affine in the point, and their quotient is largest at a corner too.
+    let (mut moved, mut slope, mut nearest) = (DVec3::ZERO, DVec2::ZERO, f64::INFINITY);
+    for corner in 0..8u32 {
+        let at = |axis: usize| f64::from(if corner >> axis & 1 == 0 { low[axis] } else { high[axis] });
+        let corner = DVec3::new(at(0), at(1), at(2));
+        let [before, after] = [from, to].map(|view| {
+            let rows = [view.camera_from_body_x, view.camera_from_body_y, view.camera_from_body_z];
+            let [x, y, z] =
+                rows.map(|[x, y, z, w]| DVec3::new(x.into(), y.into(), z.into()).dot(corner) + f64::from(w));
+            DVec3::new(x, y, z)
+        });
+        nearest = nearest.min(before.z).min(after.z);
+        moved = moved.max((after - before).abs());
+        slope = slope.max((before.truncate() / before.z).abs());
+    }
+    if nearest <= f64::from(to.near) {
+        return None;
+    }
+    let focal = 0.5 * DVec2::from(to.clip_scale.map(f64::from)) * DVec2::from(to.size.map(f64::from));
+    Some((focal.abs() * (moved.truncate() + slope * moved.z) / nearest).max_element() + ROUNDING)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 100 px a radian, from a place on -z.
+    fn view(x: f32, z: f32) -> View {
+        View {
+            camera_from_body_x: [1.0, 0.0, 0.0, x],
+            camera_from_body_y: [0.0, 1.0, 0.0, 0.0],
+            camera_from_body_z: [0.0, 0.0, 1.0, z],
+            clip_scale: [2.0, 2.0],
+            clip_offset: [0.0, 0.0],
+            size: [100.0, 100.0],
+            near: 0.1,
+            margin: 0.0,
+        }
+    }
+
+    fn culling() -> Culling {
+        let runs = [TriangleRun { joint: 0, triangles: (0, 1) }];
+        Culling::new(&runs, &[[0, 1, 2]], &[Vec3::ZERO, Vec3::X, Vec3::Z])
+    }
+
+    #[test]
+    fn a_motion_is_that_of_the_fastest_corner_or_more() {
+        let bounds = [Vec3::ZERO, Vec3::new(1.0, 0.0, 1.0)];
+        // 0.01 m across, at 10 m and 100 px: 0.1 px.
+        let across = motion(&view(0.0, 10.0), &view(0.01, 10.0), bounds).expect("before the camera");
+        assert!((across - 0.1 - ROUNDING).abs() < 1e-6, "{across}");
+        // The corner at (1, 0, 0) m goes from 100 / 10 px to 100 / 10.1 px.
+        let along = motion(&view(0.0, 10.0), &view(0.0, 10.1), bounds).expect("before the camera");
+        assert!((0.099..0.105).contains(&along), "{along}");
+        assert_eq!(motion(&view(0.0, 10.0), &view(0.0, 0.05), bounds), None, "a corner reaches behind the near plane");
+        let wider = View { clip_scale: [1.0, 1.0], ..view(0.0, 10.0) };
+        assert_eq!(motion(&view(0.0, 10.0), &wider, bounds), None, "another lens");
+    }
+
+    #[test]
+    fn slow_motion_is_culled_ahead_of() {
+        let mut culling = culling();
+        // 0.02 px a tick: the second culling is good for three of them, less what rounding takes.
+        let due: Vec<bool> =
+            (0..12).map(|tick| !culling.due(&mut [view(0.002 * tick as f32, 10.0)]).is_empty()).collect();
+        let culled: Vec<usize> = due.iter().enumerate().filter(|(_, due)| **due).map(|(tick, _)| tick).collect();
+        assert_eq!(culled[..2], [0, 1]);
+        assert!(culled.len() <= 6 && culled[2] >= 4, "{culled:?}");
+    }
+
+    #[test]
+    fn fast_motion_is_culled_for_itself() {
+        let mut culling = culling();
+        for tick in 0..4 {
+            let mut views = [view(0.02 * tick as f32, 10.0)];
+            assert_eq!(culling.due(&mut views).len(), 1);
+            assert_eq!(views[0].margin, 0.0);
+        }
+        assert!(culling.due(&mut [view(0.06, 10.0)]).is_empty(), "nothing has moved");
+        culling.forget();
+        assert_eq!(culling.due(&mut [view(0.06, 10.0)]).len(), 1);
+    }
+}
