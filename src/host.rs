@@ -1,4 +1,4 @@
-//! What the host tells of its memory: how much is free, and how much this process had at its peak.
+//! What the host tells of itself: how much memory is free and this process had at its peak, and who had the processors.
 
 /// Bytes of memory that the host has free; `None` where the system does not tell.
 pub fn free_memory() -> Option<u64> {
@@ -10,9 +10,54 @@ pub fn peak_memory() -> Option<u64> {
     kilobytes("/proc/self/status", "VmHWM:")
 }
 
+/// What all processors did since the machine started, in ticks of its clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ProcessorTime {
+    /// Work that was asked for, whether it was done or had to wait for other guests of the same host.
+    pub asked: u64,
+    /// The part of it that waited.
+    pub stolen: u64,
+}
+
+impl ProcessorTime {
+    /// Until now; `None` where the system does not tell.
+    pub fn now() -> Option<Self> {
+        Self::of(&std::fs::read_to_string("/proc/stat").ok()?)
+    }
+
+    /// Of the first line of /proc/stat (proc(5)): user, nice, system, idle, iowait, irq, softirq, steal.
+    fn of(stat: &str) -> Option<Self> {
+        let line = stat.lines().next()?.strip_prefix("cpu ")?;
+        let times: Vec<u64> = line.split_whitespace().map_while(|time| time.parse().ok()).collect();
+        let [user, nice, system, _idle, _waiting, interrupt, soft, stolen, ..] = times[..] else { return None };
+        Some(Self { asked: user + nice + system + interrupt + soft + stolen, stolen })
+    }
+
+    /// Share of the work asked for since an earlier time that waited for other guests; `None` where there was none.
+    pub fn stolen_since(self, earlier: Self) -> Option<f64> {
+        let asked = self.asked.saturating_sub(earlier.asked);
+        (asked > 0).then(|| self.stolen.saturating_sub(earlier.stolen) as f64 / asked as f64)
+    }
+}
+
 /// The value of a line such as `MemAvailable:   22247400 kB`, in bytes.
 fn kilobytes(file: &str, name: &str) -> Option<u64> {
     let text = std::fs::read_to_string(file).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix(name))?.trim();
     Some(line.strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_other_guests_take_is_a_share_of_what_was_asked_for() {
+        let before = ProcessorTime::of("cpu  100 10 20 5000 7 1 2 30 0 0\ncpu0 1 2 3\n").expect("a line of /proc/stat");
+        assert_eq!(before, ProcessorTime { asked: 163, stolen: 30 });
+        let after = ProcessorTime::of("cpu  160 10 20 9000 7 1 2 50 0 0\n").expect("a line of /proc/stat");
+        assert_eq!(after.stolen_since(before), Some(0.25));
+        assert_eq!(after.stolen_since(after), None);
+        assert_eq!(ProcessorTime::of("cpu 1 2 3\n"), None);
+    }
 }

@@ -25,6 +25,9 @@ use crate::thermal::nodes::GROUP;
 const TICKS: u32 = 60;
 /// Ticks of a quick one, which follows a quarter of an orbit in place of the periodic state.
 const QUICK_TICKS: u32 = 12;
+/// Orbits towards the periodic state at most, where nothing conducts: a transition has forgotten by then where it began, and rays
+/// take a second a tick.
+pub const MOST_ORBITS: f64 = 3.0;
 /// Ticks between two images.
 pub const DRAW_EVERY: u32 = 6;
 /// Size of the images [px].
@@ -83,6 +86,9 @@ impl Choice {
 
     fn scene(self, base: &Scene) -> Scene {
         let mut scene = base.clone();
+        if self != Self::Network {
+            scene.time.warm_up_orbits = scene.time.warm_up_orbits.min(MOST_ORBITS);
+        }
         match self {
             Self::WithoutAlbedo => scene.environment.albedo = None,
             Self::WithoutInfrared => scene.environment.planet_ir = None,
@@ -146,7 +152,7 @@ pub fn measure(
     // What a network is made of tells how transitions move.
     let network = responses::network(&base, &mut |_| ())?;
     says("model choices: what transitions are fitted to");
-    let instant = run(context, &responses::instant(&base, &mut |_| ())?)?;
+    let instant = run(context, &responses::instant(&Choice::Instant.scene(&base), &mut |_| ())?)?;
     let of = responses::transitions(&network, &swings(&network, &instant))?;
     let areas: Vec<f64> = network.nodes.node_of_vertex.iter().map(|node| network.nodes.areas[*node as usize]).collect();
     let nodes = network.nodes.count;

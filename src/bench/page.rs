@@ -65,7 +65,7 @@ fn machine(html: &mut Html, bench: &Bench) {
         None => "not known".to_owned(),
     };
     let mut rows: Vec<(String, String)> = Vec::new();
-    for Measured { name, info, load_average: [before, after], .. } in &bench.devices {
+    for Measured { name, info, load_average: [before, after], stolen, .. } in &bench.devices {
         rows.push(("device".to_owned(), name.clone()));
         if let Some(info) = info {
             rows.push(("driver".to_owned(), info.driver.clone()));
@@ -73,6 +73,10 @@ fn machine(html: &mut Html, bench: &Bench) {
         }
         rows.push(("load average before (1, 5, 15 minutes)".to_owned(), load(before)));
         rows.push(("load average after".to_owned(), load(after)));
+        if let Some(stolen) = stolen {
+            let share = format!("{:.1} % of what was asked for", 1e2 * stolen);
+            rows.push(("processor time that other guests of the host took".to_owned(), share));
+        }
     }
     rows.push(("processors".to_owned(), bench.processors.to_string()));
     rows.push(("wall time of everything".to_owned(), format!("{} s", significant(bench.wall_s))));

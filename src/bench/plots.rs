@@ -124,7 +124,7 @@ fn models(models: &Models) -> Plot {
         title: format!("What each choice costs and changes: {}", models.scene),
         subtitle: format!("{} nodes; against '{}'{cost}", models.nodes, base.map_or("", |row| &row.choice)),
         x: around("thermal, shadow and network passes of a tick [ms]", points().map(|point| point[0])),
-        y: around("change of temperature, rms over area and time [K]", points().map(|point| point[1])),
+        y: around("change of temperature, rms [K]", points().map(|point| point[1])),
         series: lines,
         shaded: Vec::new(),
     }

@@ -97,6 +97,8 @@ pub struct Measured {
     pub info: Option<DeviceInfo>,
     /// Load averages of the machine over 1, 5 and 15 minutes before and after.
     pub load_average: [Option<[f64; 3]>; 2],
+    /// Share of the processor time asked for meanwhile that other guests of the same host took.
+    pub stolen: Option<f64>,
     /// What the device can do at best.
     pub limits: Option<Limits>,
     /// What a node costs.

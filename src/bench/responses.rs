@@ -119,7 +119,8 @@ pub fn time_pass(
             renderer.collect(submitted)?;
         }
     }
-    let steps = || renderer.pass_times().iter().filter(|(name, _)| name.starts_with("thermal_step"));
+    let of_step = if fuses { "forward thermal_step" } else { "thermal_step" };
+    let steps = || renderer.pass_times().iter().filter(|(name, _)| name.starts_with(of_step));
     let later = |samples: &[f64]| samples[samples.len() / 2..].iter().map(|ms| ms / at_once).collect::<Vec<_>>();
     Ok(TimedPass {
         times: steps().filter_map(|(name, samples)| PassTime::from_samples(name, &later(samples))).collect(),

@@ -17,6 +17,7 @@ use super::{drivers, frames, limits, models};
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
+use crate::host::ProcessorTime;
 use crate::scene::Scene;
 use crate::thermal::network::control::FLOOR;
 use crate::thermal::network::reference::ReferenceStepper;
@@ -122,10 +123,12 @@ impl Plan {
         let mut devices = Vec::new();
         for (number, target) in self.targets.iter().enumerate() {
             let deadline = |section| clock.deadline(number, section, &self.sections);
+            let started = ProcessorTime::now();
             let mut measured = self.on(target, &truths, &deadline, says)?;
             let says = |case: &str| says(&format!("{}: {case}", measured.name));
             measured.hard = hard::measure(target, &cases, &without, self.scale(), &says);
             measured.load_average[1] = load_average();
+            measured.stolen = ProcessorTime::now().zip(started).and_then(|(now, before)| now.stolen_since(before));
             devices.push(measured);
         }
         let drivers = if wanted(Section::Drivers) { self.drivers(says) } else { Vec::new() };
@@ -158,6 +161,7 @@ impl Plan {
             name,
             info,
             load_average: [before, None],
+            stolen: None,
             limits: None,
             responses: vec![],
             frames: vec![],

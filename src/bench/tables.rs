@@ -2,7 +2,7 @@
 
 use super::frames::IMAGE;
 use super::hard;
-use super::models::{DRAW_EVERY, WRONG_SHARE};
+use super::models::{DRAW_EVERY, MOST_ORBITS, WRONG_SHARE};
 use super::record::{Bench, CaseSummary, ChoiceRow, DriverRow, FrameRow, Integrated, Measured, Moved, Run, Spread};
 use super::schemes::ABSENT;
 use crate::output::html::{kelvin, significant};
@@ -152,7 +152,7 @@ pub fn frames(measured: &Measured) -> Option<Table> {
         notes: vec![format!(
             "Medians over {} ticks of about {} s, in which the Sun moves little: shadows are found anew only in the ticks said. \
              Passes by the device's clock; ticks by the host's, from one image in host memory to the next, while the host prepares \
-             the tick that follows. A first image culls triangles, the others keep the camera.",
+             the tick that follows. The first image culls all triangles, later ones those of joints that have moved since.",
             first.ticks,
             significant(first.tick_s)
         )],
@@ -188,7 +188,8 @@ pub fn models(measured: &Measured) -> Option<Table> {
     let mut notes = vec![format!(
         "Scene '{}', {} nodes, {} ticks of {} s. The first row is the base; every other row changes one thing. Differences of \
          temperatures are weighted with area, over all ticks; those of radiance are over the craft's pixels in an image every \
-         {DRAW_EVERY} ticks, with their share of its mean. A network is what the others approximate; not in the program: the craft's own \
+         {DRAW_EVERY} ticks, with their share of its mean. A network is what the others approximate, from its periodic state \
+         where the whole is measured; the others step {MOST_ORBITS} orbits towards it at most. Not in the program: the craft's own \
          infrared onto itself, what it hides from itself of the planet, the reflected term, and a sensor.",
         models.scene,
         models.nodes,

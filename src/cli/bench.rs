@@ -99,6 +99,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     for table in tables::all(&bench) {
         println!("{}", table.markdown());
     }
+    for (name, stolen) in bench.devices.iter().filter_map(|measured| Some((&measured.name, measured.stolen?))) {
+        println!("{name}: other guests of the host took {:.1} % of the processor time asked for\n", 1e2 * stolen);
+    }
     if let Some(folder) = &folder {
         println!("report: {}", folder.file(PAGE).display());
     }

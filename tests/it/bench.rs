@@ -142,6 +142,7 @@ fn bench_of(runs: Vec<Run>, (case, truth): &(Case, Truth)) -> Bench {
         name: "a <device>".to_owned(),
         info: None,
         load_average: [Some([1.0, 2.0, 3.0]), None],
+        stolen: Some(0.125),
         limits: None,
         responses: Vec::new(),
         frames: Vec::new(),

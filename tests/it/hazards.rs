@@ -53,9 +53,15 @@ fn wanted() -> Vec<Wanted> {
     all
 }
 
-/// Every frame that a run of a scene submits: settling, ticks, and a picture of the state as it is.
+/// The ranges as they are moved by many ticks in a dispatch.
+fn fused(ranges: &[StepRange]) -> Vec<StepRange> {
+    let variant = |variant: ThermalVariant| variant.fused().unwrap_or(variant);
+    ranges.iter().map(|range| StepRange { variant: variant(range.variant), ..*range }).collect()
+}
+
+/// Every frame that a run of a scene submits: settling, ticks, many of them at once, and a picture of the state as it is.
 fn frames(ranges: &[StepRange]) -> Vec<Frame> {
-    let mut frames = vec![Frame::settle(ranges)];
+    let mut frames = vec![Frame::settle(ranges), Frame::step(&fused(ranges), Wanted::default())];
     for method in [Method::Depth, Method::Exact] {
         let shadows = Frame::shadows(ranges, method);
         if shadows.steps.is_empty() {

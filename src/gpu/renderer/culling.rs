@@ -49,22 +49,17 @@ impl Culling {
         let mut due = Vec::new();
         for run in &mut self.runs {
             let Some(view) = views.get_mut(run.of.joint as usize) else { continue };
-            let motion = |from: &Option<View>| from.as_ref().and_then(|from| motion(from, view, run.bounds));
+            let now = *view;
+            let motion = |from: &View| motion(from, &now, run.bounds);
             let holds =
-                |culled: &View| culled == view || motion(&run.culled).is_some_and(|m| m <= f64::from(culled.margin));
+                |culled: &View| *culled == now || motion(culled).is_some_and(|moved| moved <= f64::from(culled.margin));
             if !run.culled.as_ref().is_some_and(holds) {
-                let margin =
-                    motion(&run.last).filter(|motion| *motion <= FAST).map_or(0.0, |motion| TICKS_AHEAD * motion);
-                let margin = margin.min(MOST_MARGIN) as f32;
-                run.culled = Some(View { margin, ..*view });
+                let slow = run.last.as_ref().and_then(motion).filter(|moved| *moved <= FAST);
+                view.margin = slow.map_or(0.0, |moved| (TICKS_AHEAD * moved).min(MOST_MARGIN)) as f32;
+                run.culled = Some(*view);
                 due.push(run.of);
             }
-            run.last = Some(*view);
-        }
-        for run in &due {
-            if let Some(culled) = self.runs.iter().find(|one| one.of == *run).and_then(|one| one.culled) {
-                views[run.joint as usize].margin = culled.margin;
-            }
+            run.last = Some(now);
         }
         due
     }
