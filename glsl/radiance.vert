@@ -11,7 +11,7 @@ layout(set = 0, binding = 4) readonly buffer TemperatureBlock { float temperatur
 layout(set = 0, binding = 5) readonly buffer GroupMaterialBlock { uint group_material[]; };
 layout(set = 0, binding = 6) readonly buffer GroupPartBlock { uint group_part[]; };
 
-// Few locations, for a software rasteriser keeps 48 bytes of each for every triangle of an image.
+// What is interpolated.
 layout(location = 0) out vec2 temperature_depth;
 // Part, material, and the bits of the first corner's temperature.
 layout(location = 1) flat out uvec3 first_corner;

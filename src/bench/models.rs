@@ -25,8 +25,7 @@ use crate::thermal::nodes::GROUP;
 const TICKS: u32 = 60;
 /// Ticks of a quick one, which follows a quarter of an orbit in place of the periodic state.
 const QUICK_TICKS: u32 = 12;
-/// Orbits towards the periodic state at most, where nothing conducts: a transition has forgotten by then where it began, and rays
-/// take a second a tick.
+/// Orbits towards the periodic state at most, where nothing conducts: rays take up to a second a tick.
 pub const MOST_ORBITS: f64 = 3.0;
 /// Ticks between two images.
 pub const DRAW_EVERY: u32 = 6;

@@ -71,7 +71,8 @@ pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
 
 impl Context {
     /// Opens the device whose name contains `wanted` (ignoring case), or the best one present. With `validate`, the
-    /// validation layer watches, synchronisation included, and its messages are kept.
+    /// validation layer watches, synchronisation included, and its messages are kept. A device that is the processor has glibc
+    /// keep freed memory from then on, in the whole process.
     ///
     /// # Errors
     /// No loader, driver or such device; no validation layer where it is asked for.

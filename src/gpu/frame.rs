@@ -477,3 +477,25 @@ fn radiance_pass() -> Pass {
         ],
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs follow each other from multiples of 64 on, joints may be without triangles, and a run may take several dispatches.
+    #[test]
+    fn no_two_runs_of_a_scene_share_a_draw() {
+        let (mut start, mut free) = (0, 0);
+        for (joint, count) in [(0, 5_000_000), (1, 1), (2, 130_000), (5, 64), (6, 9_000_000)] {
+            let run = TriangleRun { joint, triangles: (start, start + count) };
+            let pieces: Vec<TriangleRun> = run.pieces().collect();
+            assert_eq!(pieces[0].triangles.0, start);
+            assert_eq!(pieces.iter().map(|piece| piece.triangles.1 - piece.triangles.0).sum::<u32>(), count);
+            for (first, end) in pieces.into_iter().map(TriangleRun::draws) {
+                assert!(first >= free && first % DRAWS_BOUND == 0, "joint {joint}: {first} after {free}");
+                free = end;
+            }
+            start += count.next_multiple_of(64);
+        }
+    }
+}

@@ -52,7 +52,8 @@ fn state(prepared: &Prepared, at_once: usize, change: f64) -> (Vec<f32>, Engine)
 
 fn dispatches(engine: &Engine, fused: bool) -> usize {
     let passes = engine.pass_times().expect("a device").iter();
-    let thermal = passes.filter(|(name, _)| name.contains("thermal_step.") && name.contains(".fused") == fused);
+    let start = if fused { "forward thermal_step." } else { "thermal_step." };
+    let thermal = passes.filter(|(name, _)| name.starts_with(start));
     thermal.map(|(_, samples)| samples.len()).sum()
 }
 
