@@ -13,6 +13,7 @@ use super::record::Record;
 use super::responses::{self, OfMaterial};
 use super::{CompareError, INSTANT, NETWORK, RESPONSES, TRANSITION};
 use crate::gpu::context::Context;
+use crate::gpu::nodes::GROUP;
 use crate::output::comparison::Views;
 use crate::output::report::PassTime;
 use crate::output::series::Series;
@@ -22,7 +23,6 @@ use crate::simulation::job::{NodeGroups, check_finite};
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{is_drawn, pose_at, start};
-use crate::thermal::nodes::GROUP;
 
 /// Most steps that are shown as pictures.
 pub const MOST_VIEWS: usize = 6;

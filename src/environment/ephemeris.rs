@@ -5,7 +5,7 @@ use std::fmt;
 use glam::DVec3;
 
 use super::coast::{LONGEST_COAST, Residual, gravity, residual, turn};
-use super::newton::{self, hermite_degree};
+use super::divided_differences::{self, hermite_degree};
 use super::spacing::gaps;
 
 /// Position and velocity of a craft, GCRF, from the planet's centre.
@@ -226,7 +226,7 @@ impl Segment {
             Interpolation::Hermite(degree) => (hermite_degree(degree).div_ceil(2), 2),
             Interpolation::Coast => (2, 3),
         };
-        let mut state = polynomial(&samples[newton::window(samples.len(), next, points)], each, time);
+        let mut state = polynomial(&samples[divided_differences::window(samples.len(), next, points)], each, time);
         if next > 0 && samples[next - 1].time == time {
             state.position = samples[next - 1].position;
         }
@@ -246,7 +246,7 @@ fn polynomial(samples: &[Sample], each: usize, time: f64) -> State {
         (sample.time, [sample.position, sample.velocity.unwrap_or(DVec3::ZERO), bend])
     };
     let samples: Vec<(f64, [DVec3; 3])> = samples.iter().map(conditions).collect();
-    let (position, velocity) = newton::polynomial(&samples, each, time);
+    let (position, velocity) = divided_differences::polynomial(&samples, each, time);
     State { position, velocity }
 }
 

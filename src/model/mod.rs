@@ -21,7 +21,7 @@ mod subdivide;
 mod summary;
 mod weld;
 
-pub use animation::{Animation, Interpolation, Keys, NodeMotion};
+pub use animation::{Animation, NodeMotion};
 pub use collapse::Merged;
 pub use error::{Fault, ModelError};
 pub use summary::{ModelSummary, Share};

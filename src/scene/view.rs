@@ -4,7 +4,8 @@ use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
 use super::vector::point;
-use super::{Band, Initial, Probe};
+use super::{Initial, Probe};
+use crate::thermal::planck::Band;
 
 /// Reads `[radiance]`; absent is 8 to 14 um.
 pub(super) fn band(section: Option<&Section>, assumptions: &mut Vec<String>) -> Result<Band, SceneError> {

@@ -8,9 +8,9 @@ use super::reference_engine::{IncidentFunction, incident};
 use crate::environment::TickLoad;
 use crate::environment::shadow::Shadows;
 use crate::gpu::error::GpuError;
+use crate::gpu::nodes::{GROUP, PADDING};
 use crate::output::report::Accuracy;
 use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::nodes::{GROUP, PADDING};
 use crate::thermal::reference::{Reference, ReferenceNode};
 
 /// Nodes that are stepped along where nobody asks for more.

@@ -13,6 +13,7 @@ use super::periodic::Periodic;
 use super::prepare::Prepared;
 use super::{StepResult, run, start};
 use crate::gpu::error::GpuError;
+use crate::gpu::nodes::GROUP;
 use crate::output::OutputError;
 use crate::output::colour::ColourScale;
 use crate::output::exr::{read_exr, write_exr};
@@ -24,7 +25,6 @@ use crate::output::report::{Accuracy, FrameEntry, Picture, PlotEntry};
 use crate::output::series::{Series, SeriesRow};
 use crate::output::statistics::Groups;
 use crate::output::temperature_plots::{Eclipses, temperature_plots};
-use crate::thermal::nodes::GROUP;
 use crate::trace::Track;
 use rayon::prelude::*;
 

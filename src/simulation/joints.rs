@@ -119,7 +119,8 @@ fn played(name: &str, repeats: bool, node: &SceneNode, model: &Model) -> Result<
     }
     let rest = node.rest.ok_or("it has a matrix, which an animation cannot replace")?;
     let body_from_parent = similarity(node.body_from_parent).ok_or("the nodes above it scale it unevenly")?;
-    Ok(Played { motion: motion.clone(), duration: animation.duration, repeats, rest, body_from_parent })
+    let (rotation, translation) = (motion.rotation.clone(), motion.translation.clone());
+    Ok(Played { rotation, translation, duration: animation.duration, repeats, rest, body_from_parent })
 }
 
 /// A transform that keeps angles; `None` where it does not.

@@ -9,7 +9,6 @@ pub mod function;
 pub mod least_squares;
 pub mod material;
 pub mod network;
-pub mod nodes;
 pub mod planck;
 pub mod radiance;
 pub mod radiance_f32;

@@ -4,9 +4,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::environment::TickLoad;
+use crate::gpu::nodes::{GROUP, Nodes, PADDING};
 use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response, Retarget};
-use crate::thermal::nodes::{GROUP, Nodes, PADDING};
 use crate::thermal::transition::{TransitionState, transition_step};
 
 /// What falls on a plate with a unit normal (body frame) during a tick.

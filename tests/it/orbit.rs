@@ -3,7 +3,7 @@
 use glam::DVec3;
 use isotherm::environment::TickLoad;
 use isotherm::environment::tick::TickLoads;
-use isotherm::scene::{Attitude, CircularOrbit, Environment};
+use isotherm::environment::{Attitude, CircularOrbit, Environment};
 use isotherm::simulation::reference_engine::{IncidentFunction, incident};
 use isotherm::thermal::STEFAN_BOLTZMANN;
 use isotherm::thermal::material::Function::{Linear, Quadratic};

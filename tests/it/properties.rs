@@ -1,6 +1,7 @@
 //! What must hold of any scene: the start, rest without sources, energy, areas, and responses that coincide.
 
 use isotherm::gpu::error::GpuError;
+use isotherm::gpu::nodes::{GROUP, PADDING};
 use isotherm::gpu::pass::Resource;
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::engine::{Engine, Order, Tick};
@@ -9,7 +10,6 @@ use isotherm::simulation::reference_engine::incident;
 use isotherm::simulation::{run, start};
 use isotherm::thermal::STEFAN_BOLTZMANN;
 use isotherm::thermal::balance::{absorbed_flux, emissivity_sum};
-use isotherm::thermal::nodes::{GROUP, PADDING};
 use isotherm::thermal::reference::{ReferenceNode, commanded_temperature, reference_nodes};
 
 use super::craft::{AREA, Folder, glb_of_box, never, scene_with};

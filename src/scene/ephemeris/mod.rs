@@ -10,9 +10,9 @@ use hifitime::{Epoch, TimeScale};
 use super::epoch::{parse_epoch, time_system};
 use super::error::SceneError;
 use super::section::list;
+use crate::environment::divided_differences::{HIGHEST_DEGREE, hermite_degree};
 use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, Interpolation, Sample, Segment};
 use crate::environment::frames::{ReferenceFrame, to_gcrf};
-use crate::environment::newton::{HIGHEST_DEGREE, hermite_degree};
 use crate::environment::trajectory::{Source, Trajectory, seconds_between};
 use crate::environment::utc::utc;
 
