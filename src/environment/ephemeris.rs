@@ -7,26 +7,7 @@ use glam::DVec3;
 use super::coast::{LONGEST_COAST, Residual, gravity, residual, turn};
 use super::divided_differences::{self, hermite_degree};
 use super::spacing::gaps;
-
-/// Position and velocity of a craft, GCRF, from the planet's centre.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct State {
-    /// Position [m].
-    pub position: DVec3,
-    /// Velocity [m/s].
-    pub velocity: DVec3,
-}
-
-/// A line of an ephemeris.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
-    /// Time since the start of the scene [s].
-    pub time: f64,
-    /// Position [m], GCRF.
-    pub position: DVec3,
-    /// Velocity [m/s], GCRF, where it is stated.
-    pub velocity: Option<DVec3>,
-}
+use super::state::{SLACK, Sample, State};
 
 /// How to get from samples to what lies between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -144,9 +125,6 @@ impl Ephemeris {
         self.pieces.iter().flat_map(|piece| [piece.usable.0, piece.usable.1])
     }
 }
-
-/// Difference between two times that is rounding [s]: 541.8 s is 5418 steps of 0.1 s.
-pub const SLACK: f64 = 1e-6;
 
 /// Cuts a segment at its gaps, steps and manoeuvres.
 fn split(segment: Segment, pieces: &mut Vec<Segment>, findings: &mut Findings) {

@@ -22,6 +22,7 @@ pub mod rotation_history;
 pub mod shadow;
 pub mod sky;
 pub mod spacing;
+pub mod state;
 pub mod sun;
 pub mod tick;
 pub mod trajectory;

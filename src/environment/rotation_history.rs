@@ -4,8 +4,8 @@
 use glam::{DQuat, DVec3, DVec4};
 
 use super::divided_differences::{self, hermite_degree};
-use super::ephemeris::SLACK;
 use super::spacing::gaps;
+use super::state::SLACK;
 
 /// A rotation at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,8 +8,8 @@ use thiserror::Error;
 use super::Sky;
 use super::attitude::BodyFrame;
 use super::eclipse::{Discs, sign_change};
-use super::ephemeris::SLACK;
 use super::orbit_point::OrbitPoint;
+use super::state::SLACK;
 use super::trajectory::TrajectoryError;
 use crate::environment::{Attitude, Environment, Orbit};
 

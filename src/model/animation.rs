@@ -6,31 +6,8 @@ use serde_json::Value;
 use super::accessor::Accessors;
 use super::document::Document;
 use super::error::label;
+use super::{Animation, NodeMotion};
 use crate::environment::joints::keys::{KeyInterpolation, Keys};
-
-/// How one node moves.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct NodeMotion {
-    /// Index of the node in the file.
-    pub node: usize,
-    /// Its rotation (x, y, z, w), where that is animated.
-    pub rotation: Option<Keys<4>>,
-    /// Its translation [m], where that is animated.
-    pub translation: Option<Keys<3>>,
-    /// What else is animated, which no joint can follow.
-    pub other: Option<String>,
-}
-
-/// One animation.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Animation {
-    /// glTF name, or `animation_N` where the file gives none.
-    pub name: String,
-    /// Time of its last key [s].
-    pub duration: f64,
-    /// The nodes that it moves.
-    pub nodes: Vec<NodeMotion>,
-}
 
 /// Every animation of a file, or what is wrong with it.
 pub(super) fn read(document: &Document, accessors: &Accessors) -> Vec<Result<Animation, String>> {

@@ -8,7 +8,6 @@ use glam::{DQuat, DVec3};
 use hifitime::Epoch;
 
 use crate::environment::{Attitude, Environment, Orbit};
-use crate::thermal::material::Material;
 use crate::thermal::planck::Band;
 
 mod attitude;
@@ -35,6 +34,7 @@ mod sky_scene;
 mod table;
 pub mod targets;
 mod time;
+mod value_source;
 mod values;
 mod vector;
 mod view;
@@ -43,9 +43,11 @@ pub use density::{Density, Edges, PartRule};
 pub use error::SceneError;
 pub use joint::{JointMotion, JointRule};
 pub use load::{file_hash, scene_hash};
+pub use material::{MaterialRule, MaterialRules};
 pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, Owners};
 pub use shadows::ShadowSettings;
 pub use sky_scene::SkyScene;
+pub use view::{Initial, Probe};
 
 /// A checked scene. Nothing in it is a default that the user was not told of: see `assumptions`.
 #[derive(Debug, Clone)]
@@ -125,26 +127,6 @@ pub enum Draw {
     Steps(Vec<u32>),
 }
 
-/// Rules in the order of the file; the first that matches a glTF material's name wins.
-#[derive(Debug, Clone, Default)]
-pub struct MaterialRules {
-    /// The rules.
-    pub rules: Vec<MaterialRule>,
-    /// Used where no rule matches and the glTF material has no `isotherm_` extras of its own.
-    pub default: Option<MaterialRule>,
-    /// What `extras` are read with when the model is known.
-    extras: material::ExtrasContext,
-}
-
-/// Patterns and the values that they give.
-#[derive(Debug, Clone)]
-pub struct MaterialRule {
-    /// Wildcard patterns (`*`, `?`) on glTF material names.
-    pub patterns: Vec<String>,
-    /// Values; `name` is filled in when the rule is applied.
-    pub material: Material,
-}
-
 /// Frame in which the camera's pose is given; its origin is the craft's body origin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CameraFrame {
@@ -175,24 +157,4 @@ pub struct Camera {
     pub frame_from_camera: DQuat,
     /// Distance of the near plane [m].
     pub near: f64,
-}
-
-/// State at the start (time 0, or the start of the warm-up).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Initial {
-    /// Settled at the balance temperature of the first tick's mean load.
-    Balance,
-    /// Settled at this temperature [K].
-    Temperature(f64),
-}
-
-/// A point whose nearest node is written to the series.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Probe {
-    /// Column name.
-    pub name: String,
-    /// Position in the body frame [m].
-    pub position: DVec3,
-    /// Only nodes of this part, where given.
-    pub part: Option<String>,
 }

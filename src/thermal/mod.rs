@@ -6,6 +6,7 @@ pub mod balance;
 pub mod brightness;
 pub mod fit;
 pub mod function;
+pub mod incident;
 pub mod least_squares;
 pub mod material;
 pub mod network;

@@ -5,28 +5,29 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::sync_channel;
 use std::time::Instant;
 
-use super::check::Check;
-use super::engine::Engine;
-use super::frames::FrameMaker;
-use super::network::TickCost;
-use super::periodic::Periodic;
-use super::prepare::Prepared;
-use super::{StepResult, run, start};
+use rayon::prelude::*;
+
+use super::OutputError;
+use super::colour::ColourScale;
+use super::exr::{read_exr, write_exr};
+use super::folder::{RunFolder, write_bytes};
+use super::frame::{Frame, FrameHeader, Quantity};
+use super::frame_maker::FrameMaker;
+use super::joints::JointSeries;
+use super::picture::{Tile, contact_sheet, picture};
+use super::report::{FrameEntry, Picture, PlotEntry};
+use super::series::{Series, SeriesRow};
+use super::statistics::Groups;
+use super::temperature_plots::{Eclipses, temperature_plots};
 use crate::gpu::error::GpuError;
 use crate::gpu::nodes::GROUP;
-use crate::output::OutputError;
-use crate::output::colour::ColourScale;
-use crate::output::exr::{read_exr, write_exr};
-use crate::output::folder::{RunFolder, write_bytes};
-use crate::output::frame::{Frame, FrameHeader, Quantity};
-use crate::output::joints::JointSeries;
-use crate::output::picture::{Tile, contact_sheet, picture};
-use crate::output::report::{Accuracy, FrameEntry, Picture, PlotEntry};
-use crate::output::series::{Series, SeriesRow};
-use crate::output::statistics::Groups;
-use crate::output::temperature_plots::{Eclipses, temperature_plots};
+use crate::simulation::check::{Accuracy, Check};
+use crate::simulation::engine::Engine;
+use crate::simulation::network::TickCost;
+use crate::simulation::periodic::Periodic;
+use crate::simulation::prepare::Prepared;
+use crate::simulation::{StepResult, run, start};
 use crate::trace::Track;
-use rayon::prelude::*;
 
 /// Most pictures on the contact sheet.
 const MOST_TILES: usize = 12;
