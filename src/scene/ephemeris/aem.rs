@@ -9,7 +9,7 @@ use super::text::{FileLine, number};
 
 /// Where the reader is in the message.
 #[derive(Clone, Copy, PartialEq)]
-enum Reading {
+enum AemBlock {
     Header,
     Metadata,
     BeforeData,
@@ -29,26 +29,26 @@ pub(super) fn parse(path: &Path, text: &str, assumptions: &mut Vec<String>) -> R
     };
     let mut segments: Vec<Segment> = Vec::new();
     let mut metadata = Metadata::default();
-    let mut reading = Reading::Header;
+    let mut block = AemBlock::Header;
     for (line, content) in lines(text) {
         let at = FileLine { path, line };
-        match (content, reading) {
-            (Line::Mark("META_START"), Reading::Header | Reading::Data | Reading::AfterData) => {
+        match (content, block) {
+            (Line::Mark("META_START"), AemBlock::Header | AemBlock::Data | AemBlock::AfterData) => {
                 metadata = Metadata { line, version, entries: Vec::new() };
-                reading = Reading::Metadata;
+                block = AemBlock::Metadata;
             }
-            (Line::Mark("META_STOP"), Reading::Metadata) => {
+            (Line::Mark("META_STOP"), AemBlock::Metadata) => {
                 segments.push(interpret(path, &metadata, assumptions)?);
-                reading = Reading::BeforeData;
+                block = AemBlock::BeforeData;
             }
-            (Line::Mark("DATA_START"), Reading::BeforeData) => reading = Reading::Data,
-            (Line::Mark("DATA_STOP"), Reading::Data) => reading = Reading::AfterData,
+            (Line::Mark("DATA_START"), AemBlock::BeforeData) => block = AemBlock::Data,
+            (Line::Mark("DATA_STOP"), AemBlock::Data) => block = AemBlock::AfterData,
             (Line::Mark(mark), _) => return Err(at.error(mark, "does not belong here")),
-            (Line::Pair(..), Reading::Header) => {}
-            (Line::Pair(key, value), Reading::Metadata) => {
+            (Line::Pair(..), AemBlock::Header) => {}
+            (Line::Pair(key, value), AemBlock::Metadata) => {
                 metadata.entries.push((line, key.to_owned(), value.to_owned()));
             }
-            (Line::Data(data), Reading::Data) => {
+            (Line::Data(data), AemBlock::Data) => {
                 if let Some(segment) = segments.last_mut() {
                     let row = row(&at, data, segment)?;
                     segment.rows.push(row);
@@ -65,15 +65,15 @@ pub(super) fn parse(path: &Path, text: &str, assumptions: &mut Vec<String>) -> R
     }
     let missing =
         |key: &str| FileLine { path, line: text.lines().count() }.error(key, "is missing: the file ends before it");
-    match reading {
-        Reading::Header => {
+    match block {
+        AemBlock::Header => {
             Err(FileLine { path, line: 1 }.error("META_START", "is missing: the message has no segment"))
         }
-        Reading::Metadata => Err(missing("META_STOP")),
-        Reading::BeforeData => Err(missing("DATA_START")),
-        Reading::Data | Reading::AfterData => {
+        AemBlock::Metadata => Err(missing("META_STOP")),
+        AemBlock::BeforeData => Err(missing("DATA_START")),
+        AemBlock::Data | AemBlock::AfterData => {
             if let Some(last) = segments.last_mut() {
-                last.torn = reading == Reading::Data;
+                last.torn = block == AemBlock::Data;
             }
             Ok(segments)
         }

@@ -11,7 +11,7 @@ use super::text::{FileLine, number};
 
 /// Where the reader is in the message.
 #[derive(Clone, Copy, PartialEq)]
-enum Reading {
+enum OemBlock {
     Header,
     Metadata,
     States,
@@ -25,31 +25,31 @@ enum Reading {
 pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stated>, SceneError> {
     check_version(path, text, "CCSDS_OEM_VERS")?;
     let mut segments: Vec<Stated> = Vec::new();
-    let mut reading = Reading::Header;
+    let mut block = OemBlock::Header;
     for (line, content) in lines(text) {
         let at = FileLine { path, line };
-        match (content, reading) {
-            (Line::Mark("META_START"), Reading::Header | Reading::States) => {
+        match (content, block) {
+            (Line::Mark("META_START"), OemBlock::Header | OemBlock::States) => {
                 segments.push(Stated { line, ..Stated::default() });
-                reading = Reading::Metadata;
+                block = OemBlock::Metadata;
             }
-            (Line::Mark("META_STOP"), Reading::Metadata) => reading = Reading::States,
-            (Line::Mark("COVARIANCE_START"), Reading::States) => reading = Reading::Covariance,
-            (Line::Mark("COVARIANCE_STOP"), Reading::Covariance) => reading = Reading::States,
+            (Line::Mark("META_STOP"), OemBlock::Metadata) => block = OemBlock::States,
+            (Line::Mark("COVARIANCE_START"), OemBlock::States) => block = OemBlock::Covariance,
+            (Line::Mark("COVARIANCE_STOP"), OemBlock::Covariance) => block = OemBlock::States,
             (Line::Mark(mark), _) => return Err(at.error(mark, "does not belong here")),
-            (Line::Pair(..), Reading::Header) | (_, Reading::Covariance) => {}
-            (Line::Pair(key, value), Reading::Metadata) => {
+            (Line::Pair(..), OemBlock::Header) | (_, OemBlock::Covariance) => {}
+            (Line::Pair(key, value), OemBlock::Metadata) => {
                 if let Some(segment) = segments.last_mut() {
                     metadata(segment, line, key, value);
                 }
             }
-            (Line::Data(data), Reading::States) => {
+            (Line::Data(data), OemBlock::States) => {
                 let state = state(&at, line, data)?;
                 if let Some(segment) = segments.last_mut() {
                     segment.lines.push(state);
                 }
             }
-            (Line::Pair(key, _), Reading::States) => {
+            (Line::Pair(key, _), OemBlock::States) => {
                 return Err(at.error(key, "stands among the states; metadata belong between META_START and META_STOP"));
             }
             (Line::Data(data), _) => {
@@ -57,19 +57,19 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stated>, SceneError> 
             }
         }
     }
-    match reading {
-        Reading::States => {
+    match block {
+        OemBlock::States => {
             segments.iter_mut().for_each(note_missing);
             if let Some(last) = segments.last_mut() {
                 last.torn = !text.ends_with(['\n', '\r']);
             }
             Ok(segments)
         }
-        Reading::Header => {
+        OemBlock::Header => {
             Err(FileLine { path, line: 1 }.error("META_START", "is missing: the message has no segment"))
         }
-        Reading::Metadata => Err(unfinished(path, text, "META_STOP")),
-        Reading::Covariance => Err(unfinished(path, text, "COVARIANCE_STOP")),
+        OemBlock::Metadata => Err(unfinished(path, text, "META_STOP")),
+        OemBlock::Covariance => Err(unfinished(path, text, "COVARIANCE_STOP")),
     }
 }
 
