@@ -25,6 +25,7 @@ mod properties;
 mod quads;
 mod response;
 mod response_fit;
+mod rooms;
 mod run;
 mod scene;
 mod shaders;
