@@ -100,8 +100,8 @@ pub enum GpuError {
         /// The allocator's reason.
         source: gpu_allocator::AllocationError,
     },
-    /// A scene's response functions do not compile.
-    #[error("compiling the scene's response functions: {0}")]
+    /// A shader does not compile.
+    #[error("compiling a shader: {0}")]
     Compile(#[from] super::compile::CompileError),
     /// A Vulkan call failed.
     #[error("{call}: {result}")]

@@ -201,7 +201,7 @@ fn areas_and_switches() {
         for (prepared, there) in [(&prepared, true), (&other, false)] {
             let data = DeviceData::new(prepared);
             let data = data.scene_data(prepared, None);
-            let named = data.ranges.iter().all(|range| range.variant.name().split('.').any(|part| part == word));
+            let named = data.ranges.iter().all(|range| range.variant.shader().words.contains(&word));
             assert_eq!(named, there, "{word}");
             let buffer = data.plan().iter().any(|planned| planned.resource == resource);
             assert_eq!(buffer, there || resource == Resource::Tick, "{resource:?}");

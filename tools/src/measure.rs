@@ -1,9 +1,10 @@
 //! Measures what README states: the thermal pass by number of nodes, whole ticks of a scene by density and size, and
-//! stages of large networks, what building a scene costs, and how far fast shadows are from exact ones.
+//! stages of large networks, what building and starting a scene costs, and how far fast shadows are from exact ones.
 
 mod build_cost;
 mod network_cost;
 mod shadow_error;
+mod start_up;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -68,6 +69,12 @@ struct Arguments {
     /// Texels each way of the maps of --shadows
     #[arg(long, value_delimiter = ',', default_values_t = [1024, 2048, 4096])]
     shadow_maps: Vec<u32>,
+    /// Measure nothing but the start of the scene, and of the `isotherm` beside this program
+    #[arg(long)]
+    start_up: bool,
+    /// Another build of `isotherm` whose start takes turns with it
+    #[arg(long, value_name = "FILE", requires = "start_up")]
+    before: Option<PathBuf>,
     /// Build with this longest edge alone, in this process
     #[arg(long, hide = true)]
     build_one: Option<f64>,
@@ -103,6 +110,10 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
         let mut same = vec!["--scene".to_owned(), arguments.scene.display().to_string()];
         same.extend(arguments.device.iter().flat_map(|device| ["--device".to_owned(), device.clone()]));
         return build_cost::measure(&arguments.build_edges, &same);
+    }
+    if arguments.start_up {
+        let (device, before) = (arguments.device.as_deref(), arguments.before.as_deref());
+        return start_up::measure(&arguments.scene, device, before, arguments.ticks as usize);
     }
     let scene = Scene::load(&arguments.scene)?;
     if arguments.shadows {
