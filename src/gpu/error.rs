@@ -84,14 +84,6 @@ pub enum GpuError {
         /// Why.
         reason: String,
     },
-    /// A thermal network could not be integrated.
-    #[error("the thermal network at {time} s: {reason}")]
-    Network {
-        /// Start of the tick [s].
-        time: f64,
-        /// Why.
-        reason: String,
-    },
     /// Device memory could not be had.
     #[error("allocating '{name}': {source}")]
     Allocation {

@@ -2,12 +2,12 @@
 
 use std::collections::HashMap;
 
+use super::engine::EngineError;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::reference_engine::{IncidentFunction, incident};
 use crate::environment::TickLoad;
 use crate::environment::shadow::Shadows;
-use crate::gpu::error::GpuError;
 use crate::output::report::Accuracy;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::nodes::{GROUP, PADDING};
@@ -73,7 +73,7 @@ impl NetworkCheck {
         self.run.scene().heat(|slot| absorbed[&slot])
     }
 
-    fn after(&mut self, done: Result<(), GpuError>) {
+    fn after(&mut self, done: Result<(), EngineError>) {
         let found = done.and_then(|()| self.run.temperatures());
         match found {
             Ok(temperatures) => {

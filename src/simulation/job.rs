@@ -6,13 +6,12 @@ use std::sync::mpsc::sync_channel;
 use std::time::Instant;
 
 use super::check::Check;
-use super::engine::Engine;
+use super::engine::{Engine, EngineError};
 use super::frames::FrameMaker;
 use super::network::TickCost;
 use super::periodic::Periodic;
 use super::prepare::Prepared;
 use super::{StepResult, run, start};
-use crate::gpu::error::GpuError;
 use crate::output::OutputError;
 use crate::output::colour::ColourScale;
 use crate::output::exr::{read_exr, write_exr};
@@ -38,9 +37,9 @@ const WAITING_FRAMES: usize = 2;
 /// What ends a run early.
 #[derive(Debug, thiserror::Error)]
 pub enum JobError {
-    /// The device.
+    /// The engine.
     #[error(transparent)]
-    Gpu(#[from] GpuError),
+    Engine(#[from] EngineError),
     /// The output folder.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -94,7 +93,7 @@ pub struct Outcome {
 /// The device fails, or a file cannot be written.
 pub fn run_into(
     prepared: &Prepared,
-    engine: &mut Engine,
+    engine: &mut dyn Engine,
     folder: &RunFolder,
     check: Option<usize>,
     stop: &AtomicBool,

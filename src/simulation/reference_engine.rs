@@ -4,21 +4,20 @@ use std::collections::VecDeque;
 
 use super::check::shade;
 use super::device_data::back_optics;
-use super::engine::{Delivered, Order, Pixels, Tick};
+use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Tick};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::viewpoint::raster_view;
 use crate::environment::TickLoad;
 use crate::environment::load::{self, albedo_flux, planet_ir_flux, solar_flux};
 use crate::environment::shadow::{Jointed, Shadows};
-use crate::gpu::error::GpuError;
 use crate::raster::{self, Surface, rasterise};
 use crate::scene::Camera;
 use crate::thermal::balance::Incident;
 use crate::thermal::nodes::{GROUP, PADDING};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::reference::{Reference, ReferenceNode};
-use crate::trace::Trace;
+use crate::trace::{Trace, Track};
 
 /// Fluxes on a plate, by the twins of the device's functions.
 pub fn incident(load: &TickLoad, normal: glam::DVec3) -> Incident {
@@ -48,18 +47,18 @@ pub struct ReferenceEngine {
     parts: Vec<u32>,
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
-    pub(super) network: Option<NetworkRun>,
-    /// Ticks so far.
-    pub(super) ticks: u64,
+    network: Option<NetworkRun>,
+    ticks: u64,
     camera: Option<Camera>,
     table: RadianceTable,
     /// What the ticks have left that was not fetched yet.
-    pub(super) delivered: VecDeque<Delivered>,
-    pub(super) trace: Trace,
+    delivered: VecDeque<Delivered>,
+    trace: Trace,
 }
 
 impl ReferenceEngine {
-    pub(super) fn new(prepared: &Prepared, camera: Option<&Camera>) -> Self {
+    /// The scene on the reference. Images are drawn where `camera` is given.
+    pub fn new(prepared: &Prepared, camera: Option<&Camera>) -> Self {
         let nodes = &prepared.nodes;
         let node_of_slot: Vec<u32> = (0..nodes.vertex_of_node.len() as u32)
             .filter(|slot| nodes.vertex_of_node[*slot as usize] != PADDING)
@@ -105,24 +104,6 @@ impl ReferenceEngine {
         }
     }
 
-    /// Settles every node at the balance temperature of a load, and networks at their steady state at a time [s].
-    pub(super) fn settle(&mut self, load: &TickLoad, time: f64) -> Result<(), GpuError> {
-        self.shade(load);
-        self.reference.settle(load);
-        let heat = self.heat(load);
-        match &mut self.network {
-            Some(network) => network.settle(heat, time)?,
-            None => return Ok(()),
-        }
-        self.take_network()
-    }
-
-    /// Settles every node at a temperature [K].
-    pub(super) fn settle_at(&mut self, temperature: f64) -> Result<(), GpuError> {
-        self.reference.settle_at(temperature);
-        self.network.as_mut().map_or(Ok(()), |network| network.settle_at(temperature))
-    }
-
     /// Finds the shadows of a load, where the last ones do not hold.
     fn shade(&mut self, load: &TickLoad) {
         shade(&mut self.reference, &mut self.shadows, load);
@@ -140,7 +121,7 @@ impl ReferenceEngine {
     }
 
     /// Hands the network's temperatures to the nodes.
-    fn take_network(&mut self) -> Result<(), GpuError> {
+    fn take_network(&mut self) -> Result<(), EngineError> {
         let Some(network) = &mut self.network else { return Ok(()) };
         let temperatures = network.temperatures()?;
         let mut of_slot = vec![f64::NAN; self.slots];
@@ -152,9 +133,40 @@ impl ReferenceEngine {
         }
         Ok(())
     }
+}
 
-    /// Steps, where there is a tick, and leaves what is ordered.
-    pub(super) fn run(&mut self, tick: Option<Tick<'_>>, order: Order<'_>) -> Result<(), GpuError> {
+impl Engine for ReferenceEngine {
+    fn record(&mut self, trace: Trace) {
+        self.trace = trace;
+    }
+
+    fn trace(&self) -> Trace {
+        self.trace.clone()
+    }
+
+    fn device_name(&self) -> String {
+        "cpu (f64 reference)".to_owned()
+    }
+
+    fn settle(&mut self, load: &TickLoad, time: f64) -> Result<(), EngineError> {
+        self.shade(load);
+        self.reference.settle(load);
+        let heat = self.heat(load);
+        match &mut self.network {
+            Some(network) => network.settle(heat, time)?,
+            None => return Ok(()),
+        }
+        self.take_network()
+    }
+
+    fn settle_at(&mut self, temperature: f64, _nodes: usize) -> Result<(), EngineError> {
+        self.reference.settle_at(temperature);
+        self.network.as_mut().map_or(Ok(()), |network| network.settle_at(temperature))
+    }
+
+    fn submit(&mut self, tick: Option<Tick<'_>>, order: Order<'_>) -> Result<(), EngineError> {
+        let trace = self.trace.clone();
+        let _computes = trace.span(Track::Host, "f64 reference");
         if let Some(tick) = tick {
             self.ticks += 1;
             self.shade(tick.load);
@@ -204,5 +216,21 @@ impl ReferenceEngine {
         let temperatures = order.temperatures.then(|| temperatures.iter().map(|t| *t as f32).collect());
         self.delivered.push_back(Delivered { pixels, temperatures });
         Ok(())
+    }
+
+    fn deliver(&mut self) -> Result<Delivered, EngineError> {
+        Ok(self.delivered.pop_front().unwrap_or_default())
+    }
+
+    fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    fn network(&self) -> Option<&NetworkRun> {
+        self.network.as_ref()
+    }
+
+    fn network_mut(&mut self) -> Option<&mut NetworkRun> {
+        self.network.as_mut()
     }
 }

@@ -20,6 +20,7 @@ use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::output::report::PassTime;
 use isotherm::scene::Scene;
 use isotherm::simulation::device_data::DeviceData;
+use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, Order, Tick};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::viewpoint::camera_from_body;
@@ -267,7 +268,7 @@ fn unused_function(context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError
     unused.response = Response::Transition(Transition { heating: profile.clone(), cooling: profile, retarget, domain });
     with.materials.push(unused);
     let thermal = |prepared: &Prepared| -> Result<(f64, usize, u64), AnyError> {
-        let mut engine = Engine::on_device(context, prepared, None)?;
+        let mut engine = DeviceEngine::new(context, prepared, None)?;
         let step = prepared.scene.time.step;
         engine.settle(&prepared.loads.tick_load(0.0, step), 0.0)?;
         for tick in 0..60 {
@@ -346,7 +347,7 @@ fn measure_ticks(ticks: u32, context: &Arc<Context>, scene: Scene, edge: f64) ->
     let began = Instant::now();
     let prepared = Prepared::from_scene(scene, &mut |_| {})?;
     let camera = prepared.scene.require_camera()?.clone();
-    let mut engine = Engine::on_device(context, &prepared, Some(&camera))?;
+    let mut engine = DeviceEngine::new(context, &prepared, Some(&camera))?;
     let step = prepared.scene.time.step;
     engine.settle(&prepared.loads.tick_load(0.0, step), 0.0)?;
     let start_up = began.elapsed().as_secs_f64();

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use isotherm::gpu::context::Context;
 use isotherm::scene::Scene;
+use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, Order, Tick};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::viewpoint::camera_from_body;
@@ -29,9 +30,9 @@ pub fn measure(scene: &Path, device: Option<&str>, before: Option<&Path>, rounds
         let mut passed = || std::mem::replace(&mut clock, Instant::now()).elapsed().as_secs_f64() * 1e3;
         let context = Context::open(device, false)?;
         parts[0].1.push(passed());
-        drop(Engine::on_device(&context, &prepared, Some(&camera))?);
+        drop(DeviceEngine::new(&context, &prepared, Some(&camera))?);
         parts[1].1.push(passed());
-        let mut engine = Engine::on_device(&context, &prepared, Some(&camera))?;
+        let mut engine = DeviceEngine::new(&context, &prepared, Some(&camera))?;
         parts[2].1.push(passed());
         engine.settle(&load, 0.0)?;
         let pose = Some(camera_from_body(&camera, &prepared.loads.sky_model().sky(step)));
