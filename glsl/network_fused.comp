@@ -1,6 +1,18 @@
 #version 450
 // A small network by one workgroup: all sub-steps of an attempt with all their stages, a barrier between stages.
-// EXPLICIT: Euler and RKL2. IMPLICIT: TR-BDF2. SETTLE: arithmetic nodes, or all nodes, into balance.
+// EXPLICIT, and what has none of these: Euler and RKL2. IMPLICIT: TR-BDF2. SETTLE: arithmetic nodes, or all nodes, into
+// balance. LANES_8, LANES_64, LANES_256: invocations, 64 where none is given.
+
+#if defined(IMPLICIT) || defined(SETTLE)
+#define RADIATIVE
+#define ELIMINATION
+#endif
+#if !defined(IMPLICIT) && !defined(SETTLE) && !defined(EXPLICIT)
+#define EXPLICIT
+#endif
+#if !defined(LANES_8) && !defined(LANES_256) && !defined(LANES_64)
+#define LANES_64
+#endif
 
 #include "network_types.glsl"
 #include "network.glsl"

@@ -3,12 +3,38 @@
 // preconditioner in the form with one reduction an iteration (Chronopoulos & Gear, J. Comput. Appl. Math. 25, 1989, 153).
 // A pass a dispatch, four nodes an invocation, ordered by the barriers of src/gpu/network/solve_frame.rs.
 // START: of a sub-step of TR-BDF2. BALANCE, RESIDUAL: right side and diagonal, for what stores no heat and for a stage.
-// PRODUCT: the matrix times z. SCALARS: sums, and what they decide. UPDATE: the vectors. MOVE: the temperatures.
-// MIDDLE: the change at the end of the first stage. ESTIMATE: the error.
+// PRODUCT: the matrix times z. SCALARS: sums, and what they decide. UPDATE, and what has none of these: the
+// vectors. MOVE: the temperatures. MIDDLE: the change at the end of the first stage. ESTIMATE: the error.
 //
 // What has converged no longer moves, so that how many iterations were recorded changes no result that was reached.
 // Where nodes radiate to each other the matrix is not symmetric: the solver takes the geometric mean of each two
 // entries, which leaves it positive definite, and Newton's method sees the exact balances.
+
+#if defined(START) || defined(BALANCE) || defined(RESIDUAL) || defined(ESTIMATE)
+#define GATHERS
+#endif
+#if defined(GATHERS) || defined(MOVE) || defined(MIDDLE)
+#define HERE
+#endif
+#if defined(BALANCE) || defined(RESIDUAL)
+#define SUMS
+#define RIGHT_SIDE
+#endif
+#if defined(RESIDUAL) || defined(MIDDLE) || defined(ESTIMATE)
+#define STEPS
+#endif
+#if defined(PRODUCT) || defined(SCALARS) || defined(MOVE)
+#define REDUCES
+#endif
+#if !defined(HERE) && !defined(REDUCES) && !defined(UPDATE)
+#define UPDATE
+#endif
+#ifdef MOVE
+#define MOVES
+#endif
+#if !defined(START) && !defined(SCALARS)
+#define LISTED
+#endif
 
 #include "network_types.glsl"
 #include "network.glsl"

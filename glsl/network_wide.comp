@@ -1,7 +1,21 @@
 #version 450
 // A large network: one pass over all nodes a dispatch, four nodes an invocation, ordered by the barriers of
-// src/gpu/network/frame.rs. BEGIN: the rates at the start. FIRST: rebases, and the first stage. STAGE: any other stage.
-// LONE: balances arithmetic nodes. LAST: the rates at the end and the error. SENSE: the sensors.
+// src/gpu/network/frame.rs. BEGIN: the rates at the start. FIRST, and what has none of these: rebases, and the first stage.
+// STAGE: any other stage. LONE: balances arithmetic nodes. LAST: the rates at the end and the error. SENSE: the sensors.
+
+#if defined(LONE)
+#define MOVES
+#define LISTED
+#endif
+#if defined(LONE) || defined(LAST)
+#define SUMS
+#endif
+#if defined(BEGIN) || defined(STAGE) || defined(LONE) || defined(LAST) || defined(SENSE)
+#define GATHERS
+#endif
+#if !defined(GATHERS) && !defined(FIRST)
+#define FIRST
+#endif
 
 #include "network_types.glsl"
 #include "network.glsl"

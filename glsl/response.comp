@@ -1,6 +1,11 @@
 #version 450
 // The response of nodes to given targets: many steps of the transition that the thermal step takes, without its load.
-// Four nodes an invocation, padded like the thermal step's; targets and temperatures lie step after step.
+// Four nodes an invocation, padded like the thermal step's; targets and temperatures lie step after step. Retargeted by
+// RESTART, else by MERGE.
+
+#if !defined(RESTART) && !defined(MERGE)
+#define MERGE
+#endif
 
 #include "types.glsl"
 #ifndef SHAPED

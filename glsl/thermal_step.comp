@@ -1,7 +1,16 @@
 #version 450
 // One tick of every node of a range: the mean load of the tick, the balance temperature that it commands, and the
 // transition towards it. Four nodes an invocation. Variants (src/gpu/variant.rs) leave out what a scene does not have; a
-// fused one takes many ticks, each under its own load, and leaves the temperatures of the last.
+// fused one takes many ticks, each under its own load, and leaves the temperatures of the last. INSTANT, and what has none
+// of these: the balance temperature itself. MERGE, RESTART: a transition. ADVANCE: one whose target stays, without a load.
+// ABSORB: the flux that a thermal network takes in.
+
+#if defined(MERGE) || defined(RESTART) || defined(ADVANCE)
+#define TRANSITION
+#endif
+#ifndef ADVANCE
+#define COMMAND
+#endif
 
 #include "types.glsl"
 #include "balance.glsl"

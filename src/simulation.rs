@@ -7,24 +7,23 @@ use glam::DAffine3;
 pub mod check;
 pub mod density;
 pub mod device_data;
+pub mod device_engine;
 pub mod engine;
 pub mod forward;
 pub mod joints;
 pub mod network;
-pub mod order;
 pub mod periodic;
 pub mod prepare;
 pub mod prepare_error;
+mod prepare_steps;
 pub mod reference_engine;
 pub mod viewpoint;
 
-use crate::gpu::error::GpuError;
 use crate::scene::{Draw, Initial};
 use crate::trace::Track;
 use check::Check;
-use engine::Engine;
+use engine::{Delivered, Engine, EngineError, Order, Tick};
 use forward::{Passing, forward};
-use order::{Delivered, Order, Tick};
 use periodic::Periodic;
 use prepare::Prepared;
 use viewpoint::camera_from_body;
@@ -47,11 +46,11 @@ pub struct StepResult {
 /// A call that fails.
 pub fn start(
     prepared: &Prepared,
-    engine: &mut Engine,
+    engine: &mut dyn Engine,
     mut check: Option<&mut Check>,
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
-) -> Result<Option<Periodic>, GpuError> {
+) -> Result<Option<Periodic>, EngineError> {
     let went = warm_up(prepared, engine, check.as_deref_mut(), stop, progress)?;
     if let Some(check) = check
         && let Some(temperatures) = engine.network_temperatures()?
@@ -64,11 +63,11 @@ pub fn start(
 
 fn warm_up(
     prepared: &Prepared,
-    engine: &mut Engine,
+    engine: &mut dyn Engine,
     mut check: Option<&mut Check>,
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
-) -> Result<Option<Periodic>, GpuError> {
+) -> Result<Option<Periodic>, EngineError> {
     let step = prepared.scene.time.step;
     let ticks = prepared.warm_up_ticks();
     let time = |tick: u32| step * (f64::from(tick) - f64::from(ticks));
@@ -100,9 +99,9 @@ fn warm_up(
 ///
 /// # Errors
 /// A call that fails, or what `consume` returns.
-pub fn run<E: From<GpuError>>(
+pub fn run<E: From<EngineError>>(
     prepared: &Prepared,
-    engine: &mut Engine,
+    engine: &mut dyn Engine,
     mut check: Option<&mut Check>,
     stop: &AtomicBool,
     consume: &mut dyn FnMut(StepResult) -> Result<(), E>,
@@ -148,11 +147,11 @@ pub fn run<E: From<GpuError>>(
 /// A call that fails.
 pub fn still(
     prepared: &Prepared,
-    engine: &mut Engine,
+    engine: &mut dyn Engine,
     time: f64,
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
-) -> Result<Option<StepResult>, GpuError> {
+) -> Result<Option<StepResult>, EngineError> {
     let length = prepared.scene.time.step;
     // Rounding of time / step must not make a last tick of no length.
     let whole = (time / length + 1e-9).floor();
@@ -172,9 +171,9 @@ pub fn still(
     Ok(Some(StepResult { step: whole as u32, time, pose, delivered }))
 }
 
-fn hand_over<E: From<GpuError>>(
+fn hand_over<E: From<EngineError>>(
     prepared: &Prepared,
-    engine: &mut Engine,
+    engine: &mut dyn Engine,
     check: Option<&mut Check>,
     (step, pose, reference): (u32, Option<DAffine3>, Option<Vec<f64>>),
     consume: &mut dyn FnMut(StepResult) -> Result<(), E>,

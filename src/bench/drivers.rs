@@ -6,6 +6,7 @@ use super::frames::{IMAGE, resize};
 use super::record::DriverRow;
 use crate::gpu::context::Context;
 use crate::scene::Scene;
+use crate::simulation::device_engine::DeviceEngine;
 use crate::simulation::engine::{Engine, Order, Pixels, Tick};
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
@@ -49,7 +50,7 @@ fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, String> {
     let text = |error: &dyn std::fmt::Display| error.to_string();
     let prepared = Prepared::from_scene(scene, &mut |_| {}).map_err(|error| text(&error))?;
     let camera = prepared.scene.require_camera().map_err(|error| text(&error))?.clone();
-    let mut engine = Engine::on_device(context, &prepared, Some(&camera)).map_err(|error| text(&error))?;
+    let mut engine = DeviceEngine::new(context, &prepared, Some(&camera)).map_err(|error| text(&error))?;
     let step = prepared.scene.time.step;
     engine.settle(&prepared.loads.tick_load(0.0, step), 0.0).map_err(|error| text(&error))?;
     let mut delivered = Default::default();

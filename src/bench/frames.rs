@@ -7,10 +7,10 @@ use std::time::Instant;
 use super::record::{FrameRow, Pass, Spread};
 use crate::environment::shadow::Method;
 use crate::gpu::context::Context;
-use crate::gpu::error::GpuError;
 use crate::scene::{Camera, Scene, ShadowSettings};
 use crate::simulation::device_data::DeviceData;
-use crate::simulation::engine::{Engine, Order, Tick};
+use crate::simulation::device_engine::DeviceEngine;
+use crate::simulation::engine::{Engine, EngineError, Order, Tick};
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
 
@@ -80,7 +80,7 @@ fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: Effort
         return Err(format!("{nodes} nodes: left out above {}", effort.most_nodes));
     }
     let camera = prepared.scene.require_camera().map_err(|error| error.to_string())?.clone();
-    let mut engine = Engine::on_device(context, &prepared, Some(&camera)).map_err(|error| error.to_string())?;
+    let mut engine = DeviceEngine::new(context, &prepared, Some(&camera)).map_err(|error| error.to_string())?;
     let step = prepared.scene.time.step;
     // A power of two of a step, which clocks count without rounding.
     let share = 0.5f64.powi((step / TICK_S).log2().round() as i32);
@@ -114,7 +114,7 @@ fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: Effort
 /// Ticks under way.
 struct Run<'a> {
     prepared: &'a Prepared,
-    engine: &'a mut Engine,
+    engine: &'a mut dyn Engine,
     /// Length of a tick in steps.
     share: f64,
     /// Number of the next tick.
@@ -134,7 +134,7 @@ struct Times {
 
 impl Run<'_> {
     /// Steps and, where wanted, draws; the host prepares a tick while the device works on the one before.
-    fn ticks(&mut self, count: u32, draw: bool) -> Result<Times, GpuError> {
+    fn ticks(&mut self, count: u32, draw: bool) -> Result<Times, EngineError> {
         let length = self.share * self.prepared.scene.time.step;
         let mut times = Times::default();
         let mut last = Instant::now();

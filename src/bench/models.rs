@@ -13,10 +13,10 @@ use crate::compare::responses::{self, OfMaterial};
 use crate::environment::TickLoad;
 use crate::environment::shadow::Method;
 use crate::gpu::context::Context;
-use crate::gpu::error::GpuError;
 use crate::gpu::nodes::GROUP;
 use crate::scene::{Scene, ShadowSettings};
-use crate::simulation::engine::{Engine, Order, Tick};
+use crate::simulation::device_engine::DeviceEngine;
+use crate::simulation::engine::{Engine, EngineError, Order, Tick};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{pose_at, start};
 use crate::thermal::material::{Domain, Retarget, Sides};
@@ -225,9 +225,9 @@ fn one_orbit(scene: &Scene, quick: bool) -> Scene {
     base
 }
 
-fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, GpuError> {
+fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, EngineError> {
     let camera = prepared.scene.camera.as_ref();
-    let mut engine = Engine::on_device(context, prepared, camera)?;
+    let mut engine = DeviceEngine::new(context, prepared, camera)?;
     start(prepared, &mut engine, None, &AtomicBool::new(false), &mut || ())?;
     let mut before = device_ms(&engine);
     let mut step_ms = Vec::new();
@@ -250,11 +250,8 @@ fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, GpuError> {
         ran.images.extend(
             delivered.pixels.map(|pixels| pixels.radiance_temperature_depth.iter().map(|pixel| pixel[0]).collect()),
         );
-        if let Engine::Device { renderer, .. } = &mut engine
-            && prepared.scene.shadows.is_some()
-            && !load.sun.is_empty()
-        {
-            let seen = renderer.visibility()?;
+        if prepared.scene.shadows.is_some() && !load.sun.is_empty() {
+            let seen = engine.renderer.visibility()?;
             let facing = facing(prepared, &load);
             let of_vertex = prepared.nodes.node_of_vertex.iter().map(|node| *node as usize);
             ran.visibility.push(of_vertex.map(|node| facing[node].then_some(seen[node])).collect());
@@ -266,7 +263,7 @@ fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, GpuError> {
 }
 
 /// All thermal and shadow passes so far with those of the network [ms].
-fn device_ms(engine: &Engine) -> Option<f64> {
+fn device_ms(engine: &dyn Engine) -> Option<f64> {
     let passes = engine.pass_times()?;
     let of_step = |name: &str| ["thermal_step", "solar_", "read solar_"].iter().any(|start| name.starts_with(start));
     let network: f64 = engine.network_costs().iter().filter_map(|cost| cost.device_ms).sum();

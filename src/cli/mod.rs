@@ -14,7 +14,12 @@ use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::output::OutputError;
 use crate::output::job::JobError;
+use crate::scene::Camera;
+use crate::simulation::device_engine::DeviceEngine;
+use crate::simulation::engine::{Engine, EngineError};
+use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::{PrepareError, Stage};
+use crate::simulation::reference_engine::ReferenceEngine;
 use crate::thermal::brightness::BrightnessError;
 
 mod bench;
@@ -90,6 +95,14 @@ impl Chosen {
         }
     }
 
+    /// What computes a scene there. Images are drawn where `camera` is given.
+    fn engine(&self, prepared: &Prepared, camera: Option<&Camera>) -> Result<Box<dyn Engine>, GpuError> {
+        Ok(match self {
+            Self::Device(context) => Box::new(DeviceEngine::new(context, prepared, camera)?),
+            Self::Reference => Box::new(ReferenceEngine::new(prepared, camera)),
+        })
+    }
+
     /// Fails where the validation layer had something to say.
     fn check_validation(&self) -> Result<(), CliError> {
         match self {
@@ -142,6 +155,12 @@ impl From<CompareError> for CliError {
     }
 }
 
+impl From<EngineError> for CliError {
+    fn from(error: EngineError) -> Self {
+        Self::Job(error.into())
+    }
+}
+
 impl From<std::convert::Infallible> for CliError {
     fn from(never: std::convert::Infallible) -> Self {
         match never {}
@@ -153,7 +172,8 @@ impl CliError {
     fn exit_code(&self) -> u8 {
         match self {
             Self::Prepare(_) | Self::Brightness(_) | Self::Compare(_) | Self::Usage(_) => 2,
-            Self::Gpu(error) | Self::Job(JobError::Gpu(error)) => {
+            Self::Job(JobError::Engine(EngineError::Network { .. })) => 2,
+            Self::Gpu(error) | Self::Job(JobError::Engine(EngineError::Gpu(error))) => {
                 if matches!(error, GpuError::Call { .. } | GpuError::Allocation { .. }) { 1 } else { 2 }
             }
             Self::Output(error) | Self::Job(JobError::Output(error)) => {

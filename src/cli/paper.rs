@@ -19,7 +19,6 @@ use crate::paper::page::Page;
 use crate::paper::visible::{Craft, draw};
 use crate::paper::{checks, scenario, transitions};
 use crate::simulation;
-use crate::simulation::engine::Engine;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::viewpoint::raster_view;
@@ -166,15 +165,12 @@ fn write_table(path: &Path, table: &Table) -> Result<(), OutputError> {
 /// The PNG of figure 7 and its caption; `None` where Ctrl-C came first.
 fn figure_7(chosen: &Chosen, prepared: &Prepared, time: f64) -> Result<Option<(Vec<u8>, String)>, CliError> {
     let camera = prepared.scene.require_camera().map_err(PrepareError::from)?;
-    let mut engine = match chosen {
-        Chosen::Device(context) => Engine::on_device(context, prepared, Some(camera))?,
-        Chosen::Reference => Engine::reference(prepared, Some(camera)),
-    };
+    let mut engine = chosen.engine(prepared, Some(camera))?;
     let stop = stop_flag();
     let ticks = u64::from(prepared.warm_up_ticks()) + (time / prepared.scene.time.step) as u64;
     let bar = progress_bar(ticks, "figure 7");
-    simulation::start(prepared, &mut engine, None, &stop, &mut || bar.inc(1))?;
-    let still = simulation::still(prepared, &mut engine, time, &stop, &mut || bar.inc(1))?;
+    simulation::start(prepared, &mut *engine, None, &stop, &mut || bar.inc(1))?;
+    let still = simulation::still(prepared, &mut *engine, time, &stop, &mut || bar.inc(1))?;
     bar.finish_and_clear();
     let Some(result) = still.filter(|_| !stop.load(Ordering::Relaxed)) else { return Ok(None) };
     let Some(pose) = result.pose else { return Ok(None) };

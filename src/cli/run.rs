@@ -125,10 +125,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let folder = RunFolder::prepare(&arguments.output, arguments.force, &prepared.scene.files)?;
     let stop = stop_flag();
-    let mut engine = match &chosen {
-        Chosen::Device(context) => Engine::on_device(context, &prepared, camera)?,
-        Chosen::Reference => Engine::reference(&prepared, camera),
-    };
+    let mut engine = chosen.engine(&prepared, camera)?;
     engine.record(trace.clone());
     let start_up_s = began.elapsed().as_secs_f64();
 
@@ -144,7 +141,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         eprintln!("nothing to check: this run is the f64 reference itself");
     }
     let sample = with_check.then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize));
-    let outcome = run_into(&prepared, &mut engine, &folder, sample, &stop, &bars);
+    let outcome = run_into(&prepared, &mut *engine, &folder, sample, &stop, &bars);
     for bar in [&bars.warm_up, &bars.steps, &bars.pictures] {
         bar.finish_and_clear();
     }
@@ -154,8 +151,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         plan.iter().map(|planned| BufferSize { name: format!("{:?}", planned.resource), bytes: planned.bytes });
     let report = Report {
         buffers: if with_check { buffers.collect() } else { Vec::new() },
-        speed: speed(&prepared, &engine, &outcome, began.elapsed().as_secs_f64()),
-        ..report(&prepared, &chosen, &engine, &folder, outcome, start_up_s)
+        speed: speed(&prepared, &*engine, &outcome, began.elapsed().as_secs_f64()),
+        ..report(&prepared, &chosen, &*engine, &folder, outcome, start_up_s)
     };
     report.write_json(&folder.report_json())?;
     write_bytes(&folder.report_html(), report_html::page(&report).as_bytes())?;
@@ -168,7 +165,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
 }
 
 /// What a tick and an image cost: the median of each pass, weighted with how often it ran.
-fn speed(prepared: &Prepared, engine: &Engine, outcome: &Outcome, wall_s: f64) -> Speed {
+fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f64) -> Speed {
     let passes = pass_times(engine);
     let steps = engine.ticks();
     let images = outcome.frames.len() as u64;
@@ -197,13 +194,13 @@ fn speed(prepared: &Prepared, engine: &Engine, outcome: &Outcome, wall_s: f64) -
 }
 
 /// What the thermal network is, and how it was integrated.
-fn network_section(prepared: &Prepared, engine: &Engine) -> Option<Section> {
+fn network_section(prepared: &Prepared, engine: &dyn Engine) -> Option<Section> {
     let network = prepared.network.as_ref()?;
     let entries = network.description().into_iter().chain(engine.network_description()).collect();
     Some(Section { title: "Thermal network".to_owned(), entries })
 }
 
-fn pass_times(engine: &Engine) -> Vec<PassTime> {
+fn pass_times(engine: &dyn Engine) -> Vec<PassTime> {
     let times = engine.pass_times().into_iter().flatten();
     times.filter_map(|(name, samples)| PassTime::from_samples(name, samples)).collect()
 }
@@ -211,7 +208,7 @@ fn pass_times(engine: &Engine) -> Vec<PassTime> {
 fn report(
     prepared: &Prepared,
     chosen: &Chosen,
-    engine: &Engine,
+    engine: &dyn Engine,
     folder: &RunFolder,
     outcome: Outcome,
     start_up_s: f64,

@@ -13,9 +13,9 @@ pub mod runs;
 
 use std::path::PathBuf;
 
-use crate::gpu::error::GpuError;
 use crate::output::OutputError;
 use crate::output::job::JobError;
+use crate::simulation::engine::EngineError;
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::fit::FitError;
 
@@ -70,8 +70,8 @@ pub enum CompareError {
     Stopped,
 }
 
-impl From<GpuError> for CompareError {
-    fn from(error: GpuError) -> Self {
+impl From<EngineError> for CompareError {
+    fn from(error: EngineError) -> Self {
         Self::Job(error.into())
     }
 }

@@ -19,9 +19,11 @@ use crate::output::job::{NodeGroups, check_finite};
 use crate::output::report::PassTime;
 use crate::output::series::Series;
 use crate::scene::{Draw, Scene};
-use crate::simulation::engine::{Engine, Order, Tick};
+use crate::simulation::device_engine::DeviceEngine;
+use crate::simulation::engine::{Engine, EngineError, Order, Tick};
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
+use crate::simulation::reference_engine::ReferenceEngine;
 use crate::simulation::{is_drawn, pose_at, start};
 
 /// Most steps that are shown as pictures.
@@ -201,14 +203,14 @@ impl Setting<'_> {
         let time = &scene.time;
         let warm_up = u64::from(prepared.warm_up_ticks());
         self.progress.begins(number, warm_up + u64::from(time.steps) + 1);
-        let mut engine = match self.context {
-            Some(context) => Engine::on_device(context, &prepared, camera)?,
-            None => Engine::reference(&prepared, camera),
+        let mut engine: Box<dyn Engine> = match self.context {
+            Some(context) => Box::new(DeviceEngine::new(context, &prepared, camera).map_err(EngineError::from)?),
+            None => Box::new(ReferenceEngine::new(&prepared, camera)),
         };
         let before = Instant::now();
-        let periodic = start(&prepared, &mut engine, None, self.stop, &mut || self.progress.ticked())?;
+        let periodic = start(&prepared, &mut *engine, None, self.stop, &mut || self.progress.ticked())?;
         let warm_up_s = before.elapsed().as_secs_f64();
-        let (passes, passes_ms) = thermal_passes(&engine);
+        let (passes, passes_ms) = thermal_passes(&*engine);
 
         let groups = NodeGroups::new(&prepared)?;
         let names: Vec<String> = prepared.materials.iter().map(|material| material.name.clone()).collect();
@@ -251,7 +253,7 @@ impl Setting<'_> {
             }
             self.progress.ticked();
         }
-        let (all_passes, all_passes_ms) = thermal_passes(&engine);
+        let (all_passes, all_passes_ms) = thermal_passes(&*engine);
         let device_step_ms = (all_passes > passes).then(|| (all_passes_ms - passes_ms) / f64::from(time.steps));
         let cost = Cost {
             step: PassTime::from_samples(RESPONSES[number], &step_ms),
@@ -274,7 +276,7 @@ fn timed<T, E>(call: impl FnOnce() -> Result<T, E>) -> Result<(f64, T), E> {
 }
 
 /// Number of times of the thermal passes so far, and their sum with those of the network [ms], by the device's own clock.
-fn thermal_passes(engine: &Engine) -> (usize, f64) {
+fn thermal_passes(engine: &dyn Engine) -> (usize, f64) {
     let passes = engine.pass_times().into_iter().flatten();
     let thermal = passes.filter(|(name, _)| name.starts_with("thermal_step."));
     let network: f64 = engine.network_costs().iter().filter_map(|cost| cost.device_ms).sum();

@@ -10,10 +10,11 @@ use super::error::{Context as _, GpuError};
 use super::frame::Frame;
 use super::layout::{DrawCommand, SLICE, SunRay};
 use super::pass::{Access, Pass, Resource, Work};
-use super::pipeline::{Pipeline, module};
+use super::pipeline::Pipeline;
 use super::resources::{Resources, SLOTS};
+use super::shaders::Shader;
 use super::shapes::Shapes;
-use super::variant::{Curve, ThermalVariant};
+use super::variant::ThermalVariant;
 
 /// What selects a pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -80,26 +81,22 @@ impl Bindings {
             if let std::collections::btree_map::Entry::Vacant(vacant) = bindings.pipelines.entry(key) {
                 vacant.insert(match key {
                     PipelineKey::Thermal(variant) => {
-                        let name = variant.name();
-                        let words = match variant.curve {
-                            Curve::Power => module(&name),
-                            Curve::Shaped(_) => shapes.compile_step(variant)?,
-                        };
-                        Pipeline::compute(context, &name, &words, &types)?
+                        let functions = shapes.text(variant.curve).to_owned();
+                        Pipeline::compute(context, &Shader { functions, ..variant.shader() }, &types, 0)?
                     }
                     PipelineKey::Cull => {
                         let constants = size_of::<u32>() as u32;
-                        Pipeline::compute_with_constants(context, "cull.comp", &module("cull.comp"), &types, constants)?
+                        Pipeline::compute(context, &Shader::new("cull.comp", Vec::new()), &types, constants)?
                     }
                     PipelineKey::Radiance => Pipeline::radiance(context, &types)?,
                     PipelineKey::SunDepth => Pipeline::solar_depth(context, &types)?,
                     PipelineKey::SunRay(first) => {
-                        let name = if first { "solar_rays.first" } else { "solar_rays.next" };
+                        let words = if first { vec!["first"] } else { Vec::new() };
                         let constants = (size_of::<SunRay>() + size_of::<[[f32; 4]; 3]>()) as u32;
-                        Pipeline::compute_with_constants(context, name, &module(name), &types, constants)?
+                        Pipeline::compute(context, &Shader::new("solar_rays.comp", words), &types, constants)?
                     }
                     PipelineKey::Visibility => {
-                        Pipeline::compute(context, "solar_visibility.comp", &module("solar_visibility.comp"), &types)?
+                        Pipeline::compute(context, &Shader::new("solar_visibility.comp", Vec::new()), &types, 0)?
                     }
                 });
             }

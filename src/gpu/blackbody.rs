@@ -12,6 +12,7 @@ use super::layout;
 use super::memory::Buffer;
 use super::once::Once;
 use super::pipeline::Pipeline;
+use super::shaders::Shader;
 use crate::thermal::brightness::BrightnessTable;
 use crate::thermal::radiance::RadianceTable;
 use crate::thermal::radiance_f32::RadianceTableF32;
@@ -56,10 +57,10 @@ pub fn brightness_temperatures(
     map(context, "brightness.comp", &[&band_table(&table), &table.inverse_temperatures], radiances, filler)
 }
 
-/// Runs a module that turns a list into a list of the same length: tables at binding 0 and from 3, input 1, output 2.
+/// Runs an entry point that turns a list into a list of the same length: tables at binding 0 and from 3, input 1, output 2.
 fn map(
     context: &Arc<Context>,
-    module: &str,
+    entry: &'static str,
     tables: &[&[f32]],
     input: &[f32],
     filler: f32,
@@ -80,7 +81,7 @@ fn map(
     for (binding, table) in (3..).zip(&tables[1..]) {
         buffers.push((binding, host("table", table, MemoryLocation::CpuToGpu)?));
     }
-    let pipeline = Pipeline::compute(context, module, &super::pipeline::module(module), &binding_types(&buffers))?;
+    let pipeline = Pipeline::compute(context, &Shader::new(entry, Vec::new()), &binding_types(&buffers), 0)?;
     let set = BufferSet::new(context, pipeline.set_layout, &buffers)?;
     let mut once = Once::new(context)?;
     once.run(|device, commands| {

@@ -1,154 +1,46 @@
 //! GLSL to SPIR-V by naga, with every option that shapes the output set explicitly.
-//!
-//! What is checked in, what a test compiles and what a scene compiles when it loads come from here.
-
-use std::collections::BTreeSet;
 
 use naga::back::spv;
 use naga::front::glsl;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
-/// What went wrong, with the shader's name.
-#[derive(Debug, thiserror::Error)]
-pub enum CompileError {
-    /// A file could not be read.
-    #[error("{path}: {source}")]
-    Read {
-        /// The file.
-        path: String,
-        /// Why.
-        source: std::io::Error,
-    },
-    /// The stage does not follow from the file name.
-    #[error("{0}: a shader's name ends in .comp, .vert or .frag")]
-    Stage(String),
-    /// The GLSL does not parse.
-    #[error("{name}: {message}")]
-    Parse {
-        /// Shader and variant.
-        name: String,
-        /// naga's message, with lines of the text after includes.
-        message: String,
-    },
-    /// The module is not valid.
-    #[error("{name}: {message}")]
-    Validate {
-        /// Shader and variant.
-        name: String,
-        /// naga's message.
-        message: String,
-    },
-    /// SPIR-V could not be written.
-    #[error("{name}: {message}")]
-    Write {
-        /// Shader and variant.
-        name: String,
-        /// naga's message.
-        message: String,
-    },
+/// Why a shader does not compile.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{name}: {message}")]
+pub struct CompileError {
+    /// Entry point and words.
+    pub name: String,
+    /// naga's message, with lines of the text after includes.
+    pub message: String,
 }
 
-/// The shaders that a scene may compile when it loads, with what they include, as they stand in glsl/.
-const SOURCES: &[(&str, &str)] = &[
-    ("thermal_step.comp", include_str!("../../glsl/thermal_step.comp")),
-    ("response.comp", include_str!("../../glsl/response.comp")),
-    ("types.glsl", include_str!("../../glsl/types.glsl")),
-    ("balance.glsl", include_str!("../../glsl/balance.glsl")),
-    ("transition.glsl", include_str!("../../glsl/transition.glsl")),
-    ("planet.glsl", include_str!("../../glsl/planet.glsl")),
-    ("albedo.glsl", include_str!("../../glsl/albedo.glsl")),
-    ("shape.glsl", include_str!("../../glsl/shape.glsl")),
-    ("shape_pieces.glsl", include_str!("../../glsl/shape_pieces.glsl")),
-    ("shaped_transition.glsl", include_str!("../../glsl/shaped_transition.glsl")),
-    ("pace.glsl", include_str!("../../glsl/pace.glsl")),
-    ("merge_power.glsl", include_str!("../../glsl/merge_power.glsl")),
-    ("merge_flow.glsl", include_str!("../../glsl/merge_flow.glsl")),
-    ("merge_exponential.glsl", include_str!("../../glsl/merge_exponential.glsl")),
-    ("merge_turns.glsl", include_str!("../../glsl/merge_turns.glsl")),
-];
-
-/// What an entry point includes where a scene's own functions go; empty in what is compiled ahead.
-pub const FUNCTIONS: &str = "functions.glsl";
-
-/// A file of glsl/ that is part of the library; empty for one that is not.
-pub(super) fn source(name: &str) -> &'static str {
-    SOURCES.iter().find(|(file, _)| *file == name).map_or("", |(_, text)| text)
-}
-
-/// Text of a shader with `#include "file"` replaced by what `read` makes of the file, once each (naga accepts no
-/// includes).
-///
-/// # Errors
-/// What `read` says of a file.
-pub fn expand_includes(
+/// Compiles the text of one entry point `main` with some names defined. The stage follows from the ending of the file's
+/// name.
+pub(super) fn compile(
+    name: &str,
     file: &str,
-    read: &dyn Fn(&str) -> Result<String, CompileError>,
-) -> Result<String, CompileError> {
-    fn expand(
-        file: &str,
-        read: &dyn Fn(&str) -> Result<String, CompileError>,
-        seen: &mut BTreeSet<String>,
-        text: &mut String,
-    ) -> Result<(), CompileError> {
-        for line in read(file)?.lines() {
-            let included = line.strip_prefix("#include \"").and_then(|rest| rest.strip_suffix('"'));
-            match included {
-                Some(file) if seen.insert(file.to_owned()) => expand(file, read, seen, text)?,
-                Some(_) => {}
-                None => {
-                    text.push_str(line);
-                    text.push('\n');
-                }
-            }
-        }
-        Ok(())
-    }
-    let mut text = String::new();
-    expand(file, read, &mut BTreeSet::new(), &mut text)?;
-    Ok(text)
-}
-
-/// Compiles an entry point of the library with the text of a scene's functions.
-///
-/// # Errors
-/// Text that does not parse or validate, by naga's message.
-pub fn compile_with(name: &str, file: &str, functions: &str, defines: &[&str]) -> Result<Vec<u32>, CompileError> {
-    let read = |file: &str| Ok(if file == FUNCTIONS { functions } else { source(file) }.to_owned());
-    compile(name, file, &expand_includes(file, &read)?, defines)
-}
-
-/// Compiles the text of one entry point `main`. The stage follows from `file_name`, `defines` are defined as 1.
-///
-/// # Errors
-/// Text that does not parse or validate, by naga's message.
-pub fn compile(name: &str, file_name: &str, text: &str, defines: &[&str]) -> Result<Vec<u32>, CompileError> {
-    let stage = match file_name.rsplit('.').next() {
-        Some("comp") => naga::ShaderStage::Compute,
+    text: &str,
+    definitions: impl Iterator<Item = String>,
+) -> Result<Vec<u32>, CompileError> {
+    let failed = |message: String| CompileError { name: name.to_owned(), message };
+    let stage = match file.rsplit('.').next() {
         Some("vert") => naga::ShaderStage::Vertex,
         Some("frag") => naga::ShaderStage::Fragment,
-        _ => return Err(CompileError::Stage(file_name.to_owned())),
+        _ => naga::ShaderStage::Compute,
     };
     let mut options = glsl::Options::from(stage);
-    for define in defines {
-        options.defines.insert((*define).to_owned(), "1".to_owned());
-    }
-    let mut module = glsl::Frontend::default()
-        .parse(&options, text)
-        .map_err(|errors| CompileError::Parse { name: name.to_owned(), message: errors.emit_to_string(text) })?;
+    options.defines.extend(definitions.map(|name| (name, "1".to_owned())));
+    let parsed = glsl::Frontend::default().parse(&options, text);
+    let mut module = parsed.map_err(|errors| failed(errors.emit_to_string(text)))?;
     let functions = module.functions.iter_mut().map(|(_, function)| function);
     for function in functions.chain(module.entry_points.iter_mut().map(|entry| &mut entry.function)) {
         narrow_barriers(&mut function.body);
     }
     let info = Validator::new(ValidationFlags::all(), Capabilities::IMMEDIATES)
         .validate(&module)
-        .map_err(|error| CompileError::Validate { name: name.to_owned(), message: error.emit_to_string(text) })?;
-    spv::write_vec(
-        &module,
-        &info,
-        &writer_options(),
-        Some(&spv::PipelineOptions { shader_stage: stage, entry_point: "main".to_owned() }),
-    )
-    .map_err(|error| CompileError::Write { name: name.to_owned(), message: error.to_string() })
+        .map_err(|error| failed(error.emit_to_string(text)))?;
+    let entry = spv::PipelineOptions { shader_stage: stage, entry_point: "main".to_owned() };
+    spv::write_vec(&module, &info, &writer_options(), Some(&entry)).map_err(|error| failed(error.to_string()))
 }
 
 /// naga reads `barrier()` as a barrier of everything, subgroups included, and then writes one that waits for the subgroup

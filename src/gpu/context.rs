@@ -9,6 +9,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
 use super::error::{Context as _, GpuError};
 use super::host_heap;
+use super::shaders::Modules;
 use super::validation::{self, Messages};
 use crate::host;
 
@@ -50,6 +51,8 @@ pub struct Context {
     pub(super) queue_family: u32,
     pub(super) labels: Option<ext::debug_utils::Device>,
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
+    /// Shaders compiled so far.
+    pub(super) modules: Modules,
     physical: vk::PhysicalDevice,
     messages: Option<Arc<Messages>>,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
@@ -137,6 +140,7 @@ impl Context {
             queue_family,
             labels,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            modules: Modules::default(),
             physical,
             messages,
             messenger,

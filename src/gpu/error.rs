@@ -84,14 +84,6 @@ pub enum GpuError {
         /// Why.
         reason: String,
     },
-    /// A thermal network could not be integrated.
-    #[error("the thermal network at {time} s: {reason}")]
-    Network {
-        /// Start of the tick [s].
-        time: f64,
-        /// Why.
-        reason: String,
-    },
     /// Device memory could not be had.
     #[error("allocating '{name}': {source}")]
     Allocation {
@@ -100,8 +92,8 @@ pub enum GpuError {
         /// The allocator's reason.
         source: gpu_allocator::AllocationError,
     },
-    /// A scene's response functions do not compile.
-    #[error("compiling the scene's response functions: {0}")]
+    /// A shader does not compile.
+    #[error("compiling a shader: {0}")]
     Compile(#[from] super::compile::CompileError),
     /// A Vulkan call failed.
     #[error("{call}: {result}")]

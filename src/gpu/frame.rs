@@ -313,7 +313,7 @@ fn thermal_pass(range: StepRange) -> Pass {
         Resource::Shapes,
         &[COMPUTE_READ],
     );
-    Pass { name: variant.name(), work: Work::Thermal { variant, groups }, accesses }
+    Pass { name: variant.shader().name(), work: Work::Thermal { variant, groups }, accesses }
 }
 
 /// What the Sun sees, drawn, copied to where shaders read it, and looked up for every node.

@@ -11,7 +11,8 @@ use super::error::GpuError;
 use super::memory::Buffer;
 use super::once::Once;
 use super::pass::{COMPUTE_WRITE, scope};
-use super::pipeline::{Pipeline, module};
+use super::pipeline::Pipeline;
+use super::shaders::Shader;
 
 /// Runs before any is timed: drivers compile and page in lazily.
 const WARM_UP: usize = 3;
@@ -69,7 +70,7 @@ pub fn copies(context: &Arc<Context>, bytes: u64, samples: usize) -> Result<Samp
 /// # Errors
 /// A call that fails.
 pub fn empty_dispatches(context: &Arc<Context>, dispatches: u32, samples: usize) -> Result<Samples, GpuError> {
-    let pipeline = Pipeline::compute(context, "empty", &module("empty.comp"), &[])?;
+    let pipeline = Pipeline::compute(context, &Shader::new("empty.comp", Vec::new()), &[], 0)?;
     let both = vk::AccessFlags2::SHADER_STORAGE_READ | vk::AccessFlags2::SHADER_STORAGE_WRITE;
     let after = scope(vk::PipelineStageFlags2::COMPUTE_SHADER, both);
     let barrier = [vk::MemoryBarrier2::default()

@@ -25,6 +25,7 @@ mod record;
 pub mod renderer;
 pub mod resources;
 pub mod response;
+pub mod shaders;
 mod shape_text;
 pub mod shapes;
 pub mod timing;

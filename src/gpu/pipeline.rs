@@ -1,4 +1,4 @@
-//! Pipelines: a compiled module, the bindings that it reads, and how it draws.
+//! Pipelines: a shader, the bindings that it reads, and how it draws.
 
 use std::sync::Arc;
 
@@ -6,16 +6,7 @@ use ash::vk;
 
 use super::context::Context;
 use super::error::{Context as _, GpuError};
-
-/// Name and SPIR-V of every module in `spirv/`.
-pub const MODULES: &[(&str, &[u8])] = include!("../../spirv/index.rs");
-
-/// SPIR-V of a module of `spirv/`.
-pub fn module(name: &str) -> Vec<u32> {
-    let found = MODULES.iter().find(|(module, _)| *module == name);
-    let (_, bytes) = found.unwrap_or_else(|| panic!("spirv/ has no module '{name}'"));
-    bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect()
-}
+use super::shaders::Shader;
 
 /// A pipeline, its layout and the layout of its one descriptor set.
 pub struct Pipeline {
@@ -34,39 +25,25 @@ pub const IDENTITY_FORMAT: vk::Format = vk::Format::R32G32_UINT;
 pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 
 impl Pipeline {
-    /// A compute pipeline of SPIR-V, with the numbers and types of its bindings.
+    /// A compute pipeline, with the numbers and types of its bindings and the bytes of its push constants.
     ///
     /// # Errors
-    /// A call that fails.
+    /// A shader that does not compile, or a call that fails.
     pub fn compute(
         context: &Arc<Context>,
-        name: &str,
-        words: &[u32],
-        bindings: &[(u32, vk::DescriptorType)],
-    ) -> Result<Self, GpuError> {
-        Self::compute_with_constants(context, name, words, bindings, 0)
-    }
-
-    /// A compute pipeline that takes so many bytes of push constants besides.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn compute_with_constants(
-        context: &Arc<Context>,
-        name: &str,
-        words: &[u32],
+        shader: &Shader,
         bindings: &[(u32, vk::DescriptorType)],
         constants: u32,
     ) -> Result<Self, GpuError> {
         let stages = vk::ShaderStageFlags::COMPUTE;
         let mut pipeline = Self::layouts(context, bindings, constants, stages, vk::PipelineBindPoint::COMPUTE)?;
-        let shader = Shader::new(context, words)?;
-        let stage = shader.stage(vk::ShaderStageFlags::COMPUTE);
+        let module = Module::new(context, shader)?;
+        let stage = module.stage(vk::ShaderStageFlags::COMPUTE);
         let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(pipeline.layout)];
         // SAFETY: the module and the layout live through the call.
         pipeline.raw = unsafe { context.device.create_compute_pipelines(vk::PipelineCache::null(), &create, None) }
             .map_err(|(_, result)| GpuError::Call { call: "creating a compute pipeline", result })?[0];
-        context.set_name(pipeline.raw, name);
+        context.set_name(pipeline.raw, &shader.name());
         Ok(pipeline)
     }
 
@@ -77,7 +54,7 @@ impl Pipeline {
     pub fn radiance(context: &Arc<Context>, bindings: &[(u32, vk::DescriptorType)]) -> Result<Self, GpuError> {
         let formats = [RADIANCE_FORMAT, IDENTITY_FORMAT];
         let depth = vk::CompareOp::GREATER;
-        Self::graphics(context, "radiance", ["radiance.vert", "radiance.frag"].as_slice(), bindings, &formats, depth)
+        Self::graphics(context, "radiance", &["radiance.vert", "radiance.frag"], bindings, &formats, depth)
     }
 
     /// The pipeline that draws what the Sun sees: pulled vertices, depth alone, both faces.
@@ -89,11 +66,11 @@ impl Pipeline {
     }
 
     /// Draws triangles from indices, both faces, into images of `formats` and a depth image that keeps what `nearer`
-    /// prefers; `modules` are a vertex shader and, where there are colours, a fragment shader.
+    /// prefers; `entries` are a vertex shader and, where there are colours, a fragment shader.
     fn graphics(
         context: &Arc<Context>,
         name: &str,
-        modules: &[&str],
+        entries: &[&'static str],
         bindings: &[(u32, vk::DescriptorType)],
         formats: &[vk::Format],
         nearer: vk::CompareOp,
@@ -104,9 +81,10 @@ impl Pipeline {
             vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT
         };
         let mut pipeline = Self::layouts(context, bindings, 0, stages, vk::PipelineBindPoint::GRAPHICS)?;
-        let shaders = modules.iter().map(|name| Shader::new(context, &module(name))).collect::<Result<Vec<_>, _>>()?;
+        let module = |entry: &&'static str| Module::new(context, &Shader::new(entry, Vec::new()));
+        let modules = entries.iter().map(module).collect::<Result<Vec<_>, _>>()?;
         let kinds = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
-        let stages: Vec<_> = shaders.iter().zip(kinds).map(|(shader, kind)| shader.stage(kind)).collect();
+        let stages: Vec<_> = modules.iter().zip(kinds).map(|(module, kind)| module.stage(kind)).collect();
 
         let input = vk::PipelineVertexInputStateCreateInfo::default();
         let assembly =
@@ -203,14 +181,15 @@ impl Drop for Pipeline {
 }
 
 /// A shader module, which only the creation of a pipeline needs.
-struct Shader<'a> {
+struct Module<'a> {
     context: &'a Context,
     raw: vk::ShaderModule,
 }
 
-impl<'a> Shader<'a> {
-    fn new(context: &'a Context, words: &[u32]) -> Result<Self, GpuError> {
-        let create = vk::ShaderModuleCreateInfo::default().code(words);
+impl<'a> Module<'a> {
+    fn new(context: &'a Context, shader: &Shader) -> Result<Self, GpuError> {
+        let words = context.module(shader)?;
+        let create = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the words are SPIR-V that naga wrote and validated; tests run spirv-val on it.
         let raw = unsafe { context.device.create_shader_module(&create, None) }.during("creating a shader module")?;
         Ok(Self { context, raw })
@@ -221,7 +200,7 @@ impl<'a> Shader<'a> {
     }
 }
 
-impl Drop for Shader<'_> {
+impl Drop for Module<'_> {
     fn drop(&mut self) {
         // SAFETY: a module may go once its pipelines exist.
         unsafe { self.context.device.destroy_shader_module(self.raw, None) };

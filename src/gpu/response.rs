@@ -11,9 +11,10 @@ use super::error::GpuError;
 use super::layout;
 use super::memory::Buffer;
 use super::once::Once;
-use super::pipeline::{Pipeline, module};
+use super::pipeline::Pipeline;
+use super::shaders::Shader;
 use super::shapes::{Shapes, curve};
-use super::variant::{Curve, ResponseVariant};
+use super::variant::ResponseVariant;
 use crate::thermal::material::Transition;
 
 /// Nodes that the shader's workgroup takes: 64 invocations of four.
@@ -112,12 +113,8 @@ impl<'a> Device<'a> {
                 _ => {}
             }
         }
-        let name = variant.name();
-        let words = match curve {
-            Curve::Power => module(&name),
-            Curve::Shaped(_) => shapes.compile_response(variant)?,
-        };
-        let pipeline = Pipeline::compute(context, &name, &words, &binding_types(&buffers))?;
+        let shader = Shader { functions: shapes.text(curve).to_owned(), ..variant.shader() };
+        let pipeline = Pipeline::compute(context, &shader, &binding_types(&buffers), 0)?;
         let set = BufferSet::new(context, pipeline.set_layout, &buffers)?;
         Ok(Self { once: Once::new(context)?, set, pipeline, buffers })
     }

@@ -6,7 +6,7 @@
 
 use std::fmt::Write as _;
 
-use super::compile::source;
+use super::shaders::text_of;
 use crate::thermal::function::{
     EndPolynomial, Expression, Function, HALF, Kind, Measured, Pace, Point, Polynomial, Shape, WIDTH, literal,
 };
@@ -64,7 +64,7 @@ fn branch(name: &str, function: &Function, first: Firsts) -> String {
                     "const float BRANCH_WARP = {};\nconst uint BRANCH_FIRST = {}u;\n{}",
                     literal(cubics.warp),
                     first.cubics,
-                    source("shape_pieces.glsl")
+                    text_of("shape_pieces.glsl")
                 ),
                 None => table(measured),
             },
@@ -73,23 +73,23 @@ fn branch(name: &str, function: &Function, first: Firsts) -> String {
     };
     let mut text = format!("const float BRANCH_START_RATE = {};\n{at}#ifdef MERGE\n", literal(function.at(1.0).rate));
     match function {
-        Function::Linear | Function::Quadratic => text.push_str(source("merge_power.glsl")),
+        Function::Linear | Function::Quadratic => text.push_str(text_of("merge_power.glsl")),
         Function::Shaped(shape) if shape.pace().is_some_and(Pace::is_of_a_power) => {
-            text.push_str(source("merge_power.glsl"));
+            text.push_str(text_of("merge_power.glsl"));
         }
         Function::Shaped(shape) => {
             if let Some(found) = shape.pace() {
                 text.push_str(&pace(found, first.pace));
             }
             match (&shape.kind, shape.pace()) {
-                (_, Some(_)) if shape.turns().is_empty() => text.push_str(source("merge_flow.glsl")),
-                (Kind::Exponential { .. }, _) => text.push_str(source("merge_exponential.glsl")),
+                (_, Some(_)) if shape.turns().is_empty() => text.push_str(text_of("merge_flow.glsl")),
+                (Kind::Exponential { .. }, _) => text.push_str(text_of("merge_exponential.glsl")),
                 (_, found) => {
                     text.push_str(&stretches(function, shape));
                     if found.is_some() {
                         text.push_str("#define BRANCH_FOLLOWS 1\n");
                     }
-                    text.push_str(source("merge_turns.glsl"));
+                    text.push_str(text_of("merge_turns.glsl"));
                 }
             }
         }
@@ -104,7 +104,7 @@ fn pace(pace: &Pace, first: usize) -> String {
          const float BRANCH_PACE_PLACES = {};\nconst float BRANCH_PACE_PARTS = {};\n{}",
         literal(1.0 / WIDTH),
         literal(pace.parts),
-        source("pace.glsl")
+        text_of("pace.glsl")
     )
 }
 

@@ -1,8 +1,7 @@
 //! The response functions of a scene that are no powers, as the device has them: GLSL text, and pieces of long tables and of paces.
 
-use super::compile::{CompileError, compile_with};
 use super::shape_text::{self, Firsts};
-use super::variant::{Curve, ResponseVariant, Shaped, StepKind, ThermalVariant};
+use super::variant::{Curve, Shaped, StepKind};
 use crate::thermal::function::Function;
 use crate::thermal::material::{Domain, Material, Response, Retarget, Transition};
 
@@ -71,25 +70,10 @@ impl Shapes {
         place
     }
 
-    fn text(&self, curve: Curve) -> &str {
+    /// GLSL of the functions of a curve; empty where there are none.
+    pub fn text(&self, curve: Curve) -> &str {
         let Curve::Shaped(shaped) = curve else { return "" };
         self.texts.iter().find(|(number, _)| *number == shaped.number).map_or("", |(_, text)| text)
-    }
-
-    /// SPIR-V of a variant of the thermal step with this scene's functions.
-    ///
-    /// # Errors
-    /// What naga says.
-    pub fn compile_step(&self, variant: ThermalVariant) -> Result<Vec<u32>, CompileError> {
-        compile_with(&variant.name(), "thermal_step.comp", self.text(variant.curve), &variant.defines())
-    }
-
-    /// SPIR-V of a variant of the response to given targets with this scene's functions.
-    ///
-    /// # Errors
-    /// What naga says.
-    pub fn compile_response(&self, variant: ResponseVariant) -> Result<Vec<u32>, CompileError> {
-        compile_with(&variant.name(), "response.comp", self.text(variant.curve), &variant.defines())
     }
 }
 

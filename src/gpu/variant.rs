@@ -1,6 +1,7 @@
-//! The compiled variants of `thermal_step.comp`, `response.comp` and the networks' shaders: what is not needed is absent from a pipeline.
-//!
-//! Powers are compiled ahead (`spirv/`); what moves along other functions is compiled when the scene that has them loads.
+//! The variants of `thermal_step.comp`, `response.comp` and the fused networks' shader: what is not needed is absent from a
+//! pipeline.
+
+use super::shaders::Shader;
 
 /// What moves the nodes of a range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -70,21 +71,10 @@ pub struct ResponseVariant {
 }
 
 impl ResponseVariant {
-    /// Every variant that is compiled ahead.
-    pub fn all() -> Vec<Self> {
-        [StepKind::Merge, StepKind::Restart].map(|kind| Self { kind, curve: Curve::Power }).to_vec()
-    }
-
-    /// Name of the compiled file without `.spv`: `response.merge`.
-    pub fn name(&self) -> String {
-        format!("response.{}{}", self.kind.word(), self.curve.suffix())
-    }
-
-    /// Preprocessor definitions that select it.
-    pub fn defines(&self) -> Vec<&'static str> {
-        let mut defines = vec![if self.kind == StepKind::Restart { "RESTART" } else { "MERGE" }];
-        defines.extend(self.curve.defines());
-        defines
+    /// What is compiled.
+    pub fn shader(&self) -> Shader {
+        let words = [self.kind.word()].into_iter().chain(self.curve.words());
+        Shader::new("response.comp", words.collect())
     }
 }
 
@@ -117,48 +107,20 @@ impl FusedVariant {
     /// Sizes of the workgroup.
     pub const LANES: [u32; 3] = [8, 64, 256];
 
-    /// Every variant.
-    pub fn all() -> Vec<Self> {
-        let mut kinds = vec![FusedKind::Implicit, FusedKind::Settle];
-        for radiative in [false, true] {
-            kinds.extend([false, true].map(|elimination| FusedKind::Explicit { radiative, elimination }));
-        }
-        kinds.into_iter().flat_map(|kind| Self::LANES.map(|lanes| Self { kind, lanes })).collect()
-    }
-
-    /// Name of the compiled file without `.spv`: `network_fused.explicit.radiative.64`.
-    pub fn name(&self) -> String {
-        let words = match self.kind {
-            FusedKind::Explicit { radiative, elimination } => {
-                let radiative = if radiative { ".radiative" } else { "" };
-                format!("explicit{radiative}{}", if elimination { ".elimination" } else { "" })
-            }
-            FusedKind::Implicit => "implicit".to_owned(),
-            FusedKind::Settle => "settle".to_owned(),
-        };
-        format!("network_fused.{words}.{}", self.lanes)
-    }
-
-    /// Preprocessor definitions that select it.
-    pub fn defines(&self) -> Vec<&'static str> {
+    /// What is compiled.
+    pub fn shader(&self) -> Shader {
         let (word, radiative, elimination) = match self.kind {
-            FusedKind::Explicit { radiative, elimination } => ("EXPLICIT", radiative, elimination),
-            FusedKind::Implicit => ("IMPLICIT", true, true),
-            FusedKind::Settle => ("SETTLE", true, true),
+            FusedKind::Explicit { radiative, elimination } => ("explicit", radiative, elimination),
+            FusedKind::Implicit => ("implicit", false, false),
+            FusedKind::Settle => ("settle", false, false),
         };
-        let mut defines = vec![word];
-        if radiative {
-            defines.push("RADIATIVE");
-        }
-        if elimination {
-            defines.push("ELIMINATION");
-        }
-        defines.push(match self.lanes {
-            8 => "LANES_8",
-            64 => "LANES_64",
-            _ => "LANES_256",
-        });
-        defines
+        let lanes = match self.lanes {
+            8 => "lanes_8",
+            64 => "lanes_64",
+            _ => "lanes_256",
+        };
+        let words = [(true, word), (radiative, "radiative"), (elimination, "elimination"), (true, lanes)];
+        Shader::new("network_fused.comp", present(&words).collect())
     }
 }
 
@@ -180,52 +142,30 @@ impl StepKind {
 }
 
 impl Curve {
-    fn suffix(self) -> String {
-        match self {
-            Self::Power => String::new(),
-            Self::Shaped(shaped) => {
-                format!(".shaped{}{}", if shaped.fourth_power { "_t4_" } else { "_" }, shaped.number)
-            }
-        }
-    }
-
-    /// Preprocessor definitions that select it.
-    pub fn defines(self) -> Vec<&'static str> {
-        let Self::Shaped(shaped) = self else { return Vec::new() };
-        let words =
-            [(true, "SHAPED"), (shaped.fourth_power, "FOURTH_POWER"), (shaped.pieces || shaped.paced, "PIECES")];
-        words.into_iter().filter_map(|(present, word)| present.then_some(word)).collect()
+    fn words(self) -> Vec<&'static str> {
+        let Self::Shaped(Shaped { fourth_power, pieces, paced, .. }) = self else { return Vec::new() };
+        present(&[(true, "shaped"), (fourth_power, "fourth_power"), (pieces || paced, "pieces")]).collect()
     }
 }
 
-impl ThermalVariant {
-    /// Every variant that is compiled ahead: those of powers.
-    pub fn all() -> Vec<Self> {
-        Self::all_of(Curve::Power)
-    }
+/// The words that are present.
+fn present(words: &[(bool, &'static str)]) -> impl Iterator<Item = &'static str> {
+    words.iter().filter_map(|(present, word)| present.then_some(*word))
+}
 
-    /// Every variant of a curve that a scene can ask for.
-    pub fn all_of(curve: Curve) -> Vec<Self> {
-        let mut all = vec![Self::advance(curve)];
-        let stateless: &[StepKind] = if curve == Curve::Power { &[StepKind::Instant, StepKind::Absorb] } else { &[] };
-        for kind in stateless.iter().copied().chain([StepKind::Merge, StepKind::Restart]) {
-            for both_sides in [false, true] {
-                for (sun, planet_ir, albedo) in [
-                    (false, false, false),
-                    (true, false, false),
-                    (false, true, false),
-                    (true, true, false),
-                    (true, false, true),
-                    (true, true, true),
-                ] {
-                    let plain = Self { kind, curve, both_sides, sun, planet_ir, albedo, shadow: false, fused: false };
-                    let shadowed = sun.then_some(Self { shadow: true, ..plain });
-                    let unfused = [Some(plain), shadowed].into_iter().flatten();
-                    all.extend(unfused.flat_map(|variant| [Some(variant), variant.fused()]).flatten());
-                }
-            }
-        }
-        all
+impl ThermalVariant {
+    /// What is compiled, such as `thermal_step.merge.sun.planet_ir.albedo.both_sides`.
+    pub fn shader(&self) -> Shader {
+        let switches = [
+            (self.fused, "fused"),
+            (self.sun, "sun"),
+            (self.planet_ir, "planet_ir"),
+            (self.albedo, "albedo"),
+            (self.shadow, "shadow"),
+            (self.both_sides, "both_sides"),
+        ];
+        let words = [self.kind.word()].into_iter().chain(self.curve.words()).chain(present(&switches));
+        Shader::new("thermal_step.comp", words.collect())
     }
 
     /// The least variant that still computes a tick: in umbra there is no Sun, in the dark no albedo.
@@ -264,47 +204,5 @@ impl ThermalVariant {
     /// What settles the same nodes at the start.
     pub fn settling(&self) -> Self {
         Self { kind: StepKind::Instant, curve: Curve::Power, fused: false, ..*self }
-    }
-
-    /// Name of the compiled file without `.spv`: `thermal_step.merge.sun.planet_ir.albedo.both_sides`.
-    pub fn name(&self) -> String {
-        let mut name = format!("thermal_step.{}{}", self.kind.word(), self.curve.suffix());
-        for (present, word) in self.switches() {
-            if present {
-                name.push('.');
-                name.push_str(word);
-            }
-        }
-        name
-    }
-
-    /// Preprocessor definitions that select it.
-    pub fn defines(&self) -> Vec<&'static str> {
-        let mut defines = match self.kind {
-            StepKind::Instant => vec!["COMMAND"],
-            StepKind::Absorb => vec!["COMMAND", "ABSORB"],
-            StepKind::Merge => vec!["COMMAND", "TRANSITION", "MERGE"],
-            StepKind::Restart => vec!["COMMAND", "TRANSITION", "RESTART"],
-            StepKind::Advance => vec!["TRANSITION"],
-        };
-        defines.extend(self.curve.defines());
-        let words = ["FUSED", "SUN", "PLANET_IR", "ALBEDO", "SHADOW", "BOTH_SIDES"];
-        for ((present, _), word) in self.switches().into_iter().zip(words) {
-            if present {
-                defines.push(word);
-            }
-        }
-        defines
-    }
-
-    fn switches(&self) -> [(bool, &'static str); 6] {
-        [
-            (self.fused, "fused"),
-            (self.sun, "sun"),
-            (self.planet_ir, "planet_ir"),
-            (self.albedo, "albedo"),
-            (self.shadow, "shadow"),
-            (self.both_sides, "both_sides"),
-        ]
     }
 }

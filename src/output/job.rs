@@ -19,10 +19,9 @@ use super::report::{FrameEntry, Picture, PlotEntry};
 use super::series::{Series, SeriesRow};
 use super::statistics::Groups;
 use super::temperature_plots::{Eclipses, temperature_plots};
-use crate::gpu::error::GpuError;
 use crate::gpu::nodes::GROUP;
 use crate::simulation::check::{Accuracy, Check};
-use crate::simulation::engine::Engine;
+use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::network::TickCost;
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
@@ -39,9 +38,9 @@ const WAITING_FRAMES: usize = 2;
 /// What ends a run early.
 #[derive(Debug, thiserror::Error)]
 pub enum JobError {
-    /// The device.
+    /// The engine.
     #[error(transparent)]
-    Gpu(#[from] GpuError),
+    Engine(#[from] EngineError),
     /// The output folder.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -95,7 +94,7 @@ pub struct Outcome {
 /// The device fails, or a file cannot be written.
 pub fn run_into(
     prepared: &Prepared,
-    engine: &mut Engine,
+    engine: &mut dyn Engine,
     folder: &RunFolder,
     check: Option<usize>,
     stop: &AtomicBool,

@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
+use super::engine::EngineError;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use crate::environment::TickLoad;
 use crate::environment::shadow::Shadows;
-use crate::gpu::error::GpuError;
 use crate::gpu::nodes::{GROUP, PADDING};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::incident::{IncidentFunction, incident};
@@ -88,7 +88,7 @@ impl NetworkCheck {
         self.run.scene().heat(|slot| absorbed[&slot])
     }
 
-    fn after(&mut self, done: Result<(), GpuError>) {
+    fn after(&mut self, done: Result<(), EngineError>) {
         let found = done.and_then(|()| self.run.temperatures());
         match found {
             Ok(temperatures) => {

@@ -5,10 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::check::Check;
-use super::engine::Engine;
-use super::order::Tick;
+use super::engine::{Engine, EngineError, Tick};
 use super::prepare::Prepared;
-use crate::gpu::error::GpuError;
 use crate::gpu::load::FUSED_TICKS;
 
 /// When a tick passes, and how many steps it is long.
@@ -29,12 +27,12 @@ pub struct Passing {
 /// A call that fails.
 pub fn forward(
     prepared: &Prepared,
-    engine: &mut Engine,
+    engine: &mut dyn Engine,
     mut check: Option<&mut Check>,
     ticks: impl IntoIterator<Item = Passing>,
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
-) -> Result<bool, GpuError> {
+) -> Result<bool, EngineError> {
     // A tick of a network is long, and may be the last before a stop.
     let at_once = if prepared.network.is_some() { 1 } else { FUSED_TICKS };
     let mut ticks = ticks.into_iter().peekable();

@@ -8,11 +8,9 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::check::Check;
-use super::engine::Engine;
+use super::engine::{Engine, EngineError, Order};
 use super::forward::{Passing, forward};
-use super::order::Order;
 use super::prepare::Prepared;
-use crate::gpu::error::GpuError;
 use crate::thermal::network::periodic::SlowModes;
 
 /// Orbits that an extrapolation looks back.
@@ -50,12 +48,12 @@ impl Periodic {
 /// warm-up orbits are used up.
 pub(super) fn warm_up(
     prepared: &Prepared,
-    engine: &mut Engine,
+    engine: &mut dyn Engine,
     mut check: Option<&mut Check>,
     tolerance: f64,
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
-) -> Result<Option<Periodic>, GpuError> {
+) -> Result<Option<Periodic>, EngineError> {
     let most = prepared.scene.time.warm_up_orbits.ceil() as u32;
     let mut done = Periodic { orbits: 0, coarse: 0, change: f64::INFINITY, tolerance };
     let mut history = History::default();
@@ -104,7 +102,7 @@ pub(super) fn warm_up(
 }
 
 /// Temperatures of all nodes [K].
-fn all(engine: &mut Engine) -> Result<Vec<f32>, GpuError> {
+fn all(engine: &mut dyn Engine) -> Result<Vec<f32>, EngineError> {
     engine.submit(None, Order { temperatures: true, ..Order::default() })?;
     Ok(engine.deliver()?.temperatures.unwrap_or_default())
 }
@@ -113,11 +111,11 @@ fn all(engine: &mut Engine) -> Result<Vec<f32>, GpuError> {
 /// period is no whole number of steps. Returns the mean temperatures of the network's nodes [K].
 fn orbit(
     prepared: &Prepared,
-    engine: &mut Engine,
+    engine: &mut dyn Engine,
     mut check: Option<&mut Check>,
     coarse: bool,
     stop: &AtomicBool,
-) -> Result<Vec<f64>, GpuError> {
+) -> Result<Vec<f64>, EngineError> {
     let (step, period) = (prepared.scene.time.step, prepared.scene.orbit.period());
     let mut last = engine.network_temperatures()?.unwrap_or_default();
     let mut mean = vec![0.0; last.len()];

@@ -6,15 +6,12 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::density;
 use super::joints;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, Stage};
-use crate::environment::orbit::period_disagreement;
-use crate::environment::shadow::{Jointed, LARGEST_TREE, Method, Occluders, Redraw, Shadows, tree_boxes};
-use crate::environment::sky::SkyError;
+use super::prepare_steps as steps;
+use crate::environment::shadow::{Jointed, Occluders, Redraw, Shadows};
 use crate::environment::tick::TickLoads;
-use crate::environment::{Attitude, Orbit};
 use crate::gpu::frame::{StepRange, TriangleRun};
 use crate::gpu::network::NetworkBytes;
 use crate::gpu::nodes::{Nodes, RangeResponse};
@@ -22,20 +19,8 @@ use crate::gpu::resources::{Planned, spare_bytes};
 use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::model::{Merged, Model};
-use crate::scene::{Scene, ShadowSettings as Settings, file_hash, scene_hash};
+use crate::scene::{Scene, ShadowSettings as Settings};
 use crate::thermal::material::{Material, Response};
-
-/// Remarks about the model that are shown; `isotherm info MODEL` shows all.
-const MOST_REMARKS: usize = 5;
-
-/// Share of an orbit above which the middle of a step stands badly for its mean: 6 deg.
-const LONGEST_STEP: f64 = 1.0 / 60.0;
-
-/// Angle against the Sun in a step above which its samples stand badly for the mean [deg].
-const LARGEST_TURN_DEG: f64 = 20.0;
-
-/// Steps of a walk of joints with a rate in one of the scene's.
-const WALKS_A_STEP: f64 = 4.0;
 
 /// Triangles that a joint's run begins at a multiple of, so that its indices can be bound apart.
 const RUN: usize = 64;
@@ -120,119 +105,35 @@ impl Prepared {
         let mut model = Model::load(&scene.model_path)?.weld();
         let mut materials = scene.materials.resolve(&model, &mut scene.files)?;
         change(&mut materials);
-        let contents = scene
-            .files
-            .iter()
-            .map(|path| std::fs::read(path).map_err(|source| PrepareError::Read { path: path.clone(), source }))
-            .collect::<Result<Vec<_>, _>>()?;
-        let hash = scene_hash(&contents.iter().map(Vec::as_slice).collect::<Vec<_>>());
-        let file_hashes = scene.files.iter().cloned().zip(contents.iter().map(|content| file_hash(content))).collect();
-        drop(contents);
-
-        let mut warnings = scene.materials.idle_patterns(&model);
-        warnings.extend(scene.density.idle_patterns(&model));
-        let mut remarks: Vec<String> =
-            model.skipped.iter().map(|skipped| format!("{}: left out, {}", skipped.what, skipped.why)).collect();
-        remarks.append(&mut model.notes);
-        if remarks.len() > MOST_REMARKS {
-            let more = remarks.len() - MOST_REMARKS;
-            remarks.truncate(MOST_REMARKS);
-            remarks.push(format!("and {more} more: isotherm info {}", scene.model_path.display()));
-        }
-        warnings.append(&mut remarks);
-        let merged;
-        (model, merged) = density::merge(&scene, model)?;
-        scene.assumptions.extend(merged.as_ref().map(density::describe));
-        // Splitting appends vertices, so the triangles as they are now keep their corners.
-        let occluders = if scene.shadows.is_some() { model.triangles.clone() } else { Vec::new() };
-        let has_network = materials.iter().any(|material| matches!(material.response, Response::Network));
-        model = density::split(&scene, model, has_network, progress)?;
-        if scene.time.step > LONGEST_STEP * scene.orbit.period() {
-            warnings.push(format!(
-                "a step of {} s is {:.1} deg of the orbit: planet infrared and albedo are those of its middle, not its mean",
-                scene.time.step,
-                360.0 * scene.time.step / scene.orbit.period()
-            ));
-        }
-        if let Orbit::Circular(orbit) = &scene.orbit
-            && let Some(disagreement) = period_disagreement(orbit, scene.environment.planet_radius)
-        {
-            warnings.push(disagreement.to_string());
-        }
-
+        let (hash, file_hashes) = steps::hashes(&scene.files)?;
+        let mut warnings = steps::model_warnings(&scene, &mut model);
+        let (mut model, merged, occluders) = steps::at_density(&mut scene, model, &materials, progress)?;
+        warnings.extend(steps::orbit_warnings(&scene));
         if materials.iter().any(|material| matches!(material.response, Response::Transition { .. })) {
             scene.assumptions.push(PROFILES.to_owned());
         }
-
         let (moving, part_joint) = joints::joints(&scene, &model)?;
         if !moving.is_empty() {
             scene.assumptions.push(JOINTS.to_owned());
         }
         let parts: Vec<String> = model.parts.iter().map(|part| part.name.clone()).collect();
+
         progress(Stage::Network);
         let shell = network::shell(&scene, &model, &parts, &materials)?;
+
         progress(Stage::Ordering);
         let areas = model.node_areas();
         let nodes = Nodes::with_joints(&model, &areas, &materials, &part_joint);
-        let of_nodes = |triangles: Vec<[u32; 3]>| -> Vec<[u32; 3]> {
-            let node = |vertex: u32| nodes.node_of_vertex[vertex as usize];
-            triangles.into_iter().map(|triangle| triangle.map(node)).collect()
-        };
-        let (triangles, triangle_runs) = by_joint(of_nodes(std::mem::take(&mut model.triangles)), &nodes, RUN);
-        let (occluders, occluder_runs) = by_joint(of_nodes(occluders), &nodes, 1);
-        let shadow_tree = match scene.shadows {
-            Some(Settings { method: Method::Exact, .. }) => {
-                let boxes = tree_boxes(occluders.len());
-                if boxes > LARGEST_TREE {
-                    let path = scene.source.clone();
-                    return Err(PrepareError::TooManyOccluders { path, triangles: occluders.len(), boxes });
-                }
-                let positions: Vec<DVec3> = nodes.positions.iter().map(|position| position.as_dvec3()).collect();
-                Some(Occluders::new(&positions, &occluders))
-            }
-            _ => None,
-        };
+        let (triangles, triangle_runs) = steps::by_joint(std::mem::take(&mut model.triangles), &nodes, RUN);
+        let (occluders, occluder_runs) = steps::by_joint(occluders, &nodes, 1);
+        let shadow_tree = steps::shadow_tree(&scene, &nodes, &occluders)?;
+
         progress(Stage::Loads);
-        let loads = TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)
-            .map_err(|source| PrepareError::Sky { path: scene.source.clone(), source })?;
-        let before = warm_up_orbits(&scene) * scene.orbit.period();
-        if !before.is_finite() {
-            let source = SkyError::NotFinite { what: "the warm-up of an orbit that is not closed", value: before };
-            return Err(PrepareError::Sky { path: scene.source.clone(), source });
-        }
-        // A step more at both ends: the ticks of a warm-up and of an odd last step are rounded.
-        let slack = if before > 0.0 { scene.time.step } else { 0.0 };
-        loads
-            .sky_model()
-            .check(-before - slack, f64::from(scene.time.steps) * scene.time.step)
-            .map_err(|source| PrepareError::Sky { path: scene.source.clone(), source })?;
-        let span = [-before - slack, f64::from(scene.time.steps) * scene.time.step];
-        let loads = loads.with_joints(moving, span, scene.time.step / WALKS_A_STEP);
-        // The chords of a sweep do not see whole turns.
-        let turn = match scene.attitude {
-            Attitude::Spin { rate, .. } => (rate * scene.time.step).abs(),
-            _ => loads.sky_model().sun_sweep(0.0, scene.time.step),
-        }
-        .to_degrees();
-        if scene.environment.solar_constant.is_some() && turn > LARGEST_TURN_DEG {
-            warnings.push(format!(
-                "the craft turns {turn:.0} deg against the Sun in a step: its loads are averaged over few directions"
-            ));
-        }
-        let probes = probe_nodes(&scene, &parts, &nodes)?;
-        let network = match shell {
-            Some(shell) => {
-                let network = SceneNetwork::new(shell, &scene, &parts, &nodes, &probes, scene.orbit.period())?;
-                warnings.extend(network.remarks());
-                scene.assumptions.push(network::HOLLOW.to_owned());
-                Some(Arc::new(network))
-            }
-            None if scene.contacts.is_empty() && scene.heaters.is_empty() => None,
-            None => {
-                let message = "[[contact]] and [[heater]] need materials with response = 'network'";
-                return Err(PrepareError::network(&scene, message));
-            }
-        };
+        let loads = steps::loads(&scene, moving)?;
+        warnings.extend(steps::turn_warning(&scene, &loads));
+        let probes = steps::probe_nodes(&scene, &parts, &nodes)?;
+        let network = steps::network(&mut scene, shell, &parts, &nodes, &probes)?;
+        warnings.extend(network.iter().flat_map(|network| network.remarks()));
         Ok(Self {
             network,
             hash,
@@ -388,55 +289,4 @@ impl Prepared {
         ];
         absent.iter().filter(|(off, _)| *off).map(|(_, name)| (*name).to_owned()).collect()
     }
-}
-
-/// Orbits stepped before time 0 at most; a periodic warm-up steps the same one again.
-fn warm_up_orbits(scene: &Scene) -> f64 {
-    if scene.time.periodic.is_some() { 1.0 } else { scene.time.warm_up_orbits }
-}
-
-/// Triangles sorted by the joint of their nodes, each run from a multiple of `alignment` on; between runs stand triangles
-/// without area. The order within a joint is kept, and where there are no joints the list is as it was.
-fn by_joint(triangles: Vec<[u32; 3]>, nodes: &Nodes, alignment: usize) -> (Vec<[u32; 3]>, Vec<TriangleRun>) {
-    let joints = nodes.ranges.iter().map(|range| range.joint + 1).max().unwrap_or(1);
-    if joints == 1 {
-        let runs = vec![TriangleRun { joint: 0, triangles: (0, triangles.len() as u32) }];
-        return (triangles, runs);
-    }
-    let mut of_joint = vec![Vec::new(); joints as usize];
-    for triangle in triangles {
-        of_joint[nodes.joint(triangle[0] as usize) as usize].push(triangle);
-    }
-    let (mut sorted, mut runs) = (Vec::new(), Vec::new());
-    for (joint, triangles) in of_joint.into_iter().enumerate().filter(|(_, triangles)| !triangles.is_empty()) {
-        sorted.resize(sorted.len().next_multiple_of(alignment), [0; 3]);
-        let first = sorted.len() as u32;
-        sorted.extend(triangles);
-        runs.push(TriangleRun { joint: joint as u32, triangles: (first, sorted.len() as u32) });
-    }
-    (sorted, runs)
-}
-
-/// The node nearest to each probe.
-fn probe_nodes(scene: &Scene, parts: &[String], nodes: &Nodes) -> Result<Vec<usize>, PrepareError> {
-    let mut found = Vec::new();
-    for probe in &scene.probes {
-        let part = match &probe.part {
-            None => None,
-            Some(name) => Some(parts.iter().position(|part| part == name).ok_or_else(|| PrepareError::ProbePart {
-                path: scene.source.clone(),
-                probe: probe.name.clone(),
-                part: name.clone(),
-                parts: parts.join(", "),
-            })? as u32),
-        };
-        let distance = |node: &u32| nodes.positions[*node as usize].as_dvec3().distance_squared(probe.position);
-        let candidates = nodes
-            .node_of_vertex
-            .iter()
-            .filter(|node| part.is_none_or(|part| nodes.group_part[**node as usize / 4] == part));
-        let nearest = candidates.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        found.push(nearest.map_or(0, |node| *node as usize));
-    }
-    Ok(found)
 }

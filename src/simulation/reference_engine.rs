@@ -3,20 +3,19 @@
 use std::collections::VecDeque;
 
 use super::device_data::back_optics;
+use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Tick};
 use super::network::NetworkRun;
-use super::order::{Delivered, Order, Pixels, Tick};
 use super::prepare::Prepared;
 use super::viewpoint::raster_view;
 use crate::environment::TickLoad;
 use crate::environment::shadow::{Jointed, Shadows};
-use crate::gpu::error::GpuError;
 use crate::gpu::nodes::{GROUP, PADDING};
 use crate::raster::{self, Surface, rasterise};
 use crate::scene::Camera;
 use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::reference::Reference;
-use crate::trace::Trace;
+use crate::trace::{Trace, Track};
 
 /// The f64 reference of all nodes, and its rasteriser.
 pub struct ReferenceEngine {
@@ -29,18 +28,18 @@ pub struct ReferenceEngine {
     parts: Vec<u32>,
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
-    pub(super) network: Option<NetworkRun>,
-    /// Ticks so far.
-    pub(super) ticks: u64,
+    network: Option<NetworkRun>,
+    ticks: u64,
     camera: Option<Camera>,
     table: RadianceTable,
     /// What the ticks have left that was not fetched yet.
-    pub(super) delivered: VecDeque<Delivered>,
-    pub(super) trace: Trace,
+    delivered: VecDeque<Delivered>,
+    trace: Trace,
 }
 
 impl ReferenceEngine {
-    pub(super) fn new(prepared: &Prepared, camera: Option<&Camera>) -> Self {
+    /// The scene on the reference. Images are drawn where `camera` is given.
+    pub fn new(prepared: &Prepared, camera: Option<&Camera>) -> Self {
         let nodes = &prepared.nodes;
         let node_of_slot: Vec<u32> = (0..nodes.vertex_of_node.len() as u32)
             .filter(|slot| nodes.vertex_of_node[*slot as usize] != PADDING)
@@ -80,24 +79,6 @@ impl ReferenceEngine {
         }
     }
 
-    /// Settles every node at the balance temperature of a load, and networks at their steady state at a time [s].
-    pub(super) fn settle(&mut self, load: &TickLoad, time: f64) -> Result<(), GpuError> {
-        self.reference.find_shadows(&mut self.shadows, load);
-        self.reference.settle(load);
-        let heat = self.heat(load);
-        match &mut self.network {
-            Some(network) => network.settle(heat, time)?,
-            None => return Ok(()),
-        }
-        self.take_network()
-    }
-
-    /// Settles every node at a temperature [K].
-    pub(super) fn settle_at(&mut self, temperature: f64) -> Result<(), GpuError> {
-        self.reference.settle_at(temperature);
-        self.network.as_mut().map_or(Ok(()), |network| network.settle_at(temperature))
-    }
-
     /// Heat of the network's nodes [W]; empty where there is no network.
     fn heat(&self, load: &TickLoad) -> Vec<f64> {
         let Some(network) = &self.network else { return Vec::new() };
@@ -110,7 +91,7 @@ impl ReferenceEngine {
     }
 
     /// Hands the network's temperatures to the nodes.
-    fn take_network(&mut self) -> Result<(), GpuError> {
+    fn take_network(&mut self) -> Result<(), EngineError> {
         let Some(network) = &mut self.network else { return Ok(()) };
         let temperatures = network.temperatures()?;
         let mut of_slot = vec![f64::NAN; self.slots];
@@ -122,9 +103,40 @@ impl ReferenceEngine {
         }
         Ok(())
     }
+}
 
-    /// Steps, where there is a tick, and leaves what is ordered.
-    pub(super) fn run(&mut self, tick: Option<Tick<'_>>, order: Order<'_>) -> Result<(), GpuError> {
+impl Engine for ReferenceEngine {
+    fn record(&mut self, trace: Trace) {
+        self.trace = trace;
+    }
+
+    fn trace(&self) -> Trace {
+        self.trace.clone()
+    }
+
+    fn device_name(&self) -> String {
+        "cpu (f64 reference)".to_owned()
+    }
+
+    fn settle(&mut self, load: &TickLoad, time: f64) -> Result<(), EngineError> {
+        self.reference.find_shadows(&mut self.shadows, load);
+        self.reference.settle(load);
+        let heat = self.heat(load);
+        match &mut self.network {
+            Some(network) => network.settle(heat, time)?,
+            None => return Ok(()),
+        }
+        self.take_network()
+    }
+
+    fn settle_at(&mut self, temperature: f64, _nodes: usize) -> Result<(), EngineError> {
+        self.reference.settle_at(temperature);
+        self.network.as_mut().map_or(Ok(()), |network| network.settle_at(temperature))
+    }
+
+    fn submit(&mut self, tick: Option<Tick<'_>>, order: Order<'_>) -> Result<(), EngineError> {
+        let trace = self.trace.clone();
+        let _computes = trace.span(Track::Host, "f64 reference");
         if let Some(tick) = tick {
             self.ticks += 1;
             self.reference.find_shadows(&mut self.shadows, tick.load);
@@ -174,5 +186,21 @@ impl ReferenceEngine {
         let temperatures = order.temperatures.then(|| temperatures.iter().map(|t| *t as f32).collect());
         self.delivered.push_back(Delivered { pixels, temperatures });
         Ok(())
+    }
+
+    fn deliver(&mut self) -> Result<Delivered, EngineError> {
+        Ok(self.delivered.pop_front().unwrap_or_default())
+    }
+
+    fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    fn network(&self) -> Option<&NetworkRun> {
+        self.network.as_ref()
+    }
+
+    fn network_mut(&mut self) -> Option<&mut NetworkRun> {
+        self.network.as_mut()
     }
 }

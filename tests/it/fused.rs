@@ -1,6 +1,7 @@
 //! Many ticks in one dispatch leave what they leave one after the other, through the eclipse and with shadows.
 
 use isotherm::gpu::load::FUSED_TICKS;
+use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, Order, Tick};
 use isotherm::simulation::prepare::Prepared;
 
@@ -25,9 +26,9 @@ fn prepared(shadows: &str) -> Prepared {
 }
 
 /// The state that ticks lead to, one by one or more at once; `change` is what the Sun of one of the last is multiplied with.
-fn state(prepared: &Prepared, at_once: usize, change: f64) -> (Vec<f32>, Engine) {
+fn state(prepared: &Prepared, at_once: usize, change: f64) -> (Vec<f32>, DeviceEngine) {
     let context = context();
-    let mut engine = Engine::on_device(&context, prepared, None).expect("a small scene");
+    let mut engine = DeviceEngine::new(&context, prepared, None).expect("a small scene");
     engine.settle_at(250.0, prepared.nodes.vertex_of_node.len()).expect("it settles");
     let step = prepared.scene.time.step;
     let starts: Vec<f64> = (0..TICKS).map(|tick| f64::from(tick) * step).collect();
@@ -50,7 +51,7 @@ fn state(prepared: &Prepared, at_once: usize, change: f64) -> (Vec<f32>, Engine)
     (temperatures, engine)
 }
 
-fn dispatches(engine: &Engine, fused: bool) -> usize {
+fn dispatches(engine: &dyn Engine, fused: bool) -> usize {
     let passes = engine.pass_times().expect("a device").iter();
     let start = if fused { "forward thermal_step." } else { "thermal_step." };
     let thermal = passes.filter(|(name, _)| name.starts_with(start));

@@ -1,7 +1,9 @@
 //! A tick under the load of the one before costs its transitions only, and leaves what it would have left.
 
+use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, Order, Tick};
 use isotherm::simulation::prepare::Prepared;
+use isotherm::simulation::reference_engine::ReferenceEngine;
 
 use super::craft::{Folder, scene_with};
 use super::device::{Worst, assert_silent, context};
@@ -25,11 +27,11 @@ fn a_tick_under_the_same_load_costs_its_transitions_only() {
     let prepared = still();
     let context = context();
     let step = prepared.scene.time.step;
-    let mut engine = Engine::on_device(&context, &prepared, None).expect("a small scene");
-    let mut reference = Engine::reference(&prepared, None);
+    let mut engine = DeviceEngine::new(&context, &prepared, None).expect("a small scene");
+    let mut reference = ReferenceEngine::new(&prepared, None);
     let nodes = prepared.nodes.vertex_of_node.len();
     let mut worst = Worst::none();
-    for one in [&mut engine, &mut reference] {
+    for one in [&mut engine as &mut dyn Engine, &mut reference] {
         one.settle_at(250.0, nodes).expect("it settles");
     }
     for tick in 0..6 {
@@ -39,7 +41,7 @@ fn a_tick_under_the_same_load_costs_its_transitions_only() {
         if tick == 3 {
             load.sun.iter_mut().for_each(|sample| sample.flux *= 0.5);
         }
-        let [found, expected] = [&mut engine, &mut reference].map(|one| {
+        let [found, expected] = [&mut engine as &mut dyn Engine, &mut reference].map(|one| {
             let tick = Tick { load: &load, steps: 1.0, start, length: step };
             one.submit(Some(tick), Order { temperatures: true, ..Order::default() }).expect("submitted");
             one.deliver().expect("delivered").temperatures.expect("temperatures")

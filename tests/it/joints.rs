@@ -2,7 +2,6 @@
 
 use glam::{DQuat, DVec3};
 use isotherm::environment::shadow::Method;
-use isotherm::gpu::error::GpuError;
 use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
 use isotherm::gpu::hazard::{hazards, unread_by_host};
 use isotherm::gpu::nodes::PADDING;
@@ -10,8 +9,10 @@ use isotherm::gpu::pass::Work;
 use isotherm::gpu::renderer::Renderer;
 use isotherm::scene::Scene;
 use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::engine::{Engine, Pixels};
+use isotherm::simulation::device_engine::DeviceEngine;
+use isotherm::simulation::engine::{Engine, EngineError, Pixels};
 use isotherm::simulation::prepare::Prepared;
+use isotherm::simulation::reference_engine::ReferenceEngine;
 use isotherm::simulation::{run, start};
 use serde_json::json;
 
@@ -61,10 +62,10 @@ fn node_of<'a>(maker: &'a mut Maker, name: &str) -> &'a mut serde_json::Value {
 }
 
 /// Temperatures [K] at every step in the order of the model's vertices, and the images.
-fn history(prepared: &Prepared, engine: &mut Engine) -> (Vec<f64>, Vec<Pixels>) {
+fn history(prepared: &Prepared, engine: &mut dyn Engine) -> (Vec<f64>, Vec<Pixels>) {
     start(prepared, engine, None, &never(), &mut || ()).expect("the engine starts");
     let (mut temperatures, mut images) = (Vec::new(), Vec::new());
-    run::<GpuError>(prepared, engine, None, &never(), &mut |result| {
+    run::<EngineError>(prepared, engine, None, &never(), &mut |result| {
         let all = result.delivered.temperatures.expect("a run reads temperatures");
         temperatures.extend(prepared.nodes.node_of_vertex.iter().map(|node| f64::from(all[*node as usize])));
         images.extend(result.delivered.pixels);
@@ -77,14 +78,14 @@ fn history(prepared: &Prepared, engine: &mut Engine) -> (Vec<f64>, Vec<Pixels>) 
 fn on_device(prepared: &Prepared) -> (Vec<f64>, Vec<Pixels>) {
     let context = context();
     let camera = prepared.scene.camera.clone();
-    let found = history(prepared, &mut Engine::on_device(&context, prepared, camera.as_ref()).expect("a small scene"));
+    let found = history(prepared, &mut DeviceEngine::new(&context, prepared, camera.as_ref()).expect("a small scene"));
     assert_silent(&context);
     found
 }
 
 fn in_f64(prepared: &Prepared) -> (Vec<f64>, Vec<Pixels>) {
     let camera = prepared.scene.camera.clone();
-    history(prepared, &mut Engine::reference(prepared, camera.as_ref()))
+    history(prepared, &mut ReferenceEngine::new(prepared, camera.as_ref()))
 }
 
 fn worst(a: &[f64], b: &[f64]) -> Worst {

@@ -1,9 +1,10 @@
 //! Thermal networks of scenes: closed form, device against twin, periodic state, refusals.
 
-use isotherm::gpu::error::GpuError;
 use isotherm::gpu::nodes::PADDING;
-use isotherm::simulation::engine::Engine;
+use isotherm::simulation::device_engine::DeviceEngine;
+use isotherm::simulation::engine::{Engine, EngineError};
 use isotherm::simulation::prepare::Prepared;
+use isotherm::simulation::reference_engine::ReferenceEngine;
 use isotherm::simulation::{run, start};
 use isotherm::thermal::STEFAN_BOLTZMANN;
 
@@ -18,11 +19,11 @@ const CELLS: &str = "response = \"transition\"\nretarget = \"merge\"\nheating = 
                      cooling = { function = \"quadratic\", t_max_steps = 6 }\n";
 
 /// Temperatures of all nodes [K] at every step.
-fn history(prepared: &Prepared, engine: &mut Engine) -> Vec<Vec<f64>> {
+fn history(prepared: &Prepared, engine: &mut dyn Engine) -> Vec<Vec<f64>> {
     start(prepared, engine, None, &never(), &mut || ()).expect("the engine starts");
     let vertices = &prepared.nodes.vertex_of_node;
     let mut history = Vec::new();
-    run::<GpuError>(prepared, engine, None, &never(), &mut |result| {
+    run::<EngineError>(prepared, engine, None, &never(), &mut |result| {
         let all = result.delivered.temperatures.expect("a run reads temperatures");
         let real = (0..vertices.len()).filter(|node| vertices[*node] != PADDING);
         history.push(real.map(|node| f64::from(all[node])).collect());
@@ -34,14 +35,14 @@ fn history(prepared: &Prepared, engine: &mut Engine) -> Vec<Vec<f64>> {
 
 fn on_device(prepared: &Prepared) -> Vec<Vec<f64>> {
     let context = context();
-    let found = history(prepared, &mut Engine::on_device(&context, prepared, None).expect("a small scene"));
+    let found = history(prepared, &mut DeviceEngine::new(&context, prepared, None).expect("a small scene"));
     assert_silent(&context);
     found
 }
 
 fn compare(prepared: &Prepared) -> Worst {
     let device = on_device(prepared).concat();
-    let twin = history(prepared, &mut Engine::reference(prepared, None)).concat();
+    let twin = history(prepared, &mut ReferenceEngine::new(prepared, None)).concat();
     Worst::of(&device, &twin, |node| format!("value {node}"))
 }
 
@@ -62,7 +63,7 @@ fn a_box_cools_as_the_closed_form_says() {
         let real = (0..nodes.vertex_of_node.len()).filter(|node| nodes.vertex_of_node[*node] != PADDING);
         real.enumerate().filter(|(_, node)| nodes.group_material[node / 4] == 0).map(|(index, _)| index).collect()
     };
-    for found in [on_device(&prepared), history(&prepared, &mut Engine::reference(&prepared, None))] {
+    for found in [on_device(&prepared), history(&prepared, &mut ReferenceEngine::new(&prepared, None))] {
         for (step, temperatures) in found.iter().enumerate() {
             let expected = cooled(60.0 * step as f64, 4860.0);
             for node in &skin {
@@ -115,10 +116,10 @@ fn a_periodic_warm_up_ends_where_an_orbit_changes_nothing() {
     // How far the network is from where it was an orbit before [K].
     let change = |scene: &str| {
         let prepared = Folder::new(scene).prepared();
-        let mut engine = Engine::reference(&prepared, None);
+        let mut engine = ReferenceEngine::new(&prepared, None);
         let done = start(&prepared, &mut engine, None, &never(), &mut || ()).expect("it starts");
         let before = engine.network_temperatures().expect("f64").expect("a network");
-        run::<GpuError>(&prepared, &mut engine, None, &never(), &mut |_| Ok(())).expect("it runs");
+        run::<EngineError>(&prepared, &mut engine, None, &never(), &mut |_| Ok(())).expect("it runs");
         let after = engine.network_temperatures().expect("f64").expect("a network");
         (done, before.iter().zip(&after).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max))
     };

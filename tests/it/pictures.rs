@@ -4,15 +4,17 @@ use std::path::{Path, PathBuf};
 
 use isotherm::output::exr::{read_exr, write_exr};
 use isotherm::output::frame_maker::FrameMaker;
+use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, Pixels};
 use isotherm::simulation::prepare::Prepared;
+use isotherm::simulation::reference_engine::ReferenceEngine;
 use isotherm::simulation::{StepResult, start, still};
 
 use super::craft::{Folder, SCENE, never, prepared};
 use super::device::{Worst, assert_silent, context, corner_grid};
 
 /// The picture of a scene at a time [s], by an engine.
-fn picture(prepared: &Prepared, engine: &mut Engine, time: f64) -> StepResult {
+fn picture(prepared: &Prepared, engine: &mut dyn Engine, time: f64) -> StepResult {
     start(prepared, engine, None, &never(), &mut || ()).expect("the engine starts");
     let still = still(prepared, engine, time, &never(), &mut || ()).expect("the engine steps");
     still.expect("nobody stopped it")
@@ -87,9 +89,9 @@ fn check_against_rasteriser(prepared: &Prepared, what: &str, tolerance: f64) {
     let context = context();
     let camera = prepared.scene.camera.as_ref().expect("a camera");
     let time = 4.0 * prepared.scene.time.step;
-    let mut device = Engine::on_device(&context, prepared, Some(camera)).expect("a small scene");
-    let mut reference = Engine::reference(prepared, Some(camera));
-    let [found, expected] = [&mut device, &mut reference]
+    let mut device = DeviceEngine::new(&context, prepared, Some(camera)).expect("a small scene");
+    let mut reference = ReferenceEngine::new(prepared, Some(camera));
+    let [found, expected] = [&mut device as &mut dyn Engine, &mut reference]
         .map(|engine| picture(prepared, engine, time).delivered.pixels.expect("a picture"));
     let apart = compare(&found, &expected, camera.width as usize);
     assert!(apart.shown > 1000, "{} pixels show something", apart.shown);
@@ -140,7 +142,7 @@ fn the_golden_picture() {
     let context = context();
     let prepared = Folder::new(SCENE).prepared();
     let camera = prepared.scene.camera.clone().expect("a camera");
-    let mut engine = Engine::on_device(&context, &prepared, Some(&camera)).expect("a small scene");
+    let mut engine = DeviceEngine::new(&context, &prepared, Some(&camera)).expect("a small scene");
     let result = picture(&prepared, &mut engine, 240.0);
     let found = result.delivered.pixels.clone().expect("a picture");
     if std::env::var_os("ISOTHERM_KEEP_PICTURES").is_some_and(|value| value == "1") {

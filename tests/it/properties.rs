@@ -1,10 +1,10 @@
 //! What must hold of any scene: the start, rest without sources, energy, areas, and responses that coincide.
 
-use isotherm::gpu::error::GpuError;
 use isotherm::gpu::nodes::{GROUP, PADDING};
 use isotherm::gpu::pass::Resource;
 use isotherm::simulation::device_data::DeviceData;
-use isotherm::simulation::engine::{Engine, Order, Tick};
+use isotherm::simulation::device_engine::DeviceEngine;
+use isotherm::simulation::engine::{Engine, EngineError, Order, Tick};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::{run, start};
 use isotherm::thermal::STEFAN_BOLTZMANN;
@@ -16,10 +16,10 @@ use super::craft::{AREA, Folder, glb_of_box, never, scene_with};
 use super::device::{Worst, assert_silent, context};
 
 /// Temperatures of all nodes [K] at every step of a run, padding left out.
-fn history(prepared: &Prepared, engine: &mut Engine) -> Vec<Vec<f64>> {
+fn history(prepared: &Prepared, engine: &mut dyn Engine) -> Vec<Vec<f64>> {
     start(prepared, engine, None, &never(), &mut || ()).expect("the engine starts");
     let mut history = Vec::new();
-    let complete = run::<GpuError>(prepared, engine, None, &never(), &mut |result| {
+    let complete = run::<EngineError>(prepared, engine, None, &never(), &mut |result| {
         let all = result.delivered.temperatures.expect("a run reads temperatures");
         history.push(real_nodes(prepared).map(|node| f64::from(all[node])).collect());
         Ok(())
@@ -37,7 +37,7 @@ fn real_nodes(prepared: &Prepared) -> impl Iterator<Item = usize> {
 fn on_device(prepared: &Prepared) -> Vec<Vec<f64>> {
     let context = context();
     let found = {
-        let mut engine = Engine::on_device(&context, prepared, None).expect("a small scene");
+        let mut engine = DeviceEngine::new(&context, prepared, None).expect("a small scene");
         history(prepared, &mut engine)
     };
     assert_silent(&context);
@@ -70,7 +70,7 @@ fn at_time_0_every_node_is_settled_at_the_balance_of_the_first_load() {
     assert!(second.difference > 1.0, "the balance of the second load must show: {second:?}");
     // Settled is at rest: under the first load again, nothing moves.
     let context = context();
-    let mut engine = Engine::on_device(&context, &prepared, None).expect("a small scene");
+    let mut engine = DeviceEngine::new(&context, &prepared, None).expect("a small scene");
     start(&prepared, &mut engine, None, &never(), &mut || ()).expect("the engine starts");
     let mut state = || {
         engine
@@ -200,7 +200,7 @@ fn areas_and_switches() {
         for (prepared, there) in [(&prepared, true), (&other, false)] {
             let data = DeviceData::new(prepared);
             let data = data.scene_data(prepared, None);
-            let named = data.ranges.iter().all(|range| range.variant.name().split('.').any(|part| part == word));
+            let named = data.ranges.iter().all(|range| range.variant.shader().words.contains(&word));
             assert_eq!(named, there, "{word}");
             let buffer = data.plan().iter().any(|planned| planned.resource == resource);
             assert_eq!(buffer, there || resource == Resource::Tick, "{resource:?}");

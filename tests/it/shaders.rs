@@ -1,44 +1,163 @@
-//! What runs is what is written: `spirv/` is what `glsl/` compiles to, and its structures are those of Rust.
+//! Every shader that can occur is valid, `spirv/` is what `glsl/` compiles to, and the structures are those of Rust.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::process::Command;
 
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::layout;
 use isotherm::gpu::pass::{Pass, Work, is_write};
-use isotherm::gpu::pipeline::MODULES;
+use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
 use isotherm::gpu::shapes::{self, Shapes};
-use isotherm::gpu::variant::{StepKind, ThermalVariant};
+use isotherm::gpu::variant::{Curve, FusedKind, FusedVariant, ResponseVariant, StepKind, ThermalVariant};
+use isotherm::gpu::wide_variant::{WideKind, WideVariant};
 use isotherm::thermal::function::{Function, Sample};
 use isotherm::thermal::material::{Domain, Profile, Retarget, Transition};
 use naga::front::spv;
 
+use crate::device::validation_is_asked_for;
+
+/// Every variant of a curve that a scene can ask for.
+fn thermal_variants(curve: Curve) -> Vec<ThermalVariant> {
+    let bare = |kind| ThermalVariant {
+        kind,
+        curve,
+        both_sides: false,
+        sun: false,
+        planet_ir: false,
+        albedo: false,
+        shadow: false,
+        fused: false,
+    };
+    let mut all = vec![bare(StepKind::Advance)];
+    let stateless: &[StepKind] = if curve == Curve::Power { &[StepKind::Instant, StepKind::Absorb] } else { &[] };
+    for kind in stateless.iter().copied().chain([StepKind::Merge, StepKind::Restart]) {
+        for both_sides in [false, true] {
+            for (sun, planet_ir, albedo) in [
+                (false, false, false),
+                (true, false, false),
+                (false, true, false),
+                (true, true, false),
+                (true, false, true),
+                (true, true, true),
+            ] {
+                let plain = ThermalVariant { both_sides, sun, planet_ir, albedo, ..bare(kind) };
+                let shadowed = sun.then_some(ThermalVariant { shadow: true, ..plain });
+                let unfused = [Some(plain), shadowed].into_iter().flatten();
+                all.extend(unfused.flat_map(|variant| [Some(variant), variant.fused()]).flatten());
+            }
+        }
+    }
+    all
+}
+
+/// Every variant of the wide kernels of a network.
+pub fn wide_variants() -> Vec<WideVariant> {
+    let switches = [(false, false), (true, false), (false, true), (true, true)];
+    let of = |kind| switches.map(|(radiative, tails)| WideVariant::of(kind, radiative, tails));
+    let mut all: Vec<_> = WideKind::ALL.into_iter().flat_map(|(kind, ..)| of(kind)).collect();
+    all.dedup();
+    all
+}
+
+/// Every shader that a scene can ask for whose functions are powers.
+fn all_shaders() -> Vec<Shader> {
+    let mut all: Vec<_> = ENTRY_POINTS.iter().map(|(entry, _)| Shader::new(entry, Vec::new())).collect();
+    all.push(Shader::new("solar_rays.comp", vec!["first"]));
+    all.extend(thermal_variants(Curve::Power).iter().map(ThermalVariant::shader));
+    let curve = Curve::Power;
+    all.extend([StepKind::Merge, StepKind::Restart].map(|kind| ResponseVariant { kind, curve }.shader()));
+    let mut kinds = vec![FusedKind::Implicit, FusedKind::Settle];
+    for radiative in [false, true] {
+        kinds.extend([false, true].map(|elimination| FusedKind::Explicit { radiative, elimination }));
+    }
+    let lanes = |kind| FusedVariant::LANES.map(|lanes| FusedVariant { kind, lanes }.shader());
+    all.extend(kinds.into_iter().flat_map(lanes));
+    all.extend(wide_variants().iter().map(WideVariant::shader));
+    all
+}
+
 #[test]
 fn spirv_is_what_glsl_compiles_to() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let compiled = isotherm_tools::compile_all(&root.join("glsl")).expect("glsl/ compiles");
-    let mut present: Vec<String> = std::fs::read_dir(root.join("spirv"))
-        .expect("spirv/ is there")
-        .map(|entry| entry.expect("an entry of spirv/").file_name().to_string_lossy().into_owned())
-        .collect();
-    present.sort();
-    let mut wanted: Vec<&String> = compiled.iter().map(|(name, _)| name).collect();
-    wanted.sort();
-    assert_eq!(present.iter().collect::<Vec<_>>(), wanted, "run `cargo run -p isotherm-tools --bin shaders`");
-    for (name, bytes) in &compiled {
-        let checked_in = std::fs::read(root.join("spirv").join(name)).expect("a file of spirv/");
-        assert!(&checked_in == bytes, "{name} is out of date: run `cargo run -p isotherm-tools --bin shaders`");
+    let files = |folder: &str| -> Vec<String> {
+        let entries = std::fs::read_dir(root.join(folder)).expect("a folder of the repository");
+        let name = |entry: std::io::Result<std::fs::DirEntry>| entry.expect("an entry").file_name();
+        let mut names: Vec<_> = entries.map(|entry| name(entry).to_string_lossy().into_owned()).collect();
+        names.retain(|name| !name.ends_with(".glsl"));
+        names.sort();
+        names
+    };
+    let known: Vec<_> = ENTRY_POINTS.iter().map(|(entry, _)| (*entry).to_owned()).collect();
+    assert_eq!(files("glsl"), known);
+    assert_eq!(files("spirv"), known.iter().map(|entry| format!("{entry}.spv")).collect::<Vec<_>>());
+    for (entry, ahead) in ENTRY_POINTS {
+        let compiled = bytes(&Shader::new(entry, Vec::new()));
+        assert!(compiled == *ahead, "{entry} is out of date: run `cargo run -p isotherm-tools --bin shaders`");
     }
 }
 
-fn reflect(name: &str) -> naga::Module {
-    let bytes = MODULES.iter().find(|(module, _)| *module == name).expect("a module of spirv/").1;
-    parse(bytes)
+/// By spirv-val, which must be there where validation is asked for (`tools/setup tests` installs it).
+#[test]
+fn every_shader_is_valid() {
+    let shaders = all_shaders();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut names = BTreeSet::new();
+    for shader in &shaders {
+        assert!(names.insert(shader.name()), "{} stands for two shaders", shader.name());
+        std::fs::write(folder.path().join(shader.name()), bytes(shader)).expect("a file is written");
+    }
+    for name in &names {
+        let checked =
+            Command::new("spirv-val").args(["--target-env", "vulkan1.3"]).arg(folder.path().join(name)).output();
+        match checked {
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                assert!(!validation_is_asked_for(), "spirv-val is not installed");
+                eprintln!("NOT CHECKED: spirv-val is not installed, so no shader was validated by it");
+                return;
+            }
+            checked => {
+                let output = checked.expect("spirv-val runs");
+                assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+            }
+        }
+    }
 }
 
-fn parse(bytes: &[u8]) -> naga::Module {
+/// A word that the text of its shader does not ask for would be a slip of the pen.
+#[test]
+fn every_word_has_a_meaning() {
+    // What is there without words, too.
+    let mut meant = BTreeSet::from([
+        ("thermal_step.comp", "instant"),
+        ("response.comp", "merge"),
+        ("network_fused.comp", "explicit"),
+        ("network_fused.comp", "lanes_64"),
+        ("network_wide.comp", "first"),
+        ("network_solve.comp", "update"),
+    ]);
+    let shaders = all_shaders();
+    let pairs = |shader: &Shader| shader.words.iter().map(|word| (shader.entry, *word)).collect::<Vec<_>>();
+    for shader in &shaders {
+        for (entry, word) in pairs(shader) {
+            let without = shader.words.iter().copied().filter(|other| *other != word).collect();
+            if !meant.contains(&(entry, word)) && bytes(shader) != bytes(&Shader::new(entry, without)) {
+                meant.insert((entry, word));
+            }
+        }
+    }
+    let unknown: Vec<_> = shaders.iter().flat_map(pairs).filter(|pair| !meant.contains(pair)).collect();
+    assert!(unknown.is_empty(), "{unknown:?}");
+}
+
+fn bytes(shader: &Shader) -> Vec<u8> {
+    let words = shader.compile().unwrap_or_else(|error| panic!("{error}"));
+    words.into_iter().flat_map(u32::to_le_bytes).collect()
+}
+
+fn reflect(shader: &Shader) -> naga::Module {
     let options = spv::Options { adjust_coordinate_space: false, strict_capabilities: false, ..Default::default() };
-    spv::parse_u8_slice(bytes, &options).expect("naga reads what it wrote")
+    spv::parse_u8_slice(&bytes(shader), &options).expect("naga reads what it wrote")
 }
 
 /// Stride, and name, offset and size of each member.
@@ -66,8 +185,8 @@ fn shared_structures(module: &naga::Module) -> BTreeMap<String, Structure> {
 #[test]
 fn structures_agree_with_glsl() {
     let mut seen = BTreeMap::new();
-    for (name, _) in MODULES {
-        let structures = shared_structures(&reflect(name));
+    for shader in all_shaders() {
+        let (name, structures) = (shader.name(), shared_structures(&reflect(&shader)));
         for (rust_name, size, members) in layout::structures() {
             let Some((stride, glsl)) = structures.get(rust_name) else { continue };
             let rust: Vec<_> =
@@ -87,12 +206,9 @@ fn structures_agree_with_glsl() {
     assert_eq!(found, expected, "every shared structure stands in some shader");
 }
 
-/// Bindings of a module: number -> whether it is written, and whether it is a uniform.
-pub fn bindings_of(module: &str) -> BTreeMap<u32, (bool, bool)> {
-    bindings_in(reflect(module))
-}
-
-fn bindings_in(module: naga::Module) -> BTreeMap<u32, (bool, bool)> {
+/// Bindings of a shader: number -> whether it is written, and whether it is a uniform.
+pub fn bindings_of(shader: &Shader) -> BTreeMap<u32, (bool, bool)> {
+    let module = reflect(shader);
     let info = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::all())
         .validate(&module)
         .expect("a valid module");
@@ -122,10 +238,10 @@ fn declared(pass: &Pass) -> BTreeMap<u32, (bool, bool)> {
 
 #[test]
 fn passes_declare_what_their_shaders_touch() {
-    for variant in ThermalVariant::all() {
+    for variant in thermal_variants(Curve::Power) {
         let frame = Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], Wanted::default());
         let pass = frame.passes().next().expect("one thermal pass");
-        assert_eq!(declared(pass), bindings_of(&variant.name()), "{}", variant.name());
+        assert_eq!(declared(pass), bindings_of(&variant.shader()), "{}", pass.name);
     }
     let table = |points: i32| {
         let samples: Vec<_> =
@@ -154,20 +270,20 @@ fn passes_declare_what_their_shaders_touch() {
             let (kind, curve) = shapes::curve(&transition, 0);
             assert_eq!(pieces, !shapes.values.is_empty(), "{transition:?}");
             let asked = |variant: &ThermalVariant| variant.kind == kind || variant.kind == StepKind::Advance;
-            for variant in ThermalVariant::all_of(curve).into_iter().filter(asked) {
+            for variant in thermal_variants(curve).into_iter().filter(asked) {
                 let frame = Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], Wanted::default());
                 let pass = frame.passes().next().expect("one thermal pass");
-                let words = shapes.compile_step(variant).expect("a scene's functions compile");
-                let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-                assert_eq!(declared(pass), bindings_in(parse(&bytes)), "{}", variant.name());
+                let shader = Shader { functions: shapes.text(curve).to_owned(), ..variant.shader() };
+                assert_eq!(declared(pass), bindings_of(&shader), "{}", pass.name);
             }
         }
     }
+    let plain = |entry| Shader::new(entry, Vec::new());
     let frame = Frame::step(&[], Wanted { image: true, cull: 9, temperatures: false });
     let cull = frame.passes().find(|pass| matches!(pass.work, Work::Cull { .. })).expect("a cull pass");
-    assert_eq!(declared(cull), bindings_of("cull.comp"));
+    assert_eq!(declared(cull), bindings_of(&plain("cull.comp")));
     let radiance = frame.passes().find(|pass| pass.work == Work::Radiance).expect("a radiance pass");
-    let mut shaders = bindings_of("radiance.vert");
-    shaders.extend(bindings_of("radiance.frag"));
+    let mut shaders = bindings_of(&plain("radiance.vert"));
+    shaders.extend(bindings_of(&plain("radiance.frag")));
     assert_eq!(declared(radiance), shaders);
 }

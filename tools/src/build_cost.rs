@@ -10,6 +10,7 @@ use isotherm::gpu::resources::device_bytes;
 use isotherm::host;
 use isotherm::scene::{Density, Edges, Scene};
 use isotherm::simulation::device_data::DeviceData;
+use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, Order, Tick};
 use isotherm::simulation::network::TickCost;
 use isotherm::simulation::prepare::Prepared;
@@ -56,7 +57,7 @@ pub fn measure_one(context: &Arc<Context>, mut scene: Scene, edge: f64) -> Resul
     drop(data);
     let step = prepared.scene.time.step;
     let began = Instant::now();
-    let mut engine = Engine::on_device(context, &prepared, camera.as_ref())?;
+    let mut engine = DeviceEngine::new(context, &prepared, camera.as_ref())?;
     engine.settle_at(300.0, prepared.nodes.vertex_of_node.len())?;
     let settle = began.elapsed().as_secs_f64();
     let began = Instant::now();

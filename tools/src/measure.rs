@@ -1,9 +1,10 @@
 //! Measures what README states: the thermal pass by number of nodes, whole ticks of a scene by density and size, and
-//! stages of large networks, what building a scene costs, and how far fast shadows are from exact ones.
+//! stages of large networks, what building and starting a scene costs, and how far fast shadows are from exact ones.
 
 mod build_cost;
 mod network_cost;
 mod shadow_error;
+mod start_up;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -19,6 +20,7 @@ use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::output::report::PassTime;
 use isotherm::scene::Scene;
 use isotherm::simulation::device_data::DeviceData;
+use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, Order, Tick};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::viewpoint::camera_from_body;
@@ -68,6 +70,12 @@ struct Arguments {
     /// Texels each way of the maps of --shadows
     #[arg(long, value_delimiter = ',', default_values_t = [1024, 2048, 4096])]
     shadow_maps: Vec<u32>,
+    /// Measure nothing but the start of the scene, and of the `isotherm` beside this program
+    #[arg(long)]
+    start_up: bool,
+    /// Another build of `isotherm` whose start takes turns with it
+    #[arg(long, value_name = "FILE", requires = "start_up")]
+    before: Option<PathBuf>,
     /// Build with this longest edge alone, in this process
     #[arg(long, hide = true)]
     build_one: Option<f64>,
@@ -103,6 +111,10 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
         let mut same = vec!["--scene".to_owned(), arguments.scene.display().to_string()];
         same.extend(arguments.device.iter().flat_map(|device| ["--device".to_owned(), device.clone()]));
         return build_cost::measure(&arguments.build_edges, &same);
+    }
+    if arguments.start_up {
+        let (device, before) = (arguments.device.as_deref(), arguments.before.as_deref());
+        return start_up::measure(&arguments.scene, device, before, arguments.ticks as usize);
     }
     let scene = Scene::load(&arguments.scene)?;
     if arguments.shadows {
@@ -256,7 +268,7 @@ fn unused_function(context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError
     unused.response = Response::Transition(Transition { heating: profile.clone(), cooling: profile, retarget, domain });
     with.materials.push(unused);
     let thermal = |prepared: &Prepared| -> Result<(f64, usize, u64), AnyError> {
-        let mut engine = Engine::on_device(context, prepared, None)?;
+        let mut engine = DeviceEngine::new(context, prepared, None)?;
         let step = prepared.scene.time.step;
         engine.settle(&prepared.loads.tick_load(0.0, step), 0.0)?;
         for tick in 0..60 {
@@ -335,7 +347,7 @@ fn measure_ticks(ticks: u32, context: &Arc<Context>, scene: Scene, edge: f64) ->
     let began = Instant::now();
     let prepared = Prepared::from_scene(scene, &mut |_| {})?;
     let camera = prepared.scene.require_camera()?.clone();
-    let mut engine = Engine::on_device(context, &prepared, Some(&camera))?;
+    let mut engine = DeviceEngine::new(context, &prepared, Some(&camera))?;
     let step = prepared.scene.time.step;
     engine.settle(&prepared.loads.tick_load(0.0, step), 0.0)?;
     let start_up = began.elapsed().as_secs_f64();

@@ -1,44 +1,27 @@
-//! The shader compiler: every entry point of `glsl/` and its variants to `spirv/`, with an index for the crate.
+//! The shader compiler: every entry point of `glsl/` in its plainest form to `spirv/`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Parser;
-use isotherm_tools::compile_all;
+use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
 
-/// Compile glsl/ to spirv/.
+/// Compile the entry points of glsl/ to spirv/.
 ///
 /// Example: cargo run -p isotherm-tools --bin shaders
 #[derive(Parser)]
 struct Arguments {
-    /// Folder with the GLSL entry points.
-    #[arg(long, default_value = "glsl")]
-    glsl: PathBuf,
-    /// Folder that receives the SPIR-V and index.rs.
+    /// Folder that receives the SPIR-V
     #[arg(long, default_value = "spirv")]
     spirv: PathBuf,
 }
 
-fn main() -> std::process::ExitCode {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments = Arguments::parse();
-    match write(&arguments.glsl, &arguments.spirv) {
-        Ok(count) => {
-            println!("{count} files written to {}", arguments.spirv.display());
-            std::process::ExitCode::SUCCESS
-        }
-        Err(error) => {
-            eprintln!("error: {error}");
-            std::process::ExitCode::FAILURE
-        }
+    for (entry, _) in ENTRY_POINTS {
+        let words = Shader::new(entry, Vec::new()).compile()?;
+        let bytes: Vec<u8> = words.into_iter().flat_map(u32::to_le_bytes).collect();
+        std::fs::write(arguments.spirv.join(format!("{entry}.spv")), bytes)?;
     }
-}
-
-fn write(glsl: &Path, spirv: &Path) -> Result<usize, Box<dyn std::error::Error>> {
-    let files = compile_all(glsl)?;
-    for entry in std::fs::read_dir(spirv)? {
-        std::fs::remove_file(entry?.path())?;
-    }
-    for (name, bytes) in &files {
-        std::fs::write(spirv.join(name), bytes)?;
-    }
-    Ok(files.len())
+    println!("{} files written to {}", ENTRY_POINTS.len(), arguments.spirv.display());
+    Ok(())
 }

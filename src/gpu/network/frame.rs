@@ -283,5 +283,5 @@ pub(super) fn pass(variant: WideVariant, nodes: NetworkNodes, place: Place, mode
     }
     let Place { stage, sub_step, odd } = place;
     let work = Work::Network(NetworkWork { variant, nodes, stage, sub_step, odd, mode });
-    Step::Pass(Pass { name: variant.name(), work, accesses })
+    Step::Pass(Pass { name: variant.shader().name(), work, accesses })
 }

@@ -19,7 +19,7 @@ use crate::gpu::error::GpuError;
 use crate::gpu::layout::{NetworkAttempt, NetworkStage};
 use crate::gpu::memory::Buffer;
 use crate::gpu::once::Once;
-use crate::gpu::pipeline::{Pipeline, module};
+use crate::gpu::pipeline::Pipeline;
 use crate::gpu::variant::{FusedKind, FusedVariant};
 use crate::thermal::network::Network;
 use crate::thermal::network::stepper::{Attempt, Method, WorkCounts};
@@ -332,7 +332,7 @@ impl Fused {
         let system = &self.systems[&unknowns];
         let attempt = &system.attempts[usize::from(variant.kind != FusedKind::Settle)];
         let bindings: Vec<_> = (0..11).map(|binding| (binding, vk::DescriptorType::STORAGE_BUFFER)).collect();
-        let pipeline = Pipeline::compute(&self.context, &variant.name(), &module(&variant.name()), &bindings)?;
+        let pipeline = Pipeline::compute(&self.context, &variant.shader(), &bindings, 0)?;
         let mut sets = [vk::DescriptorSet::null(); 2];
         for (set, state) in sets.iter_mut().zip(&self.states) {
             *set = allocate_set(&self.context, self.pool.raw, pipeline.set_layout)?;

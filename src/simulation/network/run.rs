@@ -9,6 +9,7 @@ use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::memory::Buffer;
 use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
+use crate::simulation::engine::EngineError;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::control::{ControlError, FLOOR, Leg, Settings, Use, integrate_leg};
 use crate::thermal::network::reference::ReferenceStepper;
@@ -137,7 +138,7 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn start_from(&mut self, temperatures: &[f64], on: &[bool]) -> Result<(), GpuError> {
+    pub fn start_from(&mut self, temperatures: &[f64], on: &[bool]) -> Result<(), EngineError> {
         self.on = on.to_vec();
         self.set_temperatures(temperatures)
     }
@@ -151,7 +152,7 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A call that fails, or no steady state.
-    pub fn settle(&mut self, heat: Vec<f64>, time: f64) -> Result<(), GpuError> {
+    pub fn settle(&mut self, heat: Vec<f64>, time: f64) -> Result<(), EngineError> {
         // The balance of each node alone is where the search begins.
         let network = self.scene.network();
         let space = network.space_temperature.powi(4);
@@ -168,7 +169,7 @@ impl NetworkRun {
                 sure(stepper.set_temperatures(&vec![common; network.len()]));
                 steady(&mut stepper, network, &schedule).map_err(|error| failure(time, &unsteady(&error)))?
             }
-            Err(SteadyError::Stepper(error)) => return Err(error),
+            Err(SteadyError::Stepper(error)) => return Err(error.into()),
             found => found.map_err(|error| failure(time, &unsteady(&error)))?,
         };
         self.worker.set_temperatures(&found.temperatures)?;
@@ -180,21 +181,21 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn settle_at(&mut self, temperature: f64) -> Result<(), GpuError> {
+    pub fn settle_at(&mut self, temperature: f64) -> Result<(), EngineError> {
         self.step = f64::INFINITY;
-        self.worker.set_temperatures(&vec![temperature; self.scene.network().len()])
+        Ok(self.worker.set_temperatures(&vec![temperature; self.scene.network().len()])?)
     }
 
     /// One tick from `start` [s] of `length` [s] under a constant heat of every node [W].
     ///
     /// # Errors
     /// A call that fails, or temperatures that cannot be found.
-    pub fn tick(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), GpuError> {
+    pub fn tick(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), EngineError> {
         let schedule = self.scene.schedule(heat, &self.on, start, length);
         let leg = Leg { horizon: self.scene.horizon.max(length), step: self.step, tight_switches: false };
         let series = integrate_leg(&mut self.worker, self.scene.network(), &schedule, &self.settings, leg, |_| true)
             .map_err(|error| match error {
-                ControlError::Stepper(error) => error,
+                ControlError::Stepper(error) => error.into(),
                 other => failure(start, &unfinished(&other)),
             })?;
         self.step = series.first_step.unwrap_or(series.step);
@@ -219,17 +220,17 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn temperatures(&mut self) -> Result<Vec<f64>, GpuError> {
-        self.worker.temperatures()
+    pub fn temperatures(&mut self) -> Result<Vec<f64>, EngineError> {
+        Ok(self.worker.temperatures()?)
     }
 
     /// Replaces the temperatures of the nodes [K].
     ///
     /// # Errors
     /// A call that fails.
-    pub fn set_temperatures(&mut self, temperatures: &[f64]) -> Result<(), GpuError> {
+    pub fn set_temperatures(&mut self, temperatures: &[f64]) -> Result<(), EngineError> {
         self.step = f64::INFINITY;
-        self.worker.set_temperatures(temperatures)
+        Ok(self.worker.set_temperatures(temperatures)?)
     }
 
     /// What was done, in words: name and value.
@@ -261,8 +262,8 @@ impl NetworkRun {
     }
 }
 
-fn failure(time: f64, reason: &str) -> GpuError {
-    GpuError::Network { time, reason: reason.to_owned() }
+fn failure(time: f64, reason: &str) -> EngineError {
+    EngineError::Network { time, reason: reason.to_owned() }
 }
 
 fn unsteady<E>(error: &SteadyError<E>) -> String {

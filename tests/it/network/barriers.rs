@@ -7,9 +7,8 @@ use isotherm::gpu::hazard::hazards;
 use isotherm::gpu::network::frame::WidePlan;
 use isotherm::gpu::network::uses::uses;
 use isotherm::gpu::pass::{Resource, Step, is_write};
-use isotherm::gpu::wide_variant::WideVariant;
 
-use crate::shaders::bindings_of;
+use crate::shaders::{bindings_of, wide_variants};
 
 /// Tries of some sub-steps, each kept or taken back; the last one is followed by another try.
 fn frames(plan: WidePlan) -> Vec<Frame> {
@@ -122,12 +121,13 @@ fn barriers_of_the_solver_that_are_taken_away_are_missed() {
 /// What the shaders read and write is what the passes declare.
 #[test]
 fn passes_declare_what_their_shaders_touch() {
-    for variant in WideVariant::all() {
+    for variant in wide_variants() {
         let declared: BTreeMap<u32, bool> = uses(variant).iter().map(|one| (one.binding, one.writes)).collect();
-        for (binding, (written, _)) in bindings_of(&variant.name()) {
+        let shader = variant.shader();
+        for (binding, (written, _)) in bindings_of(&shader) {
             let found = declared.get(&binding);
-            assert!(found.is_some(), "{}: binding {binding} is not declared", variant.name());
-            assert!(found == Some(&true) || !written, "{}: binding {binding} is written", variant.name());
+            assert!(found.is_some(), "{}: binding {binding} is not declared", shader.name());
+            assert!(found == Some(&true) || !written, "{}: binding {binding} is written", shader.name());
         }
     }
 }

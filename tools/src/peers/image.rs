@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use isotherm::gpu::context::Context;
 use isotherm::scene::{Camera, Scene};
+use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, Order};
 use isotherm::simulation::pose_at;
 use isotherm::simulation::prepare::Prepared;
@@ -38,7 +39,7 @@ pub fn measure(
     let mut rows = Vec::new();
     for scale in scales {
         let camera = scaled(&own, *scale);
-        let mut engine = Engine::on_device(context, &prepared, Some(&camera))?;
+        let mut engine = DeviceEngine::new(context, &prepared, Some(&camera))?;
         engine.settle(&prepared.loads.tick_load(0.0, 0.0), 0.0)?;
         if rows.is_empty() {
             dump(&prepared, &mut engine, output)?;
@@ -70,7 +71,7 @@ fn scaled(camera: &Camera, scale: u32) -> Camera {
 
 /// Milliseconds of each image until its pixels are on the host, and those of its passes on the device.
 fn timed(
-    engine: &mut Engine,
+    engine: &mut dyn Engine,
     camera: &Camera,
     pose: &DAffine3,
     scale: u32,
@@ -106,18 +107,18 @@ fn timed(
     }))
 }
 
-fn device_ms(engine: &Engine) -> f64 {
+fn device_ms(engine: &dyn Engine) -> f64 {
     pass_ms(engine).values().sum()
 }
 
 /// Milliseconds of every pass so far by the device's clock.
-fn pass_ms(engine: &Engine) -> BTreeMap<&str, f64> {
+fn pass_ms(engine: &dyn Engine) -> BTreeMap<&str, f64> {
     let passes = engine.pass_times().into_iter().flatten();
     passes.map(|(name, samples)| (name.as_str(), samples.iter().sum())).collect()
 }
 
 /// Corners, their temperatures, and the emissivities of both faces of every triangle.
-fn dump(prepared: &Prepared, engine: &mut Engine, output: &Path) -> Result<(), AnyError> {
+fn dump(prepared: &Prepared, engine: &mut dyn Engine, output: &Path) -> Result<(), AnyError> {
     engine.submit(None, Order { pose: None, joints: &[], temperatures: true })?;
     let temperatures = engine.deliver()?.temperatures.ok_or("no temperatures came")?;
     let (mut corners, mut kelvins, mut faces) = (Vec::new(), Vec::new(), Vec::new());

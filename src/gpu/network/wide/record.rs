@@ -13,7 +13,7 @@ use crate::gpu::network::frame::present;
 use crate::gpu::network::host::write_pieces;
 use crate::gpu::network::uses::{Target, uses};
 use crate::gpu::pass::{NetworkWork, Resource, Step, Work};
-use crate::gpu::pipeline::{Pipeline, module};
+use crate::gpu::pipeline::Pipeline;
 use crate::gpu::wide_variant::WideKind;
 
 fn key_of(work: NetworkWork) -> SetKey {
@@ -28,8 +28,8 @@ impl Wide {
         let uses = uses(work.variant);
         if !self.pipelines.contains_key(&work.variant) {
             let types: Vec<_> = uses.iter().map(|one| (one.binding, vk::DescriptorType::STORAGE_BUFFER)).collect();
-            let (name, constants) = (work.variant.name(), size_of::<NetworkPass>() as u32);
-            let pipeline = Pipeline::compute_with_constants(&self.context, &name, &module(&name), &types, constants)?;
+            let constants = size_of::<NetworkPass>() as u32;
+            let pipeline = Pipeline::compute(&self.context, &work.variant.shader(), &types, constants)?;
             self.pipelines.insert(work.variant, pipeline);
         }
         let set = allocate_set(&self.context, self.pool.raw, self.pipelines[&work.variant].set_layout)?;

@@ -1,0 +1,114 @@
+//! The door to all shaders: the SPIR-V of an entry point of `glsl/`, with or without words that choose what is in it.
+//!
+//! Entry points without words are compiled ahead, to `spirv/`. With words they are compiled when they are first asked for.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::compile::{self, CompileError};
+use super::context::Context;
+
+macro_rules! texts {
+    ($($file:literal)*) => { &[$(($file, include_str!(concat!("../../glsl/", $file)))),*] };
+}
+
+macro_rules! entry_points {
+    ($($file:literal)*) => { &[$(($file, include_bytes!(concat!("../../spirv/", $file, ".spv")))),*] };
+}
+
+/// Each entry point of `glsl/`, and its SPIR-V without words as it stands in `spirv/`.
+pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
+    "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp" "network_fused.comp" "network_solve.comp"
+    "network_wide.comp" "radiance.frag" "radiance.vert" "response.comp" "solar_depth.vert" "solar_rays.comp"
+    "solar_visibility.comp" "thermal_step.comp"
+];
+
+/// Name and text of each file of `glsl/`.
+const TEXTS: &[(&str, &str)] = texts![
+    "albedo.glsl" "balance.glsl" "band_table.glsl" "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp"
+    "merge_exponential.glsl" "merge_flow.glsl" "merge_power.glsl" "merge_turns.glsl" "network.glsl"
+    "network_elimination.glsl" "network_fused.comp" "network_rows.glsl" "network_solve.comp" "network_types.glsl"
+    "network_wide.comp" "pace.glsl" "planck.glsl" "planet.glsl" "radiance.frag" "radiance.vert" "response.comp"
+    "shape.glsl" "shape_pieces.glsl" "shaped_transition.glsl" "solar_depth.vert" "solar_rays.comp"
+    "solar_visibility.comp" "solar_visibility.glsl" "thermal_step.comp" "transition.glsl" "types.glsl"
+];
+
+/// What an entry point includes where the text of a scene's own functions goes.
+const FUNCTIONS: &str = "functions.glsl";
+
+/// A file of `glsl/`.
+pub(super) fn text_of(file: &str) -> &'static str {
+    TEXTS.iter().find(|(name, _)| *name == file).map_or("", |(_, text)| text)
+}
+
+/// An entry point, and what chooses its content.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Shader {
+    /// Its file in `glsl/`.
+    pub entry: &'static str,
+    /// What is in it, in small letters. The preprocessor knows each in capitals.
+    pub words: Vec<&'static str>,
+    /// Text of a scene's own functions; empty where there are none.
+    pub functions: String,
+}
+
+impl Shader {
+    /// An entry point with some words.
+    pub fn new(entry: &'static str, words: Vec<&'static str>) -> Self {
+        Self { entry, words, functions: String::new() }
+    }
+
+    /// The file's name, or its stem and the words: `thermal_step.merge.sun.albedo`.
+    pub fn name(&self) -> String {
+        let stem = self.entry.rsplit_once('.').map_or(self.entry, |(stem, _)| stem);
+        if self.words.is_empty() { self.entry.to_owned() } else { format!("{stem}.{}", self.words.join(".")) }
+    }
+
+    /// Compiles the GLSL to SPIR-V.
+    ///
+    /// # Errors
+    /// What naga says.
+    pub fn compile(&self) -> Result<Vec<u32>, CompileError> {
+        let mut text = String::new();
+        self.expand(self.entry, &mut Vec::new(), &mut text);
+        compile::compile(&self.name(), self.entry, &text, self.words.iter().map(|word| word.to_uppercase()))
+    }
+
+    /// Appends a file with each `#include "file"` replaced by that file, once each: naga accepts no includes.
+    fn expand<'a>(&'a self, file: &'a str, seen: &mut Vec<&'a str>, text: &mut String) {
+        if seen.contains(&file) {
+            return;
+        }
+        seen.push(file);
+        for line in if file == FUNCTIONS { &self.functions } else { text_of(file) }.lines() {
+            match line.strip_prefix("#include \"").and_then(|rest| rest.strip_suffix('"')) {
+                Some(included) => self.expand(included, seen, text),
+                None => text.extend([line, "\n"]),
+            }
+        }
+    }
+}
+
+/// SPIR-V by shader.
+pub(super) type Modules = Mutex<BTreeMap<Shader, Arc<[u32]>>>;
+
+impl Context {
+    /// SPIR-V of a shader, compiled at most once.
+    ///
+    /// # Errors
+    /// What naga says.
+    pub fn module(&self, shader: &Shader) -> Result<Arc<[u32]>, CompileError> {
+        let mut modules = self.modules.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = modules.get(shader) {
+            return Ok(Arc::clone(known));
+        }
+        let ahead = ENTRY_POINTS.iter().find(|(entry, _)| shader.words.is_empty() && *entry == shader.entry);
+        let words = match ahead {
+            Some((_, bytes)) => bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect(),
+            None => shader.compile()?,
+        };
+        let module: Arc<[u32]> = words.into();
+        modules.insert(shader.clone(), Arc::clone(&module));
+        Ok(module)
+    }
+}

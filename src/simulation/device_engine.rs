@@ -1,0 +1,203 @@
+//! A Vulkan device as an engine: every node stepped and drawn in f32.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use glam::DAffine3;
+
+use super::device_data::DeviceData;
+use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Tick};
+use super::network::NetworkRun;
+use super::prepare::Prepared;
+use super::viewpoint::device_view;
+use crate::environment::TickLoad;
+use crate::gpu::context::Context;
+use crate::gpu::error::GpuError;
+use crate::gpu::layout;
+use crate::gpu::renderer::{Renderer, Submitted};
+use crate::gpu::resources::check_plan;
+use crate::gpu::timing::PassTimes;
+use crate::scene::Camera;
+use crate::trace::{Trace, Track};
+
+/// A scene on a device; deliveries come in the order of the ticks.
+pub struct DeviceEngine {
+    /// What steps and draws it.
+    pub renderer: Renderer,
+    /// Frames not delivered yet.
+    flying: VecDeque<Submitted>,
+    /// Delivered ahead of their call, because a network needed the device.
+    ready: VecDeque<Delivered>,
+    /// The thermal network, where the scene has one.
+    network: Option<NetworkRun>,
+    ticks: u64,
+    /// For the projection.
+    camera: Option<Camera>,
+    trace: Trace,
+    context: Arc<Context>,
+}
+
+impl DeviceEngine {
+    /// The scene on a Vulkan device. Images are drawn where `camera` is given.
+    ///
+    /// # Errors
+    /// A scene beyond the device, or a call that fails.
+    pub fn new(context: &Arc<Context>, prepared: &Prepared, camera: Option<&Camera>) -> Result<Self, GpuError> {
+        let device = DeviceData::new(prepared);
+        let data = device.scene_data(prepared, camera);
+        let plan = data.plan();
+        let of_network = prepared.network_bytes(&plan);
+        check_plan(context, &plan, of_network.device + of_network.host, data.image)?;
+        let renderer = Renderer::new(context, &data)?;
+        let network = prepared.network.as_ref().map(|scene| NetworkRun::on_device(context, scene, renderer.spare()));
+        Ok(Self {
+            network: network.transpose()?,
+            renderer,
+            flying: VecDeque::new(),
+            ready: VecDeque::new(),
+            ticks: 0,
+            camera: camera.cloned(),
+            trace: Trace::default(),
+            context: Arc::clone(context),
+        })
+    }
+
+    /// Steps the network under the load of a tick. The host sits between the loads and the temperatures, so what is under way
+    /// must land first.
+    fn step_network(&mut self, tick: &Tick<'_>) -> Result<(), EngineError> {
+        let Some(network) = &mut self.network else { return Ok(()) };
+        while let Some(submitted) = self.flying.pop_front() {
+            self.ready.push_back(collect(&mut self.renderer, submitted)?);
+        }
+        network.tick_begins();
+        let mut values = self.renderer.absorbed(tick.load)?;
+        network.tick(network.scene().heat(|slot| f64::from(values[slot])), tick.start, tick.length)?;
+        put(&mut self.renderer, network, &mut values)?;
+        network.tick_ends();
+        Ok(())
+    }
+
+    /// The camera as the body and each joint see it.
+    fn views(&self, order: &Order<'_>) -> Option<Vec<layout::View>> {
+        let (pose, camera) = order.pose.as_ref().zip(self.camera.as_ref())?;
+        let still = [DAffine3::IDENTITY];
+        let joints = if order.joints.is_empty() { &still } else { order.joints };
+        Some(joints.iter().map(|joint| device_view(camera, &(*pose * *joint))).collect())
+    }
+}
+
+impl Engine for DeviceEngine {
+    fn record(&mut self, trace: Trace) {
+        if trace.is_recording() {
+            self.renderer.keep_frames();
+        }
+        self.trace = trace;
+    }
+
+    fn trace(&self) -> Trace {
+        self.trace.clone()
+    }
+
+    fn device_name(&self) -> String {
+        self.context.info.name.clone()
+    }
+
+    fn settle(&mut self, load: &TickLoad, time: f64) -> Result<(), EngineError> {
+        self.renderer.settle(load)?;
+        let Some(network) = &mut self.network else { return Ok(()) };
+        let mut values = self.renderer.absorbed(load)?;
+        network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
+        put(&mut self.renderer, network, &mut values)
+    }
+
+    fn settle_at(&mut self, temperature: f64, nodes: usize) -> Result<(), EngineError> {
+        if let Some(network) = &mut self.network {
+            network.settle_at(temperature)?;
+        }
+        Ok(self.renderer.settle_at(&vec![temperature as f32; nodes])?)
+    }
+
+    fn submit(&mut self, tick: Option<Tick<'_>>, order: Order<'_>) -> Result<(), EngineError> {
+        let trace = self.trace.clone();
+        let _submits = trace.span(Track::Host, "submit");
+        self.ticks += u64::from(tick.is_some());
+        if let Some(tick) = &tick {
+            self.step_network(tick)?;
+        }
+        let views = self.views(&order);
+        let tick = tick.map(|tick| (tick.load, tick.steps));
+        self.flying.push_back(self.renderer.submit_views(tick, views.as_deref(), order.temperatures)?);
+        Ok(())
+    }
+
+    fn deliver(&mut self) -> Result<Delivered, EngineError> {
+        if let Some(delivered) = self.ready.pop_front() {
+            return Ok(delivered);
+        }
+        let Some(submitted) = self.flying.pop_front() else { return Ok(Delivered::default()) };
+        let waits = self.trace.span(Track::Host, "wait for the device");
+        let delivered = collect(&mut self.renderer, submitted)?;
+        drop(waits);
+        self.renderer.take_frames().into_iter().for_each(|frame| self.trace.frame(frame));
+        Ok(delivered)
+    }
+
+    fn forward(&mut self, passing: &[Tick<'_>]) -> Result<(), EngineError> {
+        if self.network.is_some() {
+            return self.pass_singly(passing);
+        }
+        let _submits = self.trace.span(Track::Host, "submit");
+        self.ticks += passing.len() as u64;
+        let loads: Vec<_> = passing.iter().map(|tick| (tick.load, tick.steps)).collect();
+        Ok(self.renderer.forward(&loads)?)
+    }
+
+    fn wait(&mut self) -> Result<(), EngineError> {
+        Ok(self.renderer.wait()?)
+    }
+
+    fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    fn fused_ticks(&self) -> u64 {
+        self.renderer.fused_ticks()
+    }
+
+    fn device_bytes(&self) -> Option<u64> {
+        let of_network = self.network.as_ref().and_then(NetworkRun::device_bytes);
+        Some(self.renderer.device_bytes() + of_network.unwrap_or(0))
+    }
+
+    fn pass_times(&self) -> Option<&PassTimes> {
+        Some(self.renderer.pass_times())
+    }
+
+    fn network(&self) -> Option<&NetworkRun> {
+        self.network.as_ref()
+    }
+
+    fn network_mut(&mut self) -> Option<&mut NetworkRun> {
+        self.network.as_mut()
+    }
+}
+
+/// What a frame leaves.
+fn collect(renderer: &mut Renderer, submitted: Submitted) -> Result<Delivered, GpuError> {
+    let collected = renderer.collect(submitted)?;
+    let pixels = collected.radiance.zip(collected.identity).map(|(radiance, identity)| Pixels {
+        radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
+        identity: identity.to_vec(),
+    });
+    Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec) })
+}
+
+/// Puts a network's temperatures where the device draws from, in place of the fluxes in `values`.
+fn put(renderer: &mut Renderer, network: &mut NetworkRun, values: &mut [f32]) -> Result<(), EngineError> {
+    if network.wrote_spare() {
+        renderer.spare_was_used();
+    }
+    let temperatures = network.temperatures()?;
+    network.scene().scatter(&temperatures, |slot, temperature| values[slot] = temperature as f32);
+    Ok(renderer.set_temperatures(values)?)
+}

@@ -1,0 +1,206 @@
+//! The steps of preparing a scene, in the order in which `Prepared::with_materials` takes them.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::density;
+use super::network::{self, SceneNetwork};
+use super::prepare_error::{PrepareError, Stage};
+use crate::environment::joints::Joint;
+use crate::environment::orbit::period_disagreement;
+use crate::environment::shadow::{LARGEST_TREE, Method, Occluders, tree_boxes};
+use crate::environment::sky::SkyError;
+use crate::environment::tick::TickLoads;
+use crate::environment::{Attitude, Orbit};
+use crate::gpu::frame::TriangleRun;
+use crate::gpu::nodes::Nodes;
+use crate::model::{Merged, Model};
+use crate::scene::{Scene, ShadowSettings, file_hash, scene_hash};
+use crate::thermal::material::{Material, Response};
+use crate::thermal::shell::Shell;
+
+/// Remarks about the model that are shown; `isotherm info MODEL` shows all.
+const MOST_REMARKS: usize = 5;
+
+/// Share of an orbit above which the middle of a step stands badly for its mean: 6 deg.
+const LONGEST_STEP: f64 = 1.0 / 60.0;
+
+/// Angle against the Sun in a step above which its samples stand badly for the mean [deg].
+const LARGEST_TURN_DEG: f64 = 20.0;
+
+/// Steps of a walk of joints with a rate in one of the scene's.
+const WALKS_A_STEP: f64 = 4.0;
+
+/// SHA-256 of all files together, and of each alone.
+pub(super) fn hashes(files: &[PathBuf]) -> Result<(String, BTreeMap<PathBuf, String>), PrepareError> {
+    let read = |path: &PathBuf| std::fs::read(path).map_err(|source| PrepareError::Read { path: path.clone(), source });
+    let contents = files.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let of_all = scene_hash(&contents.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    Ok((of_all, files.iter().cloned().zip(contents.iter().map(|content| file_hash(content))).collect()))
+}
+
+/// Patterns that no part or material has, and what was left out of the model.
+pub(super) fn model_warnings(scene: &Scene, model: &mut Model) -> Vec<String> {
+    let mut remarks: Vec<String> =
+        model.skipped.iter().map(|skipped| format!("{}: left out, {}", skipped.what, skipped.why)).collect();
+    remarks.append(&mut model.notes);
+    if remarks.len() > MOST_REMARKS {
+        let more = remarks.len() - MOST_REMARKS;
+        remarks.truncate(MOST_REMARKS);
+        remarks.push(format!("and {more} more: isotherm info {}", scene.model_path.display()));
+    }
+    let mut warnings = scene.materials.idle_patterns(model);
+    warnings.extend(scene.density.idle_patterns(model));
+    warnings.append(&mut remarks);
+    warnings
+}
+
+/// The model with short edges merged and long ones split, what was merged, and the triangles that cast shadows.
+pub(super) fn at_density(
+    scene: &mut Scene,
+    model: Model,
+    materials: &[Material],
+    progress: &mut dyn FnMut(Stage),
+) -> Result<(Model, Option<Merged>, Vec<[u32; 3]>), PrepareError> {
+    let (model, merged) = density::merge(scene, model)?;
+    scene.assumptions.extend(merged.as_ref().map(density::describe));
+    // Splitting appends vertices, so the triangles as they are now keep their corners.
+    let occluders = if scene.shadows.is_some() { model.triangles.clone() } else { Vec::new() };
+    let has_network = materials.iter().any(|material| matches!(material.response, Response::Network));
+    Ok((density::split(scene, model, has_network, progress)?, merged, occluders))
+}
+
+/// A step that is long for the orbit, and a period that is not Kepler's.
+pub(super) fn orbit_warnings(scene: &Scene) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if scene.time.step > LONGEST_STEP * scene.orbit.period() {
+        warnings.push(format!(
+            "a step of {} s is {:.1} deg of the orbit: planet infrared and albedo are those of its middle, not its mean",
+            scene.time.step,
+            360.0 * scene.time.step / scene.orbit.period()
+        ));
+    }
+    if let Orbit::Circular(orbit) = &scene.orbit
+        && let Some(disagreement) = period_disagreement(orbit, scene.environment.planet_radius)
+    {
+        warnings.push(disagreement.to_string());
+    }
+    warnings
+}
+
+/// Triangles of vertices as those of nodes, sorted by the joint of these, each run from a multiple of `alignment` on; between runs stand triangles
+/// without area. The order within a joint is kept, and where there are no joints the list is as it was.
+pub(super) fn by_joint(triangles: Vec<[u32; 3]>, nodes: &Nodes, alignment: usize) -> (Vec<[u32; 3]>, Vec<TriangleRun>) {
+    let of_nodes = |triangle: [u32; 3]| triangle.map(|vertex| nodes.node_of_vertex[vertex as usize]);
+    let triangles: Vec<_> = triangles.into_iter().map(of_nodes).collect();
+    let joints = nodes.ranges.iter().map(|range| range.joint + 1).max().unwrap_or(1);
+    if joints == 1 {
+        let runs = vec![TriangleRun { joint: 0, triangles: (0, triangles.len() as u32) }];
+        return (triangles, runs);
+    }
+    let mut of_joint = vec![Vec::new(); joints as usize];
+    for triangle in triangles {
+        of_joint[nodes.joint(triangle[0] as usize) as usize].push(triangle);
+    }
+    let (mut sorted, mut runs) = (Vec::new(), Vec::new());
+    for (joint, triangles) in of_joint.into_iter().enumerate().filter(|(_, triangles)| !triangles.is_empty()) {
+        sorted.resize(sorted.len().next_multiple_of(alignment), [0; 3]);
+        let first = sorted.len() as u32;
+        sorted.extend(triangles);
+        runs.push(TriangleRun { joint: joint as u32, triangles: (first, sorted.len() as u32) });
+    }
+    (sorted, runs)
+}
+
+/// The tree of what casts shadows, where rays find them.
+pub(super) fn shadow_tree(
+    scene: &Scene,
+    nodes: &Nodes,
+    occluders: &[[u32; 3]],
+) -> Result<Option<Occluders>, PrepareError> {
+    let Some(ShadowSettings { method: Method::Exact, .. }) = scene.shadows else { return Ok(None) };
+    let boxes = tree_boxes(occluders.len());
+    if boxes > LARGEST_TREE {
+        let path = scene.source.clone();
+        return Err(PrepareError::TooManyOccluders { path, triangles: occluders.len(), boxes });
+    }
+    let positions: Vec<DVec3> = nodes.positions.iter().map(|position| position.as_dvec3()).collect();
+    Ok(Some(Occluders::new(&positions, occluders)))
+}
+
+/// Sun, planet and albedo of every tick from the warm-up on, and the walks of the joints.
+pub(super) fn loads(scene: &Scene, moving: Vec<Joint>) -> Result<TickLoads, PrepareError> {
+    let failed = |source| PrepareError::Sky { path: scene.source.clone(), source };
+    let loads = TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment).map_err(failed)?;
+    // A periodic warm-up steps the same orbit again.
+    let orbits = if scene.time.periodic.is_some() { 1.0 } else { scene.time.warm_up_orbits };
+    let before = orbits * scene.orbit.period();
+    if !before.is_finite() {
+        return Err(failed(SkyError::NotFinite { what: "the warm-up of an orbit that is not closed", value: before }));
+    }
+    // A step more at both ends: the ticks of a warm-up and of an odd last step are rounded.
+    let slack = if before > 0.0 { scene.time.step } else { 0.0 };
+    let span = [-before - slack, f64::from(scene.time.steps) * scene.time.step];
+    loads.sky_model().check(span[0], span[1]).map_err(failed)?;
+    Ok(loads.with_joints(moving, span, scene.time.step / WALKS_A_STEP))
+}
+
+/// A craft that turns far against the Sun in a step.
+pub(super) fn turn_warning(scene: &Scene, loads: &TickLoads) -> Option<String> {
+    // The chords of a sweep do not see whole turns.
+    let turn = match scene.attitude {
+        Attitude::Spin { rate, .. } => (rate * scene.time.step).abs(),
+        _ => loads.sky_model().sun_sweep(0.0, scene.time.step),
+    }
+    .to_degrees();
+    (scene.environment.solar_constant.is_some() && turn > LARGEST_TURN_DEG).then(|| {
+        format!("the craft turns {turn:.0} deg against the Sun in a step: its loads are averaged over few directions")
+    })
+}
+
+/// The node nearest to each probe.
+pub(super) fn probe_nodes(scene: &Scene, parts: &[String], nodes: &Nodes) -> Result<Vec<usize>, PrepareError> {
+    let mut found = Vec::new();
+    for probe in &scene.probes {
+        let part = match &probe.part {
+            None => None,
+            Some(name) => Some(parts.iter().position(|part| part == name).ok_or_else(|| PrepareError::ProbePart {
+                path: scene.source.clone(),
+                probe: probe.name.clone(),
+                part: name.clone(),
+                parts: parts.join(", "),
+            })? as u32),
+        };
+        let distance = |node: &u32| nodes.positions[*node as usize].as_dvec3().distance_squared(probe.position);
+        let candidates = nodes
+            .node_of_vertex
+            .iter()
+            .filter(|node| part.is_none_or(|part| nodes.group_part[**node as usize / 4] == part));
+        let nearest = candidates.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        found.push(nearest.map_or(0, |node| *node as usize));
+    }
+    Ok(found)
+}
+
+/// The thermal network of the model's shell, with the scene's contacts and heaters.
+pub(super) fn network(
+    scene: &mut Scene,
+    shell: Option<Shell>,
+    parts: &[String],
+    nodes: &Nodes,
+    probes: &[usize],
+) -> Result<Option<Arc<SceneNetwork>>, PrepareError> {
+    let Some(shell) = shell else {
+        if scene.contacts.is_empty() && scene.heaters.is_empty() {
+            return Ok(None);
+        }
+        let message = "[[contact]] and [[heater]] need materials with response = 'network'";
+        return Err(PrepareError::network(scene, message));
+    };
+    let network = SceneNetwork::new(shell, scene, parts, nodes, probes, scene.orbit.period())?;
+    scene.assumptions.push(network::HOLLOW.to_owned());
+    Ok(Some(Arc::new(network)))
+}
