@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::joints;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, Stage};
-use super::prepare_steps as steps;
+use super::prepare_steps::{self as steps, Dense};
 use crate::environment::shadow::{Jointed, Occluders, Redraw, Shadows};
 use crate::environment::tick::TickLoads;
 use crate::gpu::frame::{StepRange, TriangleRun};
@@ -107,7 +107,7 @@ impl Prepared {
         change(&mut materials);
         let (hash, file_hashes) = steps::hashes(&scene.files)?;
         let mut warnings = steps::model_warnings(&scene, &mut model);
-        let (mut model, merged, occluders) = steps::at_density(&mut scene, model, &materials, progress)?;
+        let Dense { mut model, merged, occluders } = steps::at_density(&mut scene, model, &materials, progress)?;
         warnings.extend(steps::orbit_warnings(&scene));
         if materials.iter().any(|material| matches!(material.response, Response::Transition { .. })) {
             scene.assumptions.push(PROFILES.to_owned());

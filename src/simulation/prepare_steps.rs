@@ -58,19 +58,28 @@ pub(super) fn model_warnings(scene: &Scene, model: &mut Model) -> Vec<String> {
     warnings
 }
 
-/// The model with short edges merged and long ones split, what was merged, and the triangles that cast shadows.
+/// A model at the density that its scene asks for.
+pub(super) struct Dense {
+    pub model: Model,
+    /// What short edges merged.
+    pub merged: Option<Merged>,
+    /// The triangles that cast shadows, as they were before long edges were split.
+    pub occluders: Vec<[u32; 3]>,
+}
+
+/// Merges short edges and splits long ones.
 pub(super) fn at_density(
     scene: &mut Scene,
     model: Model,
     materials: &[Material],
     progress: &mut dyn FnMut(Stage),
-) -> Result<(Model, Option<Merged>, Vec<[u32; 3]>), PrepareError> {
+) -> Result<Dense, PrepareError> {
     let (model, merged) = density::merge(scene, model)?;
     scene.assumptions.extend(merged.as_ref().map(density::describe));
     // Splitting appends vertices, so the triangles as they are now keep their corners.
     let occluders = if scene.shadows.is_some() { model.triangles.clone() } else { Vec::new() };
     let has_network = materials.iter().any(|material| matches!(material.response, Response::Network));
-    Ok((density::split(scene, model, has_network, progress)?, merged, occluders))
+    Ok(Dense { model: density::split(scene, model, has_network, progress)?, merged, occluders })
 }
 
 /// A step that is long for the orbit, and a period that is not Kepler's.
