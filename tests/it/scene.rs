@@ -215,7 +215,7 @@ fn a_scene_that_draws_nothing_needs_no_camera() {
 #[test]
 fn the_example_of_the_reference_is_a_scene() {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let reference = std::fs::read_to_string(models.join("README.md")).unwrap();
+    let reference = std::fs::read_to_string(models.join("../docs/scene.md")).unwrap();
     let example = reference.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
     let folder = Folder::new();
     std::fs::copy(models.join("materials.toml"), folder.path("materials.toml")).unwrap();

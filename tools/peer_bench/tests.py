@@ -18,7 +18,7 @@ from peer_bench.record import Spread
 
 
 def residual(network: Network, heat: Floats, t: Floats) -> Floats:
-    """Net heat of every node [W], straight from the equation of models/network.md."""
+    """Net heat of every node [W], straight from the equation of docs/network.md."""
     net = heat - network.emissive_area * SIGMA * (t**4 - SPACE**4)
     for (a, b), value in zip(network.linear, network.conductance, strict=True):
         net[a] += value * (t[b] - t[a])
