@@ -236,8 +236,8 @@ impl Check {
         let part = nodes.group_part.get(group).map_or("", |part| &prepared.parts[*part as usize]);
         let material = nodes.group_material.get(group).map_or("", |index| &prepared.materials[*index as usize].name);
         let mut notes = vec![
-            "The reference has the same loads: what their sampling leaves out (at most 0.05 W/m2 of sunlight on a plate \
-             that the Sun rises or sets on during a 17 s tick, 1e-4 of a unit flux of albedo) is not in these figures."
+            "The reference has the same loads as the device, so these figures leave out the error of the loads. That is at most \
+             0.05 W/m2 of sunlight, on a plate where the Sun rises or sets during a step of 17 s, and 1e-4 of the albedo's flux."
                 .to_owned(),
         ];
         if self.network.is_some() {

@@ -86,7 +86,7 @@ impl SceneNetwork {
         let mut remarks = Vec::new();
         if summary.merged > 0 {
             remarks.push(format!(
-                "{} nodes of the network were merged into neighbours that they even out with faster than {:.0} /s",
+                "{} nodes of the network were merged into a neighbour, because the two exchange heat faster than {:.0} /s",
                 summary.merged, summary.merge_rate
             ));
         }

@@ -196,7 +196,7 @@ fn attitudes_cameras_and_times_have_their_other_forms() {
 
     let scene = with("altitude = 408e3", "altitude = 224e3\nperiod = 6017");
     assert_eq!(scene.orbit.period(), 6017.0);
-    // NUMERICS.md 2: 5330 s with R = 6371 km.
+    // docs/numerics.md 2: 5330 s with R = 6371 km.
     assert!(scene.assumptions.iter().any(|sentence| sentence.contains("stated altitude takes 5330.1 s")));
 }
 

@@ -96,7 +96,7 @@ class Images(unittest.TestCase):
     """Radiance, errors and the scenes."""
 
     def test_radiance_is_that_of_numerics(self) -> None:
-        # NUMERICS.md 5, 8 to 14 um.
+        # docs/numerics.md 5, 8 to 14 um.
         kelvin = np.array([300.0, 267.0, 180.0])
         found = image_mitsuba.radiance([8e-6, 14e-6], kelvin)
         self.assertLess(np.abs(found / [54.93346, 31.36853, 2.95681] - 1.0).max(), 1e-6)
