@@ -32,5 +32,6 @@ mod shadows;
 mod trace;
 mod trajectory;
 mod transitions;
+mod tutorial;
 mod twins;
 mod validation;
