@@ -7,6 +7,7 @@ mod compare;
 mod craft;
 mod cull;
 mod device;
+mod documents;
 mod functions;
 mod fused;
 mod hard;
