@@ -1,6 +1,6 @@
 //! Speed against error, measured in one run and told on one page.
 //!
-//! [`cases`] are the networks of docs/numerics.md 3, [`schemes`] the ways to integrate them, and [`integrators`] measures each
+//! [`cases`] are the networks of NUMERICS.md 3, [`schemes`] the ways to integrate them, and [`integrators`] measures each
 //! against [`truth`]. [`run`] does all of it, within the time of [`clock`] where it is to be quick. [`limits`] is what the device can do at best, [`responses`] what a node costs, [`frames`] what a
 //! whole tick of a scene takes, [`models`] what each choice of a model costs and changes, [`drivers`] how far devices are apart, [`hard`] what breaks without
 //! its remedy. [`record`] holds what was
@@ -37,7 +37,7 @@ pub enum Section {
     Models,
     /// The same scene on every device.
     Drivers,
-    /// Every integrator on the cases of docs/numerics.md 3.
+    /// Every integrator on the cases of NUMERICS.md 3.
     Integrators,
     /// The hard cases with and without their remedies.
     Hard,

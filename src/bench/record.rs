@@ -80,7 +80,7 @@ pub struct CaseSummary {
     pub frame_s: f64,
     /// Frame over the longest stable step of forward Euler.
     pub stiffness: f64,
-    /// The same of the case in docs/numerics.md 3.
+    /// The same of the case in NUMERICS.md 3.
     pub published_stiffness: f64,
     /// Sub-steps a frame of RKL2 in f64 that the temperatures are held against.
     pub reference_sub_steps: u32,

@@ -9,7 +9,7 @@ use super::resources::Resources;
 use crate::environment::{MAX_SUN_SAMPLES, TickLoad};
 
 /// Ticks that one dispatch takes at most: TICKS of glsl/thermal_step.comp. Their Sun samples fill 4 of the 16 KiB that
-/// every device reads as a uniform, and no driver ends a loop of so few turns.
+/// every device reads as a uniform, and no driver ends a loop of so few turns (DESIGN.md 5).
 pub const FUSED_TICKS: usize = 32;
 
 /// What a tick commands, its length left out.

@@ -143,8 +143,8 @@ impl Case {
         Ok(Problem { network: self.network(), heat })
     }
 
-    /// The flux that every face absorbs [W/m2], its mean over each of the [`STEPS`] steps: step n lasts from
-    /// (n - 1/2) to (n + 1/2) times `STEP`.
+    /// The flux that every face absorbs [W/m2], its mean over each of the [`STEPS`] steps, in whose middle the time
+    /// `index * STEP` lies.
     ///
     /// # Errors
     /// None that the paper's own values cause.

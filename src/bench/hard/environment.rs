@@ -30,11 +30,11 @@ mod shadow;
 
 /// Solar constant [W/m2].
 const SUN: f64 = 1361.0;
-/// C of the thin array of docs/numerics.md 3 [J/m2K], and cells on it: absorptivity of the front, emissivity of both faces.
+/// C of the thin array of NUMERICS.md 3 [J/m2K], and cells on it: absorptivity of the front, emissivity of both faces.
 const CAPACITANCE: f64 = 1350.0;
 const ABSORPTIVITY: f64 = 0.9;
 const EMISSIVITY: f64 = 0.85;
-/// docs/numerics.md 3: its error in frames of 16.7 s with the mean flux of each [K].
+/// NUMERICS.md 3: its error in frames of 16.7 s with the mean flux of each [K].
 const THIN_ARRAY: f64 = 0.30;
 const FRAME: f64 = 16.7;
 /// Steps of the truth [s].
@@ -266,11 +266,11 @@ fn middle_is_lit(sky: &SkyModel, time: f64) -> bool {
 fn eclipse(tick: f64) -> Case {
     let scaled = THIN_ARRAY * (tick / FRAME).powi(2);
     let (limit, source) = if tick == FRAME {
-        (THIN_ARRAY, "docs/numerics.md 3, thin array in frames of 16.7 s".to_owned())
+        (THIN_ARRAY, "NUMERICS.md 3, thin array in frames of 16.7 s".to_owned())
     } else if scaled > 20e-3 {
-        (scaled, format!("docs/numerics.md 3, 0.30 K in frames of 16.7 s, times ({tick} / 16.7)^2"))
+        (scaled, format!("NUMERICS.md 3, 0.30 K in frames of 16.7 s, times ({tick} / 16.7)^2"))
     } else {
-        (20e-3, "docs/numerics.md 6, default".to_owned())
+        (20e-3, "issue 4, default".to_owned())
     };
     Case {
         name: format!("eclipse in ticks of {tick} s"),
@@ -310,7 +310,7 @@ fn tumble(degrees: f64) -> Case {
         ),
         unit: "K",
         limit: THIN_ARRAY,
-        source: "docs/numerics.md 3, thin array in frames of 16.7 s".to_owned(),
+        source: "NUMERICS.md 3, thin array in frames of 16.7 s".to_owned(),
         remedy: "a tick's sunlight is up to eight vectors, each from the middle of a stretch of it, of a turn where it is longer",
         removed: "the flux of the tick's middle",
         expects_reference: false,

@@ -2,9 +2,6 @@
 //!
 //! [`transitions`], [`networks`], [`environment`] and [`input`] list the cases; [`stepper`] is a network on whichever target,
 //! [`exact`] and [`plain`] are what they are held against: closed forms, and the small code that has no remedies.
-//!
-//! A case measures on a target and has a limit. The same work without the remedy must be beyond that limit. Networks go through both paths of a
-//! device.
 
 use std::time::Instant;
 

@@ -1,21 +1,4 @@
 //! What a large network takes on a device, buffer by buffer, and which of it lies where a scene lets it lie.
-//!
-//! Bytes for each node of a network, with e conductors in its row (5.2 linear and 0.18 radiative ones on the station):
-//!
-//! | buffer | bytes |
-//! |---|---|
-//! | rows: 1 / C, emission | 8 |
-//! | slices | 0.5 |
-//! | neighbours and conductances, at both ends: one end would need a second gather for the other | 8 e |
-//! | radiators | 8 e |
-//! | tails of rows beyond 16 | 4, and 12 a link |
-//! | list of nodes that are no boundary | 1 |
-//! | two stages, base and rest in one load | 16 |
-//! | rests and rates at the start | 8 |
-//! | the solver's vectors | 24, or 0 where the scene lends them |
-//!
-//! The scene lends its culled triangles and temperatures: their lifetimes do not overlap with the solver's. Temperatures come back from the network after its
-//! step, and the next image culls anew where a solver has run.
 
 use super::sliced::{SLICE, Sizes};
 use super::wide::{SUB_STEPS_AT_MOST, WORKGROUP};

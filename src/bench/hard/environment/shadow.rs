@@ -126,7 +126,7 @@ pub fn cases() -> Vec<Case> {
                 .to_owned(),
         unit: "% of the shadow",
         limit: 1.0,
-        source: "docs/numerics.md 6, area within 1 %".to_owned(),
+        source: "issue 5, area within 1 %".to_owned(),
         remedy: "shadows are found again when the Sun has moved by more than a stated angle",
         removed: "found once",
         expects_reference: false,

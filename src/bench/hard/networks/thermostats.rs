@@ -172,7 +172,7 @@ pub fn cases() -> Vec<Case> {
                 "the same tank: none of 40 switches lost; exponentials between them",
                 "s",
                 0.05,
-                "docs/numerics.md 6, switching times",
+                "issue 4, switching times",
             )
         },
         Case {
@@ -185,7 +185,7 @@ pub fn cases() -> Vec<Case> {
                 "a heater that moves its own sensor of C = 0 across the band: refused, not switched without end",
                 "switches",
                 0.0,
-                "refused by name",
+                "issue 6, refused by name",
             )
         },
     ]
