@@ -176,7 +176,7 @@ fn bounds(view: &View, corners: [DVec3; 3]) -> Option<([u32; 2], [u32; 2])> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Band;
+    use crate::thermal::planck::Band;
     use crate::thermal::planck::band_radiance_exact;
     use glam::{DMat3, DQuat};
 

@@ -9,7 +9,7 @@ use super::truth::Truth;
 use crate::gpu::network::NetworkStepper;
 use crate::simulation::network::unfinished;
 use crate::thermal::network::NodeKind;
-use crate::thermal::network::control::{ControlError, Part, Settings, integrate_part};
+use crate::thermal::network::control::{ControlError, Leg, Settings, integrate_leg};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::rkl2::stages_for;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
@@ -114,8 +114,8 @@ where
                 let heat = (0..).zip(heat).map(|(node, heat)| (node, HeatTable::constant(*heat))).collect();
                 let schedule = Schedule { heat, times: vec![case.frame], ..Schedule::default() };
                 let horizon = case.frame * case.frames.len() as f64;
-                let part = Part { horizon, step, tight_switches: false };
-                let ended = integrate_part(stepper, &case.network, &schedule, &settings, part, |_| true);
+                let leg = Leg { horizon, step, tight_switches: false };
+                let ended = integrate_leg(stepper, &case.network, &schedule, &settings, leg, |_| true);
                 let series = ended.map_err(|error| match error {
                     ControlError::Stepper(error) => Ended::Stepper(error),
                     other => Ended::Failed(format!("frame {number}: {}", unfinished(&other))),

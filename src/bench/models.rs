@@ -14,12 +14,12 @@ use crate::environment::TickLoad;
 use crate::environment::shadow::Method;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
+use crate::gpu::nodes::GROUP;
 use crate::scene::{Scene, ShadowSettings};
 use crate::simulation::engine::{Engine, Order, Tick};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{pose_at, start};
 use crate::thermal::material::{Domain, Retarget, Sides};
-use crate::thermal::nodes::GROUP;
 
 /// Ticks of an orbit: longer ones would stand badly for the planet's mean.
 const TICKS: u32 = 60;

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::{CliError, environment_plate};
+use crate::environment::Orbit;
 use crate::environment::Sky;
 use crate::environment::albedo::albedo_factor;
 use crate::environment::sky::{Boundary, EclipseEvent, SkyModel};
 use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
 use crate::output::OutputError;
 use crate::output::folder::{keep_inputs, write_atomic};
-use crate::scene::{Orbit, SkyScene};
+use crate::scene::SkyScene;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -158,7 +159,7 @@ fn header() -> Vec<String> {
 
 fn row(scene: &SkyScene, sky: &SkyModel, time: f64) -> Vec<String> {
     let now = sky.sky(time);
-    let (position, sun) = sky.place(time).map_or((DVec3::NAN, DVec3::NAN), |place| (place.position, place.sun));
+    let (position, sun) = sky.point(time).map_or((DVec3::NAN, DVec3::NAN), |place| (place.position, place.sun));
     let environment = &scene.environment;
     let solar = environment.solar_constant.unwrap_or(0.0) * now.solar_scale;
     let radius = ApparentRadius::new(now.distance_ratio);

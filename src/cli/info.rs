@@ -123,7 +123,7 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
     for (kind, nodes) in prepared.nodes.by_kind() {
         text.push_str(&format!("  {:<40} {nodes:>10}\n", kind.to_string()));
     }
-    let joints = joints::describe(&prepared);
+    let joints = joints::describe(&prepared.loads, &prepared.nodes);
     if !joints.is_empty() {
         text.push_str("\nJoints, at time 0\n");
     }

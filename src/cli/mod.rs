@@ -13,7 +13,7 @@ use crate::compare::CompareError;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::output::OutputError;
-use crate::simulation::job::JobError;
+use crate::output::job::JobError;
 use crate::simulation::prepare_error::{PrepareError, Stage};
 use crate::thermal::brightness::BrightnessError;
 

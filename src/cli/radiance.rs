@@ -4,8 +4,8 @@ use std::io::Write;
 
 use super::{Chosen, CliError, DeviceArguments, nine_digits};
 use crate::gpu::blackbody::{band_radiances, brightness_temperatures};
-use crate::scene::Band;
 use crate::thermal::brightness::{BrightnessTable, MAX_TEMPERATURE, brightness_temperature};
+use crate::thermal::planck::Band;
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 
 /// Band radiance of a blackbody [W m-2 sr-1], or with --inverse its temperature [K], as CSV.

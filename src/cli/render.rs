@@ -7,10 +7,10 @@ use super::run::{prepare_with_progress, say_size};
 use super::{Chosen, CliError, DeviceArguments, progress_bar, stop_flag};
 use crate::output::exr::write_exr;
 use crate::output::folder::{check_writable, keep_inputs};
+use crate::output::frame_maker::FrameMaker;
 use crate::simulation;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
-use crate::simulation::frames::FrameMaker;
 
 /// Render one image; the state is stepped to its time from the start.
 #[derive(clap::Args)]

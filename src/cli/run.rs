@@ -7,15 +7,16 @@ use indicatif::ProgressBar;
 
 use super::{Chosen, CliError, DeviceArguments, building_bar, progress_bar, show_stage, stop_flag};
 use crate::gpu::resources::{Planned, check_plan, device_bytes};
-use crate::output::folder::{RunFolder, check_writable, keep_inputs};
+use crate::output::folder::{RunFolder, check_writable, keep_inputs, write_bytes};
+use crate::output::job::{Outcome, Progress, run_into};
 use crate::output::report::{BufferSize, Device, FileEntry, ModelSize, PassTime, Report, Section, SourceFile, Speed};
+use crate::output::{report_html, settings};
 use crate::scene::Draw;
 use crate::simulation::check::SAMPLE;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
-use crate::simulation::job::{Outcome, Progress, run_into};
+use crate::simulation::is_drawn;
 use crate::simulation::prepare::Prepared;
-use crate::simulation::{is_drawn, settings};
 use crate::trace::{Trace, Track};
 
 /// Run a scene: temperatures, images, plots and a report.
@@ -157,9 +158,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         ..report(&prepared, &chosen, &engine, &folder, outcome, start_up_s)
     };
     report.write_json(&folder.report_json())?;
-    report.write_html(&folder.report_html())?;
+    write_bytes(&folder.report_html(), report_html::page(&report).as_bytes())?;
     if let Some(path) = &arguments.trace {
-        trace.write(path)?;
+        write_bytes(path, trace.json().to_string().as_bytes())?;
     }
     print_summary(&report, &folder);
     chosen.check_validation()?;

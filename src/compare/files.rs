@@ -14,8 +14,8 @@ use crate::output::colour::ColourScale;
 use crate::output::comparison::{Legend, panel, sheet};
 use crate::output::comparison_plots::{MOST_PLOTS, Response, differences, temperatures};
 use crate::output::folder::{prepare_folder, write_atomic, write_bytes};
+use crate::output::job::eclipses;
 use crate::output::report::{Picture, PlotEntry};
-use crate::simulation::job::eclipses;
 
 /// The page.
 pub const PAGE: &str = "compare.html";

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 
 use crate::gpu::error::GpuError;
 use crate::output::OutputError;
-use crate::simulation::job::JobError;
+use crate::output::job::JobError;
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::fit::FitError;
 

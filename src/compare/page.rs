@@ -6,7 +6,7 @@ use super::runs::{Ran, Runs};
 use super::{INSTANT, NETWORK, RESPONSES, TRANSITION};
 use crate::output::html::{Html, escape, kelvin, link_target, significant, thousands};
 use crate::output::report::{Picture, PlotEntry};
-use crate::simulation::settings;
+use crate::output::settings;
 use crate::thermal::step_response::Fitted;
 
 /// What the page tells beside the runs.

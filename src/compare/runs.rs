@@ -13,16 +13,16 @@ use super::record::Record;
 use super::responses::{self, OfMaterial};
 use super::{CompareError, INSTANT, NETWORK, RESPONSES, TRANSITION};
 use crate::gpu::context::Context;
+use crate::gpu::nodes::GROUP;
 use crate::output::comparison::Views;
+use crate::output::job::{NodeGroups, check_finite};
 use crate::output::report::PassTime;
 use crate::output::series::Series;
 use crate::scene::{Draw, Scene};
 use crate::simulation::engine::{Engine, Order, Tick};
-use crate::simulation::job::{NodeGroups, check_finite};
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{is_drawn, pose_at, start};
-use crate::thermal::nodes::GROUP;
 
 /// Most steps that are shown as pictures.
 pub const MOST_VIEWS: usize = 6;

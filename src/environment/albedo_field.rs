@@ -1,4 +1,4 @@
-//! Albedo for every Sun zenith angle of a scene: tables at chosen angles, built once, and one blended for a tick.
+//! Albedo for every Sun zenith angle of a scene: tables at chosen angles, each built when first needed, and one blended from them.
 //!
 //! On a trajectory the distance changes. Fields then stand at altitudes 15 % apart, built when they are first needed, and a step's table is a
 //! cubic between four of them.
@@ -20,35 +20,42 @@ use super::sky::horizon_angle;
 /// steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AlbedoField {
+    /// Distance to the planet's centre over its radius.
+    distance_ratio: f64,
     /// Angle of the horizon from the point below the craft, at the planet's centre [rad].
     horizon: f64,
     /// s above [rad].
     spread: f64,
     /// Sun in the zenith.
-    noon: AlbedoTable,
+    noon: OnceLock<AlbedoTable>,
     /// `CROSSING_INTERVALS + 1` tables, from the terminator at one side of the cap to the terminator at the other.
-    crossing: Vec<AlbedoTable>,
+    crossing: Vec<OnceLock<AlbedoTable>>,
 }
 
 /// Steps of the zenith angle while the terminator crosses the visible cap.
 pub const CROSSING_INTERVALS: usize = 24;
 
 impl AlbedoField {
-    /// The field for a distance to the planet's centre over its radius, > 1. Some 2e5 integrals, on all cores.
+    /// The field for a distance to the planet's centre over its radius, > 1.
     pub fn new(distance_ratio: f64) -> Self {
         let horizon = horizon_angle(distance_ratio);
         let spread = spread(distance_ratio, horizon);
-        let reach = (horizon / spread).asinh();
-        let zenith = |level: usize| {
+        let crossing = vec![OnceLock::new(); CROSSING_INTERVALS + 1];
+        Self { distance_ratio, horizon, spread, noon: OnceLock::new(), crossing }
+    }
+
+    /// The table with the Sun in the zenith.
+    fn noon(&self) -> &AlbedoTable {
+        self.noon.get_or_init(|| tabulate(self.distance_ratio, 0.0))
+    }
+
+    /// One of the tables while the terminator crosses the visible cap.
+    fn crossing(&self, level: usize) -> &AlbedoTable {
+        self.crossing[level].get_or_init(|| {
+            let reach = (self.horizon / self.spread).asinh();
             let u = 2.0 * level as f64 / CROSSING_INTERVALS as f64 - 1.0;
-            FRAC_PI_2 + spread * (reach * u).sinh()
-        };
-        Self {
-            horizon,
-            spread,
-            noon: tabulate(distance_ratio, 0.0),
-            crossing: (0..=CROSSING_INTERVALS).map(|level| tabulate(distance_ratio, zenith(level))).collect(),
-        }
+            tabulate(self.distance_ratio, FRAC_PI_2 + self.spread * (reach * u).sinh())
+        })
     }
 
     /// The table for a zenith angle of the Sun [rad], in [0, pi]; `None` where all that the craft sees is dark.
@@ -63,10 +70,10 @@ impl AlbedoField {
             Shares::AllLit => {
                 let scale = self.horizon.cos().recip();
                 let noon = (FRAC_PI_2 - sun_zenith - self.horizon).sin() * scale;
-                (vec![&self.noon, &self.crossing[0]], vec![noon, sun_zenith.sin() * scale])
+                (vec![self.noon(), self.crossing(0)], vec![noon, sun_zenith.sin() * scale])
             }
             Shares::Crossing { first, weights } => {
-                ((0..4).map(|offset| &self.crossing[first + offset]).collect(), weights.to_vec())
+                ((0..4).map(|offset| self.crossing(first + offset)).collect(), weights.to_vec())
             }
         }
     }
@@ -163,7 +170,7 @@ fn spread(distance_ratio: f64, horizon: f64) -> f64 {
     (distance_ratio - 1.0).min(horizon)
 }
 
-/// The table of exact values for one zenith angle of the Sun.
+/// The table of exact values for one zenith angle of the Sun: some 8,000 integrals, on all cores.
 fn tabulate(distance_ratio: f64, sun_zenith: f64) -> AlbedoTable {
     let side = RESOLUTION + 1;
     let value = |index: usize| {

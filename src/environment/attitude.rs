@@ -5,9 +5,43 @@ use std::sync::Arc;
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::place::Place;
+use super::orbit_point::OrbitPoint;
 use super::rotation_history::{HistoryFrame, RotationHistory};
-use crate::scene::Attitude;
+
+/// Attitude law.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Attitude {
+    /// A body axis to the planet's centre, another towards the velocity (made orthogonal).
+    Nadir {
+        /// Unit body axis that points to nadir.
+        nadir_axis: DVec3,
+        /// Unit body axis that points along the velocity.
+        forward_axis: DVec3,
+    },
+    /// Fixed in the orbit's inertial frame.
+    Inertial {
+        /// Rotates body vectors into the inertial frame.
+        inertial_from_body: DQuat,
+    },
+    /// A body axis to the Sun, another towards the orbit normal (made orthogonal).
+    Sun {
+        /// Unit body axis that points to the Sun.
+        sun_axis: DVec3,
+        /// Unit body axis that points towards the orbit normal.
+        north_axis: DVec3,
+    },
+    /// Turning about a body axis that stands still in the inertial frame.
+    Spin {
+        /// Rotates body vectors into the inertial frame at time 0.
+        inertial_from_body: DQuat,
+        /// Unit axis in the body.
+        axis: DVec3,
+        /// Rate about it [rad/s].
+        rate: f64,
+    },
+    /// As a file says.
+    History(Arc<RotationHistory>),
+}
 
 /// An attitude law with its constant rotations worked out.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,8 +119,8 @@ impl BodyFrame {
     ///
     /// Sun-pointing with the Sun along the orbit normal (beta = 90 deg) leaves the second axis free: it then points to
     /// the inertial frame's X.
-    pub fn rotations(&self, place: &Place) -> (DMat3, DMat3) {
-        let inertial_from_orbit = place.inertial_from_orbit;
+    pub fn rotations(&self, point: &OrbitPoint) -> (DMat3, DMat3) {
+        let inertial_from_orbit = point.inertial_from_orbit;
         let from_inertial = |body_from_inertial: DMat3| (body_from_inertial, body_from_inertial * inertial_from_orbit);
         let from_orbit = |body_from_orbit: DMat3| (body_from_orbit * inertial_from_orbit.transpose(), body_from_orbit);
         match self {
@@ -94,14 +128,14 @@ impl BodyFrame {
             Self::Fixed { body_from_inertial } => from_inertial(*body_from_inertial),
             Self::FollowsSun { body_from_axes } => {
                 let normal = -inertial_from_orbit.y_axis;
-                let axes = triad(place.sun_direction, normal).or_else(|| triad(place.sun_direction, DVec3::X));
+                let axes = triad(point.sun_direction, normal).or_else(|| triad(point.sun_direction, DVec3::X));
                 axes.map_or_else(nowhere, |axes| from_inertial(*body_from_axes * axes.transpose()))
             }
             Self::Spins { inertial_from_body, axis, rate } => {
-                let turned = *inertial_from_body * DQuat::from_axis_angle(*axis, (rate * place.time) % TAU);
+                let turned = *inertial_from_body * DQuat::from_axis_angle(*axis, (rate * point.time) % TAU);
                 from_inertial(DMat3::from_quat(turned).transpose())
             }
-            Self::History(history) => history.rotation(place.time).map_or_else(nowhere, |frame_from_body| {
+            Self::History(history) => history.rotation(point.time).map_or_else(nowhere, |frame_from_body| {
                 let body_from_frame = DMat3::from_quat(frame_from_body).transpose();
                 match history.frame {
                     HistoryFrame::Inertial => from_inertial(body_from_frame),
@@ -135,12 +169,12 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::scene::{CircularOrbit, Orbit};
+    use crate::environment::{CircularOrbit, Orbit};
 
     const ORBIT: CircularOrbit = CircularOrbit { altitude: 408e3, period: 5560.0, beta: 0.4, phase: 0.2 };
 
-    fn place(orbit: &CircularOrbit, time: f64) -> Place {
-        Orbit::from(orbit).place(time, 6.371e6).unwrap()
+    fn point(orbit: &CircularOrbit, time: f64) -> OrbitPoint {
+        Orbit::from(orbit).point(time, 6.371e6).unwrap()
     }
 
     fn assert_close(found: DVec3, expected: DVec3) {
@@ -152,7 +186,7 @@ mod tests {
         let attitude = Attitude::Nadir { nadir_axis: -DVec3::Y, forward_axis: DVec3::new(1.0, 0.5, 0.0) };
         let frame = BodyFrame::new(&attitude).unwrap();
         for time in [0.0, 1234.5, 1e6] {
-            let (body_from_inertial, body_from_orbit) = frame.rotations(&place(&ORBIT, time));
+            let (body_from_inertial, body_from_orbit) = frame.rotations(&point(&ORBIT, time));
             assert_close(body_from_inertial * -ORBIT.zenith(time), -DVec3::Y);
             assert_close(body_from_orbit * DVec3::Z, -DVec3::Y);
             assert_close(body_from_orbit * DVec3::X, DVec3::X);
@@ -164,7 +198,7 @@ mod tests {
     #[test]
     fn sun_pointing_holds_the_sun_and_leans_to_the_orbit_normal() {
         let attitude = Attitude::Sun { sun_axis: DVec3::X, north_axis: DVec3::Z };
-        let (body_from_inertial, body_from_orbit) = BodyFrame::new(&attitude).unwrap().rotations(&place(&ORBIT, 777.0));
+        let (body_from_inertial, body_from_orbit) = BodyFrame::new(&attitude).unwrap().rotations(&point(&ORBIT, 777.0));
         assert_close(body_from_inertial * ORBIT.sun_direction(), DVec3::X);
         let north = body_from_inertial * DVec3::Z;
         assert!(north.z > 0.9 && north.y.abs() < 1e-12, "{north}");
@@ -172,7 +206,7 @@ mod tests {
 
         let sun_over_the_pole = CircularOrbit { beta: FRAC_PI_2, ..ORBIT };
         let frame = BodyFrame::new(&attitude).unwrap();
-        let (body_from_inertial, _) = frame.rotations(&place(&sun_over_the_pole, 0.0));
+        let (body_from_inertial, _) = frame.rotations(&point(&sun_over_the_pole, 0.0));
         assert_close(body_from_inertial * DVec3::Z, DVec3::X);
         assert_close(body_from_inertial * DVec3::X, DVec3::Z);
     }
@@ -181,7 +215,7 @@ mod tests {
     fn an_inertial_attitude_is_the_inverse_of_its_quaternion() {
         let inertial_from_body = DQuat::from_axis_angle(DVec3::Z, FRAC_PI_2);
         let frame = BodyFrame::new(&Attitude::Inertial { inertial_from_body }).unwrap();
-        let (body_from_inertial, _) = frame.rotations(&place(&ORBIT, 50.0));
+        let (body_from_inertial, _) = frame.rotations(&point(&ORBIT, 50.0));
         assert_close(body_from_inertial * DVec3::Y, DVec3::X);
     }
 
@@ -200,7 +234,7 @@ mod tests {
         let inertial_from_body = DQuat::from_axis_angle(DVec3::X, 0.7);
         let attitude = Attitude::Spin { inertial_from_body, axis: DVec3::Z, rate: 0.01 };
         let frame = BodyFrame::new(&attitude).unwrap();
-        let inertial_from_body_at = |time: f64| frame.rotations(&place(&ORBIT, time)).0.transpose();
+        let inertial_from_body_at = |time: f64| frame.rotations(&point(&ORBIT, time)).0.transpose();
         assert_close(inertial_from_body_at(0.0) * DVec3::Y, inertial_from_body * DVec3::Y);
         assert_close(inertial_from_body_at(1234.0) * DVec3::Z, inertial_from_body * DVec3::Z);
         assert_close(inertial_from_body_at(50.0 * std::f64::consts::PI) * DVec3::X, inertial_from_body * DVec3::Y);

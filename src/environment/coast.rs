@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::ephemeris::{SLACK, Sample};
 use super::orbit::EARTH_GRAVITATIONAL_PARAMETER;
+use super::state::{SLACK, Sample};
 
 /// Earth's second zonal coefficient, and its equatorial radius [m] (EGM96).
 const J2: f64 = 1.082_626_7e-3;

@@ -5,28 +5,9 @@ use std::fmt;
 use glam::DVec3;
 
 use super::coast::{LONGEST_COAST, Residual, gravity, residual, turn};
-use super::newton::{self, hermite_degree};
+use super::divided_differences::{self, hermite_degree};
 use super::spacing::gaps;
-
-/// Position and velocity of a craft, GCRF, from the planet's centre.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct State {
-    /// Position [m].
-    pub position: DVec3,
-    /// Velocity [m/s].
-    pub velocity: DVec3,
-}
-
-/// A line of an ephemeris.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sample {
-    /// Time since the start of the scene [s].
-    pub time: f64,
-    /// Position [m], GCRF.
-    pub position: DVec3,
-    /// Velocity [m/s], GCRF, where it is stated.
-    pub velocity: Option<DVec3>,
-}
+use super::state::{SLACK, Sample, State};
 
 /// How to get from samples to what lies between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -145,9 +126,6 @@ impl Ephemeris {
     }
 }
 
-/// Difference between two times that is rounding [s]: 541.8 s is 5418 steps of 0.1 s.
-pub const SLACK: f64 = 1e-6;
-
 /// Cuts a segment at its gaps, steps and manoeuvres.
 fn split(segment: Segment, pieces: &mut Vec<Segment>, findings: &mut Findings) {
     let Segment { mut samples, interpolation, usable } = segment;
@@ -226,7 +204,7 @@ impl Segment {
             Interpolation::Hermite(degree) => (hermite_degree(degree).div_ceil(2), 2),
             Interpolation::Coast => (2, 3),
         };
-        let mut state = polynomial(&samples[newton::window(samples.len(), next, points)], each, time);
+        let mut state = polynomial(&samples[divided_differences::window(samples.len(), next, points)], each, time);
         if next > 0 && samples[next - 1].time == time {
             state.position = samples[next - 1].position;
         }
@@ -246,7 +224,7 @@ fn polynomial(samples: &[Sample], each: usize, time: f64) -> State {
         (sample.time, [sample.position, sample.velocity.unwrap_or(DVec3::ZERO), bend])
     };
     let samples: Vec<(f64, [DVec3; 3])> = samples.iter().map(conditions).collect();
-    let (position, velocity) = newton::polynomial(&samples, each, time);
+    let (position, velocity) = divided_differences::polynomial(&samples, each, time);
     State { position, velocity }
 }
 

@@ -8,11 +8,12 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use walk::Walk;
+use keys::Keys;
 
-use crate::model::NodeMotion;
-
+pub mod keys;
 mod walk;
+
+pub use walk::Joints;
 
 /// Sine of the angle from the axis below which the Sun does not say how to turn.
 const ALONG: f64 = 1e-9;
@@ -67,8 +68,10 @@ pub struct Guided {
 /// A node that plays a glTF animation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Played {
-    /// Its channels.
-    pub motion: NodeMotion,
+    /// Its rotation (x, y, z, w), where that is animated.
+    pub rotation: Option<Keys<4>>,
+    /// Its translation [m], where that is animated.
+    pub translation: Option<Keys<3>>,
     /// Length of the animation [s].
     pub duration: f64,
     /// Whether it begins again after its end.
@@ -97,14 +100,6 @@ pub struct Joint {
     pub parent: Option<usize>,
     /// How it moves.
     pub motion: Motion,
-}
-
-/// All joints of a craft, each after the one that it hangs on.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Joints {
-    joints: Vec<Joint>,
-    /// Where joints with a rate stand, which depends on where they stood before.
-    walk: Walk,
 }
 
 impl Drive {
@@ -179,8 +174,8 @@ impl Played {
     fn motion(&self, time: f64) -> DAffine3 {
         let time = if self.repeats && self.duration > 0.0 { time.rem_euclid(self.duration) } else { time };
         let (translation, rotation) = self.rest;
-        let turned = self.motion.rotation.as_ref().map_or(rotation, |keys| keys.rotation(time));
-        let placed = self.motion.translation.as_ref().map_or(translation, |keys| keys.vector(time));
+        let turned = self.rotation.as_ref().map_or(rotation, |keys| keys.rotation(time));
+        let placed = self.translation.as_ref().map_or(translation, |keys| keys.vector(time));
         let turn = turned * rotation.inverse();
         let in_parent = DAffine3::from_rotation_translation(turn, placed - turn * translation);
         let moved = self.body_from_parent * in_parent * self.body_from_parent.inverse();
@@ -194,7 +189,7 @@ impl Played {
     /// What is told of it: the angle from the file's pose [rad], or how far it is from there [m] where it does not turn.
     fn position(&self, time: f64) -> f64 {
         let motion = self.motion(time);
-        match self.motion.rotation {
+        match self.rotation {
             Some(_) => DQuat::from_mat3(&motion.matrix3).to_axis_angle().1,
             None => motion.translation.length(),
         }
@@ -214,61 +209,8 @@ impl Joint {
     pub fn turns(&self) -> bool {
         match &self.motion {
             Motion::Guided(guided) => guided.kind == Kind::Rotation,
-            Motion::Played(played) => played.motion.rotation.is_some(),
+            Motion::Played(played) => played.rotation.is_some(),
         }
-    }
-}
-
-impl Joints {
-    /// The joints.
-    pub fn joints(&self) -> &[Joint] {
-        &self.joints
-    }
-
-    /// Whether nothing moves.
-    pub fn is_empty(&self) -> bool {
-        self.joints.is_empty()
-    }
-
-    /// Position of each joint [rad or m] at a time [s], and the poses: that of the body, then of each joint. Both empty
-    /// where there is no joint.
-    pub fn at(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> (Vec<f64>, Vec<DAffine3>) {
-        if self.joints.is_empty() {
-            return (Vec::new(), Vec::new());
-        }
-        let walked = self.walked(time, sun);
-        self.evaluate(time, sun(time), |joint, target| match &walked {
-            Some(positions) if self.joints[joint].rate().is_some() => positions[joint],
-            _ => target(None),
-        })
-    }
-
-    /// Positions and poses, from the body outwards; `position` decides with what a joint is asked for, which may depend
-    /// on a position that is near.
-    fn evaluate(
-        &self,
-        time: f64,
-        sun: DVec3,
-        position: impl Fn(usize, &dyn Fn(Option<f64>) -> f64) -> f64,
-    ) -> (Vec<f64>, Vec<DAffine3>) {
-        let mut positions = Vec::with_capacity(self.joints.len());
-        let mut poses = Vec::with_capacity(self.joints.len() + 1);
-        poses.push(DAffine3::IDENTITY);
-        for (number, joint) in self.joints.iter().enumerate() {
-            let carrier = poses[joint.parent.map_or(0, |parent| parent + 1)];
-            let (at, own) = match &joint.motion {
-                Motion::Guided(guided) => {
-                    let seen = carrier.matrix3.transpose() * sun;
-                    let target = |near| guided.within_limits(guided.drive.target(guided.axis, time, seen), near);
-                    let at = position(number, &target);
-                    (at, guided.motion(at))
-                }
-                Motion::Played(played) => (played.position(time), played.motion(time)),
-            };
-            positions.push(at);
-            poses.push(carrier * own);
-        }
-        (positions, poses)
     }
 }
 

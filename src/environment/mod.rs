@@ -9,24 +9,46 @@ pub mod albedo;
 pub mod albedo_field;
 pub mod attitude;
 pub mod coast;
+pub mod divided_differences;
 pub mod eclipse;
 pub mod ephemeris;
 pub mod frames;
 pub mod joints;
 pub mod load;
-pub mod newton;
 pub mod orbit;
-pub mod place;
+pub mod orbit_point;
 pub mod quadrature;
 pub mod rotation_history;
 pub mod shadow;
 pub mod sky;
 pub mod spacing;
+pub mod state;
 pub mod sun;
 pub mod tick;
 pub mod trajectory;
 pub mod utc;
 pub mod view_factor;
+
+pub use attitude::Attitude;
+pub use orbit::CircularOrbit;
+pub use orbit_point::Orbit;
+
+/// What heats the craft; a `None` is absent and costs nothing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Environment {
+    /// Solar flux at one astronomical unit [W/m2].
+    pub solar_constant: Option<f64>,
+    /// Bond albedo of the planet (Lambert).
+    pub albedo: Option<f64>,
+    /// Infrared exitance of the planet [W/m2].
+    pub planet_ir: Option<f64>,
+    /// Radius of the planet [m].
+    pub planet_radius: f64,
+    /// Whether the planet shadows the Sun.
+    pub eclipse: bool,
+    /// Radiative temperature of space [K]; `None` is 0 K.
+    pub background_temperature: Option<f64>,
+}
 
 /// The sky at one instant.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,8 +5,6 @@ use std::fmt;
 
 use glam::{DMat3, DVec3};
 
-use crate::scene::CircularOrbit;
-
 /// Earth's gravitational parameter [m3/s2] (IERS Conventions 2010, table 1.1).
 pub const EARTH_GRAVITATIONAL_PARAMETER: f64 = 3.986_004_418e14;
 
@@ -18,6 +16,19 @@ pub const SUN_DISTANCE: f64 = 149_597_870_700.0;
 
 /// Radius of the Sun [m] (IAU 2015 resolution B3, nominal).
 pub const SUN_RADIUS: f64 = 6.957e8;
+
+/// A circular orbit. Altitude and period are separate inputs; their disagreement is printed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CircularOrbit {
+    /// Height above the planet radius [m].
+    pub altitude: f64,
+    /// Period [s].
+    pub period: f64,
+    /// Angle between the Sun's direction and the orbit plane [rad].
+    pub beta: f64,
+    /// Angle from orbit noon at time 0, in the direction of motion [rad].
+    pub phase: f64,
+}
 
 impl CircularOrbit {
     /// Angle from orbit noon [rad], in [0, 2 pi) but for rounding.

@@ -3,9 +3,9 @@
 
 use glam::{DQuat, DVec3, DVec4};
 
-use super::ephemeris::SLACK;
-use super::newton::{self, hermite_degree};
+use super::divided_differences::{self, hermite_degree};
 use super::spacing::gaps;
+use super::state::SLACK;
 
 /// A rotation at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -159,7 +159,7 @@ impl RotationSegment {
             RotationInterpolation::Lagrange(degree) => (degree + 1, 1),
             RotationInterpolation::Hermite(degree) => (hermite_degree(degree).div_ceil(2), 2),
         };
-        let window = &samples[newton::window(samples.len(), next, points)];
+        let window = &samples[divided_differences::window(samples.len(), next, points)];
         if window.len() == 2 && each == 1 {
             // A straight line between two quaternions turns unevenly; the arc is what it stands for.
             return from.frame_from_body.slerp(to.frame_from_body, share);
@@ -169,7 +169,7 @@ impl RotationSegment {
             (sample.time, [DVec4::from(sample.frame_from_body), slope, DVec4::ZERO])
         };
         let conditions: Vec<(f64, [DVec4; 3])> = window.iter().map(conditions).collect();
-        DQuat::from_vec4(newton::polynomial(&conditions, each, time).0).normalize()
+        DQuat::from_vec4(divided_differences::polynomial(&conditions, each, time).0).normalize()
     }
 }
 

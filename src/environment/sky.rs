@@ -8,10 +8,10 @@ use thiserror::Error;
 use super::Sky;
 use super::attitude::BodyFrame;
 use super::eclipse::{Discs, sign_change};
-use super::ephemeris::SLACK;
-use super::place::Place;
+use super::orbit_point::OrbitPoint;
+use super::state::SLACK;
 use super::trajectory::TrajectoryError;
-use crate::scene::{Attitude, Environment, Orbit};
+use crate::environment::{Attitude, Environment, Orbit};
 
 /// Values from which no sky can be made.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -170,39 +170,39 @@ impl SkyModel {
     }
 
     /// Craft and Sun; `None` at a time that the trajectory does not cover, which [`SkyModel::check`] finds beforehand.
-    pub fn place(&self, time: f64) -> Option<Place> {
-        self.orbit.place(time, self.planet_radius)
+    pub fn point(&self, time: f64) -> Option<OrbitPoint> {
+        self.orbit.point(time, self.planet_radius)
     }
 
     /// The sky at this time [s]; not a number where trajectory or attitude do not cover it.
     pub fn sky(&self, time: f64) -> Sky {
-        let Some(place) = self.place(time) else {
+        let Some(point) = self.point(time) else {
             return Sky::nowhere(time);
         };
-        let (body_from_inertial, body_from_orbit) = self.body.rotations(&place);
-        let Place { position, sun, .. } = place;
-        let lit_fraction = if self.eclipse { self.discs_at(&place).lit_fraction() } else { 1.0 };
+        let (body_from_inertial, body_from_orbit) = self.body.rotations(&point);
+        let OrbitPoint { position, sun, .. } = point;
+        let lit_fraction = if self.eclipse { self.discs_at(&point).lit_fraction() } else { 1.0 };
         Sky {
             time,
             body_from_inertial,
             body_from_orbit,
-            sun_direction: body_from_inertial * place.sun_direction,
+            sun_direction: body_from_inertial * point.sun_direction,
             nadir_direction: body_from_inertial * -position.normalize(),
             lit_fraction,
             distance_ratio: self.constant_distance_ratio().unwrap_or(position.length() / self.planet_radius),
             sun_zenith: position.cross(sun).length().atan2(position.dot(sun)),
-            solar_scale: place.solar_scale,
+            solar_scale: point.solar_scale,
         }
     }
 
     /// Unit vector to the Sun, body frame.
     pub fn sun_direction(&self, time: f64) -> DVec3 {
-        self.place(time).map_or(DVec3::NAN, |place| self.body.rotations(&place).0 * place.sun_direction)
+        self.point(time).map_or(DVec3::NAN, |point| self.body.rotations(&point).0 * point.sun_direction)
     }
 
     /// Share of the Sun's disc that the planet leaves visible, in [0, 1]; 1 where the scene has no eclipse.
     pub fn lit_fraction(&self, time: f64) -> f64 {
-        if self.eclipse { self.place(time).map_or(f64::NAN, |place| self.discs_at(&place).lit_fraction()) } else { 1.0 }
+        if self.eclipse { self.point(time).map_or(f64::NAN, |point| self.discs_at(&point).lit_fraction()) } else { 1.0 }
     }
 
     /// Times in (`start`, `end`) [s] at which penumbra or umbra begins or ends, in order.
@@ -251,7 +251,7 @@ impl SkyModel {
                 let mut low = start;
                 for seam in seams {
                     while low < seam {
-                        let rate = self.place(low).map_or(f64::INFINITY, |place| place.rate);
+                        let rate = self.point(low).map_or(f64::INFINITY, |point| point.rate);
                         let high = seam.min(low + (STRETCH / rate).clamp(1e-3, LONGEST_STRETCH));
                         self.in_stretch(low, high, &mut find);
                         low = high;
@@ -268,12 +268,12 @@ impl SkyModel {
     /// is far from the limb.
     fn in_stretch(&self, low: f64, high: f64, find: &mut impl FnMut(f64, f64)) {
         let separation = |time: f64| self.discs(time).map_or(f64::NAN, |discs| discs.separation - discs.planet);
-        let (Some(at_low), Some(place)) = (self.discs(low), self.place(low)) else {
+        let (Some(at_low), Some(point)) = (self.discs(low), self.point(low)) else {
             return;
         };
         // The limb moves no faster against the Sun than the craft round the planet, twice over for its own growth.
         let away = (at_low.separation - at_low.planet).abs() - at_low.sun;
-        if away > 3.0 * place.rate * (high - low) {
+        if away > 3.0 * point.rate * (high - low) {
             return;
         }
         let small = 1e-3 * (high - low);
@@ -299,11 +299,11 @@ impl SkyModel {
 
     /// The discs of Sun and planet; `None` where the trajectory does not cover the time.
     fn discs(&self, time: f64) -> Option<Discs> {
-        self.place(time).map(|place| self.discs_at(&place))
+        self.point(time).map(|point| self.discs_at(&point))
     }
 
-    fn discs_at(&self, place: &Place) -> Discs {
-        Discs::seen_from(place.position, place.sun, self.planet_radius)
+    fn discs_at(&self, point: &OrbitPoint) -> Discs {
+        Discs::seen_from(point.position, point.sun, self.planet_radius)
     }
 }
 
@@ -358,7 +358,7 @@ mod tests {
     use glam::DQuat;
 
     use super::*;
-    use crate::scene::CircularOrbit;
+    use crate::environment::CircularOrbit;
 
     fn orbit(altitude: f64, period: f64) -> CircularOrbit {
         CircularOrbit { altitude, period, beta: 0.0, phase: 20f64.to_radians() }

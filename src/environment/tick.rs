@@ -15,7 +15,7 @@ use super::joints::{Joint, Joints};
 use super::quadrature::GaussLegendre;
 use super::sky::{SkyError, SkyModel};
 use super::{MAX_SUN_SAMPLES, PlanetLoad, SunSample, TickLoad};
-use crate::scene::{Attitude, Environment, Orbit};
+use crate::environment::{Attitude, Environment, Orbit};
 
 /// The environment of a scene, ready to give the load of any tick.
 #[derive(Debug, Clone, PartialEq)]
@@ -150,7 +150,7 @@ impl TickLoads {
             return SunSample { direction: sky.sun_direction, flux }.unless_dark().into_iter().collect();
         }
         // The Sun's distance changes by less than 3e-4 a day.
-        let solar_constant = solar_constant * self.sky.place(0.5 * (start + end)).map_or(f64::NAN, |p| p.solar_scale);
+        let solar_constant = solar_constant * self.sky.point(0.5 * (start + end)).map_or(f64::NAN, |p| p.solar_scale);
         let runs = self.lit_runs(start, end);
         let counts = self.sample_counts(&runs);
         let mut samples = Vec::new();
@@ -166,11 +166,11 @@ impl TickLoads {
         samples
     }
 
-    /// The tick's time outside umbra: pieces that are smooth inside, in runs without a gap.
+    /// The tick's time outside umbra: stretchs that are smooth inside, in runs without a gap.
     ///
     /// A tick longer than the orbit's period, or than a turn of a craft that spins, sees the same skies again, so it is
-    /// folded onto its first period, and a piece counts as often as the tick passes it.
-    fn lit_runs(&self, start: f64, end: f64) -> Vec<Vec<Piece>> {
+    /// folded onto its first period, and a stretch counts as often as the tick passes it.
+    fn lit_runs(&self, start: f64, end: f64) -> Vec<Vec<LitStretch>> {
         let (turns, rest, window) = match self.repeats_within(start, end) {
             Some(period) if end - start >= period => {
                 let turns = ((end - start) / period).floor();
@@ -182,7 +182,7 @@ impl TickLoads {
         cuts.extend([start, start + rest, start + window]);
         cuts.sort_by(f64::total_cmp);
 
-        let mut runs: Vec<Vec<Piece>> = Vec::new();
+        let mut runs: Vec<Vec<LitStretch>> = Vec::new();
         let mut in_run = false;
         for pair in cuts.windows(2).filter(|pair| pair[1] > pair[0]) {
             let middle = 0.5 * (pair[0] + pair[1]);
@@ -192,10 +192,10 @@ impl TickLoads {
                 continue;
             }
             let passes = turns + if middle < start + rest { 1.0 } else { 0.0 };
-            let piece = Piece { start: pair[0], end: pair[1], passes, penumbra: lit < 1.0 };
+            let stretch = LitStretch { start: pair[0], end: pair[1], passes, penumbra: lit < 1.0 };
             match runs.last_mut() {
-                Some(run) if in_run => run.push(piece),
-                _ => runs.push(vec![piece]),
+                Some(run) if in_run => run.push(stretch),
+                _ => runs.push(vec![stretch]),
             }
             in_run = true;
         }
@@ -218,17 +218,17 @@ impl TickLoads {
     /// Of a craft that spins the whole light comes from the direction of the middle. Mean vectors are short of it by a
     /// share a^2/24 of the angle a of a sample, and plates at whose horizon it changes sides get less by as much: a loss that
     /// adds up over the turns. From the middle the gain of plates that see all of it makes up for that loss.
-    fn light_of_sample(&self, run: &[Piece], from: f64, to: f64) -> DVec3 {
+    fn light_of_sample(&self, run: &[LitStretch], from: f64, to: f64) -> DVec3 {
         if self.sky.spin_period().is_none() {
-            return run.iter().map(|piece| self.light(piece, from, to, |time| self.sky.sun_direction(time))).sum();
+            return run.iter().map(|stretch| self.light(stretch, from, to, |time| self.sky.sun_direction(time))).sum();
         }
-        let light: f64 = run.iter().map(|piece| self.light(piece, from, to, |_| 1.0)).sum();
+        let light: f64 = run.iter().map(|stretch| self.light(stretch, from, to, |_| 1.0)).sum();
         light * self.sky.sun_direction(0.5 * (from + to))
     }
 
     /// Samples for each run: by the Sun's sweep, and fewer for the longest where [`MAX_SUN_SAMPLES`] would be passed.
-    fn sample_counts(&self, runs: &[Vec<Piece>]) -> Vec<usize> {
-        let wanted = |run: &Vec<Piece>| {
+    fn sample_counts(&self, runs: &[Vec<LitStretch>]) -> Vec<usize> {
+        let wanted = |run: &Vec<LitStretch>| {
             let sweep = self.sky.sun_sweep(run[0].start, run[run.len() - 1].end);
             ((sweep / SWEEP_PER_SAMPLE).ceil() as usize).max(1)
         };
@@ -242,29 +242,29 @@ impl TickLoads {
         counts
     }
 
-    /// Integral of lit fraction times some value of the time over the part of a piece in [`from`, `to`], times its passes
+    /// Integral of lit fraction times some value of the time over the part of a stretch in [`from`, `to`], times its passes
     /// [s]. A plate that the Sun shines on all the while receives the product of its normal with that of the direction, exactly.
-    fn light<T>(&self, piece: &Piece, from: f64, to: f64, value: impl Fn(f64) -> T) -> T
+    fn light<T>(&self, stretch: &LitStretch, from: f64, to: f64, value: impl Fn(f64) -> T) -> T
     where
         T: Sum + Mul<f64, Output = T>,
     {
-        let (from, to) = (from.max(piece.start), to.min(piece.end));
+        let (from, to) = (from.max(stretch.start), to.min(stretch.end));
         if to <= from {
             return std::iter::empty().sum();
         }
-        let sum: T = if piece.penumbra {
+        let sum: T = if stretch.penumbra {
             // The lit fraction starts and ends as the power 3/2 of the time from the contact.
             let lit = |(time, weight): (f64, f64)| value(time) * (weight * self.sky.lit_fraction(time));
             PENUMBRA_RULE.on_smoothed(from, to).map(lit).sum()
         } else {
             LIT_RULE.on(from, to).map(|(time, weight)| value(time) * weight).sum()
         };
-        sum * piece.passes
+        sum * stretch.passes
     }
 }
 
 /// A stretch of a tick in which the lit fraction is smooth.
-struct Piece {
+struct LitStretch {
     /// Start [s].
     start: f64,
     /// End [s].

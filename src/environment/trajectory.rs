@@ -6,9 +6,10 @@ use std::fmt;
 use glam::DVec3;
 use hifitime::{Epoch, TimeScale, Unit};
 
-use super::ephemeris::{Ephemeris, SLACK, State};
+use super::ephemeris::Ephemeris;
 use super::frames::{gcrf_from_teme, tt_centuries};
 use super::orbit::EARTH_GRAVITATIONAL_PARAMETER;
+use super::state::{SLACK, State};
 use super::sun::sun_position;
 use super::utc::utc;
 

@@ -17,6 +17,7 @@ pub mod limits;
 pub mod load;
 pub mod memory;
 pub mod network;
+pub mod nodes;
 mod once;
 pub mod pass;
 pub mod pipeline;

@@ -21,7 +21,7 @@ use super::shapes::Shapes;
 use super::variant::StepKind;
 use crate::environment::shadow::{Jointed, Occluders, Redraw};
 use crate::environment::{MAX_SUN_SAMPLES, albedo};
-use crate::thermal::nodes::{GROUP, RANGE_GROUPS};
+use crate::gpu::nodes::{GROUP, RANGE_GROUPS};
 
 /// Frames in flight: the device works on one while the host reads the other.
 pub const SLOTS: usize = 2;

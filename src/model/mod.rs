@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use glam::{DMat4, DQuat, DVec3, Vec3};
 
+use crate::environment::joints::keys::Keys;
+
 mod accessor;
 mod alike;
 mod animation;
@@ -21,7 +23,6 @@ mod subdivide;
 mod summary;
 mod weld;
 
-pub use animation::{Animation, Interpolation, Keys, NodeMotion};
 pub use collapse::Merged;
 pub use error::{Fault, ModelError};
 pub use summary::{ModelSummary, Share};
@@ -59,6 +60,30 @@ pub struct SceneNode {
     pub body_from_node: DMat4,
     /// Translation [m] and rotation (quaternion x, y, z, w) of its own transform; `None` where it has a matrix.
     pub rest: Option<(DVec3, DQuat)>,
+}
+
+/// How one node moves.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct NodeMotion {
+    /// Index of the node in the file.
+    pub node: usize,
+    /// Its rotation (x, y, z, w), where that is animated.
+    pub rotation: Option<Keys<4>>,
+    /// Its translation [m], where that is animated.
+    pub translation: Option<Keys<3>>,
+    /// What else is animated, which no joint can follow.
+    pub other: Option<String>,
+}
+
+/// One animation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Animation {
+    /// glTF name, or `animation_N` where the file gives none.
+    pub name: String,
+    /// Time of its last key [s].
+    pub duration: f64,
+    /// The nodes that it moves.
+    pub nodes: Vec<NodeMotion>,
 }
 
 /// Something in the file that was left out, and why.

@@ -8,7 +8,8 @@ use glam::{DMat4, DQuat, DVec3};
 
 use super::OutputError;
 use super::frame::{Frame, FrameHeader};
-use crate::scene::{Band, Camera, CameraFrame};
+use crate::scene::{Camera, CameraFrame};
+use crate::thermal::planck::Band;
 
 const RADIANCE_UNIT: &str = "W.m^-2.sr^-1";
 

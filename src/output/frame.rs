@@ -3,7 +3,8 @@
 use glam::DMat4;
 
 use super::OutputError;
-use crate::scene::{Band, Camera};
+use crate::scene::Camera;
+use crate::thermal::planck::Band;
 
 /// What a camera sees at one step. Rows run from top to bottom, pixels from left to right. Where nothing was hit, every
 /// value is 0; `part == 0` is the test for that.

@@ -1,6 +1,6 @@
 //! What a run leaves behind: EXR images, false-colour pictures, series, plots and the report.
 //!
-//! Nothing here knows how its numbers were made. [`frame`] is one image as plain arrays; [`mod@exr`] stores it without
+//! [`job`] takes a scene through all of its steps into a folder. [`frame`] is one image as plain arrays; [`mod@exr`] stores it without
 //! loss; [`colour`], [`canvas`] and [`picture`] show it; [`statistics`] and [`series`] reduce node temperatures to
 //! columns over time; [`plot`] and [`temperature_plots`] draw them; [`report`] and [`report_html`] put all of it on one
 //! page. [`folder`] names the files and writes each of them whole or not at all.
@@ -14,7 +14,9 @@ pub mod exr;
 mod exr_header;
 pub mod folder;
 pub mod frame;
+pub mod frame_maker;
 pub(crate) mod html;
+pub mod job;
 pub mod joints;
 pub mod panels;
 pub mod picture;
@@ -24,6 +26,7 @@ mod polyline;
 pub mod report;
 pub mod report_html;
 pub mod series;
+pub mod settings;
 pub mod statistics;
 pub mod temperature_plots;
 pub mod ticks;

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::OutputError;
 use super::folder::write_bytes;
+use crate::simulation::check::Accuracy;
 
 /// Everything that a run tells about itself. Lists may be empty and options absent: what is not there is not shown.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -95,29 +96,6 @@ pub struct Speed {
     pub image_ms: Option<f64>,
     /// Wall time of the whole run, files included [s].
     pub wall_s: f64,
-}
-
-/// Device against f64 reference, over a sample of nodes and the steps of the run.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Accuracy {
-    /// Nodes in the sample.
-    pub nodes: u64,
-    /// Nodes in the scene.
-    pub of_nodes: u64,
-    /// Steps compared.
-    pub steps: u64,
-    /// Largest difference [K].
-    pub max_k: f64,
-    /// Root mean square difference [K].
-    pub rms_k: f64,
-    /// Node of the largest difference, in words: its number, part and material.
-    pub worst_node: String,
-    /// Step of the largest difference.
-    pub worst_step: u64,
-    /// Time of that step [s].
-    pub worst_time_s: f64,
-    /// What else is to be said: nodes compared in absorbed flux instead.
-    pub notes: Vec<String>,
 }
 
 /// Size of the model as it ran.
@@ -245,14 +223,6 @@ impl Report {
         let mut text = serde_json::to_string_pretty(self).map_err(failed)?;
         text.push('\n');
         write_bytes(path, text.as_bytes())
-    }
-
-    /// Writes `report.html`, one page with everything in it.
-    ///
-    /// # Errors
-    /// [`OutputError::Write`].
-    pub fn write_html(&self, path: &Path) -> Result<(), OutputError> {
-        write_bytes(path, super::report_html::page(self).as_bytes())
     }
 }
 

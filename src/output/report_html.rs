@@ -1,7 +1,8 @@
 //! `report.html`: one page that needs no network, no script and no other file.
 
 use super::html::{Html, bytes, escape, kelvin, link_target, significant, thousands};
-use super::report::{Accuracy, Report, SourceFile};
+use super::report::{Report, SourceFile};
+use crate::simulation::check::Accuracy;
 
 /// The page of a report.
 pub fn page(report: &Report) -> String {

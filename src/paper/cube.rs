@@ -13,7 +13,7 @@ use crate::environment::load::{exact_albedo_flux, planet_ir_flux, solar_flux};
 use crate::environment::orbit::{PeriodDisagreement, period_disagreement};
 use crate::environment::sky::SkyError;
 use crate::environment::tick::TickLoads;
-use crate::scene::{Attitude, CircularOrbit, Environment};
+use crate::environment::{Attitude, CircularOrbit, Environment};
 use crate::thermal::balance::{Incident, absorbed_by_face};
 use crate::thermal::material::Optics;
 use crate::thermal::network::{LinearConductor, Network, NodeKind};

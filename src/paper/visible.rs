@@ -6,11 +6,11 @@
 
 use glam::DVec3;
 
+use crate::gpu::nodes::{GROUP, Nodes};
 use crate::output::canvas::Canvas;
 use crate::output::colour::Rgb;
 use crate::raster::{Surface, View, rasterise};
 use crate::thermal::material::{Material, Sides};
-use crate::thermal::nodes::{GROUP, Nodes};
 
 /// Light from everywhere, as a share of direct sunlight on a plate that faces it.
 const AMBIENT: f64 = 0.05;

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use glam::DVec3;
 use hifitime::Epoch;
 
-use super::Attitude;
 use super::ephemeris::{AttitudeOptions, read_attitude, read_file};
 use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::{Section, list};
 use super::vector::{axis, parallel, quaternion};
+use crate::environment::Attitude;
 use crate::environment::rotation_history::HistoryFrame;
 
 #[derive(Clone, Copy)]

@@ -1,9 +1,9 @@
 //! `[environment]`: Sun, planet and the background of space; what is absent is off.
 
-use super::Environment;
 use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
+use crate::environment::Environment;
 
 /// Mean radius of the Earth [m] (docs/numerics.md 4: 6371.0 km unless the scene says).
 const EARTH_RADIUS: f64 = 6371e3;

@@ -11,7 +11,7 @@ use super::error::SceneError;
 use super::keys::{EXTRAS, unknown_key};
 use super::quantity::Quantity;
 use super::section::choose;
-use super::values::ValueSource;
+use super::value_source::ValueSource;
 
 /// The values of one material, or those of its keys that start with `group` (`back_`, `heating_`, `cooling_`).
 pub(super) struct Extras<'a> {

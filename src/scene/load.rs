@@ -30,7 +30,7 @@ impl Scene {
         let mut assumptions = Vec::new();
         let mut files = vec![path.to_path_buf()];
 
-        let model = required(&root, "model", keys::MODEL)?;
+        let model = root.required_table("model", keys::MODEL)?;
         let model_path = model_path(&model)?;
         files.push(model_path.clone());
         let density = density::read(&model, &root.tables("part", keys::PART)?, &mut assumptions)?;
@@ -98,10 +98,6 @@ impl Scene {
             message: "is missing: a section [camera] is needed to draw".to_string(),
         })
     }
-}
-
-pub(super) fn required<'a>(root: &Section<'a>, name: &str, known: &[&str]) -> Result<Section<'a>, SceneError> {
-    root.required(name, root.table(name, known)?, &format!("a scene needs a section [{name}]"))
 }
 
 fn model_path(section: &Section) -> Result<PathBuf, SceneError> {

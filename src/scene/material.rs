@@ -11,12 +11,32 @@ use super::error::SceneError;
 use super::extras::Extras;
 use super::section::Section;
 use super::table::MaterialTable;
-use super::values::{Complete, Incomplete, ValueSource, Values};
-use super::{MaterialRule, MaterialRules};
+use super::value_source::ValueSource;
+use super::values::{Complete, Incomplete, Values};
+
+/// Rules in the order of the file; the first that matches a glTF material's name wins.
+#[derive(Debug, Clone, Default)]
+pub struct MaterialRules {
+    /// The rules.
+    pub rules: Vec<MaterialRule>,
+    /// Used where no rule matches and the glTF material has no `isotherm_` extras of its own.
+    pub default: Option<MaterialRule>,
+    /// What `extras` are read with when the model is known.
+    extras: ExtrasContext,
+}
+
+/// Patterns and the values that they give.
+#[derive(Debug, Clone)]
+pub struct MaterialRule {
+    /// Wildcard patterns (`*`, `?`) on glTF material names.
+    pub patterns: Vec<String>,
+    /// Values; `name` is filled in when the rule is applied.
+    pub material: Material,
+}
 
 /// What the `extras` of a glTF material are read with: they are met only when the model is.
 #[derive(Debug, Clone)]
-pub(super) struct ExtrasContext {
+struct ExtrasContext {
     table: MaterialTable,
     /// The table's file.
     table_path: Option<PathBuf>,

@@ -2,11 +2,11 @@
 
 use wildmatch::WildMatch;
 
-use super::Probe;
 use super::error::SceneError;
 use super::network::node::heat_table;
 use super::quantity::Quantity;
 use super::section::Section;
+use super::view::Probe;
 use crate::thermal::network::control::Integrator;
 use crate::thermal::network::schedule::HeatTable;
 use crate::thermal::shell::{ContactConductance, MERGE_RATE};

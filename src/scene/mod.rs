@@ -3,14 +3,12 @@
 //! `docs/scene.md` is the reference of the file: every key with its unit, range and default.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use hifitime::Epoch;
 
-use crate::environment::rotation_history::RotationHistory;
-use crate::environment::trajectory::Trajectory;
-use crate::thermal::material::Material;
+use crate::environment::{Attitude, Environment, Orbit};
+use crate::thermal::planck::Band;
 
 mod attitude;
 mod camera;
@@ -36,6 +34,7 @@ mod sky_scene;
 mod table;
 pub mod targets;
 mod time;
+mod value_source;
 mod values;
 mod vector;
 mod view;
@@ -44,9 +43,11 @@ pub use density::{Density, Edges, PartRule};
 pub use error::SceneError;
 pub use joint::{JointMotion, JointRule};
 pub use load::{file_hash, scene_hash};
+pub use material::{MaterialRule, MaterialRules};
 pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, Owners};
 pub use shadows::ShadowSettings;
 pub use sky_scene::SkyScene;
+pub use view::{Initial, Probe};
 
 /// A checked scene. Nothing in it is a default that the user was not told of: see `assumptions`.
 #[derive(Debug, Clone)]
@@ -126,100 +127,6 @@ pub enum Draw {
     Steps(Vec<u32>),
 }
 
-/// Where the craft is.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Orbit {
-    /// On a circle, with the Sun where beta and phase put it.
-    Circular(CircularOrbit),
-    /// On a real trajectory around the Earth, with the Sun where it is at that time.
-    Trajectory(Arc<Trajectory>),
-}
-
-/// A circular orbit. Altitude and period are separate inputs; their disagreement is printed.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CircularOrbit {
-    /// Height above the planet radius [m].
-    pub altitude: f64,
-    /// Period [s].
-    pub period: f64,
-    /// Angle between the Sun's direction and the orbit plane [rad].
-    pub beta: f64,
-    /// Angle from orbit noon at time 0, in the direction of motion [rad].
-    pub phase: f64,
-}
-
-/// Attitude law.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Attitude {
-    /// A body axis to the planet's centre, another towards the velocity (made orthogonal).
-    Nadir {
-        /// Unit body axis that points to nadir.
-        nadir_axis: DVec3,
-        /// Unit body axis that points along the velocity.
-        forward_axis: DVec3,
-    },
-    /// Fixed in the orbit's inertial frame.
-    Inertial {
-        /// Rotates body vectors into the inertial frame.
-        inertial_from_body: DQuat,
-    },
-    /// A body axis to the Sun, another towards the orbit normal (made orthogonal).
-    Sun {
-        /// Unit body axis that points to the Sun.
-        sun_axis: DVec3,
-        /// Unit body axis that points towards the orbit normal.
-        north_axis: DVec3,
-    },
-    /// Turning about a body axis that stands still in the inertial frame.
-    Spin {
-        /// Rotates body vectors into the inertial frame at time 0.
-        inertial_from_body: DQuat,
-        /// Unit axis in the body.
-        axis: DVec3,
-        /// Rate about it [rad/s].
-        rate: f64,
-    },
-    /// As a file says.
-    History(Arc<RotationHistory>),
-}
-
-/// What heats the craft; a `None` is absent and costs nothing.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Environment {
-    /// Solar flux at one astronomical unit [W/m2].
-    pub solar_constant: Option<f64>,
-    /// Bond albedo of the planet (Lambert).
-    pub albedo: Option<f64>,
-    /// Infrared exitance of the planet [W/m2].
-    pub planet_ir: Option<f64>,
-    /// Radius of the planet [m].
-    pub planet_radius: f64,
-    /// Whether the planet shadows the Sun.
-    pub eclipse: bool,
-    /// Radiative temperature of space [K]; `None` is 0 K.
-    pub background_temperature: Option<f64>,
-}
-
-/// Rules in the order of the file; the first that matches a glTF material's name wins.
-#[derive(Debug, Clone, Default)]
-pub struct MaterialRules {
-    /// The rules.
-    pub rules: Vec<MaterialRule>,
-    /// Used where no rule matches and the glTF material has no `isotherm_` extras of its own.
-    pub default: Option<MaterialRule>,
-    /// What `extras` are read with when the model is known.
-    extras: material::ExtrasContext,
-}
-
-/// Patterns and the values that they give.
-#[derive(Debug, Clone)]
-pub struct MaterialRule {
-    /// Wildcard patterns (`*`, `?`) on glTF material names.
-    pub patterns: Vec<String>,
-    /// Values; `name` is filled in when the rule is applied.
-    pub material: Material,
-}
-
 /// Frame in which the camera's pose is given; its origin is the craft's body origin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CameraFrame {
@@ -250,33 +157,4 @@ pub struct Camera {
     pub frame_from_camera: DQuat,
     /// Distance of the near plane [m].
     pub near: f64,
-}
-
-/// A rectangular spectral band.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Band {
-    /// Lower wavelength [m].
-    pub lower: f64,
-    /// Upper wavelength [m].
-    pub upper: f64,
-}
-
-/// State at the start (time 0, or the start of the warm-up).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Initial {
-    /// Settled at the balance temperature of the first tick's mean load.
-    Balance,
-    /// Settled at this temperature [K].
-    Temperature(f64),
-}
-
-/// A point whose nearest node is written to the series.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Probe {
-    /// Column name.
-    pub name: String,
-    /// Position in the body frame [m].
-    pub position: DVec3,
-    /// Only nodes of this part, where given.
-    pub part: Option<String>,
 }

@@ -9,8 +9,8 @@ use super::ephemeris::{self, Options, read_file};
 use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
-use super::{CircularOrbit, Orbit};
-use crate::environment::newton::HIGHEST_DEGREE;
+use crate::environment::divided_differences::HIGHEST_DEGREE;
+use crate::environment::{CircularOrbit, Orbit};
 
 /// Keys of a circular orbit, and those of a trajectory beside `file`.
 const CIRCULAR: &[&str] = &["altitude", "period", "beta_deg", "phase_deg"];

@@ -9,7 +9,7 @@ use super::error::SceneError;
 use super::keys;
 use super::quantity::Quantity;
 use super::section::list;
-use super::values::ValueSource;
+use super::value_source::ValueSource;
 
 /// Keys that belong to some kinds of function, with the kinds.
 const VALUES: [(&str, &[&str]); 5] = [

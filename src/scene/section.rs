@@ -238,6 +238,11 @@ impl<'a> Section<'a> {
         self.get(key).is_some_and(|value| value.get_ref().is_table())
     }
 
+    /// A table of the scene that must be there.
+    pub(super) fn required_table(&self, name: &str, known: &[&str]) -> Result<Self, SceneError> {
+        self.required(name, self.table(name, known)?, &format!("a scene needs a section [{name}]"))
+    }
+
     /// A table: `[key]` in the root, `key = { .. }` elsewhere.
     pub(super) fn table(&self, key: &str, known: &[&str]) -> Result<Option<Section<'a>>, SceneError> {
         let Some(value) = self.get(key) else {

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::error::SceneError;
 use super::file::{SourceFile, read_text};
-use super::load::required;
 use super::section::Section;
-use super::{Attitude, Environment, Orbit, Time, attitude, environment, keys, orbit, time};
+use super::{Time, attitude, environment, keys, orbit, time};
 use crate::environment::trajectory::Trajectory;
+use crate::environment::{Attitude, Environment, Orbit};
 
 /// Time, orbit, attitude and environment of a scene.
 #[derive(Debug, Clone)]
@@ -52,12 +52,12 @@ impl SkyScene {
         files: &mut Vec<PathBuf>,
         assumptions: &mut Vec<String>,
     ) -> Result<Self, SceneError> {
-        let time = time::read(&required(root, "time", keys::TIME)?, assumptions)?;
-        let environment = environment::read(&required(root, "environment", keys::ENVIRONMENT)?, assumptions)?;
-        let section = required(root, "orbit", keys::ORBIT)?;
+        let time = time::read(&root.required_table("time", keys::TIME)?, assumptions)?;
+        let environment = environment::read(&root.required_table("environment", keys::ENVIRONMENT)?, assumptions)?;
+        let section = root.required_table("orbit", keys::ORBIT)?;
         let orbit = orbit::read(&section, environment.planet_radius, time.start, files, assumptions)?;
         let start = orbit.trajectory().map(Trajectory::start).or(time.start);
-        let attitude = attitude::read(&required(root, "attitude", keys::ATTITUDE)?, start, files, assumptions)?;
+        let attitude = attitude::read(&root.required_table("attitude", keys::ATTITUDE)?, start, files, assumptions)?;
         let name = match root.string("name")? {
             Some(name) => name.to_string(),
             None => path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),

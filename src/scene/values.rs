@@ -8,7 +8,7 @@ use super::error::SceneError;
 use super::keys;
 use super::profile::{self, StatedProfile};
 use super::quantity::Quantity;
-use super::section::Section;
+use super::value_source::ValueSource;
 
 const SHARE: Quantity = Quantity::within(0.0, 1.0, "");
 
@@ -44,54 +44,6 @@ fn structure(over: &impl ValueSource) -> Result<Structure, SceneError> {
         specific_heat: value("specific_heat", Quantity::non_negative("J/(kg K)"), "that of the structure [J/(kg K)]")?,
         conductivity: value("conductivity", Quantity::non_negative("W/(m K)"), "that of the structure [W/(m K)]")?,
     })
-}
-
-/// Something that states values under the keys of a material.
-pub(super) trait ValueSource: Sized {
-    /// A number in its range.
-    fn number(&self, key: &str, quantity: Quantity) -> Result<Option<f64>, SceneError>;
-    /// One of the words of `choices`.
-    fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError>;
-    /// A string that is not empty.
-    fn text(&self, key: &str) -> Result<Option<&str>, SceneError>;
-    /// An array of numbers.
-    fn list(&self, key: &str) -> Result<Option<Vec<f64>>, SceneError>;
-    /// A path, relative to the folder of the file that states it.
-    fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError>;
-    /// The values that `key` groups: `back`, `heating`, `cooling`.
-    fn group(&self, key: &str, known: &[&str]) -> Result<Option<Self>, SceneError>;
-    /// An error about a key, or about its absence.
-    fn error(&self, key: &str, message: String) -> SceneError;
-}
-
-impl ValueSource for Section<'_> {
-    fn number(&self, key: &str, quantity: Quantity) -> Result<Option<f64>, SceneError> {
-        self.number(key, quantity)
-    }
-
-    fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
-        self.choice(key, choices)
-    }
-
-    fn text(&self, key: &str) -> Result<Option<&str>, SceneError> {
-        self.string(key)
-    }
-
-    fn list(&self, key: &str) -> Result<Option<Vec<f64>>, SceneError> {
-        self.list(key)
-    }
-
-    fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError> {
-        Ok(self.string(key)?.map(|path| self.file().resolve(path)))
-    }
-
-    fn group(&self, key: &str, known: &[&str]) -> Result<Option<Self>, SceneError> {
-        self.table(key, known)
-    }
-
-    fn error(&self, key: &str, message: String) -> SceneError {
-        self.error(key, message)
-    }
 }
 
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

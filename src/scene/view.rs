@@ -1,10 +1,32 @@
 //! The small sections: `[radiance]`, `[initial]`, `[[probe]]` and `[output]`.
 
+use glam::DVec3;
+
 use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
 use super::vector::point;
-use super::{Band, Initial, Probe};
+use crate::thermal::planck::Band;
+
+/// State at the start (time 0, or the start of the warm-up).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Initial {
+    /// Settled at the balance temperature of the first tick's mean load.
+    Balance,
+    /// Settled at this temperature [K].
+    Temperature(f64),
+}
+
+/// A point whose nearest node is written to the series.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Probe {
+    /// Column name.
+    pub name: String,
+    /// Position in the body frame [m].
+    pub position: DVec3,
+    /// Only nodes of this part, where given.
+    pub part: Option<String>,
+}
 
 /// Reads `[radiance]`; absent is 8 to 14 um.
 pub(super) fn band(section: Option<&Section>, assumptions: &mut Vec<String>) -> Result<Band, SceneError> {

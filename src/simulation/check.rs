@@ -7,14 +7,13 @@ use std::collections::HashMap;
 
 use super::network::NetworkRun;
 use super::prepare::Prepared;
-use super::reference_engine::{IncidentFunction, incident};
 use crate::environment::TickLoad;
 use crate::environment::shadow::Shadows;
 use crate::gpu::error::GpuError;
-use crate::output::report::Accuracy;
+use crate::gpu::nodes::{GROUP, PADDING};
 use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::nodes::{GROUP, PADDING};
-use crate::thermal::reference::{Reference, ReferenceNode};
+use crate::thermal::incident::{IncidentFunction, incident};
+use crate::thermal::reference::Reference;
 
 /// Nodes that are stepped along where nobody asks for more.
 pub const SAMPLE: usize = 256;
@@ -28,6 +27,29 @@ const LARGEST_NETWORK: usize = 100_000;
 /// Below this the balance temperature is ill-conditioned: at 85 K a black surface moves by 2e-3 K for 7e-5 W/m2, half a
 /// unit in the last place of the sunlight in f32. There the radiated flux is compared [K].
 const COLD: f64 = 85.0;
+
+/// Device against f64 reference, over a sample of nodes and the steps of the run.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct Accuracy {
+    /// Nodes in the sample.
+    pub nodes: u64,
+    /// Nodes in the scene.
+    pub of_nodes: u64,
+    /// Steps compared.
+    pub steps: u64,
+    /// Largest difference [K].
+    pub max_k: f64,
+    /// Root mean square difference [K].
+    pub rms_k: f64,
+    /// Node of the largest difference, in words: its number, part and material.
+    pub worst_node: String,
+    /// Step of the largest difference.
+    pub worst_step: u64,
+    /// Time of that step [s].
+    pub worst_time_s: f64,
+    /// What else is to be said: nodes compared in absorbed flux instead.
+    pub notes: Vec<String>,
+}
 
 /// The reference of a sample of nodes and what has been found so far.
 pub struct Check {
@@ -62,16 +84,9 @@ struct NetworkCheck {
     failed: Option<String>,
 }
 
-/// Finds the shadows of a load, where the last ones do not hold.
-pub(super) fn shade(reference: &mut Reference<IncidentFunction>, shadows: &mut Option<Shadows>, load: &TickLoad) {
-    if let Some(visibility) = shadows.as_mut().and_then(|shadows| shadows.visibility(load)) {
-        reference.shade(visibility);
-    }
-}
-
 impl NetworkCheck {
     fn heat(&mut self, load: &TickLoad) -> Vec<f64> {
-        shade(&mut self.loads, &mut self.shadows, load);
+        self.loads.find_shadows(&mut self.shadows, load);
         let absorbed: HashMap<usize, f64> = self.slots.iter().copied().zip(self.loads.absorbed(load)).collect();
         self.run.scene().heat(|slot| absorbed[&slot])
     }
@@ -96,10 +111,7 @@ impl Check {
         let nodes = &prepared.nodes;
         let mut real: Vec<usize> =
             (0..nodes.vertex_of_node.len()).filter(|slot| nodes.vertex_of_node[*slot] != PADDING).collect();
-        let reference_node = |slot: &usize| ReferenceNode {
-            normal: nodes.normals[*slot].as_dvec3(),
-            material: nodes.group_material[*slot / GROUP],
-        };
+        let reference_node = |slot: &usize| nodes.reference_node(*slot);
         let joints = |slots: &[usize]| match prepared.joints() {
             1 => Vec::new(),
             _ => prepared.joints_of(slots.iter().copied()),
@@ -149,7 +161,7 @@ impl Check {
 
     /// Settles the sample at a load, at a time [s].
     pub fn settle(&mut self, load: &TickLoad, time: f64) {
-        shade(&mut self.reference, &mut self.shadows, load);
+        self.reference.find_shadows(&mut self.shadows, load);
         self.reference.settle(load);
         if let Some(network) = self.network.as_mut().filter(|network| !network.waits) {
             let heat = network.heat(load);
@@ -169,7 +181,7 @@ impl Check {
 
     /// Steps the sample through a tick of `steps` steps, from `start` [s] for `length` [s].
     pub fn step(&mut self, load: &TickLoad, steps: f64, start: f64, length: f64) {
-        shade(&mut self.reference, &mut self.shadows, load);
+        self.reference.find_shadows(&mut self.shadows, load);
         self.reference.step(load, steps);
         if let Some(network) = self.network.as_mut().filter(|network| network.failed.is_none() && !network.waits) {
             let heat = network.heat(load);

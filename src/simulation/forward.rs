@@ -8,7 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::check::Check;
-use super::engine::{Engine, Tick};
+use super::engine::Engine;
+use super::order::Tick;
 use super::prepare::Prepared;
 use crate::gpu::error::GpuError;
 use crate::gpu::load::FUSED_TICKS;

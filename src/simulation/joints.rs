@@ -6,9 +6,10 @@
 use glam::{DAffine3, DMat3, DMat4};
 use wildmatch::WildMatch;
 
-use super::prepare::Prepared;
 use super::prepare_error::PrepareError;
 use crate::environment::joints::{Drive, Guided, Joint, Kind, Motion, Played};
+use crate::environment::tick::TickLoads;
+use crate::gpu::nodes::Nodes;
 use crate::model::{Model, SceneNode};
 use crate::scene::{JointMotion, JointRule, Scene};
 
@@ -122,7 +123,8 @@ fn played(name: &str, repeats: bool, node: &SceneNode, model: &Model) -> Result<
     }
     let rest = node.rest.ok_or("it has a matrix, which an animation cannot replace")?;
     let body_from_parent = similarity(node.body_from_parent).ok_or("the nodes above it scale it unevenly")?;
-    Ok(Played { motion: motion.clone(), duration: animation.duration, repeats, rest, body_from_parent })
+    let (rotation, translation) = (motion.rotation.clone(), motion.translation.clone());
+    Ok(Played { rotation, translation, duration: animation.duration, repeats, rest, body_from_parent })
 }
 
 /// A transform that keeps angles; `None` where it does not.
@@ -180,16 +182,16 @@ impl Description {
 }
 
 /// The joints of a scene, in the order of the model.
-pub fn describe(prepared: &Prepared) -> Vec<Description> {
-    let joints = prepared.loads.joints().joints();
-    let positions = prepared.loads.joints_at(0.0).0;
+pub fn describe(loads: &TickLoads, nodes: &Nodes) -> Vec<Description> {
+    let joints = loads.joints().joints();
+    let positions = loads.joints_at(0.0).0;
     let shown = |turns: bool, value: f64| {
         // Rounded to a nanodegree, so that what was written in degrees is shown as it was.
         if turns { (value.to_degrees() * 1e9).round() / 1e9 } else { value }
     };
     let one = |(index, joint): (usize, &Joint)| {
         let (turns, number) = (joint.turns(), index as u32 + 1);
-        let ranges = prepared.nodes.ranges.iter().filter(|range| range.joint == number);
+        let ranges = nodes.ranges.iter().filter(|range| range.joint == number);
         let base = Description {
             name: joint.name.clone(),
             hangs_on: joint.parent.map_or("body".to_owned(), |parent| joints[parent].name.clone()),

@@ -8,8 +8,9 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::check::Check;
-use super::engine::{Engine, Order};
+use super::engine::Engine;
 use super::forward::{Passing, forward};
+use super::order::Order;
 use super::prepare::Prepared;
 use crate::gpu::error::GpuError;
 use crate::thermal::network::periodic::SlowModes;

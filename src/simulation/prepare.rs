@@ -14,15 +14,16 @@ use crate::environment::orbit::period_disagreement;
 use crate::environment::shadow::{Jointed, LARGEST_TREE, Method, Occluders, Redraw, Shadows, tree_boxes};
 use crate::environment::sky::SkyError;
 use crate::environment::tick::TickLoads;
+use crate::environment::{Attitude, Orbit};
 use crate::gpu::frame::{StepRange, TriangleRun};
 use crate::gpu::network::NetworkBytes;
+use crate::gpu::nodes::{Nodes, RangeResponse};
 use crate::gpu::resources::{Planned, spare_bytes};
 use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::model::{Merged, Model};
-use crate::scene::{Attitude, Orbit, Scene, ShadowSettings as Settings, file_hash, scene_hash};
+use crate::scene::{Scene, ShadowSettings as Settings, file_hash, scene_hash};
 use crate::thermal::material::{Material, Response};
-use crate::thermal::nodes::{Nodes, RangeResponse};
 
 /// Remarks about the model that are shown; `isotherm info MODEL` shows all.
 const MOST_REMARKS: usize = 5;

@@ -2,40 +2,21 @@
 
 use std::collections::VecDeque;
 
-use super::check::shade;
 use super::device_data::back_optics;
-use super::engine::{Delivered, Order, Pixels, Tick};
 use super::network::NetworkRun;
+use super::order::{Delivered, Order, Pixels, Tick};
 use super::prepare::Prepared;
 use super::viewpoint::raster_view;
 use crate::environment::TickLoad;
-use crate::environment::load::{self, albedo_flux, planet_ir_flux, solar_flux};
 use crate::environment::shadow::{Jointed, Shadows};
 use crate::gpu::error::GpuError;
+use crate::gpu::nodes::{GROUP, PADDING};
 use crate::raster::{self, Surface, rasterise};
 use crate::scene::Camera;
-use crate::thermal::balance::Incident;
-use crate::thermal::nodes::{GROUP, PADDING};
+use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
-use crate::thermal::reference::{Reference, ReferenceNode};
+use crate::thermal::reference::Reference;
 use crate::trace::Trace;
-
-/// Fluxes on a plate, by the twins of the device's functions.
-pub fn incident(load: &TickLoad, normal: glam::DVec3) -> Incident {
-    Incident {
-        solar: solar_flux(load, normal),
-        albedo: albedo_flux(load, normal),
-        planet_ir: planet_ir_flux(load, normal),
-    }
-}
-
-/// The same with the albedo's exact integral in place of its table.
-pub fn exact_incident(load: &TickLoad, normal: glam::DVec3) -> Incident {
-    Incident { albedo: load::exact_albedo_flux(load, normal), ..incident(load, normal) }
-}
-
-/// How the reference finds what falls on a plate.
-pub type IncidentFunction = fn(&TickLoad, glam::DVec3) -> Incident;
 
 /// The f64 reference of all nodes, and its rasteriser.
 pub struct ReferenceEngine {
@@ -71,13 +52,7 @@ impl ReferenceEngine {
         };
         let joints = own_joints(&node_of_slot);
         let position_joints = own_joints(&(0..nodes.vertex_of_node.len() as u32).collect::<Vec<_>>());
-        let reference_nodes = node_of_slot
-            .iter()
-            .map(|slot| ReferenceNode {
-                normal: nodes.normals[*slot as usize].as_dvec3(),
-                material: nodes.group_material[*slot as usize / GROUP],
-            })
-            .collect();
+        let reference_nodes = node_of_slot.iter().map(|slot| nodes.reference_node(*slot as usize)).collect();
         Self {
             reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction)
                 .with_joints(joints),
@@ -107,7 +82,7 @@ impl ReferenceEngine {
 
     /// Settles every node at the balance temperature of a load, and networks at their steady state at a time [s].
     pub(super) fn settle(&mut self, load: &TickLoad, time: f64) -> Result<(), GpuError> {
-        self.shade(load);
+        self.reference.find_shadows(&mut self.shadows, load);
         self.reference.settle(load);
         let heat = self.heat(load);
         match &mut self.network {
@@ -121,11 +96,6 @@ impl ReferenceEngine {
     pub(super) fn settle_at(&mut self, temperature: f64) -> Result<(), GpuError> {
         self.reference.settle_at(temperature);
         self.network.as_mut().map_or(Ok(()), |network| network.settle_at(temperature))
-    }
-
-    /// Finds the shadows of a load, where the last ones do not hold.
-    fn shade(&mut self, load: &TickLoad) {
-        shade(&mut self.reference, &mut self.shadows, load);
     }
 
     /// Heat of the network's nodes [W]; empty where there is no network.
@@ -157,7 +127,7 @@ impl ReferenceEngine {
     pub(super) fn run(&mut self, tick: Option<Tick<'_>>, order: Order<'_>) -> Result<(), GpuError> {
         if let Some(tick) = tick {
             self.ticks += 1;
-            self.shade(tick.load);
+            self.reference.find_shadows(&mut self.shadows, tick.load);
             self.reference.step(tick.load, tick.steps);
             if let Some(network) = &mut self.network {
                 network.tick_begins();

@@ -14,6 +14,7 @@ mod sparse;
 pub mod steady;
 pub mod stepper;
 mod switches;
+mod system;
 pub mod tr_bdf2;
 
 use super::STEFAN_BOLTZMANN;

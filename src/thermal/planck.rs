@@ -3,7 +3,14 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use crate::scene::Band;
+/// A rectangular spectral band.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Band {
+    /// Lower wavelength [m].
+    pub lower: f64,
+    /// Upper wavelength [m].
+    pub upper: f64,
+}
 
 /// Planck constant [J s], exact (SI 2019).
 pub const PLANCK: f64 = 6.626_070_15e-34;

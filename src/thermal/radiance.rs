@@ -1,7 +1,6 @@
 //! Band radiance from a table: the f64 twin of what a fragment evaluates (docs/numerics.md 5).
 
-use crate::scene::Band;
-use crate::thermal::planck::{SECOND_RADIATION, scaled_radiance, scaled_radiance_cold, scaled_radiance_hot};
+use crate::thermal::planck::{Band, SECOND_RADIATION, scaled_radiance, scaled_radiance_cold, scaled_radiance_hot};
 
 /// Intervals of the table over v in [0, 1].
 pub const INTERVALS: usize = 1024;

@@ -150,8 +150,8 @@ fn power_of_two(n: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Band;
     use crate::thermal::brightness::MAX_TEMPERATURE;
+    use crate::thermal::planck::Band;
     use crate::thermal::planck::band_radiance_exact;
     use crate::thermal::radiance::tests::{BANDS, microns, temperatures};
 

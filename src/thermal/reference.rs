@@ -4,9 +4,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::environment::TickLoad;
+use crate::environment::shadow::Shadows;
 use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response, Retarget};
-use crate::thermal::nodes::{GROUP, Nodes, PADDING};
 use crate::thermal::transition::{TransitionState, transition_step};
 
 /// What falls on a plate with a unit normal (body frame) during a tick.
@@ -70,6 +70,13 @@ impl<F: IncidentFlux> Reference<F> {
     /// Sets the share of the Sun that each node sees, 1 at the start: what the craft's shadow on itself leaves.
     pub fn shade(&mut self, visibility: Vec<f64>) {
         self.visibility = visibility;
+    }
+
+    /// Finds the shadows of a load, where the last ones do not hold.
+    pub fn find_shadows(&mut self, shadows: &mut Option<Shadows>, load: &TickLoad) {
+        if let Some(visibility) = shadows.as_mut().and_then(|shadows| shadows.visibility(load)) {
+            self.shade(visibility);
+        }
     }
 
     /// Settles every node at the balance temperature of a load.
@@ -165,16 +172,6 @@ impl<F: IncidentFlux> IncidentFlux for Shaded<'_, F> {
         let whole = self.incident.incident(load, normal);
         Incident { solar: whole.solar * self.visibility, ..whole }
     }
-}
-
-/// The nodes of a selection of device nodes; padding is left out.
-pub fn reference_nodes(nodes: &Nodes, selection: impl IntoIterator<Item = usize>) -> Vec<ReferenceNode> {
-    let real = selection.into_iter().filter(|&node| nodes.vertex_of_node[node] != PADDING);
-    real.map(|node| ReferenceNode {
-        normal: nodes.normals[node].as_dvec3(),
-        material: nodes.group_material[node / GROUP],
-    })
-    .collect()
 }
 
 /// The target of a tick [K]: the balance temperature of its mean load.

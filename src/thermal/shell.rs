@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::balance::emissivity_sum;
 use super::material::Material;
-use super::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
+use super::network::Network;
 
 mod assemble;
 mod conductance;
@@ -22,7 +22,7 @@ mod weld;
 pub use contact::{Contact, ContactConductance, Selection};
 
 /// A vertex that belongs to no node of the network.
-pub const NO_NODE: u32 = weld::NONE;
+pub const NO_NODE: u32 = u32::MAX;
 
 /// Two nodes that exchange heat faster than this [1/s] are merged, unless the scene says otherwise (docs/numerics.md 3).
 pub const MERGE_RATE: f64 = 60.0;
@@ -182,21 +182,6 @@ impl ShellMaterial {
 }
 
 impl Shell {
-    /// The network of a surface. `materials` holds `None` for those of other responses; `temperature` [K] is where all
-    /// nodes start, `merge_rate` [1/s] where merging does (see [`MERGE_RATE`]).
-    ///
-    /// # Errors
-    /// A contact that is none.
-    pub fn new(
-        surface: &Surface,
-        materials: &[Option<ShellMaterial>],
-        contacts: &[Contact],
-        merge_rate: f64,
-        space_temperature: f64,
-    ) -> Result<Self, ShellError> {
-        assemble::shell(surface, materials, contacts, merge_rate, space_temperature)
-    }
-
     /// Heat of every node [W] from the flux that every drawn vertex absorbs [W/m2], added to `heat`.
     pub fn gather(&self, absorbed: impl Fn(usize) -> f64, heat: &mut [f64]) {
         for (vertex, (node, area)) in self.node_of_vertex.iter().zip(&self.load_areas).enumerate() {

@@ -1,8 +1,8 @@
 //! Band radiance and its inverse on the device against Planck's law by quadrature.
 
 use isotherm::gpu::blackbody::{band_radiances, brightness_temperatures};
-use isotherm::scene::Band;
 use isotherm::thermal::brightness::BrightnessTable;
+use isotherm::thermal::planck::Band;
 use isotherm::thermal::planck::band_radiance_exact;
 use isotherm::thermal::radiance::RadianceTable;
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use isotherm::scene::Band;
+use isotherm::thermal::planck::Band;
 use isotherm::thermal::planck::band_radiance_exact;
 use serde_json::Value;
 

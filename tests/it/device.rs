@@ -7,6 +7,7 @@ use isotherm::environment::{PlanetLoad, SunSample, TickLoad};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::error::GpuError;
 use isotherm::gpu::frame::StepRange;
+use isotherm::gpu::nodes::GROUP;
 use isotherm::gpu::renderer::Renderer;
 use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
 use isotherm::gpu::shapes::Shapes;
@@ -15,7 +16,6 @@ use isotherm::simulation::device_data::device_material;
 use isotherm::thermal::material::{
     Bulk, Domain, Function, Material, Optics, Profile, Response, Retarget, Sides, Transition,
 };
-use isotherm::thermal::nodes::GROUP;
 use isotherm::thermal::reference::ReferenceNode;
 
 /// Whether `ISOTHERM_VALIDATION=1` asks for the validation layer, as `tools/test` does.

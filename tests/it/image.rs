@@ -1,9 +1,10 @@
 //! What a pixel holds: a plate at known temperature against the closed form, orientation, faces, ids and the near plane.
 
 use glam::{DAffine3, DVec3};
-use isotherm::scene::{Band, Camera};
+use isotherm::scene::Camera;
 use isotherm::simulation::engine::Pixels;
 use isotherm::thermal::material::{Material, Optics, Response, Sides};
+use isotherm::thermal::planck::Band;
 use isotherm::thermal::planck::band_radiance_exact;
 
 use super::device::{Worst, assert_silent, context, corner_grid, material};

@@ -5,6 +5,7 @@ use isotherm::environment::shadow::Method;
 use isotherm::gpu::error::GpuError;
 use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
 use isotherm::gpu::hazard::{hazards, unread_by_host};
+use isotherm::gpu::nodes::PADDING;
 use isotherm::gpu::pass::Work;
 use isotherm::gpu::renderer::Renderer;
 use isotherm::scene::Scene;
@@ -12,7 +13,6 @@ use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::engine::{Engine, Pixels};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::{run, start};
-use isotherm::thermal::nodes::PADDING;
 use serde_json::json;
 
 use super::craft::{Folder, glb, never, prepared, scene_with};

@@ -26,6 +26,7 @@ mod properties;
 mod quads;
 mod response;
 mod response_fit;
+mod rooms;
 mod run;
 mod scene;
 mod shaders;

@@ -1,11 +1,11 @@
 //! Thermal networks of scenes: closed form, device against twin, periodic state, refusals.
 
 use isotherm::gpu::error::GpuError;
+use isotherm::gpu::nodes::PADDING;
 use isotherm::simulation::engine::Engine;
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::{run, start};
 use isotherm::thermal::STEFAN_BOLTZMANN;
-use isotherm::thermal::nodes::PADDING;
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{Worst, assert_silent, context};

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use isotherm::environment::TickLoad;
 use isotherm::environment::tick::TickLoads;
-use isotherm::scene::{Attitude, CircularOrbit, Environment};
-use isotherm::simulation::reference_engine::{IncidentFunction, incident};
+use isotherm::environment::{Attitude, CircularOrbit, Environment};
 use isotherm::thermal::STEFAN_BOLTZMANN;
+use isotherm::thermal::incident::{IncidentFunction, incident};
 use isotherm::thermal::material::Function::{Linear, Quadratic};
 use isotherm::thermal::material::{Material, Optics, Response, Retarget, Sides};
 use isotherm::thermal::reference::{Reference, ReferenceNode, commanded_temperature};

@@ -1,16 +1,16 @@
 //! What must hold of any scene: the start, rest without sources, energy, areas, and responses that coincide.
 
 use isotherm::gpu::error::GpuError;
+use isotherm::gpu::nodes::{GROUP, PADDING};
 use isotherm::gpu::pass::Resource;
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::engine::{Engine, Order, Tick};
 use isotherm::simulation::prepare::Prepared;
-use isotherm::simulation::reference_engine::incident;
 use isotherm::simulation::{run, start};
 use isotherm::thermal::STEFAN_BOLTZMANN;
 use isotherm::thermal::balance::{absorbed_flux, emissivity_sum};
-use isotherm::thermal::nodes::{GROUP, PADDING};
-use isotherm::thermal::reference::{ReferenceNode, commanded_temperature, reference_nodes};
+use isotherm::thermal::incident::incident;
+use isotherm::thermal::reference::{ReferenceNode, commanded_temperature};
 
 use super::craft::{AREA, Folder, glb_of_box, never, scene_with};
 use super::device::{Worst, assert_silent, context};
@@ -63,8 +63,7 @@ fn at_time_0_every_node_is_settled_at_the_balance_of_the_first_load() {
         let command = |node: ReferenceNode| {
             commanded_temperature(&incident, &node, &prepared.materials[node.material as usize], load)
         };
-        let nodes = reference_nodes(&prepared.nodes, real_nodes(&prepared));
-        nodes.into_iter().map(command).collect()
+        real_nodes(&prepared).map(|slot| command(prepared.nodes.reference_node(slot))).collect()
     };
     Worst::of(&found[0], &balance(&first), name).within(5e-4, "K", "state at time 0");
     let second = Worst::of(&found[0], &balance(&prepared.loads.tick_load(60.0, 120.0)), name);
@@ -117,9 +116,9 @@ fn without_any_source_everything_comes_to_the_background() {
 /// Sum over all nodes of the flux that they emit, and of what they absorb [W].
 fn power(prepared: &Prepared, temperatures: &[f64], time: f64) -> (f64, f64) {
     let load = prepared.loads.tick_load(time - prepared.scene.time.step, time);
-    let nodes = reference_nodes(&prepared.nodes, real_nodes(prepared));
+    let nodes = real_nodes(prepared).map(|slot| prepared.nodes.reference_node(slot));
     let (mut emitted, mut absorbed) = (0.0, 0.0);
-    for ((place, node), temperature) in real_nodes(prepared).zip(&nodes).zip(temperatures) {
+    for ((place, node), temperature) in real_nodes(prepared).zip(nodes).zip(temperatures) {
         let (area, material) = (prepared.nodes.areas[place], &prepared.materials[node.material as usize]);
         let front = incident(&load, node.normal);
         absorbed += area * absorbed_flux(material, front, || incident(&load, -node.normal));

@@ -10,12 +10,13 @@ use isotherm::gpu::renderer::Renderer;
 use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
 use isotherm::gpu::shapes::Shapes;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
-use isotherm::scene::{Band, Camera, CameraFrame};
+use isotherm::scene::{Camera, CameraFrame};
 use isotherm::simulation::device_data::device_material;
 use isotherm::simulation::engine::Pixels;
 use isotherm::simulation::viewpoint::device_view;
 use isotherm::thermal::brightness::BrightnessTable;
 use isotherm::thermal::material::Material;
+use isotherm::thermal::planck::Band;
 use isotherm::thermal::radiance::RadianceTable;
 use isotherm::thermal::radiance_f32::RadianceTableF32;
 

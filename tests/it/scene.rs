@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use approx::assert_relative_eq;
 use glam::{DMat4, DQuat, DVec3};
+use isotherm::environment::Attitude;
 use isotherm::environment::shadow::Method;
 use isotherm::model::Part;
-use isotherm::scene::{Attitude, CameraFrame, Draw, Edges, Initial, Scene, SceneError};
+use isotherm::scene::{CameraFrame, Draw, Edges, Initial, Scene, SceneError};
 
 mod materials;
 mod refusals;

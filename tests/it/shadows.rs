@@ -6,10 +6,10 @@ use glam::DVec3;
 use isotherm::environment::TickLoad;
 use isotherm::environment::shadow::{Method, Shadows};
 use isotherm::gpu::context::Context;
+use isotherm::gpu::nodes::PADDING;
 use isotherm::gpu::renderer::Renderer;
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::prepare::Prepared;
-use isotherm::thermal::nodes::PADDING;
 use serde_json::json;
 
 use super::craft::{Folder, glb, scene_with};

@@ -55,7 +55,7 @@ fn iss_and_sun_agree_with_published_vectors() {
     let rows = rows(&vectors);
     assert!(rows.len() > 1000);
     for row in &rows {
-        let place = sky.place(row[0]).unwrap();
+        let place = sky.point(row[0]).unwrap();
         let sun = DVec3::from_slice(&row[4..7]) * 1e3;
         position = position.max(place.position.distance(DVec3::from_slice(&row[1..4]) * 1e3));
         angle = angle.max(place.sun.angle_between(sun).to_degrees());
@@ -65,7 +65,7 @@ fn iss_and_sun_agree_with_published_vectors() {
     assert!(position < 1000.0, "{position} m");
     assert!(angle < 0.02, "{angle} deg");
     assert!(distance < 1e-4, "{distance}");
-    let late = sky.place(rows[0][0] + 1.0).unwrap().position;
+    let late = sky.point(rows[0][0] + 1.0).unwrap().position;
     assert!(late.distance(DVec3::from_slice(&rows[0][1..4]) * 1e3) > 1000.0, "a second is seen");
 }
 
@@ -125,13 +125,13 @@ fn the_station_s_own_ephemeris_is_exact_at_its_epochs_and_close_between() {
         let day: f64 = line[5..8].parse().unwrap();
         let time = (day - 57.0) * 86_400.0 + clock[0] * 3600.0 + clock[1] * 60.0 + clock[2] - 43_200.0;
         let position = DVec3::from_slice(&numbers[..3]) * 1e3;
-        let found = whole.place(time).unwrap().position;
+        let found = whole.point(time).unwrap().position;
         assert!(found.distance(position) < 1e-6, "{line}: {found}");
-        if let Some(place) = half.place(time) {
+        if let Some(place) = half.point(time) {
             left_out = left_out.max(place.position.distance(position));
         }
         for later in [37.0, 120.0, 201.0] {
-            if let (Some(place), Some(reference)) = (whole.place(time + later), high.place(time + later)) {
+            if let (Some(place), Some(reference)) = (whole.point(time + later), high.point(time + later)) {
                 between = between.max(place.position.distance(reference.position));
             }
         }
@@ -141,10 +141,10 @@ fn the_station_s_own_ephemeris_is_exact_at_its_epochs_and_close_between() {
     assert!(left_out > 0.0 && left_out < 500.0, "{left_out} m");
     assert!(
         of(&text, "interpolation = 'linear'")
-            .place(120.0)
+            .point(120.0)
             .unwrap()
             .position
-            .distance(whole.place(120.0).unwrap().position)
+            .distance(whole.point(120.0).unwrap().position)
             > 500.0
     );
 }

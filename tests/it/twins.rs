@@ -6,8 +6,8 @@ use glam::DVec3;
 use isotherm::environment::albedo_field::AlbedoField;
 use isotherm::environment::load::{albedo_flux, exact_albedo_flux, planet_ir_flux, solar_flux};
 use isotherm::environment::{MAX_SUN_SAMPLES, PlanetLoad, TickLoad};
-use isotherm::simulation::reference_engine::incident;
 use isotherm::thermal::STEFAN_BOLTZMANN;
+use isotherm::thermal::incident::incident;
 use isotherm::thermal::material::{Material, Optics, Response, Sides};
 use isotherm::thermal::reference::commanded_temperature;
 

@@ -7,11 +7,11 @@ use std::time::Instant;
 use isotherm::bench::models::{WRONG_SHARE, facing, wrong_shadows};
 use isotherm::environment::shadow::Method;
 use isotherm::gpu::context::Context;
+use isotherm::gpu::nodes::PADDING;
 use isotherm::gpu::renderer::Renderer;
 use isotherm::scene::{Scene, ShadowSettings};
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::prepare::Prepared;
-use isotherm::thermal::nodes::PADDING;
 
 use super::AnyError;
 

@@ -2,10 +2,10 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use super::keys::KeyInterpolation;
 use super::*;
 use crate::environment::sky::SkyModel;
-use crate::model::{Interpolation, Keys};
-use crate::scene::{Attitude, CircularOrbit, Environment};
+use crate::environment::{Attitude, CircularOrbit, Environment};
 
 fn guided(kind: Kind, axis: DVec3, drive: Drive) -> Guided {
     Guided { kind, axis, origin: DVec3::ZERO, drive, limits: None, rate: None }
@@ -140,10 +140,11 @@ fn an_animation_is_the_schedule_that_says_the_same() {
     );
     let rest = (DVec3::new(0.5, 0.0, 0.0), DQuat::from_rotation_z(0.7));
     let keys = |from: DQuat, to: DQuat| {
-        Keys::new(vec![0.0, 10.0], vec![from.to_array(), to.to_array()], Interpolation::Linear)
+        Keys::new(vec![0.0, 10.0], vec![from.to_array(), to.to_array()], KeyInterpolation::Linear)
     };
     let played = Played {
-        motion: NodeMotion { node: 0, rotation: Some(keys(rest.1, rest.1 * quarter)), ..NodeMotion::default() },
+        rotation: Some(keys(rest.1, rest.1 * quarter)),
+        translation: None,
         duration: 10.0,
         repeats: false,
         rest,
@@ -275,9 +276,10 @@ fn a_long_warm_up_is_not_walked() {
 #[test]
 fn what_rides_on_an_animation_is_walked_through() {
     let quarter = DQuat::from_rotation_x(FRAC_PI_2).to_array();
-    let keys = Keys::new(vec![0.0, 700.0], vec![DQuat::IDENTITY.to_array(), quarter], Interpolation::Linear);
+    let keys = Keys::new(vec![0.0, 700.0], vec![DQuat::IDENTITY.to_array(), quarter], KeyInterpolation::Linear);
     let played = Played {
-        motion: NodeMotion { node: 0, rotation: Some(keys), ..NodeMotion::default() },
+        rotation: Some(keys),
+        translation: None,
         duration: 700.0,
         repeats: true,
         rest: (DVec3::ZERO, DQuat::IDENTITY),

@@ -1,5 +1,5 @@
-//! Where joints with a rate stand, which depends on where they stood before: walked in even steps, over as few periods
-//! of the sky as tell.
+//! Where all joints of a craft stand. Where one with a rate stands depends on where it stood before: such joints are
+//! walked in even steps, over as few periods of the sky as tell.
 //!
 //! Where the sky repeats, the walk's step divides its period, so that a period takes the positions at its start to those
 //! at its end by one and the same map. A joint that stands where it is asked to be, at any instant of a period, has
@@ -10,9 +10,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
-use super::{Drive, Guided, Joint, Joints, Motion};
+use super::{Drive, Guided, Joint, Motion};
 
 /// Difference between positions at the starts of two periods that is rounding [rad or m].
 const SAME: f64 = 1e-12;
@@ -20,9 +20,17 @@ const SAME: f64 = 1e-12;
 /// Periods in which a repetition is looked for; a joint that is too slow to follow may never find one.
 const MOST_PERIODS: usize = 64;
 
+/// All joints of a craft, each after the one that it hangs on.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Joints {
+    joints: Vec<Joint>,
+    /// Where joints with a rate stand, which depends on where they stood before.
+    walk: Walk,
+}
+
 /// Positions of all joints at even times.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub(super) struct Walk {
+struct Walk {
     step: f64,
     /// In order of time. Between the end of one and the start of the next its last periods repeat.
     stretches: Vec<Stretch>,
@@ -37,6 +45,57 @@ struct Stretch {
 }
 
 impl Joints {
+    /// The joints.
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// Whether nothing moves.
+    pub fn is_empty(&self) -> bool {
+        self.joints.is_empty()
+    }
+
+    /// Position of each joint [rad or m] at a time [s], and the poses: that of the body, then of each joint. Both empty
+    /// where there is no joint.
+    pub fn at(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> (Vec<f64>, Vec<DAffine3>) {
+        if self.joints.is_empty() {
+            return (Vec::new(), Vec::new());
+        }
+        let walked = self.walked(time, sun);
+        self.evaluate(time, sun(time), |joint, target| match &walked {
+            Some(positions) if self.joints[joint].rate().is_some() => positions[joint],
+            _ => target(None),
+        })
+    }
+
+    /// Positions and poses, from the body outwards; `position` decides with what a joint is asked for, which may depend
+    /// on a position that is near.
+    fn evaluate(
+        &self,
+        time: f64,
+        sun: DVec3,
+        position: impl Fn(usize, &dyn Fn(Option<f64>) -> f64) -> f64,
+    ) -> (Vec<f64>, Vec<DAffine3>) {
+        let mut positions = Vec::with_capacity(self.joints.len());
+        let mut poses = Vec::with_capacity(self.joints.len() + 1);
+        poses.push(DAffine3::IDENTITY);
+        for (number, joint) in self.joints.iter().enumerate() {
+            let carrier = poses[joint.parent.map_or(0, |parent| parent + 1)];
+            let (at, own) = match &joint.motion {
+                Motion::Guided(guided) => {
+                    let seen = carrier.matrix3.transpose() * sun;
+                    let target = |near| guided.within_limits(guided.drive.target(guided.axis, time, seen), near);
+                    let at = position(number, &target);
+                    (at, guided.motion(at))
+                }
+                Motion::Played(played) => (played.position(time), played.motion(time)),
+            };
+            positions.push(at);
+            poses.push(carrier * own);
+        }
+        (positions, poses)
+    }
+
     /// Joints of a craft, each after the one that it hangs on. Where one has a rate, they are walked from one time to
     /// another [s] in steps of `step` [s]: at the start each stands where it is asked to be. `sun` is the unit vector to
     /// the Sun at a time, body frame.
@@ -143,7 +202,7 @@ impl Joints {
     }
 
     /// Positions at a time by the walk; before its start where they are asked to be, beyond its end walked on.
-    pub(super) fn walked(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> Option<Vec<f64>> {
+    fn walked(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> Option<Vec<f64>> {
         let Walk { step, stretches } = &self.walk;
         let after = stretches.partition_point(|stretch| stretch.start <= time);
         let Stretch { start, positions, cycle } = &stretches[after.checked_sub(1)?];

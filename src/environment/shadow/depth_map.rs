@@ -6,7 +6,6 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::redraw::corners_of;
 use super::{Occluders, lit_side};
 
 /// Texels around the craft that stay empty, so that a filter at its silhouette never leaves the map.
@@ -213,4 +212,12 @@ impl<'a> DepthMap<'a> {
             }
         }
     }
+}
+
+/// The corners of a box.
+pub(super) fn corners_of([low, high]: [DVec3; 2]) -> impl Iterator<Item = DVec3> {
+    (0..8u32).map(move |corner| {
+        let at = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+        DVec3::new(at(0), at(1), at(2))
+    })
 }

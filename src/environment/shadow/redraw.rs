@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DQuat, DVec3};
 
-use super::SunView;
+use super::depth_map::{SunView, corners_of};
 use crate::environment::TickLoad;
 
 /// A turn that is no more than rounding [rad]; 0 asks for shadows at every motion beyond it. Over a map of 4096 texels it is
@@ -78,12 +78,4 @@ fn sun_of(load: &TickLoad) -> Option<DVec3> {
 /// Angle of a rotation [rad], in [0, pi], exact for small ones.
 fn angle_of(turn: DQuat) -> f64 {
     2.0 * turn.xyz().length().atan2(turn.w.abs())
-}
-
-/// The corners of a box.
-pub(super) fn corners_of([low, high]: [DVec3; 2]) -> impl Iterator<Item = DVec3> {
-    (0..8u32).map(move |corner| {
-        let at = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
-        DVec3::new(at(0), at(1), at(2))
-    })
 }

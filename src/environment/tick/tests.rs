@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glam::DQuat;
 
 use super::*;
+use crate::environment::CircularOrbit;
 use crate::environment::load::{albedo_flux, exact_albedo_flux, planet_ir_flux, solar_flux};
-use crate::scene::CircularOrbit;
 
 const SOLAR_CONSTANT: f64 = 1361.0;
 const ORBIT: CircularOrbit = CircularOrbit { altitude: 224e3, period: 6017.0, beta: 0.3, phase: 0.35 };

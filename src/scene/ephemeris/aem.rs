@@ -5,11 +5,11 @@ use std::path::Path;
 use super::super::error::SceneError;
 use super::kvn::{Line, check_version, lines};
 use super::rotation::{Metadata, Row, Segment, interpret, version};
-use super::{Place, number};
+use super::text::{FileLine, number};
 
 /// Where the reader is in the message.
 #[derive(Clone, Copy, PartialEq)]
-enum Part {
+enum AemBlock {
     Header,
     Metadata,
     BeforeData,
@@ -24,31 +24,31 @@ enum Part {
 pub(super) fn parse(path: &Path, text: &str, assumptions: &mut Vec<String>) -> Result<Vec<Segment>, SceneError> {
     check_version(path, text, "CCSDS_AEM_VERS")?;
     let version = match lines(text).next() {
-        Some((line, Line::Pair(_, stated))) => version(&Place { path, line }, stated)?,
+        Some((line, Line::Pair(_, stated))) => version(&FileLine { path, line }, stated)?,
         _ => 1,
     };
     let mut segments: Vec<Segment> = Vec::new();
     let mut metadata = Metadata::default();
-    let mut part = Part::Header;
+    let mut block = AemBlock::Header;
     for (line, content) in lines(text) {
-        let at = Place { path, line };
-        match (content, part) {
-            (Line::Mark("META_START"), Part::Header | Part::Data | Part::AfterData) => {
+        let at = FileLine { path, line };
+        match (content, block) {
+            (Line::Mark("META_START"), AemBlock::Header | AemBlock::Data | AemBlock::AfterData) => {
                 metadata = Metadata { line, version, entries: Vec::new() };
-                part = Part::Metadata;
+                block = AemBlock::Metadata;
             }
-            (Line::Mark("META_STOP"), Part::Metadata) => {
+            (Line::Mark("META_STOP"), AemBlock::Metadata) => {
                 segments.push(interpret(path, &metadata, assumptions)?);
-                part = Part::BeforeData;
+                block = AemBlock::BeforeData;
             }
-            (Line::Mark("DATA_START"), Part::BeforeData) => part = Part::Data,
-            (Line::Mark("DATA_STOP"), Part::Data) => part = Part::AfterData,
+            (Line::Mark("DATA_START"), AemBlock::BeforeData) => block = AemBlock::Data,
+            (Line::Mark("DATA_STOP"), AemBlock::Data) => block = AemBlock::AfterData,
             (Line::Mark(mark), _) => return Err(at.error(mark, "does not belong here")),
-            (Line::Pair(..), Part::Header) => {}
-            (Line::Pair(key, value), Part::Metadata) => {
+            (Line::Pair(..), AemBlock::Header) => {}
+            (Line::Pair(key, value), AemBlock::Metadata) => {
                 metadata.entries.push((line, key.to_owned(), value.to_owned()));
             }
-            (Line::Data(data), Part::Data) => {
+            (Line::Data(data), AemBlock::Data) => {
                 if let Some(segment) = segments.last_mut() {
                     let row = row(&at, data, segment)?;
                     segment.rows.push(row);
@@ -64,14 +64,16 @@ pub(super) fn parse(path: &Path, text: &str, assumptions: &mut Vec<String>) -> R
         }
     }
     let missing =
-        |key: &str| Place { path, line: text.lines().count() }.error(key, "is missing: the file ends before it");
-    match part {
-        Part::Header => Err(Place { path, line: 1 }.error("META_START", "is missing: the message has no segment")),
-        Part::Metadata => Err(missing("META_STOP")),
-        Part::BeforeData => Err(missing("DATA_START")),
-        Part::Data | Part::AfterData => {
+        |key: &str| FileLine { path, line: text.lines().count() }.error(key, "is missing: the file ends before it");
+    match block {
+        AemBlock::Header => {
+            Err(FileLine { path, line: 1 }.error("META_START", "is missing: the message has no segment"))
+        }
+        AemBlock::Metadata => Err(missing("META_STOP")),
+        AemBlock::BeforeData => Err(missing("DATA_START")),
+        AemBlock::Data | AemBlock::AfterData => {
             if let Some(last) = segments.last_mut() {
-                last.torn = part == Part::Data;
+                last.torn = block == AemBlock::Data;
             }
             Ok(segments)
         }
@@ -79,7 +81,7 @@ pub(super) fn parse(path: &Path, text: &str, assumptions: &mut Vec<String>) -> R
 }
 
 /// An epoch and the numbers that the segment's type has.
-fn row(at: &Place, data: &str, segment: &Segment) -> Result<Row, SceneError> {
+fn row(at: &FileLine, data: &str, segment: &Segment) -> Result<Row, SceneError> {
     let mut cells = data.split_whitespace();
     let epoch = cells.next().unwrap_or_default().to_owned();
     let wrong = |message: String| at.error(&format!("epoch {epoch}"), message);

@@ -5,8 +5,8 @@ use std::path::Path;
 use roxmltree::Node;
 
 use super::super::error::SceneError;
-use super::Place;
 use super::rotation::{Metadata, Row, Segment, Shape, interpret, unit, version};
+use super::text::FileLine;
 use super::xml::{children, document, messages, text, value};
 
 /// The segments of a message.
@@ -17,7 +17,7 @@ pub(super) fn parse(path: &Path, content: &str, assumptions: &mut Vec<String>) -
     let (document, lines) = document(path, content)?;
     let mut segments = Vec::new();
     for message in messages(path, &document, "aem", "attitude ephemeris")? {
-        let at = Place { path, line: lines.of(message) };
+        let at = FileLine { path, line: lines.of(message) };
         let stated = message.attribute("version").ok_or_else(|| at.error("aem", "has no version"))?;
         let version = version(&at, stated)?;
         for node in message.descendants().filter(|node| node.tag_name().name() == "segment") {
@@ -30,7 +30,7 @@ pub(super) fn parse(path: &Path, content: &str, assumptions: &mut Vec<String>) -
             let mut segment = interpret(path, &metadata, assumptions)?;
             let states = children(node, "data").flat_map(|data| children(data, "attitudeState"));
             for state in states {
-                let row = row(&Place { path, line: lines.of(state) }, state, &segment)?;
+                let row = row(&FileLine { path, line: lines.of(state) }, state, &segment)?;
                 segment.rows.push(row);
             }
             segments.push(segment);
@@ -40,7 +40,7 @@ pub(super) fn parse(path: &Path, content: &str, assumptions: &mut Vec<String>) -
 }
 
 /// The epoch and the numbers of a state, in the order of a line of the keyword-value notation.
-fn row(at: &Place, state: Node, segment: &Segment) -> Result<Row, SceneError> {
+fn row(at: &FileLine, state: Node, segment: &Segment) -> Result<Row, SceneError> {
     let find = |name: &str| state.descendants().find(|node| node.tag_name().name() == name);
     let epoch = find("EPOCH").map(text).unwrap_or_default().to_owned();
     if epoch.is_empty() {

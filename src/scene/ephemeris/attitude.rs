@@ -11,8 +11,11 @@ use super::super::error::SceneError;
 use super::super::section::list;
 use super::object::matches;
 use super::rotation::{Segment, rotation};
+use super::span::{Span, check_span, usable_times};
+use super::stated::{Options, state_epoch};
 use super::table::Columns;
-use super::{Options, Place, Span, aem, aem_xml, check_span, name_of, number, one_line_end, state_epoch, usable_times};
+use super::text::{FileLine, name_of, number, one_line_end};
+use super::{aem, aem_xml};
 use crate::environment::rotation_history::{
     HistoryFrame, RotationHistory, RotationInterpolation, RotationSample, RotationSegment,
 };
@@ -50,7 +53,7 @@ pub(crate) fn read_attitude(
     let name = name_of(path);
     let whole_lines = one_line_end(text);
     let text = whole_lines.as_ref();
-    let first = Place { path, line: 1 };
+    let first = FileLine { path, line: 1 };
     let head = text.trim_start_matches('\u{feff}').trim_start();
     let is_xml = head.starts_with('<');
     let (frame, segments) = if is_xml || super::kvn::is_message(text) {
@@ -94,7 +97,7 @@ fn message(
     options: &AttitudeOptions,
     assumptions: &mut Vec<String>,
 ) -> Result<(HistoryFrame, Vec<RotationSegment>), SceneError> {
-    let first = Place { path, line: 1 };
+    let first = FileLine { path, line: 1 };
     if let Some(wanted) = &options.object {
         segments.retain(|segment| matches(wanted, &[&segment.object.0, &segment.object.1]));
         if segments.is_empty() {
@@ -108,10 +111,10 @@ fn message(
     if let Some(other) = segments.iter().find(|segment| segment.object != object) {
         let names = list([object.0.as_str(), other.object.0.as_str()]);
         let message = format!("is of several objects ({names}, ..): state which as attitude.object");
-        return Err(Place { path, line: other.line }.error("attitude", message));
+        return Err(FileLine { path, line: other.line }.error("attitude", message));
     }
     if let Some(other) = segments.iter().find(|segment| segment.frame != frame) {
-        return Err(Place { path, line: other.line }.error("REF_FRAME", "differs from that of the segment before"));
+        return Err(FileLine { path, line: other.line }.error("REF_FRAME", "differs from that of the segment before"));
     }
     let rotations = segments.iter().map(|segment| by_time(path, segment, start, assumptions));
     Ok((frame, rotations.collect::<Result<_, _>>()?))
@@ -128,7 +131,7 @@ fn by_time(
     let mut samples = Vec::with_capacity(segment.rows.len());
     let mut ends: Option<(Epoch, Epoch)> = None;
     for row in &segment.rows {
-        let at = Place { path, line: row.line };
+        let at = FileLine { path, line: row.line };
         let epoch = parse_epoch(&row.epoch, scale).map_err(|message| at.error("epoch", message))?;
         ends = Some((ends.map_or(epoch, |(first, _)| first), epoch));
         let (quaternion, derivative, spin) = rotation(segment, &row.numbers);
@@ -159,7 +162,12 @@ fn by_time(
 }
 
 /// Pushes a sample, in order of time.
-fn push(at: &Place, samples: &mut Vec<RotationSample>, epoch: &str, sample: RotationSample) -> Result<(), SceneError> {
+fn push(
+    at: &FileLine,
+    samples: &mut Vec<RotationSample>,
+    epoch: &str,
+    sample: RotationSample,
+) -> Result<(), SceneError> {
     let wrong = |message: String| at.error(&format!("epoch {epoch}"), message);
     let length = sample.frame_from_body.length();
     if (length - 1.0).abs() > LENGTH_TOLERANCE || !length.is_finite() {
@@ -178,7 +186,7 @@ fn table(
     options: &AttitudeOptions,
 ) -> Result<(HistoryFrame, Vec<RotationSegment>), SceneError> {
     let columns = Columns::read(path, text, &["time", "qw", "qx", "qy", "qz"], &[])?;
-    let first = Place { path, line: 1 };
+    let first = FileLine { path, line: 1 };
     let frame = options
         .frame
         .ok_or_else(|| first.error("attitude.frame", "is missing: a table needs 'inertial' or 'orbit'"))?;
@@ -189,7 +197,7 @@ fn table(
     let mut samples = Vec::new();
     for row in &columns.rows {
         let (epoch, q, _) = columns.cells(path, row)?;
-        let at = Place { path, line: row.0 };
+        let at = FileLine { path, line: row.0 };
         let time = match (number(&epoch), options.start) {
             // Seconds count from time 0, whenever that is.
             (Some(seconds), _) => seconds,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::super::error::SceneError;
-use super::Place;
+use super::text::FileLine;
 
 /// What a line says.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,8 +55,8 @@ pub(super) fn check_version(path: &Path, text: &str, key: &str) -> Result<(), Sc
     match lines(text).next() {
         Some((_, Line::Pair(first, _))) if first == key => Ok(()),
         Some((line, _)) => {
-            Err(Place { path, line }.error(key, "must be the first line of the message but for comments"))
+            Err(FileLine { path, line }.error(key, "must be the first line of the message but for comments"))
         }
-        None => Err(Place { path, line: 1 }.error(key, "is missing: the file is empty")),
+        None => Err(FileLine { path, line: 1 }.error(key, "is missing: the file is empty")),
     }
 }

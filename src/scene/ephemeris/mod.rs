@@ -1,18 +1,18 @@
 //! Trajectories and attitudes from files: two-line elements, CCSDS OEM and AEM as KVN and XML, and tables.
 
-use std::borrow::Cow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
-use hifitime::{Epoch, TimeScale};
+use hifitime::Epoch;
 
-use super::epoch::{parse_epoch, time_system};
+use super::epoch::time_system;
 use super::error::SceneError;
 use super::section::list;
-use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, Interpolation, Sample, Segment};
+use crate::environment::divided_differences::hermite_degree;
+use crate::environment::ephemeris::{DEFAULT_DEGREE, Ephemeris, Interpolation, Segment};
 use crate::environment::frames::{ReferenceFrame, to_gcrf};
-use crate::environment::newton::{HIGHEST_DEGREE, hermite_degree};
+use crate::environment::state::Sample;
 use crate::environment::trajectory::{Source, Trajectory, seconds_between};
 use crate::environment::utc::utc;
 
@@ -25,80 +25,19 @@ mod oem;
 mod oem_xml;
 mod rotation;
 mod span;
+mod stated;
 mod table;
+mod text;
 mod tle;
 mod xml;
 
 pub(super) use attitude::{AttitudeOptions, read_attitude};
 use object::matches;
-use span::{Said, Span, check_span, usable_times};
-
-/// What a scene says of a trajectory's file.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Options {
-    /// Which object, where the file holds several.
-    pub(super) object: Option<String>,
-    /// Frame of a table.
-    pub(super) frame: Option<String>,
-    /// Time system of a table.
-    pub(super) time_system: Option<String>,
-    /// `hermite` or `lagrange`, for a table, or where the file does not say.
-    pub(super) interpolation: Option<String>,
-    /// Degree, likewise.
-    pub(super) degree: Option<u32>,
-    /// Time 0 of the scene.
-    pub(super) start: Option<Epoch>,
-}
-
-/// A line of a file with its number, for errors.
-pub(super) struct Place<'a> {
-    pub(super) path: &'a Path,
-    pub(super) line: usize,
-}
-
-impl Place<'_> {
-    /// An error at this line.
-    pub(super) fn error(&self, key: &str, message: impl ToString) -> SceneError {
-        SceneError::Value {
-            path: self.path.to_path_buf(),
-            line: self.line,
-            key: key.to_owned(),
-            message: message.to_string(),
-        }
-    }
-}
-
-/// A segment as a file states it.
-#[derive(Debug, Clone, Default)]
-struct Stated {
-    /// Line of its start.
-    line: usize,
-    object_name: String,
-    object_id: String,
-    centre: Option<String>,
-    start: Said,
-    stop: Said,
-    /// Mandatory keys of the metadata that are missing and not needed.
-    missing: Vec<&'static str>,
-    /// Whether the text ends within a line of this segment.
-    torn: bool,
-    frame: Said,
-    time_system: Said,
-    usable_start: Said,
-    usable_stop: Said,
-    interpolation: Said,
-    degree: Said,
-    lines: Vec<StateLine>,
-}
-
-/// One state as a file states it, in m and m/s.
-#[derive(Debug, Clone)]
-struct StateLine {
-    line: usize,
-    epoch: String,
-    position: DVec3,
-    velocity: Option<DVec3>,
-}
+use span::{Span, check_span, usable_times};
+pub(super) use stated::Options;
+use stated::{Stated, reference_frame, state_epoch, stated_degree};
+pub(super) use text::read_file;
+use text::{FileLine, name_of, one_line_end};
 
 /// A segment in GCRF with its absolute times.
 struct Absolute {
@@ -128,13 +67,13 @@ pub(super) fn read(
         match stated.iter().find(|(_, stated)| *stated) {
             Some((key, _)) => {
                 let message = format!("is stated for a table only: {kind} says its own");
-                Err(Place { path, line: 1 }.error(&format!("orbit.{key}"), message))
+                Err(FileLine { path, line: 1 }.error(&format!("orbit.{key}"), message))
             }
             None => Ok(()),
         }
     };
     if head.is_empty() {
-        return Err(Place { path, line: 1 }.error("trajectory", "is missing: the file is empty"));
+        return Err(FileLine { path, line: 1 }.error("trajectory", "is missing: the file is empty"));
     }
     let stated = if head.starts_with('<') {
         of_table("a CCSDS OEM")?;
@@ -160,7 +99,7 @@ fn from_segments(
     options: &Options,
     assumptions: &mut Vec<String>,
 ) -> Result<Arc<Trajectory>, SceneError> {
-    let wrong = |message: String| Place { path, line: 1 }.error("trajectory", message);
+    let wrong = |message: String| FileLine { path, line: 1 }.error("trajectory", message);
     segments.retain(|segment| !segment.states.is_empty());
     if let Some(object) = &options.object {
         segments.retain(|segment| matches(object, &[&segment.object.0, &segment.object.1]));
@@ -219,32 +158,6 @@ fn from_segments(
         .map_err(|error| wrong(error.to_string()))
 }
 
-/// Frames by their names in files.
-const FRAMES: [(&str, ReferenceFrame); 7] = [
-    ("GCRF", ReferenceFrame::Inertial),
-    ("EME2000", ReferenceFrame::Inertial),
-    ("J2000", ReferenceFrame::Inertial),
-    ("ICRF", ReferenceFrame::Inertial),
-    ("TEME", ReferenceFrame::Teme),
-    ("TEMEOFDATE", ReferenceFrame::Teme),
-    ("GRC", ReferenceFrame::Itrf),
-];
-
-/// The frame of that name, or the message that says which there are.
-fn reference_frame(name: &str) -> Result<ReferenceFrame, String> {
-    let plain: String = name.chars().filter(char::is_ascii_alphanumeric).collect();
-    if let Some((_, frame)) = FRAMES.iter().find(|(known, _)| known.eq_ignore_ascii_case(&plain)) {
-        return Ok(*frame);
-    }
-    let upper = plain.to_ascii_uppercase();
-    if let Some(rest) = upper.strip_prefix("ITRF").or_else(|| upper.strip_prefix("ICRF"))
-        && rest.chars().all(|letter| letter.is_ascii_digit())
-    {
-        return Ok(if upper.starts_with("ITRF") { ReferenceFrame::Itrf } else { ReferenceFrame::Inertial });
-    }
-    Err(format!("the frame '{name}' is not one of 'EME2000', 'J2000', 'ICRF', 'GCRF', 'TEME', 'ITRF'"))
-}
-
 /// A segment with everything in it checked.
 fn absolute(
     path: &Path,
@@ -252,7 +165,7 @@ fn absolute(
     options: &Options,
     assumptions: &mut Vec<String>,
 ) -> Result<Absolute, SceneError> {
-    let at = |line: usize| Place { path, line };
+    let at = |line: usize| FileLine { path, line };
     let missing = |key: &str| at(stated.line).error(key, "is missing in the metadata of this segment");
     if let Some(centre) = stated.centre.as_ref().filter(|centre| !centre.eq_ignore_ascii_case("EARTH")) {
         return Err(at(stated.line).error("CENTER_NAME", format!("is '{centre}', but only EARTH is understood")));
@@ -324,32 +237,12 @@ const DISTANCES: std::ops::RangeInclusive<f64> = 1e5..=2e9;
 /// Speed that no craft has there [m/s].
 const HIGHEST_SPEED: f64 = 1e5;
 
-/// A degree of interpolation as a file states it.
-fn stated_degree(path: &Path, (line, text): &(usize, String)) -> Result<usize, SceneError> {
-    let degree = text.parse::<usize>().ok().filter(|degree| (1..=HIGHEST_DEGREE).contains(degree));
-    degree.ok_or_else(|| {
-        let message = format!("must be a whole number from 1 to {HIGHEST_DEGREE}, found '{text}'");
-        Place { path, line: *line }.error("INTERPOLATION_DEGREE", message)
-    })
-}
-
-/// A time of a table may be a number of seconds after the start of the scene.
-fn state_epoch(text: &str, scale: TimeScale, options: &Options) -> Result<Epoch, String> {
-    match (text.parse::<f64>(), options.start) {
-        (Ok(seconds), Some(start)) if seconds.is_finite() && seconds.abs() < 1e11 => {
-            Ok(start.to_time_scale(TimeScale::TAI) + hifitime::Unit::Second * seconds)
-        }
-        (Ok(_), None) => Err("times in seconds count from time.start, which is missing".to_owned()),
-        _ => parse_epoch(text, scale),
-    }
-}
-
 fn interpolation(path: &Path, stated: &Stated, options: &Options) -> Result<Interpolation, SceneError> {
     let velocities = stated.lines.iter().all(|state| state.velocity.is_some());
     let default = if velocities { "HERMITE" } else { "LAGRANGE" };
     let method = stated.interpolation.clone().or_else(|| options.interpolation.clone().map(|method| (1, method)));
     let (line, method) = method.unwrap_or((stated.line, default.to_owned()));
-    let at = |line: usize| Place { path, line };
+    let at = |line: usize| FileLine { path, line };
     let degree = match (&stated.degree, options.degree) {
         (Some(stated), _) => Some(stated_degree(path, stated)?),
         (None, Some(degree)) => Some(degree as usize),
@@ -362,35 +255,6 @@ fn interpolation(path: &Path, stated: &Stated, options: &Options) -> Result<Inte
         "LINEAR" => Ok(Interpolation::Lagrange(1)),
         _ => Err(at(line).error("INTERPOLATION", format!("'{method}' is not one of 'HERMITE', 'LAGRANGE', 'LINEAR'"))),
     }
-}
-
-/// The name of a file, without its folder.
-fn name_of(path: &Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
-}
-
-/// The text with line ends that split it into its lines: those of old Macintosh systems are carriage returns alone.
-fn one_line_end(text: &str) -> Cow<'_, str> {
-    if text.contains('\r') && !text.contains('\n') { Cow::Owned(text.replace('\r', "\n")) } else { Cow::Borrowed(text) }
-}
-
-/// The text of a file that a scene names, which joins the scene's files.
-pub(super) fn read_file(path: PathBuf, files: &mut Vec<PathBuf>) -> Result<String, SceneError> {
-    let text = super::file::read_text(&path)?;
-    if !files.contains(&path) {
-        files.push(path);
-    }
-    Ok(text)
-}
-
-/// A number of a file; Fortran writes its exponent with a D.
-fn number(text: &str) -> Option<f64> {
-    let text = text.trim();
-    let number = match text.find(['D', 'd']) {
-        Some(at) if at > 0 => format!("{}E{}", &text[..at], &text[at + 1..]).parse::<f64>(),
-        _ => text.parse::<f64>(),
-    };
-    number.ok().filter(|number| number.is_finite())
 }
 
 #[cfg(test)]

@@ -6,11 +6,12 @@ use glam::DVec3;
 
 use super::super::error::SceneError;
 use super::kvn::{Line, check_version, lines};
-use super::{Place, StateLine, Stated, number};
+use super::stated::{StateLine, Stated};
+use super::text::{FileLine, number};
 
 /// Where the reader is in the message.
 #[derive(Clone, Copy, PartialEq)]
-enum Part {
+enum OemBlock {
     Header,
     Metadata,
     States,
@@ -24,31 +25,31 @@ enum Part {
 pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stated>, SceneError> {
     check_version(path, text, "CCSDS_OEM_VERS")?;
     let mut segments: Vec<Stated> = Vec::new();
-    let mut part = Part::Header;
+    let mut block = OemBlock::Header;
     for (line, content) in lines(text) {
-        let at = Place { path, line };
-        match (content, part) {
-            (Line::Mark("META_START"), Part::Header | Part::States) => {
+        let at = FileLine { path, line };
+        match (content, block) {
+            (Line::Mark("META_START"), OemBlock::Header | OemBlock::States) => {
                 segments.push(Stated { line, ..Stated::default() });
-                part = Part::Metadata;
+                block = OemBlock::Metadata;
             }
-            (Line::Mark("META_STOP"), Part::Metadata) => part = Part::States,
-            (Line::Mark("COVARIANCE_START"), Part::States) => part = Part::Covariance,
-            (Line::Mark("COVARIANCE_STOP"), Part::Covariance) => part = Part::States,
+            (Line::Mark("META_STOP"), OemBlock::Metadata) => block = OemBlock::States,
+            (Line::Mark("COVARIANCE_START"), OemBlock::States) => block = OemBlock::Covariance,
+            (Line::Mark("COVARIANCE_STOP"), OemBlock::Covariance) => block = OemBlock::States,
             (Line::Mark(mark), _) => return Err(at.error(mark, "does not belong here")),
-            (Line::Pair(..), Part::Header) | (_, Part::Covariance) => {}
-            (Line::Pair(key, value), Part::Metadata) => {
+            (Line::Pair(..), OemBlock::Header) | (_, OemBlock::Covariance) => {}
+            (Line::Pair(key, value), OemBlock::Metadata) => {
                 if let Some(segment) = segments.last_mut() {
                     metadata(segment, line, key, value);
                 }
             }
-            (Line::Data(data), Part::States) => {
+            (Line::Data(data), OemBlock::States) => {
                 let state = state(&at, line, data)?;
                 if let Some(segment) = segments.last_mut() {
                     segment.lines.push(state);
                 }
             }
-            (Line::Pair(key, _), Part::States) => {
+            (Line::Pair(key, _), OemBlock::States) => {
                 return Err(at.error(key, "stands among the states; metadata belong between META_START and META_STOP"));
             }
             (Line::Data(data), _) => {
@@ -56,22 +57,24 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stated>, SceneError> 
             }
         }
     }
-    match part {
-        Part::States => {
+    match block {
+        OemBlock::States => {
             segments.iter_mut().for_each(note_missing);
             if let Some(last) = segments.last_mut() {
                 last.torn = !text.ends_with(['\n', '\r']);
             }
             Ok(segments)
         }
-        Part::Header => Err(Place { path, line: 1 }.error("META_START", "is missing: the message has no segment")),
-        Part::Metadata => Err(unfinished(path, text, "META_STOP")),
-        Part::Covariance => Err(unfinished(path, text, "COVARIANCE_STOP")),
+        OemBlock::Header => {
+            Err(FileLine { path, line: 1 }.error("META_START", "is missing: the message has no segment"))
+        }
+        OemBlock::Metadata => Err(unfinished(path, text, "META_STOP")),
+        OemBlock::Covariance => Err(unfinished(path, text, "COVARIANCE_STOP")),
     }
 }
 
 fn unfinished(path: &Path, text: &str, key: &str) -> SceneError {
-    Place { path, line: text.lines().count() }.error(key, "is missing: the file ends before it")
+    FileLine { path, line: text.lines().count() }.error(key, "is missing: the file ends before it")
 }
 
 /// Takes down what a metadata key says; keys that say nothing of the trajectory are passed over.
@@ -109,7 +112,7 @@ pub(super) fn note_missing(segment: &mut Stated) {
 }
 
 /// An epoch, a position [km], a velocity [km/s], and perhaps an acceleration, which is not needed.
-fn state(at: &Place, line: usize, data: &str) -> Result<StateLine, SceneError> {
+fn state(at: &FileLine, line: usize, data: &str) -> Result<StateLine, SceneError> {
     let mut cells = data.split_whitespace();
     let epoch = cells.next().unwrap_or_default().to_owned();
     let numbers: Option<Vec<f64>> = cells.map(number).collect();

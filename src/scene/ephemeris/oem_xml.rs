@@ -7,8 +7,9 @@ use roxmltree::Node;
 
 use super::super::error::SceneError;
 use super::oem::{metadata, note_missing};
+use super::stated::{StateLine, Stated};
+use super::text::FileLine;
 use super::xml::{children, document, messages, text, value};
-use super::{Place, StateLine, Stated};
 
 /// The segments of a message.
 ///
@@ -25,7 +26,7 @@ pub(super) fn parse(path: &Path, content: &str) -> Result<Vec<Stated>, SceneErro
             metadata(&mut segment, lines.of(item), item.tag_name().name(), text(item));
         }
         for vector in children(node, "data").flat_map(|data| children(data, "stateVector")) {
-            segment.lines.push(state(&Place { path, line: lines.of(vector) }, vector)?);
+            segment.lines.push(state(&FileLine { path, line: lines.of(vector) }, vector)?);
         }
         note_missing(&mut segment);
         segments.push(segment);
@@ -33,7 +34,7 @@ pub(super) fn parse(path: &Path, content: &str) -> Result<Vec<Stated>, SceneErro
     Ok(segments)
 }
 
-fn state(at: &Place, vector: Node) -> Result<StateLine, SceneError> {
+fn state(at: &FileLine, vector: Node) -> Result<StateLine, SceneError> {
     let child = |name: &'static str| children(vector, name).next();
     let epoch = child("EPOCH").map(text).unwrap_or_default().to_owned();
     let component = |name: &'static str, unit: &str| {

@@ -10,7 +10,11 @@ use hifitime::TimeScale;
 use super::super::epoch::time_system;
 use super::super::error::SceneError;
 use super::super::section::list;
-use super::{DEFAULT_DEGREE, Place, Said, hermite_degree, name_of, reference_frame, stated_degree};
+use super::span::Said;
+use super::stated::{reference_frame, stated_degree};
+use super::text::{FileLine, name_of};
+use crate::environment::divided_differences::hermite_degree;
+use crate::environment::ephemeris::DEFAULT_DEGREE;
 use crate::environment::frames::ReferenceFrame;
 use crate::environment::rotation_history::{HistoryFrame, RotationInterpolation};
 
@@ -139,7 +143,7 @@ pub(super) fn unit(column: &str) -> &'static str {
 }
 
 /// The version of a message: 1 or 2.
-pub(super) fn version(at: &Place, stated: &str) -> Result<u32, SceneError> {
+pub(super) fn version(at: &FileLine, stated: &str) -> Result<u32, SceneError> {
     match stated.trim().split('.').next() {
         Some("1") => Ok(1),
         Some("2") => Ok(2),
@@ -201,7 +205,7 @@ impl Metadata {
     }
 
     fn required(&self, path: &Path, key: &str) -> Result<(usize, &str), SceneError> {
-        let missing = || Place { path, line: self.line }.error(key, "is missing in the metadata of this segment");
+        let missing = || FileLine { path, line: self.line }.error(key, "is missing in the metadata of this segment");
         self.get(key).ok_or_else(missing)
     }
 }
@@ -228,10 +232,10 @@ pub(super) fn interpret(
     if inverted && kind.shape == Shape::Spin {
         let (line, _) = metadata.get("ATTITUDE_DIR").or(metadata.get("REF_FRAME_A")).unwrap_or((metadata.line, ""));
         let message = "a spin axis is stated in the frame outside the body: the direction must be to the body's frame";
-        return Err(Place { path, line }.error("ATTITUDE_DIR", message));
+        return Err(FileLine { path, line }.error("ATTITUDE_DIR", message));
     }
     let (line, system) = metadata.required(path, "TIME_SYSTEM")?;
-    let scale = time_system(system).map_err(|message| Place { path, line }.error("TIME_SYSTEM", message))?;
+    let scale = time_system(system).map_err(|message| FileLine { path, line }.error("TIME_SYSTEM", message))?;
     let interpolation = interpolation(path, metadata, &kind, &mut assume)?;
     if matches!(interpolation, RotationInterpolation::Hermite(_)) && kind.beside == Beside::AngularVelocity {
         kind.velocity_in_b = velocity_in_b(path, metadata)?;
@@ -272,7 +276,7 @@ pub(super) fn interpret(
 fn frames(path: &Path, metadata: &Metadata) -> Result<(HistoryFrame, bool), SceneError> {
     let (line_a, a) = metadata.required(path, "REF_FRAME_A")?;
     let (line_b, b) = metadata.required(path, "REF_FRAME_B")?;
-    let at = |line: usize| Place { path, line };
+    let at = |line: usize| FileLine { path, line };
     let is_body = |name: &str| {
         let name = name.to_ascii_uppercase();
         name.starts_with("SC_") || name.starts_with("SC BODY")
@@ -302,7 +306,7 @@ fn direction(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String)) 
         }
         return Ok(true);
     };
-    let at = Place { path, line };
+    let at = FileLine { path, line };
     match stated.to_ascii_uppercase().as_str() {
         "A2B" => Ok(true),
         "B2A" if metadata.version == 1 => Ok(false),
@@ -316,9 +320,8 @@ fn kind(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String)) -> Re
     let plain = stated.to_ascii_uppercase().replace(' ', "_");
     let Some((name, shape, beside)) = KINDS.iter().find(|(known, ..)| *known == plain) else {
         let known = list(KINDS.map(|(known, ..)| known));
-        return Err(
-            Place { path, line }.error("ATTITUDE_TYPE", format!("'{stated}' is not read; it must be one of {known}"))
-        );
+        return Err(FileLine { path, line }
+            .error("ATTITUDE_TYPE", format!("'{stated}' is not read; it must be one of {known}")));
     };
     let shape = match *shape {
         QUATERNION => Shape::Quaternion { scalar_first: scalar_first(path, metadata, assume)? },
@@ -339,7 +342,7 @@ fn scalar_first(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String
         }
         return Ok(false);
     };
-    let at = Place { path, line };
+    let at = FileLine { path, line };
     match stated.to_ascii_uppercase().as_str() {
         "LAST" => Ok(false),
         "FIRST" if metadata.version == 1 => Ok(true),
@@ -364,7 +367,7 @@ fn sequence(path: &Path, metadata: &Metadata) -> Result<[usize; 3], SceneError> 
         _ => {
             let message =
                 format!("'{stated}' is no sequence of three axes, none the same as the one before, as 321 or ZYX");
-            Err(Place { path, line }.error("EULER_ROT_SEQ", message))
+            Err(FileLine { path, line }.error("EULER_ROT_SEQ", message))
         }
     }
 }
@@ -374,14 +377,14 @@ fn velocity_in_b(path: &Path, metadata: &Metadata) -> Result<bool, SceneError> {
     let key = if metadata.get("ANGVEL_FRAME").is_some() { "ANGVEL_FRAME" } else { "RATE_FRAME" };
     let (line, stated) = metadata.get(key).ok_or_else(|| {
         let message = "is missing: HERMITE needs the axes of the angular velocities";
-        Place { path, line: metadata.line }.error("ANGVEL_FRAME", message)
+        FileLine { path, line: metadata.line }.error("ANGVEL_FRAME", message)
     })?;
     let frames = ["REF_FRAME_A", "REF_FRAME_B"].map(|frame| (frame, metadata.get(frame).map_or("", |(_, name)| name)));
     let found =
         frames.iter().position(|(frame, name)| stated.eq_ignore_ascii_case(frame) || stated.eq_ignore_ascii_case(name));
     found.map(|place| place == 1).ok_or_else(|| {
         let message = format!("'{stated}' is neither of the two frames, {}", list(frames.map(|(_, name)| name)));
-        Place { path, line }.error(key, message)
+        FileLine { path, line }.error(key, message)
     })
 }
 
@@ -400,7 +403,7 @@ fn interpolation(
     let method = method.to_ascii_uppercase();
     let known = ["LINEAR", "SLERP", "LAGRANGE", "HERMITE"];
     if !known.contains(&method.as_str()) {
-        return Err(Place { path, line }.error(key, format!("'{method}' is not one of {}", list(known))));
+        return Err(FileLine { path, line }.error(key, format!("'{method}' is not one of {}", list(known))));
     }
     if kind.shape == Shape::Spin || method == "LINEAR" || method == "SLERP" {
         return Ok(RotationInterpolation::Arc);

@@ -6,7 +6,7 @@ use hifitime::{Epoch, TimeScale};
 
 use super::super::epoch::parse_epoch;
 use super::super::error::SceneError;
-use super::Place;
+use super::text::FileLine;
 use crate::environment::trajectory::seconds_between;
 use crate::environment::utc::utc;
 
@@ -35,7 +35,7 @@ pub(super) fn check_span(
 ) -> Result<(), SceneError> {
     let parse = |key: &str, stated: &Said| {
         let parse = |(line, text): &(usize, String)| {
-            parse_epoch(text, scale).map_err(|message| Place { path, line: *line }.error(key, message))
+            parse_epoch(text, scale).map_err(|message| FileLine { path, line: *line }.error(key, message))
         };
         stated.as_ref().map(parse).transpose()
     };
@@ -51,7 +51,7 @@ pub(super) fn check_span(
         let (last, stop) = (utc(last), utc(stop));
         if let Some(line) = span.torn {
             let message = format!("ends within a line, and before STOP_TIME, {stop}: the file is cut");
-            return Err(Place { path, line }.error("the file", message));
+            return Err(FileLine { path, line }.error("the file", message));
         }
         assume(format!("the {what} of this segment end at {last}, before its STOP_TIME, {stop}: the file may be cut."));
     }
@@ -68,7 +68,7 @@ pub(super) fn usable_times(
     scale: TimeScale,
     (what, ends): (&str, Option<(Epoch, Epoch)>),
 ) -> Result<(Option<Epoch>, Option<Epoch>), SceneError> {
-    let at = |line: usize| Place { path, line };
+    let at = |line: usize| FileLine { path, line };
     let parse = |key: &str, stated: &Said| {
         let parse = |(line, text): &(usize, String)| parse_epoch(text, scale).map_err(|m| at(*line).error(key, m));
         stated.as_ref().map(parse).transpose()

@@ -5,7 +5,8 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::super::error::SceneError;
-use super::{Options, Place, StateLine, Stated, number};
+use super::stated::{Options, StateLine, Stated};
+use super::text::{FileLine, number};
 
 /// Rows with their lines, and the places of the named columns; the columns `optional` may be missing, all together.
 pub(super) struct Columns<'a> {
@@ -30,7 +31,7 @@ impl<'a> Columns<'a> {
             .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
             .map(|(number, line)| (number, line.split(',').map(str::trim).collect::<Vec<_>>()));
         let (line, header) = lines.next().unwrap_or((1, Vec::new()));
-        let at = Place { path, line };
+        let at = FileLine { path, line };
         let place = |name: &str| header.iter().position(|cell| cell.eq_ignore_ascii_case(name));
         let all = format!(
             "{}{}",
@@ -61,7 +62,7 @@ impl<'a> Columns<'a> {
         };
         if let Some((line, row)) = columns.rows.iter().find(|(_, row)| row.len() != header.len()) {
             let message = format!("has {} cells, and the header {}", row.len(), header.len());
-            return Err(Place { path, line: *line }.error("row", message));
+            return Err(FileLine { path, line: *line }.error("row", message));
         }
         Ok(columns)
     }
@@ -73,7 +74,7 @@ impl<'a> Columns<'a> {
             let read = |place: &usize| {
                 number(row[*place]).ok_or_else(|| {
                     let message = format!("'{}' is not a number", row[*place]);
-                    Place { path, line: *line }.error(&format!("time {time}"), message)
+                    FileLine { path, line: *line }.error(&format!("time {time}"), message)
                 })
             };
             places.iter().map(read).collect::<Result<Vec<_>, _>>()
@@ -93,7 +94,7 @@ pub(super) fn parse(path: &Path, text: &str, options: &Options) -> Result<Vec<St
     let frame = options.frame.clone().ok_or_else(|| {
         let message =
             "is missing: a table needs orbit.frame, one of 'EME2000', 'J2000', 'ICRF', 'GCRF', 'TEME', 'ITRF'";
-        Place { path, line: 1 }.error("orbit.frame", message)
+        FileLine { path, line: 1 }.error("orbit.frame", message)
     })?;
     let mut stated = Stated {
         line: 1,

@@ -7,6 +7,7 @@ use glam::DVec3;
 use hifitime::TimeScale;
 
 use super::*;
+use crate::scene::epoch::parse_epoch;
 
 const RADIUS: f64 = 7000.0;
 const RATE: f64 = 1.078e-3;

@@ -8,7 +8,8 @@ use sgp4::chrono::{Datelike, Timelike};
 
 use super::super::error::SceneError;
 use super::object::matches;
-use super::{Options, Place};
+use super::stated::Options;
+use super::text::FileLine;
 use crate::environment::trajectory::{Source, Trajectory, seconds_between};
 use crate::environment::utc::utc;
 
@@ -50,7 +51,7 @@ fn sets<'a>(path: &Path, text: &'a str) -> Result<Vec<Set<'a>>, SceneError> {
     let mut lines = said(text);
     while let Some((line, first)) = lines.next() {
         if first.starts_with("2 ") && first.len() > SHORTEST {
-            return Err(Place { path, line }.error("TLE", "line 2 does not follow a line 1"));
+            return Err(FileLine { path, line }.error("TLE", "line 2 does not follow a line 1"));
         }
         if !first.starts_with("1 ") {
             name = first.strip_prefix("0 ").unwrap_or(first).trim().to_owned();
@@ -58,7 +59,7 @@ fn sets<'a>(path: &Path, text: &'a str) -> Result<Vec<Set<'a>>, SceneError> {
         }
         let second = match lines.next() {
             Some((_, second)) if second.starts_with("2 ") => second,
-            _ => return Err(Place { path, line }.error("TLE", "line 1 is not followed by line 2")),
+            _ => return Err(FileLine { path, line }.error("TLE", "line 1 is not followed by line 2")),
         };
         sets.push(Set { line, name: std::mem::take(&mut name), first, second });
     }
@@ -87,17 +88,17 @@ pub(super) fn read(
         [set] => set,
         [] => {
             let wanted = options.object.clone().unwrap_or_default();
-            return Err(Place { path, line: 1 }.error("TLE", format!("no object is called '{wanted}'")));
+            return Err(FileLine { path, line: 1 }.error("TLE", format!("no object is called '{wanted}'")));
         }
         [_, second, ..] => {
             let message = format!(
                 "holds {} element sets: state the name, catalogue number or international designator of one as orbit.object (one set of it)",
                 sets.len()
             );
-            return Err(Place { path, line: second.line }.error("TLE", message));
+            return Err(FileLine { path, line: second.line }.error("TLE", message));
         }
     };
-    let at = Place { path, line: set.line };
+    let at = FileLine { path, line: set.line };
     let wrong = |message: String| at.error("TLE", message);
     let elements = sgp4::Elements::from_tle(Some(set.name.clone()), set.first.as_bytes(), set.second.as_bytes())
         .map_err(|error| wrong(error.to_string()))?;

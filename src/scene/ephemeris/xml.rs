@@ -5,7 +5,7 @@ use std::path::Path;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::super::error::SceneError;
-use super::{Place, number};
+use super::text::{FileLine, number};
 
 /// Lines of a text by the bytes at which they start: the position of an XML node is counted from the start of the text.
 pub(super) struct Lines(Vec<usize>);
@@ -25,7 +25,7 @@ pub(super) fn document<'a>(path: &Path, text: &'a str) -> Result<(Document<'a>, 
     let text = text.trim_start_matches('\u{feff}');
     let options = ParsingOptions { nodes_limit: u32::MAX, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options)
-        .map_err(|error| Place { path, line: error.pos().row as usize }.error("XML", error.to_string()))?;
+        .map_err(|error| FileLine { path, line: error.pos().row as usize }.error("XML", error.to_string()))?;
     let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
     Ok((document, Lines(std::iter::once(0).chain(ends.map(|(index, _)| index + 1)).collect())))
 }
@@ -44,7 +44,9 @@ pub(super) fn messages<'a, 'i>(
     let messages: Vec<Node> = root.descendants().filter(|node| node.tag_name().name() == kind).collect();
     if messages.is_empty() {
         let found = root.tag_name().name();
-        return Err(Place { path, line: 1 }.error(found, format!("holds no <{kind}>: only {what} messages are read")));
+        return Err(
+            FileLine { path, line: 1 }.error(found, format!("holds no <{kind}>: only {what} messages are read"))
+        );
     }
     Ok(messages)
 }

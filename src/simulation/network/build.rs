@@ -3,13 +3,13 @@
 use wildmatch::WildMatch;
 
 use super::{Heated, SceneNetwork};
+use crate::gpu::nodes::{Nodes, PADDING};
 use crate::model::Model;
 use crate::scene::{ContactRule, Scene};
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::material::{Material, Response};
 use crate::thermal::network::control::{FLOOR, Settings};
 use crate::thermal::network::schedule::Thermostat;
-use crate::thermal::nodes::{Nodes, PADDING};
 use crate::thermal::shell::{Contact, NO_NODE, Selection, Shell, ShellMaterial, Surface};
 
 /// The shell of a scene's network, where it has one.
@@ -89,7 +89,7 @@ impl SceneNetwork {
             let patterns: Vec<WildMatch> = heater.parts.iter().map(|pattern| WildMatch::new(pattern)).collect();
             let mut areas = std::collections::BTreeMap::new();
             for (slot, vertex) in nodes.vertex_of_node.iter().enumerate() {
-                let part = &parts[nodes.group_part[slot / crate::thermal::nodes::GROUP] as usize];
+                let part = &parts[nodes.group_part[slot / crate::gpu::nodes::GROUP] as usize];
                 if *vertex != PADDING && structure(slot) != NO_NODE && patterns.iter().any(|p| p.matches(part)) {
                     *areas.entry(structure(slot)).or_insert(0.0) += shell.load_areas[*vertex as usize];
                 }

@@ -10,7 +10,7 @@ use crate::gpu::error::GpuError;
 use crate::gpu::memory::Buffer;
 use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
 use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::network::control::{ControlError, FLOOR, Part, Settings, Use, integrate_part};
+use crate::thermal::network::control::{ControlError, FLOOR, Leg, Settings, Use, integrate_leg};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::steady::{SteadyError, steady};
 use crate::thermal::network::stepper::Stepper;
@@ -191,8 +191,8 @@ impl NetworkRun {
     /// A call that fails, or temperatures that cannot be found.
     pub fn tick(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), GpuError> {
         let schedule = self.scene.schedule(heat, &self.on, start, length);
-        let part = Part { horizon: self.scene.horizon.max(length), step: self.step, tight_switches: false };
-        let series = integrate_part(&mut self.worker, self.scene.network(), &schedule, &self.settings, part, |_| true)
+        let leg = Leg { horizon: self.scene.horizon.max(length), step: self.step, tight_switches: false };
+        let series = integrate_leg(&mut self.worker, self.scene.network(), &schedule, &self.settings, leg, |_| true)
             .map_err(|error| match error {
                 ControlError::Stepper(error) => error,
                 other => failure(start, &unfinished(&other)),

@@ -1,7 +1,7 @@
 //! The search for the numbers of one kind of function in one domain.
 
 use super::data::Data;
-use super::{Fit, NOTHING, Response};
+use super::response::{Fit, NOTHING, Response};
 use crate::thermal::function::{Function, FunctionError};
 use crate::thermal::least_squares::{Minimum, minimise};
 use crate::thermal::material::Domain;

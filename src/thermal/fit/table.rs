@@ -1,8 +1,8 @@
 //! A table of the data themselves, judged by the rows that it is not made of.
 
 use super::data::Data;
-use super::{Fit, Response, Sample};
-use crate::thermal::function::{Function, FunctionError, Kind};
+use super::response::{Fit, Response};
+use crate::thermal::function::{Function, FunctionError, Kind, Sample};
 use crate::thermal::material::Domain;
 
 /// The table of all rows, with the differences that a table of every second row has from the others: of a table

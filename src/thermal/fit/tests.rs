@@ -2,6 +2,7 @@
 
 use super::search::{RATE_WITHOUT_END, Shape};
 use super::*;
+use crate::thermal::function::Function;
 use crate::thermal::function::Kind;
 
 fn samples(rows: usize, end: f64, t: impl Fn(f64) -> f64) -> Vec<Sample> {

@@ -4,14 +4,13 @@
 use super::rkl2::stages_for;
 use super::schedule::Schedule;
 use super::stepper::{Method, Stepper};
-use super::switches::Trace;
+use super::switches::{SWITCH_TIME, Trace};
 use super::{LinearConductor, Network, NodeKind};
-use switching::SWITCH_TIME;
 
 mod switching;
 mod terms;
 
-pub use terms::{ControlError, FLOOR, Integrator, Part, Series, Settings, Switch, Use};
+pub use terms::{ControlError, FLOOR, Integrator, Leg, Series, Settings, Switch, Use};
 
 /// Most stages of RKL2 before TR-BDF2 is cheaper, and how many to fall to before RKL2 is tried again.
 const MOST_STAGES: [u32; 2] = [41, 25];
@@ -57,31 +56,31 @@ pub fn integrate<S: Stepper>(
     watch: impl FnMut(f64) -> bool,
 ) -> Result<Series, ControlError<S::Error>> {
     let horizon = schedule.times.last().copied().unwrap_or(1.0);
-    integrate_part(
+    integrate_leg(
         stepper,
         network,
         schedule,
         settings,
-        Part { horizon, step: f64::INFINITY, tight_switches: true },
+        Leg { horizon, step: f64::INFINITY, tight_switches: true },
         watch,
     )
 }
 
-/// As [`integrate`], for one of many parts in a row.
+/// As [`integrate`], for one of many legs in a row.
 ///
 /// # Errors
 /// See [`ControlError`].
-pub fn integrate_part<S: Stepper>(
+pub fn integrate_leg<S: Stepper>(
     stepper: &mut S,
     network: &Network,
     schedule: &Schedule,
     settings: &Settings,
-    part: Part,
+    leg: Leg,
     watch: impl FnMut(f64) -> bool,
 ) -> Result<Series, ControlError<S::Error>> {
     let on: Vec<bool> = schedule.thermostats.iter().map(|thermostat| thermostat.initially_on).collect();
-    let duration = part.horizon.max(1e-9);
-    let share = if schedule.thermostats.is_empty() || !part.tight_switches {
+    let duration = leg.horizon.max(1e-9);
+    let share = if schedule.thermostats.is_empty() || !leg.tight_switches {
         SHARE
     } else {
         SHARE_THERMOSTAT * (SHORT_RUN / duration).min(1.0)
@@ -100,7 +99,7 @@ pub fn integrate_part<S: Stepper>(
         sensed: Vec::new(),
         quick: vec![(f64::NEG_INFINITY, 0); on.len()],
         on,
-        step: part.step,
+        step: leg.step,
         fused: 1,
         rate: 0.0,
         rate_age: RATE_AGE,

@@ -4,99 +4,11 @@ use std::convert::Infallible;
 
 use super::newton::Newton;
 use super::stepper::{Attempt, Method, Stepper, WorkCounts};
+use super::system::{Heat, State, System, heat, in_range};
 use super::{Network, NodeKind, rkl2, tr_bdf2};
 
 /// Pseudo-times [s] over which a steady state is approached where Newton's method does not reach it at once.
 const PSEUDO_TIMES: [f64; 12] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e8, 1e12];
-
-/// Power and slope of the heat of every node.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Heat {
-    power: Vec<f64>,
-    slope: Vec<f64>,
-}
-
-/// What does not change in a sub-step.
-#[derive(Debug, Clone)]
-pub(super) struct System {
-    pub(super) network: Network,
-    pub(super) heat: Heat,
-    /// Balances of the arithmetic nodes.
-    arithmetic: Newton,
-    /// Balances of all nodes but boundaries; `None` until a method asks for them, for their matrix is large.
-    all: Option<Newton>,
-    pub(super) counts: WorkCounts,
-}
-
-impl System {
-    /// Heat into every node [W]: its own at `t` and what it exchanges.
-    pub(super) fn heat(&mut self, t: f64, temperatures: &[f64], out: &mut [f64]) {
-        self.counts.stages += 1;
-        heat(&self.network, &self.heat, t, temperatures, out);
-    }
-
-    /// dT/dt of diffusive nodes [K/s]; 0 for the others.
-    pub(super) fn rate(&mut self, t: f64, temperatures: &[f64], out: &mut [f64]) {
-        self.heat(t, temperatures, out);
-        for (node, rate) in out.iter_mut().enumerate() {
-            *rate = match self.network.kinds[node] {
-                NodeKind::Diffusive => *rate / self.network.capacitances[node],
-                NodeKind::Arithmetic | NodeKind::Boundary => 0.0,
-            };
-        }
-    }
-
-    /// Balances the arithmetic nodes at `t`, all together. Returns whether they do.
-    pub(super) fn balance(&mut self, t: f64, temperatures: &mut [f64]) -> bool {
-        if self.arithmetic.is_empty() {
-            return true;
-        }
-        let (network, own) = (&self.network, &self.heat);
-        let found = self.arithmetic.find(network, temperatures, |_| 0.0, |now, out| heat(network, own, t, now, out));
-        self.counts.iterations += std::mem::take(&mut self.arithmetic.iterations);
-        found
-    }
-
-    /// Seeks the temperatures at which C (T - T0) = span (W(T) + heat at `t`) for diffusive nodes, with `base` [W] =
-    /// C T0 / span, and the balance of arithmetic ones.
-    pub(super) fn implicit(&mut self, t: f64, span: f64, base: &[f64], temperatures: &mut [f64]) -> bool {
-        let mut all = self.take_all();
-        let (network, own) = (&self.network, &self.heat);
-        let found = all.find(
-            network,
-            temperatures,
-            |node| network.capacitances[node] / span,
-            |now, out| {
-                heat(network, own, t, now, out);
-                for (node, out) in out.iter_mut().enumerate() {
-                    if network.kinds[node] == NodeKind::Diffusive {
-                        *out += network.capacitances[node] / span * (base[node] - now[node]);
-                    }
-                }
-            },
-        );
-        self.put_all(all);
-        found
-    }
-
-    /// Balances of all nodes but boundaries, made where they are not yet; to be given back by `put_all`.
-    pub(super) fn take_all(&mut self) -> Newton {
-        let network = &self.network;
-        self.all.take().unwrap_or_else(|| Newton::new(network, |node| network.kinds[node] != NodeKind::Boundary))
-    }
-
-    pub(super) fn put_all(&mut self, mut all: Newton) {
-        self.counts.iterations += std::mem::take(&mut all.iterations);
-        self.all = Some(all);
-    }
-}
-
-fn heat(network: &Network, own: &Heat, t: f64, temperatures: &[f64], out: &mut [f64]) {
-    network.exchanged_heat(temperatures, out);
-    for ((out, power), slope) in out.iter_mut().zip(&own.power).zip(&own.slope) {
-        *out += power + slope * t;
-    }
-}
 
 /// A network in f64.
 #[derive(Debug, Clone)]
@@ -105,15 +17,6 @@ pub struct ReferenceStepper {
     sensors: Vec<usize>,
     kept: State,
     tried: State,
-}
-
-/// Temperatures, and their rates where these are known.
-#[derive(Debug, Clone, Default)]
-pub(super) struct State {
-    pub(super) temperatures: Vec<f64>,
-    /// dT/dt at `temperatures` [K/s].
-    pub(super) rates: Vec<f64>,
-    rates_known: bool,
 }
 
 impl ReferenceStepper {
@@ -142,11 +45,6 @@ impl ReferenceStepper {
         };
         error.filter(|error| error.is_finite() && in_range(&state.temperatures)).unwrap_or(f64::INFINITY)
     }
-}
-
-/// Whether the network is defined at all temperatures.
-pub(super) fn in_range(temperatures: &[f64]) -> bool {
-    temperatures.iter().all(|temperature| temperature.is_finite() && *temperature >= 0.0)
 }
 
 /// Forward Euler. Its residual is what f32 loses; f64 loses nothing that matters. The error is h/2 dF.

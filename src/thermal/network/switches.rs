@@ -2,6 +2,9 @@
 
 use super::schedule::Thermostat;
 
+/// How closely a switch is located [s].
+pub(super) const SWITCH_TIME: f64 = 1e-7;
+
 /// Excess of an extremum over its neighbours [K] that is too small to look for a crossing in.
 const NOISE: f64 = 1e-6;
 /// How much further than a parabola through three values says an extremum may reach.

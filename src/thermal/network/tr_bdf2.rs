@@ -2,7 +2,7 @@
 //! as an ESDIRK method with its error estimate: Hosea & Shampine, Appl. Numer. Math. 20, 1996, 21).
 
 use super::NodeKind;
-use super::reference::{State, System, in_range};
+use super::system::{State, System, in_range};
 
 /// 2 - sqrt 2: both implicit stages have the same matrix.
 pub const GAMMA: f64 = 2.0 - std::f64::consts::SQRT_2;

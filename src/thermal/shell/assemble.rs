@@ -1,13 +1,12 @@
 //! Puts a network together: nodes and conductors of outer sheets and structures, contacts, merging.
 
 use super::conductance::Weights;
+use super::contact::Contact;
 use super::intrinsic::Intrinsic;
 use super::merge::{Merged, apply, merge, summed, threshold};
-use super::weld::{NONE, weld};
-use super::{
-    Contact, LinearConductor, Network, NodeKind, RadiativeConductor, Sheet, Shell, ShellError, ShellMaterial,
-    ShellSummary, Surface,
-};
+use super::weld::weld;
+use super::{NO_NODE, Sheet, Shell, ShellError, ShellMaterial, ShellSummary, Surface};
+use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
 /// Nodes of one layer: which each vertex has, and the weights of the pairs where they conduct.
 struct Layer {
@@ -22,74 +21,81 @@ struct Assembly<'a> {
     summary: ShellSummary,
 }
 
-pub(super) fn shell(
-    surface: &Surface,
-    materials: &[Option<ShellMaterial>],
-    contacts: &[Contact],
-    merge_rate: f64,
-    space_temperature: f64,
-) -> Result<Shell, ShellError> {
-    let mut assembly = Assembly {
-        surface,
-        materials,
-        network: Network { space_temperature, ..Network::default() },
-        summary: ShellSummary::default(),
-    };
-    let material = |vertex: usize| materials[surface.materials[vertex] as usize].as_ref();
-    let welded = |vertex: usize| material(vertex).is_some_and(ShellMaterial::welds);
+impl Shell {
+    /// The network of a surface. `materials` holds `None` for those of other responses; `temperature` [K] is where all
+    /// nodes start, `merge_rate` [1/s] where merging does (see [`MERGE_RATE`]).
+    ///
+    /// # Errors
+    /// A contact that is none.
+    pub fn new(
+        surface: &Surface,
+        materials: &[Option<ShellMaterial>],
+        contacts: &[Contact],
+        merge_rate: f64,
+        space_temperature: f64,
+    ) -> Result<Self, ShellError> {
+        let mut assembly = Assembly {
+            surface,
+            materials,
+            network: Network { space_temperature, ..Network::default() },
+            summary: ShellSummary::default(),
+        };
+        let material = |vertex: usize| materials[surface.materials[vertex] as usize].as_ref();
+        let welded = |vertex: usize| material(vertex).is_some_and(ShellMaterial::welds);
 
-    // Places: welded ones first, then those of vertices that stand alone.
-    let (mut place, mut places) = weld(surface, welded);
-    let conducting = places;
-    for (vertex, place) in place.iter_mut().enumerate() {
-        if material(vertex).is_some() && *place == NONE {
-            *place = places as u32;
-            places += 1;
+        // Places: welded ones first, then those of vertices that stand alone.
+        let (mut place, mut places) = weld(surface, welded);
+        let conducting = places;
+        for (vertex, place) in place.iter_mut().enumerate() {
+            if material(vertex).is_some() && *place == NO_NODE {
+                *place = places as u32;
+                places += 1;
+            }
         }
-    }
-    let mut weights = assembly.weights(&place, conducting);
-    let mut areas = std::mem::take(&mut weights.areas);
-    let drawn = drawn_areas(surface);
-    areas.resize(places, 0.0);
-    for (vertex, place) in place.iter().enumerate() {
-        if *place != NONE && *place as usize >= conducting {
-            areas[*place as usize] = drawn[vertex];
+        let mut weights = assembly.weights(&place, conducting);
+        let mut areas = std::mem::take(&mut weights.areas);
+        let drawn = drawn_areas(surface);
+        areas.resize(places, 0.0);
+        for (vertex, place) in place.iter().enumerate() {
+            if *place != NO_NODE && *place as usize >= conducting {
+                areas[*place as usize] = drawn[vertex];
+            }
         }
-    }
-    adopt_bare_places(surface, &mut place, &areas);
-    let load_areas = load_areas(&place, &areas, &drawn);
-    drop(drawn);
+        adopt_bare_places(surface, &mut place, &areas);
+        let load_areas = load_areas(&place, &areas, &drawn);
+        drop(drawn);
 
-    // The outer sheet stands alone where it does not conduct, even over a structure that does.
-    let outer = assembly.outer_layer(&place, &areas, &load_areas, conducting, &weights);
-    let structure = assembly.structures(&place, &areas, &load_areas, &outer, (conducting, &weights));
-    drop((weights, place, areas));
-    assembly.summary.vertices = outer.node.iter().filter(|node| **node != NONE).count();
+        // The outer sheet stands alone where it does not conduct, even over a structure that does.
+        let outer = assembly.outer_layer(&place, &areas, &load_areas, conducting, &weights);
+        let structure = assembly.structures(&place, &areas, &load_areas, &outer, (conducting, &weights));
+        drop((weights, place, areas));
+        assembly.summary.vertices = outer.node.iter().filter(|node| **node != NO_NODE).count();
 
-    for contact in contacts {
-        let conductors = contact.conductors(surface, materials, &structure.node)?;
-        let total: f64 = conductors.iter().map(|one| one.conductance).sum();
-        assembly.summary.contacts.push((contact.name.clone(), conductors.len(), total));
-        assembly.network.linear.extend(conductors);
+        for contact in contacts {
+            let conductors = contact.conductors(surface, materials, &structure.node)?;
+            let total: f64 = conductors.iter().map(|one| one.conductance).sum();
+            assembly.summary.contacts.push((contact.name.clone(), conductors.len(), total));
+            assembly.network.linear.extend(conductors);
+        }
+        let Assembly { mut network, mut summary, .. } = assembly;
+        // Several contacts, and sheets that meet, may join the same two nodes.
+        let nodes = Merged { node: (0..network.len() as u32).collect(), count: network.len() };
+        apply(&mut network, &nodes);
+        summary.merge_rate = threshold(&network, merge_rate);
+        let merged = merge(&mut network, summary.merge_rate);
+        summary.merged = merged.node.len() - merged.count;
+        let renumber = |layer: Layer| {
+            let new = |node: u32| if node == NO_NODE { NO_NODE } else { merged.node[node as usize] };
+            layer.node.into_iter().map(new).collect()
+        };
+        Ok(Shell {
+            network,
+            node_of_vertex: renumber(outer),
+            structure_of_vertex: renumber(structure),
+            load_areas,
+            summary,
+        })
     }
-    let Assembly { mut network, mut summary, .. } = assembly;
-    // Several contacts, and sheets that meet, may join the same two nodes.
-    let nodes = Merged { node: (0..network.len() as u32).collect(), count: network.len() };
-    apply(&mut network, &nodes);
-    summary.merge_rate = threshold(&network, merge_rate);
-    let merged = merge(&mut network, summary.merge_rate);
-    summary.merged = merged.node.len() - merged.count;
-    let renumber = |layer: Layer| {
-        let new = |node: u32| if node == NONE { NONE } else { merged.node[node as usize] };
-        layer.node.into_iter().map(new).collect()
-    };
-    Ok(Shell {
-        network,
-        node_of_vertex: renumber(outer),
-        structure_of_vertex: renumber(structure),
-        load_areas,
-        summary,
-    })
 }
 
 impl Assembly<'_> {
@@ -138,7 +144,7 @@ impl Assembly<'_> {
         };
         let conductors = weights.pairs.iter().filter_map(|(pair, weight)| {
             let [[a, vertex], [b, _]] = pair.map(|at| place[at as usize]);
-            let joined = a != NONE && b != NONE;
+            let joined = a != NO_NODE && b != NO_NODE;
             joined.then(|| LinearConductor { nodes: [a, b], conductance: weight * of_vertex(vertex) })
         });
         let count = conductors.clone().count();
@@ -155,18 +161,18 @@ impl Assembly<'_> {
         conducting: usize,
         weights: &Weights,
     ) -> Layer {
-        let mut node = vec![NONE; place.len()];
+        let mut node = vec![NO_NODE; place.len()];
         // The node of a place, and the vertex that it is of.
-        let mut of_place = vec![[NONE; 2]; areas.len()];
+        let mut of_place = vec![[NO_NODE; 2]; areas.len()];
         for vertex in 0..place.len() {
             let here = place[vertex];
             let Some(material) = self.materials[self.surface.materials[vertex] as usize] else { continue };
-            if here == NONE {
+            if here == NO_NODE {
                 continue;
             }
             let here = here as usize;
             if material.outer.conductance > 0.0 || here >= conducting {
-                if of_place[here][0] == NONE {
+                if of_place[here][0] == NO_NODE {
                     of_place[here] = [self.push(&material.outer, areas[here], material.emissivity), vertex as u32];
                 }
                 node[vertex] = of_place[here][0];
@@ -175,12 +181,12 @@ impl Assembly<'_> {
             }
         }
         // A vertex of triangles without area shows what another one at its place does.
-        let mut shown = vec![NONE; areas.len()];
-        for (node, here) in node.iter().zip(place).filter(|(node, _)| **node != NONE) {
+        let mut shown = vec![NO_NODE; areas.len()];
+        for (node, here) in node.iter().zip(place).filter(|(node, _)| **node != NO_NODE) {
             shown[*here as usize] = *node;
         }
-        for (node, here) in node.iter_mut().zip(place).filter(|(_, here)| **here != NONE) {
-            if *node == NONE {
+        for (node, here) in node.iter_mut().zip(place).filter(|(_, here)| **here != NO_NODE) {
+            if *node == NO_NODE {
                 *node = shown[*here as usize];
             }
         }
@@ -202,16 +208,16 @@ impl Assembly<'_> {
         if !self.materials.iter().flatten().any(|material| material.over.is_some()) {
             return Layer { node };
         }
-        let mut of_place = vec![[NONE; 2]; areas.len()];
+        let mut of_place = vec![[NO_NODE; 2]; areas.len()];
         let mut exchanges = Vec::new();
         for vertex in 0..place.len() {
             let Some(material) = self.materials[self.surface.materials[vertex] as usize] else { continue };
             let Some((below, emittance)) = material.over else { continue };
-            if place[vertex] == NONE {
+            if place[vertex] == NO_NODE {
                 continue;
             }
             let here = place[vertex] as usize;
-            if of_place[here][0] == NONE {
+            if of_place[here][0] == NO_NODE {
                 of_place[here] = [self.push(&below, areas[here], 0.0), vertex as u32];
             }
             node[vertex] = of_place[here][0];
@@ -243,11 +249,11 @@ fn drawn_areas(surface: &Surface) -> Vec<f64> {
 /// Every place's area shared out to its vertices in proportion to what is drawn of them [m2].
 fn load_areas(place: &[u32], areas: &[f64], drawn: &[f64]) -> Vec<f64> {
     let mut sums = vec![0.0; areas.len()];
-    for (place, drawn) in place.iter().zip(drawn).filter(|(place, _)| **place != NONE) {
+    for (place, drawn) in place.iter().zip(drawn).filter(|(place, _)| **place != NO_NODE) {
         sums[*place as usize] += drawn;
     }
     let share = |(place, drawn): (&u32, &f64)| {
-        if *place == NONE || *drawn <= 0.0 {
+        if *place == NO_NODE || *drawn <= 0.0 {
             return 0.0;
         }
         areas[*place as usize] * drawn / sums[*place as usize]
@@ -258,12 +264,12 @@ fn load_areas(place: &[u32], areas: &[f64], drawn: &[f64]) -> Vec<f64> {
 /// Gives vertices whose place has no area the place of the nearest corner that has one: nothing could balance there. Those
 /// without such a corner get a place of their material, and failing that none.
 fn adopt_bare_places(surface: &Surface, place: &mut [u32], areas: &[f64]) {
-    let bare = |place: u32| place != NONE && areas[place as usize] <= 0.0;
+    let bare = |place: u32| place != NO_NODE && areas[place as usize] <= 0.0;
     if !place.iter().any(|place| bare(*place)) {
         return;
     }
-    let mut nearest: Vec<(f64, u32)> = vec![(f64::INFINITY, NONE); areas.len()];
-    for triangle in surface.triangles.iter().filter(|triangle| place[triangle[0] as usize] != NONE) {
+    let mut nearest: Vec<(f64, u32)> = vec![(f64::INFINITY, NO_NODE); areas.len()];
+    for triangle in surface.triangles.iter().filter(|triangle| place[triangle[0] as usize] != NO_NODE) {
         for vertex in triangle.iter().filter(|vertex| bare(place[**vertex as usize])) {
             for other in triangle.iter().filter(|other| !bare(place[**other as usize])) {
                 let [here, there] = [*vertex, *other].map(|vertex| surface.positions[vertex as usize]);
@@ -276,14 +282,14 @@ fn adopt_bare_places(surface: &Surface, place: &mut [u32], areas: &[f64]) {
         }
     }
     let mut of_material = std::collections::HashMap::new();
-    for (vertex, place) in place.iter().enumerate().filter(|(_, place)| **place != NONE && !bare(**place)) {
+    for (vertex, place) in place.iter().enumerate().filter(|(_, place)| **place != NO_NODE && !bare(**place)) {
         of_material.entry((surface.parts[vertex], surface.materials[vertex])).or_insert(*place);
     }
     for vertex in 0..place.len() {
         if bare(place[vertex]) {
             let found = nearest[place[vertex] as usize].1;
             let key = (surface.parts[vertex], surface.materials[vertex]);
-            place[vertex] = if found == NONE { of_material.get(&key).copied().unwrap_or(NONE) } else { found };
+            place[vertex] = if found == NO_NODE { of_material.get(&key).copied().unwrap_or(NO_NODE) } else { found };
         }
     }
 }

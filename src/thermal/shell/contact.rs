@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::weld::NONE;
-use super::{LinearConductor, ShellError, ShellMaterial, Surface};
+use super::{NO_NODE, ShellError, ShellMaterial, Surface};
+use crate::thermal::network::LinearConductor;
 
 /// Vertices by part and material: those that fit both.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -72,7 +72,7 @@ impl Contact {
     ) -> Result<Vec<LinearConductor>, ShellError> {
         let triangles = self.between.each_ref().map(|side| {
             let of_side = |triangle: &&[u32; 3]| {
-                side.has(surface, triangle[0]) && triangle.iter().all(|vertex| node[*vertex as usize] != NONE)
+                side.has(surface, triangle[0]) && triangle.iter().all(|vertex| node[*vertex as usize] != NO_NODE)
             };
             surface.triangles.iter().filter(of_side).copied().collect::<Vec<[u32; 3]>>()
         });

@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// No half-edge.
-pub(super) const NONE: u32 = u32::MAX;
+pub(super) const NO_NODE: u32 = u32::MAX;
 
 /// Cotangents closer to balance than this, in units of the edge's square, are left alone: a square has two diagonals.
 const BALANCED: f64 = 1e-10;
@@ -22,7 +22,7 @@ pub(super) struct Intrinsic {
     pub(super) tail: Vec<u32>,
     /// Length [m].
     pub(super) length: Vec<f64>,
-    /// The half-edge on the other side, or `NONE`.
+    /// The half-edge on the other side, or `NO_NODE`.
     twin: Vec<u32>,
     /// Edges where more than two triangles meet, or two that are wound against each other: they are not flipped.
     pub(super) non_manifold: usize,
@@ -70,7 +70,7 @@ impl Intrinsic {
             corner(at % 3).distance(corner(at % 3 + 1))
         };
         let length = (0..count).into_par_iter().map(of).collect();
-        let mut surface = Self { twin: vec![NONE; tail.len()], tail, length, non_manifold: 0, flips: 0 };
+        let mut surface = Self { twin: vec![NO_NODE; tail.len()], tail, length, non_manifold: 0, flips: 0 };
         surface.glue(triangles);
         surface
     }
@@ -153,7 +153,7 @@ impl Intrinsic {
 
     /// Flips edges until the two angles opposite to each sum to at most 180 deg.
     pub(super) fn make_delaunay(&mut self) {
-        let mut waiting: Vec<u32> = (0..self.tail.len() as u32).filter(|h| self.twin[*h as usize] != NONE).collect();
+        let mut waiting: Vec<u32> = (0..self.tail.len() as u32).filter(|h| self.twin[*h as usize] != NO_NODE).collect();
         waiting.retain(|h| *h < self.twin[*h as usize]);
         let most = self.tail.len() * MOST_FLIPS;
         while let Some(half_edge) = waiting.pop() {
@@ -161,7 +161,7 @@ impl Intrinsic {
             if self.flips < most && self.is_bad(half_edge) {
                 let outer = self.flip(half_edge);
                 self.flips += 1;
-                waiting.extend(outer.into_iter().filter(|h| self.twin[*h as usize] != NONE));
+                waiting.extend(outer.into_iter().filter(|h| self.twin[*h as usize] != NO_NODE));
             }
         }
     }
@@ -174,7 +174,7 @@ impl Intrinsic {
     /// Whether an edge has a negative cotangent sum and can be flipped.
     fn is_bad(&self, half_edge: usize) -> bool {
         let twin = self.twin[half_edge] as usize;
-        if self.twin[half_edge] == NONE || half_edge / 3 == twin / 3 {
+        if self.twin[half_edge] == NO_NODE || half_edge / 3 == twin / 3 {
             return false;
         }
         let areas = [self.area(half_edge / 3), self.area(twin / 3)];
@@ -205,7 +205,7 @@ impl Intrinsic {
             // A triangle may be glued to itself or to its neighbour twice.
             let twin = moved.iter().position(|h| *h as u32 == twin).map_or(twin, |moved| places[moved] as u32);
             self.twin[place] = twin;
-            if twin != NONE {
+            if twin != NO_NODE {
                 self.twin[twin as usize] = place as u32;
             }
         }
@@ -259,7 +259,7 @@ mod tests {
         let triangles = [[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]];
         let sheet = Intrinsic::new(&triangles, &positions, |vertex| vertex % 4);
         assert_eq!(sheet.non_manifold, 0);
-        assert!((0..12).all(|half_edge| sheet.twin[half_edge] != NONE));
+        assert!((0..12).all(|half_edge| sheet.twin[half_edge] != NO_NODE));
         assert_eq!(sheet.twin[2] / 3, 1, "the diagonal of the front belongs to the front");
         let fan = Intrinsic::new(
             &[[0, 1, 2], [1, 0, 3], [0, 1, 4]],
@@ -267,6 +267,6 @@ mod tests {
             |v| v,
         );
         assert_eq!(fan.non_manifold, 1);
-        assert!(fan.twin.iter().all(|twin| *twin == NONE));
+        assert!(fan.twin.iter().all(|twin| *twin == NO_NODE));
     }
 }

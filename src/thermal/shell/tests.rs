@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::*;
+use crate::thermal::network::{LinearConductor, NodeKind};
 
 /// A mesh of one part and one material.
 struct Mesh {

@@ -3,12 +3,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::Surface;
+use super::{NO_NODE, Surface};
 
-/// A vertex that belongs to no node.
-pub(super) const NONE: u32 = u32::MAX;
-
-/// Numbers the places of the vertices for which `wanted`, in the order of their first vertices; `NONE` for the others.
+/// Numbers the places of the vertices for which `wanted`, in the order of their first vertices; `NO_NODE` for the others.
 /// Returns them with their count. Coordinates must agree to the last bit: subdivision makes the same point from either side.
 pub(super) fn weld(surface: &Surface, wanted: impl Fn(usize) -> bool + Sync) -> (Vec<u32>, usize) {
     let key = |vertex: u32| {
@@ -21,7 +18,7 @@ pub(super) fn weld(surface: &Surface, wanted: impl Fn(usize) -> bool + Sync) -> 
     let mut order: Vec<u32> =
         (0..surface.positions.len()).into_par_iter().filter(|v| wanted(*v)).map(|v| v as u32).collect();
     order.par_sort_by_key(|vertex| key(*vertex));
-    let mut first = vec![NONE; surface.positions.len()];
+    let mut first = vec![NO_NODE; surface.positions.len()];
     for same in order.chunk_by(|a, b| key(*a) == key(*b)) {
         for vertex in same {
             first[*vertex as usize] = same[0];
@@ -33,7 +30,7 @@ pub(super) fn weld(surface: &Surface, wanted: impl Fn(usize) -> bool + Sync) -> 
         if first[vertex] == vertex as u32 {
             first[vertex] = count;
             count += 1;
-        } else if first[vertex] != NONE {
+        } else if first[vertex] != NO_NODE {
             first[vertex] = first[first[vertex] as usize];
         }
     }

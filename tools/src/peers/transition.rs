@@ -15,8 +15,8 @@ use isotherm::gpu::resources::SceneData;
 use isotherm::gpu::shapes::Shapes;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::paper::cube::{ALTITUDES, ALUMINIUM, Case as Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};
-use isotherm::simulation::reference_engine::{IncidentFunction, incident};
 use isotherm::thermal::function::Function;
+use isotherm::thermal::incident::{IncidentFunction, incident};
 use isotherm::thermal::material::{Bulk, Domain, Material, Optics, Profile, Response, Retarget, Sides, Transition};
 use isotherm::thermal::reference::{Reference, ReferenceNode};
 

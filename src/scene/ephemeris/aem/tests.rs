@@ -6,8 +6,9 @@ use std::sync::Arc;
 use glam::{DMat3, DQuat, DVec3};
 use hifitime::TimeScale;
 
-use super::super::{AttitudeOptions, parse_epoch, read_attitude};
+use super::super::{AttitudeOptions, read_attitude};
 use crate::environment::rotation_history::{HistoryFrame, RotationHistory};
+use crate::scene::epoch::parse_epoch;
 
 /// Seconds between the samples of the messages here, and how many there are.
 const STEP: u32 = 10;

@@ -3,10 +3,8 @@
 use super::{Control, ControlError, Plan, Switch};
 use crate::thermal::network::rkl2::stages_for;
 use crate::thermal::network::stepper::{Method, Stepper};
-use crate::thermal::network::switches::{crossed, straight_crossing};
+use crate::thermal::network::switches::{SWITCH_TIME, crossed, straight_crossing};
 
-/// How closely a switch is located [s].
-pub(super) const SWITCH_TIME: f64 = 1e-7;
 /// Switches of one thermostat within [`SWITCH_TIME`] of each other that are no longer believed.
 const MOST_AT_ONCE: u32 = 6;
 /// Switches of all thermostats after which the run is given up.

@@ -91,14 +91,14 @@ pub struct Series {
     pub on: Vec<bool>,
     /// Sub-step that the last estimate proposes [s].
     pub step: f64,
-    /// The same of the first estimate by which sub-steps were chosen: where parts in a row begin with jumps of their heat
+    /// The same of the first estimate by which sub-steps were chosen: where legs in a row begin with jumps of their heat
     /// of like size, the next may begin with it.
     pub first_step: Option<f64>,
 }
 
 /// Where an integration stands that is one of many in a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Part {
+pub struct Leg {
     /// Time over which errors add up [s].
     pub horizon: f64,
     /// First sub-step to try [s].

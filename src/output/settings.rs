@@ -1,8 +1,9 @@
 //! The settings of a scene in words, for the report.
 
-use super::prepare::Prepared;
-use crate::output::report::Section;
-use crate::scene::{Attitude, Draw, Initial, Orbit};
+use super::report::Section;
+use crate::environment::{Attitude, Orbit};
+use crate::scene::{Draw, Initial};
+use crate::simulation::prepare::Prepared;
 use crate::thermal::material::{Domain, Profile, Response, Retarget, Sides};
 
 /// Every setting by section, in the order of the scene file.

@@ -1,16 +1,24 @@
-//! Where the craft and the Sun are at an instant, on a circular orbit or on a real trajectory.
+//! The orbit of a scene, and where craft and Sun are at an instant of it.
 
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-use super::orbit::SUN_DISTANCE;
+use super::orbit::{CircularOrbit, SUN_DISTANCE};
 use super::trajectory::Trajectory;
-use crate::scene::{CircularOrbit, Orbit};
+
+/// Where the craft is.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Orbit {
+    /// On a circle, with the Sun where beta and phase put it.
+    Circular(CircularOrbit),
+    /// On a real trajectory around the Earth, with the Sun where it is at that time.
+    Trajectory(Arc<Trajectory>),
+}
 
 /// Craft and Sun at an instant, in the inertial frame: GCRF for a trajectory, that of the orbit for a circular one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct OrbitPoint {
     /// Time since the start [s].
     pub time: f64,
     /// Craft from the planet's centre [m].
@@ -76,11 +84,11 @@ impl Orbit {
     ///
     /// On a circular orbit the Sun's direction is that from the planet's centre, the same for every place of it: the
     /// parallax (5e-5 rad in low orbits) is a hundredth of the Sun's own width, and a sky that repeats is worth more.
-    pub fn place(&self, time: f64, planet_radius: f64) -> Option<Place> {
+    pub fn point(&self, time: f64, planet_radius: f64) -> Option<OrbitPoint> {
         match self {
             Self::Circular(orbit) => {
                 let sun_direction = orbit.sun_direction();
-                Some(Place {
+                Some(OrbitPoint {
                     time,
                     position: orbit.zenith(time) * (planet_radius + orbit.altitude),
                     sun: sun_direction * SUN_DISTANCE,
@@ -98,7 +106,7 @@ impl Orbit {
                 let z_axis = -state.position.normalize();
                 // A craft that falls straight down has no orbit plane.
                 let y_axis = (-momentum).try_normalize().unwrap_or_else(|| z_axis.any_orthonormal_vector());
-                Some(Place {
+                Some(OrbitPoint {
                     time,
                     position: state.position,
                     sun,

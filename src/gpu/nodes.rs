@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use crate::model::Model;
 use crate::thermal::material::{Domain, Material, Response, Retarget, Sides, Transition};
+use crate::thermal::reference::ReferenceNode;
 
 /// Nodes that one invocation handles.
 pub const GROUP: usize = 4;
@@ -204,6 +205,11 @@ impl Nodes {
     pub fn joint(&self, slot: usize) -> u32 {
         let place = self.ranges.partition_point(|range| range.first_group <= slot / GROUP);
         place.checked_sub(1).map_or(0, |place| self.ranges[place].joint)
+    }
+
+    /// A node as the f64 reference takes it.
+    pub fn reference_node(&self, slot: usize) -> ReferenceNode {
+        ReferenceNode { normal: self.normals[slot].as_dvec3(), material: self.group_material[slot / GROUP] }
     }
 
     /// Pads the last range to whole workgroups with groups like its last one.

@@ -1,0 +1,26 @@
+//! What is known of a craft at one time.
+
+use glam::DVec3;
+
+/// Difference between two times that is rounding [s]: 541.8 s is 5418 steps of 0.1 s.
+pub const SLACK: f64 = 1e-6;
+
+/// Position and velocity of a craft, GCRF, from the planet's centre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State {
+    /// Position [m].
+    pub position: DVec3,
+    /// Velocity [m/s].
+    pub velocity: DVec3,
+}
+
+/// A line of an ephemeris.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Time since the start of the scene [s].
+    pub time: f64,
+    /// Position [m], GCRF.
+    pub position: DVec3,
+    /// Velocity [m/s], GCRF, where it is stated.
+    pub velocity: Option<DVec3>,
+}

@@ -1,0 +1,108 @@
+//! What a file states of a trajectory, in its own words, and the values behind these words.
+
+use std::path::Path;
+
+use glam::DVec3;
+use hifitime::{Epoch, TimeScale};
+
+use super::super::epoch::parse_epoch;
+use super::super::error::SceneError;
+use super::span::Said;
+use super::text::FileLine;
+use crate::environment::divided_differences::HIGHEST_DEGREE;
+use crate::environment::frames::ReferenceFrame;
+
+/// What a scene says of a trajectory's file.
+#[derive(Debug, Clone, Default)]
+pub(in crate::scene) struct Options {
+    /// Which object, where the file holds several.
+    pub(in crate::scene) object: Option<String>,
+    /// Frame of a table.
+    pub(in crate::scene) frame: Option<String>,
+    /// Time system of a table.
+    pub(in crate::scene) time_system: Option<String>,
+    /// `hermite` or `lagrange`, for a table, or where the file does not say.
+    pub(in crate::scene) interpolation: Option<String>,
+    /// Degree, likewise.
+    pub(in crate::scene) degree: Option<u32>,
+    /// Time 0 of the scene.
+    pub(in crate::scene) start: Option<Epoch>,
+}
+
+/// A segment as a file states it.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Stated {
+    /// Line of its start.
+    pub(super) line: usize,
+    pub(super) object_name: String,
+    pub(super) object_id: String,
+    pub(super) centre: Option<String>,
+    pub(super) start: Said,
+    pub(super) stop: Said,
+    /// Mandatory keys of the metadata that are missing and not needed.
+    pub(super) missing: Vec<&'static str>,
+    /// Whether the text ends within a line of this segment.
+    pub(super) torn: bool,
+    pub(super) frame: Said,
+    pub(super) time_system: Said,
+    pub(super) usable_start: Said,
+    pub(super) usable_stop: Said,
+    pub(super) interpolation: Said,
+    pub(super) degree: Said,
+    pub(super) lines: Vec<StateLine>,
+}
+
+/// One state as a file states it, in m and m/s.
+#[derive(Debug, Clone)]
+pub(super) struct StateLine {
+    pub(super) line: usize,
+    pub(super) epoch: String,
+    pub(super) position: DVec3,
+    pub(super) velocity: Option<DVec3>,
+}
+
+/// Frames by their names in files.
+const FRAMES: [(&str, ReferenceFrame); 7] = [
+    ("GCRF", ReferenceFrame::Inertial),
+    ("EME2000", ReferenceFrame::Inertial),
+    ("J2000", ReferenceFrame::Inertial),
+    ("ICRF", ReferenceFrame::Inertial),
+    ("TEME", ReferenceFrame::Teme),
+    ("TEMEOFDATE", ReferenceFrame::Teme),
+    ("GRC", ReferenceFrame::Itrf),
+];
+
+/// The frame of that name, or the message that says which there are.
+pub(super) fn reference_frame(name: &str) -> Result<ReferenceFrame, String> {
+    let plain: String = name.chars().filter(char::is_ascii_alphanumeric).collect();
+    if let Some((_, frame)) = FRAMES.iter().find(|(known, _)| known.eq_ignore_ascii_case(&plain)) {
+        return Ok(*frame);
+    }
+    let upper = plain.to_ascii_uppercase();
+    if let Some(rest) = upper.strip_prefix("ITRF").or_else(|| upper.strip_prefix("ICRF"))
+        && rest.chars().all(|letter| letter.is_ascii_digit())
+    {
+        return Ok(if upper.starts_with("ITRF") { ReferenceFrame::Itrf } else { ReferenceFrame::Inertial });
+    }
+    Err(format!("the frame '{name}' is not one of 'EME2000', 'J2000', 'ICRF', 'GCRF', 'TEME', 'ITRF'"))
+}
+
+/// A degree of interpolation as a file states it.
+pub(super) fn stated_degree(path: &Path, (line, text): &(usize, String)) -> Result<usize, SceneError> {
+    let degree = text.parse::<usize>().ok().filter(|degree| (1..=HIGHEST_DEGREE).contains(degree));
+    degree.ok_or_else(|| {
+        let message = format!("must be a whole number from 1 to {HIGHEST_DEGREE}, found '{text}'");
+        FileLine { path, line: *line }.error("INTERPOLATION_DEGREE", message)
+    })
+}
+
+/// A time of a table may be a number of seconds after the start of the scene.
+pub(super) fn state_epoch(text: &str, scale: TimeScale, options: &Options) -> Result<Epoch, String> {
+    match (text.parse::<f64>(), options.start) {
+        (Ok(seconds), Some(start)) if seconds.is_finite() && seconds.abs() < 1e11 => {
+            Ok(start.to_time_scale(TimeScale::TAI) + hifitime::Unit::Second * seconds)
+        }
+        (Ok(_), None) => Err("times in seconds count from time.start, which is missing".to_owned()),
+        _ => parse_epoch(text, scale),
+    }
+}

@@ -1,0 +1,54 @@
+//! The text of a file: its name, its lines for errors, its numbers.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use super::super::error::SceneError;
+use super::super::file::read_text;
+
+/// A line of a file with its number, for errors.
+pub(super) struct FileLine<'a> {
+    pub(super) path: &'a Path,
+    pub(super) line: usize,
+}
+
+impl FileLine<'_> {
+    /// An error at this line.
+    pub(super) fn error(&self, key: &str, message: impl ToString) -> SceneError {
+        SceneError::Value {
+            path: self.path.to_path_buf(),
+            line: self.line,
+            key: key.to_owned(),
+            message: message.to_string(),
+        }
+    }
+}
+
+/// The name of a file, without its folder.
+pub(super) fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// The text with line ends that split it into its lines: those of old Macintosh systems are carriage returns alone.
+pub(super) fn one_line_end(text: &str) -> Cow<'_, str> {
+    if text.contains('\r') && !text.contains('\n') { Cow::Owned(text.replace('\r', "\n")) } else { Cow::Borrowed(text) }
+}
+
+/// The text of a file that a scene names, which joins the scene's files.
+pub(in crate::scene) fn read_file(path: PathBuf, files: &mut Vec<PathBuf>) -> Result<String, SceneError> {
+    let text = read_text(&path)?;
+    if !files.contains(&path) {
+        files.push(path);
+    }
+    Ok(text)
+}
+
+/// A number of a file; Fortran writes its exponent with a D.
+pub(super) fn number(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let number = match text.find(['D', 'd']) {
+        Some(at) if at > 0 => format!("{}E{}", &text[..at], &text[at + 1..]).parse::<f64>(),
+        _ => text.parse::<f64>(),
+    };
+    number.ok().filter(|number| number.is_finite())
+}

@@ -1,0 +1,55 @@
+//! Where thermal values can be stated: a section of TOML or glTF `extras`.
+
+use std::path::PathBuf;
+
+use super::error::SceneError;
+use super::quantity::Quantity;
+use super::section::Section;
+
+/// Something that states values under the keys of a material.
+pub(super) trait ValueSource: Sized {
+    /// A number in its range.
+    fn number(&self, key: &str, quantity: Quantity) -> Result<Option<f64>, SceneError>;
+    /// One of the words of `choices`.
+    fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError>;
+    /// A string that is not empty.
+    fn text(&self, key: &str) -> Result<Option<&str>, SceneError>;
+    /// An array of numbers.
+    fn list(&self, key: &str) -> Result<Option<Vec<f64>>, SceneError>;
+    /// A path, relative to the folder of the file that states it.
+    fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError>;
+    /// The values that `key` groups: `back`, `heating`, `cooling`.
+    fn group(&self, key: &str, known: &[&str]) -> Result<Option<Self>, SceneError>;
+    /// An error about a key, or about its absence.
+    fn error(&self, key: &str, message: String) -> SceneError;
+}
+
+impl ValueSource for Section<'_> {
+    fn number(&self, key: &str, quantity: Quantity) -> Result<Option<f64>, SceneError> {
+        self.number(key, quantity)
+    }
+
+    fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
+        self.choice(key, choices)
+    }
+
+    fn text(&self, key: &str) -> Result<Option<&str>, SceneError> {
+        self.string(key)
+    }
+
+    fn list(&self, key: &str) -> Result<Option<Vec<f64>>, SceneError> {
+        self.list(key)
+    }
+
+    fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError> {
+        Ok(self.string(key)?.map(|path| self.file().resolve(path)))
+    }
+
+    fn group(&self, key: &str, known: &[&str]) -> Result<Option<Self>, SceneError> {
+        self.table(key, known)
+    }
+
+    fn error(&self, key: &str, message: String) -> SceneError {
+        self.error(key, message)
+    }
+}

@@ -1,0 +1,150 @@
+//! Runs scenes with the program of an earlier commit and with the present one, and compares all that the runs leave.
+
+use std::collections::BTreeSet;
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+use clap::Parser;
+use serde_json::Value;
+
+/// Show that a change of the program changes no output.
+///
+/// Images, series, plots and pictures are compared byte by byte. Reports are compared without their times.
+///
+/// Example: cargo run --release -p isotherm-tools --bin same_outputs -- 431b7c8
+#[derive(Parser)]
+struct Arguments {
+    /// Commit of the earlier program.
+    commit: String,
+    /// Scenes to run.
+    #[arg(long, default_values = ["models/station.toml", "models/station_network.toml", "models/iss.toml"])]
+    scenes: Vec<PathBuf>,
+    /// Folder for the earlier program and the runs.
+    #[arg(long, default_value = "target/same_outputs")]
+    folder: PathBuf,
+}
+
+/// Keys of `report.json` that hold times, or the folder of the run in the command.
+const TIMES: [&str; 10] = [
+    "ns_per_node_step",
+    "step_ms",
+    "network_ms",
+    "network_wall_ms",
+    "image_ms",
+    "wall_s",
+    "median_ms",
+    "p10_ms",
+    "p90_ms",
+    "command_line",
+];
+
+fn main() -> ExitCode {
+    match compare(&Arguments::parse()) {
+        Ok(0) => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Number of files that differ.
+fn compare(arguments: &Arguments) -> Result<usize, Box<dyn Error>> {
+    let folder = std::path::absolute(&arguments.folder)?;
+    std::fs::create_dir_all(&folder)?;
+    let before = program(&arguments.commit, &folder)?;
+    succeed(Command::new("cargo").args(["build", "--locked", "--release", "-p", "isotherm"]))?;
+    let after = Path::new("target/release/isotherm").to_owned();
+    let mut different = 0;
+    for scene in &arguments.scenes {
+        let name = scene.file_stem().unwrap_or_default().to_string_lossy();
+        let runs = [(&before, "before"), (&after, "after")]
+            .map(|(program, word)| (program, folder.join(format!("{name}_{word}"))));
+        for (program, out) in &runs {
+            succeed(Command::new(program).arg("run").arg(scene).arg("-o").arg(out).arg("--force"))?;
+        }
+        let [before, after] = runs.map(|(_, out)| out);
+        let files: BTreeSet<PathBuf> = files(&before)?.union(&files(&after)?).cloned().collect();
+        let unlike: Vec<&PathBuf> =
+            files.iter().filter(|file| !is_same(&before.join(file), &after.join(file))).collect();
+        for file in &unlike {
+            println!("{}: {} differs", scene.display(), file.display());
+        }
+        println!("{}: {} of {} files are the same", scene.display(), files.len() - unlike.len(), files.len());
+        different += unlike.len();
+    }
+    Ok(different)
+}
+
+/// The program of a commit, built where it is not there yet.
+fn program(commit: &str, folder: &Path) -> Result<PathBuf, Box<dyn Error>> {
+    let program = folder.join(format!("isotherm_{commit}"));
+    if !program.exists() {
+        let source = folder.join("source");
+        succeed(Command::new("git").args(["worktree", "add", "--force", "--detach"]).arg(&source).arg(commit))?;
+        let mut build = Command::new("cargo");
+        build.args(["build", "--locked", "--release", "-p", "isotherm", "--target-dir"]).arg(folder.join("build"));
+        let built = succeed(build.current_dir(&source));
+        succeed(Command::new("git").args(["worktree", "remove", "--force"]).arg(&source))?;
+        built?;
+        std::fs::copy(folder.join("build/release/isotherm"), &program)?;
+    }
+    Ok(program)
+}
+
+fn succeed(command: &mut Command) -> Result<(), Box<dyn Error>> {
+    let status = command.status()?;
+    if status.success() { Ok(()) } else { Err(format!("{command:?} ended with {status}").into()) }
+}
+
+/// All files below a folder, relative to it.
+fn files(folder: &Path) -> std::io::Result<BTreeSet<PathBuf>> {
+    let mut found = BTreeSet::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in std::fs::read_dir(next)? {
+            let path = entry?.path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                found.insert(path.strip_prefix(folder).unwrap_or(&path).to_owned());
+            }
+        }
+    }
+    Ok(found)
+}
+
+fn is_same(before: &Path, after: &Path) -> bool {
+    let (Ok(before_bytes), Ok(after_bytes)) = (std::fs::read(before), std::fs::read(after)) else { return false };
+    match before.extension().and_then(|extension| extension.to_str()) {
+        Some("json") => without_times(&before_bytes) == without_times(&after_bytes),
+        // The page shows the values of report.json, and embeds the pictures that are compared on their own.
+        Some("html") => without_numbers(&before_bytes) == without_numbers(&after_bytes),
+        _ => before_bytes == after_bytes,
+    }
+}
+
+/// A report without its times; `None` where it is no JSON.
+fn without_times(bytes: &[u8]) -> Option<Value> {
+    fn clear(value: &mut Value) {
+        match value {
+            Value::Object(entries) => {
+                TIMES.iter().for_each(|key| drop(entries.remove(*key)));
+                entries.values_mut().for_each(clear);
+            }
+            Value::Array(values) => values.iter_mut().for_each(clear),
+            _ => (),
+        }
+    }
+    let mut value = serde_json::from_slice(bytes).ok()?;
+    clear(&mut value);
+    Some(value)
+}
+
+/// A page without digits, and without the words for the folders of the two runs.
+fn without_numbers(bytes: &[u8]) -> String {
+    let text = String::from_utf8_lossy(bytes).replace("_before", "").replace("_after", "");
+    text.chars().filter(|c| !c.is_ascii_digit() && !" .-e".contains(*c)).collect()
+}
