@@ -1,5 +1,5 @@
 // Blackbody radiance in a band from a table of ln(L e^x / T) over v = T / (T + 400 K), x = c2 / (longest wavelength x T)
-// (NUMERICS.md 5). The including entry point binds the table at BAND_BINDING. Twin: src/thermal/radiance_f32.rs.
+// (docs/numerics.md 5). The including entry point binds the table at BAND_BINDING. Twin: src/thermal/radiance_f32.rs.
 
 const float BAND_INTERVALS = 1024.0;
 const float MIDDLE_TEMPERATURE = 400.0; // K, at v = 1/2

@@ -1,4 +1,4 @@
-// Thermal inertia of the paper with a target that may move, for four nodes at a time (NUMERICS.md 1).
+// Thermal inertia of the paper with a target that may move, for four nodes at a time (docs/numerics.md 1).
 // Twin: src/thermal/transition.rs.
 
 struct TransitionState {
@@ -76,7 +76,7 @@ Places places_of(vec4 change, vec4 span) {
 const float SHORT_SHIFT_OF_POWER = 1e-2;
 
 // Superposes the gap and the rate of the transition under way with those of the new step. The new phase u/q of
-// NUMERICS.md 1 is found as a shift of the old one, and the new span as a change of the old: both are exact where the
+// docs/numerics.md 1 is found as a shift of the old one, and the new span as a change of the old: both are exact where the
 // target moves little. What the rounding of the span leaves goes to the clock, which is finer: a thousand changes would
 // add up to several last places of the span.
 TransitionState retarget_merge(TransitionState state, vec4 commanded, Material material) {

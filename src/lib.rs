@@ -22,3 +22,8 @@ pub mod scene;
 pub mod simulation;
 pub mod thermal;
 pub mod trace;
+
+/// The program in `docs/library.md` compiles and runs.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/library.md")]
+mod library {}

@@ -1,4 +1,7 @@
 //! When host and device did what, as JSON for Perfetto and chrome://tracing.
+//!
+//! Passes are told by the device's own timestamps. They are set against the host's clock so that no frame begins before it was submitted; the file says by
+//! how much that may be off. Work outside the frame (uploads, stages of networks) shows in the host's spans only.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;

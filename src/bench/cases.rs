@@ -1,7 +1,7 @@
-//! The four networks of NUMERICS.md 3: the paper's cube, a thin sheet, the same with slivers, and a blanket over a structure.
+//! The four networks of docs/numerics.md 3: the paper's cube, a thin sheet, the same with slivers, and a blanket over a structure.
 //!
 //! Meshes become networks as a scene's do ([`Shell`]), and the loads are those of the paper's cube in its orbit (6017 s in
-//! 360 frames, planet shadow, infrared and albedo at 772 km; `paper/cube.rs`), a frame's mean each. NUMERICS.md states the
+//! 360 frames, planet shadow, infrared and albedo at 772 km; `paper/cube.rs`), a frame's mean each. docs/numerics.md states the
 //! cells and the stiffness of its cases, neither their outlines nor all of their loads: those are ours.
 
 use std::f64::consts::TAU;
@@ -29,7 +29,7 @@ pub struct Case {
     pub frames: Vec<Vec<f64>>,
     /// Length of a frame [s].
     pub frame: f64,
-    /// What NUMERICS.md 3 gives as the stiffness of its case.
+    /// What docs/numerics.md 3 gives as the stiffness of its case.
     pub published_stiffness: f64,
 }
 
@@ -60,9 +60,9 @@ impl Size {
 
 /// 1 mm of the paper's aluminium.
 const SKIN: f64 = 1e-3;
-/// White paint on both faces of the sheet: about what REFERENCES.md has for it.
+/// White paint on both faces of the sheet: about what published tables have for it.
 const PAINT: Optics = Optics { absorptivity: 0.25, emissivity: 0.85 };
-/// Effective emittance between blanket and structure: REFERENCES.md has 0.01 to 0.03 for MLI.
+/// Effective emittance between blanket and structure: published values for MLI are 0.01 to 0.03.
 const EFFECTIVE_EMITTANCE: f64 = 0.02;
 /// Widths of the two slivers [m]: the node between them relaxes as fast as the published stiffness says.
 const SLIVERS: [f64; 2] = [2e-4, 4e-4];
@@ -278,7 +278,7 @@ mod tests {
     fn the_stiffness_is_that_of_the_table() {
         for case in all(&Size { frames: 0..1, ..Size::whole() }).unwrap() {
             let ratio = case.stiffness() / case.published_stiffness;
-            // NUMERICS.md 3 gives two digits, and our slivers are chosen to come near.
+            // docs/numerics.md 3 gives two digits, and our slivers are chosen to come near.
             assert!((0.9..1.1).contains(&ratio), "{}: {} of {}", case.key, case.stiffness(), case.published_stiffness);
         }
     }

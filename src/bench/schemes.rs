@@ -25,10 +25,10 @@ pub enum Scheme {
     Controlled(Integrator, f64),
 }
 
-/// Methods of NUMERICS.md 3 that isotherm does not have, and why.
+/// Methods of docs/numerics.md 3 that isotherm does not have, and why.
 pub const ABSENT: [(&str, &str); 3] = [
-    ("per-node exponential", "not on the device: wrong by tens of kelvin wherever nodes conduct (NUMERICS.md 3)"),
-    ("backward Euler + Jacobi", "not on the device: unconverged Jacobi is wrong by 5 to 50 K (NUMERICS.md 3)"),
+    ("per-node exponential", "not on the device: wrong by tens of kelvin wherever nodes conduct (docs/numerics.md 3)"),
+    ("backward Euler + Jacobi", "not on the device: unconverged Jacobi is wrong by 5 to 50 K (docs/numerics.md 3)"),
     ("DuFort-Frankel", "not on the device: Euler, or RKL2, is the cheap integrator"),
 ];
 

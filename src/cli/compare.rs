@@ -31,7 +31,7 @@ use crate::simulation::prepare_error::PrepareError;
 #[command(after_help = "Examples:\n  isotherm compare models/station_network.toml -o out/compare\n  \
 isotherm compare models/station_network.toml -o out/compare --force --device cpu")]
 pub struct Arguments {
-    /// Scene file (TOML; models/README.md says what it holds)
+    /// Scene file (TOML; docs/scene.md says what it holds)
     scene: PathBuf,
     /// Folder for what the comparison leaves; it must be empty or absent
     #[arg(short, long, value_name = "DIR")]

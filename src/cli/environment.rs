@@ -20,7 +20,7 @@ Examples:
   isotherm environment plate --altitude 408e3 --nadir-angle 90 --sun-zenith 60 --json
 
 A scene needs [time], [orbit], [attitude] and [environment] only
-(models/README.md). env.csv has a row for each step, 0 included, of the instant.
+(docs/scene.md). env.csv has a row for each step, 0 included, of the instant.
 Vectors are unit vectors in the body frame, fluxes those that fall on the six
 faces of a cube (+X -X +Y -Y +Z -Z), whatever they absorb:
   time_s, utc             since time 0; UTC is empty for a circular orbit
@@ -39,7 +39,7 @@ time_s, utc, boundary (penumbra, umbra) and event (entry, exit).";
 #[derive(clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Scene file (TOML; models/README.md says what it holds)
+    /// Scene file (TOML; docs/scene.md says what it holds)
     #[arg(required = true)]
     scene: Option<PathBuf>,
     /// CSV to write; its eclipses go beside it, env.events.csv beside env.csv

@@ -22,7 +22,7 @@ const PLOTTED: usize = 12;
 
 /// Temperatures of a thermal network over time.
 ///
-/// A network is a file of nodes, linear and radiative conductors, heat and thermostats (models/network.md explains every
+/// A network is a file of nodes, linear and radiative conductors, heat and thermostats (docs/network.md explains every
 /// key). Rows are the output times of the file. Method, sub-step and work are printed on standard error; switching
 /// times of thermostats go to OUT.events.csv.
 #[derive(clap::Args)]

@@ -15,7 +15,7 @@ use crate::simulation::device_data::DeviceData;
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  isotherm render models/station.toml --time 1200 -o station.exr")]
 pub struct Arguments {
-    /// Scene file (TOML; models/README.md says what it holds)
+    /// Scene file (TOML; docs/scene.md says what it holds)
     scene: PathBuf,
     /// Time since the start [s]; a last, shorter step is made where it is no multiple of the scene's step
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]

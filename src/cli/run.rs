@@ -26,7 +26,7 @@ isotherm run models/station.toml -o out/reference --device cpu\n  \
 isotherm run models/station.toml -o out/checked --check=5000\n  \
 isotherm run models/station.toml -o out/traced --trace out/traced.json")]
 pub struct Arguments {
-    /// Scene file (TOML; models/README.md says what it holds)
+    /// Scene file (TOML; docs/scene.md says what it holds)
     scene: PathBuf,
     /// Folder for what the run leaves; it must be empty or absent
     #[arg(short, long, value_name = "DIR")]

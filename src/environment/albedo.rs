@@ -267,7 +267,7 @@ mod tests {
         }
     }
 
-    /// NUMERICS.md 4: 0.0206 for a nadir plate at 408 km, where F cos(zenith) gives 0.
+    /// docs/numerics.md 4: 0.0206 for a nadir plate at 408 km, where F cos(zenith) gives 0.
     #[test]
     fn the_terminator_value_of_numerics_4() {
         let found = albedo_factor(DVec3::Z, ISS, FRAC_PI_2);

@@ -1,4 +1,7 @@
 //! Albedo for every Sun zenith angle of a scene: tables at chosen angles, each built when first needed, and one blended from them.
+//!
+//! On a trajectory the distance changes. Fields then stand at altitudes 15 % apart, built when they are first needed, and a step's table is a
+//! cubic between four of them.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::{Arc, OnceLock};

@@ -203,7 +203,7 @@ mod tests {
         sum
     }
 
-    /// Contacts of a real orbit: `shared/data/orbit`, SGP4 and DE421 by skyfield (REFERENCES.md 5).
+    /// Contacts of a real orbit: `shared/data/orbit`, SGP4 and DE421 by skyfield.
     #[test]
     fn contacts_of_the_iss_agree_with_a_published_ephemeris() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/orbit");

@@ -64,7 +64,7 @@ pub fn kepler_radius(period: f64) -> f64 {
     (EARTH_GRAVITATIONAL_PARAMETER * (period / TAU).powi(2)).cbrt()
 }
 
-/// Altitude and period of a scene that do not belong together (NUMERICS.md 2). It is printed, never corrected.
+/// Altitude and period of a scene that do not belong together (docs/numerics.md 2). It is printed, never corrected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeriodDisagreement {
     /// Altitude of the scene [m].

@@ -380,7 +380,7 @@ mod tests {
         SkyModel::new(&orbit, &Attitude::Inertial { inertial_from_body: DQuat::IDENTITY }, &environment()).unwrap()
     }
 
-    /// NUMERICS.md 2: the planet's shadow is steps 85-235 of 360 at 224 km and 97-223 at 772 km, with phase 20 deg.
+    /// docs/numerics.md 2: the planet's shadow is steps 85-235 of 360 at 224 km and 97-223 at 772 km, with phase 20 deg.
     #[test]
     fn the_papers_shadow_begins_and_ends_where_numerics_2_says() {
         for (altitude, entry, exit) in [(224e3, 85.0, 235.0), (772e3, 97.0, 223.0)] {

@@ -1,4 +1,7 @@
 //! The load of a tick: Sun, planet and albedo, averaged so that eclipses inside the tick count for what they are.
+//!
+//! Sunlight comes as up to eight light vectors. Each is the exact integral over a stretch of the step, which is cut at the contacts of an
+//! eclipse. A craft that turns during the step gets shorter stretches.
 
 use std::iter::Sum;
 use std::ops::Mul;

@@ -78,7 +78,7 @@ mod tests {
         (inner + outer) / PI
     }
 
-    /// NUMERICS.md 4; its planet radius there is 6371 km.
+    /// docs/numerics.md 4; its planet radius there is 6371 km.
     #[test]
     fn side_plate_values_of_numerics_4() {
         assert!((factor(224e3, 6.371e6, FRAC_PI_2) - 0.337_340).abs() < 1e-6, "{}", factor(224e3, 6.371e6, FRAC_PI_2));

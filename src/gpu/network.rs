@@ -1,6 +1,10 @@
 //! Thermal networks on the device: the f32 side of [`Stepper`].
 //!
 //! A temperature is a base, a multiple of 1/256 K, and a rest of at most 1/512 K: what a step adds is not lost however small.
+//!
+//! A small network is one workgroup's (`fused`): all sub-steps of a try take a few dispatches. Any other takes a dispatch a stage (`wide`), and so does a
+//! small one whose elimination takes too many products. The balances of arithmetic nodes start no warmer than each term of the balance alone
+//! would allow: from there Newton's method can not overshoot, while from below it would go millions of kelvin high.
 
 pub mod frame;
 mod fused;

@@ -20,7 +20,7 @@ use crate::thermal::material::Transition;
 /// Nodes that the shader's workgroup takes: 64 invocations of four.
 const NODES: usize = 256;
 /// Steps of one dispatch. Some drivers silently end a loop after 65,535 turns in all, those of the search for a phase
-/// included (DESIGN.md 5).
+/// included.
 const STEPS: usize = 128;
 
 /// A node that starts at rest, and what is commanded of it.

@@ -3,7 +3,7 @@
 //! Panels of 1 m x 1 m x 0.1 m, a node each, radiate from their outer face only; neighbours conduct from middle to
 //! middle, half a metre in either panel, through the panel's section: GL = k A / L with A = 1 m x 0.1 m and L = 1 m,
 //! 20 W/K in aluminium. Circular orbit of 6017 s in 360 steps, beta 0, nadir-pointing; orbit noon at step 340 places
-//! the start 20 degrees after noon. Materials as the paper gives them (REFERENCES.md 1).
+//! the start 20 degrees after noon. Materials as the paper gives them.
 
 use std::fmt;
 
@@ -24,15 +24,15 @@ pub const STEPS: usize = 360;
 pub const PERIOD: f64 = 6017.0;
 /// Length of a step [s].
 pub const STEP: f64 = PERIOD / STEPS as f64;
-/// Altitude that the paper states [m], and the one that its period means (NUMERICS.md 2).
+/// Altitude that the paper states [m], and the one that its period means (docs/numerics.md 2).
 pub const ALTITUDES: [f64; 2] = [224e3, 772e3];
-/// Solar constants of NUMERICS.md 2 [W/m2]; the paper states none.
+/// Solar constants of docs/numerics.md 2 [W/m2]; the paper states none.
 pub const SOLAR_CONSTANTS: [f64; 2] = [1361.0, 1367.0];
-/// Equatorial radius [m], that of NUMERICS.md 2.
+/// Equatorial radius [m], that of docs/numerics.md 2.
 pub const PLANET_RADIUS: f64 = 6_378_137.0;
 /// Radiative temperature of space [K].
 pub const SPACE: f64 = 2.7;
-/// Exitance and Bond albedo of the planet: [W/m2] and 1 (NUMERICS.md 2).
+/// Exitance and Bond albedo of the planet: [W/m2] and 1 (docs/numerics.md 2).
 const PLANET: (f64, f64) = (237.0, 0.3);
 /// Edge of a panel [m].
 pub const EDGE: f64 = 1.0;
@@ -110,8 +110,8 @@ impl fmt::Display for Case {
 /// The cube's panels through an orbit that repeats itself: the temperatures [K] of the faces at steps 0 to [`STEPS`].
 pub type Orbit = Vec<[f64; 6]>;
 
-/// What a solver is given: a network and the heat of every node [W], constant over the step in whose middle the time
-/// `index * STEP` lies, for steps 0 to `STEPS - 1`. Step 0 begins half a step before the orbit, and step `STEPS` is it.
+/// What a solver is given: a network and the heat of every node [W] in steps 0 to `STEPS - 1`. Step n lasts from
+/// (n - 1/2) to (n + 1/2) times `STEP`, and its heat is constant. Step `STEPS` is step 0 of the next orbit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem {
     /// The panels.

@@ -74,7 +74,7 @@ impl Orbits {
             "the cube: a node a panel, which radiates outside only (inside exchange is off) and conducts from middle to \
              middle of its four neighbours, 20 W/K each in aluminium"
                 .to_owned(),
-            "each step's load is its mean over the step, whose middle the step's number is".to_owned(),
+            "the load of step n is the mean over one step length, from n - 1/2 to n + 1/2".to_owned(),
             format!("planet radius {} km; solar constant and altitude as each figure says", PLANET_RADIUS / 1e3),
         ];
         lines.extend(self.all_loads[0].case.period_disagreement().map(|disagreement| disagreement.to_string()));

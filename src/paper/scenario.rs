@@ -1,7 +1,7 @@
 //! What the paper says of its cube in orbit, held against the energy balance: figures 2, 3 and 4.
 //!
 //! The paper's numbers are read from its plots or stated as "about"; it gives neither the solar constant nor the
-//! planet's loads, and an altitude that does not belong to its period (NUMERICS.md 2). Where that matters both values
+//! planet's loads, and an altitude that does not belong to its period (docs/numerics.md 2). Where that matters both values
 //! are shown.
 
 use super::checks::{Check, Tolerance};
@@ -9,7 +9,7 @@ use super::cube::{ALTITUDES, Extremes, FACES, PERIOD, PLANET_RADIUS, SIDE, SPACE
 use super::orbits::{Orbits, Solved};
 use crate::environment::orbit::kepler_period;
 
-/// The rows of NUMERICS.md 2.
+/// The rows of docs/numerics.md 2.
 pub fn checks(orbits: &Orbits) -> Vec<Check> {
     let mut rows = Rows(Vec::new());
     rows.orbit(orbits);
@@ -19,7 +19,7 @@ pub fn checks(orbits: &Orbits) -> Vec<Check> {
     rows.0
 }
 
-/// NUMERICS.md 2, last line: lowest and highest temperature [K] of every face at the two altitudes, to 1 K.
+/// docs/numerics.md 2, last line: lowest and highest temperature [K] of every face at the two altitudes, to 1 K.
 const RANGES: [[[f64; 2]; 6]; 2] = [
     [[194.0, 695.0], [194.0, 695.0], [194.0, 396.0], [194.0, 396.0], [3.0, 692.0], [250.0, 511.0]],
     [[175.0, 694.0], [175.0, 694.0], [175.0, 355.0], [175.0, 355.0], [3.0, 692.0], [240.0, 568.0]],
@@ -141,7 +141,7 @@ mod tests {
         check
     }
 
-    /// NUMERICS.md 2, column "computed", and whether it calls the paper's number reproduced.
+    /// docs/numerics.md 2, column "computed", and whether it calls the paper's number reproduced.
     #[test]
     fn the_rows_are_those_of_numerics_2() {
         let checks = checks(&independent::orbits());

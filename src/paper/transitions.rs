@@ -9,14 +9,14 @@ use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 
 use super::checks::{Check, Tolerance};
 
-/// Every transition is computed to this step, the last at which NUMERICS.md 1 gives values.
+/// Every transition is computed to this step, the last at which docs/numerics.md 1 gives values.
 pub const LAST_STEP: usize = 1000;
 
 /// Steps of the horizontal axis where the transition ends by then; the paper's orbit has 360 steps, and its longest
 /// transition that is not of 1000 steps ends at step 361.
 const SHORT_AXIS: usize = 361;
 
-/// Largest difference from the exact value that a device in f32 may have [K] (issue 3, over NUMERICS.md 1).
+/// Largest difference from the exact value that a device in f32 may have [K] (docs/numerics.md 6).
 const DEVICE_TOLERANCE: f64 = 2e-4;
 
 /// Settled at one temperature, commanded to another at step 1.
@@ -30,9 +30,9 @@ pub struct Panel {
     pub to: f64,
     /// Steps to reach it.
     pub t_max: f64,
-    /// Equations 3 and 4 at [`QUADRATIC_STEPS`] [K], to six decimals (NUMERICS.md 1).
+    /// Equations 3 and 4 at [`QUADRATIC_STEPS`] [K], to six decimals (docs/numerics.md 1).
     quadratic: [f64; 7],
-    /// Equations 1 and 2 at [`LINEAR_STEPS`] [K] where NUMERICS.md 1 gives them.
+    /// Equations 1 and 2 at [`LINEAR_STEPS`] [K] where docs/numerics.md 1 gives them.
     linear: Option<[f64; 5]>,
 }
 
@@ -130,7 +130,7 @@ pub struct Computed {
     pub panel: Panel,
     /// With the quadratic function, as the figures show it.
     pub quadratic: Vec<f64>,
-    /// With the linear function, where NUMERICS.md 1 gives values to hold it against.
+    /// With the linear function, where docs/numerics.md 1 gives values to hold it against.
     pub linear: Option<Vec<f64>>,
 }
 
@@ -166,7 +166,7 @@ impl Panel {
 }
 
 impl Computed {
-    /// The values of NUMERICS.md 1 beside ours.
+    /// The values of docs/numerics.md 1 beside ours.
     pub fn checks(&self) -> Vec<Check> {
         let check = |equations: &str, step: usize, expected: f64, computed: Option<&f64>| Check {
             statement: format!(

@@ -5,7 +5,7 @@ use super::quantity::Quantity;
 use super::section::Section;
 use crate::environment::Environment;
 
-/// Mean radius of the Earth [m] (NUMERICS.md 4: 6371.0 km unless the scene says).
+/// Mean radius of the Earth [m] (docs/numerics.md 4: 6371.0 km unless the scene says).
 const EARTH_RADIUS: f64 = 6371e3;
 
 /// Reads `[environment]`.

@@ -224,7 +224,7 @@ mod tests {
         BACK, EXTRAS, MATERIAL, ORBIT, OVER, PROFILE, ROOT, SECTIONS, TABLE_ENTRY, TIME, nearest, unknown_key,
     };
 
-    const REFERENCE: &str = include_str!("../../models/README.md");
+    const REFERENCE: &str = include_str!("../../docs/scene.md");
 
     /// The reference's part under the title that names the section.
     fn part(header: &str) -> &'static str {
@@ -236,19 +236,19 @@ mod tests {
     fn the_reference_explains_every_key() {
         for (header, keys) in SECTIONS {
             for key in *keys {
-                assert!(part(header).contains(&format!("`{key}`")), "models/README.md is silent on {header} {key}");
+                assert!(part(header).contains(&format!("`{key}`")), "docs/scene.md is silent on {header} {key}");
             }
         }
         for key in ROOT {
             let explained =
                 ["`{}`", "`[{}]`", "`[[{}]]`"].iter().any(|form| REFERENCE.contains(&form.replace("{}", key)));
-            assert!(explained, "models/README.md is silent on {key}");
+            assert!(explained, "docs/scene.md is silent on {key}");
         }
         for key in BACK.iter().chain(OVER).chain(PROFILE).chain(TABLE_ENTRY) {
-            assert!(part("[[material]]").contains(&format!("`{key}`")), "models/README.md is silent on {key}");
+            assert!(part("[[material]]").contains(&format!("`{key}`")), "docs/scene.md is silent on {key}");
         }
         for key in EXTRAS {
-            assert!(REFERENCE.contains(&format!("`isotherm_{key}`")), "models/README.md is silent on isotherm_{key}");
+            assert!(REFERENCE.contains(&format!("`isotherm_{key}`")), "docs/scene.md is silent on isotherm_{key}");
         }
         assert!(!part("[time]").contains("`altitude`"), "a key must be explained in its own section");
     }

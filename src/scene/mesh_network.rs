@@ -21,7 +21,7 @@ pub struct NetworkSettings {
     pub integrator: Integrator,
     /// Error to aim for [K].
     pub tolerance: f64,
-    /// Pairs of nodes that even out faster are merged [1/s].
+    /// Two nodes that exchange heat faster than this are merged [1/s].
     pub merge_rate: f64,
 }
 

@@ -1,6 +1,6 @@
 //! What the user wrote, checked and in SI: the scene file as plain values.
 //!
-//! `models/README.md` is the reference of the file: every key with its unit, range and default.
+//! `docs/scene.md` is the reference of the file: every key with its unit, range and default.
 
 use std::path::PathBuf;
 

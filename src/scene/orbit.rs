@@ -133,7 +133,7 @@ fn kepler_period(altitude: f64, planet_radius: f64) -> f64 {
 mod tests {
     use super::kepler_period;
 
-    /// NUMERICS.md 2: 224 km means 5339 s with R = 6378.137 km, 5330 s with 6371 km; 6017 s means 772 and 779 km.
+    /// docs/numerics.md 2: 224 km means 5339 s with R = 6378.137 km, 5330 s with 6371 km; 6017 s means 772 and 779 km.
     #[test]
     fn kepler_periods_are_those_of_the_paper_s_two_altitudes() {
         let rounded = |altitude, radius| kepler_period(altitude, radius).round();

@@ -1,4 +1,7 @@
 //! How far the device is from the f64 reference: a sample of nodes is stepped along with a run.
+//!
+//! A network is stepped whole in f64, at a tenth of its tolerance: through the warm-up up to 20,000 drawn nodes, from the device's state at time
+//! 0 up to 100,000.
 
 use std::collections::HashMap;
 
@@ -248,8 +251,8 @@ impl Check {
         let part = nodes.group_part.get(group).map_or("", |part| &prepared.parts[*part as usize]);
         let material = nodes.group_material.get(group).map_or("", |index| &prepared.materials[*index as usize].name);
         let mut notes = vec![
-            "The reference has the same loads: what their sampling leaves out (at most 0.05 W/m2 of sunlight on a plate \
-             that the Sun rises or sets on during a 17 s tick, 1e-4 of a unit flux of albedo) is not in these figures."
+            "The reference has the same loads as the device, so these figures leave out the error of the loads. That is at most \
+             0.05 W/m2 of sunlight, on a plate where the Sun rises or sets during a step of 17 s, and 1e-4 of the albedo's flux."
                 .to_owned(),
         ];
         if self.network.is_some() {

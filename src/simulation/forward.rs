@@ -1,4 +1,7 @@
 //! Ticks of which nothing is asked but the state that they lead to: loads found in parallel, many ticks a dispatch.
+//!
+//! Such steps are those of a warm-up and of the way to a still. A node's normal and state are then read and written once for up to 32 steps.
+//! That needs nodes that do not interact and joints that stand still; the result is the same to the bit (`tests/it/fused.rs`).
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -33,7 +33,7 @@ const JOINTS: &str = "What a tick does to a part that moves is what it does to i
 /// Groups of four nodes that one dispatch takes at most: 65,535 workgroups of 64, and 128 MiB of vec4.
 const MAX_GROUPS: usize = 65_535 * 64;
 
-/// What a reader of a transition's temperatures must know (NUMERICS.md 1).
+/// What a reader of a transition's temperatures must know (docs/numerics.md 1).
 const PROFILES: &str = "A transition is a profile in temperature, not physics: in orbit even the best t_max leaves a \
                         radiating node 10 to 37 K rms from its energy balance.";
 

@@ -60,10 +60,10 @@ mod tests {
 
     #[test]
     fn mli_in_full_sun_is_692_k() {
-        // Figure 3 of Vural et al. 2023 (NUMERICS.md 2): the zenith face's maximum, S 1367, alpha 0.19, eps 0.02.
+        // Figure 3 of Vural et al. 2023 (docs/numerics.md 2): the zenith face's maximum, S 1367, alpha 0.19, eps 0.02.
         let mli = material(0.19, 0.02, Sides::Outside);
         let t = balance_temperature(absorbed_flux(&mli, NOON, Incident::default), emissivity_sum(&mli), 2.7);
-        assert!((t - 691.8).abs() < 0.05, "NUMERICS.md 2 states 691.8 K: {t}");
+        assert!((t - 691.8).abs() < 0.05, "docs/numerics.md 2 states 691.8 K: {t}");
         let dim = balance_temperature(0.19 * 1361.0, 0.02, 2.7);
         assert!((dim - 691.0).abs() < 0.05 && (dim - 691.8).abs() > 0.05, "and 691.0 K at 1361 W/m2: {dim}");
     }

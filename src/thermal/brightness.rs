@@ -1,4 +1,4 @@
-//! Brightness temperature: the inverse of band radiance (NUMERICS.md 5).
+//! Brightness temperature: the inverse of band radiance (docs/numerics.md 5).
 
 use thiserror::Error;
 
@@ -183,7 +183,7 @@ mod tests {
     fn outside_the_domain_is_an_error() {
         let table = RadianceTable::new(microns(8.0, 14.0));
         let guesses = BrightnessTable::new(&table);
-        assert!((guesses.min_temperature - 11.3).abs() < 0.05, "NUMERICS.md 5: {} K", guesses.min_temperature);
+        assert!((guesses.min_temperature - 11.3).abs() < 0.05, "docs/numerics.md 5: {} K", guesses.min_temperature);
         let ask = |radiance| brightness_temperature(&table, &guesses, radiance);
         assert!(matches!(ask(1e-39), Err(BrightnessError::BelowFloor { .. })));
         assert!(matches!(ask(guesses.max_radiance * 1.01), Err(BrightnessError::AboveCeiling { .. })));

@@ -36,7 +36,7 @@ pub struct Profile {
     pub t_max_steps: f64,
 }
 
-/// What happens to a transition under way when its target moves (NUMERICS.md 1).
+/// What happens to a transition under way when its target moves (docs/numerics.md 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Retarget {
     /// Superpose gap and rate of the transition under way with those of the new step.
@@ -45,7 +45,7 @@ pub enum Retarget {
     Restart,
 }
 
-/// The quantity that a transition moves (NUMERICS.md 1).
+/// The quantity that a transition moves (docs/numerics.md 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Domain {
     /// The temperature.

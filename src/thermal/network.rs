@@ -1,6 +1,6 @@
 //! A lumped-parameter thermal network: nodes, linear and radiative conductors, and their energy balance in f64.
 //!
-//! C dT/dt = Q + sum GL (Tj - Ti) + sum GR sigma (Tj^4 - Ti^4) - eA sigma (T^4 - T_space^4), NUMERICS.md 3. Diffusive
+//! C dT/dt = Q + sum GL (Tj - Ti) + sum GR sigma (Tj^4 - Ti^4) - eA sigma (T^4 - T_space^4), docs/numerics.md 3. Diffusive
 //! nodes store heat; arithmetic ones (C = 0) balance at every moment; boundary ones keep their temperature.
 
 mod connection;
@@ -98,7 +98,7 @@ impl Network {
     }
 
     /// A bound of the fastest rate at which any diffusive node relaxes [1/s]: the largest of
-    /// 2 (sum GL + 4 sigma T^3 (sum GR + eA)) / C (NUMERICS.md 3), with T the hotter end of each exchange.
+    /// 2 (sum GL + 4 sigma T^3 (sum GR + eA)) / C (docs/numerics.md 3), with T the hotter end of each exchange.
     pub fn fastest_rate(&self, temperatures: &[f64]) -> f64 {
         let mut sums: Vec<f64> = self
             .emissive_areas

@@ -32,7 +32,7 @@ pub fn band_radiance_exact(band: Band, temperature: f64) -> f64 {
 }
 
 /// G = L e^x / T with x = c2 / (lambda_max T) [W m-2 sr-1 K-1]: the band radiance without the factor that spans
-/// hundreds of decades (NUMERICS.md 5). Finite for every T > 0 [K], and at both ends: see `scaled_radiance_cold` and
+/// hundreds of decades (docs/numerics.md 5). Finite for every T > 0 [K], and at both ends: see `scaled_radiance_cold` and
 /// `scaled_radiance_hot`.
 ///
 /// With z = c2 / (lambda T), L = (2 k^4 T^4 / (h^3 c^2)) times the integral of z^3 / (e^z - 1) over the band;
@@ -132,7 +132,7 @@ mod tests {
             assert!((band_radiance_exact(band, t + 1e-3) - expected).abs() > 1e-5);
         }
         let cold = band_radiance_exact(band, 2.7);
-        assert!(cold > 3.5e-165 && cold < 4.5e-165, "L(2.7 K) = 4e-165 (NUMERICS.md 5): {cold:e}");
+        assert!(cold > 3.5e-165 && cold < 4.5e-165, "L(2.7 K) = 4e-165 (docs/numerics.md 5): {cold:e}");
     }
 
     #[test]

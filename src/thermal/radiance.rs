@@ -1,4 +1,4 @@
-//! Band radiance from a table: the f64 twin of what a fragment evaluates (NUMERICS.md 5).
+//! Band radiance from a table: the f64 twin of what a fragment evaluates (docs/numerics.md 5).
 
 use crate::thermal::planck::{Band, SECOND_RADIATION, scaled_radiance, scaled_radiance_cold, scaled_radiance_hot};
 
@@ -122,7 +122,7 @@ pub(super) mod tests {
         assert_eq!(band_radiance(&table, 0.0), 0.0);
         assert_eq!(band_radiance(&table, 1e-3), 0.0);
         let cold = band_radiance(&table, 2.7);
-        assert!(cold > 3.5e-165 && cold < 4.5e-165, "L(2.7 K) = 4e-165 (NUMERICS.md 5): {cold:e}");
+        assert!(cold > 3.5e-165 && cold < 4.5e-165, "L(2.7 K) = 4e-165 (docs/numerics.md 5): {cold:e}");
     }
 
     #[test]

@@ -188,7 +188,7 @@ pub fn commanded_temperature(
 
 /// The target that `retarget` is given [K]: the present one where the commanded one differs by less than f32 resolves.
 ///
-/// `Restart` begins anew at any change, however small (NUMERICS.md 1), so the rounding of f64 in a load that does not
+/// `Restart` begins anew at any change, however small (docs/numerics.md 1), so the rounding of f64 in a load that does not
 /// change, such as that of an umbra seen from a craft which points to nadir, would turn a transition of the device into
 /// an exponential of the reference, 80 K away. `Merge` is continuous in its targets and takes them as they are.
 fn moved_target(present: f64, commanded: f64, retarget: Retarget) -> f64 {

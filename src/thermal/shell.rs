@@ -1,4 +1,4 @@
-//! A triangulated surface as a thermal network: nodes, capacitances and conductances of shells (NUMERICS.md 3).
+//! A triangulated surface as a thermal network: nodes, capacitances and conductances of shells (docs/numerics.md 3).
 //!
 //! Where a material conducts, coincident vertices of one part and material are one node; elsewhere every drawn vertex is
 //! its own. A node's area is its mixed Voronoi area, its conductances are the cotangents of an intrinsic Delaunay
@@ -24,7 +24,7 @@ pub use contact::{Contact, ContactConductance, Selection};
 /// A vertex that belongs to no node of the network.
 pub const NO_NODE: u32 = u32::MAX;
 
-/// Pairs of nodes that even out faster than this [1/s] are merged, unless the scene says otherwise (NUMERICS.md 3).
+/// Two nodes that exchange heat faster than this [1/s] are merged, unless the scene says otherwise (docs/numerics.md 3).
 pub const MERGE_RATE: f64 = 60.0;
 
 /// Triangles as a network is made from them.

@@ -91,7 +91,7 @@ fn cold_and_hot_ends() {
     let context = context();
     let table = RadianceTable::new(Band { lower: 8e-6, upper: 14e-6 });
     let guesses = BrightnessTable::new(&table);
-    // NUMERICS.md 5: 54.93346, 31.36853 and 2.95681 W m-2 sr-1; L(2.7 K) = 4e-165 is 0 in f32.
+    // docs/numerics.md 5: 54.93346, 31.36853 and 2.95681 W m-2 sr-1; L(2.7 K) = 4e-165 is 0 in f32.
     let found =
         band_radiances(&context, &table, &guesses, &[300.0, 267.0, 180.0, 2.7, 0.0, 1e-30]).expect("the device");
     for (radiance, expected) in found.iter().zip([54.933_46, 31.368_53, 2.956_81]) {

@@ -47,11 +47,11 @@ fn in_f64(case: &Case, truth: &Truth, scheme: Scheme) -> Run {
 /// The largest error [K] that is stated of a scheme on a case; `None` where nothing is.
 fn stated(case: &Case, scheme: Scheme) -> Option<f64> {
     match scheme {
-        // Issue 4: 20 mK at most by default, 2 mK accurate; cheap is the default at ten times its tolerance.
+        // docs/numerics.md 6: 20 mK at most by default, 2 mK accurate; cheap is the default at ten times its tolerance.
         Scheme::Controlled(Integrator::Default, _) => Some(20e-3),
         Scheme::Controlled(Integrator::Accurate, _) => Some(2e-3),
         Scheme::Controlled(Integrator::Cheap, _) => Some(200e-3),
-        // NUMERICS.md 3, the largest errors of its table: ours are other loads on the same meshes and materials.
+        // docs/numerics.md 3, the largest errors of its table: ours are other loads on the same meshes and materials.
         Scheme::Fixed(Fixed::Euler, _) => match case.key {
             "cube" => Some(0.020),
             "sheet" => Some(0.044),

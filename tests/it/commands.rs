@@ -145,7 +145,7 @@ fn radiance_prints_csv() {
     assert_eq!(found[3].1, "0", "2.7 K shines with nothing in f32");
     assert_eq!(rows(&succeed(at, &["radiance", "300"]), forward)[0], found[0], "8 to 14 um is the default");
     let cpu = rows(&succeed(at, &["radiance", "300", "--device", "cpu"]), forward);
-    // NUMERICS.md 5.
+    // docs/numerics.md 5.
     assert!(cpu[0].1.starts_with("54.93346"), "{cpu:?}");
     let shifted = rows(&succeed(at, &["radiance", "--band=8.001:14", "300"]), forward);
     assert!(shifted[0].1 != found[0].1, "the band counts");

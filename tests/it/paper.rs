@@ -100,7 +100,7 @@ fn the_device_and_the_reference_draw_the_same_figures_and_agree_with_the_paper()
             }
         }
     }
-    // Issue 3: 2e-4 K on the device; that it is not 0 shows that it was the device that computed.
+    // At most 2e-4 K on the device (docs/numerics.md 6); that it is not 0 shows that it was the device that computed.
     assert!(largest <= 2e-4 && largest > 0.0, "{largest} K");
 
     // Orbits are aimed at 0.5 mK and periodic states at 1 mK, on either.
@@ -117,7 +117,7 @@ fn the_device_and_the_reference_draw_the_same_figures_and_agree_with_the_paper()
         assert!(furthest(&first, &second) > 0.25, "{name}: the lines of a panel differ");
     }
     assert!(largest <= 2e-3 && largest > 0.0, "{largest} K");
-    // NUMERICS.md 2, by the zenith face of figure 2: means and peaks at 1361 W/m2.
+    // docs/numerics.md 2, by the zenith face of figure 2: means and peaks at 1361 W/m2.
     let zenith = |name: &str| column(&numbers(&folder.path().join(format!("device/{name}.csv"))), 1);
     let mean = |name: &str| zenith(name)[..360].iter().map(|row| row[0]).sum::<f64>() / 360.0;
     let highest = |name: &str| zenith(name).iter().map(|row| row[0]).fold(0.0, f64::max);

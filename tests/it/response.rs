@@ -218,7 +218,7 @@ fn a_linear_ramp_from_rest_is_over_on_its_whole_step() {
     }
 }
 
-/// NUMERICS.md 1: quadratic, t_max 100, from 2.7 K, 267 K commanded at step 1 and 350 K at step 51.
+/// docs/numerics.md 1: quadratic, t_max 100, from 2.7 K, 267 K commanded at step 1 and 350 K at step 51.
 #[test]
 fn the_command_prints_the_values_of_the_paper_with_a_moved_target() {
     let folder = tempfile::tempdir().expect("a temporary folder");

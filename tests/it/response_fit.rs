@@ -10,7 +10,7 @@ fn fit(folder: &Path, data: &str, arguments: &[&str]) -> Ran {
     run(folder, &[&["response", "fit", "data.csv"], arguments].concat())
 }
 
-/// 2.7 K to 267 K, quadratic in 100 steps (NUMERICS.md 1, figure 5.2).
+/// 2.7 K to 267 K, quadratic in 100 steps (docs/numerics.md 1, figure 5.2).
 fn heating(first_column: &str) -> String {
     let temperature = |step: u32| 267.0 + (2.7 - 267.0) * (1.0 - f64::from(step.min(100)) / 100.0).powi(2);
     let rows = (0..=150).map(|step| format!("{step},{:.6}\n", temperature(step)));

@@ -197,7 +197,7 @@ fn attitudes_cameras_and_times_have_their_other_forms() {
 
     let scene = with("altitude = 408e3", "altitude = 224e3\nperiod = 6017");
     assert_eq!(scene.orbit.period(), 6017.0);
-    // NUMERICS.md 2: 5330 s with R = 6371 km.
+    // docs/numerics.md 2: 5330 s with R = 6371 km.
     assert!(scene.assumptions.iter().any(|sentence| sentence.contains("stated altitude takes 5330.1 s")));
 }
 
@@ -216,7 +216,7 @@ fn a_scene_that_draws_nothing_needs_no_camera() {
 #[test]
 fn the_example_of_the_reference_is_a_scene() {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let reference = std::fs::read_to_string(models.join("README.md")).unwrap();
+    let reference = std::fs::read_to_string(models.join("../docs/scene.md")).unwrap();
     let example = reference.split("```toml\n").nth(1).unwrap().split("```").next().unwrap();
     let folder = Folder::new();
     std::fs::copy(models.join("materials.toml"), folder.path("materials.toml")).unwrap();

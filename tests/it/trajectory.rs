@@ -44,7 +44,7 @@ fn rows(path: &Path) -> Vec<Vec<f64>> {
     text.lines().filter_map(numbers).collect()
 }
 
-/// skyfield with DE421 (REFERENCES.md 5).
+/// skyfield with DE421.
 #[test]
 fn iss_and_sun_agree_with_published_vectors() {
     let Some(vectors) = shared("iss_gcrs_sun_60s.csv") else { return };

@@ -50,7 +50,7 @@ fn twin_response(response: &Response, initial: f64, targets: &[f64]) -> Vec<f64>
 /// Step and temperature [K] there.
 type Value = (usize, f64);
 
-/// NUMERICS.md 1 (figures 5 and 6 of Vural et al. 2023): function, t_max, initial temperature, target, and the
+/// docs/numerics.md 1 (figures 5 and 6 of Vural et al. 2023): function, t_max, initial temperature, target, and the
 /// temperature at steps.
 const PAPER: &[(Function, f64, f64, f64, &[Value])] = &[
     (Quadratic, 361.0, 2.7, 267.0, &[(1, 4.162_238), (50, 70.843_124), (180, 200.558_427), (361, 267.0)]),
@@ -88,7 +88,7 @@ fn the_papers_transitions() {
     assert_silent(&context);
 }
 
-/// NUMERICS.md 1: quadratic, t_max 100, from 2.7 K, 267 K commanded at step 1, and another target from some step on.
+/// docs/numerics.md 1: quadratic, t_max 100, from 2.7 K, 267 K commanded at step 1, and another target from some step on.
 const MOVED: &[(f64, usize, &[Value])] = &[
     (350.0, 51, &[(51, 205.196_949), (60, 240.849_884), (100, 338.447_090), (125, 350.0)]),
     (210.0, 51, &[(51, 202.365_768), (60, 209.731_835), (75, 210.0)]),
@@ -192,7 +192,7 @@ fn parts_of_steps_add_up() {
         let submitted = renderer.submit(Some((&dark(267.0), 0.25)), None, false).expect("the device steps");
         renderer.collect(submitted).expect("the device answers");
     }
-    // 5.2 of NUMERICS.md 1 at step 50.
+    // 5.2 of docs/numerics.md 1 at step 50.
     let found = temperatures(&nodes, &mut renderer)[0];
     assert!((found - 200.925).abs() < 2e-4, "{found}");
 }

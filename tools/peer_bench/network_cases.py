@@ -1,4 +1,4 @@
-"""The four networks of NUMERICS.md 3 at about 10,000 nodes, as arrays that every program is given.
+"""The four networks of docs/numerics.md 3 at about 10,000 nodes, as arrays that every program is given.
 
 The paper's cube, a thin sheet with a moving spot, the same with slivers, and a blanket over a structure; an orbit of
 6017 s in 360 steps. Outlines and loads are this file's own, as `src/bench/cases.rs` has them at 1000 nodes: sunlight, planet

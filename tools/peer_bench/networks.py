@@ -144,7 +144,7 @@ def measure(shop: Workshop, programs: set[str]) -> Comparison:
         key="networks",
         title="Thermal networks at 10,000 nodes: Isotherm, pycanha-core and scipy's Radau",
         about=(
-            "The networks of NUMERICS.md 3 through one orbit of 6017 s; temperatures are compared at ten times. Building "
+            "The networks of docs/numerics.md 3 through one orbit of 6017 s; temperatures are compared at ten times. Building "
             "a network is not counted, handing over the heat neither. Isotherm's time is that of the solution by the host's "
             "clock, transfers included; the row of the whole command has everything from the start of the process to the file."
         ),

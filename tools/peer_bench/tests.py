@@ -18,7 +18,7 @@ from peer_bench.record import Spread
 
 
 def residual(network: Network, heat: Floats, t: Floats) -> Floats:
-    """Net heat of every node [W], straight from the equation of models/network.md."""
+    """Net heat of every node [W], straight from the equation of docs/network.md."""
     net = heat - network.emissive_area * SIGMA * (t**4 - SPACE**4)
     for (a, b), value in zip(network.linear, network.conductance, strict=True):
         net[a] += value * (t[b] - t[a])
@@ -96,7 +96,7 @@ class Images(unittest.TestCase):
     """Radiance, errors and the scenes."""
 
     def test_radiance_is_that_of_numerics(self) -> None:
-        # NUMERICS.md 5, 8 to 14 um.
+        # docs/numerics.md 5, 8 to 14 um.
         kelvin = np.array([300.0, 267.0, 180.0])
         found = image_mitsuba.radiance([8e-6, 14e-6], kelvin)
         self.assertLess(np.abs(found / [54.93346, 31.36853, 2.95681] - 1.0).max(), 1e-6)

@@ -89,7 +89,7 @@ def goal(shop: Workshop, comparison: Comparison) -> Goal:
     over = {key: factor for key, factor in slower.items() if factor > GOAL}
     by = "by processor time" if shop.loaded else "by the device's clock"
     listed = "; ".join(f"{work}, {size:.0e} nodes: {factor:.1f} times" for (work, size), factor in over.items())
-    why = "lavapipe pays for every invocation and every access of a buffer (DESIGN.md 5), a vectorised loop does not"
+    why = "lavapipe pays for every invocation and every access of a buffer, a vectorised loop does not"
     return Goal(
         text=f"the pass takes at most {GOAL:g} times as long as the loop",
         measured=f"{min(slower.values()):.2f} to {max(slower.values()):.2f} times as long {by}",

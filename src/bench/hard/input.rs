@@ -225,8 +225,10 @@ pub fn cases() -> Vec<Case> {
             without: Box::new(move |_| without()),
         };
     vec![
-        case("scene", spoiled(SCENE).len(), "issue 6, refused by name", scenes, || taken_by_toml(SCENE)),
-        case("network file", spoiled(NETWORK).len(), "issue 6, refused by name", networks, || taken_by_toml(NETWORK)),
-        case("targets", NOT_FINITE.len(), "issue 3, a clear error", target_rows, taken_by_parser),
+        case("scene", spoiled(SCENE).len(), "docs/numerics.md 6, refused by name", scenes, || taken_by_toml(SCENE)),
+        case("network file", spoiled(NETWORK).len(), "docs/numerics.md 6, refused by name", networks, || {
+            taken_by_toml(NETWORK)
+        }),
+        case("targets", NOT_FINITE.len(), "docs/numerics.md 6, a clear error", target_rows, taken_by_parser),
     ]
 }

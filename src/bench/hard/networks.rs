@@ -9,8 +9,8 @@ mod massless;
 mod residual;
 mod thermostats;
 
-/// Issue 4: the largest error by default [K].
-const DEFAULT: (f64, &str) = (20e-3, "issue 4, default");
+/// The largest error by default [K].
+const DEFAULT: (f64, &str) = (20e-3, "docs/numerics.md 6, default");
 /// A frame of the paper's orbit [s].
 const FRAME: f64 = 16.7;
 

@@ -50,7 +50,7 @@ pub fn transition(power: i32, t_max: f64, initial: f64, targets: &[f32], omitted
     targets.iter().map(step).collect()
 }
 
-/// The merge rule in f32 as NUMERICS.md 1 has it, with old, target and elapsed as its whole state: the span is their
+/// The merge rule in f32 as docs/numerics.md 1 has it, with old, target and elapsed as its whole state: the span is their
 /// difference, and time is a number of steps.
 pub fn merge_f32(power: i32, t_max: f32, initial: f32, targets: &[f32]) -> Vec<f64> {
     let (mut old, mut target, mut elapsed) = (initial, initial, t_max);
@@ -161,7 +161,7 @@ pub fn cooling_at_the_bound(capacitance: f64, area: f64, space: f64, from: f64, 
     let mut found = Vec::new();
     for time in times {
         while t < *time {
-            // dt lambda = 1 with lambda = 2 x 4 e sigma T^3 / C (NUMERICS.md 3).
+            // dt lambda = 1 with lambda = 2 x 4 e sigma T^3 / C (docs/numerics.md 3).
             let bound = capacitance / (8.0 * area * STEFAN_BOLTZMANN * now.powi(3));
             let step = bound.min(time - t);
             now += step * area * radiated(space, now) / capacitance;

@@ -10,12 +10,13 @@ use crate::bench::run::Target;
 use crate::thermal::function::Function;
 use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 
-/// Issue 3 on the values of NUMERICS.md 1.
-const VALUES: (f64, &str) = (2e-4, "issue 3, values of NUMERICS.md 1");
-/// Issue 3 on t_max up to 1000 steps.
-const SHORT: (f64, &str) = (5e-4, "issue 3, t_max up to 1000 steps");
-/// Issue 3 on t_max of 60,000 steps and targets that span 2 K, and 200 K.
-const LONG: [(f64, &str); 2] = [(1e-3, "issue 3, 60,000 steps, 2 K"), (0.03, "issue 3, 60,000 steps, 200 K")];
+/// The values of docs/numerics.md 1 [K].
+const VALUES: (f64, &str) = (2e-4, "docs/numerics.md 6, values of 1");
+/// t_max up to 1000 steps [K].
+const SHORT: (f64, &str) = (5e-4, "docs/numerics.md 6, t_max up to 1000 steps");
+/// t_max of 60,000 steps, and targets that move by 2 K and by 200 K [K].
+const LONG: [(f64, &str); 2] =
+    [(1e-3, "docs/numerics.md 6, 60,000 steps, 2 K"), (0.03, "docs/numerics.md 6, 60,000 steps, 200 K")];
 /// Steps of an orbit of 6017 s at 10 Hz, and of a day.
 const ORBIT: usize = 60_170;
 const DAY: usize = 864_000;
@@ -115,7 +116,7 @@ fn jitter() -> Vec<Commanded> {
     vec![of(1), of(2)]
 }
 
-/// 267 K from 2.7 K in 100 steps, and 268 K on the last: the rule of NUMERICS.md 1 by hand.
+/// 267 K from 2.7 K in 100 steps, and 268 K on the last: the rule of docs/numerics.md 1 by hand.
 fn last_step() -> Commanded {
     let targets: Vec<f32> = (1..=150).map(|step| if step < 100 { 267.0 } else { 268.0 }).collect();
     let old = f64::from(2.7f32);

@@ -1,4 +1,8 @@
 //! The depth of the parts as seen from the Sun, and the visibility that a node reads from it. Twin of the device's passes.
+//!
+//! The filter compares each of its 16 texels with the plane of the node's own surface there, lifted by 0.75 texels for rounding and smoothed normals.
+//! Whatever lies nearer above a surface lets light through: at 2048 texels 3.7 to 5.2 cm on a craft of 100 m. The device copies the depth to
+//! a buffer first, which lavapipe reads faster than an image.
 
 use glam::{DAffine3, DVec3};
 

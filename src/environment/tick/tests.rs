@@ -183,7 +183,7 @@ fn planet_loads_agree_with_the_exact_functions_around_the_orbit() {
             let difference = (albedo_flux(&load, normal) - exact_albedo_flux(&load, normal)).abs();
             assert!(difference < 1e-4 * 0.3 * SOLAR_CONSTANT, "{time} s, {normal}: {difference}");
         }
-        // NUMERICS.md 4: the side plate's view factor at 224 km.
+        // docs/numerics.md 4: the side plate's view factor at 224 km.
         assert!((planet_ir_flux(&load, DVec3::X) - 237.0 * 0.337_340).abs() < 1e-3);
         assert_eq!(planet_ir_flux(&load, DVec3::NEG_Z), 0.0);
         dark += u32::from(load.albedo.is_none());

@@ -1,6 +1,9 @@
 //! A large network as its kernels read it: four nodes at a time, their rows of conductors in slices (the sliced ELLPACK
 //! format: Monakov, Lokhmotov & Avetisyan, HiPEAC 2010, 111), nodes of like rows beside each other within a window (SELL-C-sigma:
 //! Kreutzer, Hager, Wellein, Fehske & Bishop, SIAM J. Sci. Comput. 36, 2014, C401).
+//!
+//! On lavapipe the number of loads is what costs, whether of one component or of four. Linear and radiative conductors have rows of their own,
+//! since most nodes of a mesh radiate to no other. Rows beyond 16 conductors go on in tails, so that a hub does not make its slice long.
 
 use super::rows::{Link, Rows};
 use super::tables::is_coupled;

@@ -1,4 +1,8 @@
 //! Newton's method with conjugate gradients over nodes of a large network, as passes and the barriers between them.
+//!
+//! The conjugate gradients are Jacobi-preconditioned, in the form with one reduction an iteration. The host records as many iterations as the last
+//! tries took. The device stops what has converged, so more of them change no result; a try that had too few is recorded again. Where nodes radiate to
+//! each other, the matrix takes the geometric mean of each two entries: it stays symmetric and positive definite, and the balances stay exact.
 
 use super::frame::{COMPUTE, Place, pass, present};
 use crate::gpu::pass::{Barrier, COMPUTE_READ, COMPUTE_WRITE, NetworkNodes, Resource, Scope, Step, barrier};

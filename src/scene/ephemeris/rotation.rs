@@ -1,4 +1,6 @@
 //! What the metadata of a segment of a CCSDS AEM say, and what its numbers mean as rotations (CCSDS 504.0-B-1 and -B-2).
+//!
+//! Everything becomes quaternions before anything is interpolated, so it does not matter as what a file states its rotations.
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! A network file: nodes, conductors, heat and thermostats without geometry, read and checked.
 //!
-//! `models/network.md` is the reference of the file.
+//! `docs/network.md` is the reference of the file.
 
 use std::collections::HashMap;
 use std::path::Path;

@@ -75,7 +75,7 @@ fn rows_are_asked_for_in_any_order_and_twice() {
 
 #[test]
 fn the_reference_explains_every_key() {
-    let reference = include_str!("../../../models/network.md");
+    let reference = include_str!("../../../docs/network.md");
     for (header, keys) in [
         ("The root", &["space_temperature"][..]),
         ("[[node]]", super::node::KEYS),
@@ -87,7 +87,7 @@ fn the_reference_explains_every_key() {
         let titled = |part: &&str| part.lines().next().is_some_and(|title| title.contains(header));
         let part = reference.split("\n## ").find(titled).unwrap_or_default();
         for key in keys {
-            assert!(part.contains(&format!("`{key}`")), "models/network.md is silent on {header} {key}");
+            assert!(part.contains(&format!("`{key}`")), "docs/network.md is silent on {header} {key}");
         }
     }
     // The example of the reference is itself a file that is read.

@@ -1,6 +1,6 @@
 //! Joins nodes that exchange heat far faster than anything a frame shows: the ends of slivers.
 //!
-//! A conductance is never capped, which would be wrong by kelvin (NUMERICS.md 3): its two nodes become one.
+//! A conductance is never capped, which would be wrong by kelvin (docs/numerics.md 3): its two nodes become one.
 
 use rayon::prelude::*;
 

@@ -172,7 +172,7 @@ fn square_mode(mesh: &Mesh) -> f64 {
 
 #[test]
 fn a_mode_decays_as_it_should_on_good_obtuse_and_capped_meshes() {
-    // NUMERICS.md 3 states .13 % good, .23 % at 47 % obtuse, .89 % at 91 %, .34 % with caps of 179 deg, on meshes whose
+    // docs/numerics.md 3 states .13 % good, .23 % at 47 % obtuse, .89 % at 91 %, .34 % with caps of 179 deg, on meshes whose
     // density it does not state: 600 to 2500 nodes here.
     let good = Mesh::jittered(32, 0.1);
     let half = Mesh::jittered(32, 0.25);
@@ -193,7 +193,7 @@ fn a_mode_decays_as_it_should_on_good_obtuse_and_capped_meshes() {
 
 #[test]
 fn a_harmonic_of_the_sphere_decays_as_it_should() {
-    // Y(3,2) ~ z (x^2 - y^2) decays at l (l + 1) = 12; 0.4 to 0.5 % in NUMERICS.md 3.
+    // Y(3,2) ~ z (x^2 - y^2) decays at l (l + 1) = 12; 0.4 to 0.5 % in docs/numerics.md 3.
     let sphere = Mesh::sphere(5);
     let shell = sphere.shell(UNIT);
     let error = mode_error(&sphere, &shell, |p| p.z * (p.x * p.x - p.y * p.y), 12.0);

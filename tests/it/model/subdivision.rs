@@ -138,7 +138,7 @@ fn places(model: &Model) -> usize {
     (0..model.positions.len()).map(place).collect::<HashSet<_>>().len()
 }
 
-/// REFERENCES.md section 5: the ISS has 43 k and 138 k vertices at 2 and 1 m, counted without regard to normals.
+/// The ISS has 43 k and 138 k vertices at 2 and 1 m, counted without regard to normals.
 #[test]
 fn the_station() {
     let Some(shared) = shared() else { return };

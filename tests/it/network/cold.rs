@@ -18,7 +18,7 @@ fn both(text: &str) -> [Vec<Vec<f64>>; 2] {
     })
 }
 
-/// Default tolerance (issue 4).
+/// Default tolerance (docs/numerics.md 6).
 const LIMIT: f64 = 20e-3;
 
 fn agree(what: &str, text: &str) {

@@ -157,7 +157,7 @@ fn orbits(context: &Arc<Context>, conductance: f64, rate: f64, orbits: f64) -> W
 }
 
 /// The paper's cube: 2 mK at most after 601,200 steps of a tenth and of a hundredth of a second, where plain f32 is 0.24
-/// and 0.89 K off (NUMERICS.md 3).
+/// and 0.89 K off (docs/numerics.md 3).
 #[test]
 fn tiny_steps_do_not_stagnate() {
     let context = context();

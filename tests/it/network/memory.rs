@@ -1,4 +1,4 @@
-//! What networks take on a device: the plan is what is allocated, it stays below what issue 5 allows, and what a scene has to
+//! What networks take on a device: the plan is what is allocated, it stays below what docs/numerics.md allows, and what a scene has to
 //! spare while its network is solved comes back before an image is drawn from it.
 
 use std::path::Path;
@@ -18,7 +18,7 @@ use crate::craft::{Folder, scene_with};
 use crate::device::{assert_silent, context, validated_context};
 use crate::mesh_network::{SKIN, TRANSITION};
 
-/// Bytes a node of a network of a mesh, triangles included (issue 5, "Scale").
+/// Bytes a node of a network of a mesh, triangles included (docs/numerics.md 6).
 const ALLOWED: f64 = 160.0;
 
 /// Planned for the device: of the scene, and of its network beside that.

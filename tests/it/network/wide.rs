@@ -143,7 +143,7 @@ fn schedule(network: &Network) -> Schedule {
     }
 }
 
-/// 20 mK by default and 2 mK with the accurate option are what issue 4 allows; switches within 0.05 s.
+/// 20 mK by default and 2 mK with the accurate option are what docs/numerics.md 6 allows; switches within 0.05 s.
 #[test]
 #[ignore = "not yet seen to end: the f64 twin takes more than nine minutes"]
 fn a_blanketed_sheet_with_a_thermostat_agrees_with_the_twin() {

@@ -180,7 +180,7 @@ fn chunk_step<const POWER: u32>(chunk: Chunk<'_>, load: Option<&Load>, surface: 
     }
 }
 
-/// Rule MERGE of NUMERICS.md 1 for a change `d` of the target: the new span and the share of time that is left.
+/// Rule MERGE of docs/numerics.md 1 for a change `d` of the target: the new span and the share of time that is left.
 #[inline(always)]
 fn merged<const POWER: u32>(span: f32, d: f32, left: f32) -> (f32, f32) {
     let share = if POWER == 2 { left * left } else { left };

@@ -158,7 +158,7 @@ fn the_station_has_the_scale_of_the_iss() {
             (lower, upper) = (lower.min(corner), upper.max(corner));
         }
     }
-    // REFERENCES.md section 5: ISS_42.glb measures 74 x 109 x 33 m.
+    // ISS_42.glb measures 74 x 109 x 33 m.
     let size = upper - lower;
     assert!((70.0..80.0).contains(&size.x) && (105.0..112.0).contains(&size.y), "{size}");
     assert!((lower + upper).abs().max_element() < 5.0, "centre {}", (lower + upper) / 2.0);

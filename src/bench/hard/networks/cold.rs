@@ -10,8 +10,8 @@ use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::{Network, NodeKind};
 use crate::thermal::step_response::Plate;
 
-/// Issue 4 with the accurate option [K].
-const ACCURATE: (f64, &str) = (2e-3, "issue 4, accurate");
+/// The largest error with the accurate option [K].
+const ACCURATE: (f64, &str) = (2e-3, "docs/numerics.md 6, accurate");
 
 /// A foil of 100 J/K and 0.8 m2 that radiates from 1000 K until it is a tenth of a kelvin above space.
 struct Cooling;
@@ -141,7 +141,7 @@ pub fn cases() -> Vec<Case> {
         below_zero(
             "a body that runs out of heat",
             "1 W drawn from 100 J/K at 50 K: refused by name at 5000 s",
-            (0.05, "as switching times of issue 4"),
+            (0.05, "docs/numerics.md 6, as switching times"),
             Empties::body,
         ),
         below_zero(

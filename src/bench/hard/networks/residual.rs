@@ -7,8 +7,8 @@ use crate::paper::cube::{self, ALTITUDES, ALUMINIUM, Loads, SOLAR_CONSTANTS};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::stepper::{Method, Stepper};
 
-/// Issue 4 on the paper's cube in small steps [K].
-const SMALL_STEPS: (f64, &str) = (2e-3, "issue 4, the cube at 10 and 100 Hz");
+/// The paper's cube in small steps [K].
+const SMALL_STEPS: (f64, &str) = (2e-3, "docs/numerics.md 6, the cube at 10 and 100 Hz");
 
 /// The paper's cube of aluminium without its radiation: panels that gain 2e-5 to 1.2e-4 K/s and nothing else.
 fn slow_heating(rate: u32) -> Case {
