@@ -184,6 +184,10 @@ pub fn rows(motion: &glam::DAffine3) -> [[f32; 4]; 3] {
     })
 }
 
+/// Ticks that one dispatch takes at most: TICKS of glsl/thermal_step.comp. Their Sun samples fill 4 of the 16 KiB that
+/// every device reads as a uniform, and no driver ends a loop of so few turns.
+pub const FUSED_TICKS: usize = 32;
+
 /// Bytes between the slices of joints in a uniform buffer: what every device can begin a binding at.
 pub const SLICE: usize = 256;
 

@@ -2,13 +2,13 @@
 //!
 //! A temperature is a base, a multiple of 1/256 K, and a rest of at most 1/512 K: what a step adds is not lost however small.
 
+mod bytes;
 pub mod frame;
 mod fused;
-mod host;
-mod parts;
 mod rows;
 mod schedule;
 mod sliced;
+pub mod small_frame;
 mod solve_frame;
 mod tables;
 pub mod uses;
@@ -21,7 +21,7 @@ use fused::Fused;
 use sliced::GROUP;
 use wide::Wide;
 
-pub use parts::NetworkBytes;
+pub use bytes::NetworkBytes;
 pub use wide::NODES_AT_MOST;
 
 use super::context::Context;
@@ -123,8 +123,8 @@ impl NetworkStepper {
         match &mut self.path {
             Path::Fused(_) => {}
             Path::Wide(wide) => {
-                wide.set_state(&state);
-                wide.set_heat(&self.heat);
+                wide.set_state(&state)?;
+                wide.set_heat(&self.heat)?;
             }
         }
         Ok(())
@@ -297,12 +297,12 @@ impl Stepper for NetworkStepper {
             power.iter().zip(slope).map(|(power, slope)| [*power as f32, *slope as f32]).collect();
         match &mut self.path {
             Path::Fused(fused) => {
-                fused.set_heat(&heat);
+                fused.set_heat(&heat)?;
                 self.heat = heat;
+                Ok(())
             }
             Path::Wide(wide) => wide.set_heat(&heat),
         }
-        Ok(())
     }
 
     fn balance(&mut self, t: f64) -> Result<bool, GpuError> {
@@ -346,7 +346,6 @@ impl Stepper for NetworkStepper {
             Path::Fused(fused) => fused.set_state(&state),
             Path::Wide(wide) => wide.set_state(&state),
         }
-        Ok(())
     }
 
     fn steady(&mut self, t: f64) -> Result<bool, GpuError> {

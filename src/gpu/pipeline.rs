@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::context::Context;
-use super::error::{Context as _, GpuError};
+use super::error::{During as _, GpuError};
 
 /// Name and SPIR-V of every module in `spirv/`.
 pub const MODULES: &[(&str, &[u8])] = include!("../../spirv/index.rs");

@@ -13,16 +13,17 @@ use culling::Culling;
 
 use super::bindings::Bindings;
 use super::context::Context;
-use super::error::{Context as _, GpuError};
+use super::error::{During as _, GpuError};
 use super::frame::{Frame, StepRange, TriangleRun, Wanted};
 use super::layout;
 use super::load::DeviceLoad;
 use super::memory::Buffer;
 use super::once::{Once, command_buffers};
-use super::pass::{Pass, Resource};
+use super::pass::Said;
 use super::record::Recorder;
-use super::resources::{Resources, SLOTS, SceneData};
-use super::shapes::Shapes;
+use super::resource::{Resource, SLOTS};
+use super::resources::SceneData;
+use super::store::Resources;
 use super::timing::{DeviceFrame, PassTimes, Timing};
 use super::variant::StepKind;
 use crate::environment::TickLoad;
@@ -86,9 +87,6 @@ pub struct Renderer {
     slots: Vec<Slot>,
     command_pool: vk::CommandPool,
     bindings: Bindings,
-    /// What takes many ticks in a dispatch, once it was asked for.
-    fused: Option<Bindings>,
-    shapes: Shapes,
     resources: Resources,
     once: Once,
     context: Arc<Context>,
@@ -101,8 +99,7 @@ impl Renderer {
     /// A scene beyond the device, or a call that fails.
     pub fn new(context: &Arc<Context>, data: &SceneData<'_>) -> Result<Self, GpuError> {
         let mut once = Once::new(context)?;
-        let resources = Resources::new(context, &mut once, data)?;
-        once.free_staging();
+        let resources = Resources::of_scene(context, &mut once, data)?;
         let wanted = Wanted { image: data.image.is_some(), cull: data.triangles.len() as u32, temperatures: true };
         let whole = |count: usize| vec![TriangleRun { joint: 0, triangles: (0, count as u32) }];
         let triangles = data.runs();
@@ -120,7 +117,8 @@ impl Renderer {
         let passes = frames.iter().map(|frame| frame.passes().count()).max().unwrap_or(0) + shadows.passes().count();
         frames.push(shadows);
         let joints = data.joints.as_ref().map_or(1, |joints| joints.count);
-        let bindings = Bindings::new(context, &resources, &frames.iter().collect::<Vec<_>>(), data.shapes, joints)?;
+        let mut bindings = Bindings::new(context, data.shapes.clone(), joints, SLOTS);
+        bindings.add(&resources, frames.iter().flat_map(Frame::passes))?;
         let (command_pool, commands) = command_buffers(context, SLOTS as u32)?;
         let mut renderer = Self {
             ranges: data.ranges.clone(),
@@ -145,8 +143,6 @@ impl Renderer {
             slots: Vec::new(),
             command_pool,
             bindings,
-            fused: None,
-            shapes: data.shapes.clone(),
             resources,
             once,
             context: Arc::clone(context),
@@ -195,7 +191,7 @@ impl Renderer {
         ] {
             self.resources.upload(&mut self.once, resource, values)?;
         }
-        self.once.free_staging();
+        self.resources.free_staging();
         Ok(())
     }
 
@@ -232,12 +228,12 @@ impl Renderer {
         ranges.retain(|range| range.variant.kind != StepKind::Absorb);
         let shadows = match tick {
             Some((load, _)) => self.shadows(load)?,
-            None => Frame { steps: Vec::new() },
+            None => Frame::default(),
         };
         if let Some((load, _)) = tick {
             // Under the load that commanded them last, nodes have nothing to do but to go on.
             let load = Some(DeviceLoad::new(load, self.joints));
-            if shadows.steps.is_empty() && self.commanded == load {
+            if shadows.entries.is_empty() && self.commanded == load {
                 ranges = idle(&ranges);
             } else {
                 self.commanded = load;
@@ -273,7 +269,7 @@ impl Renderer {
 
     /// Bytes of the buffers, as they were allocated, that follow the number of nodes; what only the host reads is not counted.
     pub fn device_bytes(&self) -> u64 {
-        self.resources.device_bytes()
+        self.resources.bytes(|resource| resource.row().grows_with_nodes())
     }
 
     /// Buffers that the scene has to spare while its network is stepped and no frame is in flight. Where anything was written
@@ -290,7 +286,7 @@ impl Renderer {
     /// What finds the shadows anew, where a load asks for it; the Sun's view goes to the slot that is submitted next.
     fn shadows(&mut self, load: &TickLoad) -> Result<Frame, GpuError> {
         let Some(view) = self.redraw.as_mut().and_then(|redraw| redraw.view(load)) else {
-            return Ok(Frame { steps: Vec::new() });
+            return Ok(Frame::default());
         };
         let Some((mut boxes, mut start)) = self.tree else {
             let pose = |joint: u32| load.joints.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
@@ -328,7 +324,7 @@ impl Renderer {
         if self.redraw.is_none() {
             return Ok(Vec::new());
         }
-        self.once.download(self.resources.buffer(Resource::Visibility, 0), self.nodes)
+        self.resources.download(&mut self.once, Resource::Visibility, self.nodes)
     }
 
     /// Submits a given list; tests pass one without a barrier.
@@ -358,36 +354,34 @@ impl Renderer {
         self.next = (self.next + 1) % SLOTS;
         self.finish(number)?;
         if let Some((load, step)) = tick {
-            DeviceLoad::new(load, self.joints).write(&mut self.resources, number, step);
+            DeviceLoad::new(load, self.joints).write(&mut self.resources, number, step)?;
         }
         if let Some(views) = views {
-            self.resources.write_slices(Resource::View, number, views);
+            self.resources.write_slices(Resource::View, number, views)?;
         }
         let sun_views = std::mem::take(&mut self.sun_view);
         if !sun_views.is_empty() {
-            self.resources.write_slices(Resource::SunView, number, &sun_views);
+            self.resources.write_slices(Resource::SunView, number, &sun_views)?;
         }
 
         let slot = &mut self.slots[number];
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: the slot's last frame is complete, so its command buffer may be recorded anew.
         unsafe { self.context.device.begin_command_buffer(slot.commands, &begin) }.during("recording")?;
-        let recorder = Recorder {
-            context: &self.context,
-            resources: &self.resources,
-            slot: number,
-            commands: slot.commands,
-            triangles: &self.triangles,
-            occluders: &self.occluders,
-            sun_rays: &self.sun_rays,
-            poses: &self.poses,
-            size: self.size,
+        let (rays, poses) = (&self.sun_rays, &self.poses);
+        let told = |said: Said| match said {
+            Said::Triangle(first) => first.to_le_bytes().to_vec(),
+            Said::Ray(ray, joint) => {
+                let pose = poses.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
+                [bytemuck::bytes_of(&rays[ray as usize]), bytemuck::bytes_of(&layout::rows(&pose))].concat()
+            }
+            _ => Vec::new(),
         };
-        let bound = |pass: &Pass, joint: u32| {
-            let fused = self.fused.as_ref().filter(|_| pass.is_fused());
-            fused.unwrap_or(&self.bindings).of(pass, joint, number)
-        };
-        recorder.frame(frame, bound, &mut slot.timing);
+        let mut recorder =
+            Recorder::new(&self.context, slot.commands, &self.resources, Some(&self.bindings), &told);
+        (recorder.slot, recorder.triangles, recorder.occluders) = (number, &self.triangles, &self.occluders);
+        slot.timing.begin_frame(slot.commands);
+        recorder.record(frame, Some(&mut slot.timing));
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         slot.submitted = Instant::now();
@@ -410,11 +404,10 @@ impl Renderer {
         self.finish(number)?;
         let wanted = self.slots[number].wanted;
         let pixels = self.size[0] as usize * self.size[1] as usize;
-        let buffer = |resource| self.resources.buffer(resource, number);
         Ok(Collected {
-            radiance: wanted.image.then(|| buffer(Resource::RadianceReadback).read(pixels)),
-            identity: wanted.image.then(|| buffer(Resource::IdentityReadback).read(pixels)),
-            temperatures: wanted.temperatures.then(|| buffer(Resource::TemperatureReadback).read(self.nodes)),
+            radiance: wanted.image.then(|| self.resources.read(Resource::RadianceReadback, number, pixels)),
+            identity: wanted.image.then(|| self.resources.read(Resource::IdentityReadback, number, pixels)),
+            temperatures: wanted.temperatures.then(|| self.resources.read(Resource::TemperatureReadback, number, self.nodes)),
         })
     }
 

@@ -8,7 +8,7 @@ use super::check::Check;
 use super::engine::{Engine, Tick};
 use super::prepare::Prepared;
 use crate::gpu::error::GpuError;
-use crate::gpu::load::FUSED_TICKS;
+use crate::gpu::layout::FUSED_TICKS;
 
 /// When a tick passes, and how many steps it is long.
 #[derive(Debug, Clone, Copy, PartialEq)]

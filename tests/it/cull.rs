@@ -5,7 +5,8 @@ use std::path::Path;
 use glam::{DAffine3, DQuat};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::{Frame, Wanted};
-use isotherm::gpu::pass::{Resource, Step, Work};
+use isotherm::gpu::pass::{Entry, Kernel, Work};
+use isotherm::gpu::resource::Resource;
 use isotherm::gpu::renderer::{Collected, Renderer};
 use isotherm::gpu::resources::SceneData;
 use isotherm::scene::{Camera, Scene};
@@ -95,12 +96,12 @@ fn culling_changes_no_pixel() {
     // The same list with a copy of all triangles in place of the cull.
     let whole = |triangles| {
         let mut frame = culled(triangles);
-        for step in &mut frame.steps {
-            match step {
-                Step::Pass(pass) if matches!(pass.work, Work::Cull { .. }) => {
+        for entry in &mut frame.entries {
+            match entry {
+                Entry::Pass(pass) if pass.kernel() == Some(Kernel::Cull) => {
                     pass.work = Work::Copy { from: Resource::Triangles, to: Resource::VisibleTriangles };
                 }
-                Step::Barriers(barriers) => {
+                Entry::Barriers(barriers) => {
                     for barrier in barriers.iter_mut().filter(|b| b.resource == Resource::VisibleTriangles) {
                         barrier.before.stage = ash::vk::PipelineStageFlags2::ALL_COMMANDS;
                         barrier.before.access = ash::vk::AccessFlags2::MEMORY_WRITE;
@@ -108,7 +109,7 @@ fn culling_changes_no_pixel() {
                         barrier.after.access = ash::vk::AccessFlags2::MEMORY_READ | ash::vk::AccessFlags2::MEMORY_WRITE;
                     }
                 }
-                Step::Pass(_) => {}
+                Entry::Pass(_) => {}
             }
         }
         frame

@@ -3,7 +3,7 @@
 use isotherm::environment::shadow::Method;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::hazard::{HazardKind, hazards};
-use isotherm::gpu::pass::Step;
+use isotherm::gpu::pass::Entry;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 
 fn variant(kind: StepKind, both_sides: bool) -> ThermalVariant {
@@ -64,7 +64,7 @@ fn frames(ranges: &[StepRange]) -> Vec<Frame> {
     let mut frames = vec![Frame::settle(ranges), Frame::step(&fused(ranges), Wanted::default())];
     for method in [Method::Depth, Method::Exact] {
         let shadows = Frame::shadows(ranges, method);
-        if shadows.steps.is_empty() {
+        if shadows.entries.is_empty() {
             continue;
         }
         frames.push(shadows.clone().then(Frame::settle(ranges)));
@@ -102,7 +102,7 @@ fn each_barrier_that_is_taken_away_is_missed() {
                 let missed = frames(&ranges).iter().any(|before| {
                     let sequence = [&settle, before, &broken, &broken];
                     // What the host reads is ordered by the barrier to the host alone.
-                    !hazards(sequence).is_empty() || !isotherm::gpu::hazard::unread_by_host(&broken).is_empty()
+                    !hazards(sequence).is_empty() || !isotherm::gpu::hazard::unread_by_host([&broken]).is_empty()
                 });
                 assert!(missed, "frame {number} without barrier {n} of {}", describe(whole, n));
             }
@@ -112,9 +112,9 @@ fn each_barrier_that_is_taken_away_is_missed() {
 
 fn describe(frame: &Frame, n: usize) -> String {
     let all: Vec<String> = frame
-        .steps
+        .entries
         .iter()
-        .filter_map(|step| if let Step::Barriers(barriers) = step { Some(barriers) } else { None })
+        .filter_map(|entry| if let Entry::Barriers(barriers) = entry { Some(barriers) } else { None })
         .flatten()
         .map(|barrier| format!("{barrier:?}"))
         .collect();

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::layout;
-use isotherm::gpu::pass::{Pass, Work, is_write};
+use isotherm::gpu::pass::{Kernel, Pass, is_write};
 use isotherm::gpu::pipeline::MODULES;
+use isotherm::gpu::resource::Role;
 use isotherm::gpu::shapes::{self, Shapes};
 use isotherm::gpu::variant::{StepKind, ThermalVariant};
 use isotherm::thermal::function::{Function, Sample};
@@ -113,7 +114,7 @@ fn declared(pass: &Pass) -> BTreeMap<u32, (bool, bool)> {
     let mut declared = BTreeMap::new();
     for access in &pass.accesses {
         if let Some(binding) = access.binding {
-            let entry = declared.entry(binding).or_insert((false, access.resource.is_uniform()));
+            let entry = declared.entry(binding).or_insert((false, access.resource.row().role == Role::Uniform));
             entry.0 |= is_write(access.scope.access);
         }
     }
@@ -164,9 +165,9 @@ fn passes_declare_what_their_shaders_touch() {
         }
     }
     let frame = Frame::step(&[], Wanted { image: true, cull: 9, temperatures: false });
-    let cull = frame.passes().find(|pass| matches!(pass.work, Work::Cull { .. })).expect("a cull pass");
+    let cull = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Cull)).expect("a cull pass");
     assert_eq!(declared(cull), bindings_of("cull.comp"));
-    let radiance = frame.passes().find(|pass| pass.work == Work::Radiance).expect("a radiance pass");
+    let radiance = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Radiance)).expect("a radiance pass");
     let mut shaders = bindings_of("radiance.vert");
     shaders.extend(bindings_of("radiance.frag"));
     assert_eq!(declared(radiance), shaders);

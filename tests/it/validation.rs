@@ -7,7 +7,7 @@ use isotherm::environment::albedo_field::AlbedoField;
 use isotherm::environment::{PlanetLoad, TickLoad};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
-use isotherm::gpu::pass::{Barrier, Step, Work};
+use isotherm::gpu::pass::{Barrier, Entry, Work};
 use isotherm::gpu::renderer::Renderer;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::simulation::viewpoint::device_view;
@@ -99,8 +99,8 @@ fn whole_frames_are_silent() {
 }
 
 fn barriers(frame: &Frame) -> Vec<Barrier> {
-    let of = |step: &Step| if let Step::Barriers(barriers) = step { barriers.clone() } else { Vec::new() };
-    frame.steps.iter().flat_map(of).collect()
+    let of = |entry: &Entry| if let Entry::Barriers(barriers) = entry { barriers.clone() } else { Vec::new() };
+    frame.entries.iter().flat_map(of).collect()
 }
 
 /// What the layer says of a frame after one whole tick: the identifiers of its first messages, without repetition.
@@ -125,7 +125,7 @@ fn said_of(frame: &Frame, wanted: Wanted) -> Option<Vec<String>> {
 /// Takes each barrier out of `frame`, which follows `first` in one command buffer, and compares for which of them the
 /// layer speaks. Which it sees was measured with version 1.3.239; what it does not see, tests/it/hazards.rs proves.
 fn check(first: &Frame, frame: &Frame, wanted: Wanted, seen: &[&str], unseen: &[&str]) {
-    let joined = |frame: Frame| Frame { steps: [first.steps.clone(), frame.steps].concat() };
+    let joined = |frame: Frame| Frame { entries: [first.entries.clone(), frame.entries].concat() };
     let Some(said) = said_of(&joined(frame.clone()), wanted) else { return };
     assert_eq!(said, Vec::<String>::new(), "the whole frame");
     let (mut found_seen, mut found_unseen) = (Vec::new(), Vec::new());
@@ -177,20 +177,20 @@ fn barriers_of_a_tick() {
         ["RadianceReadback: COPY -> HOST", "IdentityReadback: COPY -> HOST", "TemperatureReadback: COPY -> HOST"];
     let last_frame = [TEMPERATURE_TO_STEP, target, span, elapsed, CULLED_TO_CULL, DRAWN_TO_CULL, DEPTH];
     let unseen = [&last_frame[..], &to_host].concat();
-    check(&Frame { steps: Vec::new() }, &Frame::step(&[range()], WANTED), WANTED, &seen, &unseen);
+    check(&Frame::default(), &Frame::step(&[range()], WANTED), WANTED, &seen, &unseen);
 }
 
 /// A frame without what the host reads: two of them in one command buffer would write it twice.
 fn unread(frame: &Frame) -> Frame {
-    let mut steps = frame.steps.clone();
-    steps.retain_mut(|step| match step {
-        Step::Pass(pass) => !matches!(pass.work, Work::Copy { to, .. } if to.per_slot()),
-        Step::Barriers(barriers) => {
-            barriers.retain(|barrier| !barrier.resource.per_slot());
+    let mut entries = frame.entries.clone();
+    entries.retain_mut(|entry| match entry {
+        Entry::Pass(pass) => !matches!(pass.work, Work::Copy { to, .. } if to.row().per_slot),
+        Entry::Barriers(barriers) => {
+            barriers.retain(|barrier| !barrier.resource.row().per_slot);
             !barriers.is_empty()
         }
     });
-    Frame { steps }
+    Frame { entries }
 }
 
 #[test]

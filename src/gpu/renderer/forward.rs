@@ -1,10 +1,10 @@
 //! Ticks that leave nothing but the nodes' state, many in one dispatch.
 
-use super::super::bindings::Bindings;
 use super::super::error::GpuError;
 use super::super::frame::{Frame, StepRange, Wanted};
-use super::super::load::{DeviceLoad, FUSED_TICKS};
-use super::super::pass::Step;
+use super::super::layout::FUSED_TICKS;
+use super::super::load::DeviceLoad;
+use super::super::pass::Entry;
 use super::super::variant::ThermalVariant;
 use super::{Renderer, ranges_of_load, ranges_of_tick};
 use crate::environment::TickLoad;
@@ -57,8 +57,8 @@ impl Renderer {
         let (first, last) = (ticks[0].0, ticks[ticks.len() - 1]);
         let ranges = fused(&ranges_of_load(&self.ranges, first));
         let mut stepped = Frame::step(&ranges, Wanted::default());
-        for step in &mut stepped.steps {
-            if let Step::Pass(pass) = step {
+        for entry in &mut stepped.entries {
+            if let Entry::Pass(pass) = entry {
                 // Its time is that of many ticks.
                 pass.name = format!("forward {}", pass.name);
             }
@@ -67,7 +67,7 @@ impl Renderer {
         let loads: Vec<(DeviceLoad, f64)> =
             ticks.iter().map(|(load, steps)| (DeviceLoad::new(load, self.joints), *steps)).collect();
         self.finish(self.next)?;
-        DeviceLoad::write_fused(&loads, &mut self.resources, self.next);
+        DeviceLoad::write_fused(&loads, &mut self.resources, self.next)?;
         self.fused_ticks += ticks.len() as u64;
         self.commanded = loads.into_iter().next_back().map(|(load, _)| load);
         self.submit_views_frame(&frame, Some(last), None, Wanted::default())
@@ -75,18 +75,11 @@ impl Renderer {
 
     /// Makes the pipelines of many ticks when they are first needed: most runs have no use for them.
     fn bind_fused(&mut self) -> Result<(), GpuError> {
-        if self.fused.is_some() {
-            return Ok(());
-        }
         let loads = [(true, true), (true, false), (false, false)];
         let frames = loads.map(|(has_sun, has_albedo)| {
-            let mut frame = Frame::step(&fused(&ranges_of_tick(&self.ranges, has_sun, has_albedo)), Wanted::default());
-            frame.steps.retain(|step| matches!(step, Step::Pass(pass) if pass.is_fused()));
-            frame
+            Frame::step(&fused(&ranges_of_tick(&self.ranges, has_sun, has_albedo)), Wanted::default())
         });
-        self.fused =
-            Some(Bindings::new(&self.context, &self.resources, &frames.each_ref(), &self.shapes, self.joints)?);
-        Ok(())
+        self.bindings.add(&self.resources, frames.iter().flat_map(Frame::passes))
     }
 }
 

@@ -1,10 +1,11 @@
 //! Balances of a large network's nodes, and how many iterations of its solver are recorded.
 
 use super::constants::Constants;
-use super::{Resource, Wide};
+use super::Wide;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout::NetworkSolver;
 use crate::gpu::pass::NetworkNodes;
+use crate::gpu::resource::Resource;
 
 /// Iterations of conjugate gradients after which a system counts as unsolved.
 const MOST_GRADIENTS: u32 = 6_000;
@@ -90,7 +91,7 @@ impl Budget {
 impl Wide {
     /// What the last submission's solver found.
     pub(super) fn solver(&self) -> NetworkSolver {
-        self.buffers[&Resource::SolverScalars].buffer.read(1)[0]
+        self.resources.read(Resource::SolverScalars, 0, 1)[0]
     }
 
     /// Balances the arithmetic nodes.
@@ -126,7 +127,7 @@ impl Wide {
         self.keep()?;
         let found = self.state().flatten().all(f32::is_finite);
         if !found {
-            self.set_state(&before);
+            self.set_state(&before)?;
         }
         Ok(found)
     }
