@@ -13,7 +13,7 @@ use crate::gpu::frame::{Frame, StepRange, Wanted};
 use crate::gpu::layout;
 use crate::gpu::layout::FUSED_TICKS;
 use crate::gpu::network::{NODES_AT_MOST, NetworkStepper};
-use crate::gpu::renderer::Renderer;
+use crate::gpu::renderer::{Renderer, Request};
 use crate::gpu::resources::SceneData;
 use crate::gpu::shapes::{self, Shapes};
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
@@ -115,7 +115,7 @@ pub fn time_pass(
         renderer.wait()?;
     } else {
         for load in ticks.iter().chain(ticks) {
-            let submitted = renderer.submit(Some((load, 1.0)), None, false)?;
+            let submitted = renderer.submit(Request::tick(load, 1.0))?;
             renderer.collect(submitted)?;
         }
     }

@@ -104,13 +104,10 @@ impl Bindings {
             None if self.joints > 1 && row.per_joint => {
                 (u64::from(drawn_joint.unwrap_or(slice)) * SLICE as u64, SLICE as u64)
             }
-            Some((first, end)) => {
-                (u64::from(first) * row.element as u64, u64::from(end - first) * row.element as u64)
-            }
+            Some((first, end)) => (u64::from(first) * row.element as u64, u64::from(end - first) * row.element as u64),
             None => (0, region.bytes),
         };
-        let infos =
-            [vk::DescriptorBufferInfo { buffer: region.buffer.raw, offset: region.offset + offset, range }];
+        let infos = [vk::DescriptorBufferInfo { buffer: region.buffer.raw, offset: region.offset + offset, range }];
         let write = [vk::WriteDescriptorSet::default()
             .dst_set(set)
             .dst_binding(binding)
@@ -163,8 +160,7 @@ fn pipeline(
     shapes: &Shapes,
 ) -> Result<Pipeline, GpuError> {
     let compute = |name: &str| Pipeline::compute(context, name, &module(name), types);
-    let told =
-        |name: &str, bytes| Pipeline::compute_with_constants(context, name, &module(name), types, bytes as u32);
+    let told = |name: &str, bytes| Pipeline::compute_with_constants(context, name, &module(name), types, bytes as u32);
     match kernel {
         Kernel::Thermal(variant) if variant.curve != Curve::Power => {
             Pipeline::compute(context, &variant.name(), &shapes.compile_step(variant)?, types)

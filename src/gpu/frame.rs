@@ -145,7 +145,8 @@ impl Frame {
             ]));
             entries.push(Entry::Pass(copy_pass("read radiance", Resource::RadianceImage, Resource::RadianceReadback)));
             entries.push(Entry::Pass(copy_pass("read identity", Resource::IdentityImage, Resource::IdentityReadback)));
-            entries.push(Entry::Barriers(vec![to_host(Resource::RadianceReadback), to_host(Resource::IdentityReadback)]));
+            entries
+                .push(Entry::Barriers(vec![to_host(Resource::RadianceReadback), to_host(Resource::IdentityReadback)]));
         }
         if wanted.temperatures {
             entries.push(Entry::Barriers(vec![barrier(Resource::Temperature, COMPUTE_WRITE, COPY_READ)]));
@@ -219,9 +220,9 @@ impl Frame {
         self.entries.iter().map(|entry| if let Entry::Barriers(barriers) = entry { barriers.len() } else { 0 }).sum()
     }
 
-    /// Whether a pass copies to a resource, so that the host may read it there.
-    pub fn copies_to(&self, resource: Resource) -> bool {
-        self.passes().any(|pass| matches!(pass.work, Work::Copy { to, .. } if to == resource))
+    /// What its passes copy to.
+    pub fn copied_to(&self) -> impl Iterator<Item = Resource> {
+        self.passes().filter_map(|pass| if let Work::Copy { to, .. } = pass.work { Some(to) } else { None })
     }
 
     /// The same list without its n-th barrier: what the hazard check and the validation layer must complain about.

@@ -73,7 +73,9 @@ pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
                 }
                 Entry::Pass(pass) => {
                     for access in &pass.accesses {
-                        if access.resource.row().role.is_image() && layouts.get(&access.resource) != Some(&access.layout) {
+                        if access.resource.row().role.is_image()
+                            && layouts.get(&access.resource) != Some(&access.layout)
+                        {
                             found.push(Hazard {
                                 kind: HazardKind::Layout,
                                 resource: access.resource,

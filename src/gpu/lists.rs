@@ -5,15 +5,14 @@ use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use super::frame::Frame;
 use super::pass::{
-    Access, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Kernel, Pass, Said, Scope, Work, access, barrier,
-    clear_pass, copy_pass, scope, to_host,
+    Access, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Kernel, Pass, Said, Scope, Work, access,
+    barrier, clear_pass, copy_pass, scope, to_host,
 };
 use super::resource::Resource;
 use super::variant::ResponseVariant;
 
 /// Whatever the device does later.
-const LATER: Scope =
-    scope(S::ALL_COMMANDS, A::from_raw(A::MEMORY_READ.as_raw() | A::MEMORY_WRITE.as_raw()));
+const LATER: Scope = scope(S::ALL_COMMANDS, A::from_raw(A::MEMORY_READ.as_raw() | A::MEMORY_WRITE.as_raw()));
 /// Whatever the device has written.
 const EARLIER: Scope = scope(S::ALL_COMMANDS, A::MEMORY_WRITE);
 
@@ -102,9 +101,7 @@ pub fn radiation(kernel: Kernel, workgroups: u32) -> Frame {
 /// Fills what a measured copy reads with ones: some devices copy zeros faster.
 pub fn filled() -> Frame {
     let fill = Pass { work: Work::Fill(Resource::CopiedFrom, 0x3f80_0000), ..clear_pass("fill", Resource::CopiedFrom) };
-    Frame {
-        entries: vec![Entry::Pass(fill), Entry::Barriers(vec![barrier(Resource::CopiedFrom, EARLIER, COPY_READ)])],
-    }
+    Frame { entries: vec![Entry::Pass(fill), Entry::Barriers(vec![barrier(Resource::CopiedFrom, EARLIER, COPY_READ)])] }
 }
 
 /// A measured copy.

@@ -24,11 +24,11 @@ pub(super) struct Recorder<'a> {
     /// What was bound last.
     bound: (vk::Pipeline, vk::DescriptorSet),
     /// The slot of what has one for each frame in flight.
-    pub slot: usize,
+    slot: usize,
     /// Triangles that are drawn in an image.
-    pub triangles: &'a [TriangleRun],
+    triangles: &'a [TriangleRun],
     /// Triangles that are drawn as the Sun sees them.
-    pub occluders: &'a [TriangleRun],
+    occluders: &'a [TriangleRun],
 }
 
 impl<'a> Recorder<'a> {
@@ -42,6 +42,11 @@ impl<'a> Recorder<'a> {
     ) -> Self {
         let bound = Default::default();
         Self { context, commands, resources, bindings, constants, bound, slot: 0, triangles: &[], occluders: &[] }
+    }
+
+    /// The same in a slot, of what draws: triangles in an image, and as the Sun sees them.
+    pub fn drawing(self, slot: usize, triangles: &'a [TriangleRun], occluders: &'a [TriangleRun]) -> Self {
+        Self { slot, triangles, occluders, ..self }
     }
 
     /// Records a whole list; where there is a `timing`, each pass under its label and between its timestamps.
@@ -136,11 +141,8 @@ impl<'a> Recorder<'a> {
             Work::Copy { from, to } if from.row().role.is_image() => self.copy_image(from, to),
             Work::Copy { from, to } => {
                 let (from, to) = (self.resources.region(from, self.slot), self.resources.region(to, self.slot));
-                let copy = [vk::BufferCopy {
-                    src_offset: from.offset,
-                    dst_offset: to.offset,
-                    size: from.bytes.min(to.bytes),
-                }];
+                let copy =
+                    [vk::BufferCopy { src_offset: from.offset, dst_offset: to.offset, size: from.bytes.min(to.bytes) }];
                 // SAFETY: the copy stays within both buffers.
                 unsafe { device.cmd_copy_buffer(self.commands, from.buffer.raw, to.buffer.raw, &copy) };
             }

@@ -83,8 +83,7 @@ impl Device {
         resources.make_of(Resource::ResponseTemperatures, STEPS * nodes)?;
         resources.make_of(Resource::Materials, 1)?;
         resources.upload(&mut once, Resource::Materials, &[material])?;
-        for (resource, values) in
-            [(Resource::Target, &at_rest), (Resource::Span, &zeros), (Resource::Elapsed, &zeros)]
+        for (resource, values) in [(Resource::Target, &at_rest), (Resource::Span, &zeros), (Resource::Elapsed, &zeros)]
         {
             resources.make(resource, 4 * nodes as u64)?;
             resources.upload(&mut once, resource, values)?;

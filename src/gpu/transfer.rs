@@ -13,12 +13,7 @@ const STAGED_AT_MOST: usize = 16 << 20;
 
 impl Resources {
     /// Fills a device buffer from the host, and waits for it; nothing where there is no such buffer.
-    pub(super) fn upload<T: Pod>(
-        &mut self,
-        once: &mut Once,
-        resource: Resource,
-        values: &[T],
-    ) -> Result<(), GpuError> {
+    pub(super) fn upload<T: Pod>(&mut self, once: &mut Once, resource: Resource, values: &[T]) -> Result<(), GpuError> {
         let Some(target) = self.get(resource).cloned() else { return Ok(()) };
         if self.get(Resource::Staged).is_none() {
             self.make(Resource::Staged, STAGED_AT_MOST as u64)?;

@@ -13,8 +13,7 @@ use super::viewpoint::device_view;
 use crate::environment::TickLoad;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
-use crate::gpu::layout;
-use crate::gpu::renderer::{Renderer, Submitted};
+use crate::gpu::renderer::{Renderer, Request, Submitted};
 use crate::gpu::resources::check_plan;
 use crate::gpu::timing::PassTimes;
 use crate::scene::Camera;
@@ -199,14 +198,17 @@ impl Engine {
                     put(renderer, network, &mut values)?;
                     network.tick_ends();
                 }
-                let views: Option<Vec<layout::View>> =
-                    order.pose.as_ref().zip(camera.as_ref()).map(|(pose, camera)| {
-                        let still = [DAffine3::IDENTITY];
-                        let joints = if order.joints.is_empty() { &still } else { order.joints };
-                        joints.iter().map(|joint| device_view(camera, &(*pose * *joint))).collect()
-                    });
-                let tick = tick.map(|tick| (tick.load, tick.steps));
-                flying.push_back(renderer.submit_views(tick, views.as_deref(), order.temperatures)?);
+                let views = order.pose.as_ref().zip(camera.as_ref()).map(|(pose, camera)| {
+                    let still = [DAffine3::IDENTITY];
+                    let joints = if order.joints.is_empty() { &still } else { order.joints };
+                    joints.iter().map(|joint| device_view(camera, &(*pose * *joint))).collect::<Vec<_>>()
+                });
+                flying.push_back(renderer.submit(Request {
+                    tick: tick.map(|tick| (tick.load, tick.steps)),
+                    views: views.as_deref().unwrap_or_default(),
+                    temperatures: order.temperatures,
+                    list: None,
+                })?);
                 Ok(())
             }
             Self::Reference(engine) => {

@@ -6,7 +6,7 @@ use isotherm::gpu::error::GpuError;
 use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
 use isotherm::gpu::hazard::{hazards, unread_by_host};
 use isotherm::gpu::pass::Kernel;
-use isotherm::gpu::renderer::Renderer;
+use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::scene::Scene;
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::engine::{Engine, Pixels};
@@ -172,7 +172,7 @@ fn shadows_are_found_anew_when_a_joint_has_turned() {
         let mut drawn = Vec::new();
         for time in [0.0, 20.0, 40.0, 60.0, 80.0, 100.0] {
             load.joints = prepared.loads.joints_at(time).1;
-            let submitted = renderer.submit(Some((&load, 1.0)), None, false).expect("the device steps");
+            let submitted = renderer.submit(Request::tick(&load, 1.0)).expect("the device steps");
             renderer.collect(submitted).expect("the device answers");
             let expected = slots.visibility(&load);
             drawn.push(expected.is_some());

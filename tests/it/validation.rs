@@ -8,7 +8,7 @@ use isotherm::environment::{PlanetLoad, TickLoad};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::pass::{Barrier, Entry, Work};
-use isotherm::gpu::renderer::Renderer;
+use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::simulation::viewpoint::device_view;
 use isotherm::thermal::material::{Function, Optics, Retarget, Sides};
@@ -67,8 +67,9 @@ fn everything() -> TickLoad {
 fn submit(renderer: &mut Renderer, frame: &Frame, load: &TickLoad, wanted: Wanted) {
     let pose = looking(DVec3::new(0.0, 0.0, -3.0), DVec3::ZERO, DVec3::Y);
     let view = device_view(&camera(32, 24, 20.0), &pose);
-    let view = wanted.image.then_some(&view);
-    let submitted = renderer.submit_frame(frame, Some((load, 1.0)), view, wanted).expect("the device works");
+    let views = if wanted.image { std::slice::from_ref(&view) } else { &[] };
+    let submitted = renderer.submit(Request { views, list: Some(frame), ..Request::tick(load, 1.0) });
+    let submitted = submitted.expect("the device works");
     renderer.collect(submitted).expect("the device answers");
 }
 
@@ -88,8 +89,8 @@ fn whole_frames_are_silent() {
         // Two frames in flight, and the first anew.
         let pose = looking(DVec3::new(0.0, 0.0, -3.0), DVec3::ZERO, DVec3::Y);
         let view = device_view(&camera(32, 24, 20.0), &pose);
-        let flying: Vec<_> =
-            (0..2).map(|_| renderer.submit(Some((&load, 1.0)), Some(&view), true).expect("the device steps")).collect();
+        let request = Request { views: &[view], ..Request::tick(&load, 1.0).and_temperatures() };
+        let flying: Vec<_> = (0..2).map(|_| renderer.submit(request).expect("the device steps")).collect();
         for submitted in flying {
             renderer.collect(submitted).expect("the device answers");
         }

@@ -173,7 +173,8 @@ impl Fused {
             let error = f64::from(f32::from_bits(head));
             // NaN would vanish in `max`.
             attempt.error = if error.is_nan() { f64::INFINITY } else { attempt.error.max(error) };
-            let words: &[u32] = self.resources.read(Resource::SmallResult, 0, RESULT_HEAD + 2 * (some * self.sensors) as usize);
+            let words: &[u32] =
+                self.resources.read(Resource::SmallResult, 0, RESULT_HEAD + 2 * (some * self.sensors) as usize);
             let part = |word: u32| f64::from(f32::from_bits(word));
             attempt.sensed.extend(words[RESULT_HEAD..].chunks_exact(2).map(|pair| part(pair[0]) + part(pair[1])));
             self.counts.sub_steps += u64::from(some);

@@ -3,7 +3,8 @@
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use crate::gpu::pass::{
-    Access, COMPUTE_READ, COMPUTE_WRITE, Entry, Kernel, NetworkNodes, NetworkWork, Pass, Said, Scope, Work, access, scope,
+    Access, COMPUTE_READ, COMPUTE_WRITE, Entry, Kernel, NetworkNodes, NetworkWork, Pass, Said, Scope, Work, access,
+    scope,
 };
 use crate::gpu::resource::Resource;
 use crate::gpu::wide_variant::{WideKind, WideVariant};

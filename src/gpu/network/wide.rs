@@ -251,7 +251,8 @@ impl Wide {
             frames.push(self.plan.end());
             constants.time = t + f64::from(first) * step;
             self.submit(&frames, constants.clone())?;
-            let sensed: &[[f32; 2]] = self.resources.read(Resource::NetworkSensed, 0, (self.plan.sensors * some) as usize);
+            let sensed: &[[f32; 2]] =
+                self.resources.read(Resource::NetworkSensed, 0, (self.plan.sensors * some) as usize);
             attempt.sensed.extend(sensed.iter().map(|[base, rest]| f64::from(*base) + f64::from(*rest)));
             self.counts.sub_steps += u64::from(some);
             self.counts.stages += u64::from(some) * constants.stages_of_method();

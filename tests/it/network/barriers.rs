@@ -1,14 +1,17 @@
-//! The frames of large networks: no hazard as they are, and one wherever a barrier is taken away.
+//! The lists of networks: no hazard as they are, and one wherever a barrier is taken away.
 
 use std::collections::BTreeMap;
 
 use isotherm::gpu::frame::Frame;
 use isotherm::gpu::hazard::{hazards, unread_by_host};
 use isotherm::gpu::network::frame::WidePlan;
+use isotherm::gpu::network::small_frame::{Unknowns, dispatched};
 use isotherm::gpu::network::uses::uses;
 use isotherm::gpu::pass::Entry;
+use isotherm::gpu::variant::FusedVariant;
 use isotherm::gpu::wide_variant::WideVariant;
 
+use crate::hazards::each_barrier_is_needed;
 use crate::shaders::bindings_of;
 
 /// Tries of some sub-steps, each kept or taken back; the last one is followed by another try.
@@ -80,16 +83,18 @@ fn tries_in_a_row_have_all_their_barriers() {
 #[test]
 fn each_barrier_of_a_network_that_is_taken_away_is_missed() {
     for plan in plans() {
-        let whole = frames(plan);
-        // The second try, which follows one that was kept, and what comes after it.
-        for (number, frame) in whole.iter().enumerate().skip(6).take(10) {
-            for n in 0..frame.barrier_count() {
-                let mut broken = whole.clone();
-                broken[number] = frame.without_barrier(n);
-                let unread = unread_by_host(&broken[..=number]) != unread_by_host(&whole[..=number]);
-                let missed = !hazards(&broken).is_empty() || unread;
-                assert!(missed, "{plan:?}: frame {number} without barrier {n}\n{frame}");
-            }
+        // From the second try on, which follows one that was kept.
+        each_barrier_is_needed(&frames(plan), 6);
+    }
+}
+
+#[test]
+fn each_barrier_of_a_small_network_that_is_taken_away_is_missed() {
+    for variant in FusedVariant::all() {
+        for unknowns in [Unknowns::Arithmetic, Unknowns::Free] {
+            // Two tries, of which the first is kept, and a third from where the second was.
+            let odd = [false, false, true, true, false];
+            each_barrier_is_needed(&odd.map(|odd| dispatched(variant, unknowns, odd)), 0);
         }
     }
 }

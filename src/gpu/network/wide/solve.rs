@@ -1,7 +1,7 @@
 //! Balances of a large network's nodes, and how many iterations of its solver are recorded.
 
-use super::constants::Constants;
 use super::Wide;
+use super::constants::Constants;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout::NetworkSolver;
 use crate::gpu::pass::NetworkNodes;
