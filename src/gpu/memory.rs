@@ -57,15 +57,6 @@ impl Buffer {
         mapped[..bytes.len()].copy_from_slice(bytes);
     }
 
-    /// Fills a host-visible buffer with zero.
-    ///
-    /// # Panics
-    /// As for `write`.
-    pub fn clear(&mut self) {
-        let mapped = self.allocation.as_mut().and_then(Allocation::mapped_slice_mut).expect("a host-visible buffer");
-        mapped[..self.bytes as usize].fill(0);
-    }
-
     /// The first `count` values of a host-visible buffer.
     ///
     /// # Panics

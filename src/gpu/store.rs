@@ -150,3 +150,22 @@ impl Resources {
         self.buffers.remove(&(resource, 0));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_something_else_holds_is_not_written() {
+        let context = Context::open(None, false).expect("a Vulkan device");
+        let mut resources = Resources::new(&context);
+        resources.make_with(Resource::NetworkHeat, &[1.0f32; 4]).expect("a small buffer");
+        let held = Arc::clone(&resources.region(Resource::NetworkHeat, 0).buffer);
+        let refused = resources.write(Resource::NetworkHeat, 0, &[2.0f32; 4]).expect_err("a refusal").to_string();
+        assert!(refused.contains("'NetworkHeat'"), "{refused}");
+        drop(held);
+        resources.write(Resource::NetworkHeat, 0, &[2.0f32; 4]).expect("nobody else holds it");
+        assert_eq!(resources.read::<f32>(Resource::NetworkHeat, 0, 4), [2.0; 4]);
+        resources.write(Resource::SmallHeat, 0, &[2.0f32]).expect("there is no such buffer");
+    }
+}

@@ -153,7 +153,7 @@ fn what_is_submitted_once_has_all_its_barriers() {
     let drawn = Wanted { image: true, cull: 100, temperatures: true };
     for method in [Method::Depth, Method::Exact] {
         let settle = Frame::shadows(ranges, method).then(Frame::settle(ranges));
-        let step = Frame::step(ranges, drawn);
+        let (tick, step) = (Frame::step(ranges, Wanted::default()), Frame::step(ranges, drawn));
         let tree = [Resource::ShadowTree, Resource::ShadowTriangles];
         // A frame's own barriers cover uploads to the state, which settling copies to as well.
         let uploaded = [
@@ -175,7 +175,7 @@ fn what_is_submitted_once_has_all_its_barriers() {
             assert!(!hazards(&broken).is_empty(), "{resource:?}");
         }
         for resource in [Resource::Temperature, Resource::Visibility] {
-            each_barrier_is_needed(&[settle.clone(), step.clone(), lists::download(resource)], 2);
+            each_barrier_is_needed(&[settle.clone(), tick.clone(), lists::download(resource)], 2);
         }
     }
     let response = lists::respond(ResponseVariant { kind: StepKind::Merge, curve: Curve::Power }, true, 4);

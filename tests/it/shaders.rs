@@ -32,7 +32,8 @@ fn spirv_is_what_glsl_compiles_to() {
     }
 }
 
-fn reflect(name: &str) -> naga::Module {
+/// A module of `spirv/`.
+pub fn reflect(name: &str) -> naga::Module {
     let bytes = MODULES.iter().find(|(module, _)| *module == name).expect("a module of spirv/").1;
     parse(bytes)
 }

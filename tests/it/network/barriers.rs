@@ -14,6 +14,11 @@ use isotherm::gpu::wide_variant::WideVariant;
 use crate::hazards::each_barrier_is_needed;
 use crate::shaders::bindings_of;
 
+/// Every list of every plan.
+pub fn lists_of_all_plans() -> Vec<Frame> {
+    plans().into_iter().chain(solving_plans()).flat_map(frames).collect()
+}
+
 /// Tries of some sub-steps, each kept or taken back; the last one is followed by another try.
 fn frames(plan: WidePlan) -> Vec<Frame> {
     let mut frames = Vec::new();

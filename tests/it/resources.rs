@@ -1,0 +1,77 @@
+//! The table of resources: what lists bind is what the shaders call by that name, and what it is not is refused.
+
+use std::collections::BTreeSet;
+
+use isotherm::environment::shadow::Method;
+use isotherm::gpu::frame::{Frame, StepRange, Wanted};
+use isotherm::gpu::lists;
+use isotherm::gpu::network::small_frame::{Unknowns, dispatched};
+use isotherm::gpu::pass::{Kernel, Pass};
+use isotherm::gpu::resource::Resource;
+use isotherm::gpu::variant::{FusedVariant, ResponseVariant, ThermalVariant};
+
+use crate::network::barriers::lists_of_all_plans;
+use crate::shaders::reflect;
+
+/// The modules of a pass.
+fn modules(pass: &Pass) -> Vec<String> {
+    let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+    match pass.kernel().expect("a dispatch or a draw") {
+        Kernel::Thermal(_) | Kernel::Wide(_) | Kernel::Fused(_) | Kernel::Response(_) => names(&[&pass.name]),
+        Kernel::SunDepth => names(&["solar_depth.vert"]),
+        Kernel::Visibility => names(&["solar_visibility.comp"]),
+        Kernel::SunRay { first: true } => names(&["solar_rays.first"]),
+        Kernel::SunRay { first: false } => names(&["solar_rays.next"]),
+        Kernel::Cull => names(&["cull.comp"]),
+        Kernel::Radiance => names(&["radiance.vert", "radiance.frag"]),
+        Kernel::Blackbody => names(&["blackbody.comp"]),
+        Kernel::Brightness => names(&["brightness.comp"]),
+        Kernel::Empty => Vec::new(),
+    }
+}
+
+/// A list for every kernel.
+fn all_lists() -> Vec<Frame> {
+    let drawn = Wanted { image: true, cull: 9, temperatures: true };
+    let mut all = vec![lists::radiation(Kernel::Blackbody, 1), lists::radiation(Kernel::Brightness, 1)];
+    for variant in ThermalVariant::all() {
+        all.push(Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn));
+        if variant.shadow {
+            let range = [StepRange { variant, groups: (0, 64), joint: 0 }];
+            all.extend([Method::Depth, Method::Exact].map(|method| Frame::shadows(&range, method)));
+        }
+    }
+    all.extend(ResponseVariant::all().into_iter().map(|variant| lists::respond(variant, false, 1)));
+    for variant in FusedVariant::all() {
+        for unknowns in [Unknowns::Arithmetic, Unknowns::Free] {
+            all.extend([false, true].map(|odd| dispatched(variant, unknowns, odd)));
+        }
+    }
+    all.extend(lists_of_all_plans());
+    all
+}
+
+#[test]
+fn resources_are_bound_to_the_blocks_that_the_table_states() {
+    let (mut seen, mut bound) = (BTreeSet::new(), BTreeSet::new());
+    for pass in all_lists().iter().flat_map(Frame::passes).filter(|pass| pass.kernel().is_some()) {
+        let accesses: BTreeSet<_> = pass.accesses.iter().filter_map(|one| Some((one.binding?, one.resource))).collect();
+        if !seen.insert((pass.kernel(), accesses.clone())) {
+            continue;
+        }
+        for module in modules(pass).iter().map(|name| reflect(name)) {
+            for variable in module.global_variables.iter().map(|(_, variable)| variable) {
+                let Some(binding) = variable.binding.as_ref().map(|binding| binding.binding) else { continue };
+                let block = module.types[variable.ty].name.clone().unwrap_or_default();
+                for (_, resource) in accesses.iter().filter(|(number, _)| *number == binding) {
+                    let mut blocks = resource.row().blocks.split(' ').map(|name| format!("{name}Block"));
+                    assert!(blocks.any(|name| name == block), "{}: {resource:?} is bound to {block}", pass.name);
+                    bound.insert(*resource);
+                }
+            }
+        }
+    }
+    // The kernels that read pieces of functions are compiled when a scene asks for them.
+    let wanted = Resource::ALL.iter().filter(|one| !one.row().blocks.is_empty() && **one != Resource::Shapes);
+    assert_eq!(bound, wanted.copied().collect());
+}
