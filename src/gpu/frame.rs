@@ -7,61 +7,16 @@ mod passes;
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
-use passes::{cull_pass, radiance_pass, ray_pass, solar_depth_pass, thermal_pass, visibility_pass};
+pub use passes::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
+
+use passes::{DEPTH, DEPTH_WRITE, cull_pass, radiance_pass, ray_pass, solar_depth_pass, thermal_pass, visibility_pass};
 
 use super::pass::{
     CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Pass, Work, barrier, clear_pass, copy_pass,
     is_write, scope, to_host, transition,
 };
 use super::resource::Resource;
-use super::variant::ThermalVariant;
 use crate::environment::shadow::{Method, SUN_RAYS};
-
-/// A run of nodes that one pipeline moves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct StepRange {
-    /// Compiled variant.
-    pub variant: ThermalVariant,
-    /// Groups of four nodes: first, and the one after the last.
-    pub groups: (u32, u32),
-    /// The joint that moves them; 0 is the body.
-    pub joint: u32,
-}
-
-/// A run of triangles whose nodes hang on one joint.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TriangleRun {
-    /// The joint; 0 is the body.
-    pub joint: u32,
-    /// First triangle, and the one after the last.
-    pub triangles: (u32, u32),
-}
-
-/// Triangles of one draw: those that a workgroup of `cull.comp` looks at.
-pub const TRIANGLES_A_DRAW: u32 = 2048;
-
-/// Draws whose commands are bound together: 1280 bytes, a multiple of every device's alignment.
-const DRAWS_BOUND: u32 = 64;
-
-/// Triangles that one dispatch culls at most: less than the 128 MiB that a device binds at once.
-const CULLED_AT_ONCE: u32 = 32 * DRAWS_BOUND * TRIANGLES_A_DRAW;
-
-impl TriangleRun {
-    /// Its draws: first, and the one after the last. No two runs of a scene share one, since they follow each other and each
-    /// joint has one run.
-    pub fn draws(self) -> (u32, u32) {
-        let (first, end) = self.triangles;
-        let before = DRAWS_BOUND * (first / (DRAWS_BOUND * TRIANGLES_A_DRAW) + self.joint);
-        (before, before + (end - first).div_ceil(TRIANGLES_A_DRAW))
-    }
-
-    /// The runs that one dispatch culls, and one call draws, each.
-    pub fn pieces(self) -> impl Iterator<Item = Self> {
-        let (first, end) = self.triangles;
-        let piece = move |at: u32| (at, end.min(at.saturating_add(CULLED_AT_ONCE)));
-        (first..end).step_by(CULLED_AT_ONCE as usize).map(move |at| Self { triangles: piece(at), ..self })
-    }
-}
 
 /// Groups of four nodes that one dispatch of rays takes: 65,535 workgroups of 64 nodes, and whole workgroups of groups.
 const TRACED_AT_ONCE: u32 = 65_535 / 4 * 64;
@@ -126,9 +81,6 @@ impl Frame {
         if wanted.image {
             let vertex_read = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
             let colour = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
-            let depth_stages = S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS;
-            let depth_write = scope(depth_stages, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
-            let depth = scope(depth_stages, A::DEPTH_STENCIL_ATTACHMENT_READ | A::DEPTH_STENCIL_ATTACHMENT_WRITE);
             let copied = scope(S::COPY, A::NONE);
             let (undefined, attachment) = (ImageLayout::UNDEFINED, ImageLayout::ATTACHMENT_OPTIMAL);
             let source = ImageLayout::TRANSFER_SRC_OPTIMAL;
@@ -136,7 +88,7 @@ impl Frame {
                 barrier(Resource::Temperature, COMPUTE_WRITE, vertex_read),
                 transition(Resource::RadianceImage, copied, colour, undefined, attachment),
                 transition(Resource::IdentityImage, copied, colour, undefined, attachment),
-                transition(Resource::DepthImage, depth_write, depth, undefined, attachment),
+                transition(Resource::DepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),
             ]));
             entries.push(Entry::Pass(radiance_pass()));
             entries.push(Entry::Barriers(vec![
@@ -282,19 +234,16 @@ fn has_state(ranges: &[StepRange]) -> bool {
 
 /// What the Sun sees, drawn, copied to where shaders read it, and looked up for every node.
 fn shadows_by_depth(ranges: &[StepRange]) -> Vec<Entry> {
-    let depth_stages = S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS;
-    let depth = scope(depth_stages, A::DEPTH_STENCIL_ATTACHMENT_READ | A::DEPTH_STENCIL_ATTACHMENT_WRITE);
-    let depth_write = scope(depth_stages, A::DEPTH_STENCIL_ATTACHMENT_WRITE);
     let (undefined, attachment) = (ImageLayout::UNDEFINED, ImageLayout::ATTACHMENT_OPTIMAL);
     let source = ImageLayout::TRANSFER_SRC_OPTIMAL;
     let copied = scope(S::COPY, A::NONE);
     let read = scope(S::COMPUTE_SHADER, A::NONE);
     let mut entries = vec![
         // The last copy must be over before the image is drawn anew.
-        Entry::Barriers(vec![transition(Resource::SunDepthImage, copied, depth, undefined, attachment)]),
+        Entry::Barriers(vec![transition(Resource::SunDepthImage, copied, DEPTH, undefined, attachment)]),
         Entry::Pass(solar_depth_pass()),
         Entry::Barriers(vec![
-            transition(Resource::SunDepthImage, depth_write, COPY_READ, attachment, source),
+            transition(Resource::SunDepthImage, DEPTH_WRITE, COPY_READ, attachment, source),
             barrier(Resource::SunDepth, read, COPY_WRITE),
         ]),
         Entry::Pass(copy_pass("read solar_depth", Resource::SunDepthImage, Resource::SunDepth)),
@@ -321,26 +270,4 @@ fn shadows_by_rays(ranges: &[StepRange]) -> Vec<Entry> {
         }
     }
     entries
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Runs follow each other from multiples of 64 on, joints may be without triangles, and a run may take several dispatches.
-    #[test]
-    fn no_two_runs_of_a_scene_share_a_draw() {
-        let (mut start, mut free) = (0, 0);
-        for (joint, count) in [(0, 5_000_000), (1, 1), (2, 130_000), (5, 64), (6, 9_000_000)] {
-            let run = TriangleRun { joint, triangles: (start, start + count) };
-            let pieces: Vec<TriangleRun> = run.pieces().collect();
-            assert_eq!(pieces[0].triangles.0, start);
-            assert_eq!(pieces.iter().map(|piece| piece.triangles.1 - piece.triangles.0).sum::<u32>(), count);
-            for (first, end) in pieces.into_iter().map(TriangleRun::draws) {
-                assert!(first >= free && first % DRAWS_BOUND == 0, "joint {joint}: {first} after {free}");
-                free = end;
-            }
-            start += count.next_multiple_of(64);
-        }
-    }
 }

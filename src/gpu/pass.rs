@@ -182,11 +182,6 @@ impl Pass {
             Work::Copy { .. } | Work::Fill(..) => None,
         }
     }
-
-    /// Whether it takes many ticks.
-    pub fn is_fused(&self) -> bool {
-        matches!(self.kernel(), Some(Kernel::Thermal(variant)) if variant.fused)
-    }
 }
 
 /// Orders the accesses of one resource.

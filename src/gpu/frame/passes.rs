@@ -1,14 +1,59 @@
-//! The passes of a scene's frame: what each binds, and how many workgroups it takes.
+//! The passes of a scene's frame over runs of nodes and triangles: what each binds, and how many workgroups it takes.
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
-use super::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
 use crate::gpu::pass::{
     Access, COMPUTE_READ, COMPUTE_UNIFORM, COMPUTE_WRITE, Kernel, Pass, Said, Scope, Work, access, scope,
 };
 use crate::gpu::resource::Resource;
-use crate::gpu::variant::{Curve, StepKind};
+use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::thermal::nodes::RANGE_GROUPS;
+
+/// A run of nodes that one pipeline moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StepRange {
+    /// Compiled variant.
+    pub variant: ThermalVariant,
+    /// Groups of four nodes: first, and the one after the last.
+    pub groups: (u32, u32),
+    /// The joint that moves them; 0 is the body.
+    pub joint: u32,
+}
+
+/// A run of triangles whose nodes hang on one joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TriangleRun {
+    /// The joint; 0 is the body.
+    pub joint: u32,
+    /// First triangle, and the one after the last.
+    pub triangles: (u32, u32),
+}
+
+/// Triangles of one draw: those that a workgroup of `cull.comp` looks at.
+pub const TRIANGLES_A_DRAW: u32 = 2048;
+
+/// Draws whose commands are bound together: 1280 bytes, a multiple of every device's alignment.
+const DRAWS_BOUND: u32 = 64;
+
+/// Triangles that one dispatch culls at most: less than the 128 MiB that a device binds at once.
+const CULLED_AT_ONCE: u32 = 32 * DRAWS_BOUND * TRIANGLES_A_DRAW;
+
+impl TriangleRun {
+    /// Its draws: first, and the one after the last. No two runs of a scene share one, since they follow each other and each
+    /// joint has one run.
+    pub fn draws(self) -> (u32, u32) {
+        let (first, end) = self.triangles;
+        let before = DRAWS_BOUND * (first / (DRAWS_BOUND * TRIANGLES_A_DRAW) + self.joint);
+        (before, before + (end - first).div_ceil(TRIANGLES_A_DRAW))
+    }
+
+    /// The runs that one dispatch culls, and one call draws, each.
+    pub fn pieces(self) -> impl Iterator<Item = Self> {
+        let (first, end) = self.triangles;
+        let piece = move |at: u32| (at, end.min(at.saturating_add(CULLED_AT_ONCE)));
+        (first..end).step_by(CULLED_AT_ONCE as usize).map(move |at| Self { triangles: piece(at), ..self })
+    }
+}
 
 /// Groups of four nodes that a workgroup of the shadow's shaders takes.
 const GROUPS_OF_RAYS: u32 = 16;
@@ -101,9 +146,15 @@ pub(super) fn ray_pass(ray: u32, joint: u32, groups: (u32, u32)) -> Pass {
     Pass { name: "solar_rays".to_owned(), work, accesses }
 }
 
-/// Depth is tested and written.
-const DEPTH: Scope = scope(
+/// Depth is written.
+pub(super) const DEPTH_WRITE: Scope = scope(
     S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw()),
+    A::DEPTH_STENCIL_ATTACHMENT_WRITE,
+);
+
+/// Depth is tested and written.
+pub(super) const DEPTH: Scope = scope(
+    DEPTH_WRITE.stage,
     A::from_raw(A::DEPTH_STENCIL_ATTACHMENT_READ.as_raw() | A::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw()),
 );
 
@@ -165,4 +216,26 @@ pub(super) fn radiance_pass() -> Pass {
         drawn(Resource::DepthImage, DEPTH),
     ]);
     Pass { name: "radiance".to_owned(), work: Work::Draw(Kernel::Radiance), accesses }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs follow each other from multiples of 64 on, joints may be without triangles, and a run may take several dispatches.
+    #[test]
+    fn no_two_runs_of_a_scene_share_a_draw() {
+        let (mut start, mut free) = (0, 0);
+        for (joint, count) in [(0, 5_000_000), (1, 1), (2, 130_000), (5, 64), (6, 9_000_000)] {
+            let run = TriangleRun { joint, triangles: (start, start + count) };
+            let pieces: Vec<TriangleRun> = run.pieces().collect();
+            assert_eq!(pieces[0].triangles.0, start);
+            assert_eq!(pieces.iter().map(|piece| piece.triangles.1 - piece.triangles.0).sum::<u32>(), count);
+            for (first, end) in pieces.into_iter().map(TriangleRun::draws) {
+                assert!(first >= free && first % DRAWS_BOUND == 0, "joint {joint}: {first} after {free}");
+                free = end;
+            }
+            start += count.next_multiple_of(64);
+        }
+    }
 }

@@ -77,27 +77,24 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
         WideKind::First => uses.extend([present, write(10, Target::Next), start(write), rates(read)]),
         WideKind::Stage => uses.extend([present, gathered, both(10, Target::Next), start(read), rates(read)]),
         WideKind::Lone => {
-            uses.extend([both(8, Target::Present), gathered]);
-            uses.push(listed);
+            uses.extend([both(8, Target::Present), gathered, listed]);
         }
         WideKind::Last => {
             uses.extend([present, gathered, start(read), rates(both), of(both, 15, R::NetworkErrors)]);
         }
-        WideKind::Sense => uses.extend([gathered, read(13, Target::List), of(write, 16, R::NetworkSensed)]),
+        WideKind::Sense => uses.extend([gathered, listed, of(write, 16, R::NetworkSensed)]),
         WideKind::Start => uses.extend([present, gathered, write(10, Target::Next), start(write), rates(write)]),
         WideKind::Balance => {
-            uses.extend([present, gathered]);
-            uses.push(listed);
+            uses.extend([present, gathered, listed]);
             uses.extend(right_side);
         }
         WideKind::Residual => {
-            uses.extend([present, gathered, read(10, Target::Next), start(read), rates(read)]);
-            uses.push(listed);
+            uses.extend([present, gathered, read(10, Target::Next), start(read), rates(read), listed]);
             uses.extend(right_side);
         }
         WideKind::Product => {
-            uses.push(listed);
             uses.extend([
+                listed,
                 of(read, 18, R::SolverConditioned),
                 of(read, 19, R::SolverConditioned),
                 of(write, 24, R::SolverProduct),
@@ -110,8 +107,8 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
         }
         WideKind::Scalars => uses.extend([of(read, 27, R::SolverPartials), of(both, 28, R::SolverScalars)]),
         WideKind::Update => {
-            uses.push(listed);
             uses.extend([
+                listed,
                 of(both, 18, R::SolverConditioned),
                 of(both, 21, R::SolverDirection),
                 of(both, 22, R::SolverProductDirection),
@@ -122,8 +119,8 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
             ]);
         }
         WideKind::Move => {
-            uses.push(listed);
             uses.extend([
+                listed,
                 both(8, Target::Present),
                 of(read, 23, R::SolverSolution),
                 of(write, 27, R::SolverPartials),
@@ -131,12 +128,11 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
             ]);
         }
         WideKind::Middle => {
-            uses.push(listed);
-            uses.extend([present, read(10, Target::Next), start(write)]);
+            uses.extend([listed, present, read(10, Target::Next), start(write)]);
         }
         WideKind::Estimate => {
-            uses.push(listed);
             uses.extend([
+                listed,
                 present,
                 gathered,
                 read(10, Target::Next),

@@ -1,12 +1,13 @@
 //! A large network on the device: every stage is a dispatch over all nodes.
 
+mod budget;
 mod constants;
 mod solve;
 
 use std::sync::Arc;
 
+use self::budget::Budget;
 use self::constants::Constants;
-use self::solve::Budget;
 use super::bytes::{SOLVER, is_of_host, lodgings, plan};
 use super::frame::{SUB_STEPS_AT_MOST, WidePlan};
 use super::sliced::{GROUP, Sliced};
