@@ -11,9 +11,9 @@ use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::frame::{Frame, StepRange, Wanted};
 use crate::gpu::layout;
-use crate::gpu::load::FUSED_TICKS;
+use crate::gpu::layout::FUSED_TICKS;
 use crate::gpu::network::{NODES_AT_MOST, NetworkStepper};
-use crate::gpu::renderer::Renderer;
+use crate::gpu::renderer::{Renderer, Request};
 use crate::gpu::resources::SceneData;
 use crate::gpu::shapes::{self, Shapes};
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
@@ -99,7 +99,7 @@ pub fn time_pass(
         joints: None,
     };
     let plan = data.plan();
-    let bytes: u64 = plan.iter().filter(|planned| planned.resource.grows_with_nodes()).map(|p| p.bytes).sum();
+    let bytes: u64 = plan.iter().filter(|planned| planned.resource.row().grows_with_nodes()).map(|p| p.bytes).sum();
     let at_once = if fuses { FUSED_TICKS as f64 } else { 1.0 };
     let frame = Frame::step(&data.ranges, Wanted::default());
     let touched = frame.passes().flat_map(|pass| &pass.accesses).filter(|access| access.groups.is_some());
@@ -115,7 +115,7 @@ pub fn time_pass(
         renderer.wait()?;
     } else {
         for load in ticks.iter().chain(ticks) {
-            let submitted = renderer.submit(Some((load, 1.0)), None, false)?;
+            let submitted = renderer.submit(Request::tick(load, 1.0))?;
             renderer.collect(submitted)?;
         }
     }

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::{Chosen, CliError, DeviceArguments, run::prepare_with_progress};
 use crate::gpu::context;
 use crate::gpu::frame::{Frame, Wanted};
-use crate::gpu::pass::Step;
+use crate::gpu::pass::Entry;
 use crate::gpu::resources::device_bytes;
 use crate::model::Model;
 use crate::scene::Draw;
@@ -156,11 +156,11 @@ fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
     text.push_str(&format!("\nSwitched off: {}\n", switched_off.join(", ")));
 
     let steps: Vec<serde_json::Value> = frame
-        .steps
+        .entries
         .iter()
-        .map(|step| match step {
-            Step::Pass(pass) => json!({ "pass": pass.name }),
-            Step::Barriers(barriers) => json!({ "barriers": barriers.iter().map(|barrier| json!({
+        .map(|entry| match entry {
+            Entry::Pass(pass) => json!({ "pass": pass.name }),
+            Entry::Barriers(barriers) => json!({ "barriers": barriers.iter().map(|barrier| json!({
                 "resource": format!("{:?}", barrier.resource),
                 "before": format!("{:?}", barrier.before.stage),
                 "after": format!("{:?}", barrier.after.stage),

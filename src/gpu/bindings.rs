@@ -1,4 +1,4 @@
-//! The pipelines of a scene and their descriptor sets: each binding points to what the frame list says it touches.
+//! Pipelines and descriptor sets: each binding points to what the list says that its pass touches.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -6,211 +6,176 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::context::Context;
-use super::error::{Context as _, GpuError};
-use super::frame::Frame;
-use super::layout::{DrawCommand, SLICE, SunRay};
-use super::pass::{Access, Pass, Resource, Work};
+use super::error::{During as _, GpuError};
+use super::layout::{NetworkPass, SLICE, SunRay};
+use super::pass::{Access, Kernel, Pass, Work};
 use super::pipeline::Pipeline;
-use super::resources::{Resources, SLOTS};
-use super::shaders::Shader;
+use super::resource::Resource;
 use super::shapes::Shapes;
-use super::variant::ThermalVariant;
+use super::store::Resources;
+use super::variant::{ResponseVariant, ThermalVariant};
 
-/// What selects a pipeline.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum PipelineKey {
-    Thermal(ThermalVariant),
-    Cull,
-    Radiance,
-    SunDepth,
-    Visibility,
-    /// Whether it is the first.
-    SunRay(bool),
-}
+/// What selects a descriptor set: the pipeline, the set among those of the pipeline or the joint that is drawn, the slot.
+type SetKey = (Kernel, u32, usize);
 
-impl PipelineKey {
-    /// Whether its pass draws the triangles of all joints, one after the other.
-    fn draws(self) -> bool {
-        matches!(self, Self::Radiance | Self::SunDepth)
-    }
-}
-
-/// What selects a descriptor set: the pipeline, the first group of its range or the joint that is drawn, the slot.
-type SetKey = (PipelineKey, u32, usize);
-
-/// All pipelines and descriptor sets that the frames of a scene bind.
+/// The pipelines and descriptor sets that lists bind.
 pub(super) struct Bindings {
     context: Arc<Context>,
-    pipelines: BTreeMap<PipelineKey, Pipeline>,
+    pipelines: BTreeMap<Kernel, Pipeline>,
     sets: BTreeMap<SetKey, vk::DescriptorSet>,
-    pool: vk::DescriptorPool,
+    pools: Vec<vk::DescriptorPool>,
+    /// Response functions that are no powers, which are compiled into the kernels of their own.
+    shapes: Shapes,
+    /// The body and its joints.
+    joints: u32,
+    slots: usize,
 }
 
 impl Bindings {
-    /// Makes what the passes of `frames` need; the functions of shaped transitions are compiled here.
-    pub fn new(
-        context: &Arc<Context>,
+    /// Of nothing yet.
+    pub fn new(context: &Arc<Context>, shapes: Shapes, joints: u32, slots: usize) -> Self {
+        let (context, pools) = (Arc::clone(context), Vec::new());
+        Self { context, pipelines: BTreeMap::new(), sets: BTreeMap::new(), pools, shapes, joints, slots }
+    }
+
+    /// Of lists without shaped functions, joints and slots.
+    pub fn plain(context: &Arc<Context>) -> Self {
+        Self::new(context, Shapes::default(), 1, 1)
+    }
+
+    /// Makes what the passes need and is not there yet.
+    pub fn add<'p>(
+        &mut self,
         resources: &Resources,
-        frames: &[&Frame],
-        shapes: &Shapes,
-        joints: u32,
-    ) -> Result<Self, GpuError> {
-        let mut passes: BTreeMap<(PipelineKey, u32), &Pass> = BTreeMap::new();
-        for pass in frames.iter().flat_map(|frame| frame.passes()) {
-            if let Some((key, first)) = key_of(pass) {
-                let drawn = if key.draws() { 0..joints } else { first..first + 1 };
-                passes.extend(drawn.map(|first| ((key, first), pass)));
+        passes: impl IntoIterator<Item = &'p Pass>,
+    ) -> Result<(), GpuError> {
+        let mut wanted: BTreeMap<SetKey, &Pass> = BTreeMap::new();
+        for pass in passes {
+            let Some((kernel, set)) = key_of(pass) else { continue };
+            let sets = if kernel.draws() { 0..self.joints } else { set..set + 1 };
+            for set in sets.filter(|set| !self.sets.contains_key(&(kernel, *set, 0))) {
+                wanted.extend((0..self.slots).map(|slot| ((kernel, set, slot), pass)));
             }
         }
-        let sets = (passes.len() * SLOTS) as u32;
-        let count = |kind| passes.values().flat_map(|pass| binding_types(pass)).filter(|(_, of)| *of == kind).count();
+        if wanted.is_empty() {
+            return Ok(());
+        }
+        let count = |kind| wanted.values().flat_map(|pass| binding_types(pass)).filter(|(_, of)| *of == kind).count();
         let sizes = [vk::DescriptorType::UNIFORM_BUFFER, vk::DescriptorType::STORAGE_BUFFER]
-            .map(|kind| vk::DescriptorPoolSize { ty: kind, descriptor_count: ((count(kind) * SLOTS) as u32).max(1) });
-        let mut bindings = Self {
-            context: Arc::clone(context),
-            pipelines: BTreeMap::new(),
-            sets: BTreeMap::new(),
-            pool: vk::DescriptorPool::null(),
-        };
-        let create = vk::DescriptorPoolCreateInfo::default().max_sets(sets.max(1)).pool_sizes(&sizes);
+            .map(|kind| vk::DescriptorPoolSize { ty: kind, descriptor_count: (count(kind) as u32).max(1) });
+        let create = vk::DescriptorPoolCreateInfo::default().max_sets(wanted.len() as u32).pool_sizes(&sizes);
         // SAFETY: the device is alive.
-        bindings.pool =
-            unsafe { context.device.create_descriptor_pool(&create, None) }.during("creating a descriptor pool")?;
-        for ((key, first_group), pass) in passes {
+        let pool = unsafe { self.context.device.create_descriptor_pool(&create, None) };
+        let pool = pool.during("creating a descriptor pool")?;
+        self.pools.push(pool);
+        for ((kernel, number, slot), pass) in wanted {
             let types = binding_types(pass);
-            if let std::collections::btree_map::Entry::Vacant(vacant) = bindings.pipelines.entry(key) {
-                vacant.insert(match key {
-                    PipelineKey::Thermal(variant) => {
-                        let functions = shapes.text(variant.curve).to_owned();
-                        Pipeline::compute(context, &Shader { functions, ..variant.shader() }, &types, 0)?
-                    }
-                    PipelineKey::Cull => {
-                        let constants = size_of::<u32>() as u32;
-                        Pipeline::compute(context, &Shader::new("cull.comp", Vec::new()), &types, constants)?
-                    }
-                    PipelineKey::Radiance => Pipeline::radiance(context, &types)?,
-                    PipelineKey::SunDepth => Pipeline::solar_depth(context, &types)?,
-                    PipelineKey::SunRay(first) => {
-                        let words = if first { vec!["first"] } else { Vec::new() };
-                        let constants = (size_of::<SunRay>() + size_of::<[[f32; 4]; 3]>()) as u32;
-                        Pipeline::compute(context, &Shader::new("solar_rays.comp", words), &types, constants)?
-                    }
-                    PipelineKey::Visibility => {
-                        Pipeline::compute(context, &Shader::new("solar_visibility.comp", Vec::new()), &types, 0)?
-                    }
-                });
+            if !self.pipelines.contains_key(&kernel) {
+                self.pipelines.insert(kernel, pipeline(&self.context, kernel, &types, &self.shapes)?);
             }
-            let layout = bindings.pipelines[&key].set_layout;
-            for slot in 0..SLOTS {
-                let set = allocate_set(context, bindings.pool, layout)?;
-                let joint = key.draws().then_some(first_group);
-                write_set(context, resources, set, pass, slot, joint.filter(|_| joints > 1), joints > 1);
-                bindings.sets.insert((key, first_group, slot), set);
+            let layouts = [self.pipelines[&kernel].set_layout];
+            let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
+            // SAFETY: the pool was made for as many sets as are asked for.
+            let set = unsafe { self.context.device.allocate_descriptor_sets(&allocate) };
+            let set = set.during("allocating a descriptor set")?[0];
+            let joint = kernel.draws().then_some(number);
+            for access in &pass.accesses {
+                self.point(resources, set, access, slot, joint);
             }
+            self.sets.insert((kernel, number, slot), set);
         }
-        Ok(bindings)
+        Ok(())
+    }
+
+    /// Points a binding to its buffer, or to the part of it that the range works on: two ranges of one buffer then
+    /// never overlap, for the device as for the validation layer. Of what every joint has a slice of, it is the slice of
+    /// the joint that is drawn, or of the pass.
+    fn point(
+        &self,
+        resources: &Resources,
+        set: vk::DescriptorSet,
+        access: &Access,
+        slot: usize,
+        drawn_joint: Option<u32>,
+    ) {
+        let Access { resource, groups, slice, binding: Some(binding), .. } = *access else { return };
+        let (row, region) = (resource.row(), resources.region(resource, slot));
+        let (offset, range) = match groups {
+            None if self.joints > 1 && row.per_joint => {
+                (u64::from(drawn_joint.unwrap_or(slice)) * SLICE as u64, SLICE as u64)
+            }
+            Some((first, end)) => (u64::from(first) * row.element as u64, u64::from(end - first) * row.element as u64),
+            None => (0, region.bytes),
+        };
+        let infos = [vk::DescriptorBufferInfo { buffer: region.buffer.raw, offset: region.offset + offset, range }];
+        let write = [vk::WriteDescriptorSet::default()
+            .dst_set(set)
+            .dst_binding(binding)
+            .descriptor_type(row.role.descriptor())
+            .buffer_info(&infos)];
+        // SAFETY: set and buffer are alive, and no command that uses the set has been recorded yet.
+        unsafe { self.context.device.update_descriptor_sets(&write, &[]) };
     }
 
     /// Pipeline and descriptor set of a pass; of one that draws, for the triangles of a joint. `None` for copies.
     pub fn of(&self, pass: &Pass, joint: u32, slot: usize) -> Option<(&Pipeline, vk::DescriptorSet)> {
-        let (key, first_group) = key_of(pass)?;
-        let first = if key.draws() { joint } else { first_group };
-        Some((&self.pipelines[&key], self.sets[&(key, first, slot)]))
+        let (kernel, set) = key_of(pass)?;
+        let set = if kernel.draws() { joint } else { set };
+        Some((&self.pipelines[&kernel], self.sets[&(kernel, set, slot)]))
     }
 }
 
 impl Drop for Bindings {
     fn drop(&mut self) {
-        // SAFETY: the renderer waits for the device before it drops its bindings.
-        unsafe { self.context.device.destroy_descriptor_pool(self.pool, None) };
+        for pool in &self.pools {
+            // SAFETY: the owner waits for the device before it drops its bindings.
+            unsafe { self.context.device.destroy_descriptor_pool(*pool, None) };
+        }
     }
 }
 
-fn key_of(pass: &Pass) -> Option<(PipelineKey, u32)> {
+fn key_of(pass: &Pass) -> Option<(Kernel, u32)> {
     match pass.work {
-        Work::Thermal { variant, groups } => Some((PipelineKey::Thermal(variant), groups.0)),
-        Work::Cull { triangles } => Some((PipelineKey::Cull, triangles.0)),
-        Work::Radiance => Some((PipelineKey::Radiance, 0)),
-        Work::SunDepth => Some((PipelineKey::SunDepth, 0)),
-        Work::SunRay { ray, groups, .. } => Some((PipelineKey::SunRay(ray == 0), groups.0)),
-        Work::Visibility { groups } => Some((PipelineKey::Visibility, groups.0)),
-        Work::Copy { .. } | Work::Clear(_) | Work::Network(_) => None,
+        Work::Dispatch { kernel, set, .. } => Some((kernel, set)),
+        Work::Draw(kernel) => Some((kernel, 0)),
+        Work::Copy { .. } | Work::Fill(..) => None,
     }
 }
 
 /// Number and type of each binding of a pass.
 fn binding_types(pass: &Pass) -> Vec<(u32, vk::DescriptorType)> {
-    let mut types: Vec<_> = pass
-        .accesses
-        .iter()
-        .filter_map(|access| access.binding.map(|number| (number, descriptor_type(access.resource))))
-        .collect();
+    let descriptor = |resource: Resource| resource.row().role.descriptor();
+    let bound = |access: &Access| access.binding.map(|number| (number, descriptor(access.resource)));
+    let mut types: Vec<_> = pass.accesses.iter().filter_map(bound).collect();
     types.sort_unstable();
     types.dedup();
     types
 }
 
-fn descriptor_type(resource: Resource) -> vk::DescriptorType {
-    if resource.is_uniform() { vk::DescriptorType::UNIFORM_BUFFER } else { vk::DescriptorType::STORAGE_BUFFER }
-}
-
-/// One descriptor set of the given layout.
-pub(super) fn allocate_set(
-    context: &Context,
-    pool: vk::DescriptorPool,
-    layout: vk::DescriptorSetLayout,
-) -> Result<vk::DescriptorSet, GpuError> {
-    let layouts = [layout];
-    let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
-    // SAFETY: the pool was made for as many sets as are asked for.
-    let sets = unsafe { context.device.allocate_descriptor_sets(&allocate) }.during("allocating a descriptor set")?;
-    Ok(sets[0])
-}
-
-/// Points every binding to its buffer, or to the part of it that the range works on: two ranges of one buffer then
-/// never overlap, for the device as for the validation layer. Of what is `sliced` it is the slice of the joint that is
-/// drawn, or of the pass.
-fn write_set(
-    context: &Context,
-    resources: &Resources,
-    set: vk::DescriptorSet,
-    pass: &Pass,
-    slot: usize,
-    drawn_joint: Option<u32>,
-    sliced: bool,
-) {
-    for access in &pass.accesses {
-        let Access { resource, groups, slice, binding: Some(binding), .. } = *access else { continue };
-        let buffer = resources.buffer(resource, slot);
-        let info = match groups {
-            None if sliced && resource.per_joint() => vk::DescriptorBufferInfo {
-                buffer: buffer.raw,
-                offset: u64::from(drawn_joint.unwrap_or(slice)) * SLICE as u64,
-                range: SLICE as u64,
-            },
-            // Group tables have four bytes a group, node arrays sixteen; a triangle has three indices, a draw five numbers.
-            Some((first, end)) => {
-                let bytes_a_group = match resource {
-                    Resource::GroupMaterial => 4,
-                    Resource::Triangles | Resource::VisibleTriangles => 12,
-                    Resource::Draws => size_of::<DrawCommand>() as u64,
-                    _ => 16,
-                };
-                vk::DescriptorBufferInfo {
-                    buffer: buffer.raw,
-                    offset: u64::from(first) * bytes_a_group,
-                    range: u64::from(end - first) * bytes_a_group,
-                }
+/// The pipeline of a kernel.
+fn pipeline(
+    context: &Arc<Context>,
+    kernel: Kernel,
+    types: &[(u32, vk::DescriptorType)],
+    shapes: &Shapes,
+) -> Result<Pipeline, GpuError> {
+    let constants = match kernel {
+        Kernel::Wide(_) => size_of::<NetworkPass>(),
+        Kernel::Cull => size_of::<u32>(),
+        Kernel::SunRay { .. } => size_of::<SunRay>() + size_of::<[[f32; 4]; 3]>(),
+        _ => 0,
+    };
+    match kernel {
+        Kernel::Radiance => Pipeline::radiance(context, types),
+        Kernel::SunDepth => Pipeline::solar_depth(context, types),
+        _ => {
+            let mut shader = kernel.shaders().remove(0);
+            if let Kernel::Thermal(ThermalVariant { curve, .. }) | Kernel::Response(ResponseVariant { curve, .. }) =
+                kernel
+            {
+                shader.functions = shapes.text(curve).to_owned();
             }
-            None => vk::DescriptorBufferInfo { buffer: buffer.raw, offset: 0, range: vk::WHOLE_SIZE },
-        };
-        let infos = [info];
-        let write = [vk::WriteDescriptorSet::default()
-            .dst_set(set)
-            .dst_binding(binding)
-            .descriptor_type(descriptor_type(resource))
-            .buffer_info(&infos)];
-        // SAFETY: set and buffer are alive, and no command that uses the set has been recorded yet.
-        unsafe { context.device.update_descriptor_sets(&write, &[]) };
+            Pipeline::compute(context, &shader, types, constants as u32)
+        }
     }
 }

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use ash::{ext, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
-use super::error::{Context as _, GpuError};
+use super::error::{During as _, GpuError};
 use super::host_heap;
 use super::shaders::Modules;
 use super::validation::{self, Messages};

@@ -51,6 +51,12 @@ pub enum GpuError {
         /// `maxStorageBufferRange`.
         limit: u64,
     },
+    /// The host writes what somebody else holds too.
+    #[error("buffer '{buffer}' cannot be written: something else still holds it")]
+    SharedBuffer {
+        /// Name of the buffer.
+        buffer: String,
+    },
     /// The scene does not fit.
     #[error(
         "the scene needs {needed} bytes of device memory, {images} of them for images, and {device} has {available} free; \
@@ -106,12 +112,12 @@ pub enum GpuError {
 }
 
 /// Names the call in the error of a Vulkan result.
-pub(crate) trait Context<T> {
+pub(crate) trait During<T> {
     /// Converts the error, with what was attempted.
     fn during(self, call: &'static str) -> Result<T, GpuError>;
 }
 
-impl<T> Context<T> for Result<T, vk::Result> {
+impl<T> During<T> for Result<T, vk::Result> {
     fn during(self, call: &'static str) -> Result<T, GpuError> {
         self.map_err(|result| GpuError::Call { call, result })
     }

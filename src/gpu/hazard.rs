@@ -9,7 +9,8 @@ use std::fmt;
 use ash::vk::{AccessFlags2, ImageLayout, PipelineStageFlags2};
 
 use super::frame::Frame;
-use super::pass::{Access, Barrier, Resource, Scope, Step, is_write, writes};
+use super::pass::{Access, Barrier, Entry, Scope, is_write, writes};
+use super::resource::{Resource, Role};
 
 /// What may go wrong between two accesses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,17 +63,19 @@ pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
     let mut past: BTreeMap<(Resource, usize), Vec<Past>> = BTreeMap::new();
     let mut layouts: BTreeMap<Resource, ImageLayout> = BTreeMap::new();
     for (number, frame) in frames.into_iter().enumerate() {
-        let key = |resource: Resource| (resource, if resource.per_slot() { number % 2 } else { 0 });
-        for step in &frame.steps {
-            match step {
-                Step::Barriers(barriers) => {
+        let key = |resource: Resource| (resource, if resource.row().per_slot { number % 2 } else { 0 });
+        for entry in &frame.entries {
+            match entry {
+                Entry::Barriers(barriers) => {
                     for barrier in barriers {
                         apply(barrier, past.entry(key(barrier.resource)).or_default(), &mut layouts, &mut found);
                     }
                 }
-                Step::Pass(pass) => {
+                Entry::Pass(pass) => {
                     for access in &pass.accesses {
-                        if access.resource.is_image() && layouts.get(&access.resource) != Some(&access.layout) {
+                        if access.resource.row().role.is_image()
+                            && layouts.get(&access.resource) != Some(&access.layout)
+                        {
                             found.push(Hazard {
                                 kind: HazardKind::Layout,
                                 resource: access.resource,
@@ -107,6 +110,20 @@ pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
     found
 }
 
+/// A scope with all stages and kinds of access by name.
+fn spelled(scope: Scope) -> Scope {
+    let whole = |part: bool| if part { u64::MAX } else { 0 };
+    let mut access = scope.access;
+    if access.contains(AccessFlags2::MEMORY_READ) {
+        access |= !writes(AccessFlags2::from_raw(u64::MAX)) & !AccessFlags2::HOST_READ;
+    }
+    if access.contains(AccessFlags2::MEMORY_WRITE) {
+        access |= writes(AccessFlags2::from_raw(u64::MAX)) & !AccessFlags2::HOST_WRITE;
+    }
+    let commands = PipelineStageFlags2::from_raw(whole(scope.stage.contains(PipelineStageFlags2::ALL_COMMANDS)));
+    Scope { stage: scope.stage | commands & !PipelineStageFlags2::HOST, access }
+}
+
 fn apply(
     barrier: &Barrier,
     past: &mut Vec<Past>,
@@ -114,15 +131,16 @@ fn apply(
     found: &mut Vec<Hazard>,
 ) {
     for earlier in past.iter_mut() {
-        let direct = barrier.before.stage.intersects(earlier.access.scope.stage);
-        let chained = barrier.before.stage.intersects(earlier.ordered_before);
+        let (before, after) = (spelled(barrier.before), spelled(barrier.after));
+        let direct = before.stage.intersects(earlier.access.scope.stage);
+        let chained = before.stage.intersects(earlier.ordered_before);
         if !direct && !chained {
             continue;
         }
-        earlier.ordered_before |= barrier.after.stage;
-        earlier.available |= direct && barrier.before.access.contains(writes(earlier.access.scope.access));
+        earlier.ordered_before |= after.stage;
+        earlier.available |= direct && before.access.contains(writes(earlier.access.scope.access));
         if earlier.available {
-            earlier.visible_to.push((barrier.after.stage, barrier.after.access));
+            earlier.visible_to.push((after.stage, after.access));
         }
     }
     let Some((old, new)) = barrier.layouts else { return };
@@ -187,23 +205,22 @@ fn collision(earlier: &Past, later: &Access) -> Option<HazardKind> {
     }
 }
 
-/// Resources that the host reads after the frame without a barrier that makes the device's write visible to it.
-pub fn unread_by_host(frame: &Frame) -> Vec<Resource> {
+/// Resources that the host reads after some lists without a barrier that makes the device's last write visible to it.
+pub fn unread_by_host<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Resource> {
     let mut waiting: Vec<Resource> = Vec::new();
-    for step in &frame.steps {
-        match step {
-            Step::Pass(pass) => waiting.extend(pass.accesses.iter().map(|access| access.resource).filter(|resource| {
-                matches!(
-                    resource,
-                    Resource::RadianceReadback | Resource::IdentityReadback | Resource::TemperatureReadback
-                )
-            })),
-            Step::Barriers(barriers) => {
-                waiting.retain(|resource| {
-                    !barriers.iter().any(|barrier| {
-                        barrier.resource == *resource && barrier.after.access.contains(AccessFlags2::HOST_READ)
-                    })
-                });
+    for entry in frames.into_iter().flat_map(|frame| &frame.entries) {
+        match entry {
+            Entry::Pass(pass) => {
+                let written = pass.accesses.iter().filter(|access| is_write(access.scope.access));
+                let of_host = |resource: &Resource| matches!(resource.row().role, Role::Readback | Role::ToHost);
+                waiting.extend(written.map(|access| access.resource).filter(of_host));
+            }
+            Entry::Barriers(barriers) => {
+                let shows = |resource: Resource| {
+                    let of = barriers.iter().filter(move |barrier| barrier.resource == resource);
+                    of.into_iter().any(|barrier| barrier.after.access.contains(AccessFlags2::HOST_READ))
+                };
+                waiting.retain(|resource| !shows(*resource));
             }
         }
     }

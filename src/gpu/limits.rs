@@ -3,16 +3,14 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use ash::vk;
-use gpu_allocator::MemoryLocation;
-
+use super::bindings::Bindings;
 use super::context::Context;
 use super::error::GpuError;
-use super::memory::Buffer;
+use super::frame::Frame;
+use super::lists;
 use super::once::Once;
-use super::pass::{COMPUTE_WRITE, scope};
-use super::pipeline::Pipeline;
-use super::shaders::Shader;
+use super::resource::Resource;
+use super::store::Resources;
 
 /// Runs before any is timed: drivers compile and page in lazily.
 const WARM_UP: usize = 3;
@@ -29,16 +27,19 @@ pub struct Samples {
 fn sampled(
     once: &mut Once,
     samples: usize,
-    record: impl Fn(&ash::Device, vk::CommandBuffer),
+    list: &Frame,
+    resources: &Resources,
+    bindings: &Bindings,
 ) -> Result<Samples, GpuError> {
+    let run = |once: &mut Once| once.run([list], resources, Some(bindings), &|_| Vec::new());
     for _ in 0..WARM_UP {
-        once.run(&record)?;
+        run(once)?;
     }
     let mut device_ms = Vec::with_capacity(samples);
     let mut wall_ms = Vec::with_capacity(samples);
     for _ in 0..samples {
         let (began, before) = (Instant::now(), once.device_ms().unwrap_or(0.0));
-        once.run(&record)?;
+        run(once)?;
         wall_ms.push(began.elapsed().as_secs_f64() * 1e3);
         device_ms.extend(once.device_ms().map(|now| now - before));
     }
@@ -50,19 +51,13 @@ fn sampled(
 /// # Errors
 /// No memory, or a call that fails.
 pub fn copies(context: &Arc<Context>, bytes: u64, samples: usize) -> Result<Samples, GpuError> {
-    let usage = vk::BufferUsageFlags::TRANSFER_SRC | vk::BufferUsageFlags::TRANSFER_DST;
-    let buffer = |name: &str| Buffer::new(context, name, bytes, usage, MemoryLocation::GpuOnly);
-    let (from, to) = (buffer("copied from")?, buffer("copied to")?);
+    let mut resources = Resources::new(context);
+    resources.make(Resource::CopiedFrom, bytes)?;
+    resources.make(Resource::CopiedTo, bytes)?;
     let mut once = Once::new(context)?;
-    once.run(|device, commands| {
-        // SAFETY: the buffer may be a transfer destination and lives until `run` has waited.
-        unsafe { device.cmd_fill_buffer(commands, from.raw, 0, vk::WHOLE_SIZE, 0x3f80_0000) };
-    })?;
-    let copy = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: bytes }];
-    sampled(&mut once, samples, |device, commands| {
-        // SAFETY: both buffers are as long as the copy says and live until `run` has waited; runs follow each other.
-        unsafe { device.cmd_copy_buffer(commands, from.raw, to.raw, &copy) };
-    })
+    let bindings = Bindings::plain(context);
+    once.run([&lists::filled()], &resources, None, &|_| Vec::new())?;
+    sampled(&mut once, samples, &lists::copied(), &resources, &bindings)
 }
 
 /// Runs `dispatches` dispatches of one workgroup that does nothing, with a barrier between any two.
@@ -70,26 +65,10 @@ pub fn copies(context: &Arc<Context>, bytes: u64, samples: usize) -> Result<Samp
 /// # Errors
 /// A call that fails.
 pub fn empty_dispatches(context: &Arc<Context>, dispatches: u32, samples: usize) -> Result<Samples, GpuError> {
-    let pipeline = Pipeline::compute(context, &Shader::new("empty.comp", Vec::new()), &[], 0)?;
-    let both = vk::AccessFlags2::SHADER_STORAGE_READ | vk::AccessFlags2::SHADER_STORAGE_WRITE;
-    let after = scope(vk::PipelineStageFlags2::COMPUTE_SHADER, both);
-    let barrier = [vk::MemoryBarrier2::default()
-        .src_stage_mask(COMPUTE_WRITE.stage)
-        .src_access_mask(COMPUTE_WRITE.access)
-        .dst_stage_mask(after.stage)
-        .dst_access_mask(after.access)];
-    let mut once = Once::new(context)?;
-    sampled(&mut once, samples, |device, commands| {
-        let dependency = vk::DependencyInfo::default().memory_barriers(&barrier);
-        // SAFETY: the pipeline, which binds nothing, lives until `run` has waited.
-        unsafe {
-            device.cmd_bind_pipeline(commands, pipeline.bind_point, pipeline.raw);
-            for number in 0..dispatches {
-                if number > 0 {
-                    device.cmd_pipeline_barrier2(commands, &dependency);
-                }
-                device.cmd_dispatch(commands, 1, 1, 1);
-            }
-        }
-    })
+    let mut resources = Resources::new(context);
+    resources.make_of(Resource::Untouched, 1)?;
+    let list = lists::dispatched(dispatches);
+    let mut bindings = Bindings::plain(context);
+    bindings.add(&resources, list.passes())?;
+    sampled(&mut Once::new(context)?, samples, &list, &resources, &bindings)
 }

@@ -1,16 +1,12 @@
 //! The load of a tick as the device reads it: rounded to f32, turned into the frame of every joint.
 
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 
+use super::error::GpuError;
 use super::layout;
-use super::pass::Resource;
-use super::record::tick_of;
-use super::resources::Resources;
-use crate::environment::{MAX_SUN_SAMPLES, TickLoad};
-
-/// Ticks that one dispatch takes at most: TICKS of glsl/thermal_step.comp. Their Sun samples fill 4 of the 16 KiB that
-/// every device reads as a uniform, and no driver ends a loop of so few turns (DESIGN.md 5).
-pub const FUSED_TICKS: usize = 32;
+use super::resource::Resource;
+use super::store::Resources;
+use crate::environment::{MAX_SUN_SAMPLES, TickLoad, albedo};
 
 /// What a tick commands, its length left out.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,25 +37,43 @@ impl DeviceLoad {
     }
 
     /// Writes it for a tick of a length in steps.
-    pub fn write(&self, resources: &mut Resources, slot: usize, step: f64) {
+    pub fn write(&self, resources: &mut Resources, slot: usize, step: f64) -> Result<(), GpuError> {
         let with_step = |tick: &layout::Tick| layout::Tick { step: step as f32, ..*tick };
-        resources.write_slices(Resource::Tick, slot, &self.ticks.iter().map(with_step).collect::<Vec<_>>());
-        resources.write_slices(Resource::SunSamples, slot, &self.samples);
-        if let Some(values) = &self.albedo {
-            resources.write(Resource::AlbedoValues, slot, values);
-        }
+        resources.write_slices(Resource::Tick, slot, &self.ticks.iter().map(with_step).collect::<Vec<_>>())?;
+        resources.write_slices(Resource::SunSamples, slot, &self.samples)?;
+        self.albedo.as_ref().map_or(Ok(()), |values| resources.write(Resource::AlbedoValues, slot, values))
     }
 
     /// Writes the loads of a fused dispatch over a craft whose parts stand still, each with its length in steps.
-    pub fn write_fused(loads: &[(Self, f64)], resources: &mut Resources, slot: usize) {
+    pub fn write_fused(loads: &[(Self, f64)], resources: &mut Resources, slot: usize) -> Result<(), GpuError> {
         let count = loads.len() as f32;
         let ticks = loads.iter().map(|(load, step)| layout::Tick { step: *step as f32, count, ..load.ticks[0] });
-        resources.write(Resource::FusedTicks, slot, &ticks.collect::<Vec<_>>());
+        resources.write(Resource::FusedTicks, slot, &ticks.collect::<Vec<_>>())?;
         let samples: Vec<_> = loads.iter().map(|(load, _)| load.samples[0]).collect();
-        resources.write(Resource::FusedSunSamples, slot, &samples);
+        resources.write(Resource::FusedSunSamples, slot, &samples)?;
         let values: Vec<f32> = loads.iter().flat_map(|(load, _)| load.albedo.iter().flatten().copied()).collect();
-        if !values.is_empty() {
-            resources.write(Resource::FusedAlbedoValues, slot, &values);
-        }
+        resources.write(Resource::FusedAlbedoValues, slot, &values)
+    }
+}
+
+/// The tick as the device reads it, for nodes that stand still in a frame.
+fn tick_of(load: &TickLoad, step: f64, joint_from_body: DMat3) -> layout::Tick {
+    let planet = load.planet.as_ref();
+    let extend = |v: DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
+    let sine = planet.map_or(0.0, |planet| 1.0 / planet.distance_ratio);
+    let cosine = (1.0 - sine * sine).sqrt();
+    let nadir = joint_from_body * planet.map_or(DVec3::Z, |planet| planet.nadir);
+    let sunward = joint_from_body * planet.map_or(DVec3::X, |planet| planet.sunward);
+    layout::Tick {
+        nadir: extend(nadir, sine),
+        sunward: extend(sunward, cosine),
+        across: extend(nadir.cross(sunward), 0.0),
+        planet_ir: planet.map_or(0.0, |planet| planet.planet_ir) as f32,
+        albedo_flux: planet.map_or(0.0, |planet| planet.albedo_flux) as f32,
+        background_temperature_4: load.background_temperature.powi(4) as f32,
+        step: step as f32,
+        albedo_resolution: albedo::RESOLUTION as f32,
+        count: 1.0,
+        unused: [0.0; 2],
     }
 }

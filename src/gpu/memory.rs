@@ -8,7 +8,7 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
 use super::context::Context;
-use super::error::{Context as _, GpuError};
+use super::error::{During as _, GpuError};
 
 /// A buffer and its memory.
 pub struct Buffer {
@@ -23,27 +23,8 @@ impl Buffer {
     /// Creates a buffer of at least 16 bytes (so that an empty table still binds).
     ///
     /// # Errors
-    /// A storage buffer beyond the device's range, or no memory.
-    pub fn new(
-        context: &Arc<Context>,
-        name: &str,
-        bytes: u64,
-        usage: vk::BufferUsageFlags,
-        location: MemoryLocation,
-    ) -> Result<Self, GpuError> {
-        let limit = context.info.max_storage_buffer_range;
-        if usage.contains(vk::BufferUsageFlags::STORAGE_BUFFER) && bytes > limit {
-            let device = context.info.name.clone();
-            return Err(GpuError::BufferTooLong { buffer: name.to_owned(), bytes, device, limit });
-        }
-        Self::bound_in_pieces(context, name, bytes, usage, location)
-    }
-
-    /// The same of a buffer that every pass binds a piece of: it may be longer than what a device binds at once.
-    ///
-    /// # Errors
     /// No memory.
-    pub fn bound_in_pieces(
+    pub fn new(
         context: &Arc<Context>,
         name: &str,
         bytes: u64,
@@ -74,15 +55,6 @@ impl Buffer {
         let bytes = bytemuck::cast_slice(values);
         let mapped = self.allocation.as_mut().and_then(Allocation::mapped_slice_mut).expect("a host-visible buffer");
         mapped[..bytes.len()].copy_from_slice(bytes);
-    }
-
-    /// Fills a host-visible buffer with zero.
-    ///
-    /// # Panics
-    /// As for `write`.
-    pub fn clear(&mut self) {
-        let mapped = self.allocation.as_mut().and_then(Allocation::mapped_slice_mut).expect("a host-visible buffer");
-        mapped[..self.bytes as usize].fill(0);
     }
 
     /// The first `count` values of a host-visible buffer.

@@ -6,13 +6,13 @@
 //! small one whose elimination takes too many products. The balances of arithmetic nodes start no warmer than each term of the balance alone
 //! would allow: from there Newton's method can not overshoot, while from below it would go millions of kelvin high.
 
+mod bytes;
 pub mod frame;
 mod fused;
-mod host;
-mod parts;
 mod rows;
 mod schedule;
 mod sliced;
+pub mod small_frame;
 mod solve_frame;
 mod tables;
 pub mod uses;
@@ -25,7 +25,7 @@ use fused::Fused;
 use sliced::GROUP;
 use wide::Wide;
 
-pub use parts::NetworkBytes;
+pub use bytes::NetworkBytes;
 pub use wide::NODES_AT_MOST;
 
 use super::context::Context;
@@ -90,7 +90,7 @@ impl NetworkStepper {
         check(network, sensors)?;
         let path = match Fused::new(context, network, sensors)? {
             Some(fused) => Path::Fused(Box::new(fused)),
-            None => wide_path(context, network, sensors, spare.clone())?,
+            None => Path::Wide(Box::new(wide_path(context, network, sensors, spare.clone())?)),
         };
         Self::of(context, path, network, sensors, spare)
     }
@@ -101,8 +101,8 @@ impl NetworkStepper {
     /// As for `new`.
     pub fn wide(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
         check(network, sensors)?;
-        let path = wide_path(context, network, sensors, Vec::new())?;
-        Self::of(context, path, network, sensors, Vec::new())
+        let wide = wide_path(context, network, sensors, Vec::new())?;
+        Self::of(context, Path::Wide(Box::new(wide)), network, sensors, Vec::new())
     }
 
     fn of(
@@ -122,15 +122,10 @@ impl NetworkStepper {
 
     /// Goes on with a dispatch for every stage: what is asked for takes more than one workgroup can do in a dispatch.
     fn widen(&mut self) -> Result<(), GpuError> {
-        let state = self.state();
-        self.path = wide_path(&self.context, &self.network, &self.sensors, self.spare.clone())?;
-        match &mut self.path {
-            Path::Fused(_) => {}
-            Path::Wide(wide) => {
-                wide.set_state(&state);
-                wide.set_heat(&self.heat);
-            }
-        }
+        let mut wide = wide_path(&self.context, &self.network, &self.sensors, self.spare.clone())?;
+        wide.set_state(&self.state())?;
+        wide.set_heat(&self.heat)?;
+        self.path = Path::Wide(Box::new(wide));
         Ok(())
     }
 
@@ -177,7 +172,7 @@ fn wide_path(
     network: &Network,
     sensors: &[u32],
     spare: Vec<Arc<Buffer>>,
-) -> Result<Path, GpuError> {
+) -> Result<Wide, GpuError> {
     if network.len() > wide::NODES_AT_MOST {
         return Err(unsupported(format!("it has more than {} nodes", wide::NODES_AT_MOST)));
     }
@@ -190,7 +185,7 @@ fn wide_path(
             wide::LINKS_AT_MOST
         )));
     }
-    Ok(Path::Wide(Box::new(Wide::new(context, network, sensors, spare)?)))
+    Wide::new(context, network, sensors, spare)
 }
 
 /// The first node of a group with more ends of conductors than one invocation takes; nodes of so long rows stand in the order
@@ -219,25 +214,10 @@ fn check(network: &Network, sensors: &[u32]) -> Result<(), GpuError> {
         return Err(unsupported(format!("a conductor or a sensor names node {node} of {nodes}")));
     }
     // 1 / C and the sums must be numbers in f32, and what is small must not become none.
-    for conductor in &network.linear {
-        if !representable(conductor.conductance) {
-            let [a, b] = conductor.nodes;
-            return Err(beyond(
-                &format!("nodes {a} and {b} of the file's order have a GL"),
-                conductor.conductance,
-                "W/K",
-            ));
-        }
-    }
-    for conductor in &network.radiative {
-        if !representable(conductor.exchange_area) {
-            let [a, b] = conductor.nodes;
-            return Err(beyond(
-                &format!("nodes {a} and {b} of the file's order have a GR"),
-                conductor.exchange_area,
-                "m2",
-            ));
-        }
+    let linear = network.linear.iter().map(|one| (one.nodes, "GL", one.conductance, "W/K"));
+    let radiative = network.radiative.iter().map(|one| (one.nodes, "GR", one.exchange_area, "m2"));
+    if let Some(([a, b], what, value, unit)) = linear.chain(radiative).find(|one| !representable(one.2)) {
+        return Err(beyond(&format!("nodes {a} and {b} of the file's order have a {what}"), value, unit));
     }
     if let Some(node) = network.emissive_areas.iter().position(|area| !representable(*area)) {
         return Err(beyond(
@@ -301,12 +281,12 @@ impl Stepper for NetworkStepper {
             power.iter().zip(slope).map(|(power, slope)| [*power as f32, *slope as f32]).collect();
         match &mut self.path {
             Path::Fused(fused) => {
-                fused.set_heat(&heat);
+                fused.set_heat(&heat)?;
                 self.heat = heat;
+                Ok(())
             }
             Path::Wide(wide) => wide.set_heat(&heat),
         }
-        Ok(())
     }
 
     fn balance(&mut self, t: f64) -> Result<bool, GpuError> {
@@ -317,15 +297,14 @@ impl Stepper for NetworkStepper {
     }
 
     fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Result<Attempt, GpuError> {
-        if let Path::Fused(fused) = &mut self.path {
-            if let Some(attempt) = fused.attempt(method, t, step, count)? {
-                return Ok(attempt);
+        loop {
+            match &mut self.path {
+                Path::Wide(wide) => return wide.attempt(method, t, step, count),
+                Path::Fused(fused) => match fused.attempt(method, t, step, count)? {
+                    Some(attempt) => return Ok(attempt),
+                    None => self.widen()?,
+                },
             }
-            self.widen()?;
-        }
-        match &mut self.path {
-            Path::Fused(_) => Err(unsupported(format!("{method} takes more than a workgroup can do in one dispatch"))),
-            Path::Wide(wide) => wide.attempt(method, t, step, count),
         }
     }
 
@@ -350,19 +329,17 @@ impl Stepper for NetworkStepper {
             Path::Fused(fused) => fused.set_state(&state),
             Path::Wide(wide) => wide.set_state(&state),
         }
-        Ok(())
     }
 
     fn steady(&mut self, t: f64) -> Result<bool, GpuError> {
-        if let Path::Fused(fused) = &mut self.path {
-            if let Some(found) = fused.steady(t)? {
-                return Ok(found);
+        loop {
+            match &mut self.path {
+                Path::Wide(wide) => return wide.steady(t),
+                Path::Fused(fused) => match fused.steady(t)? {
+                    Some(found) => return Ok(found),
+                    None => self.widen()?,
+                },
             }
-            self.widen()?;
-        }
-        match &mut self.path {
-            Path::Fused(_) => Err(unsupported("its steady state takes more than a workgroup can do".to_owned())),
-            Path::Wide(wide) => wide.steady(t),
         }
     }
 

@@ -1,25 +1,24 @@
-//! Work that is submitted once and waited for: uploads, downloads, and the small compute commands.
+//! Work that is submitted once and waited for: uploads, downloads, networks, and the small compute commands.
 
 use std::sync::Arc;
 
 use ash::vk;
-use gpu_allocator::MemoryLocation;
 
+use super::bindings::Bindings;
 use super::context::Context;
-use super::error::{Context as _, GpuError};
-use super::memory::Buffer;
+use super::error::{During as _, GpuError};
+use super::frame::Frame;
+use super::pass::Said;
+use super::record::Recorder;
+use super::store::Resources;
 use super::timing::Timing;
 
-/// Bytes of the staging buffer; longer uploads go in pieces.
-const STAGING_BYTES: usize = 16 << 20;
-
-/// A command buffer that is recorded, submitted and waited for, and a staging buffer.
+/// A command buffer that is recorded, submitted and waited for.
 pub struct Once {
     context: Arc<Context>,
     pool: vk::CommandPool,
     commands: vk::CommandBuffer,
     fence: vk::Fence,
-    staging: Option<Buffer>,
     timing: Timing,
     /// Of every run so far, by the device's own clock [ms]; `None` on a queue without timestamps.
     device_ms: Option<f64>,
@@ -36,7 +35,6 @@ impl Once {
             pool: vk::CommandPool::null(),
             commands: vk::CommandBuffer::null(),
             fence: vk::Fence::null(),
-            staging: None,
             timing: Timing::new(context, 1)?,
             device_ms: None,
         };
@@ -48,21 +46,29 @@ impl Once {
         Ok(once)
     }
 
-    /// Records, submits and waits.
+    /// Records some lists one after the other, submits them and waits. `bindings` are for what is dispatched, and
+    /// `constants` are what a dispatch says.
     ///
     /// # Errors
     /// A call that fails.
-    pub fn run(&mut self, record: impl FnOnce(&ash::Device, vk::CommandBuffer)) -> Result<(), GpuError> {
+    pub(super) fn run<'f>(
+        &mut self,
+        lists: impl IntoIterator<Item = &'f Frame>,
+        resources: &Resources,
+        bindings: Option<&Bindings>,
+        constants: &dyn Fn(Said) -> Vec<u8>,
+    ) -> Result<(), GpuError> {
         let device = &self.context.device;
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        let mut recorder = Recorder::new(&self.context, self.commands, resources, bindings, constants);
         // SAFETY: the last run was waited for, so the command buffer and the fence are free.
         unsafe {
             device.begin_command_buffer(self.commands, &begin).during("recording")?;
             self.timing.begin_frame(self.commands);
             self.timing.begin_pass(self.commands, "run");
-            record(device, self.commands);
+            lists.into_iter().for_each(|list| recorder.record(list, None));
             self.timing.end_pass(self.commands);
             device.end_command_buffer(self.commands).during("recording")?;
             device.queue_submit2(self.context.queue, &submit, self.fence).during("submitting")?;
@@ -78,67 +84,6 @@ impl Once {
     /// Time of all runs so far by the device's own clock [ms]; `None` on a queue without timestamps.
     pub fn device_ms(&self) -> Option<f64> {
         self.device_ms
-    }
-
-    /// Copies bytes to the start of a device buffer.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn upload(&mut self, target: &Buffer, bytes: &[u8]) -> Result<(), GpuError> {
-        let mut staging = self.take_staging()?;
-        let (device_buffer, staging_buffer) = (target.raw, staging.raw);
-        let mut offset = 0;
-        for piece in bytes.chunks(STAGING_BYTES) {
-            staging.write(piece);
-            let copy = [vk::BufferCopy { src_offset: 0, dst_offset: offset, size: piece.len() as u64 }];
-            self.run(|device, commands| {
-                // What is submitted later reads the copy; the fence alone does not make it visible there.
-                let memory = [vk::MemoryBarrier2::default()
-                    .src_stage_mask(vk::PipelineStageFlags2::COPY)
-                    .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
-                    .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-                    .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)];
-                let dependency = vk::DependencyInfo::default().memory_barriers(&memory);
-                // SAFETY: both buffers are alive and as long as the copy says.
-                unsafe {
-                    device.cmd_copy_buffer(commands, staging_buffer, device_buffer, &copy);
-                    device.cmd_pipeline_barrier2(commands, &dependency);
-                }
-            })?;
-            offset += piece.len() as u64;
-        }
-        self.staging = Some(staging);
-        Ok(())
-    }
-
-    /// The first `count` values of a device buffer.
-    ///
-    /// # Errors
-    /// A call that fails.
-    pub fn download<T: bytemuck::Pod>(&mut self, from: &Buffer, count: usize) -> Result<Vec<T>, GpuError> {
-        let bytes = (count * size_of::<T>()) as u64;
-        let usage = vk::BufferUsageFlags::TRANSFER_DST;
-        let to = Buffer::new(&self.context, "download", bytes, usage, MemoryLocation::GpuToCpu)?;
-        let (device_buffer, host_buffer) = (from.raw, to.raw);
-        let copy = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: bytes }];
-        self.run(|device, commands| {
-            // SAFETY: both buffers are alive and as long as the copy says; the fence orders the host after it.
-            unsafe { device.cmd_copy_buffer(commands, device_buffer, host_buffer, &copy) };
-        })?;
-        Ok(to.read(count).to_vec())
-    }
-
-    fn take_staging(&mut self) -> Result<Buffer, GpuError> {
-        if let Some(staging) = self.staging.take() {
-            return Ok(staging);
-        }
-        let usage = vk::BufferUsageFlags::TRANSFER_SRC;
-        Buffer::new(&self.context, "staging", STAGING_BYTES as u64, usage, MemoryLocation::CpuToGpu)
-    }
-
-    /// Forgets the staging buffer, which only the filling of a scene needs.
-    pub fn free_staging(&mut self) {
-        self.staging = None;
     }
 }
 

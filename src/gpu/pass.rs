@@ -2,203 +2,10 @@
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
-use super::variant::ThermalVariant;
-use super::wide_variant::WideVariant;
-
-/// Whatever a pass reads or writes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Resource {
-    /// `Tick`, written by the host.
-    Tick,
-    /// Sun samples of the tick, written by the host.
-    SunSamples,
-    /// Albedo over the directions of a normal, written by the host.
-    AlbedoValues,
-    /// `Tick`s of a fused dispatch, written by the host.
-    FusedTicks,
-    /// Their Sun samples, written by the host.
-    FusedSunSamples,
-    /// Their albedos over the directions of a normal, written by the host.
-    FusedAlbedoValues,
-    /// `View`, written by the host.
-    View,
-    /// `Material` of every material.
-    Materials,
-    /// Pieces of the response functions that are no powers.
-    Shapes,
-    /// Material of every group of four nodes.
-    GroupMaterial,
-    /// Part of every group of four nodes.
-    GroupPart,
-    /// Normals, one buffer a component.
-    NormalX,
-    /// See `NormalX`.
-    NormalY,
-    /// See `NormalX`.
-    NormalZ,
-    /// Positions [m], one buffer a component.
-    PositionX,
-    /// See `PositionX`.
-    PositionY,
-    /// See `PositionX`.
-    PositionZ,
-    /// Node indices of the triangles.
-    Triangles,
-    /// Those of them that may cover a pixel's centre, at the front of those of their draw.
-    VisibleTriangles,
-    /// `DrawCommand` of each run of `VisibleTriangles`.
-    Draws,
-    /// Table of the band's radiance.
-    BandTable,
-    /// Target temperature of every node [K].
-    Target,
-    /// Target less old temperature of every node [K].
-    Span,
-    /// Steps since the transition began, of every node.
-    Elapsed,
-    /// Temperature of every node [K].
-    Temperature,
-    /// The Sun's view, written by the host.
-    SunView,
-    /// Node indices of the triangles that cast shadows.
-    Occluders,
-    /// Depth as seen from the Sun, as it is drawn.
-    SunDepthImage,
-    /// The same where shaders read it.
-    SunDepth,
-    /// Boxes around the triangles that cast shadows.
-    ShadowTree,
-    /// These triangles.
-    ShadowTriangles,
-    /// Share of the Sun that every node sees.
-    Visibility,
-    /// Radiance, temperature and depth of every pixel.
-    RadianceImage,
-    /// Part and material of every pixel.
-    IdentityImage,
-    /// Depth buffer.
-    DepthImage,
-    /// The images and temperatures where the host reads them.
-    RadianceReadback,
-    /// See `RadianceReadback`.
-    IdentityReadback,
-    /// See `RadianceReadback`.
-    TemperatureReadback,
-    /// Kept temperatures of a network: base and rest [K] of every node.
-    NetworkKept,
-    /// Temperatures of a network that is tried, of every other stage.
-    NetworkEven,
-    /// See `NetworkEven`.
-    NetworkOdd,
-    /// Rests of the nodes of a network at the start of a sub-step [K]; of TR-BDF2 the change of the first stage.
-    NetworkStart,
-    /// Rates of the nodes of a network [K/s]; of TR-BDF2 the heat at the start [W].
-    NetworkRates,
-    /// Largest errors, where the host reads them.
-    NetworkErrors,
-    /// Temperatures of the sensors, where the host reads them.
-    NetworkSensed,
-    /// Preconditioned residual of the solver [K].
-    SolverConditioned,
-    /// Direction of search.
-    SolverDirection,
-    /// The matrix times that.
-    SolverProductDirection,
-    /// Solution [K].
-    SolverSolution,
-    /// The matrix times the preconditioned residual.
-    SolverProduct,
-    /// The diagonal [W/K].
-    SolverDiagonal,
-    /// Parts of sums.
-    SolverPartials,
-    /// What the solver knows of itself, where the host reads it.
-    SolverScalars,
-}
-
-impl Resource {
-    /// Whether the two frames in flight have one each; a fence orders the uses of each by the host.
-    pub fn per_slot(self) -> bool {
-        matches!(
-            self,
-            Self::Tick
-                | Self::SunSamples
-                | Self::AlbedoValues
-                | Self::FusedTicks
-                | Self::FusedSunSamples
-                | Self::FusedAlbedoValues
-                | Self::View
-                | Self::SunView
-                | Self::RadianceReadback
-                | Self::IdentityReadback
-                | Self::TemperatureReadback
-        )
-    }
-
-    /// Whether shaders see it as a uniform buffer: small, and read by every invocation at the same address. (On lavapipe
-    /// each scalar of a storage buffer costs every invocation 0.5 ns; a uniform is read once.)
-    pub fn is_uniform(self) -> bool {
-        self.per_joint() || matches!(self, Self::FusedTicks | Self::FusedSunSamples)
-    }
-
-    /// Whether every joint has a slice of it: what it says is said in the frame in which the joint's nodes do not move.
-    pub fn per_joint(self) -> bool {
-        matches!(self, Self::Tick | Self::SunSamples | Self::View | Self::SunView)
-    }
-
-    /// Whether its size on the device follows the number of nodes; what only the host reads is not counted.
-    pub fn grows_with_nodes(self) -> bool {
-        matches!(
-            self,
-            Self::GroupMaterial
-                | Self::GroupPart
-                | Self::NormalX
-                | Self::NormalY
-                | Self::NormalZ
-                | Self::PositionX
-                | Self::PositionY
-                | Self::PositionZ
-                | Self::Triangles
-                | Self::VisibleTriangles
-                | Self::Draws
-                | Self::Target
-                | Self::Span
-                | Self::Elapsed
-                | Self::Temperature
-                | Self::Visibility
-        )
-    }
-
-    /// Whether every pass that binds it binds a piece of it, so that it may be longer than what a device binds at once;
-    /// images pull the nodes' values from anywhere.
-    pub fn is_bound_in_pieces(self, drawn: bool) -> bool {
-        match self {
-            Self::Triangles
-            | Self::VisibleTriangles
-            | Self::Draws
-            | Self::NormalX
-            | Self::NormalY
-            | Self::NormalZ
-            | Self::Target
-            | Self::Span
-            | Self::Elapsed
-            | Self::Visibility => true,
-            Self::GroupMaterial | Self::GroupPart | Self::Temperature => !drawn,
-            _ => false,
-        }
-    }
-
-    /// Whether its size on the device follows the number of pixels.
-    pub fn grows_with_pixels(self) -> bool {
-        (self.is_image() && self != Self::SunDepthImage)
-            || matches!(self, Self::RadianceReadback | Self::IdentityReadback)
-    }
-
-    /// Whether it is an image, which has a layout.
-    pub fn is_image(self) -> bool {
-        matches!(self, Self::RadianceImage | Self::IdentityImage | Self::DepthImage | Self::SunDepthImage)
-    }
-}
+use super::resource::Resource;
+use super::shaders::Shader;
+use super::variant::{FusedVariant, ResponseVariant, ThermalVariant};
+use super::wide_variant::{WideKind, WideVariant};
 
 /// A stage and how it touches memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -250,39 +57,94 @@ pub struct Access {
     pub layout: ImageLayout,
 }
 
-/// What a pass does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Work {
+/// What selects a pipeline.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kernel {
     /// `thermal_step` on a run of whole workgroups.
-    Thermal {
-        /// Compiled variant.
-        variant: ThermalVariant,
-        /// Groups of four nodes: first, and the one after the last.
-        groups: (u32, u32),
-    },
+    Thermal(ThermalVariant),
     /// Draws the depth of the parts as seen from the Sun.
     SunDepth,
     /// Finds what share of the Sun each node sees.
-    Visibility {
-        /// Groups of four nodes: first, and the one after the last.
-        groups: (u32, u32),
-    },
+    Visibility,
     /// Finds whether each node sees one point of the Sun's disc.
     SunRay {
-        /// Number of the point; the first begins the count.
-        ray: u32,
-        /// Joint of the nodes.
-        joint: u32,
-        /// Groups of four nodes: first, and the one after the last.
-        groups: (u32, u32),
+        /// Whether it begins the count.
+        first: bool,
     },
     /// Finds the triangles that may cover a pixel's centre.
-    Cull {
-        /// Triangles: first, and the one after the last.
-        triangles: (u32, u32),
-    },
+    Cull,
     /// Draws the triangles that are left.
     Radiance,
+    /// A pass over the nodes of a large network.
+    Wide(WideVariant),
+    /// Sub-steps of a small network.
+    Fused(FusedVariant),
+    /// Steps of nodes under given targets.
+    Response(ResponseVariant),
+    /// Radiance of a blackbody in a band.
+    Blackbody,
+    /// The inverse of that.
+    Brightness,
+    /// Nothing.
+    Empty,
+}
+
+impl Kernel {
+    /// Whether it draws the triangles of all joints, one after the other.
+    pub fn draws(self) -> bool {
+        matches!(self, Self::Radiance | Self::SunDepth)
+    }
+
+    /// Its shaders: one of a dispatch; the vertex shader and, where colours are drawn, the fragment shader of a draw.
+    pub fn shaders(self) -> Vec<Shader> {
+        let plain = |entry| vec![Shader::new(entry, Vec::new())];
+        match self {
+            Self::Thermal(variant) => vec![variant.shader()],
+            Self::Response(variant) => vec![variant.shader()],
+            Self::Fused(variant) => vec![variant.shader()],
+            Self::Wide(variant) => vec![variant.shader()],
+            Self::SunDepth => plain("solar_depth.vert"),
+            Self::Visibility => plain("solar_visibility.comp"),
+            Self::SunRay { first: true } => vec![Shader::new("solar_rays.comp", vec!["first"])],
+            Self::SunRay { first: false } => plain("solar_rays.comp"),
+            Self::Cull => plain("cull.comp"),
+            Self::Radiance => ["radiance.vert", "radiance.frag"].map(|entry| Shader::new(entry, Vec::new())).to_vec(),
+            Self::Blackbody => plain("blackbody.comp"),
+            Self::Brightness => plain("brightness.comp"),
+            Self::Empty => plain("empty.comp"),
+        }
+    }
+}
+
+/// What a dispatch says to its kernel besides what is bound.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Said {
+    /// Nothing.
+    Nothing,
+    /// The first triangle.
+    Triangle(u32),
+    /// A point of the Sun's disc, by number, and the joint of the nodes.
+    Ray(u32, u32),
+    /// Times and weights of a pass over a network.
+    Network(NetworkWork),
+}
+
+/// What a pass does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Work {
+    /// Workgroups of a kernel.
+    Dispatch {
+        /// Which.
+        kernel: Kernel,
+        /// How many.
+        workgroups: u32,
+        /// Tells what it binds from what other passes of its kernel bind: the first of its nodes or triangles.
+        set: u32,
+        /// What it is told.
+        said: Said,
+    },
+    /// Draws triangles.
+    Draw(Kernel),
     /// Copies a buffer or an image to a buffer.
     Copy {
         /// From here.
@@ -290,10 +152,8 @@ pub enum Work {
         /// To there.
         to: Resource,
     },
-    /// Fills a buffer of floats with zero.
-    Clear(Resource),
-    /// A pass over the nodes of a network.
-    Network(NetworkWork),
+    /// Fills a buffer with a word.
+    Fill(Resource, u32),
 }
 
 /// Nodes that a pass over a network is confined to.
@@ -303,27 +163,23 @@ pub enum NetworkNodes {
     All,
     /// The sensors.
     Sensors,
-    /// Arithmetic nodes without arithmetic neighbours.
-    Lone,
-    /// All arithmetic nodes.
+    /// Arithmetic nodes.
     Arithmetic,
     /// All that are no boundary.
     Free,
 }
 
-/// Which pass over the nodes of a network.
+/// When a pass over the nodes of a network runs, and over how many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NetworkWork {
-    /// Compiled variant.
-    pub variant: WideVariant,
-    /// Nodes of the pass.
-    pub nodes: NetworkNodes,
+    /// What it does.
+    pub kind: WideKind,
+    /// Groups of nodes, sensors, or sums of workgroups.
+    pub count: u32,
     /// Stage whose time and weights it has.
     pub stage: u32,
     /// Sub-step.
     pub sub_step: u32,
-    /// Whether the present stage is in `NetworkOdd`, and the next goes to `NetworkEven`.
-    pub odd: bool,
     /// Of an update, 1 where it is the first; of the solver's decisions, which.
     pub mode: u32,
 }
@@ -340,9 +196,12 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// Whether it takes many ticks.
-    pub fn is_fused(&self) -> bool {
-        matches!(self.work, Work::Thermal { variant, .. } if variant.fused)
+    /// What selects its pipeline; `None` of copies.
+    pub fn kernel(&self) -> Option<Kernel> {
+        match self.work {
+            Work::Dispatch { kernel, .. } | Work::Draw(kernel) => Some(kernel),
+            Work::Copy { .. } | Work::Fill(..) => None,
+        }
     }
 }
 
@@ -361,7 +220,7 @@ pub struct Barrier {
 
 /// One entry of the list.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Step {
+pub enum Entry {
     /// Work.
     Pass(Pass),
     /// Barriers that are recorded together.
@@ -412,7 +271,7 @@ pub(super) fn access(resource: Resource, scope: Scope) -> Access {
 
 /// Copies a whole buffer or image.
 pub(super) fn copy_pass(name: &str, from: Resource, to: Resource) -> Pass {
-    let layout = if from.is_image() { ImageLayout::TRANSFER_SRC_OPTIMAL } else { ImageLayout::UNDEFINED };
+    let layout = if from.row().role.is_image() { ImageLayout::TRANSFER_SRC_OPTIMAL } else { ImageLayout::UNDEFINED };
     Pass {
         name: name.to_owned(),
         work: Work::Copy { from, to },
@@ -420,7 +279,7 @@ pub(super) fn copy_pass(name: &str, from: Resource, to: Resource) -> Pass {
     }
 }
 
-/// Fills a buffer of floats with zero.
+/// Fills a buffer of floats with zero: all of its bits are.
 pub(super) fn clear_pass(name: &str, resource: Resource) -> Pass {
-    Pass { name: name.to_owned(), work: Work::Clear(resource), accesses: vec![access(resource, CLEAR_WRITE)] }
+    Pass { name: name.to_owned(), work: Work::Fill(resource, 0), accesses: vec![access(resource, CLEAR_WRITE)] }
 }

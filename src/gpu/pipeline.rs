@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::context::Context;
-use super::error::{Context as _, GpuError};
+use super::error::{During as _, GpuError};
 use super::shaders::Shader;
 
 /// A pipeline, its layout and the layout of its one descriptor set.

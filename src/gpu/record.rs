@@ -1,60 +1,69 @@
-//! Turns the frame list into commands: barriers as written, each pass under its label and between its timestamps.
+//! Turns lists into commands: barriers as written, each pass with its pipeline, descriptor set and constants.
 
 use ash::vk;
-use glam::{DAffine3, DMat3};
 
+use super::bindings::Bindings;
 use super::context::Context;
-use super::frame::{Frame, TRIANGLES_A_DRAW, TriangleRun};
-use super::layout::{self, SunRay};
+use super::frame::{Frame, TriangleRun};
+use super::layout;
 use super::memory::Image;
-use super::pass::{Barrier, Pass, Resource, Step, Work};
+use super::pass::{Barrier, Entry, Kernel, Pass, Said, Work};
 use super::pipeline::Pipeline;
-use super::resources::{NODES_PER_WORKGROUP, Resources};
+use super::resource::Resource;
+use super::store::Resources;
 use super::timing::Timing;
 
-/// What recording reads; the passes come with their pipelines and descriptor sets in the order of the list.
+/// What recording reads besides the lists.
 pub(super) struct Recorder<'a> {
-    pub context: &'a Context,
-    pub resources: &'a Resources,
-    pub slot: usize,
-    pub commands: vk::CommandBuffer,
-    pub triangles: &'a [TriangleRun],
-    pub occluders: &'a [TriangleRun],
-    pub sun_rays: &'a [SunRay],
-    /// Poses of the body and of the joints for which the rays are found; empty where nothing moves.
-    pub poses: &'a [DAffine3],
-    pub size: [u32; 2],
+    context: &'a Context,
+    commands: vk::CommandBuffer,
+    resources: &'a Resources,
+    bindings: Option<&'a Bindings>,
+    /// What a dispatch says to its kernel.
+    constants: &'a dyn Fn(Said) -> Vec<u8>,
+    /// What was bound last.
+    bound: (vk::Pipeline, vk::DescriptorSet),
+    /// The slot of what has one for each frame in flight.
+    slot: usize,
+    /// Triangles that are drawn in an image.
+    triangles: &'a [TriangleRun],
+    /// Triangles that are drawn as the Sun sees them.
+    occluders: &'a [TriangleRun],
 }
 
-impl Recorder<'_> {
-    /// Records the whole list; `bound` gives the pipeline and descriptor set of a pass that has one, for what hangs on a
-    /// joint.
-    pub fn frame<'p>(
-        &self,
-        frame: &Frame,
-        bound: impl Fn(&Pass, u32) -> Option<(&'p Pipeline, vk::DescriptorSet)>,
-        timing: &mut Timing,
-    ) {
-        timing.begin_frame(self.commands);
-        for step in &frame.steps {
-            match step {
-                Step::Barriers(barriers) => self.barriers(barriers),
-                Step::Pass(pass) => {
-                    self.context.begin_label(self.commands, &pass.name);
-                    timing.begin_pass(self.commands, &pass.name);
-                    let first = bound(pass, 0);
-                    if let Some((pipeline, set)) = first {
-                        self.bind(pipeline, set);
+impl<'a> Recorder<'a> {
+    /// Of what draws no triangles.
+    pub fn new(
+        context: &'a Context,
+        commands: vk::CommandBuffer,
+        resources: &'a Resources,
+        bindings: Option<&'a Bindings>,
+        constants: &'a dyn Fn(Said) -> Vec<u8>,
+    ) -> Self {
+        let bound = Default::default();
+        Self { context, commands, resources, bindings, constants, bound, slot: 0, triangles: &[], occluders: &[] }
+    }
+
+    /// The same in a slot, of what draws: triangles in an image, and as the Sun sees them.
+    pub fn drawing(self, slot: usize, triangles: &'a [TriangleRun], occluders: &'a [TriangleRun]) -> Self {
+        Self { slot, triangles, occluders, ..self }
+    }
+
+    /// Records a whole list; where there is a `timing`, each pass under its label and between its timestamps.
+    pub fn record(&mut self, list: &Frame, mut timing: Option<&mut Timing>) {
+        for entry in &list.entries {
+            match entry {
+                Entry::Barriers(barriers) => self.barriers(barriers),
+                Entry::Pass(pass) => {
+                    if let Some(timing) = &mut timing {
+                        self.context.begin_label(self.commands, &pass.name);
+                        timing.begin_pass(self.commands, &pass.name);
                     }
-                    let bind_joint = |joint: u32| {
-                        if let Some((pipeline, set)) = bound(pass, joint) {
-                            self.bind(pipeline, set);
-                        }
-                    };
-                    let layout = first.map_or(vk::PipelineLayout::null(), |(pipeline, _)| pipeline.layout);
-                    self.work(pass, layout, &bind_joint);
-                    timing.end_pass(self.commands);
-                    self.context.end_label(self.commands);
+                    self.pass(pass);
+                    if let Some(timing) = &mut timing {
+                        timing.end_pass(self.commands);
+                        self.context.end_label(self.commands);
+                    }
                 }
             }
         }
@@ -78,144 +87,122 @@ impl Recorder<'_> {
                         .subresource_range(image.whole()),
                 );
             } else {
-                let buffer = self.resources.buffer(barrier.resource, self.slot);
+                let region = self.resources.region(barrier.resource, self.slot);
                 buffers.push(
                     vk::BufferMemoryBarrier2::default()
                         .src_stage_mask(barrier.before.stage)
                         .src_access_mask(barrier.before.access)
                         .dst_stage_mask(barrier.after.stage)
                         .dst_access_mask(barrier.after.access)
-                        .buffer(buffer.raw)
-                        .size(vk::WHOLE_SIZE),
+                        .buffer(region.buffer.raw)
+                        .offset(region.offset)
+                        .size(region.bytes),
                 );
             }
         }
         let dependency = vk::DependencyInfo::default().buffer_memory_barriers(&buffers).image_memory_barriers(&images);
-        // SAFETY: the buffers and images belong to the scene being recorded.
+        // SAFETY: the buffers and images are alive until the commands are done.
         unsafe { self.context.device.cmd_pipeline_barrier2(self.commands, &dependency) };
     }
 
-    fn bind(&self, pipeline: &Pipeline, set: vk::DescriptorSet) {
-        // SAFETY: the set was made for this pipeline's layout and points to buffers of this scene.
-        unsafe {
-            self.context.device.cmd_bind_pipeline(self.commands, pipeline.bind_point, pipeline.raw);
-            self.context.device.cmd_bind_descriptor_sets(
-                self.commands,
-                pipeline.bind_point,
-                pipeline.layout,
-                0,
-                &[set],
-                &[],
-            );
+    /// Binds what a pass needs for what hangs on a joint. Copies need nothing.
+    fn bind(&mut self, pass: &Pass, joint: u32) -> Option<&'a Pipeline> {
+        let (pipeline, set) = self.bindings?.of(pass, joint, self.slot)?;
+        if self.bound != (pipeline.raw, set) {
+            self.bound = (pipeline.raw, set);
+            let (device, point) = (&self.context.device, pipeline.bind_point);
+            // SAFETY: the set was made for this pipeline's layout and points to buffers that outlive the commands.
+            unsafe {
+                device.cmd_bind_pipeline(self.commands, point, pipeline.raw);
+                device.cmd_bind_descriptor_sets(self.commands, point, pipeline.layout, 0, &[set], &[]);
+            }
         }
+        Some(pipeline)
     }
 
-    fn work(&self, pass: &Pass, pipeline_layout: vk::PipelineLayout, bind_joint: &dyn Fn(u32)) {
+    fn pass(&mut self, pass: &Pass) {
+        let device = &self.context.device;
         match pass.work {
-            Work::Thermal { groups: (first, end), .. } => {
-                let workgroups = (end - first).div_ceil(NODES_PER_WORKGROUP as u32 / 4);
-                // SAFETY: the pipeline is bound, and the range holds whole workgroups.
-                unsafe { self.context.device.cmd_dispatch(self.commands, workgroups, 1, 1) };
-            }
-            Work::Cull { triangles: (first, end) } => {
-                let workgroups = (end - first).div_ceil(TRIANGLES_A_DRAW);
-                // SAFETY: the pipeline is bound and takes this constant; it leaves lanes beyond the last triangle idle.
+            Work::Dispatch { workgroups, said, .. } => {
+                let Some(pipeline) = self.bind(pass, 0) else { return };
+                let constants = (self.constants)(said);
+                // SAFETY: the pipeline is bound and takes these constants; its nodes fill whole workgroups, or invocations
+                // beyond the last return at once.
                 unsafe {
-                    let (device, stages) = (&self.context.device, vk::ShaderStageFlags::COMPUTE);
-                    device.cmd_push_constants(self.commands, pipeline_layout, stages, 0, &first.to_le_bytes());
+                    if !constants.is_empty() {
+                        let stages = vk::ShaderStageFlags::COMPUTE;
+                        device.cmd_push_constants(self.commands, pipeline.layout, stages, 0, &constants);
+                    }
                     device.cmd_dispatch(self.commands, workgroups, 1, 1);
                 }
             }
-            Work::SunDepth => self.draw_solar_depth(bind_joint),
-            Work::Visibility { groups: (first, end) } => {
-                let workgroups = (end - first).div_ceil(NODES_PER_WORKGROUP as u32 / 4);
-                // SAFETY: the pipeline is bound, and the range holds whole workgroups.
-                unsafe { self.context.device.cmd_dispatch(self.commands, workgroups, 1, 1) };
-            }
-            Work::SunRay { ray, joint, groups: (first, end) } => {
-                let pose = self.poses.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
-                let ray = &self.sun_rays[ray as usize];
-                let push = [bytemuck::bytes_of(ray), bytemuck::bytes_of(&layout::rows(&pose))].concat();
-                let workgroups = (end - first).div_ceil(16);
-                // SAFETY: the pipeline is bound and takes these constants; the range holds whole workgroups.
-                unsafe {
-                    let (device, stages) = (&self.context.device, vk::ShaderStageFlags::COMPUTE);
-                    device.cmd_push_constants(self.commands, pipeline_layout, stages, 0, &push);
-                    device.cmd_dispatch(self.commands, workgroups, 1, 1);
-                }
-            }
-            Work::Radiance => self.draw(bind_joint),
-            // Networks have a command buffer of their own: src/gpu/network/wide.rs.
-            Work::Network(_) => {}
-            Work::Copy { from, to } if from.is_image() => self.copy_image(from, to),
+            Work::Draw(Kernel::SunDepth) => self.draw_solar_depth(pass),
+            Work::Draw(_) => self.draw(pass),
+            Work::Copy { from, to } if from.row().role.is_image() => self.copy_image(from, to),
             Work::Copy { from, to } => {
-                let (from, to) = (self.resources.buffer(from, self.slot), self.resources.buffer(to, self.slot));
-                let copy = [vk::BufferCopy { src_offset: 0, dst_offset: 0, size: from.bytes.min(to.bytes) }];
+                let (from, to) = (self.resources.region(from, self.slot), self.resources.region(to, self.slot));
+                let copy =
+                    [vk::BufferCopy { src_offset: from.offset, dst_offset: to.offset, size: from.bytes.min(to.bytes) }];
                 // SAFETY: the copy stays within both buffers.
-                unsafe { self.context.device.cmd_copy_buffer(self.commands, from.raw, to.raw, &copy) };
+                unsafe { device.cmd_copy_buffer(self.commands, from.buffer.raw, to.buffer.raw, &copy) };
             }
-            Work::Clear(resource) => {
-                let buffer = self.resources.buffer(resource, self.slot);
-                // SAFETY: the buffer may be a transfer destination; all-zero bytes are the float 0.
+            Work::Fill(resource, word) => {
+                let region = self.resources.region(resource, self.slot);
+                // SAFETY: the buffer may be a transfer destination and is as long as the region says.
                 unsafe {
-                    self.context.device.cmd_fill_buffer(self.commands, buffer.raw, 0, vk::WHOLE_SIZE, 0);
+                    device.cmd_fill_buffer(self.commands, region.buffer.raw, region.offset, region.bytes, word);
                 }
             }
         }
     }
 
-    fn draw(&self, bind_joint: &dyn Fn(u32)) {
-        let clear = |view: &Image, value: vk::ClearValue, store: vk::AttachmentStoreOp| {
-            vk::RenderingAttachmentInfo::default()
-                .image_view(view.view)
-                .image_layout(vk::ImageLayout::ATTACHMENT_OPTIMAL)
-                .load_op(vk::AttachmentLoadOp::CLEAR)
-                .store_op(store)
-                .clear_value(value)
-        };
-        let floats = vk::ClearValue { color: vk::ClearColorValue { float32: [0.0; 4] } };
-        let integers = vk::ClearValue { color: vk::ClearColorValue { uint32: [0; 4] } };
-        let far = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 } };
-        let image = |resource| self.resources.image(resource);
-        let colours = [
-            clear(image(Resource::RadianceImage), floats, vk::AttachmentStoreOp::STORE),
-            clear(image(Resource::IdentityImage), integers, vk::AttachmentStoreOp::STORE),
-        ];
-        let depth = clear(image(Resource::DepthImage), far, vk::AttachmentStoreOp::DONT_CARE);
-        let [width, height] = self.size;
+    /// Begins to draw into attachments of one size, with indices.
+    fn begin_drawing(&self, rendering: vk::RenderingInfo<'_>, [width, height]: [u32; 2], indices: Resource) {
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
         let viewport =
             vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
-        let rendering = vk::RenderingInfo::default()
-            .render_area(area)
-            .layer_count(1)
-            .color_attachments(&colours)
-            .depth_attachment(&depth);
+        let rendering = rendering.render_area(area).layer_count(1);
+        let indices = &self.resources.region(indices, self.slot).buffer;
         let device = &self.context.device;
-        let indices = self.resources.buffer(Resource::VisibleTriangles, self.slot);
-        // SAFETY: the radiance pipeline is bound, the images are in attachment layout by the barriers of the list, and the
-        // index buffer holds three node indices a triangle. It is bound whole: lavapipe 22.3 forgets the offset of a binding in
-        // indirect draws.
+        // SAFETY: the images are in attachment layout by the barriers of the list, and the index buffer holds three node
+        // indices a triangle. It is bound whole: lavapipe 22.3 forgets the offset of a binding in indirect draws.
         unsafe {
             device.cmd_begin_rendering(self.commands, &rendering);
             device.cmd_set_viewport(self.commands, 0, &[viewport]);
             device.cmd_set_scissor(self.commands, 0, &[area]);
             device.cmd_bind_index_buffer(self.commands, indices.raw, 0, vk::IndexType::UINT32);
         }
+    }
+
+    fn end_drawing(&self) {
+        // SAFETY: rendering was begun.
+        unsafe { self.context.device.cmd_end_rendering(self.commands) };
+    }
+
+    fn draw(&mut self, pass: &Pass) {
+        let floats = vk::ClearValue { color: vk::ClearColorValue { float32: [0.0; 4] } };
+        let integers = vk::ClearValue { color: vk::ClearColorValue { uint32: [0; 4] } };
+        let image = |resource| self.resources.image(resource);
+        let radiance = image(Resource::RadianceImage);
+        let colours = [
+            cleared(radiance, floats, vk::AttachmentStoreOp::STORE),
+            cleared(image(Resource::IdentityImage), integers, vk::AttachmentStoreOp::STORE),
+        ];
+        let depth = cleared(image(Resource::DepthImage), depth_of(0.0), vk::AttachmentStoreOp::DONT_CARE);
+        let rendering = vk::RenderingInfo::default().color_attachments(&colours).depth_attachment(&depth);
+        self.bind(pass, 0);
+        self.begin_drawing(rendering, radiance.size, Resource::VisibleTriangles);
         for run in self.triangles.iter().copied() {
-            if run.joint > 0 {
-                bind_joint(run.joint);
-            }
+            self.bind(pass, run.joint);
             self.draw_visible(run);
         }
-        // SAFETY: rendering was begun.
-        unsafe { device.cmd_end_rendering(self.commands) };
+        self.end_drawing();
     }
 
     /// Draws what culling left of a run of triangles.
     fn draw_visible(&self, run: TriangleRun) {
         let device = &self.context.device;
-        let draws = self.resources.buffer(Resource::Draws, self.slot);
+        let draws = &self.resources.region(Resource::Draws, self.slot).buffer;
         let stride = size_of::<layout::DrawCommand>() as u32;
         for piece in run.pieces() {
             let (first, end) = piece.draws();
@@ -225,39 +212,19 @@ impl Recorder<'_> {
         }
     }
 
-    fn draw_solar_depth(&self, bind_joint: &dyn Fn(u32)) {
+    fn draw_solar_depth(&mut self, pass: &Pass) {
         let image = self.resources.image(Resource::SunDepthImage);
-        let [width, height] = image.size;
-        let far = vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth: 1.0, stencil: 0 } };
-        let depth = vk::RenderingAttachmentInfo::default()
-            .image_view(image.view)
-            .image_layout(vk::ImageLayout::ATTACHMENT_OPTIMAL)
-            .load_op(vk::AttachmentLoadOp::CLEAR)
-            .store_op(vk::AttachmentStoreOp::STORE)
-            .clear_value(far);
-        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
-        let viewport =
-            vk::Viewport { x: 0.0, y: 0.0, width: width as f32, height: height as f32, min_depth: 0.0, max_depth: 1.0 };
-        let rendering = vk::RenderingInfo::default().render_area(area).layer_count(1).depth_attachment(&depth);
-        let indices = self.resources.buffer(Resource::Occluders, self.slot);
-        let device = &self.context.device;
-        // SAFETY: the pipeline of this pass is bound, the image is in attachment layout by the barriers of the list, and
-        // the index buffer holds three node indices a triangle.
-        unsafe {
-            device.cmd_begin_rendering(self.commands, &rendering);
-            device.cmd_set_viewport(self.commands, 0, &[viewport]);
-            device.cmd_set_scissor(self.commands, 0, &[area]);
-            device.cmd_bind_index_buffer(self.commands, indices.raw, 0, vk::IndexType::UINT32);
-        }
+        let depth = cleared(image, depth_of(1.0), vk::AttachmentStoreOp::STORE);
+        let rendering = vk::RenderingInfo::default().depth_attachment(&depth);
+        self.bind(pass, 0);
+        self.begin_drawing(rendering, image.size, Resource::Occluders);
         for TriangleRun { joint, triangles: (first, end) } in self.occluders.iter().copied() {
-            if joint > 0 {
-                bind_joint(joint);
-            }
+            self.bind(pass, joint);
+            let device = &self.context.device;
             // SAFETY: within the rendering; the pipeline is bound, and so are indices for all runs.
             unsafe { device.cmd_draw_indexed(self.commands, 3 * (end - first), 1, 3 * first, 0, 0) };
         }
-        // SAFETY: rendering was begun.
-        unsafe { device.cmd_end_rendering(self.commands) };
+        self.end_drawing();
     }
 
     fn copy_image(&self, from: Resource, to: Resource) {
@@ -271,7 +238,7 @@ impl Recorder<'_> {
                 layer_count: 1,
             })
             .image_extent(vk::Extent3D { width, height, depth: 1 })];
-        let buffer = self.resources.buffer(to, self.slot);
+        let buffer = &self.resources.region(to, self.slot).buffer;
         // SAFETY: the barriers of the list put the image in transfer layout; the buffer holds all its texels.
         unsafe {
             self.context.device.cmd_copy_image_to_buffer(
@@ -302,24 +269,16 @@ impl Context {
     }
 }
 
-/// The tick as the device reads it, for nodes that stand still in a frame.
-pub(super) fn tick_of(load: &crate::environment::TickLoad, step: f64, joint_from_body: DMat3) -> layout::Tick {
-    let planet = load.planet.as_ref();
-    let extend = |v: glam::DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
-    let sine = planet.map_or(0.0, |planet| 1.0 / planet.distance_ratio);
-    let cosine = (1.0 - sine * sine).sqrt();
-    let nadir = joint_from_body * planet.map_or(glam::DVec3::Z, |planet| planet.nadir);
-    let sunward = joint_from_body * planet.map_or(glam::DVec3::X, |planet| planet.sunward);
-    layout::Tick {
-        nadir: extend(nadir, sine),
-        sunward: extend(sunward, cosine),
-        across: extend(nadir.cross(sunward), 0.0),
-        planet_ir: planet.map_or(0.0, |planet| planet.planet_ir) as f32,
-        albedo_flux: planet.map_or(0.0, |planet| planet.albedo_flux) as f32,
-        background_temperature_4: load.background_temperature.powi(4) as f32,
-        step: step as f32,
-        albedo_resolution: crate::environment::albedo::RESOLUTION as f32,
-        count: 1.0,
-        unused: [0.0; 2],
-    }
+/// An image that is drawn into from one value on.
+fn cleared(image: &Image, value: vk::ClearValue, store: vk::AttachmentStoreOp) -> vk::RenderingAttachmentInfo<'_> {
+    vk::RenderingAttachmentInfo::default()
+        .image_view(image.view)
+        .image_layout(vk::ImageLayout::ATTACHMENT_OPTIMAL)
+        .load_op(vk::AttachmentLoadOp::CLEAR)
+        .store_op(store)
+        .clear_value(value)
+}
+
+fn depth_of(depth: f32) -> vk::ClearValue {
+    vk::ClearValue { depth_stencil: vk::ClearDepthStencilValue { depth, stencil: 0 } }
 }

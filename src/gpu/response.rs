@@ -2,18 +2,16 @@
 
 use std::sync::Arc;
 
-use ash::vk;
-use gpu_allocator::MemoryLocation;
-
-use super::buffer_set::{BufferSet, binding_types};
+use super::bindings::Bindings;
 use super::context::Context;
 use super::error::GpuError;
+use super::frame::Frame;
 use super::layout;
-use super::memory::Buffer;
+use super::lists;
 use super::once::Once;
-use super::pipeline::Pipeline;
-use super::shaders::Shader;
+use super::resource::Resource;
 use super::shapes::{Shapes, curve};
+use super::store::Resources;
 use super::variant::ResponseVariant;
 use crate::thermal::material::Transition;
 
@@ -60,96 +58,53 @@ pub fn respond(context: &Arc<Context>, transition: &Transition, runs: &[Run]) ->
     Ok(temperatures)
 }
 
-/// Pipeline, buffers by binding, and their descriptor set. Fields are dropped in order.
-struct Device<'a> {
+/// The nodes on the device. Fields are dropped in order.
+struct Device {
     once: Once,
-    set: BufferSet<'a>,
-    pipeline: Pipeline,
-    buffers: Vec<(u32, Buffer)>,
+    bindings: Bindings,
+    resources: Resources,
+    list: Frame,
 }
 
-/// Bindings of glsl/response.comp.
-const STEPS_BINDING: u32 = 0;
-const COMMANDED: u32 = 1;
-const MATERIALS: u32 = 3;
-const TARGET: u32 = 8;
-const SPAN: u32 = 9;
-const ELAPSED: u32 = 10;
-const TEMPERATURE: u32 = 11;
-const SHAPES: u32 = 12;
-
-impl<'a> Device<'a> {
-    fn new(context: &'a Arc<Context>, transition: &Transition, runs: &[Run], nodes: usize) -> Result<Self, GpuError> {
+impl Device {
+    fn new(context: &Arc<Context>, transition: &Transition, runs: &[Run], nodes: usize) -> Result<Self, GpuError> {
         let shapes = Shapes::one(transition);
         let (kind, curve) = curve(transition, 0);
-        let variant = ResponseVariant { kind, curve };
         let mut material: layout::Material = bytemuck::Zeroable::zeroed();
         material.set_transition(transition);
         let mut at_rest: Vec<f32> = runs.iter().map(|run| run.initial).collect();
         at_rest.resize(nodes, 0.0);
-
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER;
-        let empty =
-            |name: &str, values: usize, location| Buffer::new(context, name, 4 * values as u64, usage, location);
-        let mut buffers = vec![
-            (STEPS_BINDING, empty("steps", 2, MemoryLocation::CpuToGpu)?),
-            (COMMANDED, empty("commanded", STEPS * nodes, MemoryLocation::CpuToGpu)?),
-            (MATERIALS, empty("material", 8, MemoryLocation::CpuToGpu)?),
-            (TARGET, empty("target", nodes, MemoryLocation::CpuToGpu)?),
-            (SPAN, empty("span", nodes, MemoryLocation::CpuToGpu)?),
-            (ELAPSED, empty("elapsed", nodes, MemoryLocation::CpuToGpu)?),
-            (TEMPERATURE, empty("temperature", STEPS * nodes, MemoryLocation::GpuToCpu)?),
-        ];
-        if !shapes.values.is_empty() {
-            buffers.push((SHAPES, empty("shapes", 4 * shapes.values.len(), MemoryLocation::CpuToGpu)?));
-        }
         let zeros = vec![0.0f32; nodes];
-        for (binding, buffer) in &mut buffers {
-            match *binding {
-                MATERIALS => buffer.write(&[material]),
-                TARGET => buffer.write(&at_rest),
-                SPAN | ELAPSED => buffer.write(&zeros),
-                SHAPES => buffer.write(&shapes.values),
-                _ => {}
-            }
+
+        let mut once = Once::new(context)?;
+        let mut resources = Resources::new(context);
+        resources.make_of(Resource::ResponseSteps, 1)?;
+        resources.make_of(Resource::ResponseTargets, STEPS * nodes)?;
+        resources.make_of(Resource::ResponseTemperatures, STEPS * nodes)?;
+        resources.make_of(Resource::Materials, 1)?;
+        resources.upload(&mut once, Resource::Materials, &[material])?;
+        for (resource, values) in [(Resource::Target, &at_rest), (Resource::Span, &zeros), (Resource::Elapsed, &zeros)]
+        {
+            resources.make(resource, 4 * nodes as u64)?;
+            resources.upload(&mut once, resource, values)?;
         }
-        let shader = Shader { functions: shapes.text(curve).to_owned(), ..variant.shader() };
-        let pipeline = Pipeline::compute(context, &shader, &binding_types(&buffers), 0)?;
-        let set = BufferSet::new(context, pipeline.set_layout, &buffers)?;
-        Ok(Self { once: Once::new(context)?, set, pipeline, buffers })
+        if !shapes.values.is_empty() {
+            resources.make_of(Resource::Shapes, shapes.values.len())?;
+            resources.upload(&mut once, Resource::Shapes, &shapes.values)?;
+        }
+        resources.free_staging();
+        let list = lists::respond(ResponseVariant { kind, curve }, !shapes.values.is_empty(), (nodes / NODES) as u32);
+        let mut bindings = Bindings::new(context, shapes, 1, 1);
+        bindings.add(&resources, list.passes())?;
+        Ok(Self { once, bindings, resources, list })
     }
 
-    /// Takes some steps; targets and temperatures lie step after step. Waits, so the state needs no other barrier.
+    /// Takes some steps; targets and temperatures lie step after step. Waits.
     fn steps(&mut self, commanded: &[f32], count: usize, nodes: usize) -> Result<&[f32], GpuError> {
         let steps = layout::Steps { count: count as u32, groups: (nodes / 4) as u32 };
-        for (binding, buffer) in &mut self.buffers {
-            match *binding {
-                STEPS_BINDING => buffer.write(&[steps]),
-                COMMANDED => buffer.write(commanded),
-                _ => {}
-            }
-        }
-        let (pipeline, set) = (&self.pipeline, self.set.raw);
-        self.once.run(|device, commands| {
-            let memory = [vk::MemoryBarrier2::default()
-                .src_stage_mask(vk::PipelineStageFlags2::COMPUTE_SHADER)
-                .src_access_mask(vk::AccessFlags2::SHADER_STORAGE_WRITE)
-                .dst_stage_mask(vk::PipelineStageFlags2::HOST | vk::PipelineStageFlags2::COMPUTE_SHADER)
-                .dst_access_mask(
-                    vk::AccessFlags2::HOST_READ
-                        | vk::AccessFlags2::SHADER_STORAGE_READ
-                        | vk::AccessFlags2::SHADER_STORAGE_WRITE,
-                )];
-            let dependency = vk::DependencyInfo::default().memory_barriers(&memory);
-            // SAFETY: pipeline, set and buffers live until `run` has waited; the buffers hold whole workgroups.
-            unsafe {
-                device.cmd_bind_pipeline(commands, pipeline.bind_point, pipeline.raw);
-                device.cmd_bind_descriptor_sets(commands, pipeline.bind_point, pipeline.layout, 0, &[set], &[]);
-                device.cmd_dispatch(commands, (nodes / NODES) as u32, 1, 1);
-                device.cmd_pipeline_barrier2(commands, &dependency);
-            }
-        })?;
-        let temperature = self.buffers.iter().find(|(binding, _)| *binding == TEMPERATURE);
-        Ok(temperature.map_or(&[], |(_, buffer)| buffer.read(count * nodes)))
+        self.resources.write(Resource::ResponseSteps, 0, &[steps])?;
+        self.resources.write(Resource::ResponseTargets, 0, commanded)?;
+        self.once.run([&self.list], &self.resources, Some(&self.bindings), &|_| Vec::new())?;
+        Ok(self.resources.read(Resource::ResponseTemperatures, 0, count * nodes))
     }
 }

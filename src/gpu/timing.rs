@@ -7,7 +7,7 @@ use std::time::Instant;
 use ash::vk;
 
 use super::context::Context;
-use super::error::{Context as _, GpuError};
+use super::error::{During as _, GpuError};
 
 /// Timestamps of one slot; inert on a queue without them.
 pub struct Timing {

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use ash::{ext, vk};
 
-use super::error::{Context as _, GpuError};
+use super::error::{During as _, GpuError};
 
 /// Warnings and errors of the validation layer, in order.
 #[derive(Default)]

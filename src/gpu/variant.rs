@@ -62,7 +62,7 @@ pub struct ThermalVariant {
 }
 
 /// One variant of the response to given targets: the transition of a thermal step alone.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ResponseVariant {
     /// `Merge` or `Restart`.
     pub kind: StepKind,

@@ -14,7 +14,7 @@ use crate::environment::TickLoad;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
-use crate::gpu::renderer::{Renderer, Submitted};
+use crate::gpu::renderer::{Renderer, Request, Submitted};
 use crate::gpu::resources::check_plan;
 use crate::gpu::timing::PassTimes;
 use crate::scene::Camera;
@@ -125,8 +125,12 @@ impl Engine for DeviceEngine {
             self.step_network(tick)?;
         }
         let views = self.views(&order);
-        let tick = tick.map(|tick| (tick.load, tick.steps));
-        self.flying.push_back(self.renderer.submit_views(tick, views.as_deref(), order.temperatures)?);
+        self.flying.push_back(self.renderer.submit(Request {
+            tick: tick.map(|tick| (tick.load, tick.steps)),
+            views: views.as_deref().unwrap_or_default(),
+            temperatures: order.temperatures,
+            list: None,
+        })?);
         Ok(())
     }
 

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::check::Check;
 use super::engine::{Engine, EngineError, Tick};
 use super::prepare::Prepared;
-use crate::gpu::load::FUSED_TICKS;
+use crate::gpu::layout::FUSED_TICKS;
 
 /// When a tick passes, and how many steps it is long.
 #[derive(Debug, Clone, Copy, PartialEq)]

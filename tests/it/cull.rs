@@ -5,8 +5,10 @@ use std::path::Path;
 use glam::{DAffine3, DQuat};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::{Frame, Wanted};
-use isotherm::gpu::pass::{Resource, Step, Work};
-use isotherm::gpu::renderer::{Collected, Renderer};
+use isotherm::gpu::layout::View;
+use isotherm::gpu::pass::{Entry, Kernel, Work};
+use isotherm::gpu::renderer::{Collected, Renderer, Request};
+use isotherm::gpu::resource::Resource;
 use isotherm::gpu::resources::SceneData;
 use isotherm::scene::{Camera, Scene};
 use isotherm::simulation::device_data::DeviceData;
@@ -34,6 +36,11 @@ fn bits(collected: &Collected) -> Pixels {
     (radiance, collected.identity.expect("identity").to_vec())
 }
 
+/// An image from a view, by a list of its own where there is one.
+fn drawn<'a>(view: &'a View, list: Option<&'a Frame>) -> Request<'a> {
+    Request { views: std::slice::from_ref(view), list, ..Request::default() }
+}
+
 /// While the camera creeps, triangles are not culled at every image, and no image shows it.
 #[test]
 fn slow_motion_is_culled_ahead_of_and_changes_no_pixel() {
@@ -58,18 +65,18 @@ fn slow_motion_is_culled_ahead_of_and_changes_no_pixel() {
     let whole = image(data.triangles.len() as u32);
     for tick in 0..9 {
         let view = view(f64::from(tick));
-        let submitted = creeping.submit(None, Some(&view), false).expect("a frame");
+        let submitted = creeping.submit(drawn(&view, None)).expect("a frame");
         let crept = bits(&creeping.collect(submitted).expect("an image"));
-        let submitted = anew.submit_frame(&Frame::step(&[], whole), None, Some(&view), whole).expect("a frame");
+        let submitted = anew.submit(drawn(&view, Some(&Frame::step(&[], whole)))).expect("a frame");
         assert!(crept == bits(&anew.collect(submitted).expect("an image")), "image {tick} differs");
     }
     let culled = creeping.pass_times().iter().find(|(name, _)| *name == "cull").map_or(0, |(_, times)| times.len());
     assert!((2..6).contains(&culled), "culled {culled} times");
     // The triangles of one view are not those of one a pixel away.
     let away = view(50.0);
-    let submitted = anew.submit_frame(&Frame::step(&[], image(0)), None, Some(&away), image(0)).expect("a frame");
+    let submitted = anew.submit(drawn(&away, Some(&Frame::step(&[], image(0))))).expect("a frame");
     let stale = bits(&anew.collect(submitted).expect("an image"));
-    let submitted = anew.submit_frame(&Frame::step(&[], whole), None, Some(&away), whole).expect("a frame");
+    let submitted = anew.submit(drawn(&away, Some(&Frame::step(&[], whole)))).expect("a frame");
     assert!(stale != bits(&anew.collect(submitted).expect("an image")), "the comparison sees stale triangles");
 }
 
@@ -87,20 +94,19 @@ fn culling_changes_no_pixel() {
         let mut renderer = Renderer::new(&context, data).expect("the station on the device");
         renderer.settle(&load).expect("a settled state");
         let frame = frame(data.triangles.len() as u32);
-        let wanted = Wanted { image: true, ..Wanted::default() };
-        let submitted = renderer.submit_frame(&frame, None, Some(&view), wanted).expect("a frame");
+        let submitted = renderer.submit(drawn(&view, Some(&frame))).expect("a frame");
         bits(&renderer.collect(submitted).expect("an image"))
     };
     let culled = |triangles| Frame::step(&[], Wanted { image: true, cull: triangles, temperatures: false });
     // The same list with a copy of all triangles in place of the cull.
     let whole = |triangles| {
         let mut frame = culled(triangles);
-        for step in &mut frame.steps {
-            match step {
-                Step::Pass(pass) if matches!(pass.work, Work::Cull { .. }) => {
+        for entry in &mut frame.entries {
+            match entry {
+                Entry::Pass(pass) if pass.kernel() == Some(Kernel::Cull) => {
                     pass.work = Work::Copy { from: Resource::Triangles, to: Resource::VisibleTriangles };
                 }
-                Step::Barriers(barriers) => {
+                Entry::Barriers(barriers) => {
                     for barrier in barriers.iter_mut().filter(|b| b.resource == Resource::VisibleTriangles) {
                         barrier.before.stage = ash::vk::PipelineStageFlags2::ALL_COMMANDS;
                         barrier.before.access = ash::vk::AccessFlags2::MEMORY_WRITE;
@@ -108,7 +114,7 @@ fn culling_changes_no_pixel() {
                         barrier.after.access = ash::vk::AccessFlags2::MEMORY_READ | ash::vk::AccessFlags2::MEMORY_WRITE;
                     }
                 }
-                Step::Pass(_) => {}
+                Entry::Pass(_) => {}
             }
         }
         frame

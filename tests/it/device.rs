@@ -8,7 +8,7 @@ use isotherm::gpu::context::Context;
 use isotherm::gpu::error::GpuError;
 use isotherm::gpu::frame::StepRange;
 use isotherm::gpu::nodes::GROUP;
-use isotherm::gpu::renderer::Renderer;
+use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
 use isotherm::gpu::shapes::Shapes;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
@@ -214,7 +214,7 @@ pub fn settled(nodes: &LooseNodes, renderer: &mut Renderer, load: &TickLoad) -> 
 
 /// The present temperatures [K] in the order of `places`.
 pub fn temperatures(nodes: &LooseNodes, renderer: &mut Renderer) -> Vec<f64> {
-    let submitted = renderer.submit(None, None, true).expect("the device copies");
+    let submitted = renderer.submit(Request::default().and_temperatures()).expect("the device copies");
     let collected = renderer.collect(submitted).expect("the device answers");
     let all = collected.temperatures.expect("temperatures were asked for");
     nodes.places().map(|place| f64::from(all[place])).collect()

@@ -1,6 +1,6 @@
 //! Many ticks in one dispatch leave what they leave one after the other, through the eclipse and with shadows.
 
-use isotherm::gpu::load::FUSED_TICKS;
+use isotherm::gpu::layout::FUSED_TICKS;
 use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, Order, Tick};
 use isotherm::simulation::prepare::Prepared;

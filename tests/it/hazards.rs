@@ -2,9 +2,11 @@
 
 use isotherm::environment::shadow::Method;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
-use isotherm::gpu::hazard::{HazardKind, hazards};
-use isotherm::gpu::pass::Step;
-use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
+use isotherm::gpu::hazard::{HazardKind, hazards, unread_by_host};
+use isotherm::gpu::lists;
+use isotherm::gpu::pass::{Entry, Kernel};
+use isotherm::gpu::resource::Resource;
+use isotherm::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
 
 fn variant(kind: StepKind, both_sides: bool) -> ThermalVariant {
     ThermalVariant {
@@ -64,7 +66,7 @@ fn frames(ranges: &[StepRange]) -> Vec<Frame> {
     let mut frames = vec![Frame::settle(ranges), Frame::step(&fused(ranges), Wanted::default())];
     for method in [Method::Depth, Method::Exact] {
         let shadows = Frame::shadows(ranges, method);
-        if shadows.steps.is_empty() {
+        if shadows.entries.is_empty() {
             continue;
         }
         frames.push(shadows.clone().then(Frame::settle(ranges)));
@@ -102,7 +104,7 @@ fn each_barrier_that_is_taken_away_is_missed() {
                 let missed = frames(&ranges).iter().any(|before| {
                     let sequence = [&settle, before, &broken, &broken];
                     // What the host reads is ordered by the barrier to the host alone.
-                    !hazards(sequence).is_empty() || !isotherm::gpu::hazard::unread_by_host(&broken).is_empty()
+                    !hazards(sequence).is_empty() || !unread_by_host([&broken]).is_empty()
                 });
                 assert!(missed, "frame {number} without barrier {n} of {}", describe(whole, n));
             }
@@ -112,9 +114,9 @@ fn each_barrier_that_is_taken_away_is_missed() {
 
 fn describe(frame: &Frame, n: usize) -> String {
     let all: Vec<String> = frame
-        .steps
+        .entries
         .iter()
-        .filter_map(|step| if let Step::Barriers(barriers) = step { Some(barriers) } else { None })
+        .filter_map(|entry| if let Entry::Barriers(barriers) = entry { Some(barriers) } else { None })
         .flatten()
         .map(|barrier| format!("{barrier:?}"))
         .collect();
@@ -126,4 +128,82 @@ fn two_dispatches_on_the_same_nodes_collide() {
     let overlapping = [range(StepKind::Merge, false, (0, 128)), range(StepKind::Merge, true, (64, 192))];
     let found = hazards([&Frame::step(&overlapping, Wanted::default())]);
     assert!(found.iter().any(|hazard| hazard.kind == HazardKind::WriteAfterWrite), "{found:?}");
+}
+
+/// Lists in a row have no hazard and the host sees what it reads; without any barrier of those from `first` on, wherever
+/// their like stands in the row, either is no longer so.
+pub fn each_barrier_is_needed(row: &[Frame], first: usize) {
+    assert_eq!(hazards(row), []);
+    assert_eq!(unread_by_host(row), []);
+    for list in &row[first..] {
+        for n in 0..list.barrier_count() {
+            let missed = (0..row.len()).filter(|place| row[*place] == *list).any(|place| {
+                let mut broken = row.to_vec();
+                broken[place] = list.without_barrier(n);
+                unread_by_host(&broken[..=place]) != unread_by_host(&row[..=place]) || !hazards(&broken).is_empty()
+            });
+            assert!(missed, "without barrier {n} of\n{list}");
+        }
+    }
+}
+
+#[test]
+fn what_is_submitted_once_has_all_its_barriers() {
+    let ranges = &scenes()[3];
+    let drawn = Wanted { image: true, cull: 100, temperatures: true };
+    for method in [Method::Depth, Method::Exact] {
+        let settle = Frame::shadows(ranges, method).then(Frame::settle(ranges));
+        let (tick, step) = (Frame::step(ranges, Wanted::default()), Frame::step(ranges, drawn));
+        let tree = [Resource::ShadowTree, Resource::ShadowTriangles];
+        // A frame's own barriers cover uploads to the state, which settling copies to as well.
+        let uploaded = [
+            Resource::Materials,
+            Resource::GroupMaterial,
+            Resource::GroupPart,
+            Resource::NormalX,
+            Resource::PositionX,
+            Resource::Triangles,
+            Resource::Draws,
+            Resource::BandTable,
+            Resource::Temperature,
+        ];
+        let of_method = if method == Method::Exact { &tree[..] } else { &[Resource::Occluders] };
+        for resource in uploaded.into_iter().chain(of_method.iter().copied()) {
+            let row = [lists::upload(resource), settle.clone(), step.clone()];
+            assert_eq!(hazards(&row), []);
+            let broken = [row[0].without_barrier(0), settle.clone(), step.clone()];
+            assert!(!hazards(&broken).is_empty(), "{resource:?}");
+        }
+        for resource in [Resource::Temperature, Resource::Visibility] {
+            each_barrier_is_needed(&[settle.clone(), tick.clone(), lists::download(resource)], 2);
+        }
+    }
+    let response = lists::respond(ResponseVariant { kind: StepKind::Merge, curve: Curve::Power }, true, 4);
+    each_barrier_is_needed(&[lists::upload(Resource::Target), response.clone(), response.clone(), response], 0);
+    for kernel in [Kernel::Blackbody, Kernel::Brightness] {
+        each_barrier_is_needed(&[lists::upload(Resource::BandTable), lists::radiation(kernel, 3)], 0);
+    }
+    each_barrier_is_needed(&[lists::filled(), lists::copied(), lists::copied()], 0);
+    each_barrier_is_needed(&[lists::dispatched(3), lists::dispatched(3)], 0);
+}
+
+/// Whatever orders the device stands in a list: only the recorder makes barriers of Vulkan, and only of lists.
+#[test]
+fn all_barriers_are_recorded_from_lists() {
+    let mut folders = vec![std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];
+    let mut found = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).expect("a folder of src") {
+            let path = entry.expect("an entry of src").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let text = std::fs::read_to_string(&path).expect("a file of src");
+                let words = ["cmd_pipeline_barrier", "MemoryBarrier2", "cmd_set_event", "cmd_wait_events"];
+                found.extend(words.iter().any(|word| text.contains(word)).then_some(path));
+            }
+        }
+    }
+    let names: Vec<_> = found.iter().filter_map(|path| path.file_name()?.to_str()).collect();
+    assert_eq!(names, ["record.rs"]);
 }

@@ -24,6 +24,7 @@ mod pictures;
 mod program;
 mod properties;
 mod quads;
+mod resources;
 mod response;
 mod response_fit;
 mod rooms;

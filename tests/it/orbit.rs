@@ -79,7 +79,9 @@ fn over_loads(materials: Vec<Material>, loads: &[TickLoad], twin_materials: Vec<
     let mut found = Differences { worst: Worst::none(), cold: Worst::none(), ill: Worst::none(), ill_count: 0 };
     for (step, load) in loads.iter().enumerate() {
         twin.step(load, 1.0);
-        let submitted = renderer.submit(Some((load, 1.0)), None, true).expect("the device steps");
+        let submitted = renderer
+            .submit(isotherm::gpu::renderer::Request::tick(load, 1.0).and_temperatures())
+            .expect("the device steps");
         let collected = renderer.collect(submitted).expect("the device answers");
         let device = collected.temperatures.expect("temperatures were asked for");
         let twins = twin.nodes().iter().zip(twin.temperatures()).zip(&mut rounded);

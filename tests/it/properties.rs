@@ -1,7 +1,7 @@
 //! What must hold of any scene: the start, rest without sources, energy, areas, and responses that coincide.
 
 use isotherm::gpu::nodes::{GROUP, PADDING};
-use isotherm::gpu::pass::Resource;
+use isotherm::gpu::resource::Resource;
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, EngineError, Order, Tick};
@@ -204,7 +204,7 @@ fn areas_and_switches() {
             assert_eq!(named, there, "{word}");
             let buffer = data.plan().iter().any(|planned| planned.resource == resource);
             assert_eq!(buffer, there || resource == Resource::Tick, "{resource:?}");
-            assert!(!data.plan().iter().any(|planned| planned.resource.is_image()), "nothing is drawn");
+            assert!(!data.plan().iter().any(|planned| planned.resource.row().role.is_image()), "nothing is drawn");
         }
     }
 }

@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use isotherm::gpu::blackbody::band_table;
 use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::StepRange;
-use isotherm::gpu::renderer::Renderer;
+use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
 use isotherm::gpu::shapes::Shapes;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
@@ -108,7 +108,9 @@ impl Quads {
     /// The image that the device draws.
     pub fn draw(&self, context: &Arc<Context>, camera: &Camera, pose: &DAffine3) -> Pixels {
         let mut renderer = self.renderer(context, camera);
-        let submitted = renderer.submit(None, Some(&device_view(camera, pose)), false).expect("the device draws");
+        let submitted = renderer
+            .submit(Request { views: &[device_view(camera, pose)], ..Request::default() })
+            .expect("the device draws");
         let collected = renderer.collect(submitted).expect("the device answers");
         let radiance = collected.radiance.expect("an image was asked for");
         Pixels {

@@ -6,7 +6,8 @@ use std::process::Command;
 
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::layout;
-use isotherm::gpu::pass::{Pass, Work, is_write};
+use isotherm::gpu::pass::{Kernel, Pass, is_write};
+use isotherm::gpu::resource::Role;
 use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
 use isotherm::gpu::shapes::{self, Shapes};
 use isotherm::gpu::variant::{Curve, FusedKind, FusedVariant, ResponseVariant, StepKind, ThermalVariant};
@@ -18,7 +19,7 @@ use naga::front::spv;
 use crate::device::validation_is_asked_for;
 
 /// Every variant of a curve that a scene can ask for.
-fn thermal_variants(curve: Curve) -> Vec<ThermalVariant> {
+pub fn thermal_variants(curve: Curve) -> Vec<ThermalVariant> {
     let bare = |kind| ThermalVariant {
         kind,
         curve,
@@ -60,19 +61,27 @@ pub fn wide_variants() -> Vec<WideVariant> {
     all
 }
 
+/// Both variants of the response to given targets.
+pub fn response_variants(curve: Curve) -> [ResponseVariant; 2] {
+    [StepKind::Merge, StepKind::Restart].map(|kind| ResponseVariant { kind, curve })
+}
+
+/// Every variant of the fused kernels of a network.
+pub fn fused_variants() -> Vec<FusedVariant> {
+    let mut kinds = vec![FusedKind::Implicit, FusedKind::Settle];
+    for radiative in [false, true] {
+        kinds.extend([false, true].map(|elimination| FusedKind::Explicit { radiative, elimination }));
+    }
+    kinds.into_iter().flat_map(|kind| FusedVariant::LANES.map(|lanes| FusedVariant { kind, lanes })).collect()
+}
+
 /// Every shader that a scene can ask for whose functions are powers.
 fn all_shaders() -> Vec<Shader> {
     let mut all: Vec<_> = ENTRY_POINTS.iter().map(|(entry, _)| Shader::new(entry, Vec::new())).collect();
     all.push(Shader::new("solar_rays.comp", vec!["first"]));
     all.extend(thermal_variants(Curve::Power).iter().map(ThermalVariant::shader));
-    let curve = Curve::Power;
-    all.extend([StepKind::Merge, StepKind::Restart].map(|kind| ResponseVariant { kind, curve }.shader()));
-    let mut kinds = vec![FusedKind::Implicit, FusedKind::Settle];
-    for radiative in [false, true] {
-        kinds.extend([false, true].map(|elimination| FusedKind::Explicit { radiative, elimination }));
-    }
-    let lanes = |kind| FusedVariant::LANES.map(|lanes| FusedVariant { kind, lanes }.shader());
-    all.extend(kinds.into_iter().flat_map(lanes));
+    all.extend(response_variants(Curve::Power).iter().map(ResponseVariant::shader));
+    all.extend(fused_variants().iter().map(FusedVariant::shader));
     all.extend(wide_variants().iter().map(WideVariant::shader));
     all
 }
@@ -155,7 +164,7 @@ fn bytes(shader: &Shader) -> Vec<u8> {
     words.into_iter().flat_map(u32::to_le_bytes).collect()
 }
 
-fn reflect(shader: &Shader) -> naga::Module {
+pub fn reflect(shader: &Shader) -> naga::Module {
     let options = spv::Options { adjust_coordinate_space: false, strict_capabilities: false, ..Default::default() };
     spv::parse_u8_slice(&bytes(shader), &options).expect("naga reads what it wrote")
 }
@@ -229,7 +238,7 @@ fn declared(pass: &Pass) -> BTreeMap<u32, (bool, bool)> {
     let mut declared = BTreeMap::new();
     for access in &pass.accesses {
         if let Some(binding) = access.binding {
-            let entry = declared.entry(binding).or_insert((false, access.resource.is_uniform()));
+            let entry = declared.entry(binding).or_insert((false, access.resource.row().role == Role::Uniform));
             entry.0 |= is_write(access.scope.access);
         }
     }
@@ -280,9 +289,9 @@ fn passes_declare_what_their_shaders_touch() {
     }
     let plain = |entry| Shader::new(entry, Vec::new());
     let frame = Frame::step(&[], Wanted { image: true, cull: 9, temperatures: false });
-    let cull = frame.passes().find(|pass| matches!(pass.work, Work::Cull { .. })).expect("a cull pass");
+    let cull = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Cull)).expect("a cull pass");
     assert_eq!(declared(cull), bindings_of(&plain("cull.comp")));
-    let radiance = frame.passes().find(|pass| pass.work == Work::Radiance).expect("a radiance pass");
+    let radiance = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Radiance)).expect("a radiance pass");
     let mut shaders = bindings_of(&plain("radiance.vert"));
     shaders.extend(bindings_of(&plain("radiance.frag")));
     assert_eq!(declared(radiance), shaders);

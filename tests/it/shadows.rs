@@ -7,7 +7,7 @@ use isotherm::environment::TickLoad;
 use isotherm::environment::shadow::{Method, Shadows};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::nodes::PADDING;
-use isotherm::gpu::renderer::Renderer;
+use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::prepare::Prepared;
 use serde_json::json;
@@ -121,7 +121,7 @@ fn shadows_are_found_anew_when_the_sun_has_moved_enough() {
     let mut sun = sun();
     for expected in [1, 2, 2, 3] {
         sun = turn * sun;
-        let submitted = renderer.submit(Some((&load(sun), 1.0)), None, false).expect("the device steps");
+        let submitted = renderer.submit(Request::tick(&load(sun), 1.0)).expect("the device steps");
         renderer.collect(submitted).expect("the device answers");
         assert_eq!(drawn(&renderer), expected);
     }
@@ -138,7 +138,7 @@ fn what_is_shaded_stays_cold() {
         let data = DeviceData::new(prepared);
         let mut renderer = Renderer::new(&context, &data.scene_data(prepared, None)).expect("a small scene");
         renderer.settle(&load(sun())).expect("the device settles");
-        let submitted = renderer.submit(None, None, true).expect("the device reads");
+        let submitted = renderer.submit(Request::default().and_temperatures()).expect("the device reads");
         renderer.collect(submitted).expect("the device answers").temperatures.expect("all nodes").to_vec()
     };
     let visibility = on_device(&context, &shaded, sun());

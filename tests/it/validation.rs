@@ -7,8 +7,8 @@ use isotherm::environment::albedo_field::AlbedoField;
 use isotherm::environment::{PlanetLoad, TickLoad};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
-use isotherm::gpu::pass::{Barrier, Step, Work};
-use isotherm::gpu::renderer::Renderer;
+use isotherm::gpu::pass::{Barrier, Entry, Work};
+use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::simulation::viewpoint::device_view;
 use isotherm::thermal::material::{Function, Optics, Retarget, Sides};
@@ -67,8 +67,9 @@ fn everything() -> TickLoad {
 fn submit(renderer: &mut Renderer, frame: &Frame, load: &TickLoad, wanted: Wanted) {
     let pose = looking(DVec3::new(0.0, 0.0, -3.0), DVec3::ZERO, DVec3::Y);
     let view = device_view(&camera(32, 24, 20.0), &pose);
-    let view = wanted.image.then_some(&view);
-    let submitted = renderer.submit_frame(frame, Some((load, 1.0)), view, wanted).expect("the device works");
+    let views = if wanted.image { std::slice::from_ref(&view) } else { &[] };
+    let submitted = renderer.submit(Request { views, list: Some(frame), ..Request::tick(load, 1.0) });
+    let submitted = submitted.expect("the device works");
     renderer.collect(submitted).expect("the device answers");
 }
 
@@ -88,8 +89,8 @@ fn whole_frames_are_silent() {
         // Two frames in flight, and the first anew.
         let pose = looking(DVec3::new(0.0, 0.0, -3.0), DVec3::ZERO, DVec3::Y);
         let view = device_view(&camera(32, 24, 20.0), &pose);
-        let flying: Vec<_> =
-            (0..2).map(|_| renderer.submit(Some((&load, 1.0)), Some(&view), true).expect("the device steps")).collect();
+        let request = Request { views: &[view], ..Request::tick(&load, 1.0).and_temperatures() };
+        let flying: Vec<_> = (0..2).map(|_| renderer.submit(request).expect("the device steps")).collect();
         for submitted in flying {
             renderer.collect(submitted).expect("the device answers");
         }
@@ -99,8 +100,8 @@ fn whole_frames_are_silent() {
 }
 
 fn barriers(frame: &Frame) -> Vec<Barrier> {
-    let of = |step: &Step| if let Step::Barriers(barriers) = step { barriers.clone() } else { Vec::new() };
-    frame.steps.iter().flat_map(of).collect()
+    let of = |entry: &Entry| if let Entry::Barriers(barriers) = entry { barriers.clone() } else { Vec::new() };
+    frame.entries.iter().flat_map(of).collect()
 }
 
 /// What the layer says of a frame after one whole tick: the identifiers of its first messages, without repetition.
@@ -125,7 +126,7 @@ fn said_of(frame: &Frame, wanted: Wanted) -> Option<Vec<String>> {
 /// Takes each barrier out of `frame`, which follows `first` in one command buffer, and compares for which of them the
 /// layer speaks. Which it sees was measured with version 1.3.239; what it does not see, tests/it/hazards.rs proves.
 fn check(first: &Frame, frame: &Frame, wanted: Wanted, seen: &[&str], unseen: &[&str]) {
-    let joined = |frame: Frame| Frame { steps: [first.steps.clone(), frame.steps].concat() };
+    let joined = |frame: Frame| Frame { entries: [first.entries.clone(), frame.entries].concat() };
     let Some(said) = said_of(&joined(frame.clone()), wanted) else { return };
     assert_eq!(said, Vec::<String>::new(), "the whole frame");
     let (mut found_seen, mut found_unseen) = (Vec::new(), Vec::new());
@@ -177,20 +178,20 @@ fn barriers_of_a_tick() {
         ["RadianceReadback: COPY -> HOST", "IdentityReadback: COPY -> HOST", "TemperatureReadback: COPY -> HOST"];
     let last_frame = [TEMPERATURE_TO_STEP, target, span, elapsed, CULLED_TO_CULL, DRAWN_TO_CULL, DEPTH];
     let unseen = [&last_frame[..], &to_host].concat();
-    check(&Frame { steps: Vec::new() }, &Frame::step(&[range()], WANTED), WANTED, &seen, &unseen);
+    check(&Frame::default(), &Frame::step(&[range()], WANTED), WANTED, &seen, &unseen);
 }
 
 /// A frame without what the host reads: two of them in one command buffer would write it twice.
 fn unread(frame: &Frame) -> Frame {
-    let mut steps = frame.steps.clone();
-    steps.retain_mut(|step| match step {
-        Step::Pass(pass) => !matches!(pass.work, Work::Copy { to, .. } if to.per_slot()),
-        Step::Barriers(barriers) => {
-            barriers.retain(|barrier| !barrier.resource.per_slot());
+    let mut entries = frame.entries.clone();
+    entries.retain_mut(|entry| match entry {
+        Entry::Pass(pass) => !matches!(pass.work, Work::Copy { to, .. } if to.row().per_slot),
+        Entry::Barriers(barriers) => {
+            barriers.retain(|barrier| !barrier.resource.row().per_slot);
             !barriers.is_empty()
         }
     });
-    Frame { steps }
+    Frame { entries }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use isotherm::bench::models::{WRONG_SHARE, facing, wrong_shadows};
 use isotherm::environment::shadow::Method;
 use isotherm::gpu::context::Context;
 use isotherm::gpu::nodes::PADDING;
-use isotherm::gpu::renderer::Renderer;
+use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::scene::{Scene, ShadowSettings};
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::prepare::Prepared;
@@ -105,7 +105,7 @@ fn found(context: &Arc<Context>, scene: &Scene, edge: f64, shadows: Option<Shado
             let lit = facing(&prepared, &load).into_iter().zip(&of.areas).map(|(facing, area)| facing && *area > 0.0);
             of.seen.push(lit.zip(renderer.visibility()?).map(|(lit, seen)| lit.then_some(seen)).collect());
         }
-        let submitted = renderer.submit(None, None, true)?;
+        let submitted = renderer.submit(Request::default().and_temperatures())?;
         of.temperatures.push(renderer.collect(submitted)?.temperatures.unwrap_or_default().to_vec());
     }
     Ok(of)

@@ -3,13 +3,17 @@
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use super::solve_frame::Solve;
-use super::uses::{Target, uses};
+use super::uses::{COMPUTE, Moment, pass, present};
 use crate::gpu::frame::Frame;
 use crate::gpu::pass::{
-    Access, CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, NetworkNodes, NetworkWork, Pass, Resource,
-    Scope, Step, Work, access, barrier, clear_pass, copy_pass, scope,
+    CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, NetworkNodes, Scope, barrier, clear_pass,
+    copy_pass, scope, to_host,
 };
+use crate::gpu::resource::Resource;
 use crate::gpu::wide_variant::{WideKind, WideVariant};
+
+/// Sub-steps of one submission.
+pub(super) const SUB_STEPS_AT_MOST: u32 = 64;
 
 /// What a try takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,17 +26,19 @@ pub struct WidePlan {
     pub lone: bool,
     /// Whether there are arithmetic nodes that are coupled.
     pub coupled: bool,
-    /// Whether there are sensors.
-    pub sensors: bool,
+    /// Groups of nodes.
+    pub groups: u32,
+    /// Groups with an arithmetic node.
+    pub arithmetic: u32,
+    /// Groups with a node that is no boundary.
+    pub free: u32,
+    /// Sensors.
+    pub sensors: u32,
     /// Stages of a sub-step; 0 of TR-BDF2.
     pub stages: u32,
     /// Iterations that are recorded of Newton's method for a stage, and of conjugate gradients for each of these.
     pub iterations: [u32; 2],
 }
-
-/// A compute pass reads and writes.
-pub(super) const COMPUTE: Scope =
-    scope(S::COMPUTE_SHADER, A::from_raw(A::SHADER_STORAGE_READ.as_raw() | A::SHADER_STORAGE_WRITE.as_raw()));
 
 /// Whatever a pass or a copy of an earlier submission did.
 const EARLIER: Scope = scope(
@@ -51,24 +57,9 @@ const BALANCES: u32 = 6;
 /// In place of a stage: at the start of the sub-step, where the first stage's rates are found.
 pub const AT_START: u32 = u32::MAX;
 
-/// Where the present stage is.
-pub(super) fn present(odd: bool) -> Resource {
-    if odd { Resource::NetworkOdd } else { Resource::NetworkEven }
-}
-
-/// Where a pass belongs.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
-    /// Stage whose time and weights it has.
-    pub stage: u32,
-    pub sub_step: u32,
-    /// Whether the present stage is in `NetworkOdd`.
-    pub odd: bool,
-}
-
 impl WidePlan {
     /// Starts a try from the kept state: copies it, and balances arithmetic nodes.
-    fn copied(&self) -> Vec<Step> {
+    fn copied(&self) -> Vec<Entry> {
         let mut before = vec![
             barrier(Resource::NetworkKept, EARLIER, COPY_READ),
             barrier(Resource::NetworkEven, EARLIER, COPY_WRITE),
@@ -76,32 +67,32 @@ impl WidePlan {
         ];
         let mut after = vec![barrier(Resource::NetworkEven, COPY_WRITE, COMPUTE)];
         let mut passes = vec![
-            Step::Pass(copy_pass("try", Resource::NetworkKept, Resource::NetworkEven)),
-            Step::Pass(clear_pass("clear errors", Resource::NetworkErrors)),
+            Entry::Pass(copy_pass("try", Resource::NetworkKept, Resource::NetworkEven)),
+            Entry::Pass(clear_pass("clear errors", Resource::NetworkErrors)),
         ];
         if self.solves() {
             // What is no unknown is 0 in the products.
             for resource in [Resource::SolverScalars, Resource::SolverConditioned] {
                 before.push(barrier(resource, CLEARED, CLEAR_WRITE));
-                passes.push(Step::Pass(clear_pass("clear solver", resource)));
+                passes.push(Entry::Pass(clear_pass("clear solver", resource)));
                 after.push(barrier(resource, CLEAR_WRITE, COMPUTE));
             }
         }
-        let mut steps = vec![Step::Barriers(before)];
-        steps.extend(passes);
-        steps.push(Step::Barriers(after));
-        let place = Place { stage: AT_START, sub_step: 0, odd: false };
+        let mut entries = vec![Entry::Barriers(before)];
+        entries.extend(passes);
+        entries.push(Entry::Barriers(after));
+        let moment = Moment { stage: AT_START, sub_step: 0, odd: false };
         if self.lone {
             for _ in 0..BALANCES {
-                steps.push(self.pass(WideKind::Lone, NetworkNodes::Lone, place));
-                steps.push(Step::Barriers(vec![barrier(Resource::NetworkEven, COMPUTE_WRITE, COMPUTE)]));
+                entries.push(self.pass(WideKind::Lone, NetworkNodes::Arithmetic, moment));
+                entries.push(Entry::Barriers(vec![barrier(Resource::NetworkEven, COMPUTE_WRITE, COMPUTE)]));
             }
         }
         if self.coupled {
-            steps.extend(self.solve(NetworkNodes::Arithmetic).newton(WideKind::Balance, place));
-            steps.push(Step::Barriers(vec![barrier(Resource::NetworkEven, COMPUTE_WRITE, COMPUTE)]));
+            entries.extend(self.solve(NetworkNodes::Arithmetic).newton(WideKind::Balance, moment));
+            entries.push(Entry::Barriers(vec![barrier(Resource::NetworkEven, COMPUTE_WRITE, COMPUTE)]));
         }
-        steps
+        entries
     }
 
     /// Whether any try solves a system.
@@ -110,18 +101,29 @@ impl WidePlan {
     }
 
     pub(super) fn solve(&self, nodes: NetworkNodes) -> Solve {
+        let nodes = (nodes, self.count(nodes));
         Solve { radiative: self.radiative, tails: self.tails, nodes, iterations: self.iterations }
+    }
+
+    /// Groups of nodes that a pass takes, or sensors.
+    fn count(&self, nodes: NetworkNodes) -> u32 {
+        match nodes {
+            NetworkNodes::All => self.groups,
+            NetworkNodes::Sensors => self.sensors,
+            NetworkNodes::Arithmetic => self.arithmetic,
+            NetworkNodes::Free => self.free,
+        }
     }
 
     /// Starts a try from the kept state: copies it, balances arithmetic nodes, and finds the rates.
     pub fn start(&self) -> Frame {
-        let mut steps = self.copied();
+        let mut entries = self.copied();
         if self.stages > 0 {
-            steps.push(Step::Barriers(vec![barrier(Resource::NetworkRates, COMPUTE_WRITE, COMPUTE_WRITE)]));
-            let place = Place { stage: AT_START, sub_step: 0, odd: false };
-            steps.push(self.pass(WideKind::Begin, NetworkNodes::All, place));
+            entries.push(Entry::Barriers(vec![barrier(Resource::NetworkRates, COMPUTE_WRITE, COMPUTE_WRITE)]));
+            let moment = Moment { stage: AT_START, sub_step: 0, odd: false };
+            entries.push(self.pass(WideKind::Begin, NetworkNodes::All, moment));
         }
-        Frame { steps }
+        Frame { entries }
     }
 
     /// One sub-step, from the state in `NetworkOdd` if `odd`. Returns where it leaves it, too.
@@ -131,25 +133,25 @@ impl WidePlan {
 
     fn explicit_sub_step(&self, number: u32, odd: bool) -> (Frame, bool) {
         let mut odd = odd;
-        let mut steps = vec![
-            Step::Barriers(vec![
+        let mut entries = vec![
+            Entry::Barriers(vec![
                 barrier(Resource::NetworkRates, COMPUTE_WRITE, COMPUTE),
                 barrier(Resource::NetworkStart, COMPUTE_WRITE, COMPUTE_WRITE),
                 barrier(present(!odd), EARLIER, COMPUTE_WRITE),
             ]),
-            self.pass(WideKind::First, NetworkNodes::All, Place { stage: 0, sub_step: number, odd }),
+            self.pass(WideKind::First, NetworkNodes::All, Moment { stage: 0, sub_step: number, odd }),
         ];
         odd = !odd;
         for stage in 1..=self.stages {
             let last = stage == self.stages;
-            let place = |stage| Place { stage, sub_step: number, odd };
+            let moment = |stage| Moment { stage, sub_step: number, odd };
             // What a sub-step leaves is seen again from where it came to: a large change leaves its rounding.
             for _ in 0..if self.lone { 1 + u32::from(last) } else { 0 } {
-                steps.push(Step::Barriers(vec![barrier(present(odd), COMPUTE_WRITE, COMPUTE)]));
-                steps.push(self.pass(WideKind::Lone, NetworkNodes::Lone, place(stage - 1)));
+                entries.push(Entry::Barriers(vec![barrier(present(odd), COMPUTE_WRITE, COMPUTE)]));
+                entries.push(self.pass(WideKind::Lone, NetworkNodes::Arithmetic, moment(stage - 1)));
             }
             if self.coupled {
-                steps.extend(self.solve(NetworkNodes::Arithmetic).newton(WideKind::Balance, place(stage - 1)));
+                entries.extend(self.solve(NetworkNodes::Arithmetic).newton(WideKind::Balance, moment(stage - 1)));
             }
             let mut barriers = vec![barrier(present(odd), COMPUTE_WRITE, COMPUTE_READ)];
             if stage == 1 {
@@ -158,130 +160,110 @@ impl WidePlan {
             if last {
                 barriers.push(barrier(Resource::NetworkRates, COMPUTE_WRITE, COMPUTE_WRITE));
                 barriers.push(barrier(Resource::NetworkErrors, CLEARED, COMPUTE));
-                steps.push(Step::Barriers(barriers));
-                steps.push(self.pass(WideKind::Last, NetworkNodes::All, place(stage - 1)));
+                entries.push(Entry::Barriers(barriers));
+                entries.push(self.pass(WideKind::Last, NetworkNodes::All, moment(stage - 1)));
             } else {
                 barriers.push(barrier(present(!odd), COMPUTE_WRITE, COMPUTE_WRITE));
-                steps.push(Step::Barriers(barriers));
-                steps.push(self.pass(WideKind::Stage, NetworkNodes::All, place(stage)));
+                entries.push(Entry::Barriers(barriers));
+                entries.push(self.pass(WideKind::Stage, NetworkNodes::All, moment(stage)));
                 odd = !odd;
             }
         }
-        self.sense(&mut steps, number, odd);
-        (Frame { steps }, odd)
+        self.sense(&mut entries, number, odd);
+        (Frame { entries }, odd)
     }
 
     fn implicit_sub_step(&self, number: u32, odd: bool) -> (Frame, bool) {
-        let place = |stage, odd| Place { stage, sub_step: number, odd };
+        let moment = |stage, odd| Moment { stage, sub_step: number, odd };
         let written = |resource| barrier(resource, COMPUTE_WRITE, COMPUTE);
-        let mut steps = vec![
-            Step::Barriers(vec![
+        let mut entries = vec![
+            Entry::Barriers(vec![
                 written(present(odd)),
                 written(Resource::NetworkRates),
                 written(Resource::NetworkStart),
                 barrier(present(!odd), EARLIER, COMPUTE_WRITE),
             ]),
-            self.pass(WideKind::Start, NetworkNodes::All, place(0, odd)),
+            self.pass(WideKind::Start, NetworkNodes::All, moment(0, odd)),
         ];
         // From here on the state moves where the copy is, and the start stays where it was.
         let odd = !odd;
         let solve = self.solve(NetworkNodes::Free);
-        let stage = |steps: &mut Vec<Step>, number| {
-            steps.push(Step::Barriers(vec![written(Resource::NetworkRates), written(Resource::NetworkStart)]));
-            steps.extend(solve.newton(WideKind::Residual, place(number, odd)));
+        let stage = |entries: &mut Vec<Entry>, number| {
+            entries.push(Entry::Barriers(vec![written(Resource::NetworkRates), written(Resource::NetworkStart)]));
+            entries.extend(solve.newton(WideKind::Residual, moment(number, odd)));
         };
-        stage(&mut steps, 0);
-        steps.push(Step::Barriers(vec![written(present(odd)), written(Resource::NetworkStart)]));
-        steps.push(self.pass(WideKind::Middle, NetworkNodes::Free, place(0, odd)));
-        stage(&mut steps, 1);
-        steps.extend(solve.linear(place(2, odd)));
-        steps.push(Step::Barriers(vec![
+        stage(&mut entries, 0);
+        entries.push(Entry::Barriers(vec![written(present(odd)), written(Resource::NetworkStart)]));
+        entries.push(self.pass(WideKind::Middle, NetworkNodes::Free, moment(0, odd)));
+        stage(&mut entries, 1);
+        entries.extend(solve.linear(moment(2, odd)));
+        entries.push(Entry::Barriers(vec![
             written(Resource::SolverSolution),
             barrier(Resource::NetworkErrors, CLEARED, COMPUTE),
         ]));
-        steps.push(self.pass(WideKind::Estimate, NetworkNodes::Free, place(2, odd)));
-        self.sense(&mut steps, number, odd);
-        (Frame { steps }, odd)
+        entries.push(self.pass(WideKind::Estimate, NetworkNodes::Free, moment(2, odd)));
+        self.sense(&mut entries, number, odd);
+        (Frame { entries }, odd)
     }
 
-    fn sense(&self, steps: &mut Vec<Step>, sub_step: u32, odd: bool) {
-        if self.sensors {
-            steps.push(Step::Barriers(vec![barrier(Resource::NetworkSensed, COMPUTE_WRITE, COMPUTE_WRITE)]));
-            steps.push(self.pass(WideKind::Sense, NetworkNodes::Sensors, Place { stage: 0, sub_step, odd }));
+    fn sense(&self, entries: &mut Vec<Entry>, sub_step: u32, odd: bool) {
+        if self.sensors > 0 {
+            entries.push(Entry::Barriers(vec![barrier(Resource::NetworkSensed, COMPUTE_WRITE, COMPUTE_WRITE)]));
+            entries.push(self.pass(WideKind::Sense, NetworkNodes::Sensors, Moment { stage: 0, sub_step, odd }));
         }
     }
 
     /// Starts the search for a balance of nodes together from the kept state.
     pub fn balance_start(&self) -> Frame {
         let whole = Self { lone: false, coupled: false, stages: 0, ..*self };
-        Frame { steps: whole.copied() }
+        Frame { entries: whole.copied() }
     }
 
     /// Goes on with that search where it stands.
     pub fn clear_solver(&self) -> Frame {
         Frame {
-            steps: vec![
-                Step::Barriers(vec![barrier(Resource::SolverScalars, COMPUTE_WRITE, CLEAR_WRITE)]),
-                Step::Pass(clear_pass("clear solver", Resource::SolverScalars)),
-                Step::Barriers(vec![barrier(Resource::SolverScalars, CLEAR_WRITE, COMPUTE)]),
+            entries: vec![
+                Entry::Barriers(vec![barrier(Resource::SolverScalars, COMPUTE_WRITE, CLEAR_WRITE)]),
+                Entry::Pass(clear_pass("clear solver", Resource::SolverScalars)),
+                Entry::Barriers(vec![barrier(Resource::SolverScalars, CLEAR_WRITE, COMPUTE)]),
             ],
         }
     }
 
     /// Some iterations of that search.
     pub fn balance(&self, nodes: NetworkNodes) -> Frame {
-        let place = Place { stage: AT_START, sub_step: 0, odd: false };
-        Frame { steps: self.solve(nodes).newton(WideKind::Balance, place) }
+        let moment = Moment { stage: AT_START, sub_step: 0, odd: false };
+        Frame { entries: self.solve(nodes).newton(WideKind::Balance, moment) }
     }
 
     /// Shows the host what a submission found.
     pub fn end(&self) -> Frame {
         let to_host = |resource| barrier(resource, COMPUTE_WRITE, scope(S::HOST, A::HOST_READ));
         let mut barriers = vec![to_host(Resource::NetworkErrors)];
-        if self.sensors {
+        if self.sensors > 0 {
             barriers.push(to_host(Resource::NetworkSensed));
         }
         if self.solves() {
             barriers.push(to_host(Resource::SolverScalars));
         }
-        Frame { steps: vec![Step::Barriers(barriers)] }
+        Frame { entries: vec![Entry::Barriers(barriers)] }
     }
 
     /// Keeps the state that a try left.
     pub fn keep(odd: bool) -> Frame {
         Frame {
-            steps: vec![
-                Step::Barriers(vec![
+            entries: vec![
+                Entry::Barriers(vec![
                     barrier(present(odd), EARLIER, COPY_READ),
                     barrier(Resource::NetworkKept, EARLIER, COPY_WRITE),
                 ]),
-                Step::Pass(copy_pass("keep", present(odd), Resource::NetworkKept)),
-                Step::Barriers(vec![barrier(Resource::NetworkKept, COPY_WRITE, scope(S::HOST, A::HOST_READ))]),
+                Entry::Pass(copy_pass("keep", present(odd), Resource::NetworkKept)),
+                Entry::Barriers(vec![to_host(Resource::NetworkKept)]),
             ],
         }
     }
 
-    fn pass(&self, kind: WideKind, nodes: NetworkNodes, place: Place) -> Step {
-        pass(WideVariant::of(kind, self.radiative, self.tails), nodes, place, 0)
+    fn pass(&self, kind: WideKind, nodes: NetworkNodes, moment: Moment) -> Entry {
+        pass(WideVariant::of(kind, self.radiative, self.tails), (nodes, self.count(nodes)), moment, 0)
     }
-}
-
-/// A pass with everything that it touches.
-pub(super) fn pass(variant: WideVariant, nodes: NetworkNodes, place: Place, mode: u32) -> Step {
-    let mut accesses = Vec::new();
-    for used in uses(variant) {
-        let resource = match used.target {
-            Target::Table | Target::List => continue,
-            Target::Present => present(place.odd),
-            Target::Next => present(!place.odd),
-            Target::Of(resource) => resource,
-        };
-        let scopes = [(used.reads, COMPUTE_READ), (used.writes, COMPUTE_WRITE)];
-        for (_, scope) in scopes.into_iter().filter(|(is, _)| *is) {
-            accesses.push(Access { binding: Some(used.binding), ..access(resource, scope) });
-        }
-    }
-    let Place { stage, sub_step, odd } = place;
-    let work = Work::Network(NetworkWork { variant, nodes, stage, sub_step, odd, mode });
-    Step::Pass(Pass { name: variant.shader().name(), work, accesses })
 }

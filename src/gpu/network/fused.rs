@@ -5,21 +5,19 @@ mod settle;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use ash::vk;
 use bytemuck::Zeroable;
-use gpu_allocator::MemoryLocation;
 
-use super::host::{Pool, buffer, room, write_set};
 use super::schedule::Schedule;
+use super::small_frame::{Unknowns, dispatched, state};
 use super::tables::Tables;
 use super::weights::{device_stages, error_weights};
-use crate::gpu::bindings::allocate_set;
+use crate::gpu::bindings::Bindings;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout::{NetworkAttempt, NetworkStage};
-use crate::gpu::memory::Buffer;
 use crate::gpu::once::Once;
-use crate::gpu::pipeline::Pipeline;
+use crate::gpu::resource::Resource;
+use crate::gpu::store::Resources;
 use crate::gpu::variant::{FusedKind, FusedVariant};
 use crate::thermal::network::Network;
 use crate::thermal::network::stepper::{Attempt, Method, WorkCounts};
@@ -38,65 +36,22 @@ const STAGES_AT_MOST: u32 = 999;
 /// Iterations of Newton's method in one dispatch.
 const ITERATIONS: u32 = 12;
 
-/// A system of equations that is solved by elimination: its schedule and buffers.
-struct System {
-    schedule: Schedule,
-    words: Buffer,
-    matrix: Buffer,
-    /// What the dispatches do; one for balancing and one for stepping.
-    attempts: [Buffer; 2],
-}
-
-/// Which system.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Unknowns {
-    /// Arithmetic nodes that are coupled.
-    Arithmetic,
-    /// All that is no boundary.
-    Free,
-}
-
-/// A pipeline and its descriptor sets, one for each of the two states.
-struct Kernel {
-    sets: [vk::DescriptorSet; 2],
-    pipeline: Pipeline,
-}
-
 /// Buffers and kernels of a small network. Fields are dropped in order.
 pub struct Fused {
     once: Once,
-    kernels: BTreeMap<(FusedVariant, Unknowns), Kernel>,
-    pool: Pool,
-    nodes: Buffer,
-    links: Buffer,
-    heat: Buffer,
-    stages: Buffer,
-    lists: Buffer,
-    states: [Buffer; 2],
-    work: Buffer,
-    result: Buffer,
-    systems: BTreeMap<Unknowns, System>,
+    bindings: Bindings,
+    resources: Resources,
+    /// The systems of equations that are solved by elimination.
+    schedules: BTreeMap<Unknowns, Schedule>,
     tables: Tables,
     sensors: u32,
     space_temperature: f32,
-    kept: usize,
+    /// Whether the kept state is in `SmallOdd`.
+    odd: bool,
     lanes: u32,
     counts: WorkCounts,
     /// Method, stages and step that the stage buffer holds.
     staged: Option<(u32, f64)>,
-    context: Arc<Context>,
-}
-
-impl System {
-    fn new(context: &Arc<Context>, schedule: Schedule) -> Result<Self, GpuError> {
-        let attempt = || buffer(context, "network attempt", &[NetworkAttempt::zeroed()]);
-        Ok(Self {
-            words: buffer(context, "elimination", &schedule.words)?,
-            matrix: room(context, "matrix", schedule.values, MemoryLocation::GpuOnly)?,
-            attempts: [attempt()?, attempt()?],
-            schedule,
-        })
-    }
 }
 
 impl Fused {
@@ -111,34 +66,33 @@ impl Fused {
         let tables = Tables::new(network);
         let Some(schedule) = Schedule::new(&tables, &tables.coupled) else { return Ok(None) };
         let lanes = lanes_for(network.len(), context.info.kind == "cpu");
-        let mut systems = BTreeMap::new();
-        systems.insert(Unknowns::Arithmetic, System::new(context, schedule)?);
         let nodes = network.len();
         let lists: Vec<u32> = sensors.iter().chain(&tables.lone).copied().collect();
-        let state = || room(context, "network state", 2 * nodes, MemoryLocation::GpuToCpu);
-        let fused = Self {
+        let mut resources = Resources::new(context);
+        resources.make_of(Resource::SmallAttempt, 1)?;
+        resources.make_with(Resource::SmallNodes, &tables.nodes)?;
+        resources.make_with(Resource::SmallLinks, &tables.links)?;
+        resources.make_with(Resource::SmallHeat, &vec![[0.0f32; 2]; nodes])?;
+        resources.make_with(Resource::SmallStages, &vec![NetworkStage::zeroed(); STAGES_AT_MOST as usize])?;
+        resources.make_with(Resource::SmallLists, &lists)?;
+        resources.make_of(Resource::SmallEven, nodes)?;
+        resources.make_of(Resource::SmallOdd, nodes)?;
+        resources.make_of(Resource::SmallWork, nodes)?;
+        resources.make_of(Resource::SmallResult, RESULT_WORDS)?;
+        let mut fused = Self {
             once: Once::new(context)?,
-            kernels: BTreeMap::new(),
-            // Stepping by two methods in three sizes and balancing two systems, two states each.
-            pool: Pool::new(context, 16, 11)?,
-            nodes: buffer(context, "network nodes", &tables.nodes)?,
-            links: buffer(context, "network links", &tables.links)?,
-            heat: buffer(context, "network heat", &vec![[0.0f32; 2]; nodes])?,
-            stages: buffer(context, "stages", &vec![NetworkStage::zeroed(); STAGES_AT_MOST as usize])?,
-            lists: buffer(context, "network lists", &lists)?,
-            states: [state()?, state()?],
-            work: room(context, "network work", 4 * nodes, MemoryLocation::GpuOnly)?,
-            result: room(context, "network result", RESULT_WORDS, MemoryLocation::GpuToCpu)?,
-            systems,
+            bindings: Bindings::plain(context),
+            resources,
+            schedules: BTreeMap::new(),
             tables,
             sensors: sensors.len() as u32,
             space_temperature: network.space_temperature as f32,
-            kept: 0,
+            odd: false,
             lanes,
             counts: WorkCounts::default(),
             staged: None,
-            context: Arc::clone(context),
         };
+        fused.add_system(Unknowns::Arithmetic, schedule)?;
         // A balance must fit into a dispatch.
         let attempt = fused.describe(Unknowns::Arithmetic, fused.lanes);
         Ok((attempt.loops_iteration * ITERATIONS < LOOPS_AT_MOST).then_some(fused))
@@ -155,23 +109,29 @@ impl Fused {
     }
 
     /// Heat of every node [W] and its slope [W/s].
-    pub fn set_heat(&mut self, heat: &[[f32; 2]]) {
-        self.heat.write(heat);
+    ///
+    /// # Errors
+    /// A buffer that something else holds.
+    pub fn set_heat(&mut self, heat: &[[f32; 2]]) -> Result<(), GpuError> {
+        self.resources.write(Resource::SmallHeat, 0, heat)
     }
 
     /// Base and rest of every node [K].
     pub fn state(&self) -> &[[f32; 2]] {
-        self.states[self.kept].read(self.tables.nodes.len())
+        self.resources.read(state(self.odd), 0, self.tables.nodes.len())
     }
 
     /// Replaces the kept state.
-    pub fn set_state(&mut self, state: &[[f32; 2]]) {
-        self.states[self.kept].write(state);
+    ///
+    /// # Errors
+    /// A buffer that something else holds.
+    pub fn set_state(&mut self, pairs: &[[f32; 2]]) -> Result<(), GpuError> {
+        self.resources.write(state(self.odd), 0, pairs)
     }
 
     /// Keeps what the last try left.
     pub fn keep(&mut self) {
-        self.kept = 1 - self.kept;
+        self.odd = !self.odd;
     }
 
     /// Tries some sub-steps. `None` where the method takes more than a dispatch can do.
@@ -193,15 +153,14 @@ impl Fused {
         planned.step = step as f32;
         [planned.error_end, planned.error_start, planned.error_change] = error_weights(method, step);
         if method != Method::TrBdf2 && self.staged != Some((stages, step)) {
-            self.stages.write(&device_stages(stages, step));
+            self.resources.write(Resource::SmallStages, 0, &device_stages(stages, step))?;
             self.staged = Some((stages, step));
         }
         let kind = match method {
             Method::TrBdf2 => FusedKind::Implicit,
             _ => FusedKind::Explicit { radiative: self.tables.radiative, elimination: !self.tables.coupled.is_empty() },
         };
-        let start: Vec<[f32; 2]> = self.state().to_vec();
-        self.states[1 - self.kept].write(&start);
+        self.copy_state()?;
 
         let mut attempt = Attempt::default();
         let room = (RESULT_WORDS - RESULT_HEAD) as u32 / 2 / self.sensors.max(1);
@@ -214,7 +173,8 @@ impl Fused {
             let error = f64::from(f32::from_bits(head));
             // NaN would vanish in `max`.
             attempt.error = if error.is_nan() { f64::INFINITY } else { attempt.error.max(error) };
-            let words: &[u32] = self.result.read(RESULT_HEAD + 2 * (some * self.sensors) as usize);
+            let words: &[u32] =
+                self.resources.read(Resource::SmallResult, 0, RESULT_HEAD + 2 * (some * self.sensors) as usize);
             let part = |word: u32| f64::from(f32::from_bits(word));
             attempt.sensed.extend(words[RESULT_HEAD..].chunks_exact(2).map(|pair| part(pair[0]) + part(pair[1])));
             self.counts.sub_steps += u64::from(some);
@@ -247,26 +207,21 @@ impl Fused {
         planned: NetworkAttempt,
         per_dispatch: u32,
     ) -> Result<u32, GpuError> {
-        let state = 1 - self.kept;
-        self.make_kernel(variant, unknowns)?;
-        if let Some(system) = self.systems.get_mut(&unknowns) {
-            system.attempts[1].write(&[planned]);
-        }
-        self.result.write(&[0u32, 0, 0, 0]);
+        self.plan_next(planned)?;
         loop {
-            let done = self.result.read::<u32>(1)[0];
+            let done = self.resources.read::<u32>(Resource::SmallResult, 0, 1)[0];
             if done >= planned.count {
                 break;
             }
             let dispatches = (planned.count - done).div_ceil(per_dispatch.max(1));
-            self.submit((variant, unknowns), state, dispatches)?;
-            let head: &[u32] = self.result.read(RESULT_HEAD);
+            self.submit(variant, unknowns, dispatches)?;
+            let head: &[u32] = self.resources.read(Resource::SmallResult, 0, RESULT_HEAD);
             if head[0] == done {
                 // Not one sub-step fits: Newton's method took all turns.
                 return Ok(f32::INFINITY.to_bits());
             }
         }
-        let head: &[u32] = self.result.read(RESULT_HEAD);
+        let head: &[u32] = self.resources.read(Resource::SmallResult, 0, RESULT_HEAD);
         self.counts.iterations += u64::from(head[2]);
         Ok(head[1])
     }
@@ -275,27 +230,24 @@ impl Fused {
         (0..self.tables.nodes.len() as u32).collect()
     }
 
-    fn submit(&mut self, key: (FusedVariant, Unknowns), state: usize, dispatches: u32) -> Result<(), GpuError> {
-        let kernel = &self.kernels[&key];
-        let (pipeline, set) = (&kernel.pipeline, kernel.sets[state]);
-        self.once.run(|device, commands| {
-            let storage = vk::AccessFlags2::SHADER_STORAGE_READ | vk::AccessFlags2::SHADER_STORAGE_WRITE;
-            let memory = [vk::MemoryBarrier2::default()
-                .src_stage_mask(vk::PipelineStageFlags2::COMPUTE_SHADER)
-                .src_access_mask(vk::AccessFlags2::SHADER_STORAGE_WRITE)
-                .dst_stage_mask(vk::PipelineStageFlags2::HOST | vk::PipelineStageFlags2::COMPUTE_SHADER)
-                .dst_access_mask(vk::AccessFlags2::HOST_READ | storage)];
-            let dependency = vk::DependencyInfo::default().memory_barriers(&memory);
-            // SAFETY: pipeline, set and buffers live until `run` has waited.
-            unsafe {
-                device.cmd_bind_pipeline(commands, pipeline.bind_point, pipeline.raw);
-                device.cmd_bind_descriptor_sets(commands, pipeline.bind_point, pipeline.layout, 0, &[set], &[]);
-                for _ in 0..dispatches {
-                    device.cmd_dispatch(commands, 1, 1, 1);
-                    device.cmd_pipeline_barrier2(commands, &dependency);
-                }
-            }
-        })?;
+    /// Puts the kept state to where a try moves it.
+    fn copy_state(&mut self) -> Result<(), GpuError> {
+        let kept = self.state().to_vec();
+        self.resources.write(state(!self.odd), 0, &kept)
+    }
+
+    /// Says what the next submissions do, of which nothing is done.
+    fn plan_next(&mut self, planned: NetworkAttempt) -> Result<(), GpuError> {
+        self.resources.write(Resource::SmallAttempt, 0, &[planned])?;
+        self.resources.write(Resource::SmallResult, 0, &[0u32; RESULT_HEAD])
+    }
+
+    /// Runs dispatches on the state that is tried.
+    fn submit(&mut self, variant: FusedVariant, unknowns: Unknowns, dispatches: u32) -> Result<(), GpuError> {
+        let list = dispatched(variant, unknowns, !self.odd);
+        self.bindings.add(&self.resources, list.passes())?;
+        let lists = std::iter::repeat_n(&list, dispatches as usize);
+        self.once.run(lists, &self.resources, Some(&self.bindings), &|_| Vec::new())?;
         self.counts.dispatches += u64::from(dispatches);
         Ok(())
     }
@@ -309,49 +261,27 @@ impl Fused {
             space_temperature: self.space_temperature,
             ..NetworkAttempt::zeroed()
         };
-        if let Some(system) = self.systems.get(&unknowns) {
-            system.schedule.describe(&mut attempt, &self.tables, lanes);
+        if let Some(schedule) = self.schedules.get(&unknowns) {
+            schedule.describe(&mut attempt, &self.tables, lanes);
         }
         attempt
     }
 
     /// Makes the system on first use. Returns whether it is small enough.
     fn knows(&mut self, unknowns: Unknowns) -> Result<bool, GpuError> {
-        if !self.systems.contains_key(&unknowns) {
+        if !self.schedules.contains_key(&unknowns) {
             let Some(schedule) = Schedule::new(&self.tables, &self.tables.free) else { return Ok(false) };
-            self.systems.insert(unknowns, System::new(&self.context, schedule)?);
+            self.add_system(unknowns, schedule)?;
         }
         let attempt = self.describe(unknowns, self.lanes);
         Ok(attempt.unknowns == 0 || attempt.loops_iteration * ITERATIONS < LOOPS_AT_MOST)
     }
 
-    fn make_kernel(&mut self, variant: FusedVariant, unknowns: Unknowns) -> Result<(), GpuError> {
-        if self.kernels.contains_key(&(variant, unknowns)) {
-            return Ok(());
-        }
-        let system = &self.systems[&unknowns];
-        let attempt = &system.attempts[usize::from(variant.kind != FusedKind::Settle)];
-        let bindings: Vec<_> = (0..11).map(|binding| (binding, vk::DescriptorType::STORAGE_BUFFER)).collect();
-        let pipeline = Pipeline::compute(&self.context, &variant.shader(), &bindings, 0)?;
-        let mut sets = [vk::DescriptorSet::null(); 2];
-        for (set, state) in sets.iter_mut().zip(&self.states) {
-            *set = allocate_set(&self.context, self.pool.raw, pipeline.set_layout)?;
-            let buffers = [
-                attempt,
-                &self.nodes,
-                &self.links,
-                &self.heat,
-                &self.stages,
-                &self.lists,
-                state,
-                &self.work,
-                &self.result,
-                &system.words,
-                &system.matrix,
-            ];
-            write_set(&self.context, *set, (0..).zip(buffers));
-        }
-        self.kernels.insert((variant, unknowns), Kernel { sets, pipeline });
+    fn add_system(&mut self, unknowns: Unknowns, schedule: Schedule) -> Result<(), GpuError> {
+        let [words, matrix] = unknowns.resources();
+        self.resources.make_with(words, &schedule.words)?;
+        self.resources.make_of(matrix, schedule.values)?;
+        self.schedules.insert(unknowns, schedule);
         Ok(())
     }
 }

@@ -4,8 +4,9 @@
 //! tries took. The device stops what has converged, so more of them change no result; a try that had too few is recorded again. Where nodes radiate to
 //! each other, the matrix takes the geometric mean of each two entries: it stays symmetric and positive definite, and the balances stay exact.
 
-use super::frame::{COMPUTE, Place, pass, present};
-use crate::gpu::pass::{Barrier, COMPUTE_READ, COMPUTE_WRITE, NetworkNodes, Resource, Scope, Step, barrier};
+use super::uses::{COMPUTE, Moment, pass, present};
+use crate::gpu::pass::{Barrier, COMPUTE_READ, COMPUTE_WRITE, Entry, NetworkNodes, Scope, barrier};
+use crate::gpu::resource::Resource;
 use crate::gpu::wide_variant::{WideKind, WideVariant};
 
 /// A system of balances.
@@ -13,8 +14,8 @@ use crate::gpu::wide_variant::{WideKind, WideVariant};
 pub(super) struct Solve {
     pub radiative: bool,
     pub tails: bool,
-    /// The unknowns.
-    pub nodes: NetworkNodes,
+    /// The unknowns, and the groups that have any.
+    pub nodes: (NetworkNodes, u32),
     /// Recorded iterations of Newton's method, and of conjugate gradients for each.
     pub iterations: [u32; 2],
 }
@@ -28,51 +29,51 @@ const FIRST_UPDATE: u32 = 1;
 
 impl Solve {
     /// Moves the unknowns until they stand still; `kind` makes the right side.
-    pub fn newton(&self, kind: WideKind, place: Place) -> Vec<Step> {
-        let mut steps = Vec::new();
+    pub fn newton(&self, kind: WideKind, moment: Moment) -> Vec<Entry> {
+        let mut entries = Vec::new();
         for number in 0..self.iterations[0] {
-            self.gradients(&mut steps, kind, place);
-            steps.push(again([
+            self.gradients(&mut entries, kind, moment);
+            entries.push(again([
                 (Resource::SolverSolution, COMPUTE_READ),
-                (present(place.odd), COMPUTE),
+                (present(moment.odd), COMPUTE),
                 (Resource::SolverPartials, COMPUTE_WRITE),
             ]));
-            steps.push(self.pass(WideKind::Move, place, 0));
-            steps.push(again([(Resource::SolverPartials, COMPUTE_READ), (Resource::SolverScalars, COMPUTE)]));
+            entries.push(self.pass(WideKind::Move, moment, 0));
+            entries.push(again([(Resource::SolverPartials, COMPUTE_READ), (Resource::SolverScalars, COMPUTE)]));
             let last = number + 1 == self.iterations[0];
-            steps.push(self.pass(WideKind::Scalars, place, if last { NEWTON_LAST } else { NEWTON }));
+            entries.push(self.pass(WideKind::Scalars, moment, if last { NEWTON_LAST } else { NEWTON }));
         }
-        steps
+        entries
     }
 
     /// Solves the system of the error's estimate.
-    pub fn linear(&self, place: Place) -> Vec<Step> {
-        let mut steps = Vec::new();
-        self.gradients(&mut steps, WideKind::Residual, place);
-        steps.push(again([(Resource::SolverScalars, COMPUTE)]));
-        steps.push(self.pass(WideKind::Scalars, place, LINEAR_LAST));
-        steps
+    pub fn linear(&self, moment: Moment) -> Vec<Entry> {
+        let mut entries = Vec::new();
+        self.gradients(&mut entries, WideKind::Residual, moment);
+        entries.push(again([(Resource::SolverScalars, COMPUTE)]));
+        entries.push(self.pass(WideKind::Scalars, moment, LINEAR_LAST));
+        entries
     }
 
     /// The right side, and conjugate gradients.
-    fn gradients(&self, steps: &mut Vec<Step>, kind: WideKind, place: Place) {
-        steps.push(again([
-            (present(place.odd), COMPUTE_READ),
+    fn gradients(&self, entries: &mut Vec<Entry>, kind: WideKind, moment: Moment) {
+        entries.push(again([
+            (present(moment.odd), COMPUTE_READ),
             (Resource::SolverConditioned, COMPUTE_WRITE),
             (Resource::SolverDiagonal, COMPUTE_WRITE),
         ]));
-        steps.push(self.pass(kind, place, 0));
-        steps.push(again([(Resource::SolverDiagonal, COMPUTE_READ)]));
+        entries.push(self.pass(kind, moment, 0));
+        entries.push(again([(Resource::SolverDiagonal, COMPUTE_READ)]));
         for number in 0..self.iterations[1] {
-            steps.push(again([
+            entries.push(again([
                 (Resource::SolverConditioned, COMPUTE),
                 (Resource::SolverProduct, COMPUTE_WRITE),
                 (Resource::SolverPartials, COMPUTE_WRITE),
             ]));
-            steps.push(self.pass(WideKind::Product, place, 0));
-            steps.push(again([(Resource::SolverPartials, COMPUTE_READ), (Resource::SolverScalars, COMPUTE)]));
-            steps.push(self.pass(WideKind::Scalars, place, GRADIENTS));
-            steps.push(again([
+            entries.push(self.pass(WideKind::Product, moment, 0));
+            entries.push(again([(Resource::SolverPartials, COMPUTE_READ), (Resource::SolverScalars, COMPUTE)]));
+            entries.push(self.pass(WideKind::Scalars, moment, GRADIENTS));
+            entries.push(again([
                 (Resource::SolverScalars, COMPUTE_READ),
                 (Resource::SolverConditioned, COMPUTE),
                 (Resource::SolverProduct, COMPUTE_READ),
@@ -80,17 +81,17 @@ impl Solve {
                 (Resource::SolverProductDirection, COMPUTE),
                 (Resource::SolverSolution, COMPUTE),
             ]));
-            steps.push(self.pass(WideKind::Update, place, if number == 0 { FIRST_UPDATE } else { 0 }));
+            entries.push(self.pass(WideKind::Update, moment, if number == 0 { FIRST_UPDATE } else { 0 }));
         }
     }
 
-    fn pass(&self, kind: WideKind, place: Place, mode: u32) -> Step {
-        pass(WideVariant::of(kind, self.radiative, self.tails), self.nodes, place, mode)
+    fn pass(&self, kind: WideKind, moment: Moment, mode: u32) -> Entry {
+        pass(WideVariant::of(kind, self.radiative, self.tails), self.nodes, moment, mode)
     }
 }
 
 /// After an earlier pass, resources are used again.
-fn again<const N: usize>(next: [(Resource, Scope); N]) -> Step {
+fn again<const N: usize>(next: [(Resource, Scope); N]) -> Entry {
     let after = |(resource, scope)| -> Barrier { barrier(resource, COMPUTE_WRITE, scope) };
-    Step::Barriers(next.map(after).to_vec())
+    Entry::Barriers(next.map(after).to_vec())
 }

@@ -1,13 +1,20 @@
-//! What each pass over a large network binds: the numbers are those of glsl/network_wide.comp and glsl/network_solve.comp.
+//! The passes over a large network and what each binds: the numbers are those of glsl/network_wide.comp and glsl/network_solve.comp.
 
-use crate::gpu::pass::Resource;
+use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
+
+use crate::gpu::pass::{
+    Access, COMPUTE_READ, COMPUTE_WRITE, Entry, Kernel, NetworkNodes, NetworkWork, Pass, Said, Scope, Work, access,
+    scope,
+};
+use crate::gpu::resource::Resource;
 use crate::gpu::wide_variant::{WideKind, WideVariant};
+
+/// Invocations of a workgroup.
+pub(super) const WORKGROUP: usize = 64;
 
 /// What a binding points to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
-    /// What never changes on the device: number of the table.
-    Table,
     /// The present stage.
     Present,
     /// The next stage.
@@ -31,11 +38,17 @@ pub struct Use {
     pub writes: bool,
 }
 
-/// Tables: rows, slices, neighbours, conductances, radiators, tails, links, and the heat, which the host writes.
-const TABLES: std::ops::Range<u32> = 0..8;
-/// Bindings of tables that only nodes with radiation, and with long rows, have.
-const RADIATORS: u32 = 4;
-const TAILS: [u32; 2] = [5, 6];
+/// The tables of a network, by binding.
+const TABLES: [Resource; 8] = [
+    Resource::NetworkRows,
+    Resource::NetworkSlices,
+    Resource::NetworkNeighbours,
+    Resource::NetworkConductances,
+    Resource::NetworkRadiators,
+    Resource::NetworkTails,
+    Resource::NetworkLinks,
+    Resource::NetworkHeat,
+];
 
 /// The bindings of a pass.
 pub fn uses(variant: WideVariant) -> Vec<Use> {
@@ -43,47 +56,45 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
     let read = |binding, target| Use { binding, target, reads: true, writes: false };
     let write = |binding, target| Use { binding, target, reads: false, writes: true };
     let both = |binding, target| Use { binding, target, reads: true, writes: true };
+    let of = |how: fn(u32, Target) -> Use, binding, resource| how(binding, Target::Of(resource));
     let (present, gathered) = (read(8, Target::Present), read(9, Target::Present));
     let start = |how: fn(u32, Target) -> Use| how(11, Target::Of(R::NetworkStart));
     let rates = |how: fn(u32, Target) -> Use| how(12, Target::Of(R::NetworkRates));
     let listed = read(13, Target::List);
-    let of = |how: fn(u32, Target) -> Use, binding, resource| how(binding, Target::Of(resource));
     let right_side = [of(write, 18, R::SolverConditioned), of(write, 25, R::SolverDiagonal)];
     let mut uses = Vec::new();
     if variant.kind.evaluates() {
-        let wanted = |binding: &u32| match *binding {
-            RADIATORS => variant.radiative,
-            binding if TAILS.contains(&binding) => variant.tails,
+        // Only nodes with radiation, and with long rows, have all of them.
+        let wanted = |(_, table): &(u32, R)| match table {
+            R::NetworkRadiators => variant.radiative,
+            R::NetworkTails | R::NetworkLinks => variant.tails,
             _ => true,
         };
-        uses.extend(TABLES.filter(wanted).map(|binding| read(binding, Target::Table)));
+        uses.extend((0..).zip(TABLES).filter(wanted).map(|(binding, table)| of(read, binding, table)));
     }
     match variant.kind {
         WideKind::Begin => uses.extend([present, gathered, rates(write)]),
         WideKind::First => uses.extend([present, write(10, Target::Next), start(write), rates(read)]),
         WideKind::Stage => uses.extend([present, gathered, both(10, Target::Next), start(read), rates(read)]),
         WideKind::Lone => {
-            uses.extend([both(8, Target::Present), gathered]);
-            uses.push(listed);
+            uses.extend([both(8, Target::Present), gathered, listed]);
         }
         WideKind::Last => {
             uses.extend([present, gathered, start(read), rates(both), of(both, 15, R::NetworkErrors)]);
         }
-        WideKind::Sense => uses.extend([gathered, read(13, Target::List), of(write, 16, R::NetworkSensed)]),
+        WideKind::Sense => uses.extend([gathered, listed, of(write, 16, R::NetworkSensed)]),
         WideKind::Start => uses.extend([present, gathered, write(10, Target::Next), start(write), rates(write)]),
         WideKind::Balance => {
-            uses.extend([present, gathered]);
-            uses.push(listed);
+            uses.extend([present, gathered, listed]);
             uses.extend(right_side);
         }
         WideKind::Residual => {
-            uses.extend([present, gathered, read(10, Target::Next), start(read), rates(read)]);
-            uses.push(listed);
+            uses.extend([present, gathered, read(10, Target::Next), start(read), rates(read), listed]);
             uses.extend(right_side);
         }
         WideKind::Product => {
-            uses.push(listed);
             uses.extend([
+                listed,
                 of(read, 18, R::SolverConditioned),
                 of(read, 19, R::SolverConditioned),
                 of(write, 24, R::SolverProduct),
@@ -96,8 +107,8 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
         }
         WideKind::Scalars => uses.extend([of(read, 27, R::SolverPartials), of(both, 28, R::SolverScalars)]),
         WideKind::Update => {
-            uses.push(listed);
             uses.extend([
+                listed,
                 of(both, 18, R::SolverConditioned),
                 of(both, 21, R::SolverDirection),
                 of(both, 22, R::SolverProductDirection),
@@ -108,8 +119,8 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
             ]);
         }
         WideKind::Move => {
-            uses.push(listed);
             uses.extend([
+                listed,
                 both(8, Target::Present),
                 of(read, 23, R::SolverSolution),
                 of(write, 27, R::SolverPartials),
@@ -117,12 +128,11 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
             ]);
         }
         WideKind::Middle => {
-            uses.push(listed);
-            uses.extend([present, read(10, Target::Next), start(write)]);
+            uses.extend([listed, present, read(10, Target::Next), start(write)]);
         }
         WideKind::Estimate => {
-            uses.push(listed);
             uses.extend([
+                listed,
                 present,
                 gathered,
                 read(10, Target::Next),
@@ -133,4 +143,63 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
         }
     }
     uses
+}
+
+/// A compute pass reads and writes.
+pub(super) const COMPUTE: Scope =
+    scope(S::COMPUTE_SHADER, A::from_raw(A::SHADER_STORAGE_READ.as_raw() | A::SHADER_STORAGE_WRITE.as_raw()));
+
+/// When a pass runs.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Moment {
+    /// Stage whose time and weights it has.
+    pub stage: u32,
+    pub sub_step: u32,
+    /// Whether the present stage is in `NetworkOdd`, and the next goes to `NetworkEven`.
+    pub odd: bool,
+}
+
+/// Where the present stage is.
+pub(super) fn present(odd: bool) -> Resource {
+    if odd { Resource::NetworkOdd } else { Resource::NetworkEven }
+}
+
+/// The list of a pass.
+pub(super) fn list_of(nodes: NetworkNodes) -> Resource {
+    match nodes {
+        NetworkNodes::All => Resource::NetworkAll,
+        NetworkNodes::Sensors => Resource::NetworkSensors,
+        NetworkNodes::Arithmetic => Resource::NetworkArithmetic,
+        NetworkNodes::Free => Resource::NetworkFree,
+    }
+}
+
+/// A pass over so many groups of nodes, or sensors, with everything that it touches.
+pub(super) fn pass(
+    variant: WideVariant,
+    (nodes, count): (NetworkNodes, u32),
+    Moment { stage, sub_step, odd }: Moment,
+    mode: u32,
+) -> Entry {
+    let mut accesses = Vec::new();
+    for used in uses(variant) {
+        let resource = match used.target {
+            Target::List => list_of(nodes),
+            Target::Present => present(odd),
+            Target::Next => present(!odd),
+            Target::Of(resource) => resource,
+        };
+        let scopes = [(used.reads, COMPUTE_READ), (used.writes, COMPUTE_WRITE)];
+        for (_, scope) in scopes.into_iter().filter(|(is, _)| *is) {
+            accesses.push(Access { binding: Some(used.binding), ..access(resource, scope) });
+        }
+    }
+    let workgroups = count.div_ceil(WORKGROUP as u32);
+    // One workgroup decides, from what all others left.
+    let decides = variant.kind == WideKind::Scalars;
+    let (count, workgroups) = if decides { (workgroups, 1) } else { (count, workgroups) };
+    let said = Said::Network(NetworkWork { kind: variant.kind, count, stage, sub_step, mode });
+    let set = 2 * nodes as u32 + u32::from(odd);
+    let work = Work::Dispatch { kernel: Kernel::Wide(variant), workgroups, set, said };
+    Entry::Pass(Pass { name: variant.shader().name(), work, accesses })
 }

@@ -1,12 +1,12 @@
 //! Ticks that leave nothing but the nodes' state, many in one dispatch.
 
-use super::super::bindings::Bindings;
 use super::super::error::GpuError;
 use super::super::frame::{Frame, StepRange, Wanted};
-use super::super::load::{DeviceLoad, FUSED_TICKS};
-use super::super::pass::Step;
+use super::super::layout::FUSED_TICKS;
+use super::super::load::DeviceLoad;
+use super::super::pass::Entry;
 use super::super::variant::ThermalVariant;
-use super::{Renderer, ranges_of_load, ranges_of_tick};
+use super::{Renderer, Request, Submitted, ranges_of_load, ranges_of_tick};
 use crate::environment::TickLoad;
 
 impl Renderer {
@@ -22,7 +22,7 @@ impl Renderer {
             rest = later;
             // A slot that is submitted anew waits for what it was submitted with.
             let _ = match now {
-                [one] => self.submit(Some(*one), None, false)?,
+                [(load, steps)] => self.submit(Request::tick(load, *steps))?,
                 many => self.submit_fused(many)?,
             };
         }
@@ -41,24 +41,21 @@ impl Renderer {
         if !self.fuses || self.commanded == Some(DeviceLoad::new(first, self.joints)) {
             return 1;
         }
-        let mut redraw = self.redraw.clone();
-        if let Some(redraw) = &mut redraw {
-            redraw.view(first);
-        }
+        let shadows_hold = self.shadows.hold(first);
         let like_first = |(load, _): &&(&TickLoad, f64)| {
             let alike = load.sun.is_empty() == first.sun.is_empty() && load.albedo.is_some() == first.albedo.is_some();
-            alike && redraw.as_ref().is_none_or(|redraw| redraw.holds(load))
+            alike && shadows_hold(load)
         };
         1 + ticks[1..].iter().take(FUSED_TICKS - 1).take_while(like_first).count()
     }
 
-    fn submit_fused(&mut self, ticks: &[(&TickLoad, f64)]) -> Result<super::Submitted, GpuError> {
+    fn submit_fused(&mut self, ticks: &[(&TickLoad, f64)]) -> Result<Submitted, GpuError> {
         self.bind_fused()?;
         let (first, last) = (ticks[0].0, ticks[ticks.len() - 1]);
         let ranges = fused(&ranges_of_load(&self.ranges, first));
         let mut stepped = Frame::step(&ranges, Wanted::default());
-        for step in &mut stepped.steps {
-            if let Step::Pass(pass) = step {
+        for entry in &mut stepped.entries {
+            if let Entry::Pass(pass) = entry {
                 // Its time is that of many ticks.
                 pass.name = format!("forward {}", pass.name);
             }
@@ -66,27 +63,20 @@ impl Renderer {
         let frame = self.shadows(first)?.then(stepped);
         let loads: Vec<(DeviceLoad, f64)> =
             ticks.iter().map(|(load, steps)| (DeviceLoad::new(load, self.joints), *steps)).collect();
-        self.finish(self.next)?;
-        DeviceLoad::write_fused(&loads, &mut self.resources, self.next);
+        let slot = self.slots.free()?;
+        DeviceLoad::write_fused(&loads, &mut self.resources, slot)?;
         self.fused_ticks += ticks.len() as u64;
         self.commanded = loads.into_iter().next_back().map(|(load, _)| load);
-        self.submit_views_frame(&frame, Some(last), None, Wanted::default())
+        self.send(&frame, Request::tick(last.0, last.1))
     }
 
     /// Makes the pipelines of many ticks when they are first needed: most runs have no use for them.
     fn bind_fused(&mut self) -> Result<(), GpuError> {
-        if self.fused.is_some() {
-            return Ok(());
-        }
         let loads = [(true, true), (true, false), (false, false)];
         let frames = loads.map(|(has_sun, has_albedo)| {
-            let mut frame = Frame::step(&fused(&ranges_of_tick(&self.ranges, has_sun, has_albedo)), Wanted::default());
-            frame.steps.retain(|step| matches!(step, Step::Pass(pass) if pass.is_fused()));
-            frame
+            Frame::step(&fused(&ranges_of_tick(&self.ranges, has_sun, has_albedo)), Wanted::default())
         });
-        self.fused =
-            Some(Bindings::new(&self.context, &self.resources, &frames.each_ref(), &self.shapes, self.joints)?);
-        Ok(())
+        self.bindings.add(&self.resources, frames.iter().flat_map(Frame::passes))
     }
 }
 

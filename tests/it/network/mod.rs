@@ -1,6 +1,6 @@
 //! Thermal networks against exact answers, published ones and an independent integrator; the device against f64.
 
-mod barriers;
+pub mod barriers;
 mod closed;
 mod cold;
 mod command;

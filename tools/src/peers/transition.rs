@@ -10,7 +10,7 @@ use isotherm::environment::TickLoad;
 use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::StepRange;
 use isotherm::gpu::layout;
-use isotherm::gpu::renderer::Renderer;
+use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::gpu::resources::SceneData;
 use isotherm::gpu::shapes::Shapes;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
@@ -178,7 +178,7 @@ fn timed(context: &Arc<Context>, work: &Work, nodes: usize, ticks: usize) -> Res
     for (tick, load) in loads.iter().enumerate().skip(1) {
         let before = step_ms(&renderer);
         let clock = Clock::start();
-        let submitted = renderer.submit(Some((load, 1.0)), None, false)?;
+        let submitted = renderer.submit(Request::tick(load, 1.0))?;
         renderer.collect(submitted)?;
         let on_device = clock.stop();
         let single = Load::new(load);
@@ -219,7 +219,7 @@ fn errors(context: &Arc<Context>, work: &Work) -> Result<Value, AnyError> {
     twin.settle(&loads[0]);
     let mut far = [Differences::default(), Differences::default(), Differences::default()];
     for (tick, load) in loads.iter().enumerate().skip(1) {
-        let submitted = renderer.submit(Some((load, 1.0)), None, true)?;
+        let submitted = renderer.submit(Request::tick(load, 1.0).and_temperatures())?;
         let collected = renderer.collect(submitted)?.temperatures.ok_or("no temperatures")?;
         let single = Load::new(load);
         let single = work.hand_load(tick, &single);

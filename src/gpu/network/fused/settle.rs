@@ -1,7 +1,8 @@
 //! Puts nodes of a small network into balance: the arithmetic ones, or all.
 
-use super::{Fused, ITERATIONS, RESULT_HEAD, Unknowns};
+use super::{Fused, ITERATIONS, RESULT_HEAD, Unknowns, state};
 use crate::gpu::error::GpuError;
+use crate::gpu::resource::Resource;
 use crate::gpu::variant::{FusedKind, FusedVariant};
 
 /// Submissions before a balance is given up.
@@ -36,15 +37,13 @@ impl Fused {
         if unknowns == Unknowns::Arithmetic && !self.has_arithmetic() {
             return Ok(true);
         }
-        let start: Vec<[f32; 2]> = self.state().to_vec();
-        let state = 1 - self.kept;
-        self.states[state].write(&start);
+        self.copy_state()?;
         for _ in 0..SUBMISSIONS {
-            let (settled, worst) = self.settle_once(unknowns, t as f32, state)?;
+            let (settled, worst) = self.settle_once(unknowns, t as f32)?;
             if worst >= f32::INFINITY.to_bits() {
                 // Newton's method may pass through hot states, not through what is no number.
-                let lost = self.states[state].read::<[f32; 2]>(start.len()).iter().flatten().any(|x| !x.is_finite());
-                if lost {
+                let tried: &[[f32; 2]] = self.resources.read(state(!self.odd), 0, self.tables.nodes.len());
+                if tried.iter().flatten().any(|x| !x.is_finite()) {
                     return Ok(false);
                 }
             } else if settled {
@@ -56,21 +55,17 @@ impl Fused {
     }
 
     /// One dispatch of Newton's method on a state.
-    fn settle_once(&mut self, unknowns: Unknowns, time: f32, state: usize) -> Result<(bool, u32), GpuError> {
+    fn settle_once(&mut self, unknowns: Unknowns, time: f32) -> Result<(bool, u32), GpuError> {
         let variant = FusedVariant { kind: FusedKind::Settle, lanes: self.lanes };
-        self.make_kernel(variant, unknowns)?;
         let mut planned = self.describe(unknowns, self.lanes);
         planned.time = time;
         planned.count = ITERATIONS;
         if unknowns == Unknowns::Free {
             planned.lone = 0;
         }
-        if let Some(system) = self.systems.get_mut(&unknowns) {
-            system.attempts[0].write(&[planned]);
-        }
-        self.result.write(&[0u32, 0, 0, 0]);
-        self.submit((variant, unknowns), state, 1)?;
-        let head: &[u32] = self.result.read(RESULT_HEAD);
+        self.plan_next(planned)?;
+        self.submit(variant, unknowns, 1)?;
+        let head: &[u32] = self.resources.read(Resource::SmallResult, 0, RESULT_HEAD);
         self.counts.iterations += u64::from(head[2]);
         Ok((head[0] == 1, head[1]))
     }

@@ -68,12 +68,12 @@ impl Constants {
     }
 
     /// What a pass says: its kernel knows which of the weights it has.
-    pub(super) fn of(&self, work: NetworkWork, count: usize, sensors: usize, space_temperature: f32) -> NetworkPass {
-        let kind = work.variant.kind;
+    pub(super) fn of(&self, work: NetworkWork, sensors: usize, space_temperature: f32) -> NetworkPass {
+        let NetworkWork { kind, count, .. } = work;
         let start = self.time + f64::from(work.sub_step) * self.step;
         let after = if self.step == 0.0 || work.stage == AT_START { 0.0 } else { self.after(kind, work.stage) };
         let said = NetworkPass {
-            count: count as u32,
+            count,
             sensed_at: work.sub_step * sensors as u32,
             mode: work.mode,
             time: (start + after) as f32,

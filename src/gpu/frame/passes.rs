@@ -1,0 +1,241 @@
+//! The passes of a scene's frame over runs of nodes and triangles: what each binds, and how many workgroups it takes.
+
+use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
+
+use crate::gpu::nodes::RANGE_GROUPS;
+use crate::gpu::pass::{
+    Access, COMPUTE_READ, COMPUTE_UNIFORM, COMPUTE_WRITE, Kernel, Pass, Said, Scope, Work, access, scope,
+};
+use crate::gpu::resource::Resource;
+use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
+
+/// A run of nodes that one pipeline moves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StepRange {
+    /// Compiled variant.
+    pub variant: ThermalVariant,
+    /// Groups of four nodes: first, and the one after the last.
+    pub groups: (u32, u32),
+    /// The joint that moves them; 0 is the body.
+    pub joint: u32,
+}
+
+/// A run of triangles whose nodes hang on one joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TriangleRun {
+    /// The joint; 0 is the body.
+    pub joint: u32,
+    /// First triangle, and the one after the last.
+    pub triangles: (u32, u32),
+}
+
+/// Triangles of one draw: those that a workgroup of `cull.comp` looks at.
+pub const TRIANGLES_A_DRAW: u32 = 2048;
+
+/// Draws whose commands are bound together: 1280 bytes, a multiple of every device's alignment.
+const DRAWS_BOUND: u32 = 64;
+
+/// Triangles that one dispatch culls at most: less than the 128 MiB that a device binds at once.
+const CULLED_AT_ONCE: u32 = 32 * DRAWS_BOUND * TRIANGLES_A_DRAW;
+
+impl TriangleRun {
+    /// Its draws: first, and the one after the last. No two runs of a scene share one, since they follow each other and each
+    /// joint has one run.
+    pub fn draws(self) -> (u32, u32) {
+        let (first, end) = self.triangles;
+        let before = DRAWS_BOUND * (first / (DRAWS_BOUND * TRIANGLES_A_DRAW) + self.joint);
+        (before, before + (end - first).div_ceil(TRIANGLES_A_DRAW))
+    }
+
+    /// The runs that one dispatch culls, and one call draws, each.
+    pub fn pieces(self) -> impl Iterator<Item = Self> {
+        let (first, end) = self.triangles;
+        let piece = move |at: u32| (at, end.min(at.saturating_add(CULLED_AT_ONCE)));
+        (first..end).step_by(CULLED_AT_ONCE as usize).map(move |at| Self { triangles: piece(at), ..self })
+    }
+}
+
+/// Groups of four nodes that a workgroup of the shadow's shaders takes.
+const GROUPS_OF_RAYS: u32 = 16;
+
+/// An access of a whole resource through a binding.
+fn bound(binding: u32, resource: Resource, scope: Scope) -> Access {
+    Access { binding: Some(binding), ..access(resource, scope) }
+}
+
+/// An access of a range of nodes, triangles or draws through a binding.
+fn of_range(range: (u32, u32)) -> impl Fn(u32, Resource, Scope) -> Access {
+    move |binding, resource, scope| Access { groups: Some(range), ..bound(binding, resource, scope) }
+}
+
+/// Workgroups of a kernel over nodes of so many groups each.
+fn over(kernel: Kernel, (first, end): (u32, u32), each: u32, said: Said) -> Work {
+    Work::Dispatch { kernel, workgroups: (end - first).div_ceil(each), set: first, said }
+}
+
+/// Shader bindings of a variant of `thermal_step.comp`.
+pub(super) fn thermal_pass(range: StepRange) -> Pass {
+    let StepRange { variant, groups, joint } = range;
+    let loaded = variant.sun || variant.planet_ir;
+    let commands = variant.kind != StepKind::Advance;
+    let moves = variant.kind.has_state();
+    let (tick, sun_samples, albedo_values) = if variant.fused {
+        (Resource::FusedTicks, Resource::FusedSunSamples, Resource::FusedAlbedoValues)
+    } else {
+        (Resource::Tick, Resource::SunSamples, Resource::AlbedoValues)
+    };
+    let mut accesses = Vec::new();
+    let mut bind = |present: bool, binding: u32, resource: Resource, scopes: &[Scope]| {
+        if present {
+            let row = resource.row();
+            accesses.extend(scopes.iter().map(|scope| Access {
+                groups: row.count.grows_with_nodes().then_some(groups),
+                slice: if row.per_joint { joint } else { 0 },
+                ..bound(binding, resource, *scope)
+            }));
+        }
+    };
+    bind(variant.planet_ir || variant.albedo || variant.kind != StepKind::Absorb, 0, tick, &[COMPUTE_UNIFORM]);
+    bind(variant.sun, 1, sun_samples, &[COMPUTE_UNIFORM]);
+    bind(variant.albedo, 2, albedo_values, &[COMPUTE_READ]);
+    bind(true, 3, Resource::Materials, &[COMPUTE_READ]);
+    bind(true, 4, Resource::GroupMaterial, &[COMPUTE_READ]);
+    bind(loaded, 5, Resource::NormalX, &[COMPUTE_READ]);
+    bind(loaded, 6, Resource::NormalY, &[COMPUTE_READ]);
+    bind(loaded, 7, Resource::NormalZ, &[COMPUTE_READ]);
+    bind(moves, 8, Resource::Target, if commands { &[COMPUTE_READ, COMPUTE_WRITE] } else { &[COMPUTE_READ] });
+    bind(moves, 9, Resource::Span, if commands { &[COMPUTE_READ, COMPUTE_WRITE] } else { &[COMPUTE_READ] });
+    bind(moves, 10, Resource::Elapsed, &[COMPUTE_READ, COMPUTE_WRITE]);
+    bind(true, 11, Resource::Temperature, &[COMPUTE_WRITE]);
+    bind(variant.shadow, 13, Resource::Visibility, &[COMPUTE_READ]);
+    bind(
+        moves && matches!(variant.curve, Curve::Shaped(shaped) if shaped.pieces || shaped.paced && commands),
+        12,
+        Resource::Shapes,
+        &[COMPUTE_READ],
+    );
+    let work = over(Kernel::Thermal(variant), groups, RANGE_GROUPS as u32, Said::Nothing);
+    Pass { name: variant.shader().name(), work, accesses }
+}
+
+/// Positions and normals of a range of nodes, at bindings from 1.
+fn surface(groups: (u32, u32)) -> Vec<Access> {
+    use Resource as R;
+    let components = [R::PositionX, R::PositionY, R::PositionZ, R::NormalX, R::NormalY, R::NormalZ];
+    let of_nodes = of_range(groups);
+    (1..).zip(components).map(|(binding, component)| of_nodes(binding, component, COMPUTE_READ)).collect()
+}
+
+/// The positions of all nodes, at bindings from 1.
+fn places(scope: Scope) -> [Access; 3] {
+    let components = [(1, Resource::PositionX), (2, Resource::PositionY), (3, Resource::PositionZ)];
+    components.map(|(binding, component)| bound(binding, component, scope))
+}
+
+pub(super) fn ray_pass(ray: u32, joint: u32, groups: (u32, u32)) -> Pass {
+    let mut accesses = surface(groups);
+    accesses.extend([
+        bound(7, Resource::ShadowTree, COMPUTE_READ),
+        of_range(groups)(8, Resource::Visibility, COMPUTE_WRITE),
+        bound(9, Resource::ShadowTriangles, COMPUTE_READ),
+    ]);
+    if ray > 0 {
+        accesses.push(of_range(groups)(8, Resource::Visibility, COMPUTE_READ));
+    }
+    let work = over(Kernel::SunRay { first: ray == 0 }, groups, GROUPS_OF_RAYS, Said::Ray(ray, joint));
+    Pass { name: "solar_rays".to_owned(), work, accesses }
+}
+
+/// Depth is written.
+pub(super) const DEPTH_WRITE: Scope = scope(
+    S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw()),
+    A::DEPTH_STENCIL_ATTACHMENT_WRITE,
+);
+
+/// Depth is tested and written.
+pub(super) const DEPTH: Scope = scope(
+    DEPTH_WRITE.stage,
+    A::from_raw(A::DEPTH_STENCIL_ATTACHMENT_READ.as_raw() | A::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw()),
+);
+
+/// An image is drawn into.
+fn drawn(resource: Resource, scope: Scope) -> Access {
+    Access { layout: ImageLayout::ATTACHMENT_OPTIMAL, ..access(resource, scope) }
+}
+
+pub(super) fn solar_depth_pass() -> Pass {
+    let mut accesses = vec![
+        access(Resource::Occluders, scope(S::INDEX_INPUT, A::INDEX_READ)),
+        bound(0, Resource::SunView, scope(S::VERTEX_SHADER, A::UNIFORM_READ)),
+    ];
+    accesses.extend(places(scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ)));
+    accesses.push(drawn(Resource::SunDepthImage, DEPTH));
+    Pass { name: "solar_depth".to_owned(), work: Work::Draw(Kernel::SunDepth), accesses }
+}
+
+pub(super) fn visibility_pass(range: &StepRange) -> Pass {
+    let mut accesses = vec![Access { slice: range.joint, ..bound(0, Resource::SunView, COMPUTE_UNIFORM) }];
+    accesses.extend(surface(range.groups));
+    accesses.push(bound(7, Resource::SunDepth, COMPUTE_READ));
+    accesses.push(of_range(range.groups)(8, Resource::Visibility, COMPUTE_WRITE));
+    let work = over(Kernel::Visibility, range.groups, RANGE_GROUPS as u32, Said::Nothing);
+    Pass { name: "solar_visibility".to_owned(), work, accesses }
+}
+
+pub(super) fn cull_pass(run: TriangleRun) -> Pass {
+    let TriangleRun { joint, triangles } = run;
+    let mut accesses = vec![Access { slice: joint, ..bound(0, Resource::View, COMPUTE_UNIFORM) }];
+    accesses.extend(places(COMPUTE_READ));
+    accesses.extend([
+        of_range(triangles)(4, Resource::Triangles, COMPUTE_READ),
+        of_range(triangles)(5, Resource::VisibleTriangles, COMPUTE_WRITE),
+        of_range(run.draws())(6, Resource::Draws, COMPUTE_WRITE),
+    ]);
+    let work = over(Kernel::Cull, triangles, TRIANGLES_A_DRAW, Said::Triangle(triangles.0));
+    Pass { name: "cull".to_owned(), work, accesses }
+}
+
+pub(super) fn radiance_pass() -> Pass {
+    let vertex = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
+    let fragment = scope(S::FRAGMENT_SHADER, A::SHADER_STORAGE_READ);
+    let colour = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
+    let mut accesses = vec![
+        access(Resource::VisibleTriangles, scope(S::INDEX_INPUT, A::INDEX_READ)),
+        access(Resource::Draws, scope(S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ)),
+        bound(0, Resource::View, scope(S::VERTEX_SHADER, A::UNIFORM_READ)),
+    ];
+    accesses.extend(places(vertex));
+    accesses.extend([
+        bound(4, Resource::Temperature, vertex),
+        bound(5, Resource::GroupMaterial, vertex),
+        bound(6, Resource::GroupPart, vertex),
+        bound(7, Resource::Materials, fragment),
+        bound(8, Resource::BandTable, fragment),
+        drawn(Resource::RadianceImage, colour),
+        drawn(Resource::IdentityImage, colour),
+        drawn(Resource::DepthImage, DEPTH),
+    ]);
+    Pass { name: "radiance".to_owned(), work: Work::Draw(Kernel::Radiance), accesses }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs follow each other from multiples of 64 on, joints may be without triangles, and a run may take several dispatches.
+    #[test]
+    fn no_two_runs_of_a_scene_share_a_draw() {
+        let (mut start, mut free) = (0, 0);
+        for (joint, count) in [(0, 5_000_000), (1, 1), (2, 130_000), (5, 64), (6, 9_000_000)] {
+            let run = TriangleRun { joint, triangles: (start, start + count) };
+            let pieces: Vec<TriangleRun> = run.pieces().collect();
+            assert_eq!(pieces[0].triangles.0, start);
+            assert_eq!(pieces.iter().map(|piece| piece.triangles.1 - piece.triangles.0).sum::<u32>(), count);
+            for (first, end) in pieces.into_iter().map(TriangleRun::draws) {
+                assert!(first >= free && first % DRAWS_BOUND == 0, "joint {joint}: {first} after {free}");
+                free = end;
+            }
+            start += count.next_multiple_of(64);
+        }
+    }
+}

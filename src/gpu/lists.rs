@@ -1,0 +1,127 @@
+//! The lists of what is submitted once and waited for: uploads, downloads, responses, radiances, measured copies and
+//! dispatches. Lists of scenes are in `frame.rs`, those of networks in `network/`.
+
+use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
+
+use super::frame::Frame;
+use super::pass::{
+    Access, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Kernel, Pass, Said, Scope, Work, access,
+    barrier, clear_pass, copy_pass, scope, to_host,
+};
+use super::resource::Resource;
+use super::variant::ResponseVariant;
+
+/// Whatever the device does later.
+const LATER: Scope = scope(S::ALL_COMMANDS, A::from_raw(A::MEMORY_READ.as_raw() | A::MEMORY_WRITE.as_raw()));
+/// Whatever the device has written.
+const EARLIER: Scope = scope(S::ALL_COMMANDS, A::MEMORY_WRITE);
+
+/// The host, and dispatches that read and write on.
+pub(super) const HOST_AND_COMPUTE: Scope = scope(
+    S::from_raw(S::HOST.as_raw() | S::COMPUTE_SHADER.as_raw()),
+    A::from_raw(A::HOST_READ.as_raw() | A::SHADER_STORAGE_READ.as_raw() | A::SHADER_STORAGE_WRITE.as_raw()),
+);
+
+/// Uploads what is staged. The fence that the host waits for does not make it visible to later submissions.
+pub fn upload(to: Resource) -> Frame {
+    Frame {
+        entries: vec![
+            Entry::Pass(copy_pass("upload", Resource::Staged, to)),
+            Entry::Barriers(vec![barrier(to, COPY_WRITE, LATER)]),
+        ],
+    }
+}
+
+/// Downloads what earlier submissions left.
+pub fn download(from: Resource) -> Frame {
+    Frame {
+        entries: vec![
+            Entry::Barriers(vec![barrier(from, EARLIER, COPY_READ)]),
+            Entry::Pass(copy_pass("download", from, Resource::Fetched)),
+            Entry::Barriers(vec![to_host(Resource::Fetched)]),
+        ],
+    }
+}
+
+/// A dispatch that binds resources: binding, whether it reads, whether it writes.
+pub(super) fn dispatch(
+    name: String,
+    kernel: Kernel,
+    workgroups: u32,
+    set: u32,
+    bound: &[(u32, Resource, bool, bool)],
+) -> Entry {
+    let accesses = bound.iter().flat_map(|(binding, resource, reads, writes)| {
+        let scopes = [(*reads, COMPUTE_READ), (*writes, COMPUTE_WRITE)].into_iter().filter(|(does, _)| *does);
+        scopes.map(|(_, scope)| Access { binding: Some(*binding), ..access(*resource, scope) })
+    });
+    let work = Work::Dispatch { kernel, workgroups, set, said: Said::Nothing };
+    Entry::Pass(Pass { name, work, accesses: accesses.collect() })
+}
+
+/// Some steps of a response, and its temperatures for the host; the state goes on in the next submission. `shaped` is
+/// whether its kernel reads pieces of response functions.
+pub fn respond(variant: ResponseVariant, shaped: bool, workgroups: u32) -> Frame {
+    let mut bound = vec![
+        (0, Resource::ResponseSteps, true, false),
+        (1, Resource::ResponseTargets, true, false),
+        (3, Resource::Materials, true, false),
+        (8, Resource::Target, true, true),
+        (9, Resource::Span, true, true),
+        (10, Resource::Elapsed, true, true),
+        (11, Resource::ResponseTemperatures, false, true),
+    ];
+    bound.extend(shaped.then_some((12, Resource::Shapes, true, false)));
+    let written = [Resource::Target, Resource::Span, Resource::Elapsed, Resource::ResponseTemperatures];
+    Frame {
+        entries: vec![
+            dispatch(variant.shader().name(), Kernel::Response(variant), workgroups, 0, &bound),
+            Entry::Barriers(written.map(|one| barrier(one, COMPUTE_WRITE, HOST_AND_COMPUTE)).to_vec()),
+        ],
+    }
+}
+
+/// Turns temperatures into radiances, or these into those, which takes a table more.
+pub fn radiation(kernel: Kernel, workgroups: u32) -> Frame {
+    let mut bound = vec![
+        (0, Resource::BandTable, true, false),
+        (1, Resource::RadiationInput, true, false),
+        (2, Resource::RadiationOutput, false, true),
+    ];
+    bound.extend((kernel == Kernel::Brightness).then_some((3, Resource::InverseTemperatures, true, false)));
+    let to_host = scope(S::HOST, A::HOST_READ);
+    Frame {
+        entries: vec![
+            dispatch(format!("{kernel:?}").to_lowercase(), kernel, workgroups, 0, &bound),
+            Entry::Barriers(vec![barrier(Resource::RadiationOutput, COMPUTE_WRITE, to_host)]),
+        ],
+    }
+}
+
+/// Fills what a measured copy reads with ones: some devices copy zeros faster.
+pub fn filled() -> Frame {
+    let fill = Pass { work: Work::Fill(Resource::CopiedFrom, 0x3f80_0000), ..clear_pass("fill", Resource::CopiedFrom) };
+    Frame { entries: vec![Entry::Pass(fill), Entry::Barriers(vec![barrier(Resource::CopiedFrom, EARLIER, COPY_READ)])] }
+}
+
+/// A measured copy.
+pub fn copied() -> Frame {
+    Frame {
+        entries: vec![
+            Entry::Barriers(vec![barrier(Resource::CopiedTo, COPY_WRITE, COPY_WRITE)]),
+            Entry::Pass(copy_pass("copy", Resource::CopiedFrom, Resource::CopiedTo)),
+        ],
+    }
+}
+
+/// Measured dispatches that do nothing, ordered as if each went on with what the last one wrote.
+pub fn dispatched(count: u32) -> Frame {
+    let next = scope(S::COMPUTE_SHADER, HOST_AND_COMPUTE.access & !A::HOST_READ);
+    let ordered = || Entry::Barriers(vec![barrier(Resource::Untouched, COMPUTE_WRITE, next)]);
+    let pass = || {
+        let work = Work::Dispatch { kernel: Kernel::Empty, workgroups: 1, set: 0, said: Said::Nothing };
+        let accesses = vec![access(Resource::Untouched, COMPUTE_WRITE)];
+        Entry::Pass(Pass { name: "empty".to_owned(), work, accesses })
+    };
+    Frame { entries: (0..count).flat_map(|_| [ordered(), pass()]).collect() }
+}

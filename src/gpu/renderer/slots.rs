@@ -1,0 +1,133 @@
+//! The frames in flight: a command buffer, a fence and timestamps each, submitted and collected in turn.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use ash::vk;
+
+use crate::gpu::context::Context;
+use crate::gpu::error::{During as _, GpuError};
+use crate::gpu::frame::Frame;
+use crate::gpu::once::command_buffers;
+use crate::gpu::record::Recorder;
+use crate::gpu::resource::{Resource, SLOTS};
+use crate::gpu::timing::{DeviceFrame, PassTimes, Timing};
+
+/// A frame in flight, or what the last one left.
+struct Slot {
+    commands: vk::CommandBuffer,
+    fence: vk::Fence,
+    timing: Timing,
+    pending: bool,
+    submitted: Instant,
+    /// What its list copied to where the host reads it.
+    left: Vec<Resource>,
+}
+
+/// All slots, and what their passes took.
+pub(super) struct Slots {
+    context: Arc<Context>,
+    pool: vk::CommandPool,
+    slots: Vec<Slot>,
+    /// The slot that is submitted next.
+    next: usize,
+    /// Device milliseconds of every pass so far, by name.
+    pub times: PassTimes,
+    /// Frames since they were last taken, where they are kept.
+    pub frames: Option<Vec<DeviceFrame>>,
+}
+
+impl Slots {
+    /// For lists of so many passes at most.
+    pub fn new(context: &Arc<Context>, passes: usize) -> Result<Self, GpuError> {
+        let (pool, commands) = command_buffers(context, SLOTS as u32)?;
+        let (context, times) = (Arc::clone(context), PassTimes::new());
+        let mut slots = Self { context, pool, slots: Vec::new(), next: 0, times, frames: None };
+        for commands in commands {
+            let timing = Timing::new(&slots.context, passes)?;
+            let create = vk::FenceCreateInfo::default();
+            // SAFETY: the device is alive.
+            let fence = unsafe { slots.context.device.create_fence(&create, None) }.during("creating a fence")?;
+            let (submitted, left) = (Instant::now(), Vec::new());
+            slots.slots.push(Slot { commands, fence, timing, pending: false, submitted, left });
+        }
+        Ok(slots)
+    }
+
+    /// Waits for the slot that is submitted next, so that the host may write what the slot reads. Returns its number.
+    pub fn free(&mut self) -> Result<usize, GpuError> {
+        self.finish(self.next)?;
+        Ok(self.next)
+    }
+
+    /// Submits a list in the slot that is free.
+    pub fn submit<'a>(
+        &mut self,
+        list: &Frame,
+        recorder: impl FnOnce(vk::CommandBuffer) -> Recorder<'a>,
+    ) -> Result<usize, GpuError> {
+        let number = self.free()?;
+        self.next = (number + 1) % SLOTS;
+        let (device, slot) = (&self.context.device, &mut self.slots[number]);
+        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the slot's last frame is complete, so its command buffer may be recorded anew.
+        unsafe { device.begin_command_buffer(slot.commands, &begin) }.during("recording")?;
+        slot.timing.begin_frame(slot.commands);
+        recorder(slot.commands).record(list, Some(&mut slot.timing));
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        slot.submitted = Instant::now();
+        // SAFETY: the command buffer is complete and the fence unsignalled.
+        unsafe {
+            device.end_command_buffer(slot.commands).during("recording")?;
+            device.queue_submit2(self.context.queue, &submit, slot.fence).during("submitting a frame")?;
+        }
+        slot.pending = true;
+        slot.left = list.copied_to().collect();
+        Ok(number)
+    }
+
+    /// Whether the last list of a slot copied to a resource.
+    pub fn left(&self, number: usize, resource: Resource) -> bool {
+        self.slots[number].left.contains(&resource)
+    }
+
+    /// Waits for the frame of a slot.
+    pub fn finish(&mut self, number: usize) -> Result<(), GpuError> {
+        let slot = &mut self.slots[number];
+        if slot.pending {
+            // SAFETY: the fence was submitted with the slot's frame.
+            unsafe {
+                self.context.device.wait_for_fences(&[slot.fence], true, u64::MAX).during("waiting for a frame")?;
+                self.context.device.reset_fences(&[slot.fence]).during("resetting a fence")?;
+            }
+            slot.pending = false;
+            let passes = slot.timing.collect()?;
+            for (name, _, length) in &passes {
+                self.times.entry(name.clone()).or_default().push(length * 1e-6);
+            }
+            if let Some(frames) = &mut self.frames {
+                frames.push(DeviceFrame { submitted: slot.submitted, done: Instant::now(), passes });
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits for all frames in flight.
+    pub fn wait(&mut self) -> Result<(), GpuError> {
+        (0..SLOTS).try_for_each(|number| self.finish(number))
+    }
+}
+
+impl Drop for Slots {
+    fn drop(&mut self) {
+        // SAFETY: the device is idle before anything of the scene goes.
+        unsafe {
+            let _ = self.context.device.device_wait_idle();
+            for slot in &self.slots {
+                self.context.device.destroy_fence(slot.fence, None);
+            }
+            self.context.device.destroy_command_pool(self.pool, None);
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! Buffers and images by what they are: made from their rows, filled, written and read.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use ash::vk;
+use bytemuck::Pod;
+
+use super::context::Context;
+use super::error::GpuError;
+use super::layout;
+use super::memory::{Buffer, Image};
+use super::resource::{Resource, Role};
+
+/// A piece of a buffer, or all of it.
+#[derive(Clone)]
+pub(super) struct Region {
+    pub buffer: Arc<Buffer>,
+    pub offset: u64,
+    pub bytes: u64,
+    /// Whether the buffer is somebody else's.
+    pub lodged: bool,
+}
+
+impl Region {
+    /// A piece of somebody else's buffer.
+    pub fn lodged(buffer: &Arc<Buffer>, offset: u64, bytes: u64) -> Self {
+        Self { buffer: Arc::clone(buffer), offset, bytes, lodged: true }
+    }
+}
+
+/// The buffers and images of a scene, of a network or of a small command, one or one a slot.
+pub struct Resources {
+    pub(super) context: Arc<Context>,
+    buffers: BTreeMap<(Resource, usize), Region>,
+    images: BTreeMap<Resource, Image>,
+}
+
+impl Resources {
+    /// Of nothing yet.
+    pub(super) fn new(context: &Arc<Context>) -> Self {
+        Self { context: Arc::clone(context), buffers: BTreeMap::new(), images: BTreeMap::new() }
+    }
+
+    /// Makes a buffer of so many bytes.
+    pub(super) fn make(&mut self, resource: Resource, bytes: u64) -> Result<(), GpuError> {
+        self.make_in(resource, 0, bytes, false)
+    }
+
+    /// Makes a buffer of so many elements.
+    pub(super) fn make_of(&mut self, resource: Resource, count: usize) -> Result<(), GpuError> {
+        self.make(resource, (resource.row().element * count) as u64)
+    }
+
+    /// Makes a buffer that the host fills, as long as the values.
+    pub(super) fn make_with<T: Pod>(&mut self, resource: Resource, values: &[T]) -> Result<(), GpuError> {
+        self.make(resource, size_of_val(values) as u64)?;
+        self.write(resource, 0, values)
+    }
+
+    /// Makes the buffer of a slot; one that is bound `in_pieces` may be longer than what a device binds at once.
+    pub(super) fn make_in(
+        &mut self,
+        resource: Resource,
+        slot: usize,
+        bytes: u64,
+        in_pieces: bool,
+    ) -> Result<(), GpuError> {
+        let (name, row) = (format!("{resource:?}"), resource.row());
+        let limit = self.context.info.max_storage_buffer_range;
+        if row.role.usage().contains(vk::BufferUsageFlags::STORAGE_BUFFER) && bytes > limit && !in_pieces {
+            let device = self.context.info.name.clone();
+            return Err(GpuError::BufferTooLong { buffer: name, bytes, device, limit });
+        }
+        let buffer = Buffer::new(&self.context, &name, bytes, row.role.usage(), row.role.location())?;
+        let bytes = buffer.bytes;
+        self.buffers.insert((resource, slot), Region { buffer: Arc::new(buffer), offset: 0, bytes, lodged: false });
+        Ok(())
+    }
+
+    /// Lets a resource lie in a piece of somebody else's buffer.
+    pub(super) fn lodge(&mut self, resource: Resource, region: Region) {
+        self.buffers.insert((resource, 0), region);
+    }
+
+    /// Makes an image.
+    pub(super) fn make_image(&mut self, resource: Resource, size: [u32; 2]) -> Result<(), GpuError> {
+        let (format, usage) = match resource.row().role {
+            Role::Colour(format) => (format, vk::ImageUsageFlags::COLOR_ATTACHMENT),
+            _ => (super::pipeline::DEPTH_FORMAT, vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT),
+        };
+        let usage = usage | vk::ImageUsageFlags::TRANSFER_SRC;
+        self.images.insert(resource, Image::new(&self.context, &format!("{resource:?}"), size, format, usage)?);
+        Ok(())
+    }
+
+    /// The buffer of a resource that has one, the first where every slot does.
+    pub(super) fn get(&self, resource: Resource) -> Option<&Region> {
+        self.buffers.get(&(resource, 0))
+    }
+
+    /// The buffer of a resource, in the slot where it has one each.
+    pub(super) fn region(&self, resource: Resource, slot: usize) -> &Region {
+        &self.buffers[&(resource, if resource.row().per_slot { slot } else { 0 })]
+    }
+
+    /// An image.
+    pub(super) fn image(&self, resource: Resource) -> &Image {
+        &self.images[&resource]
+    }
+
+    /// Bytes of the buffers, as they were allocated, that `counts` holds of; what lies in somebody else's is not counted.
+    pub(super) fn bytes(&self, counts: impl Fn(Resource) -> bool) -> u64 {
+        let own = self.buffers.iter().filter(|(_, region)| !region.lodged);
+        own.filter(|((resource, _), _)| counts(*resource)).map(|(_, region)| region.buffer.bytes).sum()
+    }
+
+    /// Writes from the start of a buffer that the host fills between submissions; nothing where there is no such buffer.
+    pub(super) fn write<T: Pod>(&mut self, resource: Resource, slot: usize, values: &[T]) -> Result<(), GpuError> {
+        let Some(region) = self.buffers.get_mut(&(resource, slot)) else { return Ok(()) };
+        let shared = || GpuError::SharedBuffer { buffer: format!("{resource:?}") };
+        Arc::get_mut(&mut region.buffer).ok_or_else(shared)?.write(values);
+        Ok(())
+    }
+
+    /// Writes the slices of a buffer that every joint has one of.
+    pub(super) fn write_slices<T: Pod>(
+        &mut self,
+        resource: Resource,
+        slot: usize,
+        slices: &[T],
+    ) -> Result<(), GpuError> {
+        if let [one] = slices {
+            return self.write(resource, slot, &[*one]);
+        }
+        let mut bytes = vec![0u8; slices.len() * layout::SLICE];
+        for (slice, value) in bytes.chunks_mut(layout::SLICE).zip(slices) {
+            slice[..size_of::<T>()].copy_from_slice(bytemuck::bytes_of(value));
+        }
+        self.write(resource, slot, &bytes)
+    }
+
+    /// The first values of a buffer that the host reads.
+    pub(super) fn read<T: Pod>(&self, resource: Resource, slot: usize, count: usize) -> &[T] {
+        self.region(resource, slot).buffer.read(count)
+    }
+
+    /// Frees a buffer that is no longer needed.
+    pub(super) fn free(&mut self, resource: Resource) {
+        self.buffers.remove(&(resource, 0));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_something_else_holds_is_not_written() {
+        let context = Context::open(None, false).expect("a Vulkan device");
+        let mut resources = Resources::new(&context);
+        resources.make_with(Resource::NetworkHeat, &[1.0f32; 4]).expect("a small buffer");
+        let held = Arc::clone(&resources.region(Resource::NetworkHeat, 0).buffer);
+        let refused = resources.write(Resource::NetworkHeat, 0, &[2.0f32; 4]).expect_err("a refusal").to_string();
+        assert!(refused.contains("'NetworkHeat'"), "{refused}");
+        drop(held);
+        resources.write(Resource::NetworkHeat, 0, &[2.0f32; 4]).expect("nobody else holds it");
+        assert_eq!(resources.read::<f32>(Resource::NetworkHeat, 0, 4), [2.0; 4]);
+        resources.write(Resource::SmallHeat, 0, &[2.0f32]).expect("there is no such buffer");
+    }
+}

@@ -1,0 +1,60 @@
+//! The table of resources: what lists bind is what the shaders call by that name, and what it is not is refused.
+
+use std::collections::BTreeSet;
+
+use isotherm::environment::shadow::Method;
+use isotherm::gpu::frame::{Frame, StepRange, Wanted};
+use isotherm::gpu::lists;
+use isotherm::gpu::network::small_frame::{Unknowns, dispatched};
+use isotherm::gpu::pass::Kernel;
+use isotherm::gpu::resource::Resource;
+use isotherm::gpu::variant::Curve;
+
+use crate::network::barriers::lists_of_all_plans;
+use crate::shaders::{fused_variants, reflect, response_variants, thermal_variants};
+
+/// A list for every kernel.
+fn all_lists() -> Vec<Frame> {
+    let drawn = Wanted { image: true, cull: 9, temperatures: true };
+    let mut all = vec![lists::radiation(Kernel::Blackbody, 1), lists::radiation(Kernel::Brightness, 1)];
+    for variant in thermal_variants(Curve::Power) {
+        all.push(Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn));
+        if variant.shadow {
+            let range = [StepRange { variant, groups: (0, 64), joint: 0 }];
+            all.extend([Method::Depth, Method::Exact].map(|method| Frame::shadows(&range, method)));
+        }
+    }
+    all.extend(response_variants(Curve::Power).into_iter().map(|variant| lists::respond(variant, false, 1)));
+    for variant in fused_variants() {
+        for unknowns in [Unknowns::Arithmetic, Unknowns::Free] {
+            all.extend([false, true].map(|odd| dispatched(variant, unknowns, odd)));
+        }
+    }
+    all.extend(lists_of_all_plans());
+    all
+}
+
+#[test]
+fn resources_are_bound_to_the_blocks_that_the_table_states() {
+    let (mut seen, mut bound) = (BTreeSet::new(), BTreeSet::new());
+    for pass in all_lists().iter().flat_map(Frame::passes).filter(|pass| pass.kernel().is_some()) {
+        let accesses: BTreeSet<_> = pass.accesses.iter().filter_map(|one| Some((one.binding?, one.resource))).collect();
+        if !seen.insert((pass.kernel(), accesses.clone())) {
+            continue;
+        }
+        for module in pass.kernel().into_iter().flat_map(Kernel::shaders).map(|shader| reflect(&shader)) {
+            for variable in module.global_variables.iter().map(|(_, variable)| variable) {
+                let Some(binding) = variable.binding.as_ref().map(|binding| binding.binding) else { continue };
+                let block = module.types[variable.ty].name.clone().unwrap_or_default();
+                for (_, resource) in accesses.iter().filter(|(number, _)| *number == binding) {
+                    let mut blocks = resource.row().blocks.split(' ').map(|name| format!("{name}Block"));
+                    assert!(blocks.any(|name| name == block), "{}: {resource:?} is bound to {block}", pass.name);
+                    bound.insert(*resource);
+                }
+            }
+        }
+    }
+    // The kernels that read pieces of functions are compiled when a scene asks for them.
+    let wanted = Resource::ALL.iter().filter(|one| !one.row().blocks.is_empty() && **one != Resource::Shapes);
+    assert_eq!(bound, wanted.copied().collect());
+}
