@@ -9,15 +9,14 @@ pub mod density;
 pub mod device_data;
 pub mod engine;
 pub mod forward;
-pub mod frames;
-pub mod job;
 pub mod joints;
 pub mod network;
 pub mod periodic;
 pub mod prepare;
 pub mod prepare_error;
 pub mod reference_engine;
-pub mod settings;
+pub mod stepper;
+pub mod target;
 pub mod viewpoint;
 
 use crate::gpu::error::GpuError;

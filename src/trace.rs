@@ -1,14 +1,11 @@
 //! When host and device did what, as a file for Perfetto and chrome://tracing.
 
-use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use serde_json::{Value, json};
 
 use crate::gpu::timing::DeviceFrame;
-use crate::output::OutputError;
-use crate::output::folder::write_bytes;
 
 /// Who works. Tracks stand below each other in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -128,15 +125,6 @@ impl Trace {
             all.push(complete(Track::Device, name, start * 1e-3 + offset, length * 1e-3));
         }
         json!({ "traceEvents": all, "displayTimeUnit": "ms", "otherData": { "clock_slack_us": slack } })
-    }
-
-    /// Writes the recording.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub fn write(&self, path: &Path) -> Result<(), OutputError> {
-        let failed = |error: serde_json::Error| OutputError::write(path, error.into());
-        write_bytes(path, &serde_json::to_vec(&self.json()).map_err(failed)?)
     }
 }
 

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use serde::Serialize;
+
 use super::frames::{IMAGE, resize};
-use super::record::DriverRow;
 use crate::gpu::context::Context;
 use crate::scene::Scene;
 use crate::simulation::engine::{Engine, Order, Pixels, Tick};
@@ -12,6 +13,29 @@ use crate::simulation::prepare::Prepared;
 
 /// Ticks before the image.
 const TICKS: u32 = 40;
+
+/// A device against another, on the same scene.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct DriverRow {
+    /// The first, and the one that is held against it.
+    pub devices: [String; 2],
+    /// Name of the scene.
+    pub scene: String,
+    /// Nodes, padding included.
+    pub nodes: usize,
+    /// Root mean square over nodes [K].
+    pub rms_k: f64,
+    /// Largest [K].
+    pub max_k: f64,
+    /// Pixels that either drew.
+    pub pixels: usize,
+    /// Pixels that show another part or material.
+    pub other_part: usize,
+    /// Largest difference of radiance over radiance, where both show the same part.
+    pub radiance_relative: f64,
+    /// Why a device could not be compared.
+    pub failed: Option<String>,
+}
 
 /// What a device left.
 struct Left {

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use serde::Serialize;
 
-use super::record::{Response, Spread};
 use crate::environment::TickLoad;
 use crate::environment::sky::SkyError;
 use crate::gpu::context::Context;
@@ -18,11 +18,31 @@ use crate::gpu::resources::SceneData;
 use crate::gpu::shapes::{self, Shapes};
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::output::report::PassTime;
+use crate::output::statistics::Spread;
 use crate::paper::cube::{ALTITUDES, ALUMINIUM, Case as Cube, Loads, SOLAR_CONSTANTS, STEP};
 use crate::thermal::function::{Function, FunctionError};
 use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 use crate::thermal::network::stepper::{Method, Stepper};
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
+
+/// What a node costs under one response.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Response {
+    /// The response and its function.
+    pub response: String,
+    /// Nodes.
+    pub nodes: usize,
+    /// Time of a step [ns a node]; of a network, of a stage.
+    pub ns_a_node: Option<Spread>,
+    /// Bytes that a node reads and writes in a step, each array counted once.
+    pub bytes_a_node: f64,
+    /// Those bytes over that time [GB/s].
+    pub gigabytes_per_second: Option<f64>,
+    /// Its share of the copy bandwidth that was measured in the same run.
+    pub share_of_copy: Option<f64>,
+    /// Why there is no time.
+    pub failed: Option<String>,
+}
 
 /// What keeps responses from being measured.
 #[derive(Debug, thiserror::Error)]

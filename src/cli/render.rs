@@ -3,14 +3,15 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+use super::device::{DeviceArguments, check_validation};
+use super::error::CliError;
+use super::progress::{progress_bar, stop_flag};
 use super::run::{prepare_with_progress, say_size};
-use super::{Chosen, CliError, DeviceArguments, progress_bar, stop_flag};
 use crate::output::exr::write_exr;
 use crate::output::folder::{check_writable, keep_inputs};
+use crate::output::frame_maker::FrameMaker;
 use crate::simulation;
 use crate::simulation::device_data::DeviceData;
-use crate::simulation::engine::Engine;
-use crate::simulation::frames::FrameMaker;
 
 /// Render one image; the state is stepped to its time from the start.
 #[derive(clap::Args)]
@@ -51,10 +52,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let stop = stop_flag();
     eprintln!("device: {}", chosen.name());
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
-    let mut engine = match &chosen {
-        Chosen::Device(context) => Engine::on_device(context, &prepared, Some(&camera))?,
-        Chosen::Reference => Engine::reference(&prepared, Some(&camera)),
-    };
+    let mut engine = chosen.engine(&prepared, Some(&camera))?;
     let bar = progress_bar(ticks, "stepping");
     simulation::start(&prepared, &mut engine, None, &stop, &mut || bar.inc(1))?;
     let still = simulation::still(&prepared, &mut engine, arguments.time, &stop, &mut || bar.inc(1))?;
@@ -68,5 +66,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         write_exr(&arguments.output, &frame, &header)?;
         println!("{}", arguments.output.display());
     }
-    chosen.check_validation()
+    check_validation(&chosen)
 }

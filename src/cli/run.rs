@@ -5,17 +5,23 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 
-use super::{Chosen, CliError, DeviceArguments, building_bar, progress_bar, show_stage, stop_flag};
+use super::device::{DeviceArguments, check_validation};
+use super::error::CliError;
+use super::progress::{building_bar, progress_bar, show_stage, stop_flag};
 use crate::gpu::resources::{Planned, check_plan, device_bytes};
-use crate::output::folder::{RunFolder, check_writable, keep_inputs};
-use crate::output::report::{BufferSize, Device, FileEntry, ModelSize, PassTime, Report, Section, SourceFile, Speed};
+use crate::output::folder::{Folder, check_writable, keep_inputs, write_bytes, write_json};
+use crate::output::job::{FILES, JOINTS, Outcome, Progress, REPORT_HTML, REPORT_JSON, SERIES, run_into};
+use crate::output::report::{
+    BufferSize, Device, FileEntry, ModelSize, PassTime, Report, SettingGroup, SourceFile, Speed,
+};
+use crate::output::{report_html, settings};
 use crate::scene::Draw;
 use crate::simulation::check::SAMPLE;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
-use crate::simulation::job::{Outcome, Progress, run_into};
+use crate::simulation::is_drawn;
 use crate::simulation::prepare::Prepared;
-use crate::simulation::{is_drawn, settings};
+use crate::simulation::target::Target;
 use crate::trace::{Trace, Track};
 
 /// Run a scene: temperatures, images, plots and a report.
@@ -80,10 +86,10 @@ pub(super) fn prepare_with_progress(path: &Path) -> Result<Prepared, CliError> {
 }
 
 /// Prints nodes and triangles, and the memory that they will take on the device.
-pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Chosen) {
+pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Target) {
     let nodes = prepared.nodes.count;
     eprintln!("{}: {nodes} nodes, {} triangles on {}", prepared.scene.name, prepared.triangle_count(), chosen.name());
-    if let Chosen::Device(context) = chosen {
+    if let Target::Device(context) = chosen {
         let of_network = prepared.network_bytes(plan);
         let all = plan.iter().map(|planned| planned.bytes).sum::<u64>() + of_network.device + of_network.host;
         let of_nodes = device_bytes(plan) + of_network.device;
@@ -108,7 +114,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let prepares = trace.span(Track::Host, "load and build the scene");
     let prepared = prepare_with_progress(&arguments.scene)?;
     drop(prepares);
-    RunFolder::keep_inputs(&arguments.output, &prepared.scene.files)?;
+    let folder = Folder::new(&arguments.output, &FILES);
+    folder.keep_inputs(&prepared.scene.files)?;
     if let Some(path) = &arguments.trace {
         keep_inputs(path, &prepared.scene.files)?;
     }
@@ -118,16 +125,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let data = device_data.scene_data(&prepared, camera);
     let plan = data.plan();
     say_size(&prepared, &plan, &chosen);
-    if let Chosen::Device(context) = &chosen {
+    if let Target::Device(context) = &chosen {
         let of_network = prepared.network_bytes(&plan);
         check_plan(context, &plan, of_network.device + of_network.host, data.image)?;
     }
-    let folder = RunFolder::prepare(&arguments.output, arguments.force, &prepared.scene.files)?;
+    let folder = folder.prepare(arguments.force, &prepared.scene.files)?;
     let stop = stop_flag();
-    let mut engine = match &chosen {
-        Chosen::Device(context) => Engine::on_device(context, &prepared, camera)?,
-        Chosen::Reference => Engine::reference(&prepared, camera),
-    };
+    let mut engine = chosen.engine(&prepared, camera)?;
     engine.record(trace.clone());
     let start_up_s = began.elapsed().as_secs_f64();
 
@@ -138,7 +142,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         steps: progress_bar(u64::from(time.steps) + 1, "steps"),
         pictures: progress_bar(images, "pictures"),
     };
-    let with_check = matches!(chosen, Chosen::Device(_));
+    let with_check = matches!(chosen, Target::Device(_));
     if arguments.check.is_some() && !with_check {
         eprintln!("nothing to check: this run is the f64 reference itself");
     }
@@ -154,15 +158,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let report = Report {
         buffers: if with_check { buffers.collect() } else { Vec::new() },
         speed: speed(&prepared, &engine, &outcome, began.elapsed().as_secs_f64()),
-        ..report(&prepared, &chosen, &engine, &folder, outcome, start_up_s)
+        ..report(&prepared, &chosen, &engine, outcome, start_up_s)
     };
-    report.write_json(&folder.report_json())?;
-    report.write_html(&folder.report_html())?;
+    write_json(&folder.file(REPORT_JSON), &report)?;
+    write_bytes(&folder.file(REPORT_HTML), report_html::page(&report).as_bytes())?;
     if let Some(path) = &arguments.trace {
-        trace.write(path)?;
+        write_bytes(path, trace.json().to_string().as_bytes())?;
     }
     print_summary(&report, &folder);
-    chosen.check_validation()?;
+    check_validation(&chosen)?;
     if report.interrupted { Err(CliError::Stopped(arguments.output.clone())) } else { Ok(()) }
 }
 
@@ -196,10 +200,10 @@ fn speed(prepared: &Prepared, engine: &Engine, outcome: &Outcome, wall_s: f64) -
 }
 
 /// What the thermal network is, and how it was integrated.
-fn network_section(prepared: &Prepared, engine: &Engine) -> Option<Section> {
+fn network_section(prepared: &Prepared, engine: &Engine) -> Option<SettingGroup> {
     let network = prepared.network.as_ref()?;
     let entries = network.description().into_iter().chain(engine.network_description()).collect();
-    Some(Section { title: "Thermal network".to_owned(), entries })
+    Some(SettingGroup { title: "Thermal network".to_owned(), entries })
 }
 
 fn pass_times(engine: &Engine) -> Vec<PassTime> {
@@ -207,16 +211,9 @@ fn pass_times(engine: &Engine) -> Vec<PassTime> {
     times.filter_map(|(name, samples)| PassTime::from_samples(name, samples)).collect()
 }
 
-fn report(
-    prepared: &Prepared,
-    chosen: &Chosen,
-    engine: &Engine,
-    folder: &RunFolder,
-    outcome: Outcome,
-    start_up_s: f64,
-) -> Report {
+fn report(prepared: &Prepared, chosen: &Target, engine: &Engine, outcome: Outcome, start_up_s: f64) -> Report {
     let device = match chosen {
-        Chosen::Device(context) => Device {
+        Target::Device(context) => Device {
             name: context.info.name.clone(),
             driver: context.info.driver.clone(),
             details: vec![
@@ -225,7 +222,7 @@ fn report(
                 ("stepping and drawing".to_owned(), format!("{:.2} s", outcome.stepping_s)),
             ],
         },
-        Chosen::Reference => Device { name: chosen.name(), ..Device::default() },
+        Target::Reference => Device { name: chosen.name(), ..Device::default() },
     };
     let kind = |number: usize, path: &Path| match number {
         0 => "scene",
@@ -244,19 +241,14 @@ fn report(
     for (kind, nodes) in prepared.nodes.by_kind() {
         nodes_by_response.push((kind.to_string(), nodes as u64));
     }
-    let mut files = vec![
-        FileEntry { path: folder.relative(&folder.series()), what: "temperatures over time".to_owned() },
-        FileEntry { path: folder.relative(&folder.report_json()), what: "this report as JSON".to_owned() },
+    let files = [
+        (true, SERIES, "temperatures over time"),
+        (true, REPORT_JSON, "this report as JSON"),
+        (prepared.joints() > 1, JOINTS, "joints over time"),
+        (!outcome.frames.is_empty(), "frames/", "EXR and PNG of every drawn step"),
+        (!outcome.plots.is_empty(), "plots/", "the plots as SVG"),
     ];
-    if prepared.joints() > 1 {
-        files.push(FileEntry { path: folder.relative(&folder.joints()), what: "joints over time".to_owned() });
-    }
-    if !outcome.frames.is_empty() {
-        files.push(FileEntry { path: "frames/".to_owned(), what: "EXR and PNG of every drawn step".to_owned() });
-    }
-    if !outcome.plots.is_empty() {
-        files.push(FileEntry { path: "plots/".to_owned(), what: "the plots as SVG".to_owned() });
-    }
+    let files = files.into_iter().filter(|(there, ..)| *there);
     let mut warnings = prepared.warnings.clone();
     let mut details_of_warm_up = Vec::new();
     if let Some(periodic) = outcome.periodic {
@@ -290,20 +282,20 @@ fn report(
             nodes_by_response,
         },
         passes: pass_times(engine),
-        settings: settings::sections(prepared).into_iter().chain(network_section(prepared, engine)).collect(),
+        settings: settings::groups(prepared).into_iter().chain(network_section(prepared, engine)).collect(),
         assumptions: prepared.scene.assumptions.clone(),
         warnings,
         switched_off: prepared.switched_off(),
         frames: outcome.frames,
         pictures: outcome.pictures,
         plots: outcome.plots,
-        files,
+        files: files.map(|(_, path, what)| FileEntry { path: path.to_owned(), what: what.to_owned() }).collect(),
         interrupted: !outcome.complete,
         ..Report::default()
     }
 }
 
-fn print_summary(report: &Report, folder: &RunFolder) {
+fn print_summary(report: &Report, folder: &Folder) {
     let speed = &report.speed;
     println!("{} steps and {} images in {:.1} s on {}", speed.steps, speed.images, speed.wall_s, report.device.name);
     if let (Some(step), Some(node)) = (speed.step_ms, speed.ns_per_node_step) {
@@ -326,5 +318,5 @@ fn print_summary(report: &Report, folder: &RunFolder) {
             println!("{note}");
         }
     }
-    println!("report: {}", folder.report_html().display());
+    println!("report: {}", folder.file(REPORT_HTML).display());
 }

@@ -3,7 +3,6 @@
 //! [`responses`] says how each material moves in each run, [`runs`] makes the runs, [`differences`] holds them against the
 //! network, [`page`] and [`files`] show what was found.
 
-pub mod costs;
 pub mod differences;
 pub mod files;
 pub mod page;
@@ -15,7 +14,7 @@ use std::path::PathBuf;
 
 use crate::gpu::error::GpuError;
 use crate::output::OutputError;
-use crate::simulation::job::JobError;
+use crate::output::job::JobError;
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::fit::FitError;
 

@@ -41,7 +41,7 @@ impl Record {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut row);
         let start = u64::from(step) * bytes.len() as u64;
         let read = self.file.seek(SeekFrom::Start(start)).and_then(|_| self.file.read_exact(bytes));
-        read.map_err(|source| OutputError::Read { path: self.folder.clone(), source })?;
+        read.map_err(|source| OutputError::Read(self.folder.clone(), source))?;
         Ok(row)
     }
 }

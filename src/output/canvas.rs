@@ -166,10 +166,8 @@ impl Canvas {
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let failed = |error: png::EncodingError| OutputError::Encode {
-            what: format!("PNG picture {}x{}", self.width, self.height),
-            reason: error.to_string(),
-        };
+        let what = || format!("PNG picture {}x{}", self.width, self.height);
+        let failed = |error: png::EncodingError| OutputError::Encode(what(), error.to_string());
         let mut writer = encoder.write_header().map_err(failed)?;
         writer.write_image_data(self.pixels.as_flattened()).map_err(failed)?;
         writer.finish().map_err(failed)?;

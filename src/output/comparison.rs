@@ -3,7 +3,7 @@
 use super::OutputError;
 use super::canvas::{Anchor, Canvas, Face};
 use super::colour::{BACKGROUND, ColourScale, NOT_A_NUMBER, Rgb};
-use super::frame::Quantity;
+use super::frame::{Quantity, check_channels};
 use super::ticks;
 
 const PAPER: Rgb = [255, 255, 255];
@@ -347,12 +347,8 @@ fn temperature_range(view: &Views) -> Option<[f32; 2]> {
 }
 
 fn check(view: &Views) -> Result<(), OutputError> {
-    let pixels = view.width as usize * view.height as usize;
-    let channels = view.temperatures.iter().map(Vec::len).chain([view.part.len()]);
-    match channels.into_iter().find(|values| *values != pixels) {
-        None => Ok(()),
-        Some(values) => Err(OutputError::FrameSize { width: view.width, height: view.height, channel: "T", values }),
-    }
+    let [a, b, c] = view.temperatures.each_ref().map(|temperatures| ("T", temperatures.len()));
+    check_channels([view.width, view.height], &[a, b, c, ("part", view.part.len())])
 }
 
 fn titles(canvas: &mut Canvas, title: &str, details: &str) {

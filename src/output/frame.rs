@@ -49,11 +49,6 @@ impl Quantity {
 }
 
 impl Frame {
-    /// Number of pixels.
-    pub fn pixels(&self) -> usize {
-        self.width as usize * self.height as usize
-    }
-
     /// The values of a quantity.
     pub fn values(&self, quantity: Quantity) -> &[f32] {
         match quantity {
@@ -71,24 +66,32 @@ impl Frame {
         })
     }
 
-    /// Checks that every channel fills the image.
+    /// Refuses a channel that does not fill the image.
     ///
     /// # Errors
-    /// [`OutputError::FrameSize`] names the first that does not.
+    /// [`OutputError::Mismatch`] names the first.
     pub fn check(&self) -> Result<(), OutputError> {
-        let channels = [
-            ("L", self.radiance.len()),
-            ("T", self.temperature.len()),
-            ("Z", self.depth.len()),
-            ("part", self.part.len()),
-            ("material", self.material.len()),
-        ];
-        for (channel, values) in channels {
-            if values != self.pixels() || values == 0 {
-                return Err(OutputError::FrameSize { width: self.width, height: self.height, channel, values });
-            }
+        check_channels(
+            [self.width, self.height],
+            &[
+                ("L", self.radiance.len()),
+                ("T", self.temperature.len()),
+                ("Z", self.depth.len()),
+                ("part", self.part.len()),
+                ("material", self.material.len()),
+            ],
+        )
+    }
+}
+
+/// Refuses a channel, named beside the number of its values, that does not fill an image of this size.
+pub(super) fn check_channels([width, height]: [u32; 2], channels: &[(&str, usize)]) -> Result<(), OutputError> {
+    let pixels = width as usize * height as usize;
+    match channels.iter().find(|(_, values)| *values != pixels || *values == 0) {
+        None => Ok(()),
+        Some((channel, values)) => {
+            Err(OutputError::Mismatch(format!("frame {width}x{height}: channel {channel} has {values} values")))
         }
-        Ok(())
     }
 }
 

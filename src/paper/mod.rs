@@ -7,7 +7,7 @@
 
 pub mod checks;
 pub mod cube;
-pub mod folder;
+pub mod files;
 #[cfg(test)]
 mod independent;
 pub mod orbit_figures;

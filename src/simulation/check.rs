@@ -8,7 +8,6 @@ use super::reference_engine::{IncidentFunction, incident};
 use crate::environment::TickLoad;
 use crate::environment::shadow::Shadows;
 use crate::gpu::error::GpuError;
-use crate::output::report::Accuracy;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::nodes::{GROUP, PADDING};
 use crate::thermal::reference::{Reference, ReferenceNode};
@@ -25,6 +24,29 @@ const LARGEST_NETWORK: usize = 100_000;
 /// Below this the balance temperature is ill-conditioned: at 85 K a black surface moves by 2e-3 K for 7e-5 W/m2, half a
 /// unit in the last place of the sunlight in f32. There the radiated flux is compared [K].
 const COLD: f64 = 85.0;
+
+/// Device against f64 reference, over a sample of nodes and the steps of the run.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct Accuracy {
+    /// Nodes in the sample.
+    pub nodes: u64,
+    /// Nodes in the scene.
+    pub of_nodes: u64,
+    /// Steps compared.
+    pub steps: u64,
+    /// Largest difference [K].
+    pub max_k: f64,
+    /// Root mean square difference [K].
+    pub rms_k: f64,
+    /// Node of the largest difference, in words: its number, part and material.
+    pub worst_node: String,
+    /// Step of the largest difference.
+    pub worst_step: u64,
+    /// Time of that step [s].
+    pub worst_time_s: f64,
+    /// What else is to be said: nodes compared in absorbed flux instead.
+    pub notes: Vec<String>,
+}
 
 /// The reference of a sample of nodes and what has been found so far.
 pub struct Check {

@@ -2,7 +2,6 @@
 
 mod build;
 mod run;
-mod worker;
 
 pub(super) use build::shell;
 pub(crate) use run::unfinished;

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use isotherm::output::exr::{read_exr, write_exr};
+use isotherm::output::frame_maker::FrameMaker;
 use isotherm::simulation::engine::{Engine, Pixels};
-use isotherm::simulation::frames::FrameMaker;
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::{StepResult, start, still};
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::Case;
+use super::case::Case;
 use crate::scene::network::NetworkFile;
 use crate::scene::{Scene, targets};
 
@@ -211,19 +211,12 @@ fn taken_by_parser() -> f64 {
 
 /// All of them: the same on every device, for no device is asked.
 pub fn cases() -> Vec<Case> {
-    let case =
-        |name: &str, count: usize, source: &str, measure: fn() -> Result<f64, String>, without: fn() -> f64| Case {
-            name: format!("non-finite input, {name}"),
-            what: format!("each number as nan, -nan, inf and -inf, {count} in all: refused, naming the key"),
-            unit: "accepted",
-            limit: 0.0,
-            source: source.to_owned(),
-            remedy: "every number has a range, in which it must lie",
-            removed: "what the file format takes for a number",
-            expects_reference: false,
-            measure: Box::new(move |_, _| measure()),
-            without: Box::new(move |_| without()),
-        };
+    let case = |name: &str, count: usize, source: &str, measure: fn() -> Result<f64, String>, without: fn() -> f64| {
+        let what = format!("each number as nan, -nan, inf and -inf, {count} in all: refused, naming the key");
+        Case::new(format!("non-finite input, {name}"), what, "accepted", (0.0, source))
+            .remedy("every number has a range, in which it must lie", "what the file format takes for a number")
+            .measured(move |_, _| measure(), move |_| without())
+    };
     vec![
         case("scene", spoiled(SCENE).len(), "issue 6, refused by name", scenes, || taken_by_toml(SCENE)),
         case("network file", spoiled(NETWORK).len(), "issue 6, refused by name", networks, || taken_by_toml(NETWORK)),

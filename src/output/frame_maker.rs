@@ -2,10 +2,10 @@
 
 use glam::DMat4;
 
-use super::StepResult;
-use super::prepare::Prepared;
-use crate::output::frame::{Frame, FrameHeader};
+use super::frame::{Frame, FrameHeader};
 use crate::scene::Camera;
+use crate::simulation::StepResult;
+use crate::simulation::prepare::Prepared;
 
 /// Makes frames of one run: everything in a header that does not change with the step.
 pub struct FrameMaker {

@@ -1,0 +1,31 @@
+//! Names of the files that `isotherm paper` leaves.
+
+use super::orbit_figures::TABLES;
+use super::transitions::{PANELS, Panel};
+
+/// The picture of figure 7.
+pub const FIGURE_7: &str = "figure7.png";
+/// The table of checks.
+pub const CHECKS: &str = "checks.csv";
+/// The page.
+pub const INDEX: &str = "index.html";
+
+/// Temperature of each step of a transition.
+pub fn series_name(panel: &Panel) -> String {
+    format!("figure{}_{}.csv", panel.figure[0], panel.figure[1])
+}
+
+/// The plot of a figure.
+pub fn plot_name(figure: u8) -> String {
+    format!("figure{figure}.svg")
+}
+
+/// The CSV files.
+pub fn tables() -> Vec<String> {
+    TABLES.map(str::to_owned).into_iter().chain(PANELS.iter().map(series_name)).chain([CHECKS.to_owned()]).collect()
+}
+
+/// All files.
+pub fn own_files() -> Vec<String> {
+    tables().into_iter().chain((2..=6).map(plot_name)).chain([FIGURE_7, INDEX].map(str::to_owned)).collect()
+}
