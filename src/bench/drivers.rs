@@ -54,7 +54,7 @@ pub fn measure(devices: &[Arc<Context>], scene: &Scene) -> Vec<DriverRow> {
             Err(reason) => rows.push(DriverRow {
                 devices: [context.info.name.clone(), String::new()],
                 scene: scene.name.clone(),
-                failed: Some(reason),
+                failed: Some(reason.to_string()),
                 ..DriverRow::default()
             }),
         }
@@ -65,17 +65,16 @@ pub fn measure(devices: &[Arc<Context>], scene: &Scene) -> Vec<DriverRow> {
     rows
 }
 
-fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, String> {
+fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, Box<dyn std::error::Error>> {
     let mut scene = scene.clone();
     if let Some(camera) = &mut scene.camera {
         resize(camera, IMAGE);
     }
-    let text = |error: &dyn std::fmt::Display| error.to_string();
-    let prepared = Prepared::from_scene(scene, &mut |_| {}).map_err(|error| text(&error))?;
-    let camera = prepared.scene.require_camera().map_err(|error| text(&error))?.clone();
-    let mut engine = Engine::on_device(context, &prepared, Some(&camera)).map_err(|error| text(&error))?;
+    let prepared = Prepared::from_scene(scene, &mut |_| {})?;
+    let camera = prepared.scene.require_camera()?.clone();
+    let mut engine = Engine::on_device(context, &prepared, Some(&camera))?;
     let step = prepared.scene.time.step;
-    engine.settle(&prepared.loads.tick_load(0.0, step), 0.0).map_err(|error| text(&error))?;
+    engine.settle(&prepared.loads.tick_load(0.0, step), 0.0)?;
     let mut delivered = Default::default();
     for tick in 0..TICKS {
         let (start, end) = (f64::from(tick) * step, f64::from(tick + 1) * step);
@@ -84,11 +83,8 @@ fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, String> {
         let joints = prepared.loads.joints_at(end).1;
         let pose = if last { pose_at(&prepared, end) } else { None };
         let order = Order { pose, joints: &joints, temperatures: last };
-        engine
-            .submit(Some(Tick { load: &load, steps: 1.0, start, length: step }), order)
-            .and_then(|()| engine.deliver())
-            .map(|left| delivered = left)
-            .map_err(|error| text(&error))?;
+        engine.submit(Some(Tick { load: &load, steps: 1.0, start, length: step }), order)?;
+        delivered = engine.deliver()?;
     }
     Ok(Left {
         device: context.info.name.clone(),

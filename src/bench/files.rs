@@ -14,9 +14,6 @@ pub const PAGE: &str = "report.html";
 pub const OWN: [&str; 3] = [RECORD, PAGE, "plots/*.svg"];
 
 /// Writes everything.
-///
-/// # Errors
-/// A file that cannot be written.
 pub fn write(folder: &Folder, bench: &Bench) -> Result<(), OutputError> {
     let diagrams = plots::all(bench)?;
     folder.write_plots(&diagrams)?;

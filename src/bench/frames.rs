@@ -34,9 +34,7 @@ pub struct FrameRow {
     pub longest_edge_m: f64,
     /// Whether the craft shadows itself.
     pub shadows: bool,
-    /// Nodes.
     pub nodes: usize,
-    /// Triangles.
     pub triangles: usize,
     /// Bytes on the device that grow with the nodes, for each node.
     pub bytes_a_node: f64,

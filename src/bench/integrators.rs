@@ -115,9 +115,6 @@ pub enum Ended {
 }
 
 /// Integrates all frames. `done` hears of each what it took [ms] and the temperatures it left [K], and says whether to go on.
-///
-/// # Errors
-/// See [`Ended`].
 pub fn in_frames(
     stepper: &mut AnyStepper,
     case: &Case,

@@ -8,20 +8,20 @@
 //! [`files`] show them.
 
 pub mod cases;
-pub mod clock;
-pub mod drivers;
+mod clock;
+mod drivers;
 pub mod files;
-pub mod frames;
+mod frames;
 pub mod hard;
 pub mod integrators;
-pub mod limits;
+mod limits;
 pub mod models;
-pub mod page;
-pub mod plan;
-pub mod plots;
+mod page;
+pub(crate) mod plan;
+mod plots;
 pub mod record;
 pub mod responses;
-pub mod run;
+pub(crate) mod run;
 pub mod schemes;
 pub mod tables;
 pub mod truth;

@@ -12,9 +12,6 @@ use crate::output::plot_axis::Axis;
 use crate::output::report::PlotEntry;
 
 /// For each device: responses, whole ticks, choices of a model, and every case of the integrators.
-///
-/// # Errors
-/// [`OutputError::Encode`].
 pub fn all(bench: &Bench) -> Result<Vec<PlotEntry>, OutputError> {
     let mut entries = Vec::new();
     for (number, measured) in (1..).zip(&bench.devices) {

@@ -208,9 +208,6 @@ fn measured() -> Result<Vec<Measured>, FunctionError> {
 
 /// Every response at every number of nodes; `ticks` in full sunlight each, under Sun, infrared and albedo. `bandwidth` [GB/s] is
 /// that of a copy in the same run. A size that does not fit is told in its row.
-///
-/// # Errors
-/// None that the loads and functions named here cause.
 pub fn measure(
     context: &Arc<Context>,
     sizes: &[usize],

@@ -43,9 +43,6 @@ pub enum BenchError {
 }
 
 /// Runs all of it; `says` hears what comes next.
-///
-/// # Errors
-/// See [`BenchError`].
 pub fn run(plan: &Plan, says: &dyn Fn(&str)) -> Result<Bench, BenchError> {
     let clock = Clock::start(plan.quick, plan.targets.len());
     let wanted = |one| plan.measurements.contains(&one);

@@ -4,8 +4,6 @@ use std::cell::RefCell;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use indicatif::ProgressBar;
-
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::progress::{building_bar, progress_bar, show_stage, stop_flag};
@@ -47,24 +45,6 @@ pub struct Arguments {
     device: DeviceArguments,
 }
 
-/// One bar at a time.
-struct Bars(RefCell<Option<ProgressBar>>);
-
-impl Progress for Bars {
-    fn begins(&self, run: usize, ticks: u64) {
-        let last = self.0.replace(Some(progress_bar(ticks, RESPONSES[run])));
-        if let Some(last) = last {
-            last.finish_and_clear();
-        }
-    }
-
-    fn ticked(&self) {
-        if let Some(bar) = &*self.0.borrow() {
-            bar.inc(1);
-        }
-    }
-}
-
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
     let scene = Scene::load(&arguments.scene).map_err(PrepareError::from)?;
@@ -82,11 +62,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     eprintln!("device: {}", chosen.name());
     let folder = Folder::new(&arguments.output, &own_files()).prepare(arguments.force, &network.scene.files)?;
     let stop = stop_flag();
-    let bars = Bars(RefCell::new(None));
-    let runs = all(&scene, &chosen, folder.root(), &stop, &bars, network);
-    if let Some(bar) = bars.0.take() {
-        bar.finish_and_clear();
-    }
+    // One bar at a time.
+    let bar = RefCell::new(progress_bar(0, ""));
+    let progress = |progress| match progress {
+        Progress::Begins(run, steps) => bar.replace(progress_bar(steps, RESPONSES[run])).finish_and_clear(),
+        Progress::Stepped => bar.borrow().inc(1),
+    };
+    let runs = all(&scene, &chosen, folder.root(), &stop, &progress, network);
+    bar.borrow().finish_and_clear();
     let runs = runs.inspect_err(|_| folder.take_back())?;
     let pictures = progress_bar(runs.views.len() as u64, "pictures");
     let page =

@@ -12,7 +12,6 @@ use super::run::prepare_with_progress;
 use crate::gpu::error::GpuError;
 use crate::output::colour::ColourScale;
 use crate::output::folder::{Folder, write_bytes, write_csv};
-use crate::output::frame::Quantity;
 use crate::output::frame_maker::FrameMaker;
 use crate::output::picture::beside;
 use crate::paper::files::{CHECKS, FIGURE_7, INDEX, own_files, plot_name, series_name};
@@ -158,10 +157,7 @@ fn figure_7(chosen: &Target, prepared: &Prepared, time: f64) -> Result<Option<(V
     let nodes = prepared.nodes_at(time);
     let craft = Craft { nodes: &nodes, triangles: &prepared.triangles, materials: &prepared.materials };
     let visible = draw(&craft, &raster_view(camera, &pose), sky.sun_direction, sunlight);
-    let scale = match prepared.scene.colour_range {
-        Some(range) => ColourScale::new(Quantity::Temperature, range),
-        None => ColourScale::covering(Quantity::Temperature, [&frame]),
-    };
+    let scale = prepared.scene.colour_range.map_or_else(|| ColourScale::covering(frame.range()), ColourScale::new);
     let title = format!("Figure 7: {} in visible light and in temperature", prepared.scene.name);
     let details = format!("t = {time} s, on {}", engine.device_name());
     let shading = match sunlight {

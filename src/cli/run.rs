@@ -10,7 +10,7 @@ use super::error::CliError;
 use super::progress::{building_bar, progress_bar, show_stage, stop_flag};
 use crate::gpu::resources::{Planned, check_plan, device_bytes};
 use crate::output::folder::{Folder, check_writable, keep_inputs, write_bytes, write_json};
-use crate::output::job::{FILES, JOINTS, Outcome, Progress, REPORT_HTML, REPORT_JSON, SERIES, run_into};
+use crate::output::job::{Done, FILES, JOINTS, Outcome, REPORT_HTML, REPORT_JSON, SERIES, run_into};
 use crate::output::report::{
     BufferSize, Device, FileEntry, ModelSize, PassTime, Report, SettingGroup, SourceFile, Speed,
 };
@@ -48,26 +48,6 @@ pub struct Arguments {
     trace: Option<PathBuf>,
     #[command(flatten)]
     device: DeviceArguments,
-}
-
-struct Bars {
-    warm_up: ProgressBar,
-    steps: ProgressBar,
-    pictures: ProgressBar,
-}
-
-impl Progress for Bars {
-    fn warmed_up(&self) {
-        self.warm_up.inc(1);
-    }
-
-    fn stepped(&self) {
-        self.steps.inc(1);
-    }
-
-    fn pictured(&self) {
-        self.pictures.inc(1);
-    }
 }
 
 /// Loads a scene and prints what a user should look at.
@@ -137,20 +117,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
 
     let time = &prepared.scene.time;
     let images = (0..=time.steps).filter(|step| is_drawn(&time.draw, *step)).count() as u64;
-    let bars = Bars {
-        warm_up: progress_bar(u64::from(prepared.warm_up_ticks()), "warm-up"),
-        steps: progress_bar(u64::from(time.steps) + 1, "steps"),
-        pictures: progress_bar(images, "pictures"),
-    };
+    let bars = [
+        progress_bar(u64::from(prepared.warm_up_ticks()), "warm-up"),
+        progress_bar(u64::from(time.steps) + 1, "steps"),
+        progress_bar(images, "pictures"),
+    ];
     let with_check = matches!(chosen, Target::Device(_));
     if arguments.check.is_some() && !with_check {
         eprintln!("nothing to check: this run is the f64 reference itself");
     }
     let sample = with_check.then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize));
-    let outcome = run_into(&prepared, &mut engine, &folder, sample, &stop, &bars);
-    for bar in [&bars.warm_up, &bars.steps, &bars.pictures] {
-        bar.finish_and_clear();
-    }
+    let outcome = run_into(&prepared, &mut engine, &folder, sample, &stop, &|done: Done| bars[done as usize].inc(1));
+    bars.iter().for_each(ProgressBar::finish_and_clear);
     let outcome = outcome?;
 
     let buffers =

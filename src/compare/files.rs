@@ -14,7 +14,6 @@ use crate::output::folder::{Folder, write_bytes, write_csv};
 use crate::output::job::eclipses;
 use crate::output::report::Picture;
 
-/// The page.
 pub const PAGE: &str = "compare.html";
 /// Differences by part.
 pub const TABLE: &str = "compare.csv";
@@ -35,9 +34,6 @@ fn series_name(response: &str) -> String {
 }
 
 /// Writes every file; `pictured` hears of each picture.
-///
-/// # Errors
-/// A file that cannot be written.
 pub fn write(folder: &Folder, runs: &Runs, page: &Page, pictured: &(dyn Fn() + Sync)) -> Result<(), OutputError> {
     let network = &runs.ran[NETWORK];
     let scene = &network.prepared.scene;

@@ -27,12 +27,12 @@ pub const MOST_VIEWS: usize = 6;
 /// Most pixels that all views hold together; large images are shown at fewer steps.
 const MOST_PIXELS: usize = 1 << 26;
 
-/// Hears how far the runs are.
-pub trait Progress {
-    /// A run begins: which, and how many ticks it has; 0 where its warm-up ends by itself.
-    fn begins(&self, run: usize, ticks: u64);
-    /// A tick is done, or an orbit of a periodic warm-up.
-    fn ticked(&self);
+/// How far the runs are.
+pub enum Progress {
+    /// A run begins: which, and how many steps it has; 0 where its warm-up ends by itself.
+    Begins(usize, u64),
+    /// A step is done, or an orbit of a periodic warm-up.
+    Stepped,
 }
 
 /// What a run cost: wall-clock times on the host, measured alike for every response.
@@ -115,7 +115,7 @@ pub fn all(
     target: &Target,
     folder: &Path,
     stop: &AtomicBool,
-    progress: &dyn Progress,
+    progress: &dyn Fn(Progress),
     prepared_network: Prepared,
 ) -> Result<Runs, CompareError> {
     let vertices = vertices(&prepared_network);
@@ -213,7 +213,7 @@ enum Held<'a> {
 struct Setting<'a> {
     target: &'a Target,
     stop: &'a AtomicBool,
-    progress: &'a dyn Progress,
+    progress: &'a dyn Fn(Progress),
     vertices: &'a Vertices,
     shown: &'a [u32],
 }
@@ -225,10 +225,10 @@ impl Setting<'_> {
         let camera = scene.camera.as_ref().filter(|_| !self.shown.is_empty());
         let time = &scene.time;
         let warm_up = u64::from(prepared.warm_up_ticks());
-        self.progress.begins(number, warm_up + u64::from(time.steps) + 1);
+        (self.progress)(Progress::Begins(number, warm_up + u64::from(time.steps) + 1));
         let mut engine = self.target.engine(&prepared, camera)?;
         let before = Instant::now();
-        let periodic = start(&prepared, &mut engine, None, self.stop, &mut || self.progress.ticked())?;
+        let periodic = start(&prepared, &mut engine, None, self.stop, &mut || (self.progress)(Progress::Stepped))?;
         let warm_up_s = before.elapsed().as_secs_f64();
         let (passes, passes_ms) = thermal_passes(&engine);
 
@@ -271,7 +271,7 @@ impl Setting<'_> {
                     images.push((temperatures, pixels.identity.iter().map(|pixel| pixel[0]).collect()));
                 }
             }
-            self.progress.ticked();
+            (self.progress)(Progress::Stepped);
         }
         let (all_passes, all_passes_ms) = thermal_passes(&engine);
         let device_step_ms = (all_passes > passes).then(|| (all_passes_ms - passes_ms) / f64::from(time.steps));

@@ -19,9 +19,6 @@ pub struct Response<'a> {
 }
 
 /// Root mean square differences over time: [time in s, difference in K] of each response.
-///
-/// # Errors
-/// [`OutputError::Encode`].
 pub fn differences(
     lines: &[(&str, Vec<[f64; 2]>)],
     rows: &[SeriesRow],
@@ -41,9 +38,6 @@ pub fn differences(
 
 /// The whole craft, the parts of `parts` (by index, at most `MOST_PLOTS` of them) and the probes, each with a line for every
 /// response; the last response is drawn as the reference. Files are called by number: names of parts are no file names.
-///
-/// # Errors
-/// [`OutputError::Encode`].
 pub fn temperatures(
     responses: &[Response],
     parts: &[usize],

@@ -34,9 +34,6 @@ pub fn write_exr(path: &Path, frame: &Frame, header: &FrameHeader) -> Result<(),
 }
 
 /// The bytes of the EXR file of a frame.
-///
-/// # Errors
-/// A channel that does not fill the image.
 pub fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, OutputError> {
     frame.check()?;
     let channels = SmallVec::from_vec(vec![

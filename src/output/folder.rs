@@ -93,9 +93,6 @@ impl Folder {
     }
 
     /// Writes plots.
-    ///
-    /// # Errors
-    /// [`OutputError::Write`].
     pub fn write_plots(&self, plots: &[PlotEntry]) -> Result<(), OutputError> {
         plots.iter().try_for_each(|plot| write_bytes(&self.file(&plot.file), plot.svg.as_bytes()))
     }
@@ -212,17 +209,11 @@ fn temporary_beside(path: &Path) -> Result<NamedTempFile, OutputError> {
 }
 
 /// Writes `bytes` as [`write_atomic`] does.
-///
-/// # Errors
-/// [`OutputError::Write`].
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     write_atomic(path, |writer| writer.write_all(bytes).map_err(|source| OutputError::write(path, source)))
 }
 
 /// Writes CSV to `path` as [`write_atomic`] does, the head first; all rows are as long as it.
-///
-/// # Errors
-/// [`OutputError::Write`].
 pub fn write_csv<C: AsRef<[u8]>>(
     path: &Path,
     rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
@@ -231,9 +222,6 @@ pub fn write_csv<C: AsRef<[u8]>>(
 }
 
 /// Writes CSV, the head first; all rows are as long as it.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write_rows<C: AsRef<[u8]>>(
     writer: impl Write,
     rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
@@ -249,9 +237,6 @@ pub fn write_rows<C: AsRef<[u8]>>(
 }
 
 /// Writes the fields of a structure as JSON, under their own names; numbers not finite are `null`.
-///
-/// # Errors
-/// [`OutputError::Write`].
 pub fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), OutputError> {
     let failed = |error: serde_json::Error| OutputError::write(path, error.into());
     write_bytes(path, format!("{}\n", serde_json::to_string_pretty(value).map_err(failed)?).as_bytes())

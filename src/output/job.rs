@@ -8,7 +8,7 @@ use super::OutputError;
 use super::colour::ColourScale;
 use super::exr::{read_exr, write_exr};
 use super::folder::{Folder, write_bytes};
-use super::frame::{Frame, FrameHeader, Quantity};
+use super::frame::{Frame, FrameHeader};
 use super::frame_maker::FrameMaker;
 use super::joints::JointSeries;
 use super::picture::{Tile, contact_sheet, picture};
@@ -69,14 +69,15 @@ pub enum JobError {
     },
 }
 
-/// Hears how far a run is.
-pub trait Progress: Sync {
-    /// A tick of the warm-up is done.
-    fn warmed_up(&self);
-    /// A step is done.
-    fn stepped(&self);
-    /// A picture is drawn.
-    fn pictured(&self);
+/// What a run has done, for who shows how far it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Done {
+    /// A step of the warm-up.
+    WarmUp,
+    /// A step.
+    Step,
+    /// A picture.
+    Picture,
 }
 
 /// What a run left.
@@ -102,21 +103,18 @@ pub struct Outcome {
 }
 
 /// Runs the scene into the folder; `check` is the number of nodes that the f64 reference steps along.
-///
-/// # Errors
-/// The device fails, or a file cannot be written.
 pub fn run_into(
     prepared: &Prepared,
     engine: &mut Engine,
     folder: &Folder,
     check: Option<usize>,
     stop: &AtomicBool,
-    progress: &dyn Progress,
+    progress: &(dyn Fn(Done) + Sync),
 ) -> Result<Outcome, JobError> {
     let trace = engine.trace();
     let mut check = check.map(|sample| Check::new(prepared, sample));
     let warms_up = trace.span(Track::Host, "settle and warm up");
-    let periodic = start(prepared, engine, check.as_mut(), stop, &mut || progress.warmed_up())?;
+    let periodic = start(prepared, engine, check.as_mut(), stop, &mut || progress(Done::WarmUp))?;
     drop(warms_up);
 
     let maker = prepared.scene.camera.as_ref().map(|camera| FrameMaker::new(prepared, camera, &engine.device_name()));
@@ -137,7 +135,7 @@ pub fn run_into(
                 let _writes = files.span(Track::Writer, "write EXR");
                 let file = format!("frames/step_{:06}.exr", frame.step);
                 write_exr(&folder.file(&file), &frame, &header)?;
-                let range = frame.range(Quantity::Temperature);
+                let range = frame.range();
                 written.push(WrittenFrame { step: frame.step, time: frame.time, file, range });
             }
             Ok::<_, OutputError>(written)
@@ -152,7 +150,7 @@ pub fn run_into(
                 // The writer hangs up where it fails; its error is reported below.
                 let _ = frames.send(frame);
             }
-            progress.stepped();
+            progress(Done::Step);
             Ok(())
         };
         let complete = run(prepared, engine, check.as_mut(), stop, &mut consume);
@@ -165,8 +163,8 @@ pub fn run_into(
     let draws = trace.span(Track::Host, "series, pictures and plots");
     series.write(&folder.file(SERIES))?;
     let scale = match prepared.scene.colour_range {
-        Some(range) => ColourScale::new(Quantity::Temperature, range),
-        None => ColourScale::covering_ranges(Quantity::Temperature, written.iter().filter_map(|frame| frame.range)),
+        Some(range) => ColourScale::new(range),
+        None => ColourScale::covering(written.iter().filter_map(|frame| frame.range)),
     };
     let (frames, pictures) = draw_pictures(prepared, folder, &written, &scale, progress)?;
     let joints = prepared.loads.joints().joints();
@@ -255,7 +253,7 @@ fn draw_pictures(
     folder: &Folder,
     written: &[WrittenFrame],
     scale: &ColourScale,
-    progress: &dyn Progress,
+    progress: &(dyn Fn(Done) + Sync),
 ) -> Result<(Vec<FrameEntry>, Vec<Picture>), OutputError> {
     let name = &prepared.scene.name;
     let band = &prepared.scene.band;
@@ -274,7 +272,7 @@ fn draw_pictures(
             write_bytes(&folder.file(&file), &picture(&frame, scale, name, &details)?.png()?)?;
             let caption = format!("t = {:.0} s", one.time);
             let tile = chosen(index).then(|| Tile::new(&frame, scale, &caption, TILE_WIDTH)).transpose()?;
-            progress.pictured();
+            progress(Done::Picture);
             let entry = FrameEntry { step: one.step, time_s: one.time, file: one.file.clone(), picture: Some(file) };
             Ok((entry, tile))
         })

@@ -39,9 +39,6 @@ impl JointSeries {
     }
 
     /// Writes `joints.csv`: `time` [s], then `NAME:deg` or `NAME:m` of each joint, with six decimals.
-    ///
-    /// # Errors
-    /// [`OutputError::Write`].
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
         let unit = |turns: &bool| if *turns { "deg" } else { "m" };
         let names = self.columns.iter().map(|(name, turns)| format!("{name}:{}", unit(turns)));
@@ -54,9 +51,6 @@ impl JointSeries {
     }
 
     /// Draws `joint_angles` and `joint_distances`, each where there is one. A jump of half a turn is a gap.
-    ///
-    /// # Errors
-    /// [`OutputError::Encode`].
     pub fn plots(&self, eclipses: &Eclipses) -> Result<Vec<PlotEntry>, OutputError> {
         let clock = Clock::until(self.rows.last().map_or(0.0, |row| row.0));
         let mut plots = Vec::new();

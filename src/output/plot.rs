@@ -94,9 +94,6 @@ pub struct Plot {
 
 impl Plot {
     /// The plot as an SVG document of 900 x 400 pixels that scales to any width. Same plot, same text.
-    ///
-    /// # Errors
-    /// [`OutputError::Encode`] where plotters refuses.
     pub fn svg(&self) -> Result<String, OutputError> {
         let layout = Layout { title: TITLE, legend: 220 };
         document(&self.title, [WIDTH, HEIGHT], |root| self.draw_on(root, &layout))

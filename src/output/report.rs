@@ -190,9 +190,6 @@ pub struct PlotEntry {
 
 impl PlotEntry {
     /// A plot under `plots/NAME.svg`.
-    ///
-    /// # Errors
-    /// [`OutputError::Encode`].
     pub fn new(name: &str, title: &str, plot: &Plot) -> Result<Self, OutputError> {
         Ok(Self { title: title.to_owned(), file: format!("plots/{name}.svg"), svg: plot.svg()? })
     }

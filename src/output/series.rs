@@ -82,9 +82,6 @@ impl Series {
     /// Writes `series.csv`: `time` [s], then `part:NAME:min`, `:mean`, `:max` [K] of each part, the same for each
     /// `material:NAME` and for `all`, then `probe:NAME` [K]. A group without area has empty cells. Numbers are the
     /// shortest that read back to the same f32 (`min`, `max`, probes) or f64 (`time`); means have six decimals.
-    ///
-    /// # Errors
-    /// [`OutputError::Write`].
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
         let row = |row: &SeriesRow| {
             let mut record = vec![row.time.to_string()];

@@ -23,9 +23,6 @@ pub struct Eclipses {
 }
 
 /// Draws `materials`, `parts` and `probes`, each where the series has any.
-///
-/// # Errors
-/// [`OutputError::Encode`].
 pub fn temperature_plots(series: &Series, eclipses: &Eclipses) -> Result<Vec<PlotEntry>, OutputError> {
     let clock = Clock::for_rows(series.rows());
     let group = |names: &[String], of: fn(&SeriesRow) -> &[Option<Summary>]| -> Vec<Line> {

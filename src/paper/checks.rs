@@ -66,9 +66,6 @@ impl Check {
 }
 
 /// Writes `checks.csv`: statement, expected, computed, difference, agrees (`true` or `false`).
-///
-/// # Errors
-/// [`OutputError::Write`].
 pub fn write(path: &Path, checks: &[Check]) -> Result<(), OutputError> {
     let head = ["statement", "expected", "computed", "difference", "agrees"].map(str::to_owned);
     let row = |check: &Check| {

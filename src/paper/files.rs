@@ -25,7 +25,6 @@ pub fn tables() -> Vec<String> {
     TABLES.map(str::to_owned).into_iter().chain(PANELS.iter().map(series_name)).chain([CHECKS.to_owned()]).collect()
 }
 
-/// All files.
 pub fn own_files() -> Vec<String> {
     tables().into_iter().chain((2..=6).map(plot_name)).chain([FIGURE_7, INDEX].map(str::to_owned)).collect()
 }

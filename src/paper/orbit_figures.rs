@@ -41,9 +41,6 @@ pub struct Figure {
 }
 
 /// Figures 2, 3 and 4.
-///
-/// # Errors
-/// [`OutputError::Encode`].
 pub fn figures(orbits: &Orbits, device: &str) -> Result<[Figure; 3], OutputError> {
     let zenith = |solved: &Solved| named(&format!("{} W/m2", solved.case.solar_constant), solved, ZENITH);
     let two = [&orbits.aluminium, &orbits.conducting, &orbits.mli, &orbits.conducting_mli];

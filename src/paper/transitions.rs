@@ -39,88 +39,52 @@ pub struct Panel {
 const QUADRATIC_STEPS: [usize; 7] = [0, 1, 50, 100, 180, 361, 1000];
 const LINEAR_STEPS: [usize; 5] = [1, 50, 100, 180, 361];
 
+const fn panel(
+    figure: [u8; 2],
+    [from, to]: [f64; 2],
+    t_max: f64,
+    quadratic: [f64; 7],
+    linear: Option<[f64; 5]>,
+) -> Panel {
+    Panel { figure, from, to, t_max, quadratic, linear }
+}
+
 /// The ten transitions of figures 5 and 6.
 pub const PANELS: [Panel; 10] = [
-    Panel {
-        figure: [5, 1],
-        from: 2.7,
-        to: 267.0,
-        t_max: 361.0,
-        quadratic: [2.7, 4.162238, 70.843124, 128.845901, 200.558427, 267.0, 267.0],
-        linear: Some([3.432133, 39.306648, 75.913296, 134.483934, 267.0]),
-    },
-    Panel {
-        figure: [5, 2],
-        from: 2.7,
-        to: 267.0,
-        t_max: 100.0,
-        quadratic: [2.7, 7.959570, 200.925, 267.0, 267.0, 267.0, 267.0],
-        linear: None,
-    },
-    Panel {
-        figure: [5, 3],
-        from: 2.7,
-        to: 267.0,
-        t_max: 1000.0,
-        quadratic: [2.7, 3.228336, 28.469250, 52.917, 89.284680, 159.080760, 267.0],
-        linear: Some([2.9643, 15.915, 29.13, 50.274, 98.1123]),
-    },
-    Panel {
-        figure: [5, 4],
-        from: 500.0,
-        to: 2.7,
-        t_max: 361.0,
-        quadratic: [500.0, 497.248691, 371.783673, 262.647156, 127.714735, 2.7, 2.7],
-        linear: Some([498.622438, 431.121884, 362.243767, 252.038781, 2.7]),
-    },
-    Panel {
-        figure: [5, 5],
-        from: 500.0,
-        to: 2.7,
-        t_max: 100.0,
-        quadratic: [500.0, 490.103730, 127.025, 2.7, 2.7, 2.7, 2.7],
-        linear: None,
-    },
-    Panel {
-        figure: [5, 6],
-        from: 500.0,
-        to: 2.7,
-        t_max: 1000.0,
-        quadratic: [500.0, 499.005897, 451.513250, 405.513, 337.084520, 205.758033, 2.7],
-        linear: Some([499.5027, 475.135, 450.27, 410.486, 320.4747]),
-    },
-    Panel {
-        figure: [6, 1],
-        from: 2.7,
-        to: 1000.0,
-        t_max: 100.0,
-        quadratic: [2.7, 22.546270, 750.675, 1000.0, 1000.0, 1000.0, 1000.0],
-        linear: None,
-    },
-    Panel {
-        figure: [6, 2],
-        from: 1000.0,
-        to: 2.7,
-        t_max: 100.0,
-        quadratic: [1000.0, 980.153730, 252.025, 2.7, 2.7, 2.7, 2.7],
-        linear: None,
-    },
-    Panel {
-        figure: [6, 3],
-        from: 2.7,
-        to: 5.0,
-        t_max: 100.0,
-        quadratic: [2.7, 2.745770, 4.425, 5.0, 5.0, 5.0, 5.0],
-        linear: None,
-    },
-    Panel {
-        figure: [6, 4],
-        from: 5.0,
-        to: 2.7,
-        t_max: 100.0,
-        quadratic: [5.0, 4.954230, 3.275, 2.7, 2.7, 2.7, 2.7],
-        linear: None,
-    },
+    panel(
+        [5, 1],
+        [2.7, 267.0],
+        361.0,
+        [2.7, 4.162238, 70.843124, 128.845901, 200.558427, 267.0, 267.0],
+        Some([3.432133, 39.306648, 75.913296, 134.483934, 267.0]),
+    ),
+    panel([5, 2], [2.7, 267.0], 100.0, [2.7, 7.959570, 200.925, 267.0, 267.0, 267.0, 267.0], None),
+    panel(
+        [5, 3],
+        [2.7, 267.0],
+        1000.0,
+        [2.7, 3.228336, 28.469250, 52.917, 89.284680, 159.080760, 267.0],
+        Some([2.9643, 15.915, 29.13, 50.274, 98.1123]),
+    ),
+    panel(
+        [5, 4],
+        [500.0, 2.7],
+        361.0,
+        [500.0, 497.248691, 371.783673, 262.647156, 127.714735, 2.7, 2.7],
+        Some([498.622438, 431.121884, 362.243767, 252.038781, 2.7]),
+    ),
+    panel([5, 5], [500.0, 2.7], 100.0, [500.0, 490.103730, 127.025, 2.7, 2.7, 2.7, 2.7], None),
+    panel(
+        [5, 6],
+        [500.0, 2.7],
+        1000.0,
+        [500.0, 499.005897, 451.513250, 405.513, 337.084520, 205.758033, 2.7],
+        Some([499.5027, 475.135, 450.27, 410.486, 320.4747]),
+    ),
+    panel([6, 1], [2.7, 1000.0], 100.0, [2.7, 22.546270, 750.675, 1000.0, 1000.0, 1000.0, 1000.0], None),
+    panel([6, 2], [1000.0, 2.7], 100.0, [1000.0, 980.153730, 252.025, 2.7, 2.7, 2.7, 2.7], None),
+    panel([6, 3], [2.7, 5.0], 100.0, [2.7, 2.745770, 4.425, 5.0, 5.0, 5.0, 5.0], None),
+    panel([6, 4], [5.0, 2.7], 100.0, [5.0, 4.954230, 3.275, 2.7, 2.7, 2.7, 2.7], None),
 ];
 
 /// A transition and its temperatures [K] at steps 0 to [`LAST_STEP`].
@@ -136,9 +100,6 @@ pub struct Computed {
 
 /// Computes all ten. `respond` takes a node that is settled at a temperature [K] through one target [K] a step, and
 /// returns its temperature at step 0 and after every step.
-///
-/// # Errors
-/// Those of `respond`.
 pub fn compute<E>(respond: impl Fn(&Transition, f64, &[f64]) -> Result<Vec<f64>, E>) -> Result<Vec<Computed>, E> {
     let one = |panel: Panel| {
         let with = |function| {
@@ -209,9 +170,6 @@ impl Computed {
 }
 
 /// A figure as SVG in the paper's arrangement: figure 5 in a row of heating and one of cooling, figure 6 in pairs.
-///
-/// # Errors
-/// [`OutputError::Encode`].
 pub fn figure(number: u8, computed: &[Computed], device: &str) -> Result<String, OutputError> {
     let (title, columns) = match number {
         5 => ("Figure 5: quadratic transitions of 361, 100 and 1000 steps", 3),

@@ -10,14 +10,14 @@ use rayon::prelude::*;
 
 use crate::simulation::target::Target;
 
-pub mod case;
-pub mod environment;
-pub mod exact;
-pub mod input;
-pub mod networks;
-pub mod plain;
-pub mod transitions;
-pub mod way;
+mod case;
+mod environment;
+mod exact;
+mod input;
+mod networks;
+mod plain;
+mod transitions;
+mod way;
 
 pub use case::{Case, HardRow, Scale};
 

@@ -49,9 +49,6 @@ impl<'a> Way<'a> {
 }
 
 /// Integrates a network through its schedule.
-///
-/// # Errors
-/// As of [`integrate`].
 pub fn integrated(
     way: Way<'_>,
     network: &Network,
