@@ -4,7 +4,7 @@ use super::frames::FrameRow;
 use super::integrators::Integrated;
 use super::models::Models;
 use super::record::{Bench, Measured};
-use super::responses::Response;
+use super::responses::ResponseRow;
 use super::truth::CaseSummary;
 use crate::output::OutputError;
 use crate::output::plot::{Line, Mark, Plot};
@@ -59,7 +59,7 @@ fn lines_of(title: String, subtitle: String, [x, y]: [&str; 2], series: Vec<Line
 }
 
 /// A line for each response, over the number of nodes.
-fn responses(rows: &[Response]) -> Option<Plot> {
+fn responses(rows: &[ResponseRow]) -> Option<Plot> {
     let mut lines = Vec::new();
     for row in rows {
         if let Some(time) = row.ns_a_node {

@@ -8,7 +8,7 @@ use super::hard::HardRow;
 use super::integrators::Integrated;
 use super::limits::Limits;
 use super::models::Models;
-use super::responses::Response;
+use super::responses::ResponseRow;
 use super::truth::CaseSummary;
 use crate::gpu::context::DeviceInfo;
 
@@ -49,7 +49,7 @@ pub struct Measured {
     /// What the device can do at best.
     pub limits: Option<Limits>,
     /// What a node costs.
-    pub responses: Vec<Response>,
+    pub responses: Vec<ResponseRow>,
     /// Whole ticks of scenes, pass by pass.
     pub frames: Vec<FrameRow>,
     /// What each choice of a model costs and changes.

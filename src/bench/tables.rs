@@ -6,7 +6,7 @@ use super::hard::HardRow;
 use super::integrators::{Integrated, Run};
 use super::models::{ChoiceRow, DRAW_EVERY, MOST_ORBITS, Moved, WRONG_SHARE};
 use super::record::{Bench, Measured};
-use super::responses::Response;
+use super::responses::ResponseRow;
 use super::schemes::ABSENT;
 use super::truth::CaseSummary;
 use crate::output::html::{kelvin_text, significant};
@@ -92,7 +92,7 @@ pub fn limits(measured: &Measured) -> Option<Table> {
 
 /// What a node costs.
 pub fn responses(measured: &Measured) -> Option<Table> {
-    let row = |row: &Response| {
+    let row = |row: &ResponseRow| {
         let name = row.response.clone();
         let nodes = row.nodes.to_string();
         match &row.failed {

@@ -93,7 +93,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut values = Vec::new();
     for one in &computed {
         let temperatures = one.quadratic.iter().map(std::slice::from_ref);
-        write_csv(&folder.file(&series_name(&one.panel)), rows(&["temperature".to_owned()], temperatures))?;
+        write_csv(&folder.file(&series_name(&one.jump)), rows(&["temperature".to_owned()], temperatures))?;
         values.extend(one.checks());
     }
     for figure in [5, 6] {

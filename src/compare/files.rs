@@ -9,7 +9,7 @@ use super::{INSTANT, NETWORK, RESPONSES, TRANSITION};
 use crate::output::OutputError;
 use crate::output::colour::ColourScale;
 use crate::output::comparison::{Legend, panel, sheet};
-use crate::output::comparison_plots::{MOST_PLOTS, Response, differences, temperatures};
+use crate::output::comparison_plots::{MOST_PLOTS, NamedSeries, differences, temperatures};
 use crate::output::folder::{Folder, write_bytes, write_csv};
 use crate::output::job::eclipses;
 use crate::output::report::Picture;
@@ -73,8 +73,8 @@ pub fn write(folder: &Folder, runs: &Runs, page: &Page, pictured: &(dyn Fn() + S
         let steps = &runs.ran[run].differences.steps;
         (RESPONSES[run], steps.iter().map(|step| [step.time, step.rms]).collect())
     });
-    let responses: Vec<Response> =
-        RESPONSES.iter().zip(&runs.ran).map(|(name, ran)| Response { name, series: &ran.series }).collect();
+    let responses: Vec<NamedSeries> =
+        RESPONSES.iter().zip(&runs.ran).map(|(name, ran)| NamedSeries { name, series: &ran.series }).collect();
     let mut parts = runs.farthest_parts();
     parts.truncate(MOST_PLOTS);
     let mut plots = vec![differences(&lines, network.series.rows(), RESPONSES[NETWORK], &shades)?];

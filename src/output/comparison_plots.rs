@@ -11,7 +11,7 @@ pub const MOST_PLOTS: usize = 6;
 
 /// A response with its temperatures.
 #[derive(Debug, Clone, Copy)]
-pub struct Response<'a> {
+pub struct NamedSeries<'a> {
     /// Its name.
     pub name: &'a str,
     /// Its temperatures; all responses have the same columns.
@@ -39,7 +39,7 @@ pub fn differences(
 /// The whole craft, the parts of `parts` (by index, at most `MOST_PLOTS` of them) and the probes, each with a line for every
 /// response; the last response is drawn as the reference. Files are called by number: names of parts are no file names.
 pub fn temperatures(
-    responses: &[Response],
+    responses: &[NamedSeries],
     parts: &[usize],
     eclipses: &Eclipses,
 ) -> Result<Vec<PlotEntry>, OutputError> {
@@ -47,7 +47,7 @@ pub fn temperatures(
     let clock = Clock::for_rows(first.series.rows());
     let mut plots = Vec::new();
     let mut draw = |name: String, title: String, subtitle: &str, of: &dyn Fn(&SeriesRow) -> Option<f64>| {
-        let line = |(index, response): (usize, &Response)| Line {
+        let line = |(index, response): (usize, &NamedSeries)| Line {
             name: response.name.to_owned(),
             points: response.series.rows().iter().filter_map(|row| Some([clock.time(row.time), of(row)?])).collect(),
             mark: if index + 1 == responses.len() { Mark::Line } else { Mark::Dashed },
@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn there_is_a_plot_for_all_the_parts_asked_for_and_the_probes() {
         let series = orbit(9, 1, 2);
-        let responses = ["instant", "network"].map(|name| Response { name, series: &series });
+        let responses = ["instant", "network"].map(|name| NamedSeries { name, series: &series });
         let plots = temperatures(&responses, &[8, 2], &Eclipses::default()).unwrap();
         let names: Vec<&str> = plots.iter().map(|plot| &plot.file[6..plot.file.len() - 4]).collect();
         assert_eq!(names, ["all", "part_9", "part_3", "probe_1", "probe_2"]);

@@ -117,11 +117,6 @@ impl Groups {
         Self { areas, group, count: 1 }
     }
 
-    /// Number of groups.
-    pub fn count(&self) -> usize {
-        self.count
-    }
-
     /// The summary of each group; `None` where a group has no area. NaN in a group makes its whole summary NaN.
     ///
     /// # Errors

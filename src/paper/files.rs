@@ -1,7 +1,7 @@
 //! Names of the files that `isotherm paper` leaves.
 
 use super::orbit_figures::TABLES;
-use super::transitions::{PANELS, Panel};
+use super::transitions::{JUMPS, Jump};
 
 /// The picture of figure 7.
 pub const FIGURE_7: &str = "figure7.png";
@@ -11,8 +11,8 @@ pub const CHECKS: &str = "checks.csv";
 pub const INDEX: &str = "index.html";
 
 /// Temperature of each step of a transition.
-pub fn series_name(panel: &Panel) -> String {
-    format!("figure{}_{}.csv", panel.figure[0], panel.figure[1])
+pub fn series_name(jump: &Jump) -> String {
+    format!("figure{}_{}.csv", jump.figure[0], jump.figure[1])
 }
 
 /// The plot of a figure.
@@ -22,7 +22,7 @@ pub fn plot_name(figure: u8) -> String {
 
 /// The CSV files.
 pub fn tables() -> Vec<String> {
-    TABLES.map(str::to_owned).into_iter().chain(PANELS.iter().map(series_name)).chain([CHECKS.to_owned()]).collect()
+    TABLES.map(str::to_owned).into_iter().chain(JUMPS.iter().map(series_name)).chain([CHECKS.to_owned()]).collect()
 }
 
 pub fn own_files() -> Vec<String> {
