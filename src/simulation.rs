@@ -17,6 +17,8 @@ pub mod prepare;
 pub mod prepare_error;
 mod prepare_steps;
 pub mod reference_engine;
+pub mod stepper;
+pub mod target;
 pub mod viewpoint;
 
 use crate::scene::{Draw, Initial};

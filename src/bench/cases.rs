@@ -78,9 +78,6 @@ const CUBE_START: f64 = 257.0;
 const SHEET_START: f64 = 270.0;
 
 /// All four.
-///
-/// # Errors
-/// None that these values cause.
 pub fn all(size: &Size) -> Result<Vec<Case>, CaseError> {
     Ok(vec![cube(size)?, sheet(size, false)?, sheet(size, true)?, blanket(size)?])
 }
@@ -97,9 +94,6 @@ pub enum CaseError {
 }
 
 /// The paper's cube in aluminium, conducting.
-///
-/// # Errors
-/// None that these values cause.
 pub fn cube(size: &Size) -> Result<Case, CaseError> {
     let mut mesh = Mesh::default();
     let at: Vec<f64> = (0..=size.cube).map(|cell| EDGE * (cell as f64 / size.cube as f64 - 0.5)).collect();
@@ -117,9 +111,6 @@ pub fn cube(size: &Size) -> Result<Case, CaseError> {
 
 /// A sheet of 1 mm aluminium in 1 cm cells, painted white, zenith and nadir face in the orbit, with a moving spot of reflected sunlight; or with
 /// two rows of slivers across it.
-///
-/// # Errors
-/// None that these values cause.
 pub fn sheet(size: &Size, slivers: bool) -> Result<Case, CaseError> {
     let edge = 0.01 * size.sheet as f64;
     let even: Vec<f64> = (0..=size.sheet).map(|cell| 0.01 * cell as f64).collect();
@@ -148,9 +139,6 @@ pub fn sheet(size: &Size, slivers: bool) -> Result<Case, CaseError> {
 }
 
 /// The paper's MLI, which stores no heat, over 1 mm of aluminium in 2 cm cells with boxes on a quarter of it.
-///
-/// # Errors
-/// None that these values cause.
 pub fn blanket(size: &Size) -> Result<Case, CaseError> {
     let at: Vec<f64> = (0..=size.blanket).map(|cell| 0.02 * cell as f64).collect();
     let edge = 0.02 * size.blanket as f64;

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use serde::Serialize;
+
 use super::frames::{IMAGE, resize};
-use super::record::DriverRow;
 use crate::gpu::context::Context;
 use crate::scene::Scene;
 use crate::simulation::device_engine::DeviceEngine;
@@ -13,6 +14,29 @@ use crate::simulation::prepare::Prepared;
 
 /// Ticks before the image.
 const TICKS: u32 = 40;
+
+/// A device against another, on the same scene.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct DriverRow {
+    /// The first, and the one that is held against it.
+    pub devices: [String; 2],
+    /// Name of the scene.
+    pub scene: String,
+    /// Nodes, padding included.
+    pub nodes: usize,
+    /// Root mean square over nodes [K].
+    pub rms_k: f64,
+    /// Largest [K].
+    pub max_k: f64,
+    /// Pixels that either drew.
+    pub pixels: usize,
+    /// Pixels that show another part or material.
+    pub other_part: usize,
+    /// Largest difference of radiance over radiance, where both show the same part.
+    pub radiance_relative: f64,
+    /// Why a device could not be compared.
+    pub failed: Option<String>,
+}
 
 /// What a device left.
 struct Left {
@@ -31,7 +55,7 @@ pub fn measure(devices: &[Arc<Context>], scene: &Scene) -> Vec<DriverRow> {
             Err(reason) => rows.push(DriverRow {
                 devices: [context.info.name.clone(), String::new()],
                 scene: scene.name.clone(),
-                failed: Some(reason),
+                failed: Some(reason.to_string()),
                 ..DriverRow::default()
             }),
         }
@@ -42,17 +66,16 @@ pub fn measure(devices: &[Arc<Context>], scene: &Scene) -> Vec<DriverRow> {
     rows
 }
 
-fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, String> {
+fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, Box<dyn std::error::Error>> {
     let mut scene = scene.clone();
     if let Some(camera) = &mut scene.camera {
         resize(camera, IMAGE);
     }
-    let text = |error: &dyn std::fmt::Display| error.to_string();
-    let prepared = Prepared::from_scene(scene, &mut |_| {}).map_err(|error| text(&error))?;
-    let camera = prepared.scene.require_camera().map_err(|error| text(&error))?.clone();
-    let mut engine = DeviceEngine::new(context, &prepared, Some(&camera)).map_err(|error| text(&error))?;
+    let prepared = Prepared::from_scene(scene, &mut |_| {})?;
+    let camera = prepared.scene.require_camera()?.clone();
+    let mut engine = DeviceEngine::new(context, &prepared, Some(&camera))?;
     let step = prepared.scene.time.step;
-    engine.settle(&prepared.loads.tick_load(0.0, step), 0.0).map_err(|error| text(&error))?;
+    engine.settle(&prepared.loads.tick_load(0.0, step), 0.0)?;
     let mut delivered = Default::default();
     for tick in 0..TICKS {
         let (start, end) = (f64::from(tick) * step, f64::from(tick + 1) * step);
@@ -61,11 +84,8 @@ fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, String> {
         let joints = prepared.loads.joints_at(end).1;
         let pose = if last { pose_at(&prepared, end) } else { None };
         let order = Order { pose, joints: &joints, temperatures: last };
-        engine
-            .submit(Some(Tick { load: &load, steps: 1.0, start, length: step }), order)
-            .and_then(|()| engine.deliver())
-            .map(|left| delivered = left)
-            .map_err(|error| text(&error))?;
+        engine.submit(Some(Tick { load: &load, steps: 1.0, start, length: step }), order)?;
+        delivered = engine.deliver()?;
     }
     Ok(Left {
         device: context.info.name.clone(),

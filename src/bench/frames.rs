@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::record::{FrameRow, Pass, Spread};
+use serde::Serialize;
+
 use crate::environment::shadow::Method;
 use crate::gpu::context::Context;
+use crate::output::statistics::Spread;
 use crate::scene::{Camera, Scene, ShadowSettings};
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::device_engine::DeviceEngine;
@@ -22,6 +24,46 @@ pub const IMAGE: [u32; 2] = [640, 512];
 const TICK_S: f64 = 0.1;
 /// Ticks before those that are measured: they compile the passes.
 const WARM_UP: u32 = 3;
+
+/// Whole ticks of a scene at one density.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct FrameRow {
+    /// Name of the scene.
+    pub scene: String,
+    /// Longest edge of its triangles [m].
+    pub longest_edge_m: f64,
+    /// Whether the craft shadows itself.
+    pub shadows: bool,
+    pub nodes: usize,
+    pub triangles: usize,
+    /// Bytes on the device that grow with the nodes, for each node.
+    pub bytes_a_node: f64,
+    /// From the loaded scene to a device that is ready [s].
+    pub start_up_s: f64,
+    /// Length of a tick [s].
+    pub tick_s: f64,
+    /// Ticks that were measured.
+    pub ticks: u32,
+    /// Time of each pass in the ticks that it ran in.
+    pub passes: Vec<PassSpread>,
+    /// Time of a tick with its image on the host [ms].
+    pub tick_ms: Option<Spread>,
+    /// The longest of them [ms].
+    pub worst_tick_ms: Option<f64>,
+    /// Time of a tick without an image [ms].
+    pub step_ms: Option<Spread>,
+    /// Why there are no times.
+    pub failed: Option<String>,
+}
+
+/// A pass of the frame.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PassSpread {
+    /// Name, its variants together.
+    pub name: String,
+    /// Time in a tick [ms]; as many samples as ticks that it ran in.
+    pub ms: Spread,
+}
 
 /// How ticks are measured.
 #[derive(Debug, Clone, Copy)]
@@ -178,8 +220,9 @@ impl Run<'_> {
 }
 
 impl Times {
-    fn passes(&self) -> Vec<Pass> {
-        let of = |(name, samples): (&String, &Vec<f64>)| Some(Pass { name: name.clone(), ms: Spread::of(samples)? });
+    fn passes(&self) -> Vec<PassSpread> {
+        let of =
+            |(name, samples): (&String, &Vec<f64>)| Some(PassSpread { name: name.clone(), ms: Spread::of(samples)? });
         self.passes.iter().filter_map(of).collect()
     }
 }

@@ -2,15 +2,15 @@
 
 use std::time::Instant;
 
+use serde::Serialize;
+
 use super::cases::Case;
-use super::record::{Run, Spread, Work};
 use super::schemes::{Fixed, Scheme};
-use super::truth::Truth;
-use crate::gpu::network::NetworkStepper;
+use crate::gpu::error::GpuError;
+use crate::output::statistics::Spread;
 use crate::simulation::network::unfinished;
-use crate::thermal::network::NodeKind;
+use crate::simulation::stepper::AnyStepper;
 use crate::thermal::network::control::{ControlError, Leg, Settings, integrate_leg};
-use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::rkl2::stages_for;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::stepper::{Method, Stepper, WorkCounts};
@@ -19,7 +19,7 @@ use crate::thermal::network::stepper::{Method, Stepper, WorkCounts};
 const RATE_MARGIN: f64 = 1.1;
 
 /// How far two series of temperatures are apart, over all nodes and frames.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Differences {
     /// Root mean square [K].
     #[serde(rename = "rms_k")]
@@ -39,41 +39,73 @@ impl Differences {
     }
 }
 
-/// A stepper that may know what its work took the device.
-pub trait Timed: Stepper {
-    /// Device milliseconds so far; `None` where no device measures them.
-    fn device_ms(&self) -> Option<f64>;
-
-    /// How it integrates: see [`Run::path`].
-    fn path(&self) -> &'static str;
+/// The runs of a case.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Integrated {
+    /// Short name of the case.
+    pub case: String,
+    /// One for every scheme.
+    pub runs: Vec<Run>,
 }
 
-impl Timed for NetworkStepper {
-    fn path(&self) -> &'static str {
-        if self.is_fused() { "workgroup" } else { "dispatches" }
-    }
+/// A scheme on a case.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Run {
+    /// Method with sub-steps or tolerance.
+    pub scheme: String,
+    /// Method.
+    pub family: String,
+    /// `workgroup` where one takes all stages of a dispatch, `dispatches` where each stage is one, `f64` on the processor.
+    pub path: String,
+    /// Work of one run; fewer frames than the case has where it took too long.
+    pub work: Option<Work>,
+    /// Time of a frame by the device's clock [ms].
+    pub device_ms: Option<Spread>,
+    /// Time of a frame by the host's clock [ms].
+    pub wall_ms: Option<Spread>,
+    /// Difference from the reference at the ends of all frames.
+    pub error: Option<Differences>,
+    /// Why there are no numbers.
+    pub failed: Option<String>,
+}
 
-    fn device_ms(&self) -> Option<f64> {
-        Self::device_ms(self)
+impl Run {
+    /// Time of a frame [ms]: the device's where it has a clock.
+    pub fn time(&self) -> Option<Spread> {
+        self.device_ms.or(self.wall_ms)
     }
 }
 
-impl Timed for ReferenceStepper {
-    fn path(&self) -> &'static str {
-        "f64"
-    }
+/// Counts of work, rejected sub-steps included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Work {
+    /// Frames.
+    pub frames: u64,
+    /// Stages, each an evaluation of all exchanges.
+    pub stages: u64,
+    /// Sub-steps.
+    pub sub_steps: u64,
+    /// Dispatches.
+    pub dispatches: u64,
+    /// Iterations of Newton's method and of conjugate gradients.
+    pub iterations: u64,
+}
 
-    fn device_ms(&self) -> Option<f64> {
-        None
+/// How a stepper integrates: see [`Run::path`].
+fn path(stepper: &AnyStepper) -> &'static str {
+    match stepper.device() {
+        Some(device) if device.is_fused() => "workgroup",
+        Some(_) => "dispatches",
+        None => "f64",
     }
 }
 
 /// Why a run ended before its last frame.
 #[derive(Debug, thiserror::Error)]
-pub enum Ended<E: std::fmt::Display> {
+pub enum Ended {
     /// The stepper does not do this.
-    #[error("{0}")]
-    Stepper(E),
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
     /// Sub-steps do not help.
     #[error("{0}")]
     Failed(String),
@@ -83,41 +115,33 @@ pub enum Ended<E: std::fmt::Display> {
 }
 
 /// Integrates all frames. `done` hears of each what it took [ms] and the temperatures it left [K], and says whether to go on.
-/// `floor` is where the stepper's estimates of an error are rounding [K].
-///
-/// # Errors
-/// See [`Ended`].
-pub fn in_frames<S: Timed>(
-    stepper: &mut S,
+pub fn in_frames(
+    stepper: &mut AnyStepper,
     case: &Case,
     scheme: Scheme,
-    floor: f64,
     mut done: impl FnMut([Option<f64>; 2], Vec<f64>) -> bool,
-) -> Result<(), Ended<S::Error>>
-where
-    S::Error: std::fmt::Display,
-{
+) -> Result<(), Ended> {
     let still = vec![0.0; case.network.len()];
     let mut step = f64::INFINITY;
     for (number, heat) in case.frames.iter().enumerate() {
         let (began, before) = (Instant::now(), stepper.device_ms());
         match scheme {
             Scheme::Fixed(method, count) => {
-                stepper.set_heat(heat, &still).map_err(Ended::Stepper)?;
-                if !stepper.balance(0.0).map_err(Ended::Stepper)? {
+                stepper.set_heat(heat, &still)?;
+                if !stepper.balance(0.0)? {
                     return Err(Ended::Failed(format!("the arithmetic nodes of frame {number} do not balance")));
                 }
                 fixed(stepper, case, method, count, number)?;
             }
             Scheme::Controlled(integrator, tolerance) => {
-                let settings = Settings { integrator, tolerance, floor };
+                let settings = Settings { integrator, tolerance, floor: stepper.floor() };
                 let heat = (0..).zip(heat).map(|(node, heat)| (node, HeatTable::constant(*heat))).collect();
                 let schedule = Schedule { heat, times: vec![case.frame], ..Schedule::default() };
                 let horizon = case.frame * case.frames.len() as f64;
                 let leg = Leg { horizon, step, tight_switches: false };
                 let ended = integrate_leg(stepper, &case.network, &schedule, &settings, leg, |_| true);
                 let series = ended.map_err(|error| match error {
-                    ControlError::Stepper(error) => Ended::Stepper(error),
+                    ControlError::Stepper(error) => Ended::Gpu(error),
                     other => Ended::Failed(format!("frame {number}: {}", unfinished(&other))),
                 })?;
                 step = series.step;
@@ -126,7 +150,7 @@ where
         let wall = began.elapsed().as_secs_f64() * 1e3;
         let device = stepper.device_ms().map(|now| now - before.unwrap_or(0.0));
         let times = [device, Some(wall)];
-        if !done(times, stepper.temperatures().map_err(Ended::Stepper)?) {
+        if !done(times, stepper.temperatures()?) {
             return Err(Ended::Stopped);
         }
     }
@@ -134,30 +158,21 @@ where
 }
 
 /// One frame in equal sub-steps.
-fn fixed<S: Timed>(
-    stepper: &mut S,
-    case: &Case,
-    method: Fixed,
-    count: u32,
-    number: usize,
-) -> Result<(), Ended<S::Error>>
-where
-    S::Error: std::fmt::Display,
-{
+fn fixed(stepper: &mut AnyStepper, case: &Case, method: Fixed, count: u32, number: usize) -> Result<(), Ended> {
     let step = case.frame / f64::from(count);
     let method = match method {
         Fixed::Euler => Method::Euler,
         Fixed::TrBdf2 => Method::TrBdf2,
         Fixed::Rkl2 => {
-            let rate = case.network.fastest_rate(&stepper.temperatures().map_err(Ended::Stepper)?);
+            let rate = case.network.fastest_rate(&stepper.temperatures()?);
             Method::Rkl2 { stages: stages_for(RATE_MARGIN * rate * step) }
         }
     };
-    let attempt = stepper.attempt(method, 0.0, step, count).map_err(Ended::Stepper)?;
+    let attempt = stepper.attempt(method, 0.0, step, count)?;
     if attempt.error.is_infinite() {
         return Err(Ended::Failed(format!("frame {number}: a temperature left its range, or a balance did not close")));
     }
-    stepper.keep().map_err(Ended::Stepper)
+    Ok(stepper.keep()?)
 }
 
 /// How often, and how long at most, a scheme is run.
@@ -174,41 +189,34 @@ pub struct Effort {
 /// Frames before any is timed: pipelines are compiled when they are first used.
 const WARM_UP: usize = 2;
 
-/// Runs a scheme on a case, first a few frames to warm up, and holds its temperatures against the truth.
-pub fn measure<S: Timed>(stepper: &mut S, floor: f64, case: &Case, truth: &Truth, scheme: Scheme, effort: Effort) -> Run
-where
-    S::Error: std::fmt::Display,
-{
+/// Runs a scheme on a case, first a few frames to warm up, and holds its temperatures against `truth`, the temperatures at the ends of all frames [K].
+pub fn measure(stepper: &mut AnyStepper, case: &Case, truth: &[Vec<f64>], scheme: Scheme, effort: Effort) -> Run {
     let name = scheme.to_string();
     let mut run = Run { scheme: name, family: scheme.family(), ..Run::default() };
     if let Some(reason) = scheme.refusal(case) {
         run.failed = Some(reason);
         return run;
     }
-    match runs(stepper, floor, case, truth, scheme, effort) {
+    match runs(stepper, case, truth, scheme, effort) {
         Ok(measured) => run = Run { scheme: run.scheme, family: run.family, ..measured },
         Err(error) => run.failed = Some(error.to_string()),
     }
-    run.path = stepper.path().to_owned();
+    run.path = path(stepper).to_owned();
     run
 }
 
-fn runs<S: Timed>(
-    stepper: &mut S,
-    floor: f64,
+fn runs(
+    stepper: &mut AnyStepper,
     case: &Case,
-    truth: &Truth,
+    truth: &[Vec<f64>],
     scheme: Scheme,
     effort: Effort,
-) -> Result<Run, Ended<S::Error>>
-where
-    S::Error: std::fmt::Display,
-{
-    let restart = |stepper: &mut S| stepper.set_temperatures(&case.network.temperatures).map_err(Ended::Stepper);
+) -> Result<Run, Ended> {
+    let restart = |stepper: &mut AnyStepper| stepper.set_temperatures(&case.network.temperatures);
     let began = Instant::now();
     restart(stepper)?;
     let mut frames = 0;
-    let warm = in_frames(stepper, case, scheme, floor, |_, _| {
+    let warm = in_frames(stepper, case, scheme, |_, _| {
         frames += 1;
         frames < WARM_UP
     });
@@ -222,7 +230,7 @@ where
         restart(stepper)?;
         let before = stepper.counts();
         let mut rows = Vec::new();
-        let ended = in_frames(stepper, case, scheme, floor, |[on_device, by_wall], temperatures| {
+        let ended = in_frames(stepper, case, scheme, |[on_device, by_wall], temperatures| {
             rows.push(temperatures);
             device.extend(on_device);
             wall.extend(by_wall);
@@ -234,7 +242,7 @@ where
         // A later run that was cut short says less than the first.
         if work.is_none() {
             work = Some(work_of(before, stepper.counts(), rows.len()));
-            error = Differences::between(&rows, &truth.rows);
+            error = Differences::between(&rows, truth);
         }
         if began.elapsed().as_secs_f64() > effort.enough {
             break;
@@ -251,9 +259,4 @@ fn work_of(before: WorkCounts, after: WorkCounts, frames: usize) -> Work {
         dispatches: after.dispatches - before.dispatches,
         iterations: after.iterations - before.iterations,
     }
-}
-
-/// Arithmetic nodes of a case.
-pub fn arithmetic(case: &Case) -> usize {
-    case.network.kinds.iter().filter(|kind| **kind == NodeKind::Arithmetic).count()
 }

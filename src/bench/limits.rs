@@ -2,16 +2,48 @@
 
 use std::sync::Arc;
 
-use super::record::{Copied, Limits, Spread};
+use serde::Serialize;
+
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::limits::{Samples, copies, empty_dispatches};
+use crate::output::statistics::Spread;
 
 /// Bytes of the copies: beyond the caches of processors, and within the memory of any device.
 const BYTES: [u64; 2] = [64 << 20, 256 << 20];
 /// Dispatches in a row that share the price of their submission.
 const IN_A_ROW: u32 = 256;
 const SAMPLES: usize = 20;
+
+/// What a device can do at best.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Limits {
+    /// Copies from one device buffer to another, each byte read and written.
+    pub copies: Vec<Copied>,
+    /// One empty dispatch from its recording until the host knows that it is done [us].
+    pub submission_us: Option<Spread>,
+    /// Each of many empty dispatches with barriers between [us].
+    pub dispatch_us: Option<Spread>,
+    /// Whether the device's own clock measured copies and dispatches.
+    pub by_timestamps: bool,
+}
+
+impl Limits {
+    /// The highest median rate at which copies move bytes [GB/s].
+    pub fn bandwidth(&self) -> Option<f64> {
+        let rates = self.copies.iter().filter_map(|copied| copied.gigabytes_per_second);
+        rates.map(|rate| rate.median).reduce(f64::max)
+    }
+}
+
+/// A copy.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Copied {
+    /// Bytes copied.
+    pub bytes: u64,
+    /// Bytes read and written over time [GB/s].
+    pub gigabytes_per_second: Option<Spread>,
+}
 
 /// Measures a device; `quick` leaves out the larger copy.
 ///

@@ -5,15 +5,16 @@ use std::sync::atomic::AtomicBool;
 
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
+use serde::Serialize;
 
 use super::clock::{Deadline, OUT_OF_TIME};
 use super::frames::resize;
-use super::record::{ChoiceRow, Models, Moved, Spread, WrongShadows};
 use crate::compare::responses::{self, OfMaterial};
 use crate::environment::TickLoad;
 use crate::environment::shadow::Method;
 use crate::gpu::context::Context;
 use crate::gpu::nodes::GROUP;
+use crate::output::statistics::Spread;
 use crate::scene::{Scene, ShadowSettings};
 use crate::simulation::device_engine::DeviceEngine;
 use crate::simulation::engine::{Engine, EngineError, Order, Tick};
@@ -35,6 +36,60 @@ const IMAGE: [u32; 2] = [320, 256];
 pub const WRONG_SHARE: f32 = 0.5;
 /// Cosine of incidence up to which a node is not lit, whatever it sees of the Sun.
 const LEAST_COSINE: f64 = 0.01;
+
+/// Choices of a model on one scene.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Models {
+    /// Name of the scene.
+    pub scene: String,
+    /// Nodes.
+    pub nodes: usize,
+    /// Length of a tick [s].
+    pub tick_s: f64,
+    /// Ticks that were compared.
+    pub ticks: u32,
+    /// The base first.
+    pub choices: Vec<ChoiceRow>,
+}
+
+/// One choice.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct ChoiceRow {
+    /// What is chosen, or what is changed against the base.
+    pub choice: String,
+    /// Median time of the thermal, shadow and network passes of a tick by the device's clock [ms].
+    pub step_ms: Option<f64>,
+    /// How far temperatures and images are from the base's.
+    pub from_base: Option<Moved>,
+    /// How far they are from the network's.
+    pub from_network: Option<Moved>,
+    /// Of shadows by rays: what the base's shadows get wrong.
+    pub wrong_shadows: Option<WrongShadows>,
+    /// Why there are no numbers.
+    pub failed: Option<String>,
+}
+
+/// What fast shadows get wrong of the nodes that face the Sun: those whose share of it is off by more than a half.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct WrongShadows {
+    /// Share of the nodes.
+    pub nodes: f64,
+    /// Share of their area.
+    pub area: f64,
+}
+
+/// How far a run is from another.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Moved {
+    /// Root mean square over area and ticks [K].
+    pub rms_k: f64,
+    /// Largest [K].
+    pub max_k: f64,
+    /// Root mean square over the craft's pixels [W m-2 sr-1].
+    pub radiance_rms: f64,
+    /// Mean radiance of the craft's pixels in the other run [W m-2 sr-1].
+    pub radiance_mean: f64,
+}
 
 /// What keeps the choices from being compared.
 type Failed = Box<dyn std::error::Error>;

@@ -1,12 +1,14 @@
 //! `report.html`: speed against error on one page that needs no network and no script.
 
-use super::plots::Diagram;
-use super::record::{Bench, Limits, Measured, Run};
+use super::integrators::Run;
+use super::limits::Limits;
+use super::record::{Bench, Measured};
 use super::tables;
-use crate::output::html::{Html, escape, kelvin, significant};
+use crate::output::html::{Html, kelvin, significant};
+use crate::output::report::PlotEntry;
 
 /// The document.
-pub fn page(bench: &Bench, diagrams: &[Diagram]) -> String {
+pub fn page(bench: &Bench, diagrams: &[PlotEntry]) -> String {
     let mut html = Html::page("Speed against error - isotherm bench");
     html.element("h1", "Speed against error");
     let names: Vec<&str> = bench.devices.iter().map(|measured| measured.name.as_str()).collect();
@@ -20,7 +22,7 @@ pub fn page(bench: &Bench, diagrams: &[Diagram]) -> String {
     html.raw("</header>\n<main>\n");
     html.headline(headline(bench));
     for diagram in diagrams {
-        html.figure(&diagram.svg, &diagram.title, &format!("plots/{}.svg", diagram.name));
+        html.figure(&diagram.svg, &diagram.title, &diagram.file);
     }
     for table in tables::all(bench) {
         html.element("h2", &table.title);
@@ -80,8 +82,8 @@ fn machine(html: &mut Html, bench: &Bench) {
     }
     rows.push(("processors".to_owned(), bench.processors.to_string()));
     rows.push(("wall time of everything".to_owned(), format!("{} s", significant(bench.wall_s))));
-    html.table(&[], rows.into_iter().map(|(name, value)| vec![name, value]));
-    html.raw(&format!("<p>Command: <code>{}</code></p>\n", escape(&bench.command_line)));
+    html.pairs(rows);
+    html.command(&bench.command_line);
     html.element(
         "p",
         "Times are medians with the range from the tenth to the ninetieth percentile, over all frames of all runs of a scheme, \

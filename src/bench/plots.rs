@@ -1,49 +1,37 @@
 //! What everything takes, against how many nodes there are or how wrong it is.
 
-use super::record::{Bench, CaseSummary, FrameRow, Integrated, Measured, Models, Response};
+use super::frames::FrameRow;
+use super::integrators::Integrated;
+use super::models::Models;
+use super::record::{Bench, Measured};
+use super::responses::ResponseRow;
+use super::truth::CaseSummary;
 use crate::output::OutputError;
 use crate::output::plot::{Line, Mark, Plot};
 use crate::output::plot_axis::Axis;
-
-/// A diagram and the name of its file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Diagram {
-    /// File without `.svg`.
-    pub name: String,
-    /// Title.
-    pub title: String,
-    /// SVG.
-    pub svg: String,
-}
+use crate::output::report::PlotEntry;
 
 /// For each device: responses, whole ticks, choices of a model, and every case of the integrators.
-///
-/// # Errors
-/// [`OutputError::Encode`].
-pub fn all(bench: &Bench) -> Result<Vec<Diagram>, OutputError> {
-    let mut diagrams = Vec::new();
-    for (number, measured) in bench.devices.iter().enumerate() {
+pub fn all(bench: &Bench) -> Result<Vec<PlotEntry>, OutputError> {
+    let mut entries = Vec::new();
+    for (number, measured) in (1..).zip(&bench.devices) {
         let own = [
             ("responses", "nanoseconds a node and step", responses(&measured.responses)),
             ("frames", "whole ticks", frames(&measured.frames)),
-            ("models", "choices of a model", measured.models.as_ref().map(models)),
+            ("models", "choices of a model", measured.models.as_ref().and_then(models)),
         ];
         for (name, title, plot) in own {
-            let Some(plot) = plot.filter(|plot| !plot.series.is_empty()) else { continue };
+            let Some(plot) = plot else { continue };
             let plot = Plot { subtitle: format!("{}; {}", measured.name, plot.subtitle), ..plot };
-            let title = format!("{}: {title}", measured.name);
-            diagrams.push(Diagram { name: format!("{name}_{}", number + 1), title, svg: plot.svg()? });
+            entries.push(PlotEntry::new(&format!("{name}_{number}"), &format!("{}: {title}", measured.name), &plot)?);
         }
         for (integrated, case) in measured.integrators.iter().zip(&bench.cases) {
-            let plot = work_precision(measured, integrated, case);
-            if plot.series.is_empty() {
-                continue;
-            }
-            let name = format!("work_precision_{}_{}", number + 1, case.key);
-            diagrams.push(Diagram { name, title: format!("{}: {}", measured.name, case.title), svg: plot.svg()? });
+            let Some(plot) = work_precision(measured, integrated, case) else { continue };
+            let name = format!("work_precision_{number}_{}", case.key);
+            entries.push(PlotEntry::new(&name, &format!("{}: {}", measured.name, case.title), &plot)?);
         }
     }
-    Ok(diagrams)
+    Ok(entries)
 }
 
 /// Adds a point to the line of a name.
@@ -62,24 +50,25 @@ fn around(label: &str, values: impl Iterator<Item = f64>) -> Axis {
     Axis { range: Some([0.85 * ends[0], ends[1] / 0.85]), ..Axis::logarithmic(label) }
 }
 
+/// Lines over logarithmic axes with these labels; `None` without a point.
+fn lines_of(title: String, subtitle: String, [x, y]: [&str; 2], series: Vec<Line>) -> Option<Plot> {
+    let points = || series.iter().flat_map(|line| line.points.iter());
+    points().next()?;
+    let (x, y) = (around(x, points().map(|point| point[0])), around(y, points().map(|point| point[1])));
+    Some(Plot { title, subtitle, x, y, series, shaded: Vec::new() })
+}
+
 /// A line for each response, over the number of nodes.
-fn responses(rows: &[Response]) -> Option<Plot> {
+fn responses(rows: &[ResponseRow]) -> Option<Plot> {
     let mut lines = Vec::new();
     for row in rows {
         if let Some(time) = row.ns_a_node {
             push(&mut lines, &row.response, [row.nodes as f64, time.median]);
         }
     }
-    let points = || lines.iter().flat_map(|line| line.points.iter());
-    points().next()?;
-    Some(Plot {
-        title: "What a node costs under each response".to_owned(),
-        subtitle: "median of the passes by the device's clock, Sun, infrared and albedo on every node".to_owned(),
-        x: around("nodes", points().map(|point| point[0])),
-        y: around("time of a step [ns a node]", points().map(|point| point[1])),
-        series: lines,
-        shaded: Vec::new(),
-    })
+    let title = "What a node costs under each response".to_owned();
+    let subtitle = "median of the passes by the device's clock, Sun, infrared and albedo on every node".to_owned();
+    lines_of(title, subtitle, ["nodes", "time of a step [ns a node]"], lines)
 }
 
 /// A line for each scene with shadows and one without, over the number of nodes.
@@ -94,22 +83,15 @@ fn frames(rows: &[FrameRow]) -> Option<Plot> {
             push(&mut lines, &format!("{}, {shadows}, worst", row.scene), [row.nodes as f64, worst]);
         }
     }
-    let points = || lines.iter().flat_map(|line| line.points.iter());
-    points().next()?;
-    Some(Plot {
-        title: "A whole tick: step, shadows, image of 640 x 512 and its way to the host".to_owned(),
-        subtitle: "median tick, with shadows the worst too, at longest edges of 2 to 0.25 m, by the host's clock"
-            .to_owned(),
-        x: around("nodes", points().map(|point| point[0])),
-        y: around("time of a tick [ms]", points().map(|point| point[1])),
-        series: lines,
-        shaded: Vec::new(),
-    })
+    let title = "A whole tick: step, shadows, image of 640 x 512 and its way to the host".to_owned();
+    let subtitle =
+        "median tick, with shadows the worst too, at longest edges of 2 to 0.25 m, by the host's clock".to_owned();
+    lines_of(title, subtitle, ["nodes", "time of a tick [ms]"], lines)
 }
 
 /// A point for each choice: what it costs against what it changes.
-fn models(models: &Models) -> Plot {
-    let mut lines: Vec<Line> = Vec::new();
+fn models(models: &Models) -> Option<Plot> {
+    let mut lines = Vec::new();
     for row in &models.choices {
         if let (Some(cost), Some(moved)) = (row.step_ms, row.from_base)
             && moved.rms_k > 0.0
@@ -119,20 +101,15 @@ fn models(models: &Models) -> Plot {
     }
     let base = models.choices.first();
     let cost = base.and_then(|row| row.step_ms).map_or(String::new(), |ms| format!(", at {ms:.2} ms a tick"));
-    let points = || lines.iter().flat_map(|line| line.points.iter());
-    Plot {
-        title: format!("What each choice costs and changes: {}", models.scene),
-        subtitle: format!("{} nodes; against '{}'{cost}", models.nodes, base.map_or("", |row| &row.choice)),
-        x: around("thermal, shadow and network passes of a tick [ms]", points().map(|point| point[0])),
-        y: around("change of temperature, rms [K]", points().map(|point| point[1])),
-        series: lines,
-        shaded: Vec::new(),
-    }
+    let title = format!("What each choice costs and changes: {}", models.scene);
+    let subtitle = format!("{} nodes; against '{}'{cost}", models.nodes, base.map_or("", |row| &row.choice));
+    let labels = ["thermal, shadow and network passes of a tick [ms]", "change of temperature, rms [K]"];
+    lines_of(title, subtitle, labels, lines)
 }
 
 /// A line for each method, from its cheapest run to its dearest.
-fn work_precision(measured: &Measured, integrated: &Integrated, case: &CaseSummary) -> Plot {
-    let mut lines: Vec<Line> = Vec::new();
+fn work_precision(measured: &Measured, integrated: &Integrated, case: &CaseSummary) -> Option<Plot> {
+    let mut lines = Vec::new();
     for run in &integrated.runs {
         let (Some(time), Some(error)) = (run.time(), run.error) else { continue };
         push(&mut lines, &run.family, [time.median, error.rms]);
@@ -142,13 +119,9 @@ fn work_precision(measured: &Measured, integrated: &Integrated, case: &CaseSumma
     }
     let clock = if measured.info.is_some() { "device's clock" } else { "host's clock" };
     let own = case.reference_error.rms;
-    let times = lines.iter().flat_map(|line| &line.points).map(|[time, _]| *time);
-    Plot {
-        title: format!("Work and precision: {}", case.title),
-        subtitle: format!("{}; {} nodes; the reference itself is off by {own:.0e} K rms", measured.name, case.nodes),
-        x: around(&format!("time of a frame of {:.1} s, median, {clock} [ms]", case.frame_s), times),
-        y: Axis::logarithmic("error, rms over nodes and frames [K]"),
-        series: lines,
-        shaded: Vec::new(),
-    }
+    let title = format!("Work and precision: {}", case.title);
+    let subtitle = format!("{}; {} nodes; the reference itself is off by {own:.0e} K rms", measured.name, case.nodes);
+    let x = format!("time of a frame of {:.1} s, median, {clock} [ms]", case.frame_s);
+    let plot = lines_of(title, subtitle, [&x, ""], lines)?;
+    Some(Plot { y: Axis::logarithmic("error, rms over nodes and frames [K]"), ..plot })
 }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use serde::Serialize;
 
-use super::record::{Response, Spread};
 use crate::environment::TickLoad;
 use crate::environment::sky::SkyError;
 use crate::gpu::context::Context;
@@ -18,11 +18,31 @@ use crate::gpu::resources::SceneData;
 use crate::gpu::shapes::{self, Shapes};
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::output::report::PassTime;
+use crate::output::statistics::Spread;
 use crate::paper::cube::{ALTITUDES, ALUMINIUM, Case as Cube, Loads, SOLAR_CONSTANTS, STEP};
 use crate::thermal::function::{Function, FunctionError};
 use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 use crate::thermal::network::stepper::{Method, Stepper};
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
+
+/// What a node costs under one response.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct ResponseRow {
+    /// The response and its function.
+    pub response: String,
+    /// Nodes.
+    pub nodes: usize,
+    /// Time of a step [ns a node]; of a network, of a stage.
+    pub ns_a_node: Option<Spread>,
+    /// Bytes that a node reads and writes in a step, each array counted once.
+    pub bytes_a_node: f64,
+    /// Those bytes over that time [GB/s].
+    pub gigabytes_per_second: Option<f64>,
+    /// Its share of the copy bandwidth that was measured in the same run.
+    pub share_of_copy: Option<f64>,
+    /// Why there is no time.
+    pub failed: Option<String>,
+}
 
 /// What keeps responses from being measured.
 #[derive(Debug, thiserror::Error)]
@@ -140,7 +160,7 @@ fn fibonacci_direction(i: usize) -> Vec3 {
 }
 
 /// One of the transitions and their like that are measured.
-struct Measured {
+struct Subject {
     name: &'static str,
     variant: ThermalVariant,
     power: f32,
@@ -148,7 +168,7 @@ struct Measured {
     fuses: bool,
 }
 
-fn measured() -> Result<Vec<Measured>, FunctionError> {
+fn subjects() -> Result<Vec<Subject>, FunctionError> {
     let loaded = |kind, curve| ThermalVariant {
         kind,
         curve,
@@ -163,7 +183,7 @@ fn measured() -> Result<Vec<Measured>, FunctionError> {
     let (retarget, domain) = (Retarget::Merge, Domain::Temperature);
     let shaped = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
     let (kind, curve) = shapes::curve(&shaped, 0);
-    let plain = |name, kind, power| Measured {
+    let plain = |name, kind, power| Subject {
         name,
         variant: loaded(kind, Curve::Power),
         power,
@@ -175,28 +195,25 @@ fn measured() -> Result<Vec<Measured>, FunctionError> {
         plain("transition, constant target", StepKind::Advance, 2.0),
         plain("transition, linear", StepKind::Merge, 1.0),
         plain("transition, quadratic", StepKind::Merge, 2.0),
-        Measured {
+        Subject {
             name: "transition, s*s*(3-2*s)",
             variant: loaded(kind, curve),
             power: 2.0,
             shapes: Shapes::one(&shaped),
             fuses: false,
         },
-        Measured { fuses: true, ..plain("transition, quadratic, 32 ticks a dispatch", StepKind::Merge, 2.0) },
+        Subject { fuses: true, ..plain("transition, quadratic, 32 ticks a dispatch", StepKind::Merge, 2.0) },
     ])
 }
 
 /// Every response at every number of nodes; `ticks` in full sunlight each, under Sun, infrared and albedo. `bandwidth` [GB/s] is
 /// that of a copy in the same run. A size that does not fit is told in its row.
-///
-/// # Errors
-/// None that the loads and functions named here cause.
 pub fn measure(
     context: &Arc<Context>,
     sizes: &[usize],
     ticks: u32,
     bandwidth: Option<f64>,
-) -> Result<Vec<Response>, ResponseError> {
+) -> Result<Vec<ResponseRow>, ResponseError> {
     let [solar_constant, _] = SOLAR_CONSTANTS;
     let [_, altitude] = ALTITUDES;
     let orbit = Cube { panel: ALUMINIUM, conducting: false, loads: Loads::All, solar_constant, altitude };
@@ -204,28 +221,31 @@ pub fn measure(
     let ticks: Vec<TickLoad> =
         (0..ticks).map(|tick| loads.tick_load(f64::from(tick) * STEP, f64::from(tick + 1) * STEP)).collect();
     let mut rows = Vec::new();
-    for one in measured()? {
+    for one in subjects()? {
         for size in sizes {
             let nodes = size.next_multiple_of(256);
-            let row = Response { response: one.name.to_owned(), nodes, ..Response::default() };
+            let row = ResponseRow { response: one.name.to_owned(), nodes, ..ResponseRow::default() };
             rows.push(match time_pass(context, one.variant, one.power, &one.shapes, nodes, &ticks, one.fuses) {
                 Ok(pass) => filled(row, &pass.samples, pass.moved_a_node, bandwidth),
-                Err(error) => Response { failed: Some(error.to_string()), ..row },
+                Err(error) => ResponseRow { failed: Some(error.to_string()), ..row },
             });
         }
     }
     for size in sizes {
         let edge = (*size as f64).sqrt().round() as usize;
         let nodes = edge * edge;
-        let row =
-            Response { response: format!("network, a stage of RKL2 with {STAGES}"), nodes, ..Response::default() };
+        let row = ResponseRow {
+            response: format!("network, a stage of RKL2 with {STAGES}"),
+            nodes,
+            ..ResponseRow::default()
+        };
         rows.push(if nodes > NODES_AT_MOST {
             let reason = format!("a network on the device has {NODES_AT_MOST} nodes at most");
-            Response { failed: Some(reason), ..row }
+            ResponseRow { failed: Some(reason), ..row }
         } else {
             match stages(context, edge, ticks.len()) {
                 Ok((samples, moved)) => filled(row, &samples, moved, bandwidth),
-                Err(error) => Response { failed: Some(error.to_string()), ..row },
+                Err(error) => ResponseRow { failed: Some(error.to_string()), ..row },
             }
         });
     }
@@ -233,13 +253,13 @@ pub fn measure(
 }
 
 /// A row with its times [ms a step of all nodes].
-fn filled(row: Response, samples_ms: &[f64], moved: f64, bandwidth: Option<f64>) -> Response {
+fn filled(row: ResponseRow, samples_ms: &[f64], moved: f64, bandwidth: Option<f64>) -> ResponseRow {
     let Some(time) = Spread::of(samples_ms) else {
-        return Response { failed: Some("the device has no timestamps".to_owned()), ..row };
+        return ResponseRow { failed: Some("the device has no timestamps".to_owned()), ..row };
     };
     let time = time.scaled(1e6 / row.nodes as f64);
     let rate = moved / time.median;
-    Response {
+    ResponseRow {
         ns_a_node: Some(time),
         bytes_a_node: moved,
         gigabytes_per_second: Some(rate),

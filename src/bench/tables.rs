@@ -1,11 +1,16 @@
 //! The measurements as tables, for the terminal (Markdown) and for the page.
 
-use super::frames::IMAGE;
-use super::hard;
-use super::models::{DRAW_EVERY, MOST_ORBITS, WRONG_SHARE};
-use super::record::{Bench, CaseSummary, ChoiceRow, DriverRow, FrameRow, Integrated, Measured, Moved, Run, Spread};
+use super::drivers::DriverRow;
+use super::frames::{FrameRow, IMAGE};
+use super::hard::HardRow;
+use super::integrators::{Integrated, Run};
+use super::models::{ChoiceRow, DRAW_EVERY, MOST_ORBITS, Moved, WRONG_SHARE};
+use super::record::{Bench, Measured};
+use super::responses::ResponseRow;
 use super::schemes::ABSENT;
-use crate::output::html::{kelvin, significant};
+use super::truth::CaseSummary;
+use crate::output::html::{kelvin_text, significant};
+use crate::output::statistics::Spread;
 
 /// A table with its title and what is to be said below it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -38,7 +43,7 @@ fn spread(spread: Option<Spread>) -> String {
         Some(Spread { median, p10, p90, .. }) => {
             format!("{} ({} to {})", significant(median), significant(p10), significant(p90))
         }
-        None => "-".to_owned(),
+        None => dash(),
     }
 }
 
@@ -47,7 +52,19 @@ fn heads(names: &[&str]) -> Vec<String> {
 }
 
 fn number(value: Option<f64>) -> String {
-    value.map_or_else(|| "-".to_owned(), significant)
+    value.map_or(dash(), significant)
+}
+
+/// What stands in a cell without a value.
+fn dash() -> String {
+    "-".to_owned()
+}
+
+/// A row that ends with the reason why there is no more of it.
+fn not_run(mut cells: Vec<String>, reason: &str, columns: usize) -> Vec<String> {
+    cells.push(format!("not run: {reason}"));
+    cells.resize(columns, dash());
+    cells
 }
 
 /// The limits of a device.
@@ -75,18 +92,18 @@ pub fn limits(measured: &Measured) -> Option<Table> {
 
 /// What a node costs.
 pub fn responses(measured: &Measured) -> Option<Table> {
-    let row = |row: &super::record::Response| {
+    let row = |row: &ResponseRow| {
         let name = row.response.clone();
         let nodes = row.nodes.to_string();
         match &row.failed {
-            Some(reason) => vec![name, nodes, format!("not run: {reason}"), "-".into(), "-".into(), "-".into()],
+            Some(reason) => not_run(vec![name, nodes], reason, 6),
             None => vec![
                 name,
                 nodes,
                 spread(row.ns_a_node),
                 significant(row.bytes_a_node),
                 number(row.gigabytes_per_second),
-                row.share_of_copy.map_or_else(|| "-".to_owned(), |share| format!("{:.0} %", 100.0 * share)),
+                row.share_of_copy.map_or(dash(), |share| format!("{:.0} %", 100.0 * share)),
             ],
         }
     };
@@ -119,21 +136,16 @@ pub fn frames(measured: &Measured) -> Option<Table> {
         let shadows = if row.shadows { "on" } else { "off" };
         let mut cells = vec![row.scene.clone(), row.longest_edge_m.to_string(), shadows.to_owned()];
         if let Some(reason) = &row.failed {
-            cells.push(format!("not run: {reason}"));
-            cells.resize(head.len(), "-".to_owned());
-            return cells;
+            return not_run(cells, reason, head.len());
         }
         cells.extend([row.nodes.to_string(), significant(row.bytes_a_node), significant(row.start_up_s)]);
         cells.extend(names.iter().map(|name| {
             let pass = row.passes.iter().find(|pass| pass.name == *name);
-            pass.map_or_else(
-                || "-".to_owned(),
-                |pass| {
-                    let rare = pass.ms.samples < u64::from(row.ticks);
-                    let often = if rare { format!(", in {} ticks", pass.ms.samples) } else { String::new() };
-                    format!("{}{often}", significant(pass.ms.median))
-                },
-            )
+            pass.map_or(dash(), |pass| {
+                let rare = pass.ms.samples < u64::from(row.ticks);
+                let often = if rare { format!(", in {} ticks", pass.ms.samples) } else { String::new() };
+                format!("{}{often}", significant(pass.ms.median))
+            })
         }));
         let tick = row.tick_ms.map(|time| time.median);
         cells.extend([
@@ -165,23 +177,18 @@ pub fn models(measured: &Measured) -> Option<Table> {
     let base = models.choices.iter().find_map(|row| row.step_ms.filter(|_| row.from_base.is_none()));
     let kelvins = |moved: Option<Moved>| match moved {
         Some(moved) => [kelvin_text(moved.rms_k), kelvin_text(moved.max_k)],
-        None => ["-".to_owned(), "-".to_owned()],
+        None => [dash(), dash()],
     };
     let row = |row: &ChoiceRow| {
         let mut cells = vec![row.choice.clone()];
         if let Some(reason) = &row.failed {
-            cells.push(format!("not run: {reason}"));
-            cells.resize(8, "-".to_owned());
-            return cells;
+            return not_run(cells, reason, 8);
         }
         cells.extend([number(row.step_ms), number(row.step_ms.zip(base).map(|(own, base)| own / base))]);
         cells.extend(kelvins(row.from_base));
-        cells.push(row.from_base.map_or_else(
-            || "-".to_owned(),
-            |moved| {
-                format!("{} ({:.1} %)", significant(moved.radiance_rms), 1e2 * moved.radiance_rms / moved.radiance_mean)
-            },
-        ));
+        cells.push(row.from_base.map_or(dash(), |moved| {
+            format!("{} ({:.1} %)", significant(moved.radiance_rms), 1e2 * moved.radiance_rms / moved.radiance_mean)
+        }));
         cells.extend(kelvins(row.from_network));
         cells
     };
@@ -225,18 +232,13 @@ pub fn models(measured: &Measured) -> Option<Table> {
 pub fn drivers(bench: &Bench) -> Option<Table> {
     let row = |row: &DriverRow| {
         let [first, other] = &row.devices;
-        let mut cells = vec![first.clone(), other.clone()];
-        match &row.failed {
-            Some(reason) => cells.push(format!("not run: {reason}")),
-            None => cells.extend([
-                kelvin_text(row.rms_k),
-                kelvin_text(row.max_k),
-                format!("{} of {}", row.other_part, row.pixels),
-                format!("{:.1e}", row.radiance_relative),
-            ]),
+        let devices = vec![first.clone(), other.clone()];
+        if let Some(reason) = &row.failed {
+            return not_run(devices, reason, 6);
         }
-        cells.resize(6, "-".to_owned());
-        cells
+        let parts = format!("{} of {}", row.other_part, row.pixels);
+        let found = [kelvin_text(row.rms_k), kelvin_text(row.max_k), parts, format!("{:.1e}", row.radiance_relative)];
+        devices.into_iter().chain(found).collect()
     };
     let first = bench.drivers.first()?;
     Some(Table {
@@ -311,15 +313,9 @@ pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSumm
     }
 }
 
-fn kelvin_text(value: f64) -> String {
-    let (value, unit) = kelvin(value);
-    format!("{value} {unit}")
-}
-
 fn left_out(scheme: &str, why: &str) -> Vec<String> {
-    let mut cells =
-        vec![scheme.to_owned(), "-".to_owned(), "-".to_owned(), "-".to_owned(), "-".to_owned(), "-".to_owned()];
-    cells.extend([why.to_owned(), "-".to_owned(), "-".to_owned(), "-".to_owned()]);
+    let mut cells = vec![dash(); 10];
+    (cells[0], cells[6]) = (scheme.to_owned(), why.to_owned());
     cells
 }
 
@@ -347,6 +343,58 @@ fn row(run: &Run, frames: usize) -> Vec<String> {
     ]
 }
 
+/// The hard cases of a device; `None` where they were not measured.
+pub fn hard(measured: &Measured) -> Option<Table> {
+    let rows = &measured.hard;
+    if rows.is_empty() {
+        return None;
+    }
+    let cells = |row: &HardRow| {
+        let error = match (&row.failed, &row.omitted, row.error) {
+            (Some(reason), ..) => format!("failed: {reason}"),
+            (None, Some(reason), _) => format!("- ({reason})"),
+            (None, None, error) => error.map_or(dash(), |error| row.in_unit(error)),
+        };
+        let holds = match row.holds {
+            Some(true) => "yes",
+            Some(false) => "NO",
+            None => "-",
+        };
+        vec![
+            row.name.clone(),
+            row.what.clone(),
+            error,
+            format!("{} ({})", row.in_unit(row.limit), row.limit_source),
+            holds.to_owned(),
+            row.remedy.clone(),
+            format!("{} ({})", row.in_unit(row.without), row.removed),
+        ]
+    };
+    let count = |wanted: Option<bool>| rows.iter().filter(|row| row.holds == wanted).count();
+    let mut notes = vec![format!(
+        "{} hold, {} miss, {} were not to be measured here. {:.0} s.",
+        count(Some(true)),
+        count(Some(false)),
+        count(None),
+        rows.iter().map(|row| row.wall_s).sum::<f64>()
+    )];
+    notes.extend(rows.iter().filter_map(HardRow::miss).map(|miss| format!("Missed: {miss}.")));
+    Some(Table {
+        title: format!("Hard cases on {}", measured.name),
+        head: heads(&[
+            "case",
+            "what",
+            "largest error",
+            "limit (source)",
+            "holds",
+            "remedy",
+            "without it (in its place)",
+        ]),
+        rows: rows.iter().map(cells).collect(),
+        notes,
+    })
+}
+
 /// Everything of one run, in the order of its devices.
 pub fn all(bench: &Bench) -> Vec<Table> {
     let of = |measured: &Measured| {
@@ -358,8 +406,35 @@ pub fn all(bench: &Bench) -> Vec<Table> {
             .collect();
         let with_case = measured.integrators.iter().zip(&bench.cases);
         tables.extend(with_case.map(|(integrated, case)| integrators(measured, integrated, case)));
-        tables.extend(hard::record::table(&measured.name, &measured.hard));
+        tables.extend(hard(measured));
         tables
     };
     bench.devices.iter().flat_map(of).chain(drivers(bench)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_counts_what_holds_and_names_what_misses() {
+        let row = |error: f64, holds| HardRow {
+            name: "a case".to_owned(),
+            unit: "K".to_owned(),
+            error: Some(error),
+            limit: 0.02,
+            holds,
+            without: f64::INFINITY,
+            ..HardRow::default()
+        };
+        let rows = vec![row(0.01, Some(true)), row(0.03, Some(false)), HardRow { error: None, ..row(0.0, None) }];
+        let measured = Measured { hard: rows, ..Measured::default() };
+        let table = hard(&measured).unwrap();
+        assert!(table.rows.iter().all(|cells| cells.len() == table.head.len()));
+        assert_eq!(table.rows.iter().map(|cells| cells[4].as_str()).collect::<Vec<_>>(), ["yes", "NO", "-"]);
+        assert!(table.rows[0][6].starts_with("no number"), "{:?}", table.rows[0]);
+        assert!(table.notes[0].starts_with("1 hold, 1 miss, 1 were not"), "{:?}", table.notes);
+        assert!(table.notes[1].contains("a case: 30.0 mK"), "{:?}", table.notes);
+        assert_eq!(hard(&Measured::default()), None);
+    }
 }

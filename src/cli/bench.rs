@@ -4,15 +4,18 @@ use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressDrawTarget};
 
-use super::{Chosen, CliError, DeviceArguments};
-use crate::bench::Section;
-use crate::bench::files::{BenchFolder, PAGE};
+use super::device::{DeviceArguments, check_validation};
+use super::error::CliError;
+use crate::bench::files::{self, PAGE};
 use crate::bench::hard::HardRow;
-use crate::bench::run::{BenchError, Plan, Target};
+use crate::bench::plan::{Measurement, Plan};
+use crate::bench::run::{self, BenchError};
 use crate::bench::tables;
 use crate::gpu::context::devices;
+use crate::output::folder::Folder;
 use crate::scene::Scene;
 use crate::simulation::prepare_error::PrepareError;
+use crate::simulation::target::Target;
 
 /// Measure speed against error: every Vulkan device present, and the f64 reference.
 ///
@@ -39,7 +42,7 @@ pub struct Arguments {
     hard: bool,
     /// Only these of limits, responses, frames, models, drivers, integrators and hard, separated by commas
     #[arg(long, value_name = "SECTION", value_delimiter = ',', value_parser = parse_section)]
-    only: Vec<Section>,
+    only: Vec<Measurement>,
     /// Scenes of `frames`, the last of them of `drivers`; without it models/iss.toml and models/station.toml, where they are present
     #[arg(long, value_name = "SCENE")]
     scene: Vec<PathBuf>,
@@ -56,9 +59,9 @@ pub struct Arguments {
     device: DeviceArguments,
 }
 
-fn parse_section(text: &str) -> Result<Section, String> {
-    let names: Vec<&str> = Section::ALL.iter().map(|section| section.name()).collect();
-    Section::named(text).ok_or_else(|| format!("the sections are {}", names.join(", ")))
+fn parse_section(text: &str) -> Result<Measurement, String> {
+    let names: Vec<&str> = Measurement::ALL.iter().map(|section| section.name()).collect();
+    Measurement::named(text).ok_or_else(|| format!("the sections are {}", names.join(", ")))
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
@@ -67,34 +70,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         None => everything(arguments.quick)?,
     };
     let sections = arguments.sections();
-    let wants_models = sections.contains(&Section::Models);
-    let with_scenes = [Section::Frames, Section::Drivers].iter().any(|section| sections.contains(section));
+    let wants_models = sections.contains(&Measurement::Models);
+    let with_scenes = [Measurement::Frames, Measurement::Drivers].iter().any(|section| sections.contains(section));
     let scenes = if with_scenes { scenes(&arguments.scene)? } else { Vec::new() };
     let model_scene = if wants_models { model_scene(arguments.model_scene.as_deref())? } else { None };
     let inputs: Vec<PathBuf> = scenes.iter().chain(&model_scene).flat_map(|scene| scene.files.clone()).collect();
     let output = arguments.output.as_deref();
-    let folder = output.map(|output| BenchFolder::prepare(output, arguments.force, &inputs)).transpose()?;
-    let target = |chosen: &Chosen| match chosen {
-        Chosen::Device(context) => Target::Device(context.clone()),
-        Chosen::Reference => Target::Reference,
-    };
+    let folder = output.map(|output| Folder::new(output, &files::OWN).prepare(arguments.force, &inputs)).transpose()?;
     let plan = Plan {
-        sections,
+        measurements: sections,
         quick: arguments.quick,
-        targets: chosen.iter().map(target).collect(),
+        targets: chosen.clone(),
         scenes,
         model_scene,
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
     };
     let spinner = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-    let bench = plan.run(&|what| {
+    let bench = run::run(&plan, &|what| {
         spinner.set_message(what.to_owned());
         spinner.tick();
     });
     spinner.finish_and_clear();
     let bench = bench?;
     if let Some(folder) = &folder {
-        folder.write(&bench)?;
+        files::write(folder, &bench)?;
     }
     for table in tables::all(&bench) {
         println!("{}", table.markdown());
@@ -105,7 +104,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(folder) = &folder {
         println!("report: {}", folder.file(PAGE).display());
     }
-    chosen.iter().try_for_each(Chosen::check_validation)?;
+    chosen.iter().try_for_each(check_validation)?;
     let misses = bench.devices.iter().flat_map(|measured| {
         let misses = measured.hard.iter().filter_map(HardRow::miss);
         misses.map(|miss| format!("{}: {miss}", measured.name))
@@ -118,19 +117,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
 }
 
 impl Arguments {
-    fn sections(&self) -> Vec<Section> {
+    fn sections(&self) -> Vec<Measurement> {
         if self.hard {
-            return vec![Section::Hard];
+            return vec![Measurement::Hard];
         }
         if !self.only.is_empty() {
             return self.only.clone();
         }
-        Section::ALL.into_iter().filter(|section| !self.quick || *section != Section::Hard).collect()
+        Measurement::ALL.into_iter().filter(|section| !self.quick || *section != Measurement::Hard).collect()
     }
 }
 
 /// Every device that isotherm runs on, and, where there is time, the reference.
-fn everything(quick: bool) -> Result<Vec<Chosen>, CliError> {
+fn everything(quick: bool) -> Result<Vec<Target>, CliError> {
     let mut all = Vec::new();
     for info in devices()? {
         if info.lacks.is_empty() {
@@ -140,7 +139,7 @@ fn everything(quick: bool) -> Result<Vec<Chosen>, CliError> {
         }
     }
     if !quick {
-        all.push(Chosen::Reference);
+        all.push(Target::Reference);
     }
     Ok(all)
 }

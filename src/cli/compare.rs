@@ -4,14 +4,16 @@ use std::cell::RefCell;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use indicatif::ProgressBar;
-
-use super::{Chosen, CliError, DeviceArguments, building_bar, progress_bar, show_stage, stop_flag};
-use crate::compare::files::{CompareFolder, PAGE, write};
+use super::device::{DeviceArguments, check_validation};
+use super::error::CliError;
+use super::progress::{building_bar, progress_bar, show_stage, stop_flag};
+use crate::compare::files::{PAGE, own_files, write};
 use crate::compare::page::Page;
 use crate::compare::responses::{self, Origin};
 use crate::compare::runs::{Progress, Runs, all};
 use crate::compare::{INSTANT, NETWORK, RESPONSES, TRANSITION};
+use crate::output::folder::Folder;
+use crate::output::statistics::Spread;
 use crate::scene::Scene;
 use crate::simulation::prepare_error::PrepareError;
 
@@ -43,24 +45,6 @@ pub struct Arguments {
     device: DeviceArguments,
 }
 
-/// One bar at a time.
-struct Bars(RefCell<Option<ProgressBar>>);
-
-impl Progress for Bars {
-    fn begins(&self, run: usize, ticks: u64) {
-        let last = self.0.replace(Some(progress_bar(ticks, RESPONSES[run])));
-        if let Some(last) = last {
-            last.finish_and_clear();
-        }
-    }
-
-    fn ticked(&self) {
-        if let Some(bar) = &*self.0.borrow() {
-            bar.inc(1);
-        }
-    }
-}
-
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
     let scene = Scene::load(&arguments.scene).map_err(PrepareError::from)?;
@@ -76,17 +60,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let chosen = arguments.device.open()?;
     eprintln!("device: {}", chosen.name());
-    let folder = CompareFolder::prepare(&arguments.output, arguments.force, &network.scene.files)?;
+    let folder = Folder::new(&arguments.output, &own_files()).prepare(arguments.force, &network.scene.files)?;
     let stop = stop_flag();
-    let context = match &chosen {
-        Chosen::Device(context) => Some(context),
-        Chosen::Reference => None,
+    // One bar at a time.
+    let bar = RefCell::new(progress_bar(0, ""));
+    let progress = |progress| match progress {
+        Progress::Begins(run, steps) => bar.replace(progress_bar(steps, RESPONSES[run])).finish_and_clear(),
+        Progress::Stepped => bar.borrow().inc(1),
     };
-    let bars = Bars(RefCell::new(None));
-    let runs = all(&scene, context, folder.root(), &stop, &bars, network);
-    if let Some(bar) = bars.0.take() {
-        bar.finish_and_clear();
-    }
+    let runs = all(&scene, &chosen, folder.root(), &stop, &progress, network);
+    bar.borrow().finish_and_clear();
     let runs = runs.inspect_err(|_| folder.take_back())?;
     let pictures = progress_bar(runs.views.len() as u64, "pictures");
     let page =
@@ -96,7 +79,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     written?;
     print_summary(&runs);
     println!("report: {}", folder.file(PAGE).display());
-    chosen.check_validation()
+    check_validation(&chosen)
 }
 
 fn print_summary(runs: &Runs) {
@@ -122,8 +105,8 @@ fn print_summary(runs: &Runs) {
             Some(largest) => format!("rms {:.2} K, largest {:+.1} K from the network; ", all.rms(), largest.difference),
             None => String::new(),
         };
-        let median = |time: &Option<crate::output::report::PassTime>| time.as_ref().map_or(0.0, |time| time.median_ms);
-        let (step, image) = (median(&ran.cost.step), median(&ran.cost.image));
+        let median = |time: Option<Spread>| time.map_or(0.0, |time| time.median);
+        let (step, image) = (median(ran.cost.step), median(ran.cost.image));
         println!("{:<11}{difference}a step takes {step:.2} ms, an image {image:.2} ms", RESPONSES[run]);
     }
 }

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use super::{CliError, environment_plate};
+use super::environment_plate;
+use super::error::CliError;
 use crate::environment::Orbit;
 use crate::environment::Sky;
 use crate::environment::albedo::albedo_factor;
 use crate::environment::sky::{Boundary, EclipseEvent, SkyModel};
 use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
-use crate::output::OutputError;
-use crate::output::folder::{keep_inputs, write_atomic};
+use crate::output::folder::{keep_inputs, write_csv};
 use crate::scene::SkyScene;
 
 const EXAMPLES: &str = "\
@@ -87,29 +87,19 @@ fn scene_environment(path: &Path, output: &Path) -> Result<(), CliError> {
     }
     keep_inputs(output, &scene.files)?;
     keep_inputs(&events_path, &scene.files)?;
-    write_atomic(output, |out| {
-        let mut table = csv::Writer::from_writer(out);
-        let failed = |error: csv::Error| OutputError::write(output, std::io::Error::other(error));
-        table.write_record(header()).map_err(failed)?;
-        for step in 0..=scene.time.steps {
-            table.write_record(row(&scene, &sky, f64::from(step) * scene.time.step)).map_err(failed)?;
-        }
-        table.flush().map_err(|error| OutputError::write(output, error))
-    })?;
+    let times = (0..=scene.time.steps).map(|step| f64::from(step) * scene.time.step);
+    write_csv(output, std::iter::once(header()).chain(times.map(|time| row(&scene, &sky, time))))?;
     let events = sky.events(0.0, end);
-    write_atomic(&events_path, |out| {
-        let failed = |error| OutputError::write(&events_path, error);
-        writeln!(out, "time_s,utc,boundary,event").map_err(failed)?;
-        for EclipseEvent { time, boundary, entry } in &events {
-            let boundary = match boundary {
-                Boundary::Penumbra => "penumbra",
-                Boundary::Umbra => "umbra",
-            };
-            let event = if *entry { "entry" } else { "exit" };
-            writeln!(out, "{time:.4},{},{boundary},{event}", utc(&scene.orbit, *time)).map_err(failed)?;
-        }
-        Ok(())
-    })?;
+    let event = |EclipseEvent { time, boundary, entry }: &EclipseEvent| {
+        let boundary = match boundary {
+            Boundary::Penumbra => "penumbra",
+            Boundary::Umbra => "umbra",
+        };
+        let event = if *entry { "entry" } else { "exit" };
+        [format!("{time:.4}"), utc(&scene.orbit, *time), boundary.to_owned(), event.to_owned()]
+    };
+    let head = ["time_s", "utc", "boundary", "event"].map(str::to_owned);
+    write_csv(&events_path, std::iter::once(head).chain(events.iter().map(event)))?;
     println!(
         "{} steps in {}, {} contacts of eclipses in {}",
         scene.time.steps,
@@ -131,30 +121,10 @@ fn utc(orbit: &Orbit, time: f64) -> String {
 }
 
 fn header() -> Vec<String> {
-    let plain = [
-        "time_s",
-        "utc",
-        "x_m",
-        "y_m",
-        "z_m",
-        "sun_x",
-        "sun_y",
-        "sun_z",
-        "planet_x",
-        "planet_y",
-        "planet_z",
-        "sun_distance_m",
-        "lit_fraction",
-        "solar_flux_w_m2",
-    ];
+    let plain = "time_s,utc,x_m,y_m,z_m,sun_x,sun_y,sun_z,planet_x,planet_y,planet_z,sun_distance_m,lit_fraction,solar_flux_w_m2";
     let of_faces = |what: &'static str| FACES.iter().map(move |(face, _)| format!("{what}_{face}_w_m2"));
-    plain
-        .iter()
-        .map(|name| (*name).to_owned())
-        .chain(of_faces("solar"))
-        .chain(of_faces("planet_ir"))
-        .chain(of_faces("albedo"))
-        .collect()
+    let faces = ["solar", "planet_ir", "albedo"].into_iter().flat_map(of_faces);
+    plain.split(',').map(str::to_owned).chain(faces).collect()
 }
 
 fn row(scene: &SkyScene, sky: &SkyModel, time: f64) -> Vec<String> {

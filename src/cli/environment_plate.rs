@@ -5,7 +5,7 @@ use std::io::Write;
 use glam::DVec3;
 use serde_json::json;
 
-use super::CliError;
+use super::error::CliError;
 use crate::environment::albedo::albedo_factor;
 use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
 

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::{Chosen, CliError, DeviceArguments, run::prepare_with_progress};
+use super::device::DeviceArguments;
+use super::error::CliError;
+use super::run::prepare_with_progress;
 use crate::gpu::context;
 use crate::gpu::frame::{Frame, Wanted};
 use crate::gpu::pass::Entry;
@@ -15,6 +17,7 @@ use crate::scene::Draw;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::joints;
 use crate::simulation::prepare_error::PrepareError;
+use crate::simulation::target::Target;
 
 /// Show devices, the frame of a scene, or what a model holds.
 ///
@@ -54,8 +57,8 @@ fn devices(wanted: &DeviceArguments) -> Result<(serde_json::Value, String), CliE
     let devices = match wanted.device {
         None => context::devices()?,
         Some(_) => match wanted.open()? {
-            Chosen::Device(context) => vec![context.info.clone()],
-            Chosen::Reference => Vec::new(),
+            Target::Device(context) => vec![context.info.clone()],
+            Target::Reference => Vec::new(),
         },
     };
     let mut text = String::new();

@@ -1,19 +1,20 @@
 //! `isotherm network`: a lumped-parameter network without geometry, from a file to its temperatures over time.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use super::device::{DeviceArguments, check_validation};
+use super::digits::nine_digits;
+use super::error::CliError;
+use super::network_import;
 use super::network_report::{EXAMPLES, control_error, print_series, print_steady, steady_error};
-use super::{Chosen, CliError, DeviceArguments, network_import, nine_digits, spinner, stop_flag};
-use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
-use crate::output::OutputError;
-use crate::output::folder::{keep_inputs, write_atomic, write_bytes};
+use super::progress::{spinner, stop_flag};
+use crate::output::folder::{self, keep_inputs, write_bytes, write_csv};
 use crate::output::plot::{Line, Plot};
 use crate::output::plot_axis::Axis;
 use crate::scene::network::NetworkFile;
 use crate::simulation::prepare_error::PrepareError;
-use crate::thermal::network::control::{FLOOR, Integrator, Series, Settings, integrate};
-use crate::thermal::network::reference::ReferenceStepper;
+use crate::simulation::stepper::AnyStepper;
+use crate::thermal::network::control::{Integrator, Series, Settings, integrate};
 use crate::thermal::network::steady::steady;
 use crate::thermal::network::stepper::Stepper;
 
@@ -103,38 +104,25 @@ fn solve(arguments: &Solve) -> Result<(), CliError> {
     }
     let chosen = arguments.device.open()?;
     eprintln!("device: {}", chosen.name());
-    match &chosen {
-        Chosen::Device(context) => {
-            let mut stepper = NetworkStepper::new(context, &file.network, &file.schedule.sensors())?;
-            solve_with(&mut stepper, ESTIMATE_FLOOR, &file, path, arguments, &chosen.name())?;
-        }
-        Chosen::Reference => {
-            let mut stepper = ReferenceStepper::new(file.network.clone(), &file.schedule.sensors());
-            solve_with(&mut stepper, FLOOR, &file, path, arguments, &chosen.name())?;
-        }
-    }
-    chosen.check_validation()
+    let mut stepper = chosen.stepper(&file.network, &file.schedule.sensors())?;
+    solve_with(&mut stepper, &file, path, arguments, &chosen.name())?;
+    check_validation(&chosen)
 }
 
-/// Solves on a stepper whose estimates of the error are noise below `floor` [K].
-fn solve_with<S: Stepper>(
-    stepper: &mut S,
-    floor: f64,
+fn solve_with(
+    stepper: &mut AnyStepper,
     file: &NetworkFile,
     path: &Path,
     arguments: &Solve,
     device: &str,
-) -> Result<(), CliError>
-where
-    CliError: From<S::Error>,
-{
+) -> Result<(), CliError> {
     if arguments.steady {
         let found = steady(stepper, &file.network, &file.schedule).map_err(|error| steady_error(error, file, path))?;
         print_steady(&found, file, stepper.counts());
         return write_rows(arguments.output.as_deref(), &file.labels, &[0.0], &[found.temperatures]);
     }
     let tolerance = arguments.tolerance.unwrap_or(arguments.integrator.tolerance());
-    let settings = Settings { integrator: arguments.integrator, tolerance, floor };
+    let settings = Settings { integrator: arguments.integrator, tolerance, floor: stepper.floor() };
     let stop = stop_flag();
     let bar = spinner("time [s]");
     let watch = |now: f64| {
@@ -169,15 +157,15 @@ fn events_path(output: &Path) -> PathBuf {
 }
 
 fn write_rows(path: Option<&Path>, labels: &[String], times: &[f64], rows: &[Vec<f64>]) -> Result<(), CliError> {
-    let header = std::iter::once("time".to_owned()).chain(labels.iter().cloned()).collect();
+    let header: Vec<String> = std::iter::once("time".to_owned()).chain(labels.iter().cloned()).collect();
     let rows = times
         .iter()
         .zip(rows)
         .map(|(time, row)| std::iter::once(time.to_string()).chain(row.iter().map(|kelvin| digits(*kelvin))).collect());
-    let text = csv_text(std::iter::once(header).chain(rows));
+    let rows = std::iter::once(header).chain(rows);
     match path {
-        Some(path) => Ok(write_bytes(path, &text)?),
-        None => Ok(std::io::stdout().lock().write_all(&text)?),
+        Some(path) => Ok(write_csv(path, rows)?),
+        None => Ok(folder::write_rows(std::io::stdout().lock(), rows)?),
     }
 }
 
@@ -192,18 +180,7 @@ fn write_events(path: &Path, file: &NetworkFile, series: &Series) -> Result<(), 
         let node = file.schedule.thermostats[switch.thermostat].node as usize;
         vec![format!("{:.6}", switch.time), file.labels[node].clone(), switch.on.to_string()]
     });
-    let text = csv_text(std::iter::once(header).chain(rows));
-    write_atomic(path, |out| out.write_all(&text).map_err(|source| OutputError::write(path, source)))?;
-    Ok(())
-}
-
-fn csv_text(rows: impl Iterator<Item = Vec<String>>) -> Vec<u8> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for row in rows {
-        // Memory takes every row.
-        let _ = writer.write_record(&row);
-    }
-    writer.into_inner().unwrap_or_default()
+    Ok(write_csv(path, std::iter::once(header).chain(rows))?)
 }
 
 fn plot(file: &NetworkFile, series: &Series, path: &Path, device: &str) -> Plot {

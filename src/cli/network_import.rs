@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::CliError;
+use super::error::CliError;
 use crate::output::folder::{keep_inputs, write_bytes};
 use crate::scene::network::import::import;
 

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::CliError;
+use super::error::CliError;
+use crate::gpu::error::GpuError;
 use crate::scene::network::NetworkFile;
 use crate::thermal::network::control::{ControlError, STIFFEST, Series, Settings, Use};
 use crate::thermal::network::steady::{Steady, SteadyError};
@@ -68,10 +69,7 @@ fn short(value: f64) -> String {
 }
 
 /// What a user can do about an integration that ended early.
-pub(super) fn control_error<E>(error: ControlError<E>, file: &NetworkFile, path: &Path) -> CliError
-where
-    CliError: From<E>,
-{
+pub(super) fn control_error(error: ControlError<GpuError>, file: &NetworkFile, path: &Path) -> CliError {
     let label = |node: usize| &file.labels[node];
     let message = match error {
         ControlError::Stepper(error) => return error.into(),
@@ -109,10 +107,7 @@ where
 }
 
 /// What a user can do about a steady state that was not found.
-pub(super) fn steady_error<E>(error: SteadyError<E>, file: &NetworkFile, path: &Path) -> CliError
-where
-    CliError: From<E>,
-{
+pub(super) fn steady_error(error: SteadyError<GpuError>, file: &NetworkFile, path: &Path) -> CliError {
     let label = |node: usize| &file.labels[node];
     let message = match error {
         SteadyError::Stepper(error) => return error.into(),

@@ -1,29 +1,29 @@
 //! `isotherm paper`: the figures of the paper that isotherm follows, with its numbers held against ours.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+use super::device::{DeviceArguments, check_validation};
+use super::digits::nine_digits;
+use super::error::CliError;
+use super::paper_orbits;
+use super::progress::{progress_bar, stop_flag};
 use super::run::prepare_with_progress;
-use super::{Chosen, CliError, DeviceArguments, nine_digits, paper_orbits, progress_bar, stop_flag};
 use crate::gpu::error::GpuError;
-use crate::gpu::response::{Run, respond};
-use crate::output::OutputError;
 use crate::output::colour::ColourScale;
-use crate::output::folder::{write_atomic, write_bytes};
-use crate::output::frame::Quantity;
+use crate::output::folder::{Folder, write_bytes, write_csv};
 use crate::output::frame_maker::FrameMaker;
 use crate::output::picture::beside;
-use crate::paper::folder::{CHECKS, FIGURE_7, INDEX, PaperFolder, plot_name, series_name};
-use crate::paper::orbit_figures::{self, Table};
+use crate::paper::files::{CHECKS, FIGURE_7, INDEX, own_files, plot_name, series_name};
+use crate::paper::orbit_figures;
 use crate::paper::page::Page;
 use crate::paper::visible::{Craft, draw};
 use crate::paper::{checks, scenario, transitions};
 use crate::simulation;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareError;
+use crate::simulation::target::Target;
 use crate::simulation::viewpoint::raster_view;
-use crate::thermal::material::Transition;
-use crate::thermal::transition::{TransitionState, transition_step};
 
 /// Make the paper's figures 2 to 7 again, and hold its numbers against ours.
 ///
@@ -68,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let chosen = arguments.device.open()?;
     let device = chosen.name();
     eprintln!("device: {device}");
-    let folder = PaperFolder::prepare(&arguments.output, arguments.force, &prepared.scene.files)?;
+    let folder = Folder::new(&arguments.output, &own_files()).prepare(arguments.force, &prepared.scene.files)?;
 
     let (orbits, work) = paper_orbits::compute(&chosen, &arguments.output)?;
     let statements = scenario::checks(&orbits);
@@ -80,17 +80,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut plots = Vec::new();
     for figure in orbit_figures::figures(&orbits, &device)? {
         for table in &figure.tables {
-            write_table(&folder.file(table.file), table)?;
+            write_csv(&folder.file(table.file), rows(&table.columns, table.rows.iter().map(Vec::as_slice)))?;
         }
         write_bytes(&folder.file(&plot_name(figure.number)), figure.svg.as_bytes())?;
         plots.push((figure.number, figure.svg));
     }
 
-    let computed =
-        transitions::compute(|transition, initial, targets| temperatures(&chosen, transition, initial, targets))?;
+    let computed = transitions::compute(|transition, initial, targets| {
+        let after = chosen.respond(transition, initial, targets)?;
+        Ok::<_, GpuError>(std::iter::once(initial).chain(after).collect())
+    })?;
     let mut values = Vec::new();
     for one in &computed {
-        write_series(&folder.file(&series_name(&one.panel)), &one.quadratic)?;
+        let temperatures = one.quadratic.iter().map(std::slice::from_ref);
+        write_csv(&folder.file(&series_name(&one.jump)), rows(&["temperature".to_owned()], temperatures))?;
         values.extend(one.checks());
     }
     for figure in [5, 6] {
@@ -119,51 +122,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         println!("{what}: {agree} of {} numbers agree", checks.len());
     }
     println!("page: {}", folder.file(INDEX).display());
-    chosen.check_validation()
+    check_validation(&chosen)
 }
 
-/// Temperatures of one node through its targets [K]: at step 0, then after each.
-fn temperatures(chosen: &Chosen, transition: &Transition, initial: f64, targets: &[f64]) -> Result<Vec<f64>, GpuError> {
-    let after: Vec<f64> = match chosen {
-        Chosen::Device(context) => {
-            let targets = targets.iter().map(|target| *target as f32).collect();
-            let runs = respond(context, transition, &[Run { initial: initial as f32, targets }])?;
-            runs.into_iter().flatten().map(f64::from).collect()
-        }
-        Chosen::Reference => {
-            let mut state = TransitionState::settled(initial, transition);
-            let mut advance = |target: &f64| {
-                let (next, temperature) = transition_step(state, *target, 1.0, transition);
-                state = next;
-                temperature
-            };
-            targets.iter().map(&mut advance).collect()
-        }
+/// The rows of a table: the step and its temperatures.
+fn rows<'a>(
+    columns: &'a [String],
+    temperatures: impl Iterator<Item = &'a [f64]> + 'a,
+) -> impl Iterator<Item = Vec<String>> + 'a {
+    let head = std::iter::once("step".to_owned()).chain(columns.iter().cloned()).collect();
+    let row = |(step, row): (usize, &[f64])| {
+        std::iter::once(step.to_string()).chain(row.iter().map(|t| nine_digits(*t))).collect()
     };
-    Ok(std::iter::once(initial).chain(after).collect())
-}
-
-fn write_series(path: &Path, temperatures: &[f64]) -> Result<(), OutputError> {
-    write_atomic(path, |writer| {
-        let rows = temperatures.iter().enumerate().map(|(step, t)| format!("{step},{}\n", nine_digits(*t)));
-        let text = std::iter::once("step,temperature\n".to_owned()).chain(rows).collect::<String>();
-        writer.write_all(text.as_bytes()).map_err(|source| OutputError::write(path, source))
-    })
-}
-
-fn write_table(path: &Path, table: &Table) -> Result<(), OutputError> {
-    write_atomic(path, |writer| {
-        let rows = table.rows.iter().enumerate().map(|(step, values)| {
-            let values = values.iter().map(|t| format!(",{}", nine_digits(*t)));
-            format!("{step}{}\n", values.collect::<String>())
-        });
-        let text = std::iter::once(format!("step,{}\n", table.columns.join(","))).chain(rows).collect::<String>();
-        writer.write_all(text.as_bytes()).map_err(|source| OutputError::write(path, source))
-    })
+    std::iter::once(head).chain(temperatures.enumerate().map(row))
 }
 
 /// The PNG of figure 7 and its caption; `None` where Ctrl-C came first.
-fn figure_7(chosen: &Chosen, prepared: &Prepared, time: f64) -> Result<Option<(Vec<u8>, String)>, CliError> {
+fn figure_7(chosen: &Target, prepared: &Prepared, time: f64) -> Result<Option<(Vec<u8>, String)>, CliError> {
     let camera = prepared.scene.require_camera().map_err(PrepareError::from)?;
     let mut engine = chosen.engine(prepared, Some(camera))?;
     let stop = stop_flag();
@@ -182,10 +157,7 @@ fn figure_7(chosen: &Chosen, prepared: &Prepared, time: f64) -> Result<Option<(V
     let nodes = prepared.nodes_at(time);
     let craft = Craft { nodes: &nodes, triangles: &prepared.triangles, materials: &prepared.materials };
     let visible = draw(&craft, &raster_view(camera, &pose), sky.sun_direction, sunlight);
-    let scale = match prepared.scene.colour_range {
-        Some(range) => ColourScale::new(Quantity::Temperature, range),
-        None => ColourScale::covering(Quantity::Temperature, [&frame]),
-    };
+    let scale = prepared.scene.colour_range.map_or_else(|| ColourScale::covering(frame.range()), ColourScale::new);
     let title = format!("Figure 7: {} in visible light and in temperature", prepared.scene.name);
     let details = format!("t = {time} s, on {}", engine.device_name());
     let shading = match sunlight {

@@ -2,8 +2,11 @@
 
 use std::io::Write;
 
-use super::{Chosen, CliError, DeviceArguments, nine_digits};
+use super::device::{DeviceArguments, check_validation};
+use super::digits::nine_digits;
+use super::error::CliError;
 use crate::gpu::blackbody::{band_radiances, brightness_temperatures};
+use crate::simulation::target::Target;
 use crate::thermal::brightness::{BrightnessTable, MAX_TEMPERATURE, brightness_temperature};
 use crate::thermal::planck::Band;
 use crate::thermal::radiance::{RadianceTable, band_radiance};
@@ -54,7 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     eprintln!("device: {}", chosen.name());
     let rounded: Vec<f32> = arguments.numbers.iter().map(|number| *number as f32).collect();
     let results: Vec<f64> = match &chosen {
-        Chosen::Reference => arguments
+        Target::Reference => arguments
             .numbers
             .iter()
             .map(|number| {
@@ -65,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
                 }
             })
             .collect::<Result<_, _>>()?,
-        Chosen::Device(context) => {
+        Target::Device(context) => {
             let results = if arguments.inverse {
                 brightness_temperatures(context, &table, &guesses, &rounded)?
             } else {
@@ -79,7 +82,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     for (number, result) in arguments.numbers.iter().zip(results) {
         writeln!(out, "{number},{}", nine_digits(result))?;
     }
-    chosen.check_validation()
+    check_validation(&chosen)
 }
 
 #[cfg(test)]

@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+use super::device::{DeviceArguments, check_validation};
+use super::error::CliError;
+use super::progress::{progress_bar, stop_flag};
 use super::run::{prepare_with_progress, say_size};
-use super::{CliError, DeviceArguments, progress_bar, stop_flag};
 use crate::output::exr::write_exr;
 use crate::output::folder::{check_writable, keep_inputs};
 use crate::output::frame_maker::FrameMaker;
@@ -64,5 +66,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         write_exr(&arguments.output, &frame, &header)?;
         println!("{}", arguments.output.display());
     }
-    chosen.check_validation()
+    check_validation(&chosen)
 }

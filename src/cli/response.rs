@@ -1,6 +1,7 @@
 //! `isotherm response`: how a temperature follows its targets, and which function it follows them by.
 
-use super::{CliError, response_fit, response_targets};
+use super::error::CliError;
+use super::{response_fit, response_targets};
 
 /// How a temperature follows its targets.
 ///

@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::CliError;
+use super::error::CliError;
 use crate::output::folder::{keep_inputs, write_bytes};
 use crate::output::plot::{Line, Mark, Plot};
 use crate::output::plot_axis::Axis;

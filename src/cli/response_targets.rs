@@ -1,18 +1,16 @@
 //! The response to targets from a file, on the device or in f64.
 
-use std::io::Write;
 use std::path::PathBuf;
 
-use super::{Chosen, CliError, DeviceArguments, nine_digits};
-use crate::gpu::response::{Run, respond};
-use crate::output::OutputError;
-use crate::output::folder::{keep_inputs, write_atomic, write_bytes};
+use super::device::{DeviceArguments, check_validation};
+use super::digits::nine_digits;
+use super::error::CliError;
+use crate::output::folder::{keep_inputs, write_bytes, write_csv, write_rows};
 use crate::output::plot::{Line, Mark, Plot};
 use crate::output::plot_axis::Axis;
 use crate::scene::targets::{self, MAX_STEPS};
 use crate::thermal::function::Function;
 use crate::thermal::material::{Domain, LONGEST_T_MAX, Profile, Retarget, Transition};
-use crate::thermal::transition::{TransitionState, transition_step};
 
 pub(super) const HELP: &str = "\
 F is linear, quadratic, polynomial=c0,c1,..., exponential=K, logarithmic=K, table=FILE (columns time,temperature) or
@@ -104,44 +102,20 @@ pub(super) fn run(arguments: &Targets) -> Result<(), CliError> {
     };
     let chosen = arguments.device.open()?;
     eprintln!("device: {}", chosen.name());
-    let temperatures = temperatures(&chosen, &transition, initial, &targets)?;
-    let write = |out: &mut dyn Write| -> std::io::Result<()> {
-        writeln!(out, "step,temperature")?;
-        for (step, temperature) in temperatures.iter().enumerate() {
-            writeln!(out, "{step},{}", nine_digits(*temperature))?;
-        }
-        Ok(())
-    };
+    // A device rounds where the node starts, too.
+    let first = if chosen.device().is_some() { f64::from(initial as f32) } else { initial };
+    let mut temperatures = vec![first];
+    temperatures.extend(chosen.respond(&transition, initial, &targets)?);
+    let numbered = temperatures.iter().enumerate().map(|(step, t)| [step.to_string(), nine_digits(*t)]);
+    let rows = std::iter::once(["step", "temperature"].map(str::to_owned)).chain(numbered);
     match &arguments.output {
-        Some(path) => write_atomic(path, |out| write(out).map_err(|source| OutputError::write(path, source)))?,
-        None => write(&mut std::io::stdout().lock())?,
+        Some(path) => write_csv(path, rows)?,
+        None => write_rows(std::io::stdout().lock(), rows)?,
     }
     if let Some(path) = &arguments.plot {
         write_bytes(path, plot(&transition, &chosen.name(), &targets, &temperatures).svg()?.as_bytes())?;
     }
-    chosen.check_validation()
-}
-
-/// Temperatures [K] from step 0.
-fn temperatures(chosen: &Chosen, transition: &Transition, initial: f64, targets: &[f64]) -> Result<Vec<f64>, CliError> {
-    match chosen {
-        Chosen::Device(context) => {
-            let run = Run { initial: initial as f32, targets: targets.iter().map(|target| *target as f32).collect() };
-            let found = respond(context, transition, std::slice::from_ref(&run))?;
-            let first = std::iter::once(f64::from(run.initial));
-            Ok(first.chain(found.into_iter().flatten().map(f64::from)).collect())
-        }
-        Chosen::Reference => {
-            let mut state = TransitionState::settled(initial, transition);
-            let first = std::iter::once(initial);
-            let later = targets.iter().map(|target| {
-                let (next, temperature) = transition_step(state, *target, 1.0, transition);
-                state = next;
-                temperature
-            });
-            Ok(first.chain(later).collect())
-        }
-    }
+    check_validation(&chosen)
 }
 
 fn plot(transition: &Transition, device: &str, targets: &[f64], temperatures: &[f64]) -> Plot {

@@ -5,11 +5,15 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 
-use super::{Chosen, CliError, DeviceArguments, building_bar, progress_bar, show_stage, stop_flag};
+use super::device::{DeviceArguments, check_validation};
+use super::error::CliError;
+use super::progress::{building_bar, progress_bar, show_stage, stop_flag};
 use crate::gpu::resources::{Planned, check_plan, device_bytes};
-use crate::output::folder::{RunFolder, check_writable, keep_inputs, write_bytes};
-use crate::output::job::{Outcome, Progress, run_into};
-use crate::output::report::{BufferSize, Device, FileEntry, ModelSize, PassTime, Report, Section, SourceFile, Speed};
+use crate::output::folder::{Folder, check_writable, keep_inputs, write_bytes, write_json};
+use crate::output::job::{Done, FILES, JOINTS, Outcome, REPORT_HTML, REPORT_JSON, SERIES, run_into};
+use crate::output::report::{
+    BufferSize, Device, FileEntry, ModelSize, PassTime, Report, SettingGroup, SourceFile, Speed,
+};
 use crate::output::{report_html, settings};
 use crate::scene::Draw;
 use crate::simulation::check::SAMPLE;
@@ -17,6 +21,7 @@ use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
 use crate::simulation::is_drawn;
 use crate::simulation::prepare::Prepared;
+use crate::simulation::target::Target;
 use crate::trace::{Trace, Track};
 
 /// Run a scene: temperatures, images, plots and a report.
@@ -45,26 +50,6 @@ pub struct Arguments {
     device: DeviceArguments,
 }
 
-struct Bars {
-    warm_up: ProgressBar,
-    steps: ProgressBar,
-    pictures: ProgressBar,
-}
-
-impl Progress for Bars {
-    fn warmed_up(&self) {
-        self.warm_up.inc(1);
-    }
-
-    fn stepped(&self) {
-        self.steps.inc(1);
-    }
-
-    fn pictured(&self) {
-        self.pictures.inc(1);
-    }
-}
-
 /// Loads a scene and prints what a user should look at.
 pub(super) fn prepare_with_progress(path: &Path) -> Result<Prepared, CliError> {
     let bar = building_bar();
@@ -81,10 +66,10 @@ pub(super) fn prepare_with_progress(path: &Path) -> Result<Prepared, CliError> {
 }
 
 /// Prints nodes and triangles, and the memory that they will take on the device.
-pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Chosen) {
+pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Target) {
     let nodes = prepared.nodes.count;
     eprintln!("{}: {nodes} nodes, {} triangles on {}", prepared.scene.name, prepared.triangle_count(), chosen.name());
-    if let Chosen::Device(context) = chosen {
+    if let Target::Device(context) = chosen {
         let of_network = prepared.network_bytes(plan);
         let all = plan.iter().map(|planned| planned.bytes).sum::<u64>() + of_network.device + of_network.host;
         let of_nodes = device_bytes(plan) + of_network.device;
@@ -109,7 +94,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let prepares = trace.span(Track::Host, "load and build the scene");
     let prepared = prepare_with_progress(&arguments.scene)?;
     drop(prepares);
-    RunFolder::keep_inputs(&arguments.output, &prepared.scene.files)?;
+    let folder = Folder::new(&arguments.output, &FILES);
+    folder.keep_inputs(&prepared.scene.files)?;
     if let Some(path) = &arguments.trace {
         keep_inputs(path, &prepared.scene.files)?;
     }
@@ -119,11 +105,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let data = device_data.scene_data(&prepared, camera);
     let plan = data.plan();
     say_size(&prepared, &plan, &chosen);
-    if let Chosen::Device(context) = &chosen {
+    if let Target::Device(context) = &chosen {
         let of_network = prepared.network_bytes(&plan);
         check_plan(context, &plan, of_network.device + of_network.host, data.image)?;
     }
-    let folder = RunFolder::prepare(&arguments.output, arguments.force, &prepared.scene.files)?;
+    let folder = folder.prepare(arguments.force, &prepared.scene.files)?;
     let stop = stop_flag();
     let mut engine = chosen.engine(&prepared, camera)?;
     engine.record(trace.clone());
@@ -131,20 +117,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
 
     let time = &prepared.scene.time;
     let images = (0..=time.steps).filter(|step| is_drawn(&time.draw, *step)).count() as u64;
-    let bars = Bars {
-        warm_up: progress_bar(u64::from(prepared.warm_up_ticks()), "warm-up"),
-        steps: progress_bar(u64::from(time.steps) + 1, "steps"),
-        pictures: progress_bar(images, "pictures"),
-    };
-    let with_check = matches!(chosen, Chosen::Device(_));
+    let bars = [
+        progress_bar(u64::from(prepared.warm_up_ticks()), "warm-up"),
+        progress_bar(u64::from(time.steps) + 1, "steps"),
+        progress_bar(images, "pictures"),
+    ];
+    let with_check = matches!(chosen, Target::Device(_));
     if arguments.check.is_some() && !with_check {
         eprintln!("nothing to check: this run is the f64 reference itself");
     }
     let sample = with_check.then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize));
-    let outcome = run_into(&prepared, &mut *engine, &folder, sample, &stop, &bars);
-    for bar in [&bars.warm_up, &bars.steps, &bars.pictures] {
-        bar.finish_and_clear();
-    }
+    let outcome = run_into(&prepared, &mut *engine, &folder, sample, &stop, &|done: Done| bars[done as usize].inc(1));
+    bars.iter().for_each(ProgressBar::finish_and_clear);
     let outcome = outcome?;
 
     let buffers =
@@ -152,15 +136,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let report = Report {
         buffers: if with_check { buffers.collect() } else { Vec::new() },
         speed: speed(&prepared, &*engine, &outcome, began.elapsed().as_secs_f64()),
-        ..report(&prepared, &chosen, &*engine, &folder, outcome, start_up_s)
+        ..report(&prepared, &chosen, &*engine, outcome, start_up_s)
     };
-    report.write_json(&folder.report_json())?;
-    write_bytes(&folder.report_html(), report_html::page(&report).as_bytes())?;
+    write_json(&folder.file(REPORT_JSON), &report)?;
+    write_bytes(&folder.file(REPORT_HTML), report_html::page(&report).as_bytes())?;
     if let Some(path) = &arguments.trace {
         write_bytes(path, trace.json().to_string().as_bytes())?;
     }
     print_summary(&report, &folder);
-    chosen.check_validation()?;
+    check_validation(&chosen)?;
     if report.interrupted { Err(CliError::Stopped(arguments.output.clone())) } else { Ok(()) }
 }
 
@@ -194,10 +178,10 @@ fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f6
 }
 
 /// What the thermal network is, and how it was integrated.
-fn network_section(prepared: &Prepared, engine: &dyn Engine) -> Option<Section> {
+fn network_section(prepared: &Prepared, engine: &dyn Engine) -> Option<SettingGroup> {
     let network = prepared.network.as_ref()?;
     let entries = network.description().into_iter().chain(engine.network_description()).collect();
-    Some(Section { title: "Thermal network".to_owned(), entries })
+    Some(SettingGroup { title: "Thermal network".to_owned(), entries })
 }
 
 fn pass_times(engine: &dyn Engine) -> Vec<PassTime> {
@@ -205,16 +189,9 @@ fn pass_times(engine: &dyn Engine) -> Vec<PassTime> {
     times.filter_map(|(name, samples)| PassTime::from_samples(name, samples)).collect()
 }
 
-fn report(
-    prepared: &Prepared,
-    chosen: &Chosen,
-    engine: &dyn Engine,
-    folder: &RunFolder,
-    outcome: Outcome,
-    start_up_s: f64,
-) -> Report {
+fn report(prepared: &Prepared, chosen: &Target, engine: &dyn Engine, outcome: Outcome, start_up_s: f64) -> Report {
     let device = match chosen {
-        Chosen::Device(context) => Device {
+        Target::Device(context) => Device {
             name: context.info.name.clone(),
             driver: context.info.driver.clone(),
             details: vec![
@@ -223,7 +200,7 @@ fn report(
                 ("stepping and drawing".to_owned(), format!("{:.2} s", outcome.stepping_s)),
             ],
         },
-        Chosen::Reference => Device { name: chosen.name(), ..Device::default() },
+        Target::Reference => Device { name: chosen.name(), ..Device::default() },
     };
     let kind = |number: usize, path: &Path| match number {
         0 => "scene",
@@ -242,19 +219,14 @@ fn report(
     for (kind, nodes) in prepared.nodes.by_kind() {
         nodes_by_response.push((kind.to_string(), nodes as u64));
     }
-    let mut files = vec![
-        FileEntry { path: folder.relative(&folder.series()), what: "temperatures over time".to_owned() },
-        FileEntry { path: folder.relative(&folder.report_json()), what: "this report as JSON".to_owned() },
+    let files = [
+        (true, SERIES, "temperatures over time"),
+        (true, REPORT_JSON, "this report as JSON"),
+        (prepared.joints() > 1, JOINTS, "joints over time"),
+        (!outcome.frames.is_empty(), "frames/", "EXR and PNG of every drawn step"),
+        (!outcome.plots.is_empty(), "plots/", "the plots as SVG"),
     ];
-    if prepared.joints() > 1 {
-        files.push(FileEntry { path: folder.relative(&folder.joints()), what: "joints over time".to_owned() });
-    }
-    if !outcome.frames.is_empty() {
-        files.push(FileEntry { path: "frames/".to_owned(), what: "EXR and PNG of every drawn step".to_owned() });
-    }
-    if !outcome.plots.is_empty() {
-        files.push(FileEntry { path: "plots/".to_owned(), what: "the plots as SVG".to_owned() });
-    }
+    let files = files.into_iter().filter(|(there, ..)| *there);
     let mut warnings = prepared.warnings.clone();
     let mut details_of_warm_up = Vec::new();
     if let Some(periodic) = outcome.periodic {
@@ -288,20 +260,20 @@ fn report(
             nodes_by_response,
         },
         passes: pass_times(engine),
-        settings: settings::sections(prepared).into_iter().chain(network_section(prepared, engine)).collect(),
+        settings: settings::groups(prepared).into_iter().chain(network_section(prepared, engine)).collect(),
         assumptions: prepared.scene.assumptions.clone(),
         warnings,
         switched_off: prepared.switched_off(),
         frames: outcome.frames,
         pictures: outcome.pictures,
         plots: outcome.plots,
-        files,
+        files: files.map(|(_, path, what)| FileEntry { path: path.to_owned(), what: what.to_owned() }).collect(),
         interrupted: !outcome.complete,
         ..Report::default()
     }
 }
 
-fn print_summary(report: &Report, folder: &RunFolder) {
+fn print_summary(report: &Report, folder: &Folder) {
     let speed = &report.speed;
     println!("{} steps and {} images in {:.1} s on {}", speed.steps, speed.images, speed.wall_s, report.device.name);
     if let (Some(step), Some(node)) = (speed.step_ms, speed.ns_per_node_step) {
@@ -324,5 +296,5 @@ fn print_summary(report: &Report, folder: &RunFolder) {
             println!("{note}");
         }
     }
-    println!("report: {}", folder.report_html().display());
+    println!("report: {}", folder.file(REPORT_HTML).display());
 }

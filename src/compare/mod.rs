@@ -3,13 +3,12 @@
 //! [`responses`] says how each material moves in each run, [`runs`] makes the runs, [`differences`] holds them against the
 //! network, [`page`] and [`files`] show what was found.
 
-pub mod costs;
-pub mod differences;
-pub mod files;
-pub mod page;
-pub mod record;
-pub mod responses;
-pub mod runs;
+pub(crate) mod differences;
+pub(crate) mod files;
+pub(crate) mod page;
+pub(crate) mod record;
+pub(crate) mod responses;
+pub(crate) mod runs;
 
 use std::path::PathBuf;
 

@@ -1,12 +1,12 @@
 //! `compare.html`: what the three responses say of one scene, on one page that needs no network and no script.
 
-use super::files::{OVER_TIME, TABLE, farthest_parts, series_name};
 use super::responses::{Origin, domain_text, notes, profile_text};
 use super::runs::{Ran, Runs};
 use super::{INSTANT, NETWORK, RESPONSES, TRANSITION};
-use crate::output::html::{Html, escape, kelvin, link_target, significant, thousands};
+use crate::output::html::{Html, kelvin, significant, thousands};
 use crate::output::report::{Picture, PlotEntry};
 use crate::output::settings;
+use crate::simulation::prepare::Prepared;
 use crate::thermal::step_response::Fitted;
 
 /// What the page tells beside the runs.
@@ -19,8 +19,8 @@ pub struct Page {
 }
 
 impl Page {
-    /// The document.
-    pub fn html(&self, runs: &Runs, pictures: &[Picture], plots: &[PlotEntry]) -> String {
+    /// The document; `tables` are the names of its CSV files.
+    pub fn html(&self, runs: &Runs, tables: &[String], pictures: &[Picture], plots: &[PlotEntry]) -> String {
         let prepared = &runs.ran[NETWORK].prepared;
         let scene = &prepared.scene;
         let mut html = Html::page(&format!("{} - three responses - isotherm", scene.name));
@@ -35,7 +35,7 @@ impl Page {
              that balance. Network: the energy balance of every node with its capacitance, conduction and radiation. \
              Differences are against the network.",
         );
-        list(&mut html, "Warnings", &warnings(runs), "warning");
+        html.list("Warnings", &warnings(runs), "warning");
         let panels = match pictures {
             [] => {
                 html.element("p", "The scene draws no step, or has no camera: there are no pictures.");
@@ -52,11 +52,9 @@ impl Page {
         parts(&mut html, runs);
         cost(&mut html, runs);
         functions(&mut html, runs);
-        let network =
-            runs.ran[NETWORK].prepared.network.as_ref().map(|network| network.description()).unwrap_or_default();
+        let network = prepared.network.as_ref().map(|network| network.description()).unwrap_or_default();
         html.element("h2", "Thermal network");
-        let rows = network.into_iter().chain(runs.ran[NETWORK].network.iter().cloned());
-        html.table(&[], rows.map(|(name, value)| vec![name, value]));
+        html.pairs(network.into_iter().chain(runs.ran[NETWORK].network.iter().cloned()));
         if !panels.is_empty() {
             html.element("h2", "Step by step");
         }
@@ -65,29 +63,24 @@ impl Page {
         }
         let mut said = notes(prepared, &runs.materials, &scene.source);
         said.extend(scene.assumptions.iter().cloned());
-        list(&mut html, "Assumed", &said, "plain");
-        settings(&mut html, &runs.ran[NETWORK]);
-        self.files(&mut html, runs, pictures, plots);
+        html.list("Assumed", &said, "plain");
+        html.element("h2", "Settings");
+        html.settings(&settings::groups(prepared));
+        self.inputs(&mut html, prepared);
+        let names = tables.iter().chain(pictures.iter().map(|one| &one.file)).chain(plots.iter().map(|one| &one.file));
+        html.files(names.map(String::as_str));
         html.into_page()
     }
 
-    fn files(&self, html: &mut Html, runs: &Runs, pictures: &[Picture], plots: &[PlotEntry]) {
-        let prepared = &runs.ran[NETWORK].prepared;
+    fn inputs(&self, html: &mut Html, prepared: &Prepared) {
         html.element("h2", "Inputs");
-        html.raw(&format!("<p>Command: <code>{}</code></p>\n", escape(&self.command_line)));
+        html.command(&self.command_line);
         let rows =
             prepared.scene.files.iter().map(|path| {
                 vec![path.display().to_string(), prepared.file_hashes.get(path).cloned().unwrap_or_default()]
             });
         html.table(&["file", "SHA-256"], rows);
         html.element("p", &format!("{} s in all, pictures included", significant(self.wall_s)));
-        html.element("h2", "Files");
-        let series = RESPONSES.map(series_name);
-        let names = [TABLE, OVER_TIME].into_iter().chain(series.iter().map(String::as_str));
-        let names =
-            names.chain(pictures.iter().map(|one| one.file.as_str())).chain(plots.iter().map(|one| one.file.as_str()));
-        let links = names.map(|name| format!("<li><a href=\"{}\">{}</a></li>\n", link_target(name), escape(name)));
-        html.raw(&format!("<ul class=\"plain\">\n{}</ul>\n", links.collect::<String>()));
     }
 }
 
@@ -99,20 +92,10 @@ fn headline(html: &mut Html, runs: &Runs) {
     }
     for (run, ran) in runs.ran.iter().enumerate() {
         if let Some(step) = &ran.cost.step {
-            figures.push(((significant(step.median_ms), "ms"), format!("a step, {}", RESPONSES[run])));
+            figures.push(((significant(step.median), "ms"), format!("a step, {}", RESPONSES[run])));
         }
     }
     html.headline(figures.into_iter().map(|((value, unit), what)| (value, unit.to_owned(), what)));
-}
-
-fn list(html: &mut Html, title: &str, items: &[String], class: &str) {
-    if items.is_empty() {
-        return;
-    }
-    html.element("h2", title);
-    html.raw(&format!("<ul class=\"{class}\">\n"));
-    items.iter().for_each(|item| html.element("li", item));
-    html.raw("</ul>\n");
 }
 
 /// What the scene's own warnings are, and warm-ups that did not become periodic.
@@ -143,7 +126,7 @@ fn parts(html: &mut Html, runs: &Runs) {
     let head =
         ["part", "area [m²]", "response", "rms [K]", "mean [K]", "largest [K]", "time [s]", "step", "node", "material"];
     let mut rows = Vec::new();
-    for part in farthest_parts(runs).into_iter().map(Some).chain([None]) {
+    for part in runs.farthest_parts().into_iter().map(Some).chain([None]) {
         for run in [INSTANT, TRANSITION] {
             let differences = &runs.ran[run].differences;
             let group = part.map_or(&differences.all, |part| &differences.parts[part]);
@@ -182,12 +165,13 @@ fn cost(html: &mut Html, runs: &Runs) {
         let step = cost.step.as_ref();
         vec![
             (*name).to_owned(),
-            number(step.map(|time| time.median_ms)),
-            number(step.map(|time| time.p10_ms)),
-            number(step.map(|time| time.p90_ms)),
+            number(step.map(|time| time.median)),
+            number(step.map(|time| time.p10)),
+            number(step.map(|time| time.p90)),
             number(cost.device_step_ms),
-            number(cost.image.as_ref().map(|time| time.median_ms)),
-            ran.periodic.map_or_else(|| cost.warm_up_ticks(), |periodic| format!("{} orbits", periodic.orbits)),
+            number(cost.image.as_ref().map(|time| time.median)),
+            ran.periodic
+                .map_or_else(|| format!("{} steps", cost.warm_up), |periodic| format!("{} orbits", periodic.orbits)),
             significant(cost.warm_up_s),
             significant(cost.wall_s),
         ]
@@ -234,12 +218,4 @@ fn fitted_text(fitted: &Fitted) -> (String, String) {
     let residual = |[rms, _]: [f64; 2]| format!("{rms:.2}");
     let residuals = format!("{} heating, {} cooling", residual(fitted.heating), residual(fitted.cooling));
     (format!("step response between {cold:.0} and {hot:.0} K"), residuals)
-}
-
-fn settings(html: &mut Html, ran: &Ran) {
-    html.element("h2", "Settings");
-    for section in settings::sections(&ran.prepared) {
-        html.element("h3", &section.title);
-        html.table(&[], section.entries.iter().map(|(name, value)| vec![name.clone(), value.clone()]));
-    }
 }

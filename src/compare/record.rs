@@ -15,18 +15,12 @@ pub struct Record {
 
 impl Record {
     /// An empty record on the disk of a folder; it vanishes with the process.
-    ///
-    /// # Errors
-    /// The folder takes no file.
     pub fn new(folder: &Path, vertices: usize) -> Result<Self, OutputError> {
         let file = tempfile::tempfile_in(folder).map_err(|source| OutputError::write(folder, source))?;
         Ok(Self { file, folder: folder.to_path_buf(), vertices })
     }
 
     /// Adds the temperatures of the next step [K], in the order of the vertices.
-    ///
-    /// # Errors
-    /// A full disk.
     pub fn push(&mut self, temperatures: &[f32]) -> Result<(), OutputError> {
         let written = self.file.write_all(bytemuck::cast_slice(temperatures));
         written.map_err(|source| OutputError::write(&self.folder, source))
@@ -41,7 +35,7 @@ impl Record {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut row);
         let start = u64::from(step) * bytes.len() as u64;
         let read = self.file.seek(SeekFrom::Start(start)).and_then(|_| self.file.read_exact(bytes));
-        read.map_err(|source| OutputError::Read { path: self.folder.clone(), source })?;
+        read.map_err(|source| OutputError::Read(self.folder.clone(), source))?;
         Ok(row)
     }
 }

@@ -25,7 +25,6 @@ pub enum Origin {
 /// The transition of a material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OfMaterial {
-    /// Its name.
     pub name: String,
     /// What moves it in the run `transition`; `None` where it is `instant`.
     pub transition: Option<Transition>,
@@ -40,18 +39,12 @@ pub fn is_kept(material: &Material) -> bool {
 }
 
 /// The scene with every material as `instant`.
-///
-/// # Errors
-/// As [`Prepared::new`].
 pub fn instant(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, PrepareError> {
     let change = |materials: &mut [Material]| materials.iter_mut().for_each(|one| one.response = Response::Instant);
     Prepared::with_materials(without_network(scene), change, progress)
 }
 
 /// The scene with every material as `transition`, one entry of `of` for each.
-///
-/// # Errors
-/// As [`Prepared::new`].
 pub fn transition(scene: &Scene, of: &[OfMaterial], progress: &mut dyn FnMut(Stage)) -> Result<Prepared, PrepareError> {
     let change = |materials: &mut [Material]| {
         for (material, of) in materials.iter_mut().zip(of) {

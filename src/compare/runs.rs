@@ -1,29 +1,25 @@
 //! The three runs: each scene through all its steps, with temperatures of all steps and views of a few.
 
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::costs::Cost;
 use super::differences::{Differences, Vertices};
 use super::record::Record;
 use super::responses::{self, OfMaterial};
-use super::{CompareError, INSTANT, NETWORK, RESPONSES, TRANSITION};
-use crate::gpu::context::Context;
+use super::{CompareError, INSTANT, NETWORK, TRANSITION};
 use crate::gpu::nodes::GROUP;
 use crate::output::comparison::Views;
 use crate::output::job::{NodeGroups, check_finite};
-use crate::output::report::PassTime;
 use crate::output::series::Series;
+use crate::output::statistics::Spread;
 use crate::scene::{Draw, Scene};
-use crate::simulation::device_engine::DeviceEngine;
 use crate::simulation::engine::{Engine, EngineError, Order, Tick};
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
-use crate::simulation::reference_engine::ReferenceEngine;
+use crate::simulation::target::Target;
 use crate::simulation::{is_drawn, pose_at, start};
 
 /// Most steps that are shown as pictures.
@@ -31,12 +27,30 @@ pub const MOST_VIEWS: usize = 6;
 /// Most pixels that all views hold together; large images are shown at fewer steps.
 const MOST_PIXELS: usize = 1 << 26;
 
-/// Hears how far the runs are.
-pub trait Progress {
-    /// A run begins: which, and how many ticks it has; 0 where its warm-up ends by itself.
-    fn begins(&self, run: usize, ticks: u64);
-    /// A tick is done, or an orbit of a periodic warm-up.
-    fn ticked(&self);
+/// How far the runs are.
+pub enum Progress {
+    /// A run begins: which, and how many steps it has; 0 where its warm-up ends by itself.
+    Begins(usize, u64),
+    /// A step is done, or an orbit of a periodic warm-up.
+    Stepped,
+}
+
+/// What a run cost: wall-clock times on the host, measured alike for every response.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cost {
+    /// Of a thermal step [ms]: from its submission until it is done, network included.
+    pub step: Option<Spread>,
+    /// Of an image [ms]: from its submission until radiance, temperature and labels are on the host.
+    pub image: Option<Spread>,
+    /// Mean time of the thermal passes of a step on the device [ms], by its own clock, warm-up left out; of a network its loads
+    /// only.
+    pub device_step_ms: Option<f64>,
+    /// Steps of the warm-up, where it has a given length.
+    pub warm_up: u64,
+    /// Wall time of the warm-up [s].
+    pub warm_up_s: f64,
+    /// Wall time of the whole run, start-up and warm-up included, pictures not [s].
+    pub wall_s: f64,
 }
 
 /// What a run left.
@@ -73,6 +87,16 @@ pub struct Runs {
     pub device: String,
 }
 
+impl Runs {
+    /// Parts in the order of how far `instant` is from the network, the farthest first; those without area are left out.
+    pub fn farthest_parts(&self) -> Vec<usize> {
+        let parts = &self.ran[INSTANT].differences.parts;
+        let mut order: Vec<usize> = (0..parts.len()).filter(|part| parts[*part].area > 0.0).collect();
+        order.sort_by(|a, b| parts[*b].rms().total_cmp(&parts[*a].rms()).then(a.cmp(b)));
+        order
+    }
+}
+
 /// Steps that are shown: those that the scene draws, evenly thinned to `most`.
 pub fn shown_steps(draw: &Draw, steps: u32, most: usize) -> Vec<u32> {
     let drawn: Vec<u32> = (0..=steps).filter(|step| is_drawn(draw, *step)).collect();
@@ -88,10 +112,10 @@ pub fn shown_steps(draw: &Draw, steps: u32, most: usize) -> Vec<u32> {
 /// A scene that cannot be compared, a device that fails, Ctrl-C.
 pub fn all(
     scene: &Scene,
-    context: Option<&Arc<Context>>,
+    target: &Target,
     folder: &Path,
     stop: &AtomicBool,
-    progress: &dyn Progress,
+    progress: &dyn Fn(Progress),
     prepared_network: Prepared,
 ) -> Result<Runs, CompareError> {
     let vertices = vertices(&prepared_network);
@@ -102,7 +126,7 @@ pub fn all(
         None => Vec::new(),
     };
     let mut record = Record::new(folder, vertices.areas.len())?;
-    let setting = Setting { context, stop, progress, vertices: &vertices, shown: &shown };
+    let setting = Setting { target, stop, progress, vertices: &vertices, shown: &shown };
     let network = setting.run(NETWORK, prepared_network, &mut Held::Recorded(&mut record))?;
     let instant = setting.run(INSTANT, responses::instant(scene, &mut |_| ())?, &mut Held::Against(&mut record))?;
     let swings = swings(&instant, &vertices);
@@ -112,8 +136,7 @@ pub fn all(
 
     let mut ran = vec![instant, transition, network];
     let views = views(&mut ran, &shown);
-    let device = context.map_or("cpu (f64 reference)".to_owned(), |context| context.info.name.clone());
-    Ok(Runs { ran, materials, vertices, views, device })
+    Ok(Runs { ran, materials, vertices, views, device: target.name() })
 }
 
 fn vertices(prepared: &Prepared) -> Vertices {
@@ -188,9 +211,9 @@ enum Held<'a> {
 
 /// What is the same for every run.
 struct Setting<'a> {
-    context: Option<&'a Arc<Context>>,
+    target: &'a Target,
     stop: &'a AtomicBool,
-    progress: &'a dyn Progress,
+    progress: &'a dyn Fn(Progress),
     vertices: &'a Vertices,
     shown: &'a [u32],
 }
@@ -202,13 +225,10 @@ impl Setting<'_> {
         let camera = scene.camera.as_ref().filter(|_| !self.shown.is_empty());
         let time = &scene.time;
         let warm_up = u64::from(prepared.warm_up_ticks());
-        self.progress.begins(number, warm_up + u64::from(time.steps) + 1);
-        let mut engine: Box<dyn Engine> = match self.context {
-            Some(context) => Box::new(DeviceEngine::new(context, &prepared, camera).map_err(EngineError::from)?),
-            None => Box::new(ReferenceEngine::new(&prepared, camera)),
-        };
+        (self.progress)(Progress::Begins(number, warm_up + u64::from(time.steps) + 1));
+        let mut engine = self.target.engine(&prepared, camera).map_err(EngineError::from)?;
         let before = Instant::now();
-        let periodic = start(&prepared, &mut *engine, None, self.stop, &mut || self.progress.ticked())?;
+        let periodic = start(&prepared, &mut *engine, None, self.stop, &mut || (self.progress)(Progress::Stepped))?;
         let warm_up_s = before.elapsed().as_secs_f64();
         let (passes, passes_ms) = thermal_passes(&*engine);
 
@@ -251,13 +271,13 @@ impl Setting<'_> {
                     images.push((temperatures, pixels.identity.iter().map(|pixel| pixel[0]).collect()));
                 }
             }
-            self.progress.ticked();
+            (self.progress)(Progress::Stepped);
         }
         let (all_passes, all_passes_ms) = thermal_passes(&*engine);
         let device_step_ms = (all_passes > passes).then(|| (all_passes_ms - passes_ms) / f64::from(time.steps));
         let cost = Cost {
-            step: PassTime::from_samples(RESPONSES[number], &step_ms),
-            image: PassTime::from_samples(RESPONSES[number], &image_ms),
+            step: Spread::of(&step_ms),
+            image: Spread::of(&image_ms),
             device_step_ms,
             warm_up,
             warm_up_s,

@@ -11,7 +11,9 @@ use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
 use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
 
 use super::OutputError;
-use super::colour::Rgb;
+
+/// Red, green, blue in sRGB.
+pub type Rgb = [u8; 3];
 
 /// Pixels in sRGB, 8 bits a channel, row after row from the top.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,16 +65,14 @@ impl Face {
     }
 }
 
-/// Which point of a line of text its position names; vertically it is the top.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Anchor {
-    /// The left end.
-    Left,
-    /// The middle.
-    Centre,
-    /// The right end.
-    Right,
-}
+/// Background of a picture.
+pub(super) const PAPER: Rgb = [255, 255, 255];
+/// Colour of text.
+pub(super) const INK: Rgb = [25, 28, 32];
+/// Colour of text that matters less.
+pub(super) const FAINT_INK: Rgb = [95, 100, 108];
+/// Colour of lines around scales.
+pub(super) const FRAME_LINE: Rgb = [120, 124, 130];
 
 impl Canvas {
     /// A canvas of one colour.
@@ -122,13 +122,8 @@ impl Canvas {
         }
     }
 
-    /// Writes a line of text with its top at `y`.
-    pub fn text(&mut self, text: &str, x: u32, y: u32, face: Face, anchor: Anchor, [r, g, b]: Rgb) {
-        let alignment = match anchor {
-            Anchor::Left => Alignment::Left,
-            Anchor::Centre => Alignment::Center,
-            Anchor::Right => Alignment::Right,
-        };
+    /// Writes a line of text with its top at `y`, and its left end, middle or right end at `x`.
+    pub fn text(&mut self, text: &str, x: u32, y: u32, face: Face, alignment: Alignment, [r, g, b]: Rgb) {
         let style = TextStyleBuilder::new().alignment(alignment).baseline(Baseline::Top).build();
         let font = MonoTextStyle::new(face.font(), Rgb888::new(r, g, b));
         let Ok(_) = Text::with_text_style(text, Point::new(x.cast_signed(), y.cast_signed()), font, style).draw(self);
@@ -157,19 +152,14 @@ impl Canvas {
     }
 
     /// The PNG file of the picture; the same picture gives the same bytes.
-    ///
-    /// # Errors
-    /// The encoder refuses pictures without pixels.
     pub fn png(&self) -> Result<Vec<u8>, OutputError> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width, self.height);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let failed = |error: png::EncodingError| OutputError::Encode {
-            what: format!("PNG picture {}x{}", self.width, self.height),
-            reason: error.to_string(),
-        };
+        let what = || format!("PNG picture {}x{}", self.width, self.height);
+        let failed = |error: png::EncodingError| OutputError::Encode(what(), error.to_string());
         let mut writer = encoder.write_header().map_err(failed)?;
         writer.write_image_data(self.pixels.as_flattened()).map_err(failed)?;
         writer.finish().map_err(failed)?;
@@ -241,9 +231,9 @@ mod tests {
             let columns: Vec<u32> = (0..60).filter(|&x| (0..20).any(|y| canvas.get(x, y) == Some([255; 3]))).collect();
             (columns[0], columns[columns.len() - 1])
         };
-        assert!(ink(Anchor::Left).0 >= 30);
-        assert!(ink(Anchor::Right).1 <= 30);
-        assert!(ink(Anchor::Centre).0 < 30 && ink(Anchor::Centre).1 > 30);
+        assert!(ink(Alignment::Left).0 >= 30);
+        assert!(ink(Alignment::Right).1 <= 30);
+        assert!(ink(Alignment::Center).0 < 30 && ink(Alignment::Center).1 > 30);
     }
 
     #[test]

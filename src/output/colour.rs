@@ -1,10 +1,8 @@
 //! False colour: from a value to a colour that a reader can turn back into the value.
 
-use super::frame::{Frame, Quantity};
-use super::ticks::round_range;
-
-/// Red, green, blue in sRGB.
-pub type Rgb = [u8; 3];
+use super::canvas::{Canvas, Rgb};
+use super::frame::Frame;
+use super::ticks::{round_range, union};
 
 /// Where the camera sees no surface: a bluish grey that the map does not contain.
 pub const BACKGROUND: Rgb = [58, 64, 72];
@@ -16,8 +14,6 @@ pub const NOT_A_NUMBER: Rgb = [255, 0, 255];
 /// temperatures shows in print and to the colour-blind (the map is inferno of van der Walt and Smith, 2015).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ColourScale {
-    /// What is shown.
-    pub quantity: Quantity,
     /// Value of the darkest colour.
     pub lower: f64,
     /// Value of the lightest colour, above `lower`.
@@ -26,22 +22,15 @@ pub struct ColourScale {
 
 impl ColourScale {
     /// A scale with the ends that a user asked for.
-    pub fn new(quantity: Quantity, [lower, upper]: [f64; 2]) -> Self {
-        Self { quantity, lower, upper }
+    pub fn new([lower, upper]: [f64; 2]) -> Self {
+        Self { lower, upper }
     }
 
-    /// A scale with round ends that holds every value of the frames; use one for a whole run, so that its pictures can
-    /// be compared. Where nothing is hit in any of them, it is 0 to 1.
-    pub fn covering<'a>(quantity: Quantity, frames: impl IntoIterator<Item = &'a Frame>) -> Self {
-        let ranges = frames.into_iter().filter_map(|frame| frame.range(quantity));
-        Self::covering_ranges(quantity, ranges)
-    }
-
-    /// [`ColourScale::covering`] where only the frames' ranges ([`Frame::range`]) are at hand.
-    pub fn covering_ranges(quantity: Quantity, ranges: impl IntoIterator<Item = [f32; 2]>) -> Self {
-        let all = ranges.into_iter().reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-        let range = all.map_or([0.0, 1.0], |[lower, upper]| round_range(f64::from(lower), f64::from(upper)));
-        Self::new(quantity, range)
+    /// A scale with round ends that holds these ranges of temperatures [K]; use one for a whole run, so that its pictures can
+    /// be compared. Without any it is 0 to 1.
+    pub fn covering(ranges: impl IntoIterator<Item = [f32; 2]>) -> Self {
+        let all = ranges.into_iter().reduce(union);
+        Self::new(all.map_or([0.0, 1.0], |[lower, upper]| round_range(f64::from(lower), f64::from(upper))))
     }
 
     /// Colour of a value. Values beyond an end have the colour of that end; a picture marks that end on its scale
@@ -57,16 +46,17 @@ impl ColourScale {
 
     /// Whether values of the frame lie below the lower and above the upper end.
     pub fn exceeded_by(&self, frame: &Frame) -> [bool; 2] {
-        frame.range(self.quantity).map_or([false; 2], |[least, greatest]| {
+        frame.range().map_or([false; 2], |[least, greatest]| {
             // The ends are f64 and the values f32: an end that was given as the value itself is not exceeded.
             [least < self.lower as f32, greatest > self.upper as f32]
         })
     }
 
-    /// Colours of a frame, pixel by pixel.
-    pub fn colours(&self, frame: &Frame) -> Vec<Rgb> {
-        let values = frame.values(self.quantity).iter().zip(&frame.part);
-        values.map(|(&value, &part)| if part == 0 { BACKGROUND } else { self.colour(value) }).collect()
+    /// A frame in false colour.
+    pub fn image(&self, frame: &Frame) -> Canvas {
+        let values = frame.temperature.iter().zip(&frame.part);
+        let colours = values.map(|(&value, &part)| if part == 0 { BACKGROUND } else { self.colour(value) });
+        Canvas::from_pixels(frame.width, frame.height, colours.collect())
     }
 }
 
@@ -86,7 +76,7 @@ mod tests {
 
     #[test]
     fn the_map_is_inferno() {
-        let scale = ColourScale::new(Quantity::Temperature, [200.0, 400.0]);
+        let scale = ColourScale::new([200.0, 400.0]);
         // matplotlib 3.8 `inferno`, entries 0, 128 and 255 of 256: (0,0,4), (188,55,84) to 1 level, (252,255,164).
         assert_eq!(scale.colour(200.0), [0, 0, 4]);
         assert_eq!(scale.colour(400.0), [252, 255, 164]);
@@ -97,7 +87,7 @@ mod tests {
 
     #[test]
     fn hotter_is_never_darker() {
-        let scale = ColourScale::new(Quantity::Temperature, [0.0, 255.0]);
+        let scale = ColourScale::new([0.0, 255.0]);
         let light: Vec<f64> = (0..=255).map(|i| luminance(scale.colour(i as f32))).collect();
         assert!(light.windows(2).all(|pair| pair[1] > pair[0] - 2e-3));
         assert!(light[255] > light[0] + 0.8);
@@ -105,7 +95,7 @@ mod tests {
 
     #[test]
     fn background_and_not_a_number_are_no_colours_of_the_map() {
-        let scale = ColourScale::new(Quantity::Temperature, [0.0, 1000.0]);
+        let scale = ColourScale::new([0.0, 1000.0]);
         assert_eq!(scale.colour(f32::NAN), NOT_A_NUMBER);
         for i in 0..=1000 {
             let colour = scale.colour(i as f32);
@@ -119,12 +109,12 @@ mod tests {
     #[test]
     fn values_beyond_the_scale_are_told() {
         let frame = sphere(32, 32, 0);
-        let [least, greatest] = frame.range(Quantity::Temperature).unwrap().map(f64::from);
-        let exceeded = |range| ColourScale::new(Quantity::Temperature, range).exceeded_by(&frame);
+        let [least, greatest] = frame.range().unwrap().map(f64::from);
+        let exceeded = |range| ColourScale::new(range).exceeded_by(&frame);
         assert_eq!(exceeded([least, greatest]), [false, false]);
         assert_eq!(exceeded([least + 1.0, greatest]), [true, false]);
         assert_eq!(exceeded([least, greatest - 1.0]), [false, true]);
-        let scale = ColourScale::new(Quantity::Temperature, [200.0, 300.0]);
+        let scale = ColourScale::new([200.0, 300.0]);
         assert_eq!(scale.colour(100.0), scale.colour(200.0));
         assert_eq!(scale.colour(f32::INFINITY), scale.colour(300.0));
     }
@@ -132,13 +122,11 @@ mod tests {
     #[test]
     fn one_scale_holds_all_frames_of_a_run() {
         let frames = [sphere(32, 32, 0), sphere(32, 32, 60)];
-        let scale = ColourScale::covering(Quantity::Temperature, &frames);
+        let scale = ColourScale::covering(frames.iter().filter_map(Frame::range));
         assert!(frames.iter().all(|frame| scale.exceeded_by(frame) == [false, false]));
         let mut empty = sphere(8, 8, 0);
         empty.part.fill(0);
-        assert_eq!(ColourScale::covering(Quantity::Radiance, [&empty]).upper, 1.0);
-        assert!(
-            ColourScale::new(Quantity::Temperature, [200.0, 400.0]).colours(&empty).iter().all(|c| *c == BACKGROUND)
-        );
+        assert_eq!(ColourScale::covering(empty.range()).upper, 1.0);
+        assert_eq!(ColourScale::new([200.0, 400.0]).image(&empty), Canvas::new(8, 8, BACKGROUND));
     }
 }

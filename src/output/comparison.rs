@@ -1,15 +1,12 @@
 //! One scene under three responses, side by side: temperatures on one scale, and how far two of them are from the third.
 
 use super::OutputError;
-use super::canvas::{Anchor, Canvas, Face};
-use super::colour::{BACKGROUND, ColourScale, NOT_A_NUMBER, Rgb};
-use super::frame::Quantity;
-use super::ticks;
+use embedded_graphics::text::Alignment;
 
-const PAPER: Rgb = [255, 255, 255];
-const INK: Rgb = [25, 28, 32];
-const FAINT_INK: Rgb = [95, 100, 108];
-const FRAME_LINE: Rgb = [120, 124, 130];
+use super::canvas::{Canvas, FAINT_INK, FRAME_LINE, Face, INK, PAPER, Rgb};
+use super::colour::{BACKGROUND, ColourScale, NOT_A_NUMBER};
+use super::frame::check_channels;
+use super::ticks::{self, union};
 
 /// Space around everything, and between groups [px].
 const MARGIN: u32 = 16;
@@ -146,12 +143,11 @@ pub struct Legend {
 impl Legend {
     /// One legend for all views. `range` [K] of the temperatures, where it is not to come from the views.
     pub fn new(title: &str, names: [&str; 3], views: &[Views], range: Option<[f64; 2]>) -> Self {
-        let covering =
-            || ColourScale::covering_ranges(Quantity::Temperature, views.iter().filter_map(temperature_range));
+        let covering = || ColourScale::covering(views.iter().filter_map(temperature_range));
         Self {
             title: title.to_owned(),
             names: names.map(str::to_owned),
-            temperature: range.map_or_else(covering, |range| ColourScale::new(Quantity::Temperature, range)),
+            temperature: range.map_or_else(covering, ColourScale::new),
             difference: DifferenceScale::covering(views),
             crop: crop(views),
         }
@@ -186,7 +182,7 @@ impl Legend {
 
     fn temperature_bar(&self, canvas: &mut Canvas, place: [u32; 3], views: &[Views]) {
         let ranges = views.iter().filter_map(temperature_range);
-        let present = ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+        let present = ranges.reduce(union);
         let [lower, upper] = [self.temperature.lower, self.temperature.upper];
         let most = (place[2] / 64).clamp(2, 12) as usize;
         let marks = ticks::ticks(lower, upper, most);
@@ -198,10 +194,7 @@ impl Legend {
 
     fn difference_bar(&self, canvas: &mut Canvas, place: [u32; 3], views: &[Views]) {
         let all = views.iter().flat_map(|view| view.differences(0).chain(view.differences(1)));
-        let present = all.filter(|d| d.is_finite()).fold(None, |range: Option<[f32; 2]>, d| {
-            let [least, greatest] = range.unwrap_or([d, d]);
-            Some([least.min(d), greatest.max(d)])
-        });
+        let present = all.filter(|d| d.is_finite()).map(|d| [d, d]).reduce(union);
         let scale = &self.difference;
         let marks = scale.marks(f64::from(place[2])).into_iter();
         let marks = marks.map(|value| {
@@ -218,9 +211,6 @@ impl Legend {
 }
 
 /// All views on one sheet: a row each, with three temperatures and two differences.
-///
-/// # Errors
-/// A channel that does not fill its image.
 pub fn sheet(views: &[Views], legend: &Legend, details: &str) -> Result<Canvas, OutputError> {
     views.iter().try_for_each(check)?;
     let [width, height] = legend.cell(260);
@@ -236,7 +226,7 @@ pub fn sheet(views: &[Views], legend: &Legend, details: &str) -> Result<Canvas, 
     let column = |index: u32| MARGIN + index * (width + GAP) + if index > 2 { MARGIN - GAP } else { 0 };
     for (index, name) in (0u32..).zip(headings(&legend.names)) {
         let name = Face::Title.fit(&name, width);
-        canvas.text(&name, column(index), MARGIN + TITLE_HEIGHT, Face::Title, Anchor::Left, INK);
+        canvas.text(&name, column(index), MARGIN + TITLE_HEIGHT, Face::Title, Alignment::Left, INK);
     }
     for (row, view) in (0u32..).zip(views) {
         let y = top + row * (height + caption);
@@ -249,12 +239,19 @@ pub fn sheet(views: &[Views], legend: &Legend, details: &str) -> Result<Canvas, 
             MARGIN,
             below,
             Face::Normal,
-            Anchor::Left,
+            Alignment::Left,
             FAINT_INK,
         );
         for (index, response) in [(3, 0), (4, 1)] {
             let text = view.rms(response).map_or("nothing in view".to_owned(), |rms| format!("rms in view {rms:.1} K"));
-            canvas.text(&Face::Normal.fit(&text, width), column(index), below, Face::Normal, Anchor::Left, FAINT_INK);
+            canvas.text(
+                &Face::Normal.fit(&text, width),
+                column(index),
+                below,
+                Face::Normal,
+                Alignment::Left,
+                FAINT_INK,
+            );
         }
     }
     let y = top + rows * (height + caption) + 6;
@@ -264,9 +261,6 @@ pub fn sheet(views: &[Views], legend: &Legend, details: &str) -> Result<Canvas, 
 }
 
 /// One view, large: temperatures above, differences below them, and what they say in numbers.
-///
-/// # Errors
-/// A channel that does not fill its image.
 pub fn panel(view: &Views, legend: &Legend) -> Result<Canvas, OutputError> {
     check(view)?;
     let [width, height] = legend.cell(440);
@@ -279,7 +273,7 @@ pub fn panel(view: &Views, legend: &Legend) -> Result<Canvas, OutputError> {
     let column = |index: u32| MARGIN + index * (width + GAP);
     for (index, (image, name)) in (0u32..).zip(pictures(view, legend).into_iter().zip(headings(&legend.names))) {
         let (column, y) = if index < 3 { (column(index), top) } else { (column(index - 3), lower) };
-        canvas.text(&Face::Title.fit(&name, width), column, y - header, Face::Title, Anchor::Left, INK);
+        canvas.text(&Face::Title.fit(&name, width), column, y - header, Face::Title, Alignment::Left, INK);
         paste(&mut canvas, &image, column, y, [width, height]);
     }
     let shown = std::slice::from_ref(view);
@@ -287,7 +281,7 @@ pub fn panel(view: &Views, legend: &Legend) -> Result<Canvas, OutputError> {
     legend.difference_bar(&mut canvas, [MARGIN, lower + height + 10, 2 * width + GAP], shown);
     let x = column(2) + MARGIN;
     for (line, (text, face)) in (0u32..).zip(figures(view, &legend.names)) {
-        canvas.text(&face.fit(&text, width - MARGIN), x, lower + 4 + line * 20, face, Anchor::Left, INK);
+        canvas.text(&face.fit(&text, width - MARGIN), x, lower + 4 + line * 20, face, Alignment::Left, INK);
     }
     Ok(canvas)
 }
@@ -343,22 +337,18 @@ fn crop(views: &[Views]) -> [u32; 4] {
 fn temperature_range(view: &Views) -> Option<[f32; 2]> {
     let pixels = (0..view.part.len()).filter(|pixel| view.hit(*pixel));
     let all = pixels.flat_map(|pixel| [0, 1, 2].map(|response| view.temperatures[response][pixel]));
-    all.filter(|t| t.is_finite()).map(|t| [t, t]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    all.filter(|t| t.is_finite()).map(|t| [t, t]).reduce(union)
 }
 
 fn check(view: &Views) -> Result<(), OutputError> {
-    let pixels = view.width as usize * view.height as usize;
-    let channels = view.temperatures.iter().map(Vec::len).chain([view.part.len()]);
-    match channels.into_iter().find(|values| *values != pixels) {
-        None => Ok(()),
-        Some(values) => Err(OutputError::FrameSize { width: view.width, height: view.height, channel: "T", values }),
-    }
+    let [a, b, c] = view.temperatures.each_ref().map(|temperatures| ("T", temperatures.len()));
+    check_channels([view.width, view.height], &[a, b, c, ("part", view.part.len())])
 }
 
 fn titles(canvas: &mut Canvas, title: &str, details: &str) {
     let width = canvas.width() - 2 * MARGIN;
-    canvas.text(&Face::Title.fit(title, width), MARGIN, MARGIN - 2, Face::Title, Anchor::Left, INK);
-    canvas.text(&Face::Normal.fit(details, width), MARGIN, MARGIN + 19, Face::Normal, Anchor::Left, FAINT_INK);
+    canvas.text(&Face::Title.fit(title, width), MARGIN, MARGIN - 2, Face::Title, Alignment::Left, INK);
+    canvas.text(&Face::Normal.fit(details, width), MARGIN, MARGIN + 19, Face::Normal, Alignment::Left, FAINT_INK);
 }
 
 /// An image at a place, made as large as its cell.
@@ -387,7 +377,7 @@ impl Bar<'_> {
     fn draw(&self, canvas: &mut Canvas, [x, y, width]: [u32; 3], colour: impl Fn(f64) -> Rgb) {
         let [lower, upper] = self.ends;
         let text = Face::Normal.height();
-        canvas.text(&Face::Normal.fit(self.label, width), x, y, Face::Normal, Anchor::Left, INK);
+        canvas.text(&Face::Normal.fit(self.label, width), x, y, Face::Normal, Alignment::Left, INK);
         let triangle = BAR_HEIGHT / 2;
         let (left, top) = (x + triangle + 2, y + text + 4);
         let length = width.saturating_sub(2 * (triangle + 2)).max(8);
@@ -402,7 +392,7 @@ impl Bar<'_> {
             canvas.fill(at, top + BAR_HEIGHT + 1, 1, 4, INK);
             let half = Face::Normal.width(number) / 2;
             let at = at.clamp(x + half, (x + width).saturating_sub(half).max(x + half));
-            canvas.text(number, at, top + BAR_HEIGHT + 6, Face::Normal, Anchor::Centre, INK);
+            canvas.text(number, at, top + BAR_HEIGHT + 6, Face::Normal, Alignment::Center, INK);
         }
         let Some([least, greatest]) = self.present else { return };
         for row in 0..triangle {
@@ -417,7 +407,7 @@ impl Bar<'_> {
         let values = [least, greatest].map(|value| ticks::label(f64::from(value), (upper - lower) / 1e3));
         let found = format!("from {} to {}", values[0], values[1]);
         if Face::Normal.width(&found) + Face::Normal.width(self.label) + 16 < width {
-            canvas.text(&found, x + width, y, Face::Normal, Anchor::Right, FAINT_INK);
+            canvas.text(&found, x + width, y, Face::Normal, Alignment::Right, FAINT_INK);
         }
     }
 }

@@ -1,17 +1,17 @@
 //! Plots of one scene under several responses: differences over time, and temperatures of parts and probes.
 
 use super::OutputError;
-use super::plot::{Line, Mark, Plot};
-use super::plot_axis::Axis;
+use super::plot::{Line, Mark};
+use super::report::PlotEntry;
 use super::series::{Series, SeriesRow};
-use super::temperature_plots::{Clock, Eclipses, NamedPlot};
+use super::temperature_plots::{Clock, Eclipses};
 
 /// Most parts, and most probes, that have a plot.
 pub const MOST_PLOTS: usize = 6;
 
 /// A response with its temperatures.
 #[derive(Debug, Clone, Copy)]
-pub struct Response<'a> {
+pub struct NamedSeries<'a> {
     /// Its name.
     pub name: &'a str,
     /// Its temperatures; all responses have the same columns.
@@ -19,64 +19,42 @@ pub struct Response<'a> {
 }
 
 /// Root mean square differences over time: [time in s, difference in K] of each response.
-///
-/// # Errors
-/// [`OutputError::Encode`].
 pub fn differences(
     lines: &[(&str, Vec<[f64; 2]>)],
     rows: &[SeriesRow],
     reference: &str,
     eclipses: &Eclipses,
-) -> Result<NamedPlot, OutputError> {
+) -> Result<PlotEntry, OutputError> {
     let clock = Clock::for_rows(rows);
-    let title = format!("Difference from {reference}");
-    let plot = Plot {
-        title: title.clone(),
-        subtitle: "area-weighted root mean square over all nodes".to_owned(),
-        x: Axis::linear(&format!("time [{}]", clock.unit)),
-        y: Axis::linear("difference [K]"),
-        series: lines
-            .iter()
-            .map(|(name, points)| Line {
-                name: (*name).to_owned(),
-                points: points.iter().map(|[time, value]| [clock.time(*time), *value]).collect(),
-                ..Line::default()
-            })
-            .collect(),
-        shaded: clock.shades(eclipses),
+    let line = |(name, points): &(&str, Vec<[f64; 2]>)| Line {
+        name: (*name).to_owned(),
+        points: points.iter().map(|[time, value]| [clock.time(*time), *value]).collect(),
+        ..Line::default()
     };
-    Ok(NamedPlot { name: "differences".to_owned(), svg: plot.svg()?, title })
+    let subtitle = "area-weighted root mean square over all nodes";
+    let words = [&format!("Difference from {reference}"), subtitle, "difference [K]"];
+    clock.plot("differences", words, lines.iter().map(line).collect(), eclipses)
 }
 
 /// The whole craft, the parts of `parts` (by index, at most `MOST_PLOTS` of them) and the probes, each with a line for every
 /// response; the last response is drawn as the reference. Files are called by number: names of parts are no file names.
-///
-/// # Errors
-/// [`OutputError::Encode`].
 pub fn temperatures(
-    responses: &[Response],
+    responses: &[NamedSeries],
     parts: &[usize],
     eclipses: &Eclipses,
-) -> Result<Vec<NamedPlot>, OutputError> {
+) -> Result<Vec<PlotEntry>, OutputError> {
     let Some(first) = responses.first() else { return Ok(Vec::new()) };
     let clock = Clock::for_rows(first.series.rows());
     let mut plots = Vec::new();
     let mut draw = |name: String, title: String, subtitle: &str, of: &dyn Fn(&SeriesRow) -> Option<f64>| {
-        let line = |(index, response): (usize, &Response)| Line {
+        let line = |(index, response): (usize, &NamedSeries)| Line {
             name: response.name.to_owned(),
             points: response.series.rows().iter().filter_map(|row| Some([clock.time(row.time), of(row)?])).collect(),
             mark: if index + 1 == responses.len() { Mark::Line } else { Mark::Dashed },
             ..Line::default()
         };
-        let plot = Plot {
-            title: title.clone(),
-            subtitle: subtitle.to_owned(),
-            x: Axis::linear(&format!("time [{}]", clock.unit)),
-            y: Axis::linear("temperature [K]"),
-            series: responses.iter().enumerate().map(line).collect(),
-            shaded: clock.shades(eclipses),
-        };
-        plots.push(NamedPlot { name, title, svg: plot.svg()? });
+        let lines = responses.iter().enumerate().map(line).collect();
+        plots.push(clock.plot(&name, [&title, subtitle, "temperature [K]"], lines, eclipses)?);
         Ok::<_, OutputError>(())
     };
     draw("all".to_owned(), "Whole craft".to_owned(), "area-weighted mean", &|row| row.all.map(|s| s.mean))?;
@@ -101,9 +79,9 @@ mod tests {
     #[test]
     fn there_is_a_plot_for_all_the_parts_asked_for_and_the_probes() {
         let series = orbit(9, 1, 2);
-        let responses = ["instant", "network"].map(|name| Response { name, series: &series });
+        let responses = ["instant", "network"].map(|name| NamedSeries { name, series: &series });
         let plots = temperatures(&responses, &[8, 2], &Eclipses::default()).unwrap();
-        let names: Vec<&str> = plots.iter().map(|plot| plot.name.as_str()).collect();
+        let names: Vec<&str> = plots.iter().map(|plot| &plot.file[6..plot.file.len() - 4]).collect();
         assert_eq!(names, ["all", "part_9", "part_3", "probe_1", "probe_2"]);
         assert!(plots[1].svg.contains("B0_module_8") && plots[1].svg.contains("instant"));
         let all: Vec<usize> = (0..9).collect();

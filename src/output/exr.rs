@@ -27,16 +27,13 @@ use super::frame::{Frame, FrameHeader};
 /// A channel that does not fill the image, or a file that cannot be written.
 pub fn write_exr(path: &Path, frame: &Frame, header: &FrameHeader) -> Result<(), OutputError> {
     let bytes = encode(frame, header).map_err(|error| match error {
-        OutputError::Encode { reason, .. } => OutputError::exr(path, reason),
+        OutputError::Encode(_, reason) => OutputError::exr(path, reason),
         other => other,
     })?;
     write_bytes(path, &bytes)
 }
 
 /// The bytes of the EXR file of a frame.
-///
-/// # Errors
-/// A channel that does not fill the image.
 pub fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, OutputError> {
     frame.check()?;
     let channels = SmallVec::from_vec(vec![
@@ -57,7 +54,7 @@ pub fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, OutputErro
     let image = Image::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(channels)));
 
     let mut bytes = Vec::new();
-    let failed = |reason: String| OutputError::Encode { what: "EXR image".into(), reason };
+    let failed = |reason: String| OutputError::Encode("EXR image".into(), reason);
     image.write().to_buffered(Cursor::new(&mut bytes)).map_err(|error| failed(error.to_string()))?;
     sort_header(&mut bytes).ok_or_else(|| failed("the encoder's header is not understood".into()))?;
     Ok(bytes)
@@ -68,7 +65,7 @@ pub fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, OutputErro
 /// # Errors
 /// The file is absent, is no EXR file, or lacks one of isotherm's channels or attributes.
 pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
-    let bytes = std::fs::read(path).map_err(|source| OutputError::Read { path: path.to_path_buf(), source })?;
+    let bytes = std::fs::read(path).map_err(|source| OutputError::Read(path.to_path_buf(), source))?;
     let image = ::exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()

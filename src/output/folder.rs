@@ -6,31 +6,80 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
+use wildmatch::WildMatch;
 
 use super::OutputError;
+use super::report::PlotEntry;
 
 /// Start of the name of a file under way; a killed process may leave one behind, and the next `--force` removes it.
 const TEMPORARY_PREFIX: &str = ".isotherm-";
 
-/// The folder of one run: `frames/step_000120.{exr,png}`, `plots/NAME.svg`, `series.csv`, `report.{json,html}`,
-/// `contact_sheet.png`.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct RunFolder {
+/// The folder of a command's files.
+#[derive(Debug, Clone)]
+pub struct Folder {
     root: PathBuf,
+    /// Folder, empty for the root, and pattern of the name of every file that the command may leave.
+    own: Vec<(String, WildMatch)>,
+    /// Whether there was no such folder.
+    fresh: bool,
 }
 
-impl RunFolder {
-    /// Makes `root` ready for a run: creates it with its parents, refuses one that holds anything unless `overwrite`,
-    /// and with `overwrite` removes the files of an earlier run (by the names above; anything else stays), so that old
-    /// frames never mix with new ones. A file that is one of the `inputs` of the run is not removed.
+impl Folder {
+    /// A folder that is not touched yet. `own` are the files of the command as seen from it: `series.csv`, `plots/*.svg`.
+    pub fn new(root: &Path, own: &[impl AsRef<str>]) -> Self {
+        let split =
+            |own: &str| own.rsplit_once('/').map_or((String::new(), own.to_owned()), |(a, b)| (a.into(), b.into()));
+        let own = own.iter().map(|own| split(own.as_ref())).map(|(folder, name)| (folder, WildMatch::new(&name)));
+        Self { root: root.to_path_buf(), own: own.collect(), fresh: !root.exists() }
+    }
+
+    /// Makes the folder and those below it ready: creates them with their parents, refuses one that holds anything unless
+    /// `overwrite`, and with `overwrite` removes the command's own files (anything else stays), so that old ones never mix
+    /// with new ones.
     ///
     /// # Errors
-    /// The folder is a file, is not empty, cannot be created, or cannot be written to; or [`OutputError::Overwrites`].
-    pub fn prepare(root: &Path, overwrite: bool, inputs: &[PathBuf]) -> Result<Self, OutputError> {
-        let folder = Self { root: root.to_path_buf() };
-        let below = [folder.frames(), folder.plots()];
-        prepare_folder(root, &below, overwrite, &|path| folder.is_own(path), inputs)?;
-        Ok(folder)
+    /// The folder is a file, is not empty, cannot be created, or cannot be written to; or it holds one of the `inputs`.
+    pub fn prepare(self, overwrite: bool, inputs: &[PathBuf]) -> Result<Self, OutputError> {
+        self.keep_inputs(inputs)?;
+        if self.root.exists() {
+            if !self.root.is_dir() {
+                return Err(OutputError::NotAFolder(self.root));
+            }
+            if !overwrite && !entries(&self.root)?.is_empty() {
+                return Err(OutputError::FolderNotEmpty(self.root));
+            }
+            let unfinished = |path: &Path| name_of(path).starts_with(TEMPORARY_PREFIX);
+            for path in self.files(unfinished)?.into_iter().filter(|path| path.is_file()) {
+                fs::remove_file(&path).map_err(|source| OutputError::Remove(path, source))?;
+            }
+        }
+        for path in self.folders() {
+            fs::create_dir_all(&path).map_err(|source| OutputError::CreateFolder(path.clone(), source))?;
+            // Permission bits do not tell everything (read-only mounts, quotas): ask by doing.
+            temporary_in(&path).map_err(|source| OutputError::NotWritable(path, source))?;
+        }
+        Ok(self)
+    }
+
+    /// Refuses where the command would replace or remove one of these files, however it is named.
+    ///
+    /// # Errors
+    /// [`OutputError::Overwrites`].
+    pub fn keep_inputs(&self, inputs: &[PathBuf]) -> Result<(), OutputError> {
+        let own: Vec<PathBuf> = self.files(|_| false)?.iter().map(|path| real(path)).collect();
+        match inputs.iter().find(|input| own.contains(&real(input))) {
+            Some(input) => Err(OutputError::Overwrites(input.clone())),
+            None => Ok(()),
+        }
+    }
+
+    /// Takes back what was made ready for files that were not written: the folders that are empty, and the folder itself
+    /// where there was none before.
+    pub fn take_back(&self) {
+        for folder in self.folders().iter().rev().filter(|folder| self.fresh || **folder != self.root) {
+            // A folder that is not empty holds what is another's, and stays.
+            let _ = fs::remove_dir(folder);
+        }
     }
 
     /// The folder itself.
@@ -38,150 +87,48 @@ impl RunFolder {
         &self.root
     }
 
-    /// `frames/step_000120.exr`: radiance, temperature, depth and labels of a step.
-    pub fn frame_exr(&self, step: u32) -> PathBuf {
-        self.frames().join(format!("step_{step:06}.exr"))
+    /// A file of the folder.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.root.join(name)
     }
 
-    /// `frames/step_000120.png`: the false-colour picture of a step.
-    pub fn frame_png(&self, step: u32) -> PathBuf {
-        self.frames().join(format!("step_{step:06}.png"))
+    /// Writes plots.
+    pub fn write_plots(&self, plots: &[PlotEntry]) -> Result<(), OutputError> {
+        plots.iter().try_for_each(|plot| write_bytes(&self.file(&plot.file), plot.svg.as_bytes()))
     }
 
-    /// `plots/NAME.svg`.
-    pub fn plot(&self, name: &str) -> PathBuf {
-        self.plots().join(format!("{name}.svg"))
-    }
-
-    /// `contact_sheet.png`: small pictures of several steps.
-    pub fn contact_sheet(&self) -> PathBuf {
-        self.root.join("contact_sheet.png")
-    }
-
-    /// `series.csv`: temperatures over time.
-    pub fn series(&self) -> PathBuf {
-        self.root.join("series.csv")
-    }
-
-    /// `joints.csv`: positions of the joints over time.
-    pub fn joints(&self) -> PathBuf {
-        self.root.join("joints.csv")
-    }
-
-    /// `report.json`.
-    pub fn report_json(&self) -> PathBuf {
-        self.root.join("report.json")
-    }
-
-    /// `report.html`.
-    pub fn report_html(&self) -> PathBuf {
-        self.root.join("report.html")
-    }
-
-    /// `path` as seen from the folder, with forward slashes: what links in the report use.
-    pub fn relative(&self, path: &Path) -> String {
-        let inside = path.strip_prefix(&self.root).unwrap_or(path);
-        inside.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
-    }
-
-    /// Whether a run into `root` would replace or remove one of these files.
-    ///
-    /// # Errors
-    /// [`OutputError::Overwrites`].
-    pub fn keep_inputs(root: &Path, inputs: &[PathBuf]) -> Result<(), OutputError> {
-        let folder = Self { root: root.to_path_buf() };
-        keep_inputs_in([root, &folder.frames(), &folder.plots()], &|path| folder.is_own(path), inputs)
-    }
-
-    fn frames(&self) -> PathBuf {
-        self.root.join("frames")
-    }
-
-    fn plots(&self) -> PathBuf {
-        self.root.join("plots")
-    }
-
-    fn is_own(&self, path: &Path) -> bool {
-        let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
-        let extension = path.extension().and_then(OsStr::to_str).unwrap_or_default();
-        let parent = path.parent();
-        if parent == Some(&self.frames()) {
-            return name.starts_with("step_") && matches!(extension, "exr" | "png");
-        }
-        if parent == Some(&self.plots()) {
-            return extension == "svg";
-        }
-        let own = [self.series(), self.joints(), self.contact_sheet(), self.report_json(), self.report_html()];
-        own.iter().any(|own| own == path)
-    }
-}
-
-/// Makes `root` and the folders `below` it ready for a command's files: creates them, refuses a `root` that holds
-/// anything unless `overwrite`, and with `overwrite` removes the files that are the command's `own`, unless one of them is
-/// one of the `inputs`.
-///
-/// # Errors
-/// The folder is a file, is not empty, cannot be created, or cannot be written to; or [`OutputError::Overwrites`].
-pub fn prepare_folder(
-    root: &Path,
-    below: &[PathBuf],
-    overwrite: bool,
-    own: &dyn Fn(&Path) -> bool,
-    inputs: &[PathBuf],
-) -> Result<(), OutputError> {
-    let folders = || std::iter::once(root).chain(below.iter().map(PathBuf::as_path));
-    keep_inputs_in(folders(), own, inputs)?;
-    if root.exists() {
-        if !root.is_dir() {
-            return Err(OutputError::NotAFolder(root.to_path_buf()));
-        }
-        if !overwrite && !entries(root)?.is_empty() {
-            return Err(OutputError::FolderNotEmpty(root.to_path_buf()));
-        }
-        for folder in folders().filter(|folder| folder.is_dir()) {
-            remove_files(folder, own)?;
-        }
-    }
-    for path in folders() {
-        fs::create_dir_all(path).map_err(|source| OutputError::CreateFolder { path: path.to_path_buf(), source })?;
-        // Permission bits do not tell everything (read-only mounts, quotas): ask by doing.
-        temporary_in(path).map_err(|source| OutputError::NotWritable { path: path.to_path_buf(), source })?;
-    }
-    Ok(())
-}
-
-/// Whether one of the files that a command reads is one of its `own` in these folders, however either is named.
-fn keep_inputs_in<'a>(
-    folders: impl IntoIterator<Item = &'a Path>,
-    own: &dyn Fn(&Path) -> bool,
-    inputs: &[PathBuf],
-) -> Result<(), OutputError> {
-    let inputs: Vec<(PathBuf, &PathBuf)> = inputs.iter().map(|input| (real(input), input)).collect();
-    for folder in folders.into_iter().filter(|folder| folder.is_dir()) {
-        for path in entries(folder)?.into_iter().filter(|path| own(path)) {
-            let found = real(&path);
-            if let Some((_, input)) = inputs.iter().find(|(input, _)| *input == found) {
-                return Err(OutputError::Overwrites((*input).clone()));
+    /// The folder and those below it.
+    fn folders(&self) -> Vec<PathBuf> {
+        let mut names = vec![""];
+        for (folder, _) in &self.own {
+            if !names.contains(&folder.as_str()) {
+                names.push(folder);
             }
         }
+        names.into_iter().map(|name| self.root.join(name)).collect()
     }
-    Ok(())
+
+    /// The command's own files that are there, and others that `also` names.
+    fn files(&self, also: impl Fn(&Path) -> bool) -> Result<Vec<PathBuf>, OutputError> {
+        let mut found = Vec::new();
+        for folder in self.folders().into_iter().filter(|folder| folder.is_dir()) {
+            let own = |path: &PathBuf| {
+                let here = self.own.iter().filter(|(name, _)| self.root.join(name) == folder);
+                also(path) || here.into_iter().any(|(_, pattern)| pattern.matches(name_of(path)))
+            };
+            found.extend(entries(&folder)?.into_iter().filter(own));
+        }
+        Ok(found)
+    }
 }
 
-/// Removes the files of a folder that are the command's own, and what a killed process left under way.
-fn remove_files(folder: &Path, own: &dyn Fn(&Path) -> bool) -> Result<(), OutputError> {
-    for path in entries(folder)? {
-        let name = path.file_name().and_then(OsStr::to_str).unwrap_or_default();
-        if path.is_file() && (name.starts_with(TEMPORARY_PREFIX) || own(&path)) {
-            fs::remove_file(&path).map_err(|source| OutputError::Remove { path, source })?;
-        }
-    }
-    Ok(())
+fn name_of(path: &Path) -> &str {
+    path.file_name().and_then(OsStr::to_str).unwrap_or_default()
 }
 
 /// What a folder holds, sorted by name.
 fn entries(folder: &Path) -> Result<Vec<PathBuf>, OutputError> {
-    let read = |source| OutputError::Read { path: folder.to_path_buf(), source };
+    let read = |source| OutputError::Read(folder.to_path_buf(), source);
     let mut paths = fs::read_dir(folder)
         .and_then(|list| list.map(|entry| entry.map(|e| e.path())).collect::<io::Result<Vec<_>>>())
         .map_err(read)?;
@@ -262,11 +209,37 @@ fn temporary_beside(path: &Path) -> Result<NamedTempFile, OutputError> {
 }
 
 /// Writes `bytes` as [`write_atomic`] does.
-///
-/// # Errors
-/// [`OutputError::Write`].
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     write_atomic(path, |writer| writer.write_all(bytes).map_err(|source| OutputError::write(path, source)))
+}
+
+/// Writes CSV to `path` as [`write_atomic`] does, the head first; all rows are as long as it.
+pub fn write_csv<C: AsRef<[u8]>>(
+    path: &Path,
+    rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
+) -> Result<(), OutputError> {
+    write_atomic(path, |writer| write_rows(writer, rows).map_err(|source| OutputError::write(path, source)))
+}
+
+/// Writes CSV, the head first; all rows are as long as it.
+pub fn write_rows<C: AsRef<[u8]>>(
+    writer: impl Write,
+    rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
+) -> io::Result<()> {
+    let mut csv = csv::Writer::from_writer(writer);
+    for row in rows {
+        csv.write_record(row).map_err(|error| match error.into_kind() {
+            csv::ErrorKind::Io(error) => error,
+            other => io::Error::other(format!("{other:?}")),
+        })?;
+    }
+    csv.flush()
+}
+
+/// Writes the fields of a structure as JSON, under their own names; numbers not finite are `null`.
+pub fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), OutputError> {
+    let failed = |error: serde_json::Error| OutputError::write(path, error.into());
+    write_bytes(path, format!("{}\n", serde_json::to_string_pretty(value).map_err(failed)?).as_bytes())
 }
 
 #[cfg(test)]
@@ -327,36 +300,61 @@ mod tests {
         assert!(matches!(error, OutputError::NotAFile(_)), "{error}");
     }
 
+    const OWN: [&str; 4] = ["series.csv", "frames/step_*.exr", "frames/step_*.png", "plots/*.svg"];
+
+    fn prepare(root: &Path, overwrite: bool, inputs: &[PathBuf]) -> Result<Folder, OutputError> {
+        Folder::new(root, &OWN).prepare(overwrite, inputs)
+    }
+
     #[test]
     fn an_absent_or_empty_folder_is_made_ready_with_its_parents() {
         let folder = tempfile::tempdir().unwrap();
         let root = folder.path().join("a/b/run");
-        let run = RunFolder::prepare(&root, false, &[]).unwrap();
+        let run = prepare(&root, false, &[]).unwrap();
         assert_eq!(names(&root), ["frames", "plots"]);
         assert!(names(&root.join("frames")).is_empty(), "the write test must clean up");
-        assert_eq!(run.frame_exr(120), root.join("frames/step_000120.exr"));
-        assert_eq!(run.relative(&run.frame_png(7)), "frames/step_000007.png");
+        assert_eq!(run.file("plots/a.svg"), root.join("plots/a.svg"));
     }
 
     #[test]
     fn a_folder_with_content_needs_force_which_removes_only_isotherms_own_files() {
         let folder = tempfile::tempdir().unwrap();
-        let run = RunFolder::prepare(folder.path(), false, &[]).unwrap();
-        let own = [run.series(), run.report_json(), run.report_html(), run.contact_sheet(), run.plot("materials")];
-        for path in own.iter().chain(&[run.frame_exr(3), run.frame_png(3), folder.path().join(".isotherm-x.part")]) {
-            fs::write(path, b"earlier").unwrap();
+        let at = |name: &str| folder.path().join(name);
+        prepare(folder.path(), false, &[]).unwrap();
+        let own = ["series.csv", "plots/materials.svg", "frames/step_000003.exr", "frames/step_000003.png"];
+        let others = ["notes.txt", "frames/mine.png", "frames/step_000003.txt", "plots/mine.pdf", "step_000003.exr"];
+        for name in own.iter().chain(&others).chain(&[".isotherm-x.part"]) {
+            fs::write(at(name), b"earlier").unwrap();
         }
-        for name in ["notes.txt", "frames/mine.png", "frames/step_000003.txt", "plots/mine.pdf"] {
-            fs::write(folder.path().join(name), b"the user's").unwrap();
-        }
-        let error = RunFolder::prepare(folder.path(), false, &[]).unwrap_err();
+        let error = prepare(folder.path(), false, &[]).unwrap_err();
         assert!(error.to_string().contains("--force"), "{error}");
-        assert!(run.series().exists(), "a refused folder is untouched");
+        assert!(own.iter().all(|name| at(name).exists()), "a refused folder is untouched");
 
-        RunFolder::prepare(folder.path(), true, &[]).unwrap();
-        assert_eq!(names(folder.path()), ["frames", "notes.txt", "plots"]);
-        assert_eq!(names(&folder.path().join("frames")), ["mine.png", "step_000003.txt"]);
-        assert_eq!(names(&folder.path().join("plots")), ["mine.pdf"]);
+        prepare(folder.path(), true, &[]).unwrap();
+        assert!(others.iter().all(|name| at(name).exists()));
+        assert_eq!(names(folder.path()), ["frames", "notes.txt", "plots", "step_000003.exr"]);
+        assert_eq!(names(&at("frames")), ["mine.png", "step_000003.txt"]);
+        assert_eq!(names(&at("plots")), ["mine.pdf"]);
+    }
+
+    #[test]
+    fn files_that_were_not_written_leave_no_folders() {
+        let outside = tempfile::tempdir().unwrap();
+        let fresh = outside.path().join("fresh");
+        let prepared = prepare(&fresh, false, &[]).unwrap();
+        assert!(fresh.join("frames").is_dir());
+        prepared.take_back();
+        assert!(!fresh.exists());
+
+        let empty = outside.path().join("empty");
+        fs::create_dir(&empty).unwrap();
+        prepare(&empty, false, &[]).unwrap().take_back();
+        assert!(names(&empty).is_empty(), "the user's own folder stays");
+
+        let prepared = prepare(&fresh, false, &[]).unwrap();
+        fs::write(fresh.join("plots/mine.txt"), b"mine").unwrap();
+        prepared.take_back();
+        assert!(fresh.join("plots/mine.txt").exists() && !fresh.join("frames").exists());
     }
 
     #[test]
@@ -364,9 +362,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run");
         fs::write(&path, b"").unwrap();
-        assert!(matches!(RunFolder::prepare(&path, true, &[]), Err(OutputError::NotAFolder(_))));
-        let below = path.join("deeper");
-        assert!(matches!(RunFolder::prepare(&below, false, &[]), Err(OutputError::CreateFolder { .. })));
+        assert!(matches!(prepare(&path, true, &[]), Err(OutputError::NotAFolder(_))));
+        assert!(matches!(prepare(&path.join("deeper"), false, &[]), Err(OutputError::CreateFolder { .. })));
     }
 
     #[test]
@@ -378,20 +375,33 @@ mod tests {
         let aliased = folder.path().join(".").join("series.csv");
         assert!(matches!(keep_inputs(&aliased, &inputs), Err(OutputError::Overwrites(_))));
         assert!(keep_inputs(&folder.path().join("other.csv"), &inputs).is_ok());
-        assert!(RunFolder::keep_inputs(&folder.path().join("out"), &inputs).is_ok());
-        let error = RunFolder::keep_inputs(folder.path(), &inputs).unwrap_err();
+        assert!(Folder::new(&folder.path().join("out"), &OWN).keep_inputs(&inputs).is_ok());
+        let error = Folder::new(folder.path(), &OWN).keep_inputs(&inputs).unwrap_err();
         assert!(error.to_string().contains("series.csv") && error.is_about_the_folder(), "{error}");
-        let error = RunFolder::prepare(folder.path(), true, &[aliased]).unwrap_err();
+        let error = prepare(folder.path(), true, &[aliased]).unwrap_err();
         assert!(matches!(error, OutputError::Overwrites(_)) && input.exists(), "{error}");
-        RunFolder::prepare(folder.path(), true, &[folder.path().join("other.csv")]).unwrap();
+        prepare(folder.path(), true, &[folder.path().join("other.csv")]).unwrap();
         assert!(!input.exists(), "what is not read goes with --force");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_that_is_read_is_not_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let [own, link] = ["plots/a.svg", "material.svg"].map(|name| folder.path().join(name));
+        fs::create_dir(folder.path().join("plots")).unwrap();
+        fs::write(&own, b"earlier").unwrap();
+        std::os::unix::fs::symlink(&own, &link).unwrap();
+        let error = prepare(folder.path(), true, std::slice::from_ref(&link)).unwrap_err();
+        assert!(matches!(&error, OutputError::Overwrites(path) if *path == link), "{error}");
+        assert!(own.exists(), "a refused folder is untouched");
     }
 
     #[cfg(target_os = "linux")]
     #[test]
     fn a_folder_that_cannot_be_written_is_an_error() {
         // /proc refuses new entries to everybody, root included.
-        let error = RunFolder::prepare(Path::new("/proc/isotherm-output"), false, &[]).unwrap_err();
+        let error = prepare(Path::new("/proc/isotherm-output"), false, &[]).unwrap_err();
         assert!(matches!(error, OutputError::CreateFolder { .. }), "{error}");
         let error = write_bytes(Path::new("/proc/isotherm.exr"), b"").unwrap_err();
         assert!(error.to_string().contains("/proc/isotherm.exr"), "{error}");

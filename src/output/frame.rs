@@ -3,6 +3,7 @@
 use glam::DMat4;
 
 use super::OutputError;
+use super::ticks::union;
 use crate::scene::Camera;
 use crate::thermal::planck::Band;
 
@@ -30,66 +31,36 @@ pub struct Frame {
     pub material: Vec<u32>,
 }
 
-/// A channel that can be shown in false colour.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quantity {
-    /// Surface temperature [K].
-    Temperature,
-    /// Radiance in the band [W m-2 sr-1].
-    Radiance,
-}
-
-impl Quantity {
-    /// Name and unit for a scale, in characters of Latin-1.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::Temperature => "temperature [K]",
-            Self::Radiance => "radiance [W/(m²sr)]",
-        }
-    }
-}
-
 impl Frame {
-    /// Number of pixels.
-    pub fn pixels(&self) -> usize {
-        self.width as usize * self.height as usize
+    /// Least and greatest finite temperature where something was hit [K]; `None` where nothing was.
+    pub fn range(&self) -> Option<[f32; 2]> {
+        let hit = self.temperature.iter().zip(&self.part).filter(|(value, part)| **part != 0 && value.is_finite());
+        hit.map(|(&value, _)| [value, value]).reduce(union)
     }
 
-    /// The values of a quantity.
-    pub fn values(&self, quantity: Quantity) -> &[f32] {
-        match quantity {
-            Quantity::Temperature => &self.temperature,
-            Quantity::Radiance => &self.radiance,
-        }
-    }
-
-    /// Least and greatest finite value where something was hit; `None` where nothing was.
-    pub fn range(&self, quantity: Quantity) -> Option<[f32; 2]> {
-        let hit = self.values(quantity).iter().zip(&self.part).filter(|(value, part)| **part != 0 && value.is_finite());
-        hit.fold(None, |range, (&value, _)| {
-            let [least, greatest] = range.unwrap_or([value, value]);
-            Some([least.min(value), greatest.max(value)])
-        })
-    }
-
-    /// Checks that every channel fills the image.
-    ///
-    /// # Errors
-    /// [`OutputError::FrameSize`] names the first that does not.
+    /// Refuses a channel that does not fill the image.
     pub fn check(&self) -> Result<(), OutputError> {
-        let channels = [
-            ("L", self.radiance.len()),
-            ("T", self.temperature.len()),
-            ("Z", self.depth.len()),
-            ("part", self.part.len()),
-            ("material", self.material.len()),
-        ];
-        for (channel, values) in channels {
-            if values != self.pixels() || values == 0 {
-                return Err(OutputError::FrameSize { width: self.width, height: self.height, channel, values });
-            }
+        check_channels(
+            [self.width, self.height],
+            &[
+                ("L", self.radiance.len()),
+                ("T", self.temperature.len()),
+                ("Z", self.depth.len()),
+                ("part", self.part.len()),
+                ("material", self.material.len()),
+            ],
+        )
+    }
+}
+
+/// Refuses a channel, named beside the number of its values, that does not fill an image of this size.
+pub(super) fn check_channels([width, height]: [u32; 2], channels: &[(&str, usize)]) -> Result<(), OutputError> {
+    let pixels = width as usize * height as usize;
+    match channels.iter().find(|(_, values)| *values != pixels || *values == 0) {
+        None => Ok(()),
+        Some((channel, values)) => {
+            Err(OutputError::Mismatch(format!("frame {width}x{height}: channel {channel} has {values} values")))
         }
-        Ok(())
     }
 }
 
@@ -184,16 +155,16 @@ pub(crate) mod tests {
     #[test]
     fn the_range_leaves_out_background_and_what_is_not_finite() {
         let mut frame = sphere(8, 8, 0);
-        let expected = frame.range(Quantity::Temperature).unwrap();
+        let expected = frame.range().unwrap();
         assert!(expected[0] >= 180.0 && expected[1] <= 350.0);
         let hit = frame.part.iter().position(|&part| part != 0).unwrap();
         let miss = frame.part.iter().position(|&part| part == 0).unwrap();
         frame.temperature[miss] = 9999.0;
         frame.temperature[hit] = f32::NAN;
-        let range = frame.range(Quantity::Temperature).unwrap();
+        let range = frame.range().unwrap();
         assert!(range[0] >= expected[0] && range[1] <= expected[1]);
         frame.part.fill(0);
-        assert_eq!(frame.range(Quantity::Temperature), None);
+        assert_eq!(frame.range(), None);
     }
 
     #[test]

@@ -4,6 +4,8 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+use super::report::SettingGroup;
+
 const STYLE: &str = include_str!("report.css");
 
 /// Between thousands: narrow, and no place for a line break.
@@ -53,7 +55,7 @@ impl Html {
         self.raw("<figure>\n");
         self.raw(content);
         self.raw(&format!("<figcaption>{}, ", escape(title)));
-        self.raw(&format!("<a href=\"{}\">{}</a></figcaption>\n</figure>\n", link_target(file), escape(file)));
+        self.raw(&format!("{}</figcaption>\n</figure>\n", link(file)));
     }
 
     /// Large figures before everything else: value, unit and what it is.
@@ -65,6 +67,43 @@ impl Html {
             self.raw(&format!("<span class=\"what\">{}</span></div>\n", escape(&what)));
         }
         self.raw("</div>\n");
+    }
+
+    /// A list under a title; nothing where there is nothing to list.
+    pub fn list(&mut self, title: &str, items: &[String], class: &str) {
+        if items.is_empty() {
+            return;
+        }
+        self.element("h2", title);
+        self.raw(&format!("<ul class=\"{class}\">\n"));
+        items.iter().for_each(|item| self.element("li", item));
+        self.raw("</ul>\n");
+    }
+
+    /// Links to the files of the folder.
+    pub fn files<'a>(&mut self, names: impl IntoIterator<Item = &'a str>) {
+        self.element("h2", "Files");
+        self.raw("<ul class=\"plain\">\n");
+        names.into_iter().for_each(|name| self.raw(&format!("<li>{}</li>\n", link(name))));
+        self.raw("</ul>\n");
+    }
+
+    /// The command as it was given.
+    pub fn command(&mut self, line: &str) {
+        self.raw(&format!("<p>Command: <code>{}</code></p>\n", escape(line)));
+    }
+
+    /// Names beside their values.
+    pub fn pairs(&mut self, pairs: impl IntoIterator<Item = (String, String)>) {
+        self.table(&[], pairs.into_iter().map(|(name, value)| vec![name, value]));
+    }
+
+    /// Settings under their titles.
+    pub fn settings(&mut self, groups: &[SettingGroup]) {
+        for group in groups {
+            self.element("h3", &group.title);
+            self.pairs(group.entries.iter().cloned());
+        }
     }
 
     /// A table with a head, which may be empty. Columns of nothing but numbers are set flush right.
@@ -94,6 +133,12 @@ impl Html {
     }
 }
 
+/// A difference with its unit.
+pub(crate) fn kelvin_text(value: f64) -> String {
+    let (value, unit) = kelvin(value);
+    format!("{value} {unit}")
+}
+
 /// Text with everything replaced that HTML would read as markup, in content and in quoted attributes.
 pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
@@ -114,8 +159,13 @@ pub(crate) fn escape(text: &str) -> String {
     escaped
 }
 
+/// A link to a file of the folder.
+pub(crate) fn link(path: &str) -> String {
+    format!("<a href=\"{}\">{}</a>", link_target(path), escape(path))
+}
+
 /// A relative path as the target of a link.
-pub(crate) fn link_target(path: &str) -> String {
+fn link_target(path: &str) -> String {
     let mut target = String::new();
     for byte in path.bytes() {
         match byte {

@@ -1,6 +1,5 @@
 //! A whole run: every step through the engine, every result into the output folder, and the report at the end.
 
-use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::sync_channel;
 use std::time::Instant;
@@ -10,8 +9,8 @@ use rayon::prelude::*;
 use super::OutputError;
 use super::colour::ColourScale;
 use super::exr::{read_exr, write_exr};
-use super::folder::{RunFolder, write_bytes};
-use super::frame::{Frame, FrameHeader, Quantity};
+use super::folder::{Folder, write_bytes};
+use super::frame::{Frame, FrameHeader};
 use super::frame_maker::FrameMaker;
 use super::joints::JointSeries;
 use super::picture::{Tile, contact_sheet, picture};
@@ -27,6 +26,20 @@ use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{StepResult, run, start};
 use crate::trace::Track;
+
+/// Temperatures over time.
+pub const SERIES: &str = "series.csv";
+/// Joints over time.
+pub const JOINTS: &str = "joints.csv";
+/// Small pictures of several steps.
+const CONTACT_SHEET: &str = "contact_sheet.png";
+/// The report as JSON.
+pub const REPORT_JSON: &str = "report.json";
+/// The report as a page.
+pub const REPORT_HTML: &str = "report.html";
+/// The files of a run.
+pub const FILES: [&str; 8] =
+    ["frames/step_*.exr", "frames/step_*.png", "plots/*.svg", SERIES, JOINTS, CONTACT_SHEET, REPORT_JSON, REPORT_HTML];
 
 /// Most pictures on the contact sheet.
 const MOST_TILES: usize = 12;
@@ -56,14 +69,15 @@ pub enum JobError {
     },
 }
 
-/// Hears how far a run is.
-pub trait Progress: Sync {
-    /// A tick of the warm-up is done.
-    fn warmed_up(&self);
-    /// A step is done.
-    fn stepped(&self);
-    /// A picture is drawn.
-    fn pictured(&self);
+/// What a run has done, for who shows how far it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Done {
+    /// A step of the warm-up.
+    WarmUp,
+    /// A step.
+    Step,
+    /// A picture.
+    Picture,
 }
 
 /// What a run left.
@@ -89,21 +103,18 @@ pub struct Outcome {
 }
 
 /// Runs the scene into the folder; `check` is the number of nodes that the f64 reference steps along.
-///
-/// # Errors
-/// The device fails, or a file cannot be written.
 pub fn run_into(
     prepared: &Prepared,
     engine: &mut dyn Engine,
-    folder: &RunFolder,
+    folder: &Folder,
     check: Option<usize>,
     stop: &AtomicBool,
-    progress: &dyn Progress,
+    progress: &(dyn Fn(Done) + Sync),
 ) -> Result<Outcome, JobError> {
     let trace = engine.trace();
     let mut check = check.map(|sample| Check::new(prepared, sample));
     let warms_up = trace.span(Track::Host, "settle and warm up");
-    let periodic = start(prepared, engine, check.as_mut(), stop, &mut || progress.warmed_up())?;
+    let periodic = start(prepared, engine, check.as_mut(), stop, &mut || progress(Done::WarmUp))?;
     drop(warms_up);
 
     let maker = prepared.scene.camera.as_ref().map(|camera| FrameMaker::new(prepared, camera, &engine.device_name()));
@@ -122,14 +133,10 @@ pub fn run_into(
             let mut written = Vec::new();
             for (frame, header) in waiting {
                 let _writes = files.span(Track::Writer, "write EXR");
-                let path = folder.frame_exr(frame.step);
-                write_exr(&path, &frame, &header)?;
-                written.push(WrittenFrame {
-                    step: frame.step,
-                    time: frame.time,
-                    path,
-                    range: frame.range(Quantity::Temperature),
-                });
+                let file = format!("frames/step_{:06}.exr", frame.step);
+                write_exr(&folder.file(&file), &frame, &header)?;
+                let range = frame.range();
+                written.push(WrittenFrame { step: frame.step, time: frame.time, file, range });
             }
             Ok::<_, OutputError>(written)
         });
@@ -143,7 +150,7 @@ pub fn run_into(
                 // The writer hangs up where it fails; its error is reported below.
                 let _ = frames.send(frame);
             }
-            progress.stepped();
+            progress(Done::Step);
             Ok(())
         };
         let complete = run(prepared, engine, check.as_mut(), stop, &mut consume);
@@ -154,10 +161,10 @@ pub fn run_into(
     let stepping_s = began.elapsed().as_secs_f64();
 
     let draws = trace.span(Track::Host, "series, pictures and plots");
-    series.write(&folder.series())?;
+    series.write(&folder.file(SERIES))?;
     let scale = match prepared.scene.colour_range {
-        Some(range) => ColourScale::new(Quantity::Temperature, range),
-        None => ColourScale::covering_ranges(Quantity::Temperature, written.iter().filter_map(|frame| frame.range)),
+        Some(range) => ColourScale::new(range),
+        None => ColourScale::covering(written.iter().filter_map(|frame| frame.range)),
     };
     let (frames, pictures) = draw_pictures(prepared, folder, &written, &scale, progress)?;
     let joints = prepared.loads.joints().joints();
@@ -166,15 +173,12 @@ pub fn run_into(
         for row in series.rows() {
             positions.push(row.time, &prepared.loads.joints_at(row.time).0);
         }
-        positions.write(&folder.joints())?;
+        positions.write(&folder.file(JOINTS))?;
     }
     let eclipses = eclipses(prepared);
-    let mut plots = Vec::new();
-    for plot in temperature_plots(&series, &eclipses)?.into_iter().chain(positions.plots(&eclipses)?) {
-        let path = folder.plot(&plot.name);
-        write_bytes(&path, plot.svg.as_bytes())?;
-        plots.push(PlotEntry { title: plot.title, file: folder.relative(&path), svg: plot.svg });
-    }
+    let mut plots = temperature_plots(&series, &eclipses)?;
+    plots.extend(positions.plots(&eclipses)?);
+    folder.write_plots(&plots)?;
     drop(draws);
     let accuracy = check.map(|check| check.accuracy(prepared));
     let network_costs = engine.network_costs()[warm_up_ticks..].to_vec();
@@ -201,7 +205,7 @@ pub(crate) fn check_finite(prepared: &Prepared, step: u32, temperatures: &[f32])
 struct WrittenFrame {
     step: u32,
     time: f64,
-    path: PathBuf,
+    file: String,
     range: Option<[f32; 2]>,
 }
 
@@ -246,10 +250,10 @@ impl NodeGroups {
 /// One PNG a frame, all to one scale, and the contact sheet.
 fn draw_pictures(
     prepared: &Prepared,
-    folder: &RunFolder,
+    folder: &Folder,
     written: &[WrittenFrame],
     scale: &ColourScale,
-    progress: &dyn Progress,
+    progress: &(dyn Fn(Done) + Sync),
 ) -> Result<(Vec<FrameEntry>, Vec<Picture>), OutputError> {
     let name = &prepared.scene.name;
     let band = &prepared.scene.band;
@@ -262,19 +266,14 @@ fn draw_pictures(
         .par_iter()
         .enumerate()
         .map(|(index, one)| {
-            let (frame, _) = read_exr(&one.path)?;
+            let (frame, _) = read_exr(&folder.file(&one.file))?;
             let details = format!("step {}, t = {:.1} s, band {band}", one.step, one.time);
-            let path = folder.frame_png(one.step);
-            write_bytes(&path, &picture(&frame, scale, name, &details)?.png()?)?;
+            let file = format!("frames/step_{:06}.png", one.step);
+            write_bytes(&folder.file(&file), &picture(&frame, scale, name, &details)?.png()?)?;
             let caption = format!("t = {:.0} s", one.time);
             let tile = chosen(index).then(|| Tile::new(&frame, scale, &caption, TILE_WIDTH)).transpose()?;
-            progress.pictured();
-            let entry = FrameEntry {
-                step: one.step,
-                time_s: one.time,
-                file: folder.relative(&one.path),
-                picture: Some(folder.relative(&path)),
-            };
+            progress(Done::Picture);
+            let entry = FrameEntry { step: one.step, time_s: one.time, file: one.file.clone(), picture: Some(file) };
             Ok((entry, tile))
         })
         .collect::<Result<_, OutputError>>()?;
@@ -285,9 +284,9 @@ fn draw_pictures(
     }
     let details = format!("{} of {} images", tiles.len(), written.len());
     let png = contact_sheet(&tiles, 4, scale, name, &details).png()?;
-    let path = folder.contact_sheet();
-    write_bytes(&path, &png)?;
-    let sheet = Picture { title: "Surface temperature through the run".to_owned(), file: folder.relative(&path), png };
+    write_bytes(&folder.file(CONTACT_SHEET), &png)?;
+    let title = "Surface temperature through the run".to_owned();
+    let sheet = Picture { title, file: CONTACT_SHEET.to_owned(), png };
     Ok((frames, vec![sheet]))
 }
 

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::OutputError;
-use super::folder::write_atomic;
-use super::plot::{Line, Plot};
-use super::plot_axis::Axis;
+use super::folder::write_csv;
+use super::plot::Line;
+use super::report::PlotEntry;
 use super::series::unique;
-use super::temperature_plots::{Clock, Eclipses, NamedPlot};
+use super::temperature_plots::{Clock, Eclipses};
 
 /// Positions over time: angles [deg] of joints that turn, distances [m] of those that slide.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -39,32 +39,19 @@ impl JointSeries {
     }
 
     /// Writes `joints.csv`: `time` [s], then `NAME:deg` or `NAME:m` of each joint, with six decimals.
-    ///
-    /// # Errors
-    /// [`OutputError::Write`].
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
-        write_atomic(path, |writer| {
-            let mut csv = csv::Writer::from_writer(writer);
-            let unit = |turns: &bool| if *turns { "deg" } else { "m" };
-            let names = self.columns.iter().map(|(name, turns)| format!("{name}:{}", unit(turns)));
-            let write = || -> Result<(), csv::Error> {
-                csv.write_record(std::iter::once("time".to_owned()).chain(names))?;
-                for (time, positions) in &self.rows {
-                    let cells = positions.iter().map(|position| format!("{position:.6}"));
-                    csv.write_record(std::iter::once(time.to_string()).chain(cells))?;
-                }
-                csv.flush()?;
-                Ok(())
-            };
-            write().map_err(|error| OutputError::write(path, error.into()))
-        })
+        let unit = |turns: &bool| if *turns { "deg" } else { "m" };
+        let names = self.columns.iter().map(|(name, turns)| format!("{name}:{}", unit(turns)));
+        let head = std::iter::once("time".to_owned()).chain(names).collect();
+        let row = |(time, positions): &(f64, Vec<f64>)| -> Vec<String> {
+            let cells = positions.iter().map(|position| format!("{position:.6}"));
+            std::iter::once(time.to_string()).chain(cells).collect()
+        };
+        write_csv(path, std::iter::once(head).chain(self.rows.iter().map(row)))
     }
 
     /// Draws `joint_angles` and `joint_distances`, each where there is one. A jump of half a turn is a gap.
-    ///
-    /// # Errors
-    /// [`OutputError::Encode`].
-    pub fn plots(&self, eclipses: &Eclipses) -> Result<Vec<NamedPlot>, OutputError> {
+    pub fn plots(&self, eclipses: &Eclipses) -> Result<Vec<PlotEntry>, OutputError> {
         let clock = Clock::until(self.rows.last().map_or(0.0, |row| row.0));
         let mut plots = Vec::new();
         for (turning, name, title, label) in [
@@ -85,18 +72,10 @@ impl JointSeries {
                     Line { name: name.clone(), points, ..Line::default() }
                 })
                 .collect();
-            if lines.is_empty() {
-                continue;
+            if !lines.is_empty() {
+                let subtitle = "from the pose in the model's file";
+                plots.push(clock.plot(name, [title, subtitle, label], lines, eclipses)?);
             }
-            let plot = Plot {
-                title: title.to_owned(),
-                subtitle: "from the pose in the model's file".to_owned(),
-                x: Axis::linear(&format!("time [{}]", clock.unit)),
-                y: Axis::linear(label),
-                series: lines,
-                shaded: clock.shades(eclipses),
-            };
-            plots.push(NamedPlot { name: name.to_owned(), title: title.to_owned(), svg: plot.svg()? });
         }
         Ok(plots)
     }
@@ -118,8 +97,8 @@ mod tests {
         assert_eq!(text, "time,arm:deg,arm#2:m\n0,180.000000,1.500000\n60,-180.000000,2.000000\n");
         let plots = series.plots(&Eclipses::default()).unwrap();
         assert_eq!(
-            plots.iter().map(|plot| plot.name.as_str()).collect::<Vec<_>>(),
-            ["joint_angles", "joint_distances"]
+            plots.iter().map(|plot| plot.file.as_str()).collect::<Vec<_>>(),
+            ["plots/joint_angles.svg", "plots/joint_distances.svg"]
         );
     }
 }

@@ -29,9 +29,6 @@ pub struct Panels {
 
 impl Panels {
     /// The figure as an SVG document 960 pixels wide that scales to any width. Same figure, same text.
-    ///
-    /// # Errors
-    /// [`OutputError::Encode`] where plotters refuses.
     pub fn svg(&self) -> Result<String, OutputError> {
         let columns = self.columns.max(1);
         let rows = self.plots.len().div_ceil(columns).max(1);

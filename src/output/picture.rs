@@ -1,15 +1,12 @@
 //! Pictures for people: a frame or a sheet of frames in false colour, with title and scale.
 
 use super::OutputError;
-use super::canvas::{Anchor, Canvas, Face};
-use super::colour::{ColourScale, Rgb};
-use super::frame::Frame;
-use super::ticks;
+use embedded_graphics::text::Alignment;
 
-const PAPER: Rgb = [255, 255, 255];
-const INK: Rgb = [25, 28, 32];
-const FAINT_INK: Rgb = [95, 100, 108];
-const FRAME_LINE: Rgb = [120, 124, 130];
+use super::canvas::{Canvas, FAINT_INK, FRAME_LINE, Face, INK, PAPER};
+use super::colour::ColourScale;
+use super::frame::Frame;
+use super::ticks::{self, union};
 
 /// Space around everything [px].
 const MARGIN: u32 = 12;
@@ -26,9 +23,6 @@ const LEAST_WIDTH: u32 = 320;
 ///
 /// `title` is the first line (the scene), `details` the second (step, time, band). Characters beyond Latin-1 appear as
 /// `?`; lines that are too long are cut with `...`. Images narrower than 320 pixels are magnified by a whole number.
-///
-/// # Errors
-/// A channel that does not fill the image.
 pub fn picture(frame: &Frame, scale: &ColourScale, title: &str, details: &str) -> Result<Canvas, OutputError> {
     frame.check()?;
     let zoom = LEAST_WIDTH.div_ceil(frame.width).max(1);
@@ -36,19 +30,16 @@ pub fn picture(frame: &Frame, scale: &ColourScale, title: &str, details: &str) -
     let mut canvas = Canvas::new(width + SCALE_WIDTH + 2 * MARGIN, height.max(140) + TITLE_HEIGHT + 2 * MARGIN, PAPER);
     let top = MARGIN + TITLE_HEIGHT;
     draw_title(&mut canvas, title, details);
-    let image = Canvas::from_pixels(frame.width, frame.height, scale.colours(frame));
+    let image = scale.image(frame);
     canvas.paste(&image, MARGIN, top, zoom);
 
-    let present = frame.range(scale.quantity);
+    let present = frame.range();
     draw_scale(&mut canvas, scale, [MARGIN + width, top, height.max(140)], scale.exceeded_by(frame), present);
     Ok(canvas)
 }
 
 /// A picture of the same view at the left, a frame in false colour at the right, each with a caption above it, and the
 /// colour scale of the frame.
-///
-/// # Errors
-/// A channel that does not fill the image.
 pub fn beside(
     left: (&Canvas, &str),
     right: (&Frame, &str),
@@ -58,7 +49,7 @@ pub fn beside(
 ) -> Result<Canvas, OutputError> {
     let (frame, caption) = right;
     frame.check()?;
-    let image = Canvas::from_pixels(frame.width, frame.height, scale.colours(frame));
+    let image = scale.image(frame);
     let height = left.0.height().max(frame.height).max(140);
     let width = left.0.width() + MARGIN + frame.width;
     let top = MARGIN + TITLE_HEIGHT + Face::Normal.height() + 4;
@@ -67,12 +58,12 @@ pub fn beside(
     let mut x = MARGIN;
     for (image, caption) in [(left.0, left.1), (&image, caption)] {
         let caption = Face::Normal.fit(caption, image.width());
-        canvas.text(&caption, x, MARGIN + TITLE_HEIGHT, Face::Normal, Anchor::Left, INK);
+        canvas.text(&caption, x, MARGIN + TITLE_HEIGHT, Face::Normal, Alignment::Left, INK);
         canvas.paste(image, x, top, 1);
         x += image.width() + MARGIN;
     }
     let bar = [MARGIN + width, top, height];
-    draw_scale(&mut canvas, scale, bar, scale.exceeded_by(frame), frame.range(scale.quantity));
+    draw_scale(&mut canvas, scale, bar, scale.exceeded_by(frame), frame.range());
     Ok(canvas)
 }
 
@@ -87,18 +78,15 @@ pub struct Tile {
 
 impl Tile {
     /// A frame made small: `width` pixels wide, or as wide as it is where that is less.
-    ///
-    /// # Errors
-    /// A channel that does not fill the image.
     pub fn new(frame: &Frame, scale: &ColourScale, caption: &str, width: u32) -> Result<Self, OutputError> {
         frame.check()?;
-        let image = Canvas::from_pixels(frame.width, frame.height, scale.colours(frame));
+        let image = scale.image(frame);
         let width = width.clamp(1, frame.width);
         let height = (f64::from(frame.height) * f64::from(width) / f64::from(frame.width)).round().max(1.0) as u32;
         Ok(Self {
             caption: caption.to_owned(),
             image: image.resized(width, height),
-            range: frame.range(scale.quantity),
+            range: frame.range(),
             exceeded: scale.exceeded_by(frame),
         })
     }
@@ -123,19 +111,19 @@ pub fn contact_sheet(tiles: &[Tile], columns: u32, scale: &ColourScale, title: &
         let y = top + (index / columns) * (cell_height + GAP);
         canvas.paste(&tile.image, x, y, 1);
         let caption = Face::Small.fit(&tile.caption, cell_width);
-        canvas.text(&caption, x, y + tile.image.height() + 3, Face::Small, Anchor::Left, INK);
+        canvas.text(&caption, x, y + tile.image.height() + 3, Face::Small, Alignment::Left, INK);
     }
     let exceeded = tiles.iter().fold([false; 2], |all, tile| [all[0] | tile.exceeded[0], all[1] | tile.exceeded[1]]);
-    let present = tiles.iter().filter_map(|tile| tile.range).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+    let present = tiles.iter().filter_map(|tile| tile.range).reduce(union);
     draw_scale(&mut canvas, scale, [MARGIN + grid_width, top, grid_height], exceeded, present);
     canvas
 }
 
 fn draw_title(canvas: &mut Canvas, title: &str, details: &str) {
     let width = canvas.width() - 2 * MARGIN;
-    canvas.text(&Face::Title.fit(title, width), MARGIN, MARGIN - 2, Face::Title, Anchor::Left, INK);
+    canvas.text(&Face::Title.fit(title, width), MARGIN, MARGIN - 2, Face::Title, Alignment::Left, INK);
     let face = if Face::Normal.width(details) <= width { Face::Normal } else { Face::Small };
-    canvas.text(&face.fit(details, width), MARGIN, MARGIN + 19, face, Anchor::Left, FAINT_INK);
+    canvas.text(&face.fit(details, width), MARGIN, MARGIN + 19, face, Alignment::Left, FAINT_INK);
 }
 
 /// The scale in a column from `left`, `top` and `height` pixels high: label, bar with numbers, a triangle at an end
@@ -148,7 +136,7 @@ fn draw_scale(
     present: Option<[f32; 2]>,
 ) {
     let x = left + 18;
-    canvas.text(scale.quantity.label(), x, top, Face::Normal, Anchor::Left, INK);
+    canvas.text("temperature [K]", x, top, Face::Normal, Alignment::Left, INK);
     let triangle = BAR_WIDTH / 2;
     let bar_top = top + 22 + triangle;
     let bar_height = (top + height).saturating_sub(bar_top + triangle + 38).max(40);
@@ -168,7 +156,7 @@ fn draw_scale(
         let y = bar_top + row.min(bar_height - 1);
         canvas.fill(x + BAR_WIDTH + 1, y, 6, 1, INK);
         let number = ticks::label(value, marks.step);
-        canvas.text(&number, x + BAR_WIDTH + 11, y.saturating_sub(6), Face::Normal, Anchor::Left, INK);
+        canvas.text(&number, x + BAR_WIDTH + 11, y.saturating_sub(6), Face::Normal, Alignment::Left, INK);
     }
     for row in 0..triangle {
         if exceeded[1] {
@@ -190,26 +178,25 @@ fn draw_scale(
         None => ["nothing in view".to_owned(), String::new()],
     };
     for (line, row) in lines.iter().zip(0u32..) {
-        canvas.text(line, x, below + row * 15, Face::Normal, Anchor::Left, FAINT_INK);
+        canvas.text(line, x, below + row * 15, Face::Normal, Alignment::Left, FAINT_INK);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::output::canvas::Rgb;
     use crate::output::colour::BACKGROUND;
-    use crate::output::frame::Quantity;
     use crate::output::frame::tests::sphere;
 
     #[test]
     fn the_image_is_in_the_picture_pixel_for_pixel() {
         let frame = sphere(400, 300, 3);
-        let scale = ColourScale::new(Quantity::Temperature, [150.0, 400.0]);
+        let scale = ColourScale::new([150.0, 400.0]);
         let picture = picture(&frame, &scale, "Station", "step 3").unwrap();
-        let colours = scale.colours(&frame);
+        let colours = scale.image(&frame);
         for (x, y) in [(0, 0), (399, 299), (200, 150), (260, 90)] {
-            let expected = colours[(y * 400 + x) as usize];
-            assert_eq!(picture.get(MARGIN + x, MARGIN + TITLE_HEIGHT + y), Some(expected));
+            assert_eq!(picture.get(MARGIN + x, MARGIN + TITLE_HEIGHT + y), colours.get(x, y));
         }
         assert_eq!(picture.get(MARGIN, MARGIN + TITLE_HEIGHT), Some(BACKGROUND));
         assert_ne!(picture.get(MARGIN + 200, MARGIN + TITLE_HEIGHT + 150), Some(BACKGROUND));
@@ -218,7 +205,7 @@ mod tests {
     #[test]
     fn the_bar_runs_from_the_hottest_colour_down_to_the_coldest() {
         let frame = sphere(400, 300, 3);
-        let scale = ColourScale::new(Quantity::Temperature, [150.0, 400.0]);
+        let scale = ColourScale::new([150.0, 400.0]);
         let picture = picture(&frame, &scale, "", "").unwrap();
         let x = MARGIN + 400 + 18 + BAR_WIDTH / 2;
         let bar: Vec<Rgb> = (0..picture.height()).filter_map(|y| picture.get(x, y)).collect();
@@ -234,7 +221,7 @@ mod tests {
     fn an_end_that_values_exceed_gets_a_triangle() {
         let frame = sphere(400, 300, 3);
         let tip = |range: [f64; 2]| {
-            let scale = ColourScale::new(Quantity::Temperature, range);
+            let scale = ColourScale::new(range);
             let picture = picture(&frame, &scale, "", "").unwrap();
             picture.get(MARGIN + 400 + 18 + BAR_WIDTH / 2, MARGIN + TITLE_HEIGHT + 22 + 5).unwrap()
         };
@@ -246,13 +233,13 @@ mod tests {
     fn small_large_and_empty_frames_are_drawn() {
         for (width, height) in [(1, 1), (7, 3), (64, 48), (1024, 16), (16, 900)] {
             let frame = sphere(width, height, 0);
-            let scale = ColourScale::covering(Quantity::Radiance, [&frame]);
+            let scale = ColourScale::covering(frame.range());
             let canvas = picture(&frame, &scale, &"long title ".repeat(40), &"detail ".repeat(80)).unwrap();
             assert!(canvas.png().is_ok());
         }
         let mut broken = sphere(4, 4, 0);
         broken.temperature.clear();
-        let scale = ColourScale::new(Quantity::Temperature, [0.0, 1.0]);
+        let scale = ColourScale::new([0.0, 1.0]);
         assert!(picture(&broken, &scale, "", "").is_err());
         assert!(contact_sheet(&[], 4, &scale, "", "").png().is_ok());
     }
@@ -260,7 +247,7 @@ mod tests {
     #[test]
     fn two_pictures_stand_beside_each_other() {
         let frame = sphere(200, 160, 3);
-        let scale = ColourScale::new(Quantity::Temperature, [150.0, 400.0]);
+        let scale = ColourScale::new([150.0, 400.0]);
         let left = Canvas::new(200, 160, [1, 2, 3]);
         let both = beside((&left, "eye"), (&frame, "camera"), &scale, "Station", "").unwrap();
         let top = MARGIN + TITLE_HEIGHT + Face::Normal.height() + 4;
@@ -269,13 +256,12 @@ mod tests {
         let right = 2 * MARGIN + 200;
         assert_eq!(both.get(right - 1, top), Some(PAPER));
         assert_eq!(both.get(right, top), Some(BACKGROUND));
-        let middle = scale.colours(&frame)[80 * 200 + 100];
-        assert_eq!(both.get(right + 100, top + 80), Some(middle));
+        assert_eq!(both.get(right + 100, top + 80), scale.image(&frame).get(100, 80));
     }
 
     #[test]
     fn a_sheet_has_a_cell_for_each_frame() {
-        let scale = ColourScale::new(Quantity::Temperature, [150.0, 400.0]);
+        let scale = ColourScale::new([150.0, 400.0]);
         let tiles: Vec<Tile> =
             (0..5).map(|step| Tile::new(&sphere(200, 160, step), &scale, "t", 100).unwrap()).collect();
         let sheet = contact_sheet(&tiles, 3, &scale, "Station", "");

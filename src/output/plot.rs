@@ -94,9 +94,6 @@ pub struct Plot {
 
 impl Plot {
     /// The plot as an SVG document of 900 x 400 pixels that scales to any width. Same plot, same text.
-    ///
-    /// # Errors
-    /// [`OutputError::Encode`] where plotters refuses.
     pub fn svg(&self) -> Result<String, OutputError> {
         let layout = Layout { title: TITLE, legend: 220 };
         document(&self.title, [WIDTH, HEIGHT], |root| self.draw_on(root, &layout))
@@ -254,7 +251,7 @@ pub(super) fn document(
         let root = SVGBackend::with_string(&mut svg, (width * FINE, height * FINE)).into_drawing_area();
         root.fill(&WHITE).map_err(text).and_then(|()| draw(&root)).and_then(|()| root.present().map_err(text))
     };
-    drawn.map_err(|reason| OutputError::Encode { what: format!("plot \"{name}\""), reason })?;
+    drawn.map_err(|reason| OutputError::Encode(format!("plot \"{name}\""), reason))?;
     let fine = format!(r#"<svg width="{}" height="{}""#, width * FINE, height * FINE);
     let shown = format!(r#"<svg role="img" width="{width}" height="{height}""#);
     Ok(svg.replacen(&fine, &shown, 1))

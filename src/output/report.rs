@@ -1,11 +1,10 @@
 //! The report of a run as plain values, and `report.json`.
 
-use std::path::Path;
-
 use serde::Serialize;
 
 use super::OutputError;
-use super::folder::write_bytes;
+use super::plot::Plot;
+use super::statistics::Spread;
 use crate::simulation::check::Accuracy;
 
 /// Everything that a run tells about itself. Lists may be empty and options absent: what is not there is not shown.
@@ -34,7 +33,7 @@ pub struct Report {
     /// Passes of a tick with their times.
     pub passes: Vec<PassTime>,
     /// Settings of the scene by section, in the order of the scene file.
-    pub settings: Vec<Section>,
+    pub settings: Vec<SettingGroup>,
     /// What the scene does not say and was assumed.
     pub assumptions: Vec<String>,
     /// What a user should look at: periods that disagree, parts left out.
@@ -136,31 +135,16 @@ pub struct PassTime {
 }
 
 impl PassTime {
-    /// Percentiles of samples [ms], interpolated linearly between ranks; `None` without samples. Samples that are not
-    /// finite are left out and not counted.
+    /// Of samples [ms]; `None` without any.
     pub fn from_samples(name: &str, samples_ms: &[f64]) -> Option<Self> {
-        let mut sorted: Vec<f64> = samples_ms.iter().copied().filter(|sample| sample.is_finite()).collect();
-        sorted.sort_by(f64::total_cmp);
-        let last = sorted.len().checked_sub(1)?;
-        let percentile = |share: f64| {
-            let rank = share * last as f64;
-            let below = rank.floor() as usize;
-            let above = (below + 1).min(last);
-            sorted[below] + (sorted[above] - sorted[below]) * (rank - below as f64)
-        };
-        Some(Self {
-            name: name.to_owned(),
-            median_ms: percentile(0.5),
-            p10_ms: percentile(0.1),
-            p90_ms: percentile(0.9),
-            count: sorted.len() as u64,
-        })
+        let Spread { median: median_ms, p10: p10_ms, p90: p90_ms, samples: count } = Spread::of(samples_ms)?;
+        Some(Self { name: name.to_owned(), median_ms, p10_ms, p90_ms, count })
     }
 }
 
 /// Settings that belong together.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Section {
+pub struct SettingGroup {
     /// `Orbit`, `Material white_paint`.
     pub title: String,
     /// Name and value with its unit.
@@ -204,6 +188,13 @@ pub struct PlotEntry {
     pub svg: String,
 }
 
+impl PlotEntry {
+    /// A plot under `plots/NAME.svg`.
+    pub fn new(name: &str, title: &str, plot: &Plot) -> Result<Self, OutputError> {
+        Ok(Self { title: title.to_owned(), file: format!("plots/{name}.svg"), svg: plot.svg()? })
+    }
+}
+
 /// A file of the run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FileEntry {
@@ -213,22 +204,10 @@ pub struct FileEntry {
     pub what: String,
 }
 
-impl Report {
-    /// Writes `report.json`: the fields of this structure under their own names; numbers not finite are `null`.
-    ///
-    /// # Errors
-    /// [`OutputError::Write`].
-    pub fn write_json(&self, path: &Path) -> Result<(), OutputError> {
-        let failed = |error: serde_json::Error| OutputError::write(path, error.into());
-        let mut text = serde_json::to_string_pretty(self).map_err(failed)?;
-        text.push('\n');
-        write_bytes(path, text.as_bytes())
-    }
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::output::folder::write_json;
 
     fn pairs(list: &[(&str, &str)]) -> Vec<(String, String)> {
         list.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect()
@@ -290,15 +269,15 @@ pub(crate) mod tests {
                 .filter_map(|(name, ms)| PassTime::from_samples(name, &[ms * 0.95, *ms, ms * 1.2]))
                 .collect(),
             settings: vec![
-                Section {
+                SettingGroup {
                     title: "Orbit".into(),
                     entries: pairs(&[("altitude", "408 km"), ("period", "5580 s"), ("beta", "30°")]),
                 },
-                Section {
+                SettingGroup {
                     title: "Environment".into(),
                     entries: pairs(&[("solar constant", "1361 W/m²"), ("albedo", "0.3")]),
                 },
-                Section {
+                SettingGroup {
                     title: "Material solar_cell".into(),
                     entries: pairs(&[
                         ("absorptivity", "0.88"),
@@ -332,22 +311,12 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn percentiles_are_interpolated_between_ranks() {
-        // numpy.percentile([1, 2, 3, 4, 10], [10, 50, 90]) = 1.4, 3.0, 7.6
-        let time = PassTime::from_samples("a", &[10.0, 2.0, 3.0, f64::NAN, 1.0, 4.0]).unwrap();
-        assert!((time.p10_ms - 1.4).abs() < 1e-12 && (time.p90_ms - 7.6).abs() < 1e-12);
-        assert_eq!((time.median_ms, time.count), (3.0, 5));
-        assert_eq!(PassTime::from_samples("a", &[2.5]).unwrap().p90_ms, 2.5);
-        assert_eq!(PassTime::from_samples("a", &[f64::NAN]), None);
-    }
-
-    #[test]
     fn the_json_has_the_figures_and_not_the_pictures() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("report.json");
         let mut report = full();
         report.speed.step_ms = Some(f64::NAN);
-        report.write_json(&path).unwrap();
+        write_json(&path, &report).unwrap();
         let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
         assert_eq!(json["accuracy"]["max_k"], 1.13e-3);
         assert_eq!(json["passes"][1]["name"], "thermal_step");

@@ -1,6 +1,6 @@
 //! `report.html`: one page that needs no network, no script and no other file.
 
-use super::html::{Html, bytes, escape, kelvin, link_target, significant, thousands};
+use super::html::{Html, bytes, escape, kelvin, kelvin_text, link, significant, thousands};
 use super::report::{Report, SourceFile};
 use crate::simulation::check::Accuracy;
 
@@ -14,7 +14,7 @@ pub fn page(report: &Report) -> String {
     }
     html.raw("</header>\n<main>\n");
     headline(&mut html, report);
-    list(&mut html, "Warnings", &report.warnings, "warning");
+    html.list("Warnings", &report.warnings, "warning");
     for picture in &report.pictures {
         html.picture(&picture.png, &picture.title, &picture.file);
     }
@@ -59,23 +59,9 @@ fn headline(html: &mut Html, report: &Report) {
     html.headline(figures.into_iter().map(|(value, unit, what)| (value, unit.to_owned(), what)));
 }
 
-fn list(html: &mut Html, title: &str, items: &[String], class: &str) {
-    if items.is_empty() {
-        return;
-    }
-    html.element("h2", title);
-    html.raw(&format!("<ul class=\"{class}\">\n"));
-    items.iter().for_each(|item| html.element("li", item));
-    html.raw("</ul>\n");
-}
-
 fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
     let Some(accuracy) = accuracy else { return };
     html.element("h2", "Accuracy");
-    let kelvin = |value: f64| {
-        let (value, unit) = kelvin(value);
-        format!("{value} {unit}")
-    };
     let row = |name: &str, value: String| vec![name.to_owned(), value];
     let sample = format!(
         "{} of {} nodes, {} steps",
@@ -87,9 +73,9 @@ fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
     html.table(
         &["Device against f64 reference", "temperature"],
         [
-            row("largest difference", kelvin(accuracy.max_k)),
+            row("largest difference", kelvin_text(accuracy.max_k)),
             row("at", place),
-            row("rms difference", kelvin(accuracy.rms_k)),
+            row("rms difference", kelvin_text(accuracy.rms_k)),
             row("sample", sample),
         ],
     );
@@ -99,9 +85,8 @@ fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
 fn costs(html: &mut Html, report: &Report) {
     if !report.passes.is_empty() {
         html.element("h2", "Time on the device");
-        let time = |ms: f64| significant(ms);
         let rows = report.passes.iter().map(|pass| {
-            let times = [pass.median_ms, pass.p10_ms, pass.p90_ms].map(time);
+            let times = [pass.median_ms, pass.p10_ms, pass.p90_ms].map(significant);
             std::iter::once(pass.name.clone()).chain(times).chain([thousands(pass.count)]).collect()
         });
         html.table(&["pass", "median [ms]", "10 % [ms]", "90 % [ms]", "runs"], rows);
@@ -121,30 +106,25 @@ fn costs(html: &mut Html, report: &Report) {
     rows.push(("steps, warm-up included".to_owned(), thousands(speed.steps)));
     rows.push(("images".to_owned(), thousands(speed.images)));
     rows.push(("wall time, files included".to_owned(), format!("{} s", significant(speed.wall_s))));
-    html.table(&[], rows.into_iter().filter(|(_, value)| !value.is_empty()).map(|(name, value)| vec![name, value]));
+    html.pairs(rows.into_iter().filter(|(_, value)| !value.is_empty()));
 }
 
 fn settings(html: &mut Html, report: &Report) {
-    list(html, "Assumed, because the scene does not say", &report.assumptions, "plain");
-    list(html, "Switched off in this scene", &report.switched_off, "plain");
+    html.list("Assumed, because the scene does not say", &report.assumptions, "plain");
+    html.list("Switched off in this scene", &report.switched_off, "plain");
     if !report.settings.is_empty() {
         html.element("h2", "Settings");
     }
-    for section in &report.settings {
-        html.element("h3", &section.title);
-        html.table(&[], section.entries.iter().map(|(name, value)| vec![name.clone(), value.clone()]));
-    }
+    html.settings(&report.settings);
 }
 
 fn files(html: &mut Html, report: &Report) {
     html.element("h2", "Inputs");
-    html.raw("<p>Command: ");
-    html.raw(&format!("<code>{}</code></p>\n", escape(&report.command_line)));
+    html.command(&report.command_line);
     let short = |hash: &str| format!("{}...", hash.chars().take(16).collect::<String>());
     let input = |file: &SourceFile| vec![file.kind.clone(), file.path.clone(), short(&file.sha256)];
     let inputs = std::iter::once(&report.scene).chain(&report.inputs);
     html.table(&["input", "file", "SHA-256 (whole in report.json)"], inputs.map(input));
-    let link = |path: &str| format!("<a href=\"{}\">{}</a>", link_target(path), escape(path));
     if !report.files.is_empty() {
         html.element("h2", "Files");
         html.raw("<ul class=\"plain\">\n");
@@ -170,7 +150,7 @@ fn files(html: &mut Html, report: &Report) {
 mod tests {
     use super::*;
     use crate::output::report::tests::full;
-    use crate::output::report::{FrameEntry, Section};
+    use crate::output::report::{FrameEntry, SettingGroup};
 
     #[test]
     fn text_from_outside_cannot_become_markup() {
@@ -182,7 +162,7 @@ mod tests {
         report.scene.path = evil();
         report.device.name = evil();
         report.warnings = vec![evil()];
-        report.settings = vec![Section { title: evil(), entries: vec![(evil(), evil())] }];
+        report.settings = vec![SettingGroup { title: evil(), entries: vec![(evil(), evil())] }];
         report.frames = vec![FrameEntry { file: evil(), picture: Some(evil()), ..FrameEntry::default() }];
         report.pictures[0].title = evil();
         report.pictures[0].file = evil();

@@ -1,11 +1,10 @@
 //! Temperatures over time: a row for each step, columns for parts, materials, the whole craft and probes.
 
 use std::collections::HashSet;
-use std::io::Write;
 use std::path::Path;
 
 use super::OutputError;
-use super::folder::write_atomic;
+use super::folder::write_csv;
 use super::statistics::Summary;
 
 /// Temperatures of one step.
@@ -50,7 +49,10 @@ impl Series {
         ];
         for (group, values, columns) in groups {
             if values != columns {
-                return Err(OutputError::SeriesRow { time: row.time, group, values, columns });
+                let time = row.time;
+                let reason =
+                    format!("series row at {time} s has {values} {group} values for {columns} {group} columns");
+                return Err(OutputError::Mismatch(reason));
             }
         }
         self.rows.push(row);
@@ -80,17 +82,8 @@ impl Series {
     /// Writes `series.csv`: `time` [s], then `part:NAME:min`, `:mean`, `:max` [K] of each part, the same for each
     /// `material:NAME` and for `all`, then `probe:NAME` [K]. A group without area has empty cells. Numbers are the
     /// shortest that read back to the same f32 (`min`, `max`, probes) or f64 (`time`); means have six decimals.
-    ///
-    /// # Errors
-    /// [`OutputError::Write`].
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
-        write_atomic(path, |writer| self.write_csv(writer).map_err(|error| OutputError::write(path, error.into())))
-    }
-
-    fn write_csv(&self, writer: &mut dyn Write) -> Result<(), csv::Error> {
-        let mut csv = csv::Writer::from_writer(writer);
-        csv.write_record(self.column_names())?;
-        for row in &self.rows {
+        let row = |row: &SeriesRow| {
             let mut record = vec![row.time.to_string()];
             for summary in row.parts.iter().chain(&row.materials).chain([&row.all]) {
                 match summary {
@@ -101,10 +94,9 @@ impl Series {
                 }
             }
             record.extend(row.probes.iter().map(f32::to_string));
-            csv.write_record(&record)?;
-        }
-        csv.flush()?;
-        Ok(())
+            record
+        };
+        write_csv(path, std::iter::once(self.column_names()).chain(self.rows.iter().map(row)))
     }
 
     fn column_names(&self) -> Vec<String> {

@@ -1,18 +1,18 @@
 //! The settings of a scene in words, for the report.
 
-use super::report::Section;
+use super::report::SettingGroup;
 use crate::environment::{Attitude, Orbit};
 use crate::scene::{Draw, Initial};
 use crate::simulation::prepare::Prepared;
 use crate::thermal::material::{Domain, Profile, Response, Retarget, Sides};
 
-/// Every setting by section, in the order of the scene file.
-pub fn sections(prepared: &Prepared) -> Vec<Section> {
+/// Every setting in its group, in the order of the scene file.
+pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
     let scene = &prepared.scene;
     let mut sections = Vec::new();
     let mut section = |title: &str, entries: Vec<(&str, String)>| {
         let entries = entries.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-        sections.push(Section { title: title.to_owned(), entries });
+        sections.push(SettingGroup { title: title.to_owned(), entries });
     };
     section(
         "Model",

@@ -18,6 +18,41 @@ pub struct Summary {
     pub max: f32,
 }
 
+/// Median of samples, and the range from the tenth to the ninetieth percentile.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Spread {
+    /// Median.
+    pub median: f64,
+    /// Tenth percentile.
+    pub p10: f64,
+    /// Ninetieth percentile.
+    pub p90: f64,
+    /// Samples.
+    pub samples: u64,
+}
+
+impl Spread {
+    /// Percentiles of samples, interpolated linearly between ranks; `None` without samples. Samples that are not finite are
+    /// left out and not counted.
+    pub fn of(samples: &[f64]) -> Option<Self> {
+        let mut sorted: Vec<f64> = samples.iter().copied().filter(|sample| sample.is_finite()).collect();
+        sorted.sort_by(f64::total_cmp);
+        let last = sorted.len().checked_sub(1)?;
+        let percentile = |share: f64| {
+            let rank = share * last as f64;
+            let below = rank.floor() as usize;
+            let above = (below + 1).min(last);
+            sorted[below] + (sorted[above] - sorted[below]) * (rank - below as f64)
+        };
+        Some(Self { median: percentile(0.5), p10: percentile(0.1), p90: percentile(0.9), samples: sorted.len() as u64 })
+    }
+
+    /// The same in another unit.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { median: factor * self.median, p10: factor * self.p10, p90: factor * self.p90, ..self }
+    }
+}
+
 /// What has been added up of a group.
 #[derive(Debug, Clone, Copy)]
 struct Sum {
@@ -67,10 +102,11 @@ impl Groups {
     /// The lists differ in length, or a group number is too large.
     pub fn new(areas: Vec<f64>, group: Vec<u32>, count: usize) -> Result<Self, OutputError> {
         if areas.len() != group.len() {
-            return Err(OutputError::NodeCount { nodes: group.len(), what: "areas", values: areas.len() });
+            let reason = format!("{} group numbers, but {} areas", group.len(), areas.len());
+            return Err(OutputError::Mismatch(reason));
         }
         if let Some(node) = group.iter().position(|&group| group as usize >= count) {
-            return Err(OutputError::GroupNumber { node, group: group[node], groups: count });
+            return Err(OutputError::Mismatch(format!("node {node}: group {} of {count}", group[node])));
         }
         Ok(Self { areas, group, count })
     }
@@ -81,19 +117,14 @@ impl Groups {
         Self { areas, group, count: 1 }
     }
 
-    /// Number of groups.
-    pub fn count(&self) -> usize {
-        self.count
-    }
-
     /// The summary of each group; `None` where a group has no area. NaN in a group makes its whole summary NaN.
     ///
     /// # Errors
     /// There are not as many temperatures as nodes.
     pub fn summaries(&self, temperatures: &[f32]) -> Result<Vec<Option<Summary>>, OutputError> {
         if temperatures.len() != self.areas.len() {
-            let (nodes, values) = (temperatures.len(), self.areas.len());
-            return Err(OutputError::NodeCount { nodes, what: "areas", values });
+            let reason = format!("{} temperatures, but {} areas", temperatures.len(), self.areas.len());
+            return Err(OutputError::Mismatch(reason));
         }
         let chunks = temperatures.par_chunks(CHUNK).zip(self.areas.par_chunks(CHUNK)).zip(self.group.par_chunks(CHUNK));
         let partial: Vec<Vec<Sum>> = chunks
@@ -116,6 +147,16 @@ impl Groups {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn percentiles_are_interpolated_between_ranks() {
+        // numpy.percentile([1, 2, 3, 4, 10], [10, 50, 90]) = 1.4, 3.0, 7.6
+        let time = Spread::of(&[10.0, 2.0, 3.0, f64::NAN, 1.0, 4.0]).unwrap();
+        assert!((time.p10 - 1.4).abs() < 1e-12 && (time.p90 - 7.6).abs() < 1e-12);
+        assert_eq!((time.median, time.samples), (3.0, 5));
+        assert_eq!(Spread::of(&[2.5]).unwrap().p90, 2.5);
+        assert_eq!(Spread::of(&[f64::NAN]), None);
+    }
 
     #[test]
     fn a_mean_is_weighted_by_area_and_the_ends_are_not() {

@@ -3,6 +3,7 @@
 use super::OutputError;
 use super::plot::{Line, Plot, Shade};
 use super::plot_axis::Axis;
+use super::report::PlotEntry;
 use super::series::{Series, SeriesRow};
 use super::statistics::Summary;
 
@@ -21,22 +22,8 @@ pub struct Eclipses {
     pub penumbra: Vec<(f64, f64)>,
 }
 
-/// A plot ready to be written and shown.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NamedPlot {
-    /// File name without folder and extension.
-    pub name: String,
-    /// Title.
-    pub title: String,
-    /// The SVG document.
-    pub svg: String,
-}
-
 /// Draws `materials`, `parts` and `probes`, each where the series has any.
-///
-/// # Errors
-/// [`OutputError::Encode`].
-pub fn temperature_plots(series: &Series, eclipses: &Eclipses) -> Result<Vec<NamedPlot>, OutputError> {
+pub fn temperature_plots(series: &Series, eclipses: &Eclipses) -> Result<Vec<PlotEntry>, OutputError> {
     let clock = Clock::for_rows(series.rows());
     let group = |names: &[String], of: fn(&SeriesRow) -> &[Option<Summary>]| -> Vec<Line> {
         let lines = names.iter().enumerate().map(|(index, name)| {
@@ -80,15 +67,7 @@ pub fn temperature_plots(series: &Series, eclipses: &Eclipses) -> Result<Vec<Nam
             let (shown, left) = (lines.len(), count - lines.len());
             subtitle += &format!("; the {shown} of {count} with the widest swing, {left} are left out");
         }
-        let plot = Plot {
-            title: title.to_owned(),
-            subtitle,
-            x: Axis::linear(&format!("time [{}]", clock.unit)),
-            y: Axis::linear("temperature [K]"),
-            series: lines,
-            shaded: clock.shades(eclipses),
-        };
-        plots.push(NamedPlot { name: name.to_owned(), title: title.to_owned(), svg: plot.svg()? });
+        plots.push(clock.plot(name, [title, &subtitle, "temperature [K]"], lines, eclipses)?);
     }
     Ok(plots)
 }
@@ -110,7 +89,7 @@ fn widest_swings(lines: Vec<Line>) -> Vec<Line> {
 /// The unit in which times are shown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {
-    pub(super) unit: &'static str,
+    unit: &'static str,
     seconds: f64,
 }
 
@@ -133,13 +112,28 @@ impl Clock {
         seconds / self.seconds
     }
 
-    pub(super) fn shades(&self, eclipses: &Eclipses) -> Vec<Shade> {
+    /// A plot over time: title, subtitle and label of the vertical axis.
+    pub(super) fn plot(
+        &self,
+        name: &str,
+        [title, subtitle, y]: [&str; 3],
+        series: Vec<Line>,
+        eclipses: &Eclipses,
+    ) -> Result<PlotEntry, OutputError> {
         let shade = |name: &str, intervals: &[(f64, f64)], strength| Shade {
             name: name.to_owned(),
             intervals: intervals.iter().map(|&(start, end)| (self.time(start), self.time(end))).collect(),
             strength,
         };
-        vec![shade("penumbra", &eclipses.penumbra, 0.4), shade("umbra", &eclipses.umbra, 1.0)]
+        let plot = Plot {
+            title: title.to_owned(),
+            subtitle: subtitle.to_owned(),
+            x: Axis::linear(&format!("time [{}]", self.unit)),
+            y: Axis::linear(y),
+            series,
+            shaded: vec![shade("penumbra", &eclipses.penumbra, 0.4), shade("umbra", &eclipses.umbra, 1.0)],
+        };
+        PlotEntry::new(name, title, &plot)
     }
 }
 
@@ -152,7 +146,7 @@ mod tests {
     fn each_kind_that_is_there_has_its_plot() {
         let names = |series: &Series| -> Vec<String> {
             let plots = temperature_plots(series, &Eclipses::default()).unwrap();
-            plots.into_iter().map(|plot| plot.name).collect()
+            plots.into_iter().map(|plot| plot.file.replace("plots/", "").replace(".svg", "")).collect()
         };
         assert_eq!(names(&orbit(2, 3, 1)), ["materials", "parts", "probes"]);
         assert_eq!(names(&orbit(1, 0, 0)), ["parts"]);
@@ -174,7 +168,7 @@ mod tests {
         let eclipses = Eclipses { umbra: vec![(2100.0, 4200.0)], penumbra: vec![(2092.0, 2100.0), (4200.0, 4208.0)] };
         let lit = temperature_plots(&orbit(0, 1, 0), &Eclipses::default()).unwrap();
         let dark = temperature_plots(&orbit(0, 1, 0), &eclipses).unwrap();
-        let count = |plots: &[NamedPlot], what: &str| plots[0].svg.matches(what).count();
+        let count = |plots: &[PlotEntry], what: &str| plots[0].svg.matches(what).count();
         // Three intervals and two legend patches.
         assert_eq!(count(&dark, "<rect"), count(&lit, "<rect") + 5);
         assert!(dark[0].svg.contains("umbra") && !lit[0].svg.contains("umbra"));

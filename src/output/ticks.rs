@@ -38,6 +38,11 @@ pub fn round_range(lower: f64, upper: f64) -> [f64; 2] {
     [(lower / step + 1e-6).floor() * step, (upper / step - 1e-6).ceil() * step]
 }
 
+/// The range that holds two ranges.
+pub(super) fn union([a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
+    [a.min(c), b.max(d)]
+}
+
 /// A number with the decimals that tell it from its neighbour one `step` away; powers of ten where it is very large or
 /// very small.
 pub fn label(value: f64, step: f64) -> String {

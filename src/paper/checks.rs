@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::output::OutputError;
-use crate::output::folder::write_atomic;
+use crate::output::folder::write_csv;
 
 /// How far two numbers may lie apart and still agree, in the unit of the check.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,21 +66,13 @@ impl Check {
 }
 
 /// Writes `checks.csv`: statement, expected, computed, difference, agrees (`true` or `false`).
-///
-/// # Errors
-/// [`OutputError::Write`].
 pub fn write(path: &Path, checks: &[Check]) -> Result<(), OutputError> {
-    write_atomic(path, |writer| {
-        let failed = |error: csv::Error| OutputError::write(path, error.into());
-        let mut csv = csv::Writer::from_writer(writer);
-        csv.write_record(["statement", "expected", "computed", "difference", "agrees"]).map_err(failed)?;
-        for check in checks {
-            let [expected, computed, difference] = check.numbers();
-            let record = [check.statement_with_unit(), expected, computed, difference, check.agrees().to_string()];
-            csv.write_record(&record).map_err(failed)?;
-        }
-        csv.flush().map_err(|source| OutputError::write(path, source))
-    })
+    let head = ["statement", "expected", "computed", "difference", "agrees"].map(str::to_owned);
+    let row = |check: &Check| {
+        let [expected, computed, difference] = check.numbers();
+        [check.statement_with_unit(), expected, computed, difference, check.agrees().to_string()]
+    };
+    write_csv(path, std::iter::once(head).chain(checks.iter().map(row)))
 }
 
 #[cfg(test)]

@@ -135,9 +135,6 @@ impl Problem {
 
 impl Case {
     /// The network and its heat.
-    ///
-    /// # Errors
-    /// None that the paper's own values cause.
     pub fn problem(&self) -> Result<Problem, SkyError> {
         let heat = self.absorbed()?.into_iter().map(|faces| faces.map(|flux| EDGE * EDGE * flux)).collect();
         Ok(Problem { network: self.network(), heat })
@@ -145,9 +142,6 @@ impl Case {
 
     /// The flux that every face absorbs [W/m2], its mean over each of the [`STEPS`] steps, in whose middle the time
     /// `index * STEP` lies.
-    ///
-    /// # Errors
-    /// None that the paper's own values cause.
     pub fn absorbed(&self) -> Result<Vec<[f64; 6]>, SkyError> {
         let loads = self.sky_loads()?;
         let flux = |step: usize| {
@@ -166,9 +160,6 @@ impl Case {
     }
 
     /// Steps at which half of the Sun is hidden by the planet and seen again; `None` without a shadow.
-    ///
-    /// # Errors
-    /// None that the paper's own values cause.
     pub fn shadow(&self) -> Result<Option<[f64; 2]>, SkyError> {
         let contacts = self.sky_loads()?.sky_model().contacts(0.0, PERIOD);
         Ok(match contacts[..] {
@@ -207,9 +198,6 @@ impl Case {
     }
 
     /// The loads of its orbit.
-    ///
-    /// # Errors
-    /// None that the paper's own values cause.
     pub fn sky_loads(&self) -> Result<TickLoads, SkyError> {
         let (planet_ir, albedo) = match self.loads {
             Loads::Sun | Loads::SunAndShadow => (None, None),

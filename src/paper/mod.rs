@@ -5,14 +5,14 @@
 //! held against what the paper says of it by [`scenario`]. [`transitions`] are figures 5 and 6, and [`visible`] is the
 //! left half of figure 7; [`checks`] hold the paper's numbers against ours, and [`page`] shows all of it.
 
-pub mod checks;
+pub(crate) mod checks;
 pub mod cube;
-pub mod folder;
+pub(crate) mod files;
 #[cfg(test)]
 mod independent;
-pub mod orbit_figures;
-pub mod orbits;
-pub mod page;
-pub mod scenario;
-pub mod transitions;
-pub mod visible;
+pub(crate) mod orbit_figures;
+pub(crate) mod orbits;
+pub(crate) mod page;
+pub(crate) mod scenario;
+pub(crate) mod transitions;
+pub(crate) mod visible;

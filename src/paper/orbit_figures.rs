@@ -41,23 +41,20 @@ pub struct Figure {
 }
 
 /// Figures 2, 3 and 4.
-///
-/// # Errors
-/// [`OutputError::Encode`].
 pub fn figures(orbits: &Orbits, device: &str) -> Result<[Figure; 3], OutputError> {
     let zenith = |solved: &Solved| named(&format!("{} W/m2", solved.case.solar_constant), solved, ZENITH);
     let two = [&orbits.aluminium, &orbits.conducting, &orbits.mli, &orbits.conducting_mli];
     let figure_2 = two.iter().zip(1..).map(|(pair, number)| {
         let not_drawn = if number == 4 { "not in the paper; " } else { "" };
         let [dim, bright] = pair.each_ref().map(swing);
-        Panel {
+        Axes {
             title: format!("2.{number} {}", pair[0].case),
             subtitle: format!("{not_drawn}{dim} K; broken: {bright} K"),
             lines: pair.iter().map(zenith).collect(),
             shadow: None,
         }
     });
-    let figure_3 = orbits.all_loads.iter().zip(1..).map(|(solved, number)| Panel {
+    let figure_3 = orbits.all_loads.iter().zip(1..).map(|(solved, number)| Axes {
         title: format!("3.{number} MLI under all loads at {}", altitude(solved)),
         subtitle: "+Z to the zenith, +X along the velocity; +Y and -Y are the same".to_owned(),
         lines: (0..FACES.len()).map(|face| named(FACES[face], solved, face)).collect(),
@@ -67,7 +64,7 @@ pub fn figures(orbits: &Orbits, device: &str) -> Result<[Figure; 3], OutputError
         let without = if orbits.without_albedo.contains(solved) { " without albedo" } else { "" };
         named(&format!("{}{without}", altitude(solved)), solved, SIDE)
     };
-    let figure_4 = Panel {
+    let figure_4 = Axes {
         title: "4 MLI under all loads, +Y face".to_owned(),
         subtitle: "the paper sees about 180 K in eclipse, and its end near step 264; the shadow is that at 224 km"
             .to_owned(),
@@ -85,7 +82,7 @@ pub fn figures(orbits: &Orbits, device: &str) -> Result<[Figure; 3], OutputError
     ])
 }
 
-struct Panel {
+struct Axes {
     title: String,
     subtitle: String,
     lines: Vec<(String, Vec<f64>)>,
@@ -98,7 +95,7 @@ fn figure(
     subtitle: &str,
     columns: usize,
     legends: bool,
-    panels: Vec<Panel>,
+    panels: Vec<Axes>,
     device: &str,
 ) -> Result<Figure, OutputError> {
     let prefix = format!("figure{number}");
@@ -110,7 +107,7 @@ fn figure(
     Ok(Figure { number, svg: Panels { title, subtitle, columns, legends, plots }.svg()?, tables })
 }
 
-impl Panel {
+impl Axes {
     fn table(&self, file: &'static str) -> Table {
         let columns = self.lines.iter().map(|(name, _)| name.clone()).collect();
         let row = |step: usize| self.lines.iter().map(|(_, values)| values[step]).collect();

@@ -1,10 +1,8 @@
 //! `index.html`: figures, checks and what they mean on one page that needs no network.
 
 use super::checks::Check;
-use super::folder::{CHECKS, FIGURE_7, plot_name, series_name};
-use super::orbit_figures::TABLES;
-use super::transitions::PANELS;
-use crate::output::html::{Html, escape, kelvin, link_target};
+use super::files::{FIGURE_7, plot_name, tables};
+use crate::output::html::{Html, kelvin};
 
 /// What the page shows.
 #[derive(Debug, Clone, Copy)]
@@ -55,11 +53,7 @@ impl Page<'_> {
         html.element("h2", "Figures 5 and 6, and the linear function over the same transitions");
         html.element("p", "Expected: equations 1 to 4, held at the target from t_max on; computed on the device.");
         table(&mut html, self.transitions);
-        html.element("h2", "Files");
-        let tables = TABLES.into_iter().map(str::to_owned);
-        let names = tables.chain(PANELS.iter().map(series_name)).chain([CHECKS.to_owned()]);
-        let links = names.map(|name| format!("<li><a href=\"{}\">{}</a></li>\n", link_target(&name), escape(&name)));
-        html.raw(&format!("<ul class=\"plain\">\n{}</ul>\n", links.collect::<String>()));
+        html.files(tables().iter().map(String::as_str));
         html.into_page()
     }
 

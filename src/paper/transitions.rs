@@ -21,8 +21,8 @@ const DEVICE_TOLERANCE: f64 = 2e-4;
 
 /// Settled at one temperature, commanded to another at step 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Panel {
-    /// Number in the paper: figure and panel.
+pub struct Jump {
+    /// Number in the paper: figure and jump.
     pub figure: [u8; 2],
     /// Temperature at step 0 [K].
     pub from: f64,
@@ -39,95 +39,59 @@ pub struct Panel {
 const QUADRATIC_STEPS: [usize; 7] = [0, 1, 50, 100, 180, 361, 1000];
 const LINEAR_STEPS: [usize; 5] = [1, 50, 100, 180, 361];
 
+const fn jump(
+    figure: [u8; 2],
+    [from, to]: [f64; 2],
+    t_max: f64,
+    quadratic: [f64; 7],
+    linear: Option<[f64; 5]>,
+) -> Jump {
+    Jump { figure, from, to, t_max, quadratic, linear }
+}
+
 /// The ten transitions of figures 5 and 6.
-pub const PANELS: [Panel; 10] = [
-    Panel {
-        figure: [5, 1],
-        from: 2.7,
-        to: 267.0,
-        t_max: 361.0,
-        quadratic: [2.7, 4.162238, 70.843124, 128.845901, 200.558427, 267.0, 267.0],
-        linear: Some([3.432133, 39.306648, 75.913296, 134.483934, 267.0]),
-    },
-    Panel {
-        figure: [5, 2],
-        from: 2.7,
-        to: 267.0,
-        t_max: 100.0,
-        quadratic: [2.7, 7.959570, 200.925, 267.0, 267.0, 267.0, 267.0],
-        linear: None,
-    },
-    Panel {
-        figure: [5, 3],
-        from: 2.7,
-        to: 267.0,
-        t_max: 1000.0,
-        quadratic: [2.7, 3.228336, 28.469250, 52.917, 89.284680, 159.080760, 267.0],
-        linear: Some([2.9643, 15.915, 29.13, 50.274, 98.1123]),
-    },
-    Panel {
-        figure: [5, 4],
-        from: 500.0,
-        to: 2.7,
-        t_max: 361.0,
-        quadratic: [500.0, 497.248691, 371.783673, 262.647156, 127.714735, 2.7, 2.7],
-        linear: Some([498.622438, 431.121884, 362.243767, 252.038781, 2.7]),
-    },
-    Panel {
-        figure: [5, 5],
-        from: 500.0,
-        to: 2.7,
-        t_max: 100.0,
-        quadratic: [500.0, 490.103730, 127.025, 2.7, 2.7, 2.7, 2.7],
-        linear: None,
-    },
-    Panel {
-        figure: [5, 6],
-        from: 500.0,
-        to: 2.7,
-        t_max: 1000.0,
-        quadratic: [500.0, 499.005897, 451.513250, 405.513, 337.084520, 205.758033, 2.7],
-        linear: Some([499.5027, 475.135, 450.27, 410.486, 320.4747]),
-    },
-    Panel {
-        figure: [6, 1],
-        from: 2.7,
-        to: 1000.0,
-        t_max: 100.0,
-        quadratic: [2.7, 22.546270, 750.675, 1000.0, 1000.0, 1000.0, 1000.0],
-        linear: None,
-    },
-    Panel {
-        figure: [6, 2],
-        from: 1000.0,
-        to: 2.7,
-        t_max: 100.0,
-        quadratic: [1000.0, 980.153730, 252.025, 2.7, 2.7, 2.7, 2.7],
-        linear: None,
-    },
-    Panel {
-        figure: [6, 3],
-        from: 2.7,
-        to: 5.0,
-        t_max: 100.0,
-        quadratic: [2.7, 2.745770, 4.425, 5.0, 5.0, 5.0, 5.0],
-        linear: None,
-    },
-    Panel {
-        figure: [6, 4],
-        from: 5.0,
-        to: 2.7,
-        t_max: 100.0,
-        quadratic: [5.0, 4.954230, 3.275, 2.7, 2.7, 2.7, 2.7],
-        linear: None,
-    },
+pub const JUMPS: [Jump; 10] = [
+    jump(
+        [5, 1],
+        [2.7, 267.0],
+        361.0,
+        [2.7, 4.162238, 70.843124, 128.845901, 200.558427, 267.0, 267.0],
+        Some([3.432133, 39.306648, 75.913296, 134.483934, 267.0]),
+    ),
+    jump([5, 2], [2.7, 267.0], 100.0, [2.7, 7.959570, 200.925, 267.0, 267.0, 267.0, 267.0], None),
+    jump(
+        [5, 3],
+        [2.7, 267.0],
+        1000.0,
+        [2.7, 3.228336, 28.469250, 52.917, 89.284680, 159.080760, 267.0],
+        Some([2.9643, 15.915, 29.13, 50.274, 98.1123]),
+    ),
+    jump(
+        [5, 4],
+        [500.0, 2.7],
+        361.0,
+        [500.0, 497.248691, 371.783673, 262.647156, 127.714735, 2.7, 2.7],
+        Some([498.622438, 431.121884, 362.243767, 252.038781, 2.7]),
+    ),
+    jump([5, 5], [500.0, 2.7], 100.0, [500.0, 490.103730, 127.025, 2.7, 2.7, 2.7, 2.7], None),
+    jump(
+        [5, 6],
+        [500.0, 2.7],
+        1000.0,
+        [500.0, 499.005897, 451.513250, 405.513, 337.084520, 205.758033, 2.7],
+        Some([499.5027, 475.135, 450.27, 410.486, 320.4747]),
+    ),
+    jump([6, 1], [2.7, 1000.0], 100.0, [2.7, 22.546270, 750.675, 1000.0, 1000.0, 1000.0, 1000.0], None),
+    jump([6, 2], [1000.0, 2.7], 100.0, [1000.0, 980.153730, 252.025, 2.7, 2.7, 2.7, 2.7], None),
+    jump([6, 3], [2.7, 5.0], 100.0, [2.7, 2.745770, 4.425, 5.0, 5.0, 5.0, 5.0], None),
+    jump([6, 4], [5.0, 2.7], 100.0, [5.0, 4.954230, 3.275, 2.7, 2.7, 2.7, 2.7], None),
 ];
 
 /// A transition and its temperatures [K] at steps 0 to [`LAST_STEP`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Computed {
     /// Which one.
-    pub panel: Panel,
+    pub jump: Jump,
     /// With the quadratic function, as the figures show it.
     pub quadratic: Vec<f64>,
     /// With the linear function, where docs/numerics.md 1 gives values to hold it against.
@@ -136,25 +100,22 @@ pub struct Computed {
 
 /// Computes all ten. `respond` takes a node that is settled at a temperature [K] through one target [K] a step, and
 /// returns its temperature at step 0 and after every step.
-///
-/// # Errors
-/// Those of `respond`.
 pub fn compute<E>(respond: impl Fn(&Transition, f64, &[f64]) -> Result<Vec<f64>, E>) -> Result<Vec<Computed>, E> {
-    let one = |panel: Panel| {
+    let one = |jump: Jump| {
         let with = |function| {
-            let profile = Profile { function, t_max_steps: panel.t_max };
+            let profile = Profile { function, t_max_steps: jump.t_max };
             let (heating, cooling) = (profile.clone(), profile);
             let transition = Transition { heating, cooling, retarget: Retarget::Merge, domain: Domain::Temperature };
-            respond(&transition, panel.from, &[panel.to; LAST_STEP])
+            respond(&transition, jump.from, &[jump.to; LAST_STEP])
         };
         let quadratic = with(Function::Quadratic)?;
-        let linear = panel.linear.map(|_| with(Function::Linear)).transpose()?;
-        Ok(Computed { panel, quadratic, linear })
+        let linear = jump.linear.map(|_| with(Function::Linear)).transpose()?;
+        Ok(Computed { jump, quadratic, linear })
     };
-    PANELS.into_iter().map(one).collect()
+    JUMPS.into_iter().map(one).collect()
 }
 
-impl Panel {
+impl Jump {
     /// `5.1`.
     pub fn number(&self) -> String {
         format!("{}.{}", self.figure[0], self.figure[1])
@@ -169,11 +130,7 @@ impl Computed {
     /// The values of docs/numerics.md 1 beside ours.
     pub fn checks(&self) -> Vec<Check> {
         let check = |equations: &str, step: usize, expected: f64, computed: Option<&f64>| Check {
-            statement: format!(
-                "figure {}, {}, {equations}, at step {step}",
-                self.panel.number(),
-                self.panel.describe()
-            ),
+            statement: format!("figure {}, {}, {equations}, at step {step}", self.jump.number(), self.jump.describe()),
             expected,
             computed: computed.copied().unwrap_or(f64::NAN),
             tolerance: Tolerance::Computation(DEVICE_TOLERANCE),
@@ -181,9 +138,9 @@ impl Computed {
         };
         let quadratic = QUADRATIC_STEPS
             .iter()
-            .zip(self.panel.quadratic)
+            .zip(self.jump.quadratic)
             .map(|(&step, expected)| check("quadratic", step, expected, self.quadratic.get(step)));
-        let linear = self.linear.iter().zip(self.panel.linear).flat_map(|(computed, expected)| {
+        let linear = self.linear.iter().zip(self.jump.linear).flat_map(|(computed, expected)| {
             let values = LINEAR_STEPS.iter().zip(expected);
             values.map(|(&step, expected)| check("but linear", step, expected, computed.get(step)))
         });
@@ -191,15 +148,15 @@ impl Computed {
     }
 
     fn plot(&self) -> Plot {
-        let Panel { from, to, t_max, .. } = self.panel;
+        let Jump { from, to, t_max, .. } = self.jump;
         let last = if t_max as usize > SHORT_AXIS { LAST_STEP } else { SHORT_AXIS };
         let values = self.quadratic.iter().take(last + 1).enumerate();
         let line = Line { points: values.map(|(step, &t)| [step as f64, t]).collect(), ..Line::default() };
         let mut x = Axis::linear("step");
         x.range = Some([0.0, last as f64]);
         Plot {
-            title: format!("{} {}", self.panel.number(), if to > from { "heating" } else { "cooling" }),
-            subtitle: self.panel.describe(),
+            title: format!("{} {}", self.jump.number(), if to > from { "heating" } else { "cooling" }),
+            subtitle: self.jump.describe(),
             x,
             y: Axis::linear("temperature [K]"),
             series: vec![line],
@@ -209,15 +166,12 @@ impl Computed {
 }
 
 /// A figure as SVG in the paper's arrangement: figure 5 in a row of heating and one of cooling, figure 6 in pairs.
-///
-/// # Errors
-/// [`OutputError::Encode`].
 pub fn figure(number: u8, computed: &[Computed], device: &str) -> Result<String, OutputError> {
     let (title, columns) = match number {
         5 => ("Figure 5: quadratic transitions of 361, 100 and 1000 steps", 3),
         _ => ("Figure 6: quadratic transitions over wide and narrow ranges in 100 steps", 2),
     };
-    let plots = computed.iter().filter(|one| one.panel.figure[0] == number).map(Computed::plot).collect();
+    let plots = computed.iter().filter(|one| one.jump.figure[0] == number).map(Computed::plot).collect();
     let subtitle = format!("to step {SHORT_AXIS}, or to {LAST_STEP} where the transition lasts that long; on {device}");
     Panels { title: title.to_owned(), subtitle, columns, legends: false, plots }.svg()
 }

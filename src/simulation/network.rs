@@ -6,7 +6,6 @@
 
 mod build;
 mod run;
-mod worker;
 
 pub(super) use build::shell;
 pub(crate) use run::unfinished;

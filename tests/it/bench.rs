@@ -6,15 +6,15 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use isotherm::bench::cases::{self, Case, Size};
-use isotherm::bench::files::{BenchFolder, PAGE, RECORD};
-use isotherm::bench::integrators::{Differences, Effort, measure};
-use isotherm::bench::record::{Bench, CaseSummary, Integrated, Measured, Run};
+use isotherm::bench::files::{self, OWN, PAGE, RECORD};
+use isotherm::bench::integrators::{Differences, Effort, Integrated, Run, measure};
+use isotherm::bench::record::{Bench, Measured};
 use isotherm::bench::schemes::{ABSENT, Fixed, Scheme};
 use isotherm::bench::tables;
-use isotherm::bench::truth::Truth;
-use isotherm::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
-use isotherm::thermal::network::control::{FLOOR, Integrator};
-use isotherm::thermal::network::reference::ReferenceStepper;
+use isotherm::bench::truth::{CaseSummary, Truth};
+use isotherm::output::folder::Folder;
+use isotherm::simulation::target::Target;
+use isotherm::thermal::network::control::Integrator;
 
 use super::device::context;
 use super::program::{end, isotherm, refusal, run};
@@ -35,13 +35,13 @@ static CASES: LazyLock<Vec<(Case, Truth)>> = LazyLock::new(|| {
 });
 
 fn on_device(case: &Case, truth: &Truth, scheme: Scheme) -> Run {
-    let mut stepper = NetworkStepper::new(&context(), &case.network, &[]).expect("a network on the device");
-    measure(&mut stepper, ESTIMATE_FLOOR, case, truth, scheme, EFFORT)
+    let mut stepper = Target::Device(context()).stepper(&case.network, &[]).expect("a network on the device");
+    measure(&mut stepper, case, &truth.rows, scheme, EFFORT)
 }
 
 fn in_f64(case: &Case, truth: &Truth, scheme: Scheme) -> Run {
-    let mut stepper = ReferenceStepper::new(case.network.clone(), &[]);
-    measure(&mut stepper, FLOOR, case, truth, scheme, EFFORT)
+    let mut stepper = Target::Reference.stepper(&case.network, &[]).expect("a reference");
+    measure(&mut stepper, case, &truth.rows, scheme, EFFORT)
 }
 
 /// The largest error [K] that is stated of a scheme on a case; `None` where nothing is.
@@ -132,36 +132,18 @@ fn a_wrong_network_is_seen_in_the_errors() {
 fn a_run_that_takes_too_long_tells_how_far_it_came() {
     let (case, truth) = &CASES[1];
     let effort = Effort { runs: 1, enough: 0.0, most: 0.0 };
-    let mut stepper = ReferenceStepper::new(case.network.clone(), &[]);
-    let run = measure(&mut stepper, FLOOR, case, truth, Scheme::Fixed(Fixed::Rkl2, 1), effort);
+    let mut stepper = Target::Reference.stepper(&case.network, &[]).expect("a reference");
+    let run = measure(&mut stepper, case, &truth.rows, Scheme::Fixed(Fixed::Rkl2, 1), effort);
     assert_eq!(run.work.map(|work| work.frames), Some(1));
 }
 
-fn bench_of(runs: Vec<Run>, (case, truth): &(Case, Truth)) -> Bench {
+fn bench_of(runs: Vec<Run>, solved: &(Case, Truth)) -> Bench {
     let measured = Measured {
         name: "a <device>".to_owned(),
-        info: None,
         load_average: [Some([1.0, 2.0, 3.0]), None],
         stolen: Some(0.125),
-        limits: None,
-        responses: Vec::new(),
-        frames: Vec::new(),
-        models: None,
-        integrators: vec![Integrated { case: case.key.to_owned(), runs }],
-        hard: Vec::new(),
-    };
-    let summary = CaseSummary {
-        key: case.key.to_owned(),
-        title: case.title.clone(),
-        nodes: case.network.len(),
-        arithmetic: 0,
-        conductors: case.network.linear.len(),
-        frames: case.frames.len(),
-        frame_s: case.frame,
-        stiffness: case.stiffness(),
-        published_stiffness: case.published_stiffness,
-        reference_sub_steps: truth.sub_steps,
-        reference_error: truth.own,
+        integrators: vec![Integrated { case: solved.0.key.to_owned(), runs }],
+        ..Measured::default()
     };
     Bench {
         version: "0".to_owned(),
@@ -169,7 +151,7 @@ fn bench_of(runs: Vec<Run>, (case, truth): &(Case, Truth)) -> Bench {
         release: true,
         quick: true,
         processors: 2,
-        cases: vec![summary],
+        cases: vec![CaseSummary::of(solved)],
         devices: vec![measured],
         drivers: Vec::new(),
         wall_s: 1.0,
@@ -183,8 +165,8 @@ fn the_page_names_every_scheme_and_what_is_absent() {
     let run = in_f64(&solved.0, &solved.1, Scheme::Fixed(Fixed::Rkl2, 1));
     let bench = bench_of(vec![run, failed], solved);
     let folder = tempfile::tempdir().expect("a folder");
-    let files = BenchFolder::prepare(folder.path(), false, &[]).expect("an empty folder");
-    files.write(&bench).expect("a folder to write to");
+    let files = Folder::new(folder.path(), &OWN).prepare(false, &[]).expect("an empty folder");
+    files::write(&files, &bench).expect("a folder to write to");
     let page = std::fs::read_to_string(files.file(PAGE)).expect("the page");
     for text in ["RKL2, fixed, 1 sub-step", "a scheme", "no &lt;reason&gt;", "a &lt;device&gt;", "<svg", "1, 2, 3"] {
         assert!(page.contains(text), "{text}");

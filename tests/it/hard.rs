@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use isotherm::bench::hard::{self, Case, HardRow, Scale};
-use isotherm::bench::run::Target;
+use isotherm::simulation::target::Target;
 
 use super::device::context;
 

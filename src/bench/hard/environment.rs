@@ -4,9 +4,8 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3, Vec3};
 
-use super::stepper::{Place, integrated};
-use super::{Case, Scale, apart, worst_of};
-use crate::bench::run::Target;
+use super::case::{Case, Scale, apart, worst_of};
+use super::way::{Way, integrated};
 use crate::environment::TickLoad;
 use crate::environment::load::solar_flux;
 use crate::environment::sky::SkyModel;
@@ -21,12 +20,13 @@ use crate::gpu::shapes::Shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::paper::cube::{ALTITUDES, PERIOD, PLANET_RADIUS, SPACE};
 use crate::simulation::network::unfinished;
+use crate::simulation::target::Target;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::control::Integrator;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::{Network, NodeKind};
 
-mod shadow;
+pub mod shadow;
 
 /// Solar constant [W/m2].
 const SUN: f64 = 1361.0;
@@ -155,7 +155,7 @@ impl Plates {
             times: (1..=self.ticks).map(|tick| self.tick * tick as f64).collect(),
             ..Schedule::default()
         };
-        let series = integrated(Place::own(target), &network, &schedule, Integrator::Default);
+        let series = integrated(Way::own(target), &network, &schedule, Integrator::Default);
         Ok(series.map_err(|error| unfinished(&error))?.rows)
     }
 
@@ -272,23 +272,21 @@ fn eclipse(tick: f64) -> Case {
     } else {
         (20e-3, "issue 4, default".to_owned())
     };
-    Case {
-        name: format!("eclipse in ticks of {tick} s"),
-        what: "a thin array (1350 J/m2K) that looks at the Sun into and out of umbra; steps of 2 ms in f64".to_owned(),
-        unit: "K",
-        limit,
-        source,
-        remedy: "a tick's sunlight is its mean, the penumbra cut at its contacts",
-        removed: "the flux of the tick's middle, the Sun a point",
-        expects_reference: false,
-        measure: Box::new(move |target, scale| {
-            eclipses(tick, scale)?.iter().try_fold(0.0, |worst, one| Ok(worst_of(worst, one.error(target)?)))
-        }),
-        without: Box::new(move |scale| {
-            let Ok(windows) = eclipses(tick, scale) else { return f64::INFINITY };
-            windows.iter().map(|one| one.with_flux_of_the_middle(middle_is_lit)).fold(0.0, worst_of)
-        }),
-    }
+    let what = "a thin array (1350 J/m2K) that looks at the Sun into and out of umbra; steps of 2 ms in f64";
+    Case::new(format!("eclipse in ticks of {tick} s"), what, "K", (limit, source))
+        .remedy(
+            "a tick's sunlight is its mean, the penumbra cut at its contacts",
+            "the flux of the tick's middle, the Sun a point",
+        )
+        .measured(
+            move |target, scale| {
+                eclipses(tick, scale)?.iter().try_fold(0.0, |worst, one| Ok(worst_of(worst, one.error(target)?)))
+            },
+            move |scale| {
+                let Ok(windows) = eclipses(tick, scale) else { return f64::INFINITY };
+                windows.iter().map(|one| one.with_flux_of_the_middle(middle_is_lit)).fold(0.0, worst_of)
+            },
+        )
 }
 
 /// Plates in six directions of a craft that turns about a skew axis, in full sunlight.
@@ -303,28 +301,25 @@ fn tumbling(degrees: f64, scale: Scale) -> Result<Plates, String> {
 
 fn tumble(degrees: f64) -> Case {
     let turns = degrees / 360.0 * FRAME;
-    Case {
-        name: format!("tumbling craft, {degrees} deg/s"),
-        what: format!(
-            "six thin plates (1350 J/m2K) that turn {turns:.2} times in a tick of 16.7 s; steps of 2 ms in f64"
-        ),
-        unit: "K",
-        limit: THIN_ARRAY,
-        source: "NUMERICS.md 3, thin array in frames of 16.7 s".to_owned(),
-        remedy: "a tick's sunlight is up to eight vectors, each from the middle of a stretch of it, of a turn where it is longer",
-        removed: "the flux of the tick's middle",
-        expects_reference: false,
-        measure: Box::new(move |target, scale| tumbling(degrees, scale)?.error(target)),
-        without: Box::new(move |scale| {
-            tumbling(degrees, scale).map_or(f64::INFINITY, |plates| plates.with_flux_of_the_middle(|_, _| true))
-        }),
-    }
+    let what =
+        format!("six thin plates (1350 J/m2K) that turn {turns:.2} times in a tick of 16.7 s; steps of 2 ms in f64");
+    let limit = (THIN_ARRAY, "NUMERICS.md 3, thin array in frames of 16.7 s");
+    Case::new(format!("tumbling craft, {degrees} deg/s"), what, "K", limit)
+        .remedy(
+            "a tick's sunlight is up to eight vectors, each from the middle of a stretch of it, of a turn where it is longer",
+            "the flux of the tick's middle",
+        )
+        .measured(
+            move |target, scale| tumbling(degrees, scale)?.error(target),
+            move |scale| {
+                tumbling(degrees, scale).map_or(f64::INFINITY, |plates| plates.with_flux_of_the_middle(|_, _| true))
+            },
+        )
 }
 
 /// All of them.
 pub fn cases() -> Vec<Case> {
     let mut cases: Vec<Case> = [0.01, 0.1, 1.0, 16.7, 60.0].map(eclipse).into();
     cases.extend([6.0, 36.0].map(tumble));
-    cases.extend(shadow::cases());
     cases
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::Case;
+use super::case::Case;
 use crate::scene::network::NetworkFile;
 use crate::scene::{Scene, targets};
 
@@ -10,114 +10,10 @@ use crate::scene::{Scene, targets};
 const NOT_FINITE: [&str; 4] = ["nan", "inf", "-inf", "-nan"];
 
 /// A scene whose numbers are all stated; each key is replaced in turn.
-const SCENE: &str = r#"
-[model]
-path = "model.glb"
-max_edge = 0.5
-[time]
-step = 10.0
-steps = 2
-warm_up_orbits = 1.0
-[orbit]
-altitude = 400000.0
-period = 5553.0
-beta_deg = 10.0
-phase_deg = 20.0
-[attitude]
-mode = "spin"
-quaternion = [1.0, 0.0, 0.0, 0.0]
-spin_axis = [0.0, 0.0, 1.0]
-rate_deg = 1.0
-[environment]
-solar_constant = 1361.0
-albedo = 0.3
-planet_ir = 237.0
-planet_radius = 6371000.0
-background_temperature = 2.7
-[shadows]
-redraw_angle_deg = 0.25
-[[material]]
-match = "cells"
-absorptivity = 0.75
-emissivity = 0.82
-sides = "both"
-back = { absorptivity = 0.4, emissivity = 0.6 }
-response = "transition"
-heating = { function = "exponential", rate = 3.0, t_max = 100.0 }
-cooling = { function = "polynomial", coefficients = [0.0, 2.0, -1.0], t_max = 50.0 }
-[[material]]
-match = "*"
-absorptivity = 0.3
-emissivity = 0.8
-response = "network"
-thickness = 0.001
-density = 2700.0
-specific_heat = 900.0
-conductivity = 167.0
-over = { effective_emittance = 0.02, thickness = 0.01, density = 2700.0, specific_heat = 900.0, conductivity = 167.0 }
-[radiance]
-band_um = [8.0, 14.0]
-[camera]
-width = 64
-height = 48
-fov_deg = 45.0
-frame = "body"
-position = [6.5, 5.0, -7.5]
-look_at = [0.0, 0.0, 0.0]
-up = [0.0, 0.0, 1.0]
-near = 0.5
-[initial]
-temperature = 290.0
-[[probe]]
-name = "tip"
-position = [0.0, 5.5, 0.0]
-[network]
-tolerance = 0.005
-merge_rate = 50.0
-[[contact]]
-between = ["a", "b"]
-distance = 0.001
-conductance_per_area = 300.0
-[[heater]]
-part = "a"
-power = 5.0
-probe = "tip"
-on_below = 280.0
-off_above = 285.0
-[output]
-colour_range = [200.0, 350.0]
-"#;
+const SCENE: &str = include_str!("input/scene.toml");
 
 /// A network whose numbers are all stated.
-const NETWORK: &str = r#"
-space_temperature = 2.7
-[[node]]
-label = "a"
-kind = "diffusive"
-capacitance = 100.0
-emissive_area = 0.1
-temperature = 290.0
-heat = { time = [0.0, 10.0], power = [1.0, 2.0] }
-[[node]]
-label = "b"
-kind = "boundary"
-temperature = 250.0
-[[linear_conductor]]
-nodes = ["a", "b"]
-conductance = 0.5
-[[radiative_conductor]]
-nodes = ["a", "b"]
-exchange_area = 0.01
-[[thermostat]]
-node = "a"
-sensor = "a"
-power = 3.0
-on_below = 280.0
-off_above = 285.0
-initially_on = false
-[output]
-times = [0.0, 100.0]
-"#;
+const NETWORK: &str = include_str!("input/network.toml");
 
 /// Every number of a text once as each of [`NOT_FINITE`]: the key that it belongs to, and the text.
 fn spoiled(text: &str) -> Vec<(String, String)> {
@@ -211,19 +107,12 @@ fn taken_by_parser() -> f64 {
 
 /// All of them: the same on every device, for no device is asked.
 pub fn cases() -> Vec<Case> {
-    let case =
-        |name: &str, count: usize, source: &str, measure: fn() -> Result<f64, String>, without: fn() -> f64| Case {
-            name: format!("non-finite input, {name}"),
-            what: format!("each number as nan, -nan, inf and -inf, {count} in all: refused, naming the key"),
-            unit: "accepted",
-            limit: 0.0,
-            source: source.to_owned(),
-            remedy: "every number has a range, in which it must lie",
-            removed: "what the file format takes for a number",
-            expects_reference: false,
-            measure: Box::new(move |_, _| measure()),
-            without: Box::new(move |_| without()),
-        };
+    let case = |name: &str, count: usize, source: &str, measure: fn() -> Result<f64, String>, without: fn() -> f64| {
+        let what = format!("each number as nan, -nan, inf and -inf, {count} in all: refused, naming the key");
+        Case::new(format!("non-finite input, {name}"), what, "accepted", (0.0, source))
+            .remedy("every number has a range, in which it must lie", "what the file format takes for a number")
+            .measured(move |_, _| measure(), move |_| without())
+    };
     vec![
         case("scene", spoiled(SCENE).len(), "docs/numerics.md 6, refused by name", scenes, || taken_by_toml(SCENE)),
         case("network file", spoiled(NETWORK).len(), "docs/numerics.md 6, refused by name", networks, || {

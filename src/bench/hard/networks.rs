@@ -1,13 +1,13 @@
 //! Hard cases of networks: heat too small for f32, capacitances and conductances of all sizes, thermostats, cold, a day.
 
-use super::{Case, apart, worst_of};
+use super::case::{apart, worst_of};
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
 
-mod cold;
-mod conducting;
-mod massless;
-mod residual;
-mod thermostats;
+pub mod cold;
+pub mod conducting;
+pub mod massless;
+pub mod residual;
+pub mod thermostats;
 
 /// The largest error by default [K].
 const DEFAULT: (f64, &str) = (20e-3, "docs/numerics.md 6, default");
@@ -42,14 +42,4 @@ fn rows_apart(found: &[Vec<f64>], expected: &[Vec<f64>]) -> f64 {
         return f64::INFINITY;
     }
     found.iter().zip(expected).fold(0.0, |worst, (a, b)| worst_of(worst, apart(a, b)))
-}
-
-/// All of them.
-pub fn cases() -> Vec<Case> {
-    let mut cases = residual::cases();
-    cases.push(massless::no_capacitance());
-    cases.extend(conducting::cases());
-    cases.extend(thermostats::cases());
-    cases.extend(cold::cases());
-    cases
 }

@@ -37,14 +37,9 @@ pub fn transition(power: i32, t_max: f64, initial: f64, targets: &[f32], omitted
                 (old, target, elapsed) = (present, commanded, 0.0);
             }
         }
-        let next = elapsed + 1.0;
-        if omitted == Omission::AdvanceFirst {
-            now = target - (target - old) * left(elapsed).powi(power);
-            elapsed = next;
-            return now;
-        }
-        elapsed = next;
-        now = target - (target - old) * left(elapsed).powi(power);
+        let read = if omitted == Omission::AdvanceFirst { elapsed } else { elapsed + 1.0 };
+        now = target - (target - old) * left(read).powi(power);
+        elapsed += 1.0;
         now
     };
     targets.iter().map(step).collect()

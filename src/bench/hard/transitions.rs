@@ -2,11 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use super::case::{Case, Scale, apart, worst_of};
 use super::exact::curve;
 use super::plain::{self, Omission};
-use super::stepper::{response, response_f64};
-use super::{Case, Scale, apart, worst_of};
-use crate::bench::run::Target;
+use crate::simulation::target::{Target, respond_f64};
 use crate::thermal::function::Function;
 use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 
@@ -27,6 +26,10 @@ fn along(power: i32, t_max: f64) -> Transition {
     Transition { heating: profile.clone(), cooling: profile, retarget: Retarget::Merge, domain: Domain::Temperature }
 }
 
+fn exact(targets: &[f32]) -> Vec<f64> {
+    targets.iter().copied().map(f64::from).collect()
+}
+
 /// A node, what is commanded of it, and its temperatures after every step.
 struct Commanded {
     power: i32,
@@ -39,8 +42,8 @@ struct Commanded {
 impl Commanded {
     /// The largest error on a target [K].
     fn error(&self, target: &Target) -> Result<f64, String> {
-        let found = response(target, &along(self.power, self.t_max), self.initial, &self.targets)?;
-        Ok(apart(&found, &self.expected))
+        let found = target.respond(&along(self.power, self.t_max), f64::from(self.initial), &exact(&self.targets));
+        Ok(apart(&found.map_err(|error| error.to_string())?, &self.expected))
     }
 
     /// The largest error without a remedy [K].
@@ -101,7 +104,7 @@ fn every_step(t_max: f64) -> Vec<Commanded> {
 fn swinging(t_max: f64, swing: f64, steps: usize) -> Commanded {
     let targets: Vec<f32> =
         (1..=steps).map(|step| (280.0 + swing * (TAU * step as f64 / ORBIT as f64).sin()) as f32).collect();
-    let expected = response_f64(&along(2, t_max), 280.0, &targets);
+    let expected = respond_f64(&along(2, t_max), 280.0, &exact(&targets));
     Commanded { power: 2, t_max, initial: 280.0, targets, expected }
 }
 
@@ -137,175 +140,130 @@ fn last_step() -> Commanded {
 fn ramp() -> Commanded {
     let (t_max, slope, initial) = (361.0, 0.3f64, 20.5f64);
     let targets: Vec<f32> = (1..=3 * 721).map(|step| (initial + slope * f64::from(step)) as f32).collect();
-    let expected = response_f64(&along(1, t_max), initial as f32, &targets);
+    let expected = respond_f64(&along(1, t_max), initial, &exact(&targets));
     Commanded { power: 1, t_max, initial: initial as f32, targets, expected }
 }
 
-/// The worst of several nodes on a target.
-fn worst(nodes: &[Commanded], target: &Target) -> Result<f64, String> {
-    nodes.iter().try_fold(0.0, |worst, node| Ok(worst_of(worst, node.error(target)?)))
-}
-
-struct Words {
-    name: &'static str,
-    what: &'static str,
-    remedy: &'static str,
-    removed: &'static str,
-}
-
-fn case(
-    words: &Words,
-    (limit, source): (f64, &str),
-    expects_reference: bool,
-    nodes: fn(Scale) -> Vec<Commanded>,
-    without: fn(&Commanded) -> f64,
-) -> Case {
-    Case {
-        name: words.name.to_owned(),
-        what: words.what.to_owned(),
-        unit: "K",
-        limit,
-        source: source.to_owned(),
-        remedy: words.remedy,
-        removed: words.removed,
-        expects_reference,
-        measure: Box::new(move |target, scale| worst(&nodes(scale), target)),
-        without: Box::new(move |scale| nodes(scale).iter().map(without).fold(0.0, worst_of)),
-    }
+/// A case of the worst of several nodes.
+fn commanded(case: Case, nodes: fn(Scale) -> Vec<Commanded>, without: fn(&Commanded) -> f64) -> Case {
+    let worst = move |target: &Target, scale| {
+        nodes(scale).iter().try_fold(0.0, |worst, node| Ok(worst_of(worst, node.error(target)?)))
+    };
+    case.measured(worst, move |scale| nodes(scale).iter().map(without).fold(0.0, worst_of))
 }
 
 /// All of them.
 pub fn cases() -> Vec<Case> {
+    let case = |name: &str, what: &str, limit| Case::new(name, what, "K", limit);
+    let of_reference = |name, what, limit| Case { expects_reference: true, ..case(name, what, limit) };
     vec![
-        case(
-            &Words {
-                name: "2.7 to 1000 K in one step and back",
-                what: "linear and quadratic in 100 and 361 steps, held after the end; closed form",
-                remedy: "time stops at t_max, and the end of a transition is its target itself",
-                removed: "time runs on",
-            },
-            VALUES,
-            false,
+        commanded(
+            case(
+                "2.7 to 1000 K in one step and back",
+                "linear and quadratic in 100 and 361 steps, held after the end; closed form",
+                VALUES,
+            )
+            .remedy("time stops at t_max, and the end of a transition is its target itself", "time runs on"),
             |_| wide(),
             |node| node.without(Omission::Clamp),
         ),
-        case(
-            &Words {
-                name: "2.7 to 5 K and back",
-                what: "turned back half-way, then all the way; closed form",
-                remedy: "a change of direction is a fresh transition from the present temperature",
-                removed: "the phase is kept",
-            },
-            VALUES,
-            false,
+        commanded(
+            case(
+                "2.7 to 5 K and back",
+                "turned back half-way, then all the way; closed form",
+                VALUES,
+            )
+            .remedy("a change of direction is a fresh transition from the present temperature", "the phase is kept"),
             |_| narrow(),
             |node| node.without(Omission::FreshStart),
         ),
-        case(
-            &Words {
-                name: "t_max 0",
-                what: "another target every step, 2.7 to 1000 K: the temperature is the target",
-                remedy: "no time is left where t_max is 0, and nothing is divided by it",
-                removed: "elapsed / t_max is not a number",
-            },
-            VALUES,
-            false,
+        commanded(
+            case(
+                "t_max 0",
+                "another target every step, 2.7 to 1000 K: the temperature is the target",
+                VALUES,
+            )
+            .remedy("no time is left where t_max is 0, and nothing is divided by it", "elapsed / t_max is not a number"),
             |_| every_step(0.0),
             |node| node.without(Omission::Immediate),
         ),
-        case(
-            &Words {
-                name: "t_max 1",
-                what: "another target every step, 2.7 to 1000 K: the temperature is the target",
-                remedy: "time advances before the temperature is read",
-                removed: "read before time advances: the node freezes",
-            },
-            VALUES,
-            false,
+        commanded(
+            case(
+                "t_max 1",
+                "another target every step, 2.7 to 1000 K: the temperature is the target",
+                VALUES,
+            )
+            .remedy("time advances before the temperature is read", "read before time advances: the node freezes"),
             |_| every_step(1.0),
             |node| node.without(Omission::AdvanceFirst),
         ),
-        case(
-            &Words {
-                name: "t_max 60,000, targets over 2 K",
-                what: "quadratic, target a sine of one orbit at 10 Hz; the f64 reference",
-                remedy: "the span is stored, and the clock counts powers of two of a step",
-                removed: "f32 with old, target and elapsed",
-            },
-            LONG[0],
-            true,
+        commanded(
+            of_reference(
+                "t_max 60,000, targets over 2 K",
+                "quadratic, target a sine of one orbit at 10 Hz; the f64 reference",
+                LONG[0],
+            )
+            .remedy("the span is stored, and the clock counts powers of two of a step", "f32 with old, target and elapsed"),
             |scale| vec![swinging(60_000.0, 1.0, scale.of(ORBIT / 2, ORBIT, ORBIT))],
             Commanded::in_plain_f32,
         ),
-        case(
-            &Words {
-                name: "t_max 60,000, targets over 200 K",
-                what: "quadratic, target a sine of one orbit at 10 Hz; the f64 reference",
-                remedy: "the span is stored, and the clock counts powers of two of a step",
-                removed: "f32 with old, target and elapsed",
-            },
-            LONG[1],
-            true,
+        commanded(
+            of_reference(
+                "t_max 60,000, targets over 200 K",
+                "quadratic, target a sine of one orbit at 10 Hz; the f64 reference",
+                LONG[1],
+            )
+            .remedy("the span is stored, and the clock counts powers of two of a step", "f32 with old, target and elapsed"),
             |scale| vec![swinging(60_000.0, 100.0, scale.of(ORBIT / 2, ORBIT, ORBIT))],
             Commanded::in_plain_f32,
         ),
-        case(
-            &Words {
-                name: "targets that jitter by one ulp",
-                what: "267 K and the next f32 in turn, from 2.7 K in 100 steps; closed form without the jitter",
-                remedy: "gap and rate of the transition under way are merged with those of the new step",
-                removed: "restart at every change",
-            },
-            SHORT,
-            false,
+        commanded(
+            case(
+                "targets that jitter by one ulp",
+                "267 K and the next f32 in turn, from 2.7 K in 100 steps; closed form without the jitter",
+                SHORT,
+            )
+            .remedy("gap and rate of the transition under way are merged with those of the new step", "restart at every change"),
             |_| jitter(),
             |node| node.without(Omission::Merge),
         ),
-        case(
-            &Words {
-                name: "retarget on the last step",
-                what: "267 K in 100 steps, 268 K on the 100th; the merge rule by hand",
-                remedy: "gap and rate of the transition under way are merged with those of the new step",
-                removed: "the phase is kept",
-            },
-            VALUES,
-            false,
+        commanded(
+            case(
+                "retarget on the last step",
+                "267 K in 100 steps, 268 K on the 100th; the merge rule by hand",
+                VALUES,
+            )
+            .remedy("gap and rate of the transition under way are merged with those of the new step", "the phase is kept"),
             |_| vec![last_step()],
             |node| node.without(Omission::FreshStart),
         ),
-        case(
-            &Words {
-                name: "retarget on the last step of a linear ramp",
-                what: "0.3 K a step in 361 steps, which ends at full rate on whole steps; the f64 reference",
-                remedy: "less than 2^-22 of its time left is over, and the clock counts powers of two of a step",
-                removed: "f32 with old, target and elapsed",
-            },
-            SHORT,
-            true,
+        commanded(
+            of_reference(
+                "retarget on the last step of a linear ramp",
+                "0.3 K a step in 361 steps, which ends at full rate on whole steps; the f64 reference",
+                SHORT,
+            )
+            .remedy("less than 2^-22 of its time left is over, and the clock counts powers of two of a step", "f32 with old, target and elapsed"),
             |_| vec![ramp()],
             Commanded::in_plain_f32,
         ),
-        case(
-            &Words {
-                name: "a day of a short transition at 10 Hz",
-                what: "864,000 steps (60,170 in --quick) of t_max 361, target a sine of +-100 K an orbit; the f64 reference",
-                remedy: "a target that moves takes the rate of what is under way over",
-                removed: "restart at every change",
-            },
-            SHORT,
-            true,
+        commanded(
+            of_reference(
+                "a day of a short transition at 10 Hz",
+                "864,000 steps (60,170 in --quick) of t_max 361, target a sine of +-100 K an orbit; the f64 reference",
+                SHORT,
+            )
+            .remedy("a target that moves takes the rate of what is under way over", "restart at every change"),
             |scale| vec![swinging(361.0, 100.0, scale.of(ORBIT / 4, ORBIT, DAY))],
             |node| node.without(Omission::Merge),
         ),
-        case(
-            &Words {
-                name: "a day of a long transition at 10 Hz",
-                what: "864,000 steps (60,170 in --quick) of t_max 60,000, target a sine of +-100 K an orbit; the f64 reference",
-                remedy: "the span is stored, and the clock counts powers of two of a step",
-                removed: "f32 with old, target and elapsed",
-            },
-            LONG[1],
-            true,
+        commanded(
+            of_reference(
+                "a day of a long transition at 10 Hz",
+                "864,000 steps (60,170 in --quick) of t_max 60,000, target a sine of +-100 K an orbit; the f64 reference",
+                LONG[1],
+            )
+            .remedy("the span is stored, and the clock counts powers of two of a step", "f32 with old, target and elapsed"),
             |scale| vec![swinging(60_000.0, 100.0, scale.of(ORBIT / 2, ORBIT, DAY))],
             Commanded::in_plain_f32,
         ),

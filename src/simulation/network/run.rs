@@ -4,14 +4,14 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::SceneNetwork;
-use super::worker::{Worker, sure};
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::memory::Buffer;
-use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
+use crate::gpu::network::NetworkStepper;
 use crate::simulation::engine::EngineError;
+use crate::simulation::stepper::AnyStepper;
 use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::network::control::{ControlError, FLOOR, Leg, Settings, Use, integrate_leg};
+use crate::thermal::network::control::{ControlError, Leg, Settings, Use, integrate_leg};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::steady::{SteadyError, steady};
 use crate::thermal::network::stepper::Stepper;
@@ -33,7 +33,7 @@ const TIGHT: f64 = 0.1;
 /// A scene's network under way.
 pub struct NetworkRun {
     scene: Arc<SceneNetwork>,
-    worker: Worker,
+    worker: AnyStepper,
     settings: Settings,
     on: Vec<bool>,
     step: f64,
@@ -50,8 +50,7 @@ pub struct NetworkRun {
 impl NetworkRun {
     /// In f64 on the processor.
     pub fn reference(scene: &Arc<SceneNetwork>) -> Self {
-        let worker = Worker::Host(Box::new(ReferenceStepper::new(scene.network().clone(), &scene.sensors())));
-        Self::new(scene, worker, FLOOR, None)
+        Self::new(scene, AnyStepper::reference(scene.network(), &scene.sensors()))
     }
 
     /// In f64 on the processor at a tenth of the tolerance, so that what sub-steps err by shows against it.
@@ -72,7 +71,7 @@ impl NetworkRun {
         spare: Vec<Arc<Buffer>>,
     ) -> Result<Self, GpuError> {
         match NetworkStepper::beside(context, scene.network(), &scene.sensors(), spare) {
-            Ok(stepper) => Ok(Self::new(scene, Worker::Device(Box::new(stepper)), ESTIMATE_FLOOR, None)),
+            Ok(stepper) => Ok(Self::new(scene, AnyStepper::Device(Box::new(stepper)))),
             Err(GpuError::UnsupportedNetwork { reason }) => {
                 Ok(Self { refused: Some(reason), ..Self::reference(scene) })
             }
@@ -80,17 +79,17 @@ impl NetworkRun {
         }
     }
 
-    fn new(scene: &Arc<SceneNetwork>, worker: Worker, floor: f64, refused: Option<String>) -> Self {
+    fn new(scene: &Arc<SceneNetwork>, worker: AnyStepper) -> Self {
         Self {
             on: scene.thermostats().iter().map(|thermostat| thermostat.initially_on).collect(),
-            settings: Settings { floor, ..scene.settings },
+            settings: Settings { floor: worker.floor(), ..scene.settings },
             scene: Arc::clone(scene),
             worker,
             step: f64::INFINITY,
             uses: [None; 3],
             rejected: 0,
             switches: 0,
-            refused,
+            refused: None,
             costs: Vec::new(),
             began: (Instant::now(), None),
         }
@@ -110,13 +109,16 @@ impl NetworkRun {
 
     /// Whether anything was written to what the scene had to spare since this was last asked.
     pub fn wrote_spare(&mut self) -> bool {
-        self.worker.wrote_spare()
+        match &mut self.worker {
+            AnyStepper::Device(stepper) => stepper.wrote_spare(),
+            AnyStepper::Reference(_) => false,
+        }
     }
 
     /// Bytes on the device as they were allocated, beside those of the scene; `None` of a small network, and where the
     /// processor integrates.
     pub fn device_bytes(&self) -> Option<u64> {
-        self.worker.device_bytes()
+        self.worker.device()?.device_bytes()
     }
 
     /// Cost of every tick so far.
@@ -166,7 +168,7 @@ impl NetworkRun {
             // A large network: the device steps it, but does not solve it as a whole.
             Err(SteadyError::Stepper(GpuError::UnsupportedNetwork { .. })) => {
                 let mut stepper = ReferenceStepper::new(network.clone(), &self.scene.sensors());
-                sure(stepper.set_temperatures(&vec![common; network.len()]));
+                let Ok(()) = stepper.set_temperatures(&vec![common; network.len()]);
                 steady(&mut stepper, network, &schedule).map_err(|error| failure(time, &unsteady(&error)))?
             }
             Err(SteadyError::Stepper(error)) => return Err(error.into()),
@@ -236,9 +238,11 @@ impl NetworkRun {
     /// What was done, in words: name and value.
     pub fn description(&self) -> Vec<(String, String)> {
         let worker = match (&self.worker, &self.refused) {
-            (Worker::Device(_), _) => "on the device, f32 with carried residual".to_owned(),
-            (Worker::Host(_), None) => "f64 on the processor".to_owned(),
-            (Worker::Host(_), Some(reason)) => format!("f64 on the processor, because of the device: {reason}"),
+            (AnyStepper::Device(_), _) => "on the device, f32 with carried residual".to_owned(),
+            (AnyStepper::Reference(_), None) => "f64 on the processor".to_owned(),
+            (AnyStepper::Reference(_), Some(reason)) => {
+                format!("f64 on the processor, because of the device: {reason}")
+            }
         };
         let mut lines = vec![("integrated".to_owned(), worker)];
         for (name, used) in ["Euler with residual", "RKL2", "TR-BDF2"].iter().zip(&self.uses) {

@@ -6,8 +6,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::Loose;
-use crate::bench::hard::{Case, Scale};
-use crate::bench::run::Target;
+use crate::bench::hard::case::{Case, Scale};
 use crate::environment::shadow::{Jointed, Method, Occluders, Redraw, Shadows};
 use crate::environment::{SunSample, TickLoad};
 use crate::gpu::context::Context;
@@ -15,6 +14,7 @@ use crate::gpu::renderer::Renderer;
 use crate::gpu::resources::{NODES_PER_WORKGROUP, ShadowData};
 use crate::gpu::shapes::Shapes;
 use crate::gpu::variant::StepKind;
+use crate::simulation::target::Target;
 
 /// Edge of the plate, height of the disc above it and radius of the disc [m].
 const EDGE: f64 = 4.0;
@@ -119,22 +119,21 @@ fn on_device(context: &Arc<Context>, method: Method, scale: Scale) -> Result<f64
 
 /// By a depth map, and by rays.
 pub fn cases() -> Vec<Case> {
-    let case = |name: &str, method: Method| Case {
-        name: format!("moving shadow edge, {name}"),
-        what:
-            "a disc 2 m above a plate of 128 x 128 nodes, whose shadow moves off its edge; area of the part of a disc"
-                .to_owned(),
-        unit: "% of the shadow",
-        limit: 1.0,
-        source: "issue 5, area within 1 %".to_owned(),
-        remedy: "shadows are found again when the Sun has moved by more than a stated angle",
-        removed: "found once",
-        expects_reference: false,
-        measure: Box::new(move |target, scale| match target {
-            Target::Device(context) => on_device(context, method, scale),
-            Target::Reference => on_reference(method, scale, REDRAW),
-        }),
-        without: Box::new(move |_| on_reference(method, Scale::Small, PI).unwrap_or(f64::INFINITY)),
+    let case = |name: &str, method: Method| {
+        Case::new(
+            format!("moving shadow edge, {name}"),
+            "a disc 2 m above a plate of 128 x 128 nodes, whose shadow moves off its edge; area of the part of a disc",
+            "% of the shadow",
+            (1.0, "issue 5, area within 1 %"),
+        )
+        .remedy("shadows are found again when the Sun has moved by more than a stated angle", "found once")
+        .measured(
+            move |target, scale| match target {
+                Target::Device(context) => on_device(context, method, scale),
+                Target::Reference => on_reference(method, scale, REDRAW),
+            },
+            move |_| on_reference(method, Scale::Small, PI).unwrap_or(f64::INFINITY),
+        )
     };
     vec![case("depth map", Method::Depth), case("rays", Method::Exact)]
 }

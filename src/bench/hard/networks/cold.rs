@@ -1,9 +1,9 @@
 //! Cold: bodies that radiate until they are as space is, and bodies that heat is drawn from until there is none left.
 
 use super::{Built, DEFAULT};
+use crate::bench::hard::case::{Case, apart};
 use crate::bench::hard::plain::{self, Step};
-use crate::bench::hard::stepper::{Place, integrated};
-use crate::bench::hard::{Case, apart};
+use crate::bench::hard::way::{Way, integrated};
 use crate::simulation::network::unfinished;
 use crate::thermal::network::control::{ControlError, Integrator};
 use crate::thermal::network::schedule::{HeatTable, Schedule};
@@ -31,11 +31,11 @@ impl Cooling {
         Self::times().iter().map(|time| Self::PLATE.temperature(1000.0, Self::SPACE, *time)).collect()
     }
 
-    fn error(place: Place<'_>, integrator: Integrator) -> Result<f64, String> {
+    fn error(way: Way<'_>, integrator: Integrator) -> Result<f64, String> {
         let mut built = Built(Network { space_temperature: Self::SPACE, ..Network::default() });
         built.node(NodeKind::Diffusive, Self::PLATE.capacitance, Self::PLATE.emissivity, 1000.0);
         let schedule = Schedule { times: Self::times(), ..Schedule::default() };
-        let series = integrated(place, &built.0, &schedule, integrator).map_err(|error| unfinished(&error))?;
+        let series = integrated(way, &built.0, &schedule, integrator).map_err(|error| unfinished(&error))?;
         let found: Vec<f64> = series.rows.iter().map(|row| row[0]).collect();
         Ok(apart(&found, &Self::expected()))
     }
@@ -48,19 +48,17 @@ impl Cooling {
     }
 }
 
-fn free_cooling(integrator: Integrator, (limit, source): (f64, &str)) -> Case {
-    Case {
-        name: format!("free cooling from 1000 K to 2.8 K, {integrator}"),
-        what: "a body that radiates to 2.7 K, looked at 61 times; its closed form".to_owned(),
-        unit: "K",
-        limit,
-        source: source.to_owned(),
-        remedy: "the sub-step follows an estimate of its error, and the bound of stability only picks the method",
-        removed: "Euler at the bound of its stability",
-        expects_reference: false,
-        measure: Box::new(move |target, _| Place::worst(target, |place| Cooling::error(place, integrator))),
-        without: Box::new(|_| Cooling::at_the_bound()),
-    }
+fn free_cooling(integrator: Integrator, limit: (f64, &'static str)) -> Case {
+    let name = format!("free cooling from 1000 K to 2.8 K, {integrator}");
+    Case::new(name, "a body that radiates to 2.7 K, looked at 61 times; its closed form", "K", limit)
+        .remedy(
+            "the sub-step follows an estimate of its error, and the bound of stability only picks the method",
+            "Euler at the bound of its stability",
+        )
+        .measured(
+            move |target, _| Way::worst(target, |way| Cooling::error(way, integrator)),
+            |_| Cooling::at_the_bound(),
+        )
 }
 
 /// A node that heat is drawn from until there is none left.
@@ -92,10 +90,10 @@ impl Empties {
     }
 
     /// How far from then [s] the network is refused by the node's name.
-    fn refused(&self, place: Place<'_>) -> Result<f64, String> {
+    fn refused(&self, way: Way<'_>) -> Result<f64, String> {
         let times = (1..=100).map(|row| 100.0 * f64::from(row)).collect();
         let schedule = Schedule { heat: vec![self.heat.clone()], times, ..Schedule::default() };
-        match integrated(place, &self.network, &schedule, Integrator::Default) {
+        match integrated(way, &self.network, &schedule, Integrator::Default) {
             Err(ControlError::NoStep { time, node, .. } | ControlError::Unbalanced { time, node })
                 if node == self.heat.0 as usize =>
             {
@@ -115,22 +113,13 @@ impl Empties {
     }
 }
 
-fn below_zero(name: &str, what: &str, (limit, source): (f64, &str), empties: fn() -> Empties) -> Case {
-    Case {
-        name: name.to_owned(),
-        what: what.to_owned(),
-        unit: "s",
-        limit,
-        source: source.to_owned(),
-        remedy: "no sub-step may leave the range of temperatures, and what cannot go on ends with node and time",
-        removed: "Euler goes on below 0 K and says nothing",
-        expects_reference: false,
-        measure: Box::new(move |target, _| {
-            let empties = empties();
-            Place::worst(target, |place| empties.refused(place))
-        }),
-        without: Box::new(move |_| empties().unrefused()),
-    }
+fn below_zero(name: &str, what: &str, limit: (f64, &str), empties: fn() -> Empties) -> Case {
+    Case::new(name, what, "s", limit)
+        .remedy(
+            "no sub-step may leave the range of temperatures, and what cannot go on ends with node and time",
+            "Euler goes on below 0 K and says nothing",
+        )
+        .measured(move |target, _| Way::worst(target, |way| empties().refused(way)), move |_| empties().unrefused())
 }
 
 /// All of them.

@@ -1,11 +1,12 @@
 //! Networks that only conduct: capacitances and conductances of all sizes, slivers, a chain that stores nothing.
 
 use super::{Built, DEFAULT, FRAME, rows_apart};
+use crate::bench::hard::case::{Case, Scale, apart, worst_of};
 use crate::bench::hard::exact::Modes;
 use crate::bench::hard::plain::{self, Step};
-use crate::bench::hard::stepper::{Place, integrated};
-use crate::bench::hard::{Case, Scale, apart, worst_of};
+use crate::bench::hard::way::{Way, integrated};
 use crate::simulation::network::unfinished;
+use crate::simulation::target::Target;
 use crate::thermal::network::control::Integrator;
 use crate::thermal::network::schedule::Schedule;
 use crate::thermal::network::{Network, NodeKind};
@@ -28,9 +29,9 @@ impl Problem {
         Self { network, heat, times, expected }
     }
 
-    fn error(&self, place: Place<'_>, integrator: Integrator) -> Result<f64, String> {
+    fn error(&self, way: Way<'_>, integrator: Integrator) -> Result<f64, String> {
         let schedule = Schedule { constant: self.heat.clone(), times: self.times.clone(), ..Schedule::default() };
-        let series = integrated(place, &self.network, &schedule, integrator).map_err(|error| unfinished(&error))?;
+        let series = integrated(way, &self.network, &schedule, integrator).map_err(|error| unfinished(&error))?;
         Ok(rows_apart(&series.rows, &self.expected))
     }
 
@@ -47,30 +48,12 @@ impl Problem {
     }
 }
 
-/// What a conducting network is called, and what it takes away.
-struct Words {
-    name: &'static str,
-    what: &'static str,
-    remedy: &'static str,
-    removed: &'static str,
-}
-
-fn conducting(words: &Words, problem: fn(Scale) -> Problem, without: fn(&Problem) -> f64) -> Case {
-    Case {
-        name: words.name.to_owned(),
-        what: words.what.to_owned(),
-        unit: "K",
-        limit: DEFAULT.0,
-        source: DEFAULT.1.to_owned(),
-        remedy: words.remedy,
-        removed: words.removed,
-        expects_reference: false,
-        measure: Box::new(move |target, scale| {
-            let problem = problem(scale);
-            Place::worst(target, |place| problem.error(place, Integrator::Default))
-        }),
-        without: Box::new(move |scale| without(&problem(scale))),
-    }
+fn conducting(case: Case, problem: fn(Scale) -> Problem, without: fn(&Problem) -> f64) -> Case {
+    let error = move |target: &Target, scale| {
+        let problem = problem(scale);
+        Way::worst(target, |way| problem.error(way, Integrator::Default))
+    };
+    case.measured(error, move |scale| without(&problem(scale)))
 }
 
 /// 0.1 J/K that is heated beside 100 kJ/K.
@@ -179,44 +162,45 @@ fn chain(_: Scale) -> Problem {
 
 /// All of them.
 pub fn cases() -> Vec<Case> {
+    let case = |name: &str, what: &str| Case::new(name, what, "K", DEFAULT);
     vec![
         conducting(
-            &Words {
-                name: "C ratio of 1e6",
-                what: "0.1 J/K under 10 W joined by 1 W/K to 100 kJ/K, for 10,000 s; sums of exponentials",
-                remedy: "the method follows the stiffness: stages of RKL2, or TR-BDF2",
-                removed: "Euler with steps of 1 s, which overflows",
-            },
+            case(
+                "C ratio of 1e6",
+                "0.1 J/K under 10 W joined by 1 W/K to 100 kJ/K, for 10,000 s; sums of exponentials",
+            )
+            .remedy(
+                "the method follows the stiffness: stages of RKL2, or TR-BDF2",
+                "Euler with steps of 1 s, which overflows",
+            ),
             capacitance_ratio,
             |problem| problem.plain(1.0, Step::Euler),
         ),
         conducting(
-            &Words {
-                name: "GL ratio of 1e6",
-                what: "a chain of six nodes joined by 1 mW/K to 1 kW/K; sums of exponentials",
-                remedy: "the method follows the stiffness: stages of RKL2, or TR-BDF2",
-                removed: "conductances capped so that Euler takes a frame",
-            },
+            case("GL ratio of 1e6", "a chain of six nodes joined by 1 mW/K to 1 kW/K; sums of exponentials").remedy(
+                "the method follows the stiffness: stages of RKL2, or TR-BDF2",
+                "conductances capped so that Euler takes a frame",
+            ),
             conductance_ratio,
             capped,
         ),
         conducting(
-            &Words {
-                name: "slivers",
-                what: "a 1 mm sheet of cells of 1 cm and slivers of 0.1 mm under a spot of heat; sums of exponentials",
-                remedy: "all nodes step together: stages of RKL2, or TR-BDF2 with conjugate gradients",
-                removed: "an exponential for each node by itself",
-            },
+            case(
+                "slivers",
+                "a 1 mm sheet of cells of 1 cm and slivers of 0.1 mm under a spot of heat; sums of exponentials",
+            )
+            .remedy(
+                "all nodes step together: stages of RKL2, or TR-BDF2 with conjugate gradients",
+                "an exponential for each node by itself",
+            ),
             slivers,
             |problem| problem.plain(FRAME, Step::Exponential),
         ),
         conducting(
-            &Words {
-                name: "arithmetic chain",
-                what: "five nodes of C = 0 between two bodies, two of them heated; closed form",
-                remedy: "coupled nodes are solved together, to convergence, at every stage, the first included",
-                removed: "each balanced once a step of 0.1 s",
-            },
+            case("arithmetic chain", "five nodes of C = 0 between two bodies, two of them heated; closed form").remedy(
+                "coupled nodes are solved together, to convergence, at every stage, the first included",
+                "each balanced once a step of 0.1 s",
+            ),
             chain,
             |problem| problem.plain(0.1, Step::OneSweep),
         ),

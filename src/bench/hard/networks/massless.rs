@@ -1,11 +1,11 @@
 //! A node that stores no heat.
 
 use super::{Built, DEFAULT};
+use crate::bench::hard::case::{Case, apart};
 use crate::bench::hard::exact::root_of_falling;
-use crate::bench::hard::stepper::{Place, integrated};
-use crate::bench::hard::{Case, apart};
-use crate::bench::run::Target;
+use crate::bench::hard::way::{Way, integrated};
 use crate::simulation::network::unfinished;
+use crate::simulation::target::Target;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::control::Integrator;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
@@ -64,26 +64,21 @@ impl Foil {
 
 /// C = 0.
 pub fn no_capacitance() -> Case {
-    Case {
-        name: "C = 0".to_owned(),
-        what: "a foil between 290 K and space whose heat ramps and jumps; the root of its balance".to_owned(),
-        unit: "K",
-        limit: DEFAULT.0,
-        source: DEFAULT.1.to_owned(),
-        remedy: "its balance is solved by Newton's method at every stage, with that stage's heat",
-        removed: "10 J/K in place of none",
-        expects_reference: false,
-        measure: Box::new(|target, _| {
-            let network = Foil::network(NodeKind::Arithmetic, 0.0);
-            Place::worst(target, |place| {
-                let series = integrated(place, &network, &Foil::schedule(), Integrator::Default);
-                Ok(Foil::error(&series.map_err(|error| unfinished(&error))?.rows))
-            })
-        }),
-        without: Box::new(|_| {
-            let network = Foil::network(NodeKind::Diffusive, Foil::STORE);
-            let series = integrated(Place::own(&Target::Reference), &network, &Foil::schedule(), Integrator::Accurate);
-            series.map_or(f64::INFINITY, |series| Foil::error(&series.rows))
-        }),
-    }
+    let error = |way: Way<'_>, kind, capacitance, integrator| {
+        let series = integrated(way, &Foil::network(kind, capacitance), &Foil::schedule(), integrator);
+        Ok(Foil::error(&series.map_err(|error| unfinished(&error))?.rows))
+    };
+    let what = "a foil between 290 K and space whose heat ramps and jumps; the root of its balance";
+    Case::new("C = 0", what, "K", DEFAULT)
+        .remedy(
+            "its balance is solved by Newton's method at every stage, with that stage's heat",
+            "10 J/K in place of none",
+        )
+        .measured(
+            move |target, _| Way::worst(target, |way| error(way, NodeKind::Arithmetic, 0.0, Integrator::Default)),
+            move |_| {
+                let way = Way::own(&Target::Reference);
+                error(way, NodeKind::Diffusive, Foil::STORE, Integrator::Accurate).unwrap_or(f64::INFINITY)
+            },
+        )
 }

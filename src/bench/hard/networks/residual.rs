@@ -1,8 +1,9 @@
 //! Steps that add less than f32 resolves: slow heating at 10 to 1000 Hz, and a day of the paper's cube.
 
 use super::{Built, rows_apart};
-use crate::bench::hard::stepper::{Place, fixed_euler};
-use crate::bench::hard::{Case, Scale, plain};
+use crate::bench::hard::case::{Case, Scale};
+use crate::bench::hard::plain;
+use crate::bench::hard::way::{Way, fixed_euler};
 use crate::paper::cube::{self, ALTITUDES, ALUMINIUM, Loads, SOLAR_CONSTANTS};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::stepper::{Method, Stepper};
@@ -32,36 +33,36 @@ fn slow_heating(rate: u32) -> Case {
         (1..=frames).map(row).collect::<Vec<Vec<f64>>>()
     };
     let steps = 10 * rate;
-    Case {
-        name: format!("heating too small for f32 at {rate} Hz"),
-        what: format!(
-            "six panels of 24,300 J/K at 290 K gain 2e-5 to 1.2e-4 K/s, {:.0e} K a step and less; a straight line",
-            1.2e-4 / f64::from(rate)
-        ),
-        unit: "K",
-        limit: SMALL_STEPS.0,
-        source: SMALL_STEPS.1.to_owned(),
-        remedy: "a temperature is a multiple of 1/256 K and a small rest, which the step is added to",
-        removed: "Euler in plain f32",
-        expects_reference: false,
-        measure: Box::new(move |target, scale| {
+    let what = format!(
+        "six panels of 24,300 J/K at 290 K gain 2e-5 to 1.2e-4 K/s, {:.0e} K a step and less; a straight line",
+        1.2e-4 / f64::from(rate)
+    );
+    small_steps(&format!("heating too small for f32 at {rate} Hz"), &what).measured(
+        move |target, scale| {
             let count = frames(scale);
-            let error = |place: Place<'_>, count: usize| {
-                let found = fixed_euler(place, &panels(), &mut std::iter::repeat_n(heat(), count), frame, steps)?;
+            let error = |way: Way<'_>, count: usize| {
+                let found = fixed_euler(way, &panels(), &mut std::iter::repeat_n(heat(), count), frame, steps)?;
                 Ok(rows_apart(&found, &expected(count)))
             };
             // A dispatch for every step takes its time: a minute of it at 10 Hz says what there is to say.
             if rate == 10 {
-                return Place::worst(target, |place| error(place, if place.is_wide() { 6 } else { count }));
+                return Way::worst(target, |way| error(way, if way.is_wide() { 6 } else { count }));
             }
-            error(Place::own(target), count)
-        }),
-        without: Box::new(move |scale| {
+            error(Way::own(target), count)
+        },
+        move |scale| {
             let count = frames(scale);
             let found = plain::euler_f32(&panels(), &mut std::iter::repeat_n(heat(), count), frame, steps);
             rows_apart(&found, &expected(count))
-        }),
-    }
+        },
+    )
+}
+
+fn small_steps(name: &str, what: &str) -> Case {
+    Case::new(name, what, "K", SMALL_STEPS).remedy(
+        "a temperature is a multiple of 1/256 K and a small rest, which the step is added to",
+        "Euler in plain f32",
+    )
 }
 
 /// The paper's conducting cube through its orbit at 10 Hz for a day, heat constant over each of its 16.7 s steps.
@@ -101,29 +102,21 @@ impl Day {
 }
 
 fn day() -> Case {
-    Case {
-        name: "a day of the paper's cube at 10 Hz".to_owned(),
-        what: "864,000 steps of Euler (an orbit in --quick), aluminium, conducting; RKL2 in f64 with steps of 0.26 s"
-            .to_owned(),
-        unit: "K",
-        limit: SMALL_STEPS.0,
-        source: SMALL_STEPS.1.to_owned(),
-        remedy: "a temperature is a multiple of 1/256 K and a small rest, which the step is added to",
-        removed: "Euler in plain f32",
-        expects_reference: false,
-        measure: Box::new(|target, scale| {
+    let what = "864,000 steps of Euler (an orbit in --quick), aluminium, conducting; RKL2 in f64 with steps of 0.26 s";
+    small_steps("a day of the paper's cube at 10 Hz", what).measured(
+        |target, scale| {
             let (problem, frames) = (Day::problem()?, Day::frames(scale));
             let heat = &mut Day::heat(&problem, frames);
-            let found = fixed_euler(Place::own(target), &problem.network, heat, cube::STEP, Day::STEPS)?;
+            let found = fixed_euler(Way::own(target), &problem.network, heat, cube::STEP, Day::STEPS)?;
             Ok(rows_apart(&found, &Day::expected(&problem, frames)))
-        }),
-        without: Box::new(|scale| {
+        },
+        |scale| {
             let (Ok(problem), frames) = (Day::problem(), Day::frames(scale)) else { return f64::INFINITY };
             let heat = &mut Day::heat(&problem, frames);
             let found = plain::euler_f32(&problem.network, heat, cube::STEP, Day::STEPS);
             rows_apart(&found, &Day::expected(&problem, frames))
-        }),
-    }
+        },
+    )
 }
 
 /// All of them.

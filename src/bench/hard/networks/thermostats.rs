@@ -1,8 +1,8 @@
 //! Thermostats: forty switches in closed form, and a heater that would switch without end.
 
 use super::{Built, DEFAULT, FRAME};
-use crate::bench::hard::stepper::{Place, integrated};
-use crate::bench::hard::{Case, apart};
+use crate::bench::hard::case::{Case, apart};
+use crate::bench::hard::way::{Way, integrated};
 use crate::simulation::network::unfinished;
 use crate::thermal::network::control::{ControlError, Integrator, Series};
 use crate::thermal::network::schedule::{Schedule, Thermostat};
@@ -67,11 +67,11 @@ impl Tank {
         Self::times().into_iter().map(|time| Self::at(time, &switches)).collect()
     }
 
-    fn run(place: Place<'_>) -> Result<Series, String> {
+    fn run(way: Way<'_>) -> Result<Series, String> {
         let [on_below, off_above] = Self::BAND;
         let thermostat = Thermostat { node: 0, sensor: 0, power: 30.0, on_below, off_above, initially_on: false };
         let schedule = Schedule { thermostats: vec![thermostat], times: Self::times(), ..Schedule::default() };
-        integrated(place, &Self::network(), &schedule, Integrator::Default).map_err(|error| unfinished(&error))
+        integrated(way, &Self::network(), &schedule, Integrator::Default).map_err(|error| unfinished(&error))
     }
 
     /// Temperatures and switching times where the thermostat is asked once a frame, each frame being exact.
@@ -100,7 +100,7 @@ impl Tank {
 }
 
 /// A foil of no capacitance that the heater moves across the band of its own sensor.
-fn chattering(place: Place<'_>) -> Result<f64, String> {
+fn chattering(way: Way<'_>) -> Result<f64, String> {
     let mut built = Built(Network { space_temperature: 3.0, ..Network::default() });
     let body = built.node(NodeKind::Diffusive, 100.0, 0.05, 290.0);
     let foil = built.node(NodeKind::Arithmetic, 0.0, 0.01, 290.0);
@@ -108,7 +108,7 @@ fn chattering(place: Place<'_>) -> Result<f64, String> {
     let thermostat =
         Thermostat { node: foil, sensor: foil, power: 20.0, on_below: 250.0, off_above: 252.0, initially_on: false };
     let schedule = Schedule { thermostats: vec![thermostat], times: vec![1e4], ..Schedule::default() };
-    match integrated(place, &built.0, &schedule, Integrator::Default) {
+    match integrated(way, &built.0, &schedule, Integrator::Default) {
         Err(ControlError::Chatter { thermostat: 0, .. }) => Ok(0.0),
         Err(error) => Err(format!("refused otherwise: {}", unfinished(&error))),
         Ok(series) => Ok(series.switches.len() as f64),
@@ -132,61 +132,46 @@ fn asked_every_millisecond() -> f64 {
 
 /// All of them.
 pub fn cases() -> Vec<Case> {
-    let case = |name: &str, what: &str, unit, limit: f64, source: &str| Case {
-        name: name.to_owned(),
-        what: what.to_owned(),
-        unit,
-        limit,
-        source: source.to_owned(),
-        remedy: "sub-steps end where a sensor crosses its threshold",
-        removed: "asked once a frame of 16.7 s",
-        expects_reference: false,
-        measure: Box::new(|_, _| Err(String::new())),
-        without: Box::new(|_| f64::INFINITY),
-    };
+    let crossing = "sub-steps end where a sensor crosses its threshold";
     vec![
-        Case {
-            measure: Box::new(|target, _| {
-                let found: Vec<f64> = Tank::run(Place::own(target))?.rows.iter().map(|row| row[0]).collect();
+        Case::new(
+            "thermostat, temperatures",
+            "a tank between 280 and 285 K through 40 switches; exponentials between them",
+            "K",
+            DEFAULT,
+        )
+        .remedy(crossing, "asked once a frame of 16.7 s")
+        .measured(
+            |target, _| {
+                let found: Vec<f64> = Tank::run(Way::own(target))?.rows.iter().map(|row| row[0]).collect();
                 Ok(apart(&found, &Tank::expected()))
-            }),
-            without: Box::new(|_| apart(&Tank::asked_once_a_frame().0, &Tank::expected())),
-            ..case(
-                "thermostat, temperatures",
-                "a tank between 280 and 285 K through 40 switches; exponentials between them",
-                "K",
-                DEFAULT.0,
-                DEFAULT.1,
-            )
-        },
-        Case {
-            measure: Box::new(|target, _| {
-                Ok(Tank::late(
-                    &Tank::run(Place::own(target))?.switches.iter().map(|switch| switch.time).collect::<Vec<_>>(),
-                ))
-            }),
-            removed: "asked once a frame of 16.7 s, which loses switches",
-            without: Box::new(|_| Tank::late(&Tank::asked_once_a_frame().1)),
-            ..case(
-                "thermostat, switching times",
-                "the same tank: none of 40 switches lost; exponentials between them",
-                "s",
-                0.05,
-                "issue 4, switching times",
-            )
-        },
-        Case {
-            remedy: "switches close upon each other end the run with the name of the thermostat",
-            removed: "asked after every step of 1 ms, in 10 s",
-            measure: Box::new(|target, _| Place::worst(target, chattering)),
-            without: Box::new(|_| asked_every_millisecond()),
-            ..case(
-                "thermostat chatter",
-                "a heater that moves its own sensor of C = 0 across the band: refused, not switched without end",
-                "switches",
-                0.0,
-                "issue 6, refused by name",
-            )
-        },
+            },
+            |_| apart(&Tank::asked_once_a_frame().0, &Tank::expected()),
+        ),
+        Case::new(
+            "thermostat, switching times",
+            "the same tank: none of 40 switches lost; exponentials between them",
+            "s",
+            (0.05, "issue 4, switching times"),
+        )
+        .remedy(crossing, "asked once a frame of 16.7 s, which loses switches")
+        .measured(
+            |target, _| {
+                let switches = Tank::run(Way::own(target))?.switches;
+                Ok(Tank::late(&switches.iter().map(|switch| switch.time).collect::<Vec<_>>()))
+            },
+            |_| Tank::late(&Tank::asked_once_a_frame().1),
+        ),
+        Case::new(
+            "thermostat chatter",
+            "a heater that moves its own sensor of C = 0 across the band: refused, not switched without end",
+            "switches",
+            (0.0, "issue 6, refused by name"),
+        )
+        .remedy(
+            "switches close upon each other end the run with the name of the thermostat",
+            "asked after every step of 1 ms, in 10 s",
+        )
+        .measured(|target, _| Way::worst(target, chattering), |_| asked_every_millisecond()),
     ]
 }

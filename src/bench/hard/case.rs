@@ -1,10 +1,97 @@
-//! A hard case as it was measured, and the table that shows it.
+//! A hard case, and what was measured of it.
 
 use serde::Serialize;
 
-use super::Case;
-use crate::bench::tables::Table;
-use crate::output::html::{kelvin, significant};
+use crate::output::html::{kelvin_text, significant};
+use crate::simulation::target::Target;
+
+/// How long the cases are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Scale {
+    /// For tests.
+    Small,
+    /// For `--quick`: an orbit where the whole is a day.
+    Quick,
+    /// Everything: a day is a day.
+    Whole,
+}
+
+impl Scale {
+    /// One of three values.
+    pub fn of<T>(self, small: T, quick: T, whole: T) -> T {
+        match self {
+            Self::Small => small,
+            Self::Quick => quick,
+            Self::Whole => whole,
+        }
+    }
+}
+
+/// What a target is asked for: the largest error, in the unit of the case, or why there is none.
+pub type Measure = Box<dyn Fn(&Target, Scale) -> Result<f64, String> + Send + Sync>;
+/// The same without the remedy, by small code on the processor.
+pub type Without = Box<dyn Fn(Scale) -> f64 + Send + Sync>;
+
+/// A hard case.
+pub struct Case {
+    /// Name, which no other case has.
+    pub name: String,
+    /// What is done, and what is expected.
+    pub what: String,
+    /// Unit of error and limit.
+    pub unit: &'static str,
+    /// Largest error that is allowed.
+    pub limit: f64,
+    /// Who says so.
+    pub source: String,
+    /// What keeps the error below it.
+    pub remedy: &'static str,
+    /// What is done in its place where it is taken away.
+    pub removed: &'static str,
+    /// Whether what is expected comes from the f64 reference, which then has no error of its own to show.
+    pub expects_reference: bool,
+    /// Measures the error on a target.
+    pub measure: Measure,
+    /// Measures it without the remedy; infinite where no number comes out.
+    pub without: Without,
+}
+
+impl Case {
+    /// A case with its limit and who states it; what it measures follows.
+    pub(super) fn new(
+        name: impl Into<String>,
+        what: impl Into<String>,
+        unit: &'static str,
+        (limit, source): (f64, impl Into<String>),
+    ) -> Self {
+        Self {
+            name: name.into(),
+            what: what.into(),
+            unit,
+            limit,
+            source: source.into(),
+            remedy: "",
+            removed: "",
+            expects_reference: false,
+            measure: Box::new(|_, _| Err("nothing is measured".to_owned())),
+            without: Box::new(|_| f64::INFINITY),
+        }
+    }
+
+    /// The remedy, and what is done in its place.
+    pub(super) fn remedy(self, remedy: &'static str, removed: &'static str) -> Self {
+        Self { remedy, removed, ..self }
+    }
+
+    /// How the error is measured, with the remedy and without.
+    pub(super) fn measured(
+        self,
+        measure: impl Fn(&Target, Scale) -> Result<f64, String> + Send + Sync + 'static,
+        without: impl Fn(Scale) -> f64 + Send + Sync + 'static,
+    ) -> Self {
+        Self { measure: Box::new(measure), without: Box::new(without), ..self }
+    }
+}
 
 /// A case on a device.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -59,8 +146,7 @@ impl HardRow {
             return "no number".to_owned();
         }
         if self.unit == "K" {
-            let (value, unit) = kelvin(value);
-            return format!("{value} {unit}");
+            return kelvin_text(value);
         }
         // Counts are whole.
         let figure = if value.fract() == 0.0 && self.unit != "s" { value.to_string() } else { significant(value) };
@@ -80,49 +166,17 @@ impl HardRow {
     }
 }
 
-/// The hard cases of a device; `None` where they were not measured.
-pub fn table(device: &str, rows: &[HardRow]) -> Option<Table> {
-    if rows.is_empty() {
-        return None;
+/// Largest difference of two series; infinite where one holds no number or they differ in length.
+pub(crate) fn apart(found: &[f64], expected: &[f64]) -> f64 {
+    if found.len() != expected.len() {
+        return f64::INFINITY;
     }
-    let cells = |row: &HardRow| {
-        let error = match (&row.failed, &row.omitted, row.error) {
-            (Some(reason), ..) => format!("failed: {reason}"),
-            (None, Some(reason), _) => format!("- ({reason})"),
-            (None, None, error) => error.map_or_else(|| "-".to_owned(), |error| row.in_unit(error)),
-        };
-        let holds = match row.holds {
-            Some(true) => "yes",
-            Some(false) => "NO",
-            None => "-",
-        };
-        vec![
-            row.name.clone(),
-            row.what.clone(),
-            error,
-            format!("{} ({})", row.in_unit(row.limit), row.limit_source),
-            holds.to_owned(),
-            row.remedy.clone(),
-            format!("{} ({})", row.in_unit(row.without), row.removed),
-        ]
-    };
-    let count = |wanted: Option<bool>| rows.iter().filter(|row| row.holds == wanted).count();
-    let mut notes = vec![format!(
-        "{} hold, {} miss, {} were not to be measured here. {:.0} s.",
-        count(Some(true)),
-        count(Some(false)),
-        count(None),
-        rows.iter().map(|row| row.wall_s).sum::<f64>()
-    )];
-    notes.extend(rows.iter().filter_map(HardRow::miss).map(|miss| format!("Missed: {miss}.")));
-    Some(Table {
-        title: format!("Hard cases on {device}"),
-        head: ["case", "what", "largest error", "limit (source)", "holds", "remedy", "without it (in its place)"]
-            .map(str::to_owned)
-            .to_vec(),
-        rows: rows.iter().map(cells).collect(),
-        notes,
-    })
+    found.iter().zip(expected).fold(0.0, |worst, (a, b)| worst_of(worst, (a - b).abs()))
+}
+
+/// The larger of two errors; infinite where one is not a number.
+pub(crate) fn worst_of(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) }
 }
 
 #[cfg(test)]
@@ -143,18 +197,6 @@ mod tests {
         assert_eq!(row(None, Some("no device")).miss().as_deref(), Some("a case: no device, limit 20.0 mK"));
         let omitted = HardRow { holds: None, omitted: Some("itself".to_owned()), ..row(None, None) };
         assert_eq!(omitted.miss(), None);
-    }
-
-    #[test]
-    fn the_table_counts_what_holds_and_names_what_misses() {
-        let rows = [row(Some(0.01), None), row(Some(0.03), None), HardRow { holds: None, ..row(None, None) }];
-        let table = table("a device", &rows).unwrap();
-        assert!(table.rows.iter().all(|cells| cells.len() == table.head.len()));
-        assert_eq!(table.rows.iter().map(|cells| cells[4].as_str()).collect::<Vec<_>>(), ["yes", "NO", "-"]);
-        assert!(table.rows[0][6].starts_with("no number"), "{:?}", table.rows[0]);
-        assert!(table.notes[0].starts_with("1 hold, 1 miss, 1 were not"), "{:?}", table.notes);
-        assert!(table.notes[1].contains("a case: 30.0 mK"), "{:?}", table.notes);
-        assert_eq!(super::table("a device", &[]), None);
     }
 
     #[test]

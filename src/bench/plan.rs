@@ -1,0 +1,103 @@
+//! What is to be measured, where, and how thoroughly.
+
+use super::cases::Size;
+use super::frames;
+use super::hard::Scale;
+use super::integrators::Effort;
+use crate::scene::Scene;
+use crate::simulation::target::Target;
+
+/// A part of the measurements that can be asked for alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Measurement {
+    /// Copies and an empty dispatch.
+    Limits,
+    /// Nanoseconds a node and step of each response.
+    Responses,
+    /// Whole ticks of scenes with their images, pass by pass.
+    Frames,
+    /// What each choice of a model costs and changes.
+    Models,
+    /// The same scene on every device.
+    Drivers,
+    /// Every integrator on the cases of NUMERICS.md 3.
+    Integrators,
+    /// The hard cases with and without their remedies.
+    Hard,
+}
+
+impl Measurement {
+    /// All, in the order in which they run.
+    pub const ALL: [Self; 7] =
+        [Self::Limits, Self::Responses, Self::Frames, Self::Models, Self::Drivers, Self::Integrators, Self::Hard];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Limits => "limits",
+            Self::Responses => "responses",
+            Self::Frames => "frames",
+            Self::Models => "models",
+            Self::Drivers => "drivers",
+            Self::Integrators => "integrators",
+            Self::Hard => "hard",
+        }
+    }
+
+    /// The one of a name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|one| one.name() == name)
+    }
+}
+
+/// What to measure, and how thoroughly.
+pub struct Plan {
+    /// Which parts.
+    pub measurements: Vec<Measurement>,
+    /// Fewer schemes, nodes and frames.
+    pub quick: bool,
+    /// Devices.
+    pub targets: Vec<Target>,
+    /// Scenes whose ticks are measured.
+    pub scenes: Vec<Scene>,
+    /// Scene whose choices of a model are compared.
+    pub model_scene: Option<Scene>,
+    /// The command as it was given.
+    pub command_line: String,
+}
+
+impl Plan {
+    pub(super) fn scale(&self) -> Scale {
+        if self.quick { Scale::Quick } else { Scale::Whole }
+    }
+
+    pub(super) fn size(&self) -> Size {
+        if self.quick { Size::quick() } else { Size::whole() }
+    }
+
+    pub(super) fn effort(&self) -> Effort {
+        if self.quick { Effort { runs: 1, enough: 0.0, most: 2.0 } } else { Effort { runs: 3, enough: 1.0, most: 5.0 } }
+    }
+
+    /// Sub-steps a frame of the f64 references: 0.13 s, or 0.26 s.
+    pub(super) fn reference_sub_steps(&self) -> u32 {
+        if self.quick { 64 } else { 128 }
+    }
+
+    pub(super) fn nodes(&self) -> &'static [usize] {
+        if self.quick { &[10_000, 200_000] } else { &[10_000, 100_000, 1_000_000, 10_000_000] }
+    }
+
+    /// Longest edges of the scenes' meshes [m], and how their ticks are measured.
+    pub(super) fn frames(&self) -> (&'static [f64], frames::Effort) {
+        if self.quick {
+            (&frames::EDGES[..2], frames::Effort { ticks: 20, most_nodes: 500_000 })
+        } else {
+            (&frames::EDGES, frames::Effort { ticks: 100, most_nodes: usize::MAX })
+        }
+    }
+
+    pub(super) fn ticks(&self) -> u32 {
+        if self.quick { 6 } else { 30 }
+    }
+}

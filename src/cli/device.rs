@@ -1,0 +1,35 @@
+//! Where to compute, as every command takes it.
+
+use clap::Args;
+
+use super::error::CliError;
+use crate::gpu::context::Context;
+use crate::gpu::error::GpuError;
+use crate::simulation::target::Target;
+
+/// Where to compute.
+#[derive(Args)]
+pub(super) struct DeviceArguments {
+    /// Vulkan device whose name contains NAME, or `cpu` for the f64 reference [default: the best device present]
+    #[arg(long, value_name = "NAME")]
+    pub(super) device: Option<String>,
+}
+
+impl DeviceArguments {
+    /// Opens the device; with `ISOTHERM_VALIDATION=1` in the environment under the validation layer.
+    pub(super) fn open(&self) -> Result<Target, GpuError> {
+        if self.device.as_deref().is_some_and(|name| name.eq_ignore_ascii_case("cpu")) {
+            return Ok(Target::Reference);
+        }
+        let validate = std::env::var_os("ISOTHERM_VALIDATION").is_some_and(|value| value == "1");
+        Ok(Target::Device(Context::open(self.device.as_deref(), validate)?))
+    }
+}
+
+/// Fails where the validation layer had something to say.
+pub(super) fn check_validation(target: &Target) -> Result<(), CliError> {
+    match target.device().map(|context| context.validation_messages()) {
+        Some(messages) if !messages.is_empty() => Err(CliError::Validation(messages.join("\n"))),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,96 @@
+//! Whatever ends a command early, and its exit code.
+
+use std::path::PathBuf;
+
+use crate::compare::CompareError;
+use crate::environment::sky::SkyError;
+use crate::gpu::error::GpuError;
+use crate::output::OutputError;
+use crate::output::job::JobError;
+use crate::simulation::engine::EngineError;
+use crate::simulation::prepare_error::PrepareError;
+use crate::thermal::brightness::BrightnessError;
+
+/// Whatever ends a command early.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum CliError {
+    #[error(transparent)]
+    Prepare(#[from] PrepareError),
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    #[error(transparent)]
+    Job(#[from] JobError),
+    #[error(transparent)]
+    Brightness(#[from] BrightnessError),
+    #[error(transparent)]
+    Compare(CompareError),
+    #[error("{0}")]
+    Usage(String),
+    #[error("{0}")]
+    Solver(String),
+    #[error("the validation layer reports:\n{0}")]
+    Validation(String),
+    #[error("stopped; what was finished is in {0}")]
+    Stopped(PathBuf),
+    #[error("stopped; nothing was written")]
+    StoppedBefore,
+    #[error("writing to standard output: {0}")]
+    Stdout(#[from] std::io::Error),
+}
+
+impl From<CompareError> for CliError {
+    fn from(error: CompareError) -> Self {
+        match error {
+            CompareError::Prepare(error) => Self::Prepare(error),
+            CompareError::Job(error) => Self::Job(error),
+            CompareError::Stopped => Self::StoppedBefore,
+            other => Self::Compare(other),
+        }
+    }
+}
+
+impl From<EngineError> for CliError {
+    fn from(error: EngineError) -> Self {
+        Self::Job(error.into())
+    }
+}
+
+impl From<SkyError> for CliError {
+    fn from(source: SkyError) -> Self {
+        PrepareError::Sky { path: PathBuf::from("the paper's scenario"), source }.into()
+    }
+}
+
+impl From<std::convert::Infallible> for CliError {
+    fn from(never: std::convert::Infallible) -> Self {
+        match never {}
+    }
+}
+
+impl CliError {
+    /// 2 for what the user can mend, 1 for what failed.
+    pub(super) fn exit_code(&self) -> u8 {
+        match self {
+            Self::Prepare(_) | Self::Brightness(_) | Self::Compare(_) | Self::Usage(_) => 2,
+            Self::Job(JobError::Engine(EngineError::Network { .. })) => 2,
+            Self::Gpu(error) | Self::Job(JobError::Engine(EngineError::Gpu(error))) => {
+                if matches!(error, GpuError::Call { .. } | GpuError::Allocation { .. }) { 1 } else { 2 }
+            }
+            Self::Output(error) | Self::Job(JobError::Output(error)) => {
+                if error.is_about_the_folder() {
+                    2
+                } else {
+                    1
+                }
+            }
+            Self::Job(JobError::NotFinite { .. })
+            | Self::Validation(_)
+            | Self::Solver(_)
+            | Self::Stopped(_)
+            | Self::StoppedBefore
+            | Self::Stdout(_) => 1,
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! A network on whoever integrates it: a device in f32, or the f64 twin.
+
+use std::convert::Infallible;
+use std::sync::Arc;
+
+use crate::gpu::context::Context;
+use crate::gpu::error::GpuError;
+use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
+use crate::thermal::network::Network;
+use crate::thermal::network::control::FLOOR;
+use crate::thermal::network::reference::ReferenceStepper;
+use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
+
+/// A stepper of either kind.
+pub enum AnyStepper {
+    /// In f32.
+    Device(Box<NetworkStepper>),
+    /// In f64.
+    Reference(Box<ReferenceStepper>),
+}
+
+impl AnyStepper {
+    /// In f64 on the processor.
+    pub fn reference(network: &Network, sensors: &[u32]) -> Self {
+        Self::Reference(Box::new(ReferenceStepper::new(network.clone(), sensors)))
+    }
+
+    /// On a device, with a dispatch for every stage also where one workgroup could take all of them.
+    ///
+    /// # Errors
+    /// What the device refuses.
+    pub fn wide(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
+        Ok(Self::Device(Box::new(NetworkStepper::wide(context, network, sensors)?)))
+    }
+
+    /// Below this its estimates of an error are rounding [K].
+    pub fn floor(&self) -> f64 {
+        match self {
+            Self::Device(_) => ESTIMATE_FLOOR,
+            Self::Reference(_) => FLOOR,
+        }
+    }
+
+    /// The stepper on the device, where there is one.
+    pub fn device(&self) -> Option<&NetworkStepper> {
+        match self {
+            Self::Device(stepper) => Some(stepper),
+            Self::Reference(_) => None,
+        }
+    }
+
+    /// Time of all submissions so far on the device's own clock [ms]; `None` without a device or a clock.
+    pub fn device_ms(&self) -> Option<f64> {
+        self.device()?.device_ms()
+    }
+
+    fn each<T>(
+        &mut self,
+        device: impl FnOnce(&mut NetworkStepper) -> Result<T, GpuError>,
+        reference: impl FnOnce(&mut ReferenceStepper) -> Result<T, Infallible>,
+    ) -> Result<T, GpuError> {
+        match self {
+            Self::Device(stepper) => device(stepper),
+            Self::Reference(stepper) => reference(stepper).map_err(|never| match never {}),
+        }
+    }
+}
+
+impl Stepper for AnyStepper {
+    type Error = GpuError;
+
+    fn set_heat(&mut self, power: &[f64], slope: &[f64]) -> Result<(), GpuError> {
+        self.each(|device| device.set_heat(power, slope), |reference| reference.set_heat(power, slope))
+    }
+
+    fn balance(&mut self, t: f64) -> Result<bool, GpuError> {
+        self.each(|device| device.balance(t), |reference| reference.balance(t))
+    }
+
+    fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Result<Attempt, GpuError> {
+        self.each(|device| device.attempt(method, t, step, count), |twin| twin.attempt(method, t, step, count))
+    }
+
+    fn keep(&mut self) -> Result<(), GpuError> {
+        self.each(Stepper::keep, Stepper::keep)
+    }
+
+    fn temperatures(&mut self) -> Result<Vec<f64>, GpuError> {
+        self.each(Stepper::temperatures, Stepper::temperatures)
+    }
+
+    fn set_temperatures(&mut self, temperatures: &[f64]) -> Result<(), GpuError> {
+        self.each(|device| device.set_temperatures(temperatures), |reference| reference.set_temperatures(temperatures))
+    }
+
+    fn steady(&mut self, t: f64) -> Result<bool, GpuError> {
+        self.each(|device| device.steady(t), |reference| reference.steady(t))
+    }
+
+    fn hottest(&self) -> f64 {
+        match self {
+            Self::Device(stepper) => stepper.hottest(),
+            Self::Reference(stepper) => stepper.hottest(),
+        }
+    }
+
+    fn counts(&self) -> WorkCounts {
+        match self {
+            Self::Device(stepper) => stepper.counts(),
+            Self::Reference(stepper) => stepper.counts(),
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Where to compute: a Vulkan device, or the f64 reference on the processor.
+
+use std::sync::Arc;
+
+use super::device_engine::DeviceEngine;
+use super::engine::Engine;
+use super::prepare::Prepared;
+use super::reference_engine::ReferenceEngine;
+use super::stepper::AnyStepper;
+use crate::gpu::context::Context;
+use crate::gpu::error::GpuError;
+use crate::gpu::network::NetworkStepper;
+use crate::gpu::response::{Run, respond};
+use crate::scene::Camera;
+use crate::thermal::material::Transition;
+use crate::thermal::network::Network;
+use crate::thermal::transition::{TransitionState, transition_step};
+
+/// A place to compute at.
+#[derive(Clone)]
+pub enum Target {
+    /// A Vulkan device, in f32.
+    Device(Arc<Context>),
+    /// The processor, in f64.
+    Reference,
+}
+
+impl Target {
+    /// Its name for people.
+    pub fn name(&self) -> String {
+        self.device().map_or("cpu (f64 reference)".to_owned(), |context| context.info.name.clone())
+    }
+
+    /// The device, where it is one.
+    pub fn device(&self) -> Option<&Arc<Context>> {
+        match self {
+            Self::Device(context) => Some(context),
+            Self::Reference => None,
+        }
+    }
+
+    /// An engine for a scene; with a camera it draws.
+    ///
+    /// # Errors
+    /// What the device refuses.
+    pub fn engine(&self, prepared: &Prepared, camera: Option<&Camera>) -> Result<Box<dyn Engine>, GpuError> {
+        Ok(match self {
+            Self::Device(context) => Box::new(DeviceEngine::new(context, prepared, camera)?),
+            Self::Reference => Box::new(ReferenceEngine::new(prepared, camera)),
+        })
+    }
+
+    /// A stepper for a network.
+    ///
+    /// # Errors
+    /// What the device refuses.
+    pub fn stepper(&self, network: &Network, sensors: &[u32]) -> Result<AnyStepper, GpuError> {
+        Ok(match self {
+            Self::Device(context) => AnyStepper::Device(Box::new(NetworkStepper::new(context, network, sensors)?)),
+            Self::Reference => AnyStepper::reference(network, sensors),
+        })
+    }
+
+    /// Temperatures [K] after every step of a node that starts at rest and is commanded one target a step.
+    ///
+    /// # Errors
+    /// What the device refuses.
+    pub fn respond(&self, transition: &Transition, initial: f64, targets: &[f64]) -> Result<Vec<f64>, GpuError> {
+        let Self::Device(context) = self else { return Ok(respond_f64(transition, initial, targets)) };
+        let run = Run { initial: initial as f32, targets: targets.iter().map(|target| *target as f32).collect() };
+        Ok(respond(context, transition, &[run])?.into_iter().flatten().map(f64::from).collect())
+    }
+}
+
+/// [`Target::respond`] in f64.
+pub fn respond_f64(transition: &Transition, initial: f64, targets: &[f64]) -> Vec<f64> {
+    let mut state = TransitionState::settled(initial, transition);
+    let step = |target: &f64| {
+        let (next, temperature) = transition_step(state, *target, 1.0, transition);
+        state = next;
+        temperature
+    };
+    targets.iter().map(step).collect()
+}
