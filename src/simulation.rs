@@ -9,6 +9,7 @@ pub mod density;
 pub mod device_data;
 pub mod device_engine;
 pub mod engine;
+mod engine_error;
 pub mod forward;
 pub mod joints;
 pub mod network;

@@ -5,6 +5,7 @@ use super::plots;
 use super::record::Bench;
 use crate::output::OutputError;
 use crate::output::folder::{Folder, write_bytes, write_json};
+use crate::output::report::write_plots;
 
 /// All numbers.
 pub const RECORD: &str = "bench.json";
@@ -16,7 +17,7 @@ pub const OWN: [&str; 3] = [RECORD, PAGE, "plots/*.svg"];
 /// Writes everything.
 pub fn write(folder: &Folder, bench: &Bench) -> Result<(), OutputError> {
     let diagrams = plots::all(bench)?;
-    folder.write_plots(&diagrams)?;
+    write_plots(folder, &diagrams)?;
     write_json(&folder.file(RECORD), bench)?;
     write_bytes(&folder.file(PAGE), page(bench, &diagrams).as_bytes())
 }

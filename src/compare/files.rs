@@ -12,7 +12,7 @@ use crate::output::comparison::{Legend, panel, sheet};
 use crate::output::comparison_plots::{MOST_PLOTS, NamedSeries, differences, temperatures};
 use crate::output::folder::{Folder, write_bytes, write_csv};
 use crate::output::job::eclipses;
-use crate::output::report::Picture;
+use crate::output::report::{Picture, write_plots};
 
 pub const PAGE: &str = "compare.html";
 /// Differences by part.
@@ -79,7 +79,7 @@ pub fn write(folder: &Folder, runs: &Runs, page: &Page, pictured: &(dyn Fn() + S
     parts.truncate(MOST_PLOTS);
     let mut plots = vec![differences(&lines, network.series.rows(), RESPONSES[NETWORK], &shades)?];
     plots.extend(temperatures(&responses, &parts, &shades)?);
-    folder.write_plots(&plots)?;
+    write_plots(folder, &plots)?;
     let tables: Vec<String> =
         [TABLE, OVER_TIME].map(str::to_owned).into_iter().chain(RESPONSES.map(series_name)).collect();
     write_bytes(&folder.file(PAGE), page.html(runs, &tables, &pictures, &plots).as_bytes())

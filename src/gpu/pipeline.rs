@@ -188,7 +188,7 @@ struct Module<'a> {
 
 impl<'a> Module<'a> {
     fn new(context: &'a Context, shader: &Shader) -> Result<Self, GpuError> {
-        let words = context.module(shader)?;
+        let words = context.modules.module(shader)?;
         let create = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the words are SPIR-V that naga wrote and validated; tests run spirv-val on it.
         let raw = unsafe { context.device.create_shader_module(&create, None) }.during("creating a shader module")?;

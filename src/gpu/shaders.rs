@@ -6,7 +6,6 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::compile::{self, CompileError};
-use super::context::Context;
 
 macro_rules! texts {
     ($($file:literal)*) => { &[$(($file, include_str!(concat!("../../glsl/", $file)))),*] };
@@ -89,16 +88,17 @@ impl Shader {
     }
 }
 
-/// SPIR-V by shader.
-pub(super) type Modules = Mutex<BTreeMap<Shader, Arc<[u32]>>>;
+/// SPIR-V of each shader that was asked for.
+#[derive(Default)]
+pub struct Modules(Mutex<BTreeMap<Shader, Arc<[u32]>>>);
 
-impl Context {
+impl Modules {
     /// SPIR-V of a shader, compiled at most once.
     ///
     /// # Errors
     /// What naga says.
     pub fn module(&self, shader: &Shader) -> Result<Arc<[u32]>, CompileError> {
-        let mut modules = self.modules.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut modules = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = modules.get(shader) {
             return Ok(Arc::clone(known));
         }

@@ -9,7 +9,6 @@ use tempfile::NamedTempFile;
 use wildmatch::WildMatch;
 
 use super::OutputError;
-use super::report::PlotEntry;
 
 /// Start of the name of a file under way; a killed process may leave one behind, and the next `--force` removes it.
 const TEMPORARY_PREFIX: &str = ".isotherm-";
@@ -90,11 +89,6 @@ impl Folder {
     /// A file of the folder.
     pub fn file(&self, name: &str) -> PathBuf {
         self.root.join(name)
-    }
-
-    /// Writes plots.
-    pub fn write_plots(&self, plots: &[PlotEntry]) -> Result<(), OutputError> {
-        plots.iter().try_for_each(|plot| write_bytes(&self.file(&plot.file), plot.svg.as_bytes()))
     }
 
     /// The folder and those below it.

@@ -14,7 +14,7 @@ use super::frame::{Frame, FrameHeader};
 use super::frame_maker::FrameMaker;
 use super::joints::JointSeries;
 use super::picture::{Tile, contact_sheet, picture};
-use super::report::{FrameEntry, Picture, PlotEntry};
+use super::report::{FrameEntry, Picture, PlotEntry, write_plots};
 use super::series::{Series, SeriesRow};
 use super::statistics::Groups;
 use super::temperature_plots::{Eclipses, temperature_plots};
@@ -178,7 +178,7 @@ pub fn run_into(
     let eclipses = eclipses(prepared);
     let mut plots = temperature_plots(&series, &eclipses)?;
     plots.extend(positions.plots(&eclipses)?);
-    folder.write_plots(&plots)?;
+    write_plots(folder, &plots)?;
     drop(draws);
     let accuracy = check.map(|check| check.accuracy(prepared));
     let network_costs = engine.network_costs()[warm_up_ticks..].to_vec();

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::OutputError;
+use super::folder::{Folder, write_bytes};
 use super::plot::Plot;
 use super::statistics::Spread;
 use crate::simulation::check::Accuracy;
@@ -186,6 +187,14 @@ pub struct PlotEntry {
     /// The SVG document, as [`super::plot::Plot::svg`] makes it; in `report.json` only its name appears.
     #[serde(skip)]
     pub svg: String,
+}
+
+/// Writes plots into the folder of a command.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_plots(folder: &Folder, plots: &[PlotEntry]) -> Result<(), OutputError> {
+    plots.iter().try_for_each(|plot| write_bytes(&folder.file(&plot.file), plot.svg.as_bytes()))
 }
 
 impl PlotEntry {

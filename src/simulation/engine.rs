@@ -2,9 +2,9 @@
 
 use glam::DAffine3;
 
+pub use super::engine_error::EngineError;
 use super::network::{NetworkRun, TickCost};
 use crate::environment::TickLoad;
-use crate::gpu::error::GpuError;
 use crate::gpu::timing::PassTimes;
 use crate::trace::Trace;
 
@@ -48,22 +48,6 @@ pub struct Delivered {
     pub pixels: Option<Pixels>,
     /// Temperatures of all nodes in device order, padding included [K].
     pub temperatures: Option<Vec<f32>>,
-}
-
-/// Why an engine could not go on.
-#[derive(Debug, thiserror::Error)]
-pub enum EngineError {
-    /// The device.
-    #[error(transparent)]
-    Gpu(#[from] GpuError),
-    /// A thermal network could not be integrated.
-    #[error("the thermal network at {time} s: {reason}")]
-    Network {
-        /// Start of the tick [s].
-        time: f64,
-        /// Why.
-        reason: String,
-    },
 }
 
 /// A scene on a Vulkan device or on the f64 reference.

@@ -8,7 +8,7 @@ use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::memory::Buffer;
 use crate::gpu::network::NetworkStepper;
-use crate::simulation::engine::EngineError;
+use crate::simulation::engine_error::EngineError;
 use crate::simulation::stepper::AnyStepper;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::control::{ControlError, Leg, Settings, Use, integrate_leg};
