@@ -357,8 +357,8 @@ table! {
     NetworkLinks: row(size_of::<layout::NetworkLink>(), Count::NetworkLinks, Storage, "Link");
     /// Heat of every node [W] and its slope [W/s], written by the host.
     NetworkHeat: row(PAIRS, NetworkGroups, FromHost, "Heat");
-    /// The list of a pass over all nodes, which is empty.
-    NetworkAll: row(4, Count::NetworkAll, Storage, "List");
+    /// The list of a pass over all nodes, which is empty and which no such pass binds.
+    NetworkAll: unbound(4, Count::NetworkAll, Storage);
     /// Groups with arithmetic nodes, and a bit for each of these.
     NetworkArithmetic: row(4, Count::NetworkArithmetic, Storage, "List");
     /// The same of nodes that are no boundary.

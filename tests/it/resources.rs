@@ -13,6 +13,15 @@ use isotherm::gpu::variant::Curve;
 use crate::network::barriers::lists_of_all_plans;
 use crate::shaders::{fused_variants, reflect, response_variants, thermal_variants};
 
+/// Name of the block of a variable. The compiler wraps what does not end in an array of any length.
+fn block_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> String {
+    let of = &module.types[ty];
+    match (&of.name, &of.inner) {
+        (None, naga::TypeInner::Struct { members, .. }) if members.len() == 1 => block_of(module, members[0].ty),
+        (name, _) => name.clone().unwrap_or_default(),
+    }
+}
+
 /// A list for every kernel.
 fn all_lists() -> Vec<Frame> {
     let drawn = Wanted { image: true, cull: 9, temperatures: true };
@@ -45,7 +54,7 @@ fn resources_are_bound_to_the_blocks_that_the_table_states() {
         for module in pass.kernel().into_iter().flat_map(Kernel::shaders).map(|shader| reflect(&shader)) {
             for variable in module.global_variables.iter().map(|(_, variable)| variable) {
                 let Some(binding) = variable.binding.as_ref().map(|binding| binding.binding) else { continue };
-                let block = module.types[variable.ty].name.clone().unwrap_or_default();
+                let block = block_of(&module, variable.ty);
                 for (_, resource) in accesses.iter().filter(|(number, _)| *number == binding) {
                     let mut blocks = resource.row().blocks.split(' ').map(|name| format!("{name}Block"));
                     assert!(blocks.any(|name| name == block), "{}: {resource:?} is bound to {block}", pass.name);
