@@ -162,7 +162,7 @@ fn measured() -> Result<Vec<Measured>, FunctionError> {
     let profile = Profile { function: Function::expression(EXPRESSION)?, t_max_steps: T_MAX_STEPS };
     let (retarget, domain) = (Retarget::Merge, Domain::Temperature);
     let shaped = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
-    let (kind, curve) = shapes::curve(&shaped, 0);
+    let (kind, curve) = shapes::curve(&shaped);
     let plain = |name, kind, power| Measured {
         name,
         variant: loaded(kind, Curve::Power),
@@ -178,7 +178,7 @@ fn measured() -> Result<Vec<Measured>, FunctionError> {
         Measured {
             name: "transition, s*s*(3-2*s)",
             variant: loaded(kind, curve),
-            power: 2.0,
+            power: 0.0,
             shapes: Shapes::one(&shaped),
             fuses: false,
         },

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
+use super::compile::compile_own;
 use super::context::Context;
 use super::error::{Context as _, GpuError};
 use super::frame::Frame;
@@ -12,7 +13,6 @@ use super::layout::{DrawCommand, SLICE, SunRay};
 use super::pass::{Access, Pass, Resource, Work};
 use super::pipeline::{Pipeline, module};
 use super::resources::{Resources, SLOTS};
-use super::shapes::Shapes;
 use super::variant::{Curve, ThermalVariant};
 
 /// What selects a pipeline.
@@ -46,12 +46,11 @@ pub(super) struct Bindings {
 }
 
 impl Bindings {
-    /// Makes what the passes of `frames` need; the functions of shaped transitions are compiled here.
+    /// Makes what the passes of `frames` need; the shaders of shaped transitions are compiled here.
     pub fn new(
         context: &Arc<Context>,
         resources: &Resources,
         frames: &[&Frame],
-        shapes: &Shapes,
         joints: u32,
     ) -> Result<Self, GpuError> {
         let mut passes: BTreeMap<(PipelineKey, u32), &Pass> = BTreeMap::new();
@@ -83,7 +82,7 @@ impl Bindings {
                         let name = variant.name();
                         let words = match variant.curve {
                             Curve::Power => module(&name),
-                            Curve::Shaped(_) => shapes.compile_step(variant)?,
+                            Curve::Shaped { .. } => compile_own(&name, "thermal_step.comp", &variant.defines())?,
                         };
                         Pipeline::compute(context, &name, &words, &types)?
                     }

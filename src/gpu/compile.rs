@@ -57,21 +57,11 @@ const SOURCES: &[(&str, &str)] = &[
     ("transition.glsl", include_str!("../../glsl/transition.glsl")),
     ("planet.glsl", include_str!("../../glsl/planet.glsl")),
     ("albedo.glsl", include_str!("../../glsl/albedo.glsl")),
-    ("shape.glsl", include_str!("../../glsl/shape.glsl")),
-    ("shape_pieces.glsl", include_str!("../../glsl/shape_pieces.glsl")),
     ("shaped_transition.glsl", include_str!("../../glsl/shaped_transition.glsl")),
-    ("pace.glsl", include_str!("../../glsl/pace.glsl")),
-    ("merge_power.glsl", include_str!("../../glsl/merge_power.glsl")),
-    ("merge_flow.glsl", include_str!("../../glsl/merge_flow.glsl")),
-    ("merge_exponential.glsl", include_str!("../../glsl/merge_exponential.glsl")),
-    ("merge_turns.glsl", include_str!("../../glsl/merge_turns.glsl")),
 ];
 
-/// What an entry point includes where a scene's own functions go; empty in what is compiled ahead.
-pub const FUNCTIONS: &str = "functions.glsl";
-
 /// A file of glsl/ that is part of the library; empty for one that is not.
-pub(super) fn source(name: &str) -> &'static str {
+fn source(name: &str) -> &'static str {
     SOURCES.iter().find(|(file, _)| *file == name).map_or("", |(_, text)| text)
 }
 
@@ -108,13 +98,12 @@ pub fn expand_includes(
     Ok(text)
 }
 
-/// Compiles an entry point of the library with the text of a scene's functions.
+/// Compiles an entry point of the library.
 ///
 /// # Errors
 /// Text that does not parse or validate, by naga's message.
-pub fn compile_with(name: &str, file: &str, functions: &str, defines: &[&str]) -> Result<Vec<u32>, CompileError> {
-    let read = |file: &str| Ok(if file == FUNCTIONS { functions } else { source(file) }.to_owned());
-    compile(name, file, &expand_includes(file, &read)?, defines)
+pub fn compile_own(name: &str, file: &str, defines: &[&str]) -> Result<Vec<u32>, CompileError> {
+    compile(name, file, &expand_includes(file, &|file| Ok(source(file).to_owned()))?, defines)
 }
 
 /// Compiles the text of one entry point `main`. The stage follows from `file_name`, `defines` are defined as 1.

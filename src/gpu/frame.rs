@@ -307,12 +307,7 @@ fn thermal_pass(range: StepRange) -> Pass {
     bind(moves, 10, Resource::Elapsed, &[COMPUTE_READ, COMPUTE_WRITE]);
     bind(true, 11, Resource::Temperature, &[COMPUTE_WRITE]);
     bind(variant.shadow, 13, Resource::Visibility, &[COMPUTE_READ]);
-    bind(
-        moves && matches!(variant.curve, Curve::Shaped(shaped) if shaped.pieces || shaped.paced && commands),
-        12,
-        Resource::Shapes,
-        &[COMPUTE_READ],
-    );
+    bind(moves && variant.curve != Curve::Power, 12, Resource::Shapes, &[COMPUTE_READ]);
     Pass { name: variant.name(), work: Work::Thermal { variant, groups }, accesses }
 }
 

@@ -24,7 +24,6 @@ mod record;
 pub mod renderer;
 pub mod resources;
 pub mod response;
-mod shape_text;
 pub mod shapes;
 pub mod timing;
 mod validation;

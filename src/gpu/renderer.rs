@@ -22,7 +22,6 @@ use super::once::{Once, command_buffers};
 use super::pass::{Pass, Resource};
 use super::record::Recorder;
 use super::resources::{Resources, SLOTS, SceneData};
-use super::shapes::Shapes;
 use super::timing::{DeviceFrame, PassTimes, Timing};
 use super::variant::StepKind;
 use crate::environment::TickLoad;
@@ -88,7 +87,6 @@ pub struct Renderer {
     bindings: Bindings,
     /// What takes many ticks in a dispatch, once it was asked for.
     fused: Option<Bindings>,
-    shapes: Shapes,
     resources: Resources,
     once: Once,
     context: Arc<Context>,
@@ -120,7 +118,7 @@ impl Renderer {
         let passes = frames.iter().map(|frame| frame.passes().count()).max().unwrap_or(0) + shadows.passes().count();
         frames.push(shadows);
         let joints = data.joints.as_ref().map_or(1, |joints| joints.count);
-        let bindings = Bindings::new(context, &resources, &frames.iter().collect::<Vec<_>>(), data.shapes, joints)?;
+        let bindings = Bindings::new(context, &resources, &frames.iter().collect::<Vec<_>>(), joints)?;
         let (command_pool, commands) = command_buffers(context, SLOTS as u32)?;
         let mut renderer = Self {
             ranges: data.ranges.clone(),
@@ -146,7 +144,6 @@ impl Renderer {
             command_pool,
             bindings,
             fused: None,
-            shapes: data.shapes.clone(),
             resources,
             once,
             context: Arc::clone(context),

@@ -6,6 +6,7 @@ use ash::vk;
 use gpu_allocator::MemoryLocation;
 
 use super::buffer_set::{BufferSet, binding_types};
+use super::compile::compile_own;
 use super::context::Context;
 use super::error::GpuError;
 use super::layout;
@@ -18,8 +19,7 @@ use crate::thermal::material::Transition;
 
 /// Nodes that the shader's workgroup takes: 64 invocations of four.
 const NODES: usize = 256;
-/// Steps of one dispatch. Some drivers silently end a loop after 65,535 turns in all, those of the search for a phase
-/// included (DESIGN.md 5).
+/// Steps of one dispatch: not so many that a driver takes it for one that hangs.
 const STEPS: usize = 128;
 
 /// A node that starts at rest, and what is commanded of it.
@@ -80,10 +80,10 @@ const SHAPES: u32 = 12;
 impl<'a> Device<'a> {
     fn new(context: &'a Arc<Context>, transition: &Transition, runs: &[Run], nodes: usize) -> Result<Self, GpuError> {
         let shapes = Shapes::one(transition);
-        let (kind, curve) = curve(transition, 0);
+        let (kind, curve) = curve(transition);
         let variant = ResponseVariant { kind, curve };
         let mut material: layout::Material = bytemuck::Zeroable::zeroed();
-        material.set_transition(transition);
+        material.set_transition(transition, &shapes);
         let mut at_rest: Vec<f32> = runs.iter().map(|run| run.initial).collect();
         at_rest.resize(nodes, 0.0);
 
@@ -115,7 +115,7 @@ impl<'a> Device<'a> {
         let name = variant.name();
         let words = match curve {
             Curve::Power => module(&name),
-            Curve::Shaped(_) => shapes.compile_response(variant)?,
+            Curve::Shaped { .. } => compile_own(&name, "response.comp", &variant.defines())?,
         };
         let pipeline = Pipeline::compute(context, &name, &words, &binding_types(&buffers))?;
         let set = BufferSet::new(context, pipeline.set_layout, &buffers)?;

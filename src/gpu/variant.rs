@@ -22,21 +22,11 @@ pub enum StepKind {
 pub enum Curve {
     /// A power of the remaining time; also where there is no transition.
     Power,
-    /// Functions of the scene.
-    Shaped(Shaped),
-}
-
-/// The pair of functions of a transition, as far as it chooses a pipeline.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Shaped {
-    /// Number of the pair: the first of the scene's materials that has it.
-    pub number: u32,
-    /// Whether they move the fourth power of the temperature.
-    pub fourth_power: bool,
-    /// Whether one of them is read in pieces.
-    pub pieces: bool,
-    /// Whether the pace of the phase of one of them is, which a merge alone reads.
-    pub paced: bool,
+    /// Any function, in pieces.
+    Shaped {
+        /// Whether it moves the fourth power of the temperature.
+        fourth_power: bool,
+    },
 }
 
 /// One variant of the thermal step.
@@ -180,21 +170,21 @@ impl StepKind {
 }
 
 impl Curve {
-    fn suffix(self) -> String {
+    fn suffix(self) -> &'static str {
         match self {
-            Self::Power => String::new(),
-            Self::Shaped(shaped) => {
-                format!(".shaped{}{}", if shaped.fourth_power { "_t4_" } else { "_" }, shaped.number)
-            }
+            Self::Power => "",
+            Self::Shaped { fourth_power: false } => ".shaped",
+            Self::Shaped { fourth_power: true } => ".shaped_t4",
         }
     }
 
     /// Preprocessor definitions that select it.
-    pub fn defines(self) -> Vec<&'static str> {
-        let Self::Shaped(shaped) = self else { return Vec::new() };
-        let words =
-            [(true, "SHAPED"), (shaped.fourth_power, "FOURTH_POWER"), (shaped.pieces || shaped.paced, "PIECES")];
-        words.into_iter().filter_map(|(present, word)| present.then_some(word)).collect()
+    pub fn defines(self) -> &'static [&'static str] {
+        match self {
+            Self::Power => &[],
+            Self::Shaped { fourth_power: false } => &["SHAPED"],
+            Self::Shaped { fourth_power: true } => &["SHAPED", "FOURTH_POWER"],
+        }
     }
 }
 

@@ -3,14 +3,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use isotherm::gpu::compile::compile_own;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::layout;
 use isotherm::gpu::pass::{Pass, Work, is_write};
 use isotherm::gpu::pipeline::MODULES;
-use isotherm::gpu::shapes::{self, Shapes};
-use isotherm::gpu::variant::{StepKind, ThermalVariant};
-use isotherm::thermal::function::{Function, Sample};
-use isotherm::thermal::material::{Domain, Profile, Retarget, Transition};
+use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use naga::front::spv;
 
 #[test]
@@ -127,40 +125,16 @@ fn passes_declare_what_their_shaders_touch() {
         let pass = frame.passes().next().expect("one thermal pass");
         assert_eq!(declared(pass), bindings_of(&variant.name()), "{}", variant.name());
     }
-    let table = |points: i32| {
-        let samples: Vec<_> =
-            (0..points).map(|i| Sample { time: f64::from(i), temperature: f64::from(300 - i * i) }).collect();
-        Function::table(&samples, None).expect("a good table")
-    };
-    let expression = Function::expression("s < 0.4 ? 1.6*s : 0.4 + 0.6*s").expect("a good expression");
-    // A merge reads the paces of what is no power; under either rule a long table is read in pieces.
-    let power = Function::expression("s*(2.0-s)").expect("a good expression");
-    for (heating, cooling, [merge, restart]) in [
-        (expression.clone(), table(9), [true, false]),
-        (expression, Function::Linear, [true, false]),
-        (table(90), table(9), [true, true]),
-        (power, Function::Linear, [false, false]),
-    ] {
-        let profile = |function| Profile { function, t_max_steps: 9.0 };
-        let (heating, cooling) = (profile(heating), profile(cooling));
-        for (domain, retarget, pieces) in [
-            (Domain::Temperature, Retarget::Merge, merge),
-            (Domain::FourthPower, Retarget::Merge, merge),
-            (Domain::Temperature, Retarget::Restart, restart),
-        ] {
-            let (heating, cooling) = (heating.clone(), cooling.clone());
-            let transition = Transition { heating, cooling, retarget, domain };
-            let shapes = Shapes::one(&transition);
-            let (kind, curve) = shapes::curve(&transition, 0);
-            assert_eq!(pieces, !shapes.values.is_empty(), "{transition:?}");
-            let asked = |variant: &ThermalVariant| variant.kind == kind || variant.kind == StepKind::Advance;
-            for variant in ThermalVariant::all_of(curve).into_iter().filter(asked) {
-                let frame = Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], Wanted::default());
-                let pass = frame.passes().next().expect("one thermal pass");
-                let words = shapes.compile_step(variant).expect("a scene's functions compile");
-                let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-                assert_eq!(declared(pass), bindings_in(parse(&bytes)), "{}", variant.name());
-            }
+    for (kind, fourth_power) in
+        [StepKind::Merge, StepKind::Restart].into_iter().flat_map(|kind| [(kind, false), (kind, true)])
+    {
+        let asked = |variant: &ThermalVariant| variant.kind == kind || variant.kind == StepKind::Advance;
+        for variant in ThermalVariant::all_of(Curve::Shaped { fourth_power }).into_iter().filter(asked) {
+            let frame = Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], Wanted::default());
+            let pass = frame.passes().next().expect("one thermal pass");
+            let words = compile_own(&variant.name(), "thermal_step.comp", &variant.defines()).expect("it compiles");
+            let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+            assert_eq!(declared(pass), bindings_in(parse(&bytes)), "{}", variant.name());
         }
     }
     let frame = Frame::step(&[], Wanted { image: true, cull: 9, temperatures: false });

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use isotherm::gpu::compile::{self, CompileError, FUNCTIONS, expand_includes};
+use isotherm::gpu::compile::{self, CompileError, expand_includes};
 use isotherm::gpu::variant::{FusedVariant, ResponseVariant, ThermalVariant};
 use isotherm::gpu::wide_variant::WideVariant;
 
@@ -23,7 +23,7 @@ pub fn compile_all(glsl: &Path) -> Result<Vec<(String, Vec<u8>)>, CompileError> 
     let read = |file: &str| {
         let path = glsl.join(file);
         let failed = |source| CompileError::Read { path: path.display().to_string(), source };
-        if file == FUNCTIONS { Ok(String::new()) } else { std::fs::read_to_string(&path).map_err(failed) }
+        std::fs::read_to_string(&path).map_err(failed)
     };
     let mut files = Vec::new();
     for entry in entries {

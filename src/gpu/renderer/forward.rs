@@ -84,8 +84,7 @@ impl Renderer {
             frame.steps.retain(|step| matches!(step, Step::Pass(pass) if pass.is_fused()));
             frame
         });
-        self.fused =
-            Some(Bindings::new(&self.context, &self.resources, &frames.each_ref(), &self.shapes, self.joints)?);
+        self.fused = Some(Bindings::new(&self.context, &self.resources, &frames.each_ref(), self.joints)?);
         Ok(())
     }
 }
