@@ -21,11 +21,8 @@ layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
 layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
 layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
 layout(set = 0, binding = 11) buffer TemperatureBlock { vec4 temperature[]; };
-#ifdef PIECES
-layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
-#endif
 #ifdef SHAPED
-#include "shape.glsl"
+layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
 #include "shaped_transition.glsl"
 #endif
 
@@ -39,10 +36,10 @@ void main() {
         uint at = i * steps.groups + group;
         vec4 next = commanded[at];
 #ifdef SHAPED
-        ShapedNode x = shaped_step(old_target.x, old_span.x, old_elapsed.x, next.x, 1.0, material);
-        ShapedNode y = shaped_step(old_target.y, old_span.y, old_elapsed.y, next.y, 1.0, material);
-        ShapedNode z = shaped_step(old_target.z, old_span.z, old_elapsed.z, next.z, 1.0, material);
-        ShapedNode w = shaped_step(old_target.w, old_span.w, old_elapsed.w, next.w, 1.0, material);
+        ShapedNode x = transition_step(old_target.x, old_span.x, old_elapsed.x, next.x, 1.0, material);
+        ShapedNode y = transition_step(old_target.y, old_span.y, old_elapsed.y, next.y, 1.0, material);
+        ShapedNode z = transition_step(old_target.z, old_span.z, old_elapsed.z, next.z, 1.0, material);
+        ShapedNode w = transition_step(old_target.w, old_span.w, old_elapsed.w, next.w, 1.0, material);
         old_target = next;
         old_span = vec4(x.span, y.span, z.span, w.span);
         old_elapsed = ivec4(x.elapsed, y.elapsed, z.elapsed, w.elapsed);

@@ -1,5 +1,5 @@
-// Thermal inertia along a response function of any shape, for one node (NUMERICS.md 1).
-// Twin: src/thermal/transition.rs; the merge is derived in src/thermal/function/phase.rs.
+// Thermal inertia along a response function of any shape, for one node. Twin: src/thermal/transition.rs, which evaluates
+// the function itself; here it is pieces that src/thermal/function/pieces.rs makes when the scene loads, from `shapes`.
 
 struct ShapedState {
     float target; // K, or (100 K)^4 where the transition moves the fourth power
@@ -10,7 +10,8 @@ struct ShapedState {
 // The clock counts in whole ticks, powers of two of a step, of which `t_max` has between 2^30 and 2^31: finer than f32
 // by 2^7, and without its rounding, which under a jitter of the target always falls the same way.
 struct ShapedBranch {
-    bool heating;
+    uint first;  // piece of its function
+    uint pieces; // from either end
     float share; // of t_max, that one tick is; 0 where t_max is 0
     float t_max; // steps
     float ticks; // of a step
@@ -23,19 +24,25 @@ const int RESIDUE = 127;
 #else
 const int RESIDUE = 0;
 #endif
+// A transition with no more of its time left than this is over: 2^-22.
+const int OVER_SHIFT = 22;
+
+// Fewest pieces from either end; a function may have them doubled some times.
+const uint FEWEST = 2048u;
+// Added to the place of a corner in the last coefficient of its piece.
+const float CORNER = 16.0;
 
 ShapedBranch shaped_branch(float span, Material material) {
     bool heating = span >= 0.0;
     float t_max = heating ? material.heating_t_max : material.cooling_t_max;
+    // Written by src/gpu/shapes.rs: 16 times the place of the first piece, and how often there are twice as many.
+    uint place = uint(heating ? material.heating_function : material.cooling_function);
     // 2^(31 - n) for t_max in [2^(n-1), 2^n).
     float ticks = uintBitsToFloat((284u - (floatBitsToUint(max(t_max, 1e-20)) >> 23u)) << 23u);
     int end = int(t_max * ticks) & ~RESIDUE;
-    return ShapedBranch(heating, end > 0 ? 1.0 / float(end) : 0.0, t_max, ticks, end);
-}
-
-// Share of the duration gone; 1 once settled and where the response is immediate.
-float time_gone(int elapsed, ShapedBranch branch) {
-    return branch.end > 0 ? float(min(elapsed, branch.end)) * branch.share : 1.0;
+    uint first = (place >> 4u) * 2u * FEWEST;
+    uint pieces = FEWEST << (place & 15u);
+    return ShapedBranch(first, pieces, end > 0 ? 1.0 / float(end) : 0.0, t_max, ticks, end);
 }
 
 // Share of the duration left, as exact near its end as the share gone is near its start.
@@ -43,87 +50,74 @@ float time_left(int elapsed, ShapedBranch branch) {
     return float(max(branch.end - elapsed, 0)) * branch.share;
 }
 
-#ifdef MERGE
-// A shift over which the fall of w is summed from its rates rather than taken as a difference.
-const float SHORT_SHIFT = 1e-2;
-
-// The clock that shows a phase with so much more time left, in shares of t_max.
-int shifted_clock(int elapsed, float shift, ShapedBranch branch) {
-    float ticks = clamp(round(shift * float(branch.end)), -2147483520.0, 2147483520.0);
-    return clamp(elapsed - int(ticks), 0, branch.end);
-}
-
-// f' times the wanted gap less w times the wanted rate (merge_turns.glsl) at a point `shift` away from one where it is known. Over a short shift it changes by
-// what the rates and bends at both ends make of it (corrected trapezoidal rule), which has no cancellation; where they
-// do not explain the change of the rate there is a corner in between.
-float excess_at(ShapePoint near, ShapePoint here, float excess, float shift, float gap, float rate) {
-    float faster = 0.5 * shift * (here.bend + near.bend);
-    float more = shift * (0.5 * (here.rate + near.rate) - shift * (near.bend - here.bend) / 12.0);
-    bool explained = abs(shift) < SHORT_SHIFT && abs(near.rate - here.rate - faster) < 1e-6 * (1.0 + near.rate);
-    return explained ? excess + faster * gap - more * rate : near.rate * gap - near.left * rate;
-}
-
-// The state at another phase with the same temperature. `near` is the function at `beyond` less than the shift.
-ShapedState shifted(
-    ShapedState state, float change, ShapedBranch branch, ShapePoint here, ShapePoint near, float shift, float beyond
-) {
-    // The clock rounds; the span then makes up for the phase that it really shows.
-    int elapsed = shifted_clock(state.elapsed, shift, branch);
-    float shown = float(state.elapsed - elapsed) * branch.share;
-    float further = beyond + (shown - shift);
-    float there = near.left + further * (near.rate + 0.5 * further * near.bend);
-    float rate_there = near.rate + further * near.bend;
-    // Rise of w from here to there, by the corrected trapezoidal rule where its ends are near.
-    float summed = shown * (0.5 * (here.rate + rate_there) - shown * (near.bend - here.bend) / 12.0);
-    float gap = state.span * here.left + change;
-    float faster = 0.5 * shown * (here.bend + near.bend);
-    // Across a corner of the rate the rule is off.
-    bool explained = abs(shown) < SHORT_SHIFT && abs(rate_there - here.rate - faster) < 3e-6 * (1.0 + rate_there);
-    float span = explained ? state.span + (change - state.span * summed) / there : gap / there;
-    bool too_flat = there < 1e-30;
-    return ShapedState(state.target, too_flat ? gap / here.left : span, too_flat ? state.elapsed : elapsed);
-}
-
-// Most steps by which a change of the gap is followed (pace.glsl).
-const float MOST_PARTS = 64.0;
-
-// A stretch on which the relative rate h is monotone: shares of the time left, and h / (1 + h), at its ends.
-struct Stretch {
-    float low;
-    float low_z;
-    float high;
-    float high_z;
+// A function at one moment.
+struct ShapePoint {
+    bool start;  // whether the start is the nearer end
+    float small; // what is done since the start, or left until the end
+    float place; // distance to the nearer end in pieces
+    float slope; // of `small` by the place
+    float bend;  // of the slope
 };
 
-// Change of the target, over the gap, from which a root on another stretch may be nearer.
-const float STEP = 0.13;
-// Square of a first step of Newton's method, over the distance to an end, after which none is needed.
-const float EXACT_SHIFT = 1e-12;
-// The same of a later step.
-const float LAST_STEP = 1e-11;
-// Longer than any step.
-const float DISTANT = 2.0;
-const int MAX_STEPS = 40;
-#endif
+ShapePoint shape_at(int elapsed, ShapedBranch branch) {
+    int left = branch.end - elapsed;
+    bool start = elapsed < left;
+    float place = sqrt(2.0 * float(start ? elapsed : left) * branch.share) * float(branch.pieces);
+    float cell = min(floor(place), float(branch.pieces - 1u));
+    float t = place - cell;
+    vec4 c = shapes[branch.first + uint(cell) + (start ? 0u : branch.pieces)];
+    bool corner = c.w > 0.5 * CORNER;
+    float after = max(0.0, t - (c.w - CORNER));
+    return ShapePoint(
+        start,
+        c.x + t * c.y + (corner ? c.z * after : t * t * (c.z + t * c.w)),
+        place,
+        c.y + (corner ? (after > 0.0 ? c.z : 0.0) : t * (2.0 * c.z + 3.0 * t * c.w)),
+        corner ? 0.0 : 2.0 * c.z + 6.0 * t * c.w
+    );
+}
 
-#include "functions.glsl"
+float left_at(ShapePoint at) {
+    return at.start ? 1.0 - at.small : at.small;
+}
 
 #ifdef MERGE
-// Superposes the gap and the rate of the transition under way with those of the new step.
-ShapedState shaped_merge(ShapedState state, float commanded, Material material) {
+// The same curve from another phase, with the same temperature.
+ShapedState retarget_merge(ShapedState state, float commanded, Material material) {
     float change = commanded - state.target;
     ShapedBranch branch = shaped_branch(state.span, material);
-    float r = time_left(state.elapsed, branch);
-    // What is over has no gap, whatever rounding leaves of the function's end.
-    float left = r > 0.0 ? state.span * shape_at(branch.heating, time_gone(state.elapsed, branch), r).left : 0.0;
+    ShapePoint here = shape_at(state.elapsed, branch);
+    float left = state.span * left_at(here);
     float gap = left + change;
-    bool goes_on = left * gap > 0.0;
-    ShapedState merged = merge_on(state, change, branch);
+
+    // r' - r in ticks: the clock rounds, and the span makes up for the phase that it really shows.
+    float r = time_left(state.elapsed, branch);
+    float s = float(state.elapsed) * branch.share;
+    float shift = r * change * s / (left + change * r);
+    int moved = int(round(clamp(shift * float(branch.end), -2147483520.0, 2147483520.0)));
+    int elapsed = clamp(state.elapsed - clamp(moved, state.elapsed - branch.end, state.elapsed), 0, branch.end);
+    ShapePoint there = shape_at(elapsed, branch);
+    float left_there = left_at(there);
+
+    // Over a short shift what is left changes by what its slopes say (corrected trapezoidal rule, exact in a cubic), which
+    // has no cancellation; where they do not explain each other there is a corner in between.
+    float gone = 2.0 * float(elapsed - state.elapsed) * branch.share;
+    float farther = (here.start ? gone : -gone) * float(branch.pieces) * float(branch.pieces);
+    float way = farther / (here.place + there.place);
+    float rise = way * (0.5 * (here.slope + there.slope) - way * (there.bend - here.bend) / 12.0);
+    float mismatch = way * (there.slope - here.slope - 0.5 * way * (here.bend + there.bend));
+    bool explained = abs(mismatch) < 6e-8 * left_there && here.start == there.start;
+    float short_span = state.span + (change - state.span * (here.start ? -rise : rise)) / left_there;
+
+    // What is over has no gap, whatever rounding leaves of the function's end.
+    bool goes_on = left * gap > 0.0 && state.elapsed < branch.end;
+    bool too_flat = left_there < 1e-30;
+    float span = too_flat ? gap / left_at(here) : (explained ? short_span : gap / left_there);
     bool unchanged = change == 0.0;
     return ShapedState(
         commanded,
-        unchanged ? state.span : (goes_on ? merged.span : gap),
-        unchanged ? state.elapsed : (goes_on ? merged.elapsed : 0)
+        unchanged ? state.span : (goes_on ? span : gap),
+        unchanged ? state.elapsed : (goes_on ? (too_flat ? state.elapsed : elapsed) : 0)
     );
 }
 #endif
@@ -142,38 +136,38 @@ ShapedState restarted(float commanded, float span, int residue, float change) {
 }
 
 // Starts afresh from the present temperature at every change of the target.
-ShapedState shaped_restart(ShapedState state, float commanded, Material material) {
+ShapedState retarget_restart(ShapedState state, float commanded, Material material) {
     float change = commanded - state.target;
     ShapedBranch branch = shaped_branch(state.span, material);
     int clock = state.elapsed & ~RESIDUE;
     int residue = ((state.elapsed & RESIDUE) ^ 64) - 64;
-    ShapePoint at = shape_at(branch.heating, time_gone(clock, branch), time_left(clock, branch));
-    // In the first half the new span is a change of the old, by what was done; in the second it is what was left.
-    ShapedState early = restarted(commanded, state.span, residue, change - state.span * at.done);
-    ShapedState late = ShapedState(commanded, state.span * at.left + change, 0);
+    ShapePoint at = shape_at(clock, branch);
+    // In the first half of the time the new span is a change of the old, by what was done; in the second it is what was left.
+    ShapedState early = restarted(commanded, state.span, residue, change - state.span * at.small);
+    ShapedState late = ShapedState(commanded, state.span * left_at(at) + change, 0);
     bool unchanged = change == 0.0;
     return ShapedState(
         commanded,
-        unchanged ? state.span : (at.done < at.left ? early.span : late.span),
-        unchanged ? state.elapsed : (at.done < at.left ? early.elapsed : late.elapsed)
+        unchanged ? state.span : (at.start ? early.span : late.span),
+        unchanged ? state.elapsed : (at.start ? early.elapsed : late.elapsed)
     );
 }
 #endif
 
 // Lets time pass.
-ShapedState shaped_advance(ShapedState state, float step, Material material) {
+ShapedState advance(ShapedState state, float step, Material material) {
     ShapedBranch branch = shaped_branch(state.span, material);
     int ticks = min(int(min(step, branch.t_max) * branch.ticks) & ~RESIDUE, branch.end);
-    return ShapedState(state.target, state.span, min(state.elapsed, branch.end - ticks) + ticks);
+    int elapsed = min(state.elapsed, branch.end - ticks) + ticks;
+    bool over = branch.end - elapsed <= branch.end >> OVER_SHIFT;
+    return ShapedState(state.target, state.span, over ? branch.end : elapsed);
 }
 
 // What the present state has come to; exactly the target once settled.
-float shaped_value(ShapedState state, Material material) {
+float transition_value(ShapedState state, Material material) {
     ShapedBranch branch = shaped_branch(state.span, material);
-    int clock = state.elapsed & ~RESIDUE;
-    ShapePoint at = shape_at(branch.heating, time_gone(clock, branch), time_left(clock, branch));
-    float origin = state.target - state.span;
-    return at.done < at.left ? origin + state.span * at.done : state.target - state.span * at.left;
+    ShapePoint at = shape_at(state.elapsed & ~RESIDUE, branch);
+    return (at.start ? state.target - state.span : state.target) + state.span * (at.start ? at.small : -at.small);
 }
 
 // What a transition moves, of a temperature [K], and back.
@@ -203,14 +197,14 @@ struct ShapedNode {
 };
 
 // One tick of a node.
-ShapedNode shaped_step(float target, float span, int elapsed, float commanded, float step, Material material) {
+ShapedNode transition_step(float target, float span, int elapsed, float commanded, float step, Material material) {
     ShapedState state = ShapedState(of_temperature(target), span, elapsed);
 #ifdef MERGE
-    state = shaped_merge(state, of_temperature(commanded), material);
+    state = retarget_merge(state, of_temperature(commanded), material);
 #endif
 #ifdef RESTART
-    state = shaped_restart(state, of_temperature(commanded), material);
+    state = retarget_restart(state, of_temperature(commanded), material);
 #endif
-    state = shaped_advance(state, step, material);
-    return ShapedNode(commanded, state.span, state.elapsed, to_temperature(shaped_value(state, material)));
+    state = advance(state, step, material);
+    return ShapedNode(commanded, state.span, state.elapsed, to_temperature(transition_value(state, material)));
 }

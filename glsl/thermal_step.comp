@@ -58,12 +58,9 @@ layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
 layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
 layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
 #endif
-#ifdef PIECES
-layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
-#endif
-// After the buffers, since these functions may read one.
 #ifdef SHAPED
-#include "shape.glsl"
+layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
+// After the buffer, which these functions read.
 #include "shaped_transition.glsl"
 #endif
 
@@ -191,10 +188,10 @@ void main() {
 #endif
         float step = ticks[tick].step;
 #ifdef SHAPED
-        ShapedNode x = shaped_step(own_target.x, own_span.x, own_elapsed.x, commanded.x, step, material);
-        ShapedNode y = shaped_step(own_target.y, own_span.y, own_elapsed.y, commanded.y, step, material);
-        ShapedNode z = shaped_step(own_target.z, own_span.z, own_elapsed.z, commanded.z, step, material);
-        ShapedNode w = shaped_step(own_target.w, own_span.w, own_elapsed.w, commanded.w, step, material);
+        ShapedNode x = transition_step(own_target.x, own_span.x, own_elapsed.x, commanded.x, step, material);
+        ShapedNode y = transition_step(own_target.y, own_span.y, own_elapsed.y, commanded.y, step, material);
+        ShapedNode z = transition_step(own_target.z, own_span.z, own_elapsed.z, commanded.z, step, material);
+        ShapedNode w = transition_step(own_target.w, own_span.w, own_elapsed.w, commanded.w, step, material);
         own_target = commanded;
         own_span = vec4(x.span, y.span, z.span, w.span);
         own_elapsed = ivec4(x.elapsed, y.elapsed, z.elapsed, w.elapsed);

@@ -182,7 +182,7 @@ fn subjects() -> Result<Vec<Subject>, FunctionError> {
     let profile = Profile { function: Function::expression(EXPRESSION)?, t_max_steps: T_MAX_STEPS };
     let (retarget, domain) = (Retarget::Merge, Domain::Temperature);
     let shaped = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
-    let (kind, curve) = shapes::curve(&shaped, 0);
+    let (kind, curve) = shapes::curve(&shaped);
     let plain = |name, kind, power| Subject {
         name,
         variant: loaded(kind, Curve::Power),
@@ -198,7 +198,7 @@ fn subjects() -> Result<Vec<Subject>, FunctionError> {
         Subject {
             name: "transition, s*s*(3-2*s)",
             variant: loaded(kind, curve),
-            power: 2.0,
+            power: 0.0,
             shapes: Shapes::one(&shaped),
             fuses: false,
         },

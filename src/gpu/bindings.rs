@@ -11,9 +11,7 @@ use super::layout::{NetworkPass, SLICE, SunRay};
 use super::pass::{Access, Kernel, Pass, Work};
 use super::pipeline::Pipeline;
 use super::resource::Resource;
-use super::shapes::Shapes;
 use super::store::Resources;
-use super::variant::{ResponseVariant, ThermalVariant};
 
 /// What selects a descriptor set: the pipeline, the set among those of the pipeline or the joint that is drawn, the slot.
 type SetKey = (Kernel, u32, usize);
@@ -24,8 +22,6 @@ pub(super) struct Bindings {
     pipelines: BTreeMap<Kernel, Pipeline>,
     sets: BTreeMap<SetKey, vk::DescriptorSet>,
     pools: Vec<vk::DescriptorPool>,
-    /// Response functions that are no powers, which are compiled into the kernels of their own.
-    shapes: Shapes,
     /// The body and its joints.
     joints: u32,
     slots: usize,
@@ -33,14 +29,14 @@ pub(super) struct Bindings {
 
 impl Bindings {
     /// Of nothing yet.
-    pub fn new(context: &Arc<Context>, shapes: Shapes, joints: u32, slots: usize) -> Self {
+    pub fn new(context: &Arc<Context>, joints: u32, slots: usize) -> Self {
         let (context, pools) = (Arc::clone(context), Vec::new());
-        Self { context, pipelines: BTreeMap::new(), sets: BTreeMap::new(), pools, shapes, joints, slots }
+        Self { context, pipelines: BTreeMap::new(), sets: BTreeMap::new(), pools, joints, slots }
     }
 
-    /// Of lists without shaped functions, joints and slots.
+    /// Of lists without joints and slots.
     pub fn plain(context: &Arc<Context>) -> Self {
-        Self::new(context, Shapes::default(), 1, 1)
+        Self::new(context, 1, 1)
     }
 
     /// Makes what the passes need and is not there yet.
@@ -71,7 +67,7 @@ impl Bindings {
         for ((kernel, number, slot), pass) in wanted {
             let types = binding_types(pass);
             if !self.pipelines.contains_key(&kernel) {
-                self.pipelines.insert(kernel, pipeline(&self.context, kernel, &types, &self.shapes)?);
+                self.pipelines.insert(kernel, pipeline(&self.context, kernel, &types)?);
             }
             let layouts = [self.pipelines[&kernel].set_layout];
             let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
@@ -153,12 +149,7 @@ fn binding_types(pass: &Pass) -> Vec<(u32, vk::DescriptorType)> {
 }
 
 /// The pipeline of a kernel.
-fn pipeline(
-    context: &Arc<Context>,
-    kernel: Kernel,
-    types: &[(u32, vk::DescriptorType)],
-    shapes: &Shapes,
-) -> Result<Pipeline, GpuError> {
+fn pipeline(context: &Arc<Context>, kernel: Kernel, types: &[(u32, vk::DescriptorType)]) -> Result<Pipeline, GpuError> {
     let constants = match kernel {
         Kernel::Wide(_) => size_of::<NetworkPass>(),
         Kernel::Cull => size_of::<u32>(),
@@ -168,14 +159,6 @@ fn pipeline(
     match kernel {
         Kernel::Radiance => Pipeline::radiance(context, types),
         Kernel::SunDepth => Pipeline::solar_depth(context, types),
-        _ => {
-            let mut shader = kernel.shaders().remove(0);
-            if let Kernel::Thermal(ThermalVariant { curve, .. }) | Kernel::Response(ResponseVariant { curve, .. }) =
-                kernel
-            {
-                shader.functions = shapes.text(curve).to_owned();
-            }
-            Pipeline::compute(context, &shader, types, constants as u32)
-        }
+        _ => Pipeline::compute(context, &kernel.shaders()[0], types, constants as u32),
     }
 }

@@ -2,6 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use super::shapes::Shapes;
 use crate::environment::shadow::Occluders;
 use crate::thermal::material::{Profile, Transition};
 
@@ -46,7 +47,7 @@ shared! {
         pub back_absorptivity: f32,
         /// Infrared emissivity of the back, likewise.
         pub back_emissivity: f32,
-        /// On heating: power of the remaining share, 1 linear, 2 quadratic; 0 of a shaped transition.
+        /// On heating: power of the remaining share, 1 linear, 2 quadratic; of a shaped transition where its pieces are.
         pub heating_function: f32,
         /// Time to the target on heating [steps].
         pub heating_t_max: f32,
@@ -343,13 +344,15 @@ shared! {
 }
 
 impl Material {
-    /// Fills in how its nodes move; the functions of a shaped transition are in its shader.
-    pub fn set_transition(&mut self, transition: &Transition) {
-        let power =
-            |profile: &Profile| profile.function.power().filter(|_| transition.is_power()).unwrap_or(0.0) as f32;
-        [self.heating_function, self.cooling_function] = [power(&transition.heating), power(&transition.cooling)];
-        self.heating_t_max = transition.heating.t_max_steps as f32;
-        self.cooling_t_max = transition.cooling.t_max_steps as f32;
+    /// Fills in how its nodes move.
+    pub fn set_transition(&mut self, transition: &Transition, shapes: &Shapes) {
+        let function = |profile: &Profile| match profile.function.power().filter(|_| transition.is_power()) {
+            Some(power) => power as f32,
+            None => shapes.place(&profile.function),
+        };
+        [self.heating_function, self.cooling_function] = [function(&transition.heating), function(&transition.cooling)];
+        self.heating_t_max = transition.heating.duration() as f32;
+        self.cooling_t_max = transition.cooling.duration() as f32;
     }
 }
 

@@ -9,7 +9,7 @@ use super::pass::{
     barrier, clear_pass, copy_pass, scope, to_host,
 };
 use super::resource::Resource;
-use super::variant::ResponseVariant;
+use super::variant::{Curve, ResponseVariant};
 
 /// Whatever the device does later.
 const LATER: Scope = scope(S::ALL_COMMANDS, A::from_raw(A::MEMORY_READ.as_raw() | A::MEMORY_WRITE.as_raw()));
@@ -59,9 +59,8 @@ pub(super) fn dispatch(
     Entry::Pass(Pass { name, work, accesses: accesses.collect() })
 }
 
-/// Some steps of a response, and its temperatures for the host; the state goes on in the next submission. `shaped` is
-/// whether its kernel reads pieces of response functions.
-pub fn respond(variant: ResponseVariant, shaped: bool, workgroups: u32) -> Frame {
+/// Some steps of a response, and its temperatures for the host; the state goes on in the next submission.
+pub fn respond(variant: ResponseVariant, workgroups: u32) -> Frame {
     let mut bound = vec![
         (0, Resource::ResponseSteps, true, false),
         (1, Resource::ResponseTargets, true, false),
@@ -71,7 +70,7 @@ pub fn respond(variant: ResponseVariant, shaped: bool, workgroups: u32) -> Frame
         (10, Resource::Elapsed, true, true),
         (11, Resource::ResponseTemperatures, false, true),
     ];
-    bound.extend(shaped.then_some((12, Resource::Shapes, true, false)));
+    bound.extend((variant.curve != Curve::Power).then_some((12, Resource::Shapes, true, false)));
     let written = [Resource::Target, Resource::Span, Resource::Elapsed, Resource::ResponseTemperatures];
     Frame {
         entries: vec![

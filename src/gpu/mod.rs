@@ -27,7 +27,6 @@ pub mod resource;
 pub mod resources;
 pub mod response;
 pub mod shaders;
-mod shape_text;
 pub mod shapes;
 mod store;
 pub mod timing;

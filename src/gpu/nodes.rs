@@ -11,7 +11,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::model::Model;
-use crate::thermal::material::{Domain, Material, Response, Retarget, Sides, Transition};
+use crate::thermal::material::{Domain, Material, Response, Retarget, Sides};
 use crate::thermal::reference::ReferenceNode;
 
 /// Nodes that one invocation handles.
@@ -32,8 +32,8 @@ pub enum RangeResponse {
         retarget: Retarget,
         /// What moves.
         domain: Domain,
-        /// The first material along the same functions; `None` where both are powers of the remaining time.
-        shaped: Option<u32>,
+        /// Whether it moves along anything but powers of the remaining time.
+        shaped: bool,
     },
     /// A thermal network, to which the range gives the flux that it absorbs.
     Network,
@@ -57,7 +57,7 @@ impl RangeKind {
             Response::Transition(ref transition) => RangeResponse::Transition {
                 retarget: transition.retarget,
                 domain: transition.domain,
-                shaped: Transition::first_like(materials, index),
+                shaped: !transition.is_power(),
             },
             Response::Network => RangeResponse::Network,
         };
@@ -65,13 +65,13 @@ impl RangeKind {
     }
 
     /// Key of the order of ranges: response, then sides, then rule.
-    fn rank(self) -> (u8, bool, bool, bool, Option<u32>) {
+    fn rank(self) -> (u8, bool, bool, bool, bool) {
         match self.response {
-            RangeResponse::Instant => (0, self.both_sides, false, false, None),
+            RangeResponse::Instant => (0, self.both_sides, false, false, false),
             RangeResponse::Transition { retarget, domain, shaped } => {
                 (1, self.both_sides, retarget == Retarget::Restart, domain == Domain::FourthPower, shaped)
             }
-            RangeResponse::Network => (2, self.both_sides, false, false, None),
+            RangeResponse::Network => (2, self.both_sides, false, false, false),
         }
     }
 }
@@ -82,7 +82,7 @@ impl std::fmt::Display for RangeKind {
             RangeResponse::Instant => write!(out, "instant")?,
             RangeResponse::Transition { retarget, domain, shaped } => {
                 let rule = if retarget == Retarget::Merge { "merge" } else { "restart" };
-                let curve = if shaped.is_none() { "power" } else { "shaped" };
+                let curve = if shaped { "shaped" } else { "power" };
                 let moved = if domain == Domain::FourthPower { " of T4" } else { "" };
                 write!(out, "transition{moved} ({rule}, {curve})")?;
             }
@@ -274,7 +274,7 @@ fn gather<T: Default + Send>(vertex_of_node: &[u32], value: impl Fn(usize) -> T 
 mod tests {
     use super::*;
     use crate::model::Part;
-    use crate::thermal::material::{Bulk, Function, Optics, Profile};
+    use crate::thermal::material::{Bulk, Function, Optics, Profile, Transition};
     use glam::{DMat4, DVec3};
 
     fn material(name: &str, sides: Sides, response: Response) -> Material {
@@ -345,7 +345,7 @@ mod tests {
         let (model, areas, materials) = model();
         let nodes = Nodes::new(&model, &areas, &materials);
         let kind = |response, both_sides| RangeKind { response, both_sides };
-        let moved = |retarget| RangeResponse::Transition { retarget, domain: Domain::Temperature, shaped: None };
+        let moved = |retarget| RangeResponse::Transition { retarget, domain: Domain::Temperature, shaped: false };
         let kinds: Vec<_> = nodes.ranges.iter().map(|range| range.kind).collect();
         let expected = [
             kind(RangeResponse::Instant, false),

@@ -114,7 +114,7 @@ impl Renderer {
         let passes = frames.iter().map(|frame| frame.passes().count()).max().unwrap_or(0) + found.passes().count();
         frames.push(found);
         let joints = data.joints.as_ref().map_or(1, |joints| joints.count);
-        let mut bindings = Bindings::new(context, data.shapes.clone(), joints, SLOTS);
+        let mut bindings = Bindings::new(context, joints, SLOTS);
         bindings.add(&resources, frames.iter().flat_map(Frame::passes))?;
         Ok(Self {
             ranges: data.ranges.clone(),

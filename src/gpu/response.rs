@@ -17,8 +17,7 @@ use crate::thermal::material::Transition;
 
 /// Nodes that the shader's workgroup takes: 64 invocations of four.
 const NODES: usize = 256;
-/// Steps of one dispatch. Some drivers silently end a loop after 65,535 turns in all, those of the search for a phase
-/// included.
+/// Steps of one dispatch: not so many that a driver takes it for one that hangs.
 const STEPS: usize = 128;
 
 /// A node that starts at rest, and what is commanded of it.
@@ -69,9 +68,9 @@ struct Device {
 impl Device {
     fn new(context: &Arc<Context>, transition: &Transition, runs: &[Run], nodes: usize) -> Result<Self, GpuError> {
         let shapes = Shapes::one(transition);
-        let (kind, curve) = curve(transition, 0);
+        let (kind, curve) = curve(transition);
         let mut material: layout::Material = bytemuck::Zeroable::zeroed();
-        material.set_transition(transition);
+        material.set_transition(transition, &shapes);
         let mut at_rest: Vec<f32> = runs.iter().map(|run| run.initial).collect();
         at_rest.resize(nodes, 0.0);
         let zeros = vec![0.0f32; nodes];
@@ -93,8 +92,8 @@ impl Device {
             resources.upload(&mut once, Resource::Shapes, &shapes.values)?;
         }
         resources.free_staging();
-        let list = lists::respond(ResponseVariant { kind, curve }, !shapes.values.is_empty(), (nodes / NODES) as u32);
-        let mut bindings = Bindings::new(context, shapes, 1, 1);
+        let list = lists::respond(ResponseVariant { kind, curve }, (nodes / NODES) as u32);
+        let mut bindings = Bindings::new(context, 1, 1);
         bindings.add(&resources, list.passes())?;
         Ok(Self { once, bindings, resources, list })
     }

@@ -25,15 +25,12 @@ pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
 /// Name and text of each file of `glsl/`.
 const TEXTS: &[(&str, &str)] = texts![
     "albedo.glsl" "balance.glsl" "band_table.glsl" "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp"
-    "merge_exponential.glsl" "merge_flow.glsl" "merge_power.glsl" "merge_turns.glsl" "network.glsl"
+    "network.glsl"
     "network_elimination.glsl" "network_fused.comp" "network_rows.glsl" "network_solve.comp" "network_types.glsl"
-    "network_wide.comp" "pace.glsl" "planck.glsl" "planet.glsl" "radiance.frag" "radiance.vert" "response.comp"
-    "shape.glsl" "shape_pieces.glsl" "shaped_transition.glsl" "solar_depth.vert" "solar_rays.comp"
+    "network_wide.comp" "planck.glsl" "planet.glsl" "radiance.frag" "radiance.vert" "response.comp"
+    "shaped_transition.glsl" "solar_depth.vert" "solar_rays.comp"
     "solar_visibility.comp" "solar_visibility.glsl" "thermal_step.comp" "transition.glsl" "types.glsl"
 ];
-
-/// What an entry point includes where the text of a scene's own functions goes.
-const FUNCTIONS: &str = "functions.glsl";
 
 /// A file of `glsl/`.
 pub(super) fn text_of(file: &str) -> &'static str {
@@ -47,14 +44,12 @@ pub struct Shader {
     pub entry: &'static str,
     /// What is in it, in small letters. The preprocessor knows each in capitals.
     pub words: Vec<&'static str>,
-    /// Text of a scene's own functions; empty where there are none.
-    pub functions: String,
 }
 
 impl Shader {
     /// An entry point with some words.
     pub fn new(entry: &'static str, words: Vec<&'static str>) -> Self {
-        Self { entry, words, functions: String::new() }
+        Self { entry, words }
     }
 
     /// The file's name, or its stem and the words: `thermal_step.merge.sun.albedo`.
@@ -79,7 +74,7 @@ impl Shader {
             return;
         }
         seen.push(file);
-        for line in if file == FUNCTIONS { &self.functions } else { text_of(file) }.lines() {
+        for line in text_of(file).lines() {
             match line.strip_prefix("#include \"").and_then(|rest| rest.strip_suffix('"')) {
                 Some(included) => self.expand(included, seen, text),
                 None => text.extend([line, "\n"]),

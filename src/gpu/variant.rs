@@ -23,21 +23,11 @@ pub enum StepKind {
 pub enum Curve {
     /// A power of the remaining time; also where there is no transition.
     Power,
-    /// Functions of the scene.
-    Shaped(Shaped),
-}
-
-/// The pair of functions of a transition, as far as it chooses a pipeline.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Shaped {
-    /// Number of the pair: the first of the scene's materials that has it.
-    pub number: u32,
-    /// Whether they move the fourth power of the temperature.
-    pub fourth_power: bool,
-    /// Whether one of them is read in pieces.
-    pub pieces: bool,
-    /// Whether the pace of the phase of one of them is, which a merge alone reads.
-    pub paced: bool,
+    /// Any function, in pieces.
+    Shaped {
+        /// Whether it moves the fourth power of the temperature.
+        fourth_power: bool,
+    },
 }
 
 /// One variant of the thermal step.
@@ -73,7 +63,7 @@ pub struct ResponseVariant {
 impl ResponseVariant {
     /// What is compiled.
     pub fn shader(&self) -> Shader {
-        let words = [self.kind.word()].into_iter().chain(self.curve.words());
+        let words = [self.kind.word()].into_iter().chain(self.curve.words().iter().copied());
         Shader::new("response.comp", words.collect())
     }
 }
@@ -142,9 +132,12 @@ impl StepKind {
 }
 
 impl Curve {
-    fn words(self) -> Vec<&'static str> {
-        let Self::Shaped(Shaped { fourth_power, pieces, paced, .. }) = self else { return Vec::new() };
-        present(&[(true, "shaped"), (fourth_power, "fourth_power"), (pieces || paced, "pieces")]).collect()
+    fn words(self) -> &'static [&'static str] {
+        match self {
+            Self::Power => &[],
+            Self::Shaped { fourth_power: false } => &["shaped"],
+            Self::Shaped { fourth_power: true } => &["shaped", "fourth_power"],
+        }
     }
 }
 
@@ -164,7 +157,7 @@ impl ThermalVariant {
             (self.shadow, "shadow"),
             (self.both_sides, "both_sides"),
         ];
-        let words = [self.kind.word()].into_iter().chain(self.curve.words()).chain(present(&switches));
+        let words = [self.kind.word()].into_iter().chain(self.curve.words().iter().copied()).chain(present(&switches));
         Shader::new("thermal_step.comp", words.collect())
     }
 

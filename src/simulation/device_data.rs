@@ -24,7 +24,7 @@ impl DeviceData {
         let table = RadianceTable::new(prepared.scene.band);
         let table = RadianceTableF32::new(&table, &BrightnessTable::new(&table));
         let shapes = Shapes::of(&prepared.materials);
-        let materials = prepared.materials.iter().map(device_material).collect();
+        let materials = prepared.materials.iter().map(|material| device_material(material, &shapes)).collect();
         Self { materials, shapes, band_table: band_table(&table) }
     }
 
@@ -57,7 +57,7 @@ impl DeviceData {
 }
 
 /// A material rounded to f32. Where only the outside exchanges heat, the back looks like the front.
-pub fn device_material(material: &Material) -> layout::Material {
+pub fn device_material(material: &Material, shapes: &Shapes) -> layout::Material {
     let back = back_optics(material);
     let mut device = layout::Material {
         absorptivity: material.front.absorptivity as f32,
@@ -67,7 +67,7 @@ pub fn device_material(material: &Material) -> layout::Material {
         ..bytemuck::Zeroable::zeroed()
     };
     if let Response::Transition(transition) = &material.response {
-        device.set_transition(transition);
+        device.set_transition(transition, shapes);
     }
     device
 }

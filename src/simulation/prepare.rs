@@ -163,9 +163,7 @@ impl Prepared {
         for range in &self.nodes.ranges {
             let material = &self.materials[self.nodes.group_material[range.first_group] as usize];
             let (kind, curve) = match (&material.response, range.kind.response) {
-                (Response::Transition(transition), RangeResponse::Transition { shaped, .. }) => {
-                    shapes::curve(transition, shaped.unwrap_or_default())
-                }
+                (Response::Transition(transition), RangeResponse::Transition { .. }) => shapes::curve(transition),
                 (Response::Network, _) => (StepKind::Absorb, Curve::Power),
                 _ => (StepKind::Instant, Curve::Power),
             };

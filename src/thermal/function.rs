@@ -7,36 +7,25 @@
 use std::fmt;
 use std::sync::Arc;
 
-pub mod cubics;
 mod error;
 mod expression;
-mod flow;
 mod measured;
-mod pace;
 pub mod parse;
-pub mod phase;
+pub mod pieces;
 mod polynomial;
 
-use cubics::Cubics;
 pub use error::FunctionError;
-pub use expression::glsl::literal;
-pub use expression::{EndPolynomial, Expression};
-use flow::Flow;
+pub use expression::Expression;
 pub use measured::{Measured, Sample};
-pub use pace::{HALF, Pace, WIDTH};
-pub use phase::Superposition;
+use pieces::Pieces;
 pub use polynomial::Polynomial;
 
 /// Largest rate of an exponential; the share that is left would leave the range of f64 beyond about 700.
 const MAX_EXPONENTIAL_RATE: f64 = 500.0;
-/// Rate of an exponential from which the device takes the closed form of its merge in place of its pace. That of
-/// a lower rate loses digits: on a saw of 500 K in 361 steps it is 7.5e-4 K off at a rate of 0.1.
-const CLOSED_FORM_RATE: f64 = 1.0;
 /// Largest rate of a logarithm: its start is 1e4 times as steep as its end.
 const MAX_LOGARITHMIC_RATE: f64 = 1e4;
-
-/// Points of a table beyond which the device reads its pieces from a buffer.
-pub const MAX_POINTS_WRITTEN_OUT: usize = 24;
+/// Shortest part of the time at the end, in which nothing is left of the way, that is taken for more than rounding.
+const SHORTEST_REST: f64 = 1e-6;
 
 /// The share of the way done as a function of the share of the time gone.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,17 +38,15 @@ pub enum Function {
     Shaped(Arc<Shape>),
 }
 
-/// A function that is no power, and where its relative rate turns.
+/// A function that is no power.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
     /// What it is.
     pub kind: Kind,
-    /// Extrema of the relative rate, as shares of the time left, rising; none where it grows throughout.
-    turns: Vec<f64>,
-    /// How fast the phase moves with the gap; none where the device must search for it, or has a closed form.
-    pace: Option<Pace>,
-    /// Pieces that the device reads where a table is too long to be written out.
-    cubics: Option<Cubics>,
+    /// Share of the time in which the way is done; below 1 where the function reaches its target early.
+    active: f64,
+    /// The function as a device evaluates it.
+    pieces: Pieces,
 }
 
 /// The kinds of function that are no power.
@@ -81,22 +68,6 @@ pub enum Kind {
     Table(Measured),
     /// GLSL text of s.
     Expression(Expression),
-}
-
-/// A function at one moment.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
-    /// Share of the way that is left: w = 1 - f.
-    pub left: f64,
-    /// How fast it falls: f' = df/ds, in spans over `t_max`.
-    pub rate: f64,
-}
-
-impl Point {
-    /// Relative rate f'/w, in 1 over `t_max`; infinite where nothing is left.
-    pub fn relative_rate(self) -> f64 {
-        if self.left > 0.0 { self.rate / self.left } else { f64::INFINITY }
-    }
 }
 
 impl Function {
@@ -152,23 +123,13 @@ impl Function {
     }
 
     fn shaped(kind: Kind) -> Result<Self, FunctionError> {
-        let long = matches!(&kind, Kind::Table(measured) if measured.len() > MAX_POINTS_WRITTEN_OUT);
-        let cubics = long.then(|| Cubics::new(&|r| kind.at(r)));
-        if let Some(Cubics { error, worst, .. }) = cubics
-            && error > cubics::LARGEST_ERROR
-        {
-            return Err(FunctionError::Sharp { function: kind.name(), s: worst, error });
+        let active = 1.0 - idle_share(&kind);
+        let pieces = Pieces::new(&|r| kind.remaining(1.0 - active + active * r));
+        if pieces.error > pieces::LARGEST_ERROR {
+            let s = active * pieces.worst;
+            return Err(FunctionError::Sharp { function: kind.name(), s, error: pieces.error });
         }
-        let turns = phase::turns(&kind);
-        let closed = matches!(kind, Kind::Exponential { rate } if rate >= CLOSED_FORM_RATE);
-        let pace = if !turns.is_empty() {
-            Some(Pace::limited(&kind))
-        } else if closed {
-            None
-        } else {
-            Flow::new(&kind).map(|flow| Pace::of_flow(&flow))
-        };
-        Ok(Self::Shaped(Arc::new(Shape { kind, turns, pace, cubics })))
+        Ok(Self::Shaped(Arc::new(Shape { kind, active, pieces })))
     }
 
     /// Name of the kind, as scene files write it.
@@ -189,18 +150,13 @@ impl Function {
         }
     }
 
-    /// Share of the way left and its rate when the share `r` of the time is left.
-    pub fn at(&self, r: f64) -> Point {
-        match self {
-            Self::Linear => Point { left: r, rate: 1.0 },
-            Self::Quadratic => Point { left: r * r, rate: 2.0 * r },
-            Self::Shaped(shape) => shape.kind.at(r),
-        }
-    }
-
     /// Share of the way left when the share `r` of the time is left.
     pub fn remaining(&self, r: f64) -> f64 {
-        self.at(r).left
+        match self {
+            Self::Linear => r,
+            Self::Quadratic => r * r,
+            Self::Shaped(shape) => shape.kind.remaining(r),
+        }
     }
 
     /// Share of the way done when the share `s` of the time is gone: f(s).
@@ -208,36 +164,20 @@ impl Function {
         1.0 - self.remaining(1.0 - s.clamp(0.0, 1.0))
     }
 
-    /// The share of the time left at which the transition goes on when its target moves (see [`phase`]). `r` is the
-    /// share of the time left.
-    pub fn merged_phase(&self, r: f64, sum: Superposition) -> f64 {
+    /// Share of the time in which the way is done; below 1 where the function reaches its target early.
+    pub fn active(&self) -> f64 {
         match self {
-            Self::Linear | Self::Quadratic => phase::merged_power(r, sum),
-            Self::Shaped(shape) => match shape.kind {
-                Kind::Exponential { rate } => phase::merged_exponential(rate, r, sum),
-                _ if !shape.turns.is_empty() && sum.change.abs() <= phase::STEP => {
-                    shape.pace.as_ref().map_or(r, |pace| pace.followed(r, -(-sum.change).ln_1p()))
-                }
-                _ => phase::merged(&shape.kind, &shape.turns, r, sum),
-            },
+            Self::Linear | Self::Quadratic => 1.0,
+            Self::Shaped(shape) => shape.active,
         }
     }
-}
 
-impl Shape {
-    /// Shares of the time left at which the relative rate has an extremum, rising.
-    pub fn turns(&self) -> &[f64] {
-        &self.turns
-    }
-
-    /// How fast the phase moves with the gap; `None` where the device must search for it, or has a closed form.
-    pub fn pace(&self) -> Option<&Pace> {
-        self.pace.as_ref()
-    }
-
-    /// The cubic pieces that the device reads, of a long table.
-    pub fn cubics(&self) -> Option<&Cubics> {
-        self.cubics.as_ref()
+    /// The function over the time in which the way is done, as a device evaluates it.
+    pub fn pieces(&self) -> Pieces {
+        match self {
+            Self::Linear | Self::Quadratic => Pieces::new(&|r| self.remaining(r)),
+            Self::Shaped(shape) => shape.pieces.clone(),
+        }
     }
 }
 
@@ -253,27 +193,31 @@ impl Kind {
         }
     }
 
-    /// Share of the way left and its rate when the share `r` of the time is left.
-    pub fn at(&self, r: f64) -> Point {
+    /// Share of the way left when the share `r` of the time is left.
+    pub fn remaining(&self, r: f64) -> f64 {
         match self {
-            Self::Polynomial(polynomial) => polynomial.at(r),
+            Self::Polynomial(polynomial) => polynomial.remaining(r),
             // e^-ks - e^-k = e^-ks (1 - e^-kr): no cancellation towards the end.
-            Self::Exponential { rate } => {
-                let scale = (-rate * (1.0 - r)).exp() / (-rate).exp_m1();
-                Point { left: scale * (-rate * r).exp_m1(), rate: -rate * scale }
-            }
+            Self::Exponential { rate } => (-rate * (1.0 - r)).exp() / (-rate).exp_m1() * (-rate * r).exp_m1(),
             // ln(1 + k) - ln(1 + ks) = -ln(1 - kr / (1 + k)), likewise.
-            Self::Logarithmic { rate } => {
-                let scale = 1.0 / rate.ln_1p();
-                Point {
-                    left: -scale * (-rate * r / (1.0 + rate)).ln_1p(),
-                    rate: scale * rate / (1.0 + rate * (1.0 - r)),
-                }
-            }
-            Self::Table(measured) => measured.at(r),
-            Self::Expression(expression) => expression.at(r),
+            Self::Logarithmic { rate } => -(-rate * r / (1.0 + rate)).ln_1p() / rate.ln_1p(),
+            Self::Table(measured) => measured.remaining(r),
+            Self::Expression(expression) => expression.remaining(r),
         }
     }
+}
+
+/// The share of the time at the end in which nothing is left of the way, by bisection.
+fn idle_share(kind: &Kind) -> f64 {
+    if !matches!(kind, Kind::Table(_) | Kind::Expression(_)) || kind.remaining(SHORTEST_REST) > 0.0 {
+        return 0.0;
+    }
+    let (mut none, mut some) = (SHORTEST_REST, 1.0);
+    while some - none > f64::EPSILON {
+        let middle = 0.5 * (none + some);
+        if kind.remaining(middle) > 0.0 { some = middle } else { none = middle }
+    }
+    none
 }
 
 fn check_rate(function: &'static str, rate: f64, largest: f64) -> Result<(), FunctionError> {

@@ -36,6 +36,19 @@ pub struct Profile {
     pub t_max_steps: f64,
 }
 
+impl Profile {
+    /// Time until nothing is left of the way [steps]; `t_max_steps` but for a function that reaches its target early.
+    pub fn duration(&self) -> f64 {
+        self.t_max_steps * self.function.active()
+    }
+
+    /// Share of the way left when the share `r` of the duration is left.
+    pub fn remaining(&self, r: f64) -> f64 {
+        let active = self.function.active();
+        self.function.remaining(1.0 - active + active * r)
+    }
+}
+
 /// What happens to a transition under way when its target moves (docs/numerics.md 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Retarget {
@@ -95,19 +108,6 @@ impl Transition {
         self.domain == Domain::Temperature
             && self.heating.function.power().is_some()
             && self.cooling.function.power().is_some()
-    }
-
-    /// Number of the first material that moves along the same functions as another, whatever their duration; `None`
-    /// for one without a transition, or along powers.
-    pub fn first_like(materials: &[Material], index: usize) -> Option<u32> {
-        let functions = |material: &Material| match &material.response {
-            Response::Transition(transition) if !transition.is_power() => {
-                Some((transition.heating.function.clone(), transition.cooling.function.clone(), transition.domain))
-            }
-            _ => None,
-        };
-        let wanted = functions(&materials[index])?;
-        materials.iter().position(|material| functions(material).as_ref() == Some(&wanted)).map(|first| first as u32)
     }
 }
 

@@ -166,7 +166,7 @@ impl LooseNodes {
     /// The nodes on a device, with `more` ranges beside their own.
     pub fn renderer(&self, context: &Arc<Context>, more: &[StepRange]) -> Renderer {
         let shapes = Shapes::of(&self.materials);
-        let materials: Vec<_> = self.materials.iter().map(device_material).collect();
+        let materials: Vec<_> = self.materials.iter().map(|material| device_material(material, &shapes)).collect();
         let data = SceneData {
             ranges: [&self.ranges, more].concat(),
             group_material: &self.group_material,

@@ -178,7 +178,8 @@ fn what_is_submitted_once_has_all_its_barriers() {
             each_barrier_is_needed(&[settle.clone(), tick.clone(), lists::download(resource)], 2);
         }
     }
-    let response = lists::respond(ResponseVariant { kind: StepKind::Merge, curve: Curve::Power }, true, 4);
+    let curve = Curve::Shaped { fourth_power: false };
+    let response = lists::respond(ResponseVariant { kind: StepKind::Merge, curve }, 4);
     each_barrier_is_needed(&[lists::upload(Resource::Target), response.clone(), response.clone(), response], 0);
     for kernel in [Kernel::Blackbody, Kernel::Brightness] {
         each_barrier_is_needed(&[lists::upload(Resource::BandTable), lists::radiation(kernel, 3)], 0);

@@ -91,7 +91,7 @@ impl Quads {
             normals: &padded(&self.normals),
             positions: &padded(&self.positions),
             triangles: &self.triangles,
-            materials: &self.materials.iter().map(device_material).collect::<Vec<_>>(),
+            materials: &self.materials.iter().map(|material| device_material(material, &shapes)).collect::<Vec<_>>(),
             shapes: &shapes,
             band_table: &band_table(&table),
             image: Some([camera.width, camera.height]),

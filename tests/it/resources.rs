@@ -8,10 +8,9 @@ use isotherm::gpu::lists;
 use isotherm::gpu::network::small_frame::{Unknowns, dispatched};
 use isotherm::gpu::pass::Kernel;
 use isotherm::gpu::resource::Resource;
-use isotherm::gpu::variant::Curve;
 
 use crate::network::barriers::lists_of_all_plans;
-use crate::shaders::{fused_variants, reflect, response_variants, thermal_variants};
+use crate::shaders::{CURVES, fused_variants, reflect, response_variants, thermal_variants};
 
 /// Name of the block of a variable. The compiler wraps what does not end in an array of any length.
 fn block_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> String {
@@ -26,14 +25,14 @@ fn block_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> String {
 fn all_lists() -> Vec<Frame> {
     let drawn = Wanted { image: true, cull: 9, temperatures: true };
     let mut all = vec![lists::radiation(Kernel::Blackbody, 1), lists::radiation(Kernel::Brightness, 1)];
-    for variant in thermal_variants(Curve::Power) {
+    for variant in CURVES.into_iter().flat_map(thermal_variants) {
         all.push(Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn));
         if variant.shadow {
             let range = [StepRange { variant, groups: (0, 64), joint: 0 }];
             all.extend([Method::Depth, Method::Exact].map(|method| Frame::shadows(&range, method)));
         }
     }
-    all.extend(response_variants(Curve::Power).into_iter().map(|variant| lists::respond(variant, false, 1)));
+    all.extend(CURVES.into_iter().flat_map(response_variants).map(|variant| lists::respond(variant, 1)));
     for variant in fused_variants() {
         for unknowns in [Unknowns::Arithmetic, Unknowns::Free] {
             all.extend([false, true].map(|odd| dispatched(variant, unknowns, odd)));
@@ -63,7 +62,6 @@ fn resources_are_bound_to_the_blocks_that_the_table_states() {
             }
         }
     }
-    // The kernels that read pieces of functions are compiled when a scene asks for them.
-    let wanted = Resource::ALL.iter().filter(|one| !one.row().blocks.is_empty() && **one != Resource::Shapes);
+    let wanted = Resource::ALL.iter().filter(|one| !one.row().blocks.is_empty());
     assert_eq!(bound, wanted.copied().collect());
 }

@@ -47,33 +47,52 @@ fn table(points: &[(f64, f64)]) -> Function {
     Function::table(&samples, None).expect("a good table")
 }
 
+/// A measured step response of so many rows whose rate wanders.
+fn noisy_table(rows: usize) -> Function {
+    let mut random = Random(rows as u64);
+    let mut temperature = 300.0;
+    let points: Vec<(f64, f64)> = (0..rows)
+        .map(|row| {
+            temperature -= if row == 0 { 0.0 } else { random.next().powi(3) * (-3.0 * row as f64 / rows as f64).exp() };
+            (row as f64, temperature)
+        })
+        .collect();
+    table(&points)
+}
+
 /// One of every kind, and what is awkward about each.
-fn functions() -> Vec<Function> {
+fn shaped() -> Vec<Function> {
     let good = |function: Result<Function, _>| function.expect("a good function");
-    vec![
-        Function::Linear,
-        Function::Quadratic,
+    let mut all = vec![
         good(Function::polynomial(&[0.0, 2.0, -1.0])),
         good(Function::polynomial(&[0.0, 0.0, 3.0, -2.0])),
-        good(Function::exponential(0.01)),
-        good(Function::exponential(0.1)),
-        good(Function::exponential(3.0)),
-        good(Function::exponential(9.0)),
-        good(Function::logarithmic(1.0)),
-        good(Function::logarithmic(2.0)),
-        good(Function::logarithmic(9.0)),
-        good(Function::logarithmic(100.0)),
-        table(&[(0.0, 300.0), (1.0, 280.0), (2.0, 261.0), (4.0, 235.0), (7.0, 211.0), (9.0, 203.0), (12.0, 200.0)]),
-        good(Function::expression("s*s*(3.0-2.0*s)")),
-        good(Function::expression("sin(1.5707963*s)")),
-        good(Function::expression("log(1.0 + s) / log(2.0)")),
-        good(Function::expression("mix(s, s*s, 0.5)")),
-        good(Function::expression("tanh(2.0*s)/tanh(2.0)")),
-        good(Function::expression("pow(s, 1.5)")),
-        good(Function::expression("(1.0-exp(-3.0*s))/(1.0-exp(-3.0))")),
-        good(Function::expression("1.0-pow(1.0-s, 2.5)")),
         good(Function::polynomial(&[0.0, 0.0, 0.0, 10.0, -15.0, 6.0])),
-    ]
+        table(&[(0.0, 300.0), (1.0, 280.0), (2.0, 261.0), (4.0, 235.0), (7.0, 211.0), (9.0, 203.0), (12.0, 200.0)]),
+        table(&[(0.0, 300.0), (1.0, 300.0), (1.1, 270.0), (5.0, 268.0), (5.1, 215.0), (8.0, 200.0), (10.0, 200.0)]),
+        noisy_table(11),
+        noisy_table(41),
+    ];
+    all.extend([0.01, 0.1, 3.0, 9.0, 20.0].map(|rate| good(Function::exponential(rate))));
+    all.extend([1.0, 1.75, 2.0, 9.0, 100.0].map(|rate| good(Function::logarithmic(rate))));
+    let texts = [
+        "s*s*(3.0-2.0*s)",
+        "smoothstep(0.0, 1.0, s)",
+        "sin(1.57079633*s)",
+        "1.0-acos(s)/1.57079633",
+        "1.0-acos(s*s)/1.57079633",
+        "log(1.0 + s) / log(2.0)",
+        "mix(s, s*s, 0.5)",
+        "tanh(2.0*s)/tanh(2.0)",
+        "pow(s, 1.5)",
+        "sqrt(s)",
+        "(1.0-exp(-3.0*s))/(1.0-exp(-3.0))",
+        "1.0-pow(1.0-s, 2.5)",
+        "s < 0.4 ? 1.6*s : 0.64 + 0.6*(s-0.4)",
+        "s < 0.123 ? 0.5*s : 0.0615 + 1.07012543*(s-0.123)",
+        "min(1.0, 2.0*s)",
+    ];
+    all.extend(texts.map(|text| good(Function::expression(text))));
+    all
 }
 
 /// Targets of the kinds that a node meets, each within a span [K]; `steps` of them.
@@ -172,24 +191,23 @@ fn check(functions: &[Function], domain: Domain, t_max: f64, steps: usize, [low,
 
 #[test]
 fn every_function_follows_its_twin_on_the_device() {
-    check(&functions(), Domain::Temperature, 100.0, 400, [2.7, 267.0], 5e-4);
-    check(&functions(), Domain::Temperature, 361.0, 700, [2.7, 500.0], 5e-4);
+    check(&shaped(), Domain::Temperature, 100.0, 400, [2.7, 302.7], 5e-3);
+    check(&shaped(), Domain::Temperature, 361.0, 700, [2.7, 302.7], 5e-3);
+    check(&shaped(), Domain::FourthPower, 100.0, 400, [150.0, 450.0], 5e-3);
 }
 
 #[test]
-fn functions_whose_relative_rate_turns_follow_their_twin_however_their_target_moves() {
-    let turns = |function: &Function| matches!(function, Function::Shaped(shape) if !shape.turns().is_empty());
-    let turning: Vec<Function> = functions().into_iter().filter(turns).collect();
-    assert_eq!(turning.len(), 4, "{turning:?}");
-    check(&turning, Domain::Temperature, 1000.0, 3000, [2.7, 400.0], 5e-4);
-    check(&turning, Domain::FourthPower, 100.0, 400, [150.0, 267.0], 5e-4);
-    check(&turning, Domain::FourthPower, 361.0, 700, [150.0, 500.0], 5e-4);
+fn every_function_follows_its_twin_over_long_transitions() {
+    check(&shaped(), Domain::Temperature, 1000.0, 3000, [2.7, 302.7], 5e-3);
+    check(&shaped(), Domain::FourthPower, 361.0, 700, [150.0, 450.0], 5e-3);
 }
 
 /// The tolerances that are stated for long transitions, and for the widest span of the paper.
 #[test]
 fn powers_follow_their_twin_however_long_they_take() {
     let powers = [Function::Linear, Function::Quadratic];
+    check(&powers, Domain::Temperature, 100.0, 400, [2.7, 267.0], 5e-4);
+    check(&powers, Domain::Temperature, 361.0, 700, [2.7, 500.0], 5e-4);
     check(&powers, Domain::Temperature, 1.0, 200, [2.7, 1000.0], 5e-4);
     check(&powers, Domain::Temperature, 37.5, 300, [2.7, 1000.0], 5e-4);
     check(&powers, Domain::Temperature, 1000.0, 3000, [2.7, 1000.0], 5e-4);

@@ -9,14 +9,15 @@ use isotherm::gpu::layout;
 use isotherm::gpu::pass::{Kernel, Pass, is_write};
 use isotherm::gpu::resource::Role;
 use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
-use isotherm::gpu::shapes::{self, Shapes};
 use isotherm::gpu::variant::{Curve, FusedKind, FusedVariant, ResponseVariant, StepKind, ThermalVariant};
 use isotherm::gpu::wide_variant::{WideKind, WideVariant};
-use isotherm::thermal::function::{Function, Sample};
-use isotherm::thermal::material::{Domain, Profile, Retarget, Transition};
 use naga::front::spv;
 
 use crate::device::validation_is_asked_for;
+
+/// How a transition can be evaluated.
+pub const CURVES: [Curve; 3] =
+    [Curve::Power, Curve::Shaped { fourth_power: false }, Curve::Shaped { fourth_power: true }];
 
 /// Every variant of a curve that a scene can ask for.
 pub fn thermal_variants(curve: Curve) -> Vec<ThermalVariant> {
@@ -75,12 +76,14 @@ pub fn fused_variants() -> Vec<FusedVariant> {
     kinds.into_iter().flat_map(|kind| FusedVariant::LANES.map(|lanes| FusedVariant { kind, lanes })).collect()
 }
 
-/// Every shader that a scene can ask for whose functions are powers.
+/// Every shader that a scene can ask for.
 fn all_shaders() -> Vec<Shader> {
     let mut all: Vec<_> = ENTRY_POINTS.iter().map(|(entry, _)| Shader::new(entry, Vec::new())).collect();
     all.push(Shader::new("solar_rays.comp", vec!["first"]));
-    all.extend(thermal_variants(Curve::Power).iter().map(ThermalVariant::shader));
-    all.extend(response_variants(Curve::Power).iter().map(ResponseVariant::shader));
+    for curve in CURVES {
+        all.extend(thermal_variants(curve).iter().map(ThermalVariant::shader));
+        all.extend(response_variants(curve).iter().map(ResponseVariant::shader));
+    }
     all.extend(fused_variants().iter().map(FusedVariant::shader));
     all.extend(wide_variants().iter().map(WideVariant::shader));
     all
@@ -247,45 +250,10 @@ fn declared(pass: &Pass) -> BTreeMap<u32, (bool, bool)> {
 
 #[test]
 fn passes_declare_what_their_shaders_touch() {
-    for variant in thermal_variants(Curve::Power) {
+    for variant in CURVES.into_iter().flat_map(thermal_variants) {
         let frame = Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], Wanted::default());
         let pass = frame.passes().next().expect("one thermal pass");
         assert_eq!(declared(pass), bindings_of(&variant.shader()), "{}", pass.name);
-    }
-    let table = |points: i32| {
-        let samples: Vec<_> =
-            (0..points).map(|i| Sample { time: f64::from(i), temperature: f64::from(300 - i * i) }).collect();
-        Function::table(&samples, None).expect("a good table")
-    };
-    let expression = Function::expression("s < 0.4 ? 1.6*s : 0.4 + 0.6*s").expect("a good expression");
-    // A merge reads the paces of what is no power; under either rule a long table is read in pieces.
-    let power = Function::expression("s*(2.0-s)").expect("a good expression");
-    for (heating, cooling, [merge, restart]) in [
-        (expression.clone(), table(9), [true, false]),
-        (expression, Function::Linear, [true, false]),
-        (table(90), table(9), [true, true]),
-        (power, Function::Linear, [false, false]),
-    ] {
-        let profile = |function| Profile { function, t_max_steps: 9.0 };
-        let (heating, cooling) = (profile(heating), profile(cooling));
-        for (domain, retarget, pieces) in [
-            (Domain::Temperature, Retarget::Merge, merge),
-            (Domain::FourthPower, Retarget::Merge, merge),
-            (Domain::Temperature, Retarget::Restart, restart),
-        ] {
-            let (heating, cooling) = (heating.clone(), cooling.clone());
-            let transition = Transition { heating, cooling, retarget, domain };
-            let shapes = Shapes::one(&transition);
-            let (kind, curve) = shapes::curve(&transition, 0);
-            assert_eq!(pieces, !shapes.values.is_empty(), "{transition:?}");
-            let asked = |variant: &ThermalVariant| variant.kind == kind || variant.kind == StepKind::Advance;
-            for variant in thermal_variants(curve).into_iter().filter(asked) {
-                let frame = Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], Wanted::default());
-                let pass = frame.passes().next().expect("one thermal pass");
-                let shader = Shader { functions: shapes.text(curve).to_owned(), ..variant.shader() };
-                assert_eq!(declared(pass), bindings_of(&shader), "{}", pass.name);
-            }
-        }
     }
     let plain = |entry| Shader::new(entry, Vec::new());
     let frame = Frame::step(&[], Wanted { image: true, cull: 9, temperatures: false });

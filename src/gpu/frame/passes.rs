@@ -108,12 +108,7 @@ pub(super) fn thermal_pass(range: StepRange) -> Pass {
     bind(moves, 10, Resource::Elapsed, &[COMPUTE_READ, COMPUTE_WRITE]);
     bind(true, 11, Resource::Temperature, &[COMPUTE_WRITE]);
     bind(variant.shadow, 13, Resource::Visibility, &[COMPUTE_READ]);
-    bind(
-        moves && matches!(variant.curve, Curve::Shaped(shaped) if shaped.pieces || shaped.paced && commands),
-        12,
-        Resource::Shapes,
-        &[COMPUTE_READ],
-    );
+    bind(moves && variant.curve != Curve::Power, 12, Resource::Shapes, &[COMPUTE_READ]);
     let work = over(Kernel::Thermal(variant), groups, RANGE_GROUPS as u32, Said::Nothing);
     Pass { name: variant.shader().name(), work, accesses }
 }

@@ -55,18 +55,18 @@ pub enum FunctionError {
         /// Its rate there.
         rate: f64,
     },
-    /// A function that is not finite, or whose rate is not.
-    #[error("{function}: {what} at s = {s:.6}: both f and its rate must be finite on [0, 1], without a jump")]
+    /// A function that is not finite, or jumps.
+    #[error("{function}: {what} at s = {s:.6}: f must be finite on [0, 1], without a jump")]
     NotFinite {
         /// Kind of the function.
         function: &'static str,
-        /// What is not finite.
+        /// What is wrong.
         what: &'static str,
         /// Where.
         s: f64,
     },
     /// A function that changes faster than the device's pieces follow.
-    #[error("{function}: changes too fast near s = {s:.6} (its {pieces} pieces err by {error:.1e})", pieces = super::cubics::CELLS)]
+    #[error("{function}: changes too fast near s = {s:.6} (its {pieces} pieces err by {error:.1e})", pieces = 2 * super::pieces::MOST)]
     Sharp {
         /// Kind of the function.
         function: &'static str,

@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use super::{FunctionError, Point};
+use super::FunctionError;
 
 /// A measured temperature.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,19 +115,7 @@ impl Measured {
         &self.r
     }
 
-    /// Coefficients of each piece from the end of the way to its start, in powers of r less the piece's lower border.
-    pub fn pieces(&self) -> Vec<[f64; 4]> {
-        (1..self.r.len())
-            .map(|i| {
-                let width = self.r[i] - self.r[i - 1];
-                let (w0, m0, m1) = (self.left[i - 1], self.slope[i - 1], self.slope[i]);
-                let mean = (self.left[i] - w0) / width;
-                [w0, m0, (3.0 * mean - 2.0 * m0 - m1) / width, (m0 + m1 - 2.0 * mean) / (width * width)]
-            })
-            .collect()
-    }
-
-    pub(super) fn at(&self, r: f64) -> Point {
+    pub(super) fn remaining(&self, r: f64) -> f64 {
         let i = self.r.partition_point(|knot| *knot <= r).clamp(1, self.r.len() - 1) - 1;
         let width = self.r[i + 1] - self.r[i];
         let t = (r - self.r[i]) / width;
@@ -136,9 +124,7 @@ impl Measured {
         let step = w1 - w0;
         // w0 + t (m0 + t (c2 + t c3)), exact at both ends to rounding.
         let (c2, c3) = (3.0 * step - 2.0 * m0 - m1, m0 + m1 - 2.0 * step);
-        let left = w0 + t * (m0 + t * (c2 + t * c3));
-        let rate = (m0 + t * (2.0 * c2 + t * 3.0 * c3)) / width;
-        Point { left: left.clamp(w0, w1), rate: rate.max(0.0) }
+        (w0 + t * (m0 + t * (c2 + t * c3))).clamp(w0, w1)
     }
 }
 

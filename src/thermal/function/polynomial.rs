@@ -1,6 +1,6 @@
 //! A response function that is a polynomial of any degree, proved to rise from 0 to 1.
 
-use super::{FunctionError, Point};
+use super::FunctionError;
 
 /// How far the ends may miss 0 and 1; the sum is then scaled to meet them.
 const END_TOLERANCE: f64 = 1e-6;
@@ -19,8 +19,6 @@ pub struct Polynomial {
     coefficients: Vec<f64>,
     /// Coefficients of w in powers of r = 1 - s, the first of them 0: exact at the end.
     left: Vec<f64>,
-    /// Coefficients of -dw/ds = dw/dr in powers of r.
-    rate: Vec<f64>,
 }
 
 impl Polynomial {
@@ -46,19 +44,19 @@ impl Polynomial {
         for c in &mut left {
             *c /= start;
         }
-        let polynomial = Self { coefficients: coefficients.to_vec(), rate: derivative(&left), left };
-
-        let scale = polynomial.rate.iter().fold(0.0f64, |scale, c| scale.max(c.abs()));
-        let turns = roots(&derivative(&polynomial.rate));
+        let polynomial = Self { coefficients: coefficients.to_vec(), left };
+        let rates = derivative(&polynomial.left);
+        let scale = rates.iter().fold(0.0f64, |scale, c| scale.max(c.abs()));
+        let turns = roots(&derivative(&rates));
         for r in [1.0, 0.0].into_iter().chain(turns) {
-            let Point { left, rate } = polynomial.exact(r);
+            let (left, rate) = (horner(&polynomial.left, r), horner(&rates, r));
             if rate < -RATE_TOLERANCE * scale {
                 return Err(FunctionError::Falls { function, s: 1.0 - r, value: 1.0 - left, rate });
             }
         }
         for step in 0..=64 {
             let s = f64::from(step) / 64.0;
-            let found = polynomial.exact(1.0 - s).left;
+            let found = horner(&polynomial.left, 1.0 - s);
             if (1.0 - found - horner(coefficients, s)).abs() > CANCELLATION + 2.0 * END_TOLERANCE {
                 return Err(FunctionError::Cancels { s });
             }
@@ -71,25 +69,8 @@ impl Polynomial {
         &self.coefficients
     }
 
-    /// Coefficients of the powers of r = 1 - s of what is left; the first is 0.
-    pub fn left(&self) -> &[f64] {
-        &self.left
-    }
-
-    /// Coefficients of the powers of s of what is done; the first is 0.
-    pub fn done(&self) -> Vec<f64> {
-        let mut done: Vec<f64> = about_the_end(&self.left).into_iter().map(|c| -c).collect();
-        done[0] = 0.0;
-        done
-    }
-
-    pub(super) fn at(&self, r: f64) -> Point {
-        let Point { left, rate } = self.exact(r);
-        Point { left: left.clamp(0.0, 1.0), rate: rate.max(0.0) }
-    }
-
-    fn exact(&self, r: f64) -> Point {
-        Point { left: horner(&self.left, r), rate: horner(&self.rate, r) }
+    pub(super) fn remaining(&self, r: f64) -> f64 {
+        horner(&self.left, r).clamp(0.0, 1.0)
     }
 }
 
@@ -202,7 +183,7 @@ mod tests {
         }
         let polynomial = Polynomial::new(&c).unwrap();
         for r in [0.9, 0.5, 0.2] {
-            assert!((polynomial.at(r).left - r.powi(12)).abs() < 1e-12 * r, "{r}: {}", polynomial.at(r).left);
+            assert!((polynomial.remaining(r) - r.powi(12)).abs() < 1e-12 * r, "{r}: {}", polynomial.remaining(r));
         }
     }
 }

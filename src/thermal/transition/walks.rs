@@ -11,7 +11,7 @@ const STEPS: usize = 100_000;
 const WALK: usize = 500;
 
 /// Numbers in [0, 1) that are the same in every run (splitmix64).
-struct Random(u64);
+pub(super) struct Random(pub u64);
 
 impl Random {
     fn next(&mut self) -> f64 {
@@ -22,7 +22,7 @@ impl Random {
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.next()
     }
 
@@ -129,4 +129,34 @@ fn walks_fail_with_wrong_rules() {
             assert!(found, "{function}: {name}");
         }
     }
+}
+
+/// How far a jitter of 1e-6 K moves T over as many steps of a function, whose target moves on every few hundred [K].
+fn shaken(function: &Function, retarget: Retarget) -> f64 {
+    let mut random = Random(3);
+    let profile = Profile { function: function.clone(), t_max_steps: 361.0 };
+    let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain: Domain::Temperature };
+    let settled = TransitionState::settled(200.0, &transition);
+    let (mut still, mut jittered) = (settled, settled);
+    let (mut target, mut worst) = (200.0, 0.0f64);
+    for step in 0..STEPS {
+        if step % 300 == 0 {
+            target = random.between(2.7, 400.0);
+        }
+        let (a, b);
+        (still, a) = transition_step(still, target, 1.0, &transition);
+        (jittered, b) = transition_step(jittered, target + random.between(-1e-6, 1e-6), 1.0, &transition);
+        worst = worst.max((a - b).abs());
+    }
+    worst
+}
+
+#[test]
+fn a_jitter_of_the_target_cancels_over_a_hundred_thousand_steps_of_every_function() {
+    for function in functions() {
+        let moved = shaken(&function, Retarget::Merge);
+        assert!(moved < 5e-5, "{function}: {moved:.1e} K");
+    }
+    let restarted = shaken(&Function::Quadratic, Retarget::Restart);
+    assert!(restarted > 10.0, "a rule that starts afresh shows: {restarted} K");
 }

@@ -1,4 +1,4 @@
-//! The operations that naga made of an expression's text, in order, evaluated with their derivatives.
+//! The operations that naga made of an expression's text, in order, evaluated in f64.
 
 use std::collections::HashMap;
 
@@ -6,7 +6,6 @@ use naga::front::glsl;
 use naga::{Handle, MathFunction};
 
 use super::MAX_OPERATIONS;
-use super::dual::{Dual, Unary};
 
 /// Name of the GLSL function whose body the text is.
 const FUNCTION: &str = "isotherm_share_done";
@@ -14,15 +13,15 @@ const FUNCTION: &str = "isotherm_share_done";
 const MAX_TEXT: usize = 2000;
 
 /// Place of a number that an operation leaves.
-pub(super) type Slot = usize;
+type Slot = usize;
 
 /// What leaves a number in a slot.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Operation {
+#[derive(Debug, Clone)]
+enum Operation {
     Constant(f64),
     Argument,
     Load(usize),
-    Call(Unary, Slot),
+    Call(Call, Slot),
     Negate(Slot),
     Not(Slot),
     Binary(Binary, Slot, Slot),
@@ -34,9 +33,12 @@ pub(super) enum Operation {
     Same(Slot),
 }
 
+/// A function of one number.
+type Call = fn(f64) -> f64;
+
 /// Operations on two numbers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Binary {
+#[derive(Debug, Clone, Copy)]
+enum Binary {
     Add,
     Subtract,
     Multiply,
@@ -56,8 +58,8 @@ pub(super) enum Binary {
 }
 
 /// A step of a program.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Statement {
+#[derive(Debug, Clone)]
+enum Statement {
     Set(Slot, Operation),
     Store(usize, Slot),
     If(Slot, Vec<Statement>, Vec<Statement>),
@@ -65,11 +67,11 @@ pub(super) enum Statement {
 }
 
 /// A compiled expression.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Program {
-    pub(super) body: Vec<Statement>,
-    pub(super) slots: usize,
-    pub(super) locals: usize,
+    body: Vec<Statement>,
+    slots: usize,
+    locals: usize,
     operations: usize,
 }
 
@@ -81,12 +83,8 @@ impl Program {
     pub fn compile(text: &str) -> Result<Self, String> {
         check_text(text)?;
         // On a line of its own, so that naga's messages show the text and nothing of ours.
-        Self::compile_body(&format!("return float(\n{text}\n);"))
-    }
-
-    /// Compiles the statements of a GLSL function of `s`.
-    pub(super) fn compile_body(body: &str) -> Result<Self, String> {
-        let source = format!("#version 450\nfloat {FUNCTION}(float s) {{ {body} }}\nvoid main() {{}}\n");
+        let source =
+            format!("#version 450\nfloat {FUNCTION}(float s) {{ return float(\n{text}\n); }}\nvoid main() {{}}\n");
         let options = glsl::Options::from(naga::ShaderStage::Compute);
         let module = glsl::Frontend::default().parse(&options, &source).map_err(|errors| {
             let messages: Vec<String> = errors.errors.iter().map(|error| error.kind.to_string()).collect();
@@ -105,22 +103,20 @@ impl Program {
         self.operations
     }
 
-    /// Value and derivative at s.
-    pub fn run(&self, s: f64) -> Dual {
-        let mut slots = vec![Dual::constant(0.0); self.slots];
-        let mut locals = vec![Dual::constant(0.0); self.locals];
-        let argument = Dual { value: s, rate: 1.0 };
-        run(&self.body, argument, &mut slots, &mut locals).unwrap_or(Dual::constant(f64::NAN))
+    /// Value at s.
+    pub fn run(&self, s: f64) -> f64 {
+        let (mut slots, mut locals) = (vec![0.0; self.slots], vec![0.0; self.locals]);
+        run(&self.body, s, &mut slots, &mut locals).unwrap_or(f64::NAN)
     }
 }
 
-fn run(body: &[Statement], s: Dual, slots: &mut [Dual], locals: &mut [Dual]) -> Option<Dual> {
+fn run(body: &[Statement], s: f64, slots: &mut [f64], locals: &mut [f64]) -> Option<f64> {
     for statement in body {
         match statement {
             Statement::Set(slot, operation) => slots[*slot] = evaluate(operation, s, slots, locals),
             Statement::Store(local, slot) => locals[*local] = slots[*slot],
             Statement::If(condition, accept, reject) => {
-                let taken = if slots[*condition].is_true() { accept } else { reject };
+                let taken = if slots[*condition] != 0.0 { accept } else { reject };
                 if let Some(value) = run(taken, s, slots, locals) {
                     return Some(value);
                 }
@@ -131,19 +127,24 @@ fn run(body: &[Statement], s: Dual, slots: &mut [Dual], locals: &mut [Dual]) -> 
     None
 }
 
-fn evaluate(operation: &Operation, s: Dual, slots: &[Dual], locals: &[Dual]) -> Dual {
+/// True and false are 1 and 0.
+fn evaluate(operation: &Operation, s: f64, slots: &[f64], locals: &[f64]) -> f64 {
+    let truth = |value: bool| f64::from(u8::from(value));
     match *operation {
-        Operation::Constant(value) => Dual::constant(value),
+        Operation::Constant(value) => value,
         Operation::Argument => s,
         Operation::Load(local) => locals[local],
-        Operation::Call(name, x) => slots[x].call(name),
+        Operation::Call(function, x) => function(slots[x]),
         Operation::Negate(x) => -slots[x],
-        Operation::Not(x) => Dual::truth(!slots[x].is_true()),
+        Operation::Not(x) => truth(slots[x] == 0.0),
         Operation::Clamp(x, low, high) => slots[x].max(slots[low]).min(slots[high]),
-        Operation::Mix(x, y, share) => slots[x].mix(slots[y], slots[share]),
-        Operation::SmoothStep(low, high, x) => Dual::smoothstep(slots[low], slots[high], slots[x]),
+        Operation::Mix(x, y, share) => slots[x] * (1.0 - slots[share]) + slots[y] * slots[share],
+        Operation::SmoothStep(low, high, x) => {
+            let t = ((slots[x] - slots[low]) / (slots[high] - slots[low])).clamp(0.0, 1.0);
+            t * t * (3.0 - 2.0 * t)
+        }
         Operation::MultiplyAdd(x, y, z) => slots[x] * slots[y] + slots[z],
-        Operation::Select(condition, accept, reject) => slots[if slots[condition].is_true() { accept } else { reject }],
+        Operation::Select(condition, accept, reject) => slots[if slots[condition] != 0.0 { accept } else { reject }],
         Operation::Same(x) => slots[x],
         Operation::Binary(name, x, y) => {
             let (x, y) = (slots[x], slots[y]);
@@ -152,17 +153,36 @@ fn evaluate(operation: &Operation, s: Dual, slots: &[Dual], locals: &[Dual]) -> 
                 Binary::Subtract => x - y,
                 Binary::Multiply => x * y,
                 Binary::Divide => x / y,
-                Binary::Remainder => x.remainder(y),
-                Binary::Equal => Dual::truth(x.value == y.value),
-                Binary::NotEqual => Dual::truth(x.value != y.value),
-                Binary::Less => Dual::truth(x.value < y.value),
-                Binary::LessEqual => Dual::truth(x.value <= y.value),
-                Binary::And => Dual::truth(x.is_true() && y.is_true()),
-                Binary::Or => Dual::truth(x.is_true() || y.is_true()),
-                Binary::Pow => x.pow(y),
-                Binary::Min => x.min(y),
-                Binary::Max => x.max(y),
-                Binary::Step => Dual::step(x, y),
+                Binary::Remainder => x - y * (x / y).trunc(),
+                Binary::Equal => truth(x == y),
+                Binary::NotEqual => truth(x != y),
+                Binary::Less => truth(x < y),
+                Binary::LessEqual => truth(x <= y),
+                Binary::And => truth(x != 0.0 && y != 0.0),
+                Binary::Or => truth(x != 0.0 || y != 0.0),
+                // As GLSL has it: for x of 0 or above.
+                Binary::Pow => {
+                    if x < 0.0 {
+                        f64::NAN
+                    } else {
+                        x.powf(y)
+                    }
+                }
+                Binary::Min => {
+                    if y < x {
+                        y
+                    } else {
+                        x
+                    }
+                }
+                Binary::Max => {
+                    if y > x {
+                        y
+                    } else {
+                        x
+                    }
+                }
+                Binary::Step => truth(y >= x),
                 Binary::Atan2 => x.atan2(y),
             }
         }
@@ -345,8 +365,8 @@ impl Reader<'_> {
     ) -> Result<Operation, String> {
         let x = self.slot(arg)?;
         let wrong = || format!("calls {fun:?}, which is no function of single numbers");
-        if let Some(unary) = unary(fun) {
-            return Ok(Operation::Call(unary, x));
+        if let Some(call) = call(fun) {
+            return Ok(Operation::Call(call, x));
         }
         let y = self.slot(arg1.ok_or_else(wrong)?)?;
         let name = match fun {
@@ -371,36 +391,36 @@ impl Reader<'_> {
     }
 }
 
-fn unary(fun: MathFunction) -> Option<Unary> {
+fn call(fun: MathFunction) -> Option<Call> {
     Some(match fun {
-        MathFunction::Abs => Unary::Abs,
-        MathFunction::Sign => Unary::Sign,
-        MathFunction::Floor => Unary::Floor,
-        MathFunction::Ceil => Unary::Ceil,
-        MathFunction::Round => Unary::Round,
-        MathFunction::Trunc => Unary::Trunc,
-        MathFunction::Fract => Unary::Fract,
-        MathFunction::Saturate => Unary::Saturate,
-        MathFunction::Radians => Unary::Radians,
-        MathFunction::Degrees => Unary::Degrees,
-        MathFunction::Sin => Unary::Sin,
-        MathFunction::Cos => Unary::Cos,
-        MathFunction::Tan => Unary::Tan,
-        MathFunction::Asin => Unary::Asin,
-        MathFunction::Acos => Unary::Acos,
-        MathFunction::Atan => Unary::Atan,
-        MathFunction::Sinh => Unary::Sinh,
-        MathFunction::Cosh => Unary::Cosh,
-        MathFunction::Tanh => Unary::Tanh,
-        MathFunction::Asinh => Unary::Asinh,
-        MathFunction::Acosh => Unary::Acosh,
-        MathFunction::Atanh => Unary::Atanh,
-        MathFunction::Exp => Unary::Exp,
-        MathFunction::Exp2 => Unary::Exp2,
-        MathFunction::Log => Unary::Log,
-        MathFunction::Log2 => Unary::Log2,
-        MathFunction::Sqrt => Unary::Sqrt,
-        MathFunction::InverseSqrt => Unary::InverseSqrt,
+        MathFunction::Abs => f64::abs,
+        MathFunction::Sign => |x| if x == 0.0 { 0.0 } else { x.signum() },
+        MathFunction::Floor => f64::floor,
+        MathFunction::Ceil => f64::ceil,
+        MathFunction::Round => f64::round_ties_even,
+        MathFunction::Trunc => f64::trunc,
+        MathFunction::Fract => |x| x - x.floor(),
+        MathFunction::Saturate => |x| x.clamp(0.0, 1.0),
+        MathFunction::Radians => f64::to_radians,
+        MathFunction::Degrees => f64::to_degrees,
+        MathFunction::Sin => f64::sin,
+        MathFunction::Cos => f64::cos,
+        MathFunction::Tan => f64::tan,
+        MathFunction::Asin => f64::asin,
+        MathFunction::Acos => f64::acos,
+        MathFunction::Atan => f64::atan,
+        MathFunction::Sinh => f64::sinh,
+        MathFunction::Cosh => f64::cosh,
+        MathFunction::Tanh => f64::tanh,
+        MathFunction::Asinh => f64::asinh,
+        MathFunction::Acosh => f64::acosh,
+        MathFunction::Atanh => f64::atanh,
+        MathFunction::Exp => f64::exp,
+        MathFunction::Exp2 => f64::exp2,
+        MathFunction::Log => f64::ln,
+        MathFunction::Log2 => f64::log2,
+        MathFunction::Sqrt => f64::sqrt,
+        MathFunction::InverseSqrt => |x| 1.0 / x.sqrt(),
         _ => return None,
     })
 }

@@ -1,0 +1,212 @@
+//! A response function as a device evaluates it: cubic pieces, of one form for every kind of function.
+//!
+//! The pieces are of equal width in the root v of the distance to the nearer end of the time, so they are the narrower the
+//! nearer they are to an end: a function that starts or ends as a power of 1/2 or more is smooth in v. Those of the first half
+//! of the time hold what is done, those of the second half what is left, so that the smaller of the two is exact. A
+//! piece that holds a corner of the function is two straight lines. No piece falls, so no transition turns back.
+
+/// Fewest pieces from either end.
+pub const FEWEST: usize = 2048;
+/// Most pieces from either end.
+pub const MOST: usize = FEWEST << 5;
+/// Error of the share done beyond which a function is too sharp for its pieces: 3 mK of 300 K.
+pub const LARGEST_ERROR: f64 = 1e-5;
+/// Error of the share done above which more pieces are taken.
+const SMALL_ERROR: f64 = 1e-6;
+/// Added to the place of a corner in the last coefficient of its piece. That of a cubic is far smaller.
+pub const CORNER: f64 = 16.0;
+
+/// Error that is good enough not to look for a corner.
+const GOOD: f64 = 1e-8;
+/// Places in a piece where its error is looked at.
+const LOOKED_AT: [f64; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
+
+/// The pieces, and how far they are from the function.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pieces {
+    /// From the start outwards, then from the end outwards: coefficients of the powers of the place in [0, 1) of a cubic; or,
+    /// of two lines, the value at 0, the first slope, how much steeper the second is, and their border + [`CORNER`].
+    pub cells: Vec<[f32; 4]>,
+    /// Largest error of the share done.
+    pub error: f64,
+    /// Share of the time gone where it is.
+    pub worst: f64,
+}
+
+impl Pieces {
+    /// Of a function, given by what is left of the way when a share of the time is left.
+    pub fn new(remaining: &dyn Fn(f64) -> f64) -> Self {
+        let mut half = FEWEST;
+        loop {
+            let pieces = Self::with(half, remaining);
+            if pieces.error < SMALL_ERROR || half == MOST {
+                return pieces;
+            }
+            half *= 2;
+        }
+    }
+
+    fn with(half: usize, remaining: &dyn Fn(f64) -> f64) -> Self {
+        let mut pieces = Self { cells: Vec::with_capacity(2 * half), error: 0.0, worst: 0.0 };
+        for start in [true, false] {
+            let distance = |place: f64| (0.5 * (place / half as f64).powi(2)).min(0.5);
+            let value = |place: f64| match distance(place) {
+                s if start => 1.0 - remaining(1.0 - s),
+                r => remaining(r),
+            };
+            for number in 0..half {
+                let (cell, error) = piece(&|t| value(number as f64 + t));
+                if error > pieces.error {
+                    let near = distance(number as f64 + 0.5);
+                    (pieces.error, pieces.worst) = (error, if start { near } else { 1.0 - near });
+                }
+                pieces.cells.push(cell.map(|c| c as f32));
+            }
+        }
+        pieces
+    }
+
+    /// What is left of the way when the share `r` of the time is left, as the pieces have it.
+    pub fn remaining(&self, r: f64) -> f64 {
+        let half = self.cells.len() / 2;
+        let start = 1.0 - r < r;
+        let place = (2.0 * r.min(1.0 - r)).sqrt() * half as f64;
+        let number = (place as usize).min(half - 1);
+        let cell = self.cells[number + if start { 0 } else { half }].map(f64::from);
+        let small = evaluated(cell, place - number as f64);
+        if start { 1.0 - small } else { small }
+    }
+}
+
+fn evaluated([c0, c1, c2, c3]: [f64; 4], t: f64) -> f64 {
+    if c3 > 0.5 * CORNER { c0 + t * c1 + c2 * (t - (c3 - CORNER)).max(0.0) } else { c0 + t * (c1 + t * (c2 + t * c3)) }
+}
+
+/// The piece that follows a function from 0 to 1 best, and its error.
+fn piece(value: &dyn Fn(f64) -> f64) -> ([f64; 4], f64) {
+    let exact = LOOKED_AT.map(|t| (t, value(t)));
+    let error = |cell: [f64; 4]| exact.iter().map(|(t, v)| (evaluated(cell, *t) - v).abs()).fold(0.0, f64::max);
+    let ends = [value(0.0), value(1.0)];
+    let cubic = through([ends[0], value(1.0 / 3.0), value(2.0 / 3.0), ends[1]]);
+    let mut best = (cubic, if falls(cubic) { f64::INFINITY } else { error(cubic) });
+    if best.1 > GOOD {
+        let corner = corner(value);
+        for border in [corner, 0.5] {
+            let cell = lines(ends, border, value(border));
+            if error(cell) < best.1 {
+                best = (cell, error(cell));
+            }
+        }
+    }
+    best
+}
+
+/// The cubic through values at 0, 1/3, 2/3 and 1.
+fn through([v, a, b, c]: [f64; 4]) -> [f64; 4] {
+    let (a, b, c) = (a - v, b - v, c - v);
+    [v, 9.0 * a - 4.5 * b + c, 4.5 * (4.0 * b - 5.0 * a - c), 4.5 * (3.0 * (a - b) + c)]
+}
+
+/// Whether a cubic falls anywhere from 0 to 1.
+fn falls([_, c1, c2, c3]: [f64; 4]) -> bool {
+    let slope = |t: f64| c1 + t * (2.0 * c2 + 3.0 * t * c3);
+    let turn = -c2 / (3.0 * c3);
+    slope(0.0) < 0.0 || slope(1.0) < 0.0 || (turn > 0.0 && turn < 1.0 && slope(turn) < 0.0)
+}
+
+/// Two lines from one end to the other that meet on a border.
+fn lines([first, last]: [f64; 2], border: f64, there: f64) -> [f64; 4] {
+    let (before, after) = ((there - first) / border, (last - there) / (1.0 - border));
+    [first, before, after - before, border + CORNER]
+}
+
+/// Where a function bends most, by search of the interval in which its middle is farthest from the line through its ends.
+fn corner(value: &dyn Fn(f64) -> f64) -> f64 {
+    let (mut low, mut width) = (0.0, 1.0);
+    while width > 1e-6 {
+        let v = [0.0, 0.25, 0.5, 0.75, 1.0].map(|t| value(low + t * width));
+        let bend = |i: usize| (v[i] - 2.0 * v[i + 1] + v[i + 2]).abs();
+        let number = (0..3).fold(0, |most, i| if bend(i) > bend(most) { i } else { most });
+        (low, width) = (low + 0.25 * number as f64 * width, 0.5 * width);
+    }
+    (low + 0.5 * width).clamp(1e-3, 1.0 - 1e-3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Function, Sample};
+    use super::*;
+
+    /// Largest difference of the pieces from a function, beside the places where they were made too.
+    fn error(pieces: &Pieces, remaining: impl Fn(f64) -> f64) -> f64 {
+        let places =
+            (0..=200_000).map(|i| f64::from(i) / 200_000.0).chain((3..30).map(|n| 0.1f64.powf(f64::from(n) / 3.0)));
+        places.map(|r| (pieces.remaining(r) - remaining(r)).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn pieces_follow_functions_that_start_and_end_as_powers() {
+        for text in [
+            "s",
+            "s*s*s*s",
+            "sqrt(s)",
+            "pow(s, 1.5)",
+            "1.0-pow(1.0-s, 2.5)",
+            "1.0-acos(s)/1.5707963",
+            "1.0-acos(s*s)/1.5707963",
+            "smoothstep(0.0, 1.0, s)",
+            "tanh(20.0*s)/tanh(20.0)",
+        ] {
+            let function = Function::expression(text).unwrap_or_else(|error| panic!("{error}"));
+            let pieces = function.pieces();
+            let idle = 1.0 - function.active();
+            let found = error(&pieces, |r| function.remaining(idle + (1.0 - idle) * r));
+            assert!(found < 5e-7 && pieces.error < 5e-7, "{text}: {found:.1e}, told {:.1e}", pieces.error);
+            assert!(error(&pieces, |r| function.remaining(0.999 * r)) > 1e-5, "{text}: another function shows");
+        }
+        for function in [Function::exponential(500.0), Function::logarithmic(1e4), Function::logarithmic(1.75)] {
+            let function = function.unwrap_or_else(|error| panic!("{error}"));
+            let found = error(&function.pieces(), |r| function.remaining(r));
+            assert!(found < 5e-7, "{function}: {found:.1e}");
+        }
+    }
+
+    #[test]
+    fn corners_are_met_wherever_they_are() {
+        for place in [0.3, 0.4, 0.123_456, 0.5, 0.777_77, 0.01, 0.99] {
+            let text = format!("s < {place} ? {}*s : 1.0 - {}*(1.0-s)", 0.8 / place, 0.2 / (1.0 - place));
+            let function = Function::expression(&text).unwrap_or_else(|error| panic!("{error}"));
+            let found = error(&function.pieces(), |r| function.remaining(r));
+            assert!(found < 1e-6, "{text}: {found:.1e}");
+        }
+        // A cubic alone is off by a share of the corner.
+        let bent = |t: f64| t + (t - 0.37).max(0.0);
+        assert!(piece(&bent).1 < 1e-5);
+        let cubic = through([bent(0.0), bent(1.0 / 3.0), bent(2.0 / 3.0), bent(1.0)]);
+        assert!(LOOKED_AT.iter().any(|t| (evaluated(cubic, *t) - bent(*t)).abs() > 1e-2));
+    }
+
+    /// A table whose rate rises and falls steeply has more pieces.
+    #[test]
+    fn sharp_functions_have_more_pieces() {
+        let points = [(0.0, 300.0), (5.0, 299.0), (5.02, 230.0), (5.05, 229.0), (10.0, 200.0)];
+        let samples = points.map(|(time, temperature)| Sample { time, temperature });
+        let function = Function::table(&samples, None).unwrap_or_else(|error| panic!("{error}"));
+        let pieces = function.pieces();
+        assert!(pieces.cells.len() > 2 * FEWEST && pieces.cells.len() <= 2 * MOST, "{}", pieces.cells.len());
+        let found = error(&pieces, |r| function.remaining(r));
+        assert!(found < 1.5 * SMALL_ERROR, "{found:.1e}");
+        assert!(Pieces::with(FEWEST, &|r| function.remaining(r)).error > 10.0 * SMALL_ERROR, "fewer are not enough");
+    }
+
+    #[test]
+    fn no_piece_falls() {
+        for text in ["s*s*s*s*s*s*s*s", "1.0-pow(1.0-s, 9.0)", "tanh(20.0*s)/tanh(20.0)", "min(1.0, 2.0*s)"] {
+            let pieces = Function::expression(text).unwrap_or_else(|error| panic!("{error}")).pieces();
+            for cell in &pieces.cells {
+                let values = (0..=64).map(|i| evaluated(cell.map(f64::from), f64::from(i) / 64.0)).collect::<Vec<_>>();
+                assert!(values.windows(2).all(|pair| pair[1] >= pair[0] - 1e-16), "{text}: {cell:?}");
+            }
+        }
+    }
+}
