@@ -29,6 +29,9 @@ layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
 void main() {
     uint group = gl_GlobalInvocationID.x;
     Material material = materials[0];
+#ifdef SHAPED
+    ShapedBranches both = shaped_branches(material, 1.0);
+#endif
     vec4 old_target = target[group];
     vec4 old_span = span[group];
     ivec4 old_elapsed = elapsed[group];
@@ -36,10 +39,10 @@ void main() {
         uint at = i * steps.groups + group;
         vec4 next = commanded[at];
 #ifdef SHAPED
-        ShapedNode x = transition_step(old_target.x, old_span.x, old_elapsed.x, next.x, 1.0, material);
-        ShapedNode y = transition_step(old_target.y, old_span.y, old_elapsed.y, next.y, 1.0, material);
-        ShapedNode z = transition_step(old_target.z, old_span.z, old_elapsed.z, next.z, 1.0, material);
-        ShapedNode w = transition_step(old_target.w, old_span.w, old_elapsed.w, next.w, 1.0, material);
+        ShapedNode x = transition_step(old_target.x, old_span.x, old_elapsed.x, next.x, both);
+        ShapedNode y = transition_step(old_target.y, old_span.y, old_elapsed.y, next.y, both);
+        ShapedNode z = transition_step(old_target.z, old_span.z, old_elapsed.z, next.z, both);
+        ShapedNode w = transition_step(old_target.w, old_span.w, old_elapsed.w, next.w, both);
         old_target = next;
         old_span = vec4(x.span, y.span, z.span, w.span);
         old_elapsed = ivec4(x.elapsed, y.elapsed, z.elapsed, w.elapsed);

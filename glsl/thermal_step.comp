@@ -188,10 +188,11 @@ void main() {
 #endif
         float step = ticks[tick].step;
 #ifdef SHAPED
-        ShapedNode x = transition_step(own_target.x, own_span.x, own_elapsed.x, commanded.x, step, material);
-        ShapedNode y = transition_step(own_target.y, own_span.y, own_elapsed.y, commanded.y, step, material);
-        ShapedNode z = transition_step(own_target.z, own_span.z, own_elapsed.z, commanded.z, step, material);
-        ShapedNode w = transition_step(own_target.w, own_span.w, own_elapsed.w, commanded.w, step, material);
+        ShapedBranches both = shaped_branches(material, step);
+        ShapedNode x = transition_step(own_target.x, own_span.x, own_elapsed.x, commanded.x, both);
+        ShapedNode y = transition_step(own_target.y, own_span.y, own_elapsed.y, commanded.y, both);
+        ShapedNode z = transition_step(own_target.z, own_span.z, own_elapsed.z, commanded.z, both);
+        ShapedNode w = transition_step(own_target.w, own_span.w, own_elapsed.w, commanded.w, both);
         own_target = commanded;
         own_span = vec4(x.span, y.span, z.span, w.span);
         own_elapsed = ivec4(x.elapsed, y.elapsed, z.elapsed, w.elapsed);

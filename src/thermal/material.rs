@@ -52,7 +52,8 @@ impl Profile {
 /// What happens to a transition under way when its target moves (docs/numerics.md 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Retarget {
-    /// Superpose gap and rate of the transition under way with those of the new step.
+    /// Go on along the curve under way from another place, without a jump of the temperature; of a power the rates of the
+    /// transition under way and of the new step add up.
     Merge,
     /// Start afresh from the present temperature at every change.
     Restart,

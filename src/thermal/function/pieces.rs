@@ -1,8 +1,8 @@
 //! A response function as a device evaluates it: cubic pieces, of one form for every kind of function.
 //!
 //! The pieces are of equal width in the root v of the distance to the nearer end of the time, so they are the narrower the
-//! nearer they are to an end: a function that starts or ends as a power of 1/2 or more is smooth in v. Those of the first half
-//! of the time hold what is done, those of the second half what is left, so that the smaller of the two is exact. A
+//! nearer they are to an end: a function that starts or ends as a power of 1/2 or more is smooth in v. A piece holds what is
+//! done or what is left of the way, the smaller of the two, so that it is exact. A
 //! piece that holds a corner of the function is two straight lines. No piece falls, so no transition turns back.
 
 /// Fewest pieces from either end.
@@ -25,7 +25,8 @@ const LOOKED_AT: [f64; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pieces {
     /// From the start outwards, then from the end outwards: coefficients of the powers of the place in [0, 1) of a cubic; or,
-    /// of two lines, the value at 0, the first slope, how much steeper the second is, and their border + [`CORNER`].
+    /// of two lines, the value at 0, the first slope, how much steeper the second is, and their border + [`CORNER`]. The value is
+    /// what is done, or what is left with a minus, on the side of the start, and the other way round on the side of the end.
     pub cells: Vec<[f32; 4]>,
     /// Largest error of the share done.
     pub error: f64,
@@ -50,12 +51,25 @@ impl Pieces {
         let mut pieces = Self { cells: Vec::with_capacity(2 * half), error: 0.0, worst: 0.0 };
         for start in [true, false] {
             let distance = |place: f64| (0.5 * (place / half as f64).powi(2)).min(0.5);
-            let value = |place: f64| match distance(place) {
-                s if start => 1.0 - remaining(1.0 - s),
-                r => remaining(r),
-            };
+            let left = |place: f64| remaining(if start { 1.0 - distance(place) } else { distance(place) });
             for number in 0..half {
-                let (cell, error) = piece(&|t| value(number as f64 + t));
+                let most_left = left(number as f64 + 0.5) > 0.5;
+                let (cell, error) = piece(&|t| match left(number as f64 + t) {
+                    left if start == most_left => {
+                        if start {
+                            1.0 - left
+                        } else {
+                            left
+                        }
+                    }
+                    left => {
+                        if start {
+                            -left
+                        } else {
+                            left - 1.0
+                        }
+                    }
+                });
                 if error > pieces.error {
                     let near = distance(number as f64 + 0.5);
                     (pieces.error, pieces.worst) = (error, if start { near } else { 1.0 - near });
@@ -73,8 +87,8 @@ impl Pieces {
         let place = (2.0 * r.min(1.0 - r)).sqrt() * half as f64;
         let number = (place as usize).min(half - 1);
         let cell = self.cells[number + if start { 0 } else { half }].map(f64::from);
-        let small = evaluated(cell, place - number as f64);
-        if start { 1.0 - small } else { small }
+        let small = evaluated(cell, place - number as f64).abs();
+        if start == (cell[0] >= 0.0) { 1.0 - small } else { small }
     }
 }
 

@@ -217,8 +217,8 @@ fn rejected_rules_fail() {
     assert_eq!(temperature(frozen, &restart), 100.0, "evaluated before advancing, a node never moves");
 }
 
-/// One of every kind, and of each what is awkward about it: S-curves whose rate starts at 0, relative rates that fall
-/// (a logarithm with k > e - 1) or wander (a table), slow and steep ones.
+/// One of every kind, and of each what is awkward about it: rates that start at 0 or at infinity, wander (a table), jump, or
+/// end early; slow and steep ones.
 pub(super) fn functions() -> Vec<Function> {
     let measured = |points: &[(f64, f64)]| {
         let samples: Vec<_> = points.iter().map(|&(time, temperature)| Sample { time, temperature }).collect();
@@ -240,6 +240,9 @@ pub(super) fn functions() -> Vec<Function> {
         measured(&[(0.0, 0.0), (1.0, 0.0), (2.0, 5.0), (2.5, 5.0), (7.0, 9.0), (8.0, 10.0), (9.0, 10.0)]),
         Function::expression("s*s*(3.0-2.0*s)").unwrap(),
         Function::expression("sin(1.5707963*s)").unwrap(),
+        Function::expression("1.0-acos(s)/1.57079633").unwrap(),
+        Function::expression("sqrt(s)").unwrap(),
+        Function::expression("min(1.0, 2.0*s)").unwrap(),
         Function::expression("s < 0.5 ? 2.0*s*s : 1.0-2.0*(1.0-s)*(1.0-s)").unwrap(),
     ]
 }
