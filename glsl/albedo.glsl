@@ -8,16 +8,16 @@ struct AlbedoPosition {
     vec4 scale;
 };
 
-AlbedoPosition albedo_position(Tick tick, vec4 nx, vec4 ny, vec4 nz) {
-    vec3 nadir = tick.nadir.xyz;
-    vec3 sunward = tick.sunward.xyz;
-    vec3 across = tick.across.xyz;
+AlbedoPosition albedo_position(Step step, vec4 nx, vec4 ny, vec4 nz) {
+    vec3 nadir = step.nadir.xyz;
+    vec3 sunward = step.sunward.xyz;
+    vec3 across = step.across.xyz;
     vec4 x = nx * sunward.x + ny * sunward.y + nz * sunward.z;
     vec4 y = nx * across.x + ny * across.y + nz * across.z;
     vec4 z = nx * nadir.x + ny * nadir.y + nz * nadir.z;
     // A padding node has no normal; it reads the centre.
     vec4 sum = max(abs(x) + abs(y) + abs(z), vec4(1e-6));
-    float middle = 0.5 * tick.albedo_resolution;
+    float middle = 0.5 * step.albedo_resolution;
     vec4 scale = vec4(middle) / sum;
     return AlbedoPosition(x * scale + vec4(middle), z * scale + vec4(middle), sum);
 }

@@ -1,7 +1,7 @@
 #version 450
-// One tick of every node of a range: the mean load of the tick, the balance temperature that it commands, and the
+// One step of every node of a range: the mean load of the step, the balance temperature that it commands, and the
 // transition towards it. Four nodes an invocation. Variants (src/gpu/variant.rs) leave out what a scene does not have; a
-// fused one takes many ticks, each under its own load, and leaves the temperatures of the last. INSTANT, and what has none
+// fused one takes many steps, each under its own load, and leaves the temperatures of the last. INSTANT, and what has none
 // of these: the balance temperature itself. MERGE, RESTART: a transition. ADVANCE: one whose target stays, without a load.
 // ABSORB: the flux that a thermal network takes in.
 
@@ -26,20 +26,20 @@
 
 layout(local_size_x = 64) in;
 
-// Ticks that one dispatch takes at most: FUSED_TICKS of src/gpu/load.rs.
+// Steps that one dispatch takes at most: FUSED_STEPS of src/gpu/load.rs.
 #ifdef FUSED
-const uint TICKS = 32u;
+const uint STEPS = 32u;
 #else
-const uint TICKS = 1u;
+const uint STEPS = 1u;
 #endif
 
-layout(set = 0, binding = 0) uniform TickBlock { Tick ticks[TICKS]; };
+layout(set = 0, binding = 0) uniform StepBlock { Step steps[STEPS]; };
 layout(set = 0, binding = 3) readonly buffer MaterialBlock { Material materials[]; };
 layout(set = 0, binding = 4) readonly buffer GroupMaterialBlock { uint group_material[]; };
 layout(set = 0, binding = 11) buffer TemperatureBlock { vec4 temperature[]; };
 
 #ifdef SUN
-layout(set = 0, binding = 1) uniform SunBlock { vec4 sun_samples[8u * TICKS]; };
+layout(set = 0, binding = 1) uniform SunBlock { vec4 sun_samples[8u * STEPS]; };
 #endif
 #ifdef ALBEDO
 layout(set = 0, binding = 2) readonly buffer AlbedoBlock { float albedo_values[]; };
@@ -70,10 +70,10 @@ vec4 sun_sample_flux(uint i, vec4 nx, vec4 ny, vec4 nz) {
     return s.w * max(vec4(0.0), nx * s.x + ny * s.y + nz * s.z);
 }
 
-// Incident sunlight, mean over the tick [W/m2]; unused samples have no flux. Written out, for on lavapipe the loop alone
+// Incident sunlight, mean over the step [W/m2]; unused samples have no flux. Written out, for on lavapipe the loop alone
 // costs 2.7 ns a node and each sample 0.1 ns, as a uniform at a constant index is read once for all invocations.
-vec4 solar_flux(uint tick, vec4 nx, vec4 ny, vec4 nz) {
-    uint i = 8u * tick;
+vec4 solar_flux(uint number, vec4 nx, vec4 ny, vec4 nz) {
+    uint i = 8u * number;
     return sun_sample_flux(i, nx, ny, nz) + sun_sample_flux(i + 1u, nx, ny, nz)
         + sun_sample_flux(i + 2u, nx, ny, nz) + sun_sample_flux(i + 3u, nx, ny, nz)
         + sun_sample_flux(i + 4u, nx, ny, nz) + sun_sample_flux(i + 5u, nx, ny, nz)
@@ -82,61 +82,61 @@ vec4 solar_flux(uint tick, vec4 nx, vec4 ny, vec4 nz) {
 #endif
 
 #ifdef ALBEDO
-float albedo_table_lookup(uint tick, float column, float row) {
-    float last = ticks[tick].albedo_resolution - 1.0;
-    uint stride = uint(ticks[tick].albedo_resolution) + 1u;
+float albedo_table_lookup(uint number, float column, float row) {
+    float last = steps[number].albedo_resolution - 1.0;
+    uint stride = uint(steps[number].albedo_resolution) + 1u;
     float left = min(floor(column), last);
     float top = min(floor(row), last);
     float u = column - left;
     float v = row - top;
-    uint at = (tick * stride + uint(top)) * stride + uint(left);
+    uint at = (number * stride + uint(top)) * stride + uint(left);
     float upper = albedo_values[at] * (1.0 - u) + albedo_values[at + 1u] * u;
     float lower = albedo_values[at + stride] * (1.0 - u) + albedo_values[at + stride + 1u] * u;
     return upper * (1.0 - v) + lower * v;
 }
 
 // Incident sunlight that the planet reflects [W/m2].
-vec4 albedo_flux(uint tick, vec4 nx, vec4 ny, vec4 nz) {
-    AlbedoPosition at = albedo_position(ticks[tick], nx, ny, nz);
-    return ticks[tick].albedo_flux * at.scale * vec4(
-        albedo_table_lookup(tick, at.column.x, at.row.x),
-        albedo_table_lookup(tick, at.column.y, at.row.y),
-        albedo_table_lookup(tick, at.column.z, at.row.z),
-        albedo_table_lookup(tick, at.column.w, at.row.w)
+vec4 albedo_flux(uint number, vec4 nx, vec4 ny, vec4 nz) {
+    AlbedoPosition at = albedo_position(steps[number], nx, ny, nz);
+    return steps[number].albedo_flux * at.scale * vec4(
+        albedo_table_lookup(number, at.column.x, at.row.x),
+        albedo_table_lookup(number, at.column.y, at.row.y),
+        albedo_table_lookup(number, at.column.z, at.row.z),
+        albedo_table_lookup(number, at.column.w, at.row.w)
     );
 }
 #endif
 
 #ifdef LOADED
 // Heat that one face takes in [W/m2]; `seen` is the share of the Sun that it sees.
-vec4 absorbed_flux(uint tick, float absorptivity, float emissivity, vec4 nx, vec4 ny, vec4 nz, vec4 seen) {
+vec4 absorbed_flux(uint number, float absorptivity, float emissivity, vec4 nx, vec4 ny, vec4 nz, vec4 seen) {
     vec4 absorbed = vec4(0.0);
 #ifdef SUN
 #ifdef SHADOW
-    absorbed += absorptivity * seen * solar_flux(tick, nx, ny, nz);
+    absorbed += absorptivity * seen * solar_flux(number, nx, ny, nz);
 #else
-    absorbed += absorptivity * solar_flux(tick, nx, ny, nz);
+    absorbed += absorptivity * solar_flux(number, nx, ny, nz);
 #endif
 #endif
 #ifdef ALBEDO
-    absorbed += absorptivity * albedo_flux(tick, nx, ny, nz);
+    absorbed += absorptivity * albedo_flux(number, nx, ny, nz);
 #endif
 #ifdef PLANET_IR
-    absorbed += emissivity * planet_ir_flux(ticks[tick], nx, ny, nz);
+    absorbed += emissivity * planet_ir_flux(steps[number], nx, ny, nz);
 #endif
     return absorbed;
 }
 #endif
 
 #ifdef COMMAND
-// What a tick commands: the balance temperature of its load [K] or, for a thermal network, the flux that it takes in.
-vec4 commanded_by(uint tick, Material material, vec4 nx, vec4 ny, vec4 nz, vec4 seen) {
+// What a step commands: the balance temperature of its load [K] or, for a thermal network, the flux that it takes in.
+vec4 commanded_by(uint number, Material material, vec4 nx, vec4 ny, vec4 nz, vec4 seen) {
     vec4 absorbed = vec4(0.0);
     float emissivity = material.emissivity;
 #ifdef LOADED
-    absorbed = absorbed_flux(tick, material.absorptivity, material.emissivity, nx, ny, nz, seen);
+    absorbed = absorbed_flux(number, material.absorptivity, material.emissivity, nx, ny, nz, seen);
 #ifdef BOTH_SIDES
-    absorbed += absorbed_flux(tick, material.back_absorptivity, material.back_emissivity, -nx, -ny, -nz, seen);
+    absorbed += absorbed_flux(number, material.back_absorptivity, material.back_emissivity, -nx, -ny, -nz, seen);
     emissivity += material.back_emissivity;
 #endif
 #endif
@@ -144,7 +144,7 @@ vec4 commanded_by(uint tick, Material material, vec4 nx, vec4 ny, vec4 nz, vec4 
     // The host collects it before it writes the temperatures.
     return absorbed;
 #else
-    return balance_temperature(absorbed, emissivity, ticks[tick].background_temperature_4);
+    return balance_temperature(absorbed, emissivity, steps[number].background_temperature_4);
 #endif
 }
 #endif
@@ -175,18 +175,18 @@ void main() {
     vec4 reached = vec4(0.0);
 #endif
 #ifdef FUSED
-    uint count = uint(ticks[0].count);
-    for (uint tick = 0u; tick < count; tick++) {
+    uint count = uint(steps[0].count);
+    for (uint number = 0u; number < count; number++) {
 #else
-    const uint tick = 0u;
+    const uint number = 0u;
     {
 #endif
 #ifdef COMMAND
-        vec4 commanded = commanded_by(tick, material, nx, ny, nz, seen);
+        vec4 commanded = commanded_by(number, material, nx, ny, nz, seen);
 #else
         vec4 commanded = own_target;
 #endif
-        float step = ticks[tick].step;
+        float step = steps[number].length;
 #ifdef SHAPED
         ShapedBranches both = shaped_branches(material, step);
         ShapedNode x = transition_step(own_target.x, own_span.x, own_elapsed.x, commanded.x, both);

@@ -14,8 +14,8 @@ struct Material {
     float cooling_t_max;
 };
 
-// What one tick commands, the same for every node.
-struct Tick {
+// What one step commands, the same for every node.
+struct Step {
     // xyz: unit vector to the planet's centre, body frame; w: sine of the planet's angular radius.
     vec4 nadir;
     // xyz: unit vector at right angles to nadir, towards the Sun's side; w: cosine of the planet's angular radius.
@@ -28,11 +28,11 @@ struct Tick {
     float albedo_flux;
     // Fourth power of the radiative temperature of space [K4].
     float background_temperature_4;
-    // Length of the tick in steps; below 1 only for the last, partial step of a still image.
-    float step;
+    // Length in steps of the scene; below 1 only for the last, partial step of a still image.
+    float length;
     // Intervals of the albedo table each way.
     float albedo_resolution;
-    // Ticks of a fused dispatch, said by the first of them.
+    // Steps of a fused dispatch, said by the first of them.
     float count;
 };
 

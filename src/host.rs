@@ -10,7 +10,7 @@ pub fn peak_memory() -> Option<u64> {
     kilobytes("/proc/self/status", "VmHWM:")
 }
 
-/// What all processors did since the machine started, in ticks of its clock.
+/// What all processors did since the machine started, in steps of its clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProcessorTime {
     /// Work that was asked for, whether it was done or had to wait for other guests of the same host.

@@ -25,7 +25,7 @@ pub mod viewpoint;
 use crate::scene::{Draw, Initial};
 use crate::trace::Track;
 use check::Check;
-use engine::{Delivered, Engine, EngineError, Order, Tick};
+use engine::{Delivered, Engine, EngineError, Order, Step};
 use forward::{Passing, forward};
 use periodic::Periodic;
 use prepare::Prepared;
@@ -72,11 +72,11 @@ fn warm_up(
     progress: &mut dyn FnMut(),
 ) -> Result<Option<Periodic>, EngineError> {
     let step = prepared.scene.time.step;
-    let ticks = prepared.warm_up_ticks();
-    let time = |tick: u32| step * (f64::from(tick) - f64::from(ticks));
+    let steps = prepared.warm_up_steps();
+    let time = |number: u32| step * (f64::from(number) - f64::from(steps));
     match prepared.scene.initial {
         Initial::Balance => {
-            let load = prepared.loads.tick_load(time(0), time(1));
+            let load = prepared.loads.step_load(time(0), time(1));
             engine.settle(&load, time(0))?;
             if let Some(check) = check.as_deref_mut() {
                 check.settle(&load, time(0));
@@ -92,8 +92,8 @@ fn warm_up(
     if let Some(tolerance) = prepared.scene.time.periodic {
         return periodic::warm_up(prepared, engine, check, tolerance, stop, progress);
     }
-    let ticks = (0..ticks).map(|tick| Passing { start: time(tick), end: time(tick + 1), steps: 1.0 });
-    forward(prepared, engine, check, ticks, stop, progress)?;
+    let passing = (0..steps).map(|number| Passing { start: time(number), end: time(number + 1), steps: 1.0 });
+    forward(prepared, engine, check, passing, stop, progress)?;
     Ok(None)
 }
 
@@ -120,13 +120,13 @@ pub fn run<E: From<EngineError>>(
             break;
         }
         let now = f64::from(step) * time.step;
-        let prepares = trace.span(Track::Host, "loads of the tick");
-        let load = (step > 0).then(|| prepared.loads.tick_load(now - time.step, now));
+        let prepares = trace.span(Track::Host, "loads of the step");
+        let load = (step > 0).then(|| prepared.loads.step_load(now - time.step, now));
         drop(prepares);
         let pose = is_drawn(&time.draw, step).then(|| pose_at(prepared, now)).flatten();
-        let tick = load.as_ref().map(|load| Tick { load, steps: 1.0, start: now - time.step, length: time.step });
+        let advance = load.as_ref().map(|load| Step { load, steps: 1.0, start: now - time.step, length: time.step });
         let joints = pose.map(|_| prepared.loads.joints_at(now).1).unwrap_or_default();
-        engine.submit(tick, Order { pose, joints: &joints, temperatures: true })?;
+        engine.submit(advance, Order { pose, joints: &joints, temperatures: true })?;
         let reference = check.as_deref_mut().map(|check| {
             let _checks = trace.span(Track::Host, "f64 reference of the sample");
             if let Some(load) = &load {
@@ -156,20 +156,20 @@ pub fn still(
     progress: &mut dyn FnMut(),
 ) -> Result<Option<StepResult>, EngineError> {
     let length = prepared.scene.time.step;
-    // Rounding of time / step must not make a last tick of no length.
+    // Rounding of time / step must not make a last step of no length.
     let whole = (time / length + 1e-9).floor();
     let rest = (time / length - whole).max(0.0);
-    let ticks = (0..whole as u64).map(|tick| {
-        let start = tick as f64 * length;
+    let passing = (0..whole as u64).map(|number| {
+        let start = number as f64 * length;
         Passing { start, end: start + length, steps: 1.0 }
     });
-    if !forward(prepared, engine, None, ticks, stop, progress)? {
+    if !forward(prepared, engine, None, passing, stop, progress)? {
         return Ok(None);
     }
-    let load = (rest > 1e-9).then(|| prepared.loads.tick_load(whole * length, time));
+    let load = (rest > 1e-9).then(|| prepared.loads.step_load(whole * length, time));
     let pose = pose_at(prepared, time);
-    let tick = load.as_ref().map(|load| Tick { load, steps: rest, start: whole * length, length: rest * length });
-    engine.submit(tick, Order { pose, joints: &prepared.loads.joints_at(time).1, temperatures: false })?;
+    let advance = load.as_ref().map(|load| Step { load, steps: rest, start: whole * length, length: rest * length });
+    engine.submit(advance, Order { pose, joints: &prepared.loads.joints_at(time).1, temperatures: false })?;
     let delivered = engine.deliver()?;
     Ok(Some(StepResult { step: whole as u32, time, pose, delivered }))
 }

@@ -8,12 +8,12 @@ use super::frames::{IMAGE, resize};
 use crate::gpu::context::Context;
 use crate::scene::Scene;
 use crate::simulation::device_engine::DeviceEngine;
-use crate::simulation::engine::{Engine, Order, Pixels, Tick};
+use crate::simulation::engine::{Engine, Order, Pixels, Step};
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
 
-/// Ticks before the image.
-const TICKS: u32 = 40;
+/// Steps before the image.
+const STEPS: u32 = 40;
 
 /// A device against another, on the same scene.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -75,16 +75,16 @@ fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, Box<dyn std::error
     let camera = prepared.scene.require_camera()?.clone();
     let mut engine = DeviceEngine::new(context, &prepared, Some(&camera))?;
     let step = prepared.scene.time.step;
-    engine.settle(&prepared.loads.tick_load(0.0, step), 0.0)?;
+    engine.settle(&prepared.loads.step_load(0.0, step), 0.0)?;
     let mut delivered = Default::default();
-    for tick in 0..TICKS {
-        let (start, end) = (f64::from(tick) * step, f64::from(tick + 1) * step);
-        let load = prepared.loads.tick_load(start, end);
-        let last = tick + 1 == TICKS;
+    for number in 0..STEPS {
+        let (start, end) = (f64::from(number) * step, f64::from(number + 1) * step);
+        let load = prepared.loads.step_load(start, end);
+        let last = number + 1 == STEPS;
         let joints = prepared.loads.joints_at(end).1;
         let pose = if last { pose_at(&prepared, end) } else { None };
         let order = Order { pose, joints: &joints, temperatures: last };
-        engine.submit(Some(Tick { load: &load, steps: 1.0, start, length: step }), order)?;
+        engine.submit(Some(Step { load: &load, steps: 1.0, start, length: step }), order)?;
         delivered = engine.deliver()?;
     }
     Ok(Left {

@@ -1,4 +1,4 @@
-//! Whole ticks of a scene with their images, pass by pass, at several node densities, with and without shadows.
+//! Whole steps of a scene with their images, pass by pass, at several node densities, with and without shadows.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::output::statistics::Spread;
 use crate::scene::{Camera, Scene, ShadowSettings};
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::device_engine::DeviceEngine;
-use crate::simulation::engine::{Engine, EngineError, Order, Tick};
+use crate::simulation::engine::{Engine, EngineError, Order, Step};
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
 
@@ -20,12 +20,12 @@ use crate::simulation::prepare::Prepared;
 pub const EDGES: [f64; 4] = [2.0, 1.0, 0.5, 0.25];
 /// Size of the images [px].
 pub const IMAGE: [u32; 2] = [640, 512];
-/// Length that ticks are nearest to [s]: those of a loop at 10 Hz.
-const TICK_S: f64 = 0.1;
-/// Ticks before those that are measured: they compile the passes.
+/// Length that steps are nearest to [s]: those of a loop at 10 Hz.
+const STEP_S: f64 = 0.1;
+/// Steps before those that are measured: they compile the passes.
 const WARM_UP: u32 = 3;
 
-/// Whole ticks of a scene at one density.
+/// Whole steps of a scene at one density.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FrameRow {
     /// Name of the scene.
@@ -40,17 +40,17 @@ pub struct FrameRow {
     pub bytes_a_node: f64,
     /// From the loaded scene to a device that is ready [s].
     pub start_up_s: f64,
-    /// Length of a tick [s].
-    pub tick_s: f64,
-    /// Ticks that were measured.
-    pub ticks: u32,
-    /// Time of each pass in the ticks that it ran in.
+    /// Length of a step [s].
+    pub step_s: f64,
+    /// Steps that were measured.
+    pub steps: u32,
+    /// Time of each pass in the steps that it ran in.
     pub passes: Vec<PassSpread>,
-    /// Time of a tick with its image on the host [ms].
-    pub tick_ms: Option<Spread>,
+    /// Time of a step with its image on the host [ms].
+    pub whole_step_ms: Option<Spread>,
     /// The longest of them [ms].
-    pub worst_tick_ms: Option<f64>,
-    /// Time of a tick without an image [ms].
+    pub worst_step_ms: Option<f64>,
+    /// Time of a step without an image [ms].
     pub step_ms: Option<Spread>,
     /// Why there are no times.
     pub failed: Option<String>,
@@ -61,15 +61,15 @@ pub struct FrameRow {
 pub struct PassSpread {
     /// Name, its variants together.
     pub name: String,
-    /// Time in a tick [ms]; as many samples as ticks that it ran in.
+    /// Time in a step [ms]; as many samples as steps that it ran in.
     pub ms: Spread,
 }
 
-/// How ticks are measured.
+/// How steps are measured.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
-    /// Ticks with an image.
-    pub ticks: u32,
+    /// Steps with an image.
+    pub steps: u32,
     /// Nodes above which a density is left out.
     pub most_nodes: usize,
 }
@@ -125,14 +125,14 @@ fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: Effort
     let mut engine = DeviceEngine::new(context, &prepared, Some(&camera)).map_err(|error| error.to_string())?;
     let step = prepared.scene.time.step;
     // A power of two of a step, which clocks count without rounding.
-    let share = 0.5f64.powi((step / TICK_S).log2().round() as i32);
+    let share = 0.5f64.powi((step / STEP_S).log2().round() as i32);
     let length = share * step;
-    engine.settle(&prepared.loads.tick_load(0.0, length), 0.0).map_err(|error| error.to_string())?;
+    engine.settle(&prepared.loads.step_load(0.0, length), 0.0).map_err(|error| error.to_string())?;
     let start_up = began.elapsed().as_secs_f64();
 
     let mut run = Run { prepared: &prepared, engine: &mut engine, share, next: 0, seen: BTreeMap::new() };
-    let drawn = run.ticks(effort.ticks, true).map_err(|error| error.to_string())?;
-    let undrawn = run.ticks(effort.ticks, false).map_err(|error| error.to_string())?;
+    let drawn = run.steps(effort.steps, true).map_err(|error| error.to_string())?;
+    let undrawn = run.steps(effort.steps, false).map_err(|error| error.to_string())?;
 
     let device = DeviceData::new(&prepared);
     let plan = device.scene_data(&prepared, Some(&camera)).plan();
@@ -143,58 +143,58 @@ fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: Effort
         triangles: prepared.triangles.len(),
         bytes_a_node: grows as f64 / nodes.max(1) as f64,
         start_up_s: start_up,
-        tick_s: length,
-        ticks: effort.ticks,
+        step_s: length,
+        steps: effort.steps,
         passes: drawn.passes(),
-        tick_ms: Spread::of(&drawn.wall),
-        worst_tick_ms: drawn.wall.iter().copied().reduce(f64::max),
+        whole_step_ms: Spread::of(&drawn.wall),
+        worst_step_ms: drawn.wall.iter().copied().reduce(f64::max),
         step_ms: Spread::of(&undrawn.wall),
         ..row
     })
 }
 
-/// Ticks under way.
+/// Steps under way.
 struct Run<'a> {
     prepared: &'a Prepared,
     engine: &'a mut dyn Engine,
-    /// Length of a tick in steps.
+    /// Length of a step in steps.
     share: f64,
-    /// Number of the next tick.
+    /// Number of the next step.
     next: u32,
     /// Times of each pass that are accounted for.
     seen: BTreeMap<String, usize>,
 }
 
-/// What ticks took.
+/// What steps took.
 #[derive(Default)]
 struct Times {
     /// From one delivery to the next [ms].
     wall: Vec<f64>,
-    /// Of each pass, by the device's clock, in the ticks that it ran in [ms].
+    /// Of each pass, by the device's clock, in the steps that it ran in [ms].
     passes: BTreeMap<String, Vec<f64>>,
 }
 
 impl Run<'_> {
-    /// Steps and, where wanted, draws; the host prepares a tick while the device works on the one before.
-    fn ticks(&mut self, count: u32, draw: bool) -> Result<Times, EngineError> {
+    /// Steps and, where wanted, draws; the host prepares a step while the device works on the one before.
+    fn steps(&mut self, count: u32, draw: bool) -> Result<Times, EngineError> {
         let length = self.share * self.prepared.scene.time.step;
         let mut times = Times::default();
         let mut last = Instant::now();
-        for tick in 0..=count + WARM_UP {
-            if tick < count + WARM_UP {
+        for number in 0..=count + WARM_UP {
+            if number < count + WARM_UP {
                 let start = f64::from(self.next) * length;
-                let load = self.prepared.loads.tick_load(start, start + length);
+                let load = self.prepared.loads.step_load(start, start + length);
                 let pose = if draw { pose_at(self.prepared, start + length) } else { None };
                 let joints = self.prepared.loads.joints_at(start + length).1;
                 let order = Order { pose, joints: &joints, temperatures: false };
-                self.engine.submit(Some(Tick { load: &load, steps: self.share, start, length }), order)?;
+                self.engine.submit(Some(Step { load: &load, steps: self.share, start, length }), order)?;
                 self.next += 1;
             }
-            if tick > 0 {
+            if number > 0 {
                 self.engine.deliver()?;
                 let now = Instant::now();
                 let passes = self.new_times();
-                if tick > WARM_UP {
+                if number > WARM_UP {
                     times.wall.push(now.duration_since(last).as_secs_f64() * 1e3);
                     passes.into_iter().for_each(|(name, ms)| times.passes.entry(name).or_default().push(ms));
                 }

@@ -10,25 +10,25 @@ use serde::Serialize;
 use super::clock::{Deadline, OUT_OF_TIME};
 use super::frames::resize;
 use crate::compare::responses::{self, OfMaterial};
-use crate::environment::TickLoad;
+use crate::environment::StepLoad;
 use crate::environment::shadow::Method;
 use crate::gpu::context::Context;
 use crate::gpu::nodes::GROUP;
 use crate::output::statistics::Spread;
 use crate::scene::{Scene, ShadowSettings};
 use crate::simulation::device_engine::DeviceEngine;
-use crate::simulation::engine::{Engine, EngineError, Order, Tick};
+use crate::simulation::engine::{Engine, EngineError, Order, Step};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{pose_at, start};
 use crate::thermal::material::{Domain, Retarget, Sides};
 
-/// Ticks of an orbit: longer ones would stand badly for the planet's mean.
-const TICKS: u32 = 60;
-/// Ticks of a quick one, which follows a quarter of an orbit in place of the periodic state.
-const QUICK_TICKS: u32 = 12;
-/// Orbits towards the periodic state at most, where nothing conducts: rays take up to a second a tick.
+/// Steps of an orbit: longer ones would stand badly for the planet's mean.
+const STEPS: u32 = 60;
+/// Steps of a quick one, which follows a quarter of an orbit in place of the periodic state.
+const QUICK_STEPS: u32 = 12;
+/// Orbits towards the periodic state at most, where nothing conducts: rays take up to a second a step.
 pub const MOST_ORBITS: f64 = 3.0;
-/// Ticks between two images.
+/// Steps between two images.
 pub const DRAW_EVERY: u32 = 6;
 /// Size of the images [px].
 const IMAGE: [u32; 2] = [320, 256];
@@ -44,10 +44,10 @@ pub struct Models {
     pub scene: String,
     /// Nodes.
     pub nodes: usize,
-    /// Length of a tick [s].
-    pub tick_s: f64,
-    /// Ticks that were compared.
-    pub ticks: u32,
+    /// Length of a step [s].
+    pub step_s: f64,
+    /// Steps that were compared.
+    pub steps: u32,
     /// The base first.
     pub choices: Vec<ChoiceRow>,
 }
@@ -57,7 +57,7 @@ pub struct Models {
 pub struct ChoiceRow {
     /// What is chosen, or what is changed against the base.
     pub choice: String,
-    /// Median time of the thermal, shadow and network passes of a tick by the device's clock [ms].
+    /// Median time of the thermal, shadow and network passes of a step by the device's clock [ms].
     pub step_ms: Option<f64>,
     /// How far temperatures and images are from the base's.
     pub from_base: Option<Moved>,
@@ -81,7 +81,7 @@ pub struct WrongShadows {
 /// How far a run is from another.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Moved {
-    /// Root mean square over area and ticks [K].
+    /// Root mean square over area and steps [K].
     pub rms_k: f64,
     /// Largest [K].
     pub max_k: f64,
@@ -257,17 +257,17 @@ pub fn measure(
     Ok(Models {
         scene: base.name.clone(),
         nodes,
-        tick_s: base.time.step,
-        ticks: base.time.steps,
+        step_s: base.time.step,
+        steps: base.time.steps,
         choices: choices.collect(),
     })
 }
 
-/// The scene through one orbit of long ticks with shadows, from its periodic state where it asks for that, else from the
+/// The scene through one orbit of long steps with shadows, from its periodic state where it asks for that, else from the
 /// state that an orbit before it left.
 fn one_orbit(scene: &Scene, quick: bool) -> Scene {
     let mut base = scene.clone();
-    base.time.steps = if quick { QUICK_TICKS } else { TICKS };
+    base.time.steps = if quick { QUICK_STEPS } else { STEPS };
     base.time.step = base.orbit.period() / f64::from(base.time.steps);
     base.time.periodic = scene.time.periodic.filter(|_| !quick).map(|tolerance| tolerance.max(0.5));
     if base.time.periodic.is_none() {
@@ -288,14 +288,14 @@ fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, EngineError> 
     let mut step_ms = Vec::new();
     let step = prepared.scene.time.step;
     let mut ran = Ran { temperatures: vec![], images: vec![], visibility: vec![], step_ms: None };
-    for tick in 1..=prepared.scene.time.steps {
-        let (from, to) = (f64::from(tick - 1) * step, f64::from(tick) * step);
-        let load = prepared.loads.tick_load(from, to);
-        let drawn = camera.is_some() && tick % DRAW_EVERY == 0;
+    for number in 1..=prepared.scene.time.steps {
+        let (from, to) = (f64::from(number - 1) * step, f64::from(number) * step);
+        let load = prepared.loads.step_load(from, to);
+        let drawn = camera.is_some() && number % DRAW_EVERY == 0;
         let joints = prepared.loads.joints_at(to).1;
         let pose = if drawn { pose_at(prepared, to) } else { None };
         let order = Order { pose, joints: &joints, temperatures: true };
-        engine.submit(Some(Tick { load: &load, steps: 1.0, start: from, length: step }), order)?;
+        engine.submit(Some(Step { load: &load, steps: 1.0, start: from, length: step }), order)?;
         let delivered = engine.deliver()?;
         let after = device_ms(&engine);
         step_ms.extend(after.zip(before).map(|(after, before)| after - before));
@@ -312,7 +312,7 @@ fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, EngineError> 
             ran.visibility.push(of_vertex.map(|node| facing[node].then_some(seen[node])).collect());
         }
     }
-    // The first ticks compile what they run: no mean.
+    // The first steps compile what they run: no mean.
     ran.step_ms = Spread::of(&step_ms).map(|spread| spread.median);
     Ok(ran)
 }
@@ -366,8 +366,8 @@ impl Ran {
     }
 }
 
-/// Which nodes in device order the Sun can shine on in a tick, for all that stands in its way.
-pub fn facing(prepared: &Prepared, load: &TickLoad) -> Vec<bool> {
+/// Which nodes in device order the Sun can shine on in a step, for all that stands in its way.
+pub fn facing(prepared: &Prepared, load: &StepLoad) -> Vec<bool> {
     let nodes = &prepared.nodes;
     let sun = load.sun.iter().map(|sample| sample.direction * sample.flux).sum::<DVec3>().normalize_or_zero();
     let faces = |(slot, normal): (usize, &Vec3)| {

@@ -14,7 +14,7 @@ pub enum Measurement {
     Limits,
     /// Nanoseconds a node and step of each response.
     Responses,
-    /// Whole ticks of scenes with their images, pass by pass.
+    /// Whole steps of scenes with their images, pass by pass.
     Frames,
     /// What each choice of a model costs and changes.
     Models,
@@ -58,7 +58,7 @@ pub struct Plan {
     pub quick: bool,
     /// Devices.
     pub targets: Vec<Target>,
-    /// Scenes whose ticks are measured.
+    /// Scenes whose steps are measured.
     pub scenes: Vec<Scene>,
     /// Scene whose choices of a model are compared.
     pub model_scene: Option<Scene>,
@@ -88,16 +88,16 @@ impl Plan {
         if self.quick { &[10_000, 200_000] } else { &[10_000, 100_000, 1_000_000, 10_000_000] }
     }
 
-    /// Longest edges of the scenes' meshes [m], and how their ticks are measured.
+    /// Longest edges of the scenes' meshes [m], and how their steps are measured.
     pub(super) fn frames(&self) -> (&'static [f64], frames::Effort) {
         if self.quick {
-            (&frames::EDGES[..2], frames::Effort { ticks: 20, most_nodes: 500_000 })
+            (&frames::EDGES[..2], frames::Effort { steps: 20, most_nodes: 500_000 })
         } else {
-            (&frames::EDGES, frames::Effort { ticks: 100, most_nodes: usize::MAX })
+            (&frames::EDGES, frames::Effort { steps: 100, most_nodes: usize::MAX })
         }
     }
 
-    pub(super) fn ticks(&self) -> u32 {
+    pub(super) fn steps(&self) -> u32 {
         if self.quick { 6 } else { 30 }
     }
 }

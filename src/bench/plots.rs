@@ -11,13 +11,13 @@ use crate::output::plot::{Line, Mark, Plot};
 use crate::output::plot_axis::Axis;
 use crate::output::report::PlotEntry;
 
-/// For each device: responses, whole ticks, choices of a model, and every case of the integrators.
+/// For each device: responses, whole steps, choices of a model, and every case of the integrators.
 pub fn all(bench: &Bench) -> Result<Vec<PlotEntry>, OutputError> {
     let mut entries = Vec::new();
     for (number, measured) in (1..).zip(&bench.devices) {
         let own = [
             ("responses", "nanoseconds a node and step", responses(&measured.responses)),
-            ("frames", "whole ticks", frames(&measured.frames)),
+            ("frames", "whole steps", frames(&measured.frames)),
             ("models", "choices of a model", measured.models.as_ref().and_then(models)),
         ];
         for (name, title, plot) in own {
@@ -76,17 +76,17 @@ fn frames(rows: &[FrameRow]) -> Option<Plot> {
     let mut lines = Vec::new();
     for row in rows {
         let shadows = if row.shadows { "shadows" } else { "no shadows" };
-        if let Some(time) = row.tick_ms {
+        if let Some(time) = row.whole_step_ms {
             push(&mut lines, &format!("{}, {shadows}", row.scene), [row.nodes as f64, time.median]);
         }
-        if let (Some(worst), true) = (row.worst_tick_ms, row.shadows) {
+        if let (Some(worst), true) = (row.worst_step_ms, row.shadows) {
             push(&mut lines, &format!("{}, {shadows}, worst", row.scene), [row.nodes as f64, worst]);
         }
     }
-    let title = "A whole tick: step, shadows, image of 640 x 512 and its way to the host".to_owned();
+    let title = "A whole step: step, shadows, image of 640 x 512 and its way to the host".to_owned();
     let subtitle =
-        "median tick, with shadows the worst too, at longest edges of 2 to 0.25 m, by the host's clock".to_owned();
-    lines_of(title, subtitle, ["nodes", "time of a tick [ms]"], lines)
+        "median step, with shadows the worst too, at longest edges of 2 to 0.25 m, by the host's clock".to_owned();
+    lines_of(title, subtitle, ["nodes", "time of a step [ms]"], lines)
 }
 
 /// A point for each choice: what it costs against what it changes.
@@ -100,10 +100,10 @@ fn models(models: &Models) -> Option<Plot> {
         }
     }
     let base = models.choices.first();
-    let cost = base.and_then(|row| row.step_ms).map_or(String::new(), |ms| format!(", at {ms:.2} ms a tick"));
+    let cost = base.and_then(|row| row.step_ms).map_or(String::new(), |ms| format!(", at {ms:.2} ms a step"));
     let title = format!("What each choice costs and changes: {}", models.scene);
     let subtitle = format!("{} nodes; against '{}'{cost}", models.nodes, base.map_or("", |row| &row.choice));
-    let labels = ["thermal, shadow and network passes of a tick [ms]", "change of temperature, rms [K]"];
+    let labels = ["thermal, shadow and network passes of a step [ms]", "change of temperature, rms [K]"];
     lines_of(title, subtitle, labels, lines)
 }
 

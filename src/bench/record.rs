@@ -50,7 +50,7 @@ pub struct Measured {
     pub limits: Option<Limits>,
     /// What a node costs.
     pub responses: Vec<ResponseRow>,
-    /// Whole ticks of scenes, pass by pass.
+    /// Whole steps of scenes, pass by pass.
     pub frames: Vec<FrameRow>,
     /// What each choice of a model costs and changes.
     pub models: Option<Models>,

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use serde::Serialize;
 
-use crate::environment::TickLoad;
+use crate::environment::StepLoad;
 use crate::environment::sky::SkyError;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::frame::{Frame, StepRange, Wanted};
 use crate::gpu::layout;
-use crate::gpu::layout::FUSED_TICKS;
+use crate::gpu::layout::FUSED_STEPS;
 use crate::gpu::network::{NODES_AT_MOST, NetworkStepper};
 use crate::gpu::renderer::{Renderer, Request};
 use crate::gpu::resources::SceneData;
@@ -62,13 +62,13 @@ const EXPRESSION: &str = "s*s*(3.0-2.0*s)";
 /// Stages of the RKL2 whose passes are timed, and its sub-steps in one submission.
 const STAGES: u32 = 9;
 const SUB_STEPS: u32 = 4;
-/// Dispatches of many ticks that are measured, after as many to warm up.
+/// Dispatches of many steps that are measured, after as many to warm up.
 const FUSED_REPETITIONS: u32 = 4;
 
 /// The thermal pass at one number of nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TimedPass {
-    /// Milliseconds of every compiled variant that the ticks asked for.
+    /// Milliseconds of every compiled variant that the steps asked for.
     pub times: Vec<PassTime>,
     /// Milliseconds of all of them.
     pub samples: Vec<f64>,
@@ -78,8 +78,8 @@ pub struct TimedPass {
     pub moved_a_node: f64,
 }
 
-/// Runs a variant through ticks on nodes that look in all directions, once to warm up and once to measure; one after the
-/// other, or many in a dispatch. Times and bytes are those of a tick.
+/// Runs a variant through steps on nodes that look in all directions, once to warm up and once to measure; one after the
+/// other, or many in a dispatch. Times and bytes are those of a step.
 ///
 /// # Errors
 /// More nodes than the device holds, or a call that fails.
@@ -89,7 +89,7 @@ pub fn time_pass(
     power: f32,
     shapes: &Shapes,
     nodes: usize,
-    ticks: &[TickLoad],
+    steps: &[StepLoad],
     fuses: bool,
 ) -> Result<TimedPass, GpuError> {
     let normals: Vec<Vec3> = (0..nodes).map(fibonacci_direction).collect();
@@ -120,31 +120,31 @@ pub fn time_pass(
     };
     let plan = data.plan();
     let bytes: u64 = plan.iter().filter(|planned| planned.resource.row().grows_with_nodes()).map(|p| p.bytes).sum();
-    let at_once = if fuses { FUSED_TICKS as f64 } else { 1.0 };
+    let at_once = if fuses { FUSED_STEPS as f64 } else { 1.0 };
     let frame = Frame::step(&data.ranges, Wanted::default());
     let touched = frame.passes().flat_map(|pass| &pass.accesses).filter(|access| access.groups.is_some());
     let size = |resource| plan.iter().find(|planned| planned.resource == resource).map_or(0, |planned| planned.bytes);
     let moved: u64 = touched.map(|access| size(access.resource)).sum();
     let mut renderer = Renderer::new(context, &data)?;
-    if let Some(first) = ticks.first() {
+    if let Some(first) = steps.first() {
         renderer.settle(first)?;
     }
     if fuses {
-        let loads: Vec<(&TickLoad, f64)> = ticks.iter().cycle().take(FUSED_TICKS).map(|load| (load, 1.0)).collect();
+        let loads: Vec<(&StepLoad, f64)> = steps.iter().cycle().take(FUSED_STEPS).map(|load| (load, 1.0)).collect();
         (0..2 * FUSED_REPETITIONS).try_for_each(|_| renderer.forward(&loads))?;
         renderer.wait()?;
     } else {
-        for load in ticks.iter().chain(ticks) {
-            let submitted = renderer.submit(Request::tick(load, 1.0))?;
+        for load in steps.iter().chain(steps) {
+            let submitted = renderer.submit(Request::step(load, 1.0))?;
             renderer.collect(submitted)?;
         }
     }
     let of_step = if fuses { "forward thermal_step" } else { "thermal_step" };
-    let steps = || renderer.pass_times().iter().filter(|(name, _)| name.starts_with(of_step));
+    let passes = || renderer.pass_times().iter().filter(|(name, _)| name.starts_with(of_step));
     let later = |samples: &[f64]| samples[samples.len() / 2..].iter().map(|ms| ms / at_once).collect::<Vec<_>>();
     Ok(TimedPass {
-        times: steps().filter_map(|(name, samples)| PassTime::from_samples(name, &later(samples))).collect(),
-        samples: steps().flat_map(|(_, samples)| later(samples)).collect(),
+        times: passes().filter_map(|(name, samples)| PassTime::from_samples(name, &later(samples))).collect(),
+        samples: passes().flat_map(|(_, samples)| later(samples)).collect(),
         bytes_a_node: bytes as f64 / nodes as f64,
         moved_a_node: moved as f64 / nodes as f64 / at_once,
     })
@@ -202,30 +202,30 @@ fn subjects() -> Result<Vec<Subject>, FunctionError> {
             shapes: Shapes::one(&shaped),
             fuses: false,
         },
-        Subject { fuses: true, ..plain("transition, quadratic, 32 ticks a dispatch", StepKind::Merge, 2.0) },
+        Subject { fuses: true, ..plain("transition, quadratic, 32 steps a dispatch", StepKind::Merge, 2.0) },
     ])
 }
 
-/// Every response at every number of nodes; `ticks` in full sunlight each, under Sun, infrared and albedo. `bandwidth` [GB/s] is
+/// Every response at every number of nodes; `steps` in full sunlight each, under Sun, infrared and albedo. `bandwidth` [GB/s] is
 /// that of a copy in the same run. A size that does not fit is told in its row.
 pub fn measure(
     context: &Arc<Context>,
     sizes: &[usize],
-    ticks: u32,
+    steps: u32,
     bandwidth: Option<f64>,
 ) -> Result<Vec<ResponseRow>, ResponseError> {
     let [solar_constant, _] = SOLAR_CONSTANTS;
     let [_, altitude] = ALTITUDES;
     let orbit = Cube { panel: ALUMINIUM, conducting: false, loads: Loads::All, solar_constant, altitude };
     let loads = orbit.sky_loads()?;
-    let ticks: Vec<TickLoad> =
-        (0..ticks).map(|tick| loads.tick_load(f64::from(tick) * STEP, f64::from(tick + 1) * STEP)).collect();
+    let steps: Vec<StepLoad> =
+        (0..steps).map(|step| loads.step_load(f64::from(step) * STEP, f64::from(step + 1) * STEP)).collect();
     let mut rows = Vec::new();
     for one in subjects()? {
         for size in sizes {
             let nodes = size.next_multiple_of(256);
             let row = ResponseRow { response: one.name.to_owned(), nodes, ..ResponseRow::default() };
-            rows.push(match time_pass(context, one.variant, one.power, &one.shapes, nodes, &ticks, one.fuses) {
+            rows.push(match time_pass(context, one.variant, one.power, &one.shapes, nodes, &steps, one.fuses) {
                 Ok(pass) => filled(row, &pass.samples, pass.moved_a_node, bandwidth),
                 Err(error) => ResponseRow { failed: Some(error.to_string()), ..row },
             });
@@ -243,7 +243,7 @@ pub fn measure(
             let reason = format!("a network on the device has {NODES_AT_MOST} nodes at most");
             ResponseRow { failed: Some(reason), ..row }
         } else {
-            match stages(context, edge, ticks.len()) {
+            match stages(context, edge, steps.len()) {
                 Ok((samples, moved)) => filled(row, &samples, moved, bandwidth),
                 Err(error) => ResponseRow { failed: Some(error.to_string()), ..row },
             }

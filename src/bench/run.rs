@@ -106,7 +106,7 @@ fn on(
         if wanted(Measurement::Responses) {
             says(&format!("{name}: responses"));
             let bandwidth = measured.limits.as_ref().and_then(Limits::bandwidth);
-            measured.responses = responses::measure(context, plan.nodes(), plan.ticks(), bandwidth)?;
+            measured.responses = responses::measure(context, plan.nodes(), plan.steps(), bandwidth)?;
         }
         if wanted(Measurement::Frames) {
             measured.frames = whole_ticks(plan, context, deadline(Measurement::Frames), says);
@@ -145,7 +145,7 @@ fn whole_ticks(plan: &Plan, context: &Arc<Context>, deadline: Deadline, says: &d
     for edge in edges {
         for scene in &plan.scenes {
             for shadows in [false, true] {
-                says(&format!("{device}: ticks of {}, longest edge {edge} m", scene.name));
+                says(&format!("{device}: steps of {}, longest edge {edge} m", scene.name));
                 rows.push(if deadline.is_past() {
                     frames::left_out(scene, *edge, shadows, OUT_OF_TIME)
                 } else {

@@ -112,14 +112,14 @@ pub fn responses(measured: &Measured) -> Option<Table> {
         head: heads(&["response", "nodes", "ns a node: median (10 to 90 %)", "bytes a node", "GB/s", "share of copy"]),
         rows: measured.responses.iter().map(row).collect(),
         notes: vec![
-            "Sun, infrared and albedo on every node, whose target moves every tick, but for a constant target, where time \
+            "Sun, infrared and albedo on every node, whose target moves every step, but for a constant target, where time \
              alone passes. Bytes count every array that a step reads or writes once, neighbours' temperatures from the cache."
                 .to_owned(),
         ],
     })
 }
 
-/// Whole ticks of scenes, a column for each pass.
+/// Whole steps of scenes, a column for each pass.
 pub fn frames(measured: &Measured) -> Option<Table> {
     let mut names: Vec<&str> = Vec::new();
     for pass in measured.frames.iter().flat_map(|row| &row.passes) {
@@ -131,7 +131,7 @@ pub fn frames(measured: &Measured) -> Option<Table> {
     let mut head: Vec<String> =
         ["scene", "longest edge [m]", "shadows", "nodes", "bytes a node", "start-up [s]"].map(str::to_owned).to_vec();
     head.extend(names.iter().map(|name| format!("{name} [ms]")));
-    head.extend(["tick with image [ms]", "worst [ms]", "images a second", "tick without [ms]"].map(str::to_owned));
+    head.extend(["step with image [ms]", "worst [ms]", "images a second", "step without [ms]"].map(str::to_owned));
     let row = |row: &FrameRow| {
         let shadows = if row.shadows { "on" } else { "off" };
         let mut cells = vec![row.scene.clone(), row.longest_edge_m.to_string(), shadows.to_owned()];
@@ -142,31 +142,31 @@ pub fn frames(measured: &Measured) -> Option<Table> {
         cells.extend(names.iter().map(|name| {
             let pass = row.passes.iter().find(|pass| pass.name == *name);
             pass.map_or(dash(), |pass| {
-                let rare = pass.ms.samples < u64::from(row.ticks);
-                let often = if rare { format!(", in {} ticks", pass.ms.samples) } else { String::new() };
+                let rare = pass.ms.samples < u64::from(row.steps);
+                let often = if rare { format!(", in {} steps", pass.ms.samples) } else { String::new() };
                 format!("{}{often}", significant(pass.ms.median))
             })
         }));
-        let tick = row.tick_ms.map(|time| time.median);
+        let step = row.whole_step_ms.map(|time| time.median);
         cells.extend([
-            spread(row.tick_ms),
-            number(row.worst_tick_ms),
-            number(tick.map(|ms| 1e3 / ms)),
+            spread(row.whole_step_ms),
+            number(row.worst_step_ms),
+            number(step.map(|ms| 1e3 / ms)),
             spread(row.step_ms),
         ]);
         cells
     };
     let first = measured.frames.iter().find(|row| row.failed.is_none())?;
     Some(Table {
-        title: format!("Whole ticks on {}: an image of {} x {} pixels", measured.name, IMAGE[0], IMAGE[1]),
+        title: format!("Whole steps on {}: an image of {} x {} pixels", measured.name, IMAGE[0], IMAGE[1]),
         rows: measured.frames.iter().map(row).collect(),
         head,
         notes: vec![format!(
-            "Medians over {} ticks of about {} s, in which the Sun moves little: shadows are found anew only in the ticks said. \
-             Passes by the device's clock; ticks by the host's, from one image in host memory to the next, while the host prepares \
-             the tick that follows. The first image culls all triangles, later ones those of joints that have moved since.",
-            first.ticks,
-            significant(first.tick_s)
+            "Medians over {} steps of about {} s, in which the Sun moves little: shadows are found anew only in the steps said. \
+             Passes by the device's clock; steps by the host's, from one image in host memory to the next, while the host prepares \
+             the step that follows. The first image culls all triangles, later ones those of joints that have moved since.",
+            first.steps,
+            significant(first.step_s)
         )],
     })
 }
@@ -193,15 +193,15 @@ pub fn models(measured: &Measured) -> Option<Table> {
         cells
     };
     let mut notes = vec![format!(
-        "Scene '{}', {} nodes, {} ticks of {} s. The first row is the base; every other row changes one thing. Differences of \
-         temperatures are weighted with area, over all ticks; those of radiance are over the craft's pixels in an image every \
-         {DRAW_EVERY} ticks, with their share of its mean. A network is what the others approximate, from its periodic state \
+        "Scene '{}', {} nodes, {} steps of {} s. The first row is the base; every other row changes one thing. Differences of \
+         temperatures are weighted with area, over all steps; those of radiance are over the craft's pixels in an image every \
+         {DRAW_EVERY} steps, with their share of its mean. A network is what the others approximate, from its periodic state \
          where the whole is measured; the others step {MOST_ORBITS} orbits towards it at most. Not in the program: the craft's own \
          infrared onto itself, what it hides from itself of the planet, the reflected term, and a sensor.",
         models.scene,
         models.nodes,
-        models.ticks,
-        significant(models.tick_s)
+        models.steps,
+        significant(models.step_s)
     )];
     if let Some(wrong) = models.choices.iter().find_map(|row| row.wrong_shadows) {
         notes.push(format!(
@@ -215,7 +215,7 @@ pub fn models(measured: &Measured) -> Option<Table> {
         title: format!("Model choices on {}: what each costs and changes", measured.name),
         head: heads(&[
             "choice",
-            "ms a tick",
+            "ms a step",
             "over the base",
             "from the base: rms",
             "largest",

@@ -20,7 +20,7 @@ use crate::simulation::target::Target;
 /// Measure speed against error: every Vulkan device present, and the f64 reference.
 ///
 /// limits: the bandwidth of a copy and the price of an empty dispatch. responses: nanoseconds a node and step of instant,
-/// transitions and a network's stage at 1e4 to 1e7 nodes, in GB/s and as a share of the copy. frames: whole ticks of
+/// transitions and a network's stage at 1e4 to 1e7 nodes, in GB/s and as a share of the copy. frames: whole steps of
 /// scenes with an image of 640 x 512 pixels, pass by pass, at longest edges of 2, 1, 0.5 and 0.25 m, with shadows and without.
 /// models: a scene through an orbit under each choice of a model: what it costs, and the kelvin and radiance that it changes.
 /// drivers: the same scene on every Vulkan device present, and how far temperatures and images are apart. integrators: the four networks of

@@ -142,8 +142,8 @@ fn figure_7(chosen: &Target, prepared: &Prepared, time: f64) -> Result<Option<(V
     let camera = prepared.scene.require_camera().map_err(PrepareError::from)?;
     let mut engine = chosen.engine(prepared, Some(camera))?;
     let stop = stop_flag();
-    let ticks = u64::from(prepared.warm_up_ticks()) + (time / prepared.scene.time.step) as u64;
-    let bar = progress_bar(ticks, "figure 7");
+    let steps = u64::from(prepared.warm_up_steps()) + (time / prepared.scene.time.step) as u64;
+    let bar = progress_bar(steps, "figure 7");
     simulation::start(prepared, &mut *engine, None, &stop, &mut || bar.inc(1))?;
     let still = simulation::still(prepared, &mut *engine, time, &stop, &mut || bar.inc(1))?;
     bar.finish_and_clear();

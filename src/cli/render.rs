@@ -30,7 +30,7 @@ pub struct Arguments {
 }
 
 /// Steps that a still is worth: a day of a hundred a second, a hundred times over.
-const MOST_TICKS: u64 = 1_000_000_000;
+const MOST_STEPS: u64 = 1_000_000_000;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if !(arguments.time >= 0.0 && arguments.time.is_finite()) {
@@ -41,10 +41,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     keep_inputs(&arguments.output, &prepared.scene.files)?;
     prepared.cover(arguments.time);
     let camera = prepared.scene.require_camera().map_err(simulation::prepare_error::PrepareError::from)?.clone();
-    let ticks = u64::from(prepared.warm_up_ticks()) + (arguments.time / prepared.scene.time.step) as u64;
-    if ticks > MOST_TICKS {
+    let steps = u64::from(prepared.warm_up_steps()) + (arguments.time / prepared.scene.time.step) as u64;
+    if steps > MOST_STEPS {
         return Err(CliError::Usage(format!(
-            "--time {} is {ticks} steps away; at most {MOST_TICKS} are made",
+            "--time {} is {steps} steps away; at most {MOST_STEPS} are made",
             arguments.time
         )));
     }
@@ -53,7 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     eprintln!("device: {}", chosen.name());
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
     let mut engine = chosen.engine(&prepared, Some(&camera))?;
-    let bar = progress_bar(ticks, "stepping");
+    let bar = progress_bar(steps, "stepping");
     simulation::start(&prepared, &mut *engine, None, &stop, &mut || bar.inc(1))?;
     let still = simulation::still(&prepared, &mut *engine, arguments.time, &stop, &mut || bar.inc(1))?;
     bar.finish_and_clear();

@@ -118,7 +118,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let time = &prepared.scene.time;
     let images = (0..=time.steps).filter(|step| is_drawn(&time.draw, *step)).count() as u64;
     let bars = [
-        progress_bar(u64::from(prepared.warm_up_ticks()), "warm-up"),
+        progress_bar(u64::from(prepared.warm_up_steps()), "warm-up"),
         progress_bar(u64::from(time.steps) + 1, "steps"),
         progress_bar(images, "pictures"),
     ];
@@ -148,10 +148,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if report.interrupted { Err(CliError::Stopped(arguments.output.clone())) } else { Ok(()) }
 }
 
-/// What a tick and an image cost: the median of each pass, weighted with how often it ran.
+/// What a step and an image cost: the median of each pass, weighted with how often it ran.
 fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f64) -> Speed {
     let passes = pass_times(engine);
-    let steps = engine.ticks();
+    let steps = engine.steps();
     let images = outcome.frames.len() as u64;
     let mean = |of_kind: &dyn Fn(&str) -> bool, runs: u64| {
         let times = passes.iter().filter(|pass| of_kind(&pass.name)).map(|pass| pass.median_ms * pass.count as f64);
@@ -161,8 +161,8 @@ fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f6
     let median = |samples: Vec<f64>| PassTime::from_samples("network", &samples).map(|time| time.median_ms);
     let network_ms = median(costs.iter().filter_map(|cost| cost.device_ms).collect());
     let network_wall_ms = median(costs.iter().map(|cost| cost.wall_ms).collect());
-    // What passed many ticks at a time is no step of its own.
-    let step_ms = mean(&|name| name.starts_with("thermal_step."), steps - engine.fused_ticks())
+    // What passed many steps at a time is no step of its own.
+    let step_ms = mean(&|name| name.starts_with("thermal_step."), steps - engine.fused_steps())
         .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network));
     let of_image = |name: &str| ["cull", "radiance", "read radiance", "read identity"].contains(&name);
     Speed {

@@ -16,7 +16,7 @@ use crate::output::job::{NodeGroups, check_finite};
 use crate::output::series::Series;
 use crate::output::statistics::Spread;
 use crate::scene::{Draw, Scene};
-use crate::simulation::engine::{Engine, EngineError, Order, Tick};
+use crate::simulation::engine::{Engine, EngineError, Order, Step};
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
@@ -224,7 +224,7 @@ impl Setting<'_> {
         let scene = &prepared.scene;
         let camera = scene.camera.as_ref().filter(|_| !self.shown.is_empty());
         let time = &scene.time;
-        let warm_up = u64::from(prepared.warm_up_ticks());
+        let warm_up = u64::from(prepared.warm_up_steps());
         (self.progress)(Progress::Begins(number, warm_up + u64::from(time.steps) + 1));
         let mut engine = self.target.engine(&prepared, camera).map_err(EngineError::from)?;
         let before = Instant::now();
@@ -246,9 +246,10 @@ impl Setting<'_> {
             }
             let now = f64::from(step) * time.step;
             if step > 0 {
-                let load = prepared.loads.tick_load(now - time.step, now);
-                let tick = Tick { load: &load, steps: 1.0, start: now - time.step, length: time.step };
-                step_ms.push(timed(|| engine.submit(Some(tick), Order::default()).and_then(|()| engine.deliver()))?.0);
+                let load = prepared.loads.step_load(now - time.step, now);
+                let advance = Step { load: &load, steps: 1.0, start: now - time.step, length: time.step };
+                step_ms
+                    .push(timed(|| engine.submit(Some(advance), Order::default()).and_then(|()| engine.deliver()))?.0);
             }
             engine.submit(None, Order { temperatures: true, ..Order::default() })?;
             let device = engine.deliver()?.temperatures.unwrap_or_default();

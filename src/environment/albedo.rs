@@ -1,4 +1,4 @@
-//! Albedo of a Lambert planet on a plate of any direction: the exact integral, and a table of it for one tick.
+//! Albedo of a Lambert planet on a plate of any direction: the exact integral, and a table of it for one step.
 //!
 //! Directions are those of the plate's normal in the *planet frame*: x towards the Sun's side at right angles to nadir,
 //! z to nadir, y across. Everything here is even in y.

@@ -82,7 +82,7 @@ fn lens_area(a: f64, b: f64, near_edge: f64) -> f64 {
 }
 
 /// The time in [`start`, `end`] at which a continuous function changes sign, to [`CONTACT_TOLERANCE`]; `None` where its
-/// signs at the two ends agree. Bisection: it cannot leave the bracket, and a tick has few contacts.
+/// signs at the two ends agree. Bisection: it cannot leave the bracket, and a step has few contacts.
 pub fn sign_change(function: impl Fn(f64) -> f64, start: f64, end: f64) -> Option<f64> {
     let (mut low, mut high) = (start, end);
     let negative_at_low = function(low) < 0.0;

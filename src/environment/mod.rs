@@ -1,4 +1,4 @@
-//! Sun and planet as the craft meets them, in f64: orbit, attitude, eclipse, view factors, loads of a tick.
+//! Sun and planet as the craft meets them, in f64: orbit, attitude, eclipse, view factors, loads of a step.
 //!
 //! Frames: *inertial* has X to orbit noon (the projection of the Sun's direction on the orbit plane), Z along the orbit
 //! normal, or is GCRF where the scene has a real trajectory; *body* is the model's frame. `body_from_inertial` rotates vectors from the second into the first.
@@ -23,8 +23,8 @@ pub mod shadow;
 pub mod sky;
 pub mod spacing;
 pub mod state;
+pub mod step;
 pub mod sun;
-pub mod tick;
 pub mod trajectory;
 pub mod utc;
 pub mod view_factor;
@@ -90,21 +90,21 @@ impl Sky {
     }
 }
 
-/// One direction of the Sun during a tick. The absorbed solar flux of a plate with normal n and absorptivity a,
-/// averaged over the tick, is `a * sum(flux * max(0, n . direction))`.
+/// One direction of the Sun during a step. The absorbed solar flux of a plate with normal n and absorptivity a,
+/// averaged over the step, is `a * sum(flux * max(0, n . direction))`.
 ///
-/// A sample stands for a stretch of the tick: `flux * direction` is the integral of solar flux x lit fraction x
-/// direction over it, divided by the length of the tick, so that a plate which the Sun shines on all the while gets its
+/// A sample stands for a stretch of the step: `flux * direction` is the integral of solar flux x lit fraction x
+/// direction over it, divided by the length of the step, so that a plate which the Sun shines on all the while gets its
 /// exact mean.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SunSample {
     /// Unit vector to the Sun, body frame.
     pub direction: DVec3,
-    /// Solar flux x lit fraction x share of the tick [W/m2], > 0.
+    /// Solar flux x lit fraction x share of the step [W/m2], > 0.
     pub flux: f64,
 }
 
-/// The planet as a tick sees it (at the middle of the tick).
+/// The planet as a step sees it (at the middle of the step).
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanetLoad {
     /// Unit vector to the planet's centre, body frame.
@@ -121,27 +121,27 @@ pub struct PlanetLoad {
     pub sun_zenith: f64,
 }
 
-/// The load that a tick commands: means over its length, in the body frame.
+/// The load that a step commands: means over its length, in the body frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TickLoad {
+pub struct StepLoad {
     /// Sun samples, at most [`MAX_SUN_SAMPLES`]; empty in umbra and without a Sun.
     pub sun: Vec<SunSample>,
     /// Planet infrared and albedo; `None` where the scene has neither.
     pub planet: Option<PlanetLoad>,
-    /// Albedo of this tick over the directions of a normal; `None` where the scene has no albedo or the tick no light.
+    /// Albedo of this step over the directions of a normal; `None` where the scene has no albedo or the step no light.
     pub albedo: Option<albedo::AlbedoTable>,
     /// Radiative temperature of space [K].
     pub background_temperature: f64,
-    /// Pose of the body and of every joint, `body_from_joint`, at the middle of the tick; empty where nothing moves.
+    /// Pose of the body and of every joint, `body_from_joint`, at the middle of the step; empty where nothing moves.
     pub joints: Vec<DAffine3>,
 }
 
-impl TickLoad {
+impl StepLoad {
     /// Rotates body vectors into the frame in which the nodes of a joint do not move: their pose in the file.
     pub fn joint_from_body(&self, joint: u32) -> DMat3 {
         self.joints.get(joint as usize).map_or(DMat3::IDENTITY, |pose| pose.matrix3.transpose())
     }
 }
 
-/// Most Sun samples in one tick: what the device reads without a loop, which costs more than all of them.
+/// Most Sun samples in one step: what the device reads without a loop, which costs more than all of them.
 pub const MAX_SUN_SAMPLES: usize = 8;

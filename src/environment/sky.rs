@@ -421,7 +421,7 @@ mod tests {
         let model = model(408e3, 0.5);
         let whole = model.contacts(0.0, 12_000.0);
         let cut: Vec<f64> =
-            (0..1200).flat_map(|tick| model.contacts(f64::from(tick) * 10.0, f64::from(tick + 1) * 10.0)).collect();
+            (0..1200).flat_map(|step| model.contacts(f64::from(step) * 10.0, f64::from(step + 1) * 10.0)).collect();
         assert_eq!(whole.len(), cut.len());
         for (a, b) in whole.iter().zip(&cut) {
             assert!((a - b).abs() < 1e-7, "{a} {b}");

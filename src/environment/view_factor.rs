@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-/// The planet's apparent radius, as the sine and cosine of the angle; worked out once a tick, in f64, because the
+/// The planet's apparent radius, as the sine and cosine of the angle; worked out once a step, in f64, because the
 /// cosine of a low orbit loses its digits when it is made from the sine in f32.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ApparentRadius {

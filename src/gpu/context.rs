@@ -36,7 +36,7 @@ pub struct DeviceInfo {
     pub memory: u64,
     /// Bits of a pixel that a corner of a triangle is placed to.
     pub sub_pixel_bits: u32,
-    /// Nanoseconds of a timestamp tick; 0 where the queue has no timestamps.
+    /// Nanoseconds of a timestamp step; 0 where the queue has no timestamps.
     pub timestamp_period: f32,
     /// What is missing for isotherm; empty where it runs.
     pub lacks: Vec<String>,

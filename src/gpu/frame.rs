@@ -21,7 +21,7 @@ use crate::environment::shadow::{Method, SUN_RAYS};
 /// Groups of four nodes that one dispatch of rays takes: 65,535 workgroups of 64 nodes, and whole workgroups of groups.
 const TRACED_AT_ONCE: u32 = 65_535 / 4 * 64;
 
-/// What a tick leaves for the host.
+/// What a step leaves for the host.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Wanted {
     /// An image.
@@ -40,7 +40,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// One tick: every range is stepped, then drawn and read back as wanted.
+    /// One step: every range is stepped, then drawn and read back as wanted.
     pub fn step(ranges: &[StepRange], wanted: Wanted) -> Self {
         Self::step_in_runs(ranges, wanted, &[TriangleRun { joint: 0, triangles: (0, wanted.cull) }])
     }
@@ -138,7 +138,7 @@ impl Frame {
         frame
     }
 
-    /// Before a tick in which the Sun has moved against the craft: the share of it that every node of the ranges with
+    /// Before a step in which the Sun has moved against the craft: the share of it that every node of the ranges with
     /// shadows sees. Empty where none has.
     pub fn shadows(ranges: &[StepRange], method: Method) -> Self {
         let shadowed: Vec<StepRange> = ranges.iter().copied().filter(|range| range.variant.shadow).collect();
@@ -227,7 +227,7 @@ impl std::fmt::Display for Frame {
     }
 }
 
-/// Whether any node of the ranges keeps a state between ticks.
+/// Whether any node of the ranges keeps a state between steps.
 fn has_state(ranges: &[StepRange]) -> bool {
     ranges.iter().any(|range| range.variant.kind.has_state())
 }

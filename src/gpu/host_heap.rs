@@ -8,7 +8,7 @@ const MAPPED_APART: i32 = 32 << 20;
 const STEP: i32 = 16 << 20;
 
 /// Lets the heap keep what a software driver frees. lavapipe takes and frees blocks of some 100 kB for every few hundred
-/// triangles, and glibc would hand each to the kernel and fault it in anew: a quarter of a tick with an image of a million triangles.
+/// triangles, and glibc would hand each to the kernel and fault it in anew: a quarter of a step with an image of a million triangles.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 pub(super) fn keep_freed_memory() {
     // SAFETY: mallopt takes any numbers, at any time, and changes when memory is returned to the kernel, never what is in it.

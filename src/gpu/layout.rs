@@ -57,8 +57,8 @@ shared! {
         pub cooling_t_max: f32,
     }
 
-    /// What one tick commands, the same for every node.
-    pub struct Tick {
+    /// What one step commands, the same for every node.
+    pub struct Step {
         /// Unit vector to the planet's centre, body frame; w: sine of the planet's angular radius.
         pub nadir: [f32; 4],
         /// Unit vector towards the Sun's side, at right angles to nadir; w: cosine of the planet's angular radius.
@@ -71,11 +71,11 @@ shared! {
         pub albedo_flux: f32,
         /// Fourth power of the radiative temperature of space [K4].
         pub background_temperature_4: f32,
-        /// Length of the tick in steps.
-        pub step: f32,
+        /// Length in steps of the scene.
+        pub length: f32,
         /// Intervals of the albedo table each way.
         pub albedo_resolution: f32,
-        /// Ticks of a fused dispatch, said by the first of them.
+        /// Steps of a fused dispatch, said by the first of them.
         pub count: f32,
         /// The structure is as long as its alignment in GLSL asks.
         pub unused: [f32; 2],
@@ -380,9 +380,9 @@ pub fn rows(motion: &glam::DAffine3) -> [[f32; 4]; 3] {
     })
 }
 
-/// Ticks that one dispatch takes at most: TICKS of glsl/thermal_step.comp. Their Sun samples fill 4 of the 16 KiB that
+/// Steps that one dispatch takes at most: STEPS of glsl/thermal_step.comp. Their Sun samples fill 4 of the 16 KiB that
 /// every device reads as a uniform, and no driver ends a loop of so few turns.
-pub const FUSED_TICKS: usize = 32;
+pub const FUSED_STEPS: usize = 32;
 
 /// Bytes between the slices of joints in a uniform buffer: what every device can begin a binding at.
 pub const SLICE: usize = 256;

@@ -1,4 +1,4 @@
-//! The load of a tick as the device reads it: rounded to f32, turned into the frame of every joint.
+//! The load of a step as the device reads it: rounded to f32, turned into the frame of every joint.
 
 use glam::{DMat3, DVec3};
 
@@ -6,22 +6,22 @@ use super::error::GpuError;
 use super::layout;
 use super::resource::Resource;
 use super::store::Resources;
-use crate::environment::{MAX_SUN_SAMPLES, TickLoad, albedo};
+use crate::environment::{MAX_SUN_SAMPLES, StepLoad, albedo};
 
-/// What a tick commands, its length left out.
+/// What a step commands, its length left out.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct DeviceLoad {
-    ticks: Vec<layout::Tick>,
+    steps: Vec<layout::Step>,
     samples: Vec<[[f32; 4]; MAX_SUN_SAMPLES]>,
     albedo: Option<Vec<f32>>,
 }
 
 impl DeviceLoad {
     /// For the body and its joints.
-    pub fn new(load: &TickLoad, joints: u32) -> Self {
+    pub fn new(load: &StepLoad, joints: u32) -> Self {
         let frames: Vec<DMat3> = (0..joints).map(|joint| load.joint_from_body(joint)).collect();
         let samples = |frame: &DMat3| {
-            // Samples beyond those of the tick have no flux.
+            // Samples beyond those of the step have no flux.
             let mut samples = [[0.0f32; 4]; MAX_SUN_SAMPLES];
             for (sample, value) in samples.iter_mut().zip(&load.sun) {
                 let d = *frame * value.direction;
@@ -30,16 +30,16 @@ impl DeviceLoad {
             samples
         };
         Self {
-            ticks: frames.iter().map(|frame| tick_of(load, 0.0, *frame)).collect(),
+            steps: frames.iter().map(|frame| step_of(load, 0.0, *frame)).collect(),
             samples: frames.iter().map(samples).collect(),
             albedo: load.albedo.as_ref().map(|table| table.values.iter().map(|value| *value as f32).collect()),
         }
     }
 
-    /// Writes it for a tick of a length in steps.
+    /// Writes it for a step of a length in steps.
     pub fn write(&self, resources: &mut Resources, slot: usize, step: f64) -> Result<(), GpuError> {
-        let with_step = |tick: &layout::Tick| layout::Tick { step: step as f32, ..*tick };
-        resources.write_slices(Resource::Tick, slot, &self.ticks.iter().map(with_step).collect::<Vec<_>>())?;
+        let with_step = |one: &layout::Step| layout::Step { length: step as f32, ..*one };
+        resources.write_slices(Resource::Step, slot, &self.steps.iter().map(with_step).collect::<Vec<_>>())?;
         resources.write_slices(Resource::SunSamples, slot, &self.samples)?;
         self.albedo.as_ref().map_or(Ok(()), |values| resources.write(Resource::AlbedoValues, slot, values))
     }
@@ -47,8 +47,8 @@ impl DeviceLoad {
     /// Writes the loads of a fused dispatch over a craft whose parts stand still, each with its length in steps.
     pub fn write_fused(loads: &[(Self, f64)], resources: &mut Resources, slot: usize) -> Result<(), GpuError> {
         let count = loads.len() as f32;
-        let ticks = loads.iter().map(|(load, step)| layout::Tick { step: *step as f32, count, ..load.ticks[0] });
-        resources.write(Resource::FusedTicks, slot, &ticks.collect::<Vec<_>>())?;
+        let steps = loads.iter().map(|(load, step)| layout::Step { length: *step as f32, count, ..load.steps[0] });
+        resources.write(Resource::FusedSteps, slot, &steps.collect::<Vec<_>>())?;
         let samples: Vec<_> = loads.iter().map(|(load, _)| load.samples[0]).collect();
         resources.write(Resource::FusedSunSamples, slot, &samples)?;
         let values: Vec<f32> = loads.iter().flat_map(|(load, _)| load.albedo.iter().flatten().copied()).collect();
@@ -56,22 +56,22 @@ impl DeviceLoad {
     }
 }
 
-/// The tick as the device reads it, for nodes that stand still in a frame.
-fn tick_of(load: &TickLoad, step: f64, joint_from_body: DMat3) -> layout::Tick {
+/// The step as the device reads it, for nodes that stand still in a frame.
+fn step_of(load: &StepLoad, step: f64, joint_from_body: DMat3) -> layout::Step {
     let planet = load.planet.as_ref();
     let extend = |v: DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
     let sine = planet.map_or(0.0, |planet| 1.0 / planet.distance_ratio);
     let cosine = (1.0 - sine * sine).sqrt();
     let nadir = joint_from_body * planet.map_or(DVec3::Z, |planet| planet.nadir);
     let sunward = joint_from_body * planet.map_or(DVec3::X, |planet| planet.sunward);
-    layout::Tick {
+    layout::Step {
         nadir: extend(nadir, sine),
         sunward: extend(sunward, cosine),
         across: extend(nadir.cross(sunward), 0.0),
         planet_ir: planet.map_or(0.0, |planet| planet.planet_ir) as f32,
         albedo_flux: planet.map_or(0.0, |planet| planet.albedo_flux) as f32,
         background_temperature_4: load.background_temperature.powi(4) as f32,
-        step: step as f32,
+        length: step as f32,
         albedo_resolution: albedo::RESOLUTION as f32,
         count: 1.0,
         unused: [0.0; 2],

@@ -26,13 +26,13 @@ use super::resources::SceneData;
 use super::store::Resources;
 use super::timing::{DeviceFrame, PassTimes};
 use super::variant::StepKind;
-use crate::environment::TickLoad;
+use crate::environment::StepLoad;
 
 /// What a frame is asked to do and to leave.
 #[derive(Default, Clone, Copy)]
 pub struct Request<'a> {
     /// Steps the nodes under a load for a number of steps.
-    pub tick: Option<(&'a TickLoad, f64)>,
+    pub step: Option<(&'a StepLoad, f64)>,
     /// Draws the nodes afterwards: from a view for the body and one for each joint, as what hangs on it sees the camera. Nothing
     /// is drawn from no views.
     pub views: &'a [layout::View],
@@ -44,8 +44,8 @@ pub struct Request<'a> {
 
 impl<'a> Request<'a> {
     /// Steps the nodes under a load for a number of steps, and leaves nothing.
-    pub fn tick(load: &'a TickLoad, steps: f64) -> Self {
-        Self { tick: Some((load, steps)), ..Self::default() }
+    pub fn step(load: &'a StepLoad, steps: f64) -> Self {
+        Self { step: Some((load, steps)), ..Self::default() }
     }
 
     /// Reads the temperatures as well.
@@ -79,10 +79,10 @@ pub struct Renderer {
     culling: Culling,
     /// The body and its joints.
     joints: u32,
-    /// Whether many ticks may pass in one dispatch.
+    /// Whether many steps may pass in one dispatch.
     fuses: bool,
-    /// Ticks that passed so.
-    fused_ticks: u64,
+    /// Steps that passed so.
+    fused_steps: u64,
     shadows: Shadows,
     /// The load that every target is the balance of, where it is known.
     commanded: Option<DeviceLoad>,
@@ -105,7 +105,7 @@ impl Renderer {
         let triangles = data.runs();
         let mut frames = Vec::new();
         for (has_sun, has_albedo) in [(true, true), (true, false), (false, false)] {
-            let ranges = ranges_of_tick(&data.ranges, has_sun, has_albedo);
+            let ranges = ranges_of_step(&data.ranges, has_sun, has_albedo);
             frames.extend([Frame::step_in_runs(&ranges, wanted, &triangles), Frame::settle(&ranges)]);
         }
         frames.push(Frame::step_in_runs(&idle(&data.ranges), wanted, &triangles));
@@ -124,7 +124,7 @@ impl Renderer {
             triangles,
             joints,
             fuses: data.fuses(),
-            fused_ticks: 0,
+            fused_steps: 0,
             shadows,
             commanded: None,
             slots: Slots::new(context, passes)?,
@@ -138,9 +138,9 @@ impl Renderer {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn settle(&mut self, load: &TickLoad) -> Result<(), GpuError> {
+    pub fn settle(&mut self, load: &StepLoad) -> Result<(), GpuError> {
         let frame = self.shadows(load)?.then(Frame::settle(&ranges_of_load(&self.ranges, load)));
-        let submitted = self.send(&frame, Request::tick(load, 1.0))?;
+        let submitted = self.send(&frame, Request::step(load, 1.0))?;
         self.commanded = Some(DeviceLoad::new(load, self.joints));
         self.collect(submitted).map(|_| ())
     }
@@ -180,11 +180,11 @@ impl Renderer {
         let culled = self.culling.due(&mut views);
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
         let wanted = Wanted { image: !views.is_empty(), cull, temperatures: request.temperatures };
-        let mut ranges = request.tick.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
+        let mut ranges = request.step.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
         // What the host steps has its temperatures by now.
         ranges.retain(|range| range.variant.kind != StepKind::Absorb);
         let mut frame = Frame::default();
-        if let Some((load, _)) = request.tick {
+        if let Some((load, _)) = request.step {
             frame = self.shadows(load)?;
             // Under the load that commanded them last, nodes have nothing to do but to go on.
             let load = Some(DeviceLoad::new(load, self.joints));
@@ -204,12 +204,12 @@ impl Renderer {
     ///
     /// # Errors
     /// A call that fails.
-    pub fn absorbed(&mut self, load: &TickLoad) -> Result<Vec<f32>, GpuError> {
+    pub fn absorbed(&mut self, load: &StepLoad) -> Result<Vec<f32>, GpuError> {
         let mut ranges = ranges_of_load(&self.ranges, load);
         ranges.retain(|range| range.variant.kind == StepKind::Absorb);
         let wanted = Wanted { temperatures: true, ..Wanted::default() };
         let frame = self.shadows(load)?.then(Frame::step(&ranges, wanted));
-        let submitted = self.send(&frame, Request::tick(load, 1.0))?;
+        let submitted = self.send(&frame, Request::step(load, 1.0))?;
         Ok(self.collect(submitted)?.temperatures.unwrap_or_default().to_vec())
     }
 
@@ -239,7 +239,7 @@ impl Renderer {
     }
 
     /// What finds the shadows anew, where a load asks for it; the Sun's view goes to the slot that is submitted next.
-    fn shadows(&mut self, load: &TickLoad) -> Result<Frame, GpuError> {
+    fn shadows(&mut self, load: &StepLoad) -> Result<Frame, GpuError> {
         let Some(view) = self.shadows.due(load) else { return Ok(Frame::default()) };
         if let Some(tree) = self.shadows.moved_tree(load) {
             // Frames in flight may still read the last tree.
@@ -265,7 +265,7 @@ impl Renderer {
     /// Writes what the passes of a list read, and submits it.
     fn send(&mut self, list: &Frame, request: Request<'_>) -> Result<Submitted, GpuError> {
         let slot = self.slots.free()?;
-        if let Some((load, steps)) = request.tick {
+        if let Some((load, steps)) = request.step {
             DeviceLoad::new(load, self.joints).write(&mut self.resources, slot, steps)?;
         }
         self.resources.write_slices(Resource::View, slot, request.views)?;
@@ -325,9 +325,9 @@ impl Renderer {
     }
 }
 
-/// The ranges with the least variants that compute a tick under a load.
-fn ranges_of_load(ranges: &[StepRange], load: &TickLoad) -> Vec<StepRange> {
-    ranges_of_tick(ranges, !load.sun.is_empty(), load.albedo.is_some())
+/// The ranges with the least variants that compute a step under a load.
+fn ranges_of_load(ranges: &[StepRange], load: &StepLoad) -> Vec<StepRange> {
+    ranges_of_step(ranges, !load.sun.is_empty(), load.albedo.is_some())
 }
 
 /// The ranges under a load that has not changed: balances stand, transitions go on.
@@ -336,6 +336,6 @@ fn idle(ranges: &[StepRange]) -> Vec<StepRange> {
     moving.map(|range| StepRange { variant: range.variant.idle(), ..*range }).collect()
 }
 
-fn ranges_of_tick(ranges: &[StepRange], has_sun: bool, has_albedo: bool) -> Vec<StepRange> {
-    ranges.iter().map(|range| StepRange { variant: range.variant.for_tick(has_sun, has_albedo), ..*range }).collect()
+fn ranges_of_step(ranges: &[StepRange], has_sun: bool, has_albedo: bool) -> Vec<StepRange> {
+    ranges.iter().map(|range| StepRange { variant: range.variant.for_step(has_sun, has_albedo), ..*range }).collect()
 }

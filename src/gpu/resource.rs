@@ -13,11 +13,11 @@ use crate::environment::MAX_SUN_SAMPLES;
 pub enum Count {
     /// One.
     Once,
-    /// Ticks of a fused dispatch.
-    FusedTicks,
+    /// Steps of a fused dispatch.
+    FusedSteps,
     /// Directions of the table of albedo.
     Albedo,
-    /// The same, for every tick of a fused dispatch.
+    /// The same, for every step of a fused dispatch.
     FusedAlbedo,
     /// Materials.
     Materials,
@@ -27,7 +27,7 @@ pub enum Count {
     Groups,
     /// Groups, where a load depends on the normal of a node.
     LoadedGroups,
-    /// Groups, where nodes keep a state between ticks.
+    /// Groups, where nodes keep a state between steps.
     MovingGroups,
     /// Groups, where anything is drawn or casts a shadow.
     PlacedGroups,
@@ -235,7 +235,7 @@ const GROUP: usize = 16;
 const PAIRS: usize = 32;
 /// Bytes of the corners of a triangle.
 const CORNERS: usize = 12;
-/// Bytes of the Sun's samples of a tick.
+/// Bytes of the Sun's samples of a step.
 const SAMPLES: usize = 16 * MAX_SUN_SAMPLES;
 
 macro_rules! table {
@@ -264,16 +264,16 @@ macro_rules! table {
 }
 
 table! {
-    /// `Tick`, written by the host.
-    Tick: row(size_of::<layout::Tick>(), Once, Uniform, "Tick").each_slot().each_joint();
-    /// Sun samples of the tick, written by the host.
+    /// `Step`, written by the host.
+    Step: row(size_of::<layout::Step>(), Once, Uniform, "Step").each_slot().each_joint();
+    /// Sun samples of the step, written by the host.
     SunSamples: row(SAMPLES, Once, Uniform, "Sun").each_slot().each_joint();
     /// Albedo over the directions of a normal, written by the host.
     AlbedoValues: row(4, Albedo, FromHost, "Albedo").each_slot();
-    /// `Tick`s of a fused dispatch, written by the host.
-    FusedTicks: row(size_of::<layout::Tick>(), Count::FusedTicks, Uniform, "Tick").each_slot();
+    /// `Step`s of a fused dispatch, written by the host.
+    FusedSteps: row(size_of::<layout::Step>(), Count::FusedSteps, Uniform, "Step").each_slot();
     /// Their Sun samples, written by the host.
-    FusedSunSamples: row(SAMPLES, Count::FusedTicks, Uniform, "Sun").each_slot();
+    FusedSunSamples: row(SAMPLES, Count::FusedSteps, Uniform, "Sun").each_slot();
     /// Their albedos over the directions of a normal, written by the host.
     FusedAlbedoValues: row(4, FusedAlbedo, FromHost, "Albedo").each_slot();
     /// `View`, written by the host.

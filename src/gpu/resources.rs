@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::context::Context;
 use super::error::GpuError;
 use super::frame::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
-use super::layout::{self, FUSED_TICKS};
+use super::layout::{self, FUSED_STEPS};
 use super::memory::Buffer;
 use super::once::Once;
 use super::resource::{Count, Pieces, Resource};
@@ -84,7 +84,7 @@ pub struct Planned {
 }
 
 impl SceneData<'_> {
-    /// Whether many ticks may pass in one dispatch: transitions that nothing but the load of a tick commands.
+    /// Whether many steps may pass in one dispatch: transitions that nothing but the load of a step commands.
     pub fn fuses(&self) -> bool {
         let kinds = || self.ranges.iter().map(|range| range.variant.kind);
         self.joints.is_none() && kinds().any(StepKind::has_state) && kinds().all(|kind| kind != StepKind::Absorb)
@@ -137,13 +137,13 @@ impl SceneData<'_> {
         let tree = self.shadows.as_ref().and_then(|shadows| shadows.tree);
         let seen = self.shadows.as_ref().filter(|_| tree.is_none());
         let directions = only(of_ranges(|variant| variant.albedo), (albedo::RESOLUTION + 1).pow(2));
-        let ticks = only(self.fuses(), FUSED_TICKS);
+        let steps = only(self.fuses(), FUSED_STEPS);
         let drawn = self.image.is_some();
         match count {
             Count::Once => 1,
-            Count::FusedTicks => ticks,
+            Count::FusedSteps => steps,
             Count::Albedo => directions,
-            Count::FusedAlbedo => ticks * directions,
+            Count::FusedAlbedo => steps * directions,
             Count::Materials => self.materials.len(),
             Count::Shapes => self.shapes.values.len(),
             Count::Groups => groups,

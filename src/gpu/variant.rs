@@ -6,7 +6,7 @@ use super::shaders::Shader;
 /// What moves the nodes of a range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum StepKind {
-    /// The balance temperature of the tick; also how every node is settled at the start.
+    /// The balance temperature of the step; also how every node is settled at the start.
     Instant,
     /// Transition, merge rule.
     Merge,
@@ -47,7 +47,7 @@ pub struct ThermalVariant {
     pub albedo: bool,
     /// The craft's shadow on itself; only with a Sun.
     pub shadow: bool,
-    /// Whether a dispatch takes many ticks, each under its own load.
+    /// Whether a dispatch takes many steps, each under its own load.
     pub fused: bool,
 }
 
@@ -115,7 +115,7 @@ impl FusedVariant {
 }
 
 impl StepKind {
-    /// Whether nodes keep a state between ticks in the buffers of a transition.
+    /// Whether nodes keep a state between steps in the buffers of a transition.
     pub fn has_state(self) -> bool {
         !matches!(self, Self::Instant | Self::Absorb)
     }
@@ -161,14 +161,14 @@ impl ThermalVariant {
         Shader::new("thermal_step.comp", words.collect())
     }
 
-    /// The least variant that still computes a tick: in umbra there is no Sun, in the dark no albedo.
-    pub fn for_tick(self, has_sun: bool, has_albedo: bool) -> Self {
+    /// The least variant that still computes a step: in umbra there is no Sun, in the dark no albedo.
+    pub fn for_step(self, has_sun: bool, has_albedo: bool) -> Self {
         let albedo = self.albedo && has_albedo;
         let sun = self.sun && (has_sun || albedo);
         Self { sun, albedo, shadow: self.shadow && has_sun, ..self }
     }
 
-    /// The same with many ticks in a dispatch; `None` of what keeps no state, where only the last tick counts, and of what
+    /// The same with many steps in a dispatch; `None` of what keeps no state, where only the last step counts, and of what
     /// reads no load.
     pub fn fused(self) -> Option<Self> {
         matches!(self.kind, StepKind::Merge | StepKind::Restart).then_some(Self { fused: true, ..self })

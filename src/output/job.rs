@@ -21,7 +21,7 @@ use super::temperature_plots::{Eclipses, temperature_plots};
 use crate::gpu::nodes::GROUP;
 use crate::simulation::check::{Accuracy, Check};
 use crate::simulation::engine::{Engine, EngineError};
-use crate::simulation::network::TickCost;
+use crate::simulation::network::StepCost;
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{StepResult, run, start};
@@ -96,8 +96,8 @@ pub struct Outcome {
     pub accuracy: Option<Accuracy>,
     /// How a periodic warm-up went, where one was asked for.
     pub periodic: Option<Periodic>,
-    /// What the network cost in every tick after the warm-up.
-    pub network_costs: Vec<TickCost>,
+    /// What the network cost in every step after the warm-up.
+    pub network_costs: Vec<StepCost>,
     /// Wall time of the steps without start-up and without pictures [s].
     pub stepping_s: f64,
 }
@@ -123,7 +123,7 @@ pub fn run_into(
     let probes: Vec<String> = prepared.scene.probes.iter().map(|probe| probe.name.clone()).collect();
     let mut series = Series::new(&prepared.parts, &names, &probes);
 
-    let warm_up_ticks = engine.network_costs().len();
+    let warm_up_steps = engine.network_costs().len();
     let began = Instant::now();
     let (complete, written) = std::thread::scope(|scope| {
         // Files are written while the next steps are computed.
@@ -181,7 +181,7 @@ pub fn run_into(
     write_plots(folder, &plots)?;
     drop(draws);
     let accuracy = check.map(|check| check.accuracy(prepared));
-    let network_costs = engine.network_costs()[warm_up_ticks..].to_vec();
+    let network_costs = engine.network_costs()[warm_up_steps..].to_vec();
     Ok(Outcome { complete, frames, pictures, plots, series, accuracy, periodic, network_costs, stepping_s })
 }
 

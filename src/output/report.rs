@@ -31,7 +31,7 @@ pub struct Report {
     pub model: ModelSize,
     /// Memory on the device.
     pub buffers: Vec<BufferSize>,
-    /// Passes of a tick with their times.
+    /// Passes of a step with their times.
     pub passes: Vec<PassTime>,
     /// Settings of the scene by section, in the order of the scene file.
     pub settings: Vec<SettingGroup>,

@@ -34,7 +34,7 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
         vec![
             ("step", format!("{} s", scene.time.step)),
             ("steps", scene.time.steps.to_string()),
-            ("warm-up", format!("{} orbits, {} steps", scene.time.warm_up_orbits, prepared.warm_up_ticks())),
+            ("warm-up", format!("{} orbits, {} steps", scene.time.warm_up_orbits, prepared.warm_up_steps())),
             (
                 "drawn",
                 match &scene.time.draw {

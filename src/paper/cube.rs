@@ -12,7 +12,7 @@ use glam::DVec3;
 use crate::environment::load::{exact_albedo_flux, planet_ir_flux, solar_flux};
 use crate::environment::orbit::{PeriodDisagreement, period_disagreement};
 use crate::environment::sky::SkyError;
-use crate::environment::tick::TickLoads;
+use crate::environment::step::StepLoads;
 use crate::environment::{Attitude, CircularOrbit, Environment};
 use crate::thermal::balance::{Incident, absorbed_by_face};
 use crate::thermal::material::Optics;
@@ -146,7 +146,7 @@ impl Case {
         let loads = self.sky_loads()?;
         let flux = |step: usize| {
             let middle = step as f64 * STEP;
-            let load = loads.tick_load(middle - 0.5 * STEP, middle + 0.5 * STEP);
+            let load = loads.step_load(middle - 0.5 * STEP, middle + 0.5 * STEP);
             NORMALS.map(|normal| {
                 let incident = Incident {
                     solar: solar_flux(&load, normal),
@@ -198,7 +198,7 @@ impl Case {
     }
 
     /// The loads of its orbit.
-    pub fn sky_loads(&self) -> Result<TickLoads, SkyError> {
+    pub fn sky_loads(&self) -> Result<StepLoads, SkyError> {
         let (planet_ir, albedo) = match self.loads {
             Loads::Sun | Loads::SunAndShadow => (None, None),
             Loads::All => (Some(PLANET.0), Some(PLANET.1)),
@@ -213,7 +213,7 @@ impl Case {
             background_temperature: Some(SPACE),
         };
         let attitude = Attitude::Nadir { nadir_axis: DVec3::NEG_Z, forward_axis: DVec3::X };
-        TickLoads::new(&self.orbit(), &attitude, &environment)
+        StepLoads::new(&self.orbit(), &attitude, &environment)
     }
 }
 

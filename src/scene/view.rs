@@ -11,7 +11,7 @@ use crate::thermal::planck::Band;
 /// State at the start (time 0, or the start of the warm-up).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Initial {
-    /// Settled at the balance temperature of the first tick's mean load.
+    /// Settled at the balance temperature of the first step's mean load.
     Balance,
     /// Settled at this temperature [K].
     Temperature(f64),

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use super::engine::EngineError;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
-use crate::environment::TickLoad;
+use crate::environment::StepLoad;
 use crate::environment::shadow::Shadows;
 use crate::gpu::nodes::{GROUP, PADDING};
 use crate::thermal::STEFAN_BOLTZMANN;
@@ -85,7 +85,7 @@ struct NetworkCheck {
 }
 
 impl NetworkCheck {
-    fn heat(&mut self, load: &TickLoad) -> Vec<f64> {
+    fn heat(&mut self, load: &StepLoad) -> Vec<f64> {
         self.loads.find_shadows(&mut self.shadows, load);
         let absorbed: HashMap<usize, f64> = self.slots.iter().copied().zip(self.loads.absorbed(load)).collect();
         self.run.scene().heat(|slot| absorbed[&slot])
@@ -160,7 +160,7 @@ impl Check {
     }
 
     /// Settles the sample at a load, at a time [s].
-    pub fn settle(&mut self, load: &TickLoad, time: f64) {
+    pub fn settle(&mut self, load: &StepLoad, time: f64) {
         self.reference.find_shadows(&mut self.shadows, load);
         self.reference.settle(load);
         if let Some(network) = self.network.as_mut().filter(|network| !network.waits) {
@@ -179,13 +179,13 @@ impl Check {
         }
     }
 
-    /// Steps the sample through a tick of `steps` steps, from `start` [s] for `length` [s].
-    pub fn step(&mut self, load: &TickLoad, steps: f64, start: f64, length: f64) {
+    /// Steps the sample through a step of `steps` steps, from `start` [s] for `length` [s].
+    pub fn step(&mut self, load: &StepLoad, steps: f64, start: f64, length: f64) {
         self.reference.find_shadows(&mut self.shadows, load);
         self.reference.step(load, steps);
         if let Some(network) = self.network.as_mut().filter(|network| network.failed.is_none() && !network.waits) {
             let heat = network.heat(load);
-            let done = network.run.tick(heat, start, length);
+            let done = network.run.step(heat, start, length);
             network.after(done);
         }
     }

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::device_data::DeviceData;
-use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Tick};
+use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::viewpoint::device_view;
-use crate::environment::TickLoad;
+use crate::environment::StepLoad;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
@@ -20,7 +20,7 @@ use crate::gpu::timing::PassTimes;
 use crate::scene::Camera;
 use crate::trace::{Trace, Track};
 
-/// A scene on a device; deliveries come in the order of the ticks.
+/// A scene on a device; deliveries come in the order of the steps.
 pub struct DeviceEngine {
     /// What steps and draws it.
     pub renderer: Renderer,
@@ -30,7 +30,7 @@ pub struct DeviceEngine {
     ready: VecDeque<Delivered>,
     /// The thermal network, where the scene has one.
     network: Option<NetworkRun>,
-    ticks: u64,
+    steps: u64,
     /// For the projection.
     camera: Option<Camera>,
     trace: Trace,
@@ -55,25 +55,25 @@ impl DeviceEngine {
             renderer,
             flying: VecDeque::new(),
             ready: VecDeque::new(),
-            ticks: 0,
+            steps: 0,
             camera: camera.cloned(),
             trace: Trace::default(),
             context: Arc::clone(context),
         })
     }
 
-    /// Steps the network under the load of a tick. The host sits between the loads and the temperatures, so what is under way
+    /// Steps the network under the load of a step. The host sits between the loads and the temperatures, so what is under way
     /// must land first.
-    fn step_network(&mut self, tick: &Tick<'_>) -> Result<(), EngineError> {
+    fn step_network(&mut self, step: &Step<'_>) -> Result<(), EngineError> {
         let Some(network) = &mut self.network else { return Ok(()) };
         while let Some(submitted) = self.flying.pop_front() {
             self.ready.push_back(collect(&mut self.renderer, submitted)?);
         }
-        network.tick_begins();
-        let mut values = self.renderer.absorbed(tick.load)?;
-        network.tick(network.scene().heat(|slot| f64::from(values[slot])), tick.start, tick.length)?;
+        network.step_begins();
+        let mut values = self.renderer.absorbed(step.load)?;
+        network.step(network.scene().heat(|slot| f64::from(values[slot])), step.start, step.length)?;
         put(&mut self.renderer, network, &mut values)?;
-        network.tick_ends();
+        network.step_ends();
         Ok(())
     }
 
@@ -102,7 +102,7 @@ impl Engine for DeviceEngine {
         self.context.info.name.clone()
     }
 
-    fn settle(&mut self, load: &TickLoad, time: f64) -> Result<(), EngineError> {
+    fn settle(&mut self, load: &StepLoad, time: f64) -> Result<(), EngineError> {
         self.renderer.settle(load)?;
         let Some(network) = &mut self.network else { return Ok(()) };
         let mut values = self.renderer.absorbed(load)?;
@@ -117,16 +117,16 @@ impl Engine for DeviceEngine {
         Ok(self.renderer.settle_at(&vec![temperature as f32; nodes])?)
     }
 
-    fn submit(&mut self, tick: Option<Tick<'_>>, order: Order<'_>) -> Result<(), EngineError> {
+    fn submit(&mut self, step: Option<Step<'_>>, order: Order<'_>) -> Result<(), EngineError> {
         let trace = self.trace.clone();
         let _submits = trace.span(Track::Host, "submit");
-        self.ticks += u64::from(tick.is_some());
-        if let Some(tick) = &tick {
-            self.step_network(tick)?;
+        self.steps += u64::from(step.is_some());
+        if let Some(step) = &step {
+            self.step_network(step)?;
         }
         let views = self.views(&order);
         self.flying.push_back(self.renderer.submit(Request {
-            tick: tick.map(|tick| (tick.load, tick.steps)),
+            step: step.map(|step| (step.load, step.steps)),
             views: views.as_deref().unwrap_or_default(),
             temperatures: order.temperatures,
             list: None,
@@ -146,13 +146,13 @@ impl Engine for DeviceEngine {
         Ok(delivered)
     }
 
-    fn forward(&mut self, passing: &[Tick<'_>]) -> Result<(), EngineError> {
+    fn forward(&mut self, passing: &[Step<'_>]) -> Result<(), EngineError> {
         if self.network.is_some() {
             return self.pass_singly(passing);
         }
         let _submits = self.trace.span(Track::Host, "submit");
-        self.ticks += passing.len() as u64;
-        let loads: Vec<_> = passing.iter().map(|tick| (tick.load, tick.steps)).collect();
+        self.steps += passing.len() as u64;
+        let loads: Vec<_> = passing.iter().map(|step| (step.load, step.steps)).collect();
         Ok(self.renderer.forward(&loads)?)
     }
 
@@ -160,12 +160,12 @@ impl Engine for DeviceEngine {
         Ok(self.renderer.wait()?)
     }
 
-    fn ticks(&self) -> u64 {
-        self.ticks
+    fn steps(&self) -> u64 {
+        self.steps
     }
 
-    fn fused_ticks(&self) -> u64 {
-        self.renderer.fused_ticks()
+    fn fused_steps(&self) -> u64 {
+        self.renderer.fused_steps()
     }
 
     fn device_bytes(&self) -> Option<u64> {

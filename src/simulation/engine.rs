@@ -1,18 +1,18 @@
-//! Who computes, as a run sees it: an engine takes ticks and leaves images and temperatures.
+//! Who computes, as a run sees it: an engine takes steps and leaves images and temperatures.
 
 use glam::DAffine3;
 
 pub use super::engine_error::EngineError;
-use super::network::{NetworkRun, TickCost};
-use crate::environment::TickLoad;
+use super::network::{NetworkRun, StepCost};
+use crate::environment::StepLoad;
 use crate::gpu::timing::PassTimes;
 use crate::trace::Trace;
 
-/// One tick as an engine takes it.
+/// One step as an engine takes it.
 #[derive(Debug, Clone, Copy)]
-pub struct Tick<'a> {
-    /// Mean load of the tick.
-    pub load: &'a TickLoad,
+pub struct Step<'a> {
+    /// Mean load of the step.
+    pub load: &'a StepLoad,
     /// Its length in steps.
     pub steps: f64,
     /// When it starts [s].
@@ -21,7 +21,7 @@ pub struct Tick<'a> {
     pub length: f64,
 }
 
-/// What a tick is asked to leave.
+/// What a step is asked to leave.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Order<'a> {
     /// Pose of the camera, where an image is wanted.
@@ -41,7 +41,7 @@ pub struct Pixels {
     pub identity: Vec<[u32; 2]>,
 }
 
-/// What a tick left.
+/// What a step left.
 #[derive(Debug, Clone, Default)]
 pub struct Delivered {
     /// The image, where one was ordered.
@@ -65,7 +65,7 @@ pub trait Engine {
     ///
     /// # Errors
     /// A call that fails, or no steady state.
-    fn settle(&mut self, load: &TickLoad, time: f64) -> Result<(), EngineError>;
+    fn settle(&mut self, load: &StepLoad, time: f64) -> Result<(), EngineError>;
 
     /// Settles every node at a temperature [K].
     ///
@@ -73,34 +73,34 @@ pub trait Engine {
     /// A call that fails.
     fn settle_at(&mut self, temperature: f64, nodes: usize) -> Result<(), EngineError>;
 
-    /// Gives a tick (or, without one, the present state) to the engine; at most two may be under way.
+    /// Gives a step (or, without one, the present state) to the engine; at most two may be under way.
     ///
     /// # Errors
     /// A call that fails, or temperatures of a network that cannot be found.
-    fn submit(&mut self, tick: Option<Tick<'_>>, order: Order<'_>) -> Result<(), EngineError>;
+    fn submit(&mut self, step: Option<Step<'_>>, order: Order<'_>) -> Result<(), EngineError>;
 
-    /// What the oldest tick under way leaves; empty where none is.
+    /// What the oldest step under way leaves; empty where none is.
     ///
     /// # Errors
     /// A lost device.
     fn deliver(&mut self) -> Result<Delivered, EngineError>;
 
-    /// Lets ticks pass that leave nothing but the state; on a device many in one dispatch where nodes do not interact and
+    /// Lets steps pass that leave nothing but the state; on a device many in one dispatch where nodes do not interact and
     /// nothing moves.
     ///
     /// # Errors
     /// As for `submit`.
-    fn forward(&mut self, passing: &[Tick<'_>]) -> Result<(), EngineError> {
+    fn forward(&mut self, passing: &[Step<'_>]) -> Result<(), EngineError> {
         self.pass_singly(passing)
     }
 
-    /// The same, each tick by itself.
+    /// The same, each step by itself.
     ///
     /// # Errors
     /// As for `submit`.
-    fn pass_singly(&mut self, passing: &[Tick<'_>]) -> Result<(), EngineError> {
-        for tick in passing {
-            self.submit(Some(*tick), Order::default())?;
+    fn pass_singly(&mut self, passing: &[Step<'_>]) -> Result<(), EngineError> {
+        for step in passing {
+            self.submit(Some(*step), Order::default())?;
             self.deliver()?;
         }
         Ok(())
@@ -114,11 +114,11 @@ pub trait Engine {
         Ok(())
     }
 
-    /// Ticks so far, those of a warm-up included.
-    fn ticks(&self) -> u64;
+    /// Steps so far, those of a warm-up included.
+    fn steps(&self) -> u64;
 
     /// Those of them that passed in dispatches of many.
-    fn fused_ticks(&self) -> u64 {
+    fn fused_steps(&self) -> u64 {
         0
     }
 
@@ -139,12 +139,12 @@ pub trait Engine {
     /// The same, to be changed.
     fn network_mut(&mut self) -> Option<&mut NetworkRun>;
 
-    /// Cost of the network in every tick so far; empty where the scene has none.
-    fn network_costs(&self) -> &[TickCost] {
+    /// Cost of the network in every step so far; empty where the scene has none.
+    fn network_costs(&self) -> &[StepCost] {
         self.network().map_or(&[], NetworkRun::costs)
     }
 
-    /// From now on the network's ticks may err by ten times its tolerance, or no longer.
+    /// From now on the network's steps may err by ten times its tolerance, or no longer.
     fn set_coarse(&mut self, coarse: bool) {
         if let Some(network) = self.network_mut() {
             network.set_coarse(coarse);
@@ -159,7 +159,7 @@ pub trait Engine {
         self.network_mut().map(NetworkRun::temperatures).transpose()
     }
 
-    /// Replaces the temperatures of the network's nodes [K]; they show after the next tick.
+    /// Replaces the temperatures of the network's nodes [K]; they show after the next step.
     ///
     /// # Errors
     /// A call that fails.

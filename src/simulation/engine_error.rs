@@ -11,7 +11,7 @@ pub enum EngineError {
     /// A thermal network could not be integrated.
     #[error("the thermal network at {time} s: {reason}")]
     Network {
-        /// Start of the tick [s].
+        /// Start of the step [s].
         time: f64,
         /// Why.
         reason: String,

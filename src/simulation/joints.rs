@@ -8,7 +8,7 @@ use wildmatch::WildMatch;
 
 use super::prepare_error::PrepareError;
 use crate::environment::joints::{Drive, Guided, Joint, Kind, Motion, Played};
-use crate::environment::tick::TickLoads;
+use crate::environment::step::StepLoads;
 use crate::gpu::nodes::Nodes;
 use crate::model::{Model, SceneNode};
 use crate::scene::{JointMotion, JointRule, Scene};
@@ -182,7 +182,7 @@ impl Description {
 }
 
 /// The joints of a scene, in the order of the model.
-pub fn describe(loads: &TickLoads, nodes: &Nodes) -> Vec<Description> {
+pub fn describe(loads: &StepLoads, nodes: &Nodes) -> Vec<Description> {
     let joints = loads.joints().joints();
     let positions = loads.joints_at(0.0).0;
     let shown = |turns: bool, value: f64| {

@@ -9,7 +9,7 @@ mod run;
 
 pub(super) use build::shell;
 pub(crate) use run::unfinished;
-pub use run::{NetworkRun, TickCost};
+pub use run::{NetworkRun, StepCost};
 
 use crate::thermal::network::control::Settings;
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
@@ -128,7 +128,7 @@ impl SceneNetwork {
         lines
     }
 
-    /// Heat and thermostats of a tick that starts at `start` [s] and lasts `length` [s].
+    /// Heat and thermostats of a step that starts at `start` [s] and lasts `length` [s].
     fn schedule(&self, heat: Vec<f64>, on: &[bool], start: f64, length: f64) -> Schedule {
         let mut schedule = Schedule { constant: heat, times: vec![length], ..Schedule::default() };
         for heated in &self.heated {

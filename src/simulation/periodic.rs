@@ -15,9 +15,9 @@ use crate::thermal::network::periodic::SlowModes;
 
 /// Orbits that an extrapolation looks back.
 const DEPTH: usize = 3;
-/// Steps of a coarse tick.
+/// Steps of a coarse step.
 const COARSE_STEPS: f64 = 6.0;
-/// Steps at the end of a coarse orbit that are ticks of their own, so that fast nodes end it as they do a fine one.
+/// Steps at the end of a coarse orbit that are steps of their own, so that fast nodes end it as they do a fine one.
 const LAST_STEPS: f64 = 30.0;
 /// Coarse orbits gain no more where their change is above this share of the one before.
 const STALLED: f64 = 0.5;
@@ -107,7 +107,7 @@ fn all(engine: &mut dyn Engine) -> Result<Vec<f32>, EngineError> {
     Ok(engine.deliver()?.temperatures.unwrap_or_default())
 }
 
-/// One whole period up to time 0 in ticks of a step, or of several until near its end; the last is shorter where the
+/// One whole period up to time 0 in steps of a step, or of several until near its end; the last is shorter where the
 /// period is no whole number of steps. Returns the mean temperatures of the network's nodes [K].
 fn orbit(
     prepared: &Prepared,
@@ -119,9 +119,9 @@ fn orbit(
     let (step, period) = (prepared.scene.time.step, prepared.scene.orbit.period());
     let mut last = engine.network_temperatures()?.unwrap_or_default();
     let mut mean = vec![0.0; last.len()];
-    // Counted in steps since the orbit began, so that the ticks of every orbit are the same.
+    // Counted in steps since the orbit began, so that the steps of every orbit are the same.
     let (mut done, whole) = (0.0, period / step);
-    let ticks = std::iter::from_fn(|| {
+    let passing = std::iter::from_fn(|| {
         let ahead: f64 = if coarse && whole - done >= LAST_STEPS + COARSE_STEPS { COARSE_STEPS } else { 1.0 };
         let start = done * step - period;
         let length = (ahead * step).min(-start);
@@ -130,12 +130,12 @@ fn orbit(
         goes_on.then_some(Passing { start, end: start + length, steps: length / step })
     });
     if last.is_empty() {
-        forward(prepared, engine, check, ticks, stop, &mut || ())?;
+        forward(prepared, engine, check, passing, stop, &mut || ())?;
         return Ok(mean);
     }
-    for tick in ticks {
-        let length = tick.end - tick.start;
-        if !forward(prepared, engine, check.as_deref_mut(), [tick], stop, &mut || ())? {
+    for one in passing {
+        let length = one.end - one.start;
+        if !forward(prepared, engine, check.as_deref_mut(), [one], stop, &mut || ())? {
             break;
         }
         let next = engine.network_temperatures()?.unwrap_or_default();

@@ -11,7 +11,7 @@ use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, Stage};
 use super::prepare_steps::{self as steps, Dense};
 use crate::environment::shadow::{Jointed, Occluders, Redraw, Shadows};
-use crate::environment::tick::TickLoads;
+use crate::environment::step::StepLoads;
 use crate::gpu::frame::{StepRange, TriangleRun};
 use crate::gpu::network::NetworkBytes;
 use crate::gpu::nodes::{Nodes, RangeResponse};
@@ -26,7 +26,7 @@ use crate::thermal::material::{Material, Response};
 const RUN: usize = 64;
 
 /// What a reader of a scene with joints must know.
-const JOINTS: &str = "What a tick does to a part that moves is what it does to its pose in the middle of the tick; an \
+const JOINTS: &str = "What a step does to a part that moves is what it does to its pose in the middle of the step; an \
                       image shows the pose at its own time. Probes and contacts are found in the file's pose, and \
                       Sun-tracking goes on in eclipse.";
 
@@ -65,8 +65,8 @@ pub struct Prepared {
     pub merged: Option<Merged>,
     /// Area of the model [m2].
     pub area: f64,
-    /// Sun, planet and albedo of any tick.
-    pub loads: TickLoads,
+    /// Sun, planet and albedo of any step.
+    pub loads: StepLoads,
     /// Node of each probe.
     pub probes: Vec<usize>,
     /// The thermal network of the materials with that response.
@@ -261,8 +261,8 @@ impl Prepared {
         self.loads.walk_joints_to(time);
     }
 
-    /// Ticks that the warm-up takes: its orbits in whole steps; 0 where it ends when the state is periodic.
-    pub fn warm_up_ticks(&self) -> u32 {
+    /// Steps that the warm-up takes: its orbits in whole steps; 0 where it ends when the state is periodic.
+    pub fn warm_up_steps(&self) -> u32 {
         let time = &self.scene.time;
         if time.periodic.is_some() {
             return 0;

@@ -13,7 +13,7 @@ use crate::environment::joints::Joint;
 use crate::environment::orbit::period_disagreement;
 use crate::environment::shadow::{LARGEST_TREE, Method, Occluders, tree_boxes};
 use crate::environment::sky::SkyError;
-use crate::environment::tick::TickLoads;
+use crate::environment::step::StepLoads;
 use crate::environment::{Attitude, Orbit};
 use crate::gpu::frame::TriangleRun;
 use crate::gpu::nodes::Nodes;
@@ -140,17 +140,17 @@ pub(super) fn shadow_tree(
     Ok(Some(Occluders::new(&positions, occluders)))
 }
 
-/// Sun, planet and albedo of every tick from the warm-up on, and the walks of the joints.
-pub(super) fn loads(scene: &Scene, moving: Vec<Joint>) -> Result<TickLoads, PrepareError> {
+/// Sun, planet and albedo of every step from the warm-up on, and the walks of the joints.
+pub(super) fn loads(scene: &Scene, moving: Vec<Joint>) -> Result<StepLoads, PrepareError> {
     let failed = |source| PrepareError::Sky { path: scene.source.clone(), source };
-    let loads = TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment).map_err(failed)?;
+    let loads = StepLoads::new(&scene.orbit, &scene.attitude, &scene.environment).map_err(failed)?;
     // A periodic warm-up steps the same orbit again.
     let orbits = if scene.time.periodic.is_some() { 1.0 } else { scene.time.warm_up_orbits };
     let before = orbits * scene.orbit.period();
     if !before.is_finite() {
         return Err(failed(SkyError::NotFinite { what: "the warm-up of an orbit that is not closed", value: before }));
     }
-    // A step more at both ends: the ticks of a warm-up and of an odd last step are rounded.
+    // A step more at both ends: the steps of a warm-up and of an odd last step are rounded.
     let slack = if before > 0.0 { scene.time.step } else { 0.0 };
     let span = [-before - slack, f64::from(scene.time.steps) * scene.time.step];
     loads.sky_model().check(span[0], span[1]).map_err(failed)?;
@@ -158,7 +158,7 @@ pub(super) fn loads(scene: &Scene, moving: Vec<Joint>) -> Result<TickLoads, Prep
 }
 
 /// A craft that turns far against the Sun in a step.
-pub(super) fn turn_warning(scene: &Scene, loads: &TickLoads) -> Option<String> {
+pub(super) fn turn_warning(scene: &Scene, loads: &StepLoads) -> Option<String> {
     // The chords of a sweep do not see whole turns.
     let turn = match scene.attitude {
         Attitude::Spin { rate, .. } => (rate * scene.time.step).abs(),

@@ -3,11 +3,11 @@
 use std::collections::VecDeque;
 
 use super::device_data::back_optics;
-use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Tick};
+use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::viewpoint::raster_view;
-use crate::environment::TickLoad;
+use crate::environment::StepLoad;
 use crate::environment::shadow::{Jointed, Shadows};
 use crate::gpu::nodes::{GROUP, PADDING};
 use crate::raster::{self, Surface, rasterise};
@@ -29,10 +29,10 @@ pub struct ReferenceEngine {
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
     network: Option<NetworkRun>,
-    ticks: u64,
+    steps: u64,
     camera: Option<Camera>,
     table: RadianceTable,
-    /// What the ticks have left that was not fetched yet.
+    /// What the steps have left that was not fetched yet.
     delivered: VecDeque<Delivered>,
     trace: Trace,
 }
@@ -71,7 +71,7 @@ impl ReferenceEngine {
                 .map(|material| [material.front.emissivity, back_optics(material).emissivity])
                 .collect(),
             network: prepared.network.as_ref().map(NetworkRun::reference),
-            ticks: 0,
+            steps: 0,
             camera: camera.cloned(),
             table: RadianceTable::new(prepared.scene.band),
             delivered: VecDeque::new(),
@@ -80,7 +80,7 @@ impl ReferenceEngine {
     }
 
     /// Heat of the network's nodes [W]; empty where there is no network.
-    fn heat(&self, load: &TickLoad) -> Vec<f64> {
+    fn heat(&self, load: &StepLoad) -> Vec<f64> {
         let Some(network) = &self.network else { return Vec::new() };
         let absorbed = self.reference.absorbed(load);
         let mut of_slot = vec![0.0; self.slots];
@@ -118,7 +118,7 @@ impl Engine for ReferenceEngine {
         "cpu (f64 reference)".to_owned()
     }
 
-    fn settle(&mut self, load: &TickLoad, time: f64) -> Result<(), EngineError> {
+    fn settle(&mut self, load: &StepLoad, time: f64) -> Result<(), EngineError> {
         self.reference.find_shadows(&mut self.shadows, load);
         self.reference.settle(load);
         let heat = self.heat(load);
@@ -134,23 +134,23 @@ impl Engine for ReferenceEngine {
         self.network.as_mut().map_or(Ok(()), |network| network.settle_at(temperature))
     }
 
-    fn submit(&mut self, tick: Option<Tick<'_>>, order: Order<'_>) -> Result<(), EngineError> {
+    fn submit(&mut self, step: Option<Step<'_>>, order: Order<'_>) -> Result<(), EngineError> {
         let trace = self.trace.clone();
         let _computes = trace.span(Track::Host, "f64 reference");
-        if let Some(tick) = tick {
-            self.ticks += 1;
-            self.reference.find_shadows(&mut self.shadows, tick.load);
-            self.reference.step(tick.load, tick.steps);
+        if let Some(step) = step {
+            self.steps += 1;
+            self.reference.find_shadows(&mut self.shadows, step.load);
+            self.reference.step(step.load, step.steps);
             if let Some(network) = &mut self.network {
-                network.tick_begins();
+                network.step_begins();
             }
-            let heat = self.heat(tick.load);
+            let heat = self.heat(step.load);
             if let Some(network) = &mut self.network {
-                network.tick(heat, tick.start, tick.length)?;
+                network.step(heat, step.start, step.length)?;
             }
             self.take_network()?;
             if let Some(network) = &mut self.network {
-                network.tick_ends();
+                network.step_ends();
             }
         }
         let mut temperatures = vec![0.0f64; self.slots];
@@ -192,8 +192,8 @@ impl Engine for ReferenceEngine {
         Ok(self.delivered.pop_front().unwrap_or_default())
     }
 
-    fn ticks(&self) -> u64 {
-        self.ticks
+    fn steps(&self) -> u64 {
+        self.steps
     }
 
     fn network(&self) -> Option<&NetworkRun> {

@@ -1,13 +1,13 @@
-//! What falls on a plate under the load of a tick.
+//! What falls on a plate under the load of a step.
 
 use glam::DVec3;
 
-use crate::environment::TickLoad;
+use crate::environment::StepLoad;
 use crate::environment::load::{albedo_flux, planet_ir_flux, solar_flux};
 use crate::thermal::balance::Incident;
 
 /// Fluxes on a plate, by the twins of the device's functions.
-pub fn incident(load: &TickLoad, normal: DVec3) -> Incident {
+pub fn incident(load: &StepLoad, normal: DVec3) -> Incident {
     Incident {
         solar: solar_flux(load, normal),
         albedo: albedo_flux(load, normal),
@@ -16,4 +16,4 @@ pub fn incident(load: &TickLoad, normal: DVec3) -> Incident {
 }
 
 /// How the reference finds what falls on a plate.
-pub type IncidentFunction = fn(&TickLoad, DVec3) -> Incident;
+pub type IncidentFunction = fn(&StepLoad, DVec3) -> Incident;

@@ -3,20 +3,20 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::environment::TickLoad;
+use crate::environment::StepLoad;
 use crate::environment::shadow::Shadows;
 use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response, Retarget};
 use crate::thermal::transition::{TransitionState, transition_step};
 
-/// What falls on a plate with a unit normal (body frame) during a tick.
+/// What falls on a plate with a unit normal (body frame) during a step.
 pub trait IncidentFlux: Sync {
-    /// Mean fluxes over the tick [W/m2].
-    fn incident(&self, load: &TickLoad, normal: DVec3) -> Incident;
+    /// Mean fluxes over the step [W/m2].
+    fn incident(&self, load: &StepLoad, normal: DVec3) -> Incident;
 }
 
-impl<F: Fn(&TickLoad, DVec3) -> Incident + Sync> IncidentFlux for F {
-    fn incident(&self, load: &TickLoad, normal: DVec3) -> Incident {
+impl<F: Fn(&StepLoad, DVec3) -> Incident + Sync> IncidentFlux for F {
+    fn incident(&self, load: &StepLoad, normal: DVec3) -> Incident {
         self(load, normal)
     }
 }
@@ -59,7 +59,7 @@ impl<F: IncidentFlux> Reference<F> {
     }
 
     /// A node as the joints of a load have turned it.
-    fn turned(&self, node: usize, load: &TickLoad) -> ReferenceNode {
+    fn turned(&self, node: usize, load: &StepLoad) -> ReferenceNode {
         let own = self.nodes[node];
         match self.joints.get(node).and_then(|joint| load.joints.get(*joint as usize)) {
             Some(pose) => ReferenceNode { normal: pose.matrix3 * own.normal, ..own },
@@ -73,14 +73,14 @@ impl<F: IncidentFlux> Reference<F> {
     }
 
     /// Finds the shadows of a load, where the last ones do not hold.
-    pub fn find_shadows(&mut self, shadows: &mut Option<Shadows>, load: &TickLoad) {
+    pub fn find_shadows(&mut self, shadows: &mut Option<Shadows>, load: &StepLoad) {
         if let Some(visibility) = shadows.as_mut().and_then(|shadows| shadows.visibility(load)) {
             self.shade(visibility);
         }
     }
 
     /// Settles every node at the balance temperature of a load.
-    pub fn settle(&mut self, load: &TickLoad) {
+    pub fn settle(&mut self, load: &StepLoad) {
         self.each_node(|all, node, material, _| {
             let t = all.commanded(node, material, load);
             (settled(t, material), t)
@@ -92,8 +92,8 @@ impl<F: IncidentFlux> Reference<F> {
         self.each_node(|_, _, material, _| (settled(temperature, material), temperature));
     }
 
-    /// One tick of `steps_dt` steps: the balance temperature of the tick's mean load is commanded, then time advances.
-    pub fn step(&mut self, load: &TickLoad, steps_dt: f64) {
+    /// One step of `steps_dt` steps: the balance temperature of the step's mean load is commanded, then time advances.
+    pub fn step(&mut self, load: &StepLoad, steps_dt: f64) {
         self.each_node(|all, node, material, state| {
             let commanded = all.commanded(node, material, load);
             match &material.response {
@@ -108,8 +108,8 @@ impl<F: IncidentFlux> Reference<F> {
         });
     }
 
-    /// The target of a node in a tick [K].
-    fn commanded(&self, node: usize, material: &Material, load: &TickLoad) -> f64 {
+    /// The target of a node in a step [K].
+    fn commanded(&self, node: usize, material: &Material, load: &StepLoad) -> f64 {
         let shaded = Shaded { incident: &self.incident, visibility: self.visibility[node] };
         commanded_temperature(&shaded, &self.turned(node, load), material, load)
     }
@@ -120,7 +120,7 @@ impl<F: IncidentFlux> Reference<F> {
     }
 
     /// The flux that nodes of a thermal network absorb [W/m2]; 0 for the others.
-    pub fn absorbed(&self, load: &TickLoad) -> Vec<f64> {
+    pub fn absorbed(&self, load: &StepLoad) -> Vec<f64> {
         let absorbed = |node: usize| {
             let material = &self.materials[self.nodes[node].material as usize];
             if material.response != Response::Network {
@@ -168,18 +168,18 @@ struct Shaded<'a, F> {
 }
 
 impl<F: IncidentFlux> IncidentFlux for Shaded<'_, F> {
-    fn incident(&self, load: &TickLoad, normal: DVec3) -> Incident {
+    fn incident(&self, load: &StepLoad, normal: DVec3) -> Incident {
         let whole = self.incident.incident(load, normal);
         Incident { solar: whole.solar * self.visibility, ..whole }
     }
 }
 
-/// The target of a tick [K]: the balance temperature of its mean load.
+/// The target of a step [K]: the balance temperature of its mean load.
 pub fn commanded_temperature(
     incident: &impl IncidentFlux,
     node: &ReferenceNode,
     material: &Material,
-    load: &TickLoad,
+    load: &StepLoad,
 ) -> f64 {
     let front = incident.incident(load, node.normal);
     let absorbed = absorbed_flux(material, front, || incident.incident(load, -node.normal));
@@ -210,14 +210,14 @@ mod tests {
     use crate::thermal::STEFAN_BOLTZMANN;
     use crate::thermal::material::{Bulk, Domain, Function, Optics, Profile, Retarget, Sides, Transition};
 
-    fn sun_only(load: &TickLoad, normal: DVec3) -> Incident {
+    fn sun_only(load: &StepLoad, normal: DVec3) -> Incident {
         let solar = load.sun.iter().map(|sun| sun.flux * normal.dot(sun.direction).max(0.0)).sum();
         Incident { solar, ..Incident::default() }
     }
 
-    fn load(flux: f64) -> TickLoad {
+    fn load(flux: f64) -> StepLoad {
         let sun = vec![SunSample { direction: DVec3::X, flux }];
-        TickLoad { sun, planet: None, albedo: None, background_temperature: 2.7, joints: Vec::new() }
+        StepLoad { sun, planet: None, albedo: None, background_temperature: 2.7, joints: Vec::new() }
     }
 
     fn materials() -> Vec<Material> {

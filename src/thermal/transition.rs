@@ -21,7 +21,7 @@ mod tests;
 #[cfg(test)]
 mod walks;
 
-/// What a node remembers between ticks, in units of the transition's domain: K, or (100 K)^4.
+/// What a node remembers between steps, in units of the transition's domain: K, or (100 K)^4.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TransitionState {
     /// What was last commanded.
@@ -77,7 +77,7 @@ pub fn retarget(state: TransitionState, commanded: f64, transition: &Transition)
 
 /// Share of its time with no more than which left a transition is over: 2^-22.
 ///
-/// A linear transition ends at full rate. Where its target moves on evenly, whether a tick ends just before the end or on
+/// A linear transition ends at full rate. Where its target moves on evenly, whether a step ends just before the end or on
 /// it decides whether the next finds that rate again, and in exact arithmetic it often ends on it: rounding must not
 /// decide. The step that this takes is 2.4e-7 of the span at most, of a linear transition.
 const OVER: f64 = 1.0 / (1 << 22) as f64;
@@ -96,7 +96,7 @@ pub fn temperature(state: TransitionState, transition: &Transition) -> f64 {
     transition.domain.temperature(state.target - state.span * profile.remaining(r))
 }
 
-/// One tick: retarget to a temperature [K], advance, read. Returns the new state and its temperature [K].
+/// One step: retarget to a temperature [K], advance, read. Returns the new state and its temperature [K].
 pub fn transition_step(
     state: TransitionState,
     commanded: f64,

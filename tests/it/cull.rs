@@ -48,11 +48,11 @@ fn slow_motion_is_culled_ahead_of_and_changes_no_pixel() {
     let device_data = DeviceData::new(&prepared);
     let data = device_data.scene_data(&prepared, Some(&camera));
     let context = Context::open(None, false).expect("a Vulkan device");
-    let load = prepared.loads.tick_load(0.0, 15.0);
+    let load = prepared.loads.step_load(0.0, 15.0);
     let pose = camera_from_body(&camera, &prepared.loads.sky_model().sky(0.0));
-    let view = |tick: f64| {
-        // 0.02 of a pixel a tick about the camera's own axis Y.
-        let turn = DQuat::from_rotation_y(0.02 * tick / camera.focal[0]);
+    let view = |step: f64| {
+        // 0.02 of a pixel a step about the camera's own axis Y.
+        let turn = DQuat::from_rotation_y(0.02 * step / camera.focal[0]);
         device_view(&camera, &(DAffine3::from_quat(turn) * pose))
     };
     let renderer = || {
@@ -63,12 +63,12 @@ fn slow_motion_is_culled_ahead_of_and_changes_no_pixel() {
     let (mut creeping, mut anew) = (renderer(), renderer());
     let image = |cull| Wanted { image: true, cull, temperatures: false };
     let whole = image(data.triangles.len() as u32);
-    for tick in 0..9 {
-        let view = view(f64::from(tick));
+    for step in 0..9 {
+        let view = view(f64::from(step));
         let submitted = creeping.submit(drawn(&view, None)).expect("a frame");
         let crept = bits(&creeping.collect(submitted).expect("an image"));
         let submitted = anew.submit(drawn(&view, Some(&Frame::step(&[], whole)))).expect("a frame");
-        assert!(crept == bits(&anew.collect(submitted).expect("an image")), "image {tick} differs");
+        assert!(crept == bits(&anew.collect(submitted).expect("an image")), "image {step} differs");
     }
     let culled = creeping.pass_times().iter().find(|(name, _)| *name == "cull").map_or(0, |(_, times)| times.len());
     assert!((2..6).contains(&culled), "culled {culled} times");
@@ -86,7 +86,7 @@ fn culling_changes_no_pixel() {
     let device_data = DeviceData::new(&prepared);
     let data = device_data.scene_data(&prepared, Some(&camera));
     let context = Context::open(None, false).expect("a Vulkan device");
-    let load = prepared.loads.tick_load(0.0, 15.0);
+    let load = prepared.loads.step_load(0.0, 15.0);
     let pose = camera_from_body(&camera, &prepared.loads.sky_model().sky(0.0));
     let view = device_view(&camera, &pose);
 

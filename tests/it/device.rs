@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use isotherm::environment::{PlanetLoad, SunSample, TickLoad};
+use isotherm::environment::{PlanetLoad, StepLoad, SunSample};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::error::GpuError;
 use isotherm::gpu::frame::StepRange;
@@ -91,8 +91,8 @@ pub fn transition(heating: (Function, f64), cooling: (Function, f64), retarget: 
 }
 
 /// A load with nothing in it but the temperature of space [K].
-pub fn dark(background_temperature: f64) -> TickLoad {
-    TickLoad { sun: Vec::new(), planet: None, albedo: None, background_temperature, joints: Vec::new() }
+pub fn dark(background_temperature: f64) -> StepLoad {
+    StepLoad { sun: Vec::new(), planet: None, albedo: None, background_temperature, joints: Vec::new() }
 }
 
 /// Sunlight from these directions, with these fluxes [W/m2].
@@ -207,7 +207,7 @@ impl LooseNodes {
 }
 
 /// Temperatures [K] that settling at a load leaves on the device, in the order of `places`.
-pub fn settled(nodes: &LooseNodes, renderer: &mut Renderer, load: &TickLoad) -> Vec<f64> {
+pub fn settled(nodes: &LooseNodes, renderer: &mut Renderer, load: &StepLoad) -> Vec<f64> {
     renderer.settle(load).expect("the device settles");
     temperatures(nodes, renderer)
 }

@@ -1,15 +1,15 @@
-//! Many ticks in one dispatch leave what they leave one after the other, through the eclipse and with shadows.
+//! Many steps in one dispatch leave what they leave one after the other, through the eclipse and with shadows.
 
-use isotherm::gpu::layout::FUSED_TICKS;
+use isotherm::gpu::layout::FUSED_STEPS;
 use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order, Tick};
+use isotherm::simulation::engine::{Engine, Order, Step};
 use isotherm::simulation::prepare::Prepared;
 
 use super::craft::{Folder, scene_with};
 use super::device::{assert_silent, context};
 
-/// Ticks of the test: in sunlight, through penumbra and umbra, and out again.
-const TICKS: u32 = 80;
+/// Steps of the test: in sunlight, through penumbra and umbra, and out again.
+const STEPS: u32 = 80;
 
 /// The skin follows a function of its own, and the cells begin anew at each target.
 fn prepared(shadows: &str) -> Prepared {
@@ -25,24 +25,24 @@ fn prepared(shadows: &str) -> Prepared {
     Folder::new(&scene).prepared()
 }
 
-/// The state that ticks lead to, one by one or more at once; `change` is what the Sun of one of the last is multiplied with.
+/// The state that steps lead to, one by one or more at once; `change` is what the Sun of one of the last is multiplied with.
 fn state(prepared: &Prepared, at_once: usize, change: f64) -> (Vec<f32>, DeviceEngine) {
     let context = context();
     let mut engine = DeviceEngine::new(&context, prepared, None).expect("a small scene");
     engine.settle_at(250.0, prepared.nodes.vertex_of_node.len()).expect("it settles");
     let step = prepared.scene.time.step;
-    let starts: Vec<f64> = (0..TICKS).map(|tick| f64::from(tick) * step).collect();
-    let mut loads: Vec<_> = starts.iter().map(|start| prepared.loads.tick_load(*start, start + step)).collect();
+    let starts: Vec<f64> = (0..STEPS).map(|number| f64::from(number) * step).collect();
+    let mut loads: Vec<_> = starts.iter().map(|start| prepared.loads.step_load(*start, start + step)).collect();
     assert!(loads.iter().any(|load| load.sun.is_empty()) && loads.iter().any(|load| load.albedo.is_some()));
-    loads[TICKS as usize - 3].sun.iter_mut().for_each(|sample| sample.flux *= change);
-    let ticks: Vec<Tick<'_>> =
-        starts.iter().zip(&loads).map(|(start, load)| Tick { load, steps: 1.0, start: *start, length: step }).collect();
-    for ticks in ticks.chunks(at_once) {
+    loads[STEPS as usize - 3].sun.iter_mut().for_each(|sample| sample.flux *= change);
+    let steps: Vec<Step<'_>> =
+        starts.iter().zip(&loads).map(|(start, load)| Step { load, steps: 1.0, start: *start, length: step }).collect();
+    for some in steps.chunks(at_once) {
         if at_once == 1 {
-            engine.submit(Some(ticks[0]), Order::default()).expect("submitted");
+            engine.submit(Some(some[0]), Order::default()).expect("submitted");
             engine.deliver().expect("delivered");
         } else {
-            engine.forward(ticks).expect("they pass");
+            engine.forward(some).expect("they pass");
         }
     }
     engine.submit(None, Order { temperatures: true, ..Order::default() }).expect("submitted");
@@ -59,31 +59,31 @@ fn dispatches(engine: &dyn Engine, fused: bool) -> usize {
 }
 
 #[test]
-fn many_ticks_in_a_dispatch_leave_what_they_leave_one_by_one() {
+fn many_steps_in_a_dispatch_leave_what_they_leave_one_by_one() {
     let prepared = prepared("");
     let (one_by_one, separate) = state(&prepared, 1, 1.0);
-    let (at_once, together) = state(&prepared, TICKS as usize, 1.0);
+    let (at_once, together) = state(&prepared, STEPS as usize, 1.0);
     assert!(one_by_one == at_once, "to the last bit");
-    let (other, _) = state(&prepared, TICKS as usize, 0.999);
-    assert!(one_by_one != other, "a Sun dimmer by a thousandth in one tick shows");
+    let (other, _) = state(&prepared, STEPS as usize, 0.999);
+    assert!(one_by_one != other, "a Sun dimmer by a thousandth in one step shows");
 
-    // Lit, dark, lit: each may end with a tick that is alone.
-    assert_eq!(separate.fused_ticks(), 0);
-    assert!((u64::from(TICKS) - 3..=u64::from(TICKS)).contains(&together.fused_ticks()));
-    assert_eq!((together.ticks(), dispatches(&separate, true)), (u64::from(TICKS), 0));
+    // Lit, dark, lit: each may end with a step that is alone.
+    assert_eq!(separate.fused_steps(), 0);
+    assert!((u64::from(STEPS) - 3..=u64::from(STEPS)).contains(&together.fused_steps()));
+    assert_eq!((together.steps(), dispatches(&separate, true)), (u64::from(STEPS), 0));
     // Ranges of skin and cells; lit, dark, lit again, where no run is longer than a dispatch takes.
     let ranges = prepared.step_ranges().iter().filter(|range| range.variant.kind.has_state()).count();
-    let most = ranges * (3 + TICKS as usize / FUSED_TICKS + 1);
+    let most = ranges * (3 + STEPS as usize / FUSED_STEPS + 1);
     let found = dispatches(&together, true);
     assert!(found > 0 && found <= most, "{found} dispatches for {ranges} ranges, at most {most}");
-    assert_eq!(dispatches(&separate, false), prepared.step_ranges().len() * TICKS as usize);
+    assert_eq!(dispatches(&separate, false), prepared.step_ranges().len() * STEPS as usize);
 }
 
 #[test]
 fn shadows_found_anew_end_a_dispatch() {
     let prepared = prepared("[shadows]\nredraw_angle_deg = 10\nresolution = 256\n");
     let (one_by_one, _) = state(&prepared, 1, 1.0);
-    let (at_once, together) = state(&prepared, TICKS as usize, 1.0);
+    let (at_once, together) = state(&prepared, STEPS as usize, 1.0);
     assert!(one_by_one == at_once, "to the last bit");
     let (without, _) = state(&self::prepared(""), 1, 1.0);
     assert!(one_by_one != without, "shadows show");

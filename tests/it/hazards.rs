@@ -55,13 +55,13 @@ fn wanted() -> Vec<Wanted> {
     all
 }
 
-/// The ranges as they are moved by many ticks in a dispatch.
+/// The ranges as they are moved by many steps in a dispatch.
 fn fused(ranges: &[StepRange]) -> Vec<StepRange> {
     let variant = |variant: ThermalVariant| variant.fused().unwrap_or(variant);
     ranges.iter().map(|range| StepRange { variant: variant(range.variant), ..*range }).collect()
 }
 
-/// Every frame that a run of a scene submits: settling, ticks, many of them at once, and a picture of the state as it is.
+/// Every frame that a run of a scene submits: settling, steps, many of them at once, and a picture of the state as it is.
 fn frames(ranges: &[StepRange]) -> Vec<Frame> {
     let mut frames = vec![Frame::settle(ranges), Frame::step(&fused(ranges), Wanted::default())];
     for method in [Method::Depth, Method::Exact] {
@@ -153,7 +153,7 @@ fn what_is_submitted_once_has_all_its_barriers() {
     let drawn = Wanted { image: true, cull: 100, temperatures: true };
     for method in [Method::Depth, Method::Exact] {
         let settle = Frame::shadows(ranges, method).then(Frame::settle(ranges));
-        let (tick, step) = (Frame::step(ranges, Wanted::default()), Frame::step(ranges, drawn));
+        let (bare, step) = (Frame::step(ranges, Wanted::default()), Frame::step(ranges, drawn));
         let tree = [Resource::ShadowTree, Resource::ShadowTriangles];
         // A frame's own barriers cover uploads to the state, which settling copies to as well.
         let uploaded = [
@@ -175,7 +175,7 @@ fn what_is_submitted_once_has_all_its_barriers() {
             assert!(!hazards(&broken).is_empty(), "{resource:?}");
         }
         for resource in [Resource::Temperature, Resource::Visibility] {
-            each_barrier_is_needed(&[settle.clone(), tick.clone(), lists::download(resource)], 2);
+            each_barrier_is_needed(&[settle.clone(), bare.clone(), lists::download(resource)], 2);
         }
     }
     let curve = Curve::Shaped { fourth_power: false };

@@ -1,7 +1,7 @@
-//! A tick under the load of the one before costs its transitions only, and leaves what it would have left.
+//! A step under the load of the one before costs its transitions only, and leaves what it would have left.
 
 use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order, Tick};
+use isotherm::simulation::engine::{Engine, Order, Step};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::reference_engine::ReferenceEngine;
 
@@ -23,7 +23,7 @@ fn still() -> Prepared {
 }
 
 #[test]
-fn a_tick_under_the_same_load_costs_its_transitions_only() {
+fn a_step_under_the_same_load_costs_its_transitions_only() {
     let prepared = still();
     let context = context();
     let step = prepared.scene.time.step;
@@ -34,30 +34,30 @@ fn a_tick_under_the_same_load_costs_its_transitions_only() {
     for one in [&mut engine as &mut dyn Engine, &mut reference] {
         one.settle_at(250.0, nodes).expect("it settles");
     }
-    for tick in 0..6 {
-        // In the fourth tick the Sun is dimmer: everything is commanded anew, and once more in the fifth.
-        let start = f64::from(tick) * step;
-        let mut load = prepared.loads.tick_load(start, start + step);
-        if tick == 3 {
+    for number in 0..6 {
+        // In the fourth step the Sun is dimmer: everything is commanded anew, and once more in the fifth.
+        let start = f64::from(number) * step;
+        let mut load = prepared.loads.step_load(start, start + step);
+        if number == 3 {
             load.sun.iter_mut().for_each(|sample| sample.flux *= 0.5);
         }
         let [found, expected] = [&mut engine as &mut dyn Engine, &mut reference].map(|one| {
-            let tick = Tick { load: &load, steps: 1.0, start, length: step };
-            one.submit(Some(tick), Order { temperatures: true, ..Order::default() }).expect("submitted");
+            let advance = Step { load: &load, steps: 1.0, start, length: step };
+            one.submit(Some(advance), Order { temperatures: true, ..Order::default() }).expect("submitted");
             one.deliver().expect("delivered").temperatures.expect("temperatures")
         });
         for (node, (found, expected)) in found.iter().zip(&expected).enumerate() {
             if *expected > 0.0 {
-                worst.see(f64::from(*found), f64::from(*expected), || format!("tick {tick}, node {node}"));
+                worst.see(f64::from(*found), f64::from(*expected), || format!("step {number}, node {node}"));
             }
         }
     }
-    worst.within(2e-3, "K", "six ticks, three of them idle");
+    worst.within(2e-3, "K", "six steps, three of them idle");
     let ran = |word: &str| -> usize {
         let passes = engine.pass_times().expect("a device");
         passes.iter().filter(|(name, _)| name.contains(word)).map(|(_, samples)| samples.len()).sum()
     };
     let (commanding, idle) = (ran("thermal_step.merge") + ran("thermal_step.restart"), ran("thermal_step.advance"));
-    assert!(idle > 0 && commanding == idle, "three ticks of each kind: {commanding} and {idle} passes");
+    assert!(idle > 0 && commanding == idle, "three steps of each kind: {commanding} and {idle} passes");
     assert_silent(&context);
 }

@@ -169,11 +169,11 @@ fn shadows_are_found_anew_when_a_joint_has_turned() {
         let mut renderer = Renderer::new(&context, &data.scene_data(&prepared, None)).expect("a small scene");
         let mut slots = prepared.shadows(0..prepared.nodes.vertex_of_node.len()).expect("shadows are on");
         // The Sun stands still; the wing turns by a degree in ten seconds.
-        let mut load = prepared.loads.tick_load(0.0, 0.0);
+        let mut load = prepared.loads.step_load(0.0, 0.0);
         let mut drawn = Vec::new();
         for time in [0.0, 20.0, 40.0, 60.0, 80.0, 100.0] {
             load.joints = prepared.loads.joints_at(time).1;
-            let submitted = renderer.submit(Request::tick(&load, 1.0)).expect("the device steps");
+            let submitted = renderer.submit(Request::step(&load, 1.0)).expect("the device steps");
             renderer.collect(submitted).expect("the device answers");
             let expected = slots.visibility(&load);
             drawn.push(expected.is_some());
@@ -204,7 +204,7 @@ fn what_slides_out_moves_image_and_shadow() {
     };
     let (inside, out) = (slide(-4.0), slide(0.0));
     let sun = |prepared: &Prepared| {
-        let load = prepared.loads.tick_load(0.0, 0.0);
+        let load = prepared.loads.step_load(0.0, 0.0);
         let mut shadows = prepared.shadows(0..prepared.nodes.vertex_of_node.len()).expect("shadows are on");
         let seen = shadows.visibility(&load).expect("the first time");
         let wing = prepared.parts.iter().position(|part| part == "wing_starboard").expect("the wing") as u32;
@@ -461,7 +461,7 @@ fn what_is_assumed_of_joints_is_printed() {
     for sentence in [
         "'wing_starboard' starts where it is asked to be",
         "'wing_port' is at once where",
-        "pose in the middle of the tick",
+        "pose in the middle of the step",
     ] {
         assert!(scene.assumptions.iter().any(|said| said.contains(sentence)), "{sentence}: {:?}", scene.assumptions);
     }

@@ -1,8 +1,8 @@
 //! Transitions on the device against their f64 twins under the load of an orbit.
 
 use glam::DVec3;
-use isotherm::environment::TickLoad;
-use isotherm::environment::tick::TickLoads;
+use isotherm::environment::StepLoad;
+use isotherm::environment::step::StepLoads;
 use isotherm::environment::{Attitude, CircularOrbit, Environment};
 use isotherm::thermal::STEFAN_BOLTZMANN;
 use isotherm::thermal::incident::{IncidentFunction, incident};
@@ -67,7 +67,7 @@ const ILL: f64 = 2e-4;
 const FLUX_ROUNDING: f64 = 2e-5;
 
 /// Steps the device and two twins, one of them with its state in f32 and its loads off by what f32 makes of them.
-fn over_loads(materials: Vec<Material>, loads: &[TickLoad], twin_materials: Vec<Material>) -> Differences {
+fn over_loads(materials: Vec<Material>, loads: &[StepLoad], twin_materials: Vec<Material>) -> Differences {
     let context = context();
     let nodes = LooseNodes::new(ALL, materials, &plates());
     let mut renderer = nodes.renderer(&context, &[]);
@@ -80,7 +80,7 @@ fn over_loads(materials: Vec<Material>, loads: &[TickLoad], twin_materials: Vec<
     for (step, load) in loads.iter().enumerate() {
         twin.step(load, 1.0);
         let submitted = renderer
-            .submit(isotherm::gpu::renderer::Request::tick(load, 1.0).and_temperatures())
+            .submit(isotherm::gpu::renderer::Request::step(load, 1.0).and_temperatures())
             .expect("the device steps");
         let collected = renderer.collect(submitted).expect("the device answers");
         let device = collected.temperatures.expect("temperatures were asked for");
@@ -105,8 +105,8 @@ fn over_loads(materials: Vec<Material>, loads: &[TickLoad], twin_materials: Vec<
     found
 }
 
-/// Temperature [K] after one tick in f64, with a state in f32 and a target as f32 might find it.
-fn rounded_step(state: &mut TransitionState, node: &ReferenceNode, material: &Material, load: &TickLoad) -> f64 {
+/// Temperature [K] after one step in f64, with a state in f32 and a target as f32 might find it.
+fn rounded_step(state: &mut TransitionState, node: &ReferenceNode, material: &Material, load: &StepLoad) -> f64 {
     let Response::Transition(transition) = &material.response else { panic!("a transition") };
     let commanded = commanded_temperature(&(incident as IncidentFunction), node, material, load);
     let off = (commanded.powi(4) + FLUX_ROUNDING / STEFAN_BOLTZMANN).sqrt().sqrt();
@@ -117,7 +117,7 @@ fn rounded_step(state: &mut TransitionState, node: &ReferenceNode, material: &Ma
 }
 
 /// A load with more of all that comes from the Sun.
-fn brighter(load: &TickLoad, share: f64) -> TickLoad {
+fn brighter(load: &StepLoad, share: f64) -> StepLoad {
     let mut load = load.clone();
     for sample in &mut load.sun {
         sample.flux *= 1.0 + share;
@@ -128,8 +128,8 @@ fn brighter(load: &TickLoad, share: f64) -> TickLoad {
     load
 }
 
-/// The ticks of one low orbit with an eclipse.
-fn orbit(attitude: &Attitude, steps: u32) -> Vec<TickLoad> {
+/// The steps of one low orbit with an eclipse.
+fn orbit(attitude: &Attitude, steps: u32) -> Vec<StepLoad> {
     let orbit = CircularOrbit { altitude: 408e3, period: 5553.6, beta: 0.35, phase: 1.0 };
     let environment = Environment {
         solar_constant: Some(1361.0),
@@ -139,9 +139,9 @@ fn orbit(attitude: &Attitude, steps: u32) -> Vec<TickLoad> {
         eclipse: true,
         background_temperature: Some(2.7),
     };
-    let loads = TickLoads::new(&orbit, attitude, &environment).expect("an orbit");
+    let loads = StepLoads::new(&orbit, attitude, &environment).expect("an orbit");
     let length = orbit.period / f64::from(steps);
-    (0..steps).map(|step| loads.tick_load(length * f64::from(step), length * f64::from(step + 1))).collect()
+    (0..steps).map(|step| loads.step_load(length * f64::from(step), length * f64::from(step + 1))).collect()
 }
 
 #[test]
@@ -172,13 +172,13 @@ fn restart_over_an_orbit() {
     // the device, and the two part by kelvins. So there is only the Sun, every load is held for eight steps and then
     // moves by a visible amount, and in the dark it is warm enough for a grazing Sun to be no matter.
     let inertial = Attitude::Inertial { inertial_from_body: glam::DQuat::from_rotation_x(0.4) };
-    let varied = orbit(&inertial, 60).into_iter().enumerate().map(|(index, load)| TickLoad {
+    let varied = orbit(&inertial, 60).into_iter().enumerate().map(|(index, load)| StepLoad {
         planet: None,
         albedo: None,
         background_temperature: 150.0,
         ..brighter(&load, 0.01 * (index % 7) as f64)
     });
-    let held: Vec<TickLoad> = varied.flat_map(|load| std::iter::repeat_n(load, 8)).collect();
+    let held: Vec<StepLoad> = varied.flat_map(|load| std::iter::repeat_n(load, 8)).collect();
     let found = over_loads(materials(Retarget::Restart), &held, materials(Retarget::Restart));
     found.worst.within(2e-3, "K", "restart under held sunlight");
     assert_eq!((found.ill_count, found.cold.difference), (0, 0.0));

@@ -4,7 +4,7 @@ use isotherm::gpu::nodes::{GROUP, PADDING};
 use isotherm::gpu::resource::Resource;
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, EngineError, Order, Tick};
+use isotherm::simulation::engine::{Engine, EngineError, Order, Step};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::{run, start};
 use isotherm::thermal::STEFAN_BOLTZMANN;
@@ -58,7 +58,7 @@ fn at_time_0_every_node_is_settled_at_the_balance_of_the_first_load() {
     let prepared = blind(&[]);
     let found = on_device(&prepared);
     assert_eq!(found.len(), 13, "the initial state and twelve steps");
-    let first = prepared.loads.tick_load(0.0, 60.0);
+    let first = prepared.loads.step_load(0.0, 60.0);
     let balance = |load| -> Vec<f64> {
         let command = |node: ReferenceNode| {
             commanded_temperature(&incident, &node, &prepared.materials[node.material as usize], load)
@@ -66,7 +66,7 @@ fn at_time_0_every_node_is_settled_at_the_balance_of_the_first_load() {
         real_nodes(&prepared).map(|slot| command(prepared.nodes.reference_node(slot))).collect()
     };
     Worst::of(&found[0], &balance(&first), name).within(5e-4, "K", "state at time 0");
-    let second = Worst::of(&found[0], &balance(&prepared.loads.tick_load(60.0, 120.0)), name);
+    let second = Worst::of(&found[0], &balance(&prepared.loads.step_load(60.0, 120.0)), name);
     assert!(second.difference > 1.0, "the balance of the second load must show: {second:?}");
     // Settled is at rest: under the first load again, nothing moves.
     let context = context();
@@ -75,10 +75,10 @@ fn at_time_0_every_node_is_settled_at_the_balance_of_the_first_load() {
     let mut state = || {
         engine
             .submit(
-                Some(Tick { load: &first, steps: 1.0, start: 0.0, length: 1.0 }),
+                Some(Step { load: &first, steps: 1.0, start: 0.0, length: 1.0 }),
                 Order { temperatures: true, ..Order::default() },
             )
-            .expect("a tick");
+            .expect("a step");
         engine.deliver().expect("the device answers").temperatures.expect("temperatures were ordered")
     };
     assert_eq!(state(), state());
@@ -115,7 +115,7 @@ fn without_any_source_everything_comes_to_the_background() {
 
 /// Sum over all nodes of the flux that they emit, and of what they absorb [W].
 fn power(prepared: &Prepared, temperatures: &[f64], time: f64) -> (f64, f64) {
-    let load = prepared.loads.tick_load(time - prepared.scene.time.step, time);
+    let load = prepared.loads.step_load(time - prepared.scene.time.step, time);
     let nodes = real_nodes(prepared).map(|slot| prepared.nodes.reference_node(slot));
     let (mut emitted, mut absorbed) = (0.0, 0.0);
     for ((place, node), temperature) in real_nodes(prepared).zip(nodes).zip(temperatures) {
@@ -194,7 +194,7 @@ fn areas_and_switches() {
     for (change, resource, word) in [
         (("solar_constant = 1361\nalbedo = 0.3\n", ""), Resource::AlbedoValues, "sun"),
         (("albedo = 0.3\n", ""), Resource::AlbedoValues, "albedo"),
-        (("planet_ir = 237\n", ""), Resource::Tick, "planet_ir"),
+        (("planet_ir = 237\n", ""), Resource::Step, "planet_ir"),
     ] {
         let other = blind(&[change]);
         for (prepared, there) in [(&prepared, true), (&other, false)] {
@@ -203,7 +203,7 @@ fn areas_and_switches() {
             let named = data.ranges.iter().all(|range| range.variant.shader().words.contains(&word));
             assert_eq!(named, there, "{word}");
             let buffer = data.plan().iter().any(|planned| planned.resource == resource);
-            assert_eq!(buffer, there || resource == Resource::Tick, "{resource:?}");
+            assert_eq!(buffer, there || resource == Resource::Step, "{resource:?}");
             assert!(!data.plan().iter().any(|planned| planned.resource.row().role.is_image()), "nothing is drawn");
         }
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use isotherm::environment::TickLoad;
+use isotherm::environment::StepLoad;
 use isotherm::environment::shadow::{Method, Shadows};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::nodes::PADDING;
@@ -26,8 +26,8 @@ fn sun() -> DVec3 {
     DVec3::new(0.25, 0.8, -0.45).normalize()
 }
 
-fn load(sun: DVec3) -> TickLoad {
-    TickLoad { sun: sunlight([(sun, 1361.0)]), ..dark(2.7) }
+fn load(sun: DVec3) -> StepLoad {
+    StepLoad { sun: sunlight([(sun, 1361.0)]), ..dark(2.7) }
 }
 
 /// Visibility of the nodes that face the Sun, from the device.
@@ -116,12 +116,12 @@ fn shadows_are_found_anew_when_the_sun_has_moved_enough() {
     };
     let first = renderer.visibility().expect("the device answers");
     assert_eq!(drawn(&renderer), 1);
-    // 0.6 degrees a tick: the second is the first beyond one degree.
+    // 0.6 degrees a step: the second is the first beyond one degree.
     let turn = glam::DQuat::from_axis_angle(DVec3::Z, 0.6f64.to_radians());
     let mut sun = sun();
     for expected in [1, 2, 2, 3] {
         sun = turn * sun;
-        let submitted = renderer.submit(Request::tick(&load(sun), 1.0)).expect("the device steps");
+        let submitted = renderer.submit(Request::step(&load(sun), 1.0)).expect("the device steps");
         renderer.collect(submitted).expect("the device answers");
         assert_eq!(drawn(&renderer), expected);
     }
@@ -195,7 +195,7 @@ fn rays_walk_the_largest_tree_to_its_end() {
         let near = |slot: &usize| prepared.nodes.positions[*slot].as_dvec3().distance(corner) < 1e-3;
         (0..prepared.nodes.positions.len()).find(near).expect("a plate's corner")
     });
-    let load = TickLoad { joints: prepared.loads.joints_at(0.0).1, ..load(DVec3::Z) };
+    let load = StepLoad { joints: prepared.loads.joints_at(0.0).1, ..load(DVec3::Z) };
     let data = DeviceData::new(&prepared);
     let mut renderer = Renderer::new(&context, &data.scene_data(&prepared, None)).expect("a small scene");
     renderer.settle(&load).expect("the device settles");

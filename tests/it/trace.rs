@@ -41,7 +41,7 @@ fn a_trace_holds_every_pass_of_the_report_and_no_pass_outside_the_run() {
         let name = pass["name"].as_str().expect("a name");
         assert_eq!(device.get(name).copied(), pass["count"].as_u64(), "{name}");
     }
-    for name in ["load and build the scene", "settle and warm up", "loads of the tick", "submit", "wait for the device"]
+    for name in ["load and build the scene", "settle and warm up", "loads of the step", "submit", "wait for the device"]
     {
         assert!(events.iter().any(|event| event.0 == 0 && event.1 == name), "{name}");
     }

@@ -237,7 +237,7 @@ fn the_environment_of_a_scene_is_that_of_its_run() {
     let prepared = folder.prepared();
     for row in &table {
         let number = |name: &str| row[column(name)].parse::<f64>().unwrap();
-        let load = prepared.loads.tick_load(number("time_s"), number("time_s"));
+        let load = prepared.loads.step_load(number("time_s"), number("time_s"));
         for (face, normal) in [("+X", DVec3::X), ("-Y", DVec3::NEG_Y), ("+Z", DVec3::Z), ("-Z", DVec3::NEG_Z)] {
             let close = |what: &str, found: f64, tolerance: f64| {
                 let expected = number(&format!("{what}_{face}_w_m2"));

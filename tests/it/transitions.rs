@@ -30,7 +30,7 @@ fn response(context: &Arc<Context>, response: &Response, initial: f64, targets: 
     let mut found = Vec::new();
     for target in targets {
         let submitted =
-            renderer.submit(Request::tick(&dark(*target), 1.0).and_temperatures()).expect("the device steps");
+            renderer.submit(Request::step(&dark(*target), 1.0).and_temperatures()).expect("the device steps");
         let collected = renderer.collect(submitted).expect("the device answers");
         found.push(f64::from(collected.temperatures.expect("temperatures were asked for")[0]));
     }
@@ -173,7 +173,7 @@ fn advance_lets_time_pass_and_nothing_else() {
             let wanted = Wanted { temperatures: true, ..Wanted::default() };
             let frame = Frame::step(&[range], wanted);
             let submitted =
-                renderer.submit(Request { list: Some(&frame), ..Request::tick(&load, 1.0) }).expect("the device steps");
+                renderer.submit(Request { list: Some(&frame), ..Request::step(&load, 1.0) }).expect("the device steps");
             let collected = renderer.collect(submitted).expect("the device answers");
             let found = f64::from(collected.temperatures.expect("temperatures were asked for")[0]);
             worst.see(found, *expected, || format!("step {} of {initial} -> {target} K", step + 1));
@@ -192,7 +192,7 @@ fn parts_of_steps_add_up() {
     let mut renderer = nodes.renderer(&context, &[]);
     renderer.settle_at(&vec![2.7; nodes.len()]).expect("the device settles");
     for _ in 0..200 {
-        let submitted = renderer.submit(Request::tick(&dark(267.0), 0.25)).expect("the device steps");
+        let submitted = renderer.submit(Request::step(&dark(267.0), 0.25)).expect("the device steps");
         renderer.collect(submitted).expect("the device answers");
     }
     // 5.2 of docs/numerics.md 1 at step 50.

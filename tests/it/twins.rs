@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use isotherm::environment::albedo_field::AlbedoField;
 use isotherm::environment::load::{albedo_flux, exact_albedo_flux, planet_ir_flux, solar_flux};
-use isotherm::environment::{MAX_SUN_SAMPLES, PlanetLoad, TickLoad};
+use isotherm::environment::{MAX_SUN_SAMPLES, PlanetLoad, StepLoad};
 use isotherm::thermal::STEFAN_BOLTZMANN;
 use isotherm::thermal::incident::incident;
 use isotherm::thermal::material::{Material, Optics, Response, Sides};
@@ -26,7 +26,7 @@ fn directions(count: usize, seed: u64) -> Vec<DVec3> {
 }
 
 /// Compares the flux that black plates take from a load with a twin [W/m2].
-fn flux_difference(present: Present, load: &TickLoad, twin: impl Fn(DVec3) -> f64, plates: &[DVec3]) -> Worst {
+fn flux_difference(present: Present, load: &StepLoad, twin: impl Fn(DVec3) -> f64, plates: &[DVec3]) -> Worst {
     let context = context();
     let nodes = LooseNodes::new(present, vec![black()], plates);
     let device: Vec<f64> = settled(&nodes, &mut nodes.renderer(&context, &[]), load)
@@ -45,13 +45,13 @@ fn solar_flux_agrees() {
     let plates = directions(2000, 2);
     for count in [0, 1, 4, MAX_SUN_SAMPLES] {
         let samples: Vec<_> = (0..count).map(|_| (random.direction(), 1361.0 / count as f64)).collect();
-        let load = TickLoad { sun: sunlight(samples.clone()), ..dark(0.0) };
+        let load = StepLoad { sun: sunlight(samples.clone()), ..dark(0.0) };
         let worst = flux_difference(sun, &load, |normal| solar_flux(&load, normal), &plates);
         // A flux is read off a temperature in f32, good to 2.4e-7 of it.
         worst.within(1e-3, "W/m2", &format!("solar flux of {count} samples"));
         if count > 0 {
             let brighter = samples.into_iter().map(|(direction, flux)| (direction, flux * (1.0 + 2e-6)));
-            let brighter = TickLoad { sun: sunlight(brighter), ..dark(0.0) };
+            let brighter = StepLoad { sun: sunlight(brighter), ..dark(0.0) };
             let worse = flux_difference(sun, &load, |normal| solar_flux(&brighter, normal), &plates);
             assert!(worse.difference > 1e-3, "two millionths more light must show: {worse:?}");
         }
@@ -64,7 +64,7 @@ fn plate_view_factor_agrees() {
     for ratio in RATIOS {
         let nadir = DVec3::new(0.6, 0.48, -0.64);
         // An exitance of 1 W/m2 makes the flux the view factor. Tilts crowd about the two tangencies.
-        let load = |ratio| TickLoad { planet: Some(planet(nadir, DVec3::Z, ratio, 1.0, 0.0)), ..dark(0.0) };
+        let load = |ratio| StepLoad { planet: Some(planet(nadir, DVec3::Z, ratio, 1.0, 0.0)), ..dark(0.0) };
         let side = nadir.any_orthonormal_vector();
         let limb = (1.0 / ratio).asin();
         let tilts = (0..2000).map(|step| PI * f64::from(step) / 1999.0);
@@ -84,10 +84,10 @@ fn plate_view_factor_agrees() {
 }
 
 /// A planet that reflects, with the Sun at some angle from the zenith below the craft.
-fn reflecting(field: &AlbedoField, ratio: f64, sun_zenith: f64) -> Option<TickLoad> {
+fn reflecting(field: &AlbedoField, ratio: f64, sun_zenith: f64) -> Option<StepLoad> {
     let nadir = DVec3::new(-0.36, 0.48, 0.8);
     let planet = PlanetLoad { albedo_flux: 0.3 * 1361.0, ..planet(nadir, DVec3::X, ratio, 0.0, sun_zenith) };
-    Some(TickLoad { planet: Some(planet), albedo: Some(field.table(sun_zenith)?), ..dark(0.0) })
+    Some(StepLoad { planet: Some(planet), albedo: Some(field.table(sun_zenith)?), ..dark(0.0) })
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::sync::{Arc, LazyLock};
 
 use glam::DVec3;
 use isotherm::environment::albedo_field::AlbedoField;
-use isotherm::environment::{PlanetLoad, TickLoad};
+use isotherm::environment::{PlanetLoad, StepLoad};
 use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::pass::{Barrier, Entry, Work};
@@ -47,15 +47,15 @@ fn sheet(context: &Arc<Context>) -> Renderer {
 }
 
 /// Sun, planet and albedo.
-fn load() -> TickLoad {
-    static LOAD: LazyLock<TickLoad> = LazyLock::new(everything);
+fn load() -> StepLoad {
+    static LOAD: LazyLock<StepLoad> = LazyLock::new(everything);
     LOAD.clone()
 }
 
-fn everything() -> TickLoad {
+fn everything() -> StepLoad {
     let (ratio, sun_zenith) = (1.064, 0.5);
     let below = planet(DVec3::Z, DVec3::X, ratio, 237.0, sun_zenith);
-    TickLoad {
+    StepLoad {
         sun: sunlight([(DVec3::new(0.6, 0.0, -0.8), 1361.0)]),
         planet: Some(PlanetLoad { albedo_flux: 0.3 * 1361.0, ..below }),
         albedo: AlbedoField::new(ratio).table(sun_zenith),
@@ -64,11 +64,11 @@ fn everything() -> TickLoad {
 }
 
 /// Submits a frame with whatever its passes read.
-fn submit(renderer: &mut Renderer, frame: &Frame, load: &TickLoad, wanted: Wanted) {
+fn submit(renderer: &mut Renderer, frame: &Frame, load: &StepLoad, wanted: Wanted) {
     let pose = looking(DVec3::new(0.0, 0.0, -3.0), DVec3::ZERO, DVec3::Y);
     let view = device_view(&camera(32, 24, 20.0), &pose);
     let views = if wanted.image { std::slice::from_ref(&view) } else { &[] };
-    let submitted = renderer.submit(Request { views, list: Some(frame), ..Request::tick(load, 1.0) });
+    let submitted = renderer.submit(Request { views, list: Some(frame), ..Request::step(load, 1.0) });
     let submitted = submitted.expect("the device works");
     renderer.collect(submitted).expect("the device answers");
 }
@@ -89,7 +89,7 @@ fn whole_frames_are_silent() {
         // Two frames in flight, and the first anew.
         let pose = looking(DVec3::new(0.0, 0.0, -3.0), DVec3::ZERO, DVec3::Y);
         let view = device_view(&camera(32, 24, 20.0), &pose);
-        let request = Request { views: &[view], ..Request::tick(&load, 1.0).and_temperatures() };
+        let request = Request { views: &[view], ..Request::step(&load, 1.0).and_temperatures() };
         let flying: Vec<_> = (0..2).map(|_| renderer.submit(request).expect("the device steps")).collect();
         for submitted in flying {
             renderer.collect(submitted).expect("the device answers");
@@ -104,7 +104,7 @@ fn barriers(frame: &Frame) -> Vec<Barrier> {
     frame.entries.iter().flat_map(of).collect()
 }
 
-/// What the layer says of a frame after one whole tick: the identifiers of its first messages, without repetition.
+/// What the layer says of a frame after one whole step: the identifiers of its first messages, without repetition.
 fn said_of(frame: &Frame, wanted: Wanted) -> Option<Vec<String>> {
     let context = validated_context()?;
     let mut renderer = sheet(&context);
@@ -167,7 +167,7 @@ const IMAGES_TO_COPY: [&str; 2] =
     ["RadianceImage: COLOR_ATTACHMENT_OUTPUT -> COPY", "IdentityImage: COLOR_ATTACHMENT_OUTPUT -> COPY"];
 
 #[test]
-fn barriers_of_a_tick() {
+fn barriers_of_a_step() {
     let [radiance, identity] = IMAGES_TO_DRAWING;
     let [radiance_copy, identity_copy] = IMAGES_TO_COPY;
     let [target, span, elapsed] = STATE_TO_STEP;
@@ -195,27 +195,27 @@ fn unread(frame: &Frame) -> Frame {
 }
 
 #[test]
-fn barriers_between_two_ticks() {
+fn barriers_between_two_steps() {
     let drawn = Wanted { image: true, cull: TRIANGLES, temperatures: false };
-    let tick = unread(&Frame::step(&[range()], drawn));
+    let step = unread(&Frame::step(&[range()], drawn));
     let [radiance, identity] = IMAGES_TO_DRAWING;
     let culled = [CULLED_TO_CULL, DRAWN_TO_CULL, CULL_TO_DRAWING, CULL_TO_DRAWS];
     let seen = [&[TEMPERATURE_TO_STEP][..], &culled, &[COMPUTE_TO_VERTEX, radiance, identity]].concat();
     // Two dispatches of one kind on one buffer, and depth, which the order of rasterisation covers; no copy follows.
     let unseen = [&STATE_TO_STEP[..], &[DEPTH], &IMAGES_TO_COPY].concat();
-    check(&tick, &tick, drawn, &seen, &unseen);
+    check(&step, &step, drawn, &seen, &unseen);
 }
 
 #[test]
-fn barriers_between_a_tick_and_settling() {
-    let tick = Frame::step(&[range()], Wanted::default());
+fn barriers_between_a_step_and_settling() {
+    let step = Frame::step(&[range()], Wanted::default());
     let seen = [&[COMPUTE_TO_COPY][..], &STATE_TO_SETTLING].concat();
-    check(&tick, &Frame::settle(&[range()]), Wanted::default(), &seen, &[TEMPERATURE_TO_STEP]);
+    check(&step, &Frame::settle(&[range()]), Wanted::default(), &seen, &[TEMPERATURE_TO_STEP]);
 }
 
 #[test]
-fn barriers_between_settling_and_a_tick() {
-    let tick = Frame::step(&[range()], Wanted::default());
+fn barriers_between_settling_and_a_step() {
+    let step = Frame::step(&[range()], Wanted::default());
     let seen = [&[TEMPERATURE_TO_STEP][..], &STATE_TO_STEP].concat();
-    check(&Frame::settle(&[range()]), &tick, Wanted::default(), &seen, &[]);
+    check(&Frame::settle(&[range()]), &step, Wanted::default(), &seen, &[]);
 }

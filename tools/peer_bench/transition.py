@@ -15,12 +15,12 @@ NAMES = {
 
 
 def measure(shop: Workshop) -> Comparison:
-    """Both in one process, tick by tick in turn."""
+    """Both in one process, step by step in turn."""
     found = shop.isotherm(
         "transition",
         "--nodes",
         QUICK_SIZES if shop.quick else SIZES,
-        "--ticks",
+        "--steps",
         "20" if shop.quick else "40",
     )
     comparison = Comparison(

@@ -11,8 +11,8 @@ use isotherm::host;
 use isotherm::scene::{Density, Edges, Scene};
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order, Tick};
-use isotherm::simulation::network::TickCost;
+use isotherm::simulation::engine::{Engine, Order, Step};
+use isotherm::simulation::network::StepCost;
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::viewpoint::camera_from_body;
 
@@ -21,12 +21,12 @@ use super::AnyError;
 /// Prints a table with a row for each longest edge [m], each made by this program started anew with `arguments`.
 pub fn measure(edges: &[f64], arguments: &[String]) -> Result<(), AnyError> {
     println!(
-        "Building a scene, to where nodes are in the order of the device; then uploading, settling at 300 K and three ticks, the last \
+        "Building a scene, to where nodes are in the order of the device; then uploading, settling at 300 K and three steps, the last \
          with an image. Peaks are of the whole process.\n"
     );
     println!(
         "| longest edge [m] | nodes | triangles | build [s] | ns a node | host, peak [bytes a node] | on the device [bytes a node] \
-         | upload and settle [s] | three ticks [s] | process, peak [bytes a node] |"
+         | upload and settle [s] | three steps [s] | process, peak [bytes a node] |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for edge in edges {
@@ -61,14 +61,14 @@ pub fn measure_one(context: &Arc<Context>, mut scene: Scene, edge: f64) -> Resul
     engine.settle_at(300.0, prepared.nodes.vertex_of_node.len())?;
     let settle = began.elapsed().as_secs_f64();
     let began = Instant::now();
-    for tick in 0..3 {
-        let (from, to) = (f64::from(tick) * step, f64::from(tick + 1) * step);
-        let load = prepared.loads.tick_load(from, to);
-        let pose = camera.as_ref().filter(|_| tick == 2);
+    for number in 0..3 {
+        let (from, to) = (f64::from(number) * step, f64::from(number + 1) * step);
+        let load = prepared.loads.step_load(from, to);
+        let pose = camera.as_ref().filter(|_| number == 2);
         let pose = pose.map(|camera| camera_from_body(camera, &prepared.loads.sky_model().sky(to)));
-        let tick = Tick { load: &load, steps: 1.0, start: from, length: step };
+        let advance = Step { load: &load, steps: 1.0, start: from, length: step };
         let joints = prepared.loads.joints_at(to).1;
-        engine.submit(Some(tick), Order { pose, joints: &joints, temperatures: true })?;
+        engine.submit(Some(advance), Order { pose, joints: &joints, temperatures: true })?;
         engine.deliver()?;
     }
     let stepping = began.elapsed().as_secs_f64();
@@ -81,9 +81,9 @@ pub fn measure_one(context: &Arc<Context>, mut scene: Scene, edge: f64) -> Resul
         peak()
     );
     if let Some(network) = engine.network() {
-        let ms = |cost: &TickCost| format!("{:.0} ({:.0} of the device)", cost.wall_ms, cost.device_ms.unwrap_or(0.0));
-        let ticks: Vec<String> = network.costs().iter().map(ms).collect();
-        println!("\nTicks of the network of {} nodes [ms]: {}", network.scene().network().len(), ticks.join(", "));
+        let ms = |cost: &StepCost| format!("{:.0} ({:.0} of the device)", cost.wall_ms, cost.device_ms.unwrap_or(0.0));
+        let steps: Vec<String> = network.costs().iter().map(ms).collect();
+        println!("\nTicks of the network of {} nodes [ms]: {}", network.scene().network().len(), steps.join(", "));
         for (name, value) in network.description() {
             println!("- {name}: {value}");
         }

@@ -1,4 +1,4 @@
-//! Measures what README states: the thermal pass by number of nodes, whole ticks of a scene by density and size, and
+//! Measures what README states: the thermal pass by number of nodes, whole steps of a scene by density and size, and
 //! stages of large networks, what building and starting a scene costs, and how far fast shadows are from exact ones.
 
 mod build_cost;
@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use clap::Parser;
 use isotherm::bench::responses;
-use isotherm::environment::TickLoad;
+use isotherm::environment::StepLoad;
 use isotherm::gpu::context::Context;
 use isotherm::gpu::shapes::{self, Shapes};
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
@@ -23,7 +23,7 @@ use isotherm::output::report::PassTime;
 use isotherm::scene::Scene;
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order, Tick};
+use isotherm::simulation::engine::{Engine, Order, Step};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::viewpoint::camera_from_body;
 use isotherm::thermal::function::{Function, Sample};
@@ -31,12 +31,12 @@ use isotherm::thermal::material::{Domain, Profile, Response, Retarget, Transitio
 
 type AnyError = Box<dyn std::error::Error>;
 
-/// Measure the thermal pass and whole ticks; prints Markdown tables.
+/// Measure the thermal pass and whole steps; prints Markdown tables.
 ///
 /// Example: cargo run --release -p isotherm-tools --bin measure -- --scene models/iss.toml
 #[derive(Parser)]
 struct Arguments {
-    /// Scene whose loads are used, and whose ticks are measured
+    /// Scene whose loads are used, and whose steps are measured
     #[arg(long, default_value = "models/iss.toml")]
     scene: PathBuf,
     /// Numbers of nodes of the thermal pass
@@ -45,7 +45,7 @@ struct Arguments {
     /// Longest edges of the scene's model [m]
     #[arg(long, value_delimiter = ',', default_values_t = [2.0, 1.0, 0.5])]
     edges: Vec<f64>,
-    /// Leave out the whole ticks
+    /// Leave out the whole steps
     #[arg(long)]
     nodes_only: bool,
     /// Measure nothing but the cost of response functions against a quadratic one
@@ -81,9 +81,9 @@ struct Arguments {
     /// Build with this longest edge alone, in this process
     #[arg(long, hide = true)]
     build_one: Option<f64>,
-    /// Ticks of each measurement
+    /// Steps of each measurement
     #[arg(long, default_value_t = 30)]
-    ticks: u32,
+    steps: u32,
     /// Device whose name contains NAME
     #[arg(long, value_name = "NAME")]
     device: Option<String>,
@@ -116,7 +116,7 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     }
     if arguments.start_up {
         let (device, before) = (arguments.device.as_deref(), arguments.before.as_deref());
-        return start_up::measure(&arguments.scene, device, before, arguments.ticks as usize);
+        return start_up::measure(&arguments.scene, device, before, arguments.steps as usize);
     }
     let scene = Scene::load(&arguments.scene)?;
     if arguments.shadows {
@@ -130,7 +130,7 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     if arguments.nodes_only { Ok(()) } else { whole_ticks(arguments, &context, &scene) }
 }
 
-/// Nanoseconds a node and step: time alone passing, and loads, balance and a target that moves every tick.
+/// Nanoseconds a node and step: time alone passing, and loads, balance and a target that moves every step.
 fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError> {
     println!("Thermal pass, quadratic transition, nanoseconds a node and step: median (10 to 90 %)\n");
     println!(
@@ -138,13 +138,13 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
          | bytes a node |"
     );
     println!("|---|---|---|---|---|---|---|---|");
-    let loads = isotherm::environment::tick::TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)?;
+    let loads = isotherm::environment::step::StepLoads::new(&scene.orbit, &scene.attitude, &scene.environment)?;
     let step = scene.time.step;
-    let count = f64::from(arguments.ticks);
-    let load = |start: f64| loads.tick_load(start, start + step);
-    let lit: Vec<TickLoad> = (0..arguments.ticks).map(|i| load(f64::from(i) * step)).collect();
-    let orbit: Vec<TickLoad> =
-        (0..arguments.ticks).map(|i| load(f64::from(i) / count * scene.orbit.period())).collect();
+    let count = f64::from(arguments.steps);
+    let load = |start: f64| loads.step_load(start, start + step);
+    let lit: Vec<StepLoad> = (0..arguments.steps).map(|i| load(f64::from(i) * step)).collect();
+    let orbit: Vec<StepLoad> =
+        (0..arguments.steps).map(|i| load(f64::from(i) / count * scene.orbit.period())).collect();
     for &nodes in &arguments.nodes {
         let nodes = nodes.next_multiple_of(256);
         let variant = |kind, sun, planet_ir, albedo| ThermalVariant {
@@ -191,15 +191,15 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
 fn functions(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError> {
     const NODES: usize = 1 << 18;
     println!(
-        "Response functions: processor time of a tick of the thermal pass over that of a quadratic transition in the same round, \
-         {NODES} nodes, target moving every tick: median of {ROUNDS} rounds (least to most)\n"
+        "Response functions: processor time of a step of the thermal pass over that of a quadratic transition in the same round, \
+         {NODES} nodes, target moving every step: median of {ROUNDS} rounds (least to most)\n"
     );
     println!("| function | merge: Sun | all three loads | restart: Sun | all three loads |");
     println!("|---|---|---|---|---|");
-    let loads = isotherm::environment::tick::TickLoads::new(&scene.orbit, &scene.attitude, &scene.environment)?;
+    let loads = isotherm::environment::step::StepLoads::new(&scene.orbit, &scene.attitude, &scene.environment)?;
     let step = scene.time.step;
-    let ticks: Vec<TickLoad> =
-        (0..arguments.ticks).map(|i| loads.tick_load(f64::from(i) * step, f64::from(i + 1) * step)).collect();
+    let steps: Vec<StepLoad> =
+        (0..arguments.steps).map(|i| loads.step_load(f64::from(i) * step, f64::from(i + 1) * step)).collect();
     let columns = [Retarget::Merge, Retarget::Restart].into_iter().flat_map(|rule| [(rule, false), (rule, true)]);
     let columns: Vec<(Retarget, bool)> = columns.collect();
     let time = |function: &Function, (retarget, all): (Retarget, bool)| -> Result<f64, AnyError> {
@@ -217,14 +217,14 @@ fn functions(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Re
             shadow: false,
             fused: false,
         };
-        // Other programs do not lengthen processor time; what few ticks take less is mostly the making of the pipeline.
-        let processor_ms = |ticks: &[TickLoad]| -> Result<f64, AnyError> {
+        // Other programs do not lengthen processor time; what few steps take less is mostly the making of the pipeline.
+        let processor_ms = |steps: &[StepLoad]| -> Result<f64, AnyError> {
             let clock = clock::Clock::start();
-            time_pass(context, variant, &Shapes::one(&transition), NODES, ticks)?;
+            time_pass(context, variant, &Shapes::one(&transition), NODES, steps)?;
             Ok(clock.stop()[1])
         };
-        let few = processor_ms(&ticks[..1])?;
-        Ok((processor_ms(&ticks)? - few) / (2.0 * (ticks.len() as f64 - 1.0)))
+        let few = processor_ms(&steps[..1])?;
+        Ok((processor_ms(&steps)? - few) / (2.0 * (steps.len() as f64 - 1.0)))
     };
     for function in measured_functions()? {
         let mut cells = Vec::new();
@@ -278,11 +278,11 @@ fn unused_function(context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError
     let thermal = |prepared: &Prepared| -> Result<(f64, usize, u64), AnyError> {
         let mut engine = DeviceEngine::new(context, prepared, None)?;
         let step = prepared.scene.time.step;
-        engine.settle(&prepared.loads.tick_load(0.0, step), 0.0)?;
-        for tick in 0..60 {
-            let start = f64::from(tick) * step;
-            let load = prepared.loads.tick_load(start, start + step);
-            engine.submit(Some(Tick { load: &load, steps: 1.0, start, length: step }), Order::default())?;
+        engine.settle(&prepared.loads.step_load(0.0, step), 0.0)?;
+        for number in 0..60 {
+            let start = f64::from(number) * step;
+            let load = prepared.loads.step_load(start, start + step);
+            engine.submit(Some(Step { load: &load, steps: 1.0, start, length: step }), Order::default())?;
             engine.deliver()?;
         }
         let times = engine.pass_times().ok_or("no pass times")?;
@@ -313,28 +313,28 @@ fn unused_function(context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError
     Ok(())
 }
 
-/// Times of the variants that the ticks run, and bytes a node.
+/// Times of the variants that the steps run, and bytes a node.
 fn time_pass(
     context: &Arc<Context>,
     variant: ThermalVariant,
     shapes: &Shapes,
     nodes: usize,
-    ticks: &[TickLoad],
+    steps: &[StepLoad],
 ) -> Result<(Vec<PassTime>, f64), AnyError> {
     // Pieces of the one function begin at 0.
     let power = if shapes.values.is_empty() { 2.0 } else { 0.0 };
-    let pass = responses::time_pass(context, variant, power, shapes, nodes, ticks, false)?;
+    let pass = responses::time_pass(context, variant, power, shapes, nodes, steps, false)?;
     Ok((pass.times, pass.bytes_a_node))
 }
 
-/// Milliseconds of a whole tick with its image in host memory, files left out.
+/// Milliseconds of a whole step with its image in host memory, files left out.
 fn whole_ticks(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError> {
     println!(
-        "Whole tick of scene '{}' (step, image, images and temperatures on the host), milliseconds: median\n",
+        "Whole step of scene '{}' (step, image, images and temperatures on the host), milliseconds: median\n",
         scene.name
     );
     println!(
-        "| longest edge [m] | nodes | triangles | bytes a node | start-up [s] | image | thermal | cull | radiance | copies | tick | images a second |"
+        "| longest edge [m] | nodes | triangles | bytes a node | start-up [s] | image | thermal | cull | radiance | copies | step | images a second |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     for &edge in &arguments.edges {
@@ -347,33 +347,33 @@ fn whole_ticks(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> 
                 (camera.width, camera.height) = (width, height);
                 camera.centre = [f64::from(width) / 2.0, f64::from(height) / 2.0];
             }
-            println!("{}", measure_ticks(arguments.ticks, context, scene, edge)?);
+            println!("{}", measure_steps(arguments.steps, context, scene, edge)?);
         }
     }
     Ok(())
 }
 
-fn measure_ticks(ticks: u32, context: &Arc<Context>, scene: Scene, edge: f64) -> Result<String, AnyError> {
+fn measure_steps(steps: u32, context: &Arc<Context>, scene: Scene, edge: f64) -> Result<String, AnyError> {
     let began = Instant::now();
     let prepared = Prepared::from_scene(scene, &mut |_| {})?;
     let camera = prepared.scene.require_camera()?.clone();
     let mut engine = DeviceEngine::new(context, &prepared, Some(&camera))?;
     let step = prepared.scene.time.step;
-    engine.settle(&prepared.loads.tick_load(0.0, step), 0.0)?;
+    engine.settle(&prepared.loads.step_load(0.0, step), 0.0)?;
     let start_up = began.elapsed().as_secs_f64();
 
     let mut whole = Vec::new();
-    // The first ticks compile the passes.
-    for tick in 0..ticks + 3 {
+    // The first steps compile the passes.
+    for number in 0..steps + 3 {
         let began = Instant::now();
-        let (from, to) = (f64::from(tick) * step, f64::from(tick + 1) * step);
-        let load = prepared.loads.tick_load(from, to);
+        let (from, to) = (f64::from(number) * step, f64::from(number + 1) * step);
+        let load = prepared.loads.step_load(from, to);
         let pose = camera_from_body(&camera, &prepared.loads.sky_model().sky(to));
         let joints = prepared.loads.joints_at(to).1;
         let order = Order { pose: Some(pose), joints: &joints, temperatures: true };
-        engine.submit(Some(Tick { load: &load, steps: 1.0, start: from, length: step }), order)?;
+        engine.submit(Some(Step { load: &load, steps: 1.0, start: from, length: step }), order)?;
         engine.deliver()?;
-        if tick >= 3 {
+        if number >= 3 {
             whole.push(began.elapsed().as_secs_f64() * 1e3);
         }
     }
@@ -381,14 +381,14 @@ fn measure_ticks(ticks: u32, context: &Arc<Context>, scene: Scene, edge: f64) ->
     let times = engine.pass_times().ok_or("no pass times")?;
     let sum = |prefix: &str| -> f64 {
         let of_kind = times.iter().filter(|(name, _)| name.starts_with(prefix));
-        of_kind.map(|(_, samples)| median(samples) * samples.len() as f64).sum::<f64>() / f64::from(ticks + 3)
+        of_kind.map(|(_, samples)| median(samples) * samples.len() as f64).sum::<f64>() / f64::from(steps + 3)
     };
     let device_data = DeviceData::new(&prepared);
     let plan = device_data.scene_data(&prepared, Some(&camera)).plan();
     let bytes: u64 = plan.iter().filter(|planned| planned.resource.row().grows_with_nodes()).map(|p| p.bytes).sum();
-    let tick = median(&whole);
+    let whole_step = median(&whole);
     Ok(format!(
-        "| {edge} | {} | {} | {:.1} | {start_up:.2} | {} x {} | {:.2} | {:.1} | {:.1} | {:.1} | {tick:.1} | {:.1} |",
+        "| {edge} | {} | {} | {:.1} | {start_up:.2} | {} x {} | {:.2} | {:.1} | {:.1} | {:.1} | {whole_step:.1} | {:.1} |",
         prepared.nodes.count,
         prepared.triangles.len(),
         bytes as f64 / prepared.nodes.count as f64,
@@ -398,6 +398,6 @@ fn measure_ticks(ticks: u32, context: &Arc<Context>, scene: Scene, edge: f64) ->
         sum("cull"),
         sum("radiance"),
         sum("read"),
-        1e3 / tick,
+        1e3 / whole_step,
     ))
 }

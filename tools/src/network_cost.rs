@@ -66,7 +66,7 @@ pub fn measure(context: &Arc<Context>, nodes: &[usize]) -> Result<(), AnyError> 
 }
 
 /// Seconds of all processors that this program has used, which other programs do not lengthen; in steps of 10 ms
-/// (proc(5), `/proc/self/stat`: fields 14 and 15, in ticks of 1/100 s). NaN where there is no such file.
+/// (proc(5), `/proc/self/stat`: fields 14 and 15, in steps of 1/100 s). NaN where there is no such file.
 fn processor_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields: Vec<f64> = stat.rsplit(')').next().unwrap_or_default().split(' ').flat_map(str::parse).collect();

@@ -92,7 +92,7 @@ fn found(context: &Arc<Context>, scene: &Scene, edge: f64, shadows: Option<Shado
     let (period, step) = (prepared.scene.orbit.period(), prepared.scene.time.step);
     for place in 0..PLACES {
         let time = (f64::from(place) + 0.5) / f64::from(PLACES) * period;
-        let load = prepared.loads.tick_load(time, time + step);
+        let load = prepared.loads.step_load(time, time + step);
         if load.sun.is_empty() {
             continue;
         }

@@ -8,7 +8,7 @@ use std::time::Instant;
 use isotherm::gpu::context::Context;
 use isotherm::scene::Scene;
 use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order, Tick};
+use isotherm::simulation::engine::{Engine, Order, Step};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::viewpoint::camera_from_body;
 
@@ -20,7 +20,7 @@ pub fn measure(scene: &Path, device: Option<&str>, before: Option<&Path>, rounds
     let prepared = Prepared::from_scene(Scene::load(scene)?, &mut |_| {})?;
     let camera = prepared.scene.require_camera()?.clone();
     let step = prepared.scene.time.step;
-    let load = prepared.loads.tick_load(0.0, step);
+    let load = prepared.loads.step_load(0.0, step);
     let shaders: BTreeSet<_> = prepared.step_ranges().iter().map(|range| range.variant.shader()).collect();
     let names = ["open the device", "all of the scene on it, first time", "second time, shaders known", "first image"];
     let mut parts = names.map(|name| (name, Vec::new()));
@@ -37,7 +37,7 @@ pub fn measure(scene: &Path, device: Option<&str>, before: Option<&Path>, rounds
         engine.settle(&load, 0.0)?;
         let pose = Some(camera_from_body(&camera, &prepared.loads.sky_model().sky(step)));
         let order = Order { pose, joints: &prepared.loads.joints_at(step).1, temperatures: true };
-        engine.submit(Some(Tick { load: &load, steps: 1.0, start: 0.0, length: step }), order)?;
+        engine.submit(Some(Step { load: &load, steps: 1.0, start: 0.0, length: step }), order)?;
         engine.deliver()?;
         parts[3].1.push(passed());
         for shader in &shaders {

@@ -1,4 +1,4 @@
-//! Hard cases of the surroundings: eclipses at ticks of all lengths, a tumbling craft, the edge of a moving shadow.
+//! Hard cases of the surroundings: eclipses at steps of all lengths, a tumbling craft, the edge of a moving shadow.
 
 use std::sync::Arc;
 
@@ -6,10 +6,10 @@ use glam::{DQuat, DVec3, Vec3};
 
 use super::case::{Case, Scale, apart, worst_of};
 use super::way::{Way, integrated};
-use crate::environment::TickLoad;
+use crate::environment::StepLoad;
 use crate::environment::load::solar_flux;
 use crate::environment::sky::SkyModel;
-use crate::environment::tick::TickLoads;
+use crate::environment::step::StepLoads;
 use crate::environment::{Attitude, CircularOrbit, Environment};
 use crate::gpu::context::Context;
 use crate::gpu::frame::StepRange;
@@ -42,16 +42,16 @@ const FINE: f64 = 2e-3;
 
 /// Plates that radiate from both faces and take sunlight on one.
 struct Plates {
-    loads: TickLoads,
+    loads: StepLoads,
     normals: Vec<DVec3>,
     start: Vec<f64>,
-    /// First tick's start and the length of all [s].
+    /// First step's start and the length of all [s].
     from: f64,
-    tick: f64,
-    ticks: usize,
+    step: f64,
+    steps: usize,
 }
 
-fn sky(attitude: &Attitude, eclipse: bool) -> Result<TickLoads, String> {
+fn sky(attitude: &Attitude, eclipse: bool) -> Result<StepLoads, String> {
     let orbit = CircularOrbit { altitude: ALTITUDES[1], period: PERIOD, beta: 0.0, phase: 0.0 };
     let environment = Environment {
         solar_constant: Some(SUN),
@@ -61,7 +61,7 @@ fn sky(attitude: &Attitude, eclipse: bool) -> Result<TickLoads, String> {
         eclipse,
         background_temperature: Some(SPACE),
     };
-    TickLoads::new(&orbit, attitude, &environment).map_err(|error| error.to_string())
+    StepLoads::new(&orbit, attitude, &environment).map_err(|error| error.to_string())
 }
 
 /// dT/dt of a plate that absorbs a flux [K/s].
@@ -70,24 +70,24 @@ fn rate(flux: f64, t: f64) -> f64 {
 }
 
 impl Plates {
-    fn load(&self, tick: usize) -> TickLoad {
-        let start = self.from + self.tick * tick as f64;
-        self.loads.tick_load(start, start + self.tick)
+    fn load(&self, step: usize) -> StepLoad {
+        let start = self.from + self.step * step as f64;
+        self.loads.step_load(start, start + self.step)
     }
 
-    /// Temperatures [K] at the ends of ticks from the sky's own flux, in short steps of Runge and Kutta's fourth order.
+    /// Temperatures [K] at the ends of steps from the sky's own flux, in short steps of Runge and Kutta's fourth order.
     fn truth(&self) -> Vec<Vec<f64>> {
         let sky = self.loads.sky_model();
         let flux = |time: f64, normal: DVec3| {
             ABSORPTIVITY * SUN * sky.lit_fraction(time) * sky.sun_direction(time).dot(normal).max(0.0)
         };
-        let count = (self.tick / FINE).ceil().max(4.0);
-        let h = self.tick / count;
+        let count = (self.step / FINE).ceil().max(4.0);
+        let h = self.step / count;
         let mut now = self.start.clone();
         let mut rows = Vec::new();
-        for tick in 0..self.ticks {
+        for number in 0..self.steps {
             for step in 0..count as usize {
-                let t = self.from + self.tick * tick as f64 + h * step as f64;
+                let t = self.from + self.step * number as f64 + h * step as f64;
                 for (now, normal) in now.iter_mut().zip(&self.normals) {
                     let [a, b, c] = [0.0, 0.5, 1.0].map(|share| flux(t + share * h, *normal));
                     let k1 = rate(a, *now);
@@ -102,13 +102,13 @@ impl Plates {
         rows
     }
 
-    /// Fluxes absorbed in every tick [W/m2], as a target finds them.
+    /// Fluxes absorbed in every step [W/m2], as a target finds them.
     fn absorbed(&self, target: &Target) -> Result<Vec<Vec<f64>>, String> {
         match target {
             Target::Device(context) => self.absorbed_on(context),
-            Target::Reference => Ok((0..self.ticks)
-                .map(|tick| {
-                    let load = self.load(tick);
+            Target::Reference => Ok((0..self.steps)
+                .map(|step| {
+                    let load = self.load(step);
                     self.normals.iter().map(|normal| ABSORPTIVITY * solar_flux(&load, *normal)).collect()
                 })
                 .collect()),
@@ -123,15 +123,15 @@ impl Plates {
         // One face: what the back takes in of the Sun is not part of the case.
         let device = Loose { kind: StepKind::Absorb, shadow: false, normals, positions: vec![Vec3::ZERO; nodes] };
         let mut renderer = Renderer::new(context, &device.data(&Shapes::default(), None)).map_err(failed)?;
-        (0..self.ticks)
-            .map(|tick| {
-                let found = renderer.absorbed(&self.load(tick)).map_err(failed)?;
+        (0..self.steps)
+            .map(|step| {
+                let found = renderer.absorbed(&self.load(step)).map_err(failed)?;
                 Ok(found[..self.normals.len()].iter().map(|flux| f64::from(*flux)).collect())
             })
             .collect()
     }
 
-    /// Temperatures [K] at the ends of ticks under the fluxes of each.
+    /// Temperatures [K] at the ends of steps under the fluxes of each.
     fn integrate(&self, target: &Target, fluxes: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, String> {
         let count = self.normals.len();
         let network = Network {
@@ -143,16 +143,16 @@ impl Plates {
             ..Network::default()
         };
         let table = |node: usize| {
-            let edges = (0..self.ticks).flat_map(|tick| {
-                let at = |edge: usize| self.tick * edge as f64;
-                [(at(tick), fluxes[tick][node]), (at(tick + 1), fluxes[tick][node])]
+            let edges = (0..self.steps).flat_map(|step| {
+                let at = |edge: usize| self.step * edge as f64;
+                [(at(step), fluxes[step][node]), (at(step + 1), fluxes[step][node])]
             });
             let (times, powers) = edges.unzip();
             (node as u32, HeatTable { times, powers })
         };
         let schedule = Schedule {
             heat: (0..count).map(table).collect(),
-            times: (1..=self.ticks).map(|tick| self.tick * tick as f64).collect(),
+            times: (1..=self.steps).map(|step| self.step * step as f64).collect(),
             ..Schedule::default()
         };
         let series = integrated(Way::own(target), &network, &schedule, Integrator::Default);
@@ -168,16 +168,16 @@ impl Plates {
         found.iter().zip(self.truth()).fold(0.0, |worst, (a, b)| worst_of(worst, apart(a, &b)))
     }
 
-    /// The same where a tick has the flux of its middle, and the Sun is a point.
+    /// The same where a step has the flux of its middle, and the Sun is a point.
     fn with_flux_of_the_middle(&self, lit: impl Fn(&SkyModel, f64) -> bool) -> f64 {
         let sky = self.loads.sky_model();
-        let flux = |tick: usize, normal: &DVec3| {
-            let time = self.from + self.tick * (tick as f64 + 0.5);
+        let flux = |step: usize, normal: &DVec3| {
+            let time = self.from + self.step * (step as f64 + 0.5);
             let sun = if lit(sky, time) { SUN } else { 0.0 };
             ABSORPTIVITY * sun * sky.sun_direction(time).dot(*normal).max(0.0)
         };
         let fluxes: Vec<Vec<f64>> =
-            (0..self.ticks).map(|tick| self.normals.iter().map(|normal| flux(tick, normal)).collect()).collect();
+            (0..self.steps).map(|step| self.normals.iter().map(|normal| flux(step, normal)).collect()).collect();
         self.integrate(&Target::Reference, &fluxes).map_or(f64::INFINITY, |found| self.apart(&found))
     }
 }
@@ -234,25 +234,25 @@ impl Loose {
     }
 }
 
-/// Entry and exit of a plate that looks at the Sun, in ticks of a length [s] that no contact falls on the edge of.
-fn eclipses(tick: f64, scale: Scale) -> Result<Vec<Plates>, String> {
+/// Entry and exit of a plate that looks at the Sun, in steps of a length [s] that no contact falls on the edge of.
+fn eclipses(step: f64, scale: Scale) -> Result<Vec<Plates>, String> {
     let loads = sky(&Attitude::Sun { sun_axis: DVec3::Z, north_axis: DVec3::X }, true)?;
     let [entry, umbra, end, exit] = loads.sky_model().contacts(0.0, PERIOD)[..] else {
         return Err("the orbit has no eclipse".to_owned());
     };
     let lit = (ABSORPTIVITY * SUN / (2.0 * EMISSIVITY * STEFAN_BOLTZMANN) + SPACE.powi(4)).sqrt().sqrt();
     let window = |[first, last]: [f64; 2], start: f64| {
-        // Shortest ticks look at a part of the penumbra in tests.
+        // Shortest steps look at a part of the penumbra in tests.
         let middle = 0.5 * (first + last);
-        let half = if tick < 0.05 && scale == Scale::Small { 1.0 } else { 0.5 * (last - first) + 1.0 + 2.0 * tick };
-        let ticks = (2.0 * half / tick).ceil() as usize;
+        let half = if step < 0.05 && scale == Scale::Small { 1.0 } else { 0.5 * (last - first) + 1.0 + 2.0 * step };
+        let steps = (2.0 * half / step).ceil() as usize;
         Plates {
             loads: loads.clone(),
             normals: vec![DVec3::Z],
             start: vec![start],
-            from: middle - half - 0.37 * tick,
-            tick,
-            ticks: ticks + 1,
+            from: middle - half - 0.37 * step,
+            step,
+            steps: steps + 1,
         }
     };
     Ok(vec![window([entry, umbra], lit), window([end, exit], 180.0)])
@@ -263,27 +263,27 @@ fn middle_is_lit(sky: &SkyModel, time: f64) -> bool {
     sky.lit_fraction(time) > 0.5
 }
 
-fn eclipse(tick: f64) -> Case {
-    let scaled = THIN_ARRAY * (tick / FRAME).powi(2);
-    let (limit, source) = if tick == FRAME {
+fn eclipse(step: f64) -> Case {
+    let scaled = THIN_ARRAY * (step / FRAME).powi(2);
+    let (limit, source) = if step == FRAME {
         (THIN_ARRAY, "NUMERICS.md 3, thin array in frames of 16.7 s".to_owned())
     } else if scaled > 20e-3 {
-        (scaled, format!("NUMERICS.md 3, 0.30 K in frames of 16.7 s, times ({tick} / 16.7)^2"))
+        (scaled, format!("NUMERICS.md 3, 0.30 K in frames of 16.7 s, times ({step} / 16.7)^2"))
     } else {
         (20e-3, "issue 4, default".to_owned())
     };
     let what = "a thin array (1350 J/m2K) that looks at the Sun into and out of umbra; steps of 2 ms in f64";
-    Case::new(format!("eclipse in ticks of {tick} s"), what, "K", (limit, source))
+    Case::new(format!("eclipse in steps of {step} s"), what, "K", (limit, source))
         .remedy(
-            "a tick's sunlight is its mean, the penumbra cut at its contacts",
-            "the flux of the tick's middle, the Sun a point",
+            "a step's sunlight is its mean, the penumbra cut at its contacts",
+            "the flux of the step's middle, the Sun a point",
         )
         .measured(
             move |target, scale| {
-                eclipses(tick, scale)?.iter().try_fold(0.0, |worst, one| Ok(worst_of(worst, one.error(target)?)))
+                eclipses(step, scale)?.iter().try_fold(0.0, |worst, one| Ok(worst_of(worst, one.error(target)?)))
             },
             move |scale| {
-                let Ok(windows) = eclipses(tick, scale) else { return f64::INFINITY };
+                let Ok(windows) = eclipses(step, scale) else { return f64::INFINITY };
                 windows.iter().map(|one| one.with_flux_of_the_middle(middle_is_lit)).fold(0.0, worst_of)
             },
         )
@@ -295,19 +295,19 @@ fn tumbling(degrees: f64, scale: Scale) -> Result<Plates, String> {
     let axis = DVec3::new(0.4, 0.7, 0.59).normalize();
     let attitude = Attitude::Spin { inertial_from_body, axis, rate: degrees.to_radians() };
     let normals = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]).collect();
-    let ticks = scale.of(24, 60, 360);
-    Ok(Plates { loads: sky(&attitude, false)?, normals, start: vec![250.0; 6], from: 0.0, tick: FRAME, ticks })
+    let steps = scale.of(24, 60, 360);
+    Ok(Plates { loads: sky(&attitude, false)?, normals, start: vec![250.0; 6], from: 0.0, step: FRAME, steps })
 }
 
 fn tumble(degrees: f64) -> Case {
     let turns = degrees / 360.0 * FRAME;
     let what =
-        format!("six thin plates (1350 J/m2K) that turn {turns:.2} times in a tick of 16.7 s; steps of 2 ms in f64");
+        format!("six thin plates (1350 J/m2K) that turn {turns:.2} times in a step of 16.7 s; steps of 2 ms in f64");
     let limit = (THIN_ARRAY, "NUMERICS.md 3, thin array in frames of 16.7 s");
     Case::new(format!("tumbling craft, {degrees} deg/s"), what, "K", limit)
         .remedy(
-            "a tick's sunlight is up to eight vectors, each from the middle of a stretch of it, of a turn where it is longer",
-            "the flux of the tick's middle",
+            "a step's sunlight is up to eight vectors, each from the middle of a stretch of it, of a turn where it is longer",
+            "the flux of the step's middle",
         )
         .measured(
             move |target, scale| tumbling(degrees, scale)?.error(target),

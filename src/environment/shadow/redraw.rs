@@ -3,7 +3,7 @@
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::depth_map::{SunView, corners_of};
-use crate::environment::TickLoad;
+use crate::environment::StepLoad;
 
 /// A turn that is no more than rounding [rad]; 0 asks for shadows at every motion beyond it. Over a map of 4096 texels it is
 /// four millionths of one.
@@ -24,9 +24,9 @@ pub struct Redraw {
 
 impl Redraw {
     /// The Sun's view where shadows must be found anew for a load; `None` where the last ones still hold, or where it is
-    /// dark. A tick has one direction: the mean of its sunlight. A joint counts as moved when it has turned by more than
+    /// dark. A step has one direction: the mean of its sunlight. A joint counts as moved when it has turned by more than
     /// the angle, or when the middle of what hangs on it has moved by more than the angle times the size of the craft.
-    pub fn view(&mut self, load: &TickLoad) -> Option<SunView> {
+    pub fn view(&mut self, load: &StepLoad) -> Option<SunView> {
         if self.holds(load) {
             return None;
         }
@@ -36,7 +36,7 @@ impl Redraw {
     }
 
     /// Whether a load needs no other shadows than those last found.
-    pub fn holds(&self, load: &TickLoad) -> bool {
+    pub fn holds(&self, load: &StepLoad) -> bool {
         let Some(sun) = sun_of(load) else { return true };
         self.found_for.as_ref().is_some_and(|(last, poses)| {
             // By the sine and the cosine: the arc cosine alone knows no angle below 1e-8.
@@ -71,7 +71,7 @@ impl Redraw {
 }
 
 /// Mean direction of a load's sunlight; `None` where it is dark.
-fn sun_of(load: &TickLoad) -> Option<DVec3> {
+fn sun_of(load: &StepLoad) -> Option<DVec3> {
     load.sun.iter().map(|sample| sample.direction * sample.flux).sum::<DVec3>().try_normalize()
 }
 

@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use super::{DepthMap, Occluders, Redraw};
-use crate::environment::TickLoad;
+use crate::environment::StepLoad;
 
 /// How the visibility of the Sun is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,7 +86,7 @@ impl Shadows {
     }
 
     /// Share of the Sun that each node sees, where a load asks to find it anew.
-    pub fn visibility(&mut self, load: &TickLoad) -> Option<Vec<f64>> {
+    pub fn visibility(&mut self, load: &StepLoad) -> Option<Vec<f64>> {
         let view = self.redraw.view(load)?;
         let moved;
         let nodes = if self.node_joints.is_empty() {

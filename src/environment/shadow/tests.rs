@@ -203,9 +203,9 @@ fn a_tree_has_as_many_boxes_wherever_its_triangles_are() {
 fn nothing_is_found_anew_at_an_angle_of_0_unless_something_moves() {
     use glam::{DAffine3, DQuat};
 
-    use crate::environment::{SunSample, TickLoad};
+    use crate::environment::{StepLoad, SunSample};
 
-    let load = |sun: DVec3, pose: DAffine3| TickLoad {
+    let load = |sun: DVec3, pose: DAffine3| StepLoad {
         sun: [SunSample { direction: sun, flux: 1361.0 }].into_iter().collect(),
         planet: None,
         albedo: None,

@@ -79,10 +79,10 @@ pub(super) fn thermal_pass(range: StepRange) -> Pass {
     let loaded = variant.sun || variant.planet_ir;
     let commands = variant.kind != StepKind::Advance;
     let moves = variant.kind.has_state();
-    let (tick, sun_samples, albedo_values) = if variant.fused {
-        (Resource::FusedTicks, Resource::FusedSunSamples, Resource::FusedAlbedoValues)
+    let (step, sun_samples, albedo_values) = if variant.fused {
+        (Resource::FusedSteps, Resource::FusedSunSamples, Resource::FusedAlbedoValues)
     } else {
-        (Resource::Tick, Resource::SunSamples, Resource::AlbedoValues)
+        (Resource::Step, Resource::SunSamples, Resource::AlbedoValues)
     };
     let mut accesses = Vec::new();
     let mut bind = |present: bool, binding: u32, resource: Resource, scopes: &[Scope]| {
@@ -95,7 +95,7 @@ pub(super) fn thermal_pass(range: StepRange) -> Pass {
             }));
         }
     };
-    bind(variant.planet_ir || variant.albedo || variant.kind != StepKind::Absorb, 0, tick, &[COMPUTE_UNIFORM]);
+    bind(variant.planet_ir || variant.albedo || variant.kind != StepKind::Absorb, 0, step, &[COMPUTE_UNIFORM]);
     bind(variant.sun, 1, sun_samples, &[COMPUTE_UNIFORM]);
     bind(variant.albedo, 2, albedo_values, &[COMPUTE_READ]);
     bind(true, 3, Resource::Materials, &[COMPUTE_READ]);

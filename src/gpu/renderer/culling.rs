@@ -8,11 +8,11 @@ use glam::{DVec2, DVec3, Vec3};
 use super::super::frame::TriangleRun;
 use super::super::layout::View;
 
-/// Ticks of the present motion that a culling allows for.
-const TICKS_AHEAD: f64 = 3.0;
+/// Steps of the present motion that a culling allows for.
+const STEPS_AHEAD: f64 = 3.0;
 /// Motion that a culling allows for at most [px]: beyond it too many triangles would be kept.
 const MOST_MARGIN: f64 = 0.25;
-/// Motion in a tick above which it allows for none [px].
+/// Motion in a step above which it allows for none [px].
 const FAST: f64 = MOST_MARGIN / 2.0;
 /// What rounding may add to a motion [px].
 const ROUNDING: f64 = 1e-3;
@@ -58,7 +58,7 @@ impl Culling {
                 |culled: &View| *culled == now || motion(culled).is_some_and(|moved| moved <= f64::from(culled.margin));
             if !run.culled.as_ref().is_some_and(holds) {
                 let slow = run.last.as_ref().and_then(motion).filter(|moved| *moved <= FAST);
-                view.margin = slow.map_or(0.0, |moved| (TICKS_AHEAD * moved).min(MOST_MARGIN)) as f32;
+                view.margin = slow.map_or(0.0, |moved| (STEPS_AHEAD * moved).min(MOST_MARGIN)) as f32;
                 run.culled = Some(*view);
                 due.push(run.of);
             }
@@ -142,10 +142,10 @@ mod tests {
     #[test]
     fn slow_motion_is_culled_ahead_of() {
         let mut culling = culling();
-        // 0.02 px a tick: the second culling is good for three of them, less what rounding takes.
+        // 0.02 px a step: the second culling is good for three of them, less what rounding takes.
         let due: Vec<bool> =
-            (0..12).map(|tick| !culling.due(&mut [view(0.002 * tick as f32, 10.0)]).is_empty()).collect();
-        let culled: Vec<usize> = due.iter().enumerate().filter(|(_, due)| **due).map(|(tick, _)| tick).collect();
+            (0..12).map(|step| !culling.due(&mut [view(0.002 * step as f32, 10.0)]).is_empty()).collect();
+        let culled: Vec<usize> = due.iter().enumerate().filter(|(_, due)| **due).map(|(step, _)| step).collect();
         assert_eq!(culled[..2], [0, 1]);
         assert!(culled.len() <= 6 && culled[2] >= 4, "{culled:?}");
     }
@@ -153,8 +153,8 @@ mod tests {
     #[test]
     fn fast_motion_is_culled_for_itself() {
         let mut culling = culling();
-        for tick in 0..4 {
-            let mut views = [view(0.02 * tick as f32, 10.0)];
+        for step in 0..4 {
+            let mut views = [view(0.02 * step as f32, 10.0)];
             assert_eq!(culling.due(&mut views).len(), 1);
             assert_eq!(views[0].margin, 0.0);
         }

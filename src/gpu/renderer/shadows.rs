@@ -2,7 +2,7 @@
 
 use glam::DAffine3;
 
-use crate::environment::TickLoad;
+use crate::environment::StepLoad;
 use crate::environment::shadow::{Jointed, Method, Occluders, Redraw, SUN_RAYS, SunView, disc_directions};
 use crate::gpu::frame::{Frame, StepRange, TriangleRun};
 use crate::gpu::layout;
@@ -50,7 +50,7 @@ impl Shadows {
     }
 
     /// Whether the shadows that a load finds are those of another, too.
-    pub fn hold(&self, first: &TickLoad) -> impl Fn(&TickLoad) -> bool {
+    pub fn hold(&self, first: &StepLoad) -> impl Fn(&StepLoad) -> bool {
         let mut redraw = self.redraw.clone();
         if let Some(redraw) = &mut redraw {
             redraw.view(first);
@@ -64,12 +64,12 @@ impl Shadows {
     }
 
     /// The Sun's view of a load that asks for shadows to be found anew.
-    pub fn due(&mut self, load: &TickLoad) -> Option<SunView> {
+    pub fn due(&mut self, load: &StepLoad) -> Option<SunView> {
         self.redraw.as_mut()?.view(load)
     }
 
     /// The tree that rays are tried against under a load, where parts have moved.
-    pub fn moved_tree(&mut self, load: &TickLoad) -> Option<Occluders> {
+    pub fn moved_tree(&mut self, load: &StepLoad) -> Option<Occluders> {
         self.tree?;
         let casters = self.casters.as_ref().filter(|_| self.poses != load.joints)?;
         let tree = casters.occluders(&load.joints);
@@ -79,7 +79,7 @@ impl Shadows {
     }
 
     /// Turns to the Sun.
-    pub fn turn(&mut self, view: &SunView, load: &TickLoad) {
+    pub fn turn(&mut self, view: &SunView, load: &StepLoad) {
         let Some((boxes, start)) = self.tree else {
             let pose = |joint: u32| load.joints.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
             self.views = (0..self.joints).map(|joint| layout::SunView::new(&view.in_joint(&pose(joint)))).collect();

@@ -1,4 +1,4 @@
-//! A scene's network under way: settled, and integrated tick by tick.
+//! A scene's network under way: settled, and integrated step by step.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -16,16 +16,16 @@ use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::steady::{SteadyError, steady};
 use crate::thermal::network::stepper::Stepper;
 
-/// What a tick cost a network, the loads it gathers and the temperatures it hands on included.
+/// What a step cost a network, the loads it gathers and the temperatures it hands on included.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TickCost {
+pub struct StepCost {
     /// On the clock on the wall [ms].
     pub wall_ms: f64,
     /// Its own submissions by the device's clock [ms]; `None` where the processor integrates.
     pub device_ms: Option<f64>,
 }
 
-/// A coarse tick may err by so many times the tolerance.
+/// A coarse step may err by so many times the tolerance.
 const COARSE: f64 = 10.0;
 /// The tolerance of what is compared with, as a share of the scene's.
 const TIGHT: f64 = 0.1;
@@ -42,8 +42,8 @@ pub struct NetworkRun {
     switches: u64,
     /// Why the device does not integrate, where it was asked to.
     refused: Option<String>,
-    costs: Vec<TickCost>,
-    /// When the tick under way began, and the device's clock then [ms].
+    costs: Vec<StepCost>,
+    /// When the step under way began, and the device's clock then [ms].
     began: (Instant, Option<f64>),
 }
 
@@ -95,16 +95,16 @@ impl NetworkRun {
         }
     }
 
-    /// A tick begins: what happens until `tick_ends` is its cost.
-    pub fn tick_begins(&mut self) {
+    /// A step begins: what happens until `step_ends` is its cost.
+    pub fn step_begins(&mut self) {
         self.began = (Instant::now(), self.worker.device_ms());
     }
 
-    /// See `tick_begins`.
-    pub fn tick_ends(&mut self) {
+    /// See `step_begins`.
+    pub fn step_ends(&mut self) {
         let (wall, device) = self.began;
         let device_ms = self.worker.device_ms().map(|now| now - device.unwrap_or(0.0));
-        self.costs.push(TickCost { wall_ms: wall.elapsed().as_secs_f64() * 1e3, device_ms });
+        self.costs.push(StepCost { wall_ms: wall.elapsed().as_secs_f64() * 1e3, device_ms });
     }
 
     /// Whether anything was written to what the scene had to spare since this was last asked.
@@ -121,12 +121,12 @@ impl NetworkRun {
         self.worker.device()?.device_bytes()
     }
 
-    /// Cost of every tick so far.
-    pub fn costs(&self) -> &[TickCost] {
+    /// Cost of every step so far.
+    pub fn costs(&self) -> &[StepCost] {
         &self.costs
     }
 
-    /// From now on ticks may err by ten times the tolerance, or no longer.
+    /// From now on steps may err by ten times the tolerance, or no longer.
     pub fn set_coarse(&mut self, coarse: bool) {
         self.settings.tolerance = self.scene.settings.tolerance * if coarse { COARSE } else { 1.0 };
     }
@@ -179,7 +179,7 @@ impl NetworkRun {
         Ok(())
     }
 
-    /// Every node at a temperature [K]; arithmetic ones balance at the first tick.
+    /// Every node at a temperature [K]; arithmetic ones balance at the first step.
     ///
     /// # Errors
     /// A call that fails.
@@ -188,11 +188,11 @@ impl NetworkRun {
         Ok(self.worker.set_temperatures(&vec![temperature; self.scene.network().len()])?)
     }
 
-    /// One tick from `start` [s] of `length` [s] under a constant heat of every node [W].
+    /// One step from `start` [s] of `length` [s] under a constant heat of every node [W].
     ///
     /// # Errors
     /// A call that fails, or temperatures that cannot be found.
-    pub fn tick(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), EngineError> {
+    pub fn step(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), EngineError> {
         let schedule = self.scene.schedule(heat, &self.on, start, length);
         let leg = Leg { horizon: self.scene.horizon.max(length), step: self.step, tight_switches: false };
         let series = integrate_leg(&mut self.worker, self.scene.network(), &schedule, &self.settings, leg, |_| true)

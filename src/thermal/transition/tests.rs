@@ -135,7 +135,7 @@ fn jittered() -> Vec<Profile> {
     functions().into_iter().enumerate().map(|(i, function)| Profile { function, t_max_steps: t_max[i % 3] }).collect()
 }
 
-/// A target that moves by one ulp at every tick must not change the curve (NUMERICS.md 1: restarting costs 42 K).
+/// A target that moves by one ulp at every step must not change the curve (NUMERICS.md 1: restarting costs 42 K).
 #[test]
 fn jitter_of_one_ulp_costs_nothing() {
     let jitter = |step: usize| {
@@ -157,9 +157,9 @@ fn jitter_of_one_ulp_costs_nothing() {
     }
 }
 
-/// Finer ticks converge on one curve: the difference between successive halvings falls with the tick.
+/// Finer steps converge on one curve: the difference between successive halvings falls with the step.
 #[test]
-fn converges_as_the_tick_shrinks() {
+fn converges_as_the_step_shrinks() {
     for function in functions() {
         let profile = Profile { function, t_max_steps: 40.0 };
         let end = |ticks_a_step: u32| {
@@ -167,12 +167,12 @@ fn converges_as_the_tick_shrinks() {
             let transition = same(profile.clone(), Retarget::Merge);
             let mut state = TransitionState::settled(280.0, &transition);
             let mut samples = Vec::new();
-            for tick in 1..=200 * ticks_a_step {
-                let time = f64::from(tick) * dt;
+            for step in 1..=200 * ticks_a_step {
+                let time = f64::from(step) * dt;
                 let target = 280.0 + 60.0 * (time / 25.0).sin();
                 let (next, t) = transition_step(state, target, dt, &transition);
                 state = next;
-                if tick % (10 * ticks_a_step) == 0 {
+                if step % (10 * ticks_a_step) == 0 {
                     samples.push(t);
                 }
             }
@@ -181,7 +181,7 @@ fn converges_as_the_tick_shrinks() {
         let runs: Vec<_> = [4, 16, 64, 256].into_iter().map(end).collect();
         let gaps: Vec<f64> =
             runs.windows(2).map(|w| w[0].iter().zip(&w[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)).collect();
-        assert!(gaps[0] > 1e-3, "a coarse tick must differ, or nothing is tested: {gaps:?}");
+        assert!(gaps[0] > 1e-3, "a coarse step must differ, or nothing is tested: {gaps:?}");
         assert!(gaps[2] < 0.2 * gaps[0] && gaps[2] < 0.5 * gaps[1], "{}: {gaps:?}", profile.function);
     }
 }

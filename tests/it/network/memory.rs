@@ -89,7 +89,7 @@ fn what_is_planned_for_a_scene_is_what_is_allocated() {
     let prepared = skin();
     let context = context();
     let mut engine = DeviceEngine::new(&context, &prepared, prepared.scene.camera.as_ref()).expect("a small scene");
-    let load = prepared.loads.tick_load(0.0, prepared.scene.time.step);
+    let load = prepared.loads.step_load(0.0, prepared.scene.time.step);
     engine.settle(&load, 0.0).expect("a steady state");
     assert_eq!(engine.device_bytes(), Some(planned(&prepared).iter().sum()));
 }
@@ -101,7 +101,7 @@ fn an_image_after_a_solver_is_the_image_before_it() {
     let Some(context) = validated_context() else { return };
     let camera = prepared.scene.camera.as_ref();
     let mut engine = DeviceEngine::new(&context, &prepared, camera).expect("a small scene");
-    let load = prepared.loads.tick_load(0.0, prepared.scene.time.step);
+    let load = prepared.loads.step_load(0.0, prepared.scene.time.step);
     let pose = camera.map(|camera| camera_from_body(camera, &prepared.loads.sky_model().sky(0.0)));
     let mut images = Vec::new();
     for _ in 0..2 {

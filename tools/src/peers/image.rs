@@ -40,7 +40,7 @@ pub fn measure(
     for scale in scales {
         let camera = scaled(&own, *scale);
         let mut engine = DeviceEngine::new(context, &prepared, Some(&camera))?;
-        engine.settle(&prepared.loads.tick_load(0.0, 0.0), 0.0)?;
+        engine.settle(&prepared.loads.step_load(0.0, 0.0), 0.0)?;
         if rows.is_empty() {
             dump(&prepared, &mut engine, output)?;
         }

@@ -36,9 +36,9 @@ enum What {
         /// Numbers of nodes
         #[arg(long, value_delimiter = ',', default_values_t = [10_000, 100_000, 1_000_000, 10_000_000])]
         nodes: Vec<usize>,
-        /// Ticks of each measurement
+        /// Steps of each measurement
         #[arg(long, default_value_t = 40)]
-        ticks: usize,
+        steps: usize,
     },
     /// Heat conduction in columns of regolith, as a network
     Columns {
@@ -100,7 +100,7 @@ fn main() -> ExitCode {
 fn measure(arguments: &Arguments) -> Result<Value, AnyError> {
     let context = Context::open(arguments.device.as_deref(), false)?;
     let mut measured = match &arguments.what {
-        What::Transition { nodes, ticks } => transition::measure(&context, nodes, *ticks)?,
+        What::Transition { nodes, steps } => transition::measure(&context, nodes, *steps)?,
         What::Columns { case, output, stages, sub_steps } => {
             columns::measure(&context, case, output, *stages, *sub_steps)?
         }

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use isotherm::environment::{TickLoad, albedo};
+use isotherm::environment::{StepLoad, albedo};
 
 /// Nodes of a chunk: seven arrays of it stay in the first-level cache.
 const CHUNK: usize = 1024;
@@ -43,7 +43,7 @@ pub struct Load {
 }
 
 impl Load {
-    pub fn new(load: &TickLoad) -> Self {
+    pub fn new(load: &StepLoad) -> Self {
         let single = |v: glam::DVec3| v.as_vec3().to_array();
         let sun = load.sun.iter().map(|sample| {
             let [x, y, z] = single(sample.direction);

@@ -1,4 +1,4 @@
-//! The device's transition beside a hand-written rayon loop: the same nodes, loads and functions, tick by tick in turn, and
+//! The device's transition beside a hand-written rayon loop: the same nodes, loads and functions, step by step in turn, and
 //! how far each is from the f64 twin.
 
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
-use isotherm::environment::TickLoad;
+use isotherm::environment::StepLoad;
 use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::StepRange;
 use isotherm::gpu::layout;
@@ -27,7 +27,7 @@ use super::{AnyError, Differences};
 /// Steps that a transition takes: more than any run has, so that none arrives.
 const T_MAX: f64 = 1000.0;
 const OPTICS: Optics = Optics { absorptivity: 0.3, emissivity: 0.8 };
-/// Ticks before those that are timed: they compile the passes.
+/// Steps before those that are timed: they compile the passes.
 const WARM_UP: usize = 3;
 /// Nodes whose errors are measured, through one orbit.
 const CHECKED: usize = 4096;
@@ -40,7 +40,7 @@ struct Work {
     /// 1 linear, 2 quadratic.
     power: u32,
     loads: Loads,
-    /// Whether the target moves in every tick.
+    /// Whether the target moves in every step.
     moving: bool,
 }
 
@@ -52,15 +52,15 @@ const WORKS: [Work; 4] = [
 ];
 
 impl Work {
-    /// The loads of the first ticks of the paper's orbit, after that of the start.
-    fn ticks(&self, count: usize) -> Result<Vec<TickLoad>, AnyError> {
+    /// The loads of the first steps of the paper's orbit, after that of the start.
+    fn steps(&self, count: usize) -> Result<Vec<StepLoad>, AnyError> {
         let [solar_constant, _] = SOLAR_CONSTANTS;
         let [_, altitude] = ALTITUDES;
         let orbit = Cube { panel: ALUMINIUM, conducting: false, loads: self.loads, solar_constant, altitude };
         let loads = orbit.sky_loads()?;
-        let load = |tick: usize| {
-            let tick = if self.moving || tick == 0 { tick } else { COMMANDED };
-            loads.tick_load(tick as f64 * STEP, (tick + 1) as f64 * STEP)
+        let load = |step: usize| {
+            let step = if self.moving || step == 0 { step } else { COMMANDED };
+            loads.step_load(step as f64 * STEP, (step + 1) as f64 * STEP)
         };
         Ok((0..=count).map(load).collect())
     }
@@ -83,12 +83,12 @@ impl Work {
         Surface { absorptivity: OPTICS.absorptivity as f32, emissivity: OPTICS.emissivity as f32, t_max: T_MAX as f32 }
     }
 
-    /// What the loop computes in a tick, for its targets stand where the load does.
-    fn hand_load<'a>(&self, tick: usize, load: &'a Load) -> Option<&'a Load> {
-        (self.moving || tick <= 1).then_some(load)
+    /// What the loop computes in a step, for its targets stand where the load does.
+    fn hand_load<'a>(&self, step: usize, load: &'a Load) -> Option<&'a Load> {
+        (self.moving || step <= 1).then_some(load)
     }
 
-    fn renderer(&self, context: &Arc<Context>, normals: &[Vec3], start: &TickLoad) -> Result<Renderer, AnyError> {
+    fn renderer(&self, context: &Arc<Context>, normals: &[Vec3], start: &StepLoad) -> Result<Renderer, AnyError> {
         let groups = normals.len() / 4;
         let [absorptivity, emissivity] = [OPTICS.absorptivity as f32, OPTICS.emissivity as f32];
         let material = layout::Material {
@@ -152,12 +152,12 @@ fn directions(nodes: usize) -> Vec<Vec3> {
 }
 
 /// Every work at every number of nodes.
-pub fn measure(context: &Arc<Context>, sizes: &[usize], ticks: usize) -> Result<Value, AnyError> {
+pub fn measure(context: &Arc<Context>, sizes: &[usize], steps: usize) -> Result<Value, AnyError> {
     let mut rows = Vec::new();
     for work in &WORKS {
         let errors = errors(context, work)?;
         for size in sizes {
-            let mut row = timed(context, work, size.next_multiple_of(256), ticks)?;
+            let mut row = timed(context, work, size.next_multiple_of(256), steps)?;
             row["error_k"].clone_from(&errors);
             rows.push(row);
         }
@@ -165,31 +165,31 @@ pub fn measure(context: &Arc<Context>, sizes: &[usize], ticks: usize) -> Result<
     Ok(json!({ "threads": rayon::current_num_threads(), "avx2": has_avx2(), "rows": rows }))
 }
 
-/// Milliseconds of each tick, device and loops in turn: by the clock and of the processors.
-fn timed(context: &Arc<Context>, work: &Work, nodes: usize, ticks: usize) -> Result<Value, AnyError> {
+/// Milliseconds of each step, device and loops in turn: by the clock and of the processors.
+fn timed(context: &Arc<Context>, work: &Work, nodes: usize, steps: usize) -> Result<Value, AnyError> {
     let normals = directions(nodes);
-    let loads = work.ticks(ticks + WARM_UP)?;
+    let loads = work.steps(steps + WARM_UP)?;
     let mut renderer = work.renderer(context, &normals, &loads[0])?;
     let surface = work.surface();
     let mut plain = Nodes::settled(&normals, &Load::new(&loads[0]), &surface);
     let mut wide = plain.clone();
     let mut device = Vec::new();
     let mut clocks = [Vec::new(), Vec::new(), Vec::new()];
-    for (tick, load) in loads.iter().enumerate().skip(1) {
+    for (step, load) in loads.iter().enumerate().skip(1) {
         let before = step_ms(&renderer);
         let clock = Clock::start();
-        let submitted = renderer.submit(Request::tick(load, 1.0))?;
+        let submitted = renderer.submit(Request::step(load, 1.0))?;
         renderer.collect(submitted)?;
         let on_device = clock.stop();
         let single = Load::new(load);
-        let single = work.hand_load(tick, &single);
+        let single = work.hand_load(step, &single);
         let by_hand = |nodes: &mut Nodes, avx2: bool| {
             let clock = Clock::start();
             nodes.step(single, &surface, work.power, avx2);
             clock.stop()
         };
         let times = [on_device, by_hand(&mut plain, false), by_hand(&mut wide, true)];
-        if tick > WARM_UP {
+        if step > WARM_UP {
             device.push(step_ms(&renderer) - before);
             clocks.iter_mut().zip(times).for_each(|(clock, time)| clock.push(time));
         }
@@ -207,10 +207,10 @@ fn step_ms(renderer: &Renderer) -> f64 {
     steps.flat_map(|(_, samples)| samples).sum()
 }
 
-/// How far device and loops are from the f64 twin [K], over all ticks of one orbit.
+/// How far device and loops are from the f64 twin [K], over all steps of one orbit.
 fn errors(context: &Arc<Context>, work: &Work) -> Result<Value, AnyError> {
     let normals: Vec<Vec3> = directions(65_536).into_iter().step_by(65_536 / CHECKED).collect();
-    let loads = work.ticks(STEPS)?;
+    let loads = work.steps(STEPS)?;
     let mut renderer = work.renderer(context, &normals, &loads[0])?;
     let surface = work.surface();
     let mut plain = Nodes::settled(&normals, &Load::new(&loads[0]), &surface);
@@ -218,11 +218,11 @@ fn errors(context: &Arc<Context>, work: &Work) -> Result<Value, AnyError> {
     let mut twin = work.twin(&normals);
     twin.settle(&loads[0]);
     let mut far = [Differences::default(), Differences::default(), Differences::default()];
-    for (tick, load) in loads.iter().enumerate().skip(1) {
-        let submitted = renderer.submit(Request::tick(load, 1.0).and_temperatures())?;
+    for (step, load) in loads.iter().enumerate().skip(1) {
+        let submitted = renderer.submit(Request::step(load, 1.0).and_temperatures())?;
         let collected = renderer.collect(submitted)?.temperatures.ok_or("no temperatures")?;
         let single = Load::new(load);
-        let single = work.hand_load(tick, &single);
+        let single = work.hand_load(step, &single);
         plain.step(single, &surface, work.power, false);
         wide.step(single, &surface, work.power, true);
         twin.step(load, 1.0);

@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use super::Loose;
 use crate::bench::hard::case::{Case, Scale};
 use crate::environment::shadow::{Jointed, Method, Occluders, Redraw, Shadows};
-use crate::environment::{SunSample, TickLoad};
+use crate::environment::{StepLoad, SunSample};
 use crate::gpu::context::Context;
 use crate::gpu::renderer::Renderer;
 use crate::gpu::resources::{NODES_PER_WORKGROUP, ShadowData};
@@ -51,9 +51,9 @@ fn shifts(scale: Scale) -> Vec<f64> {
     (0..=count).map(|step| (0.5 * EDGE + RADIUS) * f64::from(step) / f64::from(count)).collect()
 }
 
-fn load(shift: f64) -> TickLoad {
+fn load(shift: f64) -> StepLoad {
     let direction = DVec3::new(-shift, 0.0, HEIGHT).normalize();
-    TickLoad {
+    StepLoad {
         sun: vec![SunSample { direction, flux: 1361.0 }],
         planet: None,
         albedo: None,
@@ -78,7 +78,7 @@ fn redraw(angle: f64) -> Redraw {
 }
 
 /// Largest error over the way, in hundredths of the whole shadow.
-fn error(scale: Scale, mut visibility: impl FnMut(&TickLoad) -> Result<Vec<f64>, String>) -> Result<f64, String> {
+fn error(scale: Scale, mut visibility: impl FnMut(&StepLoad) -> Result<Vec<f64>, String>) -> Result<f64, String> {
     let cell = (EDGE / NODES as f64).powi(2);
     shifts(scale).into_iter().try_fold(0.0f64, |worst, shift| {
         let seen = visibility(&load(shift))?;

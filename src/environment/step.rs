@@ -1,4 +1,4 @@
-//! The load of a tick: Sun, planet and albedo, averaged so that eclipses inside the tick count for what they are.
+//! The load of a step: Sun, planet and albedo, averaged so that eclipses inside the step count for what they are.
 //!
 //! Sunlight comes as up to eight light vectors. Each is the exact integral over a stretch of the step, which is cut at the contacts of an
 //! eclipse. A craft that turns during the step gets shorter stretches.
@@ -14,19 +14,19 @@ use super::albedo_field::{AlbedoField, AlbedoFields};
 use super::joints::{Joint, Joints};
 use super::quadrature::GaussLegendre;
 use super::sky::{SkyError, SkyModel};
-use super::{MAX_SUN_SAMPLES, PlanetLoad, SunSample, TickLoad};
+use super::{MAX_SUN_SAMPLES, PlanetLoad, StepLoad, SunSample};
 use crate::environment::{Attitude, Environment, Orbit};
 
-/// The environment of a scene, ready to give the load of any tick.
+/// The environment of a scene, ready to give the load of any step.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TickLoads {
+pub struct StepLoads {
     sky: SkyModel,
     environment: Environment,
     albedo: Option<AlbedoSource>,
     joints: Joints,
 }
 
-/// Where the albedo of a tick comes from.
+/// Where the albedo of a step comes from.
 #[derive(Debug, Clone, PartialEq)]
 enum AlbedoSource {
     /// The one distance of a circular orbit.
@@ -47,13 +47,13 @@ impl AlbedoSource {
 /// Angle of the Sun in the body frame that one sample stands for [rad] (0.06 deg), where [`MAX_SUN_SAMPLES`] allows.
 ///
 /// A plate that the Sun rises or sets on during a sample gets at most 1/8 of the sample's angle of its flux wrongly
-/// (0.05 W/m2 for the eight samples of a 17 s tick in low orbit); every other plate gets its mean flux exactly.
+/// (0.05 W/m2 for the eight samples of a 17 s step in low orbit); every other plate gets its mean flux exactly.
 pub const SWEEP_PER_SAMPLE: f64 = 1.1e-3;
 
 static LIT_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(4));
 static PENUMBRA_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(12));
 
-impl TickLoads {
+impl StepLoads {
     /// The loads of a scene. Builds the albedo field of a circular orbit where there is a Sun and an
     /// albedo above 0; those of a trajectory are built as its distances are met.
     ///
@@ -96,16 +96,16 @@ impl TickLoads {
         &self.sky
     }
 
-    /// The load of the tick from `start` to `end` [s]; that of the instant `start` where `end` is not later.
+    /// The load of the step from `start` to `end` [s]; that of the instant `start` where `end` is not later.
     ///
-    /// The Sun's samples carry the whole of the tick's light, whatever its length: eclipses are cut at their contacts,
+    /// The Sun's samples carry the whole of the step's light, whatever its length: eclipses are cut at their contacts,
     /// and what is approximate is only how a plate fares whose horizon the Sun crosses (see [`SWEEP_PER_SAMPLE`]). A
-    /// tick so long that [`MAX_SUN_SAMPLES`] must stand for more than that angle each errs in proportion: on such a
-    /// plate by up to 1.5 W/m2 in a tick of 700 s and 18 W/m2 in one of an orbit or more, in low orbit. Under a
-    /// craft that spins the errors of ticks are larger, but cancel over its turns. Planet infrared
-    /// and albedo are those of the middle of the tick, which for a tick above a few minutes is no longer their mean; so are
+    /// step so long that [`MAX_SUN_SAMPLES`] must stand for more than that angle each errs in proportion: on such a
+    /// plate by up to 1.5 W/m2 in a step of 700 s and 18 W/m2 in one of an orbit or more, in low orbit. Under a
+    /// craft that spins the errors of steps are larger, but cancel over its turns. Planet infrared
+    /// and albedo are those of the middle of the step, which for a step above a few minutes is no longer their mean; so are
     /// the poses of the joints.
-    pub fn tick_load(&self, start: f64, end: f64) -> TickLoad {
+    pub fn step_load(&self, start: f64, end: f64) -> StepLoad {
         let middle = if end > start { 0.5 * (start + end) } else { start };
         let mut planet = self.planet_load(middle);
         let table = |planet: &PlanetLoad| self.albedo.as_ref().and_then(|source| source.table(planet));
@@ -113,7 +113,7 @@ impl TickLoads {
         if let (Some(planet), None) = (&mut planet, &albedo) {
             planet.albedo_flux = 0.0;
         }
-        TickLoad {
+        StepLoad {
             sun: self.sun_samples(start, end),
             planet,
             albedo,
@@ -166,10 +166,10 @@ impl TickLoads {
         samples
     }
 
-    /// The tick's time outside umbra: stretchs that are smooth inside, in runs without a gap.
+    /// The step's time outside umbra: stretchs that are smooth inside, in runs without a gap.
     ///
-    /// A tick longer than the orbit's period, or than a turn of a craft that spins, sees the same skies again, so it is
-    /// folded onto its first period, and a stretch counts as often as the tick passes it.
+    /// A step longer than the orbit's period, or than a turn of a craft that spins, sees the same skies again, so it is
+    /// folded onto its first period, and a stretch counts as often as the step passes it.
     fn lit_runs(&self, start: f64, end: f64) -> Vec<Vec<LitStretch>> {
         let (turns, rest, window) = match self.repeats_within(start, end) {
             Some(period) if end - start >= period => {
@@ -202,8 +202,8 @@ impl TickLoads {
         runs
     }
 
-    /// Period after which the Sun stands in the body as before, throughout a tick [s]. Of a craft that spins only where
-    /// the light does not change in the tick.
+    /// Period after which the Sun stands in the body as before, throughout a step [s]. Of a craft that spins only where
+    /// the light does not change in the step.
     fn repeats_within(&self, start: f64, end: f64) -> Option<f64> {
         let steady = || {
             let lit = self.sky.lit_fraction(start);
@@ -263,13 +263,13 @@ impl TickLoads {
     }
 }
 
-/// A stretch of a tick in which the lit fraction is smooth.
+/// A stretch of a step in which the lit fraction is smooth.
 struct LitStretch {
     /// Start [s].
     start: f64,
     /// End [s].
     end: f64,
-    /// How often the tick passes it.
+    /// How often the step passes it.
     passes: f64,
     /// Whether the Sun is partly covered, rather than free.
     penumbra: bool,
