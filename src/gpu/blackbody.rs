@@ -13,15 +13,16 @@ use super::resource::Resource;
 use super::store::Resources;
 use crate::thermal::brightness::BrightnessTable;
 use crate::thermal::radiance::RadianceTable;
-use crate::thermal::radiance_f32::RadianceTableF32;
 
 const WORKGROUP: usize = 64;
 
-/// The table of a band as the shader reads it: its head, then ln G with the guards.
-pub fn band_table(table: &RadianceTableF32) -> Vec<f32> {
-    let head = layout::Band { edge_high: table.edge_high, edge_low: table.edge_low };
+/// The table of a band as the shader reads it: c2 / lambda_max, rounded, and what the rounding left, then ln G with the guards.
+pub fn band_table(table: &RadianceTable) -> Vec<f32> {
+    let edge_high = table.edge_temperature as f32;
+    let edge_low = (table.edge_temperature - f64::from(edge_high)) as f32;
+    let head = layout::Band { edge_high, edge_low };
     let mut values: Vec<f32> = bytemuck::cast_slice(&[head]).to_vec();
-    values.extend_from_slice(&table.values);
+    values.extend(table.values.iter().map(|&value| value as f32));
     values
 }
 
@@ -35,8 +36,7 @@ pub fn band_radiances(
     guesses: &BrightnessTable,
     temperatures: &[f32],
 ) -> Result<Vec<f32>, GpuError> {
-    let table = RadianceTableF32::new(table, guesses);
-    map(context, Kernel::Blackbody, &table, temperatures, 300.0)
+    map(context, Kernel::Blackbody, (table, guesses), temperatures, 300.0)
 }
 
 /// Temperature [K] of a blackbody of each radiance [W m-2 sr-1], every one between the floor and the ceiling that
@@ -50,16 +50,14 @@ pub fn brightness_temperatures(
     guesses: &BrightnessTable,
     radiances: &[f32],
 ) -> Result<Vec<f32>, GpuError> {
-    let table = RadianceTableF32::new(table, guesses);
-    let filler = guesses.max_radiance as f32;
-    map(context, Kernel::Brightness, &table, radiances, filler)
+    map(context, Kernel::Brightness, (table, guesses), radiances, guesses.max_radiance as f32)
 }
 
 /// Runs a kernel that turns a list of numbers into one of the same length.
 fn map(
     context: &Arc<Context>,
     kernel: Kernel,
-    table: &RadianceTableF32,
+    (table, guesses): (&RadianceTable, &BrightnessTable),
     input: &[f32],
     filler: f32,
 ) -> Result<Vec<f32>, GpuError> {
@@ -72,7 +70,8 @@ fn map(
     resources.upload(&mut once, Resource::BandTable, &band)?;
     resources.make_with(Resource::RadiationInput, &padded)?;
     resources.make_of(Resource::RadiationOutput, padded.len())?;
-    resources.make_with(Resource::InverseTemperatures, &table.inverse_temperatures)?;
+    let inverse_temperatures: Vec<f32> = guesses.inverse_temperatures.iter().map(|&inverse| inverse as f32).collect();
+    resources.make_with(Resource::InverseTemperatures, &inverse_temperatures)?;
     let list = lists::radiation(kernel, (padded.len() / WORKGROUP) as u32);
     let mut bindings = Bindings::plain(context);
     bindings.add(&resources, list.passes())?;

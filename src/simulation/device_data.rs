@@ -6,10 +6,8 @@ use crate::gpu::layout;
 use crate::gpu::resources::{JointData, SceneData, ShadowData};
 use crate::gpu::shapes::Shapes;
 use crate::scene::Camera;
-use crate::thermal::brightness::BrightnessTable;
 use crate::thermal::material::{Material, Optics, Response, Sides};
 use crate::thermal::radiance::RadianceTable;
-use crate::thermal::radiance_f32::RadianceTableF32;
 
 /// What the device needs beside the arrays of `Prepared`.
 pub struct DeviceData {
@@ -22,7 +20,6 @@ impl DeviceData {
     /// Rounds the scene's materials and band to f32.
     pub fn new(prepared: &Prepared) -> Self {
         let table = RadianceTable::new(prepared.scene.band);
-        let table = RadianceTableF32::new(&table, &BrightnessTable::new(&table));
         let shapes = Shapes::of(&prepared.materials);
         let materials = prepared.materials.iter().map(|material| device_material(material, &shapes)).collect();
         Self { materials, shapes, band_table: band_table(&table) }

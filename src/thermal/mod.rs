@@ -12,7 +12,6 @@ pub mod material;
 pub mod network;
 pub mod planck;
 pub mod radiance;
-pub mod radiance_f32;
 pub mod reference;
 pub mod shell;
 pub mod step_response;

@@ -1,7 +1,7 @@
 //! Band radiance and its inverse on the device against Planck's law by quadrature.
 
 use isotherm::gpu::blackbody::{band_radiances, brightness_temperatures};
-use isotherm::thermal::brightness::BrightnessTable;
+use isotherm::thermal::brightness::{BrightnessTable, MAX_TEMPERATURE};
 use isotherm::thermal::planck::Band;
 use isotherm::thermal::planck::band_radiance_exact;
 use isotherm::thermal::radiance::RadianceTable;
@@ -9,7 +9,7 @@ use isotherm::thermal::radiance::RadianceTable;
 use super::device::{Random, Worst, assert_silent, context};
 
 /// Cameras' bands, the narrow, wide and short ends of 1 to 50 um, and some that nobody would choose.
-const BANDS_UM: [[f64; 2]; 12] = [
+const BANDS_UM: [[f64; 2]; 15] = [
     [8.0, 14.0],
     [3.0, 5.0],
     [10.3, 11.3],
@@ -22,6 +22,9 @@ const BANDS_UM: [[f64; 2]; 12] = [
     [4.26, 4.27],
     [20.0, 50.0],
     [9.99, 10.0],
+    [1.0, 2.0],
+    [7.0, 7.001],
+    [2.0, 40.0],
 ];
 
 /// 30 to 1000 K, spread evenly over the logarithm but for a little chance.
@@ -55,7 +58,7 @@ fn radiance_agrees_with_plancks_law() {
             }
             worst
         };
-        difference(0.0).within(2e-5, "relative", &format!("radiance in {lower} to {upper} um"));
+        difference(0.0).within(5e-6, "relative", &format!("radiance in {lower} to {upper} um"));
         assert!(difference(2e-5).difference > 2e-5, "a temperature off by 6 mK at 300 K must show");
     }
     assert_silent(&context);
@@ -80,8 +83,26 @@ fn the_inverse_gives_the_temperature_back() {
             let as_f64 = |values: &[f32]| values.iter().map(|value| f64::from(*value)).collect::<Vec<_>>();
             Worst::of(&as_f64(&found), &as_f64(&kept), |index| format!("{} W m-2 sr-1", radiances[index]))
         };
-        difference(1.0).within(2e-3, "K", &format!("brightness temperature in {lower} to {upper} um"));
+        difference(1.0).within(1e-3, "K", &format!("brightness temperature in {lower} to {upper} um"));
         assert!(difference(1.001).difference > 2e-3, "a thousandth more radiance must show");
+    }
+    assert_silent(&context);
+}
+
+#[test]
+fn the_inverse_holds_from_the_floor_to_the_ceiling() {
+    let context = context();
+    for [lower, upper] in BANDS_UM {
+        let band = Band { lower: lower * 1e-6, upper: upper * 1e-6 };
+        let table = RadianceTable::new(band);
+        let guesses = BrightnessTable::new(&table);
+        let (low, high) = (guesses.min_temperature * 1.001, MAX_TEMPERATURE * 0.999);
+        let temperatures: Vec<f64> = (0..500).map(|i| low * (high / low).powf(f64::from(i) / 499.0)).collect();
+        let radiances: Vec<f32> = temperatures.iter().map(|t| band_radiance_exact(band, *t) as f32).collect();
+        let found = brightness_temperatures(&context, &table, &guesses, &radiances).expect("the device");
+        for (inverse, t) in found.iter().zip(&temperatures) {
+            assert!((f64::from(*inverse) / t - 1.0).abs() < 3e-6, "{lower} to {upper} um: {t} K gives {inverse} K");
+        }
     }
     assert_silent(&context);
 }

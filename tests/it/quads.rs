@@ -14,11 +14,9 @@ use isotherm::scene::{Camera, CameraFrame};
 use isotherm::simulation::device_data::device_material;
 use isotherm::simulation::engine::Pixels;
 use isotherm::simulation::viewpoint::device_view;
-use isotherm::thermal::brightness::BrightnessTable;
 use isotherm::thermal::material::Material;
 use isotherm::thermal::planck::Band;
 use isotherm::thermal::radiance::RadianceTable;
-use isotherm::thermal::radiance_f32::RadianceTableF32;
 
 /// Quads with temperatures at their corners; a quad is a group of four nodes.
 pub struct Quads {
@@ -81,8 +79,6 @@ impl Quads {
         let nodes = self.positions.len().next_multiple_of(NODES_PER_WORKGROUP);
         let padded = |values: &[Vec3]| [values, &vec![Vec3::ZERO; nodes - values.len()]].concat();
         let groups = |values: &[u32]| [values, &vec![0; nodes / 4 - values.len()]].concat();
-        let table = RadianceTable::new(self.band);
-        let table = RadianceTableF32::new(&table, &BrightnessTable::new(&table));
         let shapes = Shapes::of(&self.materials);
         let data = SceneData {
             ranges: vec![StepRange { variant: self.variant, groups: (0, nodes as u32 / 4), joint: 0 }],
@@ -93,7 +89,7 @@ impl Quads {
             triangles: &self.triangles,
             materials: &self.materials.iter().map(|material| device_material(material, &shapes)).collect::<Vec<_>>(),
             shapes: &shapes,
-            band_table: &band_table(&table),
+            band_table: &band_table(&RadianceTable::new(self.band)),
             image: Some([camera.width, camera.height]),
             shadows: None,
             joints: None,
