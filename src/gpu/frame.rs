@@ -167,30 +167,9 @@ impl Frame {
         })
     }
 
-    /// Number of barriers.
-    pub fn barrier_count(&self) -> usize {
-        self.entries.iter().map(|entry| if let Entry::Barriers(barriers) = entry { barriers.len() } else { 0 }).sum()
-    }
-
     /// What its passes copy to.
     pub fn copied_to(&self) -> impl Iterator<Item = Resource> {
         self.passes().filter_map(|pass| if let Work::Copy { to, .. } = pass.work { Some(to) } else { None })
-    }
-
-    /// The same list without its n-th barrier: what the hazard check and the validation layer must complain about.
-    pub fn without_barrier(&self, n: usize) -> Self {
-        let mut left = n;
-        let mut frame = self.clone();
-        for entry in &mut frame.entries {
-            if let Entry::Barriers(barriers) = entry {
-                if left < barriers.len() {
-                    barriers.remove(left);
-                    break;
-                }
-                left -= barriers.len();
-            }
-        }
-        frame
     }
 }
 

@@ -9,7 +9,6 @@ pub mod compile;
 pub mod context;
 pub mod error;
 pub mod frame;
-pub mod hazard;
 mod host_heap;
 pub mod layout;
 pub mod limits;

@@ -2,11 +2,12 @@
 
 use isotherm::environment::shadow::Method;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
-use isotherm::gpu::hazard::{HazardKind, hazards, unread_by_host};
 use isotherm::gpu::lists;
 use isotherm::gpu::pass::{Entry, Kernel};
 use isotherm::gpu::resource::Resource;
 use isotherm::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
+
+use super::hazard::{HazardKind, barrier_count, hazards, unread_by_host, without_barrier};
 
 fn variant(kind: StepKind, both_sides: bool) -> ThermalVariant {
     ThermalVariant {
@@ -98,9 +99,9 @@ fn each_barrier_that_is_taken_away_is_missed() {
         // A run begins with the shadows of its first load.
         let settle = Frame::shadows(&ranges, Method::Depth).then(Frame::settle(&ranges));
         for (number, whole) in frames(&ranges).iter().enumerate() {
-            for n in 0..whole.barrier_count() {
-                let broken = whole.without_barrier(n);
-                assert_eq!(broken.barrier_count() + 1, whole.barrier_count());
+            for n in 0..barrier_count(&whole) {
+                let broken = without_barrier(&whole, n);
+                assert_eq!(barrier_count(&broken) + 1, barrier_count(&whole));
                 let missed = frames(&ranges).iter().any(|before| {
                     let sequence = [&settle, before, &broken, &broken];
                     // What the host reads is ordered by the barrier to the host alone.
@@ -136,10 +137,10 @@ pub fn each_barrier_is_needed(row: &[Frame], first: usize) {
     assert_eq!(hazards(row), []);
     assert_eq!(unread_by_host(row), []);
     for list in &row[first..] {
-        for n in 0..list.barrier_count() {
+        for n in 0..barrier_count(list) {
             let missed = (0..row.len()).filter(|place| row[*place] == *list).any(|place| {
                 let mut broken = row.to_vec();
-                broken[place] = list.without_barrier(n);
+                broken[place] = without_barrier(list, n);
                 unread_by_host(&broken[..=place]) != unread_by_host(&row[..=place]) || !hazards(&broken).is_empty()
             });
             assert!(missed, "without barrier {n} of\n{list}");
@@ -171,7 +172,7 @@ fn what_is_submitted_once_has_all_its_barriers() {
         for resource in uploaded.into_iter().chain(of_method.iter().copied()) {
             let row = [lists::upload(resource), settle.clone(), step.clone()];
             assert_eq!(hazards(&row), []);
-            let broken = [row[0].without_barrier(0), settle.clone(), step.clone()];
+            let broken = [without_barrier(&row[0], 0), settle.clone(), step.clone()];
             assert!(!hazards(&broken).is_empty(), "{resource:?}");
         }
         for resource in [Resource::Temperature, Resource::Visibility] {

@@ -3,7 +3,6 @@
 use glam::{DQuat, DVec3};
 use isotherm::environment::shadow::Method;
 use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
-use isotherm::gpu::hazard::{hazards, unread_by_host};
 use isotherm::gpu::nodes::PADDING;
 use isotherm::gpu::pass::Kernel;
 use isotherm::gpu::renderer::{Renderer, Request};
@@ -18,6 +17,7 @@ use serde_json::json;
 
 use super::craft::{Folder, glb, never, prepared, scene_with};
 use super::device::{Worst, assert_silent, context};
+use super::hazard::{barrier_count, hazards, unread_by_host, without_barrier};
 use super::model::make::Maker;
 
 /// A wing that tracks, one that is driven by a schedule, and a mast that slides out: all kinds of pose at once.
@@ -389,8 +389,8 @@ fn frames_with_joints_have_all_their_barriers() {
         for sequence in [[&settle, &all, &one], [&settle, &one, &all], [&settle, &all, &all]] {
             assert_eq!(hazards(sequence), []);
         }
-        for n in 0..all.barrier_count() {
-            let broken = all.without_barrier(n);
+        for n in 0..barrier_count(&all) {
+            let broken = without_barrier(&all, n);
             let missed =
                 [&settle, &all, &one].iter().any(|before| !hazards([&settle, before, &broken, &broken]).is_empty());
             assert!(missed || !unread_by_host([&broken]).is_empty(), "barrier {n} of\n{all}");

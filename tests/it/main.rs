@@ -11,6 +11,7 @@ mod documents;
 mod functions;
 mod fused;
 mod hard;
+mod hazard;
 mod hazards;
 mod idle;
 mod image;

@@ -14,6 +14,7 @@ use isotherm::simulation::viewpoint::device_view;
 use isotherm::thermal::material::{Function, Optics, Retarget, Sides};
 
 use super::device::{assert_silent, dark, material, planet, sunlight, transition, validated_context};
+use super::hazard::without_barrier;
 use super::quads::{Quads, camera, looking};
 
 /// The sheet's triangles.
@@ -131,7 +132,7 @@ fn check(first: &Frame, frame: &Frame, wanted: Wanted, seen: &[&str], unseen: &[
     assert_eq!(said, Vec::<String>::new(), "the whole frame");
     let (mut found_seen, mut found_unseen) = (Vec::new(), Vec::new());
     for (n, barrier) in barriers(frame).iter().enumerate() {
-        let Some(said) = said_of(&joined(frame.without_barrier(n)), wanted) else { return };
+        let Some(said) = said_of(&joined(without_barrier(frame, n)), wanted) else { return };
         let name = format!("{:?}: {:?} -> {:?}", barrier.resource, barrier.before.stage, barrier.after.stage);
         if name == COMPUTE_TO_VERTEX {
             assert_eq!(said, ["SYNC-HAZARD-READ-AFTER-WRITE"], "{name}");

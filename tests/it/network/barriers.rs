@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use isotherm::gpu::frame::Frame;
-use isotherm::gpu::hazard::{hazards, unread_by_host};
 use isotherm::gpu::network::frame::WidePlan;
 use isotherm::gpu::network::small_frame::{Unknowns, dispatched};
 use isotherm::gpu::network::uses::uses;
 use isotherm::gpu::pass::Entry;
 
+use crate::hazard::{hazards, unread_by_host};
 use crate::hazards::each_barrier_is_needed;
 use crate::shaders::{bindings_of, fused_variants, wide_variants};
 

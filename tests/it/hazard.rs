@@ -8,9 +8,9 @@ use std::fmt;
 
 use ash::vk::{AccessFlags2, ImageLayout, PipelineStageFlags2};
 
-use super::frame::Frame;
-use super::pass::{Access, Barrier, Entry, Scope, is_write, writes};
-use super::resource::{Resource, Role};
+use isotherm::gpu::frame::Frame;
+use isotherm::gpu::pass::{Access, Barrier, Entry, Scope, is_write, writes};
+use isotherm::gpu::resource::{Resource, Role};
 
 /// What may go wrong between two accesses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -225,4 +225,25 @@ pub fn unread_by_host<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Re
         }
     }
     waiting
+}
+
+/// Number of barriers of a list.
+pub fn barrier_count(frame: &Frame) -> usize {
+    frame.entries.iter().map(|entry| if let Entry::Barriers(barriers) = entry { barriers.len() } else { 0 }).sum()
+}
+
+/// The same list without its n-th barrier: what the hazard check and the validation layer must complain about.
+pub fn without_barrier(frame: &Frame, n: usize) -> Frame {
+    let mut left = n;
+    let mut frame = frame.clone();
+    for entry in &mut frame.entries {
+        if let Entry::Barriers(barriers) = entry {
+            if left < barriers.len() {
+                barriers.remove(left);
+                break;
+            }
+            left -= barriers.len();
+        }
+    }
+    frame
 }
