@@ -8,9 +8,6 @@ use glam::{DMat3, DVec3};
 /// Earth's gravitational parameter [m3/s2] (IERS Conventions 2010, table 1.1).
 pub const EARTH_GRAVITATIONAL_PARAMETER: f64 = 3.986_004_418e14;
 
-/// Planet radius where the scene gives none: Earth's mean radius [m].
-pub const DEFAULT_PLANET_RADIUS: f64 = 6.371e6;
-
 /// Distance of the Sun from the planet, one astronomical unit [m] (IAU 2012 resolution B2).
 pub const SUN_DISTANCE: f64 = 149_597_870_700.0;
 
@@ -119,6 +116,9 @@ mod tests {
 
     use super::*;
 
+    /// Earth's mean radius [m].
+    const MEAN_RADIUS: f64 = 6.371e6;
+
     fn paper_orbit() -> CircularOrbit {
         CircularOrbit { altitude: 224e3, period: 6017.0, beta: 0.0, phase: 0.0 }
     }
@@ -130,16 +130,16 @@ mod tests {
         assert!(text.contains("224 km means a period of 5339 s"), "{text}");
         assert!(text.contains("6017 s, which is 772 km"), "{text}");
 
-        let with_mean_radius = period_disagreement(&paper_orbit(), DEFAULT_PLANET_RADIUS).unwrap().to_string();
+        let with_mean_radius = period_disagreement(&paper_orbit(), MEAN_RADIUS).unwrap().to_string();
         assert!(with_mean_radius.contains("5330 s") && with_mean_radius.contains("779 km"), "{with_mean_radius}");
     }
 
     #[test]
     fn a_kepler_orbit_is_not_reported() {
-        let period = kepler_period(DEFAULT_PLANET_RADIUS + 408e3);
+        let period = kepler_period(MEAN_RADIUS + 408e3);
         let orbit = |period| CircularOrbit { altitude: 408e3, period, beta: 0.0, phase: 0.0 };
-        assert_eq!(period_disagreement(&orbit(period.round()), DEFAULT_PLANET_RADIUS), None);
-        assert!(period_disagreement(&orbit(period + 2.0), DEFAULT_PLANET_RADIUS).is_some());
+        assert_eq!(period_disagreement(&orbit(period.round()), MEAN_RADIUS), None);
+        assert!(period_disagreement(&orbit(period + 2.0), MEAN_RADIUS).is_some());
     }
 
     #[test]

@@ -138,11 +138,6 @@ impl SkyModel {
         })
     }
 
-    /// The orbit or trajectory.
-    pub fn orbit(&self) -> &Orbit {
-        &self.orbit
-    }
-
     /// Period of the orbit [s].
     pub fn period(&self) -> f64 {
         self.orbit.period()

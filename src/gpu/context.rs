@@ -182,11 +182,6 @@ impl Context {
     pub fn validation_messages(&self) -> Vec<String> {
         self.messages.as_ref().map(|messages| messages.all()).unwrap_or_default()
     }
-
-    /// Whether the validation layer watches.
-    pub fn validates(&self) -> bool {
-        self.messages.is_some()
-    }
 }
 
 impl Drop for Context {

@@ -90,8 +90,6 @@ pub struct Outcome {
     pub pictures: Vec<Picture>,
     /// Plots for the report.
     pub plots: Vec<PlotEntry>,
-    /// Temperatures over time.
-    pub series: Series,
     /// Device against f64 reference, where it was asked for.
     pub accuracy: Option<Accuracy>,
     /// How a periodic warm-up went, where one was asked for.
@@ -182,7 +180,7 @@ pub fn run_into(
     drop(draws);
     let accuracy = check.map(|check| check.accuracy(prepared));
     let network_costs = engine.network_costs()[warm_up_steps..].to_vec();
-    Ok(Outcome { complete, frames, pictures, plots, series, accuracy, periodic, network_costs, stepping_s })
+    Ok(Outcome { complete, frames, pictures, plots, accuracy, periodic, network_costs, stepping_s })
 }
 
 /// Refuses temperatures that are no numbers, by the first node that has one.

@@ -53,11 +53,6 @@ impl Expression {
         &self.text
     }
 
-    /// Number of operations that it comes to.
-    pub fn operations(&self) -> usize {
-        self.program.operations()
-    }
-
     pub(super) fn remaining(&self, r: f64) -> f64 {
         (1.0 - (self.program.run(1.0 - r) - self.start) * self.scale).clamp(0.0, 1.0)
     }

@@ -72,7 +72,6 @@ pub struct Program {
     body: Vec<Statement>,
     slots: usize,
     locals: usize,
-    operations: usize,
 }
 
 impl Program {
@@ -96,11 +95,6 @@ impl Program {
         let function = module.functions.iter().find(|(_, function)| function.name.as_deref() == Some(FUNCTION));
         let (_, function) = function.ok_or("leaves no function of s")?;
         Reader { module: &module, function, slots: HashMap::new(), locals: HashMap::new(), operations: 0 }.program()
-    }
-
-    /// Number of operations, constants not counted.
-    pub fn operations(&self) -> usize {
-        self.operations
     }
 
     /// Value at s.
@@ -246,7 +240,7 @@ impl Reader<'_> {
             return Err(format!("comes to {} operations; at most {MAX_OPERATIONS} are taken", self.operations));
         }
         let slots = self.slots.len();
-        Ok(Program { body, slots, locals: self.locals.len(), operations: self.operations })
+        Ok(Program { body, slots, locals: self.locals.len() })
     }
 
     fn block(&mut self, block: &naga::Block, out: &mut Vec<Statement>) -> Result<(), String> {
