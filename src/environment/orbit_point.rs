@@ -63,14 +63,6 @@ impl Orbit {
         }
     }
 
-    /// The circular orbit, where it is one.
-    pub fn circular(&self) -> Option<&CircularOrbit> {
-        match self {
-            Self::Circular(orbit) => Some(orbit),
-            Self::Trajectory(_) => None,
-        }
-    }
-
     /// The trajectory, where it is one.
     pub fn trajectory(&self) -> Option<&Trajectory> {
         match self {

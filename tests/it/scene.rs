@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use approx::assert_relative_eq;
 use glam::{DMat4, DQuat, DVec3};
-use isotherm::environment::Attitude;
 use isotherm::environment::shadow::Method;
+use isotherm::environment::{Attitude, Orbit};
 use isotherm::model::Part;
 use isotherm::scene::{CameraFrame, Draw, Edges, Initial, Scene, SceneError};
 
@@ -86,7 +86,7 @@ fn every_value_of_a_full_scene_arrives() {
     );
     assert_eq!((scene.time.step, scene.time.steps, scene.time.warm_up_orbits), (15.5, 360, 0.5));
     assert_eq!(scene.time.draw, Draw::Steps(vec![0, 90, 360]));
-    let orbit = scene.orbit.circular().unwrap();
+    let Orbit::Circular(orbit) = &scene.orbit else { panic!("a circular orbit") };
     assert_eq!((orbit.altitude, orbit.period), (772e3, 6017.0));
     assert_eq!((orbit.beta, orbit.phase), ((-30.0_f64).to_radians(), 90.0_f64.to_radians()));
     assert_eq!(scene.attitude, Attitude::Nadir { nadir_axis: DVec3::NEG_Y, forward_axis: DVec3::Z });
