@@ -99,9 +99,9 @@ fn each_barrier_that_is_taken_away_is_missed() {
         // A run begins with the shadows of its first load.
         let settle = Frame::shadows(&ranges, Method::Depth).then(Frame::settle(&ranges));
         for (number, whole) in frames(&ranges).iter().enumerate() {
-            for n in 0..barrier_count(&whole) {
-                let broken = without_barrier(&whole, n);
-                assert_eq!(barrier_count(&broken) + 1, barrier_count(&whole));
+            for n in 0..barrier_count(whole) {
+                let broken = without_barrier(whole, n);
+                assert_eq!(barrier_count(&broken) + 1, barrier_count(whole));
                 let missed = frames(&ranges).iter().any(|before| {
                     let sequence = [&settle, before, &broken, &broken];
                     // What the host reads is ordered by the barrier to the host alone.
