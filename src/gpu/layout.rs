@@ -92,13 +92,13 @@ shared! {
         pub camera_from_body_y: [f32; 4],
         /// Third row.
         pub camera_from_body_z: [f32; 4],
-        /// Factors of x and y from camera to clip coordinates.
+        /// Camera to clip coordinates: clip.x = scale.x * x + offset.x * z, and the same for y (OpenCV axes).
         pub clip_scale: [f32; 2],
-        /// Factors of z from camera to clip coordinates.
+        /// Factors of z in these equations.
         pub clip_offset: [f32; 2],
         /// Width and height [px].
         pub size: [f32; 2],
-        /// Distance of the near plane [m].
+        /// Distance of the near plane [m]. Depth is reversed, with the far plane at infinity.
         pub near: f32,
         /// Image motion that culling tolerates [px].
         pub margin: f32,
@@ -212,7 +212,8 @@ shared! {
         pub exchange: f32,
     }
 
-    /// One stage of RKL2 (docs/numerics.md, section 3).
+    /// One stage of RKL2: change = mu x previous change + nu x change before that + mu_step x previous rate + gamma_step x
+    /// start rate.
     pub struct NetworkStage {
         /// Weight of the previous stage.
         pub mu: f32,

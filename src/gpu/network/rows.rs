@@ -38,7 +38,7 @@ impl<'a> Rows<'a> {
             starts[node + 1] += starts[node];
         }
         let mut numbers = vec![0u32; starts[network.len()] as usize];
-        // The entry after a node's start is used as the insertion point of that node.
+        // `starts[node]` moves to the end of the node's row, which is the start of the next row.
         for (node, number) in ends {
             let next = &mut starts[node as usize];
             numbers[*next as usize] = number;

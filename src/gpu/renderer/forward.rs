@@ -78,7 +78,7 @@ impl Renderer {
     }
 }
 
-/// Ranges with fused variants. Ranges without a state are left out, because only their last step counts.
+/// The ranges with fused variants. A range without a state keeps its variant, because only its last step counts.
 fn fused(ranges: &[StepRange]) -> Vec<StepRange> {
     let variant = |variant: ThermalVariant| variant.fused().unwrap_or(variant);
     ranges.iter().map(|range| StepRange { variant: variant(range.variant), ..*range }).collect()
