@@ -1,4 +1,4 @@
-// Temperature at which a surface radiates what it absorbs, for four nodes at a time. Twin: src/thermal/balance.rs.
+// Radiative balance temperature of a surface, for four nodes at a time. Twin: src/thermal/balance.rs.
 
 const float STEFAN_BOLTZMANN = 5.670374419e-8; // W m-2 K-4, CODATA 2018
 

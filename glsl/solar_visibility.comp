@@ -20,7 +20,7 @@ layout(set = 0, binding = 8) buffer VisibilityBlock { vec4 visibility[]; };
 float is_lit(SeenNode node, ivec2 first, int column, int row) {
     ivec2 at = first + ivec2(column, row);
     vec2 off = vec2(at) + vec2(0.5) - node.texel.xy;
-    // At grazing incidence, that plane can pass the far end of the map, where nothing is.
+    // Beside the craft, that plane can pass the far end of the map, which is empty.
     float own = min(node.texel.z + dot(node.slope, off), 1.0);
     int side = int(sun_view.down.w);
     // The map has an empty margin, and nothing is outside the map.

@@ -13,7 +13,7 @@ struct TransitionState {
 struct Branch {
     vec4 power;
     vec4 t_max; // steps
-    vec4 ticks; // clock units of a step
+    vec4 ticks; // clock units per step
     ivec4 end;  // t_max in clock units
 };
 
@@ -88,7 +88,7 @@ TransitionState retarget_merge(TransitionState state, vec4 commanded, Material m
     vec4 left = state.span * share;
     vec4 gap = left + change;
 
-    // u/q - r, and what the clock makes of it.
+    // u/q - r, and its rounding to clock units.
     vec4 shift = r * change * time.gone / (left + change * r);
     ivec4 moved = clamp(ivec4(round(shift * vec4(branch.end))), state.elapsed - branch.end, state.elapsed);
     shift = vec4(moved) / vec4(max(branch.end, ivec4(1)));

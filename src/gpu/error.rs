@@ -52,7 +52,7 @@ pub enum GpuError {
         limit: u64,
     },
     /// The host writes a buffer that has another owner.
-    #[error("buffer '{buffer}' cannot be written: something else still holds it")]
+    #[error("buffer '{buffer}' cannot be written, because it is still in use")]
     SharedBuffer {
         /// Name of the buffer.
         buffer: String,
@@ -73,7 +73,7 @@ pub enum GpuError {
         available: u64,
     },
     /// The image is larger than the device can draw.
-    #[error("an image of {width} x {height} is more than {device} draws ({limit} pixels a side)")]
+    #[error("an image of {width} x {height} is too large for {device}, which draws at most {limit} pixels a side")]
     ImageTooLarge {
         /// Width in pixels.
         width: u32,
@@ -85,7 +85,7 @@ pub enum GpuError {
         limit: u32,
     },
     /// The device can not integrate the thermal network.
-    #[error("the device does not integrate this network: {reason}; the f64 twin may, with `--device cpu`")]
+    #[error("the device can not integrate this network: {reason}; try the f64 reference with `--device cpu`")]
     UnsupportedNetwork {
         /// Reason.
         reason: String,
@@ -104,7 +104,7 @@ pub enum GpuError {
     /// A Vulkan call failed.
     #[error("{call}: {result}")]
     Call {
-        /// What the call should do.
+        /// Purpose of the call.
         call: &'static str,
         /// Result code of Vulkan.
         result: vk::Result,

@@ -47,7 +47,7 @@ shared! {
         pub emissivity: f32,
         /// Solar absorptivity of the back. It equals that of the front if only the front exchanges heat.
         pub back_absorptivity: f32,
-        /// Infrared emissivity of the back, with the same rule.
+        /// Infrared emissivity of the back, or of the front if only the front exchanges heat.
         pub back_emissivity: f32,
         /// Response on heating: the power of the remaining share, or the value of `Shapes::place` for a shaped
         /// transition.
@@ -212,8 +212,8 @@ shared! {
         pub exchange: f32,
     }
 
-    /// One stage of RKL2: change = mu x previous change + nu x change before that + mu_step x previous rate + gamma_step x
-    /// start rate.
+    /// One stage of RKL2: change = mu x previous change + nu x change before that + mu_step x previous rate
+    /// + gamma_step x start rate.
     pub struct NetworkStage {
         /// Weight of the previous stage.
         pub mu: f32,

@@ -173,8 +173,8 @@ fn wide_path(
     // One invocation handles the conductors of a whole group.
     if let Some(first) = crowded_group(network) {
         return Err(unsupported(format!(
-            "nodes {first} to {} of the file's order have more than {} ends of conductors in all: move one of them to another \
-             place, or use --device cpu",
+            "nodes {first} to {} of the file's order have more than {} ends of conductors in total; move one of them to \
+             another place in the file, or use --device cpu",
             (first + GROUP).min(network.len()) - 1,
             wide::LINKS_AT_MOST
         )));
@@ -266,8 +266,8 @@ impl Stepper for NetworkStepper {
     fn set_heat(&mut self, power: &[f64], slope: &[f64]) -> Result<(), GpuError> {
         if let Some(node) = power.iter().position(|power| power.abs() > HEAT_AT_MOST) {
             return Err(unsupported(format!(
-                "node {node} of the file's order takes {:e} W; it takes {HEAT_AT_MOST:e} W at most, whose balance single \
-                 precision holds",
+                "node {node} of the file's order takes {:e} W; it takes {HEAT_AT_MOST:e} W at most, so that single \
+                 precision holds its balance temperature",
                 power[node]
             )));
         }

@@ -17,7 +17,7 @@ use crate::thermal::reference::ReferenceNode;
 
 /// Nodes of an invocation.
 pub const GROUP: usize = 4;
-/// Groups that a range is padded to, which is a workgroup of 64 invocations.
+/// Ranges are padded to a multiple of this number of groups, which is a workgroup of 64 invocations.
 pub const RANGE_GROUPS: usize = 64;
 /// `vertex_of_node` of a padding node.
 pub const PADDING: u32 = u32::MAX;

@@ -44,7 +44,7 @@ impl<'a> Recorder<'a> {
         Self { context, commands, resources, bindings, constants, bound, slot: 0, triangles: &[], occluders: &[] }
     }
 
-    /// The same recorder for lists of a slot that draw.
+    /// Prepares the recorder for lists of a slot that draw.
     pub fn drawing(self, slot: usize, triangles: &'a [TriangleRun], occluders: &'a [TriangleRun]) -> Self {
         Self { slot, triangles, occluders, ..self }
     }

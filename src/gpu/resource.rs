@@ -7,7 +7,7 @@ use vk::BufferUsageFlags as U;
 use super::layout;
 use crate::environment::MAX_SUN_SAMPLES;
 
-/// What the number of elements of a resource follows.
+/// Rule for the number of elements of a resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Count {
     /// Always one.

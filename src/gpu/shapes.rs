@@ -8,7 +8,7 @@ use crate::thermal::material::{Domain, Material, Response, Retarget, Transition}
 /// The shaped response functions of a scene.
 #[derive(Debug, Clone, Default)]
 pub struct Shapes {
-    /// Functions, each with the value that tells a shader where its pieces are.
+    /// Functions, each with its result of `place`.
     places: Vec<(Function, f32)>,
     /// Pieces for the shaders, empty without shaped functions.
     pub values: Vec<[f32; 4]>,

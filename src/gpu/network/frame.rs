@@ -58,7 +58,7 @@ const BALANCES: u32 = 6;
 pub const AT_START: u32 = u32::MAX;
 
 impl WidePlan {
-    /// Copies the accepted state, where an attempt starts, and balances the arithmetic nodes.
+    /// Copies the accepted state and balances the arithmetic nodes.
     fn copied(&self) -> Vec<Entry> {
         let mut before = vec![
             barrier(Resource::NetworkKept, EARLIER, COPY_READ),
@@ -126,7 +126,7 @@ impl WidePlan {
         Frame { entries }
     }
 
-    /// One sub-step. The state is in `NetworkOdd` if `odd`. The second result tells the same for the new state.
+    /// One sub-step. The state is in `NetworkOdd` if `odd`. The second result is `odd` for the new state.
     pub fn sub_step(&self, number: u32, odd: bool) -> (Frame, bool) {
         if self.stages == 0 { self.implicit_sub_step(number, odd) } else { self.explicit_sub_step(number, odd) }
     }

@@ -121,7 +121,7 @@ impl Wide {
         Ok(wide)
     }
 
-    /// Makes the solver's vectors at first use, in the scene's spare buffers where they fit.
+    /// Makes the solver's vectors at first use. It places them in the scene's spare buffers if they fit.
     fn make_solver(&mut self) -> Result<(), GpuError> {
         let vector = (SOLVER[0].row().element * self.plan.groups as usize) as u64;
         let spare: Vec<u64> = self.spare.iter().map(|buffer| buffer.bytes).collect();
