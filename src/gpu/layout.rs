@@ -212,8 +212,8 @@ shared! {
         pub exchange: f32,
     }
 
-    /// One stage of RKL2: change = mu x previous change + nu x change before that + mu_step x previous rate
-    /// + gamma_step x start rate.
+    /// One stage of RKL2: change = mu x previous change + nu x change before that + mu_step x previous
+    /// rate + gamma_step x start rate.
     pub struct NetworkStage {
         /// Weight of the previous stage.
         pub mu: f32,
