@@ -1,4 +1,4 @@
-//! Band radiance of a blackbody and its inverse, computed on the device for a list of numbers.
+//! Compute dispatches that convert a list of temperatures to band radiances, and back.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::thermal::radiance_f32::RadianceTableF32;
 
 const WORKGROUP: usize = 64;
 
-/// The table of a band as the shader reads it: its head, then ln G with the guards.
+/// Band table in the layout of the shader: the head, then ln G with its guard values.
 pub fn band_table(table: &RadianceTableF32) -> Vec<f32> {
     let head = layout::Band { edge_high: table.edge_high, edge_low: table.edge_low };
     let mut values: Vec<f32> = bytemuck::cast_slice(&[head]).to_vec();
@@ -25,10 +25,7 @@ pub fn band_table(table: &RadianceTableF32) -> Vec<f32> {
     values
 }
 
-/// Radiance of a blackbody [W m-2 sr-1] at each temperature [K].
-///
-/// # Errors
-/// A call that fails.
+/// Radiance of a blackbody [W m-2 sr-1], one for each temperature [K].
 pub fn band_radiances(
     context: &Arc<Context>,
     table: &RadianceTable,
@@ -39,11 +36,8 @@ pub fn band_radiances(
     map(context, Kernel::Blackbody, &table, temperatures, 300.0)
 }
 
-/// Temperature [K] of a blackbody of each radiance [W m-2 sr-1], every one between the floor and the ceiling that
-/// `BrightnessTable::check` knows.
-///
-/// # Errors
-/// A call that fails.
+/// Temperature of a blackbody [K], one for each radiance [W m-2 sr-1]. `BrightnessTable::check` must accept the
+/// radiances.
 pub fn brightness_temperatures(
     context: &Arc<Context>,
     table: &RadianceTable,
@@ -55,7 +49,7 @@ pub fn brightness_temperatures(
     map(context, Kernel::Brightness, &table, radiances, filler)
 }
 
-/// Runs a kernel that turns a list of numbers into one of the same length.
+/// Runs a kernel that converts a list of numbers to a list of the same length. `filler` pads the last workgroup.
 fn map(
     context: &Arc<Context>,
     kernel: Kernel,
