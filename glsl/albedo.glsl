@@ -1,10 +1,11 @@
-// Where a direction falls in the table of albedo over the directions of a normal. Twin: src/environment/albedo.rs.
+// Lookup position of a direction in the albedo table. Twin: src/environment/albedo.rs.
 
-// Position in the table, in intervals from its corner; x towards the Sun's side, z to nadir, y across.
+// Position in the table, in intervals from its corner. The axes of a normal are x to the Sun's side, z to nadir, y
+// across.
 struct AlbedoPosition {
     vec4 column;
     vec4 row;
-    // What the read is multiplied by.
+    // Factor of the table value.
     vec4 scale;
 };
 
@@ -15,7 +16,7 @@ AlbedoPosition albedo_position(Step step, vec4 nx, vec4 ny, vec4 nz) {
     vec4 x = nx * sunward.x + ny * sunward.y + nz * sunward.z;
     vec4 y = nx * across.x + ny * across.y + nz * across.z;
     vec4 z = nx * nadir.x + ny * nadir.y + nz * nadir.z;
-    // A padding node has no normal; it reads the centre.
+    // A padding node has normal 0 and reads the centre.
     vec4 sum = max(abs(x) + abs(y) + abs(z), vec4(1e-6));
     float middle = 0.5 * step.albedo_resolution;
     vec4 scale = vec4(middle) / sum;

@@ -1,9 +1,10 @@
-// Blackbody radiance in a band from a table of ln(L e^x / T) over v = T / (T + 400 K), x = c2 / (longest wavelength x T)
-// (docs/numerics.md 5). The including entry point binds the table at BAND_BINDING. Twin: src/thermal/radiance_f32.rs.
+// Blackbody radiance in a band from a table (docs/numerics.md, section 5). The table has ln(L e^x / T) over v = T / (T
+// + 400 K), with x = c2 / (longest wavelength x T). The including shader defines its binding as BAND_BINDING. Twin:
+// src/thermal/radiance_f32.rs.
 
 const float BAND_INTERVALS = 1024.0;
 const float MIDDLE_TEMPERATURE = 400.0; // K, at v = 1/2
-// Colder than this every band up to 50 um is 0 in f32 [K].
+// Below this temperature [K] the radiance of every band up to 50 um is 0 in f32.
 const float MIN_TEMPERATURE = 1.0;
 
 layout(set = 0, binding = BAND_BINDING) readonly buffer BandTableBlock {
@@ -11,7 +12,7 @@ layout(set = 0, binding = BAND_BINDING) readonly buffer BandTableBlock {
     float band_table[];
 };
 
-// Radiance as significand x 2^-exponent, and d ln G / dv for the inverse.
+// Radiance as significand x 2^-exponent, with d ln G / dv for the inverse.
 struct ScaledRadiance {
     float significand;
     float exponent;
@@ -26,7 +27,7 @@ ScaledRadiance scaled_radiance(float t) {
     vec4 around = vec4(band_table[i], band_table[i + 1u], band_table[i + 2u], band_table[i + 3u]);
     vec2 ln_g = cubic(around, place - cell);
 
-    // x = x_high + x_low: the remainder of the division by its high part is exact but for its last operation.
+    // x is split as x_high + x_low. The remainder of the division by its high part is exact up to its last operation.
     float x = band.edge_high / t;
     float x_high = high_part(x);
     float t_high = high_part(t);
@@ -34,7 +35,7 @@ ScaledRadiance scaled_radiance(float t) {
     float remainder = (band.edge_high - x_high * t_high) - x_high * t_low + band.edge_low;
     float x_low = remainder / t;
 
-    // e^(ln G - x) = e^f 2^-m, |f| <= ln 2 / 2.
+    // e^(ln G - x) = e^f 2^-m with |f| <= ln 2 / 2.
     float m = min(floor((x - ln_g.x) * LOG2_E + 0.5), MAX_EXPONENT);
     float f = (m * LN2_HIGH - x_high) + ((ln_g.x - x_low) + m * LN2_LOW);
     return ScaledRadiance(t * exp_reduced(f), m, ln_g.y * BAND_INTERVALS);

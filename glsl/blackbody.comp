@@ -1,5 +1,5 @@
 #version 450
-// Band radiance of a blackbody at many temperatures: the command `isotherm radiance`.
+// Band radiance of a blackbody, for a list of temperatures.
 
 #include "types.glsl"
 #include "planck.glsl"

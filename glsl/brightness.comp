@@ -1,5 +1,5 @@
 #version 450
-// Brightness temperature of many radiances: the command `isotherm radiance --inverse`.
+// Brightness temperature, for a list of band radiances.
 
 #include "types.glsl"
 #include "planck.glsl"
@@ -8,7 +8,7 @@
 
 layout(local_size_x = 64) in;
 
-// The first guess is linear in the bits of the radiance: 1/T at every 2^20th bit pattern, eight an octave.
+// The table of first guesses has 1/T at every 2^20th bit pattern of the radiance, eight for each factor of two.
 const uint GUESS_SHIFT = 20u;
 const uint NEWTON_STEPS = 2u;
 
@@ -16,10 +16,10 @@ layout(set = 0, binding = 1) readonly buffer InputBlock { float radiance[]; };
 layout(set = 0, binding = 2) buffer OutputBlock { float temperature[]; };
 layout(set = 0, binding = 3) readonly buffer GuessBlock { float inverse_temperature[]; };
 
-// Temperature [K] at which a blackbody has a radiance; the host keeps the radiance within the table.
+// Brightness temperature [K]. The host checks that the table covers the radiance.
 float brightness_temperature(float radiance) {
     uint bits = floatBitsToUint(radiance);
-    // Entry 0 stands for the smallest normal number, bit pattern 8 << GUESS_SHIFT.
+    // Entry 0 is the smallest normal number, with the bit pattern 8 << GUESS_SHIFT.
     uint cell = (bits >> GUESS_SHIFT) - 8u;
     float within = float(bits & ((1u << GUESS_SHIFT) - 1u)) / float(1u << GUESS_SHIFT);
     float low = inverse_temperature[cell];

@@ -1,18 +1,17 @@
 #version 450
-// Keeps the triangles that can cover the centre of a pixel. Of a mesh finer than the image most cannot, and a rasteriser
-// sets each of them up to find that out. A workgroup moves those of its triangles that are drawn to the front, and writes
-// the draw of them.
+// Culls triangles that cover no pixel centre, because setting them up costs a rasteriser time. A workgroup moves the
+// kept triangles of its draw to the front and writes the draw command.
 
 #include "types.glsl"
 
 layout(local_size_x = 64) in;
 
 const uint LANES = 64u;
-// TRIANGLES_A_DRAW of src/gpu/frame.rs over the lanes.
+// TRIANGLES_A_DRAW of src/gpu/frame/passes.rs divided by the lanes.
 const uint TRIANGLES_A_LANE = 32u;
 
 layout(push_constant) uniform CullBlock {
-    // The first triangle of the dispatch, from where the buffers are bound.
+    // First triangle of the dispatch, relative to the start of the bound buffers.
     uint first_triangle;
 };
 layout(set = 0, binding = 0) uniform ViewBlock { View view; };
@@ -23,10 +22,10 @@ layout(set = 0, binding = 4) readonly buffer TriangleBlock { uint triangles[]; }
 layout(set = 0, binding = 5) buffer VisibleTriangleBlock { uint visible_triangles[]; };
 layout(set = 0, binding = 6) buffer DrawBlock { DrawCommand draws[]; };
 
-// Triangles that each lane draws.
+// Triangles that each lane keeps.
 shared uint drawn_by[LANES];
 
-// Rasterisers snap corners to a grid of at least 1/16 pixel (Vulkan: subPixelPrecisionBits >= 4).
+// Rasterisers round corners to a grid of at least 1/16 pixel (Vulkan: subPixelPrecisionBits >= 4).
 const float SNAP = 0.0625;
 
 // Pixel coordinates and depth [m] of a node.
@@ -45,7 +44,7 @@ float cross_of(vec2 a, vec2 b) {
     return a.x * b.y - a.y * b.x;
 }
 
-// Whether a point is within the margin of a triangle; corners relative to the point, area positive if `turn` is 1.
+// Whether the origin is within the margin of a triangle. Its area is positive if `turn` is 1.
 bool is_near(vec2 a, vec2 b, vec2 c, vec3 slack, float turn) {
     float ab = turn * cross_of(a, b) + slack.x;
     float bc = turn * cross_of(b, c) + slack.y;
@@ -53,7 +52,7 @@ bool is_near(vec2 a, vec2 b, vec2 c, vec3 slack, float turn) {
     return min(ab, min(bc, ca)) >= 0.0;
 }
 
-// Whether a triangle may cover the centre of a pixel, which lies at half-integer coordinates within the image.
+// Whether a triangle may cover a pixel centre of the image. Pixel centres are at half-integer coordinates.
 bool covers_a_centre(vec2 a, vec2 b, vec2 c) {
     float margin = SNAP + view.margin;
     vec2 low = min(a, min(b, c));
@@ -62,7 +61,7 @@ bool covers_a_centre(vec2 a, vec2 b, vec2 c) {
     vec2 last = min(floor(high - vec2(0.5 - margin)), view.size - vec2(1.0)) + vec2(0.5);
     bool any = all(lessThanEqual(first, last));
     bool few = all(lessThanEqual(last - first, vec2(1.0)));
-    // Up to two by two centres are tried one by one; where there is but one in an axis it is tried twice.
+    // Up to two by two centres are tested one by one. A single centre along an axis is tested twice.
     float turn = sign(cross_of(b - a, c - a));
     vec3 slack = margin * vec3(length(b - a), length(c - b), length(a - c));
     vec2 other = vec2(last.x, first.y);
@@ -81,7 +80,7 @@ bool is_drawn(uint first) {
     vec3 pb = pixel_of(triangles[first + 1u]);
     vec3 pc = pixel_of(triangles[first + 2u]);
     bool before_camera = min(pa.z, min(pb.z, pc.z)) > view.near;
-    // A triangle that reaches behind the near plane is left to the clipper.
+    // The clipper handles a triangle that reaches behind the near plane.
     return covers_a_centre(pa.xy, pb.xy, pc.xy) || !before_camera;
 }
 
@@ -90,14 +89,14 @@ void main() {
     uint draw = gl_WorkGroupID.x;
     uint start = draw * LANES * TRIANGLES_A_LANE;
     uint own = start + lane * TRIANGLES_A_LANE;
-    // The buffers are bound as far as the last triangle of the dispatch.
+    // The buffers are bound up to the last triangle of the dispatch.
     uint end = uint(triangles.length()) / 3u;
 
     uint drawn = 0u;
     uint count = 0u;
     for (uint i = 0u; i < TRIANGLES_A_LANE; i++) {
         uint triangle = own + i;
-        // On a software driver a branch saves nothing: what lies beyond the end looks at the last one again.
+        // On a CPU driver a branch saves no time, so an index beyond the end tests the last triangle again.
         bool kept = is_drawn(3u * min(triangle, end - 1u)) && triangle < end;
         drawn |= uint(kept) << i;
         count += uint(kept);
@@ -109,7 +108,7 @@ void main() {
         before += other < lane ? drawn_by[other] : 0u;
     }
 
-    // Those that are drawn, in their old order: of two at the same depth the first one is seen.
+    // Kept triangles stay in order, because at equal depth the first one is visible.
     uint to = 3u * (start + before);
     uint left = drawn;
     while (left != 0u) {

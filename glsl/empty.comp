@@ -1,5 +1,5 @@
 #version 450
-// Does nothing: what a dispatch costs by itself.
+// Does nothing, to measure the cost of a dispatch.
 
 layout(local_size_x = 64) in;
 

@@ -1,18 +1,19 @@
-// Newton's method for some nodes of a network together: their linear system by elimination in the order of a schedule
-// that the host made (src/gpu/network/schedule.rs). Needs the blocks and shared arrays of network_fused.comp.
+// Newton's method for a small network with elimination in the order of src/gpu/network/schedule.rs. It uses the blocks
+// and shared arrays of network_fused.comp.
 
-// Whether the last iteration moved some node too far to stop, and too far for rounding; shared by the workgroup.
+// Flags of the last iteration: some node moved too far to stop, and too far for a rounding error.
 shared uint moving;
 shared uint rushing;
-// Iterations from which on what still moves is the rounding of large heats through little conductance.
+// Iterations after which small moves are the rounding of large heats at small conductance.
 const uint ROUNDED_AFTER = 6u;
 
-// No entry: the neighbour is no unknown.
+// Marks a neighbour that is not an unknown.
 const uint NONE = 0xffffffffu;
 
-// Writes the matrix and the right side r = a F + b F_start + C/(alpha h) (c d + e d1) of every unknown, with F [W] at
-// `time`, d the change since the sub-step's start, d1 that of its first stage. `inverse_step` is 1 / (alpha h). In `work`: the
-// rest at the start, d1, how far the base has moved since, and F_start.
+// Writes the matrix and the right-hand side r = a F + b F_start + C/(alpha h) (c d + e d1) of every unknown. F is the
+// heat [W] at `time`, d the change since the start of the sub-step, d1 the change of the first stage, and
+// `inverse_step` is 1 / (alpha h). `work` has the rest at the start, d1, the change of the base since then, and
+// F_start.
 void assemble(uint lane, uint set, float time, vec4 weights, float inverse_step) {
     for (uint i = attempt.fill_begin + lane; i < attempt.fill_end; i += LANES) {
         matrix[i] = 0.0;
@@ -47,7 +48,7 @@ void assemble(uint lane, uint set, float time, vec4 weights, float inverse_step)
     barrier();
 }
 
-// Solves the system in place: the solution replaces the right side.
+// Solves the system in place. The solution replaces the right-hand side.
 void eliminate(uint lane) {
     for (uint level = 0u; level < attempt.levels; level++) {
         uint at = attempt.levels_at + 2u * level;
@@ -84,7 +85,7 @@ void eliminate(uint lane) {
     }
 }
 
-// Moves the unknowns until all but stand still. Returns whether they do after `limit` iterations.
+// Moves the unknowns until they converge. Returns whether they do within `limit` iterations.
 bool newton(uint lane, uint set, float time, vec4 weights, float inverse_step, uint limit) {
     bool settled = false;
     for (uint i = 0u; i < limit; i++) {
@@ -105,7 +106,7 @@ bool newton(uint lane, uint set, float time, vec4 weights, float inverse_step, u
             uint node = schedule[attempt.nodes_at + m];
             float here = base[node] + rest[set + node];
             float change = matrix[attempt.right_at + m];
-            // Quadratic convergence: what is left after a step of this size is 1e-10 of the temperature.
+            // After a change of this size, quadratic convergence leaves 1e-10 of the temperature.
             if (!(abs(change) <= 5e-6 * abs(here))) {
                 moving = 1u;
             }
@@ -113,7 +114,7 @@ bool newton(uint lane, uint set, float time, vec4 weights, float inverse_step, u
                 rushing = 1u;
             }
             change = clamp(change, -0.75 * here, max(3.0 * here, 1000.0));
-            // The rest stays small, so that the next iteration sees differences of temperature to the last bit.
+            // The rest stays small, so that the next iteration has exact temperature differences.
             vec2 moved = rebase(base[node], rest[set + node] + change);
 #ifdef IMPLICIT
             work[node].z += moved.x - base[node];

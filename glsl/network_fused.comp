@@ -1,7 +1,7 @@
 #version 450
-// A small network by one workgroup: all sub-steps of an attempt with all their stages, a barrier between stages.
-// EXPLICIT, and what has none of these: Euler and RKL2. IMPLICIT: TR-BDF2. SETTLE: arithmetic nodes, or all nodes, into
-// balance. LANES_8, LANES_64, LANES_256: invocations, 64 where none is given.
+// A small network in one workgroup, which takes all sub-steps of an attempt with a barrier between stages. Variants:
+// EXPLICIT or none: Euler and RKL2. IMPLICIT: TR-BDF2. SETTLE: balances arithmetic or all nodes. LANES_8, LANES_64,
+// LANES_256: number of invocations (default 64).
 
 #if defined(IMPLICIT) || defined(SETTLE)
 #define RADIATIVE
@@ -33,18 +33,18 @@ const uint LANES = 256u;
 layout(set = 0, binding = 0) readonly buffer AttemptBlock { NetworkAttempt attempt; };
 layout(set = 0, binding = 1) readonly buffer NodeBlock { NetworkNode nodes[]; };
 layout(set = 0, binding = 2) readonly buffer LinkBlock { NetworkLink links[]; };
-// Power [W] and its slope [W/s].
+// Heat [W] and its slope [W/s].
 layout(set = 0, binding = 3) readonly buffer HeatBlock { vec2 heat[]; };
 layout(set = 0, binding = 4) readonly buffer StageBlock { NetworkStage stages[]; };
-// Sensors, then arithmetic nodes without arithmetic neighbours.
+// Sensors, then arithmetic nodes without an arithmetic neighbour.
 layout(set = 0, binding = 5) readonly buffer ListBlock { uint lists[]; };
 // Base and rest [K].
 layout(set = 0, binding = 6) buffer StateBlock { vec2 state[]; };
-// Of each node: rest at the sub-step's start, change of the last stage and of the one before [K], and the rate [K/s]
-// (TR-BDF2: the heat [W]) at the start; TR-BDF2 keeps how far the base has moved in place of the change before.
+// For each node: rest at the start of the sub-step, changes of the last two stages [K], rate at the start [K/s].
+// TR-BDF2 stores the heat at the start [W] as the rate, and the change of the base as the older change.
 layout(set = 0, binding = 7) buffer WorkBlock { vec4 work[]; };
-// Sub-steps done, bits of the largest error, iterations, dispatches that worked; then base and rest of the
-// sensors after every sub-step.
+// Completed sub-steps, bits of the largest error, iterations, active dispatches. Then base and rest of the sensors
+// after every sub-step.
 layout(set = 0, binding = 8) buffer ResultBlock { uint result[]; };
 layout(set = 0, binding = 9) readonly buffer ScheduleBlock { uint schedule[]; };
 layout(set = 0, binding = 10) buffer MatrixBlock { float matrix[]; };
@@ -53,15 +53,15 @@ const uint LOOPS_AT_MOST = 48000u;
 const uint NODES_AT_MOST = 1024u;
 
 shared float base[1024];
-// Two sets, of the present stage and of the next.
+// Rests of the present stage and of the next one.
 shared float rest[2048];
 shared uint worst_of[LANES];
 
-// Turns of loops so far, and iterations of Newton's method.
+// Loop iterations and Newton iterations so far.
 uint spent;
 uint iterations;
 
-// Sum of the magnitudes [W] that the last call of `heat_into` added up.
+// Sum of the magnitudes of the terms [W] in the last call of `heat_into`.
 float gross;
 
 // Heat into a node [W].
@@ -91,7 +91,8 @@ float heat_into(uint node, uint set, float time) {
     return into;
 }
 
-// Balances the arithmetic nodes that have no arithmetic neighbour. Returns the bits of the largest |change| / temperature.
+// Balances the arithmetic nodes without an arithmetic neighbour. Returns the bits of the largest |change| /
+// temperature.
 uint balance_lone(uint lane, uint set, float time) {
     uint largest = 0u;
     for (uint i = lane; i < attempt.lone; i += LANES) {
@@ -99,7 +100,7 @@ uint balance_lone(uint lane, uint set, float time) {
         float here = base[node] + rest[set + node];
         float change = balancing_change(
             heat_into(node, set, time), nodes[node].conductance_sum, nodes[node].emission_sum, here);
-        // No other arithmetic node looks at this one before the next barrier.
+        // No other arithmetic node reads this one before the next barrier.
         vec2 moved = rebase(base[node], rest[set + node] + change);
         base[node] = moved.x;
         rest[set + node] = moved.y;
@@ -170,7 +171,7 @@ void main() {
         }
         float start = attempt.time + float(done) * attempt.step;
         uint next = NODES_AT_MOST - current;
-        // The first stage needs no neighbour, so what the last sub-step left is rebased in the same pass.
+        // The first stage reads no neighbour, so this loop also rebases the result of the last sub-step.
         for (uint i = lane; i < attempt.nodes; i += LANES) {
             vec2 kept = rebase(base[i], rest[current + i]);
             float rate = work[i].w;
@@ -182,13 +183,13 @@ void main() {
         barrier();
         current = next;
         for (uint s = 1u; s <= attempt.stages; s++) {
-            // The arithmetic nodes of the stage before, with its heat.
+            // Balances the arithmetic nodes of the previous stage, with the heat at its time.
             float now = start + stages[s - 1u].time;
             if (attempt.lone > 0u) {
                 balance_lone(lane, current, now);
                 barrier();
-                // What a sub-step leaves is seen again from where it came to: a change of hundreds of kelvin leaves its
-                // rounding, 3 K at 3 K.
+                // The last stage balances twice, because a change of hundreds of kelvin leaves a rounding error of 3 K
+                // at 3 K.
                 if (s == attempt.stages) {
                     balance_lone(lane, current, now);
                     barrier();
@@ -214,7 +215,7 @@ void main() {
                 current = next;
             }
         }
-        // The rate at the end, which is that at the start of the next sub-step, and the error from both.
+        // Computes the end rate, which is also the start rate of the next sub-step, and the error from both rates.
         float end = attempt.time + float(done + 1u) * attempt.step;
         for (uint i = lane; i < attempt.nodes; i += LANES) {
             vec4 last = work[i];
@@ -238,12 +239,12 @@ void main() {
 #endif
 
 #ifdef IMPLICIT
-// gamma = 2 - sqrt(2), alpha = gamma / 2 = (1 - gamma) / (2 - gamma): both stages have the same matrix.
+// gamma = 2 - sqrt(2). Both stages have the same matrix because alpha = gamma / 2 = (1 - gamma) / (2 - gamma).
 const float GAMMA = 0.585786437626905;
 const float ALPHA = 0.292893218813452;
-// Weight of the first stage in the second: 1 / (gamma (2 - gamma)).
+// Weight of the first stage in the second one: 1 / (gamma (2 - gamma)).
 const float FIRST = 1.20710678118655;
-// 2 k / alpha of the embedded estimate, k = (-3 gamma^2 + 4 gamma - 2) / (12 (2 - gamma)) (Hosea & Shampine 1996).
+// 2 k / alpha of the embedded estimate, with k = (-3 gamma^2 + 4 gamma - 2) / (12 (2 - gamma)) (Hosea & Shampine 1996).
 const float ESTIMATE = -0.276142374915397;
 
 void main() {
@@ -299,7 +300,8 @@ void main() {
         }
         for (uint m = lane; m < attempt.unknowns; m += LANES) {
             uint node = schedule[attempt.nodes_at + m];
-            // Rounding of the heats at the start and of the change, which the estimate weighs and the pivot divides.
+            // Rounding error of the start heat, the end heat and the change, as weighted by the estimate and divided by
+            // the pivot.
             float into = heat_into(node, 0u, end);
             float change = work[node].z + (rest[node] - work[node].x);
             float stored = nodes[node].capacitance * inverse_step;
@@ -328,7 +330,7 @@ void main() {
         work[i] = vec4(0.0);
     }
     barrier();
-    // Each pass sees the exact balance again, so that the last one leaves no rounding of a large change.
+    // Each iteration evaluates the exact balance, so the last one corrects the rounding of a large change.
     uint moved = 0u;
     for (uint pass = 0u; pass < 6u; pass++) {
         moved = balance_lone(lane, 0u, attempt.time);

@@ -1,27 +1,27 @@
-// A large network's nodes and conductors, four nodes at a time: rows of conductors lie one after the other in slices of
-// some groups, each as long as the longest of its slice up to a limit, and what is beyond the limit in a list of tails.
-// Linear and radiative conductors have rows of their own: most nodes of a surface radiate to no other.
-// (On lavapipe what costs is the number of loads, not that of the loaded components.)
+// Nodes and conductors of a large network, four nodes at a time. Rows of conductors lie in slices of some groups, each
+// as long as its longest row up to a limit. A tail has the conductors beyond the limit. Linear and radiative conductors
+// have separate rows, because most nodes of a surface radiate to no other node. On lavapipe the cost is the number of
+// loads, not of loaded components.
 
 layout(push_constant) uniform PassBlock { NetworkPass pass; };
-// Of every group of four nodes: 1 / C, emission (see NetworkNode).
+// For each group: 1 / C and emission (see NetworkNode).
 layout(set = 0, binding = 0) readonly buffer RowBlock { vec4 rows[]; };
-// Where the linear and the radiative entries of a slice begin.
+// First linear and first radiative entry of each slice.
 layout(set = 0, binding = 1) readonly buffer SliceBlock { uvec2 slices[]; };
 layout(set = 0, binding = 2) readonly buffer NeighbourBlock { uvec4 neighbours[]; };
 layout(set = 0, binding = 3) readonly buffer ConductanceBlock { vec4 conductances[]; };
 #ifdef RADIATIVE
-// Of every radiative entry: the neighbours of four nodes, and then the bits of what they exchange [W/K4].
+// For each radiative entry: the neighbours of four nodes, then the bits of the radiative conductors [W/K4].
 layout(set = 0, binding = 4) readonly buffer RadiatorBlock { uvec4 radiators[]; };
 #endif
 #ifdef TAILS
-// Where the tail of a node begins, and all tails.
+// First conductor of each node's tail, then the conductors of all tails.
 layout(set = 0, binding = 5) readonly buffer TailBlock { uint tails[]; };
 layout(set = 0, binding = 6) readonly buffer LinkBlock { NetworkLink links[]; };
 #endif
-// Power [W] and its slope [W/s] of two nodes.
+// Heat [W] and its slope [W/s] of two nodes.
 layout(set = 0, binding = 7) readonly buffer HeatBlock { vec4 heat[]; };
-// Base and rest [K] of two nodes, and the same memory node by node.
+// Base and rest [K] of two nodes. A second view of this memory has one node an element.
 #ifdef MOVES
 layout(set = 0, binding = 8) buffer PresentBlock { vec4 present[]; };
 #endif
@@ -35,7 +35,7 @@ layout(set = 0, binding = 9) readonly buffer GatheredBlock { vec2 gathered[]; };
 const uint GROUPS_OF_SLICE = 4u;
 
 #ifdef LISTED
-// Which nodes of a group are meant: an entry of a list holds the group, and a bit for each of its nodes below.
+// Mask of the nodes of a list entry. The entry holds the group, and a bit for each of its nodes below.
 vec4 mask_of(uint entry) {
     return vec4(float(entry & 1u), float((entry >> 1u) & 1u), float((entry >> 2u) & 1u), float((entry >> 3u) & 1u));
 }
@@ -49,28 +49,28 @@ vec4 rest_of(vec4 a, vec4 b) {
     return vec4(a.y, a.w, b.y, b.w);
 }
 
-// As `radiated`, four at a time.
+// `radiated` for four nodes.
 vec4 radiated_4(vec4 difference, vec4 a, vec4 b) {
     return difference * (a + b) * (a * a + b * b);
 }
 
-// As `radiative_slope`, four at a time.
+// `radiative_slope` for four nodes.
 vec4 radiative_slope_4(vec4 temperature) {
     return 4.0 * temperature * temperature * temperature;
 }
 
 #ifdef GATHERS
-// Sum of the magnitudes [W] that the last call of `heat_into` added up.
+// Sum of the magnitudes of the terms [W] in the last call of `heat_into`.
 vec4 gross;
 
 #ifdef SUMS
-// Sums of the conductances [W/K] and of the emissions [W/K4] of the group that `heat_into` was last called for.
+// Sums of the conductances [W/K] and emissions [W/K4] of the group in the last call of `heat_into`.
 vec4 conductance_sum;
 vec4 emission_sum;
 #endif
 
 #ifdef TAILS
-// Of a tail: the heat that it brings a node [W], its magnitude, and the sums of what conducts and radiates.
+// Heat into a node from its tail [W], its magnitude, and the sums of conductances and emissions.
 vec4 tail_heat(uint node, float base_here, float rest_here) {
     vec4 sum = vec4(0.0);
     uint end = tails[node + 1u];
@@ -159,7 +159,7 @@ vec4 heat_into(uint group, vec4 base_here, vec4 rest_here, float time) {
 }
 #endif
 
-// The pairs of base and rest that two nodes move to.
+// Rebased base and rest of two nodes.
 vec4 rebased_pair(vec2 base_here, vec2 rest_here) {
     vec2 a = rebase(base_here.x, rest_here.x);
     vec2 b = rebase(base_here.y, rest_here.y);

@@ -1,14 +1,14 @@
 #version 450
-// Newton's method for many nodes of a large network together, its linear systems by conjugate gradients with Jacobi's
-// preconditioner in the form with one reduction an iteration (Chronopoulos & Gear, J. Comput. Appl. Math. 25, 1989, 153).
-// A pass a dispatch, four nodes an invocation, ordered by the barriers of src/gpu/network/solve_frame.rs.
-// START: of a sub-step of TR-BDF2. BALANCE, RESIDUAL: right side and diagonal, for what stores no heat and for a stage.
-// PRODUCT: the matrix times z. SCALARS: sums, and what they decide. UPDATE, and what has none of these: the
-// vectors. MOVE: the temperatures. MIDDLE: the change at the end of the first stage. ESTIMATE: the error.
+// Passes of Newton's method for a large network, with Jacobi-preconditioned conjugate gradients and one reduction for
+// each iteration (Chronopoulos & Gear, J. Comput. Appl. Math. 25, 1989, 153). Each dispatch is one pass, with four
+// nodes an invocation. The barriers are in src/gpu/network/solve_frame.rs. Variants: START: starts a sub-step of
+// TR-BDF2. BALANCE, RESIDUAL: right-hand side and diagonal, of a balance and of a stage. PRODUCT: matrix times z.
+// SCALARS: sums and decisions. UPDATE or none: vectors. MOVE: temperatures. MIDDLE: change of the first stage.
+// ESTIMATE: error.
 //
-// What has converged no longer moves, so that how many iterations were recorded changes no result that was reached.
-// Where nodes radiate to each other the matrix is not symmetric: the solver takes the geometric mean of each two
-// entries, which leaves it positive definite, and Newton's method sees the exact balances.
+// Converged values no longer change, so extra iterations do not affect the result. If nodes radiate to each other, the
+// matrix is not symmetric. The solver then uses the geometric mean of each pair of entries, which is positive definite.
+// Newton's method still uses the exact balances.
 
 #if defined(START) || defined(BALANCE) || defined(RESIDUAL) || defined(ESTIMATE)
 #define GATHERS
@@ -54,11 +54,11 @@ layout(set = 0, binding = 10) buffer NextBlock { vec4 next[]; };
 // Change of the first stage [K], and heat at the start [W].
 layout(set = 0, binding = 11) buffer StartBlock { vec4 first_change[]; };
 layout(set = 0, binding = 12) buffer RateBlock { vec4 heat_at_start[]; };
-// Groups with unknowns, and which of their nodes are (see `mask_of`).
+// Groups with unknowns, and a bit for each of these nodes (see `mask_of`).
 layout(set = 0, binding = 13) readonly buffer ListBlock { uint lists[]; };
 layout(set = 0, binding = 15) buffer ErrorBlock { uint errors[]; };
-// Preconditioned residual z [K], which is 0 of what is no unknown; two directions, solution [K], product [W], and the
-// diagonal [W/K], which is 1 of what is no unknown. The residual itself is the diagonal times z.
+// Preconditioned residual z [K], 0 for other nodes than unknowns. Then two directions, the solution [K], the product
+// [W] and the diagonal [W/K], 1 for other nodes than unknowns. The residual is the diagonal times z.
 layout(set = 0, binding = 18) buffer ConditionedBlock { vec4 conditioned[]; };
 #ifdef PRODUCT
 layout(set = 0, binding = 19) readonly buffer ConditionedOneBlock { float conditioned_of[]; };
@@ -71,7 +71,7 @@ layout(set = 0, binding = 22) buffer ProductDirectionBlock { vec4 product_direct
 layout(set = 0, binding = 23) buffer SolutionBlock { vec4 solution[]; };
 layout(set = 0, binding = 24) buffer ProductBlock { vec4 product[]; };
 layout(set = 0, binding = 25) buffer DiagonalBlock { vec4 diagonals[]; };
-// Of every workgroup: two sums, or the largest relative change.
+// For each workgroup: two partial sums, or the largest relative change.
 layout(set = 0, binding = 27) buffer PartialBlock { vec2 partials[]; };
 layout(set = 0, binding = 28) buffer ScalarBlock { NetworkSolver solver; };
 
@@ -96,13 +96,13 @@ void gradients(vec2 sums) {
     }
     float beta = first ? 0.0 : gamma / solver.gamma;
     float curvature = first ? sums.y : sums.y - beta * gamma / solver.alpha;
-    // The last of these is what rounding leaves of the first residual of a stage.
+    // The second limit is the rounding error of a stage's first residual.
     float enough = max(pass.accuracy * solver.gamma_start, 1e-14 * solver.gamma_first);
     bool going = solver.gradients_done == 0.0;
     if (gamma <= enough) {
         going = false;
     }
-    // Rounding takes the curvature at last, and NaN goes no further.
+    // Rounding can make the curvature zero or negative. This also stops at a NaN.
     if (!(curvature > 0.0)) {
         going = false;
     }
@@ -145,7 +145,7 @@ void newton(float moved, bool last) {
         if (moved <= pass.accuracy) {
             solver.newtons_done = 1.0;
         }
-        // From then on what still moves is the rounding of large heats through little conductance.
+        // After these iterations, small moves are the rounding of large heats at small conductance.
         if (solver.newtons > pass.mu) {
             if (moved <= 4.0 * pass.accuracy) {
                 solver.newtons_done = 1.0;
@@ -165,14 +165,14 @@ void newton(float moved, bool last) {
 #endif
 
 #ifdef STEPS
-// Change since the start of the sub-step [K]; the difference of the bases is exact.
+// Change since the start of the sub-step [K]. The difference of the bases is exact.
 vec4 change_since(uint group, vec4 base, vec4 rest) {
     vec4 a = next[2u * group];
     vec4 b = next[2u * group + 1u];
     return (base - base_of(a, b)) + (rest - rest_of(a, b));
 }
 
-// C / (alpha h) [W/K]; 0 where nothing is stored.
+// C / (alpha h) [W/K]; 0 for nodes that store no heat.
 vec4 stored_heat(uint group) {
     vec4 inverse = rows[2u * group];
     vec4 stores = sign(inverse);
@@ -182,7 +182,7 @@ vec4 stored_heat(uint group) {
 
 #ifdef PRODUCT
 #ifdef RADIATIVE
-// 2 T^(3/2): the products of two are means of the slopes of T^4.
+// 2 T^(3/2). The product of two of these is the geometric mean of the slopes of T^4.
 vec4 root_4(vec4 temperature) {
     vec4 warm = max(temperature, vec4(0.0));
     return 2.0 * warm * sqrt(warm);
@@ -194,7 +194,7 @@ float root(float temperature) {
 }
 #endif
 
-// Heat [W] that the neighbours of a group lose to it by their part of the vector.
+// Heat [W] into a group from its neighbours, for their part of the vector.
 vec4 from_neighbours(uint group) {
     vec4 sum = vec4(0.0);
     uint slice = group / GROUPS_OF_SLICE;
@@ -248,12 +248,12 @@ float from_tail(uint node) {
 #endif
 
 #ifdef MOVE
-// Where an unknown moves by a change, and the largest relative one.
+// New base and rest of an unknown, and the largest relative change so far.
 vec3 moved_by(float base, float rest, float change, float mask, float largest) {
     float here = base + rest;
     vec2 at = rebase(base, rest + clamp(change, -0.75 * here, max(3.0 * here, 1000.0)));
     float relative = abs(change) / here;
-    // NaN counts as infinite.
+    // A NaN counts as infinite.
     float worst = relative <= largest ? largest : (relative > largest ? relative : 1e38);
     return mask > 0.0 ? vec3(at, worst) : vec3(base, rest, largest);
 }
@@ -273,7 +273,7 @@ void main() {
     vec2 own = vec2(0.0);
 #endif
 #ifdef SCALARS
-    // Sums or the largest of what the workgroups left.
+    // Sums or maximum of the workgroups' results.
     for (uint k = lane; k < pass.count; k += LANES) {
         own = pass.mode == GRADIENTS ? own + partials[k] : max(own, partials[k]);
     }
@@ -314,7 +314,7 @@ void main() {
 #endif
 #ifdef START
         heat_at_start[group] = sign(rows[2u * group]) * heat_into(group, base, rest, pass.time);
-        // Has no weight in the first stage, but must be a number.
+        // The value has weight 0 in the first stage, but must be finite.
         first_change[group] = vec4(0.0);
         next[2u * group] = rebased_pair(a.xz, a.yw);
         next[2u * group + 1u] = rebased_pair(b.xz, b.yw);
@@ -377,7 +377,8 @@ void main() {
         first_change[group] = change_since(group, base, rest);
 #endif
 #ifdef ESTIMATE
-        // Rounding of the heats at the start and of the change, which the estimate weighs and the pivot divides.
+        // Rounding error of the start heat, the end heat and the change, as weighted by the estimate and divided by the
+        // pivot.
         heat_into(group, base, rest, pass.time);
         vec4 size = abs(pass.nu) * gross
             + abs(pass.gamma_step) * stored_heat(group) * abs(change_since(group, base, rest));

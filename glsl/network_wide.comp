@@ -1,7 +1,7 @@
 #version 450
-// A large network: one pass over all nodes a dispatch, four nodes an invocation, ordered by the barriers of
-// src/gpu/network/frame.rs. BEGIN: the rates at the start. FIRST, and what has none of these: rebases, and the first stage.
-// STAGE: any other stage. LONE: balances arithmetic nodes. LAST: the rates at the end and the error. SENSE: the sensors.
+// Passes over a large network by an explicit method. Each dispatch is one pass, with four nodes an invocation. The
+// barriers are in src/gpu/network/frame.rs. Variants: BEGIN: rates at the start. FIRST or none: rebases, and computes
+// the first stage. STAGE: a later stage. LONE: balances arithmetic nodes. LAST: end rates and error. SENSE: sensors.
 
 #if defined(LONE)
 #define MOVES
@@ -23,20 +23,20 @@
 
 layout(local_size_x = 64) in;
 
-// Base and rest of the next stage; before that, of the stage before the present one.
+// Base and rest of the next stage. Before the pass they are those of the stage before the present one.
 layout(set = 0, binding = 10) buffer NextBlock { vec4 next[]; };
-// Rests at the start of the sub-step [K], and rates there [K/s].
+// Rests [K] and rates [K/s] at the start of the sub-step.
 layout(set = 0, binding = 11) buffer StartBlock { vec4 start_rest[]; };
 layout(set = 0, binding = 12) buffer RateBlock { vec4 rates[]; };
-// LONE: groups with such nodes, and which of their nodes are (see `mask_of`); SENSE: the sensors.
+// LONE: groups with arithmetic nodes, and a bit for each of these nodes (see `mask_of`). SENSE: sensors.
 layout(set = 0, binding = 13) readonly buffer ListBlock { uint lists[]; };
-// Bits of the largest error of a workgroup.
+// Bits of the largest error of each workgroup.
 layout(set = 0, binding = 15) buffer ErrorBlock { uint errors[]; };
 // Base and rest of the sensors after every sub-step.
 layout(set = 0, binding = 16) buffer SensedBlock { vec2 sensed[]; };
 
 #ifdef LONE
-// As `balancing_change`, four at a time.
+// `balancing_change` for four nodes.
 vec4 balancing_change_4(vec4 into, vec4 conductance, vec4 emission, vec4 temperature) {
     vec4 warm = conductance * temperature + emission * temperature * temperature * temperature * temperature;
     vec4 heat_here = into + warm;
@@ -128,12 +128,12 @@ void main() {
     vec4 base = base_of(a, b);
     vec4 rest = rest_of(a, b);
     vec4 into = heat_into(group, base, rest, pass.time);
-    // The others' divisor is not theirs: a boundary may have none.
+    // Masks the other nodes, because the divisor of a boundary node may be 0.
     vec4 mask = mask_of(entry);
     vec4 others = vec4(1.0) - mask;
     vec4 conductance = mask * conductance_sum + others;
     vec4 moved = rest + mask * balancing_change_4(mask * into, conductance, mask * emission_sum, base + rest);
-    // No other arithmetic node looks at these before the next barrier; the others stay as they are.
+    // No other arithmetic node reads these nodes before the next barrier. The other nodes stay as they are.
     vec4 moved_a = rebased_pair(base.xy, moved.xy);
     vec4 moved_b = rebased_pair(base.zw, moved.zw);
     present[2u * group] = vec4(mask.x > 0.0 ? moved_a.xy : a.xy, mask.y > 0.0 ? moved_a.zw : a.zw);
@@ -149,7 +149,7 @@ void main() {
     vec4 kept = start_rest[i];
     vec4 c = next[2u * i];
     vec4 d = next[2u * i + 1u];
-    // The stage before has other bases where it is the start of the sub-step: both differences are exact.
+    // The start of the sub-step may have other bases than the present stage. Both differences are exact.
     vec4 change_before = (base_of(c, d) - base) + (rest_of(c, d) - kept);
     vec4 change = pass.mu * (rest - kept) + pass.nu * change_before + (pass.mu_step * rate + pass.gamma_step * rates[i]);
     vec4 stores = sign(inverse);

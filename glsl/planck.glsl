@@ -1,18 +1,18 @@
-// Arithmetic of the band radiance, kept to + - * / and masks of bits so that no compiler or driver can spoil it: a
-// device's exp and log, and a division 2.5 ulp off, cost 2e-5 of the radiance each. Twin: src/thermal/radiance_f32.rs.
+// Arithmetic of the band radiance from + - * / and bit masks only. A device's exp and log, or a division with an error
+// of 2.5 ulp, would each cost 2e-5 of the radiance. Twin: src/thermal/radiance_f32.rs.
 
 const float LN2_HIGH = 0.693359375; // 355/512, so that its product with a small integer is exact
 const float LN2_LOW = -2.1219444e-4;
 const float LOG2_E = 1.44269504;
-// Largest exponent that two factors 2^-126 reach; beyond it the radiance is 0 in f32.
+// Largest exponent of two factors 2^-126. Beyond it the radiance is 0 in f32.
 const float MAX_EXPONENT = 252.0;
 
-// The upper 12 bits of a number: the product of two such numbers is exact.
+// The upper 12 bits of a number. The product of two such numbers is exact.
 float high_part(float x) {
     return uintBitsToFloat(floatBitsToUint(x) & 0xfffff000u);
 }
 
-// Lagrange's cubic through values at -1, 0, 1, 2 (x), and its derivative (y), at t in [0, 1].
+// Lagrange's cubic through values at -1, 0, 1, 2 (x) and its derivative (y), at t in [0, 1].
 vec2 cubic(vec4 f, float t) {
     float c3 = (f.w - f.x) * (1.0 / 6.0) + 0.5 * (f.y - f.z);
     float c2 = 0.5 * ((f.x - f.y) + (f.z - f.y));
@@ -31,7 +31,7 @@ float exp_reduced(float f) {
     return 1.0 + (f + f * f * p);
 }
 
-// ln(a / b) for a near b, by the series of 2 artanh((a - b) / (a + b)).
+// ln(a / b) for a near b, from the series of 2 artanh((a - b) / (a + b)).
 float ln_ratio(float a, float b) {
     float z = (a - b) / (a + b);
     float z2 = z * z;
@@ -43,7 +43,7 @@ float power_of_two(float n) {
     return uintBitsToFloat(uint(int(n) + 127) << 23u);
 }
 
-// value x 2^exponent for an integer |exponent| <= MAX_EXPONENT, by two factors that are normal numbers.
+// value x 2^exponent for an integer |exponent| <= MAX_EXPONENT. Both of its two factors are normal numbers.
 float scale_by_power(float value, float exponent) {
     float lower = floor(exponent * 0.5);
     return value * power_of_two(lower) * power_of_two(exponent - lower);

@@ -1,9 +1,9 @@
-// Planet infrared on a plate of any direction, for four nodes at a time. Twin: src/environment/view_factor.rs.
+// Planet infrared on a plate, for four nodes at a time. Twin: src/environment/view_factor.rs.
 
 const float PI = 3.14159265358979;
 
-// Arc tangent of y / x in [0, pi] for y >= 0; atan of the device may be off by 3e-4, this by 1e-7.
-// Reduction to [0, tan(pi/8)] and the odd series of Cephes' atanf (S. Moshier).
+// Arc tangent of y / x in [0, pi] for y >= 0, with an error of 1e-7. The built-in atan may have an error of 3e-4. It
+// reduces the range to [0, tan(pi/8)] and uses the odd series of Cephes' atanf (S. Moshier).
 vec4 arc_tangent(vec4 y, vec4 x) {
     vec4 ax = abs(x);
     vec4 smaller = min(ax, y);
@@ -19,7 +19,7 @@ vec4 arc_tangent(vec4 y, vec4 x) {
     return mix(angle, vec4(PI) - angle, lessThan(x, vec4(0.0)));
 }
 
-// View factor from a plate to the planet; `sine` and `cosine` of the planet's angular radius.
+// View factor from a plate to the planet, whose angular radius has this sine and cosine.
 vec4 plate_view_factor(vec4 cos_tilt, float sine, float cosine) {
     vec4 x = clamp(cos_tilt / sine, vec4(-1.0), vec4(1.0));
     vec4 w = sqrt((vec4(1.0) - x) * (vec4(1.0) + x));

@@ -1,5 +1,5 @@
 #version 450
-// In-band radiance of a pixel: emissivity of the face that is seen x blackbody at the interpolated temperature.
+// Band radiance of a pixel: emissivity of the visible face times blackbody radiance at the interpolated temperature.
 
 #include "types.glsl"
 #include "planck.glsl"
@@ -14,8 +14,8 @@ layout(location = 1) flat in uvec3 first_corner;
 layout(location = 0) out vec4 radiance_temperature_depth;
 layout(location = 1) out uvec2 identity;
 
-// Perspective interpolation errs by up to 1.3e-6 of the temperature (lavapipe), which is 3e-5 of the radiance of a surface at
-// 40 K. A temperature that is that of the triangle's first node but for this error is taken to be that of the node.
+// Perspective interpolation has an error of up to 1.3e-6 of the temperature (lavapipe), which is 3e-5 of the radiance
+// at 40 K. A temperature within this error of that of the triangle's first node is replaced by it.
 const float INTERPOLATION_ERROR = 2e-6;
 
 void main() {

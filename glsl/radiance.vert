@@ -1,5 +1,5 @@
 #version 450
-// Pulls a node from the storage buffers and puts it where the camera sees it.
+// Reads a node from the storage buffers and transforms it to clip coordinates.
 
 #include "types.glsl"
 
@@ -11,7 +11,6 @@ layout(set = 0, binding = 4) readonly buffer TemperatureBlock { float temperatur
 layout(set = 0, binding = 5) readonly buffer GroupMaterialBlock { uint group_material[]; };
 layout(set = 0, binding = 6) readonly buffer GroupPartBlock { uint group_part[]; };
 
-// What is interpolated.
 layout(location = 0) out vec2 temperature_depth;
 // Part, material, and the bits of the first corner's temperature.
 layout(location = 1) flat out uvec3 first_corner;
@@ -24,7 +23,7 @@ void main() {
         dot(view.camera_from_body_y, position),
         dot(view.camera_from_body_z, position)
     );
-    // Reversed depth, far plane at infinity.
+    // Depth is reversed, with the far plane at infinity.
     gl_Position = vec4(
         view.clip_scale.x * camera.x + view.clip_offset.x * camera.z,
         view.clip_scale.y * camera.y + view.clip_offset.y * camera.z,

@@ -1,7 +1,6 @@
 #version 450
-// The response of nodes to given targets: many steps of the transition that the thermal step takes, without its load.
-// Four nodes an invocation, padded like the thermal step's; targets and temperatures lie step after step. Retargeted by
-// RESTART, else by MERGE.
+// Response of nodes to given targets: many steps of the thermal step's transition, without a load. Each invocation has
+// four nodes. Targets and temperatures are ordered by step. Variants: RESTART: restart rule; otherwise merge rule.
 
 #if !defined(RESTART) && !defined(MERGE)
 #define MERGE

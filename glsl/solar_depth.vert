@@ -1,5 +1,5 @@
 #version 450
-// Puts a corner of a triangle where the Sun sees it; only depth is drawn.
+// Transforms a triangle corner to the shadow map of the Sun, which has depth only.
 
 #include "types.glsl"
 #include "solar_visibility.glsl"

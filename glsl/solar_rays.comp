@@ -1,6 +1,6 @@
 #version 450
-// Whether each node sees one point of the Sun's disc: a ray against the tree of boxes around the triangles. The first ray
-// begins the count of a node, each other adds to it. One node an invocation. Twin: src/environment/shadow/rays.rs.
+// Traces a ray from each node to one point of the Sun's disc through a tree of boxes. The first ray sets the share of a
+// node, and later rays add to it. One node an invocation. Twin: src/environment/shadow/rays.rs.
 
 #include "types.glsl"
 
@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 
 layout(push_constant) uniform SunRayBlock {
     SunRay ray;
-    // Rows of body_from_joint: xyz rotation, w translation [m].
+    // Rows of body_from_joint: rotation in xyz, translation in w [m].
     vec4 body_from_joint_x;
     vec4 body_from_joint_y;
     vec4 body_from_joint_z;
@@ -23,7 +23,7 @@ layout(set = 0, binding = 7) readonly buffer ShadowTreeBlock { ShadowBox shadow_
 layout(set = 0, binding = 8) buffer VisibilityBlock { float visibility[]; };
 layout(set = 0, binding = 9) readonly buffer ShadowTriangleBlock { ShadowTriangle shadow_triangles[]; };
 
-// Distance to a triangle from either side (Moeller and Trumbore 1997), or -1.
+// Distance to a triangle, hit from either side (Moeller and Trumbore 1997), or -1.
 float distance_to(ShadowTriangle triangle, vec3 from, vec3 direction) {
     vec3 p = cross(direction, triangle.second.xyz);
     float determinant = dot(triangle.first.xyz, p);
@@ -42,7 +42,7 @@ bool is_hidden(vec3 from, vec3 direction) {
     uint count = ray.boxes;
     uint at = 0u;
     bool hidden = false;
-    // A box comes before all that are in it, so the walk is never longer than the tree.
+    // A box precedes its children, so the walk is at most as long as the tree.
     while (at < count) {
         ShadowBox box = shadow_tree[at];
         vec3 a = (box.low - from) * inverse;
@@ -53,7 +53,7 @@ bool is_hidden(vec3 from, vec3 direction) {
         float leaves = min(far.x, min(far.y, far.z));
         bool missed = leaves < max(enters, 0.0);
         uint triangles = missed ? 0u : box.triangles & 7u;
-        // Written out: a loop in here would count among the turns of the walk, which lavapipe ends after 65,535.
+        // The loop is unrolled, because its iterations would count in the walk, which lavapipe stops after 65,535.
         if (triangles > 0u) {
             uint first = box.triangles >> 3u;
             uint last = first + triangles - 1u;
@@ -76,7 +76,7 @@ bool is_hidden(vec3 from, vec3 direction) {
 
 void main() {
     uint node = gl_GlobalInvocationID.x;
-    // The tree is in the body frame, the node where its joint had it in the file.
+    // The tree is in the body frame, so the node is moved there by the pose of its joint.
     vec3 own_normal = vec3(normal_x[node], normal_y[node], normal_z[node]);
     vec4 own_position = vec4(position_x[node], position_y[node], position_z[node], 1.0);
     vec3 normal = vec3(

@@ -1,5 +1,5 @@
 #version 450
-// What share of the Sun each node sees, read from the depth of the parts as seen from there. Four nodes an invocation.
+// Share of the Sun that each node sees, from the shadow map. Four nodes an invocation.
 
 #include "types.glsl"
 #include "solar_visibility.glsl"
@@ -16,14 +16,14 @@ layout(set = 0, binding = 6) readonly buffer NormalZBlock { vec4 normal_z[]; };
 layout(set = 0, binding = 7) readonly buffer SunDepthBlock { float sun_depth[]; };
 layout(set = 0, binding = 8) buffer VisibilityBlock { vec4 visibility[]; };
 
-// 1 where nothing is in front of the node's own surface at a texel of the four by four around it.
+// 1 if nothing covers the plane of the node's surface at one of the four by four texels around it.
 float is_lit(SeenNode node, ivec2 first, int column, int row) {
     ivec2 at = first + ivec2(column, row);
     vec2 off = vec2(at) + vec2(0.5) - node.texel.xy;
-    // Beside the craft the plane of a flatly lit surface runs on behind the map's end, where nothing is.
+    // Beside the craft, that plane can pass the far end of the map, which is empty.
     float own = min(node.texel.z + dot(node.slope, off), 1.0);
     int side = int(sun_view.down.w);
-    // The map has an empty margin: what falls outside it is beyond the craft.
+    // The map has an empty margin, and nothing is outside the map.
     ivec2 inside = clamp(at, ivec2(0), ivec2(side - 1));
     return sun_depth[uint(inside.y * side + inside.x)] >= own ? 1.0 : 0.0;
 }

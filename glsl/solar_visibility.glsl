@@ -1,6 +1,6 @@
-// The Sun's view of the craft. Twin: src/environment/shadow/depth_map.rs.
+// Projection of nodes into the shadow map of the Sun. Twin: src/environment/shadow/depth_map.rs.
 
-// Least cosine of incidence that a surface's slope is taken from.
+// Smallest cosine of incidence for the slope of a surface.
 const float LEAST_COSINE = 0.01;
 
 // Column, row and depth of a point.
@@ -12,7 +12,7 @@ vec3 texel_from_body(SunView view, vec3 point) {
     );
 }
 
-// A node as the Sun sees it: column, row and depth, and how its own surface's depth changes from texel to texel.
+// A node in the shadow map: column, row and depth, and the slope of its surface's depth in columns and rows.
 struct SeenNode {
     vec3 texel;
     vec2 slope;

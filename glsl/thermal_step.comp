@@ -1,9 +1,8 @@
 #version 450
-// One step of every node of a range: the mean load of the step, the balance temperature that it commands, and the
-// transition towards it. Four nodes an invocation. Variants (src/gpu/variant.rs) leave out what a scene does not have; a
-// fused one takes many steps, each under its own load, and leaves the temperatures of the last. INSTANT, and what has none
-// of these: the balance temperature itself. MERGE, RESTART: a transition. ADVANCE: one whose target stays, without a load.
-// ABSORB: the flux that a thermal network takes in.
+// Thermal step of a range of nodes: load, balance temperature and transition. Four nodes an invocation. Variants
+// (src/gpu/variant.rs): INSTANT or none: balance temperature. MERGE, RESTART: transition. ADVANCE: transition with an
+// unchanged target and no load. ABSORB: flux absorbed by a thermal network. FUSED: many steps, each with its own load.
+// It writes the temperatures of the last step.
 
 #if defined(MERGE) || defined(RESTART) || defined(ADVANCE)
 #define TRANSITION
@@ -26,7 +25,7 @@
 
 layout(local_size_x = 64) in;
 
-// Steps that one dispatch takes at most: FUSED_STEPS of src/gpu/load.rs.
+// Most steps of one dispatch: FUSED_STEPS of src/gpu/layout.rs.
 #ifdef FUSED
 const uint STEPS = 32u;
 #else
@@ -60,7 +59,7 @@ layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
 #endif
 #ifdef SHAPED
 layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
-// After the buffer, which these functions read.
+// The include must follow the buffer that its functions read.
 #include "shaped_transition.glsl"
 #endif
 
@@ -70,8 +69,9 @@ vec4 sun_sample_flux(uint i, vec4 nx, vec4 ny, vec4 nz) {
     return s.w * max(vec4(0.0), nx * s.x + ny * s.y + nz * s.z);
 }
 
-// Incident sunlight, mean over the step [W/m2]; unused samples have no flux. Written out, for on lavapipe the loop alone
-// costs 2.7 ns a node and each sample 0.1 ns, as a uniform at a constant index is read once for all invocations.
+// Incident sunlight, mean over the step [W/m2]. Unused samples have no flux. The loop is unrolled: on lavapipe a loop
+// costs 2.7 ns a node, but an unrolled sample 0.1 ns, because a uniform at a constant index is read once for all
+// invocations.
 vec4 solar_flux(uint number, vec4 nx, vec4 ny, vec4 nz) {
     uint i = 8u * number;
     return sun_sample_flux(i, nx, ny, nz) + sun_sample_flux(i + 1u, nx, ny, nz)
@@ -95,7 +95,7 @@ float albedo_table_lookup(uint number, float column, float row) {
     return upper * (1.0 - v) + lower * v;
 }
 
-// Incident sunlight that the planet reflects [W/m2].
+// Incident sunlight reflected by the planet [W/m2].
 vec4 albedo_flux(uint number, vec4 nx, vec4 ny, vec4 nz) {
     AlbedoPosition at = albedo_position(steps[number], nx, ny, nz);
     return steps[number].albedo_flux * at.scale * vec4(
@@ -108,7 +108,7 @@ vec4 albedo_flux(uint number, vec4 nx, vec4 ny, vec4 nz) {
 #endif
 
 #ifdef LOADED
-// Heat that one face takes in [W/m2]; `seen` is the share of the Sun that it sees.
+// Flux absorbed by one face [W/m2]. `seen` is the share of the Sun that it sees.
 vec4 absorbed_flux(uint number, float absorptivity, float emissivity, vec4 nx, vec4 ny, vec4 nz, vec4 seen) {
     vec4 absorbed = vec4(0.0);
 #ifdef SUN
@@ -129,7 +129,7 @@ vec4 absorbed_flux(uint number, float absorptivity, float emissivity, vec4 nx, v
 #endif
 
 #ifdef COMMAND
-// What a step commands: the balance temperature of its load [K] or, for a thermal network, the flux that it takes in.
+// Balance temperature of a step [K], or the absorbed flux for a thermal network [W/m2].
 vec4 commanded_by(uint number, Material material, vec4 nx, vec4 ny, vec4 nz, vec4 seen) {
     vec4 absorbed = vec4(0.0);
     float emissivity = material.emissivity;
@@ -141,7 +141,7 @@ vec4 commanded_by(uint number, Material material, vec4 nx, vec4 ny, vec4 nz, vec
 #endif
 #endif
 #ifdef ABSORB
-    // The host collects it before it writes the temperatures.
+    // The host reads the flux before it writes the temperatures.
     return absorbed;
 #else
     return balance_temperature(absorbed, emissivity, steps[number].background_temperature_4);
@@ -150,7 +150,7 @@ vec4 commanded_by(uint number, Material material, vec4 nx, vec4 ny, vec4 nz, vec
 #endif
 
 void main() {
-    // Ranges hold whole workgroups, and the buffers are bound from the start of the range.
+    // Ranges have whole workgroups, and the buffers are bound from the start of the range.
     uint group = gl_GlobalInvocationID.x;
     Material material = materials[group_material[group]];
 

@@ -1,25 +1,25 @@
-// Thermal inertia of the paper with a target that may move, for four nodes at a time (docs/numerics.md 1).
-// Twin: src/thermal/transition.rs.
+// Transition with thermal inertia and a moving target, for four nodes at a time (docs/numerics.md, section 1). Twin:
+// src/thermal/transition.rs.
 
 struct TransitionState {
     vec4 target;   // K
     vec4 span;     // target - old, K
-    ivec4 elapsed; // ticks of the clock
+    ivec4 elapsed; // clock units
 };
 
-// Power and clock of the branch that each node is on: heating where the span is not negative. The clock counts in whole
-// ticks, powers of two of a step, of which `t_max` has between 2^30 and 2^31: finer than f32, and without its rounding,
-// which decides whether a linear transition, that ends at full rate, is over.
+// Power and clock of each node's branch, which is heating if the span is not negative. The clock is an integer. Its
+// unit is a power of two of a step, chosen so that `t_max` has 2^30 to 2^31 units. It is finer than f32 and has no
+// rounding error, which would decide when a linear transition ends.
 struct Branch {
     vec4 power;
     vec4 t_max; // steps
-    vec4 ticks; // of a step
-    ivec4 end;  // t_max in ticks
+    vec4 ticks; // clock units per step
+    ivec4 end;  // t_max in clock units
 };
 
-// A transition with no more of its time left than this is over: 2^-22.
+// A transition is over if at most 2^-22 of its duration remains.
 const int OVER_SHIFT = 22;
-// Low bits of a clock that hold no time.
+// Low bits of the clock that do not hold time.
 #ifdef RESTART
 const int RESIDUE = 127;
 #else
@@ -40,10 +40,10 @@ Branch branch_of(vec4 span, Material material) {
     );
 }
 
-// Shares of the duration. The one that is small is exact.
+// Shares of the duration that are over and that remain. The smaller one is exact.
 struct Time {
     vec4 gone;
-    vec4 left; // 1 at the start; 0 once settled and where the response is immediate
+    vec4 left; // 1 at the start, 0 at the end and for an immediate response
 };
 
 Time time_of(ivec4 elapsed, Branch branch) {
@@ -57,7 +57,7 @@ vec4 remaining_span(vec4 r, vec4 power) {
 }
 
 #if defined(MERGE) || defined(RESTART)
-// A change of a span, in whole last places of the larger of the two.
+// Change of a span, in whole units in the last place of the larger span.
 struct Places {
     vec4 place;
     vec4 number;
@@ -72,13 +72,13 @@ Places places_of(vec4 change, vec4 span) {
 #endif
 
 #ifdef MERGE
-// A phase shift over which what is left is summed from its change rather than computed anew.
+// Phase shifts up to this size update the remaining share by its change instead of computing it again.
 const float SHORT_SHIFT_OF_POWER = 1e-2;
 
-// Superposes the gap and the rate of the transition under way with those of the new step. The new phase u/q of
-// docs/numerics.md 1 is found as a shift of the old one, and the new span as a change of the old: both are exact where the
-// target moves little. What the rounding of the span leaves goes to the clock, which is finer: a thousand changes would
-// add up to several last places of the span.
+// Merge rule: adds the gap and the rate of the present transition to those of the new step. It finds the new phase u/q
+// as a shift of the old phase, and the new span as a change of the old span. Both are exact for small moves of the
+// target. The clock, which is finer, takes the rounding error of the span, because over a thousand changes the error
+// would grow to several last places.
 TransitionState retarget_merge(TransitionState state, vec4 commanded, Material material) {
     vec4 change = commanded - state.target;
     Branch branch = branch_of(state.span, material);
@@ -88,7 +88,7 @@ TransitionState retarget_merge(TransitionState state, vec4 commanded, Material m
     vec4 left = state.span * share;
     vec4 gap = left + change;
 
-    // u/q - r, and what the clock makes of it.
+    // u/q - r, and its rounding to clock units.
     vec4 shift = r * change * time.gone / (left + change * r);
     ivec4 moved = clamp(ivec4(round(shift * vec4(branch.end))), state.elapsed - branch.end, state.elapsed);
     shift = vec4(moved) / vec4(max(branch.end, ivec4(1)));
@@ -103,7 +103,7 @@ TransitionState retarget_merge(TransitionState state, vec4 commanded, Material m
     ivec4 extra = ivec4(round(clamp(rest * vec4(branch.end), vec4(-256.0), vec4(256.0))));
     moved += mix(ivec4(0), extra, short_shift);
 
-    // A change of direction, or nothing left of the old gap: a fresh transition. A clock at its end: nothing left.
+    // The transition starts afresh if the direction changes, the old gap is closed or the clock is at its end.
     bvec4 goes_on = greaterThan(left * gap, vec4(0.0));
     bvec4 over = lessThanEqual(there, vec4(0.0));
     span = mix(gap, mix(span, vec4(0.0), over), goes_on);
@@ -119,10 +119,10 @@ TransitionState retarget_merge(TransitionState state, vec4 commanded, Material m
 #endif
 
 #ifdef RESTART
-// Starts afresh from the present temperature at every change of the target. In the first half of a transition the new
-// span is a change of the old, by what was done; in the second it is what was left. What the rounding of a change leaves
-// (in 1/128 of the span's last place, from -64 to 63) is kept in place of a clock at zero, or else a thousand changes
-// would add up to several places.
+// Restart rule: starts a new transition from the present temperature whenever the target changes. In the first half of
+// a transition the new span is the old one plus the completed part; in the second half it is the remaining part. The
+// rounding of the change, -64 to 63 of 1/128 of the span's last place, is stored in the unused bits of the clock.
+// Without it a thousand changes would add up to several last places.
 TransitionState retarget_restart(TransitionState state, vec4 commanded, Material material) {
     vec4 change = commanded - state.target;
     Branch branch = branch_of(state.span, material);
@@ -146,7 +146,7 @@ TransitionState retarget_restart(TransitionState state, vec4 commanded, Material
 }
 #endif
 
-// Lets time pass.
+// Advances the clock by `step` steps.
 TransitionState advance(TransitionState state, float step, Material material) {
     Branch branch = branch_of(state.span, material);
     ivec4 ticks = min(ivec4(min(vec4(step), branch.t_max) * branch.ticks) & ivec4(~RESIDUE), branch.end);

@@ -1,4 +1,4 @@
-//! Pipelines and descriptor sets: each binding points to what the list says that its pass touches.
+//! Pipelines and descriptor sets of the passes in a frame list.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,33 +13,34 @@ use super::pipeline::Pipeline;
 use super::resource::Resource;
 use super::store::Resources;
 
-/// What selects a descriptor set: the pipeline, the set among those of the pipeline or the joint that is drawn, the slot.
+/// Key of a descriptor set: its kernel, its number (the joint for a draw, `Work::Dispatch::set` otherwise) and its
+/// slot.
 type SetKey = (Kernel, u32, usize);
 
-/// The pipelines and descriptor sets that lists bind.
+/// Pipelines and descriptor sets, made from the accesses of the passes.
 pub(super) struct Bindings {
     context: Arc<Context>,
     pipelines: BTreeMap<Kernel, Pipeline>,
     sets: BTreeMap<SetKey, vk::DescriptorSet>,
     pools: Vec<vk::DescriptorPool>,
-    /// The body and its joints.
+    /// Number of joints, counting the body.
     joints: u32,
     slots: usize,
 }
 
 impl Bindings {
-    /// Of nothing yet.
+    /// An empty collection for lists with `joints` joints and `slots` frames in flight.
     pub fn new(context: &Arc<Context>, joints: u32, slots: usize) -> Self {
         let (context, pools) = (Arc::clone(context), Vec::new());
         Self { context, pipelines: BTreeMap::new(), sets: BTreeMap::new(), pools, joints, slots }
     }
 
-    /// Of lists without joints and slots.
+    /// An empty collection for lists with one joint and one slot.
     pub fn plain(context: &Arc<Context>) -> Self {
         Self::new(context, 1, 1)
     }
 
-    /// Makes what the passes need and is not there yet.
+    /// Makes the pipelines and descriptor sets that the passes need and that do not exist yet.
     pub fn add<'p>(
         &mut self,
         resources: &Resources,
@@ -71,7 +72,7 @@ impl Bindings {
             }
             let layouts = [self.pipelines[&kernel].set_layout];
             let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
-            // SAFETY: the pool was made for as many sets as are asked for.
+            // SAFETY: the pool was made for this number of sets.
             let set = unsafe { self.context.device.allocate_descriptor_sets(&allocate) };
             let set = set.during("allocating a descriptor set")?[0];
             let joint = kernel.draws().then_some(number);
@@ -83,9 +84,9 @@ impl Bindings {
         Ok(())
     }
 
-    /// Points a binding to its buffer, or to the part of it that the range works on: two ranges of one buffer then
-    /// never overlap, for the device as for the validation layer. Of what every joint has a slice of, it is the slice of
-    /// the joint that is drawn, or of the pass.
+    /// Points a binding to a buffer. An access that is limited to a range gets only that range, so two ranges of one
+    /// buffer never overlap. A resource with a slice for each joint gets the slice of the drawn joint, or else of the
+    /// access.
     fn point(
         &self,
         resources: &Resources,
@@ -109,11 +110,11 @@ impl Bindings {
             .dst_binding(binding)
             .descriptor_type(row.role.descriptor())
             .buffer_info(&infos)];
-        // SAFETY: set and buffer are alive, and no command that uses the set has been recorded yet.
+        // SAFETY: the set and the buffer are alive, and no recorded command uses the set yet.
         unsafe { self.context.device.update_descriptor_sets(&write, &[]) };
     }
 
-    /// Pipeline and descriptor set of a pass; of one that draws, for the triangles of a joint. `None` for copies.
+    /// Pipeline and descriptor set of a pass. A draw has one set for each `joint`. A copy or fill has none.
     pub fn of(&self, pass: &Pass, joint: u32, slot: usize) -> Option<(&Pipeline, vk::DescriptorSet)> {
         let (kernel, set) = key_of(pass)?;
         let set = if kernel.draws() { joint } else { set };
@@ -138,7 +139,7 @@ fn key_of(pass: &Pass) -> Option<(Kernel, u32)> {
     }
 }
 
-/// Number and type of each binding of a pass.
+/// Number and type of each binding of a pass, in order of number.
 fn binding_types(pass: &Pass) -> Vec<(u32, vk::DescriptorType)> {
     let descriptor = |resource: Resource| resource.row().role.descriptor();
     let bound = |access: &Access| access.binding.map(|number| (number, descriptor(access.resource)));
@@ -148,7 +149,7 @@ fn binding_types(pass: &Pass) -> Vec<(u32, vk::DescriptorType)> {
     types
 }
 
-/// The pipeline of a kernel.
+/// Makes the pipeline of a kernel.
 fn pipeline(context: &Arc<Context>, kernel: Kernel, types: &[(u32, vk::DescriptorType)]) -> Result<Pipeline, GpuError> {
     let constants = match kernel {
         Kernel::Wide(_) => size_of::<NetworkPass>(),

@@ -1,4 +1,4 @@
-//! Band radiance of a blackbody and its inverse, computed on the device for a list of numbers.
+//! Compute dispatches that convert a list of temperatures to band radiances, and back.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::thermal::radiance::RadianceTable;
 
 const WORKGROUP: usize = 64;
 
-/// The table of a band as the shader reads it: c2 / lambda_max, rounded, and what the rounding left, then ln G with the guards.
+/// Band table in the layout of the shader: c2 / lambda_max rounded to f32, the remainder, then ln G with its guard values.
 pub fn band_table(table: &RadianceTable) -> Vec<f32> {
     let edge_high = table.edge_temperature as f32;
     let edge_low = (table.edge_temperature - f64::from(edge_high)) as f32;
@@ -26,10 +26,7 @@ pub fn band_table(table: &RadianceTable) -> Vec<f32> {
     values
 }
 
-/// Radiance of a blackbody [W m-2 sr-1] at each temperature [K].
-///
-/// # Errors
-/// A call that fails.
+/// Radiance of a blackbody [W m-2 sr-1], one for each temperature [K].
 pub fn band_radiances(
     context: &Arc<Context>,
     table: &RadianceTable,
@@ -39,11 +36,8 @@ pub fn band_radiances(
     map(context, Kernel::Blackbody, (table, guesses), temperatures, 300.0)
 }
 
-/// Temperature [K] of a blackbody of each radiance [W m-2 sr-1], every one between the floor and the ceiling that
-/// `BrightnessTable::check` knows.
-///
-/// # Errors
-/// A call that fails.
+/// Temperature of a blackbody [K], one for each radiance [W m-2 sr-1]. `BrightnessTable::check` must accept the
+/// radiances.
 pub fn brightness_temperatures(
     context: &Arc<Context>,
     table: &RadianceTable,
@@ -53,7 +47,7 @@ pub fn brightness_temperatures(
     map(context, Kernel::Brightness, (table, guesses), radiances, guesses.max_radiance as f32)
 }
 
-/// Runs a kernel that turns a list of numbers into one of the same length.
+/// Runs a kernel that converts a list of numbers to a list of the same length. `filler` pads the last workgroup.
 fn map(
     context: &Arc<Context>,
     kernel: Kernel,

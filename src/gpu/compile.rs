@@ -1,21 +1,21 @@
-//! GLSL to SPIR-V by naga, with every option that shapes the output set explicitly.
+//! Compilation of GLSL to SPIR-V by naga, with every option set explicitly.
 
 use naga::back::spv;
 use naga::front::glsl;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
-/// Why a shader does not compile.
+/// A shader that does not compile.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{name}: {message}")]
 pub struct CompileError {
-    /// Entry point and words.
+    /// Entry point and words (see `Shader`).
     pub name: String,
-    /// naga's message, with lines of the text after includes.
+    /// Message of naga. Its line numbers count the text after includes are expanded.
     pub message: String,
 }
 
-/// Compiles the text of one entry point `main` with some names defined. The stage follows from the ending of the file's
-/// name.
+/// Compiles the text of an entry point `main` with the given preprocessor names defined. The extension of the file name
+/// gives the shader stage.
 pub(super) fn compile(
     name: &str,
     file: &str,
@@ -43,8 +43,8 @@ pub(super) fn compile(
     spv::write_vec(&module, &info, &writer_options(), Some(&entry)).map_err(|error| failed(error.to_string()))
 }
 
-/// naga reads `barrier()` as a barrier of everything, subgroups included, and then writes one that waits for the subgroup
-/// alone. What GLSL means is one for the workgroup; storage buffers are included.
+/// Replaces every control barrier by one for the workgroup and storage buffers, which is what GLSL's `barrier()` means.
+/// naga's GLSL reader also includes the subgroup, and its SPIR-V writer then waits for the subgroup only.
 fn narrow_barriers(block: &mut naga::Block) {
     for statement in block.iter_mut() {
         match statement {
@@ -70,11 +70,12 @@ fn narrow_barriers(block: &mut naga::Block) {
     }
 }
 
-/// Every option set, so that debug and release builds of naga write the same bytes.
+/// Options of the SPIR-V writer. All are set, so that debug and release builds of naga write the same bytes.
 fn writer_options() -> spv::Options<'static> {
     spv::Options {
         lang_version: (1, 5),
-        // No ADJUST_COORDINATE_SPACE: naga would flip the image to WebGPU's axes. Names stay for debuggers and tests.
+        // ADJUST_COORDINATE_SPACE is off because it flips the image to WebGPU's axes. Names stay for debuggers and
+        // tests.
         flags: spv::WriterFlags::DEBUG | spv::WriterFlags::LABEL_VARYINGS,
         fake_missing_bindings: true,
         binding_map: spv::BindingMap::default(),

@@ -1,4 +1,4 @@
-//! Instance, choice of a device, its queue and its memory: everything that outlives a scene.
+//! The Vulkan instance, device, queue and memory allocator, which live longer than a scene.
 
 use std::ffi::{CStr, CString, c_char};
 use std::mem::ManuallyDrop;
@@ -15,43 +15,42 @@ use crate::host;
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// What a device is and can do, as `isotherm info` prints it.
+/// Properties of a device, as `isotherm info` prints them.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct DeviceInfo {
-    /// Name as the driver gives it.
+    /// Name from the driver.
     pub name: String,
     /// `discrete`, `integrated`, `virtual`, `cpu` or `other`.
     pub kind: &'static str,
     /// Driver and its version.
     pub driver: String,
-    /// Highest Vulkan version.
+    /// Highest Vulkan version that the device supports.
     pub api_version: String,
-    /// Bytes that one storage buffer binding may span.
+    /// Largest storage buffer binding [bytes].
     pub max_storage_buffer_range: u64,
-    /// Workgroups of one dispatch, first dimension.
+    /// Most workgroups of one dispatch in x.
     pub max_workgroups: u32,
-    /// Pixels a side of an image to draw into.
+    /// Largest width or height of a framebuffer [px].
     pub max_framebuffer_side: u32,
-    /// Bytes of the largest device-local heap.
+    /// Size of the largest device-local heap [bytes].
     pub memory: u64,
-    /// Bits of a pixel that a corner of a triangle is placed to.
+    /// Bits of sub-pixel precision of the rasteriser.
     pub sub_pixel_bits: u32,
-    /// Nanoseconds of a timestamp step; 0 where the queue has no timestamps.
+    /// Length of a timestamp unit [ns]; 0 if the queue has no timestamps.
     pub timestamp_period: f32,
-    /// What is missing for isotherm; empty where it runs.
+    /// Features that isotherm needs and the device does not have.
     pub lacks: Vec<String>,
 }
 
-/// A Vulkan device with one queue that computes, draws and copies.
+/// An open Vulkan device with one queue for compute, graphics and copies.
 pub struct Context {
-    /// What the device is.
+    /// Properties of the device.
     pub info: DeviceInfo,
     pub(super) device: ash::Device,
     pub(super) queue: vk::Queue,
     pub(super) queue_family: u32,
     pub(super) labels: Option<ext::debug_utils::Device>,
     pub(super) allocator: ManuallyDrop<Mutex<Allocator>>,
-    /// Shaders compiled so far.
     pub(super) modules: Modules,
     physical: vk::PhysicalDevice,
     messages: Option<Arc<Messages>>,
@@ -60,10 +59,7 @@ pub struct Context {
     _entry: ash::Entry,
 }
 
-/// Lists the devices present, best first.
-///
-/// # Errors
-/// No loader, no driver.
+/// Lists the devices of this computer, best first.
 pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
     let (_entry, instance, _) = create_instance(false)?;
     let found = rank_devices(&instance);
@@ -73,12 +69,9 @@ pub fn devices() -> Result<Vec<DeviceInfo>, GpuError> {
 }
 
 impl Context {
-    /// Opens the device whose name contains `wanted` (ignoring case), or the best one present. With `validate`, the
-    /// validation layer watches, synchronisation included, and its messages are kept. A device that is the processor has glibc
-    /// keep freed memory from then on, in the whole process.
-    ///
-    /// # Errors
-    /// No loader, driver or such device; no validation layer where it is asked for.
+    /// Opens the device whose name contains `wanted` (ignoring case), or the best device. With `validate`, the
+    /// validation layer checks every call, with synchronisation validation, and its messages are kept. If the device is
+    /// the CPU, glibc keeps freed memory in the whole process from then on.
     pub fn open(wanted: Option<&str>, validate: bool) -> Result<Arc<Self>, GpuError> {
         let (entry, instance, debug_utils) = create_instance(validate)?;
         let guard = InstanceGuard(Some(instance));
@@ -109,7 +102,7 @@ impl Context {
             .queue_create_infos(&queues)
             .enabled_features(&features)
             .push_next(&mut vulkan_13);
-        // SAFETY: the physical device came from this instance, and the structures above live through the call.
+        // SAFETY: the physical device belongs to this instance, and the structures above live through the call.
         let device = unsafe { instance.create_device(*physical, &create, None) }.during("creating the device")?;
         // SAFETY: the queue was asked for above.
         let queue = unsafe { device.get_device_queue(*queue_family, 0) };
@@ -149,8 +142,9 @@ impl Context {
         }))
     }
 
-    /// Bytes that this process may still take of the largest device-local heap: what the driver grants where it says so
-    /// (VK_EXT_memory_budget), else the whole heap; of a processor, at most what the host has free.
+    /// Memory that this process may still allocate [bytes]. It is the free budget of the largest device-local heap
+    /// (VK_EXT_memory_budget), or the size of that heap without the extension. On a CPU device, the free memory of the
+    /// host limits it.
     pub fn free_memory(&self) -> u64 {
         let instance = &self.instance;
         // SAFETY: the physical device belongs to the instance.
@@ -162,7 +156,7 @@ impl Context {
         if tells {
             properties = properties.push_next(&mut budget);
         }
-        // SAFETY: as above; the budget is asked for only of a device that knows it.
+        // SAFETY: the device belongs to the instance, and the chain has a budget only if the device supports it.
         unsafe { instance.get_physical_device_memory_properties2(self.physical, &mut properties) };
         let heaps = properties.memory_properties;
         let local = heaps.memory_heaps_as_slice().iter().enumerate();
@@ -178,7 +172,7 @@ impl Context {
         }
     }
 
-    /// What the validation layer has said so far; empty without validation.
+    /// Messages of the validation layer so far, empty without validation.
     pub fn validation_messages(&self) -> Vec<String> {
         self.messages.as_ref().map(|messages| messages.all()).unwrap_or_default()
     }
@@ -186,8 +180,8 @@ impl Context {
 
 impl Drop for Context {
     fn drop(&mut self) {
-        // SAFETY: every buffer, image and pipeline holds an Arc of this context, so none is left; the queue is idle
-        // before the device goes, and the order is the reverse of creation.
+        // SAFETY: every buffer, image and pipeline holds an Arc of this context, so all are destroyed. The queue is
+        // idle before the device is destroyed, and the order is the reverse of creation.
         unsafe {
             let _ = self.device.device_wait_idle();
             ManuallyDrop::drop(&mut self.allocator);
@@ -200,7 +194,7 @@ impl Drop for Context {
     }
 }
 
-/// Destroys the instance where opening the device fails half way.
+/// Destroys the instance if a later step of opening the device fails.
 struct InstanceGuard(Option<ash::Instance>);
 
 impl InstanceGuard {
@@ -212,18 +206,18 @@ impl InstanceGuard {
 impl Drop for InstanceGuard {
     fn drop(&mut self) {
         if let Some(instance) = &self.0 {
-            // SAFETY: opening failed, and what was made from the instance has been destroyed or never came to be.
+            // SAFETY: opening failed, and every object made from the instance is already destroyed.
             unsafe { instance.destroy_instance(None) };
         }
     }
 }
 
 fn create_instance(validate: bool) -> Result<(ash::Entry, ash::Instance, bool), GpuError> {
-    // SAFETY: loading the system's Vulkan loader runs its initialisers, as any Vulkan program does.
+    // SAFETY: loading the Vulkan loader runs its initialisers, as in any Vulkan program.
     let entry = unsafe { ash::Entry::load() }.map_err(|error| GpuError::NoLoader(error.to_string()))?;
     // SAFETY: the entry is loaded.
     let layers = unsafe { entry.enumerate_instance_layer_properties() }.during("listing layers")?;
-    // SAFETY: as above.
+    // SAFETY: the entry is loaded.
     let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }.during("listing extensions")?;
     let has_layer = layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER));
     if validate && !has_layer {
@@ -273,8 +267,7 @@ fn rank_devices(instance: &ash::Instance) -> Result<Vec<Ranked>, GpuError> {
 fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ranked) {
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
-    // SAFETY: the physical device belongs to the instance; the chain holds structures of Vulkan 1.2 that a device of
-    // an older version leaves as they are.
+    // SAFETY: the physical device belongs to the instance. A device below Vulkan 1.2 ignores the structures of 1.2.
     unsafe { instance.get_physical_device_properties2(physical, &mut properties) };
     let core = properties.properties;
     let mut vulkan_13 = vk::PhysicalDeviceVulkan13Features::default();
@@ -282,15 +275,15 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ran
     let mut draws_many = false;
     if has_13 {
         let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan_13);
-        // SAFETY: as above, and the device knows Vulkan 1.3.
+        // SAFETY: the device belongs to the instance and supports Vulkan 1.3.
         unsafe { instance.get_physical_device_features2(physical, &mut features) };
         draws_many = features.features.multi_draw_indirect == vk::TRUE;
     }
-    // SAFETY: as above.
+    // SAFETY: the physical device belongs to the instance.
     let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
     let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
     let family = families.iter().position(|family| family.queue_flags.contains(wanted));
-    // SAFETY: as above.
+    // SAFETY: the physical device belongs to the instance.
     let memory = unsafe { instance.get_physical_device_memory_properties(physical) };
     let largest_heap =
         memory.memory_heaps_as_slice().iter().filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));

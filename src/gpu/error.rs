@@ -1,11 +1,11 @@
-//! What can go wrong on the device, with what to do about it.
+//! Errors of the GPU code, each with advice for the user.
 
 use ash::vk;
 
 /// A failure of Vulkan or of the device.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
-    /// libvulkan is not installed.
+    /// The Vulkan loader (libvulkan) is not installed.
     #[error(
         "no Vulkan loader found ({0}); install one with `apt-get install libvulkan1 mesa-vulkan-drivers`, \
          or run the f64 reference with `--device cpu`"
@@ -17,26 +17,26 @@ pub enum GpuError {
          no GPU), or run the f64 reference with `--device cpu`"
     )]
     NoDevice,
-    /// `--device` names none of the devices.
+    /// `--device` matches no device.
     #[error("no device matches '{wanted}'; there are: {present}")]
     UnknownDevice {
-        /// What was asked for.
+        /// Value of `--device`.
         wanted: String,
-        /// Names of what there is.
+        /// Names of the available devices.
         present: String,
     },
-    /// The device lacks something that every scene needs.
+    /// The device lacks a feature that every scene needs.
     #[error("{device}: {lacks}; isotherm needs Vulkan 1.3 with dynamic rendering and synchronization2")]
     Unsuitable {
         /// Device name.
         device: String,
-        /// What is missing.
+        /// Missing features.
         lacks: String,
     },
-    /// Validation was asked for and its layer is not installed.
+    /// Validation is requested, and its layer is not installed.
     #[error("validation was asked for, but the layer is not installed: `apt-get install vulkan-validationlayers`")]
     NoValidationLayer,
-    /// A buffer is longer than a shader may see.
+    /// A buffer is longer than the device can bind.
     #[error(
         "buffer '{buffer}' needs {bytes} bytes, and {device} binds at most {limit} bytes at once; \
          take a larger max_edge so that the scene has fewer nodes"
@@ -44,36 +44,36 @@ pub enum GpuError {
     BufferTooLong {
         /// Name of the buffer.
         buffer: String,
-        /// Its size.
+        /// Size [bytes].
         bytes: u64,
         /// Device name.
         device: String,
-        /// `maxStorageBufferRange`.
+        /// `maxStorageBufferRange` [bytes].
         limit: u64,
     },
-    /// The host writes what somebody else holds too.
-    #[error("buffer '{buffer}' cannot be written: something else still holds it")]
+    /// The host writes a buffer that has another owner.
+    #[error("buffer '{buffer}' cannot be written, because it is still in use")]
     SharedBuffer {
         /// Name of the buffer.
         buffer: String,
     },
-    /// The scene does not fit.
+    /// The scene does not fit into device memory.
     #[error(
         "the scene needs {needed} bytes of device memory, {images} of them for images, and {device} has {available} free; \
          take a larger max_edge or a smaller image"
     )]
     OutOfMemory {
-        /// Sum over all buffers and images.
+        /// Sum over all buffers and images [bytes].
         needed: u64,
-        /// Of these, what the size of the image decides.
+        /// Part of `needed` that depends on the image size [bytes].
         images: u64,
         /// Device name.
         device: String,
-        /// What is free of its largest heap; where it shares the memory of the host, what is free there.
+        /// Free device memory, or free host memory on a CPU device [bytes].
         available: u64,
     },
-    /// The image is larger than the device draws.
-    #[error("an image of {width} x {height} is more than {device} draws ({limit} pixels a side)")]
+    /// The image is larger than the device can draw.
+    #[error("an image of {width} x {height} is too large for {device}, which draws at most {limit} pixels a side")]
     ImageTooLarge {
         /// Width in pixels.
         width: u32,
@@ -81,21 +81,21 @@ pub enum GpuError {
         height: u32,
         /// Device name.
         device: String,
-        /// Limit a side.
+        /// Largest width or height [px].
         limit: u32,
     },
-    /// The device does not integrate the network.
-    #[error("the device does not integrate this network: {reason}; the f64 twin may, with `--device cpu`")]
+    /// The device can not integrate the thermal network.
+    #[error("the device can not integrate this network: {reason}; try the f64 reference with `--device cpu`")]
     UnsupportedNetwork {
-        /// Why.
+        /// Reason.
         reason: String,
     },
-    /// Device memory could not be had.
+    /// Allocation of device memory failed.
     #[error("allocating '{name}': {source}")]
     Allocation {
-        /// Buffer or image.
+        /// Name of the buffer or image.
         name: String,
-        /// The allocator's reason.
+        /// Reason from the allocator.
         source: gpu_allocator::AllocationError,
     },
     /// A shader does not compile.
@@ -104,16 +104,16 @@ pub enum GpuError {
     /// A Vulkan call failed.
     #[error("{call}: {result}")]
     Call {
-        /// What was attempted.
+        /// Purpose of the call.
         call: &'static str,
-        /// Vulkan's answer.
+        /// Result code of Vulkan.
         result: vk::Result,
     },
 }
 
-/// Names the call in the error of a Vulkan result.
+/// Converts a Vulkan result to a [`GpuError`].
 pub(crate) trait During<T> {
-    /// Converts the error, with what was attempted.
+    /// Adds the name of the call to the error.
     fn during(self, call: &'static str) -> Result<T, GpuError>;
 }
 

@@ -1,7 +1,7 @@
-//! The frame as data: a list of passes and hand-written barriers.
+//! A frame as a list of passes and barriers.
 //!
-//! From this list come the recorded commands, the debug labels, the timestamps, the description that `isotherm info`
-//! prints, and the hazard check. Read [`Frame::step`] and [`Frame::settle`] from top to bottom.
+//! Command recording, debug labels, timestamps, `isotherm info` and the hazard check all use this list. [`Frame::step`]
+//! and [`Frame::settle`] build it in the order of execution.
 
 mod passes;
 
@@ -18,39 +18,39 @@ use super::pass::{
 use super::resource::Resource;
 use crate::environment::shadow::{Method, SUN_RAYS};
 
-/// Groups of four nodes that one dispatch of rays takes: 65,535 workgroups of 64 nodes, and whole workgroups of groups.
+/// Most groups of one dispatch of shadow rays: 65,535 workgroups of 64 nodes, rounded down to whole ranges.
 const TRACED_AT_ONCE: u32 = 65_535 / 4 * 64;
 
-/// What a step leaves for the host.
+/// Outputs of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Wanted {
-    /// An image.
+    /// Whether an image is drawn.
     pub image: bool,
-    /// Triangles to be culled for it; 0 where the camera has not moved against the craft since the last image.
+    /// Triangles to cull before drawing. It is 0 if the view of the craft has not changed since the last image.
     pub cull: u32,
-    /// The temperatures of all nodes.
+    /// Whether the host reads the temperatures of all nodes.
     pub temperatures: bool,
 }
 
-/// A list of passes and barriers that are submitted together.
+/// Passes and barriers that are submitted together.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Frame {
-    /// Passes and barriers in the order of the queue.
+    /// Passes and barriers in queue order.
     pub entries: Vec<Entry>,
 }
 
 impl Frame {
-    /// One step: every range is stepped, then drawn and read back as wanted.
+    /// One step of a craft without joints: thermal step of every range, then image and readback as wanted.
     pub fn step(ranges: &[StepRange], wanted: Wanted) -> Self {
         Self::step_in_runs(ranges, wanted, &[TriangleRun { joint: 0, triangles: (0, wanted.cull) }])
     }
 
-    /// The same of a craft with joints, of whose triangles those in `culled` have moved against the camera.
+    /// One step of a craft with joints. `culled` are the triangles to cull before drawing.
     pub fn step_in_runs(ranges: &[StepRange], wanted: Wanted, culled: &[TriangleRun]) -> Self {
         let mut entries = Vec::new();
 
         if !ranges.is_empty() {
-            // The last frame may still write the state, or read the temperatures that this one is about to replace.
+            // The last frame may still write the state or read the temperatures that this frame replaces.
             let readers = scope(S::COMPUTE_SHADER | S::VERTEX_SHADER | S::COPY, A::SHADER_STORAGE_WRITE);
             let state_writers =
                 scope(S::COMPUTE_SHADER | S::COPY | S::CLEAR, A::SHADER_STORAGE_WRITE | A::TRANSFER_WRITE);
@@ -65,7 +65,7 @@ impl Frame {
             entries.extend(ranges.iter().map(|range| Entry::Pass(thermal_pass(*range))));
         }
         if wanted.image && wanted.cull > 0 {
-            // The last image may still read its triangles and draws.
+            // The draw of the last image may still read its triangles and draw commands.
             let indices = scope(S::INDEX_INPUT | S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
             let commands = scope(S::DRAW_INDIRECT | S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
             entries.push(Entry::Barriers(vec![
@@ -112,7 +112,7 @@ impl Frame {
         Self { entries }
     }
 
-    /// The start: every node settled at the balance temperature of the load in place.
+    /// Start of a run: sets every node to the balance temperature of the present load.
     pub fn settle(ranges: &[StepRange]) -> Self {
         let instant: Vec<StepRange> =
             ranges.iter().map(|range| StepRange { variant: range.variant.settling(), ..*range }).collect();
@@ -123,7 +123,7 @@ impl Frame {
             }
         }
         if has_state(ranges) {
-            // A run may be started anew, so the steps of the last one come before.
+            // A run may restart, so the barriers also wait for the steps of the last run.
             let stepped = scope(S::COMPUTE_SHADER | S::COPY | S::CLEAR, A::SHADER_STORAGE_WRITE | A::TRANSFER_WRITE);
             frame.entries.push(Entry::Barriers(vec![
                 barrier(Resource::Temperature, COMPUTE_WRITE, COPY_READ),
@@ -138,8 +138,8 @@ impl Frame {
         frame
     }
 
-    /// Before a step in which the Sun has moved against the craft: the share of it that every node of the ranges with
-    /// shadows sees. Empty where none has.
+    /// Updates the share of the Sun that each node sees, in the ranges with shadows. It precedes a step in which the
+    /// Sun has moved in the body frame. It is empty if no range has shadows.
     pub fn shadows(ranges: &[StepRange], method: Method) -> Self {
         let shadowed: Vec<StepRange> = ranges.iter().copied().filter(|range| range.variant.shadow).collect();
         let mut entries = Vec::new();
@@ -153,13 +153,13 @@ impl Frame {
         Self { entries }
     }
 
-    /// One list after another in the same command buffer.
+    /// Appends another list to the same command buffer.
     pub fn then(mut self, next: Self) -> Self {
         self.entries.extend(next.entries);
         self
     }
 
-    /// The passes in order.
+    /// The passes in queue order.
     pub fn passes(&self) -> impl Iterator<Item = &Pass> {
         self.entries.iter().filter_map(|entry| match entry {
             Entry::Pass(pass) => Some(pass),
@@ -167,7 +167,7 @@ impl Frame {
         })
     }
 
-    /// What its passes copy to.
+    /// Destinations of the copies.
     pub fn copied_to(&self) -> impl Iterator<Item = Resource> {
         self.passes().filter_map(|pass| if let Work::Copy { to, .. } = pass.work { Some(to) } else { None })
     }
@@ -206,19 +206,19 @@ impl std::fmt::Display for Frame {
     }
 }
 
-/// Whether any node of the ranges keeps a state between steps.
+/// Whether nodes of the ranges keep a state between steps.
 fn has_state(ranges: &[StepRange]) -> bool {
     ranges.iter().any(|range| range.variant.kind.has_state())
 }
 
-/// What the Sun sees, drawn, copied to where shaders read it, and looked up for every node.
+/// Shadows by shadow map: draws the depth as the Sun sees it, copies it to a buffer, and looks up every node.
 fn shadows_by_depth(ranges: &[StepRange]) -> Vec<Entry> {
     let (undefined, attachment) = (ImageLayout::UNDEFINED, ImageLayout::ATTACHMENT_OPTIMAL);
     let source = ImageLayout::TRANSFER_SRC_OPTIMAL;
     let copied = scope(S::COPY, A::NONE);
     let read = scope(S::COMPUTE_SHADER, A::NONE);
     let mut entries = vec![
-        // The last copy must be over before the image is drawn anew.
+        // The last copy must finish before the image is drawn again.
         Entry::Barriers(vec![transition(Resource::SunDepthImage, copied, DEPTH, undefined, attachment)]),
         Entry::Pass(solar_depth_pass()),
         Entry::Barriers(vec![
@@ -235,7 +235,7 @@ fn shadows_by_depth(ranges: &[StepRange]) -> Vec<Entry> {
     entries
 }
 
-/// Every point of the Sun's disc in turn, each added to the last.
+/// Shadows by rays: one dispatch for each point of the Sun's disc adds its share to each node.
 fn shadows_by_rays(ranges: &[StepRange]) -> Vec<Entry> {
     let both = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE);
     let mut entries = Vec::new();

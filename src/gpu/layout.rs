@@ -1,4 +1,5 @@
-//! Every structure shared with GLSL, once in Rust; `glsl/types.glsl` and `glsl/network_types.glsl` are the other side, compared by tests/it/layout.rs.
+//! Structures shared with GLSL. Their twins are in `glsl/types.glsl` and `glsl/network_types.glsl`; a test compares
+//! both.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -6,14 +7,14 @@ use super::shapes::Shapes;
 use crate::environment::shadow::Occluders;
 use crate::thermal::material::{Profile, Transition};
 
-/// A member of a structure, for the comparison with SPIR-V.
+/// A member of a structure, for the comparison with the SPIR-V.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Member {
-    /// Name, the same on both sides.
+    /// Name in Rust and GLSL.
     pub name: &'static str,
-    /// Bytes from the start of the structure.
+    /// Offset from the start of the structure [bytes].
     pub offset: usize,
-    /// Bytes.
+    /// Size [bytes].
     pub size: usize,
 }
 
@@ -26,7 +27,8 @@ macro_rules! shared {
             pub struct $name { $($(#[$field_doc])* pub $field: $kind,)* }
         )*
 
-        /// Name, size and members of every shared structure; what is `unused` only fills up.
+        /// Name, size [bytes] and members of every shared structure. Members named `unused` are padding and are left
+        /// out.
         pub fn structures() -> Vec<(&'static str, usize, Vec<Member>)> {
             let member = |name, offset, size| Some(Member { name, offset, size }).filter(|_| name != "unused");
             vec![$((stringify!($name), size_of::<$name>(), [$(
@@ -37,51 +39,52 @@ macro_rules! shared {
 }
 
 shared! {
-    /// Values of one material.
+    /// Properties of a material.
     pub struct Material {
-        /// Solar absorptivity of the outside.
+        /// Solar absorptivity of the front.
         pub absorptivity: f32,
-        /// Infrared emissivity of the outside.
+        /// Infrared emissivity of the front.
         pub emissivity: f32,
-        /// Solar absorptivity of the back; that of the outside where only the outside exchanges heat.
+        /// Solar absorptivity of the back. It equals that of the front if only the front exchanges heat.
         pub back_absorptivity: f32,
-        /// Infrared emissivity of the back, likewise.
+        /// Infrared emissivity of the back, or of the front if only the front exchanges heat.
         pub back_emissivity: f32,
-        /// On heating: power of the remaining share, 1 linear, 2 quadratic; of a shaped transition where its pieces are.
+        /// Response on heating: the power of the remaining share, or the value of `Shapes::place` for a shaped
+        /// transition.
         pub heating_function: f32,
-        /// Time to the target on heating [steps].
+        /// Duration of the transition on heating [steps].
         pub heating_t_max: f32,
-        /// The same on cooling.
+        /// Response on cooling, like `heating_function`.
         pub cooling_function: f32,
-        /// Time to the target on cooling [steps].
+        /// Duration of the transition on cooling [steps].
         pub cooling_t_max: f32,
     }
 
-    /// What one step commands, the same for every node.
+    /// Load of one step, common to all nodes.
     pub struct Step {
         /// Unit vector to the planet's centre, body frame; w: sine of the planet's angular radius.
         pub nadir: [f32; 4],
-        /// Unit vector towards the Sun's side, at right angles to nadir; w: cosine of the planet's angular radius.
+        /// Unit vector perpendicular to nadir, on the Sun's side; w: cosine of the planet's angular radius.
         pub sunward: [f32; 4],
-        /// nadir x sunward; w: 0.
+        /// Cross product nadir x sunward; w: 0.
         pub across: [f32; 4],
         /// Infrared exitance of the planet [W/m2].
         pub planet_ir: f32,
-        /// Albedo x solar constant [W/m2].
+        /// Planet albedo times solar constant [W/m2].
         pub albedo_flux: f32,
         /// Fourth power of the radiative temperature of space [K4].
         pub background_temperature_4: f32,
-        /// Length in steps of the scene.
+        /// Length [steps].
         pub length: f32,
-        /// Intervals of the albedo table each way.
+        /// Intervals of the albedo table along each axis.
         pub albedo_resolution: f32,
-        /// Steps of a fused dispatch, said by the first of them.
+        /// Number of steps of a fused dispatch, set in the first of them.
         pub count: f32,
-        /// The structure is as long as its alignment in GLSL asks.
+        /// Padding to the alignment of GLSL.
         pub unused: [f32; 2],
     }
 
-    /// Where the image is taken from, and with what.
+    /// Camera of an image.
     pub struct View {
         /// First row of camera_from_body: rotation and translation [m].
         pub camera_from_body_x: [f32; 4],
@@ -89,262 +92,263 @@ shared! {
         pub camera_from_body_y: [f32; 4],
         /// Third row.
         pub camera_from_body_z: [f32; 4],
-        /// Clip coordinates from camera coordinates: factors of x and y.
+        /// Camera to clip coordinates: clip.x = scale.x * x + offset.x * z, and the same for y (OpenCV axes).
         pub clip_scale: [f32; 2],
-        /// Clip coordinates from camera coordinates: factors of z.
+        /// Factors of z in these equations.
         pub clip_offset: [f32; 2],
-        /// Width and height in pixels.
+        /// Width and height [px].
         pub size: [f32; 2],
-        /// Distance of the near plane [m].
+        /// Distance of the near plane [m]. Depth is reversed, with the far plane at infinity.
         pub near: f32,
-        /// Motion in the image that culling allows for [px].
+        /// Image motion that culling tolerates [px].
         pub margin: f32,
     }
 
-    /// A draw of indexed triangles as the device reads it (VkDrawIndexedIndirectCommand).
+    /// An indexed indirect draw command (VkDrawIndexedIndirectCommand).
     pub struct DrawCommand {
-        /// Three a triangle.
+        /// Three for each triangle.
         pub index_count: u32,
-        /// 1.
+        /// Always 1.
         pub instance_count: u32,
-        /// Of all triangles.
+        /// First index in the buffer of all triangles.
         pub first_index: u32,
-        /// 0.
+        /// Always 0.
         pub vertex_offset: i32,
-        /// 0.
+        /// Always 0.
         pub first_instance: u32,
     }
 
-    /// The Sun's parallel view of the craft.
+    /// Orthographic view of the craft from the Sun.
     pub struct SunView {
-        /// Column of a point [texels]: factors of its coordinates, and what is added.
+        /// Row of the transform from a point to its column in the shadow map [texels].
         pub texel_from_body_x: [f32; 4],
-        /// Row of a point [texels].
+        /// Row of the transform from a point to its row in the shadow map [texels].
         pub texel_from_body_y: [f32; 4],
-        /// Depth of a point, 0 to 1.
+        /// Row of the transform from a point to its depth, 0 to 1.
         pub texel_from_body_z: [f32; 4],
-        /// Unit vector to the Sun, body frame; w: how far a node is lifted off its surface [m].
+        /// Unit vector to the Sun, body frame; w: offset of a node from its surface [m].
         pub sun: [f32; 4],
-        /// Unit vector along rows; w: depth of one texel's side.
+        /// Unit vector along texel rows; w: side of a texel in units of depth.
         pub right: [f32; 4],
-        /// Unit vector along columns; w: texels each way.
+        /// Unit vector along texel columns; w: texels along a side of the map.
         pub down: [f32; 4],
     }
 
-    /// A box of the tree that rays are tried against.
+    /// A node of the bounding box tree for shadow rays.
     pub struct ShadowBox {
         /// Lower corner [m].
         pub low: [f32; 3],
-        /// The box to go on with where this one is missed.
+        /// Index of the next box if the ray misses this one.
         pub skip: u32,
         /// Upper corner [m].
         pub high: [f32; 3],
-        /// First triangle x 8 + their number; none where there are boxes in it.
+        /// First triangle times 8 plus the number of triangles. The number is 0 for an inner box.
         pub triangles: u32,
     }
 
-    /// A triangle that casts a shadow [m].
+    /// A triangle that casts a shadow.
     pub struct ShadowTriangle {
-        /// A corner.
+        /// A corner [m].
         pub corner: [f32; 4],
-        /// The edge to the next.
+        /// Edge from that corner to the second one [m].
         pub first: [f32; 4],
-        /// The edge to the last.
+        /// Edge from that corner to the third one [m].
         pub second: [f32; 4],
     }
 
-    /// A point of the Sun's disc.
+    /// Push constants of one shadow ray dispatch, for one point of the Sun's disc.
     pub struct SunRay {
-        /// Unit vector to the middle of the Sun; w: how far a ray starts off its surface [m].
+        /// Unit vector to the Sun's centre; w: offset of the ray's start from its surface [m].
         pub sun: [f32; 4],
-        /// Unit vector to the point; w: its share of the disc.
+        /// Unit vector to the point; w: share of the disc that the point stands for.
         pub direction: [f32; 4],
-        /// Boxes of the tree.
+        /// Number of boxes in the tree.
         pub boxes: u32,
-        /// The structure is as long as its alignment in GLSL asks.
+        /// Padding to the alignment of GLSL.
         pub unused: [u32; 3],
     }
 
-    /// Head of the table of a band.
+    /// Head of the band table.
     pub struct Band {
-        /// c2 / longest wavelength [K].
+        /// c2 divided by the longest wavelength, rounded to f32 [K].
         pub edge_high: f32,
-        /// What its rounding left [K].
+        /// Remainder of that rounding [K].
         pub edge_low: f32,
     }
 
-    /// How many steps of a response to take at once.
+    /// Size of a response dispatch.
     pub struct Steps {
-        /// Steps.
+        /// Number of steps.
         pub count: u32,
         /// Groups of four nodes of one step.
         pub groups: u32,
     }
 
-    /// A node of a network.
+    /// A node of a small thermal network.
     pub struct NetworkNode {
-        /// 1 / C [K/J]; 0 of a node that stores no heat.
+        /// 1 / C [K/J]; 0 if the node stores no heat.
         pub inverse_capacitance: f32,
-        /// C [J/K].
+        /// Heat capacitance C [J/K].
         pub capacitance: f32,
         /// Stefan-Boltzmann constant x emissivity x area to space [W/K4].
         pub emission: f32,
-        /// Sum of GL [W/K].
+        /// Sum of the linear conductors GL [W/K].
         pub conductance_sum: f32,
-        /// Stefan-Boltzmann constant x (sum of GR + emissivity x area) [W/K4].
+        /// Stefan-Boltzmann constant x (sum of radiative conductors GR + emissivity x area) [W/K4].
         pub emission_sum: f32,
-        /// Its first link.
+        /// Index of its first link.
         pub links_begin: u32,
-        /// The one after its last link.
+        /// Index after its last link.
         pub links_end: u32,
     }
 
-    /// What a node exchanges with one neighbour.
+    /// Heat exchange of a node with one neighbour.
     pub struct NetworkLink {
-        /// The other node.
+        /// Number of the neighbour.
         pub neighbour: u32,
-        /// GL [W/K].
+        /// Linear conductor GL [W/K].
         pub conductance: f32,
-        /// Stefan-Boltzmann constant x GR [W/K4].
+        /// Stefan-Boltzmann constant x radiative conductor GR [W/K4].
         pub exchange: f32,
     }
 
-    /// One stage of RKL2.
+    /// One stage of RKL2: change = mu x previous change + nu x change before that + mu_step x previous
+    /// rate + gamma_step x start rate.
     pub struct NetworkStage {
-        /// Weight of the last stage.
+        /// Weight of the previous stage.
         pub mu: f32,
-        /// Weight of the one before.
+        /// Weight of the stage before the previous one.
         pub nu: f32,
-        /// Weight of the rate of the last stage [s].
+        /// Weight of the rate at the previous stage [s].
         pub mu_step: f32,
-        /// Weight of the rate at the start [s].
+        /// Weight of the rate at the start of the sub-step [s].
         pub gamma_step: f32,
-        /// Time of the stage [s] since the sub-step's start.
+        /// Time since the start of the sub-step [s].
         pub time: f32,
     }
 
-    /// What one dispatch of the fused kernels of a network does.
+    /// Parameters of the dispatches over a small network.
     pub struct NetworkAttempt {
-        /// Nodes.
+        /// Number of nodes.
         pub nodes: u32,
-        /// Sub-steps, or iterations of a balance.
+        /// Number of sub-steps, or of Newton iterations when balancing.
         pub count: u32,
-        /// Stages of a sub-step.
+        /// Number of stages of a sub-step.
         pub stages: u32,
-        /// Sensors.
+        /// Number of sensors.
         pub sensors: u32,
-        /// Arithmetic nodes without arithmetic neighbours.
+        /// Number of arithmetic nodes without an arithmetic neighbour.
         pub lone: u32,
-        /// Start [s] since the heat was set.
+        /// Start time since the heat was set [s].
         pub time: f32,
         /// Length of a sub-step [s].
         pub step: f32,
         /// Radiative temperature of space [K].
         pub space_temperature: f32,
-        /// Weight of the rates at the end of a sub-step in the estimate of its error [s].
+        /// Weight of the end rates in the error estimate of a sub-step [s].
         pub error_end: f32,
-        /// Of the rates at its start [s].
+        /// Weight of the start rates in the error estimate [s].
         pub error_start: f32,
-        /// Of the change.
+        /// Weight of the temperature change in the error estimate.
         pub error_change: f32,
-        /// Turns of loops of a sub-step.
+        /// Loop iterations of a sub-step.
         pub loops_sub_step: u32,
-        /// Turns of loops of an iteration of Newton's method.
+        /// Loop iterations of one Newton iteration.
         pub loops_iteration: u32,
-        /// Nodes of the system that is solved by elimination.
+        /// Number of unknowns in the elimination.
         pub unknowns: u32,
-        /// Levels of the elimination.
+        /// Number of levels in the elimination.
         pub levels: u32,
-        /// First of the nodes in the schedule.
+        /// Index of the first unknown in the schedule.
         pub nodes_at: u32,
-        /// First of the links' entries.
+        /// Index of the first matrix entry of the links.
         pub entries_at: u32,
-        /// First of the levels.
+        /// Index of the first level.
         pub levels_at: u32,
-        /// First of the targets.
+        /// Index of the first target.
         pub targets_at: u32,
-        /// First of the terms.
+        /// Index of the first term.
         pub terms_at: u32,
-        /// First of the pivots.
+        /// Index of the first pivot.
         pub pivots_at: u32,
-        /// First of the entries right of the pivots.
+        /// Index of the first entry right of a pivot.
         pub uppers_at: u32,
-        /// First entry of the matrix that only elimination fills.
+        /// Index of the first matrix entry that is nonzero only during the elimination.
         pub fill_begin: u32,
-        /// The one after the last.
+        /// Index after the last such entry.
         pub fill_end: u32,
-        /// First entry of the right side.
+        /// Index of the first entry of the right-hand side.
         pub right_at: u32,
     }
 
-    /// What one dispatch of the wide kernels and of the solver of a network does.
+    /// Push constants of a pass over a large network.
     pub struct NetworkPass {
-        /// Invocations that work; of the solver's decisions, workgroups that left a part.
+        /// Number of active invocations. A solver decision reads this number of partial sums instead.
         pub count: u32,
-        /// Where the sensors of this sub-step lie.
+        /// Index of the sensor temperatures of this sub-step.
         pub sensed_at: u32,
-        /// Whether an update is the first; what the solver decides.
+        /// Update: 1 in the first iteration. Solver decision: which one.
         pub mode: u32,
-        /// Time of the stage [s] since the heat was set.
+        /// Time of the stage since the heat was set [s].
         pub time: f32,
         /// Radiative temperature of space [K].
         pub space_temperature: f32,
-        /// Weight of the last stage; in the estimate of the error that of the change; of a right side, of the heat now.
+        /// Weight of the previous stage. Error estimate: of the change. Right-hand side: of the present heat.
         pub mu: f32,
-        /// Weight of the stage before; of a right side, of the heat at the start.
+        /// Weight of the stage before the previous one. Right-hand side: of the heat at the start.
         pub nu: f32,
-        /// Weight of the rate of the last stage [s]; of a right side, of what the change stores.
+        /// Weight of the previous stage's rate [s]. Right-hand side: of the heat stored by the change.
         pub mu_step: f32,
-        /// Weight of the rate at the start [s]; of a right side, of what the change of the first stage stores.
+        /// Weight of the start rate [s]. Right-hand side: of the heat stored by the first stage's change.
         pub gamma_step: f32,
-        /// 1 / (alpha h) [1/s].
+        /// 1 / (alpha h), with the step length h [1/s].
         pub inverse_step: f32,
-        /// Share of the first residual, squared, at which conjugate gradients stop; relative change of a temperature at which
-        /// Newton's method does, which after `mu` iterations may be four times as large.
+        /// Tolerance. Conjugate gradients: squared residual relative to the first one. Newton's method: relative
+        /// temperature change, four times as large after `mu` iterations.
         pub accuracy: f32,
     }
 
-    /// What the solver of a large network knows of itself.
+    /// State of the solver of a large network.
     pub struct NetworkSolver {
         /// Product of residual and preconditioned residual [W K].
         pub gamma: f32,
-        /// Step along the direction.
+        /// Step length along the search direction.
         pub alpha: f32,
-        /// What of it the solution moves by: 0 once there is no more to gain.
+        /// Step length that the solution uses; 0 after convergence.
         pub step: f32,
-        /// Share of the last direction in the next.
+        /// Share of the last direction in the next one.
         pub beta: f32,
-        /// `gamma` of the first iteration.
+        /// `gamma` in the first iteration.
         pub gamma_start: f32,
-        /// `gamma` of the first system of a stage.
+        /// `gamma` at the start of the first system of a stage.
         pub gamma_first: f32,
-        /// Iterations of conjugate gradients.
+        /// Iterations of conjugate gradients in this system.
         pub gradients: f32,
-        /// 1 where more would change nothing.
+        /// 1 if conjugate gradients have converged.
         pub gradients_done: f32,
-        /// Iterations of Newton's method.
+        /// Iterations of Newton's method in this stage.
         pub newtons: f32,
-        /// 1 where more would change nothing.
+        /// 1 if Newton's method has converged.
         pub newtons_done: f32,
-        /// Most iterations of one system.
+        /// Most iterations of conjugate gradients in one system.
         pub most_gradients: f32,
-        /// Most iterations of Newton's method of one stage.
+        /// Most iterations of Newton's method in one stage.
         pub most_newtons: f32,
-        /// All iterations of conjugate gradients.
+        /// Total iterations of conjugate gradients.
         pub iterations: f32,
-        /// 1 where a system needed more iterations than were recorded.
+        /// 1 if a system needed more iterations than were recorded.
         pub short_gradients: f32,
-        /// 1 where a stage did.
+        /// 1 if a stage needed more iterations than were recorded.
         pub short_newtons: f32,
-        /// 1 where what came was no number.
+        /// 1 if a value is not finite.
         pub lost: f32,
-        /// Largest relative change of a temperature in the last iteration.
+        /// Largest relative temperature change in the last iteration.
         pub largest_move: f32,
     }
 }
 
 impl Material {
-    /// Fills in how its nodes move.
+    /// Sets the response functions and durations.
     pub fn set_transition(&mut self, transition: &Transition, shapes: &Shapes) {
         let function = |profile: &Profile| match profile.function.power().filter(|_| transition.is_power()) {
             Some(power) => power as f32,
@@ -357,7 +361,7 @@ impl Material {
 }
 
 impl SunView {
-    /// The view rounded to f32.
+    /// Rounds a view to f32.
     pub fn new(view: &crate::environment::shadow::SunView) -> Self {
         let with = |v: glam::DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
         let [x, y, z] = view.rows().map(|row| row.map(|value| value as f32));
@@ -372,7 +376,7 @@ impl SunView {
     }
 }
 
-/// Rows of a rigid motion, rounded to f32; rays take those of body_from_joint after their `SunRay`.
+/// Rows of a rigid motion, rounded to f32. Shadow rays get those of body_from_joint after `SunRay`.
 pub fn rows(motion: &glam::DAffine3) -> [[f32; 4]; 3] {
     [0, 1, 2].map(|i| {
         let rotation = motion.matrix3.row(i);
@@ -380,14 +384,14 @@ pub fn rows(motion: &glam::DAffine3) -> [[f32; 4]; 3] {
     })
 }
 
-/// Steps that one dispatch takes at most: STEPS of glsl/thermal_step.comp. Their Sun samples fill 4 of the 16 KiB that
-/// every device reads as a uniform, and no driver ends a loop of so few turns.
+/// Most steps of one fused dispatch (STEPS in glsl/thermal_step.comp). Their Sun samples take 4 of the 16 KiB that
+/// every device allows for a uniform buffer.
 pub const FUSED_STEPS: usize = 32;
 
-/// Bytes between the slices of joints in a uniform buffer: what every device can begin a binding at.
+/// Distance between the joint slices of a uniform buffer [bytes]. Every device accepts it as an offset alignment.
 pub const SLICE: usize = 256;
 
-/// The tree and the triangles of [`Occluders`], rounded to f32; boxes grow by the rounding.
+/// Boxes and triangles of the tree, rounded to f32. Boxes grow by the rounding error.
 pub fn shadow_tree(occluders: &Occluders) -> (Vec<ShadowBox>, Vec<ShadowTriangle>) {
     let low = |value: f64| (value as f32).next_down();
     let high = |value: f64| (value as f32).next_up();

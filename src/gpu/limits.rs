@@ -1,4 +1,4 @@
-//! What a device can do at best: how fast it copies, and what a dispatch costs that does nothing.
+//! Measured limits of a device: its copy bandwidth and the cost of an empty dispatch.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -12,15 +12,15 @@ use super::once::Once;
 use super::resource::Resource;
 use super::store::Resources;
 
-/// Runs before any is timed: drivers compile and page in lazily.
+/// Untimed runs at the start, because drivers compile and map pages late.
 const WARM_UP: usize = 3;
 
-/// What a run took, once for every sample.
+/// Durations of a measurement, one for each sample.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Samples {
-    /// By the device's own clock [ms]; empty on a queue without timestamps.
+    /// Time by device timestamps [ms], empty on a queue without timestamps.
     pub device_ms: Vec<f64>,
-    /// From its recording until the host knows that it is done [ms].
+    /// Time on the host from recording to completion [ms].
     pub wall_ms: Vec<f64>,
 }
 
@@ -46,10 +46,7 @@ fn sampled(
     Ok(Samples { device_ms, wall_ms })
 }
 
-/// Copies `bytes` from one device buffer to another.
-///
-/// # Errors
-/// No memory, or a call that fails.
+/// Measures copies of `bytes` bytes between two device buffers.
 pub fn copies(context: &Arc<Context>, bytes: u64, samples: usize) -> Result<Samples, GpuError> {
     let mut resources = Resources::new(context);
     resources.make(Resource::CopiedFrom, bytes)?;
@@ -60,10 +57,7 @@ pub fn copies(context: &Arc<Context>, bytes: u64, samples: usize) -> Result<Samp
     sampled(&mut once, samples, &lists::copied(), &resources, &bindings)
 }
 
-/// Runs `dispatches` dispatches of one workgroup that does nothing, with a barrier between any two.
-///
-/// # Errors
-/// A call that fails.
+/// Measures `dispatches` empty dispatches of one workgroup, with a barrier between each two.
 pub fn empty_dispatches(context: &Arc<Context>, dispatches: u32, samples: usize) -> Result<Samples, GpuError> {
     let mut resources = Resources::new(context);
     resources.make_of(Resource::Untouched, 1)?;

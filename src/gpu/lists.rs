@@ -1,5 +1,5 @@
-//! The lists of what is submitted once and waited for: uploads, downloads, responses, radiances, measured copies and
-//! dispatches. Lists of scenes are in `frame.rs`, those of networks in `network/`.
+//! Frame lists outside a scene and a network: uploads, downloads, responses, radiances and measured copies and
+//! dispatches.
 
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
@@ -11,18 +11,19 @@ use super::pass::{
 use super::resource::Resource;
 use super::variant::{Curve, ResponseVariant};
 
-/// Whatever the device does later.
+/// All later accesses.
 const LATER: Scope = scope(S::ALL_COMMANDS, A::from_raw(A::MEMORY_READ.as_raw() | A::MEMORY_WRITE.as_raw()));
-/// Whatever the device has written.
+/// All earlier writes.
 const EARLIER: Scope = scope(S::ALL_COMMANDS, A::MEMORY_WRITE);
 
-/// The host, and dispatches that read and write on.
+/// Accesses of the host and of compute shaders.
 pub(super) const HOST_AND_COMPUTE: Scope = scope(
     S::from_raw(S::HOST.as_raw() | S::COMPUTE_SHADER.as_raw()),
     A::from_raw(A::HOST_READ.as_raw() | A::SHADER_STORAGE_READ.as_raw() | A::SHADER_STORAGE_WRITE.as_raw()),
 );
 
-/// Uploads what is staged. The fence that the host waits for does not make it visible to later submissions.
+/// Copies the staging buffer to `to`. The barrier is needed because a fence does not make writes visible to later
+/// submissions.
 pub fn upload(to: Resource) -> Frame {
     Frame {
         entries: vec![
@@ -32,7 +33,7 @@ pub fn upload(to: Resource) -> Frame {
     }
 }
 
-/// Downloads what earlier submissions left.
+/// Copies `from`, as earlier submissions wrote it, to the host.
 pub fn download(from: Resource) -> Frame {
     Frame {
         entries: vec![
@@ -43,7 +44,7 @@ pub fn download(from: Resource) -> Frame {
     }
 }
 
-/// A dispatch that binds resources: binding, whether it reads, whether it writes.
+/// A dispatch. Each access gives its binding, whether it reads and whether it writes.
 pub(super) fn dispatch(
     name: String,
     kernel: Kernel,
@@ -59,7 +60,7 @@ pub(super) fn dispatch(
     Entry::Pass(Pass { name, work, accesses: accesses.collect() })
 }
 
-/// Some steps of a response, and its temperatures for the host; the state goes on in the next submission.
+/// Steps of a response. The host reads the temperatures, and the next submission continues from the state.
 pub fn respond(variant: ResponseVariant, workgroups: u32) -> Frame {
     let mut bound = vec![
         (0, Resource::ResponseSteps, true, false),
@@ -80,7 +81,7 @@ pub fn respond(variant: ResponseVariant, workgroups: u32) -> Frame {
     }
 }
 
-/// Turns temperatures into radiances, or these into those, which takes a table more.
+/// Converts temperatures to radiances. The inverse needs one table more.
 pub fn radiation(kernel: Kernel, workgroups: u32) -> Frame {
     let mut bound = vec![
         (0, Resource::BandTable, true, false),
@@ -97,7 +98,7 @@ pub fn radiation(kernel: Kernel, workgroups: u32) -> Frame {
     }
 }
 
-/// Fills what a measured copy reads with ones: some devices copy zeros faster.
+/// Fills the source of a measured copy with ones, because some devices copy zeros faster.
 pub fn filled() -> Frame {
     let fill = Pass { work: Work::Fill(Resource::CopiedFrom, 0x3f80_0000), ..clear_pass("fill", Resource::CopiedFrom) };
     Frame { entries: vec![Entry::Pass(fill), Entry::Barriers(vec![barrier(Resource::CopiedFrom, EARLIER, COPY_READ)])] }
@@ -113,7 +114,7 @@ pub fn copied() -> Frame {
     }
 }
 
-/// Measured dispatches that do nothing, ordered as if each went on with what the last one wrote.
+/// Measured empty dispatches, with barriers as if each used the output of the last one.
 pub fn dispatched(count: u32) -> Frame {
     let next = scope(S::COMPUTE_SHADER, HOST_AND_COMPUTE.access & !A::HOST_READ);
     let ordered = || Entry::Barriers(vec![barrier(Resource::Untouched, COMPUTE_WRITE, next)]);

@@ -1,4 +1,4 @@
-//! The load of a step as the device reads it: rounded to f32, turned into the frame of every joint.
+//! The load of a step in the layout of the shaders: rounded to f32 and turned into the frame of each joint.
 
 use glam::{DMat3, DVec3};
 
@@ -8,7 +8,7 @@ use super::resource::Resource;
 use super::store::Resources;
 use crate::environment::{MAX_SUN_SAMPLES, StepLoad, albedo};
 
-/// What a step commands, its length left out.
+/// Load of a step without its length.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct DeviceLoad {
     steps: Vec<layout::Step>,
@@ -17,11 +17,11 @@ pub(super) struct DeviceLoad {
 }
 
 impl DeviceLoad {
-    /// For the body and its joints.
+    /// The load for the body and its joints.
     pub fn new(load: &StepLoad, joints: u32) -> Self {
         let frames: Vec<DMat3> = (0..joints).map(|joint| load.joint_from_body(joint)).collect();
         let samples = |frame: &DMat3| {
-            // Samples beyond those of the step have no flux.
+            // Unused samples have no flux.
             let mut samples = [[0.0f32; 4]; MAX_SUN_SAMPLES];
             for (sample, value) in samples.iter_mut().zip(&load.sun) {
                 let d = *frame * value.direction;
@@ -36,7 +36,7 @@ impl DeviceLoad {
         }
     }
 
-    /// Writes it for a step of a length in steps.
+    /// Writes the load for a step whose length is in steps of the scene.
     pub fn write(&self, resources: &mut Resources, slot: usize, step: f64) -> Result<(), GpuError> {
         let with_step = |one: &layout::Step| layout::Step { length: step as f32, ..*one };
         resources.write_slices(Resource::Step, slot, &self.steps.iter().map(with_step).collect::<Vec<_>>())?;
@@ -44,7 +44,7 @@ impl DeviceLoad {
         self.albedo.as_ref().map_or(Ok(()), |values| resources.write(Resource::AlbedoValues, slot, values))
     }
 
-    /// Writes the loads of a fused dispatch over a craft whose parts stand still, each with its length in steps.
+    /// Writes the loads of a fused dispatch, each with its length in steps. Only a craft without joints uses this.
     pub fn write_fused(loads: &[(Self, f64)], resources: &mut Resources, slot: usize) -> Result<(), GpuError> {
         let count = loads.len() as f32;
         let steps = loads.iter().map(|(load, step)| layout::Step { length: *step as f32, count, ..load.steps[0] });
@@ -56,7 +56,7 @@ impl DeviceLoad {
     }
 }
 
-/// The step as the device reads it, for nodes that stand still in a frame.
+/// The load in the frame of one joint.
 fn step_of(load: &StepLoad, step: f64, joint_from_body: DMat3) -> layout::Step {
     let planet = load.planet.as_ref();
     let extend = |v: DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];

@@ -1,4 +1,4 @@
-//! Buffers and images that free themselves.
+//! Buffers and images that free their memory when dropped.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use super::context::Context;
 use super::error::{During as _, GpuError};
 
-/// A buffer and its memory.
+/// A buffer with its memory.
 pub struct Buffer {
     context: Arc<Context>,
     allocation: Option<Allocation>,
@@ -20,10 +20,7 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// Creates a buffer of at least 16 bytes (so that an empty table still binds).
-    ///
-    /// # Errors
-    /// No memory.
+    /// Creates a buffer of at least 16 bytes, so that an empty table still binds.
     pub fn new(
         context: &Arc<Context>,
         name: &str,
@@ -49,18 +46,14 @@ impl Buffer {
 
     /// Writes values from the start of a host-visible buffer.
     ///
-    /// # Panics
-    /// Where the buffer is not host-visible or shorter than the values: an error of this program, not of its user.
+    /// # Panics The buffer is not host-visible, or is shorter than the values. This is a bug.
     pub fn write<T: Pod>(&mut self, values: &[T]) {
         let bytes = bytemuck::cast_slice(values);
         let mapped = self.allocation.as_mut().and_then(Allocation::mapped_slice_mut).expect("a host-visible buffer");
         mapped[..bytes.len()].copy_from_slice(bytes);
     }
 
-    /// The first `count` values of a host-visible buffer.
-    ///
-    /// # Panics
-    /// As for `write`.
+    /// Reads the first `count` values of a host-visible buffer. It panics under the conditions of `write`.
     pub fn read<T: Pod>(&self, count: usize) -> &[T] {
         let mapped = self.allocation.as_ref().and_then(Allocation::mapped_slice).expect("a host-visible buffer");
         bytemuck::cast_slice(&mapped[..count * size_of::<T>()])
@@ -75,7 +68,7 @@ impl Drop for Buffer {
     }
 }
 
-/// A two-dimensional image to draw into, its view and its memory.
+/// A two-dimensional render target with its view and memory.
 pub struct Image {
     context: Arc<Context>,
     allocation: Option<Allocation>,
@@ -89,9 +82,6 @@ pub struct Image {
 
 impl Image {
     /// Creates an image in device memory.
-    ///
-    /// # Errors
-    /// No memory.
     pub fn new(
         context: &Arc<Context>,
         name: &str,
@@ -136,7 +126,7 @@ impl Image {
         Ok(image)
     }
 
-    /// The only level and layer.
+    /// The range of its only mip level and layer.
     pub(super) fn whole(&self) -> vk::ImageSubresourceRange {
         let aspect_mask = if self.format == vk::Format::D32_SFLOAT {
             vk::ImageAspectFlags::DEPTH
@@ -155,7 +145,7 @@ impl Image {
 
 impl Drop for Image {
     fn drop(&mut self) {
-        // SAFETY: the owner waits for the device before it drops its images; destroying a null view is allowed.
+        // SAFETY: the owner waits for the device before it drops its images. A null view may be destroyed.
         unsafe {
             self.context.device.destroy_image_view(self.view, None);
             self.context.device.destroy_image(self.raw, None);
@@ -185,17 +175,17 @@ fn allocate(
 fn free(context: &Context, allocation: Option<Allocation>) {
     if let Some(allocation) = allocation {
         let mut allocator = context.allocator.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        // The only failure is an allocation of another allocator, which cannot be.
+        // This fails only for an allocation of another allocator, which is impossible here.
         let _ = allocator.free(allocation);
     }
 }
 
 impl Context {
-    /// Names an object for the validation layer and for debuggers.
+    /// Names an object for the validation layer and debuggers.
     pub(super) fn set_name<H: vk::Handle>(&self, handle: H, name: &str) {
         if let (Some(labels), Ok(name)) = (&self.labels, std::ffi::CString::new(name)) {
             let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
-            // SAFETY: the handle belongs to this device. A name that cannot be set is no failure.
+            // SAFETY: the handle belongs to this device. A failure to set the name is harmless.
             let _ = unsafe { labels.set_debug_utils_object_name(&info) };
         }
     }

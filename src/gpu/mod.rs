@@ -1,7 +1,6 @@
-//! Vulkan: everything that runs on the device, and the only room with unsafe code.
+//! The Vulkan renderer and thermal solver. All unsafe code of the program is in this module.
 //!
-//! [`context`] opens a device; [`renderer`] holds a scene on it. What happens in a frame stands in [`frame`], in the words of
-//! [`pass`].
+//! [`context`] opens a device. [`renderer`] holds a scene on it. [`frame`] lists the passes of a frame.
 
 mod bindings;
 pub mod blackbody;

@@ -1,10 +1,12 @@
-//! Thermal networks on the device: the f32 side of [`Stepper`].
+//! Thermal networks on the device, integrated in f32: the GPU side of [`Stepper`].
 //!
-//! A temperature is a base, a multiple of 1/256 K, and a rest of at most 1/512 K: what a step adds is not lost however small.
+//! A temperature is the sum of a base, a multiple of 1/256 K, and a rest of at most 1/512 K. Small changes are thus not
+//! lost to rounding.
 //!
-//! A small network is one workgroup's (`fused`): all sub-steps of a try take a few dispatches. Any other takes a dispatch a stage (`wide`), and so does a
-//! small one whose elimination takes too many products. The balances of arithmetic nodes start no warmer than each term of the balance alone
-//! would allow: from there Newton's method can not overshoot, while from below it would go millions of kelvin high.
+//! A small network runs in one workgroup (`fused`), where a dispatch takes many sub-steps. A larger network takes a
+//! dispatch for each stage (`wide`). So does a small one whose elimination needs too many products. Newton's method for
+//! an arithmetic node starts at most at the temperature that each term of the balance alone would allow. From above it
+//! can not overshoot, but from below it can reach millions of kelvin.
 
 mod bytes;
 pub mod frame;
@@ -34,24 +36,24 @@ use super::memory::Buffer;
 use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
 use crate::thermal::network::{Network, NodeKind};
 
-/// The hottest temperature [K] that base and rest hold: 2^24 / 256 K is the last whole base.
+/// Highest temperature that base and rest hold [K]. The last exact base is 2^24 / 256 K.
 pub const HOTTEST: f64 = 64_000.0;
 
-/// The most heat of a node [W]: its fourth root and its products stay within f32.
+/// Most heat of a node [W]. Its fourth root and products stay within f32.
 const HEAT_AT_MOST: f64 = 1e25;
 
-/// Magnitudes that single precision holds with room for sums and products (it ends at 1.2e-38 and 3.4e38).
+/// Range of magnitudes that leaves room for sums and products in f32 (1.2e-38 to 3.4e38).
 const LEAST: f64 = 1e-30;
 const MOST: f64 = 1e30;
 
-/// Estimates of the error of a sub-step below this are rounding [K]: the shaders already take off what the size of their
-/// terms explains. At 1e-7 K a slow sensor switched 0.1 s late after 4e5 s, where 1e-8 K leaves 0.02 s.
+/// Error estimates of a sub-step below this are rounding [K]. The shaders already subtract the rounding that the size
+/// of their terms explains. With 1e-7 K a slow sensor switched 0.1 s late after 4e5 s; with 1e-8 K it is 0.02 s.
 pub const ESTIMATE_FLOOR: f64 = 1e-8;
 
-/// A network with its state on the device.
+/// A thermal network with its state on the device.
 pub struct NetworkStepper {
     path: Path,
-    /// What the wide path is made of where the fused one cannot go on; empty where there is no need.
+    /// The network, kept to build the wide path if the fused one can not go on; empty otherwise.
     network: Network,
     sensors: Vec<u32>,
     heat: Vec<[f32; 2]>,
@@ -59,28 +61,24 @@ pub struct NetworkStepper {
     context: Arc<Context>,
 }
 
-/// How the network is integrated.
+/// Method of execution.
 enum Path {
-    /// One workgroup does all.
+    /// One workgroup.
     Fused(Box<Fused>),
-    /// A dispatch for every stage.
+    /// A dispatch for each stage.
     Wide(Box<Wide>),
 }
 
 impl NetworkStepper {
-    /// Uploads a network; `sensors` are the nodes whose temperatures every attempt tells.
+    /// Uploads a network. Every attempt reports the temperatures of the nodes `sensors`.
     ///
-    /// # Errors
-    /// A network that single precision or the device does not hold, or a call that fails.
+    /// # Errors The device or single precision can not hold the network, or a Vulkan call fails.
     pub fn new(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
         Self::beside(context, network, sensors, Vec::new())
     }
 
-    /// The same beside a scene: while the network is stepped or settled, what is in `spare` may be overwritten (see
-    /// [`Self::wrote_spare`]), and nothing else uses it.
-    ///
-    /// # Errors
-    /// As for `new`.
+    /// Uploads a network beside a scene. Stepping or settling the network may overwrite the buffers `spare` (see
+    /// [`Self::wrote_spare`]), and nothing else may use them meanwhile.
     pub fn beside(
         context: &Arc<Context>,
         network: &Network,
@@ -95,10 +93,7 @@ impl NetworkStepper {
         Self::of(context, path, network, sensors, spare)
     }
 
-    /// Uploads a network of any size to be integrated by a dispatch for every stage.
-    ///
-    /// # Errors
-    /// As for `new`.
+    /// Uploads a network of any size for a dispatch for each stage.
     pub fn wide(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
         check(network, sensors)?;
         let wide = wide_path(context, network, sensors, Vec::new())?;
@@ -120,7 +115,7 @@ impl NetworkStepper {
         Ok(stepper)
     }
 
-    /// Goes on with a dispatch for every stage: what is asked for takes more than one workgroup can do in a dispatch.
+    /// Changes to a dispatch for each stage, when the work is too much for a fused dispatch.
     fn widen(&mut self) -> Result<(), GpuError> {
         let mut wide = wide_path(&self.context, &self.network, &self.sensors, self.spare.clone())?;
         wide.set_state(&self.state())?;
@@ -129,12 +124,12 @@ impl NetworkStepper {
         Ok(())
     }
 
-    /// Whether one workgroup takes all sub-steps of an attempt, in place of a dispatch for every stage.
+    /// Whether one workgroup takes all sub-steps of an attempt.
     pub fn is_fused(&self) -> bool {
         matches!(self.path, Path::Fused(_))
     }
 
-    /// Time of all submissions so far by the device's own clock [ms], where it has one.
+    /// Device time of all submissions so far [ms]; `None` without timestamps.
     pub fn device_ms(&self) -> Option<f64> {
         match &self.path {
             Path::Fused(fused) => fused.device_ms(),
@@ -142,7 +137,7 @@ impl NetworkStepper {
         }
     }
 
-    /// Whether anything was written to the spare buffers since this was last asked.
+    /// Whether the spare buffers were written since the last call.
     pub fn wrote_spare(&mut self) -> bool {
         match &mut self.path {
             Path::Fused(_) => false,
@@ -150,8 +145,7 @@ impl NetworkStepper {
         }
     }
 
-    /// Bytes on the device as they were allocated, spare buffers and what the host reads and writes not counted; `None`
-    /// of a small network.
+    /// Allocated device memory [bytes], without spare buffers and host-visible buffers; `None` for a small network.
     pub fn device_bytes(&self) -> Option<u64> {
         match &self.path {
             Path::Fused(_) => None,
@@ -176,11 +170,11 @@ fn wide_path(
     if network.len() > wide::NODES_AT_MOST {
         return Err(unsupported(format!("it has more than {} nodes", wide::NODES_AT_MOST)));
     }
-    // One invocation takes the conductors of a group of nodes one after the other.
+    // One invocation handles the conductors of a whole group.
     if let Some(first) = crowded_group(network) {
         return Err(unsupported(format!(
-            "nodes {first} to {} of the file's order have more than {} ends of conductors in all: move one of them to another \
-             place, or use --device cpu",
+            "nodes {first} to {} of the file's order have more than {} ends of conductors in total; move one of them to \
+             another place in the file, or use --device cpu",
             (first + GROUP).min(network.len()) - 1,
             wide::LINKS_AT_MOST
         )));
@@ -188,8 +182,8 @@ fn wide_path(
     Wide::new(context, network, sensors, spare)
 }
 
-/// The first node of a group with more ends of conductors than one invocation takes; nodes of so long rows stand in the order
-/// of the file.
+/// First node of a group with more conductor ends than one invocation handles. Nodes with rows this long keep their
+/// order of the file.
 fn crowded_group(network: &Network) -> Option<usize> {
     let linear = network.linear.iter().map(|one| one.nodes);
     let mut ends = vec![0u32; network.len().div_ceil(GROUP)];
@@ -213,7 +207,7 @@ fn check(network: &Network, sensors: &[u32]) -> Result<(), GpuError> {
     if let Some(node) = ends.chain(sensors.iter().copied()).find(|node| *node >= nodes) {
         return Err(unsupported(format!("a conductor or a sensor names node {node} of {nodes}")));
     }
-    // 1 / C and the sums must be numbers in f32, and what is small must not become none.
+    // 1 / C and the sums must be finite in f32, and small values must not become zero.
     let linear = network.linear.iter().map(|one| (one.nodes, "GL", one.conductance, "W/K"));
     let radiative = network.radiative.iter().map(|one| (one.nodes, "GR", one.exchange_area, "m2"));
     if let Some(([a, b], what, value, unit)) = linear.chain(radiative).find(|one| !representable(one.2)) {
@@ -238,12 +232,12 @@ fn check(network: &Network, sensors: &[u32]) -> Result<(), GpuError> {
     check_temperatures(&network.temperatures)
 }
 
-/// Whether a value is one of f32, with room for sums and products.
+/// Whether f32 holds the value with room for sums and products.
 fn representable(value: f64) -> bool {
     value == 0.0 || (LEAST..MOST).contains(&value.abs())
 }
 
-/// The error of a value that is not [`representable`].
+/// The error for a value that is not [`representable`].
 fn beyond(what: &str, value: f64, unit: &str) -> GpuError {
     unsupported(format!(
         "{what} of {value:e} {unit}; it takes 0, or {LEAST:e} to below {MOST:e} {unit}, whose sums and products single \
@@ -260,7 +254,7 @@ fn check_temperatures(temperatures: &[f64]) -> Result<(), GpuError> {
     }
 }
 
-/// Base and rest of a temperature [K].
+/// Splits a temperature into base and rest [K].
 fn split(temperature: f64) -> [f32; 2] {
     let base = (temperature * 256.0).round() / 256.0;
     [base as f32, (temperature - base) as f32]
@@ -272,8 +266,8 @@ impl Stepper for NetworkStepper {
     fn set_heat(&mut self, power: &[f64], slope: &[f64]) -> Result<(), GpuError> {
         if let Some(node) = power.iter().position(|power| power.abs() > HEAT_AT_MOST) {
             return Err(unsupported(format!(
-                "node {node} of the file's order takes {:e} W; it takes {HEAT_AT_MOST:e} W at most, whose balance single \
-                 precision holds",
+                "node {node} of the file's order takes {:e} W; it takes {HEAT_AT_MOST:e} W at most, so that single \
+                 precision holds its balance temperature",
                 power[node]
             )));
         }

@@ -1,11 +1,12 @@
-//! The order of thermal nodes on the device: every response owns a contiguous range, four nodes at a time.
+//! The order of thermal nodes on the device: each kind of response has a contiguous range of groups of four nodes.
 //!
-//! A node is a vertex. Nodes are sorted by pipeline (`RangeKind`), then joint, material, part, vertex; each run of
-//! one (material, part) is padded to whole *groups* of four, so that an invocation handles four nodes of one material
-//! and one part; each range is padded to whole workgroups, so that its buffers can be bound apart. A padding node has area 0 and a zero normal and belongs to no vertex.
+//! Each vertex is a node. Nodes are sorted by kind (`RangeKind`), then joint, material, part and vertex. Each run of
+//! one material and part is padded to whole *groups* of four, so an invocation handles four nodes of one material and
+//! part. Each range is padded to whole workgroups, so its buffers can be bound separately. A padding node has area 0, a
+//! zero normal and no vertex.
 //!
-//! A group of one material and part costs its indices a byte a node. Ranges that are bound apart let a binding of 128 MiB, the least that
-//! devices have, hold 33 million nodes.
+//! Material and part indices thus cost one byte each per node. A binding of 128 MiB, which every device allows, holds a
+//! range of 33 million nodes.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -14,42 +15,42 @@ use crate::model::Model;
 use crate::thermal::material::{Domain, Material, Response, Retarget, Sides};
 use crate::thermal::reference::ReferenceNode;
 
-/// Nodes that one invocation handles.
+/// Nodes of an invocation.
 pub const GROUP: usize = 4;
-/// Groups that a range is padded to: what one workgroup of 64 invocations handles.
+/// Ranges are padded to a multiple of this number of groups, which is a workgroup of 64 invocations.
 pub const RANGE_GROUPS: usize = 64;
 /// `vertex_of_node` of a padding node.
 pub const PADDING: u32 = u32::MAX;
 
-/// The response of a range, as far as it chooses a pipeline.
+/// Response of a range's nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RangeResponse {
-    /// No state.
+    /// Immediate response without a state.
     Instant,
-    /// The paper's thermal inertia.
+    /// Transition with thermal inertia.
     Transition {
-        /// Rule for a target that moves.
+        /// Rule for a moving target.
         retarget: Retarget,
-        /// What moves.
+        /// Quantity that moves.
         domain: Domain,
-        /// Whether it moves along anything but powers of the remaining time.
+        /// Whether the curve is not a power of the remaining time.
         shaped: bool,
     },
-    /// A thermal network, to which the range gives the flux that it absorbs.
+    /// Thermal network. The range computes the absorbed flux for it.
     Network,
 }
 
-/// What all nodes of a range share: one compiled pipeline.
+/// Properties that all nodes of a range share. They select the pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RangeKind {
-    /// How their temperature moves.
+    /// Response.
     pub response: RangeResponse,
     /// Whether the back exchanges heat too.
     pub both_sides: bool,
 }
 
 impl RangeKind {
-    /// The kind of the nodes of one of the scene's materials.
+    /// Kind of the nodes with material `index`.
     pub fn of(materials: &[Material], index: usize) -> Self {
         let material = &materials[index];
         let response = match material.response {
@@ -64,7 +65,7 @@ impl RangeKind {
         Self { response, both_sides: matches!(material.sides, Sides::Both { .. }) }
     }
 
-    /// Key of the order of ranges: response, then sides, then rule.
+    /// Sort key: response, then sides, then rule.
     fn rank(self) -> (u8, bool, bool, bool, bool) {
         match self.response {
             RangeResponse::Instant => (0, self.both_sides, false, false, false),
@@ -92,37 +93,37 @@ impl std::fmt::Display for RangeKind {
     }
 }
 
-/// Consecutive groups of one kind.
+/// Consecutive groups of one kind and joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NodeRange {
-    /// What they share.
+    /// Kind.
     pub kind: RangeKind,
-    /// The joint that moves them; 0 is the body.
+    /// Joint of the nodes; 0 is the body.
     pub joint: u32,
-    /// The first of them.
+    /// First group.
     pub first_group: usize,
-    /// How many.
+    /// Number of groups.
     pub groups: usize,
-    /// Nodes in them, padding not counted.
+    /// Number of nodes without padding.
     pub nodes: usize,
 }
 
-/// All nodes of a model in device order. Arrays over nodes have `4 * groups` entries, padding included.
+/// All nodes of a model in device order. Arrays of nodes have `4 * groups` entries, with padding.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Nodes {
-    /// Nodes, padding not counted: one a vertex.
+    /// Number of nodes without padding, one for each vertex.
     pub count: usize,
-    /// Groups of four.
+    /// Number of groups of four.
     pub groups: usize,
-    /// Vertex of a node, or `PADDING`.
+    /// Vertex of each node, or `PADDING`.
     pub vertex_of_node: Vec<u32>,
-    /// Node of a vertex.
+    /// Node of each vertex.
     pub node_of_vertex: Vec<u32>,
-    /// Index into the materials, one a group.
+    /// Material index of each group.
     pub group_material: Vec<u32>,
-    /// Index into the parts, one a group.
+    /// Part index of each group.
     pub group_part: Vec<u32>,
-    /// Pipelines in use and their groups, in order; together all groups.
+    /// Ranges in order, which cover all groups.
     pub ranges: Vec<NodeRange>,
     /// Unit outward normals; zero for padding.
     pub normals: Vec<Vec3>,
@@ -133,12 +134,12 @@ pub struct Nodes {
 }
 
 impl Nodes {
-    /// Orders the vertices of a model; `node_areas` [m2] has one entry a vertex, `materials` one a model material.
+    /// Orders the vertices of a model without joints. `node_areas` [m2] has one entry for each vertex.
     pub fn new(model: &Model, node_areas: &[f64], materials: &[Material]) -> Self {
         Self::with_joints(model, node_areas, materials, &vec![0; model.parts.len()])
     }
 
-    /// The same of a model whose parts hang on joints, one a part; 0 is the body.
+    /// Orders the vertices of a model with joints. `part_joint` is the joint of each part; 0 is the body.
     pub fn with_joints(model: &Model, node_areas: &[f64], materials: &[Material], part_joint: &[u32]) -> Self {
         let order = sorted_vertices(model, materials, part_joint);
         let mut nodes = Self {
@@ -166,7 +167,7 @@ impl Nodes {
         nodes
     }
 
-    /// Appends the vertices of one material and part, and their padding.
+    /// Appends the vertices of one material and part with their padding.
     fn push_run(&mut self, vertices: &[u32], (kind, joint): (RangeKind, u32), material: u32, part: u32) {
         if self.ranges.last().is_some_and(|range| (range.kind, range.joint) != (kind, joint)) {
             self.close_range();
@@ -189,7 +190,7 @@ impl Nodes {
         self.groups += groups;
     }
 
-    /// What moves the nodes, in order, and how many there are of each, whatever their joint.
+    /// Kinds of nodes in order, with the number of nodes of each.
     pub fn by_kind(&self) -> Vec<(RangeKind, usize)> {
         let mut kinds: Vec<(RangeKind, usize)> = Vec::new();
         for range in &self.ranges {
@@ -201,18 +202,18 @@ impl Nodes {
         kinds
     }
 
-    /// The joint of a node, or of the padding beside it; 0 is the body.
+    /// Joint of a node or padding node; 0 is the body.
     pub fn joint(&self, slot: usize) -> u32 {
         let place = self.ranges.partition_point(|range| range.first_group <= slot / GROUP);
         place.checked_sub(1).map_or(0, |place| self.ranges[place].joint)
     }
 
-    /// A node as the f64 reference takes it.
+    /// A node in the form of the f64 reference.
     pub fn reference_node(&self, slot: usize) -> ReferenceNode {
         ReferenceNode { normal: self.normals[slot].as_dvec3(), material: self.group_material[slot / GROUP] }
     }
 
-    /// Pads the last range to whole workgroups with groups like its last one.
+    /// Pads the last range to whole workgroups with copies of its last group.
     fn close_range(&mut self) {
         let Some(range) = self.ranges.last_mut() else { return };
         let padding = range.groups.next_multiple_of(RANGE_GROUPS) - range.groups;
@@ -225,11 +226,11 @@ impl Nodes {
     }
 }
 
-/// Vertices by kind, joint, material, part and index: a stable counting sort by part, then one by joint and material in
-/// order of kind.
+/// Vertices sorted by kind, joint, material, part and index. Two stable counting sorts do this: first by part, then by
+/// pair of joint and material in order of kind.
 fn sorted_vertices(model: &Model, materials: &[Material], part_joint: &[u32]) -> Vec<u32> {
     let joints = part_joint.iter().max().map_or(1, |last| *last as usize + 1);
-    // Every pair of joint and material; a stable sort keeps those of a joint together within a kind.
+    // All pairs of joint and material. The stable sort keeps a joint's pairs together within a kind.
     let mut by_kind: Vec<usize> = (0..joints * materials.len()).collect();
     by_kind.sort_by_key(|pair| RangeKind::of(materials, pair % materials.len()).rank());
     let mut place = vec![0_u32; by_kind.len()];
@@ -244,7 +245,7 @@ fn sorted_vertices(model: &Model, materials: &[Material], part_joint: &[u32]) ->
     })
 }
 
-/// Stable sort of vertices by a key below `keys`.
+/// Stable counting sort of vertices by a key below `keys`.
 fn counting_sort(vertices: &[u32], keys: usize, key: impl Fn(usize) -> u32) -> Vec<u32> {
     let mut next = vec![0_usize; keys + 1];
     for &vertex in vertices {
@@ -262,7 +263,7 @@ fn counting_sort(vertices: &[u32], keys: usize, key: impl Fn(usize) -> u32) -> V
     sorted
 }
 
-/// A value for every node; the default (zero) for padding.
+/// Gathers a value for every node. Padding gets the default (zero).
 fn gather<T: Default + Send>(vertex_of_node: &[u32], value: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let of_node = |&vertex: &u32| {
         if vertex == PADDING { T::default() } else { value(vertex as usize) }
@@ -296,7 +297,7 @@ mod tests {
         Response::Transition(Transition { heating: profile.clone(), cooling: profile, retarget, domain })
     }
 
-    /// Four materials of four kinds in an order that is not theirs, over two parts.
+    /// Four materials of four kinds in another order than the kinds, over two parts.
     fn model() -> (Model, Vec<f64>, Vec<Material>) {
         let both = Sides::Both { back: Optics { absorptivity: 0.1, emissivity: 0.2 } };
         let materials = vec![

@@ -1,4 +1,4 @@
-//! Work that is submitted once and waited for: uploads, downloads, networks, and the small compute commands.
+//! Submissions that the host waits for: uploads, downloads, networks and small compute commands.
 
 use std::sync::Arc;
 
@@ -13,22 +13,19 @@ use super::record::Recorder;
 use super::store::Resources;
 use super::timing::Timing;
 
-/// A command buffer that is recorded, submitted and waited for.
+/// A command buffer for submissions that the host waits for.
 pub struct Once {
     context: Arc<Context>,
     pool: vk::CommandPool,
     commands: vk::CommandBuffer,
     fence: vk::Fence,
     timing: Timing,
-    /// Of every run so far, by the device's own clock [ms]; `None` on a queue without timestamps.
+    /// Device time of all runs so far [ms]; `None` without timestamps.
     device_ms: Option<f64>,
 }
 
 impl Once {
-    /// Makes the command buffer.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Makes the command buffer and its fence.
     pub fn new(context: &Arc<Context>) -> Result<Self, GpuError> {
         let mut once = Self {
             context: Arc::clone(context),
@@ -46,11 +43,8 @@ impl Once {
         Ok(once)
     }
 
-    /// Records some lists one after the other, submits them and waits. `bindings` are for what is dispatched, and
-    /// `constants` are what a dispatch says.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Records lists in order, submits them and waits. `bindings` has the pipelines of the dispatches, and `constants`
+    /// gives their push constants.
     pub(super) fn run<'f>(
         &mut self,
         lists: impl IntoIterator<Item = &'f Frame>,
@@ -63,7 +57,7 @@ impl Once {
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         let mut recorder = Recorder::new(&self.context, self.commands, resources, bindings, constants);
-        // SAFETY: the last run was waited for, so the command buffer and the fence are free.
+        // SAFETY: the host waited for the last run, so the command buffer and the fence are free.
         unsafe {
             device.begin_command_buffer(self.commands, &begin).during("recording")?;
             self.timing.begin_frame(self.commands);
@@ -81,7 +75,7 @@ impl Once {
         Ok(())
     }
 
-    /// Time of all runs so far by the device's own clock [ms]; `None` on a queue without timestamps.
+    /// Device time of all runs so far [ms]; `None` without timestamps.
     pub fn device_ms(&self) -> Option<f64> {
         self.device_ms
     }
@@ -89,7 +83,7 @@ impl Once {
 
 impl Drop for Once {
     fn drop(&mut self) {
-        // SAFETY: every run was waited for; null handles may be destroyed.
+        // SAFETY: the host waited for every run. Null handles may be destroyed.
         unsafe {
             self.context.device.destroy_fence(self.fence, None);
             self.context.device.destroy_command_pool(self.pool, None);
@@ -97,7 +91,7 @@ impl Drop for Once {
     }
 }
 
-/// A pool and its command buffers, each to be reset alone.
+/// Makes a command pool and command buffers that are reset separately.
 pub(super) fn command_buffers(
     context: &Context,
     count: u32,

@@ -1,4 +1,4 @@
-//! The words of a frame list: what a pass touches and how, and the barriers between passes.
+//! Types of a frame list: passes with their accesses, and barriers.
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
@@ -7,95 +7,89 @@ use super::shaders::Shader;
 use super::variant::{FusedVariant, ResponseVariant, ThermalVariant};
 use super::wide_variant::{WideKind, WideVariant};
 
-/// A stage and how it touches memory.
+/// Pipeline stages and their memory accesses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Scope {
-    /// Pipeline stages.
+    /// Stages.
     pub stage: S,
-    /// Kinds of access; empty where a barrier orders execution only.
+    /// Accesses. They are empty if a barrier orders execution only.
     pub access: A,
 }
 
-/// A stage and its access.
 pub(super) const fn scope(stage: S, access: A) -> Scope {
     Scope { stage, access }
 }
 
-/// A compute shader reads a storage buffer.
 pub(super) const COMPUTE_READ: Scope = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ);
-/// A compute shader reads a uniform buffer.
 pub(super) const COMPUTE_UNIFORM: Scope = scope(S::COMPUTE_SHADER, A::UNIFORM_READ);
-/// A compute shader writes a storage buffer.
 pub(super) const COMPUTE_WRITE: Scope = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
-/// A copy reads.
 pub(super) const COPY_READ: Scope = scope(S::COPY, A::TRANSFER_READ);
-/// A copy writes.
 pub(super) const COPY_WRITE: Scope = scope(S::COPY, A::TRANSFER_WRITE);
-/// `vkCmdFillBuffer` is a clear command; validation layers before February 2024 (Vulkan-ValidationLayers, pull request
-/// 7543) take it for a copy.
+/// Write of `vkCmdFillBuffer`, which is a clear. Validation layers before February 2024 treat it as a copy
+/// (Vulkan-ValidationLayers, pull request 7543).
 pub(super) const CLEAR_WRITE: Scope =
     Scope { stage: S::from_raw(S::COPY.as_raw() | S::CLEAR.as_raw()), access: A::TRANSFER_WRITE };
 
-/// The groups of four nodes, the triangles or the draws that an access is confined to: the first, and the one after the last.
-/// `None` is the whole resource.
+/// Range of groups of four nodes, triangles or draws: the first and the one after the last. `None` is the whole
+/// resource.
 pub type Groups = Option<(u32, u32)>;
 
-/// One use of a resource by a pass.
+/// Access of a pass to a resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Access {
-    /// What is touched.
+    /// Resource.
     pub resource: Resource,
-    /// Where and how.
+    /// Stages and accesses.
     pub scope: Scope,
-    /// Which part of it.
+    /// Accessed range.
     pub groups: Groups,
-    /// Of what has a slice for each joint, which joint's; 0 is the body's.
+    /// Joint whose slice is accessed, if the resource has a slice for each joint; 0 is the body.
     pub slice: u32,
-    /// Shader binding, where it is bound to one.
+    /// Binding in the descriptor set, if any.
     pub binding: Option<u32>,
-    /// Layout, of an image.
+    /// Image layout, ignored for a buffer.
     pub layout: ImageLayout,
 }
 
-/// What selects a pipeline.
+/// Shader program of a pass. It selects the pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kernel {
-    /// `thermal_step` on a run of whole workgroups.
+    /// Thermal step of a range.
     Thermal(ThermalVariant),
-    /// Draws the depth of the parts as seen from the Sun.
+    /// Draws the shadow map of the Sun.
     SunDepth,
-    /// Finds what share of the Sun each node sees.
+    /// Looks up the share of the Sun that each node sees in the shadow map.
     Visibility,
-    /// Finds whether each node sees one point of the Sun's disc.
+    /// Traces a ray from each node to one point of the Sun's disc.
     SunRay {
-        /// Whether it begins the count.
+        /// Whether it is the first ray, which sets the share instead of adding to it.
         first: bool,
     },
-    /// Finds the triangles that may cover a pixel's centre.
+    /// Culls triangles that cover no pixel centre.
     Cull,
-    /// Draws the triangles that are left.
+    /// Draws the remaining triangles as radiance.
     Radiance,
-    /// A pass over the nodes of a large network.
+    /// A pass over a large network.
     Wide(WideVariant),
     /// Sub-steps of a small network.
     Fused(FusedVariant),
-    /// Steps of nodes under given targets.
+    /// Response of nodes to given targets.
     Response(ResponseVariant),
     /// Radiance of a blackbody in a band.
     Blackbody,
-    /// The inverse of that.
+    /// Brightness temperature of a band radiance.
     Brightness,
-    /// Nothing.
+    /// Does nothing.
     Empty,
 }
 
 impl Kernel {
-    /// Whether it draws the triangles of all joints, one after the other.
+    /// Whether it draws the triangles of all joints in turn.
     pub fn draws(self) -> bool {
         matches!(self, Self::Radiance | Self::SunDepth)
     }
 
-    /// Its shaders: one of a dispatch; the vertex shader and, where colours are drawn, the fragment shader of a draw.
+    /// Shader of a dispatch. For a draw, the vertex shader and the fragment shader, if it has one.
     pub fn shaders(self) -> Vec<Shader> {
         let plain = |entry| vec![Shader::new(entry, Vec::new())];
         match self {
@@ -116,87 +110,87 @@ impl Kernel {
     }
 }
 
-/// What a dispatch says to its kernel besides what is bound.
+/// Push constants of a dispatch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Said {
-    /// Nothing.
+    /// None.
     Nothing,
-    /// The first triangle.
+    /// Index of the first triangle.
     Triangle(u32),
-    /// A point of the Sun's disc, by number, and the joint of the nodes.
+    /// Number of the point on the Sun's disc, and joint of the nodes.
     Ray(u32, u32),
-    /// Times and weights of a pass over a network.
+    /// Times and weights of a network pass.
     Network(NetworkWork),
 }
 
-/// What a pass does.
+/// Work of a pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Work {
-    /// Workgroups of a kernel.
+    /// Dispatch.
     Dispatch {
-        /// Which.
+        /// Shader.
         kernel: Kernel,
-        /// How many.
+        /// Number of workgroups.
         workgroups: u32,
-        /// Tells what it binds from what other passes of its kernel bind: the first of its nodes or triangles.
+        /// Number of the descriptor set among those of the kernel: the first of its nodes or triangles.
         set: u32,
-        /// What it is told.
+        /// Push constants.
         said: Said,
     },
-    /// Draws triangles.
+    /// Draw.
     Draw(Kernel),
-    /// Copies a buffer or an image to a buffer.
+    /// Copy from a buffer or image to a buffer.
     Copy {
-        /// From here.
+        /// Source.
         from: Resource,
-        /// To there.
+        /// Destination.
         to: Resource,
     },
-    /// Fills a buffer with a word.
+    /// Fill of a buffer with a 32-bit word.
     Fill(Resource, u32),
 }
 
-/// Nodes that a pass over a network is confined to.
+/// Nodes of a network pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum NetworkNodes {
-    /// All.
+    /// All nodes.
     All,
     /// The sensors.
     Sensors,
     /// Arithmetic nodes.
     Arithmetic,
-    /// All that are no boundary.
+    /// All nodes that are not a boundary.
     Free,
 }
 
-/// When a pass over the nodes of a network runs, and over how many.
+/// Place of a network pass in its attempt, and its size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NetworkWork {
-    /// What it does.
+    /// Work.
     pub kind: WideKind,
-    /// Groups of nodes, sensors, or sums of workgroups.
+    /// Number of groups, sensors or partial sums.
     pub count: u32,
-    /// Stage whose time and weights it has.
+    /// Number of the stage, for its time and weights.
     pub stage: u32,
-    /// Sub-step.
+    /// Number of the sub-step.
     pub sub_step: u32,
-    /// Of an update, 1 where it is the first; of the solver's decisions, which.
+    /// Update: 1 in the first iteration. Solver decision: which one.
     pub mode: u32,
 }
 
-/// A named piece of work and everything that it touches.
+/// A named command with all its accesses.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Pass {
-    /// Debug label and name of its timestamps.
+    /// Debug label, and name of its timestamps.
     pub name: String,
-    /// What it does.
+    /// Work.
     pub work: Work,
-    /// What it touches.
+    /// Accesses.
     pub accesses: Vec<Access>,
 }
 
 impl Pass {
-    /// What selects its pipeline; `None` of copies.
+    /// Its kernel; `None` for copies.
     pub fn kernel(&self) -> Option<Kernel> {
         match self.work {
             Work::Dispatch { kernel, .. } | Work::Draw(kernel) => Some(kernel),
@@ -205,29 +199,29 @@ impl Pass {
     }
 }
 
-/// Orders the accesses of one resource.
+/// A memory barrier for one resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Barrier {
-    /// What it guards.
+    /// Resource.
     pub resource: Resource,
-    /// What came before.
+    /// Earlier accesses.
     pub before: Scope,
-    /// What comes after.
+    /// Later accesses.
     pub after: Scope,
-    /// Old and new layout, of an image.
+    /// Old and new layout of an image.
     pub layouts: Option<(ImageLayout, ImageLayout)>,
 }
 
-/// One entry of the list.
+/// An entry of a frame list.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Entry {
-    /// Work.
+    /// A pass.
     Pass(Pass),
     /// Barriers that are recorded together.
     Barriers(Vec<Barrier>),
 }
 
-/// The kinds of access that write.
+/// The write accesses among some accesses.
 pub fn writes(access: A) -> A {
     access
         & (A::SHADER_STORAGE_WRITE
@@ -238,7 +232,7 @@ pub fn writes(access: A) -> A {
             | A::MEMORY_WRITE)
 }
 
-/// Whether any of the kinds of access writes.
+/// Whether some accesses contain a write.
 pub fn is_write(access: A) -> bool {
     !writes(access).is_empty()
 }
@@ -248,7 +242,7 @@ pub(super) fn barrier(resource: Resource, before: Scope, after: Scope) -> Barrie
     Barrier { resource, before, after, layouts: None }
 }
 
-/// A barrier on an image, which changes its layout.
+/// A barrier on an image with a layout change.
 pub(super) fn transition(
     resource: Resource,
     before: Scope,
@@ -259,17 +253,17 @@ pub(super) fn transition(
     Barrier { resource, before, after, layouts: Some((old, new)) }
 }
 
-/// Makes a copy visible to the host.
+/// A barrier that makes a copy visible to the host.
 pub(super) fn to_host(resource: Resource) -> Barrier {
     barrier(resource, COPY_WRITE, scope(S::HOST, A::HOST_READ))
 }
 
-/// An access of a whole resource.
+/// Access to a whole resource without a binding.
 pub(super) fn access(resource: Resource, scope: Scope) -> Access {
     Access { resource, scope, groups: None, slice: 0, binding: None, layout: ImageLayout::UNDEFINED }
 }
 
-/// Copies a whole buffer or image.
+/// A copy of a whole buffer or image.
 pub(super) fn copy_pass(name: &str, from: Resource, to: Resource) -> Pass {
     let layout = if from.row().role.is_image() { ImageLayout::TRANSFER_SRC_OPTIMAL } else { ImageLayout::UNDEFINED };
     Pass {
@@ -279,7 +273,7 @@ pub(super) fn copy_pass(name: &str, from: Resource, to: Resource) -> Pass {
     }
 }
 
-/// Fills a buffer of floats with zero: all of its bits are.
+/// A fill of a buffer of floats with zero.
 pub(super) fn clear_pass(name: &str, resource: Resource) -> Pass {
     Pass { name: name.to_owned(), work: Work::Fill(resource, 0), accesses: vec![access(resource, CLEAR_WRITE)] }
 }

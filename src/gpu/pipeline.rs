@@ -1,4 +1,4 @@
-//! Pipelines: a shader, the bindings that it reads, and how it draws.
+//! Creation of compute and graphics pipelines.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use super::context::Context;
 use super::error::{During as _, GpuError};
 use super::shaders::Shader;
 
-/// A pipeline, its layout and the layout of its one descriptor set.
+/// A pipeline with its layout and the layout of its descriptor set.
 pub struct Pipeline {
     context: Arc<Context>,
     pub(super) raw: vk::Pipeline,
@@ -17,18 +17,15 @@ pub struct Pipeline {
     pub(super) bind_point: vk::PipelineBindPoint,
 }
 
-/// Formats that the radiance pass draws into.
+/// Format of the radiance image.
 pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
-/// Part and material of a pixel.
+/// Format of the image with part and material of each pixel.
 pub const IDENTITY_FORMAT: vk::Format = vk::Format::R32G32_UINT;
-/// Depth buffer.
+/// Format of the depth buffer.
 pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 
 impl Pipeline {
-    /// A compute pipeline, with the numbers and types of its bindings and the bytes of its push constants.
-    ///
-    /// # Errors
-    /// A shader that does not compile, or a call that fails.
+    /// Makes a compute pipeline from number and type of its bindings and the size of its push constants [bytes].
     pub fn compute(
         context: &Arc<Context>,
         shader: &Shader,
@@ -47,26 +44,20 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    /// The pipeline of the radiance pass: pulled vertices, reversed depth, both faces.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Makes the pipeline of the radiance pass: vertices read from storage buffers, reversed depth, no face culling.
     pub fn radiance(context: &Arc<Context>, bindings: &[(u32, vk::DescriptorType)]) -> Result<Self, GpuError> {
         let formats = [RADIANCE_FORMAT, IDENTITY_FORMAT];
         let depth = vk::CompareOp::GREATER;
         Self::graphics(context, "radiance", &["radiance.vert", "radiance.frag"], bindings, &formats, depth)
     }
 
-    /// The pipeline that draws what the Sun sees: pulled vertices, depth alone, both faces.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Makes the pipeline of the shadow map: vertices read from storage buffers, depth only, no face culling.
     pub fn solar_depth(context: &Arc<Context>, bindings: &[(u32, vk::DescriptorType)]) -> Result<Self, GpuError> {
         Self::graphics(context, "solar_depth", &["solar_depth.vert"], bindings, &[], vk::CompareOp::LESS)
     }
 
-    /// Draws triangles from indices, both faces, into images of `formats` and a depth image that keeps what `nearer`
-    /// prefers; `entries` are a vertex shader and, where there are colours, a fragment shader.
+    /// Makes a pipeline for indexed triangles without face culling. `formats` are the colour attachments, `nearer` is
+    /// the depth test, and `entries` are the vertex shader and, if there are colours, the fragment shader.
     fn graphics(
         context: &Arc<Context>,
         name: &str,
@@ -90,8 +81,8 @@ impl Pipeline {
         let assembly =
             vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
         let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
-        // Counter-clockwise outside in the body frame looks counter-clockwise in an image whose Y points down and whose
-        // Z points forward: both are right-handed.
+        // Triangles are counter-clockwise from outside in the body frame. They stay so in an image with Y down and Z
+        // forward, because both frames are right-handed.
         let raster = vk::PipelineRasterizationStateCreateInfo::default()
             .polygon_mode(vk::PolygonMode::FILL)
             .cull_mode(vk::CullModeFlags::NONE)
@@ -162,7 +153,7 @@ impl Pipeline {
         let range = [vk::PushConstantRange { stage_flags: stages, offset: 0, size: constants }];
         let ranges = if constants == 0 { &range[..0] } else { &range[..] };
         let create = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts).push_constant_ranges(ranges);
-        // SAFETY: as above.
+        // SAFETY: the device is alive, and the ranges live through the call.
         pipeline.layout =
             unsafe { context.device.create_pipeline_layout(&create, None) }.during("creating a pipeline layout")?;
         Ok(pipeline)
@@ -171,7 +162,7 @@ impl Pipeline {
 
 impl Drop for Pipeline {
     fn drop(&mut self) {
-        // SAFETY: the owner waits for the device before it drops its pipelines; null handles may be destroyed.
+        // SAFETY: the owner waits for the device before it drops its pipelines. Null handles may be destroyed.
         unsafe {
             self.context.device.destroy_pipeline(self.raw, None);
             self.context.device.destroy_pipeline_layout(self.layout, None);
@@ -180,7 +171,7 @@ impl Drop for Pipeline {
     }
 }
 
-/// A shader module, which only the creation of a pipeline needs.
+/// A shader module, needed only while a pipeline is created.
 struct Module<'a> {
     context: &'a Context,
     raw: vk::ShaderModule,
@@ -202,7 +193,7 @@ impl<'a> Module<'a> {
 
 impl Drop for Module<'_> {
     fn drop(&mut self) {
-        // SAFETY: a module may go once its pipelines exist.
+        // SAFETY: a module may be destroyed after its pipelines are created.
         unsafe { self.context.device.destroy_shader_module(self.raw, None) };
     }
 }

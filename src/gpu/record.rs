@@ -1,4 +1,4 @@
-//! Turns lists into commands: barriers as written, each pass with its pipeline, descriptor set and constants.
+//! Recording of frame lists into a command buffer.
 
 use ash::vk;
 
@@ -13,26 +13,26 @@ use super::resource::Resource;
 use super::store::Resources;
 use super::timing::Timing;
 
-/// What recording reads besides the lists.
+/// Recorder with everything that recording reads besides the lists.
 pub(super) struct Recorder<'a> {
     context: &'a Context,
     commands: vk::CommandBuffer,
     resources: &'a Resources,
     bindings: Option<&'a Bindings>,
-    /// What a dispatch says to its kernel.
+    /// Push constants of a dispatch.
     constants: &'a dyn Fn(Said) -> Vec<u8>,
-    /// What was bound last.
+    /// Pipeline and descriptor set that were bound last.
     bound: (vk::Pipeline, vk::DescriptorSet),
-    /// The slot of what has one for each frame in flight.
+    /// Slot of resources with one copy for each frame in flight.
     slot: usize,
-    /// Triangles that are drawn in an image.
+    /// Triangles of the image.
     triangles: &'a [TriangleRun],
-    /// Triangles that are drawn as the Sun sees them.
+    /// Triangles of the shadow map.
     occluders: &'a [TriangleRun],
 }
 
 impl<'a> Recorder<'a> {
-    /// Of what draws no triangles.
+    /// A recorder for lists that do not draw.
     pub fn new(
         context: &'a Context,
         commands: vk::CommandBuffer,
@@ -44,12 +44,12 @@ impl<'a> Recorder<'a> {
         Self { context, commands, resources, bindings, constants, bound, slot: 0, triangles: &[], occluders: &[] }
     }
 
-    /// The same in a slot, of what draws: triangles in an image, and as the Sun sees them.
+    /// Prepares the recorder for lists of a slot that draw.
     pub fn drawing(self, slot: usize, triangles: &'a [TriangleRun], occluders: &'a [TriangleRun]) -> Self {
         Self { slot, triangles, occluders, ..self }
     }
 
-    /// Records a whole list; where there is a `timing`, each pass under its label and between its timestamps.
+    /// Records a list. With `timing`, each pass gets a debug label and timestamps.
     pub fn record(&mut self, list: &Frame, mut timing: Option<&mut Timing>) {
         for entry in &list.entries {
             match entry {
@@ -101,11 +101,11 @@ impl<'a> Recorder<'a> {
             }
         }
         let dependency = vk::DependencyInfo::default().buffer_memory_barriers(&buffers).image_memory_barriers(&images);
-        // SAFETY: the buffers and images are alive until the commands are done.
+        // SAFETY: the buffers and images stay alive until the commands complete.
         unsafe { self.context.device.cmd_pipeline_barrier2(self.commands, &dependency) };
     }
 
-    /// Binds what a pass needs for what hangs on a joint. Copies need nothing.
+    /// Binds pipeline and descriptor set of a pass for a joint. It returns `None` for copies.
     fn bind(&mut self, pass: &Pass, joint: u32) -> Option<&'a Pipeline> {
         let (pipeline, set) = self.bindings?.of(pass, joint, self.slot)?;
         if self.bound != (pipeline.raw, set) {
@@ -126,7 +126,7 @@ impl<'a> Recorder<'a> {
             Work::Dispatch { workgroups, said, .. } => {
                 let Some(pipeline) = self.bind(pass, 0) else { return };
                 let constants = (self.constants)(said);
-                // SAFETY: the pipeline is bound and takes these constants; its nodes fill whole workgroups, or invocations
+                // SAFETY: the bound pipeline has these push constants. Its nodes fill whole workgroups, or invocations
                 // beyond the last return at once.
                 unsafe {
                     if !constants.is_empty() {
@@ -148,7 +148,7 @@ impl<'a> Recorder<'a> {
             }
             Work::Fill(resource, word) => {
                 let region = self.resources.region(resource, self.slot);
-                // SAFETY: the buffer may be a transfer destination and is as long as the region says.
+                // SAFETY: the buffer allows transfer writes and is at least as long as the region.
                 unsafe {
                     device.cmd_fill_buffer(self.commands, region.buffer.raw, region.offset, region.bytes, word);
                 }
@@ -156,7 +156,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Begins to draw into attachments of one size, with indices.
+    /// Begins rendering to attachments of one size and binds an index buffer.
     fn begin_drawing(&self, rendering: vk::RenderingInfo<'_>, [width, height]: [u32; 2], indices: Resource) {
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: vk::Extent2D { width, height } };
         let viewport =
@@ -164,8 +164,9 @@ impl<'a> Recorder<'a> {
         let rendering = rendering.render_area(area).layer_count(1);
         let indices = &self.resources.region(indices, self.slot).buffer;
         let device = &self.context.device;
-        // SAFETY: the images are in attachment layout by the barriers of the list, and the index buffer holds three node
-        // indices a triangle. It is bound whole: lavapipe 22.3 forgets the offset of a binding in indirect draws.
+        // SAFETY: the barriers of the list put the images in attachment layout, and the index buffer holds three
+        // indices for each triangle. It is bound whole because lavapipe 22.3 ignores the binding's offset in indirect
+        // draws.
         unsafe {
             device.cmd_begin_rendering(self.commands, &rendering);
             device.cmd_set_viewport(self.commands, 0, &[viewport]);
@@ -175,7 +176,7 @@ impl<'a> Recorder<'a> {
     }
 
     fn end_drawing(&self) {
-        // SAFETY: rendering was begun.
+        // SAFETY: rendering has begun.
         unsafe { self.context.device.cmd_end_rendering(self.commands) };
     }
 
@@ -199,7 +200,7 @@ impl<'a> Recorder<'a> {
         self.end_drawing();
     }
 
-    /// Draws what culling left of a run of triangles.
+    /// Draws the triangles of a run that culling kept.
     fn draw_visible(&self, run: TriangleRun) {
         let device = &self.context.device;
         let draws = &self.resources.region(Resource::Draws, self.slot).buffer;
@@ -207,7 +208,7 @@ impl<'a> Recorder<'a> {
         for piece in run.pieces() {
             let (first, end) = piece.draws();
             let offset = u64::from(first) * u64::from(stride);
-            // SAFETY: within a rendering; the pipeline is bound, and the draws lie in their buffer.
+            // SAFETY: rendering has begun, the pipeline is bound, and the draw commands are within their buffer.
             unsafe { device.cmd_draw_indexed_indirect(self.commands, draws.raw, offset, end - first, stride) };
         }
     }
@@ -221,7 +222,7 @@ impl<'a> Recorder<'a> {
         for TriangleRun { joint, triangles: (first, end) } in self.occluders.iter().copied() {
             self.bind(pass, joint);
             let device = &self.context.device;
-            // SAFETY: within the rendering; the pipeline is bound, and so are indices for all runs.
+            // SAFETY: rendering has begun, the pipeline is bound, and the index buffer covers all runs.
             unsafe { device.cmd_draw_indexed(self.commands, 3 * (end - first), 1, 3 * first, 0, 0) };
         }
         self.end_drawing();
@@ -239,7 +240,7 @@ impl<'a> Recorder<'a> {
             })
             .image_extent(vk::Extent3D { width, height, depth: 1 })];
         let buffer = &self.resources.region(to, self.slot).buffer;
-        // SAFETY: the barriers of the list put the image in transfer layout; the buffer holds all its texels.
+        // SAFETY: the barriers of the list put the image in transfer layout, and the buffer holds all texels.
         unsafe {
             self.context.device.cmd_copy_image_to_buffer(
                 self.commands,
@@ -263,13 +264,13 @@ impl Context {
 
     fn end_label(&self, commands: vk::CommandBuffer) {
         if let Some(labels) = &self.labels {
-            // SAFETY: a label was begun.
+            // SAFETY: a label has begun.
             unsafe { labels.cmd_end_debug_utils_label(commands) };
         }
     }
 }
 
-/// An image that is drawn into from one value on.
+/// An attachment that is cleared to a value.
 fn cleared(image: &Image, value: vk::ClearValue, store: vk::AttachmentStoreOp) -> vk::RenderingAttachmentInfo<'_> {
     vk::RenderingAttachmentInfo::default()
         .image_view(image.view)

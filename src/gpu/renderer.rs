@@ -1,4 +1,4 @@
-//! A scene on the device: its resources, its frame lists, and two slots that are submitted and collected in turn.
+//! A scene on the device: its resources, frame lists, and two frames in flight.
 
 mod culling;
 mod forward;
@@ -28,44 +28,44 @@ use super::timing::{DeviceFrame, PassTimes};
 use super::variant::StepKind;
 use crate::environment::StepLoad;
 
-/// What a frame is asked to do and to leave.
+/// Work and outputs of a frame.
 #[derive(Default, Clone, Copy)]
 pub struct Request<'a> {
-    /// Steps the nodes under a load for a number of steps.
+    /// Load of the nodes, and its duration [steps].
     pub step: Option<(&'a StepLoad, f64)>,
-    /// Draws the nodes afterwards: from a view for the body and one for each joint, as what hangs on it sees the camera. Nothing
-    /// is drawn from no views.
+    /// Views of the image, one for the body and one for each joint. The view of a joint is relative to the joint's
+    /// frame. Without views, nothing is drawn.
     pub views: &'a [layout::View],
-    /// Whether the temperatures of all nodes are read.
+    /// Whether the host reads the temperatures of all nodes.
     pub temperatures: bool,
-    /// A list to submit in place of what follows from the above, which is what its passes read: tests leave a barrier out.
+    /// A list to submit instead of the usual one for this request. Tests use it to leave a barrier out.
     pub list: Option<&'a Frame>,
 }
 
 impl<'a> Request<'a> {
-    /// Steps the nodes under a load for a number of steps, and leaves nothing.
+    /// A step under a load for a number of steps, without outputs.
     pub fn step(load: &'a StepLoad, steps: f64) -> Self {
         Self { step: Some((load, steps)), ..Self::default() }
     }
 
-    /// Reads the temperatures as well.
+    /// Adds the temperatures to the outputs.
     pub fn and_temperatures(self) -> Self {
         Self { temperatures: true, ..self }
     }
 }
 
-/// What the host reads of a frame.
+/// Outputs of a frame.
 #[derive(Default)]
 pub struct Collected<'a> {
-    /// Radiance [W m-2 sr-1], temperature [K], depth [m] and 1 of every pixel; 0 where nothing is.
+    /// Radiance [W m-2 sr-1], temperature [K], depth [m] and 1 for every pixel; 0 for the background.
     pub radiance: Option<&'a [[f32; 4]]>,
-    /// Part and material of every pixel, each plus 1; 0 where nothing is.
+    /// Part and material index of every pixel, each plus 1; 0 for the background.
     pub identity: Option<&'a [[u32; 2]]>,
     /// Temperature of every node [K].
     pub temperatures: Option<&'a [f32]>,
 }
 
-/// A frame that was submitted: hand it back to `collect`.
+/// A submitted frame, to be passed to `collect`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[must_use = "what the frame leaves is read by `collect`"]
 pub struct Submitted(usize);
@@ -77,16 +77,16 @@ pub struct Renderer {
     pixels: usize,
     triangles: Vec<TriangleRun>,
     culling: Culling,
-    /// The body and its joints.
+    /// Number of joints, counting the body.
     joints: u32,
-    /// Whether many steps may pass in one dispatch.
+    /// Whether one dispatch may take many steps.
     fuses: bool,
-    /// Steps that passed so.
+    /// Number of steps in such dispatches so far.
     fused_steps: u64,
     shadows: Shadows,
-    /// The load that every target is the balance of, where it is known.
+    /// The load whose balance is the target of every node, if known.
     commanded: Option<DeviceLoad>,
-    /// Dropped first: it waits for the device.
+    /// The frames in flight. The field is dropped first, because its destructor waits for the device.
     slots: Slots,
     bindings: Bindings,
     resources: Resources,
@@ -94,10 +94,7 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Makes everything that the scene needs on the device.
-    ///
-    /// # Errors
-    /// A scene beyond the device, or a call that fails.
+    /// Makes and fills everything that the scene needs on the device.
     pub fn new(context: &Arc<Context>, data: &SceneData<'_>) -> Result<Self, GpuError> {
         let mut once = Once::new(context)?;
         let resources = Resources::of_scene(context, &mut once, data)?;
@@ -134,10 +131,7 @@ impl Renderer {
         })
     }
 
-    /// Settles every node at the balance temperature of a load.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Sets every node to the balance temperature of a load.
     pub fn settle(&mut self, load: &StepLoad) -> Result<(), GpuError> {
         let frame = self.shadows(load)?.then(Frame::settle(&ranges_of_load(&self.ranges, load)));
         let submitted = self.send(&frame, Request::step(load, 1.0))?;
@@ -145,10 +139,7 @@ impl Renderer {
         self.collect(submitted).map(|_| ())
     }
 
-    /// Settles every node at its own temperature [K], one a node.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Sets every node to its own temperature [K], with one value for each node.
     pub fn settle_at(&mut self, temperatures: &[f32]) -> Result<(), GpuError> {
         self.wait()?;
         self.commanded = None;
@@ -165,14 +156,11 @@ impl Renderer {
         Ok(())
     }
 
-    /// Submits what a request asks for. At most two frames are in flight; a third waits for the first, whose results are then
-    /// gone.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Submits a request. At most two frames are in flight. A third submission waits for the first frame and discards
+    /// its outputs.
     pub fn submit(&mut self, request: Request<'_>) -> Result<Submitted, GpuError> {
         if let Some(list) = request.list {
-            // What the list commands is its own affair.
+            // The load of a given list is unknown.
             self.commanded = None;
             return self.send(list, request);
         }
@@ -181,12 +169,12 @@ impl Renderer {
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
         let wanted = Wanted { image: !views.is_empty(), cull, temperatures: request.temperatures };
         let mut ranges = request.step.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
-        // What the host steps has its temperatures by now.
+        // The host has already written the temperatures of network nodes.
         ranges.retain(|range| range.variant.kind != StepKind::Absorb);
         let mut frame = Frame::default();
         if let Some((load, _)) = request.step {
             frame = self.shadows(load)?;
-            // Under the load that commanded them last, nodes have nothing to do but to go on.
+            // If the load is unchanged, a cheaper variant continues the transitions.
             let load = Some(DeviceLoad::new(load, self.joints));
             if frame.entries.is_empty() && self.commanded == load {
                 ranges = idle(&ranges);
@@ -198,12 +186,9 @@ impl Renderer {
         self.send(&frame, Request { views: &views, ..request })
     }
 
-    /// The flux that the nodes of thermal networks absorb under a load [W/m2], with the temperatures [K] of all others,
-    /// one a node. The networks' temperatures are gone afterwards: `set_temperatures` brings the new ones. Frames in
-    /// flight must be collected before.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Flux absorbed by the nodes of thermal networks [W/m2], and temperature of all other nodes [K], one value for
+    /// each node. It overwrites the networks' temperatures, so call `set_temperatures` afterwards. Collect the frames
+    /// in flight before.
     pub fn absorbed(&mut self, load: &StepLoad) -> Result<Vec<f32>, GpuError> {
         let mut ranges = ranges_of_load(&self.ranges, load);
         ranges.retain(|range| range.variant.kind == StepKind::Absorb);
@@ -213,36 +198,34 @@ impl Renderer {
         Ok(self.collect(submitted)?.temperatures.unwrap_or_default().to_vec())
     }
 
-    /// Replaces the temperatures of all nodes [K], one a node; the state of transitions stays.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Replaces the temperatures of all nodes [K], one for each node. The state of transitions stays.
     pub fn set_temperatures(&mut self, temperatures: &[f32]) -> Result<(), GpuError> {
         self.wait()?;
         self.resources.upload(&mut self.once, Resource::Temperature, temperatures)
     }
 
-    /// Bytes of the buffers, as they were allocated, that follow the number of nodes; what only the host reads is not counted.
+    /// Allocated memory that grows with the number of nodes [bytes], without buffers that only the host reads.
     pub fn device_bytes(&self) -> u64 {
         self.resources.bytes(|resource| resource.row().grows_with_nodes())
     }
 
-    /// Buffers that the scene has to spare while its network is stepped and no frame is in flight. Where anything was written
-    /// to them, say so by `spare_was_used`, and bring the temperatures by `set_temperatures`.
+    /// Buffers that a network may overwrite while it is stepped and no frame is in flight. After a write, call
+    /// `spare_was_used` and `set_temperatures`.
     pub fn spare(&self) -> Vec<Arc<Buffer>> {
         self.resources.spare()
     }
 
-    /// The culled triangles are gone: the next image finds them again.
+    /// Notes that the culled triangles were overwritten, so the next image culls again.
     pub fn spare_was_used(&mut self) {
         self.culling.forget();
     }
 
-    /// What finds the shadows anew, where a load asks for it; the Sun's view goes to the slot that is submitted next.
+    /// The passes that update the shadows, empty if the load does not need them. Also writes the shadow map's
+    /// transform.
     fn shadows(&mut self, load: &StepLoad) -> Result<Frame, GpuError> {
         let Some(view) = self.shadows.due(load) else { return Ok(Frame::default()) };
         if let Some(tree) = self.shadows.moved_tree(load) {
-            // Frames in flight may still read the last tree.
+            // Frames in flight may still read the old tree.
             self.slots.wait()?;
             self.resources.upload_tree(&mut self.once, &tree)?;
         }
@@ -250,10 +233,7 @@ impl Renderer {
         Ok(self.shadows.frame(&self.ranges))
     }
 
-    /// Share of the Sun that each node sees, as last found; empty where the craft does not shadow itself.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Share of the Sun that each node sees, from the last update. It is empty if the craft does not shadow itself.
     pub fn visibility(&mut self) -> Result<Vec<f32>, GpuError> {
         self.wait()?;
         if !self.shadows.are_cast() {
@@ -262,7 +242,7 @@ impl Renderer {
         self.resources.download(&mut self.once, Resource::Visibility, self.nodes)
     }
 
-    /// Writes what the passes of a list read, and submits it.
+    /// Writes the uniforms of a list and submits it.
     fn send(&mut self, list: &Frame, request: Request<'_>) -> Result<Submitted, GpuError> {
         let slot = self.slots.free()?;
         if let Some((load, steps)) = request.step {
@@ -283,10 +263,7 @@ impl Renderer {
         self.slots.submit(list, recorder).map(Submitted)
     }
 
-    /// Waits for a frame and gives what it leaves, until its slot is submitted again.
-    ///
-    /// # Errors
-    /// A lost device.
+    /// Waits for a frame and returns its outputs. They are valid until its slot is submitted again.
     pub fn collect(&mut self, submitted: Submitted) -> Result<Collected<'_>, GpuError> {
         let number = submitted.0;
         self.slots.finish(number)?;
@@ -302,35 +279,32 @@ impl Renderer {
     }
 
     /// Waits for all frames in flight.
-    ///
-    /// # Errors
-    /// A lost device.
     pub fn wait(&mut self) -> Result<(), GpuError> {
         self.slots.wait()
     }
 
-    /// Device milliseconds of every pass so far, by name.
+    /// Device time of every pass so far [ms], by name.
     pub fn pass_times(&self) -> &PassTimes {
         &self.slots.times
     }
 
-    /// Keeps from now on when each pass of each frame began and ended.
+    /// Starts to keep the measured times of each frame.
     pub fn keep_frames(&mut self) {
         self.slots.frames.get_or_insert_default();
     }
 
-    /// The frames that were kept since the last call.
+    /// Takes the times that were kept since the last call.
     pub fn take_frames(&mut self) -> Vec<DeviceFrame> {
         self.slots.frames.as_mut().map(std::mem::take).unwrap_or_default()
     }
 }
 
-/// The ranges with the least variants that compute a step under a load.
+/// The ranges with the smallest variants for a load.
 fn ranges_of_load(ranges: &[StepRange], load: &StepLoad) -> Vec<StepRange> {
     ranges_of_step(ranges, !load.sun.is_empty(), load.albedo.is_some())
 }
 
-/// The ranges under a load that has not changed: balances stand, transitions go on.
+/// The ranges for an unchanged load: immediate responses are left out and transitions continue.
 fn idle(ranges: &[StepRange]) -> Vec<StepRange> {
     let moving = ranges.iter().filter(|range| range.variant.kind.has_state());
     moving.map(|range| StepRange { variant: range.variant.idle(), ..*range }).collect()

@@ -1,5 +1,4 @@
-//! Every buffer and image of the program, one row each. Memory plan, allocation, binding, hazard check, the check of the
-//! layouts against the shaders and `isotherm info` read this table.
+//! The table of all buffers and images: size, memory, usage and binding of each.
 
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -8,83 +7,83 @@ use vk::BufferUsageFlags as U;
 use super::layout;
 use crate::environment::MAX_SUN_SAMPLES;
 
-/// What decides how many elements a resource has.
+/// Rule for the number of elements of a resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Count {
-    /// One.
+    /// Always one.
     Once,
     /// Steps of a fused dispatch.
     FusedSteps,
-    /// Directions of the table of albedo.
+    /// Directions in the albedo table.
     Albedo,
-    /// The same, for every step of a fused dispatch.
+    /// Directions in the albedo tables of a fused dispatch.
     FusedAlbedo,
     /// Materials.
     Materials,
-    /// Cubic pieces of the response functions.
+    /// Cubic pieces of the shaped response functions.
     Shapes,
     /// Groups of four nodes.
     Groups,
-    /// Groups, where a load depends on the normal of a node.
+    /// Groups, if a load depends on the normal of a node.
     LoadedGroups,
-    /// Groups, where nodes keep a state between steps.
+    /// Groups, if nodes keep a state between steps.
     MovingGroups,
-    /// Groups, where anything is drawn or casts a shadow.
+    /// Groups, if anything is drawn or casts a shadow.
     PlacedGroups,
-    /// Groups, where an image is drawn.
+    /// Groups, if an image is drawn.
     DrawnGroups,
-    /// Groups, where the craft shadows itself.
+    /// Groups, if the craft shadows itself.
     ShadowedGroups,
     /// Triangles of an image.
     Triangles,
     /// Draws of an image.
     Draws,
-    /// Values of the band's table.
+    /// Values in the band table.
     Band,
-    /// One, where the Sun's view is drawn.
+    /// One, if shadows use a shadow map.
     SunView,
-    /// Triangles that are drawn as the Sun sees them.
+    /// Triangles that are drawn into the shadow map.
     Occluders,
-    /// Texels of the Sun's view.
+    /// Texels of the shadow map.
     SunTexels,
-    /// Boxes around the triangles that rays are tried against.
+    /// Boxes of the tree for shadow rays.
     Boxes,
-    /// Triangles that rays are tried against.
+    /// Triangles of the tree for shadow rays.
     Traced,
     /// Pixels of the image.
     Pixels,
     /// Groups of four nodes of a large network.
     NetworkGroups,
-    /// Slices of its rows, and their end.
+    /// Slices of a large network's rows, plus one.
     NetworkSlices,
     /// Entries of linear conductors, four nodes each.
     NetworkLinear,
     /// Entries of radiative conductors, four nodes each.
     NetworkRadiative,
-    /// Nodes where some have more conductors than a row holds, and their end.
+    /// Nodes plus one, if some have more conductors than a row holds.
     NetworkTails,
-    /// Conductors of these beyond the row.
+    /// Conductors beyond the rows.
     NetworkLinks,
-    /// None: the list of all groups needs no entries.
+    /// None.
     NetworkAll,
     /// Groups with an arithmetic node.
     NetworkArithmetic,
-    /// Groups with a node that is no boundary.
+    /// Groups with a node that is not a boundary.
     NetworkFree,
     /// Sensors.
     NetworkSensors,
-    /// Sensors, for every sub-step of a submission.
+    /// Sensors times sub-steps of a submission.
     NetworkSensed,
     /// Workgroups of the largest pass.
     NetworkWorkgroups,
-    /// One, of a large network.
+    /// One, if the network is large.
     NetworkOnce,
-    /// As many as its maker asks for.
+    /// A number that the code gives at creation.
     Given,
 }
 
 impl Count {
-    /// Whether it follows the number of a scene's nodes or triangles.
+    /// Whether the number grows with the nodes or triangles of a scene.
     pub fn grows_with_nodes(self) -> bool {
         matches!(
             self,
@@ -100,41 +99,41 @@ impl Count {
     }
 }
 
-/// What a resource is for, which decides its memory and its usage.
+/// Use of a resource, which decides its memory and Vulkan usage flags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// The host writes, and every invocation reads at the same address. (On lavapipe each scalar of a storage buffer costs every
-    /// invocation 0.5 ns; a uniform is read once.)
+    /// The host writes, and all invocations read the same address. lavapipe reads a uniform once, but each scalar of a
+    /// storage buffer costs every invocation 0.5 ns.
     Uniform,
     /// The host writes and shaders read.
     FromHost,
     /// Shaders and copies read and write.
     Storage,
-    /// Shaders and copies write, and the host may read and write between submissions.
+    /// Shaders and copies write. The host reads and writes between submissions.
     ToHost,
     /// Copies write and the host reads.
     Readback,
     /// The host writes and copies read.
     Staging,
-    /// Copies write and draws take their vertices from it.
+    /// Copies write, and draws read indices.
     Indices,
-    /// The same, and shaders write.
+    /// Copies and shaders write, and draws read indices.
     WrittenIndices,
-    /// Shaders and copies write, and draws take their commands from it.
+    /// Shaders and copies write, and indirect draws read commands.
     Commands,
-    /// An image that is drawn into.
+    /// A colour attachment.
     Colour(vk::Format),
-    /// A depth image.
+    /// A depth attachment.
     Depth,
 }
 
 impl Role {
-    /// Whether it is an image, which has a layout.
+    /// Whether it is an image.
     pub fn is_image(self) -> bool {
         matches!(self, Self::Colour(_) | Self::Depth)
     }
 
-    /// Where the memory is; images are on the device.
+    /// Memory of a buffer. Images are in device memory.
     pub fn location(self) -> MemoryLocation {
         match self {
             Self::Uniform | Self::FromHost | Self::Staging => MemoryLocation::CpuToGpu,
@@ -143,7 +142,7 @@ impl Role {
         }
     }
 
-    /// How a buffer may be used; none of an image.
+    /// Usage flags of a buffer, empty for an image.
     pub fn usage(self) -> U {
         match self {
             Self::Uniform => U::UNIFORM_BUFFER,
@@ -157,39 +156,39 @@ impl Role {
         }
     }
 
-    /// How shaders see it.
+    /// Descriptor type.
     pub fn descriptor(self) -> vk::DescriptorType {
         if self == Self::Uniform { vk::DescriptorType::UNIFORM_BUFFER } else { vk::DescriptorType::STORAGE_BUFFER }
     }
 }
 
-/// Whether every pass that binds a buffer binds a piece of it, so that it may be longer than what a device binds at once.
+/// When every pass binds only a part of a buffer. The buffer may then be longer than the largest binding of the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pieces {
-    /// Some pass binds it whole.
+    /// Never, because some pass binds it whole.
     Never,
-    /// Where no image is drawn, which pulls values from anywhere.
+    /// In scenes without an image, because drawing reads the whole buffer.
     WithoutImage,
-    /// Every pass.
+    /// Always.
     Always,
 }
 
-/// What a resource is.
+/// Properties of a resource.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
-    /// Bytes of an element; ranges of nodes, triangles and draws are ranges of elements.
+    /// Size of an element [bytes]. Ranges of nodes, triangles and draws count elements.
     pub element: usize,
-    /// What their number follows.
+    /// Number of elements.
     pub count: Count,
-    /// What it is for.
+    /// Use.
     pub role: Role,
-    /// Whether the two frames in flight have one each; a fence orders the uses of each by the host.
+    /// Whether each frame in flight has its own copy. A fence then orders the accesses of the host.
     pub per_slot: bool,
-    /// Whether every joint has a slice of it: what it says is said in the frame in which the joint's nodes do not move.
+    /// Whether every joint has its own slice, with vectors in the joint's frame.
     pub per_joint: bool,
-    /// How passes bind it.
+    /// When passes bind only parts.
     pub pieces: Pieces,
-    /// The blocks of GLSL that it is bound to, without the word `Block`; empty where no shader sees it.
+    /// GLSL blocks that it is bound to, without the suffix `Block`. It is empty if no shader uses the resource.
     pub blocks: &'static str,
 }
 
@@ -206,12 +205,12 @@ impl Row {
         Self { pieces, ..self }
     }
 
-    /// Whether its size on the device follows the number of nodes; what only the host reads is not counted.
+    /// Whether its size on the device grows with the number of nodes. Buffers that only the host reads do not count.
     pub fn grows_with_nodes(&self) -> bool {
         self.count.grows_with_nodes() && self.role != Role::Readback
     }
 
-    /// Copies of a buffer.
+    /// Number of copies of the buffer.
     pub fn copies(&self) -> usize {
         if self.per_slot { SLOTS } else { 1 }
     }
@@ -221,36 +220,36 @@ const fn row(element: usize, count: Count, role: Role, blocks: &'static str) -> 
     Row { element, count, role, per_slot: false, per_joint: false, pieces: Pieces::Never, blocks }
 }
 
-/// What only the host and copies see.
+/// A resource that no shader uses.
 const fn unbound(element: usize, count: Count, role: Role) -> Row {
     row(element, count, role, "")
 }
 
-/// Frames in flight: the device works on one while the host reads the other.
+/// Frames in flight. The device works on one while the host reads the other.
 pub const SLOTS: usize = 2;
 
-/// Bytes of a float of each of the four nodes of a group.
+/// Size of one float for each node of a group [bytes].
 const GROUP: usize = 16;
-/// Bytes of base and rest of the temperature, or of power and slope of the heat, of each of them.
+/// Size of two floats for each node of a group [bytes].
 const PAIRS: usize = 32;
-/// Bytes of the corners of a triangle.
+/// Size of the three indices of a triangle [bytes].
 const CORNERS: usize = 12;
-/// Bytes of the Sun's samples of a step.
+/// Size of the Sun samples of a step [bytes].
 const SAMPLES: usize = 16 * MAX_SUN_SAMPLES;
 
 macro_rules! table {
     ($($(#[$doc:meta])* $name:ident: $row:expr;)*) => {
-        /// Whatever a pass reads or writes.
+        /// A buffer or image that passes access.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum Resource {
             $($(#[$doc])* $name,)*
         }
 
         impl Resource {
-            /// All of them.
+            /// All resources.
             pub const ALL: &[Self] = &[$(Self::$name),*];
 
-            /// What it is.
+            /// Its properties.
             pub fn row(self) -> Row {
                 use Count::*;
                 use Pieces::{Always, WithoutImage};
@@ -268,183 +267,183 @@ table! {
     Step: row(size_of::<layout::Step>(), Once, Uniform, "Step").each_slot().each_joint();
     /// Sun samples of the step, written by the host.
     SunSamples: row(SAMPLES, Once, Uniform, "Sun").each_slot().each_joint();
-    /// Albedo over the directions of a normal, written by the host.
+    /// Albedo table over the directions of a normal, written by the host.
     AlbedoValues: row(4, Albedo, FromHost, "Albedo").each_slot();
     /// `Step`s of a fused dispatch, written by the host.
     FusedSteps: row(size_of::<layout::Step>(), Count::FusedSteps, Uniform, "Step").each_slot();
-    /// Their Sun samples, written by the host.
+    /// Sun samples of a fused dispatch, written by the host.
     FusedSunSamples: row(SAMPLES, Count::FusedSteps, Uniform, "Sun").each_slot();
-    /// Their albedos over the directions of a normal, written by the host.
+    /// Albedo tables of a fused dispatch, written by the host.
     FusedAlbedoValues: row(4, FusedAlbedo, FromHost, "Albedo").each_slot();
     /// `View`, written by the host.
     View: row(size_of::<layout::View>(), Once, Uniform, "View").each_slot().each_joint();
     /// `Material` of every material.
     Materials: row(size_of::<layout::Material>(), Count::Materials, Storage, "Material");
-    /// Pieces of the response functions that are no powers.
+    /// Cubic pieces of the shaped response functions.
     Shapes: row(16, Count::Shapes, Storage, "Shape");
-    /// Material of every group of four nodes.
+    /// Material index of every group.
     GroupMaterial: row(4, Groups, Storage, "GroupMaterial").in_pieces(WithoutImage);
-    /// Part of every group of four nodes.
+    /// Part index of every group.
     GroupPart: row(4, DrawnGroups, Storage, "GroupPart").in_pieces(WithoutImage);
-    /// Normals, one buffer a component.
+    /// x of the normals.
     NormalX: row(GROUP, LoadedGroups, Storage, "NormalX").in_pieces(Always);
-    /// See `NormalX`.
+    /// y of the normals.
     NormalY: row(GROUP, LoadedGroups, Storage, "NormalY").in_pieces(Always);
-    /// See `NormalX`.
+    /// z of the normals.
     NormalZ: row(GROUP, LoadedGroups, Storage, "NormalZ").in_pieces(Always);
-    /// Positions [m], one buffer a component.
+    /// x of the positions [m].
     PositionX: row(GROUP, PlacedGroups, Storage, "PositionX");
-    /// See `PositionX`.
+    /// y of the positions [m].
     PositionY: row(GROUP, PlacedGroups, Storage, "PositionY");
-    /// See `PositionX`.
+    /// z of the positions [m].
     PositionZ: row(GROUP, PlacedGroups, Storage, "PositionZ");
     /// Node indices of the triangles.
     Triangles: row(CORNERS, Count::Triangles, Storage, "Triangle").in_pieces(Always);
-    /// Those of them that may cover a pixel's centre, at the front of those of their draw.
+    /// Triangles that culling kept, at the front of the triangles of each draw.
     VisibleTriangles: row(CORNERS, Count::Triangles, WrittenIndices, "VisibleTriangle").in_pieces(Always);
-    /// `DrawCommand` of each run of `VisibleTriangles`.
+    /// One `DrawCommand` for each run of `VisibleTriangles`.
     Draws: row(size_of::<layout::DrawCommand>(), Count::Draws, Commands, "Draw").in_pieces(Always);
     /// Table of the band's radiance.
     BandTable: row(4, Band, Storage, "BandTable");
     /// Target temperature of every node [K].
     Target: row(GROUP, MovingGroups, Storage, "Target").in_pieces(Always);
-    /// Target less old temperature of every node [K].
+    /// Target minus old temperature of every node [K].
     Span: row(GROUP, MovingGroups, Storage, "Span").in_pieces(Always);
-    /// Steps since the transition began, of every node.
+    /// Time since the transition of every node began [steps].
     Elapsed: row(GROUP, MovingGroups, Storage, "Elapsed").in_pieces(Always);
     /// Temperature of every node [K].
     Temperature: row(GROUP, Groups, Storage, "Temperature").in_pieces(WithoutImage);
-    /// The Sun's view, written by the host.
+    /// Transform of the shadow map, written by the host.
     SunView: row(size_of::<layout::SunView>(), Count::SunView, Uniform, "SunView").each_slot().each_joint();
     /// Node indices of the triangles that cast shadows.
     Occluders: unbound(CORNERS, Count::Occluders, Indices);
-    /// Depth as seen from the Sun, as it is drawn.
+    /// Shadow map.
     SunDepthImage: unbound(4, SunTexels, Depth);
-    /// The same where shaders read it.
+    /// Copy of the shadow map that shaders read.
     SunDepth: row(4, SunTexels, Storage, "SunDepth");
-    /// Boxes around the triangles that cast shadows.
+    /// Boxes of the tree for shadow rays.
     ShadowTree: row(size_of::<layout::ShadowBox>(), Boxes, Storage, "ShadowTree");
-    /// These triangles.
+    /// Triangles of the tree for shadow rays.
     ShadowTriangles: row(size_of::<layout::ShadowTriangle>(), Traced, Storage, "ShadowTriangle");
     /// Share of the Sun that every node sees.
     Visibility: row(GROUP, ShadowedGroups, Storage, "Visibility").in_pieces(Always);
     /// Radiance, temperature and depth of every pixel.
     RadianceImage: unbound(16, Pixels, Colour(vk::Format::R32G32B32A32_SFLOAT));
-    /// Part and material of every pixel.
+    /// Part and material index of every pixel.
     IdentityImage: unbound(8, Pixels, Colour(vk::Format::R32G32_UINT));
     /// Depth buffer.
     DepthImage: unbound(4, Pixels, Depth);
-    /// The images and temperatures where the host reads them.
+    /// Host copy of `RadianceImage`.
     RadianceReadback: unbound(16, Pixels, Readback).each_slot();
-    /// See `RadianceReadback`.
+    /// Host copy of `IdentityImage`.
     IdentityReadback: unbound(8, Pixels, Readback).each_slot();
-    /// See `RadianceReadback`.
+    /// Host copy of `Temperature`.
     TemperatureReadback: unbound(GROUP, Groups, Readback).each_slot();
 
-    /// Capacitances and sums of the nodes of a large network.
+    /// 1 / C and emission of the nodes of a large network.
     NetworkRows: row(PAIRS, NetworkGroups, Storage, "Row");
-    /// Where the conductors of every slice of rows begin.
+    /// First entries of every slice of rows.
     NetworkSlices: row(8, Count::NetworkSlices, Storage, "Slice");
-    /// Neighbours of four nodes each.
+    /// Neighbours by linear conductors, for four nodes each.
     NetworkNeighbours: row(16, NetworkLinear, Storage, "Neighbour");
-    /// Linear conductors to them [W/K].
+    /// Linear conductors to `NetworkNeighbours` [W/K].
     NetworkConductances: row(16, NetworkLinear, Storage, "Conductance");
-    /// Neighbours that four nodes each radiate to, and how much.
+    /// Neighbours by radiative conductors, for four nodes each, and these conductors.
     NetworkRadiators: row(32, NetworkRadiative, Storage, "Radiator");
-    /// Where the conductors of a node beyond its row begin.
+    /// First conductor of each node beyond its row.
     NetworkTails: row(4, Count::NetworkTails, Storage, "Tail");
-    /// These conductors.
+    /// Conductors beyond the rows.
     NetworkLinks: row(size_of::<layout::NetworkLink>(), Count::NetworkLinks, Storage, "Link");
     /// Heat of every node [W] and its slope [W/s], written by the host.
     NetworkHeat: row(PAIRS, NetworkGroups, FromHost, "Heat");
-    /// The list of a pass over all nodes, which is empty and which no such pass binds.
+    /// Empty list for a pass over all nodes, which no pass binds.
     NetworkAll: unbound(4, Count::NetworkAll, Storage);
-    /// Groups with arithmetic nodes, and a bit for each of these.
+    /// Groups with arithmetic nodes, and a bit for each of these nodes.
     NetworkArithmetic: row(4, Count::NetworkArithmetic, Storage, "List");
-    /// The same of nodes that are no boundary.
+    /// Groups with nodes that are not a boundary, and a bit for each of these nodes.
     NetworkFree: row(4, Count::NetworkFree, Storage, "List");
-    /// Nodes of the sensors.
+    /// Node of each sensor.
     NetworkSensors: row(4, Count::NetworkSensors, Storage, "List");
-    /// Kept temperatures of a network: base and rest [K] of every node.
+    /// Accepted temperatures of a large network: base and rest of every node [K].
     NetworkKept: unbound(PAIRS, NetworkGroups, ToHost);
-    /// Temperatures of a network that is tried, of every other stage.
+    /// Temperatures of every other stage of an attempt.
     NetworkEven: row(PAIRS, NetworkGroups, Storage, "Present Gathered Next");
-    /// See `NetworkEven`.
+    /// Temperatures of the stages between those of `NetworkEven`.
     NetworkOdd: row(PAIRS, NetworkGroups, Storage, "Present Gathered Next");
-    /// Rests of the nodes of a network at the start of a sub-step [K]; of TR-BDF2 the change of the first stage.
+    /// Rests at the start of a sub-step [K]. TR-BDF2: change of the first stage [K].
     NetworkStart: row(GROUP, NetworkGroups, Storage, "Start");
-    /// Rates of the nodes of a network [K/s]; of TR-BDF2 the heat at the start [W].
+    /// Rates at the start of a sub-step [K/s]. TR-BDF2: heat at the start [W].
     NetworkRates: row(GROUP, NetworkGroups, Storage, "Rate");
-    /// Largest errors, where the host reads them.
+    /// Largest errors, read by the host.
     NetworkErrors: row(4, NetworkGroups, ToHost, "Error");
-    /// Temperatures of the sensors, where the host reads them.
+    /// Temperatures of the sensors, read by the host.
     NetworkSensed: row(8, Count::NetworkSensed, ToHost, "Sensed");
-    /// Parts of sums.
+    /// Partial sums of the workgroups.
     SolverPartials: row(8, NetworkWorkgroups, Storage, "Partial");
-    /// What the solver knows of itself, where the host reads it.
+    /// State of the solver, read by the host.
     SolverScalars: row(size_of::<layout::NetworkSolver>(), NetworkOnce, ToHost, "Scalar");
     /// Preconditioned residual of the solver [K].
     SolverConditioned: row(GROUP, NetworkGroups, Storage, "Conditioned ConditionedOne");
-    /// Direction of search.
+    /// Search direction.
     SolverDirection: row(GROUP, NetworkGroups, Storage, "Direction");
-    /// The matrix times that.
+    /// Product of the matrix and the search direction.
     SolverProductDirection: row(GROUP, NetworkGroups, Storage, "ProductDirection");
     /// Solution [K].
     SolverSolution: row(GROUP, NetworkGroups, Storage, "Solution");
-    /// The matrix times the preconditioned residual.
+    /// Product of the matrix and the preconditioned residual.
     SolverProduct: row(GROUP, NetworkGroups, Storage, "Product");
-    /// The diagonal [W/K].
+    /// Diagonal of the matrix [W/K].
     SolverDiagonal: row(GROUP, NetworkGroups, Storage, "Diagonal");
 
-    /// What the dispatches over a small network do.
+    /// Parameters of the dispatches over a small network.
     SmallAttempt: row(size_of::<layout::NetworkAttempt>(), Given, FromHost, "Attempt");
-    /// Its nodes.
+    /// Nodes of a small network.
     SmallNodes: row(size_of::<layout::NetworkNode>(), Given, FromHost, "Node");
-    /// Its conductors.
+    /// Conductors of a small network.
     SmallLinks: row(size_of::<layout::NetworkLink>(), Given, FromHost, "Link");
     /// Heat of every node [W] and its slope [W/s].
     SmallHeat: row(8, Given, FromHost, "Heat");
     /// Weights of the stages of a sub-step.
     SmallStages: row(size_of::<layout::NetworkStage>(), Given, FromHost, "Stage");
-    /// Sensors, and arithmetic nodes without arithmetic neighbours.
+    /// Sensors, then arithmetic nodes without an arithmetic neighbour.
     SmallLists: row(4, Given, FromHost, "List");
-    /// Base and rest of every node [K], as kept or as tried.
+    /// Base and rest of every node [K], accepted or of the attempt.
     SmallEven: row(8, Given, ToHost, "State");
-    /// The other of the two.
+    /// The other one of the accepted and attempted temperatures.
     SmallOdd: row(8, Given, ToHost, "State");
-    /// Stages under way.
+    /// Intermediate values of the stages.
     SmallWork: row(16, Given, Storage, "Work");
-    /// What was done, the largest error, and the sensors' temperatures.
+    /// Progress, largest error and sensor temperatures.
     SmallResult: row(4, Given, ToHost, "Result");
-    /// Order in which the balances of arithmetic nodes are eliminated.
+    /// Elimination order for the balances of arithmetic nodes.
     BalanceSchedule: row(4, Given, FromHost, "Schedule");
-    /// Their matrix.
+    /// Matrix of these balances.
     BalanceMatrix: row(4, Given, Storage, "Matrix");
-    /// Order in which the balances of all nodes are eliminated.
+    /// Elimination order for the balances of all nodes.
     StepSchedule: row(4, Given, FromHost, "Schedule");
-    /// Their matrix.
+    /// Matrix of these balances.
     StepMatrix: row(4, Given, Storage, "Matrix");
 
-    /// How many steps of a response to take.
+    /// Size of a response dispatch.
     ResponseSteps: row(size_of::<layout::Steps>(), Given, FromHost, "Steps");
-    /// Targets of these steps [K].
+    /// Targets at the steps of a response [K].
     ResponseTargets: row(4, Given, FromHost, "Commanded");
-    /// Temperatures at these steps [K].
+    /// Temperatures at the steps of a response [K].
     ResponseTemperatures: row(4, Given, ToHost, "Temperature");
-    /// Temperatures or radiances that are turned into the other.
+    /// Temperatures or radiances to convert.
     RadiationInput: row(4, Given, FromHost, "Input");
-    /// What comes of them.
+    /// Converted radiances or temperatures.
     RadiationOutput: row(4, Given, ToHost, "Output");
-    /// Inverse temperatures of a table of radiances [1/K].
+    /// Inverse temperatures over a table of radiances [1/K].
     InverseTemperatures: row(4, Given, FromHost, "Guess");
-    /// What a measured copy reads.
+    /// Source of a measured copy.
     CopiedFrom: unbound(1, Given, Storage);
-    /// What it writes.
+    /// Destination of a measured copy.
     CopiedTo: unbound(1, Given, Storage);
-    /// What passes that do nothing are taken to write.
+    /// Nominal output of empty dispatches.
     Untouched: unbound(16, Given, Storage);
-    /// What the host uploads.
+    /// Staging buffer of uploads.
     Staged: unbound(1, Given, Staging);
-    /// What the host downloads.
+    /// Staging buffer of downloads.
     Fetched: unbound(1, Given, Readback);
 }

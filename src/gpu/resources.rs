@@ -1,4 +1,4 @@
-//! A scene as plain numbers, what it needs on the device, and how that is filled.
+//! Input data of a scene on the device, its memory plan, and the upload.
 
 use std::sync::Arc;
 
@@ -19,84 +19,84 @@ use crate::environment::albedo;
 use crate::environment::shadow::{Jointed, Occluders, Redraw};
 use crate::gpu::nodes::{GROUP, RANGE_GROUPS};
 
-/// Nodes of one workgroup of the thermal step, which ranges are multiples of.
+/// Nodes of a workgroup of the thermal step. Ranges are multiples of it.
 pub const NODES_PER_WORKGROUP: usize = GROUP * RANGE_GROUPS;
 
-/// A scene as plain numbers for the device. Nodes come in groups of four that share material and part.
+/// Data of a scene. Nodes come in groups of four with a common material and part.
 pub struct SceneData<'a> {
-    /// Which pipeline moves which groups.
+    /// Ranges of nodes with their pipelines.
     pub ranges: Vec<StepRange>,
-    /// Index into `materials`, one a group.
+    /// Material index of each group.
     pub group_material: &'a [u32],
-    /// Part index, one a group.
+    /// Part index of each group.
     pub group_part: &'a [u32],
-    /// Unit normals, one a node; zero for padding.
+    /// Unit normal of each node; zero for padding.
     pub normals: &'a [Vec3],
-    /// Positions in the body frame [m], one a node.
+    /// Position of each node in the body frame [m].
     pub positions: &'a [Vec3],
-    /// Node indices.
+    /// Node indices of the triangles.
     pub triangles: &'a [[u32; 3]],
-    /// Values of the materials.
+    /// Materials.
     pub materials: &'a [layout::Material],
-    /// Response functions that are no powers.
+    /// Shaped response functions.
     pub shapes: &'a Shapes,
-    /// ln(L e^x / T) with its guard values.
+    /// Band table (see `blackbody::band_table`).
     pub band_table: &'a [f32],
-    /// Width and height of the image; `None` where nothing is drawn.
+    /// Width and height of the image [px]; `None` without an image.
     pub image: Option<[u32; 2]>,
-    /// What casts shadows; `None` where the craft does not shadow itself.
+    /// Shadows; `None` if the craft does not shadow itself.
     pub shadows: Option<ShadowData<'a>>,
-    /// What moves; `None` where nothing does.
+    /// Joints; `None` if no part moves.
     pub joints: Option<JointData<'a>>,
 }
 
-/// Which triangles move together.
+/// Triangles of each joint.
 #[derive(Clone)]
 pub struct JointData<'a> {
-    /// The body and its joints.
+    /// Number of joints, counting the body.
     pub count: u32,
-    /// Runs of the triangles; each begins at a multiple of 64.
+    /// Runs of triangles. Each begins at a multiple of 64.
     pub triangles: &'a [TriangleRun],
     /// Runs of the triangles that cast shadows.
     pub occluders: &'a [TriangleRun],
-    /// What casts shadows, in the file's pose; only where rays find them.
+    /// Shadow casters in the pose of the model file, for shadow rays only.
     pub casters: Option<Jointed>,
 }
 
-/// What casts shadows, and how often they are found.
+/// Shadow casters, and when to update the shadows.
 #[derive(Clone)]
 pub struct ShadowData<'a> {
-    /// Node indices of the triangles.
+    /// Node indices of the triangles that cast shadows.
     pub occluders: &'a [[u32; 3]],
-    /// The Sun's view and when it is drawn anew.
+    /// View from the Sun, and when to update it.
     pub redraw: Redraw,
-    /// The tree of the triangles, where rays find the shadows.
+    /// Tree of the triangles, for shadow rays only.
     pub tree: Option<&'a Occluders>,
 }
 
-/// A buffer or image, and what it takes.
+/// A planned buffer or image.
 #[derive(Debug, Clone)]
 pub struct Planned {
-    /// What it is.
+    /// Resource.
     pub resource: Resource,
-    /// Bytes, of all slots together.
+    /// Size of all its copies [bytes].
     pub bytes: u64,
 }
 
 impl SceneData<'_> {
-    /// Whether many steps may pass in one dispatch: transitions that nothing but the load of a step commands.
+    /// Whether one dispatch may take many steps. This needs transitions that depend on nothing but the load.
     pub fn fuses(&self) -> bool {
         let kinds = || self.ranges.iter().map(|range| range.variant.kind);
         self.joints.is_none() && kinds().any(StepKind::has_state) && kinds().all(|kind| kind != StepKind::Absorb)
     }
 
-    /// The triangles of the body and of each joint.
+    /// Triangles of the body and of each joint.
     pub fn runs(&self) -> Vec<TriangleRun> {
         let whole = TriangleRun { joint: 0, triangles: (0, self.triangles.len() as u32) };
         self.joints.as_ref().map_or_else(|| vec![whole], |joints| joints.triangles.to_vec())
     }
 
-    /// Draws of all triangles, for where none is culled.
+    /// Draw commands of all triangles, for drawing without culling.
     fn whole_draws(&self) -> Vec<layout::DrawCommand> {
         let mut draws = Vec::new();
         for run in self.runs().into_iter().flat_map(TriangleRun::pieces) {
@@ -117,7 +117,7 @@ impl SceneData<'_> {
         draws
     }
 
-    /// Everything that the scene needs on the device, with sizes, in the order of the table.
+    /// Everything that the scene needs on the device, in the order of the table.
     pub fn plan(&self) -> Vec<Planned> {
         let planned = |resource: &Resource| {
             let row = resource.row();
@@ -129,7 +129,7 @@ impl SceneData<'_> {
         Resource::ALL.iter().filter_map(planned).collect()
     }
 
-    /// How many there are of what `count` counts; none of what no scene has.
+    /// Number of elements for a `count`; 0 if no scene has such elements.
     fn count(&self, count: Count) -> usize {
         let groups = self.normals.len() / GROUP;
         let only = |present: bool, number: usize| if present { number } else { 0 };
@@ -158,7 +158,7 @@ impl SceneData<'_> {
             Count::SunView => only(seen.is_some(), 1),
             Count::Occluders => seen.map_or(0, |shadows| shadows.occluders.len()),
             Count::SunTexels => seen.map_or(0, |shadows| (shadows.redraw.resolution as usize).pow(2)),
-            // As parts move the tree is built anew, with as many boxes.
+            // A tree that is rebuilt for moved parts has the same number of boxes.
             Count::Boxes => tree.map_or(0, |tree| tree.tree.nodes.len()),
             Count::Traced => tree.map_or(0, |tree| tree.triangles.len()),
             Count::Pixels => self.image.map_or(0, |[width, height]| width as usize * height as usize),
@@ -167,25 +167,24 @@ impl SceneData<'_> {
     }
 }
 
-/// What a scene has to spare while its thermal network is stepped: the culled triangles, which are found again where an image
-/// follows, and the temperatures, which come back from the network.
+/// Resources of a scene that its thermal network may overwrite. The culled triangles are found again before an image,
+/// and the temperatures come from the network.
 const SPARE: [Resource; 2] = [Resource::VisibleTriangles, Resource::Temperature];
 
-/// Bytes of each buffer that the scene of a plan has to spare while its network is stepped.
+/// Size of each buffer that a network may overwrite [bytes].
 pub fn spare_bytes(plan: &[Planned]) -> Vec<u64> {
     let of = |resource| plan.iter().find(|planned| planned.resource == resource).map(|planned| planned.bytes);
     SPARE.into_iter().filter_map(of).collect()
 }
 
-/// Bytes of a plan that follow the number of nodes, triangles included; what only the host reads is not counted.
+/// Part of a plan that grows with the nodes and triangles [bytes], without buffers that only the host reads.
 pub fn device_bytes(plan: &[Planned]) -> u64 {
     plan.iter().filter(|planned| planned.resource.row().grows_with_nodes()).map(|planned| planned.bytes).sum()
 }
 
-/// Refuses a plan that the device cannot hold, before any of it is made; `beside` are the bytes of what is not in it.
+/// Checks that the device can hold a plan, before anything is allocated. `beside` is other memory in use [bytes].
 ///
-/// # Errors
-/// More bytes than the device has, or an image larger than it draws.
+/// # Errors The plan needs more memory than the device has, or the image is larger than the device can draw.
 pub fn check_plan(context: &Context, plan: &[Planned], beside: u64, image: Option<[u32; 2]>) -> Result<(), GpuError> {
     let info = &context.info;
     let needed = plan.iter().map(|planned| planned.bytes).sum::<u64>() + beside;
@@ -204,10 +203,7 @@ pub fn check_plan(context: &Context, plan: &[Planned], beside: u64, image: Optio
 }
 
 impl Resources {
-    /// Makes and fills everything that a scene needs.
-    ///
-    /// # Errors
-    /// A scene beyond the device, or a call that fails.
+    /// Makes and fills all resources of a scene.
     pub fn of_scene(context: &Arc<Context>, once: &mut Once, data: &SceneData<'_>) -> Result<Self, GpuError> {
         let plan = data.plan();
         check_plan(context, &plan, 0, data.image)?;
@@ -261,14 +257,14 @@ impl Resources {
         Ok(())
     }
 
-    /// Replaces the tree that rays are tried against.
+    /// Replaces the tree for shadow rays.
     pub(super) fn upload_tree(&mut self, once: &mut Once, tree: &Occluders) -> Result<(), GpuError> {
         let (boxes, triangles) = layout::shadow_tree(tree);
         self.upload(once, Resource::ShadowTree, &boxes)?;
         self.upload(once, Resource::ShadowTriangles, &triangles)
     }
 
-    /// The buffers that the scene has to spare while its network is stepped.
+    /// The buffers that a network may overwrite.
     pub(super) fn spare(&self) -> Vec<Arc<Buffer>> {
         SPARE.into_iter().filter_map(|resource| self.get(resource).map(|region| Arc::clone(&region.buffer))).collect()
     }

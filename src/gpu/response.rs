@@ -1,4 +1,4 @@
-//! The response of nodes to given targets, computed on the device by the transition that the thermal step takes.
+//! Response of nodes to given targets, computed on the device with the transition of the thermal step.
 
 use std::sync::Arc;
 
@@ -15,24 +15,21 @@ use super::store::Resources;
 use super::variant::ResponseVariant;
 use crate::thermal::material::Transition;
 
-/// Nodes that the shader's workgroup takes: 64 invocations of four.
+/// Nodes of a workgroup: 64 invocations of four.
 const NODES: usize = 256;
-/// Steps of one dispatch: not so many that a driver takes it for one that hangs.
+/// Steps of a dispatch, few enough that no driver stops it as hanging.
 const STEPS: usize = 128;
 
-/// A node that starts at rest, and what is commanded of it.
+/// A node at rest, and its targets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
     /// Temperature at step 0 [K].
     pub initial: f32,
-    /// Target of each step from 1 [K].
+    /// Target of each step, from step 1 [K].
     pub targets: Vec<f32>,
 }
 
-/// Temperatures [K] at the steps from 1 of every run, as long as the run's targets.
-///
-/// # Errors
-/// More than the device holds, or a call that fails.
+/// Temperatures of every run [K] at the steps from 1, as many as the run has targets.
 pub fn respond(context: &Arc<Context>, transition: &Transition, runs: &[Run]) -> Result<Vec<Vec<f32>>, GpuError> {
     let steps = runs.iter().map(|run| run.targets.len()).max().unwrap_or(0);
     let nodes = runs.len().next_multiple_of(NODES);
@@ -42,7 +39,7 @@ pub fn respond(context: &Arc<Context>, transition: &Transition, runs: &[Run]) ->
         let count = STEPS.min(steps - first);
         let mut commanded = vec![0.0f32; count * nodes];
         for (node, run) in runs.iter().enumerate() {
-            // A run that is over stays at its last target.
+            // A run that has ended keeps its last target.
             let last = run.targets.last().copied().unwrap_or(run.initial);
             for step in 0..count {
                 commanded[step * nodes + node] = run.targets.get(first + step).copied().unwrap_or(last);
@@ -98,7 +95,7 @@ impl Device {
         Ok(Self { once, bindings, resources, list })
     }
 
-    /// Takes some steps; targets and temperatures lie step after step. Waits.
+    /// Takes `count` steps and waits. Targets and temperatures are ordered by step.
     fn steps(&mut self, commanded: &[f32], count: usize, nodes: usize) -> Result<&[f32], GpuError> {
         let steps = layout::Steps { count: count as u32, groups: (nodes / 4) as u32 };
         self.resources.write(Resource::ResponseSteps, 0, &[steps])?;

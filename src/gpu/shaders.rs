@@ -1,6 +1,7 @@
-//! The door to all shaders: the SPIR-V of an entry point of `glsl/`, with or without words that choose what is in it.
+//! SPIR-V of all shaders. An entry point is a file of `glsl/`, and words are preprocessor names that select a variant
+//! of it.
 //!
-//! Entry points without words are compiled ahead, to `spirv/`. With words they are compiled when they are first asked for.
+//! Entry points without words are compiled in advance, to `spirv/`. Variants with words are compiled at first use.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,14 +16,14 @@ macro_rules! entry_points {
     ($($file:literal)*) => { &[$(($file, include_bytes!(concat!("../../spirv/", $file, ".spv")))),*] };
 }
 
-/// Each entry point of `glsl/`, and its SPIR-V without words as it stands in `spirv/`.
+/// Entry points of `glsl/`, each with its SPIR-V without words.
 pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
     "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp" "network_fused.comp" "network_solve.comp"
     "network_wide.comp" "radiance.frag" "radiance.vert" "response.comp" "solar_depth.vert" "solar_rays.comp"
     "solar_visibility.comp" "thermal_step.comp"
 ];
 
-/// Name and text of each file of `glsl/`.
+/// Name and text of each file in `glsl/`.
 const TEXTS: &[(&str, &str)] = texts![
     "albedo.glsl" "balance.glsl" "band_table.glsl" "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp"
     "network.glsl"
@@ -32,43 +33,40 @@ const TEXTS: &[(&str, &str)] = texts![
     "solar_visibility.comp" "solar_visibility.glsl" "thermal_step.comp" "transition.glsl" "types.glsl"
 ];
 
-/// A file of `glsl/`.
+/// Text of a file in `glsl/`.
 pub(super) fn text_of(file: &str) -> &'static str {
     TEXTS.iter().find(|(name, _)| *name == file).map_or("", |(_, text)| text)
 }
 
-/// An entry point, and what chooses its content.
+/// An entry point with the words of a variant.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Shader {
-    /// Its file in `glsl/`.
+    /// File in `glsl/`.
     pub entry: &'static str,
-    /// What is in it, in small letters. The preprocessor knows each in capitals.
+    /// Words in lower case. The preprocessor names are in upper case.
     pub words: Vec<&'static str>,
 }
 
 impl Shader {
-    /// An entry point with some words.
+    /// Makes a shader from an entry point and words.
     pub fn new(entry: &'static str, words: Vec<&'static str>) -> Self {
         Self { entry, words }
     }
 
-    /// The file's name, or its stem and the words: `thermal_step.merge.sun.albedo`.
+    /// The file name, or the stem with the words, such as `thermal_step.merge.sun.albedo`.
     pub fn name(&self) -> String {
         let stem = self.entry.rsplit_once('.').map_or(self.entry, |(stem, _)| stem);
         if self.words.is_empty() { self.entry.to_owned() } else { format!("{stem}.{}", self.words.join(".")) }
     }
 
     /// Compiles the GLSL to SPIR-V.
-    ///
-    /// # Errors
-    /// What naga says.
     pub fn compile(&self) -> Result<Vec<u32>, CompileError> {
         let mut text = String::new();
         self.expand(self.entry, &mut Vec::new(), &mut text);
         compile::compile(&self.name(), self.entry, &text, self.words.iter().map(|word| word.to_uppercase()))
     }
 
-    /// Appends a file with each `#include "file"` replaced by that file, once each: naga accepts no includes.
+    /// Appends a file and expands each `#include "file"` once, because naga does not support includes.
     fn expand<'a>(&'a self, file: &'a str, seen: &mut Vec<&'a str>, text: &mut String) {
         if seen.contains(&file) {
             return;
@@ -83,15 +81,12 @@ impl Shader {
     }
 }
 
-/// SPIR-V of each shader that was asked for.
+/// Cache of the SPIR-V of all shaders in use.
 #[derive(Default)]
 pub struct Modules(Mutex<BTreeMap<Shader, Arc<[u32]>>>);
 
 impl Modules {
-    /// SPIR-V of a shader, compiled at most once.
-    ///
-    /// # Errors
-    /// What naga says.
+    /// SPIR-V of a shader. Each shader is compiled at most once.
     pub fn module(&self, shader: &Shader) -> Result<Arc<[u32]>, CompileError> {
         let mut modules = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = modules.get(shader) {

@@ -1,21 +1,21 @@
-//! The response functions of a scene that are no powers, as the device has them: pieces in one buffer.
+//! Cubic pieces of a scene's shaped response functions, in one buffer.
 
 use super::variant::{Curve, StepKind};
 use crate::thermal::function::Function;
 use crate::thermal::function::pieces::FEWEST;
 use crate::thermal::material::{Domain, Material, Response, Retarget, Transition};
 
-/// The functions of the shaped transitions of a scene.
+/// The shaped response functions of a scene.
 #[derive(Debug, Clone, Default)]
 pub struct Shapes {
-    /// Functions, and what says where their pieces are.
+    /// Functions, each with its result of `place`.
     places: Vec<(Function, f32)>,
-    /// Pieces that the shaders read; empty where none does.
+    /// Pieces for the shaders, empty without shaped functions.
     pub values: Vec<[f32; 4]>,
 }
 
 impl Shapes {
-    /// The functions that the materials use.
+    /// The functions of the materials.
     pub fn of(materials: &[Material]) -> Self {
         let mut shapes = Self::default();
         for material in materials {
@@ -45,14 +45,14 @@ impl Shapes {
         }
     }
 
-    /// Where the pieces of a function are: 16 times the place of the first, in units of the fewest that a function has, and how
-    /// often it has twice as many. 0 of a function without pieces.
+    /// Place of a function's pieces, 0 without pieces. It is 16 times the index of the first piece, in units of the
+    /// smallest number of pieces, plus the number of doublings from this number to that of the function.
     pub fn place(&self, function: &Function) -> f32 {
         self.places.iter().find(|(known, _)| known == function).map_or(0.0, |(_, place)| *place)
     }
 }
 
-/// What moves along a transition, and how.
+/// Shader variant of a transition.
 pub fn curve(transition: &Transition) -> (StepKind, Curve) {
     let kind = match transition.retarget {
         Retarget::Merge => StepKind::Merge,

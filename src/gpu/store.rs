@@ -1,4 +1,4 @@
-//! Buffers and images by what they are: made from their rows, filled, written and read.
+//! Allocation, filling and reading of buffers and images by resource.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,24 +12,24 @@ use super::layout;
 use super::memory::{Buffer, Image};
 use super::resource::{Resource, Role};
 
-/// A piece of a buffer, or all of it.
+/// A part of a buffer, or a whole buffer.
 #[derive(Clone)]
 pub(super) struct Region {
     pub buffer: Arc<Buffer>,
     pub offset: u64,
     pub bytes: u64,
-    /// Whether the buffer is somebody else's.
+    /// Whether another owner shares the buffer.
     pub lodged: bool,
 }
 
 impl Region {
-    /// A piece of somebody else's buffer.
+    /// A part of a buffer that has another owner.
     pub fn lodged(buffer: &Arc<Buffer>, offset: u64, bytes: u64) -> Self {
         Self { buffer: Arc::clone(buffer), offset, bytes, lodged: true }
     }
 }
 
-/// The buffers and images of a scene, of a network or of a small command, one or one a slot.
+/// Buffers and images of a scene, of a network or of a small command, with one copy or one for each slot.
 pub struct Resources {
     pub(super) context: Arc<Context>,
     buffers: BTreeMap<(Resource, usize), Region>,
@@ -37,28 +37,28 @@ pub struct Resources {
 }
 
 impl Resources {
-    /// Of nothing yet.
+    /// An empty store.
     pub(super) fn new(context: &Arc<Context>) -> Self {
         Self { context: Arc::clone(context), buffers: BTreeMap::new(), images: BTreeMap::new() }
     }
 
-    /// Makes a buffer of so many bytes.
+    /// Makes a buffer of `bytes` bytes.
     pub(super) fn make(&mut self, resource: Resource, bytes: u64) -> Result<(), GpuError> {
         self.make_in(resource, 0, bytes, false)
     }
 
-    /// Makes a buffer of so many elements.
+    /// Makes a buffer of `count` elements.
     pub(super) fn make_of(&mut self, resource: Resource, count: usize) -> Result<(), GpuError> {
         self.make(resource, (resource.row().element * count) as u64)
     }
 
-    /// Makes a buffer that the host fills, as long as the values.
+    /// Makes a buffer with the given values.
     pub(super) fn make_with<T: Pod>(&mut self, resource: Resource, values: &[T]) -> Result<(), GpuError> {
         self.make(resource, size_of_val(values) as u64)?;
         self.write(resource, 0, values)
     }
 
-    /// Makes the buffer of a slot; one that is bound `in_pieces` may be longer than what a device binds at once.
+    /// Makes the buffer of a slot. A buffer bound `in_pieces` may be longer than the largest binding.
     pub(super) fn make_in(
         &mut self,
         resource: Resource,
@@ -78,7 +78,7 @@ impl Resources {
         Ok(())
     }
 
-    /// Lets a resource lie in a piece of somebody else's buffer.
+    /// Places a resource in a part of a shared buffer.
     pub(super) fn lodge(&mut self, resource: Resource, region: Region) {
         self.buffers.insert((resource, 0), region);
     }
@@ -94,28 +94,27 @@ impl Resources {
         Ok(())
     }
 
-    /// The buffer of a resource that has one, the first where every slot does.
+    /// The buffer of a resource, if it has one. With a copy for each slot, it is the first.
     pub(super) fn get(&self, resource: Resource) -> Option<&Region> {
         self.buffers.get(&(resource, 0))
     }
 
-    /// The buffer of a resource, in the slot where it has one each.
+    /// The buffer of a resource in a slot.
     pub(super) fn region(&self, resource: Resource, slot: usize) -> &Region {
         &self.buffers[&(resource, if resource.row().per_slot { slot } else { 0 })]
     }
 
-    /// An image.
     pub(super) fn image(&self, resource: Resource) -> &Image {
         &self.images[&resource]
     }
 
-    /// Bytes of the buffers, as they were allocated, that `counts` holds of; what lies in somebody else's is not counted.
+    /// Allocated memory of the resources that `counts` accepts [bytes], without shared buffers.
     pub(super) fn bytes(&self, counts: impl Fn(Resource) -> bool) -> u64 {
         let own = self.buffers.iter().filter(|(_, region)| !region.lodged);
         own.filter(|((resource, _), _)| counts(*resource)).map(|(_, region)| region.buffer.bytes).sum()
     }
 
-    /// Writes from the start of a buffer that the host fills between submissions; nothing where there is no such buffer.
+    /// Writes from the start of a host-visible buffer. It does nothing if the resource has no buffer.
     pub(super) fn write<T: Pod>(&mut self, resource: Resource, slot: usize, values: &[T]) -> Result<(), GpuError> {
         let Some(region) = self.buffers.get_mut(&(resource, slot)) else { return Ok(()) };
         let shared = || GpuError::SharedBuffer { buffer: format!("{resource:?}") };
@@ -123,7 +122,7 @@ impl Resources {
         Ok(())
     }
 
-    /// Writes the slices of a buffer that every joint has one of.
+    /// Writes the slice of each joint.
     pub(super) fn write_slices<T: Pod>(
         &mut self,
         resource: Resource,
@@ -140,12 +139,12 @@ impl Resources {
         self.write(resource, slot, &bytes)
     }
 
-    /// The first values of a buffer that the host reads.
+    /// Reads the first values of a buffer.
     pub(super) fn read<T: Pod>(&self, resource: Resource, slot: usize, count: usize) -> &[T] {
         self.region(resource, slot).buffer.read(count)
     }
 
-    /// Frees a buffer that is no longer needed.
+    /// Frees a buffer.
     pub(super) fn free(&mut self, resource: Resource) {
         self.buffers.remove(&(resource, 0));
     }

@@ -1,4 +1,4 @@
-//! Device time of each pass by timestamps around it.
+//! Device time of each pass, measured by timestamp queries.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use ash::vk;
 use super::context::Context;
 use super::error::{During as _, GpuError};
 
-/// Timestamps of one slot; inert on a queue without them.
+/// Timestamp queries of one slot. It does nothing on a queue without timestamps.
 pub struct Timing {
     context: Arc<Context>,
     pool: Option<vk::QueryPool>,
@@ -17,30 +17,27 @@ pub struct Timing {
     names: Vec<String>,
 }
 
-/// A frame on the device, as its timestamps tell it.
+/// Measured times of a frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeviceFrame {
-    /// When the host submitted it.
+    /// Host time of the submission.
     pub submitted: Instant,
-    /// When the host knew that it was done.
+    /// Host time at which the host saw the fence.
     pub done: Instant,
-    /// Name, start and length of each pass [ns by the device's clock].
+    /// Name, start and duration of each pass [ns of the device clock].
     pub passes: Vec<(String, f64, f64)>,
 }
 
-/// Milliseconds of every pass of a run, by name, in the order of time.
+/// Durations of every pass in a run [ms], by name, in order of time.
 pub type PassTimes = BTreeMap<String, Vec<f64>>;
 
 impl Timing {
-    /// Room for `passes` passes.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Makes queries for up to `passes` passes.
     pub fn new(context: &Arc<Context>, passes: usize) -> Result<Self, GpuError> {
         let capacity = u32::try_from(2 * passes).unwrap_or(u32::MAX).max(2);
         let pool = if context.info.timestamp_period > 0.0 {
             let create = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(capacity);
-            // SAFETY: the device is alive, and its queue has timestamps.
+            // SAFETY: the device is alive, and its queue supports timestamps.
             Some(unsafe { context.device.create_query_pool(&create, None) }.during("creating a query pool")?)
         } else {
             None
@@ -51,7 +48,7 @@ impl Timing {
     pub(super) fn begin_frame(&mut self, commands: vk::CommandBuffer) {
         self.names.clear();
         if let Some(pool) = self.pool {
-            // SAFETY: the slot's last frame was waited for.
+            // SAFETY: the host waited for the last frame of the slot.
             unsafe { self.context.device.cmd_reset_query_pool(commands, pool, 0, self.capacity) };
         }
     }
@@ -68,21 +65,22 @@ impl Timing {
     fn stamp(&self, commands: vk::CommandBuffer, query: usize) {
         if let Some(pool) = self.pool {
             let query = u32::try_from(query).unwrap_or(u32::MAX);
-            // SAFETY: the pool has two queries a pass and was reset at the start of the frame.
+            // SAFETY: the pool has two queries for each pass and was reset at the start of the frame.
             unsafe {
                 self.context.device.cmd_write_timestamp2(commands, vk::PipelineStageFlags2::ALL_COMMANDS, pool, query);
             }
         }
     }
 
-    /// Name, start and length [ns by the device's clock] of the passes of the slot's last frame, which has been waited for.
+    /// Name, start and duration of the passes in the slot's last frame [ns of the device clock]. The frame must be
+    /// complete.
     pub(super) fn collect(&self) -> Result<Vec<(String, f64, f64)>, GpuError> {
         let Some(pool) = self.pool else { return Ok(Vec::new()) };
         if self.names.is_empty() {
             return Ok(Vec::new());
         }
         let mut stamps = vec![0u64; 2 * self.names.len()];
-        // SAFETY: the frame that wrote the stamps is complete.
+        // SAFETY: the frame that wrote the timestamps is complete.
         unsafe {
             self.context.device.get_query_pool_results(
                 pool,

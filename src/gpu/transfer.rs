@@ -1,4 +1,4 @@
-//! Uploads to device buffers and downloads from them, each submitted once and waited for.
+//! Uploads to device buffers and downloads from them, each waited for by a fence.
 
 use bytemuck::Pod;
 
@@ -8,11 +8,11 @@ use super::once::Once;
 use super::resource::Resource;
 use super::store::{Region, Resources};
 
-/// Bytes of an upload; longer ones go in pieces.
+/// Largest staging copy [bytes]. Longer uploads are split.
 const STAGED_AT_MOST: usize = 16 << 20;
 
 impl Resources {
-    /// Fills a device buffer from the host, and waits for it; nothing where there is no such buffer.
+    /// Fills a device buffer with values and waits. It does nothing if the resource has no buffer.
     pub(super) fn upload<T: Pod>(&mut self, once: &mut Once, resource: Resource, values: &[T]) -> Result<(), GpuError> {
         let Some(target) = self.get(resource).cloned() else { return Ok(()) };
         if self.get(Resource::Staged).is_none() {
@@ -32,12 +32,12 @@ impl Resources {
         Ok(())
     }
 
-    /// Frees what uploads are staged in.
+    /// Frees the staging buffer.
     pub(super) fn free_staging(&mut self) {
         self.free(Resource::Staged);
     }
 
-    /// The first values of a device buffer, fetched and waited for.
+    /// Downloads the first values of a device buffer and waits.
     pub(super) fn download<T: Pod>(
         &mut self,
         once: &mut Once,

@@ -1,4 +1,4 @@
-//! What the validation layer says, kept for whoever asks.
+//! Collection of the messages of the Vulkan validation layer.
 
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex};
@@ -7,7 +7,7 @@ use ash::{ext, vk};
 
 use super::error::{During as _, GpuError};
 
-/// Warnings and errors of the validation layer, in order.
+/// Warnings and errors in order.
 #[derive(Default)]
 pub struct Messages(Mutex<Vec<String>>);
 
@@ -20,8 +20,8 @@ impl Messages {
 
 type Messenger = (ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT);
 
-/// Installs a messenger that collects warnings and errors. The messages live as long as the returned Arc, which the
-/// context keeps until the messenger is destroyed.
+/// Installs a messenger that collects warnings and errors in the returned `Messages`. The context keeps them until it
+/// destroys the messenger.
 pub(super) fn install(entry: &ash::Entry, instance: &ash::Instance) -> Result<(Arc<Messages>, Messenger), GpuError> {
     let messages = Arc::new(Messages::default());
     let functions = ext::debug_utils::Instance::new(entry, instance);
@@ -30,20 +30,20 @@ pub(super) fn install(entry: &ash::Entry, instance: &ash::Instance) -> Result<(A
         .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE)
         .pfn_user_callback(Some(collect))
         .user_data(Arc::as_ptr(&messages).cast_mut().cast());
-    // SAFETY: the callback's data outlives the messenger, see above.
+    // SAFETY: the context keeps the callback's data longer than the messenger.
     let messenger =
         unsafe { functions.create_debug_utils_messenger(&create, None) }.during("installing a messenger")?;
     Ok((messages, (functions, messenger)))
 }
 
-/// Called by the layer, on whichever thread the offending call runs.
+/// Callback of the layer, on the thread of the offending call.
 unsafe extern "system" fn collect(
     _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
     _kind: vk::DebugUtilsMessageTypeFlagsEXT,
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     user: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: the layer passes valid data for the time of the call, and `user` is the Messages of `install`.
+    // SAFETY: the layer passes valid data for the duration of the call, and `user` is the `Messages` of `install`.
     let (messages, data) = unsafe { (&*user.cast::<Messages>(), &*data) };
     if !data.p_message.is_null() {
         // SAFETY: a non-null message is a C string.

@@ -1,103 +1,102 @@
-//! The variants of `thermal_step.comp`, `response.comp` and the fused networks' shader: what is not needed is absent from a
-//! pipeline.
+//! Shader variants of the thermal step, of responses and of small networks. A variant compiles only what it needs.
 
 use super::shaders::Shader;
 
-/// What moves the nodes of a range.
+/// How a range's nodes change in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum StepKind {
-    /// The balance temperature of the step; also how every node is settled at the start.
+    /// Sets the balance temperature of the step. It also settles every node at the start of a run.
     Instant,
-    /// Transition, merge rule.
+    /// Transition with the merge rule (docs/numerics.md, section 1).
     Merge,
-    /// Transition, restart rule.
+    /// Transition with the restart rule.
     Restart,
-    /// Transition whose target has not moved: time passes, no load is read.
+    /// Transition with an unchanged target. It reads no load.
     Advance,
-    /// The flux that a thermal network takes in [W/m2], in place of a temperature.
+    /// Computes the flux absorbed by a thermal network [W/m2] instead of a temperature.
     Absorb,
 }
 
-/// How the curve of a transition is evaluated.
+/// Evaluation of a transition's curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Curve {
-    /// A power of the remaining time; also where there is no transition.
+    /// A power of the remaining time. It also stands for no transition.
     Power,
-    /// Any function, in pieces.
+    /// Any function, as cubic pieces.
     Shaped {
-        /// Whether it moves the fourth power of the temperature.
+        /// Whether the transition moves the fourth power of the temperature.
         fourth_power: bool,
     },
 }
 
-/// One variant of the thermal step.
+/// A variant of `thermal_step.comp`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ThermalVariant {
-    /// What moves the nodes.
+    /// How the nodes change.
     pub kind: StepKind,
-    /// How their transition is evaluated.
+    /// Evaluation of their transition.
     pub curve: Curve,
     /// Whether the back exchanges heat too.
     pub both_sides: bool,
-    /// Sunlight.
+    /// Whether there is sunlight.
     pub sun: bool,
-    /// Planet infrared.
+    /// Whether there is planet infrared.
     pub planet_ir: bool,
-    /// Reflected sunlight; only with a Sun.
+    /// Whether there is reflected sunlight, which needs `sun`.
     pub albedo: bool,
-    /// The craft's shadow on itself; only with a Sun.
+    /// Whether the craft shadows itself, which needs `sun`.
     pub shadow: bool,
-    /// Whether a dispatch takes many steps, each under its own load.
+    /// Whether a dispatch takes many steps, each with its own load.
     pub fused: bool,
 }
 
-/// One variant of the response to given targets: the transition of a thermal step alone.
+/// A variant of `response.comp`, which has only the transition of a thermal step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ResponseVariant {
     /// `Merge` or `Restart`.
     pub kind: StepKind,
-    /// How the transition is evaluated.
+    /// Evaluation of the transition.
     pub curve: Curve,
 }
 
 impl ResponseVariant {
-    /// What is compiled.
+    /// Its shader.
     pub fn shader(&self) -> Shader {
         let words = [self.kind.word()].into_iter().chain(self.curve.words().iter().copied());
         Shader::new("response.comp", words.collect())
     }
 }
 
-/// What a fused kernel of a network does.
+/// Work of a small network's dispatch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum FusedKind {
-    /// Euler and RKL2.
+    /// Sub-steps by Euler or RKL2.
     Explicit {
         /// Whether nodes exchange heat by radiation.
         radiative: bool,
         /// Whether arithmetic nodes are coupled to each other.
         elimination: bool,
     },
-    /// TR-BDF2.
+    /// Sub-steps by TR-BDF2.
     Implicit,
-    /// Puts nodes into balance.
+    /// Balancing of nodes.
     Settle,
 }
 
-/// One variant of the fused kernels of a network.
+/// A variant of `network_fused.comp`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FusedVariant {
-    /// What it does.
+    /// Work.
     pub kind: FusedKind,
-    /// Invocations of its workgroup: one of [`FusedVariant::LANES`].
+    /// Invocations of the workgroup, one of [`FusedVariant::LANES`].
     pub lanes: u32,
 }
 
 impl FusedVariant {
-    /// Sizes of the workgroup.
+    /// Possible workgroup sizes.
     pub const LANES: [u32; 3] = [8, 64, 256];
 
-    /// What is compiled.
+    /// Its shader.
     pub fn shader(&self) -> Shader {
         let (word, radiative, elimination) = match self.kind {
             FusedKind::Explicit { radiative, elimination } => ("explicit", radiative, elimination),
@@ -115,7 +114,7 @@ impl FusedVariant {
 }
 
 impl StepKind {
-    /// Whether nodes keep a state between steps in the buffers of a transition.
+    /// Whether nodes keep the state of a transition between steps.
     pub fn has_state(self) -> bool {
         !matches!(self, Self::Instant | Self::Absorb)
     }
@@ -141,13 +140,13 @@ impl Curve {
     }
 }
 
-/// The words that are present.
+/// The words whose flag is set.
 fn present(words: &[(bool, &'static str)]) -> impl Iterator<Item = &'static str> {
     words.iter().filter_map(|(present, word)| present.then_some(*word))
 }
 
 impl ThermalVariant {
-    /// What is compiled, such as `thermal_step.merge.sun.planet_ir.albedo.both_sides`.
+    /// Its shader, such as `thermal_step.merge.sun.planet_ir.albedo.both_sides`.
     pub fn shader(&self) -> Shader {
         let switches = [
             (self.fused, "fused"),
@@ -161,25 +160,25 @@ impl ThermalVariant {
         Shader::new("thermal_step.comp", words.collect())
     }
 
-    /// The least variant that still computes a step: in umbra there is no Sun, in the dark no albedo.
+    /// The smallest variant for a step: without Sun in umbra, without albedo over the night side.
     pub fn for_step(self, has_sun: bool, has_albedo: bool) -> Self {
         let albedo = self.albedo && has_albedo;
         let sun = self.sun && (has_sun || albedo);
         Self { sun, albedo, shadow: self.shadow && has_sun, ..self }
     }
 
-    /// The same with many steps in a dispatch; `None` of what keeps no state, where only the last step counts, and of what
-    /// reads no load.
+    /// The fused variant. It is `None` without a state, where only the last step counts, and for variants without a
+    /// load.
     pub fn fused(self) -> Option<Self> {
         matches!(self.kind, StepKind::Merge | StepKind::Restart).then_some(Self { fused: true, ..self })
     }
 
-    /// The same nodes under the load that commanded them last: time alone passes.
+    /// The variant for a step whose load has not changed.
     pub fn idle(&self) -> Self {
         Self::advance(self.curve)
     }
 
-    /// Time passes without a load.
+    /// A variant that advances time without a load.
     fn advance(curve: Curve) -> Self {
         let kind = StepKind::Advance;
         Self {
@@ -194,7 +193,7 @@ impl ThermalVariant {
         }
     }
 
-    /// What settles the same nodes at the start.
+    /// The variant that settles the same nodes at the start of a run.
     pub fn settling(&self) -> Self {
         Self { kind: StepKind::Instant, curve: Curve::Power, fused: false, ..*self }
     }

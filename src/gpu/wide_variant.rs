@@ -1,55 +1,55 @@
-//! The variants of `network_wide.comp` and `network_solve.comp`: a pass over the nodes of a large network each.
+//! Shader variants of `network_wide.comp` and `network_solve.comp`, the passes over a large network.
 
 use super::shaders::Shader;
 
-/// A pass over the nodes of a large network.
+/// Work of a pass over a large network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum WideKind {
-    /// Rates at the start.
+    /// Computes the rates at the start.
     Begin,
-    /// Rebases, and the first stage.
+    /// Rebases temperatures and computes the first stage.
     First,
-    /// Any other stage.
+    /// Computes a later stage.
     Stage,
-    /// Balances arithmetic nodes that have no arithmetic neighbour.
+    /// Balances the arithmetic nodes without an arithmetic neighbour.
     Lone,
-    /// Rates at the end, and the error.
+    /// Computes the rates at the end and the error.
     Last,
-    /// The sensors.
+    /// Stores the sensor temperatures.
     Sense,
-    /// The start of a sub-step of TR-BDF2.
+    /// Starts a sub-step of TR-BDF2.
     Start,
-    /// Residual and diagonal of balances without stored heat.
+    /// Computes residual and diagonal of a steady balance.
     Balance,
-    /// Residual and diagonal of a stage of TR-BDF2.
+    /// Computes residual and diagonal of a TR-BDF2 stage.
     Residual,
-    /// The matrix of the solver times a vector.
+    /// Multiplies the solver's matrix by a vector.
     Product,
-    /// What the solver decides.
+    /// Sums the partial results and decides how the solver continues.
     Scalars,
-    /// The vectors of the solver.
+    /// Updates the vectors of the solver.
     Update,
-    /// The solution is added to the temperatures.
+    /// Adds the solution to the temperatures.
     Move,
-    /// The change of the first stage of TR-BDF2.
+    /// Stores the change of the first TR-BDF2 stage.
     Middle,
-    /// The error of TR-BDF2.
+    /// Computes the error of TR-BDF2.
     Estimate,
 }
 
-/// One variant of the wide kernels of a network.
+/// A variant of the shaders for large networks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct WideVariant {
-    /// What it does.
+    /// Work.
     pub kind: WideKind,
-    /// Whether nodes exchange heat by radiation; false where that is of no matter.
+    /// Whether nodes exchange heat by radiation. It is false if the work does not depend on it.
     pub radiative: bool,
-    /// Whether some nodes have more conductors than a row holds; likewise.
+    /// Whether some nodes have more conductors than a row holds. It is false if the work does not depend on it.
     pub tails: bool,
 }
 
 impl WideKind {
-    /// All of them in order: the word of each, and whether it goes through the conductors of its nodes.
+    /// All kinds in order, each with its word and whether it reads the conductors.
     pub const ALL: [(Self, &'static str, bool); 15] = [
         (Self::Begin, "begin", true),
         (Self::First, "first", false),
@@ -68,19 +68,19 @@ impl WideKind {
         (Self::Estimate, "estimate", true),
     ];
 
-    /// Whether it goes through the conductors of its nodes.
+    /// Whether it reads the conductors of its nodes.
     pub fn evaluates(self) -> bool {
         Self::ALL[self as usize].2
     }
 }
 
 impl WideVariant {
-    /// The variant for a network with or without radiative conductors and long rows.
+    /// The variant for a network.
     pub fn of(kind: WideKind, radiative: bool, tails: bool) -> Self {
         Self { kind, radiative: radiative && kind.evaluates(), tails: tails && kind.evaluates() }
     }
 
-    /// What is compiled, such as `network_wide.stage.radiative`.
+    /// Its shader, such as `network_wide.stage.radiative`.
     pub fn shader(&self) -> Shader {
         let entry = if self.kind < WideKind::Start { "network_wide.comp" } else { "network_solve.comp" };
         let mut words = vec![WideKind::ALL[self.kind as usize].1];

@@ -31,6 +31,7 @@ fn check(target: &Target) {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn the_device_holds_every_limit() {
     check(&Target::Device(context()));
 }

@@ -1,7 +1,7 @@
-//! Proves on the CPU that every dependency between the passes of consecutive frames has its barrier.
+//! Hazard check on the CPU: every dependency between passes of consecutive frames must have a barrier.
 //!
-//! The rules are those of the Vulkan specification, chapter "Synchronization and Cache Control": a read after a write
-//! and a write after a write need the write made available and visible; a write after a read needs execution order.
+//! The rules are in the Vulkan specification, chapter "Synchronization and Cache Control". A read or write after a
+//! write needs a memory dependency. A write after a read needs an execution dependency.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -12,29 +12,29 @@ use isotherm::gpu::frame::Frame;
 use isotherm::gpu::pass::{Access, Barrier, Entry, Scope, is_write, writes};
 use isotherm::gpu::resource::{Resource, Role};
 
-/// What may go wrong between two accesses.
+/// Kind of a missing dependency.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HazardKind {
-    /// The value read may not be the one written.
+    /// The read may see the old value.
     ReadAfterWrite,
-    /// The value may change under the reader.
+    /// The write may change the value during the read.
     WriteAfterRead,
-    /// Either write may win.
+    /// The order of the writes is undefined.
     WriteAfterWrite,
-    /// The image is not in the layout that the pass works with.
+    /// The image is not in the layout that the pass needs.
     Layout,
 }
 
-/// Two accesses without the barrier that they need.
+/// Two accesses without the barrier between them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hazard {
-    /// What may go wrong.
+    /// Kind.
     pub kind: HazardKind,
-    /// On what.
+    /// Resource of both accesses.
     pub resource: Resource,
-    /// The earlier pass; the host or nothing for a layout.
+    /// Name of the earlier pass; the host or empty for a layout.
     pub earlier: String,
-    /// The later pass.
+    /// Name of the later pass.
     pub later: String,
 }
 
@@ -44,20 +44,20 @@ impl fmt::Display for Hazard {
     }
 }
 
-/// An access that a later one may collide with.
+/// An earlier access that a later access may conflict with.
 struct Past {
     pass: String,
     access: Access,
-    /// Stages that come after it, by barriers so far.
+    /// Stages that wait for it because of the barriers so far.
     ordered_before: PipelineStageFlags2,
-    /// Stages and accesses that see what it wrote.
+    /// Stages and accesses that its write is visible to.
     visible_to: Vec<(PipelineStageFlags2, AccessFlags2)>,
-    /// Whether a barrier has made its write available.
+    /// Whether a barrier made its write available.
     available: bool,
 }
 
-/// All hazards within and between frames that follow each other on one queue. Per-slot resources alternate between two
-/// slots, whose reuse the host orders with a fence.
+/// All hazards within and between frames that follow each other on one queue. Resources with one copy per slot
+/// alternate between two slots, and a fence orders the reuse of a slot.
 pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
     let mut found = Vec::new();
     let mut past: BTreeMap<(Resource, usize), Vec<Past>> = BTreeMap::new();
@@ -110,7 +110,7 @@ pub fn hazards<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Hazard> {
     found
 }
 
-/// A scope with all stages and kinds of access by name.
+/// Replaces the collective flags of a scope by the stages and accesses that they stand for.
 fn spelled(scope: Scope) -> Scope {
     let whole = |part: bool| if part { u64::MAX } else { 0 };
     let mut access = scope.access;
@@ -154,7 +154,7 @@ fn apply(
         });
     }
     *layout = new;
-    // A change of layout writes the image: whatever came before must be ordered before the barrier.
+    // A layout change writes the image, so the barrier must come after every earlier access.
     for earlier in past.iter() {
         let ordered = barrier.before.stage.intersects(earlier.access.scope.stage | earlier.ordered_before);
         let unavailable = is_write(earlier.access.scope.access) && !earlier.available;
@@ -167,7 +167,7 @@ fn apply(
             });
         }
     }
-    // From here on the change of layout is the last write.
+    // The layout change is the last write from here on.
     past.clear();
     past.push(Past {
         pass: "change of layout".to_owned(),
@@ -205,7 +205,7 @@ fn collision(earlier: &Past, later: &Access) -> Option<HazardKind> {
     }
 }
 
-/// Resources that the host reads after some lists without a barrier that makes the device's last write visible to it.
+/// Resources that the host reads although no barrier makes the last write of the device visible to it.
 pub fn unread_by_host<'a>(frames: impl IntoIterator<Item = &'a Frame>) -> Vec<Resource> {
     let mut waiting: Vec<Resource> = Vec::new();
     for entry in frames.into_iter().flat_map(|frame| &frame.entries) {

@@ -73,6 +73,7 @@ fn furthest(a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn the_device_and_the_reference_draw_the_same_figures_and_agree_with_the_paper() {
     let folder = tempfile::tempdir().unwrap();
     cube_scene(folder.path());

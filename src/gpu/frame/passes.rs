@@ -1,4 +1,4 @@
-//! The passes of a scene's frame over runs of nodes and triangles: what each binds, and how many workgroups it takes.
+//! The passes of a scene's frame: their bindings and number of workgroups.
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
@@ -9,45 +9,44 @@ use crate::gpu::pass::{
 use crate::gpu::resource::Resource;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 
-/// A run of nodes that one pipeline moves.
+/// A range of nodes with one pipeline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StepRange {
-    /// Compiled variant.
+    /// Shader variant.
     pub variant: ThermalVariant,
-    /// Groups of four nodes: first, and the one after the last.
+    /// First group of four nodes and the one after the last.
     pub groups: (u32, u32),
-    /// The joint that moves them; 0 is the body.
+    /// Joint of the nodes; 0 is the body.
     pub joint: u32,
 }
 
-/// A run of triangles whose nodes hang on one joint.
+/// A run of triangles whose nodes belong to one joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TriangleRun {
     /// The joint; 0 is the body.
     pub joint: u32,
-    /// First triangle, and the one after the last.
+    /// First triangle and the one after the last.
     pub triangles: (u32, u32),
 }
 
-/// Triangles of one draw: those that a workgroup of `cull.comp` looks at.
+/// Triangles of one draw, which one workgroup of `cull.comp` culls.
 pub const TRIANGLES_A_DRAW: u32 = 2048;
 
-/// Draws whose commands are bound together: 1280 bytes, a multiple of every device's alignment.
+/// Draw commands that are bound together. Their 1280 bytes are a multiple of every device's offset alignment.
 const DRAWS_BOUND: u32 = 64;
 
-/// Triangles that one dispatch culls at most: less than the 128 MiB that a device binds at once.
+/// Most triangles that one dispatch culls, so that the binding stays below 128 MiB.
 const CULLED_AT_ONCE: u32 = 32 * DRAWS_BOUND * TRIANGLES_A_DRAW;
 
 impl TriangleRun {
-    /// Its draws: first, and the one after the last. No two runs of a scene share one, since they follow each other and each
-    /// joint has one run.
+    /// First draw of the run and the one after the last. Each joint has one run, so two runs never share a draw.
     pub fn draws(self) -> (u32, u32) {
         let (first, end) = self.triangles;
         let before = DRAWS_BOUND * (first / (DRAWS_BOUND * TRIANGLES_A_DRAW) + self.joint);
         (before, before + (end - first).div_ceil(TRIANGLES_A_DRAW))
     }
 
-    /// The runs that one dispatch culls, and one call draws, each.
+    /// Splits the run into runs of one culling dispatch and one draw call each.
     pub fn pieces(self) -> impl Iterator<Item = Self> {
         let (first, end) = self.triangles;
         let piece = move |at: u32| (at, end.min(at.saturating_add(CULLED_AT_ONCE)));
@@ -55,25 +54,25 @@ impl TriangleRun {
     }
 }
 
-/// Groups of four nodes that a workgroup of the shadow's shaders takes.
+/// Groups of four nodes of a workgroup in the shadow shaders.
 const GROUPS_OF_RAYS: u32 = 16;
 
-/// An access of a whole resource through a binding.
+/// Access to a whole resource through a binding.
 fn bound(binding: u32, resource: Resource, scope: Scope) -> Access {
     Access { binding: Some(binding), ..access(resource, scope) }
 }
 
-/// An access of a range of nodes, triangles or draws through a binding.
+/// Access to a range of nodes, triangles or draws through a binding.
 fn of_range(range: (u32, u32)) -> impl Fn(u32, Resource, Scope) -> Access {
     move |binding, resource, scope| Access { groups: Some(range), ..bound(binding, resource, scope) }
 }
 
-/// Workgroups of a kernel over nodes of so many groups each.
+/// Dispatch over a range of groups, with `each` groups a workgroup.
 fn over(kernel: Kernel, (first, end): (u32, u32), each: u32, said: Said) -> Work {
     Work::Dispatch { kernel, workgroups: (end - first).div_ceil(each), set: first, said }
 }
 
-/// Shader bindings of a variant of `thermal_step.comp`.
+/// The pass of `thermal_step.comp` over a range.
 pub(super) fn thermal_pass(range: StepRange) -> Pass {
     let StepRange { variant, groups, joint } = range;
     let loaded = variant.sun || variant.planet_ir;
@@ -113,7 +112,7 @@ pub(super) fn thermal_pass(range: StepRange) -> Pass {
     Pass { name: variant.shader().name(), work, accesses }
 }
 
-/// Positions and normals of a range of nodes, at bindings from 1.
+/// Positions and normals of a range, at bindings from 1.
 fn surface(groups: (u32, u32)) -> Vec<Access> {
     use Resource as R;
     let components = [R::PositionX, R::PositionY, R::PositionZ, R::NormalX, R::NormalY, R::NormalZ];
@@ -121,7 +120,7 @@ fn surface(groups: (u32, u32)) -> Vec<Access> {
     (1..).zip(components).map(|(binding, component)| of_nodes(binding, component, COMPUTE_READ)).collect()
 }
 
-/// The positions of all nodes, at bindings from 1.
+/// Positions of all nodes, at bindings from 1.
 fn places(scope: Scope) -> [Access; 3] {
     let components = [(1, Resource::PositionX), (2, Resource::PositionY), (3, Resource::PositionZ)];
     components.map(|(binding, component)| bound(binding, component, scope))
@@ -141,19 +140,19 @@ pub(super) fn ray_pass(ray: u32, joint: u32, groups: (u32, u32)) -> Pass {
     Pass { name: "solar_rays".to_owned(), work, accesses }
 }
 
-/// Depth is written.
+/// Depth write.
 pub(super) const DEPTH_WRITE: Scope = scope(
     S::from_raw(S::EARLY_FRAGMENT_TESTS.as_raw() | S::LATE_FRAGMENT_TESTS.as_raw()),
     A::DEPTH_STENCIL_ATTACHMENT_WRITE,
 );
 
-/// Depth is tested and written.
+/// Depth test and write.
 pub(super) const DEPTH: Scope = scope(
     DEPTH_WRITE.stage,
     A::from_raw(A::DEPTH_STENCIL_ATTACHMENT_READ.as_raw() | A::DEPTH_STENCIL_ATTACHMENT_WRITE.as_raw()),
 );
 
-/// An image is drawn into.
+/// Access to a render target.
 fn drawn(resource: Resource, scope: Scope) -> Access {
     Access { layout: ImageLayout::ATTACHMENT_OPTIMAL, ..access(resource, scope) }
 }
@@ -217,7 +216,7 @@ pub(super) fn radiance_pass() -> Pass {
 mod tests {
     use super::*;
 
-    /// Runs follow each other from multiples of 64 on, joints may be without triangles, and a run may take several dispatches.
+    /// Also covers joints without triangles, and a run of several dispatches.
     #[test]
     fn no_two_runs_of_a_scene_share_a_draw() {
         let (mut start, mut free) = (0, 0);

@@ -1,4 +1,4 @@
-//! What a large network takes on a device, buffer by buffer, and which of it lies where a scene lets it lie.
+//! Memory plan of a large network, and its use of the scene's spare buffers.
 
 use super::frame::SUB_STEPS_AT_MOST;
 use super::sliced::{SLICE, Sizes};
@@ -7,10 +7,10 @@ use crate::gpu::resource::{Count, Resource, Role};
 use crate::gpu::resources::Planned;
 use crate::thermal::network::Network;
 
-/// Where pieces of a buffer begin: no device asks `minStorageBufferOffsetAlignment` to be more.
+/// Alignment of a part of a buffer [bytes]. No device requires a larger `minStorageBufferOffsetAlignment`.
 const PIECE: u64 = 256;
 
-/// Vectors of the solver, which only a network that solves needs, and only while it does.
+/// Vectors of the solver. They are needed only while a network solves a linear system.
 pub const SOLVER: [Resource; 6] = [
     Resource::SolverConditioned,
     Resource::SolverDirection,
@@ -20,18 +20,18 @@ pub const SOLVER: [Resource; 6] = [
     Resource::SolverDiagonal,
 ];
 
-/// All buffers of a network of such sizes with so many sensors.
+/// All buffers of a network.
 pub fn plan(sizes: &Sizes, sensors: usize) -> Vec<Planned> {
     let planned = |resource: &Resource| {
         let row = resource.row();
-        // No buffer is shorter: an empty table still binds.
+        // An empty table also needs a buffer to bind.
         let bytes = |count| ((row.element * count) as u64).max(16);
         count(sizes, sensors, row.count).map(|count| Planned { resource: *resource, bytes: bytes(count) })
     };
     Resource::ALL.iter().filter_map(planned).collect()
 }
 
-/// How many there are of what `count` counts; `None` of what no large network has.
+/// Number of elements for a `count`; `None` if a large network has no such elements.
 fn count(sizes: &Sizes, sensors: usize, count: Count) -> Option<usize> {
     Some(match count {
         Count::NetworkGroups => sizes.groups,
@@ -51,16 +51,17 @@ fn count(sizes: &Sizes, sensors: usize, count: Count) -> Option<usize> {
     })
 }
 
-/// Whether the host reads or writes a buffer, so that it is counted as the host's.
+/// Whether the host reads or writes a buffer. Such a buffer counts as host memory.
 pub fn is_of_host(resource: Resource) -> bool {
     matches!(resource.row().role, Role::FromHost | Role::ToHost)
 }
 
-/// For every vector of the solver of so many bytes the buffer among `spare` that it lies in, by number, and where.
+/// Placement of the solver's vectors, of `vector` bytes each, in spare buffers: number of the buffer and offset
+/// [bytes]. It is `None` for a vector that does not fit.
 pub fn lodgings(spare: &[u64], vector: u64) -> [Option<(usize, u64)>; SOLVER.len()] {
     let each = vector.next_multiple_of(PIECE);
     let places = |(number, bytes): (usize, &u64)| {
-        // The last one need not end where another could begin.
+        // The last vector in a buffer needs no padding after it.
         let count = if *bytes < vector { 0 } else { 1 + (bytes - vector) / each };
         (0..count).map(move |place| (number, place * each))
     };
@@ -68,18 +69,18 @@ pub fn lodgings(spare: &[u64], vector: u64) -> [Option<(usize, u64)>; SOLVER.len
     SOLVER.map(|_| places.next())
 }
 
-/// What a large network takes.
+/// Memory of a large network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct NetworkBytes {
-    /// On the device, the vectors of the solver counted, which a steady state and stiff networks need.
+    /// Device memory [bytes], with the solver's vectors, which steady states and stiff networks need.
     pub device: u64,
-    /// Where the host reads and writes.
+    /// Host-visible memory [bytes].
     pub host: u64,
 }
 
 impl NetworkBytes {
-    /// Of a network, but for the vectors of the solver that lie in spare buffers of so many bytes. At most so many: parallel
-    /// conductors count as several.
+    /// Memory of a network, without solver vectors that fit into `spare` buffers [bytes]. This is an upper bound,
+    /// because parallel conductors count separately.
     pub fn of(network: &Network, sensors: usize, spare: &[u64]) -> Self {
         Self::of_plan(&plan(&Sizes::counted(network), sensors), spare)
     }
@@ -106,12 +107,13 @@ mod tests {
         assert_eq!(lodgings(&[], 1000), [None; 6]);
     }
 
-    /// Bytes by hand of one slice: 16 nodes of a ring, each with two neighbours.
+    /// Compares the bytes of one slice with a sum by hand: 16 nodes of a ring, each with two neighbours.
     #[test]
     fn a_ring_by_hand() {
         let sizes = Sizes { groups: 4, slices: 1, entries: [8, 0], links: 0, listed: [0, 4] };
         let plan = plan(&sizes, 0);
-        // Rows, slices, neighbours, conductances, empty tables and lists, the free, states, start and rates, a sum.
+        // Rows, slices, neighbours, conductances, empty tables and lists, free nodes, states, start and rates, a
+        // partial sum.
         let expected = 128 + 16 + 128 + 128 + 3 * 16 + 3 * 16 + 16 + 2 * 128 + 2 * 64 + 16;
         assert_eq!(NetworkBytes::of_plan(&plan, &[64 + 5 * 256]).device, expected, "the solver lies elsewhere");
         assert_eq!(NetworkBytes::of_plan(&plan, &[]).device, expected + 6 * 64);

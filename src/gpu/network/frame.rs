@@ -1,4 +1,4 @@
-//! What happens to a large network, as a frame: passes over its nodes, and the barriers between them.
+//! Frame lists of a large network: passes over its nodes and the barriers between them.
 
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
@@ -12,53 +12,53 @@ use crate::gpu::pass::{
 use crate::gpu::resource::Resource;
 use crate::gpu::wide_variant::{WideKind, WideVariant};
 
-/// Sub-steps of one submission.
+/// Most sub-steps of a submission.
 pub(super) const SUB_STEPS_AT_MOST: u32 = 64;
 
-/// What a try takes.
+/// Work of an attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WidePlan {
     /// Whether nodes exchange heat by radiation.
     pub radiative: bool,
     /// Whether some nodes have more conductors than a row holds.
     pub tails: bool,
-    /// Whether there are arithmetic nodes, none coupled to another.
+    /// Whether there are arithmetic nodes, all without an arithmetic neighbour.
     pub lone: bool,
-    /// Whether there are arithmetic nodes that are coupled.
+    /// Whether arithmetic nodes are coupled to each other.
     pub coupled: bool,
-    /// Groups of nodes.
+    /// Number of groups.
     pub groups: u32,
-    /// Groups with an arithmetic node.
+    /// Number of groups with an arithmetic node.
     pub arithmetic: u32,
-    /// Groups with a node that is no boundary.
+    /// Number of groups with a node that is not a boundary.
     pub free: u32,
-    /// Sensors.
+    /// Number of sensors.
     pub sensors: u32,
-    /// Stages of a sub-step; 0 of TR-BDF2.
+    /// Stages of a sub-step; 0 for TR-BDF2.
     pub stages: u32,
-    /// Iterations that are recorded of Newton's method for a stage, and of conjugate gradients for each of these.
+    /// Recorded iterations of Newton's method for a stage, and of conjugate gradients for each of them.
     pub iterations: [u32; 2],
 }
 
-/// Whatever a pass or a copy of an earlier submission did.
+/// Accesses of earlier submissions.
 const EARLIER: Scope = scope(
     S::from_raw(S::COMPUTE_SHADER.as_raw() | S::COPY.as_raw()),
     A::from_raw(A::SHADER_STORAGE_WRITE.as_raw() | A::TRANSFER_WRITE.as_raw()),
 );
 
-/// The same and a clear.
+/// Accesses of earlier submissions and of a clear.
 const CLEARED: Scope = scope(
     S::from_raw(S::COMPUTE_SHADER.as_raw() | S::COPY.as_raw() | S::CLEAR.as_raw()),
     A::from_raw(A::SHADER_STORAGE_WRITE.as_raw() | A::TRANSFER_WRITE.as_raw()),
 );
 
-/// Times that the arithmetic nodes are balanced at the start, each time from where the last one left them.
+/// Number of times that the arithmetic nodes are balanced at the start, each time from the last result.
 const BALANCES: u32 = 6;
-/// In place of a stage: at the start of the sub-step, where the first stage's rates are found.
+/// Number of the stage for passes at the start of a sub-step.
 pub const AT_START: u32 = u32::MAX;
 
 impl WidePlan {
-    /// Starts a try from the kept state: copies it, and balances arithmetic nodes.
+    /// Copies the accepted state and balances the arithmetic nodes.
     fn copied(&self) -> Vec<Entry> {
         let mut before = vec![
             barrier(Resource::NetworkKept, EARLIER, COPY_READ),
@@ -71,7 +71,7 @@ impl WidePlan {
             Entry::Pass(clear_pass("clear errors", Resource::NetworkErrors)),
         ];
         if self.solves() {
-            // What is no unknown is 0 in the products.
+            // The products need 0 for a node that is not an unknown.
             for resource in [Resource::SolverScalars, Resource::SolverConditioned] {
                 before.push(barrier(resource, CLEARED, CLEAR_WRITE));
                 passes.push(Entry::Pass(clear_pass("clear solver", resource)));
@@ -95,7 +95,7 @@ impl WidePlan {
         entries
     }
 
-    /// Whether any try solves a system.
+    /// Whether an attempt solves a linear system.
     fn solves(&self) -> bool {
         self.coupled || self.stages == 0
     }
@@ -105,7 +105,7 @@ impl WidePlan {
         Solve { radiative: self.radiative, tails: self.tails, nodes, iterations: self.iterations }
     }
 
-    /// Groups of nodes that a pass takes, or sensors.
+    /// Number of groups or sensors of a pass.
     fn count(&self, nodes: NetworkNodes) -> u32 {
         match nodes {
             NetworkNodes::All => self.groups,
@@ -115,7 +115,7 @@ impl WidePlan {
         }
     }
 
-    /// Starts a try from the kept state: copies it, balances arithmetic nodes, and finds the rates.
+    /// Starts an attempt from the accepted state: copies it, balances the arithmetic nodes and computes the rates.
     pub fn start(&self) -> Frame {
         let mut entries = self.copied();
         if self.stages > 0 {
@@ -126,7 +126,7 @@ impl WidePlan {
         Frame { entries }
     }
 
-    /// One sub-step, from the state in `NetworkOdd` if `odd`. Returns where it leaves it, too.
+    /// One sub-step. The state is in `NetworkOdd` if `odd`. The second result is `odd` for the new state.
     pub fn sub_step(&self, number: u32, odd: bool) -> (Frame, bool) {
         if self.stages == 0 { self.implicit_sub_step(number, odd) } else { self.explicit_sub_step(number, odd) }
     }
@@ -145,7 +145,7 @@ impl WidePlan {
         for stage in 1..=self.stages {
             let last = stage == self.stages;
             let moment = |stage| Moment { stage, sub_step: number, odd };
-            // What a sub-step leaves is seen again from where it came to: a large change leaves its rounding.
+            // The last stage balances the arithmetic nodes twice, because a large change leaves a rounding error.
             for _ in 0..if self.lone { 1 + u32::from(last) } else { 0 } {
                 entries.push(Entry::Barriers(vec![barrier(present(odd), COMPUTE_WRITE, COMPUTE)]));
                 entries.push(self.pass(WideKind::Lone, NetworkNodes::Arithmetic, moment(stage - 1)));
@@ -185,7 +185,7 @@ impl WidePlan {
             ]),
             self.pass(WideKind::Start, NetworkNodes::All, moment(0, odd)),
         ];
-        // From here on the state moves where the copy is, and the start stays where it was.
+        // From here on the sub-step changes the copy, and the start state stays.
         let odd = !odd;
         let solve = self.solve(NetworkNodes::Free);
         let stage = |entries: &mut Vec<Entry>, number| {
@@ -213,13 +213,13 @@ impl WidePlan {
         }
     }
 
-    /// Starts the search for a balance of nodes together from the kept state.
+    /// Starts the search for a common balance of all nodes from the accepted state.
     pub fn balance_start(&self) -> Frame {
         let whole = Self { lone: false, coupled: false, stages: 0, ..*self };
         Frame { entries: whole.copied() }
     }
 
-    /// Goes on with that search where it stands.
+    /// Continues the search from its present state.
     pub fn clear_solver(&self) -> Frame {
         Frame {
             entries: vec![
@@ -230,13 +230,13 @@ impl WidePlan {
         }
     }
 
-    /// Some iterations of that search.
+    /// Iterations of the search.
     pub fn balance(&self, nodes: NetworkNodes) -> Frame {
         let moment = Moment { stage: AT_START, sub_step: 0, odd: false };
         Frame { entries: self.solve(nodes).newton(WideKind::Balance, moment) }
     }
 
-    /// Shows the host what a submission found.
+    /// Makes the results visible to the host.
     pub fn end(&self) -> Frame {
         let to_host = |resource| barrier(resource, COMPUTE_WRITE, scope(S::HOST, A::HOST_READ));
         let mut barriers = vec![to_host(Resource::NetworkErrors)];
@@ -249,7 +249,7 @@ impl WidePlan {
         Frame { entries: vec![Entry::Barriers(barriers)] }
     }
 
-    /// Keeps the state that a try left.
+    /// Accepts the state of an attempt.
     pub fn keep(odd: bool) -> Frame {
         Frame {
             entries: vec![

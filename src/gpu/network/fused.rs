@@ -1,4 +1,4 @@
-//! A small network on the device: one workgroup takes all sub-steps of an attempt in a few dispatches of one submission.
+//! Execution of a small network: one workgroup takes all sub-steps of an attempt in a few dispatches.
 
 mod settle;
 
@@ -22,43 +22,41 @@ use crate::gpu::variant::{FusedKind, FusedVariant};
 use crate::thermal::network::Network;
 use crate::thermal::network::stepper::{Attempt, Method, WorkCounts};
 
-/// Nodes that the shared memory of the kernels holds.
+/// Most nodes that fit into the shared memory of the kernels.
 pub const NODES_AT_MOST: usize = 1024;
-/// Turns of loops that a dispatch may plan (glsl/network_fused.comp, LOOPS_AT_MOST).
+/// Most loop iterations of a dispatch (LOOPS_AT_MOST in glsl/network_fused.comp).
 const LOOPS_AT_MOST: u32 = 48_000;
-/// Words of the result: counts, then sensors.
+/// Size of the result buffer [32-bit words]: counts, then sensors.
 const RESULT_WORDS: usize = 1 << 16;
 const RESULT_HEAD: usize = 4;
-/// Sub-steps of one submission.
+/// Most sub-steps of a submission.
 const SUB_STEPS_AT_MOST: u32 = 20_000;
-/// Stages of a sub-step.
+/// Most stages of a sub-step.
 const STAGES_AT_MOST: u32 = 999;
-/// Iterations of Newton's method in one dispatch.
+/// Most iterations of Newton's method in a dispatch.
 const ITERATIONS: u32 = 12;
 
-/// Buffers and kernels of a small network. Fields are dropped in order.
+/// A small network with its buffers and pipelines. Fields are dropped in order.
 pub struct Fused {
     once: Once,
     bindings: Bindings,
     resources: Resources,
-    /// The systems of equations that are solved by elimination.
+    /// Elimination order of each system of equations.
     schedules: BTreeMap<Unknowns, Schedule>,
     tables: Tables,
     sensors: u32,
     space_temperature: f32,
-    /// Whether the kept state is in `SmallOdd`.
+    /// Whether the accepted state is in `SmallOdd`.
     odd: bool,
     lanes: u32,
     counts: WorkCounts,
-    /// Method, stages and step that the stage buffer holds.
+    /// Number of stages and step length [s] of the stage buffer's content.
     staged: Option<(u32, f64)>,
 }
 
 impl Fused {
-    /// Uploads the network. `None` where it is too large or its arithmetic nodes too much coupled to be eliminated.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Uploads a network. The result is `None` if the network is too large, or if its arithmetic nodes need too many
+    /// products in the elimination.
     pub fn new(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Option<Self>, GpuError> {
         if network.len() > NODES_AT_MOST {
             return Ok(None);
@@ -93,12 +91,12 @@ impl Fused {
             staged: None,
         };
         fused.add_system(Unknowns::Arithmetic, schedule)?;
-        // A balance must fit into a dispatch.
+        // A balance must fit into one dispatch.
         let attempt = fused.describe(Unknowns::Arithmetic, fused.lanes);
         Ok((attempt.loops_iteration * ITERATIONS < LOOPS_AT_MOST).then_some(fused))
     }
 
-    /// Time of all submissions so far by the device's own clock [ms], where it has one.
+    /// Device time of all submissions so far [ms]; `None` without timestamps.
     pub fn device_ms(&self) -> Option<f64> {
         self.once.device_ms()
     }
@@ -108,36 +106,27 @@ impl Fused {
         self.counts
     }
 
-    /// Heat of every node [W] and its slope [W/s].
-    ///
-    /// # Errors
-    /// A buffer that something else holds.
+    /// Sets the heat of every node [W] and its slope [W/s].
     pub fn set_heat(&mut self, heat: &[[f32; 2]]) -> Result<(), GpuError> {
         self.resources.write(Resource::SmallHeat, 0, heat)
     }
 
-    /// Base and rest of every node [K].
+    /// Base and rest of every node in the accepted state [K].
     pub fn state(&self) -> &[[f32; 2]] {
         self.resources.read(state(self.odd), 0, self.tables.nodes.len())
     }
 
-    /// Replaces the kept state.
-    ///
-    /// # Errors
-    /// A buffer that something else holds.
+    /// Replaces the accepted state.
     pub fn set_state(&mut self, pairs: &[[f32; 2]]) -> Result<(), GpuError> {
         self.resources.write(state(self.odd), 0, pairs)
     }
 
-    /// Keeps what the last try left.
+    /// Accepts the state of the last attempt.
     pub fn keep(&mut self) {
         self.odd = !self.odd;
     }
 
-    /// Tries some sub-steps. `None` where the method takes more than a dispatch can do.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Attempts sub-steps. The result is `None` if the method needs more than one dispatch allows.
     pub fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Result<Option<Attempt>, GpuError> {
         let (stages, unknowns) = match method {
             Method::Euler => (1, Unknowns::Arithmetic),
@@ -171,7 +160,7 @@ impl Fused {
             planned.count = some;
             let head = self.sub_steps((FusedVariant { kind, lanes }, unknowns), planned, per_dispatch)?;
             let error = f64::from(f32::from_bits(head));
-            // NaN would vanish in `max`.
+            // `max` would discard a NaN.
             attempt.error = if error.is_nan() { f64::INFINITY } else { attempt.error.max(error) };
             let words: &[u32] =
                 self.resources.read(Resource::SmallResult, 0, RESULT_HEAD + 2 * (some * self.sensors) as usize);
@@ -184,7 +173,7 @@ impl Fused {
         Ok(Some(attempt))
     }
 
-    /// What dispatches with so many invocations do, and how many sub-steps each; `None` where not one fits.
+    /// Parameters of dispatches with `lanes` invocations, and the sub-steps of each; `None` if not even one fits.
     fn plan(&self, lanes: u32, unknowns: Unknowns, stages: u32) -> Option<(NetworkAttempt, u32)> {
         let mut planned = self.describe(unknowns, lanes);
         let pass = self.tables.loops(&self.all(), lanes);
@@ -200,7 +189,7 @@ impl Fused {
         Some((planned, per_dispatch))
     }
 
-    /// Runs dispatches until all sub-steps of a submission's plan are done. Returns the bits of the largest error.
+    /// Runs dispatches until all planned sub-steps are done. Returns the bits of the largest error.
     fn sub_steps(
         &mut self,
         (variant, unknowns): (FusedVariant, Unknowns),
@@ -217,7 +206,7 @@ impl Fused {
             self.submit(variant, unknowns, dispatches)?;
             let head: &[u32] = self.resources.read(Resource::SmallResult, 0, RESULT_HEAD);
             if head[0] == done {
-                // Not one sub-step fits: Newton's method took all turns.
+                // Newton's method used up the loop iterations before one sub-step was done.
                 return Ok(f32::INFINITY.to_bits());
             }
         }
@@ -230,19 +219,19 @@ impl Fused {
         (0..self.tables.nodes.len() as u32).collect()
     }
 
-    /// Puts the kept state to where a try moves it.
+    /// Copies the accepted state to the buffer of the attempt.
     fn copy_state(&mut self) -> Result<(), GpuError> {
         let kept = self.state().to_vec();
         self.resources.write(state(!self.odd), 0, &kept)
     }
 
-    /// Says what the next submissions do, of which nothing is done.
+    /// Writes the parameters of the next submissions and resets their progress.
     fn plan_next(&mut self, planned: NetworkAttempt) -> Result<(), GpuError> {
         self.resources.write(Resource::SmallAttempt, 0, &[planned])?;
         self.resources.write(Resource::SmallResult, 0, &[0u32; RESULT_HEAD])
     }
 
-    /// Runs dispatches on the state that is tried.
+    /// Runs dispatches on the state of the attempt.
     fn submit(&mut self, variant: FusedVariant, unknowns: Unknowns, dispatches: u32) -> Result<(), GpuError> {
         let list = dispatched(variant, unknowns, !self.odd);
         self.bindings.add(&self.resources, list.passes())?;
@@ -252,7 +241,7 @@ impl Fused {
         Ok(())
     }
 
-    /// What every dispatch of a system says.
+    /// Parameters common to all dispatches of a system.
     fn describe(&self, unknowns: Unknowns, lanes: u32) -> NetworkAttempt {
         let mut attempt = NetworkAttempt {
             nodes: self.tables.nodes.len() as u32,
@@ -267,7 +256,7 @@ impl Fused {
         attempt
     }
 
-    /// Makes the system on first use. Returns whether it is small enough.
+    /// Makes the elimination order at first use. Returns whether the system is small enough.
     fn knows(&mut self, unknowns: Unknowns) -> Result<bool, GpuError> {
         if !self.schedules.contains_key(&unknowns) {
             let Some(schedule) = Schedule::new(&self.tables, &self.tables.free) else { return Ok(false) };
@@ -286,7 +275,7 @@ impl Fused {
     }
 }
 
-/// Invocations of the workgroup: as many as there is work for; on a processor, where each eight of them take turns, fewer.
+/// Invocations of the workgroup. A CPU device uses fewer, because it runs eight of them at a time.
 fn lanes_for(nodes: usize, processor: bool) -> u32 {
     let few = if processor { 64 } else { 8 };
     match nodes {

@@ -1,30 +1,30 @@
-//! The conductors of a network by the nodes that they end at, parallel ones merged.
+//! Conductors of a network, sorted by node, with parallel conductors merged.
 
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::{Network, NodeKind};
 
-/// What a node exchanges with one neighbour.
+/// Heat exchange of a node with one neighbour.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Link {
     /// Number of the neighbour.
     pub neighbour: u32,
-    /// GL [W/K].
+    /// Linear conductor GL [W/K].
     pub conductance: f64,
-    /// Stefan-Boltzmann constant x GR [W/K4].
+    /// Stefan-Boltzmann constant x radiative conductor GR [W/K4].
     pub exchange: f64,
 }
 
-/// Numbers of the conductors of every node: linear ones first, radiative ones after them.
+/// Numbers of the conductors of every node, linear ones first.
 pub struct Rows<'a> {
     network: &'a Network,
-    /// Where those of a node begin in `numbers`; one more than there are nodes.
+    /// Index in `numbers` of each node's first conductor, plus one index at the end.
     starts: Vec<u32>,
     numbers: Vec<u32>,
 }
 
 impl<'a> Rows<'a> {
-    /// Sorts the conductors by counting: a list for each node would be a million allocations. A conductor stands with both
-    /// its ends, but for those that are a boundary.
+    /// Sorts the conductors by counting, because a list for each node would need a million allocations. Each conductor
+    /// is in the rows of both its ends, but boundary nodes have no row.
     pub fn new(network: &'a Network) -> Self {
         let pairs = network.linear.iter().map(|one| one.nodes).chain(network.radiative.iter().map(|one| one.nodes));
         let ends = pairs.enumerate().filter(|(_, [a, b])| a != b);
@@ -38,7 +38,7 @@ impl<'a> Rows<'a> {
             starts[node + 1] += starts[node];
         }
         let mut numbers = vec![0u32; starts[network.len()] as usize];
-        // Where the next one of a node goes is in the end where the node after it begins.
+        // `starts[node]` moves to the end of the node's row, which is the start of the next row.
         for (node, number) in ends {
             let next = &mut starts[node as usize];
             numbers[*next as usize] = number;
@@ -49,7 +49,7 @@ impl<'a> Rows<'a> {
         Self { network, starts, numbers }
     }
 
-    /// Puts the links of a node into `row`, in the order of the neighbours.
+    /// Writes the links of a node to `row`, in the order of the neighbours.
     pub fn of(&self, node: usize, row: &mut Vec<Link>) {
         let network = self.network;
         let [begin, end] = [self.starts[node], self.starts[node + 1]].map(|at| at as usize);

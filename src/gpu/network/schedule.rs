@@ -1,45 +1,46 @@
-//! The order in which a small linear system is eliminated on the device, by levels of pivots that do not touch.
+//! Elimination order of a small linear system, in levels of independent pivots.
 //!
-//! The matrix of Newton's method for a network is column diagonally dominant with positive diagonal, so elimination needs no
-//! search for pivots (Golub & Van Loan, Matrix Computations, 4th ed., 4.1) and its pattern is known beforehand.
+//! The matrix of Newton's method for a network is column diagonally dominant with a positive diagonal. The elimination
+//! thus needs no pivot search (Golub & Van Loan, Matrix Computations, 4th ed., 4.1), and its pattern is known in
+//! advance.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::tables::Tables;
 use crate::gpu::layout::NetworkAttempt;
 
-/// No entry: the neighbour is no unknown.
+/// Marks a neighbour that is not an unknown.
 const NONE: u32 = u32::MAX;
-/// Products of one elimination beyond which a network is no longer small.
+/// Most products of an elimination. A network that needs more is not small.
 const TERMS_AT_MOST: usize = 150_000;
-/// Marks an entry of the right side until the number of the matrix' entries is known.
+/// Marks an entry of the right-hand side until the number of matrix entries is known.
 const RIGHT: u32 = 1 << 31;
 
-/// What glsl/network_elimination.glsl reads.
+/// Tables for glsl/network_elimination.glsl.
 pub struct Schedule {
-    /// All lists, one after the other.
+    /// All tables in sequence.
     pub words: Vec<u32>,
-    /// Numbers of the matrix and of the right side.
+    /// Number of values in the matrix and the right-hand side.
     pub values: usize,
-    /// Where the lists begin.
+    /// Start of each table.
     at: NetworkAttempt,
-    /// Terms of every target, by level.
+    /// Number of terms of each target, by level.
     terms: Vec<Vec<u32>>,
-    /// Entries right of every pivot, by level.
+    /// Number of entries right of each pivot, by level.
     uppers: Vec<Vec<u32>>,
     nodes: Vec<u32>,
 }
 
-/// The steps of one level.
+/// Operations of one level.
 struct Level {
-    /// Entry to change, with the products to subtract: left entry, pivot, upper entry.
+    /// Matrix entries to change, each with the products to subtract: left entry, pivot and upper entry.
     targets: BTreeMap<u32, Vec<[u32; 3]>>,
-    /// Unknown, with what is right of it: entry and unknown.
+    /// Pivots, each with the entries to its right and their unknowns.
     pivots: Vec<(u32, Vec<[u32; 2]>)>,
 }
 
 impl Schedule {
-    /// Orders the elimination of the nodes; `None` where it takes too many products.
+    /// Orders the elimination of some nodes; `None` if it needs too many products.
     pub fn new(tables: &Tables, nodes: &[u32]) -> Option<Self> {
         let number: BTreeMap<u32, u32> = nodes.iter().zip(0..).map(|(node, number)| (*node, number)).collect();
         let mut entries: BTreeMap<(u32, u32), u32> = BTreeMap::new();
@@ -122,7 +123,7 @@ impl Schedule {
         }
     }
 
-    /// Fills in where the lists begin, and the turns of loops of one iteration.
+    /// Writes the start of each table, and the loop iterations of one Newton iteration.
     pub fn describe(&self, attempt: &mut NetworkAttempt, tables: &Tables, lanes: u32) {
         let chunks = |level: &[u32]| -> u32 {
             level.chunks(lanes as usize).map(|chunk| 2 + chunk.iter().max().copied().unwrap_or(0)).sum::<u32>() + 1
@@ -141,7 +142,7 @@ impl Schedule {
     }
 }
 
-/// Eliminates nodes of nearly the least degree that do not touch each other.
+/// Chooses nodes of nearly the smallest degree that are not neighbours of each other, and eliminates them.
 fn next_level(
     left: &mut BTreeSet<u32>,
     beside: &mut [BTreeSet<u32>],

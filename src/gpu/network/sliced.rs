@@ -1,9 +1,12 @@
-//! A large network as its kernels read it: four nodes at a time, their rows of conductors in slices (the sliced ELLPACK
-//! format: Monakov, Lokhmotov & Avetisyan, HiPEAC 2010, 111), nodes of like rows beside each other within a window (SELL-C-sigma:
-//! Kreutzer, Hager, Wellein, Fehske & Bishop, SIAM J. Sci. Comput. 36, 2014, C401).
+//! Layout of a large network for its shaders: groups of four nodes whose rows of conductors lie in slices.
 //!
-//! On lavapipe the number of loads is what costs, whether of one component or of four. Linear and radiative conductors have rows of their own,
-//! since most nodes of a mesh radiate to no other. Rows beyond 16 conductors go on in tails, so that a hub does not make its slice long.
+//! The format is sliced ELLPACK (Monakov, Lokhmotov & Avetisyan, HiPEAC 2010, 111). Within a window, nodes with rows of
+//! similar length are neighbours, as in SELL-C-sigma (Kreutzer, Hager, Wellein, Fehske & Bishop, SIAM J. Sci. Comput.
+//! 36, 2014, C401).
+//!
+//! On lavapipe the cost is the number of loads, with one component or with four. Linear and radiative conductors have
+//! separate rows, because most nodes of a mesh radiate to no other node. Conductors beyond 16 go to a tail, so that a
+//! hub does not lengthen its slice.
 
 use super::rows::{Link, Rows};
 use super::tables::is_coupled;
@@ -11,55 +14,54 @@ use crate::gpu::layout::NetworkLink;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::{Network, NodeKind};
 
-/// Nodes of a group, which one invocation takes.
+/// Nodes of a group, which one invocation handles.
 pub const GROUP: usize = 4;
-/// Groups of a slice (glsl/network_rows.glsl, GROUPS_OF_SLICE).
+/// Groups of a slice (GROUPS_OF_SLICE in glsl/network_rows.glsl).
 const GROUPS_OF_SLICE: usize = 4;
 /// Nodes of a slice.
 pub const SLICE: usize = GROUP * GROUPS_OF_SLICE;
-/// Nodes among which those of like rows are put beside each other: few enough that neighbours stay close.
+/// Nodes of a window, within which nodes are sorted by row length. It is small enough to keep neighbours close.
 const WINDOW: usize = 32 * SLICE;
-/// Conductors of a hub, in whose window nodes stay as they are: hubs beside each other would be one invocation's.
+/// Conductors of a hub. A window with a hub is not sorted, so that one invocation does not get several hubs.
 const HUB: u32 = 256;
-/// Conductors of a row; what a node has beyond them is in its tail, so that a hub does not lengthen the other rows.
+/// Most conductors of a row. The others go to the node's tail.
 const ROW_AT_MOST: usize = 16;
 
-/// How long the arrays of a network are.
+/// Lengths of the arrays of a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Sizes {
-    /// Groups of nodes, those of the last slice that are empty among them.
+    /// Number of groups, with the empty groups of the last slice.
     pub groups: usize,
-    /// Slices.
+    /// Number of slices.
     pub slices: usize,
-    /// Entries of linear conductors, and of radiative ones, four nodes each.
+    /// Number of linear and of radiative entries, for four nodes each.
     pub entries: [usize; 2],
-    /// Links of tails.
+    /// Number of conductors in tails.
     pub links: usize,
-    /// Groups with an arithmetic node, and with one that is no boundary.
+    /// Number of groups with an arithmetic node, and with a node that is not a boundary.
     pub listed: [usize; 2],
 }
 
 impl Sizes {
-    /// Those of a network, counted without laying it out. Conductors that join the same two nodes count each, so that
-    /// entries and links are at most so many.
+    /// Upper bound for a network, counted without building the layout. Parallel conductors count separately.
     pub fn counted(network: &Network) -> Self {
         Order::of(network).1
     }
 }
 
-/// Where nodes stand on the device.
+/// Order of the nodes on the device. A slot is the place of a node.
 struct Order {
-    /// Node of every slot.
+    /// Node of each slot.
     node_of_slot: Vec<u32>,
-    /// Slot of every node.
+    /// Slot of each node.
     slot_of_node: Vec<u32>,
 }
 
 impl Order {
-    /// Sorts the nodes of each window by the lengths of their rows, and counts what comes of it.
+    /// Sorts the nodes of each window by row length, and counts the sizes.
     fn of(network: &Network) -> (Self, Sizes) {
         let count = network.len();
-        // Ends of linear and of radiative conductors at every node.
+        // Number of linear and radiative conductors at each node.
         let mut lengths = vec![[0u32; 2]; count];
         let mut add = |which: usize, pair: [u32; 2]| {
             for node in pair.into_iter().filter(|_| pair[0] != pair[1]).map(|node| node as usize) {
@@ -98,39 +100,39 @@ impl Order {
     }
 }
 
-/// Nodes and conductors.
+/// Nodes and conductors in the layout of the shaders. All numbers of nodes in it are slots.
 #[derive(Default)]
 pub struct Sliced {
-    /// Groups of nodes, those of the last slice that are empty among them.
+    /// Number of groups, with the empty groups of the last slice.
     pub groups: usize,
-    /// Of every group: 1 / C, emission.
+    /// 1 / C and emission of each group.
     pub rows: Vec<[f32; 4]>,
-    /// Where the linear and the radiative entries of a slice begin; one more than there are slices.
+    /// First linear and first radiative entry of each slice, plus one pair at the end.
     pub slices: Vec<[u32; 2]>,
-    /// Of every linear entry: the neighbours of four nodes.
+    /// Linear entries: the neighbours of four nodes.
     pub neighbours: Vec<[u32; 4]>,
-    /// What these conduct [W/K].
+    /// Conductors of the linear entries [W/K].
     pub conductances: Vec<[f32; 4]>,
-    /// Of every radiative entry: the neighbours of four nodes, and the bits of what they exchange [W/K4].
+    /// Radiative entries: the neighbours of four nodes, and the bits of their conductors [W/K4].
     pub radiators: Vec<[[u32; 4]; 2]>,
-    /// Where the tail of a node begins.
+    /// First conductor of each node's tail.
     pub tails: Vec<u32>,
-    /// All tails.
+    /// Conductors of all tails.
     pub links: Vec<NetworkLink>,
-    /// Where every node stands: in all of the above a node is known by its slot.
+    /// Slot of each node.
     pub slot_of_node: Vec<u32>,
     /// Whether nodes radiate to each other.
     pub radiative: bool,
-    /// Whether arithmetic nodes conduct to others.
+    /// Whether arithmetic nodes are coupled to each other.
     pub coupled: bool,
     /// Groups with arithmetic nodes, and a bit for each of these nodes.
     pub arithmetic: Vec<u32>,
-    /// The same of nodes that are no boundary.
+    /// Groups with nodes that are not a boundary, and a bit for each of these nodes.
     pub free: Vec<u32>,
 }
 
 impl Sliced {
-    /// Lays out a network.
+    /// Builds the layout of a network.
     pub fn new(network: &Network) -> Self {
         let rows = Rows::new(network);
         let (Order { node_of_slot, slot_of_node }, sizes) = Order::of(network);
@@ -174,7 +176,7 @@ impl Sliced {
         sliced
     }
 
-    /// Where the next entries begin.
+    /// End of the linear and of the radiative entries so far.
     fn ends(&self) -> [u32; 2] {
         [self.neighbours.len() as u32, self.radiators.len() as u32]
     }
@@ -199,7 +201,7 @@ impl Sliced {
         let begin = self.ends();
         self.slices.push(begin);
         let width = |links: &[Vec<Link>]| links.iter().map(Vec::len).max().unwrap_or(0).min(ROW_AT_MOST);
-        // What is no conductor leads from a node to itself and conducts nothing.
+        // An unused entry joins a node to itself with conductance 0.
         let itself = |group: usize| [0, 1, 2, 3].map(|place| (first + GROUP * group + place) as u32);
         for _ in 0..width(linear) {
             self.neighbours.extend((0..GROUPS_OF_SLICE).map(itself));
@@ -232,7 +234,7 @@ impl Sliced {
         }
     }
 
-    /// How long its arrays are.
+    /// Lengths of the arrays.
     pub fn sizes(&self) -> Sizes {
         Sizes {
             groups: self.groups,
@@ -244,7 +246,7 @@ impl Sliced {
     }
 }
 
-/// Adds a slot, after all that come before it, to a list of groups with a bit for each of their nodes.
+/// Adds a slot to a list of groups with a bit for each node. Slots must come in order.
 fn list(list: &mut Vec<u32>, slot: usize) {
     let (group, bit) = ((slot / GROUP) as u32, 1 << (slot % GROUP));
     match list.last_mut() {
@@ -258,7 +260,7 @@ mod tests {
     use super::*;
     use crate::thermal::network::{LinearConductor, RadiativeConductor};
 
-    /// A hub that conducts to all others, and radiates to every third of them.
+    /// A hub that conducts to all other nodes and radiates to every third of them.
     fn hub() -> Network {
         let others = (0..70).filter(|node| *node != 7);
         let conducts = |node| LinearConductor { nodes: [7, node], conductance: f64::from(node) + 0.5 };
@@ -277,7 +279,7 @@ mod tests {
         }
     }
 
-    /// Every conductor is in the row or in the tail of both its nodes, once.
+    /// Checks that every conductor is once in the row or tail of each of its nodes.
     #[test]
     fn every_conductor_is_found_again() {
         let network = hub();
@@ -330,14 +332,14 @@ mod tests {
         assert_eq!(sliced.sizes(), Sizes::counted(&network));
     }
 
-    /// Rows of one length are not padded for the sake of longer ones in their window.
+    /// Checks that short rows of a window are not padded to the length of longer ones.
     #[test]
     fn nodes_of_like_rows_stand_beside_each_other() {
         let side = 40;
         let at = |x: u32, y: u32| y * side + x;
         let join = |a, b| LinearConductor { nodes: [a, b], conductance: 1.0 };
         let along = (0..side * side).filter(|node| node % side > 0).map(|node| join(node - 1, node));
-        // Every fourth row of nodes conducts across too.
+        // Every fourth row of nodes also conducts across.
         let across = (0..side - 1).step_by(4).flat_map(|y| (0..side).map(move |x| join(at(x, y), at(x, y + 1))));
         let count = (side * side) as usize;
         let network = Network {
@@ -358,7 +360,7 @@ mod tests {
         assert!(slots.into_iter().eq(0..side * side), "every slot is taken once");
     }
 
-    /// Conductors that join the same two nodes are one entry, and were counted as two.
+    /// Checks that parallel conductors become one entry, although they count as two.
     #[test]
     fn parallel_conductors_are_one() {
         let mut network = hub();

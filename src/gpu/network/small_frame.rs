@@ -1,4 +1,4 @@
-//! What happens to a small network: a dispatch, and the barriers that let the next one and the host go on.
+//! Frame list of a small network: a dispatch, and barriers for the next dispatch and the host.
 
 use crate::gpu::frame::Frame;
 use crate::gpu::lists::{HOST_AND_COMPUTE, dispatch};
@@ -6,17 +6,17 @@ use crate::gpu::pass::{COMPUTE_WRITE, Entry, Kernel, barrier};
 use crate::gpu::resource::Resource;
 use crate::gpu::variant::FusedVariant;
 
-/// Which system of equations a dispatch eliminates.
+/// Unknowns of a system of equations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Unknowns {
-    /// Arithmetic nodes that are coupled.
+    /// Coupled arithmetic nodes.
     Arithmetic,
-    /// All that is no boundary.
+    /// All nodes that are not a boundary.
     Free,
 }
 
 impl Unknowns {
-    /// Where the order of the elimination is, and the matrix.
+    /// Buffers of the elimination order and the matrix.
     pub(super) fn resources(self) -> [Resource; 2] {
         match self {
             Self::Arithmetic => [Resource::BalanceSchedule, Resource::BalanceMatrix],
@@ -25,12 +25,12 @@ impl Unknowns {
     }
 }
 
-/// Where the state is that a dispatch moves.
+/// Buffer of the state that a dispatch changes.
 pub(super) fn state(odd: bool) -> Resource {
     if odd { Resource::SmallOdd } else { Resource::SmallEven }
 }
 
-/// One dispatch; as many as an attempt takes follow each other.
+/// One dispatch. An attempt submits it as often as it needs.
 pub fn dispatched(variant: FusedVariant, unknowns: Unknowns, odd: bool) -> Frame {
     let [schedule, matrix] = unknowns.resources();
     let bound = [

@@ -1,26 +1,28 @@
-//! Newton's method with conjugate gradients over nodes of a large network, as passes and the barriers between them.
+//! Frame lists of the linear solver of a large network: Newton's method with conjugate gradients.
 //!
-//! The conjugate gradients are Jacobi-preconditioned, in the form with one reduction an iteration. The host records as many iterations as the last
-//! tries took. The device stops what has converged, so more of them change no result; a try that had too few is recorded again. Where nodes radiate to
-//! each other, the matrix takes the geometric mean of each two entries: it stays symmetric and positive definite, and the balances stay exact.
+//! The conjugate gradients use Jacobi's preconditioner and one reduction for each iteration. The host records as many
+//! iterations as the last attempts needed, and records more if an attempt had too few. The device stops after
+//! convergence, so more iterations do not change the result. If nodes radiate to each other, the matrix is not
+//! symmetric. The solver then uses the geometric mean of each pair of entries, which makes the matrix symmetric and
+//! positive definite. Newton's method still uses the exact balances.
 
 use super::uses::{COMPUTE, Moment, pass, present};
 use crate::gpu::pass::{Barrier, COMPUTE_READ, COMPUTE_WRITE, Entry, NetworkNodes, Scope, barrier};
 use crate::gpu::resource::Resource;
 use crate::gpu::wide_variant::{WideKind, WideVariant};
 
-/// A system of balances.
+/// A system of balances to solve.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Solve {
     pub radiative: bool,
     pub tails: bool,
-    /// The unknowns, and the groups that have any.
+    /// Unknowns, and the number of groups that have any.
     pub nodes: (NetworkNodes, u32),
-    /// Recorded iterations of Newton's method, and of conjugate gradients for each.
+    /// Recorded iterations of Newton's method, and of conjugate gradients for each of them.
     pub iterations: [u32; 2],
 }
 
-/// What `SCALARS` of glsl/network_solve.comp decides, and what `UPDATE` is.
+/// Modes of `SCALARS` and `UPDATE` in glsl/network_solve.comp.
 pub(super) const GRADIENTS: u32 = 0;
 const NEWTON: u32 = 1;
 const NEWTON_LAST: u32 = 2;
@@ -28,7 +30,7 @@ const LINEAR_LAST: u32 = 3;
 const FIRST_UPDATE: u32 = 1;
 
 impl Solve {
-    /// Moves the unknowns until they stand still; `kind` makes the right side.
+    /// Newton's method. `kind` is the pass that computes the right-hand side.
     pub fn newton(&self, kind: WideKind, moment: Moment) -> Vec<Entry> {
         let mut entries = Vec::new();
         for number in 0..self.iterations[0] {
@@ -46,7 +48,7 @@ impl Solve {
         entries
     }
 
-    /// Solves the system of the error's estimate.
+    /// Solves the system of the error estimate.
     pub fn linear(&self, moment: Moment) -> Vec<Entry> {
         let mut entries = Vec::new();
         self.gradients(&mut entries, WideKind::Residual, moment);
@@ -55,7 +57,7 @@ impl Solve {
         entries
     }
 
-    /// The right side, and conjugate gradients.
+    /// Right-hand side and conjugate gradients.
     fn gradients(&self, entries: &mut Vec<Entry>, kind: WideKind, moment: Moment) {
         entries.push(again([
             (present(moment.odd), COMPUTE_READ),
@@ -90,7 +92,7 @@ impl Solve {
     }
 }
 
-/// After an earlier pass, resources are used again.
+/// Barriers between an earlier compute pass and the given accesses.
 fn again<const N: usize>(next: [(Resource, Scope); N]) -> Entry {
     let after = |(resource, scope)| -> Barrier { barrier(resource, COMPUTE_WRITE, scope) };
     Entry::Barriers(next.map(after).to_vec())

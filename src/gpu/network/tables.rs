@@ -1,27 +1,27 @@
-//! A network as the device reads it: nodes with their rows of links, parallel conductors merged.
+//! Layout of a small network for its shaders: nodes with their rows of links.
 
 use super::rows::{Link, Rows};
 use crate::gpu::layout::{NetworkLink, NetworkNode};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::{Network, NodeKind};
 
-/// Rows of links and what the nodes are.
+/// Nodes and links of a small network.
 pub struct Tables {
     /// Every node.
     pub nodes: Vec<NetworkNode>,
-    /// The links of all nodes, those of a boundary left out.
+    /// Links of all nodes. Boundary nodes have none.
     pub links: Vec<NetworkLink>,
-    /// Whether any link radiates.
+    /// Whether any nodes radiate to each other.
     pub radiative: bool,
-    /// Arithmetic nodes without arithmetic neighbours.
+    /// Arithmetic nodes without an arithmetic neighbour.
     pub lone: Vec<u32>,
-    /// Arithmetic nodes with arithmetic neighbours.
+    /// Arithmetic nodes with an arithmetic neighbour.
     pub coupled: Vec<u32>,
-    /// Nodes that are no boundary.
+    /// Nodes that are not a boundary.
     pub free: Vec<u32>,
 }
 
-/// Whether a row leads to an arithmetic node.
+/// Whether a row contains an arithmetic node.
 pub fn is_coupled(network: &Network, row: &[Link]) -> bool {
     row.iter().any(|link| network.kinds[link.neighbour as usize] == NodeKind::Arithmetic)
 }
@@ -33,7 +33,7 @@ impl From<&Link> for NetworkLink {
 }
 
 impl Tables {
-    /// Gathers the conductors of every node.
+    /// Builds the tables of a network.
     pub fn new(network: &Network) -> Self {
         let rows = Rows::new(network);
         let mut row = Vec::new();
@@ -72,12 +72,12 @@ impl Tables {
         tables
     }
 
-    /// Links of a node.
+    /// Indices of a node's links.
     pub fn row(&self, node: usize) -> std::ops::Range<usize> {
         self.nodes[node].links_begin as usize..self.nodes[node].links_end as usize
     }
 
-    /// Turns of loops of one pass over these nodes and their links by so many invocations.
+    /// Loop iterations of a pass over these nodes and their links with `lanes` invocations.
     pub fn loops(&self, nodes: &[u32], lanes: u32) -> u32 {
         let turns = |chunk: &[u32]| chunk.iter().map(|node| self.row(*node as usize).len() + 1).max().unwrap_or(0);
         nodes.chunks(lanes as usize).map(turns).sum::<usize>() as u32 + 1

@@ -1,4 +1,4 @@
-//! The passes over a large network and what each binds: the numbers are those of glsl/network_wide.comp and glsl/network_solve.comp.
+//! Bindings of each pass over a large network, as numbered in glsl/network_wide.comp and glsl/network_solve.comp.
 
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
@@ -12,25 +12,25 @@ use crate::gpu::wide_variant::{WideKind, WideVariant};
 /// Invocations of a workgroup.
 pub(super) const WORKGROUP: usize = 64;
 
-/// What a binding points to.
+/// Resource of a binding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
-    /// The present stage.
+    /// State of the present stage.
     Present,
-    /// The next stage.
+    /// State of the next stage.
     Next,
-    /// A resource.
+    /// A fixed resource.
     Of(Resource),
-    /// The list of groups of nodes, or of sensors.
+    /// List of groups of nodes, or of sensors.
     List,
 }
 
-/// One binding.
+/// A binding of a pass.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Use {
-    /// Number.
+    /// Number of the binding.
     pub binding: u32,
-    /// What it points to.
+    /// Resource.
     pub target: Target,
     /// Whether the pass reads it.
     pub reads: bool,
@@ -38,7 +38,7 @@ pub struct Use {
     pub writes: bool,
 }
 
-/// The tables of a network, by binding.
+/// Tables of a network, in order of binding.
 const TABLES: [Resource; 8] = [
     Resource::NetworkRows,
     Resource::NetworkSlices,
@@ -64,7 +64,7 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
     let right_side = [of(write, 18, R::SolverConditioned), of(write, 25, R::SolverDiagonal)];
     let mut uses = Vec::new();
     if variant.kind.evaluates() {
-        // Only nodes with radiation, and with long rows, have all of them.
+        // Some tables exist only for networks with radiation or with tails.
         let wanted = |(_, table): &(u32, R)| match table {
             R::NetworkRadiators => variant.radiative,
             R::NetworkTails | R::NetworkLinks => variant.tails,
@@ -145,26 +145,26 @@ pub fn uses(variant: WideVariant) -> Vec<Use> {
     uses
 }
 
-/// A compute pass reads and writes.
+/// Read and write access of a compute pass.
 pub(super) const COMPUTE: Scope =
     scope(S::COMPUTE_SHADER, A::from_raw(A::SHADER_STORAGE_READ.as_raw() | A::SHADER_STORAGE_WRITE.as_raw()));
 
-/// When a pass runs.
+/// Place of a pass in its attempt.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moment {
-    /// Stage whose time and weights it has.
+    /// Number of the stage, for its time and weights.
     pub stage: u32,
     pub sub_step: u32,
-    /// Whether the present stage is in `NetworkOdd`, and the next goes to `NetworkEven`.
+    /// Whether the present stage is in `NetworkOdd` and the next one in `NetworkEven`.
     pub odd: bool,
 }
 
-/// Where the present stage is.
+/// State of the present stage.
 pub(super) fn present(odd: bool) -> Resource {
     if odd { Resource::NetworkOdd } else { Resource::NetworkEven }
 }
 
-/// The list of a pass.
+/// List of the nodes of a pass.
 pub(super) fn list_of(nodes: NetworkNodes) -> Resource {
     match nodes {
         NetworkNodes::All => Resource::NetworkAll,
@@ -174,7 +174,7 @@ pub(super) fn list_of(nodes: NetworkNodes) -> Resource {
     }
 }
 
-/// A pass over so many groups of nodes, or sensors, with everything that it touches.
+/// A pass over `count` groups or sensors, with all its accesses.
 pub(super) fn pass(
     variant: WideVariant,
     (nodes, count): (NetworkNodes, u32),
@@ -195,7 +195,7 @@ pub(super) fn pass(
         }
     }
     let workgroups = count.div_ceil(WORKGROUP as u32);
-    // One workgroup decides, from what all others left.
+    // A solver decision runs in one workgroup and reads the partial sums of all.
     let decides = variant.kind == WideKind::Scalars;
     let (count, workgroups) = if decides { (workgroups, 1) } else { (count, workgroups) };
     let said = Said::Network(NetworkWork { kind: variant.kind, count, stage, sub_step, mode });

@@ -1,11 +1,11 @@
-//! What the stages of a method weigh, in single precision.
+//! Weights of the stages of each integration method, rounded to f32 (docs/numerics.md, section 3).
 
 use crate::gpu::layout::NetworkStage;
 use crate::thermal::network::rkl2;
 use crate::thermal::network::stepper::Method;
 use crate::thermal::network::tr_bdf2::{DIAGONAL, GAMMA};
 
-/// The stages of a sub-step of `step` [s]; one stage is forward Euler.
+/// Weights of `count` stages for a sub-step of `step` [s]. One stage is forward Euler.
 pub(super) fn device_stages(count: u32, step: f64) -> Vec<NetworkStage> {
     if count == 1 {
         let step = step as f32;
@@ -21,12 +21,12 @@ pub(super) fn device_stages(count: u32, step: f64) -> Vec<NetworkStage> {
             time: (stage.time * step) as f32,
         })
         .collect();
-    // The first stage knows only the rate at the start.
+    // The first stage uses only the rate at the start.
     stages[0] = NetworkStage { gamma_step: stages[0].mu_step, mu_step: 0.0, ..stages[0] };
     stages
 }
 
-/// Weights of the rates at the end and at the start [s] and of the change, in the estimate of a sub-step's error.
+/// Weights in the error estimate of a sub-step: of the rates at the end and at the start [s], and of the change.
 pub(super) fn error_weights(method: Method, step: f64) -> [f32; 3] {
     match method {
         Method::Euler => [0.5 * step, -0.5 * step, 0.0].map(|weight| weight as f32),
@@ -38,11 +38,13 @@ pub(super) fn error_weights(method: Method, step: f64) -> [f32; 3] {
     }
 }
 
-/// Right sides of the two stages of TR-BDF2 and of its estimate, times alpha h: weights of the heat now and at the start, and
-/// of the heat that the change and that of the first stage store.
+/// Weights in the right-hand sides of TR-BDF2, times alpha h: first stage, second stage, error estimate. Each has
+/// weights of the heat at present and at the start, and of the heat stored by the change and by the first stage's
+/// change.
 ///
-/// gamma = 2 - sqrt 2, alpha = gamma / 2; the first stage's weight in the second is 1 / (gamma (2 - gamma)); the estimate is
-/// 2 k / alpha of the embedded one, k = (-3 gamma^2 + 4 gamma - 2) / (12 (2 - gamma)) (Hosea & Shampine 1996).
+/// gamma = 2 - sqrt 2 and alpha = gamma / 2. The first stage has the weight 1 / (gamma (2 - gamma)) in the second. The
+/// estimate is 2 k / alpha times the embedded one, k = (-3 gamma^2 + 4 gamma - 2) / (12 (2 - gamma)) (Hosea & Shampine
+/// 1996).
 pub(super) fn implicit_weights() -> [[f32; 4]; 3] {
     let first = 1.0 / (GAMMA * (2.0 - GAMMA));
     let estimate = 2.0 / DIAGONAL * (-3.0 * GAMMA * GAMMA + 4.0 * GAMMA - 2.0) / (12.0 * (2.0 - GAMMA));
@@ -56,7 +58,7 @@ pub(super) fn implicit_weights() -> [[f32; 4]; 3] {
 mod tests {
     use super::*;
 
-    /// The constants that glsl/network_fused.comp has.
+    /// Compares the weights with the constants of glsl/network_fused.comp.
     #[test]
     fn the_weights_are_those_of_the_fused_kernel() {
         let [_, second, estimate] = implicit_weights();

@@ -1,4 +1,4 @@
-//! A large network on the device: every stage is a dispatch over all nodes.
+//! Execution of a large network: each stage is a dispatch over all nodes.
 
 mod budget;
 mod constants;
@@ -25,38 +25,37 @@ use crate::gpu::store::{Region, Resources};
 use crate::thermal::network::Network;
 use crate::thermal::network::stepper::{Attempt, Method, WorkCounts};
 
-/// Nodes of one dispatch: 65,535 workgroups, four nodes an invocation.
+/// Most nodes of a dispatch: 65,535 workgroups with four nodes an invocation.
 pub const NODES_AT_MOST: usize = 65_535 * WORKGROUP * GROUP;
-/// Links of one node: some drivers end a shader's loops after 65,535 turns.
+/// Most links of a node, because some drivers stop a shader loop after 65,535 iterations.
 pub const LINKS_AT_MOST: usize = 60_000;
-/// Passes from which on a submission is ended.
+/// Number of passes after which a submission ends.
 const PASSES_AT_MOST: u32 = 4_000;
 
-/// Buffers and kernels of a large network. Fields are dropped in order.
+/// A large network with its buffers and pipelines. Fields are dropped in order.
 pub struct Wide {
     once: Once,
     bindings: Bindings,
     resources: Resources,
-    /// Where the solver's vectors may lie: what is in there need not last while a network is stepped.
+    /// Buffers of the scene that may hold the solver's vectors while the network is stepped.
     spare: Vec<Arc<Buffer>>,
-    /// Whether the solver has written there since that was last asked.
+    /// Whether the solver has written to spare buffers since the last query.
     wrote_spare: bool,
-    /// Where every node stands in what the device has.
+    /// Place of each node in the device order.
     slot_of_node: Vec<u32>,
     plan: WidePlan,
     space_temperature: f32,
-    /// Where the last try left its state.
+    /// Whether the last attempt left its state in `NetworkOdd`.
     odd: bool,
     counts: WorkCounts,
-    /// Iterations recorded of a stage's balance, of a stage of TR-BDF2, and of a steady state.
+    /// Recorded iterations for the balance of a stage, for a TR-BDF2 stage and for a steady state.
     budgets: [Budget; 3],
 }
 
 impl Wide {
     /// Uploads the network.
     ///
-    /// # Errors
-    /// More than the device holds, or a call that fails.
+    /// # Errors The device can not hold the network, or a Vulkan call fails.
     pub fn new(
         context: &Arc<Context>,
         network: &Network,
@@ -87,7 +86,7 @@ impl Wide {
         let Sliced { rows, slices, neighbours, conductances, radiators, tails, links, .. } = sliced;
         let Sliced { arithmetic, free, slot_of_node, .. } = sliced;
         let sensor_slots: Vec<u32> = sensors.iter().map(|sensor| slot_of_node[*sensor as usize]).collect();
-        // Each is freed when it is uploaded.
+        // Each table is freed after its upload.
         upload(&mut resources, &mut once, Resource::NetworkRows, rows)?;
         upload(&mut resources, &mut once, Resource::NetworkSlices, slices)?;
         upload(&mut resources, &mut once, Resource::NetworkNeighbours, neighbours)?;
@@ -99,7 +98,7 @@ impl Wide {
         upload(&mut resources, &mut once, Resource::NetworkFree, free)?;
         upload(&mut resources, &mut once, Resource::NetworkSensors, sensor_slots)?;
         resources.free_staging();
-        // Without heat until it is set; the nodes that fill up the last slice stay at 0 K.
+        // The heat is 0 until it is set. The padding nodes of the last slice stay at 0 K.
         let zeros = vec![[0.0f32; 2]; GROUP * groups];
         resources.write(Resource::NetworkHeat, 0, &zeros)?;
         resources.write(Resource::NetworkKept, 0, &zeros)?;
@@ -122,7 +121,7 @@ impl Wide {
         Ok(wide)
     }
 
-    /// Makes the solver's vectors, which only a network that solves needs, where the scene has nothing to spare for them.
+    /// Makes the solver's vectors at first use. It places them in the scene's spare buffers if they fit.
     fn make_solver(&mut self) -> Result<(), GpuError> {
         let vector = (SOLVER[0].row().element * self.plan.groups as usize) as u64;
         let spare: Vec<u64> = self.spare.iter().map(|buffer| buffer.bytes).collect();
@@ -138,17 +137,17 @@ impl Wide {
         Ok(())
     }
 
-    /// Whether the solver has written to spare buffers since this was last asked.
+    /// Whether the solver has written to spare buffers since the last call.
     pub fn wrote_spare(&mut self) -> bool {
         std::mem::take(&mut self.wrote_spare)
     }
 
-    /// Bytes on the device as they were allocated; what the host reads and writes and what is spare is not counted.
+    /// Allocated device memory [bytes], without host-visible and spare buffers.
     pub fn device_bytes(&self) -> u64 {
         self.resources.bytes(|resource| !is_of_host(resource))
     }
 
-    /// Time of all submissions so far by the device's own clock [ms], where it has one.
+    /// Device time of all submissions so far [ms]; `None` without timestamps.
     pub fn device_ms(&self) -> Option<f64> {
         self.once.device_ms()
     }
@@ -158,16 +157,13 @@ impl Wide {
         self.counts
     }
 
-    /// Heat of every node [W] and its slope [W/s].
-    ///
-    /// # Errors
-    /// A buffer that something else holds.
+    /// Sets the heat of every node [W] and its slope [W/s].
     pub fn set_heat(&mut self, heat: &[[f32; 2]]) -> Result<(), GpuError> {
         let slots = self.in_slots(heat);
         self.resources.write(Resource::NetworkHeat, 0, &slots)
     }
 
-    /// Pairs of every node in the order of the device.
+    /// Reorders a pair for every node into device order.
     fn in_slots(&self, pairs: &[[f32; 2]]) -> Vec<[f32; 2]> {
         let mut slots = vec![[0.0; 2]; pairs.len()];
         for (slot, pair) in self.slot_of_node.iter().zip(pairs) {
@@ -176,33 +172,24 @@ impl Wide {
         slots
     }
 
-    /// Base and rest of every node [K].
+    /// Base and rest of every node in the accepted state [K].
     pub fn state(&self) -> impl Iterator<Item = [f32; 2]> + '_ {
         let slots: &[[f32; 2]] = self.resources.read(Resource::NetworkKept, 0, self.slot_of_node.len());
         self.slot_of_node.iter().map(|slot| slots[*slot as usize])
     }
 
-    /// Replaces the kept state.
-    ///
-    /// # Errors
-    /// A buffer that something else holds.
+    /// Replaces the accepted state.
     pub fn set_state(&mut self, state: &[[f32; 2]]) -> Result<(), GpuError> {
         let slots = self.in_slots(state);
         self.resources.write(Resource::NetworkKept, 0, &slots)
     }
 
-    /// Keeps what the last try left.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Accepts the state of the last attempt.
     pub fn keep(&mut self) -> Result<(), GpuError> {
         self.submit(&[WidePlan::keep(self.odd)], Constants::none())
     }
 
-    /// Tries some sub-steps.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Attempts sub-steps.
     pub fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Result<Attempt, GpuError> {
         self.plan.stages = match method {
             Method::Rkl2 { stages } => stages,
@@ -266,7 +253,7 @@ impl Wide {
         Ok(attempt)
     }
 
-    /// Records and runs some lists one after the other.
+    /// Records and runs lists in order.
     fn submit(&mut self, lists: &[Frame], mut constants: Constants) -> Result<(), GpuError> {
         constants.radiative = self.plan.radiative;
         self.wrote_spare |= !self.spare.is_empty() && self.resources.get(SOLVER[0]).is_some();
@@ -283,7 +270,7 @@ impl Wide {
     }
 }
 
-/// Fills a table and frees what it was filled from.
+/// Uploads a table and frees its staging buffer.
 fn upload<T: bytemuck::Pod>(
     resources: &mut Resources,
     once: &mut Once,

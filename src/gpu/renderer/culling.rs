@@ -1,30 +1,31 @@
-//! Which triangles must be culled anew: those whose view has moved farther than their last culling allowed for.
+//! Choice of the triangles to cull again: those whose view has moved more than their last culling tolerates.
 //!
-//! A mesh of a million triangles has few that cover a pixel's centre, and lavapipe sets up triangles on one thread. So a pass leaves the others
-//! out, and a test shows that no pixel changes. While camera or joints creep, it keeps what the next images may see too.
+//! In a mesh of a million triangles few cover a pixel centre, and lavapipe sets up triangles on one thread. A culling
+//! pass thus removes the others, and a test shows that no pixel changes. While camera or joints move slowly, the pass
+//! also keeps triangles that the next images may need.
 
 use glam::{DVec2, DVec3, Vec3};
 
 use super::super::frame::TriangleRun;
 use super::super::layout::View;
 
-/// Steps of the present motion that a culling allows for.
+/// Steps of the present motion that a culling tolerates.
 const STEPS_AHEAD: f64 = 3.0;
-/// Motion that a culling allows for at most [px]: beyond it too many triangles would be kept.
+/// Most motion that a culling tolerates [px]. With more, too many triangles would be kept.
 const MOST_MARGIN: f64 = 0.25;
-/// Motion in a step above which it allows for none [px].
+/// Motion in a step above which a culling tolerates none [px].
 const FAST: f64 = MOST_MARGIN / 2.0;
-/// What rounding may add to a motion [px].
+/// Rounding error of a motion [px].
 const ROUNDING: f64 = 1e-3;
 
-/// Runs of triangles, each as its joint sees the camera, and what their last culling was for.
+/// Runs of triangles, each with the view of its last culling.
 pub(super) struct Culling {
     runs: Vec<Run>,
 }
 
 struct Run {
     of: TriangleRun,
-    /// Lower and upper corner of the nodes, in the frame in which they do not move [m].
+    /// Lower and upper corner of the nodes in the frame of their joint [m].
     bounds: [Vec3; 2],
     /// The view of the last culling, with its margin.
     culled: Option<View>,
@@ -33,7 +34,7 @@ struct Run {
 }
 
 impl Culling {
-    /// Of runs of triangles of nodes at positions [m].
+    /// Makes the state of runs that were never culled. `positions` are those of the nodes [m].
     pub fn new(runs: &[TriangleRun], triangles: &[[u32; 3]], positions: &[Vec3]) -> Self {
         let run = |of: &TriangleRun| {
             let nodes = triangles[of.triangles.0 as usize..of.triangles.1 as usize].as_flattened().iter();
@@ -47,7 +48,7 @@ impl Culling {
         Self { runs: runs.iter().map(run).collect() }
     }
 
-    /// The runs that an image from `views`, one a joint, culls anew; their views are given the margin that it allows for.
+    /// The runs to cull before an image from `views`, one for each joint. It sets the tolerated motion in their views.
     pub fn due(&mut self, views: &mut [View]) -> Vec<TriangleRun> {
         let mut due = Vec::new();
         for run in &mut self.runs {
@@ -67,20 +68,20 @@ impl Culling {
         due
     }
 
-    /// What was culled is gone.
+    /// Forgets the last culling of all runs.
     pub fn forget(&mut self) {
         self.runs.iter_mut().for_each(|run| run.culled = None);
     }
 }
 
-/// Pixels that no point of a box moves farther than in an image, from one view to another; `None` where the box reaches
-/// behind the near plane of either, or where the camera is another.
+/// Upper bound of a box's motion in the image between two views [px]. It is `None` if the box reaches behind the near
+/// plane of either view, or if the cameras differ.
 fn motion(from: &View, to: &View, [low, high]: [Vec3; 2]) -> Option<f64> {
     let camera = |view: &View| (view.clip_scale, view.clip_offset, view.size, view.near);
     if camera(from) != camera(to) {
         return None;
     }
-    // Both are affine in the point, and their quotient is largest at a corner too.
+    // Both are affine in the point, so their quotient is also largest at a corner.
     let (mut moved, mut slope, mut nearest) = (DVec3::ZERO, DVec2::ZERO, f64::INFINITY);
     for corner in 0..8u32 {
         let at = |axis: usize| f64::from(if corner >> axis & 1 == 0 { low[axis] } else { high[axis] });
@@ -106,7 +107,7 @@ fn motion(from: &View, to: &View, [low, high]: [Vec3; 2]) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// 100 px a radian, from a place on -z.
+    /// A view with 100 px a radian, from a place on -z.
     fn view(x: f32, z: f32) -> View {
         View {
             camera_from_body_x: [1.0, 0.0, 0.0, x],
@@ -128,10 +129,10 @@ mod tests {
     #[test]
     fn a_motion_is_that_of_the_fastest_corner_or_more() {
         let bounds = [Vec3::ZERO, Vec3::new(1.0, 0.0, 1.0)];
-        // 0.01 m across, at 10 m and 100 px: 0.1 px.
+        // A move of 0.01 m at a distance of 10 m with 100 px a radian is 0.1 px.
         let across = motion(&view(0.0, 10.0), &view(0.01, 10.0), bounds).expect("before the camera");
         assert!((across - 0.1 - ROUNDING).abs() < 1e-6, "{across}");
-        // The corner at (1, 0, 0) m goes from 100 / 10 px to 100 / 10.1 px.
+        // The corner at (1, 0, 0) m moves from 100 / 10 px to 100 / 10.1 px.
         let along = motion(&view(0.0, 10.0), &view(0.0, 10.1), bounds).expect("before the camera");
         assert!((0.099..0.105).contains(&along), "{along}");
         assert_eq!(motion(&view(0.0, 10.0), &view(0.0, 0.05), bounds), None, "a corner reaches behind the near plane");
@@ -142,7 +143,7 @@ mod tests {
     #[test]
     fn slow_motion_is_culled_ahead_of() {
         let mut culling = culling();
-        // 0.02 px a step: the second culling is good for three of them, less what rounding takes.
+        // At 0.02 px a step, the second culling lasts for three steps minus the rounding error.
         let due: Vec<bool> =
             (0..12).map(|step| !culling.due(&mut [view(0.002 * step as f32, 10.0)]).is_empty()).collect();
         let culled: Vec<usize> = due.iter().enumerate().filter(|(_, due)| **due).map(|(step, _)| step).collect();

@@ -1,4 +1,4 @@
-//! Steps that leave nothing but the nodes' state, many in one dispatch.
+//! Steps without outputs, many in one dispatch.
 
 use super::super::error::GpuError;
 use super::super::frame::{Frame, StepRange, Wanted};
@@ -10,17 +10,15 @@ use super::{Renderer, Request, Submitted, ranges_of_load, ranges_of_step};
 use crate::environment::StepLoad;
 
 impl Renderer {
-    /// Lets steps pass, each a load and a number of steps, that leave nothing but the nodes' state: as many in one dispatch
-    /// as are lit alike, up to 32, until shadows must be found anew. Nodes that the host steps are left as they are.
-    ///
-    /// # Errors
+    /// Takes steps without outputs, each with a load and a duration in steps. A dispatch takes up to 32 steps with the
+    /// same kinds of light, and ends before shadows need an update. Nodes of thermal networks do not change.
     /// A call that fails.
     pub fn forward(&mut self, steps: &[(&StepLoad, f64)]) -> Result<(), GpuError> {
         let mut rest = steps;
         while !rest.is_empty() {
             let (now, later) = rest.split_at(self.at_once(rest));
             rest = later;
-            // A slot that is submitted anew waits for what it was submitted with.
+            // The slot may only be written after its last submission is complete.
             let _ = match now {
                 [(load, length)] => self.submit(Request::step(load, *length))?,
                 many => self.submit_fused(many)?,
@@ -29,15 +27,15 @@ impl Renderer {
         Ok(())
     }
 
-    /// Steps that passed in dispatches of many.
+    /// Number of steps in fused dispatches so far.
     pub fn fused_steps(&self) -> u64 {
         self.fused_steps
     }
 
-    /// How many of the steps the next dispatch takes.
+    /// Number of steps that the next dispatch takes.
     fn at_once(&self, steps: &[(&StepLoad, f64)]) -> usize {
         let first = steps[0].0;
-        // Under the load that commanded them last, nodes have less to do one step at a time.
+        // With an unchanged load, single steps are cheaper.
         if !self.fuses || self.commanded == Some(DeviceLoad::new(first, self.joints)) {
             return 1;
         }
@@ -56,7 +54,7 @@ impl Renderer {
         let mut stepped = Frame::step(&ranges, Wanted::default());
         for entry in &mut stepped.entries {
             if let Entry::Pass(pass) = entry {
-                // Its time is that of many steps.
+                // Timestamps of many steps get another name.
                 pass.name = format!("forward {}", pass.name);
             }
         }
@@ -70,7 +68,7 @@ impl Renderer {
         self.send(&frame, Request::step(last.0, last.1))
     }
 
-    /// Makes the pipelines of many steps when they are first needed: most runs have no use for them.
+    /// Makes the pipelines of fused dispatches at first use, because most runs do not need them.
     fn bind_fused(&mut self) -> Result<(), GpuError> {
         let loads = [(true, true), (true, false), (false, false)];
         let frames = loads.map(|(has_sun, has_albedo)| {
@@ -80,7 +78,7 @@ impl Renderer {
     }
 }
 
-/// The ranges with many steps in a dispatch; what keeps no state is left by the last of them alone.
+/// The ranges with fused variants. A range without a state keeps its variant, because only its last step counts.
 fn fused(ranges: &[StepRange]) -> Vec<StepRange> {
     let variant = |variant: ThermalVariant| variant.fused().unwrap_or(variant);
     ranges.iter().map(|range| StepRange { variant: variant(range.variant), ..*range }).collect()

@@ -1,4 +1,4 @@
-//! When shadows are found anew, and what finds them.
+//! When to update shadows, and with which view of the Sun.
 
 use glam::DAffine3;
 
@@ -8,26 +8,26 @@ use crate::gpu::frame::{Frame, StepRange, TriangleRun};
 use crate::gpu::layout;
 use crate::gpu::resources::SceneData;
 
-/// What casts shadows, and for which Sun they were last found; empty where the craft does not shadow itself.
+/// Shadow casters and the Sun of the last update; empty if the craft does not shadow itself.
 pub(super) struct Shadows {
-    /// When the Sun's view is drawn anew.
+    /// When to update.
     redraw: Option<Redraw>,
-    /// Triangles that are drawn as the Sun sees them.
+    /// Triangles of the shadow map.
     pub occluders: Vec<TriangleRun>,
-    /// The Sun's view of the frame that is submitted next, one a joint, where it draws it.
+    /// Transforms of the next frame's shadow map, one for each joint.
     pub views: Vec<layout::SunView>,
-    /// Boxes of the tree and where its rays start [m], where rays find the shadows.
+    /// Number of boxes in the tree, and offset of a ray's start [m]; for shadow rays only.
     tree: Option<(u32, f64)>,
-    /// What rays are tried against, where parts move.
+    /// Shadow casters of a craft with moving parts, for shadow rays only.
     casters: Option<Jointed>,
-    /// Poses of the joints for which rays last found the shadows.
+    /// Poses of the joints at the last update by rays.
     poses: Vec<DAffine3>,
     rays: Vec<layout::SunRay>,
     joints: u32,
 }
 
 impl Shadows {
-    /// Of a scene.
+    /// Shadows of a scene.
     pub fn new(data: &SceneData<'_>) -> Self {
         let shadows = data.shadows.as_ref();
         let count = shadows.map_or(0, |shadows| shadows.occluders.len() as u32);
@@ -49,7 +49,7 @@ impl Shadows {
         self.redraw.is_some()
     }
 
-    /// Whether the shadows that a load finds are those of another, too.
+    /// Whether the shadows of the first load are also those of another load.
     pub fn hold(&self, first: &StepLoad) -> impl Fn(&StepLoad) -> bool {
         let mut redraw = self.redraw.clone();
         if let Some(redraw) = &mut redraw {
@@ -58,17 +58,17 @@ impl Shadows {
         move |load| redraw.as_ref().is_none_or(|redraw| redraw.holds(load))
     }
 
-    /// The passes that find shadows.
+    /// The passes of an update.
     pub fn frame(&self, ranges: &[StepRange]) -> Frame {
         Frame::shadows(ranges, if self.tree.is_some() { Method::Exact } else { Method::Depth })
     }
 
-    /// The Sun's view of a load that asks for shadows to be found anew.
+    /// View of the Sun, if the load needs an update.
     pub fn due(&mut self, load: &StepLoad) -> Option<SunView> {
         self.redraw.as_mut()?.view(load)
     }
 
-    /// The tree that rays are tried against under a load, where parts have moved.
+    /// New tree for shadow rays, if parts have moved.
     pub fn moved_tree(&mut self, load: &StepLoad) -> Option<Occluders> {
         self.tree?;
         let casters = self.casters.as_ref().filter(|_| self.poses != load.joints)?;
@@ -78,7 +78,7 @@ impl Shadows {
         Some(tree)
     }
 
-    /// Turns to the Sun.
+    /// Sets the Sun of the next update.
     pub fn turn(&mut self, view: &SunView, load: &StepLoad) {
         let Some((boxes, start)) = self.tree else {
             let pose = |joint: u32| load.joints.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
@@ -95,14 +95,14 @@ impl Shadows {
         self.rays = disc_directions(view.sun).map(ray).to_vec();
     }
 
-    /// What a dispatch of a ray over the nodes of a joint says.
+    /// Push constants of a shadow ray dispatch over the nodes of a joint.
     pub fn ray(&self, ray: u32, joint: u32) -> Vec<u8> {
         let pose = self.poses.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
         [bytemuck::bytes_of(&self.rays[ray as usize]), bytemuck::bytes_of(&layout::rows(&pose))].concat()
     }
 }
 
-/// Boxes of a tree, and where its rays start [m].
+/// Number of boxes in a tree, and offset of a ray's start [m].
 fn size_of_tree(tree: &Occluders) -> (u32, f64) {
     (tree.tree.nodes.len() as u32, tree.start)
 }

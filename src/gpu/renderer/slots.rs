@@ -1,4 +1,4 @@
-//! The frames in flight: a command buffer, a fence and timestamps each, submitted and collected in turn.
+//! Frames in flight, each with a command buffer, a fence and timestamp queries.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -13,32 +13,32 @@ use crate::gpu::record::Recorder;
 use crate::gpu::resource::{Resource, SLOTS};
 use crate::gpu::timing::{DeviceFrame, PassTimes, Timing};
 
-/// A frame in flight, or what the last one left.
+/// A frame in flight or a completed one.
 struct Slot {
     commands: vk::CommandBuffer,
     fence: vk::Fence,
     timing: Timing,
     pending: bool,
     submitted: Instant,
-    /// What its list copied to where the host reads it.
+    /// Host-visible resources that its list copied to.
     left: Vec<Resource>,
 }
 
-/// All slots, and what their passes took.
+/// All slots, and the measured times of their passes.
 pub(super) struct Slots {
     context: Arc<Context>,
     pool: vk::CommandPool,
     slots: Vec<Slot>,
-    /// The slot that is submitted next.
+    /// Number of the next slot.
     next: usize,
-    /// Device milliseconds of every pass so far, by name.
+    /// Device time of every pass so far [ms], by name.
     pub times: PassTimes,
-    /// Frames since they were last taken, where they are kept.
+    /// Measured times of the frames since the last take, if they are kept.
     pub frames: Option<Vec<DeviceFrame>>,
 }
 
 impl Slots {
-    /// For lists of so many passes at most.
+    /// Slots for lists of up to `passes` passes.
     pub fn new(context: &Arc<Context>, passes: usize) -> Result<Self, GpuError> {
         let (pool, commands) = command_buffers(context, SLOTS as u32)?;
         let (context, times) = (Arc::clone(context), PassTimes::new());
@@ -54,13 +54,13 @@ impl Slots {
         Ok(slots)
     }
 
-    /// Waits for the slot that is submitted next, so that the host may write what the slot reads. Returns its number.
+    /// Waits for the next slot, so that the host may write its buffers. Returns its number.
     pub fn free(&mut self) -> Result<usize, GpuError> {
         self.finish(self.next)?;
         Ok(self.next)
     }
 
-    /// Submits a list in the slot that is free.
+    /// Records and submits a list in the next slot.
     pub fn submit<'a>(
         &mut self,
         list: &Frame,
@@ -70,14 +70,14 @@ impl Slots {
         self.next = (number + 1) % SLOTS;
         let (device, slot) = (&self.context.device, &mut self.slots[number]);
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the slot's last frame is complete, so its command buffer may be recorded anew.
+        // SAFETY: the slot's last frame is complete, so its command buffer may be recorded again.
         unsafe { device.begin_command_buffer(slot.commands, &begin) }.during("recording")?;
         slot.timing.begin_frame(slot.commands);
         recorder(slot.commands).record(list, Some(&mut slot.timing));
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         slot.submitted = Instant::now();
-        // SAFETY: the command buffer is complete and the fence unsignalled.
+        // SAFETY: the command buffer is complete, and the fence is not signalled.
         unsafe {
             device.end_command_buffer(slot.commands).during("recording")?;
             device.queue_submit2(self.context.queue, &submit, slot.fence).during("submitting a frame")?;
@@ -121,7 +121,7 @@ impl Slots {
 
 impl Drop for Slots {
     fn drop(&mut self) {
-        // SAFETY: the device is idle before anything of the scene goes.
+        // SAFETY: the device is idle before anything of the scene is destroyed.
         unsafe {
             let _ = self.context.device.device_wait_idle();
             for slot in &self.slots {

@@ -1,6 +1,6 @@
 //! Long random walks of every kind of function: no step past the command, none away from it, none out of bounds.
 
-use super::tests::functions;
+use super::tests::{Random, functions};
 use super::*;
 use crate::thermal::function::{Function, parse::KINDS};
 use crate::thermal::material::{Domain, Profile};
@@ -9,43 +9,6 @@ use crate::thermal::material::{Domain, Profile};
 const STEPS: usize = 100_000;
 /// Steps of one walk.
 const WALK: usize = 500;
-
-/// Numbers in [0, 1) that are the same in every run (splitmix64).
-pub(super) struct Random(pub u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-
-    fn one_of<T: Clone>(&mut self, choices: &[T]) -> T {
-        choices[(self.next() * choices.len() as f64) as usize].clone()
-    }
-
-    fn t_max(&mut self) -> f64 {
-        let (short, long) = (self.between(1.0, 5.0), self.between(0.1, 361.0));
-        self.one_of(&[0.0, 1.0, short, long, long])
-    }
-
-    /// What the target does next: holds, jitters by an ulp, creeps, or jumps.
-    fn target(&mut self, before: f64) -> f64 {
-        let change = match (10.0 * self.next()) as u32 {
-            0..4 => 0.0,
-            4..6 => self.one_of(&[before.next_up() - before, before.next_down() - before]),
-            6..9 => self.between(-1.0, 1.0),
-            _ => self.between(-400.0, 400.0),
-        };
-        (before + change).clamp(2.7, 1000.0)
-    }
-}
 
 /// A step of a transition: state, command [K] and time in; state and temperature [K] out.
 type Step = fn(TransitionState, f64, f64, &Transition) -> (TransitionState, f64);
@@ -155,7 +118,10 @@ fn shaken(function: &Function, retarget: Retarget) -> f64 {
 fn a_jitter_of_the_target_cancels_over_a_hundred_thousand_steps_of_every_function() {
     for function in functions() {
         let moved = shaken(&function, Retarget::Merge);
-        assert!(moved < 5e-5, "{function}: {moved:.1e} K");
+        // A way of D that begins x later is D (w(1) - w(1 - x)) shorter. At 200 K and a jitter of 1e-6 K, x is about 1e-8: nothing
+        // for a finite rate at the start, and 200 K sqrt(1e-8) / 2 in the worst case for the infinite rate of sqrt(s).
+        let limit = if function.to_string().contains("sqrt") { 1e-2 } else { 5e-5 };
+        assert!(moved < limit, "{function}: {moved:.1e} K");
     }
     let restarted = shaken(&Function::Quadratic, Retarget::Restart);
     assert!(restarted > 10.0, "a rule that starts afresh shows: {restarted} K");

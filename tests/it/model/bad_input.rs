@@ -209,7 +209,18 @@ fn files_that_are_no_gltf() {
 
 /// Every truncation and every flipped byte of small files: an error, or a model that keeps its promises.
 #[test]
+#[ignore = "long: tools/test --all"]
 fn damaged_bytes_never_panic() {
+    damage(1);
+}
+
+/// The same at every 17th place, which is no multiple of what glTF aligns to.
+#[test]
+fn some_damaged_bytes_never_panic() {
+    damage(17);
+}
+
+fn damage(every: usize) {
     let mut files = vec![Maker::cube().glb()];
     let mut rich = Maker::cube();
     let indices = rich.view(&[3, 6]);
@@ -239,10 +250,10 @@ fn damaged_bytes_never_panic() {
         }
     };
     for file in &files {
-        for length in 0..file.len() {
+        for length in (0..file.len()).step_by(every) {
             attempt(&file[..length]);
         }
-        for at in 0..file.len() {
+        for at in (0..file.len()).step_by(every) {
             for flip in [0x01, 0x08, 0x80, 0xFF] {
                 let mut damaged = file.clone();
                 damaged[at] ^= flip;
@@ -251,5 +262,5 @@ fn damaged_bytes_never_panic() {
         }
     }
     println!("{errors} errors, {models} models");
-    assert!(errors > 1_000 && models > 1_000, "both outcomes must have been met");
+    assert!(errors * every > 1_000 && models * every > 1_000, "both outcomes must have been met");
 }

@@ -1,26 +1,20 @@
-//! Puts nodes of a small network into balance: the arithmetic ones, or all.
+//! Balancing of a small network's nodes: the arithmetic ones, or all.
 
 use super::{Fused, ITERATIONS, RESULT_HEAD, Unknowns, state};
 use crate::gpu::error::GpuError;
 use crate::gpu::resource::Resource;
 use crate::gpu::variant::{FusedKind, FusedVariant};
 
-/// Submissions before a balance is given up.
+/// Most submissions of a balance.
 const SUBMISSIONS: usize = 20;
 
 impl Fused {
-    /// Balances the arithmetic nodes.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Balances the arithmetic nodes. Returns whether they converged.
     pub fn balance(&mut self, t: f64) -> Result<bool, GpuError> {
         self.settle(t, Unknowns::Arithmetic)
     }
 
-    /// Balances all nodes. `None` where they take too many products.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Balances all nodes. Returns whether they converged; `None` if they need too many products.
     pub fn steady(&mut self, t: f64) -> Result<Option<bool>, GpuError> {
         if !self.knows(Unknowns::Free)? {
             return Ok(None);
@@ -32,7 +26,7 @@ impl Fused {
         !self.tables.lone.is_empty() || !self.tables.coupled.is_empty()
     }
 
-    /// Balances in place, where it converges.
+    /// Balances nodes, and accepts the result if it converges.
     fn settle(&mut self, t: f64, unknowns: Unknowns) -> Result<bool, GpuError> {
         if unknowns == Unknowns::Arithmetic && !self.has_arithmetic() {
             return Ok(true);
@@ -41,7 +35,7 @@ impl Fused {
         for _ in 0..SUBMISSIONS {
             let (settled, worst) = self.settle_once(unknowns, t as f32)?;
             if worst >= f32::INFINITY.to_bits() {
-                // Newton's method may pass through hot states, not through what is no number.
+                // Newton's method may pass through high temperatures, but all must be finite.
                 let tried: &[[f32; 2]] = self.resources.read(state(!self.odd), 0, self.tables.nodes.len());
                 if tried.iter().flatten().any(|x| !x.is_finite()) {
                     return Ok(false);
@@ -54,7 +48,7 @@ impl Fused {
         Ok(false)
     }
 
-    /// One dispatch of Newton's method on a state.
+    /// One dispatch of Newton's method.
     fn settle_once(&mut self, unknowns: Unknowns, time: f32) -> Result<(bool, u32), GpuError> {
         let variant = FusedVariant { kind: FusedKind::Settle, lanes: self.lanes };
         let mut planned = self.describe(unknowns, self.lanes);

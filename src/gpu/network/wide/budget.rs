@@ -1,25 +1,26 @@
-//! How many iterations of a large network's solver are recorded.
+//! Number of recorded iterations of a large network's solver.
 
 use crate::gpu::layout::NetworkSolver;
 
-/// Iterations of conjugate gradients after which a system counts as unsolved.
+/// Iterations of conjugate gradients after which a system has failed.
 const MOST_GRADIENTS: u32 = 6_000;
-/// Iterations of Newton's method after which a stage counts as unsolved.
+/// Iterations of Newton's method after which a stage has failed.
 const MOST_NEWTONS: u32 = 40;
-/// The same of a balance that may start far away.
+/// Iterations of Newton's method after which a balance far from its start has failed.
 const MOST_NEWTONS_FAR: u32 = 60;
-/// Iterations of Newton's method of one submission towards a steady state.
+/// Iterations of Newton's method in one submission for a steady state.
 const STEADY_NEWTONS: u32 = 6;
-/// Tries in a row that need less before less is recorded.
+/// Number of consecutive attempts that need fewer iterations before fewer are recorded.
 const PATIENCE: u32 = 8;
 
-/// How many iterations are recorded: as many as the last tries took. More change no result, fewer are recorded again.
+/// Recorded iterations, learned from the last attempts. Extra iterations change no result. If there are too few, the
+/// attempt is recorded again.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Budget {
     newtons: u32,
     gradients: u32,
     most_newtons: u32,
-    /// Tries in a row that needed less, and the most that they needed.
+    /// Number of consecutive attempts that needed fewer iterations, and the most that they needed.
     idle: u32,
     needed: [u32; 2],
 }
@@ -29,7 +30,7 @@ impl Budget {
         Self { newtons, gradients, most_newtons, idle: 0, needed: [0; 2] }
     }
 
-    /// For arithmetic nodes at a stage.
+    /// For the arithmetic nodes at a stage.
     pub(super) fn balance() -> Self {
         Self::new(2, 8, MOST_NEWTONS_FAR)
     }
@@ -44,17 +45,17 @@ impl Budget {
         Self::new(STEADY_NEWTONS, 64, STEADY_NEWTONS)
     }
 
-    /// Newton's and conjugate gradients.
+    /// Recorded iterations of Newton's method and of conjugate gradients.
     pub(super) fn iterations(&self) -> [u32; 2] {
         [self.newtons, self.gradients]
     }
 
-    /// Whether a try had enough; learns what it needed.
+    /// Whether an attempt had enough iterations. It also learns how many it needed.
     pub(super) fn was_enough(&mut self, solver: &NetworkSolver) -> bool {
         if solver.short_gradients > 0.0 || solver.short_newtons > 0.0 {
             return false;
         }
-        // One iteration more than was taken: the one that finds that nothing is left to gain.
+        // One more iteration is needed to detect convergence.
         let took = [solver.most_newtons as u32, solver.most_gradients as u32 + 1];
         self.needed = [0, 1].map(|part| self.needed[part].max(took[part]));
         self.idle += 1;
@@ -66,7 +67,7 @@ impl Budget {
         true
     }
 
-    /// Records more next time. Returns whether there is more to record.
+    /// Records more next time. Returns whether the limit allows it.
     pub(super) fn grow(&mut self, solver: &NetworkSolver) -> bool {
         (self.idle, self.needed) = (0, [0; 2]);
         if solver.short_gradients > 0.0 {

@@ -1,4 +1,4 @@
-//! What each pass of a submission says: times and weights.
+//! Push constants of the passes over a large network: times and weights.
 
 use crate::gpu::layout::{NetworkPass, NetworkStage};
 use crate::gpu::network::frame::AT_START;
@@ -9,18 +9,18 @@ use crate::gpu::wide_variant::WideKind;
 use crate::thermal::network::stepper::Method;
 use crate::thermal::network::tr_bdf2::{DIAGONAL, GAMMA};
 
-/// Share of the first residual's norm at which conjugate gradients stop, squared: for a balance, whose next iteration sees
-/// what is left, and for the estimate of an error.
+/// Squared tolerance of conjugate gradients, relative to the first residual. It is for balances, where Newton's method
+/// corrects the remaining error, and for error estimates.
 const BALANCE_ACCURACY: f32 = 1e-12;
 const ESTIMATE_ACCURACY: f32 = 1e-6;
 
-/// Relative change of a temperature at which Newton's method stops, and iterations from which on four times as much is
-/// rounding. It converges quadratically, and what is left after the last step is 1e-10 of the temperature; where nodes radiate
-/// to each other the matrix is not quite that of the balances, and each step leaves a share of it.
+/// Relative temperature change at which Newton's method stops, and the number of iterations after which four times as
+/// much counts as rounding. The method converges quadratically, so the remaining error is 1e-10 of the temperature. If
+/// nodes radiate to each other, the matrix is approximate and each iteration leaves a share of the error.
 const NEWTON: (f32, f32) = (5e-6, 6.0);
 const NEWTON_RADIATIVE: (f32, f32) = (3e-7, 16.0);
 
-/// Times and weights of a try.
+/// Times and weights of an attempt.
 #[derive(Clone)]
 pub(super) struct Constants {
     stages: Vec<NetworkStage>,
@@ -29,13 +29,13 @@ pub(super) struct Constants {
     method: Method,
     /// Whether nodes radiate to each other.
     pub(super) radiative: bool,
-    /// Start of the first sub-step [s], and the length of one.
+    /// Start of the first sub-step [s], and length of a sub-step [s].
     pub(super) time: f64,
     step: f64,
 }
 
 impl Constants {
-    /// Of sub-steps of `step` [s] from `time` [s] on.
+    /// Constants of sub-steps of `step` [s] from `time` [s].
     pub(super) fn new(method: Method, time: f64, step: f64) -> Self {
         let stages = match method {
             Method::Rkl2 { stages } => stages,
@@ -52,22 +52,22 @@ impl Constants {
         }
     }
 
-    /// Of passes that need none.
+    /// Constants of passes without times and weights.
     pub(super) fn none() -> Self {
         Self::balance(0.0)
     }
 
-    /// Of a balance at a time [s].
+    /// Constants of a balance at a time [s].
     pub(super) fn balance(time: f64) -> Self {
         Self::new(Method::Euler, time, 0.0)
     }
 
-    /// Evaluations of all exchanges in a sub-step, solvers left out.
+    /// Evaluations of all exchanges in a sub-step, without those of solvers.
     pub(super) fn stages_of_method(&self) -> u64 {
         if self.method == Method::TrBdf2 { 2 } else { self.stages.len() as u64 }
     }
 
-    /// What a pass says: its kernel knows which of the weights it has.
+    /// Push constants of a pass. Each kernel uses its own part of the weights.
     pub(super) fn of(&self, work: NetworkWork, sensors: usize, space_temperature: f32) -> NetworkPass {
         let NetworkWork { kind, count, .. } = work;
         let start = self.time + f64::from(work.sub_step) * self.step;
@@ -106,13 +106,13 @@ impl Constants {
         }
     }
 
-    /// Time [s] since the start of the sub-step at which a pass evaluates heat.
+    /// Time since the start of the sub-step at which a pass evaluates the heat [s].
     fn after(&self, kind: WideKind, stage: u32) -> f64 {
         match kind {
             WideKind::Start => 0.0,
             WideKind::Residual | WideKind::Estimate | WideKind::Middle if stage == 0 => GAMMA * self.step,
             WideKind::Residual | WideKind::Estimate | WideKind::Middle => self.step,
-            // A stage evaluates what the one before it left, at the time of that one.
+            // A stage evaluates the rates of the previous stage, at the time of that stage.
             WideKind::Stage => f64::from(self.stages[stage as usize - 1].time),
             _ => f64::from(self.stages[(stage as usize).min(self.stages.len() - 1)].time),
         }

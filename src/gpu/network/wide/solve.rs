@@ -1,4 +1,4 @@
-//! Balances of a large network's nodes.
+//! Balancing of a large network's nodes: the arithmetic ones, or all.
 
 use super::Wide;
 use super::budget::Budget;
@@ -8,23 +8,21 @@ use crate::gpu::layout::NetworkSolver;
 use crate::gpu::pass::NetworkNodes;
 use crate::gpu::resource::Resource;
 
-/// Submissions towards a steady state.
+/// Most submissions for a steady state.
 const STEADY_SUBMISSIONS: u32 = 60;
-/// Largest relative change of a temperature in the last search towards a steady state, and searches that are made in hope of it:
-/// where little heat leaves through large conductances, conjugate gradients leave more of an error than of a residual.
+/// Largest relative temperature change in the last search for a steady state, and the most searches. Several searches
+/// help if little heat flows through large conductances, because the error of conjugate gradients then exceeds their
+/// residual.
 const STEADY_MOVE: f32 = 3e-7;
 const STEADY_SEARCHES: u32 = 6;
 
 impl Wide {
-    /// What the last submission's solver found.
+    /// State of the solver after the last submission.
     pub(super) fn solver(&self) -> NetworkSolver {
         self.resources.read(Resource::SolverScalars, 0, 1)[0]
     }
 
-    /// Balances the arithmetic nodes.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Balances the arithmetic nodes. Returns whether they converged.
     pub fn balance(&mut self, t: f64) -> Result<bool, GpuError> {
         if !self.plan.lone && !self.plan.coupled {
             return Ok(true);
@@ -59,10 +57,7 @@ impl Wide {
         Ok(found)
     }
 
-    /// Balances all nodes that are no boundary.
-    ///
-    /// # Errors
-    /// A call that fails.
+    /// Balances all nodes that are not a boundary. Returns whether they converged.
     pub fn steady(&mut self, t: f64) -> Result<bool, GpuError> {
         self.make_solver()?;
         self.odd = false;
