@@ -70,7 +70,7 @@ pub(super) fn warm_up(
         let (to, after) = (engine.network_temperatures()?, all(engine)?);
         done.orbits += 1;
         done.coarse += u32::from(coarse);
-        // A network that was moved must be drawn with its new temperatures.
+        // The drawn temperatures of a network that was moved change only at the next step, so its own temperatures are compared.
         let drawn = |slot: &usize| prepared.network.as_ref().is_none_or(|network| !network.has(*slot));
         let others = (0..before.len()).filter(drawn).map(|slot| f64::from((before[slot] - after[slot]).abs()));
         let own = from.iter().flatten().zip(to.iter().flatten()).map(|(from, to)| (from - to).abs());
