@@ -46,7 +46,7 @@ impl AlbedoSource {
 
 /// Angle that the Sun sweeps in the body frame during one sample [rad] (0.06 deg), where [`MAX_SUN_SAMPLES`] allows.
 ///
-/// A plate on which the Sun rises or sets during a sample errs by at most 1/8 of the flux at the sample's angle. This is 0.05 W/m2 for the eight samples of
+/// A plate on which the Sun rises or sets during a sample errs by at most its flux times 1/8 of the angle. This is 0.05 W/m2 for the eight samples of
 /// a 17 s step in low orbit. Every other plate gets its exact mean flux.
 pub const SWEEP_PER_SAMPLE: f64 = 1.1e-3;
 

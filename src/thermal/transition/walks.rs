@@ -1,16 +1,16 @@
-//! Long random walks of every kind of function: no step past the command, none away from it, none out of bounds.
+//! Long random walks with every kind of function: no step overshoots its target, moves away from it, or leaves the bounds.
 
 use super::tests::functions;
 use super::*;
 use crate::thermal::function::{Function, parse::KINDS};
 use crate::thermal::material::{Domain, Profile};
 
-/// Steps of every kind of function, over both rules and both domains.
+/// Steps for every kind of function, over both rules and both domains.
 const STEPS: usize = 100_000;
 /// Steps of one walk.
 const WALK: usize = 500;
 
-/// Numbers in [0, 1) that are the same in every run (splitmix64).
+/// Numbers in [0, 1), equal in every run (splitmix64).
 pub(super) struct Random(pub u64);
 
 impl Random {
@@ -35,7 +35,7 @@ impl Random {
         self.one_of(&[0.0, 1.0, short, long, long])
     }
 
-    /// What the target does next: holds, jitters by an ulp, creeps, or jumps.
+    /// The next target: held, moved by an ulp, moved slowly, or moved far.
     fn target(&mut self, before: f64) -> f64 {
         let change = match (10.0 * self.next()) as u32 {
             0..4 => 0.0,
@@ -47,10 +47,10 @@ impl Random {
     }
 }
 
-/// A step of a transition: state, command [K] and time in; state and temperature [K] out.
+/// A step of a transition: state, target [K] and time in, state and temperature [K] out.
 type Step = fn(TransitionState, f64, f64, &Transition) -> (TransitionState, f64);
 
-/// Takes random steps with a function until one goes wrong. The other branch has another function half of the time.
+/// Takes random steps with a function until one is wrong. In half of the walks the other branch has another function.
 fn walk(
     function: &Function,
     all: &[Function],
@@ -76,7 +76,7 @@ fn walk(
         state = next;
         low = low.min(target);
         high = high.max(target);
-        // In units of the domain, of which 1000 K are at most 1e4: `target - span w` rounds.
+        // `target - span w` rounds in units of the domain, where 1000 K is 1e4.
         let [now, from, to, low, high] = [t, before, target, low, high].map(|t| domain.of(t));
         let slack = 1e-10;
         let towards = now >= from.min(to) - slack && now <= from.max(to) + slack;
@@ -105,7 +105,7 @@ fn a_hundred_thousand_steps_of_every_function_lead_to_the_command_and_not_past_i
     }
 }
 
-/// The walks see a rule that starts too far away after a change, and a reading that is past the command by 1e-9 K.
+/// The walks detect a rule that starts too far away after a change, and a reading that overshoots by 1e-9 K.
 #[test]
 fn walks_fail_with_wrong_rules() {
     let too_far: Step = |state, commanded, steps_dt, transition| {
@@ -131,7 +131,7 @@ fn walks_fail_with_wrong_rules() {
     }
 }
 
-/// How far a jitter of 1e-6 K moves T over as many steps of a function, whose target moves on every few hundred [K].
+/// Effect on T of a jitter of 1e-6 K over as many steps of a function, whose target moves on every few hundred [K].
 fn shaken(function: &Function, retarget: Retarget) -> f64 {
     let mut random = Random(3);
     let profile = Profile { function: function.clone(), t_max_steps: 361.0 };
