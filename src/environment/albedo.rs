@@ -1,7 +1,6 @@
 //! View factor from a sunlit Lambert planet to a plate (albedo): the exact integral, and a table of it for one step.
 //!
-//! Directions are unit normals in the *planet frame*: z points to nadir, x points towards the Sun at right angles to z. Every value is
-//! even in y.
+//! Directions are unit normals in the *planet frame*: z points to nadir, x points towards the Sun at right angles to z. Every value is even in y.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::LazyLock;
@@ -64,11 +63,10 @@ static INCIDENCE_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre:
 /// `normal` is the plate's unit normal in the planet frame. `distance_ratio` (> 1) is the distance to the planet's centre over its radius.
 /// `sun_zenith` is the Sun's zenith angle at the point below the craft [rad], in [0, pi].
 ///
-/// The factor is the integral of cos(Sun's zenith) x cos(plate's angle) / pi over the solid angle of the part of the planet that is
-/// visible, lit and in front of the plate. On a ring of equal angle from nadir both cosines are a + b cos(azimuth). Both are positive on
-/// at most two arcs, so the ring has a closed form. The integration variable is the angle of incidence on the surface, 0 at nadir to 90
-/// deg at the limb, because the integrand is smooth in it at the limb. The interval is cut where a ring touches the terminator or the
-/// plate's horizon.
+/// The factor is the integral of cos(Sun's zenith) x cos(plate's angle) / pi over the solid angle of the part of the planet that is visible, lit and in
+/// front of the plate. On a ring of equal angle from nadir both cosines are a + b cos(azimuth). Both are positive on at most two arcs, so the ring has a
+/// closed form. The integration variable is the angle of incidence on the surface, 0 at nadir to 90 deg at the limb, because the integrand is smooth in it
+/// at the limb. The interval is cut where a ring touches the terminator or the plate's horizon.
 pub fn albedo_factor(normal: DVec3, distance_ratio: f64, sun_zenith: f64) -> f64 {
     albedo_factor_with(&INCIDENCE_RULE, normal, distance_ratio, sun_zenith)
 }

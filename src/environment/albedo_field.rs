@@ -1,7 +1,6 @@
 //! Albedo tables of a scene for every Sun zenith angle and distance, interpolated between tables that are built when first needed.
 //!
-//! On a trajectory the distance changes. Tables then stand at altitudes 15 % apart, and a step interpolates cubically between four of
-//! them.
+//! On a trajectory the distance changes. Tables then stand at altitudes 15 % apart, and a step interpolates cubically between four of them.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::{Arc, OnceLock};
@@ -13,10 +12,9 @@ use super::sky::horizon_angle;
 
 /// Albedo tables over the Sun's zenith angle below the craft, for one distance.
 ///
-/// While everything that the craft sees is lit, the albedo is a cosine plus a sine of the zenith angle, and two tables give it exactly.
-/// While the terminator crosses the visible cap, a cubic interpolates between the four nearest tables. Near the terminator the albedo
-/// changes over an angle of about altitude / radius. The tables are therefore dense there: they stand at 90 deg + s sinh(k u), with u
-/// equally spaced.
+/// While everything that the craft sees is lit, the albedo is a cosine plus a sine of the zenith angle, and two tables give it exactly. While the
+/// terminator crosses the visible cap, a cubic interpolates between the four nearest tables. Near the terminator the albedo changes over an angle of about
+/// altitude / radius. The tables are therefore dense there: they stand at 90 deg + s sinh(k u), with u equally spaced.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AlbedoField {
     /// Distance to the planet's centre over its radius.
@@ -180,8 +178,7 @@ fn tabulate(distance_ratio: f64, sun_zenith: f64) -> AlbedoTable {
     AlbedoTable { values: (0..side * side).into_par_iter().map(value).collect() }
 }
 
-/// Weighted sum of tables. A cubic can fall below 0 by its own error. Such values become 0, because a negative flux has no balance
-/// temperature.
+/// Weighted sum of tables. A cubic can fall below 0 by its own error. Such values become 0, because a negative flux has no balance temperature.
 fn blend(tables: &[&AlbedoTable], weights: &[f64]) -> AlbedoTable {
     let sum =
         |index: usize| tables.iter().zip(weights).map(|(table, weight)| table.values[index] * weight).sum::<f64>();

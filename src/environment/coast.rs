@@ -29,8 +29,7 @@ pub struct Residual {
     pub falling: f64,
 }
 
-/// Compares the velocity of a sample with a coast from the sample before. `None` without velocities, and for spans beyond
-/// [`LONGEST_COAST`].
+/// Compares the velocity of a sample with a coast from the sample before. `None` without velocities, and for spans beyond [`LONGEST_COAST`].
 pub fn residual(from: &Sample, to: &Sample) -> Option<Residual> {
     let (mut velocity, end) = (from.velocity?, to.velocity?);
     let span = to.time - from.time;
@@ -57,8 +56,7 @@ pub fn residual(from: &Sample, to: &Sample) -> Option<Residual> {
 /// Largest angle of the orbit that a coast may cover [rad]. Longer spacings are not compared.
 pub const LONGEST_COAST: f64 = 1.0;
 
-/// Angle by which the craft goes round the planet between two positions [rad]: the mean motion of the circular orbit through the farther
-/// one.
+/// Angle by which the craft goes round the planet between two positions [rad]: the mean motion of the circular orbit through the farther one.
 pub fn turn(from: &Sample, to: &Sample) -> f64 {
     let radius = from.position.length().max(to.position.length());
     (to.time - from.time) * (EARTH_GRAVITATIONAL_PARAMETER / radius.powi(3)).sqrt()

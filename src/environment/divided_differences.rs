@@ -19,15 +19,13 @@ pub const HIGHEST_DEGREE: usize = 31;
 /// Conditions of the highest degree, where the values and slopes of whole samples are used.
 const MOST_NODES: usize = HIGHEST_DEGREE + 2;
 
-/// The degree that is used for a stated degree. Values and slopes of whole samples give an odd degree, and at least two samples are
-/// needed.
+/// The degree that is used for a stated degree. Values and slopes of whole samples give an odd degree, and at least two samples are needed.
 pub fn hermite_degree(stated: usize) -> usize {
     (stated | 1).max(3)
 }
 
-/// Value and slope at `time` of the polynomial through `samples`. A sample is its time with its value, slope and second derivative. The
-/// polynomial meets the first `each` of these three. The samples are in order of time and give at most two conditions more than
-/// [`HIGHEST_DEGREE`].
+/// Value and slope at `time` of the polynomial through `samples`. A sample is its time with its value, slope and second derivative. The polynomial meets
+/// the first `each` of these three. The samples are in order of time and give at most two conditions more than [`HIGHEST_DEGREE`].
 pub fn polynomial<V: Vector>(samples: &[(f64, [V; 3])], each: usize, time: f64) -> (V, V) {
     let middle = samples[samples.len() / 2].0;
     // Times over the length of the window keep the differences within the range of the values.

@@ -1,7 +1,6 @@
 //! Eclipse by the planet: the lit fraction of the Sun's disc, and the times of contact.
 //!
-//! Sun and planet are spheres at finite distances with the apparent radii asin(radius / distance). Atmosphere, flattening and limb
-//! darkening are left out.
+//! Sun and planet are spheres at finite distances with the apparent radii asin(radius / distance). Atmosphere, flattening and limb darkening are left out.
 
 use std::f64::consts::PI;
 
@@ -45,9 +44,8 @@ impl Discs {
 
     /// Share of the Sun's disc that the planet leaves visible, in [0, 1].
     ///
-    /// The discs are projected stereographically about the Sun's centre, where circles remain circles. The curvature of a limb that fills
-    /// half the sky is then right. Planar discs with the angular radii would err by 5e-4 in low orbits. The scale of the projection
-    /// changes by only 1e-5 over the Sun.
+    /// The discs are projected stereographically about the Sun's centre, where circles remain circles. The curvature of a limb that fills half the sky is
+    /// then right. Planar discs with the angular radii would err by 5e-4 in low orbits. The scale of the projection changes by only 1e-5 over the Sun.
     pub fn lit_fraction(&self) -> f64 {
         if self.outer_gap() >= 0.0 {
             return 1.0;

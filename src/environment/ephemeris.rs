@@ -23,8 +23,7 @@ pub enum Interpolation {
 /// Degree where a file states none. On the public ISS ephemeris (240 s) Hermite 7 errs by 2 m, as do 5 and 11.
 pub const DEFAULT_DEGREE: usize = 7;
 
-/// Change of velocity between two samples that gravity does not explain [m/s]. A change above it, and above the two shares below, is a
-/// manoeuvre.
+/// Change of velocity between two samples that gravity does not explain [m/s]. A change above it, and above the two shares below, is a manoeuvre.
 pub const MANOEUVRE: f64 = 0.1;
 
 /// Least ratio of a manoeuvre's unexplained change to the lower quartile of all intervals. Few intervals of a segment hold a manoeuvre.
@@ -34,8 +33,7 @@ pub const MANOEUVRE_SHARE: f64 = 10.0;
 /// at a perigee of 180 km (3e-5) stay below it.
 pub const MANOEUVRE_OF_GRAVITY: f64 = 1e-4;
 
-/// Two states of one epoch count as equal where they differ by less [m] [m/s]. Files are rounded, and orbits determined, no better than
-/// this.
+/// Two states of one epoch count as equal where they differ by less [m] [m/s]. Files are rounded, and orbits determined, no better than this.
 const SAME_POSITION: f64 = 1.0;
 const SAME_VELOCITY: f64 = 0.01;
 

@@ -27,8 +27,7 @@ pub struct OrbitPoint {
     pub sun: DVec3,
     /// Unit vector from the craft to the Sun.
     pub sun_direction: DVec3,
-    /// Rotates orbit-frame (LVLH: X along the velocity, Y against the orbit normal, Z nadir) vectors into the inertial
-    /// frame.
+    /// Rotates orbit-frame (LVLH: X along the velocity, Y against the orbit normal, Z nadir) vectors into the inertial frame.
     pub inertial_from_orbit: DMat3,
     /// Solar flux over that at one astronomical unit.
     pub solar_scale: f64,

@@ -179,8 +179,7 @@ fn the_sun_along_the_axis_asks_for_nothing() {
     assert_eq!(joints.at(0.0, &sun).0[0], 0.0);
 }
 
-/// Joints under the sky of an orbit, from `periods` before time 0. The first is walked with the shortcut for a periodic sky, the second in
-/// full.
+/// Joints under the sky of an orbit, from `periods` before time 0. The first is walked with the shortcut for a periodic sky, the second in full.
 fn walked_both_ways(joints: &[Joint], periods: f64) -> (Joints, Joints) {
     let span = [-periods * PERIOD - 5.0, 3000.0];
     let short = Joints::under_a_sky(joints.to_vec(), span, 15.0, Some(PERIOD), sun_of_orbit());

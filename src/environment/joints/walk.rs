@@ -53,8 +53,7 @@ impl Joints {
         self.joints.is_empty()
     }
 
-    /// Position of each joint [rad or m] at a time [s], and the poses of the body and of each joint. Both are empty where there is no
-    /// joint.
+    /// Position of each joint [rad or m] at a time [s], and the poses of the body and of each joint. Both are empty where there is no joint.
     pub fn at(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> (Vec<f64>, Vec<DAffine3>) {
         if self.joints.is_empty() {
             return (Vec::new(), Vec::new());
@@ -100,9 +99,8 @@ impl Joints {
         Self::under_a_sky(joints, span, step, None, sun)
     }
 
-    /// The same under a sky that repeats after `period` [s]. Where the joints repeat as well, periods before time 0 are not walked. The
-    /// step is the longest up to `step` that divides the period. Angles of joints without limits may differ from those of the full walk by
-    /// whole turns.
+    /// The same under a sky that repeats after `period` [s]. Where the joints repeat as well, periods before time 0 are not walked. The step is the longest
+    /// up to `step` that divides the period. Angles of joints without limits may differ from those of the full walk by whole turns.
     pub fn under_a_sky(
         joints: Vec<Joint>,
         [from, to]: [f64; 2],
@@ -135,8 +133,7 @@ impl Joints {
         self.walk.stretches.push(Stretch { start, positions, cycle: 0.0 });
     }
 
-    /// Walks period by period until one begins as an earlier one did. The walk then continues at the last such beginning before `until`
-    /// [s].
+    /// Walks period by period until one begins as an earlier one did. The walk then continues at the last such beginning before `until` [s].
     fn skip_what_repeats(&mut self, until: f64, period: f64, sun: &impl Fn(f64) -> DVec3) {
         let from = self.walk.stretches[0].start;
         let whole = ((until - from) / period).floor();
