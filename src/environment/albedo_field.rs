@@ -41,12 +41,10 @@ impl AlbedoField {
         Self { distance_ratio, horizon, spread, noon: OnceLock::new(), crossing }
     }
 
-    /// The table with the Sun in the zenith.
     fn noon(&self) -> &AlbedoTable {
         self.noon.get_or_init(|| tabulate(self.distance_ratio, 0.0))
     }
 
-    /// Table `level` of the terminator's crossing.
     fn crossing(&self, level: usize) -> &AlbedoTable {
         self.crossing[level].get_or_init(|| {
             let reach = (self.horizon / self.spread).asinh();
@@ -161,7 +159,6 @@ impl AlbedoFields {
     }
 }
 
-/// The width s of [`AlbedoField`] [rad].
 fn spread(distance_ratio: f64, horizon: f64) -> f64 {
     (distance_ratio - 1.0).min(horizon)
 }

@@ -171,7 +171,6 @@ fn split(segment: Segment, pieces: &mut Vec<Segment>, findings: &mut Findings) {
     cut(start, samples.len(), interpolation);
 }
 
-/// Whether two samples of one epoch are equal.
 fn same(a: &Sample, b: &Sample) -> bool {
     let velocities = match (a.velocity, b.velocity) {
         (Some(a), Some(b)) => a.distance(b) <= SAME_VELOCITY,

@@ -261,9 +261,7 @@ impl StepLoads {
 
 /// A stretch of a step in which the lit fraction is smooth.
 struct LitStretch {
-    /// Start [s].
     start: f64,
-    /// End [s].
     end: f64,
     /// How often the step passes it.
     passes: f64,

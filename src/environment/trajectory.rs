@@ -13,7 +13,6 @@ use super::state::{SLACK, State};
 use super::sun::sun_position;
 use super::utc::utc;
 
-/// Seconds of a Julian century.
 const CENTURY: f64 = 36_525.0 * 86_400.0;
 
 /// A trajectory around the Earth.
@@ -178,7 +177,6 @@ impl Trajectory {
         }
     }
 
-    /// The covered ranges in words.
     fn covered(&self, coverage: &[(f64, f64)]) -> String {
         let [(first, _), .., (_, last)] = coverage else {
             return match coverage {

@@ -24,11 +24,9 @@ use crate::trace::{Trace, Track};
 pub struct DeviceEngine {
     /// The device state that steps and draws.
     pub renderer: Renderer,
-    /// Frames that are not delivered yet.
     flying: VecDeque<Submitted>,
     /// Results that were fetched early because a network needed the device.
     ready: VecDeque<Delivered>,
-    /// The thermal network, where the scene has one.
     network: Option<NetworkRun>,
     steps: u64,
     /// Intrinsics for the projection.

@@ -117,7 +117,7 @@ fn played(name: &str, repeats: bool, node: &SceneNode, model: &Model) -> Result<
         ));
     };
     if let Some(other) = &motion.other {
-        return Err(format!("the animation '{name}' changes its {other}; a joint turns and shifts only"));
+        return Err(format!("the animation '{name}' changes its {other}; a joint can only rotate and translate"));
     }
     let rest = node.rest.ok_or("it has a matrix, which an animation cannot replace")?;
     let body_from_parent = similarity(node.body_from_parent).ok_or("the nodes above it scale it unevenly")?;

@@ -99,7 +99,6 @@ pub(super) fn warm_up(
     Ok(Some(done))
 }
 
-/// Temperatures of all nodes [K].
 fn all(engine: &mut dyn Engine) -> Result<Vec<f32>, EngineError> {
     engine.submit(None, Order { temperatures: true, ..Order::default() })?;
     Ok(engine.deliver()?.temperatures.unwrap_or_default())

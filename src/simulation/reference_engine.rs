@@ -32,7 +32,6 @@ pub struct ReferenceEngine {
     steps: u64,
     camera: Option<Camera>,
     table: RadianceTable,
-    /// Results that were not fetched yet.
     delivered: VecDeque<Delivered>,
     trace: Trace,
 }
@@ -90,7 +89,6 @@ impl ReferenceEngine {
         network.scene().heat(|slot| of_slot[slot])
     }
 
-    /// Copies the network's temperatures to the nodes.
     fn take_network(&mut self) -> Result<(), EngineError> {
         let Some(network) = &mut self.network else { return Ok(()) };
         let temperatures = network.temperatures()?;

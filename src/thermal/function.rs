@@ -44,7 +44,6 @@ pub struct Shape {
     pub kind: Kind,
     /// Share of the time in which the way is done. It is below 1 where the function reaches its target early.
     active: f64,
-    /// The function as a device evaluates it.
     pieces: Pieces,
 }
 

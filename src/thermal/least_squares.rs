@@ -16,7 +16,6 @@ const GAIN: f64 = 1e-12;
 
 /// A variable that is not held.
 struct Direction {
-    /// Its index.
     i: usize,
     /// Derivatives of all residuals.
     derivative: Vec<f64>,

@@ -21,7 +21,6 @@ pub const BOLTZMANN: f64 = 1.380_649e-23;
 /// Second radiation constant c2 = h c / k [m K].
 pub const SECOND_RADIATION: f64 = PLANCK * LIGHT_SPEED / BOLTZMANN;
 
-/// Points of a quadrature panel.
 const POINTS: usize = 16;
 /// Distance from the lower limit beyond which the integrand, which decays as e^-y, adds less than 1e-17 of the integral.
 const CUT: f64 = 50.0;

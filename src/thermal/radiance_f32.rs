@@ -11,13 +11,11 @@ use crate::thermal::radiance::{INTERVALS, MIDDLE_TEMPERATURE, RadianceTable};
 const HIGH_PART: u32 = 0xffff_f000;
 /// ln 2 rounded to 9 bits. Its product with an integer below 2^15 is exact (Cody & Waite 1980, with the constants of Cephes `expf`).
 const LN2_HIGH: f32 = 355.0 / 512.0;
-/// ln 2 minus `LN2_HIGH`.
 const LN2_LOW: f32 = -2.121_944_4e-4;
 /// Largest exponent of two factors 2^-126. Beyond it the radiance is 0 in f32.
 const MAX_EXPONENT: f32 = 252.0;
 /// Temperature below which every band up to 50 um is 0 in f32 [K]. It also avoids a division by T = 0.
 const MIN_TEMPERATURE: f32 = 1.0;
-/// Newton steps of the inverse.
 const NEWTON_STEPS: u32 = 2;
 
 /// The tables of a band on the device.

@@ -34,7 +34,6 @@ pub struct ReferenceNode {
 #[derive(Debug, Clone)]
 pub struct Reference<F> {
     nodes: Vec<ReferenceNode>,
-    /// Joint of each node. Empty where nothing moves.
     joints: Vec<u32>,
     materials: Vec<Material>,
     incident: F,

@@ -74,7 +74,7 @@ pub enum ShellError {
         key: String,
     },
     /// A contact whose sides are too far apart.
-    #[error("contact {contact}: no node of the one lies within {distance} m of the other")]
+    #[error("contact {contact}: no node of one side lies within {distance} m of the other side")]
     Apart {
         /// The contact, as the scene describes it.
         contact: String,
@@ -82,7 +82,7 @@ pub enum ShellError {
         distance: f64,
     },
     /// A contact with a conductance per area but without area.
-    #[error("contact {contact}: the two touch at points only, which have no area: state a conductance [W/K]")]
+    #[error("contact {contact}: the two sides touch only at points, without a contact area: state a conductance [W/K]")]
     NoArea {
         /// The contact, as the scene describes it.
         contact: String,

@@ -11,7 +11,6 @@ fn rate() -> f64 {
     (EARTH_GRAVITATIONAL_PARAMETER / RADIUS.powi(3)).sqrt()
 }
 
-/// A circle in the X-Z plane.
 fn circle(time: f64) -> State {
     let (sin, cos) = (rate() * time).sin_cos();
     let position = DVec3::new(cos, 0.0, sin) * RADIUS;

@@ -19,7 +19,6 @@ fn facing(axis: DVec3) -> Guided {
     guided(Kind::Rotation, axis, Drive::Sun { facing: -DVec3::Z, offset: 0.0 })
 }
 
-/// Period of the orbit here [s].
 const PERIOD: f64 = 5554.0;
 
 /// The Sun as a nadir-pointing craft sees it at a beta angle of 0.5 rad.
@@ -201,7 +200,6 @@ fn largest_difference(short: &Joints, whole: &Joints, periods: f64) -> f64 {
     })
 }
 
-/// Rate of the orbit [rad/s].
 const ORBITAL: f64 = TAU / PERIOD;
 
 #[test]

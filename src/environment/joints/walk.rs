@@ -22,7 +22,6 @@ const MOST_PERIODS: usize = 64;
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Joints {
     joints: Vec<Joint>,
-    /// Positions of the joints with a rate.
     walk: Walk,
 }
 

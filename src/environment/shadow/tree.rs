@@ -12,7 +12,6 @@ const BINS: usize = 16;
 /// Most boxes of a tree on the device. lavapipe ends the loops of an invocation after 65,535 turns without an error.
 pub const LARGEST_TREE: usize = 65_000;
 
-/// The box around nothing.
 const EMPTY: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 
 /// A box and its content. Its descendants follow it directly. `skip` is the first node after them.
@@ -126,7 +125,6 @@ impl Builder {
     }
 }
 
-/// The box around boxes.
 fn around(boxes: impl Iterator<Item = [DVec3; 2]>) -> [DVec3; 2] {
     boxes.fold(EMPTY, |[low, high], [l, h]| [low.min(l), high.max(h)])
 }

@@ -122,7 +122,7 @@ impl SceneNetwork {
             heated.push(Heated { shares, power: heater.power.clone(), thermostat });
         }
         if let Some(node) = shell.network.unbalanced_node() {
-            let message = format!("node {node} of the network stores no heat and has nowhere to give it");
+            let message = format!("node {node} of the network stores no heat and has no path to a sink");
             return Err(PrepareError::network(scene, message));
         }
         let settings =

@@ -25,7 +25,6 @@ pub struct StepCost {
     pub device_ms: Option<f64>,
 }
 
-/// Factor on the tolerance in a coarse step.
 const COARSE: f64 = 10.0;
 /// Tolerance of the reference as a share of the scene's tolerance.
 const TIGHT: f64 = 0.1;
@@ -271,7 +270,7 @@ fn failure(time: f64, reason: &str) -> EngineError {
 fn unsteady<E>(error: &SteadyError<E>) -> String {
     match error {
         SteadyError::Stepper(_) => "the stepper failed".to_owned(),
-        SteadyError::Closed { node } => format!("the heat of node {node} has no way to space"),
+        SteadyError::Closed { node } => format!("the heat of node {node} has no path to a boundary or to space"),
         SteadyError::NotFound { node } => format!(
             "no steady state was found (node {node} is furthest from it): state initial.temperature to start elsewhere"
         ),
@@ -285,12 +284,12 @@ fn unsteady<E>(error: &SteadyError<E>) -> String {
 pub(crate) fn unfinished<E>(error: &ControlError<E>) -> String {
     match error {
         ControlError::Stepper(_) => "the stepper failed".to_owned(),
-        ControlError::Unbalanced { node, .. } => format!("the arithmetic nodes do not balance, node {node} least"),
+        ControlError::Unbalanced { node, .. } => format!("the arithmetic nodes do not balance, worst at node {node}"),
         ControlError::NoStep { node, temperature, .. } => {
-            format!("no step is short enough; node {node} is at {temperature} K")
+            format!("no sub-step is short enough; node {node} is at {temperature} K")
         }
         ControlError::Stiff { nodes: [a, b], conductance, .. } => {
-            format!("no step is short enough; nodes {a} and {b} have a GL of {conductance:e} W/K")
+            format!("no sub-step is short enough; nodes {a} and {b} have a GL of {conductance:e} W/K")
         }
         ControlError::TooHot { node, temperature, .. } => {
             format!("node {node} is hotter than the device holds, {temperature} K")

@@ -8,7 +8,6 @@ use crate::thermal::material::Domain;
 
 /// Number of values of t_max in the search.
 const SEARCH_T_MAX: usize = 60;
-/// Number of starting points for the fit.
 const STARTS: usize = 4;
 /// Least slope of a polynomial at its ends, so that rounded coefficients do not make it decrease.
 const STEEPNESS: f64 = 1e-5;

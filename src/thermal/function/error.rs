@@ -19,7 +19,7 @@ pub enum FunctionError {
         largest: f64,
     },
     /// Coefficients that are not valid.
-    #[error("a polynomial needs finite coefficients c0, c1, ... of which one after c0 is not 0")]
+    #[error("a polynomial needs finite coefficients c0, c1, ..., and one after c0 must differ from 0")]
     Coefficients,
     /// A polynomial of too high a degree.
     #[error("a polynomial has at most {most} coefficients, found {found}: use a table or an expression instead")]
@@ -76,7 +76,7 @@ pub enum FunctionError {
         error: f64,
     },
     /// A polynomial that cancels too strongly for f64.
-    #[error("polynomial: its terms cancel so far that f is lost at s = {s:.3}: use a table instead")]
+    #[error("polynomial: its terms cancel, and f loses its digits at s = {s:.3}: use a table instead")]
     Cancels {
         /// Share of the time.
         s: f64,

@@ -120,7 +120,6 @@ fn through([v, a, b, c]: [f64; 4]) -> [f64; 4] {
     [v, 9.0 * a - 4.5 * b + c, 4.5 * (4.0 * b - 5.0 * a - c), 4.5 * (3.0 * (a - b) + c)]
 }
 
-/// Whether a cubic decreases anywhere in [0, 1].
 fn falls([_, c1, c2, c3]: [f64; 4]) -> bool {
     let slope = |t: f64| c1 + t * (2.0 * c2 + 3.0 * t * c3);
     let turn = -c2 / (3.0 * c3);

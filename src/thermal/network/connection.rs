@@ -13,7 +13,7 @@ impl Network {
         self.closed_node(|kind| kind == NodeKind::Boundary)
     }
 
-    /// The first node without a path to space or to a node of a kind that `ends` accepts.
+    /// The first node without a path to space or to a node of a kind that `is_end` accepts.
     fn closed_node(&self, is_end: impl Fn(NodeKind) -> bool) -> Option<usize> {
         let linear =
             self.linear.iter().filter(|conductor| conductor.conductance > 0.0).map(|conductor| conductor.nodes);

@@ -21,11 +21,9 @@ const SHARE: f64 = 5e-3;
 /// This share for a network with thermostats in a run of at most [`SHORT_RUN`]. A thermostat turns kelvins into seconds. In a longer run the share falls in
 /// proportion to the length, because errors of switching times add up from cycle to cycle.
 const SHARE_THERMOSTAT: f64 = 1e-5;
-/// Length of a short run [s].
 const SHORT_RUN: f64 = 2e4;
 /// Greatest error of Euler over the whole schedule as a share of the tolerance.
 const EULER_SHARE: f64 = 0.1;
-/// Most sub-steps in one try.
 const MOST_FUSED: u32 = 16;
 /// Safety factor on the fastest rate, because temperatures change within a try.
 const RATE_MARGIN: f64 = 1.1;

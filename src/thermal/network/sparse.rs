@@ -10,7 +10,6 @@ use std::collections::BTreeSet;
 pub(super) struct SparseMatrix {
     /// Row of the caller at each position of the order.
     order: Vec<u32>,
-    /// Position of each row.
     place: Vec<u32>,
     /// Start of each row in `columns` and `values`. Rows and columns are positions.
     starts: Vec<usize>,

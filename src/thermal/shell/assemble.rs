@@ -13,7 +13,6 @@ struct Layer {
     node: Vec<u32>,
 }
 
-/// The network under construction.
 struct Assembly<'a> {
     surface: &'a Surface<'a>,
     materials: &'a [Option<ShellMaterial>],
@@ -151,7 +150,6 @@ impl Assembly<'_> {
         self.network.linear.extend(conductors);
     }
 
-    /// Adds the visible nodes.
     fn outer_layer(
         &mut self,
         place: &[u32],

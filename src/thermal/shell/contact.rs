@@ -49,9 +49,7 @@ pub struct Contact {
 struct Shares {
     /// Contact area of every node [m2]: from triangles that lie wholly at the other side, or else from edges and thickness.
     area: BTreeMap<u32, f64>,
-    /// Whether whole triangles are in contact.
     faces: bool,
-    /// Point of contact of each node.
     touches: BTreeMap<u32, [(u32, f64); 3]>,
 }
 

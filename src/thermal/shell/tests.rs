@@ -104,7 +104,6 @@ impl Mesh {
         Self { positions, triangles }
     }
 
-    /// Its network, with nothing merged.
     fn shell(&self, material: ShellMaterial) -> Shell {
         self.merged_shell(material, f64::INFINITY)
     }

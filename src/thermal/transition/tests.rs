@@ -128,7 +128,6 @@ fn zero_t_max_is_immediate() {
     assert_eq!(t, 200.0, "heating is immediate");
 }
 
-/// Every function, each with its own t_max.
 fn jittered() -> Vec<Profile> {
     let t_max = [361.0, 7.0, 1000.0];
     functions().into_iter().enumerate().map(|(i, function)| Profile { function, t_max_steps: t_max[i % 3] }).collect()

@@ -9,7 +9,6 @@ use super::MAX_OPERATIONS;
 
 /// Name of the GLSL function whose body the text is.
 const FUNCTION: &str = "isotherm_share_done";
-/// Longest text.
 const MAX_TEXT: usize = 2000;
 
 /// Index of an operation's result.
@@ -214,7 +213,6 @@ fn check_text(text: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Translates naga's function into a program.
 struct Reader<'a> {
     module: &'a naga::Module,
     function: &'a naga::Function,
