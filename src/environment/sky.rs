@@ -25,7 +25,7 @@ pub enum SkyError {
         value: f64,
     },
     /// An altitude too small to be resolved beside the planet's radius.
-    #[error("the altitude of {altitude} m is too small beside the planet radius of {planet_radius} m")]
+    #[error("the altitude of {altitude} m is nothing beside the planet radius of {planet_radius} m")]
     OnTheGround {
         /// Altitude [m].
         altitude: f64,

@@ -266,7 +266,7 @@ impl Check {
             ));
         }
         if let Some(reason) = self.network.as_ref().and_then(|network| network.failed.as_ref()) {
-            notes.push(format!("The f64 network could not be stepped beside the run: {reason}"));
+            notes.push(format!("The f64 network could not be stepped along: {reason}"));
         }
         if self.cold > 0 {
             notes.push(format!(
