@@ -31,7 +31,7 @@ pub enum FitError {
         wanted: &'static str,
     },
     /// Times that do not increase.
-    #[error("row {row}: time {time} must be later than {before}, the time of the row before")]
+    #[error("row {row}: time {time} does not lie after {before}, the time of the row before")]
     Order {
         /// Number of the row.
         row: usize,
