@@ -1,31 +1,31 @@
-//! What the host tells of itself: how much memory is free and this process had at its peak, and who had the processors.
+//! Free and peak memory of the host, and the load of its processors.
 
-/// Bytes of memory that the host has free; `None` where the system does not tell.
+/// Free memory of the host [bytes]. `None` where the system does not report it.
 pub fn free_memory() -> Option<u64> {
     kilobytes("/proc/meminfo", "MemAvailable:")
 }
 
-/// Bytes of memory that this process had at its peak; `None` where the system does not tell.
+/// Peak memory of this process [bytes]. `None` where the system does not report it.
 pub fn peak_memory() -> Option<u64> {
     kilobytes("/proc/self/status", "VmHWM:")
 }
 
-/// What all processors did since the machine started, in steps of its clock.
+/// Work of all processors since the machine started, in units of the kernel's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ProcessorTime {
-    /// Work that was asked for, whether it was done or had to wait for other guests of the same host.
+    /// Work that was asked for, both done and waiting for other guests of the same host.
     pub asked: u64,
-    /// The part of it that waited.
+    /// Part of it that waited.
     pub stolen: u64,
 }
 
 impl ProcessorTime {
-    /// Until now; `None` where the system does not tell.
+    /// The work until now. `None` where the system does not report it.
     pub fn now() -> Option<Self> {
         Self::of(&std::fs::read_to_string("/proc/stat").ok()?)
     }
 
-    /// Of the first line of /proc/stat (proc(5)): user, nice, system, idle, iowait, irq, softirq, steal.
+    /// Fields of the first line of /proc/stat (proc(5)): user, nice, system, idle, iowait, irq, softirq, steal.
     fn of(stat: &str) -> Option<Self> {
         let line = stat.lines().next()?.strip_prefix("cpu ")?;
         let times: Vec<u64> = line.split_whitespace().map_while(|time| time.parse().ok()).collect();
@@ -33,7 +33,7 @@ impl ProcessorTime {
         Some(Self { asked: user + nice + system + interrupt + soft + stolen, stolen })
     }
 
-    /// Share of the work asked for since an earlier time that waited for other guests; `None` where there was none.
+    /// Share of the work since an earlier time that waited for other guests. `None` where no work was asked for.
     pub fn stolen_since(self, earlier: Self) -> Option<f64> {
         let asked = self.asked.saturating_sub(earlier.asked);
         (asked > 0).then(|| self.stolen.saturating_sub(earlier.stolen) as f64 / asked as f64)

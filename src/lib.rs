@@ -1,12 +1,17 @@
-//! Isotherm renders what a thermal-infrared camera sees of a spacecraft, with a thermal memory.
+//! Isotherm renders thermal-infrared images of spacecraft whose surfaces store heat.
 //!
-//! The order of the modules is the order of the data:
+//! The modules stand in the order of the data:
 //!
-//! [`scene`] what the user wrote, checked -> [`model`] triangles, parts and materials of a glTF file ->
-//! [`environment`] Sun and planet as the body sees them -> [`thermal`] the mathematics of a node in f64 ->
-//! [`gpu`] the same in f32 on Vulkan -> [`simulation`] the loop: step, draw, collect -> [`output`] images, plots, report.
-//! [`compare`] runs one scene under three responses, [`paper`] makes the figures of the paper that this follows, and [`bench`]
-//! measures speed against error with all of them. [`trace`] shows when what was done.
+//! - [`scene`]: the scene file, checked
+//! - [`model`]: triangles, parts and materials of a glTF file
+//! - [`environment`]: Sun and planet in the body frame
+//! - [`thermal`]: the mathematics of a node in f64
+//! - [`gpu`]: the same in f32 on Vulkan
+//! - [`simulation`]: the loop that steps, draws and collects
+//! - [`output`]: images, plots and report
+//!
+//! [`compare`] runs one scene under three responses. [`paper`] makes the figures of Vural et al. 2023. [`bench`] measures speed and error. [`trace`]
+//! records what host and device did.
 
 pub mod bench;
 pub mod cli;
@@ -23,7 +28,7 @@ pub mod simulation;
 pub mod thermal;
 pub mod trace;
 
-/// The program in `docs/library.md` compiles and runs.
+/// Compiles and runs the program in `docs/library.md`.
 #[cfg(doctest)]
 #[doc = include_str!("../docs/library.md")]
 mod library {}

@@ -1,15 +1,13 @@
-//! The f64 reference of the graphics pass: what every pixel of a radiance image should hold.
+//! Rasteriser in f64: the reference of the graphics pass for every pixel of a radiance image.
 //!
-//! A triangle is drawn by solving, for every pixel's ray d = (x, y, 1) in camera axes, w_a a + w_b b + w_c c = d
-//! (Olano & Greer 1997, homogeneous rasterisation): the ray meets the triangle where all weights are positive, at
-//! camera depth z = 1 / (w_a + w_b + w_c), with barycentric coordinates z w. That interpolates in perspective and needs
-//! no division by the depth of a vertex, so a triangle may pass through the camera's plane and the near plane is a test
-//! of z alone.
+//! For the ray d = (x, y, 1) of a pixel in camera axes it solves w_a a + w_b b + w_c c = d (Olano & Greer 1997, homogeneous rasterisation). The ray meets
+//! the triangle where all weights are positive. The camera depth is z = 1 / (w_a + w_b + w_c), and the barycentric coordinates are z w. This interpolates
+//! in perspective without dividing by the depth of a vertex. A triangle may therefore cross the camera's plane, and the near plane is a test of z alone.
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-/// Triangles with what their vertices carry. A triangle's part and material are those of its first vertex.
+/// Triangles with the values of their vertices. A triangle has the part and material of its first vertex.
 #[derive(Debug, Clone, Copy)]
 pub struct Surface<'a> {
     /// Vertex positions, body frame [m].
@@ -22,14 +20,14 @@ pub struct Surface<'a> {
     pub vertex_part: &'a [u32],
     /// Material of each vertex.
     pub vertex_material: &'a [u32],
-    /// Emissivities of front and back, one pair a material.
+    /// Emissivities of front and back for each material.
     pub emissivities: &'a [[f64; 2]],
 }
 
 /// A pinhole camera with OpenCV axes: +X right, +Y down, +Z forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
-    /// Moves body positions into camera axes: a rotation and a translation.
+    /// Rigid motion that takes body positions into camera axes.
     pub camera_from_body: DAffine3,
     /// Width in pixels.
     pub width: u32,
@@ -37,7 +35,7 @@ pub struct View {
     pub height: u32,
     /// Focal lengths in pixels (x, y).
     pub focal: [f64; 2],
-    /// Principal point in pixels; the centre of the upper left pixel is (0.5, 0.5).
+    /// Principal point in pixels. The centre of the upper left pixel is (0.5, 0.5).
     pub centre: [f64; 2],
     /// Distance of the near plane [m], > 0.
     pub near: f64,
@@ -46,27 +44,27 @@ pub struct View {
 /// One pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pixel {
-    /// Emissivity times the blackbody's radiance in the band [W m-2 sr-1]; 0 where nothing is.
+    /// Emissivity times the blackbody's radiance in the band [W m-2 sr-1]. 0 where no surface is.
     pub radiance: f64,
-    /// Temperature [K]; 0 where nothing is.
+    /// Temperature [K]. 0 where no surface is.
     pub temperature: f64,
-    /// Distance along the camera's axis [m]; infinite where nothing is.
+    /// Distance along the camera's axis [m]. Infinite where no surface is.
     pub depth: f64,
-    /// Part + 1; 0 where nothing is.
+    /// Part + 1. 0 where no surface is.
     pub part: u32,
-    /// Material + 1; 0 where nothing is.
+    /// Material + 1. 0 where no surface is.
     pub material: u32,
 }
 
 /// A pixel that no triangle covers.
 pub const EMPTY: Pixel = Pixel { radiance: 0.0, temperature: 0.0, depth: f64::INFINITY, part: 0, material: 0 };
 
-/// A triangle as seen from the camera.
+/// A triangle in camera axes.
 struct Projected {
     /// Weights of the vertices on the ray d are `planes[i] . d`.
     planes: [DVec3; 3],
     temperatures: [f64; 3],
-    /// Pixels that it may cover: first and last column, first and last row, ends not included.
+    /// Pixels that it may cover: ranges of columns and rows, ends excluded.
     columns: [u32; 2],
     rows: [u32; 2],
     emissivity: f64,
@@ -74,8 +72,8 @@ struct Projected {
     material: u32,
 }
 
-/// Draws a surface, both faces, the nearest wins; rows from the top. `radiance` is that of a blackbody in the band
-/// [W m-2 sr-1] at a temperature [K].
+/// Draws both faces of a surface with a depth test, rows from the top. `radiance` gives the blackbody radiance in the band [W m-2 sr-1] at a temperature
+/// [K].
 pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 + Sync) -> Vec<Pixel> {
     let projected: Vec<Projected> =
         surface.triangles.par_iter().filter_map(|&triangle| project(surface, view, triangle)).collect();
@@ -86,7 +84,7 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
             draw_row(triangle, view, row, pixels);
         }
         for pixel in pixels {
-            // Until here the field held the emissivity, so that only what is seen is converted.
+            // The field held the emissivity so far, so that only visible pixels are converted.
             if pixel.part > 0 {
                 pixel.radiance *= radiance(pixel.temperature);
             }
@@ -119,19 +117,19 @@ fn draw_row(triangle: &Projected, view: &View, row: u32, pixels: &mut [Pixel]) {
     }
 }
 
-/// Prepares a triangle; `None` where it cannot cover a pixel (behind the near plane, beside the image, seen edge-on).
+/// Prepares a triangle. `None` where it can not cover a pixel: behind the near plane, beside the image, or seen edge-on.
 fn project(surface: &Surface, view: &View, triangle: [u32; 3]) -> Option<Projected> {
     let indices = triangle.map(|vertex| vertex as usize);
     let [a, b, c] = indices.map(|vertex| view.camera_from_body.transform_point3(surface.positions[vertex]));
     let (columns, rows) = bounds(view, [a, b, c])?;
-    // a . (b x c) as a product with edges, so that a small triangle far away does not cancel.
+    // a . (b x c) as a product with edges, which does not cancel for a small triangle far away.
     let volume = a.dot((b - a).cross(c - a));
     if volume == 0.0 {
         return None;
     }
     let planes = [b.cross(c - b), c.cross(a - c), a.cross(b - a)].map(|plane| plane / volume);
     let material = surface.vertex_material[indices[0]];
-    // The camera is at the origin: the outward normal points to it where a . normal < 0.
+    // The camera is at the origin, so the outward normal points to it where a . normal < 0.
     let face = usize::from(volume > 0.0);
     Some(Projected {
         planes,
@@ -144,7 +142,7 @@ fn project(surface: &Surface, view: &View, triangle: [u32; 3]) -> Option<Project
     })
 }
 
-/// Columns and rows that a triangle may cover, from its corners after clipping at the near plane.
+/// Columns and rows that a triangle may cover, from its corners clipped at the near plane.
 fn bounds(view: &View, corners: [DVec3; 3]) -> Option<([u32; 2], [u32; 2])> {
     let mut low = [f64::INFINITY; 2];
     let mut high = [f64::NEG_INFINITY; 2];
@@ -164,7 +162,7 @@ fn bounds(view: &View, corners: [DVec3; 3]) -> Option<([u32; 2], [u32; 2])> {
             include(from.lerp(to, (view.near - from.z) / (to.z - from.z)));
         }
     }
-    // One pixel more on each side, against rounding: the weights decide.
+    // One more pixel on each side against rounding. The weights decide which pixels are covered.
     let range = |axis: usize, size: u32| {
         let first = (low[axis] - 1.5).floor().clamp(0.0, f64::from(size)) as u32;
         let end = (high[axis] + 1.5).ceil().clamp(0.0, f64::from(size)) as u32;
@@ -229,7 +227,7 @@ mod tests {
         rasterise(&surface, view, radiance)
     }
 
-    /// Where a pixel's ray meets the plane z = 0 of the body, and at what camera depth; written without the rasteriser.
+    /// Point where a pixel's ray meets the plane z = 0 of the body, and its camera depth, without the rasteriser.
     fn meet(view: &View, index: usize) -> (DVec3, f64) {
         let (column, row) = (index % view.width as usize, index / view.width as usize);
         let ray = DVec3::new(

@@ -1,4 +1,4 @@
-//! The loop: settle, warm up, then step, draw and collect.
+//! The loop of a run: settle, warm up, then step, draw and collect.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -31,7 +31,7 @@ use periodic::Periodic;
 use prepare::Prepared;
 use viewpoint::camera_from_body;
 
-/// What a step left, with its number, time and the pose of its image.
+/// The results of a step.
 pub struct StepResult {
     /// Number of the step; 0 is the initial state.
     pub step: u32,
@@ -43,7 +43,7 @@ pub struct StepResult {
     pub delivered: Delivered,
 }
 
-/// Brings the engine, and the check where there is one, to the state at time 0. Says how a periodic warm-up went.
+/// Brings the engine, and the check where there is one, to the state at time 0. Returns the result of a periodic warm-up.
 ///
 /// # Errors
 /// A call that fails.
@@ -97,8 +97,8 @@ fn warm_up(
     Ok(None)
 }
 
-/// Runs all steps of the scene from time 0 and hands over each result, in order, while the next step is computed.
-/// `stop` ends the run after the step under way. Returns whether all steps were made.
+/// Runs all steps of the scene from time 0. Results are handed over in order while the next step is computed. `stop` ends the run after the step under way.
+/// Returns whether all steps were made.
 ///
 /// # Errors
 /// A call that fails, or what `consume` returns.
@@ -110,7 +110,7 @@ pub fn run<E: From<EngineError>>(
     consume: &mut dyn FnMut(StepResult) -> Result<(), E>,
 ) -> Result<bool, E> {
     let time = &prepared.scene.time;
-    // Result of the last step, still on the device, with what the reference had then.
+    // The last step, which is still on the device, with the temperatures of the reference at that step.
     let mut waiting: Option<(u32, Option<DAffine3>, Option<Vec<f64>>)> = None;
     let trace = engine.trace();
     let mut complete = true;
@@ -144,7 +144,7 @@ pub fn run<E: From<EngineError>>(
     Ok(complete)
 }
 
-/// Steps the state from time 0 to `time` [s] without results on the way, and returns the image there.
+/// Advances the state from time 0 to `time` [s] without results on the way, and returns the image there.
 ///
 /// # Errors
 /// A call that fails.
@@ -156,7 +156,7 @@ pub fn still(
     progress: &mut dyn FnMut(),
 ) -> Result<Option<StepResult>, EngineError> {
     let length = prepared.scene.time.step;
-    // Rounding of time / step must not make a last step of no length.
+    // The rounding of time / step must not add a step of length zero.
     let whole = (time / length + 1e-9).floor();
     let rest = (time / length - whole).max(0.0);
     let passing = (0..whole as u64).map(|number| {

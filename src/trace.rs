@@ -1,7 +1,7 @@
-//! When host and device did what, as JSON for Perfetto and chrome://tracing.
+//! Records the times of work on host and device, as JSON for Perfetto and chrome://tracing.
 //!
-//! Passes are told by the device's own timestamps. They are set against the host's clock so that no frame begins before it was submitted; the file says by
-//! how much that may be off. Work outside the frame (uploads, stages of networks) shows in the host's spans only.
+//! The device's timestamps give the times of passes. They are shifted to the host's clock so that no frame begins before its submission. The file states
+//! how uncertain this shift is. Work outside the frame (uploads, stages of networks) appears only in the host's spans.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::gpu::timing::DeviceFrame;
 
-/// Who works. Tracks stand below each other in this order.
+/// The worker of a track. Tracks are shown in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Track {
     /// The thread that runs the loop.
@@ -37,7 +37,7 @@ impl Track {
 struct Event {
     track: Track,
     name: String,
-    /// Since the trace began [us].
+    /// Time since the trace began [us].
     start: f64,
     length: f64,
 }
@@ -49,11 +49,11 @@ struct Shared {
     frames: Mutex<Vec<DeviceFrame>>,
 }
 
-/// A recording, or none: then nothing is kept.
+/// A recording, or nothing.
 #[derive(Debug, Clone, Default)]
 pub struct Trace(Option<Arc<Shared>>);
 
-/// A stretch of work that ends when this is dropped.
+/// A span of work that ends when this is dropped.
 #[must_use = "the span ends when this is dropped"]
 pub struct Span<'a> {
     trace: &'a Trace,
@@ -81,34 +81,34 @@ impl Shared {
 }
 
 impl Trace {
-    /// A recording that begins now.
+    /// Starts a recording.
     pub fn recording() -> Self {
         let empty = || Mutex::new(Vec::new());
         Self(Some(Arc::new(Shared { began: Instant::now(), events: empty(), frames: Mutex::new(Vec::new()) })))
     }
 
-    /// Whether anything is kept.
+    /// Whether spans are recorded.
     pub fn is_recording(&self) -> bool {
         self.0.is_some()
     }
 
-    /// Begins a stretch of work.
+    /// Begins a span of work.
     pub fn span(&self, track: Track, name: &'static str) -> Span<'_> {
         Span { trace: self, track, name, began: Instant::now() }
     }
 
-    /// Keeps a frame of the device.
+    /// Records a frame of the device.
     pub fn frame(&self, frame: DeviceFrame) {
         if let Some(shared) = &self.0 {
             shared.frames.lock().unwrap_or_else(PoisonError::into_inner).push(frame);
         }
     }
 
-    /// The recording in the trace event format (<https://docs.google.com/document/d/1CvAClvFfyA5R-PhYUmn5OOQtYMH4h6I0nSsKchNAySU>):
-    /// complete events, microseconds.
+    /// The recording in the trace event format (<https://docs.google.com/document/d/1CvAClvFfyA5R-PhYUmn5OOQtYMH4h6I0nSsKchNAySU>), as complete events in
+    /// microseconds.
     ///
-    /// The device has its own clock. It is set against the host's so that no frame begins before it was submitted, as
-    /// early as that allows; `other_data.clock_slack_us` is how much later all frames could stand at most.
+    /// The device's clock is shifted by the least amount with which no frame begins before its submission. `other_data.clock_slack_us` is the most by which
+    /// all frames could be later.
     pub fn json(&self) -> Value {
         let Some(shared) = &self.0 else { return json!({ "traceEvents": [] }) };
         let frames = shared.frames.lock().unwrap_or_else(PoisonError::into_inner);
@@ -132,7 +132,7 @@ impl Trace {
 }
 
 impl Shared {
-    /// What is added to a time of the device's clock [us], and how much more could be.
+    /// Shift of the device's clock [us], and by how much more it could be shifted.
     fn clock(&self, frames: &[DeviceFrame]) -> (f64, f64) {
         let mut least = f64::NEG_INFINITY;
         let mut most = f64::INFINITY;
@@ -187,7 +187,7 @@ mod tests {
             .filter(|event| event["name"] == "pass")
             .map(|event| event["ts"].as_f64().expect("a time"))
             .collect();
-        // The second frame sets the clock: the first then begins 20 us after its submission.
+        // The second frame determines the shift. The first then begins 20 us after its submission.
         assert!((starts[0] - 120.0).abs() < 1e-3 && (starts[1] - 300.0).abs() < 1e-3, "{starts:?}");
         let slack = json["otherData"]["clock_slack_us"].as_f64().expect("a slack");
         assert!((slack - 15.0).abs() < 1e-3, "{slack}");

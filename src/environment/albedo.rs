@@ -1,7 +1,6 @@
-//! Albedo of a Lambert planet on a plate of any direction: the exact integral, and a table of it for one step.
+//! View factor from a sunlit Lambert planet to a plate (albedo): the exact integral, and a table of it for one step.
 //!
-//! Directions are those of the plate's normal in the *planet frame*: x towards the Sun's side at right angles to nadir,
-//! z to nadir, y across. Everything here is even in y.
+//! Directions are unit normals in the *planet frame*: z points to nadir, x points towards the Sun at right angles to z. Every value is even in y.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::LazyLock;
@@ -10,26 +9,24 @@ use glam::DVec3;
 
 use super::quadrature::GaussLegendre;
 
-/// `albedo_factor` over the directions of a normal, for one Sun zenith angle and one distance.
+/// `albedo_factor` tabulated over the directions of a normal, for one Sun zenith angle and one distance.
 ///
-/// A direction d falls at p = (dx, dz) / (|dx| + |dy| + |dz|), in [-1, 1]^2; the grid has `RESOLUTION + 1` values each
-/// way, row after row in z, and is read bilinearly. Its creases (p = 0) lie on grid lines.
+/// The grid has `RESOLUTION + 1` points each way, row after row in z. Direction d reads it bilinearly at p = (dx, dz) / (|dx| + |dy| +
+/// |dz|), in [-1, 1]^2. The factor has creases at p = 0. They lie on grid lines.
 ///
-/// A value is the factor of the unit vector along v = (px, 1 - |px| - |pz|, pz), times the length of v. A plate that
-/// sees the whole disc has a factor linear in its normal, and so a value linear in p, which a bilinear read gets
-/// exactly; the read restores the factor with |dx| + |dy| + |dz|. Beyond |px| + |pz| = 1, where v points to the other
-/// side of y = 0, the values continue smoothly as far as a read near that line needs them (one cell) and are 0 further
-/// out.
+/// A value is the factor of the unit vector along v = (px, 1 - |px| - |pz|, pz), times the length of v. A read divides by that length
+/// again. A plate that sees the whole disc has a factor linear in its normal, so its value is linear in p and the bilinear read is exact.
+/// The values continue one cell beyond |px| + |pz| = 1, where v has y < 0, because reads near that line use them. Further out they are 0.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AlbedoTable {
-    /// (RESOLUTION + 1)^2 values, albedo flux over (albedo x solar constant) times the length of v.
+    /// (RESOLUTION + 1)^2 values: albedo flux / (albedo x solar constant) x length of v.
     pub values: Vec<f64>,
 }
 
-/// Intervals of the table each way; even, so that p = 0 is a grid line.
+/// Intervals of the table each way. It is even, so that p = 0 is a grid line.
 pub const RESOLUTION: usize = 160;
 
-/// The vector v of a grid point; `None` where no read reaches it.
+/// The vector v of a grid point. `None` where no read reaches the point.
 pub(super) fn grid_direction(column: usize, row: usize) -> Option<DVec3> {
     let half = RESOLUTION / 2;
     if column.abs_diff(half) + row.abs_diff(half) > half + 1 {
@@ -40,7 +37,7 @@ pub(super) fn grid_direction(column: usize, row: usize) -> Option<DVec3> {
     Some(DVec3::new(x, 1.0 - x.abs() - z.abs(), z))
 }
 
-/// `albedo_factor` read from a table; `direction` is a unit normal in the planet frame.
+/// `albedo_factor` read from a table. `direction` is a unit normal in the planet frame.
 pub fn albedo_table_lookup(table: &AlbedoTable, direction: DVec3) -> f64 {
     let sum = direction.x.abs() + direction.y.abs() + direction.z.abs();
     let scale = 0.5 * RESOLUTION as f64;
@@ -56,21 +53,20 @@ pub fn albedo_table_lookup(table: &AlbedoTable, direction: DVec3) -> f64 {
     (lower * (1.0 - v) + upper * v) * sum
 }
 
-/// Points of the rule on each piece of the angle of incidence. From 100 km up the error is below 5e-7 of a unit flux.
+/// Quadrature points on each piece of the angle of incidence. Above 100 km the error is below 5e-7 of a unit flux.
 const INCIDENCE_POINTS: usize = 16;
 
 static INCIDENCE_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(INCIDENCE_POINTS));
 
-/// Flux that a plate receives from a sunlit Lambert planet, over (albedo x solar constant).
+/// Flux that a plate receives from a sunlit Lambert planet, divided by (albedo x solar constant).
 ///
-/// `normal` is the plate's unit normal in the planet frame, `distance_ratio` (> 1) the distance to the planet's centre
-/// over its radius, `sun_zenith` the Sun's zenith angle at the point below the craft [rad], in [0, pi].
+/// `normal` is the plate's unit normal in the planet frame. `distance_ratio` (> 1) is the distance to the planet's centre over its radius.
+/// `sun_zenith` is the Sun's zenith angle at the point below the craft [rad], in [0, pi].
 ///
-/// It is the integral of cos(Sun's zenith) x cos(plate's angle) / pi over the solid angle of the part of the planet
-/// that is at once visible, lit and before the plate. On a ring of equal angle from nadir both cosines are a + b
-/// cos(azimuth) and the part where both are positive is at most two arcs, so the ring's integral is in closed form. The
-/// rings are taken over the angle of incidence on the surface, 0 at nadir to 90 deg at the limb, which keeps the
-/// integrand smooth at the limb; the interval is cut where a ring touches the terminator or the plate's horizon.
+/// The factor is the integral of cos(Sun's zenith) x cos(plate's angle) / pi over the solid angle of the part of the planet that is visible, lit and in
+/// front of the plate. On a ring of equal angle from nadir both cosines are a + b cos(azimuth). Both are positive on at most two arcs, so the ring has a
+/// closed form. The integration variable is the angle of incidence on the surface, 0 at nadir to 90 deg at the limb, because the integrand is smooth in it
+/// at the limb. The interval is cut where a ring touches the terminator or the plate's horizon.
 pub fn albedo_factor(normal: DVec3, distance_ratio: f64, sun_zenith: f64) -> f64 {
     albedo_factor_with(&INCIDENCE_RULE, normal, distance_ratio, sun_zenith)
 }
@@ -105,13 +101,13 @@ fn albedo_factor_with(rule: &GaussLegendre, normal: DVec3, distance_ratio: f64, 
     sum / PI
 }
 
-/// A plate's normal in the planet frame, by its parts.
+/// A plate's normal in the planet frame, in components.
 struct Plate {
     /// Component to nadir.
     nadir: f64,
     /// Component at right angles to nadir.
     across: f64,
-    /// Azimuth of the latter from the Sun's side [rad], in [0, pi].
+    /// Azimuth of the `across` component from the Sun's side [rad], in [0, pi].
     azimuth: f64,
     /// Angle from nadir [rad], in [0, pi].
     tilt: f64,
@@ -123,14 +119,14 @@ impl Plate {
         Self { nadir: normal.z, across, azimuth: normal.y.abs().atan2(normal.x), tilt: across.atan2(normal.z) }
     }
 
-    /// Angle of incidence of the ring that touches the plate's own horizon [rad]; 90 deg where none does.
+    /// Angle of incidence of the ring that touches the plate's own horizon [rad]. It is 90 deg where no ring does.
     fn horizon_incidence(&self, distance_ratio: f64) -> f64 {
         let sine = distance_ratio * self.nadir.abs();
         if sine < 1.0 { sine.asin() } else { FRAC_PI_2 }
     }
 }
 
-/// Angle of incidence of the ring that touches the terminator [rad]; 90 deg where it lies beyond the limb.
+/// Angle of incidence of the ring that touches the terminator [rad]. It is 90 deg where the terminator lies beyond the limb.
 fn terminator_incidence(distance_ratio: f64, sun_zenith: f64) -> f64 {
     let (sin_ground, cos_ground) = (FRAC_PI_2 - sun_zenith).abs().sin_cos();
     if distance_ratio * cos_ground <= 1.0 {
@@ -140,7 +136,7 @@ fn terminator_incidence(distance_ratio: f64, sun_zenith: f64) -> f64 {
     (distance_ratio * nadir.sin()).min(1.0).asin()
 }
 
-/// mean + swing cos(azimuth - centre), with swing >= 0 and centre in [0, pi].
+/// The function mean + swing cos(azimuth - centre), with swing >= 0 and centre in [0, pi].
 #[derive(Clone, Copy)]
 struct Cosine {
     mean: f64,
@@ -149,7 +145,7 @@ struct Cosine {
 }
 
 impl Cosine {
-    /// Half the width of the arc where it is positive [rad], in [0, pi].
+    /// Half the width of the arc on which the function is positive [rad], in [0, pi].
     fn half_arc(self) -> f64 {
         if self.mean >= self.swing {
             PI
@@ -161,7 +157,7 @@ impl Cosine {
     }
 }
 
-/// Integral over the azimuth of the product of two cosines where both are positive; `a` has its centre at 0.
+/// Integral over the azimuth of a x b where both are positive. The centre of `a` is 0.
 fn ring(a: Cosine, b: Cosine) -> f64 {
     let (half_a, half_b) = (a.half_arc(), b.half_arc());
     if half_a == PI && half_b == PI {
@@ -190,7 +186,7 @@ mod tests {
     const RADIUS_KM: f64 = 6371.0;
     const ISS: f64 = 1.0 + 408.0 / RADIUS_KM;
 
-    /// Well-spread normals and Sun zenith angles: a Halton sequence in bases 2, 3 and 5.
+    /// Normals and Sun zenith angles from a Halton sequence in bases 2, 3 and 5.
     fn cases(count: u32) -> impl Iterator<Item = (DVec3, f64)> {
         (1..=count).map(|index| {
             let [a, b, c] = [2, 3, 5].map(|base| {
@@ -209,7 +205,7 @@ mod tests {
         })
     }
 
-    /// The same integral over the planet's surface, point by point, with both clamps taken at the point.
+    /// The same integral summed over points of the planet's surface.
     fn by_points(normal: DVec3, distance_ratio: f64, sun_zenith: f64) -> f64 {
         const RINGS: u32 = 300;
         const SECTORS: u32 = 300;
@@ -218,7 +214,7 @@ mod tests {
         let low = 1.0 / distance_ratio;
         let mut sum = 0.0;
         for ring in 0..RINGS {
-            // Heights crowd to the top of the cap, which is near to a low craft.
+            // The heights are denser at the top of the cap, which is near to a low craft.
             let share = (f64::from(ring) + 0.5) / f64::from(RINGS);
             let height = 1.0 - (1.0 - low) * share * share;
             let area = (1.0 - low) * 2.0 * share / f64::from(RINGS) * TAU / f64::from(SECTORS);
@@ -267,7 +263,7 @@ mod tests {
         }
     }
 
-    /// docs/numerics.md 4: 0.0206 for a nadir plate at 408 km, where F cos(zenith) gives 0.
+    /// docs/numerics.md 4: 0.0206 for a nadir plate at 408 km.
     #[test]
     fn the_terminator_value_of_numerics_4() {
         let found = albedo_factor(DVec3::Z, ISS, FRAC_PI_2);
@@ -284,7 +280,7 @@ mod tests {
         // Far away the planet is a Lambert sphere at full phase: geometric albedo 2/3 (Russell 1916).
         let far = albedo_factor(DVec3::Z, 1e5, 0.0) * 1e10;
         assert!((far - 2.0 / 3.0).abs() < 1e-4, "{far}");
-        // ... and at a right angle 1/pi of that (Lambert's phase function).
+        // At a right angle it is 1/pi of that (Lambert's phase function).
         let half = albedo_factor(DVec3::Z, 1e5, FRAC_PI_2) * 1e10;
         assert!((half - 2.0 / 3.0 / PI).abs() < 1e-4, "{half}");
     }

@@ -1,7 +1,6 @@
-//! Albedo for every Sun zenith angle of a scene: tables at chosen angles, each built when first needed, and one blended from them.
+//! Albedo tables of a scene for every Sun zenith angle and distance, interpolated between tables that are built when first needed.
 //!
-//! On a trajectory the distance changes. Fields then stand at altitudes 15 % apart, built when they are first needed, and a step's table is a
-//! cubic between four of them.
+//! On a trajectory the distance changes. Tables then stand at altitudes 15 % apart, and a step interpolates cubically between four of them.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::{Arc, OnceLock};
@@ -11,28 +10,26 @@ use rayon::prelude::*;
 use super::albedo::{AlbedoTable, RESOLUTION, albedo_factor, grid_direction};
 use super::sky::horizon_angle;
 
-/// Tables over the Sun's zenith angle below the craft, for one distance.
+/// Albedo tables over the Sun's zenith angle below the craft, for one distance.
 ///
-/// While all that the craft sees is lit, the albedo is a sum of a sine and a cosine of the zenith angle: two tables
-/// give it without error. From there to the dark, where the terminator crosses the visible cap, a cubic through the
-/// four nearest tables gives what lies between. Those tables stand close where the terminator passes below the craft,
-/// for there the albedo changes over an angle of the order of altitude / radius: at 90 deg + s sinh(k u), u in equal
-/// steps.
+/// While everything that the craft sees is lit, the albedo is a cosine plus a sine of the zenith angle, and two tables give it exactly. While the
+/// terminator crosses the visible cap, a cubic interpolates between the four nearest tables. Near the terminator the albedo changes over an angle of about
+/// altitude / radius. The tables are therefore dense there: they stand at 90 deg + s sinh(k u), with u equally spaced.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AlbedoField {
     /// Distance to the planet's centre over its radius.
     distance_ratio: f64,
-    /// Angle of the horizon from the point below the craft, at the planet's centre [rad].
+    /// Angle at the planet's centre between the horizon and the point below the craft [rad].
     horizon: f64,
-    /// s above [rad].
+    /// The width s of the spacing above [rad].
     spread: f64,
-    /// Sun in the zenith.
+    /// The table for the Sun in the zenith.
     noon: OnceLock<AlbedoTable>,
-    /// `CROSSING_INTERVALS + 1` tables, from the terminator at one side of the cap to the terminator at the other.
+    /// `CROSSING_INTERVALS + 1` tables while the terminator crosses the visible cap from one side to the other.
     crossing: Vec<OnceLock<AlbedoTable>>,
 }
 
-/// Steps of the zenith angle while the terminator crosses the visible cap.
+/// Intervals of the zenith angle while the terminator crosses the visible cap.
 pub const CROSSING_INTERVALS: usize = 24;
 
 impl AlbedoField {
@@ -44,12 +41,10 @@ impl AlbedoField {
         Self { distance_ratio, horizon, spread, noon: OnceLock::new(), crossing }
     }
 
-    /// The table with the Sun in the zenith.
     fn noon(&self) -> &AlbedoTable {
         self.noon.get_or_init(|| tabulate(self.distance_ratio, 0.0))
     }
 
-    /// One of the tables while the terminator crosses the visible cap.
     fn crossing(&self, level: usize) -> &AlbedoTable {
         self.crossing[level].get_or_init(|| {
             let reach = (self.horizon / self.spread).asinh();
@@ -58,13 +53,13 @@ impl AlbedoField {
         })
     }
 
-    /// The table for a zenith angle of the Sun [rad], in [0, pi]; `None` where all that the craft sees is dark.
+    /// The table for a zenith angle of the Sun [rad], in [0, pi]. `None` where everything that the craft sees is dark.
     pub fn table(&self, sun_zenith: f64) -> Option<AlbedoTable> {
         let (tables, weights) = self.terms(shares(self.horizon, self.spread, sun_zenith)?, sun_zenith);
         Some(blend(&tables, &weights))
     }
 
-    /// The tables of which one for a zenith angle is the weighted sum.
+    /// The tables, and the weight of each, whose weighted sum is the table of a zenith angle.
     fn terms(&self, shares: Shares, sun_zenith: f64) -> (Vec<&AlbedoTable>, Vec<f64>) {
         match shares {
             Shares::AllLit => {
@@ -79,16 +74,16 @@ impl AlbedoField {
     }
 }
 
-/// How the table of a zenith angle is put together.
+/// How the table of a zenith angle is interpolated.
 #[derive(Debug, Clone, Copy)]
 enum Shares {
-    /// From the noon and the first crossing table: all that the craft sees is lit.
+    /// Everything that the craft sees is lit: from the noon table and the first crossing table.
     AllLit,
     /// From four crossing tables.
     Crossing { first: usize, weights: [f64; 4] },
 }
 
-/// `None` in the dark. `horizon` and `spread` as in [`AlbedoField`].
+/// `None` in the dark. `horizon` and `spread` are those of [`AlbedoField`].
 fn shares(horizon: f64, spread: f64, sun_zenith: f64) -> Option<Shares> {
     let past_crossing = sun_zenith - FRAC_PI_2;
     if past_crossing >= horizon {
@@ -103,7 +98,7 @@ fn shares(horizon: f64, spread: f64, sun_zenith: f64) -> Option<Shares> {
     Some(Shares::Crossing { first, weights: cubic(position - first as f64) })
 }
 
-/// Weights of the values at 0, 1, 2, 3 of a cubic's value at `t`.
+/// Weights with which a cubic through its values at 0, 1, 2 and 3 gives its value at `t`.
 fn cubic(t: f64) -> [f64; 4] {
     [
         -(t - 1.0) * (t - 2.0) * (t - 3.0) / 6.0,
@@ -113,16 +108,16 @@ fn cubic(t: f64) -> [f64; 4] {
     ]
 }
 
-/// Fields of many distances, each built when it is first needed: the albedo along an orbit that is not circular.
+/// Albedo fields of many distances, each built when first needed, for an orbit that is not circular.
 ///
-/// They stand at altitudes in equal ratios ([`RATIO`]); a cubic through the four nearest, at the same place of the
-/// terminator in the visible cap, gives what lies between.
+/// The altitudes of the fields rise by the factor [`RATIO`]. A cubic interpolates between the four nearest fields, each read with the
+/// terminator at the same place of the visible cap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AlbedoFields {
     fields: Vec<OnceLock<Arc<AlbedoField>>>,
 }
 
-/// Altitude of one field over that of the one below.
+/// Altitude of a field over the altitude of the field below it.
 pub const RATIO: f64 = 1.15;
 
 /// Lowest and highest altitude over the planet's radius: 64 m and 6.4e9 km over Earth.
@@ -137,10 +132,9 @@ impl Default for AlbedoFields {
 }
 
 impl AlbedoFields {
-    /// The table for a distance to the planet's centre over its radius and a zenith angle of the Sun [rad]; `None`
-    /// where all that the craft sees is dark.
+    /// The table for a distance ratio and a zenith angle of the Sun [rad]. `None` where everything that the craft sees is dark.
     ///
-    /// Beyond the altitudes that the fields stand for, the table of exact values is made, which takes long.
+    /// Outside the altitudes of the fields it computes the exact table, which is slow.
     pub fn table(&self, distance_ratio: f64, sun_zenith: f64) -> Option<AlbedoTable> {
         let horizon = horizon_angle(distance_ratio);
         let shares = shares(horizon, spread(distance_ratio, horizon), sun_zenith)?;
@@ -165,12 +159,11 @@ impl AlbedoFields {
     }
 }
 
-/// The width s of the terminator's crossing in [`AlbedoField`].
 fn spread(distance_ratio: f64, horizon: f64) -> f64 {
     (distance_ratio - 1.0).min(horizon)
 }
 
-/// The table of exact values for one zenith angle of the Sun: some 8,000 integrals, on all cores.
+/// The exact table for one zenith angle of the Sun: some 8,000 integrals, on all cores.
 fn tabulate(distance_ratio: f64, sun_zenith: f64) -> AlbedoTable {
     let side = RESOLUTION + 1;
     let value = |index: usize| {
@@ -182,8 +175,7 @@ fn tabulate(distance_ratio: f64, sun_zenith: f64) -> AlbedoTable {
     AlbedoTable { values: (0..side * side).into_par_iter().map(value).collect() }
 }
 
-/// Weighted sum of tables. A cubic can dip below 0 by its own error where the truth is 0; a negative flux would have no
-/// balance temperature, so 0 is taken there.
+/// Weighted sum of tables. A cubic can fall below 0 by its own error. Such values become 0, because a negative flux has no balance temperature.
 fn blend(tables: &[&AlbedoTable], weights: &[f64]) -> AlbedoTable {
     let sum =
         |index: usize| tables.iter().zip(weights).map(|(table, weight)| table.values[index] * weight).sum::<f64>();
@@ -199,7 +191,7 @@ mod tests {
     use super::super::albedo::albedo_table_lookup;
     use super::*;
 
-    /// Unit normals spread evenly (a spiral).
+    /// Unit normals on a spiral, evenly spread.
     fn normals(count: u32, turn: f64) -> impl ParallelIterator<Item = DVec3> {
         (0..count).into_par_iter().map(move |index| {
             let z = (2.0 * f64::from(index) + 1.0) / f64::from(count) - 1.0;
@@ -209,7 +201,7 @@ mod tests {
         })
     }
 
-    /// Largest error over directions of the table that a field gives for a zenith angle, read against the integral.
+    /// Largest error over directions of a field's table at a zenith angle, against the integral.
     fn error(field: &AlbedoField, distance_ratio: f64, sun_zenith: f64) -> f64 {
         let table = field.table(sun_zenith).expect("some of the cap is lit");
         normals(400, sun_zenith)

@@ -11,7 +11,7 @@ use super::rotation_history::{HistoryFrame, RotationHistory};
 /// Attitude law.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Attitude {
-    /// A body axis to the planet's centre, another towards the velocity (made orthogonal).
+    /// One body axis points to the planet's centre. A second, made orthogonal, points towards the velocity.
     Nadir {
         /// Unit body axis that points to nadir.
         nadir_axis: DVec3,
@@ -23,60 +23,59 @@ pub enum Attitude {
         /// Rotates body vectors into the inertial frame.
         inertial_from_body: DQuat,
     },
-    /// A body axis to the Sun, another towards the orbit normal (made orthogonal).
+    /// One body axis points to the Sun. A second, made orthogonal, points towards the orbit normal.
     Sun {
         /// Unit body axis that points to the Sun.
         sun_axis: DVec3,
         /// Unit body axis that points towards the orbit normal.
         north_axis: DVec3,
     },
-    /// Turning about a body axis that stands still in the inertial frame.
+    /// The body turns about an axis that is fixed in the inertial frame.
     Spin {
         /// Rotates body vectors into the inertial frame at time 0.
         inertial_from_body: DQuat,
         /// Unit axis in the body.
         axis: DVec3,
-        /// Rate about it [rad/s].
+        /// Rate of the turn [rad/s].
         rate: f64,
     },
-    /// As a file says.
+    /// The attitude of a file.
     History(Arc<RotationHistory>),
 }
 
-/// An attitude law with its constant rotations worked out.
+/// An attitude law with its constant rotations computed.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BodyFrame {
-    /// The body keeps its turn against the orbit frame (LVLH).
+    /// The rotation against the orbit frame (LVLH) is constant.
     FollowsOrbit {
         /// Rotates orbit-frame vectors into the body frame.
         body_from_orbit: DMat3,
     },
-    /// The body keeps its turn against the inertial frame.
+    /// The rotation against the inertial frame is constant.
     Fixed {
         /// Rotates inertial vectors into the body frame.
         body_from_inertial: DMat3,
     },
     /// The body follows the Sun and leans to the orbit normal.
     FollowsSun {
-        /// Rotates axes with Z to the Sun and X towards the orbit normal into the body frame.
+        /// Rotates vectors from the axes with Z to the Sun and X towards the orbit normal into the body frame.
         body_from_axes: DMat3,
     },
-    /// The body turns at a steady rate.
+    /// The body turns at a constant rate.
     Spins {
         /// Rotates body vectors into the inertial frame at time 0.
         inertial_from_body: DQuat,
         /// Unit axis in the body.
         axis: DVec3,
-        /// Rate about it [rad/s].
+        /// Rate of the turn [rad/s].
         rate: f64,
     },
-    /// The body follows a table.
+    /// The body follows a table of rotations.
     History(Arc<RotationHistory>),
 }
 
 impl BodyFrame {
-    /// The body frame of an attitude law; `None` where two axes are parallel or an axis or quaternion is zero or not
-    /// finite.
+    /// The body frame of an attitude law. `None` where two axes are parallel, or an axis or quaternion is zero or not finite.
     pub fn new(attitude: &Attitude) -> Option<Self> {
         let usable = |quaternion: &DQuat| quaternion.is_finite() && quaternion.length() > 0.0;
         match attitude {
@@ -106,7 +105,7 @@ impl BodyFrame {
         !matches!(self, Self::Spins { .. } | Self::History(_))
     }
 
-    /// Time of a turn of a body that spins [s]; `None` for any other.
+    /// Period of a spinning body [s]. `None` for any other.
     pub fn spin_period(&self) -> Option<f64> {
         match self {
             Self::Spins { rate, .. } if *rate != 0.0 => Some(TAU / rate.abs()),
@@ -114,11 +113,10 @@ impl BodyFrame {
         }
     }
 
-    /// Rotations into the body: from the inertial frame, and from the orbit frame. Not a number where a table of
-    /// rotations does not cover the time.
+    /// Rotations into the body frame: from the inertial frame, and from the orbit frame. Their values are NaN where a table of rotations
+    /// does not cover the time.
     ///
-    /// Sun-pointing with the Sun along the orbit normal (beta = 90 deg) leaves the second axis free: it then points to
-    /// the inertial frame's X.
+    /// A Sun-pointing attitude whose Sun lies along the orbit normal (beta = 90 deg) uses the inertial X as its second axis.
     pub fn rotations(&self, point: &OrbitPoint) -> (DMat3, DMat3) {
         let inertial_from_orbit = point.inertial_from_orbit;
         let from_inertial = |body_from_inertial: DMat3| (body_from_inertial, body_from_inertial * inertial_from_orbit);
@@ -153,8 +151,8 @@ fn nowhere() -> (DMat3, DMat3) {
 /// Sine of the angle below which two axes count as parallel.
 const PARALLEL: f64 = 1e-9;
 
-/// Right-handed axes with Z along `primary` and X along the part of `secondary` at right angles to it, as columns;
-/// `None` where the two are parallel, zero or not finite.
+/// Right-handed axes as columns: Z along `primary`, X along the component of `secondary` at right angles to it. `None` where the two are
+/// parallel, zero or not finite.
 fn triad(primary: DVec3, secondary: DVec3) -> Option<DMat3> {
     let z = primary.try_normalize()?;
     let across = z.cross(secondary.try_normalize()?);

@@ -1,4 +1,4 @@
-//! What gravity alone does to a craft between two samples of an ephemeris.
+//! Motion of a craft under gravity alone (a *coast*) between two samples of an ephemeris.
 
 use glam::DVec3;
 
@@ -9,7 +9,7 @@ use super::state::{SLACK, Sample};
 const J2: f64 = 1.082_626_7e-3;
 const EQUATOR: f64 = 6.378_136_3e6;
 
-/// Acceleration of the Earth's gravity with its oblateness [m/s2] (Vallado, eq. 8-30); GCRF stands for the equator.
+/// Acceleration by the Earth's gravity with its oblateness [m/s2] (Vallado, eq. 8-30). The equator of GCRF serves as the Earth's.
 pub fn gravity(position: DVec3) -> DVec3 {
     let mu = EARTH_GRAVITATIONAL_PARAMETER;
     let r2 = position.length_squared();
@@ -23,14 +23,13 @@ pub fn gravity(position: DVec3) -> DVec3 {
 /// A change of velocity between two samples [m/s].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Residual {
-    /// What a coast does not explain.
+    /// The part that gravity does not explain.
     pub unexplained: f64,
-    /// What gravity does, at the lower end.
+    /// The part that gravity explains at the lower of the two samples.
     pub falling: f64,
 }
 
-/// How well a coast from one sample to the next explains its velocity; `None` without velocities, and for spans so long
-/// that the coast itself is not known.
+/// Compares the velocity of a sample with a coast from the sample before. `None` without velocities, and for spans beyond [`LONGEST_COAST`].
 pub fn residual(from: &Sample, to: &Sample) -> Option<Residual> {
     let (mut velocity, end) = (from.velocity?, to.velocity?);
     let span = to.time - from.time;
@@ -42,7 +41,7 @@ pub fn residual(from: &Sample, to: &Sample) -> Option<Residual> {
     let steps = (turn / 0.02).ceil().max(1.0);
     let h = span / steps;
     for _ in 0..steps as usize {
-        // Runge and Kutta's method of order 4.
+        // Runge-Kutta of order 4.
         let (k1, l1) = (velocity, gravity(position));
         let (k2, l2) = (velocity + l1 * (0.5 * h), gravity(position + k1 * (0.5 * h)));
         let (k3, l3) = (velocity + l2 * (0.5 * h), gravity(position + k2 * (0.5 * h)));
@@ -54,11 +53,10 @@ pub fn residual(from: &Sample, to: &Sample) -> Option<Residual> {
     Some(Residual { unexplained: velocity.distance(end), falling })
 }
 
-/// Angle of the orbit over which a coast is compared, and a spacing bridged that is long beside the others [rad].
+/// Largest angle of the orbit that a coast may cover [rad]. Longer spacings are not compared.
 pub const LONGEST_COAST: f64 = 1.0;
 
-/// Angle by which the craft goes round the planet from one position to the next [rad], by the mean motion of a circle
-/// through the farther of the two.
+/// Angle by which the craft goes round the planet between two positions [rad]: the mean motion of the circular orbit through the farther one.
 pub fn turn(from: &Sample, to: &Sample) -> f64 {
     let radius = from.position.length().max(to.position.length());
     (to.time - from.time) * (EARTH_GRAVITATIONAL_PARAMETER / radius.powi(3)).sqrt()

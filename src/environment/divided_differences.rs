@@ -1,8 +1,8 @@
-//! Polynomials through values and their derivatives: Newton's divided differences, by Horner's rule.
+//! Polynomial interpolation of values and derivatives by Newton's divided differences and Horner's rule.
 
 use std::ops::{Add, Div, Mul, Sub};
 
-/// What such a polynomial can run through: vectors.
+/// A vector space whose elements can be interpolated.
 pub trait Vector:
     Copy + Default + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self> + Div<f64, Output = Self>
 {
@@ -13,23 +13,22 @@ impl<V> Vector for V where
 {
 }
 
-/// Highest degree that is followed.
+/// Highest degree that is used.
 pub const HIGHEST_DEGREE: usize = 31;
 
-/// Nodes of the highest degree, where values and slopes of whole samples are taken.
+/// Conditions of the highest degree, where the values and slopes of whole samples are used.
 const MOST_NODES: usize = HIGHEST_DEGREE + 2;
 
-/// The degree that is done where a degree is stated: values and slopes of whole samples make it odd, and of one
-/// sample alone there is none between samples.
+/// The degree that is used for a stated degree. Values and slopes of whole samples give an odd degree, and at least two samples are needed.
 pub fn hermite_degree(stated: usize) -> usize {
     (stated | 1).max(3)
 }
 
-/// Value and slope at `time` of the polynomial through `samples`: of each the first `each` of time, value, slope and
-/// second derivative are met. In order of time, at most two more than [`HIGHEST_DEGREE`] conditions.
+/// Value and slope at `time` of the polynomial through `samples`. A sample is its time with its value, slope and second derivative. The polynomial meets
+/// the first `each` of these three. The samples are in order of time and give at most two conditions more than [`HIGHEST_DEGREE`].
 pub fn polynomial<V: Vector>(samples: &[(f64, [V; 3])], each: usize, time: f64) -> (V, V) {
     let middle = samples[samples.len() / 2].0;
-    // Times in units of the window keep the differences within the range of the values.
+    // Times over the length of the window keep the differences within the range of the values.
     let scale = (samples[samples.len() - 1].0 - samples[0].0).max(1.0);
     let mut nodes = [0.0; MOST_NODES];
     let mut differences = [V::default(); MOST_NODES];
@@ -60,8 +59,7 @@ pub fn polynomial<V: Vector>(samples: &[(f64, [V; 3])], each: usize, time: f64) 
     (value, slope / scale)
 }
 
-/// The samples around a time that a polynomial of `points` of them runs through, of `count` samples of which `next` is
-/// the first after that time.
+/// The `points` samples around a time, out of `count`. `next` is the first sample after that time.
 pub fn window(count: usize, next: usize, points: usize) -> std::ops::Range<usize> {
     let points = points.min(count);
     let first = next.saturating_sub(points.div_ceil(2)).min(count - points);
@@ -72,7 +70,7 @@ pub fn window(count: usize, next: usize, points: usize) -> std::ops::Range<usize
 mod tests {
     use super::*;
 
-    /// t^5 - 2 t, its slope and its second derivative.
+    /// t^5 - 2 t with its slope and its second derivative.
     fn quintic(time: f64) -> [f64; 3] {
         [time.powi(5) - 2.0 * time, 5.0 * time.powi(4) - 2.0, 20.0 * time.powi(3)]
     }

@@ -1,7 +1,6 @@
-//! Eclipse by the planet: the share of the Sun's disc that stays visible, and the instants of contact.
+//! Eclipse by the planet: the lit fraction of the Sun's disc, and the times of contact.
 //!
-//! Sun and planet are spheres at finite distances, so their discs have the apparent radii asin(radius / distance);
-//! there is no atmosphere, no flattening and no limb darkening.
+//! Sun and planet are spheres at finite distances with the apparent radii asin(radius / distance). Atmosphere, flattening and limb darkening are left out.
 
 use std::f64::consts::PI;
 
@@ -9,7 +8,7 @@ use glam::DVec3;
 
 use super::orbit::SUN_RADIUS;
 
-/// Apparent discs of Sun and planet.
+/// Apparent discs of Sun and planet, as seen from the craft.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Discs {
     /// Angle between the two centres [rad].
@@ -21,8 +20,8 @@ pub struct Discs {
 }
 
 impl Discs {
-    /// The discs that a craft sees. `craft` and `sun` are positions from the planet's centre [m] in any one frame; the
-    /// craft is outside the planet (of radius `planet_radius` [m]).
+    /// The discs that a craft sees. `craft` and `sun` are positions from the planet's centre [m] in one frame. The craft is outside the
+    /// planet of radius `planet_radius` [m].
     pub fn seen_from(craft: DVec3, sun: DVec3, planet_radius: f64) -> Self {
         let to_sun = sun - craft;
         let to_planet = -craft;
@@ -33,21 +32,20 @@ impl Discs {
         }
     }
 
-    /// Distance of the discs from outer tangency [rad]: negative in penumbra and umbra.
+    /// Distance of the discs from outer tangency [rad]. It is negative in penumbra and umbra.
     pub fn outer_gap(&self) -> f64 {
         self.separation - (self.planet + self.sun)
     }
 
-    /// Distance of the discs from inner tangency [rad]: negative where one covers the other (umbra, or annular).
+    /// Distance of the discs from inner tangency [rad]. It is negative where one disc covers the other (umbra, or annular eclipse).
     pub fn inner_gap(&self) -> f64 {
         self.separation - (self.planet - self.sun).abs()
     }
 
     /// Share of the Sun's disc that the planet leaves visible, in [0, 1].
     ///
-    /// The stereographic projection about the Sun's centre keeps circles circles, so the curvature of a limb that fills
-    /// half the sky is right: planar discs with the angular radii err by 5e-4 in low orbits. The Sun is small enough
-    /// that the projection's change of scale over it (1e-5) does not matter.
+    /// The discs are projected stereographically about the Sun's centre, where circles remain circles. The curvature of a limb that fills half the sky is
+    /// then right. Planar discs with the angular radii would err by 5e-4 in low orbits. The scale of the projection changes by only 1e-5 over the Sun.
     pub fn lit_fraction(&self) -> f64 {
         if self.outer_gap() >= 0.0 {
             return 1.0;
@@ -63,12 +61,11 @@ impl Discs {
     }
 }
 
-/// Area common to two discs that cross: of radius `a` about the origin, and of radius `b` about a point of the X axis,
-/// so that it spans [`near_edge`, `near_edge` + 2b] there.
+/// Common area of two discs that cross. One has radius `a` about the origin. The other has radius `b` and spans [`near_edge`, `near_edge`
+/// + 2b] on the X axis.
 ///
-/// The angles come from the half-angle formula of the triangle of centres and crossing; with `near_edge` for the
-/// distance no factor in it loses digits however large `b` is (Kahan, "Miscalculating area and angles of a needle-like
-/// triangle").
+/// The angles of the triangle of centres and crossing come from the half-angle formula. Written with `near_edge` instead of the distance
+/// of the centres, no factor loses digits however large `b` is (Kahan, "Miscalculating area and angles of a needle-like triangle").
 fn lens_area(a: f64, b: f64, near_edge: f64) -> f64 {
     let around = a + 2.0 * b + near_edge;
     let over_distance = a - near_edge;
@@ -81,8 +78,8 @@ fn lens_area(a: f64, b: f64, near_edge: f64) -> f64 {
     segment(a, half_angle(over_b, over_a)) + segment(b, half_angle(over_a, over_b))
 }
 
-/// The time in [`start`, `end`] at which a continuous function changes sign, to [`CONTACT_TOLERANCE`]; `None` where its
-/// signs at the two ends agree. Bisection: it cannot leave the bracket, and a step has few contacts.
+/// The time in [`start`, `end`] at which a continuous function changes sign, to [`CONTACT_TOLERANCE`], by bisection. `None` where its
+/// signs at the ends agree.
 pub fn sign_change(function: impl Fn(f64) -> f64, start: f64, end: f64) -> Option<f64> {
     let (mut low, mut high) = (start, end);
     let negative_at_low = function(low) < 0.0;
@@ -103,7 +100,7 @@ pub fn sign_change(function: impl Fn(f64) -> f64, start: f64, end: f64) -> Optio
     Some(0.5 * (low + high))
 }
 
-/// Bracket at which a contact is known well enough [s].
+/// Length of the bracket at which bisection ends [s].
 pub const CONTACT_TOLERANCE: f64 = 1e-8;
 
 #[cfg(test)]
@@ -113,14 +110,14 @@ mod tests {
 
     const RADIUS: f64 = 6.371e6;
 
-    /// A craft at this distance [m] whose planet and Sun centres are apart by this angle [rad].
+    /// A craft at a distance [m] that sees the centres of planet and Sun apart by an angle [rad].
     fn at(distance: f64, separation: f64) -> Discs {
         let craft = DVec3::X * distance;
         let direction = DVec3::new(-separation.cos(), separation.sin(), 0.0);
         Discs::seen_from(craft, craft + direction * SUN_DISTANCE, RADIUS)
     }
 
-    /// The lit fraction by counting points of the Sun's disc (a spiral of equal areas) outside the planet's cone.
+    /// The lit fraction by counting the points of the Sun's disc that lie outside the planet's cone.
     fn counted(discs: &Discs) -> f64 {
         const POINTS: usize = 400_000;
         let golden = PI * (3.0 - 5.0_f64.sqrt());
@@ -203,7 +200,7 @@ mod tests {
         sum
     }
 
-    /// Contacts of a real orbit: `shared/data/orbit`, SGP4 and DE421 by skyfield.
+    /// Contacts of a real orbit, computed with SGP4 and DE421 by skyfield (`shared/data/orbit`).
     #[test]
     fn contacts_of_the_iss_agree_with_a_published_ephemeris() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/orbit");

@@ -1,4 +1,4 @@
-//! Positions and velocities at epochs, and what lies between them: never across a gap, a step or the end of a segment.
+//! Ephemeris: positions and velocities at epochs, interpolated within segments but never across a gap, a step or a manoeuvre.
 
 use std::fmt;
 
@@ -9,40 +9,38 @@ use super::divided_differences::{self, hermite_degree};
 use super::spacing::gaps;
 use super::state::{SLACK, Sample, State};
 
-/// How to get from samples to what lies between.
+/// How an ephemeris is interpolated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interpolation {
     /// A polynomial of this degree through positions.
     Lagrange(usize),
-    /// A polynomial of [`hermite_degree`] of this degree through positions and velocities.
+    /// A polynomial through positions and velocities, whose degree is [`hermite_degree`] of this number.
     Hermite(usize),
-    /// The polynomial through two states, whose second derivatives are gravity.
+    /// The polynomial through two states with gravity as their second derivatives.
     Coast,
 }
 
-/// Degree where a file states none: on the public ISS ephemeris (240 s) Hermite 7 errs by 2 m, as do 5 and 11.
+/// Degree where a file states none. On the public ISS ephemeris (240 s) Hermite 7 errs by 2 m, as do 5 and 11.
 pub const DEFAULT_DEGREE: usize = 7;
 
-/// Change of velocity between two samples that the Earth's gravity does not explain [m/s], above which (and above the
-/// two shares below) something fired between them.
+/// Change of velocity between two samples that gravity does not explain [m/s]. A change above it, and above the two shares below, is a manoeuvre.
 pub const MANOEUVRE: f64 = 0.1;
 
-/// Such a change over the lower quartile of those of the segment: few of its intervals hold a manoeuvre.
+/// Least ratio of a manoeuvre's unexplained change to the lower quartile of all intervals. Few intervals of a segment hold a manoeuvre.
 pub const MANOEUVRE_SHARE: f64 = 10.0;
 
-/// Such a change over that by gravity: what is left out of it (2e-5 of it in low orbit) and drag at a perigee of 180 km
-/// (3e-5) stay below.
+/// Least ratio of a manoeuvre's unexplained change to the change by gravity. The error of the gravity model (2e-5 in low orbit) and drag
+/// at a perigee of 180 km (3e-5) stay below it.
 pub const MANOEUVRE_OF_GRAVITY: f64 = 1e-4;
 
-/// Two states of one epoch are one where they differ by less [m] [m/s]: files are rounded, and orbits determined, to
-/// no better.
+/// Two states of one epoch count as equal where they differ by less [m] [m/s]. Files are rounded, and orbits determined, no better than this.
 const SAME_POSITION: f64 = 1.0;
 const SAME_VELOCITY: f64 = 0.01;
 
-/// Samples of one segment of a file, in order, with what it says of them.
+/// Samples of one segment of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
-    /// In order of time; two of the same time are a step (a manoeuvre).
+    /// In order of time. Two samples of one time are a step of the trajectory (a manoeuvre).
     pub samples: Vec<Sample>,
     /// How to interpolate.
     pub interpolation: Interpolation,
@@ -50,23 +48,23 @@ pub struct Segment {
     pub usable: (f64, f64),
 }
 
-/// A trajectory by its samples.
+/// A trajectory given by samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ephemeris {
-    /// In order of time; they may touch.
+    /// In order of time. They may touch.
     pieces: Vec<Segment>,
 }
 
-/// What was made of the samples, in counts that a user should see.
+/// Counts of what was found in the samples, for the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Findings {
-    /// Samples that said the same as the one before.
+    /// Samples equal to the one before.
     pub repeated: usize,
     /// Epochs with two different states.
     pub steps: usize,
     /// Gaps inside segments.
     pub gaps: usize,
-    /// Intervals in which the velocity changed without a sample of the change.
+    /// Intervals in which a manoeuvre was detected that no sample states.
     pub manoeuvres: usize,
 }
 
@@ -85,7 +83,7 @@ impl fmt::Display for Findings {
 }
 
 impl Ephemeris {
-    /// From the segments of a file, whose samples are in order of time.
+    /// An ephemeris from the segments of a file. The samples of each are in order of time.
     pub fn new(segments: Vec<Segment>) -> (Self, Findings) {
         let mut findings = Findings::default();
         let mut pieces = Vec::new();
@@ -96,10 +94,10 @@ impl Ephemeris {
         (Self { pieces }, findings)
     }
 
-    /// The state at a time [s]; `None` where no piece covers it, or ends within [`SLACK`]. At a step, what comes after.
+    /// The state at a time [s]. `None` where no piece covers it to within [`SLACK`]. At a step it is the state after it.
     pub fn state(&self, time: f64) -> Option<State> {
         let after = self.pieces.partition_point(|piece| piece.usable.0 <= time);
-        // Pieces hardly overlap; where they do, the later one is meant to take over.
+        // Where pieces overlap the later one takes over.
         let covering = self.pieces[..after].iter().rev().find(|piece| time <= piece.usable.1);
         let beside = || {
             let near = |piece: &&Segment| piece.usable.0 - SLACK <= time && time <= piece.usable.1 + SLACK;
@@ -108,7 +106,7 @@ impl Ephemeris {
         covering.or_else(beside).map(|piece| piece.state(time.clamp(piece.usable.0, piece.usable.1)))
     }
 
-    /// Stretches of time that are covered [s], joined where they touch.
+    /// Intervals of time that are covered [s]. Intervals that touch are joined.
     pub fn coverage(&self) -> Vec<(f64, f64)> {
         let mut joined: Vec<(f64, f64)> = Vec::new();
         for piece in &self.pieces {
@@ -147,7 +145,7 @@ fn split(segment: Segment, pieces: &mut Vec<Segment>, findings: &mut Findings) {
     let mut cut = |start: usize, end: usize, interpolation| {
         let samples = &samples[start..end];
         let interpolation = match interpolation {
-            // Gravity stands for the neighbours that the degree asks for.
+            // A coast takes the place of the neighbours that the degree would need.
             Interpolation::Hermite(5..) if samples.len() == 2 => Interpolation::Coast,
             other => other,
         };
@@ -173,7 +171,6 @@ fn split(segment: Segment, pieces: &mut Vec<Segment>, findings: &mut Findings) {
     cut(start, samples.len(), interpolation);
 }
 
-/// Whether two samples of one epoch say the same.
 fn same(a: &Sample, b: &Sample) -> bool {
     let velocities = match (a.velocity, b.velocity) {
         (Some(a), Some(b)) => a.distance(b) <= SAME_VELOCITY,
@@ -182,7 +179,7 @@ fn same(a: &Sample, b: &Sample) -> bool {
     velocities && a.position.distance(b.position) <= SAME_POSITION
 }
 
-/// The least of up to four values; 0 of none.
+/// The lower quartile. Of fewer than five values it is the least, of none it is 0.
 fn lower_quartile(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -212,11 +209,11 @@ impl Segment {
     }
 }
 
-/// The polynomial through samples: of each its position, with its velocity, and with gravity for its acceleration.
+/// The polynomial through samples. `each` is 1 for positions, 2 for velocities as well, 3 for gravity as the acceleration.
 fn polynomial(samples: &[Sample], each: usize, time: f64) -> State {
     let each = if samples.iter().all(|sample| sample.velocity.is_some()) { each } else { 1 };
     if let [Sample { position, velocity, .. }] = samples {
-        // One sample alone has no slope but its own.
+        // A single sample gives only its own slope.
         return State { position: *position, velocity: velocity.unwrap_or(DVec3::ZERO) };
     }
     let conditions = |sample: &Sample| {

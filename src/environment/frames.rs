@@ -1,8 +1,8 @@
 //! Rotations between the Earth's reference frames and GCRF: precession, nutation, sidereal time.
 //!
-//! GCRF, ICRF, EME2000 and J2000 are one frame here: they differ by 0.02 arc seconds, 0.7 m in low orbit. Precession is
-//! IAU 2006, nutation the 13 largest terms of IAU 1980 (0.05 arc seconds from IAU 2006/2000A between 1950 and 2100).
-//! Polar motion (0.3 arc seconds) and UT1 - UTC (below 0.9 s) are not known without a download and are left out.
+//! GCRF, ICRF, EME2000 and J2000 count as one frame. They differ by 0.02 arc seconds, which is 0.7 m in low orbit. Precession is IAU 2006.
+//! Nutation is the 13 largest terms of IAU 1980, which stay within 0.05 arc seconds of IAU 2006/2000A between 1950 and 2100. Polar motion
+//! (0.3 arc seconds) and UT1 - UTC (below 0.9 s) need a download and are left out.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,12 +16,12 @@ pub const EARTH_RATE: f64 = 7.292_115e-5;
 
 const ARC_SECOND: f64 = PI / 648_000.0;
 
-/// Frames that trajectories are stated in.
+/// Frame in which a trajectory is stated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReferenceFrame {
     /// GCRF, ICRF, EME2000, J2000.
     Inertial,
-    /// True equator, mean equinox of date: that of SGP4.
+    /// True equator and mean equinox of date, the frame of SGP4.
     Teme,
     /// Fixed to the Earth.
     Itrf,
@@ -32,9 +32,9 @@ pub fn tt_centuries(epoch: Epoch) -> f64 {
     epoch.to_tt_centuries_j2k()
 }
 
-/// Rotates vectors of the mean equator and equinox of date into GCRF. `centuries` as [`tt_centuries`].
+/// Rotates vectors of the mean equator and equinox of date into GCRF. `centuries` is TT since J2000.
 ///
-/// Capitaine, Wallace & Chapront 2003, A&A 412, eq. 40 (the equatorial angles of IAU 2006).
+/// Source: Capitaine, Wallace & Chapront 2003, A&A 412, eq. 40 (the equatorial angles of IAU 2006).
 pub fn gcrf_from_mean(centuries: f64) -> DMat3 {
     let t = centuries;
     let zeta = (((0.018_018_28 * t + 0.298_849_9) * t + 2_306.083_227) * t + 2.650_545) * ARC_SECOND;
@@ -49,8 +49,8 @@ pub fn mean_obliquity(centuries: f64) -> f64 {
     (((0.002_003_40 * t - 0.000_183_1) * t - 46.836_769) * t + 84_381.406) * ARC_SECOND
 }
 
-/// Multiples of D, M, M', F and the node; then longitude and its change, obliquity and its change [0.0001 arc seconds,
-/// and that in a century]. The 13 largest terms of Wahr's series (Seidelmann 1982; Meeus, table 22.A).
+/// Nutation terms: the multiples of D, M, M', F and the node, then longitude and its rate, obliquity and its rate [0.0001 arc seconds, and
+/// per century]. They are the 13 largest terms of Wahr's series (Seidelmann 1982; Meeus, table 22.A).
 const NUTATION: [([f64; 5], [f64; 4]); 13] = [
     ([0.0, 0.0, 0.0, 0.0, 1.0], [-171_996.0, -174.2, 92_025.0, 8.9]),
     ([-2.0, 0.0, 0.0, 2.0, 2.0], [-13_187.0, -1.6, 5736.0, -3.1]),
@@ -67,7 +67,7 @@ const NUTATION: [([f64; 5], [f64; 4]); 13] = [
     ([0.0, 0.0, -1.0, 2.0, 2.0], [123.0, 0.0, -53.0, 0.0]),
 ];
 
-/// Nutation in longitude and in obliquity [rad]; arguments of Meeus, chapter 22.
+/// Nutation in longitude and in obliquity [rad]. The arguments are those of Meeus, chapter 22.
 pub fn nutation(centuries: f64) -> [f64; 2] {
     let t = centuries;
     let arguments = [
@@ -97,7 +97,7 @@ pub fn gcrf_from_true(centuries: f64) -> DMat3 {
         * DMat3::from_rotation_x(-(mean + obliquity))
 }
 
-/// Angle from the mean to the true equinox along the equator [rad]; the terms of 0.003 arc seconds are left out.
+/// Angle from the mean to the true equinox along the equator [rad]. Terms of 0.003 arc seconds are left out.
 fn equation_of_equinoxes(centuries: f64) -> f64 {
     nutation(centuries)[0] * mean_obliquity(centuries).cos()
 }
@@ -107,7 +107,7 @@ pub fn gcrf_from_teme(centuries: f64) -> DMat3 {
     gcrf_from_true(centuries) * DMat3::from_rotation_z(equation_of_equinoxes(centuries))
 }
 
-/// Greenwich apparent sidereal time [rad] (IAU 2006), UTC standing for UT1.
+/// Greenwich apparent sidereal time [rad] (IAU 2006). UTC serves as UT1.
 fn sidereal_time(epoch: Epoch) -> f64 {
     let days = utc_days(epoch);
     let rotation = TAU * (0.779_057_273_264_0 + 0.002_737_811_911_354_48 * days + days.rem_euclid(1.0));
@@ -121,7 +121,7 @@ pub fn gcrf_from_itrf(epoch: Epoch) -> DMat3 {
     gcrf_from_true(tt_centuries(epoch)) * DMat3::from_rotation_z(sidereal_time(epoch))
 }
 
-/// A position and a velocity of a frame in GCRF.
+/// Transforms a position and a velocity of a frame into GCRF.
 pub fn to_gcrf(
     frame: ReferenceFrame,
     epoch: Epoch,
@@ -149,7 +149,7 @@ mod tests {
     use super::*;
 
     fn epoch(julian_day: f64) -> Epoch {
-        // 0.3 days later, as the reference values are; its TT is then that many days too, not UTC.
+        // The reference values are for 0.3 days later.
         Epoch::from_jde_in_time_scale(julian_day + 0.3, TimeScale::UTC)
     }
 
@@ -211,7 +211,7 @@ mod tests {
             assert!(worst < 0.15 * ARC_SECOND, "{day}: {} arc seconds", worst / ARC_SECOND);
             let late = gcrf_from_true(centuries) * DMat3::from_rotation_z(turned + ARC_SECOND);
             assert!((late - rotation).to_cols_array().iter().any(|error| error.abs() > 0.3 * ARC_SECOND));
-            // The public function, with UTC for UT1: TT runs 32 to 70 s ahead of it, which moves precession by nothing.
+            // This call uses UTC as UT1. TT is 32 to 70 s ahead of UTC, which changes precession by nothing that matters.
             let by_epoch = gcrf_from_itrf(epoch(day));
             let worst = (by_epoch - rotation).to_cols_array().into_iter().fold(0.0_f64, |a, b| a.max(b.abs()));
             assert!(worst < 0.2 * ARC_SECOND, "{day}: {} arc seconds by epoch", worst / ARC_SECOND);
@@ -231,7 +231,7 @@ mod tests {
         assert!(velocity.length() > 250.0);
     }
 
-    /// At the Earth's rate, which a second lost would take 0.46 km from the equator.
+    /// The rotation follows the Earth's rate. A lost second would move the equator by 0.46 km.
     #[test]
     fn the_ground_turns_steadily_up_to_a_leap_second() {
         let midnight = Epoch::from_gregorian_utc_hms(2017, 1, 1, 0, 0, 0).to_time_scale(TimeScale::TAI);

@@ -1,8 +1,8 @@
-//! Joints: rigid motions of parts against the body, and where each stands at a time.
+//! Joints: rigid motions of parts against the body, and their positions over time.
 //!
-//! A joint moves everything from its glTF node on downwards. Its pose is a rigid motion `body_from_joint` that takes
-//! what hangs on it from the file's pose to where it is: that of the joint above it, times its own turn or shift in the
-//! file's pose. Poses are listed with the body itself, which does not move, at 0, and joint `i` at `i + 1`.
+//! A joint moves its glTF node and everything below it. Its *pose* `body_from_joint` is a rigid motion. It takes geometry from the pose in
+//! the file to its present place. It is the pose of the parent joint times the joint's own rotation or translation. Poses are listed with
+//! the body (which does not move) at 0 and joint `i` at `i + 1`.
 
 use std::f64::consts::{PI, TAU};
 
@@ -15,35 +15,35 @@ mod walk;
 
 pub use walk::Joints;
 
-/// Sine of the angle from the axis below which the Sun does not say how to turn.
+/// Sine of the angle between axis and Sun below which the Sun does not define a position.
 const ALONG: f64 = 1e-9;
 
-/// What a joint lets its part do.
+/// The degree of freedom of a joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Turn about an axis.
+    /// Rotation about the axis.
     Rotation,
-    /// Shift along it.
+    /// Translation along the axis.
     Translation,
 }
 
-/// What says where a joint stands.
+/// What prescribes the position of a joint.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Drive {
-    /// It stays [rad or m].
+    /// A constant position [rad or m].
     Fixed(f64),
-    /// Straight between times [s] and positions [rad or m], and still beyond them; a repeated time is a jump.
+    /// Linear between times [s] and positions [rad or m], constant beyond the ends. A repeated time is a jump.
     Schedule {
         /// Times [s], not falling.
         times: Vec<f64>,
         /// Positions [rad or m].
         positions: Vec<f64>,
     },
-    /// It turns a direction as near to the Sun as it can.
+    /// The joint turns a direction as near to the Sun as it can.
     Sun {
-        /// Unit direction in the file's pose, body frame; not along the joint's axis.
+        /// Unit direction in the file's pose, body frame. It is not along the joint's axis.
         facing: DVec3,
-        /// Turned further by this [rad].
+        /// Angle added to the Sun's [rad].
         offset: f64,
     },
 }
@@ -51,30 +51,30 @@ pub enum Drive {
 /// A joint with one degree of freedom.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Guided {
-    /// What it lets its part do.
+    /// Its degree of freedom.
     pub kind: Kind,
     /// Unit axis in the file's pose, body frame.
     pub axis: DVec3,
-    /// A point of the axis in the file's pose, body frame [m].
+    /// A point on the axis in the file's pose, body frame [m].
     pub origin: DVec3,
-    /// What says where it stands.
+    /// What prescribes its position.
     pub drive: Drive,
     /// Least and greatest position [rad or m].
     pub limits: Option<[f64; 2]>,
-    /// Most that it moves in a second [rad/s or m/s]; without, it is always where it is asked to be.
+    /// Greatest rate [rad/s or m/s]. Without one the joint is always at its target position.
     pub rate: Option<f64>,
 }
 
 /// A node that plays a glTF animation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Played {
-    /// Its rotation (x, y, z, w), where that is animated.
+    /// Rotation (x, y, z, w), where it is animated.
     pub rotation: Option<Keys<4>>,
-    /// Its translation [m], where that is animated.
+    /// Translation [m], where it is animated.
     pub translation: Option<Keys<3>>,
     /// Length of the animation [s].
     pub duration: f64,
-    /// Whether it begins again after its end.
+    /// Whether it starts again after its end.
     pub repeats: bool,
     /// The node's own translation [m] and rotation in the file's pose.
     pub rest: (DVec3, DQuat),
@@ -85,9 +85,9 @@ pub struct Played {
 /// How a joint moves.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Motion {
-    /// By one number.
+    /// A joint with one degree of freedom.
     Guided(Guided),
-    /// As an animation says.
+    /// An animation.
     Played(Box<Played>),
 }
 
@@ -96,15 +96,14 @@ pub enum Motion {
 pub struct Joint {
     /// Name of its glTF node.
     pub name: String,
-    /// The joint that it hangs on, which comes before it; `None` for the body.
+    /// The parent joint, which stands before it in the list. `None` for the body.
     pub parent: Option<usize>,
     /// How it moves.
     pub motion: Motion,
 }
 
 impl Drive {
-    /// The position that is asked for at a time [s], where the Sun stands at `sun` in the frame of what carries the
-    /// joint, moved back to the file's pose.
+    /// The target position at a time [s]. `sun` is the direction to the Sun in the frame of the parent, moved back to the file's pose.
     fn target(&self, axis: DVec3, time: f64, sun: DVec3) -> f64 {
         match self {
             Self::Fixed(position) => *position,
@@ -124,7 +123,7 @@ impl Drive {
                 if across.length() < ALONG {
                     return *offset;
                 }
-                // Both as seen along the axis.
+                // Both directions projected along the axis.
                 axis.cross(*facing).dot(sun).atan2(facing.reject_from_normalized(axis).dot(sun)) + offset
             }
         }
@@ -132,8 +131,8 @@ impl Drive {
 }
 
 impl Guided {
-    /// The position nearest to `target` that the limits allow. A direction is the same after a whole turn: of those of
-    /// a joint that tracks the Sun, the one nearest to `near` is taken.
+    /// The position nearest to `target` within the limits. A joint that tracks the Sun points the same way after a whole turn. It takes
+    /// the angle nearest to `near`.
     fn within_limits(&self, target: f64, near: Option<f64>) -> f64 {
         let turns = matches!(self.drive, Drive::Sun { .. });
         match self.limits {
@@ -157,7 +156,7 @@ impl Guided {
         }
     }
 
-    /// The motion of the part at a position, in the file's pose.
+    /// The rigid motion at a position, in the file's pose.
     fn motion(&self, position: f64) -> DAffine3 {
         match self.kind {
             Kind::Rotation => {
@@ -170,7 +169,7 @@ impl Guided {
 }
 
 impl Played {
-    /// The motion of the part at a time [s], in the file's pose.
+    /// The rigid motion at a time [s], in the file's pose.
     fn motion(&self, time: f64) -> DAffine3 {
         let time = if self.repeats && self.duration > 0.0 { time.rem_euclid(self.duration) } else { time };
         let (translation, rotation) = self.rest;
@@ -179,14 +178,14 @@ impl Played {
         let turn = turned * rotation.inverse();
         let in_parent = DAffine3::from_rotation_translation(turn, placed - turn * translation);
         let moved = self.body_from_parent * in_parent * self.body_from_parent.inverse();
-        // A similarity leaves a rotation but for rounding.
+        // The conjugate of a rotation by a similarity is a rotation.
         DAffine3::from_mat3_translation(
             DMat3::from_quat(DQuat::from_mat3(&moved.matrix3).normalize()),
             moved.translation,
         )
     }
 
-    /// What is told of it: the angle from the file's pose [rad], or how far it is from there [m] where it does not turn.
+    /// The position that is reported: the angle from the file's pose [rad], or the distance from it [m] where the joint does not rotate.
     fn position(&self, time: f64) -> f64 {
         let motion = self.motion(time);
         match self.rotation {
@@ -197,7 +196,7 @@ impl Played {
 }
 
 impl Joint {
-    /// Most that it moves in a second [rad/s or m/s], where that is stated.
+    /// Greatest rate [rad/s or m/s], where one is stated.
     fn rate(&self) -> Option<f64> {
         match &self.motion {
             Motion::Guided(guided) => guided.rate,

@@ -1,4 +1,4 @@
-//! What a plate receives under the load of a step; the f64 twins of the functions of the same names in `glsl/`.
+//! Incident fluxes on a plate under the load of a step: the f64 twins of the functions of the same names in `glsl/`.
 
 use glam::DVec3;
 
@@ -6,12 +6,12 @@ use super::albedo::{albedo_factor, albedo_table_lookup};
 use super::view_factor::{ApparentRadius, plate_view_factor};
 use super::{PlanetLoad, StepLoad};
 
-/// Solar flux incident on a plate, mean of the step [W/m2]. `normal` is a unit vector in the body frame.
+/// Incident solar flux, averaged over the step [W/m2]. `normal` is a unit vector in the body frame.
 pub fn solar_flux(load: &StepLoad, normal: DVec3) -> f64 {
     load.sun.iter().map(|sample| sample.flux * normal.dot(sample.direction).max(0.0)).sum()
 }
 
-/// Planet infrared incident on a plate [W/m2]. `normal` is a unit vector in the body frame.
+/// Incident planet infrared [W/m2]. `normal` is a unit vector in the body frame.
 pub fn planet_ir_flux(load: &StepLoad, normal: DVec3) -> f64 {
     load.planet.as_ref().map_or(0.0, |planet| {
         let radius = ApparentRadius::new(planet.distance_ratio);
@@ -19,7 +19,7 @@ pub fn planet_ir_flux(load: &StepLoad, normal: DVec3) -> f64 {
     })
 }
 
-/// Albedo flux incident on a plate [W/m2], read from the step's table. `normal` is a unit vector in the body frame.
+/// Incident albedo flux from the step's table [W/m2]. `normal` is a unit vector in the body frame.
 pub fn albedo_flux(load: &StepLoad, normal: DVec3) -> f64 {
     match (&load.planet, &load.albedo) {
         (Some(planet), Some(table)) => {
@@ -29,7 +29,7 @@ pub fn albedo_flux(load: &StepLoad, normal: DVec3) -> f64 {
     }
 }
 
-/// Albedo flux incident on a plate [W/m2], by the exact integral: what `albedo_flux` is measured against.
+/// Incident albedo flux by the exact integral [W/m2]. Tests compare `albedo_flux` with it.
 pub fn exact_albedo_flux(load: &StepLoad, normal: DVec3) -> f64 {
     load.planet.as_ref().map_or(0.0, |planet| {
         let direction = planet_frame_direction(planet, normal);
@@ -37,7 +37,7 @@ pub fn exact_albedo_flux(load: &StepLoad, normal: DVec3) -> f64 {
     })
 }
 
-/// A body-frame vector in the planet frame: x to the Sun's side, z to nadir.
+/// Transforms a body-frame vector into the planet frame (x to the Sun's side, z to nadir).
 pub fn planet_frame_direction(planet: &PlanetLoad, vector: DVec3) -> DVec3 {
     DVec3::new(vector.dot(planet.sunward), vector.dot(planet.nadir.cross(planet.sunward)), vector.dot(planet.nadir))
 }

@@ -1,7 +1,7 @@
-//! Sun and planet as the craft meets them, in f64: orbit, attitude, eclipse, view factors, loads of a step.
+//! The space environment in f64: orbit, attitude, eclipse, view factors, and the loads of a step.
 //!
-//! Frames: *inertial* has X to orbit noon (the projection of the Sun's direction on the orbit plane), Z along the orbit
-//! normal, or is GCRF where the scene has a real trajectory; *body* is the model's frame. `body_from_inertial` rotates vectors from the second into the first.
+//! The *body* frame is that of the model. The *inertial* frame has X to orbit noon (the Sun's direction projected on the orbit plane) and Z along the orbit
+//! normal. On a real trajectory it is GCRF. `body_from_inertial` rotates vectors from the inertial frame into the body frame.
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -33,7 +33,7 @@ pub use attitude::Attitude;
 pub use orbit::CircularOrbit;
 pub use orbit_point::Orbit;
 
-/// What heats the craft; a `None` is absent and costs nothing.
+/// Heat sources of the craft. A `None` is absent and costs nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Environment {
     /// Solar flux at one astronomical unit [W/m2].
@@ -46,7 +46,7 @@ pub struct Environment {
     pub planet_radius: f64,
     /// Whether the planet shadows the Sun.
     pub eclipse: bool,
-    /// Radiative temperature of space [K]; `None` is 0 K.
+    /// Radiative temperature of space [K]. `None` is 0 K.
     pub background_temperature: Option<f64>,
 }
 
@@ -74,7 +74,7 @@ pub struct Sky {
 }
 
 impl Sky {
-    /// A sky that is not known: no number in it is one.
+    /// A sky that is not known. All its values are NaN.
     fn nowhere(time: f64) -> Self {
         Self {
             time,
@@ -90,12 +90,11 @@ impl Sky {
     }
 }
 
-/// One direction of the Sun during a step. The absorbed solar flux of a plate with normal n and absorptivity a,
-/// averaged over the step, is `a * sum(flux * max(0, n . direction))`.
+/// One direction of the Sun during a step. The absorbed solar flux of a plate with normal n and absorptivity a, averaged over the step, is `a * sum(flux *
+/// max(0, n . direction))`.
 ///
-/// A sample stands for a stretch of the step: `flux * direction` is the integral of solar flux x lit fraction x
-/// direction over it, divided by the length of the step, so that a plate which the Sun shines on all the while gets its
-/// exact mean.
+/// A sample represents a stretch of the step. `flux * direction` is the integral of solar flux x lit fraction x direction over the stretch, divided by the
+/// length of the step. A plate that is lit throughout therefore gets its exact mean.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SunSample {
     /// Unit vector to the Sun, body frame.
@@ -104,44 +103,44 @@ pub struct SunSample {
     pub flux: f64,
 }
 
-/// The planet as a step sees it (at the middle of the step).
+/// The planet at the middle of a step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanetLoad {
     /// Unit vector to the planet's centre, body frame.
     pub nadir: DVec3,
-    /// Unit vector at right angles to `nadir`, towards the Sun's side, body frame.
+    /// Unit vector at right angles to `nadir` towards the Sun, body frame.
     pub sunward: DVec3,
     /// Distance to the planet's centre over its radius, > 1.
     pub distance_ratio: f64,
-    /// Infrared exitance [W/m2]; 0 where absent.
+    /// Infrared exitance [W/m2]. 0 where absent.
     pub planet_ir: f64,
-    /// Solar constant x albedo [W/m2], the factor of `albedo_factor`; 0 where absent or dark.
+    /// Solar constant x albedo [W/m2]. It multiplies `albedo_factor`. 0 where absent or dark.
     pub albedo_flux: f64,
     /// Sun's zenith angle at the sub-satellite point [rad].
     pub sun_zenith: f64,
 }
 
-/// The load that a step commands: means over its length, in the body frame.
+/// The load of a step: means over its length, in the body frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepLoad {
-    /// Sun samples, at most [`MAX_SUN_SAMPLES`]; empty in umbra and without a Sun.
+    /// Sun samples, at most [`MAX_SUN_SAMPLES`]. Empty in umbra and without a Sun.
     pub sun: Vec<SunSample>,
-    /// Planet infrared and albedo; `None` where the scene has neither.
+    /// Planet infrared and albedo. `None` where the scene has neither.
     pub planet: Option<PlanetLoad>,
-    /// Albedo of this step over the directions of a normal; `None` where the scene has no albedo or the step no light.
+    /// Albedo table of this step. `None` where the scene has no albedo, or the step has no light.
     pub albedo: Option<albedo::AlbedoTable>,
     /// Radiative temperature of space [K].
     pub background_temperature: f64,
-    /// Pose of the body and of every joint, `body_from_joint`, at the middle of the step; empty where nothing moves.
+    /// Pose of the body and of every joint, `body_from_joint`, at the middle of the step. Empty where nothing moves.
     pub joints: Vec<DAffine3>,
 }
 
 impl StepLoad {
-    /// Rotates body vectors into the frame in which the nodes of a joint do not move: their pose in the file.
+    /// Rotates body vectors into the joint's frame, in which its nodes keep the pose of the file.
     pub fn joint_from_body(&self, joint: u32) -> DMat3 {
         self.joints.get(joint as usize).map_or(DMat3::IDENTITY, |pose| pose.matrix3.transpose())
     }
 }
 
-/// Most Sun samples in one step: what the device reads without a loop, which costs more than all of them.
+/// Most Sun samples in one step. The device reads this many without a loop, because a loop costs more than all samples.
 pub const MAX_SUN_SAMPLES: usize = 8;

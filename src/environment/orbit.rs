@@ -1,4 +1,4 @@
-//! A circular orbit in its inertial frame, the Sun over it, and what Kepler says of its period.
+//! A circular orbit in its inertial frame, the direction of the Sun, and Kepler's law for its period.
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -14,7 +14,7 @@ pub const SUN_DISTANCE: f64 = 149_597_870_700.0;
 /// Radius of the Sun [m] (IAU 2015 resolution B3, nominal).
 pub const SUN_RADIUS: f64 = 6.957e8;
 
-/// A circular orbit. Altitude and period are separate inputs; their disagreement is printed.
+/// A circular orbit. Altitude and period are separate inputs. The program prints a disagreement between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CircularOrbit {
     /// Height above the planet radius [m].
@@ -28,7 +28,7 @@ pub struct CircularOrbit {
 }
 
 impl CircularOrbit {
-    /// Angle from orbit noon [rad], in [0, 2 pi) but for rounding.
+    /// Angle from orbit noon [rad], in [0, 2 pi) up to rounding.
     pub fn angle(&self, time: f64) -> f64 {
         (self.phase + TAU * (time / self.period).fract()).rem_euclid(TAU)
     }
@@ -61,16 +61,16 @@ pub fn kepler_radius(period: f64) -> f64 {
     (EARTH_GRAVITATIONAL_PARAMETER * (period / TAU).powi(2)).cbrt()
 }
 
-/// Altitude and period of a scene that do not belong together (docs/numerics.md 2). It is printed, never corrected.
+/// An altitude and a period that do not agree (docs/numerics.md 2). They are printed but not corrected.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeriodDisagreement {
     /// Altitude of the scene [m].
     pub altitude: f64,
     /// Period of the scene [s].
     pub period: f64,
-    /// Period that the altitude means around Earth [s].
+    /// Period of a circular orbit at this altitude around Earth [s].
     pub kepler_period: f64,
-    /// Altitude that the period means around Earth [m].
+    /// Altitude of a circular orbit with this period around Earth [m].
     pub kepler_altitude: f64,
 }
 
@@ -88,10 +88,9 @@ impl fmt::Display for PeriodDisagreement {
     }
 }
 
-/// How the altitude and the period of an orbit around a planet of this radius [m] disagree; `None` where they agree to
-/// [`PERIOD_TOLERANCE`].
+/// Disagreement of the altitude and the period of an orbit around a planet of this radius [m]. `None` where they agree within [`PERIOD_TOLERANCE`].
 pub fn period_disagreement(orbit: &CircularOrbit, planet_radius: f64) -> Option<PeriodDisagreement> {
-    // Another planet has another gravitational parameter, which a scene does not state.
+    // The gravitational parameter of another planet is not known.
     if !EARTH_RADII.contains(&planet_radius) {
         return None;
     }
@@ -104,10 +103,10 @@ pub fn period_disagreement(orbit: &CircularOrbit, planet_radius: f64) -> Option<
     })
 }
 
-/// Planet radii that are Earth's [m].
+/// Planet radii that count as Earth's [m].
 pub const EARTH_RADII: std::ops::RangeInclusive<f64> = 6.350e6..=6.385e6;
 
-/// Difference between period and Kepler period that is not worth a line [s]: a user rounds to a second.
+/// Greatest difference between period and Kepler period that is not reported [s]. Users round to a second.
 pub const PERIOD_TOLERANCE: f64 = 1.0;
 
 #[cfg(test)]

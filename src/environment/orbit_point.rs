@@ -1,4 +1,4 @@
-//! The orbit of a scene, and where craft and Sun are at an instant of it.
+//! Orbit of a scene: positions of craft and Sun at an instant.
 
 use std::sync::Arc;
 
@@ -7,16 +7,16 @@ use glam::{DMat3, DVec3};
 use super::orbit::{CircularOrbit, SUN_DISTANCE};
 use super::trajectory::Trajectory;
 
-/// Where the craft is.
+/// Source of the craft's position.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Orbit {
-    /// On a circle, with the Sun where beta and phase put it.
+    /// A circular orbit, with the Sun's direction given by beta and phase.
     Circular(CircularOrbit),
-    /// On a real trajectory around the Earth, with the Sun where it is at that time.
+    /// A real trajectory around the Earth, with the real position of the Sun.
     Trajectory(Arc<Trajectory>),
 }
 
-/// Craft and Sun at an instant, in the inertial frame: GCRF for a trajectory, that of the orbit for a circular one.
+/// Craft and Sun at an instant, in the inertial frame (GCRF for a trajectory, the orbit's own frame for a circular orbit).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrbitPoint {
     /// Time since the start [s].
@@ -27,12 +27,11 @@ pub struct OrbitPoint {
     pub sun: DVec3,
     /// Unit vector from the craft to the Sun.
     pub sun_direction: DVec3,
-    /// Rotates orbit-frame (LVLH: X along the velocity, Y against the orbit normal, Z nadir) vectors into the inertial
-    /// frame.
+    /// Rotates orbit-frame (LVLH: X along the velocity, Y against the orbit normal, Z nadir) vectors into the inertial frame.
     pub inertial_from_orbit: DMat3,
-    /// Flux of sunlight over that at one astronomical unit.
+    /// Solar flux over that at one astronomical unit.
     pub solar_scale: f64,
-    /// Rate at which the craft goes round the planet [rad/s].
+    /// Angular rate of the craft round the planet [rad/s].
     pub rate: f64,
 }
 
@@ -55,7 +54,7 @@ impl From<Arc<Trajectory>> for Orbit {
 }
 
 impl Orbit {
-    /// Period [s]: of a trajectory that of its osculating orbit at time 0.
+    /// Period [s]. For a trajectory it is that of the osculating orbit at time 0.
     pub fn period(&self) -> f64 {
         match self {
             Self::Circular(orbit) => orbit.period,
@@ -63,7 +62,7 @@ impl Orbit {
         }
     }
 
-    /// The trajectory, where it is one.
+    /// The trajectory. `None` for a circular orbit.
     pub fn trajectory(&self) -> Option<&Trajectory> {
         match self {
             Self::Circular(_) => None,
@@ -71,11 +70,10 @@ impl Orbit {
         }
     }
 
-    /// Craft and Sun at a time [s]; `None` where a trajectory does not cover it. `planet_radius` [m] is that of the
-    /// scene, above which a circular orbit states its altitude.
+    /// Craft and Sun at a time [s]. `None` where a trajectory does not cover it. A circular orbit measures its altitude from `planet_radius` [m].
     ///
-    /// On a circular orbit the Sun's direction is that from the planet's centre, the same for every place of it: the
-    /// parallax (5e-5 rad in low orbits) is a hundredth of the Sun's own width, and a sky that repeats is worth more.
+    /// On a circular orbit the Sun's direction is that from the planet's centre. The parallax (5e-5 rad in low orbits) is a hundredth of the Sun's width.
+    /// Without it the sky repeats exactly, which is worth more.
     pub fn point(&self, time: f64, planet_radius: f64) -> Option<OrbitPoint> {
         match self {
             Self::Circular(orbit) => {

@@ -1,4 +1,4 @@
-//! Gauss-Legendre quadrature on an interval, plain or smoothed at its ends.
+//! Gauss-Legendre quadrature on an interval, optionally smoothed at the ends.
 
 use std::f64::consts::PI;
 
@@ -9,10 +9,10 @@ pub struct GaussLegendre {
 }
 
 impl GaussLegendre {
-    /// The rule with `points` nodes, exact for polynomials of degree `2 * points - 1`.
+    /// The rule with `points` nodes. It is exact for polynomials of degree `2 * points - 1`.
     ///
-    /// The nodes are the roots of the Legendre polynomial, by Newton's method from the usual cosine estimate
-    /// (Press et al., Numerical Recipes, section 4.6).
+    /// The nodes are the roots of the Legendre polynomial, found by Newton's method from the cosine estimate (Press et al., Numerical Recipes, section
+    /// 4.6).
     pub fn new(points: usize) -> Self {
         let nodes = (0..points)
             .map(|index| {
@@ -35,8 +35,8 @@ impl GaussLegendre {
         self.nodes.iter().map(move |&(x, weight)| (start + length * x, length * weight))
     }
 
-    /// The same with the nodes gathered at both ends, for integrands that behave there as a power 1/2 or 3/2 of the
-    /// distance to the end: in t, with x = t^2 (3 - 2t), such powers are t^2 sqrt(3 - 2t) and smoother.
+    /// The rule with its nodes dense at both ends, for integrands that vary there as the power 1/2 or 3/2 of the distance to the end. With x = t^2 (3 - 2t)
+    /// such powers become t^2 sqrt(3 - 2t) or smoother in t.
     pub fn on_smoothed(&self, start: f64, end: f64) -> impl Iterator<Item = (f64, f64)> + '_ {
         let length = end - start;
         self.nodes.iter().map(move |&(t, weight)| {
@@ -46,7 +46,7 @@ impl GaussLegendre {
     }
 }
 
-/// Newton steps from the cosine estimate; four reach the last bit for every order tried, six leave a margin.
+/// Newton steps from the cosine estimate. Four reach the last bit for every order tried. Six leave a margin.
 const NEWTON_STEPS: usize = 6;
 
 /// Value and slope of the Legendre polynomial of this degree at -1 < x < 1.

@@ -1,5 +1,4 @@
-//! Rotations at epochs, and what lies between them: quaternions on the shorter arc or on a polynomial, spinning bodies
-//! by their rate.
+//! Attitude history: rotations at epochs, interpolated on the shorter arc, by a polynomial, or by the rate of a spinning body.
 
 use glam::{DQuat, DVec3, DVec4};
 
@@ -14,36 +13,36 @@ pub struct RotationSample {
     pub time: f64,
     /// Rotates body vectors into the history's frame.
     pub frame_from_body: DQuat,
-    /// Its derivative by time, component by component [1/s], where it is stated.
+    /// Derivative of its components by time [1/s], where it is stated.
     pub derivative: Option<DQuat>,
-    /// Rate about the body's Z axis until the next sample [rad/s], where the history is that of a spinning body.
+    /// Rate about the body's Z axis until the next sample [rad/s], in the history of a spinning body.
     pub spin: Option<f64>,
 }
 
-/// The frame that a history turns into.
+/// The reference frame of a history.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HistoryFrame {
     /// The scene's inertial frame: GCRF, or that of the circular orbit.
     Inertial,
-    /// LVLH.
+    /// The orbit frame (LVLH).
     Orbit,
 }
 
-/// How to get from samples to what lies between. A spin follows its rate whatever is stated.
+/// Interpolation between samples. Samples with a spin rate follow that rate instead.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RotationInterpolation {
-    /// The shorter arc between two samples, at an even rate (SLERP).
+    /// The shorter arc between two samples, at a constant rate (SLERP).
     Arc,
-    /// A polynomial of this degree through the components of the quaternions, which are then normalised.
+    /// A polynomial of this degree through the components of the quaternions. The result is normalised.
     Lagrange(usize),
-    /// A polynomial of [`hermite_degree`] of this degree through quaternions and their derivatives, likewise.
+    /// A polynomial through quaternions and their derivatives, whose degree is [`hermite_degree`] of this number. The result is normalised.
     Hermite(usize),
 }
 
-/// Samples of one segment of a file, in order of time, with what it says of them.
+/// Samples of one segment of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RotationSegment {
-    /// In order of time; two of the same time are a jump.
+    /// In order of time. Two samples of one time are a jump.
     pub samples: Vec<RotationSample>,
     /// How to interpolate.
     pub interpolation: RotationInterpolation,
@@ -51,20 +50,19 @@ pub struct RotationSegment {
     pub usable: (f64, f64),
 }
 
-/// An attitude by its samples.
+/// An attitude given by samples.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RotationHistory {
-    /// What it came from, for reports.
+    /// Its source, for reports.
     pub description: String,
-    /// What the samples turn into.
+    /// The frame of the rotations.
     pub frame: HistoryFrame,
-    /// In order of time; nothing is interpolated from one piece to the next.
+    /// In order of time. Nothing is interpolated between pieces.
     pieces: Vec<RotationSegment>,
 }
 
 impl RotationHistory {
-    /// From segments whose samples are in order of time; two samples of one time are a jump; [`gaps`] are
-    /// not bridged.
+    /// A history of segments whose samples are in order of time. Two samples of one time are a jump. [`gaps`] are not bridged.
     pub fn new(description: String, frame: HistoryFrame, segments: Vec<RotationSegment>) -> Self {
         let mut pieces = Vec::new();
         for RotationSegment { samples, interpolation, usable } in segments {
@@ -88,8 +86,7 @@ impl RotationHistory {
         Self { description, frame, pieces }
     }
 
-    /// The rotation of the body into the frame at a time [s]; `None` where no piece covers it, or ends
-    /// within [`SLACK`].
+    /// Rotation of the body into the frame at a time [s]. `None` where no piece covers it to within [`SLACK`].
     pub fn rotation(&self, time: f64) -> Option<DQuat> {
         let after = self.pieces.partition_point(|piece| piece.usable.0 <= time);
         let covering = self.pieces[..after].iter().rev().find(|piece| time <= piece.usable.1);
@@ -101,7 +98,7 @@ impl RotationHistory {
         Some(piece.rotation(time.clamp(piece.usable.0, piece.usable.1)))
     }
 
-    /// Stretches of time that are covered [s], joined where they touch.
+    /// Intervals of time that are covered [s]. Intervals that touch are joined.
     pub fn coverage(&self) -> Vec<(f64, f64)> {
         let mut joined: Vec<(f64, f64)> = Vec::new();
         for piece in &self.pieces {
@@ -114,7 +111,7 @@ impl RotationHistory {
         joined
     }
 
-    /// Largest angle between neighbouring samples of a history of quaternions [rad]: from pi on its sense is lost.
+    /// Largest angle between neighbouring quaternions [rad]. From pi on the direction of the turn is unknown.
     pub fn largest_turn(&self) -> f64 {
         let turn = |pair: &[RotationSample]| {
             if pair[0].spin.is_some() { 0.0 } else { pair[0].frame_from_body.angle_between(pair[1].frame_from_body) }
@@ -123,7 +120,7 @@ impl RotationHistory {
     }
 }
 
-/// A rotation has two quaternions: of each sample the one nearer to that of the sample before.
+/// Gives quaternions consistent signs. q and -q are the same rotation, so each sample takes the one nearer to the sample before.
 fn with_one_sign(samples: &[RotationSample]) -> Vec<RotationSample> {
     let mut signed: Vec<RotationSample> = Vec::with_capacity(samples.len());
     for sample in samples {
@@ -148,7 +145,7 @@ impl RotationSegment {
         };
         let share = (time - from.time) / (to.time - from.time);
         if let Some(rate) = from.spin {
-            // What the rate does not explain is spread evenly: the axis wanders and the rate is rounded.
+            // The rest of the rotation, which the rate does not explain, is spread evenly: the axis wanders and the rate is rounded.
             let turn = |seconds: f64| DQuat::from_axis_angle(DVec3::Z, rate * seconds);
             let explained = from.frame_from_body * turn(to.time - from.time);
             let rest = to.frame_from_body * explained.inverse();
@@ -161,7 +158,7 @@ impl RotationSegment {
         };
         let window = &samples[divided_differences::window(samples.len(), next, points)];
         if window.len() == 2 && each == 1 {
-            // A straight line between two quaternions turns unevenly; the arc is what it stands for.
+            // A straight line between two quaternions turns unevenly, so the arc is used.
             return from.frame_from_body.slerp(to.frame_from_body, share);
         }
         let conditions = |sample: &RotationSample| {
@@ -250,7 +247,7 @@ mod tests {
         assert_eq!(history.coverage(), [(0.0, 30.0), (300.0, 310.0)]);
     }
 
-    /// A turn about X at a rate that swings, after a steady one about Z; with its derivative.
+    /// A constant turn about Z, then a turn about X at an oscillating rate, with the derivative.
     fn swinging(time: f64) -> RotationSample {
         let swing = DQuat::from_rotation_x(0.4 * time.sin());
         let swing_rate = DQuat::from_xyzw(0.2 * time.cos(), 0.0, 0.0, 0.0) * swing;
@@ -263,7 +260,7 @@ mod tests {
         }
     }
 
-    /// The worst error [rad] with samples a step apart; every other sample is the other quaternion of its rotation.
+    /// The greatest error [rad] with samples `step` apart. Every other sample has the opposite sign.
     fn worst_error(interpolation: RotationInterpolation, step: f64) -> f64 {
         let count = (8.0 / step).round() as usize;
         let sample = |index: usize| {
@@ -277,7 +274,7 @@ mod tests {
         };
         let segments = vec![segment((0..=count).map(sample).collect(), interpolation)];
         let history = RotationHistory::new(String::new(), HistoryFrame::Inertial, segments);
-        // In the middle third, away from one-sided windows.
+        // Only the middle third, away from one-sided windows.
         (0..100).map(|i| 3.0 + 0.02 * f64::from(i)).fold(0.0, |worst, time| {
             let apart = history.rotation(time).unwrap().inverse() * swinging(time).frame_from_body;
             f64::max(worst, 2.0 * apart.xyz().length())

@@ -1,4 +1,4 @@
-//! The sky at an instant: where Sun and planet stand in the body frame, and when eclipses begin and end.
+//! The sky at an instant: directions of Sun and planet in the body frame, and the times of eclipses.
 
 use std::f64::consts::TAU;
 
@@ -13,18 +13,18 @@ use super::state::SLACK;
 use super::trajectory::TrajectoryError;
 use crate::environment::{Attitude, Environment, Orbit};
 
-/// Values from which no sky can be made.
+/// An error in the values of a sky.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SkyError {
-    /// A length or time that must be positive and finite.
+    /// A length or time that is not positive and finite.
     #[error("{what} must be positive and finite, not {value}")]
     NotPositive {
-        /// Which one, with its unit.
+        /// Name of the value, with its unit.
         what: &'static str,
-        /// What was given.
+        /// Given value.
         value: f64,
     },
-    /// An altitude that rounding would lose against the planet's radius.
+    /// An altitude too small to be resolved beside the planet's radius.
     #[error("the altitude of {altitude} m is nothing beside the planet radius of {planet_radius} m")]
     OnTheGround {
         /// Altitude [m].
@@ -35,35 +35,35 @@ pub enum SkyError {
     /// An angle that is not finite.
     #[error("{what} must be finite, not {value}")]
     NotFinite {
-        /// Which one.
+        /// Name of the angle.
         what: &'static str,
-        /// What was given.
+        /// Given value.
         value: f64,
     },
-    /// An attitude that does not say how the body is turned.
+    /// An attitude that does not define a rotation.
     #[error("the two axes of the attitude are parallel, or an axis or its quaternion is zero or not finite")]
     Attitude,
-    /// A trajectory that does not say where the craft is when it is asked.
+    /// A trajectory that does not cover a time that is needed.
     #[error(transparent)]
     Trajectory(#[from] TrajectoryError),
-    /// A table of rotations that does not say how the body is turned when it is asked.
+    /// A table of rotations that does not cover a time that is needed.
     #[error("the attitude is needed from {from} to {to}, but {description} covers {covered}")]
     Uncovered {
         /// First time that is needed.
         from: String,
         /// Last time that is needed.
         to: String,
-        /// What the table came from.
+        /// Source of the table.
         description: String,
-        /// What it covers.
+        /// Time that it covers.
         covered: String,
     },
 }
 
-/// Least altitude over planet radius (6 mm over Earth): below, `distance_ratio - 1` has too few digits left.
+/// Least altitude over planet radius (6 mm over Earth). Below it `distance_ratio - 1` has too few digits.
 const LEAST_RELATIVE_ALTITUDE: f64 = 1e-9;
 
-/// Orbit, attitude and planet of a scene, ready to say where the Sun stands at any time.
+/// Orbit, attitude and planet of a scene. It gives the sky at any time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SkyModel {
     orbit: Orbit,
@@ -100,10 +100,9 @@ impl SkyModel {
         Ok(Self { orbit, body, planet_radius, eclipse: environment.eclipse })
     }
 
-    /// Whether trajectory and attitude are known from one time to another [s], and the craft is above the ground.
+    /// Checks that trajectory and attitude cover an interval [s] and that the craft is above the ground.
     ///
-    /// # Errors
-    /// What is not, and what is instead.
+    /// # Errors The first value that is missing, and what is covered instead.
     pub fn check(&self, from: f64, to: f64) -> Result<(), SkyError> {
         let Some(trajectory) = self.orbit.trajectory() else {
             return self.check_attitude(from, to, |time| format!("{time} s"));
@@ -143,7 +142,7 @@ impl SkyModel {
         self.orbit.period()
     }
 
-    /// Period after which everything in the body frame repeats [s]; `None` where nothing does.
+    /// Period after which everything in the body frame repeats [s]. `None` where it does not repeat.
     pub fn repeats_after(&self) -> Option<f64> {
         match &self.orbit {
             Orbit::Circular(orbit) if self.body.repeats_with_the_orbit() => Some(orbit.period),
@@ -151,12 +150,12 @@ impl SkyModel {
         }
     }
 
-    /// Time of a turn of a craft that spins [s]; `None` for any other.
+    /// Period of a spinning craft [s]. `None` for any other.
     pub fn spin_period(&self) -> Option<f64> {
         self.body.spin_period()
     }
 
-    /// Distance to the planet's centre over its radius, where it never changes.
+    /// Distance to the planet's centre over its radius. `None` where it changes.
     pub fn constant_distance_ratio(&self) -> Option<f64> {
         match &self.orbit {
             Orbit::Circular(orbit) => Some(1.0 + orbit.altitude / self.planet_radius),
@@ -164,12 +163,12 @@ impl SkyModel {
         }
     }
 
-    /// Craft and Sun; `None` at a time that the trajectory does not cover, which [`SkyModel::check`] finds beforehand.
+    /// Positions of craft and Sun. `None` where the trajectory does not cover the time. [`SkyModel::check`] tests this beforehand.
     pub fn point(&self, time: f64) -> Option<OrbitPoint> {
         self.orbit.point(time, self.planet_radius)
     }
 
-    /// The sky at this time [s]; not a number where trajectory or attitude do not cover it.
+    /// The sky at a time [s]. Its values are NaN where trajectory or attitude do not cover it.
     pub fn sky(&self, time: f64) -> Sky {
         let Some(point) = self.point(time) else {
             return Sky::nowhere(time);
@@ -195,7 +194,7 @@ impl SkyModel {
         self.point(time).map_or(DVec3::NAN, |point| self.body.rotations(&point).0 * point.sun_direction)
     }
 
-    /// Share of the Sun's disc that the planet leaves visible, in [0, 1]; 1 where the scene has no eclipse.
+    /// Share of the Sun's disc that the planet leaves visible, in [0, 1]. 1 where the scene has no eclipse.
     pub fn lit_fraction(&self, time: f64) -> f64 {
         if self.eclipse { self.point(time).map_or(f64::NAN, |point| self.discs_at(&point).lit_fraction()) } else { 1.0 }
     }
@@ -205,12 +204,10 @@ impl SkyModel {
         self.events(start, end).into_iter().map(|event| event.time).collect()
     }
 
-    /// What begins and ends in (`start`, `end`) [s], in order.
+    /// Beginnings and ends of penumbra and umbra in (`start`, `end`) [s], in order.
     ///
-    /// On a circular orbit the separation of Sun and planet moves one way from orbit noon to midnight and back the
-    /// other way, so between two of these each contact happens at most once, and a change of sign finds it. On a
-    /// trajectory the same is true of stretches of [`STRETCH`] but for the one in which the separation turns; there the
-    /// turn is found first.
+    /// On a circular orbit the separation of Sun and planet is monotonic between orbit noon and midnight. Each contact happens there at most once, and
+    /// bisection finds it. On a trajectory the separation is monotonic over a stretch of [`STRETCH`], except where it turns. The turn is then found first.
     pub fn events(&self, start: f64, end: f64) -> Vec<EclipseEvent> {
         let mut events = Vec::new();
         if !self.eclipse {
@@ -259,14 +256,13 @@ impl SkyModel {
         events
     }
 
-    /// Hands a stretch of a trajectory on, cut where the separation of Sun and planet turns; not at all where the Sun
-    /// is far from the limb.
+    /// Passes on a stretch of a trajectory, cut where the separation of Sun and planet turns. Skips it where the Sun is far from the limb.
     fn in_stretch(&self, low: f64, high: f64, find: &mut impl FnMut(f64, f64)) {
         let separation = |time: f64| self.discs(time).map_or(f64::NAN, |discs| discs.separation - discs.planet);
         let (Some(at_low), Some(point)) = (self.discs(low), self.point(low)) else {
             return;
         };
-        // The limb moves no faster against the Sun than the craft round the planet, twice over for its own growth.
+        // Against the Sun the limb moves at most at the craft's rate round the planet. A factor of two allows for the growth of the disc.
         let away = (at_low.separation - at_low.planet).abs() - at_low.sun;
         if away > 3.0 * point.rate * (high - low) {
             return;
@@ -284,7 +280,7 @@ impl SkyModel {
         find(turn, high);
     }
 
-    /// Angle that the Sun's direction sweeps in the body frame between two times [rad], by its chords.
+    /// Angle by which the Sun's direction turns in the body frame between two times [rad], from chords.
     pub fn sun_sweep(&self, start: f64, end: f64) -> f64 {
         const CHORDS: u32 = 16;
         let direction = |index: u32| self.sun_direction(start + (end - start) * f64::from(index) / f64::from(CHORDS));
@@ -292,7 +288,7 @@ impl SkyModel {
         (0..CHORDS).map(chord).sum::<f64>().min(TAU * ((end - start) / self.period()).max(1.0))
     }
 
-    /// The discs of Sun and planet; `None` where the trajectory does not cover the time.
+    /// The discs of Sun and planet. `None` where the trajectory does not cover the time.
     fn discs(&self, time: f64) -> Option<Discs> {
         self.point(time).map(|point| self.discs_at(&point))
     }
@@ -302,12 +298,12 @@ impl SkyModel {
     }
 }
 
-/// What begins or ends at an [`EclipseEvent`].
+/// Kind of an [`EclipseEvent`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Boundary {
     /// The planet's disc touches the Sun's from outside.
     Penumbra,
-    /// It touches it from inside: total eclipse, or, far out, an annular one.
+    /// The planet's disc touches the Sun's from inside: a total eclipse, or far out an annular one.
     Umbra,
 }
 
@@ -325,23 +321,23 @@ impl Boundary {
 pub struct EclipseEvent {
     /// Time since the start [s].
     pub time: f64,
-    /// What begins or ends.
+    /// Kind of the contact.
     pub boundary: Boundary,
-    /// Whether it begins.
+    /// Whether it begins (otherwise it ends).
     pub entry: bool,
 }
 
-/// Angle round the planet that a trajectory is searched in at a time [rad].
+/// Angle round the planet of one stretch in the search on a trajectory [rad].
 pub const STRETCH: f64 = 0.05;
 
-/// Longest stretch [s]; beyond the Earth's influence the Sun itself moves.
+/// Longest stretch [s]. Far from the Earth the motion of the Sun limits it.
 const LONGEST_STRETCH: f64 = 86_400.0;
 
-/// Spacing at which a trajectory's height is looked at beforehand [s], and the most looks.
+/// Interval at which the altitude of a trajectory is checked [s], and the greatest number of checks.
 const LOOK_EVERY: f64 = 60.0;
 const MOST_LOOKS: f64 = 1e5;
 
-/// Angle of the planet's horizon from the point below the craft, at the planet's centre [rad].
+/// Angle at the planet's centre between the horizon and the point below the craft [rad].
 pub fn horizon_angle(distance_ratio: f64) -> f64 {
     (distance_ratio * distance_ratio - 1.0).max(0.0).sqrt().atan()
 }

@@ -1,14 +1,13 @@
-//! Where a row of epochs has gaps: spacings too long to be the sampling of their surroundings.
+//! Detects gaps in a series of epochs: spacings too long for the sampling around them.
 
-/// Spacing over the usual one beyond which it is long: two epochs are missing.
+/// A spacing is long above this ratio to the usual one. Two epochs are then missing.
 pub const GAP: f64 = 2.5;
 
-/// Long spacings in a row, none of them long beside its neighbours, that are a coarser sampling and no gaps: fewer are
-/// lone epochs between gaps.
+/// Number of similar long spacings in a row that count as coarser sampling. Fewer are single epochs between gaps.
 pub const COARSE: usize = 4;
 
-/// For each spacing of `times`, which do not decrease, whether it is a gap. Spacings of at most `same` are none. A
-/// coarser stretch of [`COARSE`] spacings is followed, but for those that are `too_far` to bridge.
+/// For each spacing of `times` (which do not decrease), whether it is a gap. Spacings of at most `same` are not. A run of [`COARSE`] similar spacings is
+/// not a gap either, except spacings that are `too_far` to bridge.
 pub fn gaps(times: &[f64], same: f64, too_far: impl Fn(usize) -> bool) -> Vec<bool> {
     let spacings: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let typical = median(&spacings, same);
@@ -30,7 +29,7 @@ pub fn gaps(times: &[f64], same: f64, too_far: impl Fn(usize) -> bool) -> Vec<bo
     gaps
 }
 
-/// The upper median of the spacings above `same`; 0 of none.
+/// The upper median of the spacings above `same`. 0 where there are none.
 fn median(spacings: &[f64], same: f64) -> f64 {
     let mut sorted: Vec<f64> = spacings.iter().copied().filter(|spacing| *spacing > same).collect();
     sorted.sort_by(f64::total_cmp);
@@ -41,7 +40,7 @@ fn median(spacings: &[f64], same: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Epochs by their spacings.
+    /// The gaps found in a series given by its spacings.
     fn found(spacings: &[f64]) -> Vec<usize> {
         let mut times = vec![0.0];
         for spacing in spacings {

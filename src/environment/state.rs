@@ -1,8 +1,8 @@
-//! What is known of a craft at one time.
+//! State of a craft at one time.
 
 use glam::DVec3;
 
-/// Difference between two times that is rounding [s]: 541.8 s is 5418 steps of 0.1 s.
+/// Difference between two times that counts as rounding [s], such as between 541.8 s and 5418 steps of 0.1 s.
 pub const SLACK: f64 = 1e-6;
 
 /// Position and velocity of a craft, GCRF, from the planet's centre.
@@ -14,7 +14,7 @@ pub struct State {
     pub velocity: DVec3,
 }
 
-/// A line of an ephemeris.
+/// One sample of an ephemeris.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
     /// Time since the start of the scene [s].

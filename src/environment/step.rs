@@ -1,7 +1,7 @@
-//! The load of a step: Sun, planet and albedo, averaged so that eclipses inside the step count for what they are.
+//! The load of a step: Sun, planet and albedo, averaged with the exact times of eclipses inside the step.
 //!
-//! Sunlight comes as up to eight light vectors. Each is the exact integral over a stretch of the step, which is cut at the contacts of an
-//! eclipse. A craft that turns during the step gets shorter stretches.
+//! Sunlight is given as up to eight light vectors. Each is the exact integral over a stretch of the step. The step is cut at the contacts of an eclipse,
+//! and into more stretches where the craft turns.
 
 use std::iter::Sum;
 use std::ops::Mul;
@@ -17,7 +17,7 @@ use super::sky::{SkyError, SkyModel};
 use super::{MAX_SUN_SAMPLES, PlanetLoad, StepLoad, SunSample};
 use crate::environment::{Attitude, Environment, Orbit};
 
-/// The environment of a scene, ready to give the load of any step.
+/// The environment of a scene. It gives the load of any step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StepLoads {
     sky: SkyModel,
@@ -26,10 +26,10 @@ pub struct StepLoads {
     joints: Joints,
 }
 
-/// Where the albedo of a step comes from.
+/// Source of the albedo of a step.
 #[derive(Debug, Clone, PartialEq)]
 enum AlbedoSource {
-    /// The one distance of a circular orbit.
+    /// The constant distance of a circular orbit.
     Fixed(Box<AlbedoField>),
     /// Distances that change.
     Varying(AlbedoFields),
@@ -44,21 +44,20 @@ impl AlbedoSource {
     }
 }
 
-/// Angle of the Sun in the body frame that one sample stands for [rad] (0.06 deg), where [`MAX_SUN_SAMPLES`] allows.
+/// Angle that the Sun sweeps in the body frame during one sample [rad] (0.06 deg), where [`MAX_SUN_SAMPLES`] allows.
 ///
-/// A plate that the Sun rises or sets on during a sample gets at most 1/8 of the sample's angle of its flux wrongly
-/// (0.05 W/m2 for the eight samples of a 17 s step in low orbit); every other plate gets its mean flux exactly.
+/// A plate on which the Sun rises or sets during a sample errs by at most its flux times 1/8 of the angle. This is 0.05 W/m2 for the eight samples of
+/// a 17 s step in low orbit. Every other plate gets its exact mean flux.
 pub const SWEEP_PER_SAMPLE: f64 = 1.1e-3;
 
 static LIT_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(4));
 static PENUMBRA_RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(12));
 
 impl StepLoads {
-    /// The loads of a scene. Builds the albedo field of a circular orbit where there is a Sun and an
-    /// albedo above 0; those of a trajectory are built as its distances are met.
+    /// The loads of a scene. Builds the albedo field of a circular orbit where there is a Sun and an albedo above 0. The fields of a trajectory are built
+    /// when needed.
     ///
-    /// # Errors
-    /// As [`SkyModel::new`].
+    /// # Errors Those of [`SkyModel::new`].
     pub fn new(orbit: impl Into<Orbit>, attitude: &Attitude, environment: &Environment) -> Result<Self, SkyError> {
         let sky = SkyModel::new(orbit, attitude, environment)?;
         let albedo = (reflected(environment) > 0.0).then(|| match sky.constant_distance_ratio() {
@@ -68,7 +67,7 @@ impl StepLoads {
         Ok(Self { sky, environment: environment.clone(), albedo, joints: Joints::default() })
     }
 
-    /// The same of a craft with joints. Those with a rate are walked through `span` [s] in steps of `step` [s].
+    /// Adds joints to the craft. Joints with a rate are walked through `span` [s] in steps of `step` [s].
     pub fn with_joints(mut self, joints: Vec<Joint>, span: [f64; 2], step: f64) -> Self {
         let sun = |time: f64| self.sky.sun_direction(time);
         self.joints = Joints::under_a_sky(joints, span, step, self.sky.repeats_after(), sun);
@@ -85,8 +84,7 @@ impl StepLoads {
         &self.joints
     }
 
-    /// Position of each joint [rad or m] at a time [s], and the poses of the body and of each joint; both empty where
-    /// nothing moves.
+    /// Position of each joint [rad or m] at a time [s], and the poses of the body and of each joint. Both are empty where nothing moves.
     pub fn joints_at(&self, time: f64) -> (Vec<f64>, Vec<DAffine3>) {
         self.joints.at(time, &|time| self.sky.sun_direction(time))
     }
@@ -96,15 +94,13 @@ impl StepLoads {
         &self.sky
     }
 
-    /// The load of the step from `start` to `end` [s]; that of the instant `start` where `end` is not later.
+    /// The load of the step from `start` to `end` [s]. It is that of the instant `start` where `end` is not later.
     ///
-    /// The Sun's samples carry the whole of the step's light, whatever its length: eclipses are cut at their contacts,
-    /// and what is approximate is only how a plate fares whose horizon the Sun crosses (see [`SWEEP_PER_SAMPLE`]). A
-    /// step so long that [`MAX_SUN_SAMPLES`] must stand for more than that angle each errs in proportion: on such a
-    /// plate by up to 1.5 W/m2 in a step of 700 s and 18 W/m2 in one of an orbit or more, in low orbit. Under a
-    /// craft that spins the errors of steps are larger, but cancel over its turns. Planet infrared
-    /// and albedo are those of the middle of the step, which for a step above a few minutes is no longer their mean; so are
-    /// the poses of the joints.
+    /// The sun samples contain all light of the step. Eclipses are cut at their contacts. The only approximation concerns plates whose horizon the Sun
+    /// crosses (see [`SWEEP_PER_SAMPLE`]). In a long step [`MAX_SUN_SAMPLES`] samples sweep greater angles, and the error of such a plate grows in
+    /// proportion: up to 1.5 W/m2 in a step of 700 s and 18 W/m2 in a step of an orbit or more, in low orbit. Under a spinning craft the errors of steps
+    /// are larger but cancel over its turns. Planet infrared, albedo and the poses of joints are those of the middle of the step. In steps of more than a
+    /// few minutes they differ from the mean.
     pub fn step_load(&self, start: f64, end: f64) -> StepLoad {
         let middle = if end > start { 0.5 * (start + end) } else { start };
         let mut planet = self.planet_load(middle);
@@ -166,10 +162,10 @@ impl StepLoads {
         samples
     }
 
-    /// The step's time outside umbra: stretchs that are smooth inside, in runs without a gap.
+    /// The time of a step outside umbra, as runs of adjacent stretches that are smooth inside.
     ///
-    /// A step longer than the orbit's period, or than a turn of a craft that spins, sees the same skies again, so it is
-    /// folded onto its first period, and a stretch counts as often as the step passes it.
+    /// A step longer than the period of the orbit, or than a turn of a spinning craft, sees the same skies again. It is folded onto its first period, and a
+    /// stretch counts as often as the step passes it.
     fn lit_runs(&self, start: f64, end: f64) -> Vec<Vec<LitStretch>> {
         let (turns, rest, window) = match self.repeats_within(start, end) {
             Some(period) if end - start >= period => {
@@ -202,8 +198,8 @@ impl StepLoads {
         runs
     }
 
-    /// Period after which the Sun stands in the body as before, throughout a step [s]. Of a craft that spins only where
-    /// the light does not change in the step.
+    /// Period after which the Sun has the same direction in the body during a step [s]. For a spinning craft it exists only where the light does not change
+    /// in the step.
     fn repeats_within(&self, start: f64, end: f64) -> Option<f64> {
         let steady = || {
             let lit = self.sky.lit_fraction(start);
@@ -215,9 +211,9 @@ impl StepLoads {
 
     /// Integral of lit fraction times the Sun's direction over the part of a run in [`from`, `to`] [s].
     ///
-    /// Of a craft that spins the whole light comes from the direction of the middle. Mean vectors are short of it by a
-    /// share a^2/24 of the angle a of a sample, and plates at whose horizon it changes sides get less by as much: a loss that
-    /// adds up over the turns. From the middle the gain of plates that see all of it makes up for that loss.
+    /// For a spinning craft all light has the direction of the middle. A mean vector is shorter by the share a^2/24, where a is the angle of the sample.
+    /// Plates whose horizon the Sun crosses lose as much, and this loss would add up over the turns. With the direction of the middle, the gain of fully
+    /// lit plates balances it.
     fn light_of_sample(&self, run: &[LitStretch], from: f64, to: f64) -> DVec3 {
         if self.sky.spin_period().is_none() {
             return run.iter().map(|stretch| self.light(stretch, from, to, |time| self.sky.sun_direction(time))).sum();
@@ -226,7 +222,7 @@ impl StepLoads {
         light * self.sky.sun_direction(0.5 * (from + to))
     }
 
-    /// Samples for each run: by the Sun's sweep, and fewer for the longest where [`MAX_SUN_SAMPLES`] would be passed.
+    /// Number of samples for each run: by the Sun's sweep, reduced on the longest runs to stay within [`MAX_SUN_SAMPLES`].
     fn sample_counts(&self, runs: &[Vec<LitStretch>]) -> Vec<usize> {
         let wanted = |run: &Vec<LitStretch>| {
             let sweep = self.sky.sun_sweep(run[0].start, run[run.len() - 1].end);
@@ -242,8 +238,8 @@ impl StepLoads {
         counts
     }
 
-    /// Integral of lit fraction times some value of the time over the part of a stretch in [`from`, `to`], times its passes
-    /// [s]. A plate that the Sun shines on all the while receives the product of its normal with that of the direction, exactly.
+    /// Integral of lit fraction times `value` over the part of a stretch in [`from`, `to`], times its passes [s]. For a plate that is lit throughout, the
+    /// dot product of its normal with the integral of the direction is exact.
     fn light<T>(&self, stretch: &LitStretch, from: f64, to: f64, value: impl Fn(f64) -> T) -> T
     where
         T: Sum + Mul<f64, Output = T>,
@@ -253,7 +249,7 @@ impl StepLoads {
             return std::iter::empty().sum();
         }
         let sum: T = if stretch.penumbra {
-            // The lit fraction starts and ends as the power 3/2 of the time from the contact.
+            // Near a contact the lit fraction varies as the power 3/2 of the time from it.
             let lit = |(time, weight): (f64, f64)| value(time) * (weight * self.sky.lit_fraction(time));
             PENUMBRA_RULE.on_smoothed(from, to).map(lit).sum()
         } else {
@@ -265,9 +261,7 @@ impl StepLoads {
 
 /// A stretch of a step in which the lit fraction is smooth.
 struct LitStretch {
-    /// Start [s].
     start: f64,
-    /// End [s].
     end: f64,
     /// How often the step passes it.
     passes: f64,

@@ -1,16 +1,15 @@
-//! The Sun as seen from the Earth's centre, between 1950 and 2100, without a download.
+//! Position of the Sun as seen from the Earth's centre, between 1950 and 2100, without a download.
 
 use glam::{DMat3, DVec3};
 
 use super::frames::{gcrf_from_mean, mean_obliquity};
 use super::orbit::SUN_DISTANCE;
 
-/// Position of the Sun from the Earth's centre [m], GCRF; `centuries` of TT since J2000.
+/// Position of the Sun from the Earth's centre [m], GCRF. `centuries` is TT since J2000.
 ///
-/// It is where the Sun is, without aberration (20.5 arc seconds, which the Earth's motion adds to where it is seen).
-/// Bretagnon & Francou's VSOP87D, as Meeus (Astronomical Algorithms, appendix III) and Reda & Andreas
-/// (NREL/TP-560-34302) print it: the terms of 0.2 arc seconds and more, ecliptic and equinox of
-/// date, and IAU 2006 precession. Against `epv00` of ERFA (1950 to 2100) it is off by 0.0007 deg and 1.1e-5 au at most.
+/// It is the geometric position, without aberration (20.5 arc seconds). Source: VSOP87D of Bretagnon & Francou as printed by Meeus (Astronomical
+/// Algorithms, appendix III) and Reda & Andreas (NREL/TP-560-34302), terms of 0.2 arc seconds and more, ecliptic and equinox of date, with IAU 2006
+/// precession. It differs from `epv00` of ERFA (1950 to 2100) by at most 0.0007 deg and 1.1e-5 au.
 pub fn sun_position(centuries: f64) -> DVec3 {
     let millennia = 0.1 * centuries;
     let longitude = series(LONGITUDE, millennia);
@@ -18,7 +17,7 @@ pub fn sun_position(centuries: f64) -> DVec3 {
     let distance = series(DISTANCE, millennia) * SUN_DISTANCE;
     let (sin_longitude, cos_longitude) = longitude.sin_cos();
     let (sin_latitude, cos_latitude) = latitude.sin_cos();
-    // The series is that of the Earth from the Sun.
+    // The series gives the Earth as seen from the Sun.
     let ecliptic = -distance * DVec3::new(cos_latitude * cos_longitude, cos_latitude * sin_longitude, sin_latitude);
     gcrf_from_mean(centuries) * (DMat3::from_rotation_x(mean_obliquity(centuries)) * ecliptic)
 }
@@ -76,7 +75,7 @@ const LONGITUDE: &[&[[f64; 3]]] = &[
         [52_919.0, 0.0, 0.0],
     ],
 ];
-/// Heliocentric latitude, likewise.
+/// Heliocentric latitude of the Earth, in the same form and units.
 #[rustfmt::skip]
 const LATITUDE: &[&[[f64; 3]]] = &[
     &[
@@ -84,7 +83,7 @@ const LATITUDE: &[&[[f64; 3]]] = &[
         [102.0, 5.422, 5507.553],
     ],
 ];
-/// Distance, A in 1e-8 au.
+/// Distance of the Earth from the Sun, in the same form with A in 1e-8 au.
 #[rustfmt::skip]
 const DISTANCE: &[&[[f64; 3]]] = &[
     &[

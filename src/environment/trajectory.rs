@@ -1,4 +1,4 @@
-//! Where a craft is on a real trajectory, and where the Sun is then: both in GCRF, by the time of the scene.
+//! A real trajectory: positions of craft and Sun in GCRF at scene times.
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -13,24 +13,23 @@ use super::state::{SLACK, State};
 use super::sun::sun_position;
 use super::utc::utc;
 
-/// Seconds of a Julian century.
 const CENTURY: f64 = 36_525.0 * 86_400.0;
 
 /// A trajectory around the Earth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
-    /// What it came from, for reports.
+    /// Its source, for reports.
     pub description: String,
     /// Time 0 of the scene.
     start: Epoch,
-    /// That in centuries of TT since J2000.
+    /// Time 0 of the scene in centuries of TT since J2000.
     start_centuries: f64,
     source: Source,
     /// Period of the osculating orbit at time 0 [s].
     period: f64,
 }
 
-/// What says where the craft is.
+/// Source of the craft's positions.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Source {
     /// A two-line element set.
@@ -40,14 +39,14 @@ pub enum Source {
         /// Epoch of the elements less the start of the scene [s].
         epoch: f64,
     },
-    /// Samples.
+    /// An ephemeris.
     Ephemeris(Ephemeris),
 }
 
-/// A time that a trajectory does not cover.
+/// An error of a trajectory.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TrajectoryError {
-    /// Before its beginning, after its end or in a gap.
+    /// A time before its beginning, after its end or in a gap.
     #[error(
         "the trajectory is needed from {from} to {to}{}, but {what}",
         if *warm_up { " (the warm-up comes before time.start)" } else { "" }
@@ -59,21 +58,21 @@ pub enum TrajectoryError {
         to: String,
         /// Whether the first time lies before time 0.
         warm_up: bool,
-        /// What is covered instead.
+        /// Covered time.
         what: String,
     },
-    /// SGP4 gives up.
+    /// A time at which SGP4 fails.
     #[error("SGP4 gives no position at {time}: {reason}")]
     Propagation {
-        /// UTC.
+        /// Time, UTC.
         time: String,
         /// What the propagator says.
         reason: String,
     },
-    /// The craft would be inside the planet.
+    /// A position inside the planet.
     #[error("at {time} the craft is {distance:.0} km from the centre of a planet of {radius:.0} km")]
     Underground {
-        /// UTC.
+        /// Time, UTC.
         time: String,
         /// Distance from the centre [km].
         distance: f64,
@@ -83,18 +82,17 @@ pub enum TrajectoryError {
 }
 
 impl Trajectory {
-    /// From what says where the craft is, by times since `start`.
+    /// A trajectory from a source of positions, with times since `start`.
     ///
-    /// # Errors
-    /// Where there is no state at time 0.
+    /// # Errors There is no state at time 0.
     pub fn new(description: String, start: Epoch, source: Source) -> Result<Self, TrajectoryError> {
-        // Seconds are added to it, of which UTC leaves some out.
+        // Seconds are added to this epoch. TAI has no leap seconds.
         let start = start.to_time_scale(TimeScale::TAI);
         let start_centuries = tt_centuries(start);
         let mut trajectory = Self { description, start, start_centuries, source, period: f64::INFINITY };
         trajectory.check(0.0, 0.0)?;
         if let Some(State { position, velocity }) = trajectory.state(0.0) {
-            // The vis-viva equation; an orbit that is not closed has no period.
+            // The vis-viva equation. An open orbit has no period.
             let inverse = 2.0 / position.length() - velocity.length_squared() / EARTH_GRAVITATIONAL_PARAMETER;
             if inverse > 0.0 {
                 trajectory.period = TAU / (EARTH_GRAVITATIONAL_PARAMETER * inverse.powi(3)).sqrt();
@@ -108,17 +106,17 @@ impl Trajectory {
         self.start
     }
 
-    /// Period of the orbit that osculates at time 0 [s]; infinite where that is not closed.
+    /// Period of the osculating orbit at time 0 [s]. Infinite for an open orbit.
     pub fn period(&self) -> f64 {
         self.period
     }
 
-    /// UTC of a time of the scene, to the millisecond: `2023-10-29T17:03:44.412Z`.
+    /// UTC of a scene time, to the millisecond: `2023-10-29T17:03:44.412Z`.
     pub fn utc(&self, time: f64) -> String {
         utc(self.start + Unit::Second * time)
     }
 
-    /// Where the craft is at a time [s]; `None` where the trajectory does not say.
+    /// State of the craft at a time [s]. `None` where the trajectory does not cover it.
     pub fn state(&self, time: f64) -> Option<State> {
         match &self.source {
             Source::Elements { constants, epoch } => {
@@ -141,7 +139,7 @@ impl Trajectory {
         self.start_centuries + time / CENTURY
     }
 
-    /// Times at which the trajectory may jump or bend [s].
+    /// Times at which the trajectory may have a jump or a kink [s].
     pub fn seams(&self) -> Vec<f64> {
         match &self.source {
             Source::Elements { .. } => Vec::new(),
@@ -149,10 +147,9 @@ impl Trajectory {
         }
     }
 
-    /// Whether the trajectory says where the craft is from one time to another [s].
+    /// Checks that the trajectory covers an interval [s].
     ///
-    /// # Errors
-    /// What it does not cover, with the ranges that it does; where SGP4 fails (looked for every minute).
+    /// # Errors A time that is not covered, with the ranges that are. A time at which SGP4 fails (tried every minute).
     pub fn check(&self, from: f64, to: f64) -> Result<(), TrajectoryError> {
         match &self.source {
             Source::Elements { constants, epoch } => {
@@ -180,7 +177,6 @@ impl Trajectory {
         }
     }
 
-    /// The covered stretches in words.
     fn covered(&self, coverage: &[(f64, f64)]) -> String {
         let [(first, _), .., (_, last)] = coverage else {
             return match coverage {
@@ -198,7 +194,7 @@ impl Trajectory {
     }
 }
 
-/// Most times at which a propagation is tried beforehand.
+/// Greatest number of times at which a propagation is tried beforehand.
 const MOST_LOOKS: f64 = 1e5;
 
 impl fmt::Display for Trajectory {

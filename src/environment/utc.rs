@@ -1,19 +1,19 @@
-//! UTC of an instant with its leap seconds, which hifitime looks up against TAI and so forgets just before each.
+//! UTC of an instant with correct leap seconds. hifitime looks them up by TAI, which is wrong just before each.
 
 use hifitime::leap_seconds::LatestLeapSeconds;
 use hifitime::{Duration, Epoch, Unit};
 
-/// Clock of UTC since 1900, and whether it stands in a leap second, which it then counts twice.
+/// UTC clock since 1900, and whether it is in a leap second. The clock counts that second twice.
 fn clock(tai: Duration) -> (Duration, bool) {
     let mut offset = 0.0;
     let mut leaping = false;
     for leap in LatestLeapSeconds::default().filter(|leap| leap.announced_by_iers) {
-        // The table's time is that of the clock as it shows the midnight after the leap second.
+        // The table's time is the clock's midnight after the leap second.
         let midnight = Unit::Second * (leap.timestamp_tai_s + leap.delta_at);
         if tai >= midnight {
             (offset, leaping) = (leap.delta_at, false);
         } else {
-            // The ten seconds of 1972 are no leap seconds.
+            // The ten seconds of 1972 are not leap seconds.
             leaping = leap.delta_at - offset == 1.0 && tai >= midnight - Unit::Second * 1;
             break;
         }
@@ -22,7 +22,7 @@ fn clock(tai: Duration) -> (Duration, bool) {
     (if leaping { clock - Unit::Second * 1 } else { clock }, leaping)
 }
 
-/// UTC as ISO 8601, to the nearest millisecond; 60 in a leap second.
+/// UTC as ISO 8601, to the nearest millisecond. The second is 60 in a leap second.
 pub fn utc(epoch: Epoch) -> String {
     let (clock, leaping) = clock(epoch.to_tai_duration().round(Unit::Millisecond * 1));
     let (year, month, day, hour, minute, second, nanoseconds) = Epoch::from_tai_duration(clock).to_gregorian_tai();
@@ -31,14 +31,14 @@ pub fn utc(epoch: Epoch) -> String {
     format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}.{milliseconds:03}Z")
 }
 
-/// Days of UTC since J2000, 2000-01-01 12:00; the day with a leap second repeats its last one.
+/// Days of UTC since J2000 (2000-01-01 12:00). A day with a leap second counts its last second twice.
 pub fn utc_days(epoch: Epoch) -> f64 {
     /// Days from 1900-01-01 0h to 2000-01-01 12h.
     const J2000: f64 = 36_524.5;
     clock(epoch.to_tai_duration()).0.to_unit(Unit::Day) - J2000
 }
 
-/// The start of the leap second that follows a last second of a day, `23:59:59` UTC; `None` where there is none.
+/// Start of the leap second after `23:59:59` UTC. `None` where there is none.
 pub fn leap_second_after(last: Epoch) -> Option<Epoch> {
     let next = Epoch::from_tai_duration(last.to_tai_duration() + Unit::Second * 1);
     clock(next.to_tai_duration()).1.then_some(next)

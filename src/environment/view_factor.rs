@@ -1,36 +1,34 @@
-//! View factor of a plate to the planet's sphere, exact for every tilt.
+//! View factor from a plate to the planet's sphere, exact for every tilt.
 
 use std::f64::consts::PI;
 
-/// The planet's apparent radius, as the sine and cosine of the angle; worked out once a step, in f64, because the
-/// cosine of a low orbit loses its digits when it is made from the sine in f32.
+/// The planet's apparent radius as the sine and cosine of its angle. It is computed once in a step in f64, because for a low orbit a cosine made from an
+/// f32 sine loses its digits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ApparentRadius {
     /// Planet radius over distance.
     pub sin: f64,
-    /// Distance of the horizon over distance.
+    /// Distance to the horizon over distance to the centre.
     pub cos: f64,
 }
 
 impl ApparentRadius {
-    /// From the distance to the planet's centre over its radius, >= 1.
+    /// The apparent radius at a distance to the planet's centre over its radius, >= 1.
     pub fn new(distance_ratio: f64) -> Self {
         let cos = ((distance_ratio - 1.0).max(0.0) * (distance_ratio + 1.0)).sqrt() / distance_ratio;
         Self { sin: 1.0 / distance_ratio, cos }
     }
 }
 
-/// Share of what a plate would receive from a full half-space that it receives from a uniformly bright sphere.
+/// View factor from a plate to a sphere.
 ///
-/// `cos_tilt` is the cosine of the angle between the plate's normal and the direction to the sphere's centre. With s
-/// and k the sine and cosine of the apparent radius, x = cos_tilt / s and w = sqrt(1 - x^2), and |x| <= 1 (the plate's
-/// own horizon cuts the disc):
+/// `cos_tilt` is the cosine of the angle between the plate's normal and the direction to the sphere's centre. Let s and k be the sine and cosine of the
+/// apparent radius, x = cos_tilt / s and w = sqrt(1 - x^2). For |x| <= 1 the plate's horizon cuts the disc:
 ///
 /// F = (atan(s w / k) - s k w + s^2 cos_tilt atan2(w, -k x)) / pi
 ///
-/// which is the exact solution (Juul 1979, J. Heat Transfer 101; Martinez, "Radiative view factors", tilted patch to a
-/// sphere) with its arc sine and arc cosine turned into arc tangents, for those lose half their digits at the two
-/// tangencies. Above, F = s^2 cos_tilt (the whole disc is seen); below, 0.
+/// This is the exact solution (Juul 1979, J. Heat Transfer 101; Martinez, "Radiative view factors", tilted patch to a sphere). Arc tangents replace its arc
+/// sine and arc cosine, which lose half their digits at both tangencies. For x > 1 the whole disc is seen and F = s^2 cos_tilt. For x < -1, F = 0.
 pub fn plate_view_factor(cos_tilt: f64, radius: ApparentRadius) -> f64 {
     let ApparentRadius { sin: s, cos: k } = radius;
     if cos_tilt >= s {
@@ -57,7 +55,7 @@ mod tests {
         plate_view_factor(tilt.cos(), ApparentRadius::new(1.0 + altitude / radius))
     }
 
-    /// The integral of the cosine over the visible part of the disc, ring by ring about nadir.
+    /// The integral of the cosine over the visible part of the disc, in rings about nadir.
     fn by_quadrature(tilt: f64, distance_ratio: f64) -> f64 {
         let limb = (1.0 / distance_ratio).asin();
         let ring = |angle: f64| {
@@ -78,7 +76,7 @@ mod tests {
         (inner + outer) / PI
     }
 
-    /// docs/numerics.md 4; its planet radius there is 6371 km.
+    /// docs/numerics.md 4, with a planet radius of 6371 km.
     #[test]
     fn side_plate_values_of_numerics_4() {
         assert!((factor(224e3, 6.371e6, FRAC_PI_2) - 0.337_340).abs() < 1e-6, "{}", factor(224e3, 6.371e6, FRAC_PI_2));

@@ -1,7 +1,7 @@
-//! How far the device is from the f64 reference: a sample of nodes is stepped along with a run.
+//! Comparison of the device with the f64 reference: a sample of nodes is stepped beside the run.
 //!
-//! A network is stepped whole in f64, at a tenth of its tolerance: through the warm-up up to 20,000 drawn nodes, from the device's state at time
-//! 0 up to 100,000.
+//! A network is stepped whole in f64, at a tenth of its tolerance. Up to 20,000 drawn nodes this includes the warm-up. Up to 100,000 drawn nodes it starts
+//! at time 0 from the state of the device.
 
 use std::collections::HashMap;
 
@@ -15,20 +15,20 @@ use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::reference::Reference;
 
-/// Nodes that are stepped along where nobody asks for more.
+/// Nodes in the sample where the user gives no number.
 pub const SAMPLE: usize = 256;
 
-/// Drawn nodes of the largest network that is stepped along through the warm-up.
+/// Most drawn nodes of a network that is stepped through the warm-up.
 const LARGEST_IN_WARM_UP: usize = 20_000;
 
-/// Drawn nodes of the largest network that is stepped along from time 0: in f64 it costs about what the device does.
+/// Most drawn nodes of a network that is stepped from time 0. In f64 a step costs about what it costs on the device.
 const LARGEST_NETWORK: usize = 100_000;
 
-/// Below this the balance temperature is ill-conditioned: at 85 K a black surface moves by 2e-3 K for 7e-5 W/m2, half a
-/// unit in the last place of the sunlight in f32. There the radiated flux is compared [K].
+/// Below this temperature [K] absorbed fluxes are compared instead of temperatures, because the balance temperature is ill-conditioned. At 85 K a black
+/// surface moves by 2e-3 K for 7e-5 W/m2, which is half a unit in the last place of the sunlight in f32.
 const COLD: f64 = 85.0;
 
-/// Device against f64 reference, over a sample of nodes and the steps of the run.
+/// Differences between the device and the f64 reference over a sample of nodes and the steps of the run.
 #[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
 pub struct Accuracy {
     /// Nodes in the sample.
@@ -41,25 +41,25 @@ pub struct Accuracy {
     pub max_k: f64,
     /// Root mean square difference [K].
     pub rms_k: f64,
-    /// Node of the largest difference, in words: its number, part and material.
+    /// Node of the largest difference: its number, part and material in words.
     pub worst_node: String,
     /// Step of the largest difference.
     pub worst_step: u64,
     /// Time of that step [s].
     pub worst_time_s: f64,
-    /// What else is to be said: nodes compared in absorbed flux instead.
+    /// Remark for the user: nodes whose absorbed flux was compared.
     pub notes: Vec<String>,
 }
 
-/// The reference of a sample of nodes and what has been found so far.
+/// The reference of a sample of nodes, and the differences so far.
 pub struct Check {
     slots: Vec<usize>,
     reference: Reference<IncidentFunction>,
     /// The craft's shadow on the sample.
     shadows: Option<Shadows>,
-    /// The whole network of the scene, where it is small enough.
+    /// The whole network of the scene in f64. `None` where it is too large.
     network: Option<NetworkCheck>,
-    /// Nodes of a network too large to be stepped along.
+    /// Nodes of a network that is too large for the reference.
     left_out: bool,
     notes: Vec<String>,
     compared: u64,
@@ -106,7 +106,7 @@ impl NetworkCheck {
 }
 
 impl Check {
-    /// A sample spread evenly over the nodes.
+    /// A sample of nodes, evenly spread.
     pub fn new(prepared: &Prepared, sample: usize) -> Self {
         let nodes = &prepared.nodes;
         let mut real: Vec<usize> =
@@ -179,7 +179,7 @@ impl Check {
         }
     }
 
-    /// Steps the sample through a step of `steps` steps, from `start` [s] for `length` [s].
+    /// Advances the sample by `steps` steps, from `start` [s] for `length` [s].
     pub fn step(&mut self, load: &StepLoad, steps: f64, start: f64, length: f64) {
         self.reference.find_shadows(&mut self.shadows, load);
         self.reference.step(load, steps);
@@ -190,7 +190,7 @@ impl Check {
         }
     }
 
-    /// Adds to the temperatures of the network's nodes [K].
+    /// Adds values [K] to the temperatures of the network's nodes.
     pub(super) fn move_network(&mut self, by: &[f64]) {
         if let Some(network) = self.network.as_mut().filter(|network| !network.waits) {
             let done = network.run.temperatures().and_then(|mut temperatures| {
@@ -214,14 +214,14 @@ impl Check {
         }
     }
 
-    /// The sample's temperatures now [K], to be compared when the device delivers.
+    /// Present temperatures of the sample [K]. They are compared when the device delivers the same step.
     pub fn temperatures(&self) -> Vec<f64> {
         let known = |slot: &usize| self.network.as_ref().and_then(|network| network.temperatures.get(slot));
         let nodes = self.slots.iter().zip(self.reference.temperatures());
         nodes.map(|(slot, temperature)| known(slot).copied().unwrap_or(*temperature)).collect()
     }
 
-    /// Compares what the device delivered with what the reference had at that step.
+    /// Compares delivered temperatures with those that the reference had at that step.
     pub fn compare(&mut self, step: u32, time: f64, reference: &[f64], device: &[f32]) {
         self.steps += 1;
         for (slot, expected) in self.slots.iter().zip(reference) {
@@ -235,7 +235,7 @@ impl Check {
             let difference = (found - expected).abs();
             self.compared += 1;
             self.sum_of_squares += difference * difference;
-            // A NaN must show as the worst there is.
+            // A NaN must count as the largest difference.
             if difference > self.largest || difference.is_nan() {
                 self.largest = difference;
                 self.worst = (*slot, step, time);

@@ -1,20 +1,19 @@
-//! Brings the model to the density of nodes that the scene asks for, within the memory that the host has.
+//! Node density: merges and splits edges as the scene asks, within the host's free memory.
 
 use super::prepare_error::Stage;
 use crate::host;
 use crate::model::{Merged, Model, ModelError};
 use crate::scene::Scene;
 
-/// Host memory that building a scene takes at its peak for each node, as `measure -- --build` finds it, and a half more.
+/// Peak host memory for each node while a scene is built [bytes]: the value from `measure -- --build` and a half more.
 const HOST_BYTES_A_NODE: usize = 300;
 
-/// The same of a scene with a thermal network.
+/// Peak host memory for each node of a scene with a thermal network [bytes].
 const HOST_BYTES_A_NETWORK_NODE: usize = 400;
 
-/// Merges what is shorter than the scene's shortest edges; says what that did, where there are any.
+/// Merges edges below the scene's shortest edge length. Returns what was merged, where the scene has such lengths.
 ///
-/// # Errors
-/// A length that is none.
+/// # Errors A length that is not valid.
 pub(super) fn merge(scene: &Scene, model: Model) -> Result<(Model, Option<Merged>), ModelError> {
     let shortest = scene.density.min_edges(&model);
     if shortest.iter().all(|edge| *edge == 0.0) {
@@ -23,7 +22,7 @@ pub(super) fn merge(scene: &Scene, model: Model) -> Result<(Model, Option<Merged
     model.merge_short_edges(&shortest).map(|(model, merged)| (model, Some(merged)))
 }
 
-/// Splits what is longer than the scene's longest edges.
+/// Splits edges above the scene's longest edge length.
 ///
 /// # Errors
 /// More nodes than fit into the memory of the host.
@@ -40,7 +39,7 @@ pub(super) fn split(
     model.subdivide_parts(&longest, node_limit(network), &mut |vertices| progress(Stage::Splitting(vertices)))
 }
 
-/// What merging did, in words.
+/// The result of merging, in words.
 pub(super) fn describe(merged: &Merged) -> String {
     let [before, after] = merged.area_m2;
     let change = |[before, after]: [f64; 2]| 100.0 * (after - before) / before;
@@ -57,9 +56,9 @@ pub(super) fn describe(merged: &Merged) -> String {
     )
 }
 
-/// Nodes that fit into the memory that the host has free, so that subdivision ends in an error and not in swapping.
+/// Nodes that fit into the host's free memory. With this bound subdivision ends in an error instead of swapping.
 fn node_limit(network: bool) -> usize {
     let bytes_a_node = if network { HOST_BYTES_A_NETWORK_NODE } else { HOST_BYTES_A_NODE };
-    // Where the system does not tell, 32-bit indices are the limit.
+    // Where the free memory is unknown, 32-bit indices are the limit.
     host::free_memory().map_or(u32::MAX as usize, |bytes| bytes as usize / bytes_a_node)
 }

@@ -1,4 +1,4 @@
-//! What of a scene goes to the device: materials, response functions and the band rounded to f32, beside the arrays of `Prepared`.
+//! Scene data rounded to f32 for the device: materials, response functions and the band.
 
 use super::prepare::Prepared;
 use crate::gpu::blackbody::band_table;
@@ -9,7 +9,7 @@ use crate::scene::Camera;
 use crate::thermal::material::{Material, Optics, Response, Sides};
 use crate::thermal::radiance::RadianceTable;
 
-/// What the device needs beside the arrays of `Prepared`.
+/// Data that the device needs in addition to the arrays of `Prepared`.
 pub struct DeviceData {
     materials: Vec<layout::Material>,
     shapes: Shapes,
@@ -53,7 +53,7 @@ impl DeviceData {
     }
 }
 
-/// A material rounded to f32. Where only the outside exchanges heat, the back looks like the front.
+/// A material rounded to f32. Where only the outside exchanges heat, the back has the optics of the front.
 pub fn device_material(material: &Material, shapes: &Shapes) -> layout::Material {
     let back = back_optics(material);
     let mut device = layout::Material {

@@ -1,4 +1,4 @@
-//! A Vulkan device as an engine: every node stepped and drawn in f32.
+//! The Vulkan device as an engine: it steps and draws every node in f32.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -20,18 +20,16 @@ use crate::gpu::timing::PassTimes;
 use crate::scene::Camera;
 use crate::trace::{Trace, Track};
 
-/// A scene on a device; deliveries come in the order of the steps.
+/// A scene on a device. Results are delivered in the order of the steps.
 pub struct DeviceEngine {
-    /// What steps and draws it.
+    /// The device state that steps and draws.
     pub renderer: Renderer,
-    /// Frames not delivered yet.
     flying: VecDeque<Submitted>,
-    /// Delivered ahead of their call, because a network needed the device.
+    /// Results that were fetched early because a network needed the device.
     ready: VecDeque<Delivered>,
-    /// The thermal network, where the scene has one.
     network: Option<NetworkRun>,
     steps: u64,
-    /// For the projection.
+    /// Intrinsics for the projection.
     camera: Option<Camera>,
     trace: Trace,
     context: Arc<Context>,
@@ -62,8 +60,7 @@ impl DeviceEngine {
         })
     }
 
-    /// Steps the network under the load of a step. The host sits between the loads and the temperatures, so what is under way
-    /// must land first.
+    /// Steps the network under the load of a step. The host integrates between the loads and the temperatures, so frames under way must end first.
     fn step_network(&mut self, step: &Step<'_>) -> Result<(), EngineError> {
         let Some(network) = &mut self.network else { return Ok(()) };
         while let Some(submitted) = self.flying.pop_front() {
@@ -77,7 +74,7 @@ impl DeviceEngine {
         Ok(())
     }
 
-    /// The camera as the body and each joint see it.
+    /// The camera pose against the body and against each joint.
     fn views(&self, order: &Order<'_>) -> Option<Vec<layout::View>> {
         let (pose, camera) = order.pose.as_ref().zip(self.camera.as_ref())?;
         let still = [DAffine3::IDENTITY];
@@ -186,7 +183,7 @@ impl Engine for DeviceEngine {
     }
 }
 
-/// What a frame leaves.
+/// Converts a frame to the result of a step.
 fn collect(renderer: &mut Renderer, submitted: Submitted) -> Result<Delivered, GpuError> {
     let collected = renderer.collect(submitted)?;
     let pixels = collected.radiance.zip(collected.identity).map(|(radiance, identity)| Pixels {
@@ -196,7 +193,7 @@ fn collect(renderer: &mut Renderer, submitted: Submitted) -> Result<Delivered, G
     Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec) })
 }
 
-/// Puts a network's temperatures where the device draws from, in place of the fluxes in `values`.
+/// Writes a network's temperatures over the fluxes in `values`, from which the device draws.
 fn put(renderer: &mut Renderer, network: &mut NetworkRun, values: &mut [f32]) -> Result<(), EngineError> {
     if network.wrote_spare() {
         renderer.spare_was_used();

@@ -1,4 +1,4 @@
-//! Who computes, as a run sees it: an engine takes steps and leaves images and temperatures.
+//! The interface of an engine: it takes steps and returns images and temperatures.
 
 use glam::DAffine3;
 
@@ -8,7 +8,7 @@ use crate::environment::StepLoad;
 use crate::gpu::timing::PassTimes;
 use crate::trace::Trace;
 
-/// One step as an engine takes it.
+/// One step for an engine.
 #[derive(Debug, Clone, Copy)]
 pub struct Step<'a> {
     /// Mean load of the step.
@@ -21,30 +21,30 @@ pub struct Step<'a> {
     pub length: f64,
 }
 
-/// What a step is asked to leave.
+/// The results that a step must return.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Order<'a> {
-    /// Pose of the camera, where an image is wanted.
+    /// Pose of the camera. `None` without an image.
     pub pose: Option<DAffine3>,
-    /// Poses of the body and of the joints in the image; empty where nothing moves.
+    /// Poses of the body and of the joints in the image. Empty where nothing moves.
     pub joints: &'a [DAffine3],
-    /// Whether all temperatures are wanted.
+    /// Whether all temperatures are needed.
     pub temperatures: bool,
 }
 
 /// Pixels of an image, row after row from the top.
 #[derive(Debug, Clone, Default)]
 pub struct Pixels {
-    /// Radiance [W m-2 sr-1], temperature [K], depth [m]; 0 where nothing is.
+    /// Radiance [W m-2 sr-1], temperature [K] and depth [m]. 0 where no surface is.
     pub radiance_temperature_depth: Vec<[f32; 3]>,
-    /// Part and material, each plus 1; 0 where nothing is.
+    /// Part and material, each plus 1. 0 where no surface is.
     pub identity: Vec<[u32; 2]>,
 }
 
-/// What a step left.
+/// The results of a step.
 #[derive(Debug, Clone, Default)]
 pub struct Delivered {
-    /// The image, where one was ordered.
+    /// The image, where one was asked for.
     pub pixels: Option<Pixels>,
     /// Temperatures of all nodes in device order, padding included [K].
     pub temperatures: Option<Vec<f32>>,
@@ -52,10 +52,10 @@ pub struct Delivered {
 
 /// A scene on a Vulkan device or on the f64 reference.
 pub trait Engine {
-    /// Keeps when what is done from now on; the reference has host spans only.
+    /// Starts to record a trace. The reference records host spans only.
     fn record(&mut self, trace: Trace);
 
-    /// Where that is kept.
+    /// The trace.
     fn trace(&self) -> Trace;
 
     /// Name of the device, or `cpu`.
@@ -73,20 +73,19 @@ pub trait Engine {
     /// A call that fails.
     fn settle_at(&mut self, temperature: f64, nodes: usize) -> Result<(), EngineError>;
 
-    /// Gives a step (or, without one, the present state) to the engine; at most two may be under way.
+    /// Submits a step, or without one the present state. At most two may be under way.
     ///
     /// # Errors
-    /// A call that fails, or temperatures of a network that cannot be found.
+    /// A call that fails, or a network whose temperatures can not be found.
     fn submit(&mut self, step: Option<Step<'_>>, order: Order<'_>) -> Result<(), EngineError>;
 
-    /// What the oldest step under way leaves; empty where none is.
+    /// Results of the oldest step under way. Empty where none is.
     ///
     /// # Errors
     /// A lost device.
     fn deliver(&mut self) -> Result<Delivered, EngineError>;
 
-    /// Lets steps pass that leave nothing but the state; on a device many in one dispatch where nodes do not interact and
-    /// nothing moves.
+    /// Advances through steps that return nothing but the state. Where nodes do not interact and nothing moves, a device takes many steps in one dispatch.
     ///
     /// # Errors
     /// As for `submit`.
@@ -94,7 +93,7 @@ pub trait Engine {
         self.pass_singly(passing)
     }
 
-    /// The same, each step by itself.
+    /// Advances through the same steps one by one.
     ///
     /// # Errors
     /// As for `submit`.
@@ -106,7 +105,7 @@ pub trait Engine {
         Ok(())
     }
 
-    /// Waits until all that was given to the engine is done.
+    /// Waits until the engine has finished all submitted work.
     ///
     /// # Errors
     /// A lost device.
@@ -114,37 +113,36 @@ pub trait Engine {
         Ok(())
     }
 
-    /// Steps so far, those of a warm-up included.
+    /// Number of steps so far, including the warm-up.
     fn steps(&self) -> u64;
 
-    /// Those of them that passed in dispatches of many.
+    /// Number of these steps that shared a dispatch.
     fn fused_steps(&self) -> u64 {
         0
     }
 
-    /// Bytes on the device, as they were allocated, that follow the number of nodes; what only the host reads is not counted.
-    /// `None` for the reference.
+    /// Allocated device memory that grows with the number of nodes [bytes], without buffers that only the host reads. `None` for the reference.
     fn device_bytes(&self) -> Option<u64> {
         None
     }
 
-    /// Device milliseconds of every pass so far; `None` for the reference.
+    /// Device time of every pass so far [ms]. `None` for the reference.
     fn pass_times(&self) -> Option<&PassTimes> {
         None
     }
 
-    /// The network under way, where the scene has one.
+    /// The network of the scene, where it has one.
     fn network(&self) -> Option<&NetworkRun>;
 
-    /// The same, to be changed.
+    /// The network of the scene for changes.
     fn network_mut(&mut self) -> Option<&mut NetworkRun>;
 
-    /// Cost of the network in every step so far; empty where the scene has none.
+    /// Cost of the network in every step so far. Empty without a network.
     fn network_costs(&self) -> &[StepCost] {
         self.network().map_or(&[], NetworkRun::costs)
     }
 
-    /// From now on the network's steps may err by ten times its tolerance, or no longer.
+    /// Sets whether the steps of the network may err by ten times its tolerance.
     fn set_coarse(&mut self, coarse: bool) {
         if let Some(network) = self.network_mut() {
             network.set_coarse(coarse);
@@ -159,7 +157,7 @@ pub trait Engine {
         self.network_mut().map(NetworkRun::temperatures).transpose()
     }
 
-    /// Replaces the temperatures of the network's nodes [K]; they show after the next step.
+    /// Replaces the temperatures of the network's nodes [K]. They appear after the next step.
     ///
     /// # Errors
     /// A call that fails.
@@ -167,7 +165,7 @@ pub trait Engine {
         self.network_mut().map_or(Ok(()), |network| network.set_temperatures(temperatures))
     }
 
-    /// How the network was integrated, in words; empty where the scene has none.
+    /// How the network was integrated, in words. Empty without a network.
     fn network_description(&self) -> Vec<(String, String)> {
         self.network().map(NetworkRun::description).unwrap_or_default()
     }

@@ -1,11 +1,11 @@
-//! Why an engine could not go on.
+//! Errors of an engine during a run.
 
 use crate::gpu::error::GpuError;
 
-/// Why an engine could not go on.
+/// An error of an engine during a run.
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
-    /// The device.
+    /// An error of the device.
     #[error(transparent)]
     Gpu(#[from] GpuError),
     /// A thermal network could not be integrated.
@@ -13,7 +13,7 @@ pub enum EngineError {
     Network {
         /// Start of the step [s].
         time: f64,
-        /// Why.
+        /// The cause.
         reason: String,
     },
 }

@@ -1,7 +1,7 @@
-//! Steps of which nothing is asked but the state that they lead to: loads found in parallel, many steps a dispatch.
+//! Advances through steps that need only their final state, with loads computed in parallel and many steps in a dispatch.
 //!
-//! Such steps are those of a warm-up and of the way to a still. A node's normal and state are then read and written once for up to 32 steps.
-//! That needs nodes that do not interact and joints that stand still; the result is the same to the bit (`tests/it/fused.rs`).
+//! A warm-up and the way to a still consist of such steps. A dispatch reads and writes a node's normal and state once for up to 32 steps. This needs nodes
+//! that do not interact and joints that do not move. The result has the same bits (`tests/it/fused.rs`).
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -12,10 +12,10 @@ use super::engine::{Engine, EngineError, Step};
 use super::prepare::Prepared;
 use crate::gpu::layout::FUSED_STEPS;
 
-/// When a step passes, and how many steps it is long.
+/// Interval of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passing {
-    /// Begin [s].
+    /// Start [s].
     pub start: f64,
     /// End [s].
     pub end: f64,
@@ -23,7 +23,7 @@ pub struct Passing {
     pub steps: f64,
 }
 
-/// Lets steps pass, on the check's nodes too where there is one; `progress` hears of each. Returns whether all did before
+/// Advances through steps, with the check's nodes where there is a check. `progress` is called for each step. Returns whether all steps were done before
 /// `stop` was set.
 ///
 /// # Errors
@@ -36,7 +36,7 @@ pub fn forward(
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
 ) -> Result<bool, EngineError> {
-    // A step of a network is long, and may be the last before a stop.
+    // A step of a network takes long, so `stop` is read after each.
     let at_once = if prepared.network.is_some() { 1 } else { FUSED_STEPS };
     let mut passing = passing.into_iter().peekable();
     while passing.peek().is_some() {

@@ -1,7 +1,7 @@
-//! Joints of a scene on the nodes of its model: which part hangs on which, and their axes in the body frame.
+//! Builds the joints of a scene from its model: the parts that each joint moves, and its axis in the body frame.
 //!
-//! A joint is a rigid motion, so nothing of a node changes when it moves: light, planet and views are turned into the frame of each joint instead. Nodes are
-//! sorted by joint, with a dispatch and a draw for each. A dynamically indexed uniform would cost every node a gather on lavapipe.
+//! A joint is a rigid motion, so node data do not change when it moves. Light, planet and views are transformed into the frame of each joint instead. Nodes
+//! are sorted by joint, with a dispatch and a draw for each. A dynamically indexed uniform would cost a gather for every node on lavapipe.
 
 use glam::{DAffine3, DMat3, DMat4};
 use wildmatch::WildMatch;
@@ -13,14 +13,12 @@ use crate::gpu::nodes::Nodes;
 use crate::model::{Model, SceneNode};
 use crate::scene::{JointMotion, JointRule, Scene};
 
-/// How far a transform may be from a similarity, relative.
+/// Relative error up to which a transform counts as a similarity.
 const DISTORTION: f64 = 1e-6;
 
-/// The joints of a scene, each after the one that it hangs on, and the joint of each part; 0 is the body, `i + 1` is
-/// joint `i`.
+/// The joints of a scene, each after its parent, and the joint of each part (0 is the body, `i + 1` is joint `i`).
 ///
-/// # Errors
-/// A node that is not there, that has two joints, or that cannot move as it is asked to.
+/// # Errors A node that does not exist, that has two joints, or that can not move as the scene asks.
 pub(super) fn joints(scene: &Scene, model: &Model) -> Result<(Vec<Joint>, Vec<u32>), PrepareError> {
     let mut rule_of: Vec<Option<&JointRule>> = vec![None; model.tree.len()];
     for rule in &scene.joints {
@@ -48,7 +46,7 @@ pub(super) fn joints(scene: &Scene, model: &Model) -> Result<(Vec<Joint>, Vec<u3
         }
     }
 
-    // Nodes come after those above them, and so do joints.
+    // A node stands after its parent, and so does a joint.
     let mut joints = Vec::new();
     let mut joint_of: Vec<u32> = Vec::with_capacity(model.tree.len());
     for (node, rule) in model.tree.iter().zip(rule_of) {
@@ -70,7 +68,7 @@ pub(super) fn joints(scene: &Scene, model: &Model) -> Result<(Vec<Joint>, Vec<u3
     Ok((joints, model.part_nodes.iter().map(|place| joint_of[*place]).collect()))
 }
 
-/// How a node moves, in the body frame.
+/// The motion of a node, in the body frame.
 fn motion(rule: &JointRule, node: &SceneNode, model: &Model) -> Result<Motion, String> {
     match &rule.motion {
         JointMotion::Guided(guided) => {
@@ -87,7 +85,7 @@ fn motion(rule: &JointRule, node: &SceneNode, model: &Model) -> Result<Motion, S
                 }
                 other => other.clone(),
             };
-            // What turns to the right in a mirrored frame turns to the left in the body's.
+            // A mirrored frame reverses the sense of a rotation.
             let turned = guided.kind == Kind::Rotation && linear.determinant() < 0.0;
             let axis = if turned { -axis } else { axis };
             let origin = node.body_from_node.transform_point3(guided.origin);
@@ -119,7 +117,7 @@ fn played(name: &str, repeats: bool, node: &SceneNode, model: &Model) -> Result<
         ));
     };
     if let Some(other) = &motion.other {
-        return Err(format!("the animation '{name}' changes its {other}; a joint turns and shifts only"));
+        return Err(format!("the animation '{name}' changes its {other}; a joint can only rotate and translate"));
     }
     let rest = node.rest.ok_or("it has a matrix, which an animation cannot replace")?;
     let body_from_parent = similarity(node.body_from_parent).ok_or("the nodes above it scale it unevenly")?;
@@ -127,7 +125,7 @@ fn played(name: &str, repeats: bool, node: &SceneNode, model: &Model) -> Result<
     Ok(Played { rotation, translation, duration: animation.duration, repeats, rest, body_from_parent })
 }
 
-/// A transform that keeps angles; `None` where it does not.
+/// A transform that keeps angles (a similarity). `None` where it does not.
 fn similarity(transform: DMat4) -> Option<DAffine3> {
     let affine = DAffine3::from_mat4(transform);
     let squares = affine.matrix3.transpose() * affine.matrix3;
@@ -136,12 +134,12 @@ fn similarity(transform: DMat4) -> Option<DAffine3> {
     (scale > 0.0 && uneven.iter().all(|value| value.abs() <= DISTORTION * scale)).then_some(affine)
 }
 
-/// A joint as `isotherm info` shows it.
+/// A joint as `isotherm info` prints it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Description {
     /// Name of its glTF node.
     pub name: String,
-    /// The joint that it hangs on, or `body`.
+    /// The parent joint, or `body`.
     pub hangs_on: String,
     /// `rotation`, `translation` or `animation`.
     pub kind: &'static str,
@@ -149,22 +147,22 @@ pub struct Description {
     pub mode: &'static str,
     /// Unit axis in the file's pose, body frame.
     pub axis: Option<[f64; 3]>,
-    /// A point of it [m].
+    /// A point on the axis [m].
     pub origin: Option<[f64; 3]>,
     /// Least and greatest position [deg or m].
     pub limits: Option<[f64; 2]>,
-    /// Most that it moves in a second [deg/s or m/s].
+    /// Greatest rate [deg/s or m/s].
     pub rate: Option<f64>,
     /// Position at time 0 [deg or m].
     pub position: f64,
-    /// `deg` or `m`.
+    /// Unit of the position: `deg` or `m`.
     pub unit: &'static str,
-    /// Nodes that it moves, those of joints that hang on it not counted.
+    /// Nodes that it moves, without those of its child joints.
     pub nodes: usize,
 }
 
 impl Description {
-    /// In words.
+    /// The joint in words.
     pub fn sentence(&self) -> String {
         let Self { kind, mode, hangs_on, unit, position, nodes, .. } = self;
         let mut text = format!("{kind}, {mode}, on {hangs_on}: {position:.3} {unit}, {nodes} nodes");
@@ -186,7 +184,7 @@ pub fn describe(loads: &StepLoads, nodes: &Nodes) -> Vec<Description> {
     let joints = loads.joints().joints();
     let positions = loads.joints_at(0.0).0;
     let shown = |turns: bool, value: f64| {
-        // Rounded to a nanodegree, so that what was written in degrees is shown as it was.
+        // Rounded to a nanodegree, so that a value in degrees prints as it was written.
         if turns { (value.to_degrees() * 1e9).round() / 1e9 } else { value }
     };
     let one = |(index, joint): (usize, &Joint)| {

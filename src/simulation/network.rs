@@ -1,8 +1,8 @@
-//! The thermal network of a scene: what heats it, and how its nodes belong to those that are drawn.
+//! The thermal network of a scene: its heat input, and the map between drawn nodes and network nodes.
 //!
-//! A step's mean flux is computed on the device, gathered to network nodes on the host, and integrated by whoever steps networks; then the temperatures are
-//! written back. The host in between costs two transfers of all temperatures a step and the overlap of two frames: on lavapipe a small share of
-//! the stages.
+//! The device computes the mean flux of a step. The host gathers it to network nodes, a stepper integrates them, and the temperatures are written back. The
+//! work on the host costs two transfers of all temperatures in each step, and two frames no longer overlap. On lavapipe this is a small share of the
+//! stages.
 
 mod build;
 mod run;
@@ -16,34 +16,34 @@ use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{Network, NodeKind};
 use crate::thermal::shell::{NO_NODE, Shell};
 
-/// What a reader of a network's temperatures must know.
+/// Remark for readers of a network's temperatures.
 pub const HOLLOW: &str = "A thermal network exchanges heat with space, Sun and planet on the outside of bodies only: \
                           radiation inside hollow bodies and between surfaces is off.";
 
-/// Heat in a scene's network.
+/// A heater of a scene's network.
 #[derive(Debug, Clone)]
 struct Heated {
-    /// Nodes with their shares.
+    /// Heated nodes with their shares.
     shares: Vec<(u32, f64)>,
-    /// Over scene time.
+    /// Heat over scene time.
     power: HeatTable,
-    /// What switches it.
+    /// Its thermostat, where it has one.
     thermostat: Option<Thermostat>,
 }
 
 /// The network of a scene.
 #[derive(Debug)]
 pub struct SceneNetwork {
-    /// As made from the mesh.
+    /// The shell that was made from the mesh.
     pub shell: Shell,
-    /// How it is integrated.
+    /// Settings of the integration.
     pub settings: Settings,
-    /// Node of every node of the device, or `NO_NODE`.
+    /// Network node of every device node, or `NO_NODE`.
     node_of_slot: Vec<u32>,
-    /// Area that heats it [m2].
+    /// Area over which a device node heats its network node [m2].
     load_areas: Vec<f64>,
     heated: Vec<Heated>,
-    /// Time over which errors add up [s].
+    /// Time over which errors accumulate [s].
     horizon: f64,
 }
 
@@ -63,7 +63,7 @@ impl SceneNetwork {
         self.network().kinds.iter().filter(|one| **one == kind).count()
     }
 
-    /// Heat of every node [W] from the flux that nodes of the device absorb [W/m2].
+    /// Heat of every network node [W] from the flux that device nodes absorb [W/m2].
     pub fn heat(&self, absorbed: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut heat = vec![0.0; self.network().len()];
         for (slot, (node, area)) in self.node_of_slot.iter().zip(&self.load_areas).enumerate() {
@@ -74,7 +74,7 @@ impl SceneNetwork {
         heat
     }
 
-    /// Hands every node of the device in the network its temperature [K].
+    /// Calls a function with every device node in the network and its temperature [K].
     pub fn scatter(&self, temperatures: &[f64], mut set: impl FnMut(usize, f64)) {
         for (slot, node) in self.node_of_slot.iter().enumerate() {
             if *node != NO_NODE {
@@ -83,7 +83,7 @@ impl SceneNetwork {
         }
     }
 
-    /// What a user should look at.
+    /// Remarks for the user.
     pub(super) fn remarks(&self) -> Vec<String> {
         let summary = &self.shell.summary;
         let mut remarks = Vec::new();
@@ -102,7 +102,7 @@ impl SceneNetwork {
         remarks
     }
 
-    /// The network in words: name and value.
+    /// The network in words, as pairs of name and value.
     pub fn description(&self) -> Vec<(String, String)> {
         let (network, summary) = (self.network(), &self.shell.summary);
         let rate = network.fastest_rate(&vec![300.0; network.len()]);

@@ -1,9 +1,8 @@
-//! Warm-up to the periodic state: orbits are stepped until one of them changes nothing any more.
+//! Warm-up to the periodic state: orbits are stepped until one of them no longer changes the temperatures.
 //!
-//! Slow nodes take many orbits. A network is therefore moved after each to where its slow modes head for
-//! (`thermal::network::periodic::SlowModes`), and that map extrapolated by Anderson's method (J. ACM 12, 1965): the
-//! combination of the last orbits whose changes cancel best. Orbits are stepped coarsely until one meets the tolerance or
-//! gains no more, then as the run is until one of those meets it.
+//! Slow nodes need many orbits. After each orbit a network is therefore moved towards the periodic state of its slow modes
+//! (`thermal::network::periodic::SlowModes`). Anderson's method (J. ACM 12, 1965) then extrapolates: it combines the last orbits so that their changes
+//! cancel best. Orbits have coarse steps until one meets the tolerance or the change no longer falls. Then they have the steps of the run.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,39 +12,38 @@ use super::forward::{Passing, forward};
 use super::prepare::Prepared;
 use crate::thermal::network::periodic::SlowModes;
 
-/// Orbits that an extrapolation looks back.
+/// Orbits that an extrapolation uses.
 const DEPTH: usize = 3;
-/// Steps of a coarse step.
+/// Steps of the run in a coarse step.
 const COARSE_STEPS: f64 = 6.0;
-/// Steps at the end of a coarse orbit that are steps of their own, so that fast nodes end it as they do a fine one.
+/// Steps at the end of a coarse orbit that are not coarse, so that fast nodes end it as in a fine orbit.
 const LAST_STEPS: f64 = 30.0;
-/// Coarse orbits gain no more where their change is above this share of the one before.
+/// Coarse orbits end where the change of an orbit exceeds this share of the change before.
 const STALLED: f64 = 0.5;
-/// Nodes of the largest network whose slow modes are solved for: the factors of a mesh grow faster than its nodes.
+/// Most nodes of a network whose slow modes are solved. The matrix factors of a mesh grow faster than its nodes.
 const MOST_SOLVED: usize = 200_000;
 
-/// How a periodic warm-up went.
+/// Result of a periodic warm-up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Periodic {
-    /// Orbits stepped.
+    /// Number of orbits.
     pub orbits: u32,
-    /// The first of them that were stepped coarsely.
+    /// Number of coarse orbits, which come first.
     pub coarse: u32,
-    /// Largest change of a node over the last of them [K].
+    /// Largest change of a node over the last orbit [K].
     pub change: f64,
-    /// What was asked for [K].
+    /// Tolerance [K].
     pub tolerance: f64,
 }
 
 impl Periodic {
-    /// Whether the tolerance was met, by an orbit that was not coarse.
+    /// Whether a fine orbit met the tolerance.
     pub fn is_met(&self) -> bool {
         self.change <= self.tolerance && self.coarse < self.orbits
     }
 }
 
-/// Steps orbits that end at time 0 until the largest change over one of them is at most `tolerance` [K], or the scene's
-/// warm-up orbits are used up.
+/// Steps orbits that end at time 0, until the largest change over an orbit is at most `tolerance` [K] or the scene's warm-up orbits are used up.
 pub(super) fn warm_up(
     prepared: &Prepared,
     engine: &mut dyn Engine,
@@ -63,7 +61,7 @@ pub(super) fn warm_up(
         .map(|network| SlowModes::new(network, prepared.scene.orbit.period()));
     let (mut coarse, mut last) = (network.is_some(), f64::INFINITY);
     while done.orbits < most && !done.is_met() && !stop.load(Ordering::Relaxed) {
-        // What is handed on was stepped as the run is, twice so that the second can tell.
+        // Two fine orbits are needed, so that the change over the second can be measured.
         coarse &= done.orbits + 2 < most;
         engine.set_coarse(coarse);
         let from = engine.network_temperatures()?;
@@ -72,7 +70,7 @@ pub(super) fn warm_up(
         let (to, after) = (engine.network_temperatures()?, all(engine)?);
         done.orbits += 1;
         done.coarse += u32::from(coarse);
-        // A network that was moved shows its start to nobody but itself.
+        // The drawn temperatures of a network that was moved change only at the next step, so its own temperatures are compared.
         let drawn = |slot: &usize| prepared.network.as_ref().is_none_or(|network| !network.has(*slot));
         let others = (0..before.len()).filter(drawn).map(|slot| f64::from((before[slot] - after[slot]).abs()));
         let own = from.iter().flatten().zip(to.iter().flatten()).map(|(from, to)| (from - to).abs());
@@ -91,7 +89,7 @@ pub(super) fn warm_up(
             }
         }
         if coarse && (done.change <= tolerance || done.change > STALLED * last) {
-            // The map of a fine orbit is another.
+            // The map of a fine orbit differs from that of a coarse orbit.
             (coarse, history) = (false, History::default());
         }
         last = done.change;
@@ -101,14 +99,13 @@ pub(super) fn warm_up(
     Ok(Some(done))
 }
 
-/// Temperatures of all nodes [K].
 fn all(engine: &mut dyn Engine) -> Result<Vec<f32>, EngineError> {
     engine.submit(None, Order { temperatures: true, ..Order::default() })?;
     Ok(engine.deliver()?.temperatures.unwrap_or_default())
 }
 
-/// One whole period up to time 0 in steps of a step, or of several until near its end; the last is shorter where the
-/// period is no whole number of steps. Returns the mean temperatures of the network's nodes [K].
+/// Steps one period up to time 0, in coarse steps until near its end. The last step is shorter where the period is not a whole number of steps. Returns the
+/// mean temperatures of the network's nodes [K].
 fn orbit(
     prepared: &Prepared,
     engine: &mut dyn Engine,
@@ -119,7 +116,7 @@ fn orbit(
     let (step, period) = (prepared.scene.time.step, prepared.scene.orbit.period());
     let mut last = engine.network_temperatures()?.unwrap_or_default();
     let mut mean = vec![0.0; last.len()];
-    // Counted in steps since the orbit began, so that the steps of every orbit are the same.
+    // The steps are counted from the start of the orbit, so that those of every orbit are equal.
     let (mut done, whole) = (0.0, period / step);
     let passing = std::iter::from_fn(|| {
         let ahead: f64 = if coarse && whole - done >= LAST_STEPS + COARSE_STEPS { COARSE_STEPS } else { 1.0 };
@@ -147,7 +144,7 @@ fn orbit(
     Ok(mean)
 }
 
-/// The last orbits: where each ended, and how it changed the temperatures.
+/// The last orbits: the temperatures at the end of each, and their changes.
 #[derive(Debug, Default)]
 struct History {
     ends: Vec<Vec<f64>>,
@@ -155,8 +152,8 @@ struct History {
 }
 
 impl History {
-    /// Temperatures nearer to the periodic state than the end `to` of the orbit from `from`; `None` where there is nothing
-    /// to go by, or what comes out is no temperature.
+    /// Temperatures nearer to the periodic state than the end `to` of the orbit from `from`. `None` where there is no earlier orbit, or the result is not a
+    /// valid temperature.
     fn extrapolate(&mut self, from: &[f64], to: &[f64]) -> Option<Vec<f64>> {
         let change: Vec<f64> = to.iter().zip(from).map(|(to, from)| to - from).collect();
         let known = self.ends.len();
@@ -185,7 +182,7 @@ fn minus(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
-/// Weights of `columns` whose sum comes nearest to `target`, by the normal equations with a trace of regularisation.
+/// Weights of `columns` whose sum is nearest to `target`, by the normal equations with slight regularisation.
 fn least_squares(columns: &[Vec<f64>], target: &[f64]) -> Option<Vec<f64>> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let n = columns.len();
@@ -218,7 +215,7 @@ mod tests {
 
     #[test]
     fn linear_maps_of_few_rates_are_solved_in_a_few_orbits() {
-        // Two families of nodes that keep 0.9 and 0.5 of their distance to the periodic state over an orbit.
+        // Two families of nodes keep 0.9 and 0.5 of their distance to the periodic state over an orbit.
         let periodic: Vec<f64> = (0..20).map(|i| 250.0 + f64::from(i)).collect();
         let orbit = |t: &[f64]| -> Vec<f64> {
             let kept = |i: usize| if i < 12 { 0.9 } else { 0.5 };

@@ -1,4 +1,4 @@
-//! From a scene file to everything that a run needs: model, materials, nodes in device order, loads.
+//! Prepares a scene for a run: model, materials, nodes in device order, loads.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -22,28 +22,28 @@ use crate::model::{Merged, Model};
 use crate::scene::{Scene, ShadowSettings as Settings};
 use crate::thermal::material::{Material, Response};
 
-/// Triangles that a joint's run begins at a multiple of, so that its indices can be bound apart.
+/// A joint's run of triangles begins at a multiple of this number, so that its indices can be bound separately.
 const RUN: usize = 64;
 
-/// What a reader of a scene with joints must know.
+/// Remark for readers of a scene with joints.
 const JOINTS: &str = "What a step does to a part that moves is what it does to its pose in the middle of the step; an \
                       image shows the pose at its own time. Probes and contacts are found in the file's pose, and \
                       Sun-tracking goes on in eclipse.";
 
-/// Groups of four nodes that one dispatch takes at most: 65,535 workgroups of 64, and 128 MiB of vec4.
+/// Most groups of four nodes in one dispatch: 65,535 workgroups of 64, and 128 MiB of vec4.
 const MAX_GROUPS: usize = 65_535 * 64;
 
-/// What a reader of a transition's temperatures must know (docs/numerics.md 1).
+/// Remark for readers of a transition's temperatures (docs/numerics.md 1).
 const PROFILES: &str = "A transition is a profile in temperature, not physics: in orbit even the best t_max leaves a \
                         radiating node 10 to 37 K rms from its energy balance.";
 
 /// A scene ready to run.
 pub struct Prepared {
-    /// What the user wrote.
+    /// The scene file.
     pub scene: Scene,
     /// SHA-256 of all files of the scene.
     pub hash: String,
-    /// SHA-256 of each file alone.
+    /// SHA-256 of each file.
     pub file_hashes: BTreeMap<PathBuf, String>,
     /// Names of the parts.
     pub parts: Vec<String>,
@@ -51,40 +51,39 @@ pub struct Prepared {
     pub materials: Vec<Material>,
     /// Nodes in device order.
     pub nodes: Nodes,
-    /// Node indices of the triangles, those of each joint in a run of its own.
+    /// Node indices of the triangles. The triangles of each joint form a run.
     pub triangles: Vec<[u32; 3]>,
-    /// The runs of `triangles`; between them are triangles without area.
+    /// The runs of `triangles`. Triangles without area stand between them.
     pub triangle_runs: Vec<TriangleRun>,
-    /// The tree of these triangles, where rays find the shadows.
+    /// The tree of these triangles, where shadows are found by rays.
     pub shadow_tree: Option<Occluders>,
-    /// Node indices of the triangles that cast shadows, those of the model before it is split; empty without shadows.
+    /// Node indices of the triangles that cast shadows, which are those of the model before it is split. Empty without shadows.
     pub occluders: Vec<[u32; 3]>,
     /// The runs of `occluders`.
     pub occluder_runs: Vec<TriangleRun>,
-    /// What the scene's shortest edges merged, where it has any.
+    /// Result of merging short edges, where the scene asks for it.
     pub merged: Option<Merged>,
     /// Area of the model [m2].
     pub area: f64,
-    /// Sun, planet and albedo of any step.
+    /// Loads of any step: Sun, planet and albedo.
     pub loads: StepLoads,
     /// Node of each probe.
     pub probes: Vec<usize>,
-    /// The thermal network of the materials with that response.
+    /// The thermal network of the materials with response `network`.
     pub network: Option<Arc<SceneNetwork>>,
-    /// What a user should look at.
+    /// Remarks for the user.
     pub warnings: Vec<String>,
 }
 
 impl Prepared {
-    /// Loads and checks everything that the scene names; `progress` hears what is under way.
+    /// Loads and checks everything that the scene names. `progress` is called for each stage.
     ///
-    /// # Errors
-    /// The first thing that keeps the scene from running.
+    /// # Errors The first problem that keeps the scene from running.
     pub fn new(path: &Path, progress: &mut dyn FnMut(Stage)) -> Result<Self, PrepareError> {
         Self::from_scene(Scene::load(path)?, progress)
     }
 
-    /// The same for a scene that was loaded, and perhaps changed, before.
+    /// Prepares a scene that is already loaded.
     ///
     /// # Errors
     /// As for `new`.
@@ -92,7 +91,7 @@ impl Prepared {
         Self::with_materials(scene, |_| (), progress)
     }
 
-    /// The same with materials that the caller changes, such as their response.
+    /// Prepares a loaded scene with materials that the caller changes, such as their response.
     ///
     /// # Errors
     /// As for `new`.
@@ -155,7 +154,7 @@ impl Prepared {
         })
     }
 
-    /// Pipelines of the scene and the groups that each moves, cut to what one dispatch takes.
+    /// The pipelines of the scene and the groups of nodes that each advances, split to the size of a dispatch.
     pub fn step_ranges(&self) -> Vec<StepRange> {
         let environment = &self.scene.environment;
         let sun = environment.solar_constant.is_some_and(|flux| flux > 0.0);
@@ -186,15 +185,14 @@ impl Prepared {
         ranges
     }
 
-    /// What the scene's thermal network takes on a device that integrates it, beside the scene's plan; nothing where there is
-    /// none.
+    /// Device memory of the scene's thermal network, in addition to the scene's plan [bytes]. 0 where there is none.
     pub fn network_bytes(&self, plan: &[Planned]) -> NetworkBytes {
         let of =
             |scene: &Arc<SceneNetwork>| NetworkBytes::of(scene.network(), scene.sensors().len(), &spare_bytes(plan));
         self.network.as_ref().map(of).unwrap_or_default()
     }
 
-    /// The Sun's view of what casts shadows, and when it is taken anew; `None` where the craft does not shadow itself.
+    /// When shadows are found anew, and from which view. `None` where the craft does not shadow itself.
     pub fn redraw(&self) -> Option<Redraw> {
         let settings = self.scene.shadows?;
         let bounds = self.occluder_runs.iter().map(|run| {
@@ -211,7 +209,7 @@ impl Prepared {
         Some(Redraw { bounds, resolution, angle, found_for: None })
     }
 
-    /// The craft's shadow on some of its nodes, in f64; `None` where it casts none.
+    /// Shadows of the craft on some of its nodes, in f64. `None` where it casts none.
     pub fn shadows(&self, slots: impl Iterator<Item = usize>) -> Option<Shadows> {
         let settings = self.scene.shadows?;
         let node = |slot: usize| [self.nodes.positions[slot].as_dvec3(), self.nodes.normals[slot].as_dvec3()];
@@ -221,7 +219,7 @@ impl Prepared {
         Some(Shadows::new(nodes, joints, self.casters(), self.redraw()?, settings.method))
     }
 
-    /// The nodes as the joints have placed them at a time [s].
+    /// The nodes as placed by the joints at a time [s].
     pub fn nodes_at(&self, time: f64) -> Nodes {
         let mut nodes = self.nodes.clone();
         let poses = self.loads.joints_at(time).1;
@@ -234,14 +232,14 @@ impl Prepared {
         nodes
     }
 
-    /// What casts shadows, in the file's pose.
+    /// The triangles that cast shadows, in the file's pose.
     pub fn casters(&self) -> Jointed {
         let joints = if self.joints() > 1 { self.joints_of(0..self.nodes.positions.len()) } else { Vec::new() };
         let positions = self.nodes.positions.iter().map(|position| position.as_dvec3()).collect();
         Jointed { positions, triangles: self.occluders.clone(), joints }
     }
 
-    /// The body and its joints.
+    /// Number of joints, including the body.
     pub fn joints(&self) -> usize {
         self.loads.joints().joints().len() + 1
     }
@@ -261,7 +259,7 @@ impl Prepared {
         self.loads.walk_joints_to(time);
     }
 
-    /// Steps that the warm-up takes: its orbits in whole steps; 0 where it ends when the state is periodic.
+    /// Steps of the warm-up: its orbits in whole steps. 0 where it ends at the periodic state.
     pub fn warm_up_steps(&self) -> u32 {
         let time = &self.scene.time;
         if time.periodic.is_some() {
@@ -270,7 +268,7 @@ impl Prepared {
         (time.warm_up_orbits * self.scene.orbit.period() / time.step).round() as u32
     }
 
-    /// What the scene does without, and what isotherm does not yet model, in words.
+    /// Effects that the scene leaves out or that isotherm does not model, in words.
     pub fn switched_off(&self) -> Vec<String> {
         let environment = &self.scene.environment;
         let absent = [

@@ -1,4 +1,4 @@
-//! What is under way while a scene is made ready, and what keeps it from being so.
+//! Stages and errors of preparing a scene.
 
 use std::path::PathBuf;
 
@@ -7,12 +7,12 @@ use crate::environment::sky::SkyError;
 use crate::model::ModelError;
 use crate::scene::{JointRule, Scene, SceneError};
 
-/// What is under way while a scene is built.
+/// A stage of preparing a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage {
-    /// The model is read, and its short edges are merged.
+    /// The model is read and its short edges are merged.
     Reading,
-    /// Long edges are split: the vertices so far.
+    /// Long edges are split. The value is the number of vertices so far.
     Splitting(usize),
     /// The thermal network is made.
     Network,
@@ -23,10 +23,10 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// How many there are.
+    /// Number of stages.
     pub const COUNT: u64 = 5;
 
-    /// How many come before it.
+    /// Number of stages before this one.
     pub fn number(self) -> u64 {
         match self {
             Self::Reading => 0,
@@ -50,32 +50,32 @@ impl std::fmt::Display for Stage {
     }
 }
 
-/// What keeps a scene from being made.
+/// An error that keeps a scene from being prepared.
 #[derive(Debug, thiserror::Error)]
 pub enum PrepareError {
-    /// The scene file.
+    /// An error in the scene file.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The model.
+    /// An error in the model.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// The orbit or attitude.
+    /// An error in the orbit or attitude.
     #[error("{path}: {source}")]
     Sky {
         /// The scene file.
         path: PathBuf,
-        /// What is wrong.
+        /// The cause.
         source: SkyError,
     },
-    /// The thermal network.
+    /// An error in the thermal network.
     #[error("{path}: {message}")]
     Network {
         /// The scene file.
         path: PathBuf,
-        /// What is wrong.
+        /// The cause.
         message: String,
     },
-    /// More triangles than rays are tried against.
+    /// More triangles than the tree for rays can hold.
     #[error(
         "{path}: shadows.method: {triangles} triangles make a tree of {boxes} boxes; rays take at most {LARGEST_TREE}: \
          use method = \"depth\""
@@ -88,34 +88,34 @@ pub enum PrepareError {
         /// Boxes of the tree.
         boxes: usize,
     },
-    /// A joint.
+    /// An error in a joint.
     #[error("{path}:{line}: joint: {message}")]
     Joint {
         /// The scene file.
         path: PathBuf,
         /// Line of the joint.
         line: usize,
-        /// What is wrong.
+        /// The cause.
         message: String,
     },
-    /// A file that vanished after it was checked.
+    /// A file that disappeared after it was checked.
     #[error("{path}: {source}")]
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
-    /// A probe on a part that the model does not have.
+    /// A probe on a part that does not exist.
     #[error("{path}: probe '{probe}': the model has no part '{part}'; it has {parts}")]
     ProbePart {
         /// The scene file.
         path: PathBuf,
         /// The probe.
         probe: String,
-        /// What it asks for.
+        /// The part that it names.
         part: String,
-        /// What there is.
+        /// The parts of the model.
         parts: String,
     },
 }

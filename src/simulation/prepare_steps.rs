@@ -22,19 +22,19 @@ use crate::scene::{Scene, ShadowSettings, file_hash, scene_hash};
 use crate::thermal::material::{Material, Response};
 use crate::thermal::shell::Shell;
 
-/// Remarks about the model that are shown; `isotherm info MODEL` shows all.
+/// Number of remarks about the model that are printed. `isotherm info MODEL` prints all.
 const MOST_REMARKS: usize = 5;
 
-/// Share of an orbit above which the middle of a step stands badly for its mean: 6 deg.
+/// Longest step as a share of an orbit, beyond which its middle represents it poorly: 6 deg.
 const LONGEST_STEP: f64 = 1.0 / 60.0;
 
-/// Angle against the Sun in a step above which its samples stand badly for the mean [deg].
+/// Greatest turn of the Sun in a step [deg], beyond which its samples represent it poorly.
 const LARGEST_TURN_DEG: f64 = 20.0;
 
-/// Steps of a walk of joints with a rate in one of the scene's.
+/// Steps of the walk of joints with a rate in one step of the scene.
 const WALKS_A_STEP: f64 = 4.0;
 
-/// SHA-256 of all files together, and of each alone.
+/// SHA-256 of all files together, and of each.
 pub(super) fn hashes(files: &[PathBuf]) -> Result<(String, BTreeMap<PathBuf, String>), PrepareError> {
     let read = |path: &PathBuf| std::fs::read(path).map_err(|source| PrepareError::Read { path: path.clone(), source });
     let contents = files.iter().map(read).collect::<Result<Vec<_>, _>>()?;
@@ -42,7 +42,7 @@ pub(super) fn hashes(files: &[PathBuf]) -> Result<(String, BTreeMap<PathBuf, Str
     Ok((of_all, files.iter().cloned().zip(contents.iter().map(|content| file_hash(content))).collect()))
 }
 
-/// Patterns that no part or material has, and what was left out of the model.
+/// Warns of patterns that match no part or material, and of features of the model that are ignored.
 pub(super) fn model_warnings(scene: &Scene, model: &mut Model) -> Vec<String> {
     let mut remarks: Vec<String> =
         model.skipped.iter().map(|skipped| format!("{}: left out, {}", skipped.what, skipped.why)).collect();
@@ -58,10 +58,10 @@ pub(super) fn model_warnings(scene: &Scene, model: &mut Model) -> Vec<String> {
     warnings
 }
 
-/// A model at the density that its scene asks for.
+/// A model with the node density of its scene.
 pub(super) struct Dense {
     pub model: Model,
-    /// What short edges merged.
+    /// Result of merging short edges.
     pub merged: Option<Merged>,
     /// The triangles that cast shadows, as they were before long edges were split.
     pub occluders: Vec<[u32; 3]>,
@@ -76,13 +76,13 @@ pub(super) fn at_density(
 ) -> Result<Dense, PrepareError> {
     let (model, merged) = density::merge(scene, model)?;
     scene.assumptions.extend(merged.as_ref().map(density::describe));
-    // Splitting appends vertices, so the triangles as they are now keep their corners.
+    // Splitting appends vertices, so these triangles keep their corners.
     let occluders = if scene.shadows.is_some() { model.triangles.clone() } else { Vec::new() };
     let has_network = materials.iter().any(|material| matches!(material.response, Response::Network));
     Ok(Dense { model: density::split(scene, model, has_network, progress)?, merged, occluders })
 }
 
-/// A step that is long for the orbit, and a period that is not Kepler's.
+/// Warns of a step that is long for the orbit, and of a period that differs from Kepler's.
 pub(super) fn orbit_warnings(scene: &Scene) -> Vec<String> {
     let mut warnings = Vec::new();
     if scene.time.step > LONGEST_STEP * scene.orbit.period() {
@@ -100,8 +100,8 @@ pub(super) fn orbit_warnings(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-/// Triangles of vertices as those of nodes, sorted by the joint of these, each run from a multiple of `alignment` on; between runs stand triangles
-/// without area. The order within a joint is kept, and where there are no joints the list is as it was.
+/// Triangles with node indices instead of vertex indices, sorted by joint. Each joint's run begins at a multiple of `alignment`, after triangles without
+/// area. The order within a joint is kept. Without joints the list does not change.
 pub(super) fn by_joint(triangles: Vec<[u32; 3]>, nodes: &Nodes, alignment: usize) -> (Vec<[u32; 3]>, Vec<TriangleRun>) {
     let of_nodes = |triangle: [u32; 3]| triangle.map(|vertex| nodes.node_of_vertex[vertex as usize]);
     let triangles: Vec<_> = triangles.into_iter().map(of_nodes).collect();
@@ -124,7 +124,7 @@ pub(super) fn by_joint(triangles: Vec<[u32; 3]>, nodes: &Nodes, alignment: usize
     (sorted, runs)
 }
 
-/// The tree of what casts shadows, where rays find them.
+/// The tree of the triangles that cast shadows, where rays find them.
 pub(super) fn shadow_tree(
     scene: &Scene,
     nodes: &Nodes,
@@ -140,7 +140,7 @@ pub(super) fn shadow_tree(
     Ok(Some(Occluders::new(&positions, occluders)))
 }
 
-/// Sun, planet and albedo of every step from the warm-up on, and the walks of the joints.
+/// Loads of every step from the start of the warm-up, and the walks of the joints.
 pub(super) fn loads(scene: &Scene, moving: Vec<Joint>) -> Result<StepLoads, PrepareError> {
     let failed = |source| PrepareError::Sky { path: scene.source.clone(), source };
     let loads = StepLoads::new(&scene.orbit, &scene.attitude, &scene.environment).map_err(failed)?;
@@ -150,16 +150,16 @@ pub(super) fn loads(scene: &Scene, moving: Vec<Joint>) -> Result<StepLoads, Prep
     if !before.is_finite() {
         return Err(failed(SkyError::NotFinite { what: "the warm-up of an orbit that is not closed", value: before }));
     }
-    // A step more at both ends: the steps of a warm-up and of an odd last step are rounded.
+    // One more step at both ends, because the lengths of a warm-up and of a shorter last step are rounded.
     let slack = if before > 0.0 { scene.time.step } else { 0.0 };
     let span = [-before - slack, f64::from(scene.time.steps) * scene.time.step];
     loads.sky_model().check(span[0], span[1]).map_err(failed)?;
     Ok(loads.with_joints(moving, span, scene.time.step / WALKS_A_STEP))
 }
 
-/// A craft that turns far against the Sun in a step.
+/// Warns of a craft that turns far against the Sun in a step.
 pub(super) fn turn_warning(scene: &Scene, loads: &StepLoads) -> Option<String> {
-    // The chords of a sweep do not see whole turns.
+    // The chords of a sweep do not contain whole turns.
     let turn = match scene.attitude {
         Attitude::Spin { rate, .. } => (rate * scene.time.step).abs(),
         _ => loads.sky_model().sun_sweep(0.0, scene.time.step),

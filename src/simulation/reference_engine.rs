@@ -1,4 +1,4 @@
-//! The f64 reference as an engine: every node stepped by the device functions' twins, images by a rasteriser in f64.
+//! The f64 reference as an engine: the twins of the device functions, and a rasteriser in f64.
 
 use std::collections::VecDeque;
 
@@ -23,7 +23,7 @@ pub struct ReferenceEngine {
     shadows: Option<Shadows>,
     node_of_slot: Vec<u32>,
     slots: usize,
-    /// What is drawn, in the file's pose.
+    /// The surface that is drawn, in the file's pose.
     surface: Jointed,
     parts: Vec<u32>,
     materials: Vec<u32>,
@@ -32,7 +32,6 @@ pub struct ReferenceEngine {
     steps: u64,
     camera: Option<Camera>,
     table: RadianceTable,
-    /// What the steps have left that was not fetched yet.
     delivered: VecDeque<Delivered>,
     trace: Trace,
 }
@@ -79,7 +78,7 @@ impl ReferenceEngine {
         }
     }
 
-    /// Heat of the network's nodes [W]; empty where there is no network.
+    /// Heat of the network's nodes [W]. Empty without a network.
     fn heat(&self, load: &StepLoad) -> Vec<f64> {
         let Some(network) = &self.network else { return Vec::new() };
         let absorbed = self.reference.absorbed(load);
@@ -90,7 +89,6 @@ impl ReferenceEngine {
         network.scene().heat(|slot| of_slot[slot])
     }
 
-    /// Hands the network's temperatures to the nodes.
     fn take_network(&mut self) -> Result<(), EngineError> {
         let Some(network) = &mut self.network else { return Ok(()) };
         let temperatures = network.temperatures()?;

@@ -1,4 +1,4 @@
-//! A network on whoever integrates it: a device in f32, or the f64 twin.
+//! Stepper of a thermal network: a device in f32, or the f64 twin.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -11,29 +11,29 @@ use crate::thermal::network::control::FLOOR;
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
 
-/// A stepper of either kind.
+/// A stepper of a thermal network.
 pub enum AnyStepper {
-    /// In f32.
+    /// The device, in f32.
     Device(Box<NetworkStepper>),
-    /// In f64.
+    /// The processor, in f64.
     Reference(Box<ReferenceStepper>),
 }
 
 impl AnyStepper {
-    /// In f64 on the processor.
+    /// A stepper in f64 on the processor.
     pub fn reference(network: &Network, sensors: &[u32]) -> Self {
         Self::Reference(Box::new(ReferenceStepper::new(network.clone(), sensors)))
     }
 
-    /// On a device, with a dispatch for every stage also where one workgroup could take all of them.
+    /// A stepper on a device. It uses one dispatch for each stage, even where one workgroup could take all stages.
     ///
     /// # Errors
-    /// What the device refuses.
+    /// An error of the device.
     pub fn wide(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
         Ok(Self::Device(Box::new(NetworkStepper::wide(context, network, sensors)?)))
     }
 
-    /// Below this its estimates of an error are rounding [K].
+    /// Estimates of an error below this are rounding [K].
     pub fn floor(&self) -> f64 {
         match self {
             Self::Device(_) => ESTIMATE_FLOOR,
@@ -49,7 +49,7 @@ impl AnyStepper {
         }
     }
 
-    /// Time of all submissions so far on the device's own clock [ms]; `None` without a device or a clock.
+    /// Device time of all submissions so far [ms]. `None` without a device or a clock.
     pub fn device_ms(&self) -> Option<f64> {
         self.device()?.device_ms()
     }

@@ -1,4 +1,4 @@
-//! Where to compute: a Vulkan device, or the f64 reference on the processor.
+//! The place of computation: a Vulkan device, or the f64 reference on the processor.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::thermal::material::Transition;
 use crate::thermal::network::Network;
 use crate::thermal::transition::{TransitionState, transition_step};
 
-/// A place to compute at.
+/// A place of computation.
 #[derive(Clone)]
 pub enum Target {
     /// A Vulkan device, in f32.
@@ -26,12 +26,12 @@ pub enum Target {
 }
 
 impl Target {
-    /// Its name for people.
+    /// Its name for users.
     pub fn name(&self) -> String {
         self.device().map_or("cpu (f64 reference)".to_owned(), |context| context.info.name.clone())
     }
 
-    /// The device, where it is one.
+    /// The device. `None` for the processor.
     pub fn device(&self) -> Option<&Arc<Context>> {
         match self {
             Self::Device(context) => Some(context),
@@ -39,10 +39,9 @@ impl Target {
         }
     }
 
-    /// An engine for a scene; with a camera it draws.
+    /// An engine for a scene. It draws where `camera` is given.
     ///
-    /// # Errors
-    /// What the device refuses.
+    /// # Errors An error of the device.
     pub fn engine(&self, prepared: &Prepared, camera: Option<&Camera>) -> Result<Box<dyn Engine>, GpuError> {
         Ok(match self {
             Self::Device(context) => Box::new(DeviceEngine::new(context, prepared, camera)?),
@@ -53,7 +52,7 @@ impl Target {
     /// A stepper for a network.
     ///
     /// # Errors
-    /// What the device refuses.
+    /// An error of the device.
     pub fn stepper(&self, network: &Network, sensors: &[u32]) -> Result<AnyStepper, GpuError> {
         Ok(match self {
             Self::Device(context) => AnyStepper::Device(Box::new(NetworkStepper::new(context, network, sensors)?)),
@@ -61,10 +60,9 @@ impl Target {
         })
     }
 
-    /// Temperatures [K] after every step of a node that starts at rest and is commanded one target a step.
+    /// Temperatures [K] after every step of a node that starts at rest and receives one target in each step.
     ///
-    /// # Errors
-    /// What the device refuses.
+    /// # Errors An error of the device.
     pub fn respond(&self, transition: &Transition, initial: f64, targets: &[f64]) -> Result<Vec<f64>, GpuError> {
         let Self::Device(context) = self else { return Ok(respond_f64(transition, initial, targets)) };
         let run = Run { initial: initial as f32, targets: targets.iter().map(|target| *target as f32).collect() };

@@ -1,4 +1,4 @@
-//! Where the camera stands against the craft at an instant.
+//! Pose of the camera against the craft at one instant.
 
 use glam::{DAffine3, DMat3};
 
@@ -7,7 +7,7 @@ use crate::gpu::layout;
 use crate::raster;
 use crate::scene::{Camera, CameraFrame};
 
-/// The pose of a camera at one instant: moves body positions into camera axes (OpenCV).
+/// The pose of a camera at one instant. It takes body positions into camera axes (OpenCV).
 pub fn camera_from_body(camera: &Camera, sky: &Sky) -> DAffine3 {
     let body_from_frame = match camera.frame {
         CameraFrame::Body => DMat3::IDENTITY,
@@ -18,8 +18,7 @@ pub fn camera_from_body(camera: &Camera, sky: &Sky) -> DAffine3 {
     DAffine3::from_mat3_translation(rotation, body_from_frame * camera.position).inverse()
 }
 
-/// The pose and intrinsics as the device reads them. A pixel at u right and v down looks along
-/// ((u - centre.x) / focal.x, (v - centre.y) / focal.y, 1).
+/// The pose and intrinsics for the device. A pixel at u right and v down looks along ((u - centre.x) / focal.x, (v - centre.y) / focal.y, 1).
 pub fn device_view(camera: &Camera, pose: &DAffine3) -> layout::View {
     let row = |i: usize| {
         let rotation = pose.matrix3.row(i);
@@ -38,7 +37,7 @@ pub fn device_view(camera: &Camera, pose: &DAffine3) -> layout::View {
     }
 }
 
-/// The same for the f64 rasteriser.
+/// The pose and intrinsics for the f64 rasteriser.
 pub fn raster_view(camera: &Camera, pose: &DAffine3) -> raster::View {
     raster::View {
         camera_from_body: *pose,

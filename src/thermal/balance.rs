@@ -1,26 +1,26 @@
-//! The balance temperature: where what a surface radiates equals what it absorbs.
+//! The balance temperature, at which a surface radiates as much as it absorbs.
 
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::material::{Material, Optics, Sides};
 
-/// Fluxes that fall on one face [W/m2], before its optics.
+/// Incident fluxes on one face [W/m2].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Incident {
-    /// Sunlight.
+    /// Solar flux.
     pub solar: f64,
-    /// Sunlight that the planet reflects.
+    /// Albedo flux.
     pub albedo: f64,
-    /// Infrared of the planet.
+    /// Planet infrared.
     pub planet_ir: f64,
 }
 
-/// Flux that one face absorbs [W/m2]: sunlight by its absorptivity, infrared by its emissivity (Kirchhoff, grey).
+/// Flux that one face absorbs [W/m2]: sunlight times its absorptivity, infrared times its emissivity (grey, Kirchhoff's law).
 pub fn absorbed_by_face(optics: Optics, incident: Incident) -> f64 {
     optics.absorptivity * (incident.solar + incident.albedo) + optics.emissivity * incident.planet_ir
 }
 
-/// Flux that a surface absorbs per area of one face [W/m2]. `back` is what falls on the face against the normal; it is
-/// only asked for where that face takes part.
+/// Flux that a surface absorbs per area of one face [W/m2]. `back` gives the incident flux on the face against the normal. It is called only where that
+/// face exchanges heat.
 pub fn absorbed_flux(material: &Material, front: Incident, back: impl FnOnce() -> Incident) -> f64 {
     let outside = absorbed_by_face(material.front, front);
     match material.sides {
@@ -29,7 +29,7 @@ pub fn absorbed_flux(material: &Material, front: Incident, back: impl FnOnce() -
     }
 }
 
-/// Sum of the emissivities of the faces that take part.
+/// Sum of the emissivities of the faces that exchange heat.
 pub fn emissivity_sum(material: &Material) -> f64 {
     match material.sides {
         Sides::Outside => material.front.emissivity,
@@ -37,8 +37,8 @@ pub fn emissivity_sum(material: &Material) -> f64 {
     }
 }
 
-/// Temperature [K] at which eps sigma (T^4 - T_background^4) equals the absorbed flux [W/m2]; the background is a
-/// temperature [K]. `emissivity_sum` must be positive: without emission there is no balance (the result is infinite).
+/// Temperature [K] at which eps sigma (T^4 - T_background^4) equals the absorbed flux [W/m2]. The background is a temperature [K]. With an `emissivity_sum`
+/// of 0 there is no balance and the result is infinite.
 pub fn balance_temperature(absorbed: f64, emissivity_sum: f64, background_temperature: f64) -> f64 {
     let background_squared = background_temperature * background_temperature;
     let fourth_power = absorbed / (emissivity_sum * STEFAN_BOLTZMANN) + background_squared * background_squared;

@@ -4,16 +4,15 @@ use thiserror::Error;
 
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 
-/// Hottest temperature of the inverse [K].
+/// Highest temperature of the inverse [K].
 pub const MAX_TEMPERATURE: f64 = 20_000.0;
-/// An f32's bits shifted right by this are its octave and eighth of an octave: the index of the first guess.
+/// Shift of an f32's bits that leaves its octave and eighth of an octave, the index of the first guess.
 pub const GUESS_SHIFT: u32 = 20;
-/// Newton steps after the guess. The guess is good to 1e-2 in ln L, so that the second already reaches f32 rounding.
+/// Newton steps after the guess. The guess is within 1e-2 in ln L, so the second step reaches f32 rounding.
 pub const NEWTON_STEPS: u32 = 4;
 
-/// 1/T over radiance, the first guess of the inverse: between two entries 1/T is linear in L, and the entries are so
-/// dense in ln L (eight an octave) that this is linear in ln L too. Reading the index from the bits of an f32 spares
-/// the device a logarithm.
+/// Table of 1/T over radiance, the first guess of the inverse. It is linear in L between entries. With eight entries an octave this is nearly linear in ln
+/// L. The index comes from the bits of an f32, which spares the device a logarithm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BrightnessTable {
     /// 1/T [1/K] at the radiances whose f32 bits are `(first_index + i) << GUESS_SHIFT`.
@@ -28,29 +27,29 @@ pub struct BrightnessTable {
     pub max_radiance: f64,
 }
 
-/// A radiance without a brightness temperature.
+/// An error of the inverse: a radiance without a brightness temperature.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum BrightnessError {
-    /// Not a positive finite number.
+    /// A radiance that is not positive and finite.
     #[error("radiance {0} W m-2 sr-1 has no brightness temperature: it must be positive and finite")]
     NotPositive(f64),
-    /// Less than the least normal f32.
+    /// A radiance below the least normal f32.
     #[error(
         "radiance {radiance:e} W m-2 sr-1 is below {floor:e}, the least that a 32-bit float holds \
          (a blackbody at {floor_temperature:.2} K in this band)"
     )]
     BelowFloor {
-        /// What was asked [W m-2 sr-1].
+        /// Given radiance [W m-2 sr-1].
         radiance: f64,
         /// The least normal f32.
         floor: f64,
-        /// Its temperature [K].
+        /// Temperature of that radiance [K].
         floor_temperature: f64,
     },
-    /// Hotter than `MAX_TEMPERATURE`.
+    /// A radiance above that of `MAX_TEMPERATURE`.
     #[error("radiance {radiance:e} W m-2 sr-1 is above {ceiling:e}, a blackbody at {MAX_TEMPERATURE} K in this band")]
     AboveCeiling {
-        /// What was asked [W m-2 sr-1].
+        /// Given radiance [W m-2 sr-1].
         radiance: f64,
         /// Radiance at `MAX_TEMPERATURE` [W m-2 sr-1].
         ceiling: f64,
@@ -75,7 +74,7 @@ impl BrightnessTable {
         Self { inverse_temperatures, first_index, min_radiance, min_temperature, max_radiance }
     }
 
-    /// Refuses what the inverse cannot answer.
+    /// Checks that the inverse exists.
     pub fn check(&self, radiance: f64) -> Result<(), BrightnessError> {
         if !(radiance > 0.0 && radiance.is_finite()) {
             return Err(BrightnessError::NotPositive(radiance));
@@ -100,10 +99,9 @@ impl BrightnessTable {
     }
 }
 
-/// Temperature of a blackbody of this radiance [W m-2 sr-1] in the table's band [K], or why there is none.
+/// Temperature of a blackbody of this radiance [W m-2 sr-1] in the table's band [K].
 ///
-/// Newton's iteration for u = 1/T in ln L, which is nearly linear in u:
-/// d ln L / du = -(T + c2/lambda_max + T^2 d ln G/dT).
+/// It is Newton's iteration for u = 1/T on ln L, which is nearly linear in u: d ln L / du = -(T + c2/lambda_max + T^2 d ln G/dT).
 pub fn brightness_temperature(
     table: &RadianceTable,
     guesses: &BrightnessTable,
@@ -121,7 +119,7 @@ pub fn brightness_temperature(
     Ok(t)
 }
 
-/// 1/T [1/K] at which ln L has a value, by halving an interval that holds every T of the inverse.
+/// 1/T [1/K] at a value of ln L, by bisection over the whole range of the inverse.
 fn bisect(table: &RadianceTable, ln_radiance: f64) -> f64 {
     let (mut low, mut high) = (0.25 / MAX_TEMPERATURE, 1.0);
     for _ in 0..80 {
@@ -141,7 +139,7 @@ mod tests {
     use crate::thermal::planck::band_radiance_exact;
     use crate::thermal::radiance::tests::{BANDS, microns};
 
-    /// From the f32 floor to the ceiling.
+    /// From the least to the greatest radiance.
     fn temperatures(guesses: &BrightnessTable) -> impl Iterator<Item = f64> {
         let (low, high) = (guesses.min_temperature * (1.0 + 1e-6), MAX_TEMPERATURE * (1.0 - 1e-9));
         (0..400).map(move |i| low * (high / low).powf(f64::from(i) / 399.0))

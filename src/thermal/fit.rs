@@ -1,14 +1,13 @@
-//! Which function and t_max follow a measured step response best.
+//! Fits the response function and t_max that follow a measured step response best.
 //!
-//! A step response starts at rest, at the temperature of its first row, and moves to one target. For every kind of
-//! function, in T and in T^4, t_max, the function's own numbers and (where it is not given) the target are found by
-//! least squares on the temperatures. A table goes through all rows by itself, so it is judged by what it misses where
-//! it is made of every second row only. The kinds are ordered by Schwarz's criterion, n ln(mean square) + p ln n with
-//! p free numbers (Schwarz, "Estimating the dimension of a model", 1978): a function with more numbers must earn them.
+//! A step response starts at rest at the temperature of its first row and moves to one target. For every kind of function, in T and in T^4, least squares
+//! on the temperatures find t_max, the parameters of the function and (where it is not given) the target. A table meets all rows exactly. Its error is
+//! therefore that of a table of every second row at the other rows. The kinds are ordered by Schwarz's criterion, n ln(mean square) + p ln n with p free
+//! parameters (Schwarz, "Estimating the dimension of a model", 1978), which penalises free parameters.
 //!
-//! Where the end of the response is not in the data, some kinds fit alike with every later end, since a part of a line,
-//! of a logarithm or of an exponential is again one. Then a line, a logarithm and a polynomial end with the data, and an
-//! exponential ends where 0.1 % of its way is left, so that its target is its asymptote.
+//! If the data stop before the end of the response, every later end fits some kinds equally well, because a part of a line, a logarithm or an exponential
+//! has the same form. A line, a logarithm and a polynomial then end with the data. An exponential ends where 0.1 % of its way is left, so that its target
+//! is its asymptote.
 
 use crate::thermal::material::Domain;
 
@@ -26,20 +25,18 @@ use response::NOTHING;
 pub use response::{Fit, Response};
 use search::{KINDS, Problem};
 
-/// What was found.
+/// Result of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fits {
-    /// Every kind that can be had, the best first.
+    /// Every kind that can be fitted, the best first.
     pub best: Vec<Fit>,
-    /// Kinds that cannot, with the reason.
+    /// Kinds that can not be fitted, with the reason.
     pub left_out: Vec<(&'static str, String)>,
 }
 
-/// Fits every kind in both domains; a table only in T, where it is the same curve as in T^4 but for what lies between
-/// its rows.
+/// Fits every kind in both domains. A table is fitted only in T, because in T^4 it differs only between its rows.
 ///
-/// # Errors
-/// Data that are no step response, or a target [K] that cannot be theirs.
+/// # Errors Data that are not a step response, or a target [K] that contradicts them.
 pub fn fit(samples: &[Sample], target: Option<f64>) -> Result<Fits, FitError> {
     let data = Data::new(samples, target)?;
     let mut fits = Fits { best: Vec::new(), left_out: Vec::new() };

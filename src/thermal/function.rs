@@ -1,8 +1,7 @@
-//! Response functions: the share of the way done as a function of the share of the time gone.
+//! Response functions: the share of the way done against the share of the time gone.
 //!
-//! A function is f(s) on [0, 1] with f(0) = 0 and f(1) = 1, nowhere falling: T = old + (target - old) f(s). The rest of
-//! the program asks for what is left of the way, w = 1 - f, against the share of the time that is left, r = 1 - s:
-//! so the end of a transition, where w is small, keeps its relative accuracy.
+//! A function f(s) on [0, 1] has f(0) = 0 and f(1) = 1 and never decreases: T = old + (target - old) f(s). The program uses the share of the way left, w =
+//! 1 - f, against the share of the time left, r = 1 - s. Near the end of a transition, where w is small, w then keeps its relative accuracy.
 
 use std::fmt;
 use std::sync::Arc;
@@ -20,61 +19,59 @@ pub use measured::{Measured, Sample};
 use pieces::Pieces;
 pub use polynomial::Polynomial;
 
-/// Largest rate of an exponential; the share that is left would leave the range of f64 beyond about 700.
+/// Largest rate of an exponential. Beyond about 700 the share left would leave the range of f64.
 const MAX_EXPONENTIAL_RATE: f64 = 500.0;
-/// Largest rate of a logarithm: its start is 1e4 times as steep as its end.
+/// Largest rate of a logarithm. Its start is then 1e4 times as steep as its end.
 const MAX_LOGARITHMIC_RATE: f64 = 1e4;
-/// Shortest part of the time at the end, in which nothing is left of the way, that is taken for more than rounding.
+/// Shortest time at the end without any way left that counts as more than rounding, as a share of the whole time.
 const SHORTEST_REST: f64 = 1e-6;
 
-/// The share of the way done as a function of the share of the time gone.
+/// The share of the way done against the share of the time gone.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Function {
     /// Equations 1 and 2 of Vural et al. 2023.
     Linear,
-    /// Equations 3 and 4 of Vural et al. 2023, held at the target after `t_max`.
+    /// Equations 3 and 4 of Vural et al. 2023, constant after `t_max`.
     Quadratic,
-    /// Any other, checked when it was made.
+    /// Any other function, already checked.
     Shaped(Arc<Shape>),
 }
 
-/// A function that is no power.
+/// A function that is not a power.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
-    /// Share of the time in which the way is done; below 1 where the function reaches its target early.
+    /// Share of the time in which the way is done. It is below 1 where the function reaches its target early.
     active: f64,
-    /// The function as a device evaluates it.
     pieces: Pieces,
 }
 
-/// The kinds of function that are no power.
+/// The kinds of function that are not powers.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Kind {
     /// A sum of powers of s.
     Polynomial(Polynomial),
     /// (1 - e^-ks) / (1 - e^-k).
     Exponential {
-        /// k, above 0.
+        /// The rate k, above 0.
         rate: f64,
     },
     /// ln(1 + ks) / ln(1 + k).
     Logarithmic {
-        /// k, above 0.
+        /// The rate k, above 0.
         rate: f64,
     },
-    /// Measured times and temperatures, joined by a monotone cubic.
+    /// Measured times and temperatures, interpolated by a monotone cubic.
     Table(Measured),
     /// GLSL text of s.
     Expression(Expression),
 }
 
 impl Function {
-    /// f = c0 + c1 s + c2 s^2 + ...
+    /// The polynomial f = c0 + c1 s + c2 s^2 + ...
     ///
-    /// # Errors
-    /// A sum that does not lead from 0 to 1, or falls in between.
+    /// # Errors A sum that does not lead from 0 to 1, or that decreases in between.
     pub fn polynomial(coefficients: &[f64]) -> Result<Self, FunctionError> {
         Self::shaped(Kind::Polynomial(Polynomial::new(coefficients)?))
     }
@@ -97,16 +94,15 @@ impl Function {
         Self::shaped(Kind::Logarithmic { rate })
     }
 
-    /// Measured samples, normalised in time and in temperature. Where the measurement stopped short of its `target`
-    /// [K], it goes on at its last rate until there.
+    /// A table of measured samples, normalised in time and in temperature. Where the measurement ends before its `target` [K], it continues at its last
+    /// rate until it reaches the target.
     ///
-    /// # Errors
-    /// The first sample that cannot be, with its row.
+    /// # Errors The first sample that is not valid, with its row.
     pub fn table(samples: &[Sample], target: Option<f64>) -> Result<Self, FunctionError> {
         Self::shaped(Kind::Table(Measured::new(samples, target)?))
     }
 
-    /// The same from a CSV file with the columns `time` and `temperature` [K].
+    /// A table from a CSV file with the columns `time` and `temperature` [K].
     ///
     /// # Errors
     /// A file that cannot be read, or its first bad row.
@@ -114,10 +110,9 @@ impl Function {
         Self::shaped(Kind::Table(Measured::read(path, target)?))
     }
 
-    /// GLSL text of `s`, compiled by naga.
+    /// An expression from GLSL text of `s`, compiled by naga.
     ///
-    /// # Errors
-    /// Text that does not parse, does more than arithmetic, or is no response function.
+    /// # Errors Text that does not parse, that contains more than arithmetic, or that is not a response function.
     pub fn expression(text: &str) -> Result<Self, FunctionError> {
         Self::shaped(Kind::Expression(Expression::new(text)?))
     }
@@ -132,7 +127,7 @@ impl Function {
         Ok(Self::Shaped(Arc::new(Shape { kind, active, pieces })))
     }
 
-    /// Name of the kind, as scene files write it.
+    /// Name of the kind in scene files.
     pub fn kind_name(&self) -> &'static str {
         match self {
             Self::Linear => "linear",
@@ -141,7 +136,7 @@ impl Function {
         }
     }
 
-    /// The power of a power function.
+    /// The exponent of a power function.
     pub fn power(&self) -> Option<f64> {
         match self {
             Self::Linear => Some(1.0),
@@ -164,7 +159,7 @@ impl Function {
         1.0 - self.remaining(1.0 - s.clamp(0.0, 1.0))
     }
 
-    /// Share of the time in which the way is done; below 1 where the function reaches its target early.
+    /// Share of the time in which the way is done. It is below 1 where the function reaches its target early.
     pub fn active(&self) -> f64 {
         match self {
             Self::Linear | Self::Quadratic => 1.0,
@@ -172,7 +167,7 @@ impl Function {
         }
     }
 
-    /// The function over the time in which the way is done, as a device evaluates it.
+    /// The function as the device evaluates it, over the time in which the way is done.
     pub fn pieces(&self) -> Pieces {
         match self {
             Self::Linear | Self::Quadratic => Pieces::new(&|r| self.remaining(r)),
@@ -182,7 +177,7 @@ impl Function {
 }
 
 impl Kind {
-    /// Name, as scene files write it.
+    /// Name in scene files.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Polynomial(_) => "polynomial",
@@ -197,9 +192,9 @@ impl Kind {
     pub fn remaining(&self, r: f64) -> f64 {
         match self {
             Self::Polynomial(polynomial) => polynomial.remaining(r),
-            // e^-ks - e^-k = e^-ks (1 - e^-kr): no cancellation towards the end.
+            // e^-ks - e^-k = e^-ks (1 - e^-kr) does not cancel near the end.
             Self::Exponential { rate } => (-rate * (1.0 - r)).exp() / (-rate).exp_m1() * (-rate * r).exp_m1(),
-            // ln(1 + k) - ln(1 + ks) = -ln(1 - kr / (1 + k)), likewise.
+            // ln(1 + k) - ln(1 + ks) = -ln(1 - kr / (1 + k)) does not cancel near the end.
             Self::Logarithmic { rate } => -(-rate * r / (1.0 + rate)).ln_1p() / rate.ln_1p(),
             Self::Table(measured) => measured.remaining(r),
             Self::Expression(expression) => expression.remaining(r),
@@ -207,7 +202,7 @@ impl Kind {
     }
 }
 
-/// The share of the time at the end in which nothing is left of the way, by bisection.
+/// The share of the time at the end without any way left, by bisection.
 fn idle_share(kind: &Kind) -> f64 {
     if !matches!(kind, Kind::Table(_) | Kind::Expression(_)) || kind.remaining(SHORTEST_REST) > 0.0 {
         return 0.0;

@@ -1,4 +1,4 @@
-//! What falls on a plate under the load of a step.
+//! Incident fluxes on a plate under the load of a step.
 
 use glam::DVec3;
 
@@ -6,7 +6,7 @@ use crate::environment::StepLoad;
 use crate::environment::load::{albedo_flux, planet_ir_flux, solar_flux};
 use crate::thermal::balance::Incident;
 
-/// Fluxes on a plate, by the twins of the device's functions.
+/// Incident fluxes on a plate, by the twins of the device's functions.
 pub fn incident(load: &StepLoad, normal: DVec3) -> Incident {
     Incident {
         solar: solar_flux(load, normal),
@@ -15,5 +15,5 @@ pub fn incident(load: &StepLoad, normal: DVec3) -> Incident {
     }
 }
 
-/// How the reference finds what falls on a plate.
+/// Function by which the reference finds the incident fluxes on a plate.
 pub type IncidentFunction = fn(&StepLoad, DVec3) -> Incident;

@@ -1,35 +1,32 @@
-//! Least squares in a few bounded variables: the method of Levenberg (1944) and Marquardt (1963) with derivatives from
-//! differences.
+//! Least squares in a few bounded variables, by the method of Levenberg (1944) and Marquardt (1963) with finite differences.
 
 /// A point and its sum of squared residuals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Minimum {
     /// The variables.
     pub x: Vec<f64>,
-    /// Sum of the squares of the residuals there; infinite where one is not a number.
+    /// Sum of the squared residuals there. It is infinite where a residual is NaN.
     pub sum_of_squares: f64,
 }
 
-/// Step of a difference against the size of a variable; near the cube root of the rounding error, where a central
-/// difference errs least.
+/// Step of a difference relative to a variable. It is near the cube root of the rounding error, where the error of a central difference is least.
 const DIFFERENCE: f64 = 6e-6;
-/// A step that gains less than this share of the sum of squares ends the search.
+/// The search ends at a step that reduces the sum of squares by less than this share.
 const GAIN: f64 = 1e-12;
 
-/// A variable that may move.
+/// A variable that is not held.
 struct Direction {
-    /// Which one.
     i: usize,
-    /// Of every residual.
+    /// Derivatives of all residuals.
     derivative: Vec<f64>,
     /// Half of the negative derivative of the sum of squares.
     downhill: f64,
 }
 
-/// Walks downhill from `start` in at most `iterations` steps. `bounds` are the ends of each variable; where they are
-/// equal the variable is held. `residuals` gives as many values for every point.
+/// Minimises from `start` in at most `iterations` steps. `bounds` are the limits of each variable. A variable with equal limits is held. `residuals`
+/// returns the same number of values at every point.
 ///
-/// The minimum is that of the valley in which `start` lies: try several where there may be more than one.
+/// The result is the local minimum near `start`. Try several starts where there may be more than one.
 pub fn minimise(
     residuals: &dyn Fn(&[f64]) -> Vec<f64>,
     start: &[f64],
@@ -49,7 +46,7 @@ pub fn minimise(
                 let derivative = derivative(residuals, &x, i, bounds[i]);
                 Direction { i, downhill: -product(&derivative, &here), derivative }
             })
-            // At a bound that the way down leads through, a variable stays: else the others would step as if it moved.
+            // A variable at a bound is held where the descent leads out. Otherwise the others would step as if it moved.
             .filter(|Direction { i, downhill, .. }| {
                 let [low, high] = bounds[*i];
                 !(x[*i] <= low && *downhill < 0.0 || x[*i] >= high && *downhill > 0.0)
@@ -62,7 +59,7 @@ pub fn minimise(
         while damping < 1e12 {
             let mut damped = normal.clone();
             for (i, row) in damped.iter_mut().enumerate() {
-                // A variable without effect stays where it is.
+                // A variable without effect is held.
                 row[i] = if normal[i][i] > 0.0 { normal[i][i] * (1.0 + damping) } else { 1.0 };
             }
             let mut trial = x.clone();
@@ -96,7 +93,7 @@ fn sum_of_squares(residuals: &[f64]) -> f64 {
     if sum.is_nan() { f64::INFINITY } else { sum }
 }
 
-/// Central difference, one-sided at a bound.
+/// Central difference, or one-sided at a bound.
 fn derivative(residuals: &dyn Fn(&[f64]) -> Vec<f64>, x: &[f64], i: usize, [low, high]: [f64; 2]) -> Vec<f64> {
     let step = DIFFERENCE * x[i].abs().max(1e-3);
     let at = |value: f64| {
@@ -108,8 +105,7 @@ fn derivative(residuals: &dyn Fn(&[f64]) -> Vec<f64>, x: &[f64], i: usize, [low,
     before.iter().zip(&after).map(|(a, b)| (b - a) / (right - left)).collect()
 }
 
-/// Gaussian elimination with pivots; a system without a unique solution gives what is not finite, and the step that
-/// follows is refused.
+/// Gaussian elimination with pivots. A singular system gives values that are not finite, and the following step is refused.
 fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
     let n = right.len();
     for column in 0..n {

@@ -1,4 +1,4 @@
-//! What a surface is made of, as numbers: optics, bulk, and the response that moves its temperature.
+//! Surface material as numbers: optics, bulk properties, and thermal response.
 
 pub use super::function::Function;
 
@@ -7,24 +7,24 @@ pub use super::function::Function;
 pub struct Optics {
     /// Share of the incident sunlight that is absorbed.
     pub absorptivity: f64,
-    /// Grey-body emissivity; also the share of the incident planet infrared that is absorbed.
+    /// Grey-body emissivity. It is also the absorbed share of incident planet infrared.
     pub emissivity: f64,
 }
 
-/// What exchanges heat with the surroundings.
+/// The faces that exchange heat.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sides {
-    /// Only the side its normal points to: the skin of a closed body.
+    /// Only the face of the normal, as on the skin of a closed body.
     Outside,
-    /// Both faces, the back with optics of its own: an array sheet, a radiator panel.
+    /// Both faces, as on an array sheet or a radiator panel. The back has its own optics.
     Both {
         /// Optics of the face against the normal.
         back: Optics,
     },
 }
 
-/// Longest time to the target [steps]. The device's clock counts whole parts of a step, between 2^30 and 2^31 in
-/// `t_max`, of which rule `restart` keeps parts of 128: from 2^24 steps on it would stand still.
+/// Longest time to the target [steps]. The device's clock divides `t_max` into 2^30 to 2^31 parts, and rule `restart` counts in units of 128 parts. From
+/// 2^24 steps on the clock would not advance.
 pub const LONGEST_T_MAX: f64 = 10_000_000.0;
 
 /// One branch (heating or cooling) of a transition.
@@ -32,12 +32,12 @@ pub const LONGEST_T_MAX: f64 = 10_000_000.0;
 pub struct Profile {
     /// Shape of the curve.
     pub function: Function,
-    /// Time to reach the target, in simulation steps; 0 is an immediate response.
+    /// Time to the target [steps]. 0 is an immediate response.
     pub t_max_steps: f64,
 }
 
 impl Profile {
-    /// Time until nothing is left of the way [steps]; `t_max_steps` but for a function that reaches its target early.
+    /// Time until no way is left [steps]. It is less than `t_max_steps` where a function reaches its target early.
     pub fn duration(&self) -> f64 {
         self.t_max_steps * self.function.active()
     }
@@ -49,13 +49,12 @@ impl Profile {
     }
 }
 
-/// What happens to a transition under way when its target moves (docs/numerics.md 1).
+/// Rule for a transition under way whose target moves (docs/numerics.md 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Retarget {
-    /// Go on along the curve under way from another place, without a jump of the temperature; of a power the rates of the
-    /// transition under way and of the new step add up.
+    /// Continue on the same curve from another phase, without a jump of the temperature. For powers the rates of the old and the new change add up.
     Merge,
-    /// Start afresh from the present temperature at every change.
+    /// Start a new transition from the present temperature at every change.
     Restart,
 }
 
@@ -64,15 +63,15 @@ pub enum Retarget {
 pub enum Domain {
     /// The temperature.
     Temperature,
-    /// Its fourth power: the emitted power. Nearer to a radiating node.
+    /// Its fourth power, which is proportional to the emitted power. It is more accurate for a radiating node.
     FourthPower,
 }
 
 impl Domain {
-    /// Unit of the fourth power: 100 K, so that what f32 holds of it stays near 1.
+    /// Unit of the fourth power: 100 K, so that its values stay near 1 in f32.
     const UNIT: f64 = 100.0;
 
-    /// What moves, of a temperature [K]: K, or units of (100 K)^4.
+    /// Converts a temperature [K] to the unit of the domain: K, or (100 K)^4.
     pub fn of(self, temperature: f64) -> f64 {
         match self {
             Self::Temperature => temperature,
@@ -80,31 +79,31 @@ impl Domain {
         }
     }
 
-    /// The temperature [K] of what moves.
+    /// Converts a value of the domain to a temperature [K].
     pub fn temperature(self, value: f64) -> f64 {
         match self {
             Self::Temperature => value,
-            // An effective origin may lie below 0, and rounding may take a node there: it is then at 0 K.
+            // An effective origin may lie below 0. A node that rounding takes below 0 is at 0 K.
             Self::FourthPower => Self::UNIT * value.max(0.0).sqrt().sqrt(),
         }
     }
 }
 
-/// The paper's thermal inertia.
+/// A transition: the thermal inertia of Vural et al. 2023.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transition {
-    /// Branch taken when the target lies above the origin.
+    /// Branch for a target above the origin.
     pub heating: Profile,
-    /// Branch taken when the target lies below the origin.
+    /// Branch for a target below the origin.
     pub cooling: Profile,
     /// Rule for a target that moves.
     pub retarget: Retarget,
-    /// What moves.
+    /// Quantity that moves.
     pub domain: Domain,
 }
 
 impl Transition {
-    /// Whether T moves, and both branches are powers of the remaining time.
+    /// Whether T moves and both branches are powers of the time left.
     pub fn is_power(&self) -> bool {
         self.domain == Domain::Temperature
             && self.heating.function.power().is_some()
@@ -112,18 +111,18 @@ impl Transition {
     }
 }
 
-/// How the temperature of a node moves.
+/// Thermal response of a node.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Response {
-    /// The balance temperature of the moment: no state.
+    /// The present balance temperature, without state.
     Instant,
-    /// The paper's thermal inertia.
+    /// A transition.
     Transition(Transition),
     /// The energy balance of the node in a thermal network, from the bulk properties.
     Network,
 }
 
-/// Bulk properties; what only `network` needs may be absent.
+/// Bulk properties. Values that only `network` needs may be absent.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Bulk {
     /// Thickness [m].
@@ -134,14 +133,14 @@ pub struct Bulk {
     pub specific_heat: Option<f64>,
     /// Conductivity [W/(m K)].
     pub conductivity: Option<f64>,
-    /// The structure below, of a layered material.
+    /// The structure below a layered material.
     pub over: Option<Structure>,
 }
 
-/// A sheet behind the one that is seen, with which it exchanges heat by radiation: what an MLI blanket covers.
+/// A sheet behind the visible one that exchanges heat with it by radiation, such as the structure below an MLI blanket.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Structure {
-    /// GR per area between the two: the blanket's effective emittance.
+    /// Radiative conductance (GR) per area between the two: the blanket's effective emittance.
     pub effective_emittance: f64,
     /// Thickness [m].
     pub thickness: f64,
@@ -153,7 +152,7 @@ pub struct Structure {
     pub conductivity: f64,
 }
 
-/// A material as the simulation uses it: every value checked and in SI.
+/// A material with every value checked and in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
     /// Name of the glTF material.
@@ -164,10 +163,10 @@ pub struct Material {
     pub sides: Sides,
     /// Bulk properties.
     pub bulk: Bulk,
-    /// How its nodes move.
+    /// Thermal response of its nodes.
     pub response: Response,
-    /// The transition that its values state, whatever its response: what `isotherm compare` runs it with.
+    /// The transition that its values state, whatever its response. `isotherm compare` uses it.
     pub transition: Option<Transition>,
-    /// Where the values come from, for the report: "scene.toml, rule 3; table white_paint (Fortescue 11.3)".
+    /// Source of the values, for the report: "scene.toml, rule 3; table white_paint (Fortescue 11.3)".
     pub source: String,
 }

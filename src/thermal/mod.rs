@@ -1,6 +1,6 @@
-//! The mathematics of a node in f64: responses, retarget rules, radiative balance, band radiance.
+//! Thermal mathematics of a node in f64: responses, retarget rules, radiative balance, band radiance.
 //!
-//! Nothing here knows of Vulkan or of files. Every function that also runs on the device has the same name in `glsl/`.
+//! This room does not use Vulkan or files. Every function that also runs on the device has the same name in `glsl/`.
 
 pub mod balance;
 pub mod brightness;

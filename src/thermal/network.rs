@@ -1,7 +1,7 @@
 //! A lumped-parameter thermal network: nodes, linear and radiative conductors, and their energy balance in f64.
 //!
-//! C dT/dt = Q + sum GL (Tj - Ti) + sum GR sigma (Tj^4 - Ti^4) - eA sigma (T^4 - T_space^4), docs/numerics.md 3. Diffusive
-//! nodes store heat; arithmetic ones (C = 0) balance at every moment; boundary ones keep their temperature.
+//! C dT/dt = Q + sum GL (Tj - Ti) + sum GR sigma (Tj^4 - Ti^4) - eA sigma (T^4 - T_space^4), docs/numerics.md 3. Diffusive nodes store heat. Arithmetic
+//! nodes (C = 0) balance at every moment. Boundary nodes keep their temperature.
 
 mod connection;
 pub mod control;
@@ -19,51 +19,51 @@ pub mod tr_bdf2;
 
 use super::STEFAN_BOLTZMANN;
 
-/// How the temperature of a node comes about.
+/// Kind of a node.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NodeKind {
-    /// Stores heat.
+    /// A diffusive node: it stores heat.
     Diffusive,
-    /// Stores none: its heat balances at every moment.
+    /// An arithmetic node: it stores no heat and balances at every moment.
     Arithmetic,
-    /// Keeps its temperature.
+    /// A boundary node: it keeps its temperature.
     Boundary,
 }
 
-/// Heat that flows between two nodes as the difference of their temperatures.
+/// A linear conductor: its heat is proportional to the difference of the temperatures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearConductor {
     /// Numbers of the two nodes.
     pub nodes: [u32; 2],
-    /// GL [W/K].
+    /// Linear conductance GL [W/K].
     pub conductance: f64,
 }
 
-/// Heat that flows between two nodes as the difference of the fourth powers of their temperatures.
+/// A radiative conductor: its heat is proportional to the difference of the fourth powers of the temperatures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RadiativeConductor {
     /// Numbers of the two nodes.
     pub nodes: [u32; 2],
-    /// GR [m2]; the Stefan-Boltzmann constant is outside.
+    /// Radiative conductance GR [m2], without the Stefan-Boltzmann constant.
     pub exchange_area: f64,
 }
 
-/// Nodes, one entry each in every array, and the conductors between them.
+/// A thermal network: one entry for each node in every array, and the conductors.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Network {
     /// Radiative temperature of space [K].
     pub space_temperature: f64,
-    /// What each node is.
+    /// Kind of each node.
     pub kinds: Vec<NodeKind>,
-    /// C [J/K]; 0 unless diffusive.
+    /// Capacitance C [J/K]. 0 unless diffusive.
     pub capacitances: Vec<f64>,
     /// Emissivity x area that sees space [m2].
     pub emissive_areas: Vec<f64>,
-    /// Temperatures at the start [K]; of an arithmetic node, where its balance is first sought.
+    /// Temperatures at the start [K]. For an arithmetic node this is where the search for its balance begins.
     pub temperatures: Vec<f64>,
-    /// GL.
+    /// Linear conductors.
     pub linear: Vec<LinearConductor>,
-    /// GR.
+    /// Radiative conductors.
     pub radiative: Vec<RadiativeConductor>,
 }
 
@@ -78,7 +78,7 @@ impl Network {
         self.kinds.is_empty()
     }
 
-    /// Heat that flows into every node from space and from its neighbours [W]; `out` has one entry a node.
+    /// Heat from space and from neighbours into every node [W], written to `out`.
     pub fn exchanged_heat(&self, temperatures: &[f64], out: &mut [f64]) {
         for ((out, area), temperature) in out.iter_mut().zip(&self.emissive_areas).zip(temperatures) {
             *out = area * radiated(self.space_temperature, *temperature);
@@ -97,8 +97,8 @@ impl Network {
         }
     }
 
-    /// A bound of the fastest rate at which any diffusive node relaxes [1/s]: the largest of
-    /// 2 (sum GL + 4 sigma T^3 (sum GR + eA)) / C (docs/numerics.md 3), with T the hotter end of each exchange.
+    /// An upper bound of the relaxation rate of all diffusive nodes [1/s]: the largest 2 (sum GL + 4 sigma T^3 (sum GR + eA)) / C (docs/numerics.md 3). T
+    /// is the hotter end of each exchange.
     pub fn fastest_rate(&self, temperatures: &[f64]) -> f64 {
         let mut sums: Vec<f64> = self
             .emissive_areas
@@ -125,7 +125,7 @@ impl Network {
     }
 }
 
-/// sigma (Ta^4 - Tb^4) [W/m2], as a product that does not cancel where they are close.
+/// sigma (Ta^4 - Tb^4) [W/m2], as a product that does not cancel where the temperatures are close.
 pub fn radiated(a: f64, b: f64) -> f64 {
     STEFAN_BOLTZMANN * (a - b) * (a + b) * (a * a + b * b)
 }

@@ -1,4 +1,4 @@
-//! Planck's law in a band, by quadrature: exact to rounding, and slow.
+//! Planck's law in a band by quadrature: exact to rounding, but slow.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -21,25 +21,23 @@ pub const BOLTZMANN: f64 = 1.380_649e-23;
 /// Second radiation constant c2 = h c / k [m K].
 pub const SECOND_RADIATION: f64 = PLANCK * LIGHT_SPEED / BOLTZMANN;
 
-/// Points of one quadrature panel.
 const POINTS: usize = 16;
-/// Beyond this distance from the lower limit the integrand, which falls as e^-y, adds less than 1e-17 of the integral.
+/// Distance from the lower limit beyond which the integrand, which decays as e^-y, adds less than 1e-17 of the integral.
 const CUT: f64 = 50.0;
 
-/// Radiance of a blackbody in a band [W m-2 sr-1], to about 1e-14 of its value; 0 only where an f64 cannot hold it.
+/// Radiance of a blackbody in a band [W m-2 sr-1], to about 1e-14. It is 0 only where f64 underflows.
 pub fn band_radiance_exact(band: Band, temperature: f64) -> f64 {
     scaled_radiance(band, temperature) * temperature * (-SECOND_RADIATION / (band.upper * temperature)).exp()
 }
 
-/// G = L e^x / T with x = c2 / (lambda_max T) [W m-2 sr-1 K-1]: the band radiance without the factor that spans
-/// hundreds of decades (docs/numerics.md 5). Finite for every T > 0 [K], and at both ends: see `scaled_radiance_cold` and
-/// `scaled_radiance_hot`.
+/// G = L e^x / T with x = c2 / (lambda_max T) [W m-2 sr-1 K-1]: the band radiance without the factor e^-x, which spans hundreds of decades
+/// (docs/numerics.md 5). It is finite for every T > 0 [K] and in both limits (`scaled_radiance_cold`, `scaled_radiance_hot`).
 ///
-/// With z = c2 / (lambda T), L = (2 k^4 T^4 / (h^3 c^2)) times the integral of z^3 / (e^z - 1) over the band;
-/// y = z - x is integrated by Gauss-Legendre panels no wider than 1, far from the poles at z = 2 pi i.
+/// With z = c2 / (lambda T), L is 2 k^4 T^4 / (h^3 c^2) times the integral of z^3 / (e^z - 1) over the band. y = z - x is integrated by Gauss-Legendre
+/// panels of width at most 1, far from the poles at z = 2 pi i.
 pub fn scaled_radiance(band: Band, temperature: f64) -> f64 {
     let x = SECOND_RADIATION / (band.upper * temperature);
-    // The difference of the two limits as a product, so that a narrow band does not cancel.
+    // The difference of the two limits is a product, so that a narrow band does not cancel.
     let width = SECOND_RADIATION * (band.upper - band.lower) / (band.upper * band.lower * temperature);
     let end = width.min(CUT);
     let panels = end.ceil().max(1.0);
@@ -59,14 +57,13 @@ pub fn scaled_radiance(band: Band, temperature: f64) -> f64 {
     2.0 * LIGHT_SPEED * BOLTZMANN * (BOLTZMANN * temperature / hc).powi(3) * integral
 }
 
-/// Limit of `scaled_radiance` as T -> 0: only the edge at lambda_max shines, over a width of lambda_max^2 T / c2;
-/// 2 k c / lambda_max^3.
+/// Limit of `scaled_radiance` as T -> 0: 2 k c / lambda_max^3. Only the edge at lambda_max radiates, over a width of lambda_max^2 T / c2.
 pub fn scaled_radiance_cold(band: Band) -> f64 {
     2.0 * BOLTZMANN * LIGHT_SPEED / band.upper.powi(3)
 }
 
-/// Limit of `scaled_radiance` as T -> infinity (Rayleigh-Jeans): the integral of 2 c k / lambda^4,
-/// (2 c k / 3) (lambda_min^-3 - lambda_max^-3), with the difference of cubes as a product.
+/// Limit of `scaled_radiance` as T -> infinity (Rayleigh-Jeans). It is the integral of 2 c k / lambda^4, (2 c k / 3) (lambda_min^-3 - lambda_max^-3), with
+/// the difference of cubes as a product.
 pub fn scaled_radiance_hot(band: Band) -> f64 {
     let (low, high) = (1.0 / band.upper, 1.0 / band.lower);
     let difference = (band.upper - band.lower) / (band.upper * band.lower);
@@ -76,7 +73,7 @@ pub fn scaled_radiance_hot(band: Band) -> f64 {
 /// Points in [-1, 1] and weights of Gauss-Legendre quadrature.
 static RULE: LazyLock<[(f64, f64); POINTS]> = LazyLock::new(gauss_legendre);
 
-/// The rule by Newton's iteration on the Legendre polynomial (Press et al., Numerical Recipes, section 4.6).
+/// The rule, by Newton's iteration on the Legendre polynomial (Press et al., Numerical Recipes, section 4.6).
 fn gauss_legendre() -> [(f64, f64); POINTS] {
     let n = POINTS as f64;
     std::array::from_fn(|i| {
@@ -104,8 +101,8 @@ mod tests {
         Band { lower: lower * 1e-6, upper: upper * 1e-6 }
     }
 
-    /// Widger & Woodall 1976 (Bull. Amer. Meteor. Soc. 57): the integral of z^3/(e^z - 1) from x on as a series in
-    /// e^-nx; an independent witness for wide bands, where the difference does not cancel.
+    /// The integral of z^3/(e^z - 1) from x to infinity as a series in e^-nx (Widger & Woodall 1976, Bull. Amer. Meteor. Soc. 57). It is an independent
+    /// check for wide bands, where the difference does not cancel.
     fn series(band: Band, temperature: f64) -> f64 {
         let above = |wavelength: f64| -> f64 {
             let x = SECOND_RADIATION / (wavelength * temperature);

@@ -1,26 +1,26 @@
-//! Band radiance from a table: the f64 twin of what a fragment evaluates (docs/numerics.md 5).
+//! Band radiance from a table: the f64 twin of the fragment shader (docs/numerics.md 5).
 
 use crate::thermal::planck::{Band, SECOND_RADIATION, scaled_radiance, scaled_radiance_cold, scaled_radiance_hot};
 
 /// Intervals of the table over v in [0, 1].
 pub const INTERVALS: usize = 1024;
-/// The temperature that v = T / (T + 400 K) puts in the middle of the table [K].
+/// Temperature at the middle of the table, where v = T / (T + 400 K) [K].
 pub const MIDDLE_TEMPERATURE: f64 = 400.0;
 
-/// ln G of a band over v = T / (T + 400 K), G = L e^x / T, x = c2 / (lambda_max T).
+/// Table of ln G of a band over v = T / (T + 400 K), with G = L e^x / T and x = c2 / (lambda_max T).
 #[derive(Debug, Clone, PartialEq)]
 pub struct RadianceTable {
     /// The band.
     pub band: Band,
     /// c2 / lambda_max [K], so that x = `edge_temperature` / T.
     pub edge_temperature: f64,
-    /// ln(G / (1 W m-2 sr-1 K-1)) at v = (i - 1) / `INTERVALS`. The first and the last value are guards beyond [0, 1],
-    /// placed so that the cubic of an end interval is the cubic of its neighbour.
+    /// ln(G / (1 W m-2 sr-1 K-1)) at v = (i - 1) / `INTERVALS`. The first and last values lie outside [0, 1]. They extend the cubic of the neighbouring
+    /// interval to the end interval.
     pub values: Vec<f64>,
 }
 
 impl RadianceTable {
-    /// Tabulates a band, 0 < lower < upper.
+    /// Tabulates a band with 0 < lower < upper.
     pub fn new(band: Band) -> Self {
         let inside = (1..INTERVALS).map(|i| {
             let v = i as f64 / INTERVALS as f64;
@@ -47,7 +47,7 @@ impl RadianceTable {
     }
 }
 
-/// Radiance of a blackbody in the table's band [W m-2 sr-1]; 0 at 0 K and wherever an f64 cannot hold it.
+/// Radiance of a blackbody in the table's band [W m-2 sr-1]. It is 0 at 0 K and where f64 underflows.
 pub fn band_radiance(table: &RadianceTable, temperature: f64) -> f64 {
     if temperature <= 0.0 {
         return 0.0;
@@ -58,14 +58,14 @@ pub fn band_radiance(table: &RadianceTable, temperature: f64) -> f64 {
 
 /// Lagrange's cubic through values at -1, 0, 1, 2, and its derivative, at `t` in [0, 1].
 fn cubic(f: [f64; 4], t: f64) -> (f64, f64) {
-    // Coefficients of powers of t, each from differences of neighbours so that little cancels.
+    // Coefficients of powers of t from differences of neighbours, so that little cancels.
     let c3 = (f[3] - f[0]) / 6.0 + 0.5 * (f[1] - f[2]);
     let c2 = 0.5 * ((f[0] - f[1]) + (f[2] - f[1]));
     let c1 = (f[2] - f[1]) - c2 - c3;
     (f[1] + t * (c1 + t * (c2 + t * c3)), c1 + t * (2.0 * c2 + 3.0 * t * c3))
 }
 
-/// The value one step before f[0] on the cubic through f.
+/// The value one interval before f[0] on the cubic through f.
 fn continue_cubic(f: [f64; 4]) -> f64 {
     4.0 * f[0] - 6.0 * f[1] + 4.0 * f[2] - f[3]
 }
@@ -80,7 +80,7 @@ pub(super) mod tests {
         Band { lower: lower * 1e-6, upper: upper * 1e-6 }
     }
 
-    /// The bands of the measurements: usual cameras, and the narrow, wide and short ends of 1 to 50 um.
+    /// The bands of the measurements: common cameras, and narrow, wide and extreme bands in 1 to 50 um.
     pub const BANDS: [Band; 9] = [
         microns(8.0, 14.0),
         microns(3.0, 5.0),
@@ -93,7 +93,7 @@ pub(super) mod tests {
         microns(2.0, 40.0),
     ];
 
-    /// Temperatures that fall between the table's points, 30 to 1000 K.
+    /// Temperatures between the table's points, 30 to 1000 K.
     pub fn temperatures() -> impl Iterator<Item = f64> {
         (0..1500).map(|i| 30.0 * (1000.0_f64 / 30.0).powf(f64::from(i) / 1499.0))
     }

@@ -1,4 +1,4 @@
-//! The f64 reference simulator: all nodes or a sample of them, slow, simple, trusted.
+//! The f64 reference simulator for all nodes or a sample of them. It is slow and simple.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,7 +9,7 @@ use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emis
 use crate::thermal::material::{Material, Response, Retarget};
 use crate::thermal::transition::{TransitionState, transition_step};
 
-/// What falls on a plate with a unit normal (body frame) during a step.
+/// Incident fluxes on a plate with a unit normal (body frame) during a step.
 pub trait IncidentFlux: Sync {
     /// Mean fluxes over the step [W/m2].
     fn incident(&self, load: &StepLoad, normal: DVec3) -> Incident;
@@ -21,7 +21,7 @@ impl<F: Fn(&StepLoad, DVec3) -> Incident + Sync> IncidentFlux for F {
     }
 }
 
-/// A node as the reference needs it.
+/// A node of the reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceNode {
     /// Unit outward normal, body frame.
@@ -30,11 +30,10 @@ pub struct ReferenceNode {
     pub material: u32,
 }
 
-/// State and temperature of the nodes. Nodes do not see each other, so the result does not depend on the threads.
+/// State and temperature of the nodes. Nodes are independent, so the result does not depend on the number of threads.
 #[derive(Debug, Clone)]
 pub struct Reference<F> {
     nodes: Vec<ReferenceNode>,
-    /// Joint of each; empty where nothing moves.
     joints: Vec<u32>,
     materials: Vec<Material>,
     incident: F,
@@ -45,7 +44,7 @@ pub struct Reference<F> {
 }
 
 impl<F: IncidentFlux> Reference<F> {
-    /// Nodes at 0 K; `settle` or `settle_at` starts them.
+    /// Nodes at 0 K. Call `settle` or `settle_at` to start them.
     pub fn new(nodes: Vec<ReferenceNode>, materials: Vec<Material>, incident: F) -> Self {
         let states = vec![TransitionState { target: 0.0, span: 0.0, elapsed: 0.0 }; nodes.len()];
         let temperatures = vec![0.0; nodes.len()];
@@ -53,12 +52,12 @@ impl<F: IncidentFlux> Reference<F> {
         Self { nodes, joints: Vec::new(), materials, incident, visibility, states, temperatures }
     }
 
-    /// The same nodes on joints, one each; 0 is the body. Their normals are those of the file's pose.
+    /// The same nodes with the joint of each (0 is the body). Their normals are those of the file's pose.
     pub fn with_joints(self, joints: Vec<u32>) -> Self {
         Self { joints, ..self }
     }
 
-    /// A node as the joints of a load have turned it.
+    /// A node as rotated by the joints of a load.
     fn turned(&self, node: usize, load: &StepLoad) -> ReferenceNode {
         let own = self.nodes[node];
         match self.joints.get(node).and_then(|joint| load.joints.get(*joint as usize)) {
@@ -67,12 +66,12 @@ impl<F: IncidentFlux> Reference<F> {
         }
     }
 
-    /// Sets the share of the Sun that each node sees, 1 at the start: what the craft's shadow on itself leaves.
+    /// Sets the share of the Sun that each node sees under the craft's own shadow. It is 1 at the start.
     pub fn shade(&mut self, visibility: Vec<f64>) {
         self.visibility = visibility;
     }
 
-    /// Finds the shadows of a load, where the last ones do not hold.
+    /// Finds the shadows of a load where the last ones no longer hold.
     pub fn find_shadows(&mut self, shadows: &mut Option<Shadows>, load: &StepLoad) {
         if let Some(visibility) = shadows.as_mut().and_then(|shadows| shadows.visibility(load)) {
             self.shade(visibility);
@@ -92,7 +91,7 @@ impl<F: IncidentFlux> Reference<F> {
         self.each_node(|_, _, material, _| (settled(temperature, material), temperature));
     }
 
-    /// One step of `steps_dt` steps: the balance temperature of the step's mean load is commanded, then time advances.
+    /// Advances by `steps_dt` steps with the balance temperature of the mean load as the target.
     pub fn step(&mut self, load: &StepLoad, steps_dt: f64) {
         self.each_node(|all, node, material, state| {
             let commanded = all.commanded(node, material, load);
@@ -119,7 +118,7 @@ impl<F: IncidentFlux> Reference<F> {
         &self.temperatures
     }
 
-    /// The flux that nodes of a thermal network absorb [W/m2]; 0 for the others.
+    /// Flux that nodes of a thermal network absorb [W/m2]. 0 for other nodes.
     pub fn absorbed(&self, load: &StepLoad) -> Vec<f64> {
         let absorbed = |node: usize| {
             let material = &self.materials[self.nodes[node].material as usize];
@@ -134,7 +133,7 @@ impl<F: IncidentFlux> Reference<F> {
         (0..self.nodes.len()).into_par_iter().map(absorbed).collect()
     }
 
-    /// Sets the temperature of a node [K], which a thermal network moves.
+    /// Sets the temperature of a network node [K].
     pub fn set_temperature(&mut self, node: usize, temperature: f64) {
         self.temperatures[node] = temperature;
         self.states[node].target = temperature;
@@ -145,7 +144,7 @@ impl<F: IncidentFlux> Reference<F> {
         &self.nodes
     }
 
-    /// Replaces the state and temperature of every node, given its number, material and state.
+    /// Replaces the state and temperature of every node. The function receives its number, material and state.
     fn each_node<U>(&mut self, update: U)
     where
         U: Fn(&Self, usize, &Material, TransitionState) -> (TransitionState, f64) + Sync,
@@ -161,7 +160,7 @@ impl<F: IncidentFlux> Reference<F> {
     }
 }
 
-/// What falls on a node that sees a share of the Sun.
+/// Incident fluxes on a node that sees a share of the Sun.
 struct Shaded<'a, F> {
     incident: &'a F,
     visibility: f64,
@@ -174,7 +173,7 @@ impl<F: IncidentFlux> IncidentFlux for Shaded<'_, F> {
     }
 }
 
-/// The target of a step [K]: the balance temperature of its mean load.
+/// Target of a step [K]: the balance temperature of its mean load.
 pub fn commanded_temperature(
     incident: &impl IncidentFlux,
     node: &ReferenceNode,
@@ -186,16 +185,15 @@ pub fn commanded_temperature(
     balance_temperature(absorbed, emissivity_sum(material), load.background_temperature)
 }
 
-/// The target that `retarget` is given [K]: the present one where the commanded one differs by less than f32 resolves.
+/// The target for `retarget` [K]. It stays the present target where the new one differs by less than f32 resolves.
 ///
-/// `Restart` begins anew at any change, however small (docs/numerics.md 1), so the rounding of f64 in a load that does not
-/// change, such as that of an umbra seen from a craft which points to nadir, would turn a transition of the device into
-/// an exponential of the reference, 80 K away. `Merge` is continuous in its targets and takes them as they are.
+/// `Restart` starts anew at any change, however small (docs/numerics.md 1). In f64 even a constant load varies by rounding, for example in umbra. The
+/// reference would then become an exponential, 80 K away from the device's transition. `Merge` is continuous in its targets and uses them unchanged.
 fn moved_target(present: f64, commanded: f64, retarget: Retarget) -> f64 {
     if retarget == Retarget::Restart && commanded as f32 == present as f32 { present } else { commanded }
 }
 
-/// The state of a node at rest; an instant node has none, and keeps its target only.
+/// The state of a node at rest. An instant node stores only its target.
 fn settled(temperature: f64, material: &Material) -> TransitionState {
     match &material.response {
         Response::Instant | Response::Network => TransitionState { target: temperature, span: 0.0, elapsed: 0.0 },

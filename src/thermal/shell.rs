@@ -1,8 +1,8 @@
-//! A triangulated surface as a thermal network: nodes, capacitances and conductances of shells (docs/numerics.md 3).
+//! Builds a thermal network from a triangulated surface: nodes, capacitances and linear conductances of shells (docs/numerics.md 3).
 //!
-//! Where a material conducts, coincident vertices of one part and material are one node; elsewhere every drawn vertex is
-//! its own. A node's area is its mixed Voronoi area, its conductances are the cotangents of an intrinsic Delaunay
-//! triangulation. A layered material has two nodes at a place: the outer one, which is seen, and the structure below it.
+//! Where a material conducts, coincident vertices of one part and material are one node. Elsewhere every drawn vertex is its own node. A node's area is its
+//! mixed Voronoi area. The conductances are cotangent weights of an intrinsic Delaunay triangulation. A layered material has two nodes at a place: the
+//! visible outer node, and the node of the structure below it.
 
 use glam::DVec3;
 
@@ -24,10 +24,10 @@ pub use contact::{Contact, ContactConductance, Selection};
 /// A vertex that belongs to no node of the network.
 pub const NO_NODE: u32 = u32::MAX;
 
-/// Two nodes that exchange heat faster than this [1/s] are merged, unless the scene says otherwise (docs/numerics.md 3).
+/// Pairs of nodes that exchange heat faster than this [1/s] are merged, unless the scene gives another rate (docs/numerics.md 3).
 pub const MERGE_RATE: f64 = 60.0;
 
-/// Triangles as a network is made from them.
+/// The surface from which a network is made.
 #[derive(Debug, Clone, Copy)]
 pub struct Surface<'a> {
     /// Positions of the drawn vertices [m].
@@ -43,26 +43,26 @@ pub struct Surface<'a> {
 /// One conducting, heat-storing sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sheet {
-    /// Thickness x density x specific heat [J/(m2 K)]; 0 makes arithmetic nodes.
+    /// Capacitance per area: thickness x density x specific heat [J/(m2 K)]. 0 makes arithmetic nodes.
     pub capacitance: f64,
-    /// Conductivity x thickness [W/K]; 0 conducts nothing.
+    /// Conductivity x thickness [W/K]. 0 is an insulator.
     pub conductance: f64,
     /// Thickness [m].
     pub thickness: f64,
 }
 
-/// What the network needs to know of a material.
+/// Material data for a network.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShellMaterial {
-    /// What is seen.
+    /// The visible sheet.
     pub outer: Sheet,
     /// Sum of the emissivities of the faces that see space.
     pub emissivity: f64,
-    /// The structure below, and the effective emittance between the two.
+    /// The structure below, and the effective emittance between the two sheets.
     pub over: Option<(Sheet, f64)>,
 }
 
-/// Why a surface is no network.
+/// An error of a surface or a contact.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ShellError {
     /// A value of a material is missing.
@@ -70,24 +70,24 @@ pub enum ShellError {
     Lacks {
         /// Name of the material.
         material: String,
-        /// What is missing.
+        /// Name of the missing value.
         key: String,
     },
-    /// What is to be in contact is not.
-    #[error("contact {contact}: no node of the one lies within {distance} m of the other")]
+    /// A contact whose sides are too far apart.
+    #[error("contact {contact}: no node of one side lies within {distance} m of the other side")]
     Apart {
         /// The contact, as the scene describes it.
         contact: String,
-        /// Distance at which they would be in contact [m].
+        /// Greatest distance of a contact [m].
         distance: f64,
     },
-    /// A conductance per area over no area.
-    #[error("contact {contact}: the two touch at points only, which have no area: state a conductance [W/K]")]
+    /// A contact with a conductance per area but without area.
+    #[error("contact {contact}: the two sides touch only at points, without a contact area: state a conductance [W/K]")]
     NoArea {
         /// The contact, as the scene describes it.
         contact: String,
     },
-    /// Nothing to be in contact with.
+    /// A contact with an empty side.
     #[error("contact {contact}: {side} has no nodes in the network: only materials with response = 'network' conduct")]
     NotInNetwork {
         /// The contact, as the scene describes it.
@@ -97,49 +97,48 @@ pub enum ShellError {
     },
 }
 
-/// What was made of the surface, for the user.
+/// Report of a network for the user.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ShellSummary {
-    /// Drawn vertices in the network.
+    /// Number of drawn vertices in the network.
     pub vertices: usize,
-    /// Nodes that others were merged into, or none: nodes that vanished.
+    /// Number of nodes that were removed by merging.
     pub merged: usize,
     /// Rate above which pairs were merged [1/s].
     pub merge_rate: f64,
-    /// Pairs of nodes whose conductance was negative and is 0 now.
+    /// Number of pairs of nodes whose negative conductance was set to 0.
     pub clamped: usize,
-    /// Sum of what was clamped, as a share of the sum of all weights.
+    /// Sum of the removed negative weights as a share of the sum of all weights.
     pub clamped_share: f64,
-    /// Edges flipped by the Delaunay triangulation.
+    /// Number of edges flipped by the Delaunay triangulation.
     pub flips: usize,
-    /// Edges that could not be flipped because more than two triangles, or two wound against each other, meet there.
+    /// Number of edges that could not be flipped because more than two triangles meet there, or two with opposite winding.
     pub non_manifold: usize,
-    /// Triangles that are too flat to conduct.
+    /// Number of triangles too flat to conduct.
     pub degenerate: usize,
-    /// Contacts made: pairs of nodes for each.
+    /// Number of pairs of nodes for each contact.
     pub contacts: Vec<(String, usize, f64)>,
 }
 
-/// A network, and how it hangs together with the drawn vertices.
+/// A network, and its relation to the drawn vertices.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Shell {
     /// Nodes and conductors.
     pub network: Network,
-    /// The node that a drawn vertex shows, or `NO_NODE`.
+    /// Node of each drawn vertex, or `NO_NODE`.
     pub node_of_vertex: Vec<u32>,
-    /// The node of the structure behind a drawn vertex: the same where there is no layer.
+    /// Node of the structure behind each drawn vertex. It is the vertex's own node where there is no layer.
     pub structure_of_vertex: Vec<u32>,
-    /// Area over which the flux at a drawn vertex heats its node [m2]; 0 outside the network.
+    /// Area over which the flux at a drawn vertex heats its node [m2]. 0 outside the network.
     pub load_areas: Vec<f64>,
-    /// What was made.
+    /// Report for the user.
     pub summary: ShellSummary,
 }
 
 impl ShellMaterial {
     /// The shell of a material.
     ///
-    /// # Errors
-    /// [`ShellError::Lacks`] where a value is missing that the network cannot do without.
+    /// # Errors [`ShellError::Lacks`] where a value is missing that the network needs.
     pub fn of(material: &Material) -> Result<Self, ShellError> {
         let bulk = &material.bulk;
         let sheet = |thickness: Option<f64>,
@@ -148,7 +147,7 @@ impl ShellMaterial {
                      conductivity: Option<f64>,
                      of: &str| {
             let lacks = |key: &str| ShellError::Lacks { material: material.name.clone(), key: format!("{key}{of}") };
-            // Zero heat is stored whatever the other factors are.
+            // The product is 0 if one factor is 0, even where another is missing.
             let stores_nothing = density == Some(0.0) || specific_heat == Some(0.0);
             let conducts = conductivity.is_some_and(|conductivity| conductivity > 0.0);
             let thickness = match thickness {
@@ -175,14 +174,14 @@ impl ShellMaterial {
         Ok(Self { outer, emissivity: emissivity_sum(material), over })
     }
 
-    /// Whether coincident vertices share a node on either layer.
+    /// Whether coincident vertices share a node in either layer.
     fn welds(&self) -> bool {
         self.outer.conductance > 0.0 || self.over.is_some_and(|(below, _)| below.conductance > 0.0)
     }
 }
 
 impl Shell {
-    /// Heat of every node [W] from the flux that every drawn vertex absorbs [W/m2], added to `heat`.
+    /// Adds to `heat` the heat of every node [W] from the absorbed flux of every drawn vertex [W/m2].
     pub fn gather(&self, absorbed: impl Fn(usize) -> f64, heat: &mut [f64]) {
         for (vertex, (node, area)) in self.node_of_vertex.iter().zip(&self.load_areas).enumerate() {
             if *node != NO_NODE {

@@ -1,24 +1,22 @@
-//! The step response of a radiating plate, and the transition that follows it: what a profile in temperature can know of a
-//! material's own heat capacity.
+//! The step response of a radiating plate, and the transition that fits it. A transition can represent a material's heat capacity only in this way.
 //!
-//! A plate of capacitance c [J/(m2 K)] that emits with the emissivity e from all its sides and absorbs what balances it at
-//! the temperature B follows c dT/dt = e sigma (B^4 - T^4), whose solution for the time is (partial fractions of
-//! 1 / (B^4 - T^4))
+//! A plate of capacitance c [J/(m2 K)] and emissivity e (the sum over its faces) with the balance temperature B follows c dT/dt = e sigma (B^4 - T^4). The
+//! time to reach T from the start follows by partial fractions of 1 / (B^4 - T^4):
 //!
-//! t = c / (4 e sigma B^3) [ln |(B + T) / (B - T)| + 2 atan(T / B)], from the start to T.
+//! t = c / (4 e sigma B^3) [ln |(B + T) / (B - T)| + 2 atan(T / B)]
 
 use super::STEFAN_BOLTZMANN;
 use super::fit::{Fit, FitError, Sample, fit};
 use super::function::Function;
 use super::material::{Domain, Profile, Retarget, Transition};
 
-/// Rows of a record of a step response.
+/// Rows of the sampled step response.
 const ROWS: u32 = 100;
-/// Share of the way that is left at the end of the record.
+/// Share of the way that is left at the end of the sampled response.
 const LEFT: f64 = 0.01;
-/// Two balance temperatures lie at least this far apart [K]: nearer to each other there is no response to fit.
+/// Least difference of two balance temperatures [K]. Below it there is no response to fit.
 pub const LEAST_STEP: f64 = 10.0;
-/// The lower one is at least this [K].
+/// Least value of the lower balance temperature [K].
 pub const COLDEST: f64 = 10.0;
 
 /// A plate of a material.
@@ -26,26 +24,25 @@ pub const COLDEST: f64 = 10.0;
 pub struct Plate {
     /// Capacitance [J/(m2 K)].
     pub capacitance: f64,
-    /// Emissivity, of both sides where both emit.
+    /// Sum of the emissivities of the faces that radiate.
     pub emissivity: f64,
 }
 
 /// A transition fitted to a plate's heating and cooling between two balance temperatures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fitted {
-    /// What was fitted.
+    /// The fitted transition.
     pub transition: Transition,
     /// The balance temperatures [K], the lower first.
     pub between: [f64; 2],
-    /// Root mean square and largest difference of the heating from the plate's [K].
+    /// Root mean square and largest difference between plate and transition during heating [K].
     pub heating: [f64; 2],
-    /// The same of the cooling.
+    /// Root mean square and largest difference during cooling [K].
     pub cooling: [f64; 2],
 }
 
 impl Plate {
-    /// Time [s] from the temperature `from` to `to` [K] while the plate moves towards its `balance` [K]; infinite where
-    /// `to` is the balance or lies beyond it.
+    /// Time [s] in which the plate moves from `from` to `to` [K] towards its `balance` [K]. It is infinite where `to` is the balance or lies beyond it.
     pub fn time(&self, from: f64, to: f64, balance: f64) -> f64 {
         let way = |t: f64| ((balance + t) / (balance - t)).abs().ln() + 2.0 * (t / balance).atan();
         if (balance - to) * (balance - from) <= 0.0 {
@@ -54,9 +51,9 @@ impl Plate {
         self.capacitance / (4.0 * self.emissivity * STEFAN_BOLTZMANN * balance.powi(3)) * (way(to) - way(from))
     }
 
-    /// Temperature [K] a `time` [s] after the plate was at `from` and its balance moved to `balance` [K].
+    /// Temperature [K] at `time` [s] after the balance of a plate at `from` moved to `balance` [K].
     pub fn temperature(&self, from: f64, balance: f64, time: f64) -> f64 {
-        // The share of the way that is left; the time grows where it falls.
+        // The bisection is over the share of the way left. The time grows as the share falls.
         let [mut short, mut long] = [1.0f64, 0.0f64];
         for _ in 0..100 {
             let middle = 0.5 * (short + long);
@@ -69,7 +66,7 @@ impl Plate {
         balance + (from - balance) * 0.5 * (short + long)
     }
 
-    /// The record of a step from one balance temperature to another [K], until a hundredth of the way is left.
+    /// The sampled response from one balance temperature to another [K], until a hundredth of the way is left.
     pub fn record(&self, from: f64, balance: f64) -> Vec<Sample> {
         let end = self.time(from, balance + (from - balance) * LEFT, balance);
         let time = |row: u32| end * f64::from(row) / f64::from(ROWS);
@@ -77,12 +74,10 @@ impl Plate {
         (0..=ROWS).map(sample).collect()
     }
 
-    /// The transition that follows the plate best between two balance temperatures [K], heating and cooling in one domain;
-    /// `step` [s] turns its times into steps. Temperatures that lie close are moved apart to `LEAST_STEP`. A plate without
-    /// capacitance follows at once.
+    /// The transition that fits the plate best between two balance temperatures [K], with heating and cooling in one domain. `step` [s] converts its times
+    /// to steps. Temperatures closer than `LEAST_STEP` are moved apart. A plate without capacitance gets an immediate response.
     ///
-    /// # Errors
-    /// A record that nothing fits.
+    /// # Errors A response that no function fits.
     pub fn fit(&self, between: [f64; 2], step: f64) -> Result<Fitted, FitError> {
         let between = apart(between);
         let [cold, hot] = between;
@@ -119,7 +114,7 @@ fn transition(heating: Profile, cooling: Profile, domain: Domain) -> Transition 
     Transition { heating, cooling, retarget: Retarget::Merge, domain }
 }
 
-/// The best closed form; a table would only repeat the record.
+/// The best closed form. A table would only repeat the samples.
 fn of_domain(fits: &[Fit], domain: Domain) -> Option<&Fit> {
     fits.iter().find(|fit| fit.response.domain == domain && fit.response.function.kind_name() != "table")
 }
@@ -140,7 +135,7 @@ mod tests {
 
     #[test]
     fn the_closed_form_solves_the_balance() {
-        // Classical Runge-Kutta of fourth order with 1 s steps: its error is far below the tolerance (tau is about 20 min).
+        // Classical Runge-Kutta of order 4 with steps of 1 s. Its error is far below the tolerance, because tau is about 20 min.
         let integrated = |capacitance: f64, from: f64, balance: f64, seconds: u32| {
             let rate = |t: f64| PLATE.emissivity * STEFAN_BOLTZMANN * (balance.powi(4) - t.powi(4)) / capacitance;
             (0..seconds).fold(from, |t, _| {

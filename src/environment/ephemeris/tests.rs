@@ -11,7 +11,6 @@ fn rate() -> f64 {
     (EARTH_GRAVITATIONAL_PARAMETER / RADIUS.powi(3)).sqrt()
 }
 
-/// A circle in the X-Z plane.
 fn circle(time: f64) -> State {
     let (sin, cos) = (rate() * time).sin_cos();
     let position = DVec3::new(cos, 0.0, sin) * RADIUS;
@@ -110,13 +109,13 @@ fn lines_that_repeat_are_dropped() {
     assert!((0..200).all(|look| error(&ephemeris, f64::from(look) * 11.0) < 1e-3));
 }
 
-/// An impulse between two epochs, with no line at it: both orbits are right up to their last own sample.
+/// An impulse between two epochs that no sample states. Both orbits are right up to their own last sample.
 #[test]
 fn a_manoeuvre_between_epochs_disturbs_nothing_but_its_own_interval() {
     let burn = 1830.0;
     let speed = 20.0;
     let coast = |time: f64| {
-        // Another circle's plane: the velocity gains a part along Y, which swings about the planet.
+        // The velocity gains a component along Y, which tilts the plane of the circle.
         let State { position, velocity } = circle(time);
         let swing = if time < burn { DVec3::ZERO } else { DVec3::Y };
         let (sin, cos) = (rate() * (time - burn)).sin_cos();
@@ -136,7 +135,7 @@ fn a_manoeuvre_between_epochs_disturbs_nothing_but_its_own_interval() {
     for time in [1810.0, 1830.0, 1850.0] {
         assert!(error(time) < 200.0, "{time}: {}", error(time));
     }
-    // Without velocities nothing tells the manoeuvre, and a polynomial across it rings.
+    // Without velocities the manoeuvre can not be detected, and a polynomial across it oscillates.
     assert!(residual(&sample(0.0), &sample(60.0)).unwrap().unexplained < 2.0);
 }
 
@@ -178,7 +177,7 @@ fn rounding_of_a_time_does_not_leave_the_ephemeris() {
     assert!(
         ephemeris.state(-1e-9).is_some() && ephemeris.state(-1e-5).is_none() && ephemeris.state(541.80001).is_none()
     );
-    // A hole of a microsecond between segments, which their coverage joins.
+    // A gap of a microsecond between segments, which their coverage joins.
     let segment = |from: f64| {
         let samples = (0..10).map(|index| sample(from + f64::from(index) * 60.0)).collect();
         Segment { samples, interpolation: Interpolation::Hermite(7), usable: (f64::NEG_INFINITY, f64::INFINITY) }
@@ -208,7 +207,7 @@ fn the_least_hermite_is_continuous_and_even_degrees_rise() {
     assert_eq!([1, 2, 3, 7, 8, 31].map(hermite_degree), [3, 3, 3, 7, 9, 31]);
 }
 
-/// A coast with drag that thins with height, by steps of a second.
+/// A coast with drag that falls with height, in steps of one second.
 fn falling(mut state: State, seconds: u32, drag: f64) -> Vec<State> {
     let acceleration = |state: &State| {
         let height = state.position.length() - 6.378e6;
@@ -247,7 +246,7 @@ fn worst(ephemeris: &Ephemeris, states: &[State], within: std::ops::Range<usize>
     within.map(error).fold(0.0, f64::max)
 }
 
-/// GTO of 180 km x 35786 km; the drag is 3e-4 m/s2 at its perigee, and then twenty times as much.
+/// GTO of 180 km x 35786 km. The drag at its perigee is 3e-4 m/s2, then twenty times as much.
 #[test]
 fn drag_at_a_low_perigee_is_no_manoeuvre_and_taken_for_one_costs_little() {
     let (perigee, apogee) = (6.378e6 + 180e3, 6.378e6 + 35_786e3);

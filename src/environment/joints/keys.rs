@@ -1,19 +1,19 @@
-//! Keys of an animation: values at times, and what lies between (glTF 2.0, appendix C).
+//! Keys of an animation: values at times, and their interpolation (glTF 2.0, appendix C).
 
 use glam::{DQuat, DVec3};
 
-/// How a channel goes from key to key.
+/// Interpolation between keys.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KeyInterpolation {
-    /// It stays until the next.
+    /// Constant until the next key.
     Step,
-    /// Straight; rotations along the shortest arc.
+    /// Linear. Rotations take the shortest arc.
     Linear,
-    /// Cubic, by the tangents that the file gives.
+    /// A cubic with the tangents of the file.
     CubicSpline,
 }
 
-/// The keys of a channel: times [s], rising, and a value each, or tangent, value and tangent of a cubic.
+/// The keys of a channel: rising times [s], and for each a value, or a tangent, value and tangent of a cubic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Keys<const N: usize> {
     times: Vec<f64>,
@@ -22,7 +22,7 @@ pub struct Keys<const N: usize> {
 }
 
 impl<const N: usize> Keys<N> {
-    /// Keys of values alone.
+    /// Keys of values without tangents.
     pub fn new(times: Vec<f64>, values: Vec<[f64; N]>, interpolation: KeyInterpolation) -> Self {
         Self { times, values, interpolation }
     }
@@ -37,8 +37,8 @@ impl<const N: usize> Keys<N> {
         (0..self.times.len()).map(|key| self.value(key))
     }
 
-    /// The key at or before a time, the length of the stretch to the next [s] and the share of it that has passed; the
-    /// first or last key beyond the ends.
+    /// The key at or before a time, the length of the interval to the next [s] and the share of it that has passed. Beyond the ends it is
+    /// the first or the last key.
     fn place(&self, time: f64) -> (usize, f64, f64) {
         let after = self.times.partition_point(|key| *key <= time);
         if after == 0 || after == self.times.len() {
@@ -48,12 +48,11 @@ impl<const N: usize> Keys<N> {
         (after - 1, length, (time - self.times[after - 1]) / length)
     }
 
-    /// The value of a key.
     fn value(&self, key: usize) -> [f64; N] {
         if self.interpolation == KeyInterpolation::CubicSpline { self.values[3 * key + 1] } else { self.values[key] }
     }
 
-    /// The value at a time; `blend` goes straight between two.
+    /// The value at a time. `blend` interpolates linearly between two values.
     fn at(&self, time: f64, blend: impl Fn([f64; N], [f64; N], f64) -> [f64; N]) -> [f64; N] {
         let (key, length, s) = self.place(time);
         if length == 0.0 {
@@ -98,7 +97,7 @@ impl Keys<4> {
 mod tests {
     use super::*;
 
-    /// x = t^2 from 0 to 1 has the slopes 0 and 2; x = t^3 those 0 and 3: a cubic spline holds both exactly.
+    /// A cubic spline holds t^2 (slopes 0 and 2) and t^3 (slopes 0 and 3) exactly.
     #[test]
     fn a_cubic_goes_by_its_tangents() {
         let keys = |slope: f64| Keys::<3> {
@@ -116,7 +115,7 @@ mod tests {
     #[test]
     fn rotations_take_the_shortest_arc_and_steps_stay() {
         let turn = |degrees: f64| DQuat::from_rotation_z(degrees.to_radians());
-        // The second key is the same rotation as 90 deg with the other sign.
+        // The second key is the quaternion of 90 deg with the opposite sign, which is the same rotation.
         let values = vec![turn(0.0).to_array(), (-turn(90.0)).to_array()];
         let keys = |interpolation| Keys::<4> { times: vec![0.0, 10.0], values: values.clone(), interpolation };
         let linear = keys(KeyInterpolation::Linear);

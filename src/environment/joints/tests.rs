@@ -19,7 +19,6 @@ fn facing(axis: DVec3) -> Guided {
     guided(Kind::Rotation, axis, Drive::Sun { facing: -DVec3::Z, offset: 0.0 })
 }
 
-/// Period of the orbit here [s].
 const PERIOD: f64 = 5554.0;
 
 /// The Sun as a nadir-pointing craft sees it at a beta angle of 0.5 rad.
@@ -56,7 +55,7 @@ fn two_axes_hold_a_panel_to_the_sun() {
     }
 }
 
-/// A panel that turns about an axis in its plane gets what of the Sun is not along that axis.
+/// A panel that turns about an axis in its plane gets all sunlight but the component along that axis.
 #[test]
 fn one_axis_leaves_the_cosine_of_the_suns_elevation() {
     let sun = sun_of_orbit();
@@ -71,7 +70,7 @@ fn one_axis_leaves_the_cosine_of_the_suns_elevation() {
 
 #[test]
 fn a_rate_makes_a_joint_lag_and_never_jump() {
-    // The Sun stands still along -Z, then at 100 s along X: a right angle about Y away, to be made at 0.01 rad/s.
+    // The Sun is at -Z and from 100 s on at X. The joint must turn by a right angle about Y at 0.01 rad/s.
     let sun = |time: f64| if time < 100.0 { -DVec3::Z } else { DVec3::X };
     let slow = Guided { rate: Some(0.01), ..facing(DVec3::Y) };
     let joints = Joints::new(vec![joint(None, slow.clone())], [-50.0, 200.0], 2.0, sun);
@@ -87,7 +86,7 @@ fn a_rate_makes_a_joint_lag_and_never_jump() {
         assert!((now - last).abs() <= 0.01 * 0.2 + 1e-12);
         last = now;
     }
-    // It begins to turn in the walk's step that ends at 100 s.
+    // It begins to turn in the step of the walk that ends at 100 s.
     assert!((angle(150.0).abs() - 0.52).abs() < 1e-9, "{}", angle(150.0));
     let fast = Joints::new(vec![joint(None, Guided { rate: None, ..slow })], [0.0, 1.0], 1.0, sun);
     assert!((fast.at(100.0, &sun).0[0].abs() - FRAC_PI_2).abs() < 1e-12);
@@ -95,7 +94,7 @@ fn a_rate_makes_a_joint_lag_and_never_jump() {
 
 #[test]
 fn without_limits_a_joint_goes_round_and_with_them_it_goes_back() {
-    // The Sun goes round Y once in 100 s, from -Z on.
+    // The Sun goes round Y once in 100 s, starting at -Z.
     let turn = |time: f64| TAU * time / 100.0;
     let sun = move |time: f64| DMat3::from_rotation_y(turn(time)) * -DVec3::Z;
     let free = Guided { rate: Some(0.1), ..facing(DVec3::Y) };
@@ -179,8 +178,7 @@ fn the_sun_along_the_axis_asks_for_nothing() {
     assert_eq!(joints.at(0.0, &sun).0[0], 0.0);
 }
 
-/// Joints under the sky of an orbit from `periods` of it before time 0 on: walked as a sky that repeats lets them, and
-/// walked through everything in the same steps.
+/// Joints under the sky of an orbit, from `periods` before time 0. The first is walked with the shortcut for a periodic sky, the second in full.
 fn walked_both_ways(joints: &[Joint], periods: f64) -> (Joints, Joints) {
     let span = [-periods * PERIOD - 5.0, 3000.0];
     let short = Joints::under_a_sky(joints.to_vec(), span, 15.0, Some(PERIOD), sun_of_orbit());
@@ -202,14 +200,13 @@ fn largest_difference(short: &Joints, whole: &Joints, periods: f64) -> f64 {
     })
 }
 
-/// Rate of the orbit [rad/s].
 const ORBITAL: f64 = TAU / PERIOD;
 
 #[test]
 fn what_repeats_is_where_the_whole_walk_has_it() {
     let slow = |share: f64, axis: DVec3| Guided { rate: Some(share * ORBITAL), ..facing(axis) };
     let limited = Guided { limits: Some([-3.0, 3.0]), ..slow(6.0, DVec3::Y) };
-    // The walk starts where it is asked to be, while in later periods it is on its long way back at that time.
+    // The walk starts at the target. In later periods the joint is still on its way back at that time.
     let behind = Guided { limits: Some([-2.2, 3.8]), ..slow(1.3, DVec3::Y) };
     let wide = Guided { limits: Some([-5.0, 5.0]), ..slow(4.0, DVec3::Y) };
     let schedule = Drive::Schedule { times: vec![-900.0, 0.0], positions: vec![0.3, 1.0] };
@@ -238,7 +235,7 @@ fn what_repeats_is_where_the_whole_walk_has_it() {
     }
 }
 
-/// What a panel is asked for moves at the orbit's rate, so that one of r times it is there after a turn over r - 1.
+/// The target of a panel moves at the orbit's rate. A panel with r times that rate reaches it after a turn over r - 1.
 #[test]
 fn a_joint_repeats_a_period_after_it_has_caught_up() {
     for share in [1.2, 2.0, 10.0] {
@@ -250,7 +247,7 @@ fn a_joint_repeats_a_period_after_it_has_caught_up() {
     }
 }
 
-/// Twice as many orbits, the same positions kept: what a hundred thousand of them take.
+/// Twice as many orbits need no more stored positions.
 #[test]
 fn a_long_warm_up_is_not_walked() {
     let panel = Guided { rate: Some(3.0 * ORBITAL), ..facing(DVec3::Y) };
@@ -264,7 +261,7 @@ fn a_long_warm_up_is_not_walked() {
     for time in [-3.3e8, -1e6, -17.0, 0.0, 2900.0] {
         let (_, poses) = long.at(time, &sun);
         let expected = short.at((time % PERIOD) - PERIOD, &sun).1[1];
-        // An angle in an orbit after 1e5 of them is known to 1e5 times the rounding of 2 pi.
+        // After 1e5 orbits an angle is known to 1e5 times the rounding of 2 pi.
         assert!(time > 0.0 || poses[1].abs_diff_eq(expected, 1e-9), "{time} s");
         let forward = poses[1].matrix3 * -DVec3::Z;
         let best = (1.0 - sun(time).y.powi(2)).sqrt();
@@ -272,7 +269,7 @@ fn a_long_warm_up_is_not_walked() {
     }
 }
 
-/// An animation that begins again and again has a time of its own: nothing repeats with the orbit, and all is walked.
+/// A repeating animation has a period of its own. Nothing repeats with the orbit, so everything is walked.
 #[test]
 fn what_rides_on_an_animation_is_walked_through() {
     let quarter = DQuat::from_rotation_x(FRAC_PI_2).to_array();

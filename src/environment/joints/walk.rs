@@ -1,12 +1,10 @@
-//! Where all joints of a craft stand. Where one with a rate stands depends on where it stood before: such joints are
-//! walked in even steps, over as few periods of the sky as tell.
+//! Positions of all joints of a craft over time. Joints with a rate limit are integrated (*walked*) in even steps, because their position
+//! depends on the one before.
 //!
-//! Where the sky repeats, the walk's step divides its period, so that a period takes the positions at its start to those
-//! at its end by one and the same map. A joint that stands where it is asked to be, at any instant of a period, has
-//! forgotten where it began: two walks that differ at the start of that period agree at its end, and the next period is
-//! the same as this one. Where what a joint of rate r is asked for moves at most at v < r, it is there after at most a
-//! turn over r - v; then it, and a period later what hangs on it, repeats. What is looked for is the fact itself: a period
-//! that begins as an earlier one did.
+//! Under a sky that repeats, the walk stops early. Its step divides the period of the sky, so one map takes the positions at the start of
+//! a period to those at its end. A period that begins with the positions of an earlier one is therefore followed by the same periods. The
+//! walk looks for such a repetition. A joint of rate r whose target moves at most at v < r reaches it after at most a turn over r - v, and
+//! then repeats. Joints that hang on it repeat one period later.
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,17 +12,16 @@ use glam::{DAffine3, DVec3};
 
 use super::{Drive, Guided, Joint, Motion};
 
-/// Difference between positions at the starts of two periods that is rounding [rad or m].
+/// Largest difference between positions at the starts of two periods that counts as rounding [rad or m].
 const SAME: f64 = 1e-12;
 
-/// Periods in which a repetition is looked for; a joint that is too slow to follow may never find one.
+/// Periods in which a repetition is looked for. A joint that is too slow to follow its target may never repeat.
 const MOST_PERIODS: usize = 64;
 
-/// All joints of a craft, each after the one that it hangs on.
+/// All joints of a craft. A joint stands after its parent.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Joints {
     joints: Vec<Joint>,
-    /// Where joints with a rate stand, which depends on where they stood before.
     walk: Walk,
 }
 
@@ -32,7 +29,7 @@ pub struct Joints {
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Walk {
     step: f64,
-    /// In order of time. Between the end of one and the start of the next its last periods repeat.
+    /// In order of time. Between the end of one stretch and the start of the next the last periods repeat.
     stretches: Vec<Stretch>,
 }
 
@@ -40,12 +37,12 @@ struct Walk {
 struct Stretch {
     start: f64,
     positions: Vec<Vec<f64>>,
-    /// Time after which the end of the stretch repeats [s]; 0 of the last one.
+    /// Period with which the end of the stretch repeats [s]. It is 0 for the last stretch.
     cycle: f64,
 }
 
 impl Joints {
-    /// The joints.
+    /// The joints, each after its parent.
     pub fn joints(&self) -> &[Joint] {
         &self.joints
     }
@@ -55,8 +52,7 @@ impl Joints {
         self.joints.is_empty()
     }
 
-    /// Position of each joint [rad or m] at a time [s], and the poses: that of the body, then of each joint. Both empty
-    /// where there is no joint.
+    /// Position of each joint [rad or m] at a time [s], and the poses of the body and of each joint. Both are empty where there is no joint.
     pub fn at(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> (Vec<f64>, Vec<DAffine3>) {
         if self.joints.is_empty() {
             return (Vec::new(), Vec::new());
@@ -68,8 +64,8 @@ impl Joints {
         })
     }
 
-    /// Positions and poses, from the body outwards; `position` decides with what a joint is asked for, which may depend
-    /// on a position that is near.
+    /// Positions and poses, from the body outwards. `position` decides the position of a joint from its target, which is the one nearest
+    /// to a given position.
     fn evaluate(
         &self,
         time: f64,
@@ -96,16 +92,14 @@ impl Joints {
         (positions, poses)
     }
 
-    /// Joints of a craft, each after the one that it hangs on. Where one has a rate, they are walked from one time to
-    /// another [s] in steps of `step` [s]: at the start each stands where it is asked to be. `sun` is the unit vector to
-    /// the Sun at a time, body frame.
+    /// Joints of a craft, each after its parent. Joints with a rate start at their target and are walked over `span` [s] in steps of
+    /// `step` [s]. `sun` is the unit vector to the Sun at a time, body frame.
     pub fn new(joints: Vec<Joint>, span: [f64; 2], step: f64, sun: impl Fn(f64) -> DVec3) -> Self {
         Self::under_a_sky(joints, span, step, None, sun)
     }
 
-    /// The same under a sky that repeats after `period` [s]: where the joints repeat as well, periods before time 0
-    /// are not walked. The step is then the longest up to `step` that divides the period. Angles of joints without
-    /// limits may differ from those of the whole walk by whole turns.
+    /// The same under a sky that repeats after `period` [s]. Where the joints repeat as well, periods before time 0 are not walked. The step is the longest
+    /// up to `step` that divides the period. Angles of joints without limits may differ from those of the full walk by whole turns.
     pub fn under_a_sky(
         joints: Vec<Joint>,
         [from, to]: [f64; 2],
@@ -126,7 +120,7 @@ impl Joints {
         all
     }
 
-    /// Walks joints with a rate on to a time [s], so that they are looked up there.
+    /// Walks joints with a rate on to a time [s].
     pub fn walk_to(&mut self, time: f64, sun: impl Fn(f64) -> DVec3) {
         let step = self.walk.step;
         let Some(Stretch { start, mut positions, .. }) = self.walk.stretches.pop() else { return };
@@ -138,8 +132,7 @@ impl Joints {
         self.walk.stretches.push(Stretch { start, positions, cycle: 0.0 });
     }
 
-    /// Walks period by period until one begins as an earlier one did, and goes on where the last such begins before
-    /// `until` [s].
+    /// Walks period by period until one begins as an earlier one did. The walk then continues at the last such beginning before `until` [s].
     fn skip_what_repeats(&mut self, until: f64, period: f64, sun: &impl Fn(f64) -> DVec3) {
         let from = self.walk.stretches[0].start;
         let whole = ((until - from) / period).floor();
@@ -169,7 +162,7 @@ impl Joints {
         }
     }
 
-    /// Whether joints with a rate stand alike, whole turns aside where nothing tells them apart.
+    /// Whether joints with a rate have equal positions. Whole turns are ignored for joints without limits.
     fn agree(&self, before: &[f64], now: &[f64]) -> bool {
         self.joints.iter().zip(before.iter().zip(now)).all(|(joint, (before, now))| {
             let apart = match &joint.motion {
@@ -183,7 +176,7 @@ impl Joints {
         })
     }
 
-    /// Time up to which nothing but the Sun moves the joints with a rate and those that carry them [s].
+    /// Time until which only the Sun moves the joints with a rate and their parents [s].
     fn steady_until(&self) -> f64 {
         let mut matters: Vec<bool> = self.joints.iter().map(|joint| joint.rate().is_some()).collect();
         for (number, joint) in self.joints.iter().enumerate().rev() {
@@ -201,7 +194,7 @@ impl Joints {
         those.map(|(joint, _)| begins(joint)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Positions at a time by the walk; before its start where they are asked to be, beyond its end walked on.
+    /// Positions at a time by the walk. Before its start they are the targets. Beyond its end it is walked on.
     fn walked(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> Option<Vec<f64>> {
         let Walk { step, stretches } = &self.walk;
         let after = stretches.partition_point(|stretch| stretch.start <= time);
@@ -229,7 +222,7 @@ impl Joints {
         Some(positions[before].iter().zip(&positions[before + 1]).map(between).collect())
     }
 
-    /// Positions after `length` [s] more.
+    /// Positions after another `length` [s].
     fn walk_on(&self, last: &[f64], length: f64, time: f64, sun: DVec3) -> Vec<f64> {
         let step = |joint: usize, target: &dyn Fn(Option<f64>) -> f64| match self.joints[joint].rate() {
             Some(rate) => {
@@ -241,13 +234,13 @@ impl Joints {
         self.evaluate(time, sun, step).0
     }
 
-    /// Positions that are kept.
+    /// Number of positions that are stored.
     #[cfg(test)]
     pub(super) fn kept(&self) -> usize {
         self.walk.stretches.iter().map(|stretch| stretch.positions.len()).sum()
     }
 
-    /// The step that is walked in [s].
+    /// Step of the walk [s].
     #[cfg(test)]
     pub(super) fn walks_by(&self) -> f64 {
         self.walk.step

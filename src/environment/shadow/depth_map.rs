@@ -1,29 +1,28 @@
-//! The depth of the parts as seen from the Sun, and the visibility that a node reads from it. Twin of the device's passes.
+//! Shadow map: the depth of the parts as seen from the Sun, and the visibility that a node reads from it. Twin of the device's passes.
 //!
-//! The filter compares each of its 16 texels with the plane of the node's own surface there, lifted by 0.75 texels for rounding and smoothed normals.
-//! Whatever lies nearer above a surface lets light through: at 2048 texels 3.7 to 5.2 cm on a craft of 100 m. The device copies the depth to
-//! a buffer first, which lavapipe reads faster than an image.
+//! The filter compares each of its 16 texels with the plane of the node's own surface. The plane is lifted by 0.75 texels against rounding and smoothed
+//! normals. An occluder nearer to the surface than this lift casts no shadow: at 2048 texels 3.7 to 5.2 cm on a craft of 100 m. The device copies the depth
+//! to a buffer first, which lavapipe reads faster than an image.
 
 use glam::{DAffine3, DVec3};
 
 use super::{Occluders, lit_side};
 
-/// Texels around the craft that stay empty, so that a filter at its silhouette never leaves the map.
+/// Empty texels around the craft, so that a filter at its silhouette stays inside the map.
 const MARGIN: f64 = 3.0;
-/// How far a node is lifted off its surface before it is looked up [texels]: what rounding and normals that are
-/// smoothed over an edge may be off.
+/// Distance by which a node is lifted off its surface before it is looked up [texels]. It covers rounding and normals that are smoothed over an edge.
 const LIFT: f64 = 0.75;
-/// Least cosine of incidence that a surface's slope is taken from. What meets the Sun flatter gets next to nothing.
+/// Least cosine of incidence from which a surface's slope is computed. Surfaces at flatter incidence receive almost nothing.
 const LEAST_COSINE: f64 = 0.01;
 
-/// The Sun's parallel view of the craft: texels from body coordinates.
+/// Parallel projection of the craft from the Sun: texels from body coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SunView {
     /// Unit vector to the Sun, body frame.
     pub sun: DVec3,
     /// Unit vector along rows, to the right.
     pub right: DVec3,
-    /// Unit vector along columns, downwards; right x down = away from the Sun.
+    /// Unit vector along columns, downwards. right x down points away from the Sun.
     pub down: DVec3,
     /// Coordinates of the map's corner along `right`, `down` and away from the Sun [m].
     pub corner: DVec3,
@@ -36,12 +35,12 @@ pub struct SunView {
 }
 
 impl SunView {
-    /// The view that has all corners of a box (lower and upper corner [m]) in it.
+    /// A view that contains all corners of a box (lower and upper corner [m]).
     pub fn new(sun: DVec3, bounds: [DVec3; 2], resolution: u32) -> Self {
         Self::around(sun, corners_of(bounds), resolution)
     }
 
-    /// The view that has all points [m] in it.
+    /// A view that contains all points [m].
     pub fn around(sun: DVec3, points: impl Iterator<Item = DVec3>, resolution: u32) -> Self {
         let away = -sun;
         let right = away.any_orthonormal_vector();
@@ -57,13 +56,13 @@ impl SunView {
         let side = size.x.max(size.y).max(f64::MIN_POSITIVE);
         let texel = side / (f64::from(resolution) - 2.0 * MARGIN);
         let margin = MARGIN * texel;
-        // A little depth in front and behind, so that a flat craft has some too.
+        // Some depth in front and behind, so that a flat craft has a range as well.
         let reach = 0.01 * side + size.z;
         let corner = DVec3::new(least.x - margin, least.y - margin, least.z - 0.01 * side);
         Self { sun, right, down, corner, texel, resolution, range: reach + 0.01 * side }
     }
 
-    /// The same view from the frame in which the nodes of a joint do not move.
+    /// This view in the frame in which the nodes of a joint do not move.
     pub fn in_joint(&self, body_from_joint: &DAffine3) -> Self {
         let (turn, shift) = (body_from_joint.matrix3.transpose(), body_from_joint.translation);
         let along = DVec3::new(shift.dot(self.right), shift.dot(self.down), -shift.dot(self.sun));
@@ -85,7 +84,7 @@ impl SunView {
         )
     }
 
-    /// The same as rows of a matrix: factors of the point, and what is added.
+    /// This projection as the rows of a matrix: three factors and an offset.
     pub fn rows(&self) -> [[f64; 4]; 3] {
         let row = |axis: DVec3, corner: f64, unit: f64| {
             let axis = axis / unit;
@@ -98,25 +97,25 @@ impl SunView {
         ]
     }
 
-    /// Where the light that falls on a texel's centre enters the view [m].
+    /// Point at which the light through a texel's centre enters the view [m].
     fn source(&self, column: f64, row: f64) -> DVec3 {
         let along = |axis: DVec3, corner: f64, texels: f64| axis * (corner + texels * self.texel);
         along(self.right, self.corner.x, column + 0.5) + along(self.down, self.corner.y, row + 0.5)
             - self.sun * self.corner.z
     }
 
-    /// How far a node is lifted off its surface [m].
+    /// Distance by which a node is lifted off its surface [m].
     pub fn lift(&self) -> f64 {
         LIFT * self.texel
     }
 
-    /// Depth of one texel's side.
+    /// Depth that corresponds to the side of a texel.
     pub fn texel_depth(&self) -> f64 {
         self.texel / self.range
     }
 }
 
-/// Depth of the nearest surface at the centre of each texel; 1 where there is none.
+/// Depth of the nearest surface at the centre of each texel. 1 where there is none.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DepthMap<'a> {
     view: SunView,
@@ -125,19 +124,19 @@ pub struct DepthMap<'a> {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Depths<'a> {
-    /// All of them, row after row.
+    /// All texels, row after row.
     Drawn(Vec<f64>),
-    /// Found one by one: what few nodes ask for is a small part of a map.
+    /// Texels are traced one by one, because few nodes read only a small part of a map.
     Traced(&'a Occluders),
 }
 
 impl<'a> DepthMap<'a> {
-    /// The same map without drawing it, for few nodes.
+    /// The same map for few nodes, without drawing it.
     pub fn traced(view: SunView, occluders: &'a Occluders) -> Self {
         Self { view, depths: Depths::Traced(occluders) }
     }
 
-    /// Draws triangles of positions [m]. A texel has the depth at its centre, as on the device.
+    /// Draws triangles with positions [m]. A texel holds the depth at its centre, as on the device.
     pub fn new(view: SunView, positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let side = view.resolution as usize;
         let mut depths = vec![1.0f64; side * side];
@@ -170,11 +169,10 @@ impl<'a> DepthMap<'a> {
         Self { view, depths: Depths::Drawn(depths) }
     }
 
-    /// Share of the Sun that a node sees, 0 to 1, at a position [m] with a unit normal; either side of it may be lit.
+    /// Share of the Sun that a node sees, 0 to 1, at a position [m] with a unit normal. Either side of the surface may be lit.
     ///
-    /// Each of 4 x 4 texels says whether something is in front of the node's own surface there, which is taken for a
-    /// plane: so it never shadows itself, however flat the light falls. Their weights are those of a box of three texels
-    /// around the node, so that the answer follows a moving edge without a jump.
+    /// Each of 4 x 4 texels tests whether something is in front of the node's own surface, taken as a plane. A plane never shadows itself, even in grazing
+    /// light. The weights are those of a box of three texels around the node, so that the result follows a moving edge without a jump.
     pub fn solar_visibility(&self, position: DVec3, normal: DVec3) -> f64 {
         let view = &self.view;
         let side = lit_side(normal, view.sun);
@@ -190,7 +188,7 @@ impl<'a> DepthMap<'a> {
             for (j, wx) in (-1..=2).zip(weights(fx)) {
                 let (column, row) = (first[0] + f64::from(j), first[1] + f64::from(i));
                 let own = at.z + across * (column + 0.5 - at.x) + along * (row + 0.5 - at.y);
-                // Beside the craft the plane of a flatly lit surface runs on behind the map's end, where nothing is.
+                // Beside the craft the plane of a surface in grazing light passes behind the far end of the map, where nothing is.
                 if self.depth(column, row) >= own.min(1.0) {
                     lit += wx * wy;
                 }

@@ -1,4 +1,4 @@
-//! Rays from a node to the Sun's disc, against all triangles of the craft.
+//! Exact shadows: rays from a node to the Sun's disc, against all triangles of the craft.
 
 use std::f64::consts::TAU;
 
@@ -7,23 +7,23 @@ use glam::DVec3;
 use super::tree::Tree;
 use super::{SUN_ANGULAR_RADIUS, lit_side};
 
-/// Points of the Sun's disc that rays go to.
+/// Points of the Sun's disc, each with one ray.
 pub const SUN_RAYS: usize = 16;
-/// How far a ray starts off its surface, over the size of the craft.
+/// Distance between a ray's start and its surface, as a share of the size of the craft.
 const START: f64 = 1e-5;
 
-/// Triangles that may stand in the light, and the tree that finds them.
+/// Triangles that may cast shadows, and the tree that finds them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Occluders {
     /// Corner and edges of each triangle [m], in the order of the tree's leaves.
     pub triangles: Vec<[DVec3; 3]>,
-    /// Their boxes.
+    /// The tree of their boxes.
     pub tree: Tree,
-    /// How far a ray starts off its surface [m].
+    /// Distance between a ray's start and its surface [m].
     pub start: f64,
 }
 
-/// Directions to points that share the Sun's disc evenly: a sunflower's spiral (Vogel 1979). Unit vectors.
+/// Unit vectors to points that share the Sun's disc evenly, on a sunflower spiral (Vogel 1979).
 pub fn disc_directions(sun: DVec3) -> [DVec3; SUN_RAYS] {
     let (x, y) = sun.any_orthonormal_pair();
     let golden = 0.5 * (5f64.sqrt() - 1.0);
@@ -35,7 +35,7 @@ pub fn disc_directions(sun: DVec3) -> [DVec3; SUN_RAYS] {
 }
 
 impl Occluders {
-    /// Of triangles of positions [m].
+    /// The occluders of triangles with positions [m].
     pub fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let tree = Tree::new(positions, triangles);
         let size = tree.nodes.first().map_or(0.0, |root| (root.high - root.low).length());
@@ -46,14 +46,14 @@ impl Occluders {
         Self { triangles: tree.order.iter().map(edges).collect(), tree, start: START * size }
     }
 
-    /// Share of the Sun's disc that a node sees, at a position [m] with a unit normal; either side may be lit.
+    /// Share of the Sun's disc that a node sees, at a position [m] with a unit normal. Either side of the surface may be lit.
     pub fn solar_visibility(&self, position: DVec3, normal: DVec3, sun: DVec3) -> f64 {
         let from = position + lit_side(normal, sun) * self.start;
         let seen = disc_directions(sun).into_iter().filter(|direction| !self.is_hidden(from, *direction)).count();
         seen as f64 / SUN_RAYS as f64
     }
 
-    /// Whether anything is in the way from a point [m] in a direction.
+    /// Whether a triangle lies in a direction from a point [m].
     pub fn is_hidden(&self, from: DVec3, direction: DVec3) -> bool {
         self.walk(from, direction, &mut |_| true)
     }
@@ -68,7 +68,7 @@ impl Occluders {
         nearest
     }
 
-    /// Hands over the distances of all triangles that a ray meets, until `ends` says so; whether it did.
+    /// Calls `ends` with the distance of every triangle that a ray meets, until it returns true. Returns whether it did.
     fn walk(&self, from: DVec3, direction: DVec3, ends: &mut dyn FnMut(f64) -> bool) -> bool {
         let inverse = direction.recip();
         let mut at = 0;
@@ -76,7 +76,7 @@ impl Occluders {
             let (a, b) = ((node.low - from) * inverse, (node.high - from) * inverse);
             let enters = a.min(b).max_element();
             let leaves = a.max(b).min_element();
-            // Not a number, where a ray runs in a face of the box, counts as met.
+            // NaN, where a ray runs in a face of the box, counts as a hit.
             if leaves < enters || leaves < 0.0 {
                 at = node.skip as usize;
                 continue;

@@ -1,31 +1,31 @@
-//! When shadows are found anew: not before the Sun, or a part, has moved far enough against the craft.
+//! When shadows are found anew: after the Sun or a part has moved far enough against the craft.
 
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::depth_map::{SunView, corners_of};
 use crate::environment::StepLoad;
 
-/// A turn that is no more than rounding [rad]; 0 asks for shadows at every motion beyond it. Over a map of 4096 texels it is
-/// four millionths of one.
+/// A turn below this is rounding [rad]. With an angle of 0, shadows are found anew at every greater turn. It is four millionths of a texel on a map of 4096
+/// texels.
 const STILL: f64 = 1e-9;
 
-/// The boxes that cast shadows, how finely they are looked at, and what they were last looked at for.
+/// The boxes that cast shadows, the resolution of the view, and the state for which shadows were last found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Redraw {
-    /// Joint, and lower and upper corner in the file's pose [m], of what casts shadows.
+    /// Joint, lower corner and upper corner [m] of each box, in the file's pose.
     pub bounds: Vec<(u32, [DVec3; 2])>,
     /// Texels each way.
     pub resolution: u32,
-    /// Angle of the Sun against the craft, or of a joint, after which shadows are found anew [rad].
+    /// Turn of the Sun or of a joint against the craft after which shadows are found anew [rad].
     pub angle: f64,
-    /// Direction of the Sun that they were last found for, body frame, and the poses of the joints.
+    /// Direction of the Sun (body frame) and poses of the joints for which shadows were last found.
     pub found_for: Option<(DVec3, Vec<DAffine3>)>,
 }
 
 impl Redraw {
-    /// The Sun's view where shadows must be found anew for a load; `None` where the last ones still hold, or where it is
-    /// dark. A step has one direction: the mean of its sunlight. A joint counts as moved when it has turned by more than
-    /// the angle, or when the middle of what hangs on it has moved by more than the angle times the size of the craft.
+    /// The Sun's view if shadows must be found anew for a load. `None` where the last shadows still hold, or where it is dark. A step has one direction,
+    /// the mean of its sunlight. A joint counts as moved when it has turned by more than the angle, or when the middle of its boxes has moved by more than
+    /// the angle times the size of the craft.
     pub fn view(&mut self, load: &StepLoad) -> Option<SunView> {
         if self.holds(load) {
             return None;
@@ -35,17 +35,17 @@ impl Redraw {
         Some(SunView::around(sun, self.corners(&load.joints), self.resolution))
     }
 
-    /// Whether a load needs no other shadows than those last found.
+    /// Whether the last shadows still hold for a load.
     pub fn holds(&self, load: &StepLoad) -> bool {
         let Some(sun) = sun_of(load) else { return true };
         self.found_for.as_ref().is_some_and(|(last, poses)| {
-            // By the sine and the cosine: the arc cosine alone knows no angle below 1e-8.
+            // From sine and cosine, because the arc cosine does not resolve angles below 1e-8.
             let turned = last.cross(sun).length().atan2(last.dot(sun));
             turned <= self.angle.max(STILL) && !self.has_moved(poses, &load.joints)
         })
     }
 
-    /// Corners of the boxes where they are.
+    /// Corners of the boxes as placed by the joints.
     fn corners<'a>(&'a self, poses: &'a [DAffine3]) -> impl Iterator<Item = DVec3> + 'a {
         self.bounds.iter().flat_map(|(joint, bounds)| {
             let pose = poses.get(*joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
@@ -70,7 +70,7 @@ impl Redraw {
     }
 }
 
-/// Mean direction of a load's sunlight; `None` where it is dark.
+/// Mean direction of a load's sunlight. `None` where it is dark.
 fn sun_of(load: &StepLoad) -> Option<DVec3> {
     load.sun.iter().map(|sample| sample.direction * sample.flux).sum::<DVec3>().try_normalize()
 }

@@ -1,4 +1,4 @@
-//! Shadows of a scene in f64: which nodes, what is in the way, and what was found last.
+//! Shadows of a scene in f64: the nodes, the occluders and the last result.
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
@@ -6,34 +6,34 @@ use rayon::prelude::*;
 use super::{DepthMap, Occluders, Redraw};
 use crate::environment::StepLoad;
 
-/// How the visibility of the Sun is found.
+/// Method that finds the visibility of the Sun.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
-    /// From the depth of the parts as seen from the Sun.
+    /// A shadow map from the Sun.
     Depth,
-    /// By rays to the Sun's disc.
+    /// Rays to the Sun's disc.
     Exact,
 }
 
-/// Triangles some of which may hang on joints.
+/// Triangles that may hang on joints.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Jointed {
     /// Positions in the file's pose [m].
     pub positions: Vec<DVec3>,
     /// Corners of the triangles.
     pub triangles: Vec<[u32; 3]>,
-    /// Joint of each position; empty where nothing moves.
+    /// Joint of each position. Empty where nothing moves.
     pub joints: Vec<u32>,
 }
 
 impl Jointed {
-    /// The positions where joints put them [m].
+    /// The positions as placed by the joints [m].
     pub fn placed(&self, poses: &[DAffine3]) -> Vec<DVec3> {
         let joints = self.joints.par_iter();
         self.positions.par_iter().zip(joints).map(|(at, joint)| pose(poses, *joint).transform_point3(*at)).collect()
     }
 
-    /// The tree of the triangles where joints put them.
+    /// The tree of the triangles as placed by the joints.
     pub fn occluders(&self, poses: &[DAffine3]) -> Occluders {
         if self.joints.is_empty() {
             Occluders::new(&self.positions, &self.triangles)
@@ -47,12 +47,12 @@ fn pose(poses: &[DAffine3], joint: u32) -> DAffine3 {
     poses.get(joint as usize).copied().unwrap_or(DAffine3::IDENTITY)
 }
 
-/// What casts shadows on a set of nodes.
+/// The shadow casters for a set of nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shadows {
     /// Positions [m] and unit normals of the nodes.
     nodes: Vec<[DVec3; 2]>,
-    /// Joint of each; empty where nothing moves.
+    /// Joint of each node. Empty where nothing moves.
     node_joints: Vec<u32>,
     method: Method,
     casters: Jointed,
@@ -61,12 +61,11 @@ pub struct Shadows {
     redraw: Redraw,
 }
 
-/// Nodes up to which a depth map is not drawn: they ask for 16 texels each.
+/// Greatest number of nodes that are traced instead of drawing a map. Each reads 16 texels.
 const FEW: usize = 4096;
 
 impl Shadows {
-    /// On nodes (positions [m] and unit normals in the file's pose) that hang on joints, one each; on none, where
-    /// nothing moves.
+    /// Shadows on nodes (positions [m] and unit normals in the file's pose). `node_joints` holds the joint of each node. It is empty where nothing moves.
     pub fn new(
         nodes: Vec<[DVec3; 2]>,
         node_joints: Vec<u32>,
@@ -85,7 +84,7 @@ impl Shadows {
         self.method == Method::Exact || self.nodes.len() <= FEW
     }
 
-    /// Share of the Sun that each node sees, where a load asks to find it anew.
+    /// Share of the Sun that each node sees. `None` where the last result still holds for the load.
     pub fn visibility(&mut self, load: &StepLoad) -> Option<Vec<f64>> {
         let view = self.redraw.view(load)?;
         let moved;

@@ -1,4 +1,4 @@
-//! Shadows against closed forms, and the fast way against the exact one.
+//! Shadows against closed forms, and the shadow map against rays.
 
 use std::f64::consts::PI;
 
@@ -28,7 +28,7 @@ fn bounds(positions: &[DVec3]) -> [DVec3; 2] {
     positions.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[l, h], p| [l.min(*p), h.max(*p)])
 }
 
-/// The shadow of a disc on a plate parallel to it has the disc's area, wherever the Sun is: 2.0106 m2 for 0.8 m.
+/// The shadow of a disc on a parallel plate has the area of the disc for every direction of the Sun: 2.0106 m2 for 0.8 m.
 #[test]
 fn a_disc_casts_its_own_area() {
     let (positions, triangles) = disc_over_plate(256);
@@ -45,7 +45,7 @@ fn a_disc_casts_its_own_area() {
     }
 }
 
-/// Penumbra of an edge 2 m above: as wide as the Sun's disc seen from there, 2 x 2 m x tan(0.2665 deg) = 18.6 mm.
+/// The penumbra of an edge 2 m above is as wide as the Sun's disc: 2 x 2 m x tan(0.2665 deg) = 18.6 mm.
 #[test]
 fn the_edge_of_an_exact_shadow_is_as_wide_as_the_sun() {
     let (positions, triangles) = disc_over_plate(4096);
@@ -68,8 +68,8 @@ fn a_moving_edge_makes_no_jump() {
         let sun = DVec3::new(0.001 * f64::from(step), 0.0, 1.0).normalize();
         let map = DepthMap::new(SunView::new(sun, bounds(&positions), 256), &positions, &triangles);
         let visibility = map.solar_visibility(node, DVec3::Z);
-        // A thousandth of a radian moves the shadow by 2 mm, a ninth of a texel of 18 mm: up to one of three columns
-        // of texels changes as the map moves with the Sun.
+        // A thousandth of a radian moves the shadow by 2 mm, a ninth of a texel of 18 mm. As the map moves with the Sun, up to one of three columns of
+        // texels changes.
         if let Some(last) = last {
             assert!((visibility - last).abs() < 0.34, "step {step}: from {last} to {visibility}");
         }
@@ -79,7 +79,7 @@ fn a_moving_edge_makes_no_jump() {
     assert!(seen[0] && seen[1], "the edge must pass over the node");
 }
 
-/// A convex body never shadows the side that the Sun shines on, whatever the angle; nor is its night side asked for.
+/// A convex body never shadows its sunlit side, at any angle. Its night side is not tested.
 #[test]
 fn a_convex_body_has_no_shadow_of_its_own() {
     let box_corner = |i: u32| DVec3::new(f64::from(i & 1) * 2.0 - 1.0, f64::from(i >> 1 & 1) * 3.0, f64::from(i >> 2));
@@ -108,7 +108,7 @@ fn a_convex_body_has_no_shadow_of_its_own() {
     }
 }
 
-/// What is traced is what is drawn, but for texels whose centre an edge passes.
+/// The traced map equals the drawn map, except at texels with an edge through their centre.
 #[test]
 fn a_map_that_is_traced_is_the_one_that_is_drawn() {
     let (positions, triangles) = disc_over_plate(64);
@@ -152,7 +152,7 @@ fn a_tree_finds_what_a_search_of_all_triangles_finds() {
     assert!((200..1800).contains(&hidden), "{hidden} of 2000 rays are hidden");
 }
 
-/// A plate under another one, parallel and wider, at a gap: the lift of 0.75 texels decides whether the map sees it.
+/// A plate under a parallel and wider plate. The lift of 0.75 texels decides whether the map sees the gap.
 #[test]
 fn the_map_lets_light_through_gaps_narrower_than_its_lift() {
     let plate = |z: f64, half: f64| {
@@ -173,7 +173,7 @@ fn the_map_lets_light_through_gaps_narrower_than_its_lift() {
         assert_eq!((through, hidden), (1.0, 0.0), "sun {sun}: a gap of {:.1} cm", 70.0 * texel);
         let (texel, shaded, hidden) = found(0.8);
         assert_eq!((shaded, hidden), (0.0, 0.0), "sun {sun}: a gap of {:.1} cm", 80.0 * texel);
-        // 3.7 cm where 100 m fill the map, more where its diagonal does.
+        // 3.7 cm where 100 m fill the map, more where the diagonal does.
         assert!((0.036..0.053).contains(&(0.75 * texel)), "{:.1} cm", 75.0 * texel);
     }
 }
@@ -221,7 +221,7 @@ fn nothing_is_found_anew_at_an_angle_of_0_unless_something_moves() {
         let mut redraw = redraw.clone();
         assert!(redraw.view(&load(sun, pose)).is_some(), "the first time");
         assert!(redraw.view(&load(sun, pose)).is_none(), "{i}: nothing has moved");
-        // The last digit of a direction and of a pose.
+        // A change in the last digit of a direction and of a pose.
         let rounded = DQuat::from_axis_angle(DVec3::Y, 3e-16) * sun;
         assert!(redraw.view(&load(rounded, pose)).is_none(), "{i}: rounding is no motion");
         assert!(redraw.view(&load(sun, turned(0.03 * f64::from(i) + 1e-15))).is_none(), "{i}: nor of a joint");

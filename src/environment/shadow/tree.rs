@@ -1,46 +1,44 @@
-//! A tree of boxes around triangles, in the order in which a ray meets it: no stack is needed, here or on the device.
+//! Bounding box tree of triangles, stored in the order of a walk, so that neither the host nor the device needs a stack.
 //!
-//! Some drivers end a shader's loops after 65,535 turns. A tree of fewer boxes can not reach that. All leaves but one are full, so a tree of moving
-//! parts never has more boxes.
+//! Some drivers end a shader's loops after 65,535 turns, so the tree must have fewer boxes. All leaves but the last are full. A tree of moving parts
+//! therefore never has more boxes.
 
 use glam::DVec3;
 
-/// Triangles in a leaf. All leaves but the last are full, so that triangles in motion never need a larger tree.
+/// Triangles in a leaf. All leaves but the last are full, so that moving triangles never need a larger tree.
 const LEAF: usize = 4;
-/// Places where a box is tried to be cut.
+/// Candidate places at which a box is split.
 const BINS: usize = 16;
-/// Boxes of the largest tree that the device walks: lavapipe ends the loops of an invocation after 65,535 turns without a
-/// word.
+/// Most boxes of a tree on the device. lavapipe ends the loops of an invocation after 65,535 turns without an error.
 pub const LARGEST_TREE: usize = 65_000;
 
-/// The box around nothing.
 const EMPTY: [DVec3; 2] = [DVec3::INFINITY, DVec3::NEG_INFINITY];
 
-/// A box and what is in it. The nodes below follow it; `skip` is the one after them.
+/// A box and its content. Its descendants follow it directly. `skip` is the first node after them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TreeNode {
     /// Lower corner [m].
     pub low: DVec3,
     /// Upper corner [m].
     pub high: DVec3,
-    /// The node to go on with where the box is missed.
+    /// The next node where a ray misses the box.
     pub skip: u32,
     /// First triangle of a leaf.
     pub first: u32,
-    /// Triangles of a leaf; 0 of a node with others below it.
+    /// Number of triangles in a leaf. 0 for an inner node.
     pub count: u32,
 }
 
 /// The nodes in the order of a walk, and the order of the triangles.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Tree {
-    /// A node comes before all that are below it.
+    /// Every node stands before its descendants.
     pub nodes: Vec<TreeNode>,
-    /// Numbers of the triangles as the leaves have them.
+    /// Triangle numbers in the order of the leaves.
     pub order: Vec<u32>,
 }
 
-/// Boxes of the tree of that many triangles, wherever they are.
+/// Number of boxes of a tree with so many triangles. It does not depend on their positions.
 pub fn tree_boxes(triangles: usize) -> usize {
     (2 * triangles.div_ceil(LEAF)).saturating_sub(1)
 }
@@ -52,7 +50,7 @@ struct Builder {
 }
 
 impl Tree {
-    /// The tree of triangles of positions [m].
+    /// The tree of triangles with positions [m].
     pub fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let bounds: Vec<[DVec3; 2]> = triangles
             .iter()
@@ -72,7 +70,7 @@ impl Tree {
 }
 
 impl Builder {
-    /// Adds the node of a run of the order, and all below it.
+    /// Adds the node of a range of the order, and its descendants.
     fn node(&mut self, first: usize, end: usize) {
         let [low, high] = around(self.tree.order[first..end].iter().map(|number| self.bounds[*number as usize]));
         let place = self.tree.nodes.len();
@@ -87,8 +85,8 @@ impl Builder {
         self.tree.nodes[place].skip = self.tree.nodes.len() as u32;
     }
 
-    /// Sorts a run into two where the surface area heuristic (Goldsmith and Salmon 1987) finds it cheapest, in bins,
-    /// or as near to that as full leaves allow; into halves where all centres agree.
+    /// Splits a range in two where the surface area heuristic (Goldsmith and Salmon 1987, in bins) is least, rounded so that leaves are full. Halves the
+    /// range where all centres are equal.
     fn cut(&mut self, first: usize, end: usize) -> usize {
         let Self { bounds, centres, tree } = self;
         let run = &mut tree.order[first..end];
@@ -127,7 +125,6 @@ impl Builder {
     }
 }
 
-/// The box around boxes.
 fn around(boxes: impl Iterator<Item = [DVec3; 2]>) -> [DVec3; 2] {
     boxes.fold(EMPTY, |[low, high], [l, h]| [low.min(l), high.max(h)])
 }

@@ -102,8 +102,8 @@ fn by_mean_vectors(sky: &SkyModel, start: f64, end: f64, normal: DVec3) -> f64 {
     (0..8).map(|eighth| normal.dot(mean(eighth)).max(0.0) / 8.0).sum()
 }
 
-/// Steps of 16.7 s, in which a craft turns by 100 degrees, 1.67 times and 16.7 times: what a plate gets in all is right
-/// to a thousandth, where mean vectors are short of several W/m2 at 1.67 turns.
+/// Steps of 16.7 s in which a craft turns by 100 degrees, 1.67 times and 16.7 times. The total of a plate is right to a thousandth. Mean vectors lose
+/// several W/m2 at 1.67 turns.
 #[test]
 fn a_spinning_craft_gets_its_mean_sun_over_many_steps() {
     let axis = DVec3::new(0.4, 0.7, 0.59).normalize();

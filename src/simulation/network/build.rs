@@ -1,4 +1,4 @@
-//! Makes a scene's network from its mesh, its contacts and its heaters.
+//! Builds a scene's thermal network from its mesh, contacts and heaters.
 
 use wildmatch::WildMatch;
 
@@ -70,7 +70,7 @@ fn contact(
 }
 
 impl SceneNetwork {
-    /// Ties a shell to the nodes of the device and to the heaters of the scene.
+    /// Connects a shell to the device nodes and to the heaters of the scene.
     pub(in crate::simulation) fn new(
         shell: Shell,
         scene: &Scene,
@@ -122,7 +122,7 @@ impl SceneNetwork {
             heated.push(Heated { shares, power: heater.power.clone(), thermostat });
         }
         if let Some(node) = shell.network.unbalanced_node() {
-            let message = format!("node {node} of the network stores no heat and has nowhere to give it");
+            let message = format!("node {node} of the network stores no heat and has no path to a sink");
             return Err(PrepareError::network(scene, message));
         }
         let settings =

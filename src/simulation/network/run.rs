@@ -1,4 +1,4 @@
-//! A scene's network under way: settled, and integrated step by step.
+//! Runs a scene's network: steady state, then integration step by step.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -16,21 +16,20 @@ use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::steady::{SteadyError, steady};
 use crate::thermal::network::stepper::Stepper;
 
-/// What a step cost a network, the loads it gathers and the temperatures it hands on included.
+/// Cost of a step of a network, including the transfers of loads and temperatures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepCost {
-    /// On the clock on the wall [ms].
+    /// Wall-clock time [ms].
     pub wall_ms: f64,
-    /// Its own submissions by the device's clock [ms]; `None` where the processor integrates.
+    /// Device time of the network's submissions [ms]. `None` where the processor integrates.
     pub device_ms: Option<f64>,
 }
 
-/// A coarse step may err by so many times the tolerance.
 const COARSE: f64 = 10.0;
-/// The tolerance of what is compared with, as a share of the scene's.
+/// Tolerance of the reference as a share of the scene's tolerance.
 const TIGHT: f64 = 0.1;
 
-/// A scene's network under way.
+/// The state of a scene's network during a run.
 pub struct NetworkRun {
     scene: Arc<SceneNetwork>,
     worker: AnyStepper,
@@ -40,28 +39,27 @@ pub struct NetworkRun {
     uses: [Option<Use>; 3],
     rejected: u64,
     switches: u64,
-    /// Why the device does not integrate, where it was asked to.
+    /// Why the device does not integrate although it was asked to.
     refused: Option<String>,
     costs: Vec<StepCost>,
-    /// When the step under way began, and the device's clock then [ms].
+    /// Start of the step under way, and the device's clock at that time [ms].
     began: (Instant, Option<f64>),
 }
 
 impl NetworkRun {
-    /// In f64 on the processor.
+    /// A network that the processor integrates in f64.
     pub fn reference(scene: &Arc<SceneNetwork>) -> Self {
         Self::new(scene, AnyStepper::reference(scene.network(), &scene.sensors()))
     }
 
-    /// In f64 on the processor at a tenth of the tolerance, so that what sub-steps err by shows against it.
+    /// A network that the processor integrates in f64 at a tenth of the tolerance, as the reference for errors of sub-steps.
     pub fn tight(scene: &Arc<SceneNetwork>) -> Self {
         let mut run = Self::reference(scene);
         run.settings.tolerance *= TIGHT;
         run
     }
 
-    /// On a device, with what the scene has to spare there; in f64 on the processor where the device does not take the
-    /// network.
+    /// A network on a device, which also uses free buffers of the scene. The processor integrates in f64 where the device does not take the network.
     ///
     /// # Errors
     /// A call that fails.
@@ -95,19 +93,19 @@ impl NetworkRun {
         }
     }
 
-    /// A step begins: what happens until `step_ends` is its cost.
+    /// Begins a step. The work until `step_ends` is its cost.
     pub fn step_begins(&mut self) {
         self.began = (Instant::now(), self.worker.device_ms());
     }
 
-    /// See `step_begins`.
+    /// Ends a step. See `step_begins`.
     pub fn step_ends(&mut self) {
         let (wall, device) = self.began;
         let device_ms = self.worker.device_ms().map(|now| now - device.unwrap_or(0.0));
         self.costs.push(StepCost { wall_ms: wall.elapsed().as_secs_f64() * 1e3, device_ms });
     }
 
-    /// Whether anything was written to what the scene had to spare since this was last asked.
+    /// Whether free buffers of the scene were written since the last call.
     pub fn wrote_spare(&mut self) -> bool {
         match &mut self.worker {
             AnyStepper::Device(stepper) => stepper.wrote_spare(),
@@ -115,8 +113,7 @@ impl NetworkRun {
         }
     }
 
-    /// Bytes on the device as they were allocated, beside those of the scene; `None` of a small network, and where the
-    /// processor integrates.
+    /// Allocated device memory in addition to the scene's [bytes]. `None` for a small network, and where the processor integrates.
     pub fn device_bytes(&self) -> Option<u64> {
         self.worker.device()?.device_bytes()
     }
@@ -126,7 +123,7 @@ impl NetworkRun {
         &self.costs
     }
 
-    /// From now on steps may err by ten times the tolerance, or no longer.
+    /// Sets whether steps may err by ten times the tolerance.
     pub fn set_coarse(&mut self, coarse: bool) {
         self.settings.tolerance = self.scene.settings.tolerance * if coarse { COARSE } else { 1.0 };
     }
@@ -155,7 +152,7 @@ impl NetworkRun {
     /// # Errors
     /// A call that fails, or no steady state.
     pub fn settle(&mut self, heat: Vec<f64>, time: f64) -> Result<(), EngineError> {
-        // The balance of each node alone is where the search begins.
+        // The search begins at the balance of each node alone.
         let network = self.scene.network();
         let space = network.space_temperature.powi(4);
         let guess = |(heat, area): (&f64, &f64)| (heat.max(0.0) / (STEFAN_BOLTZMANN * area) + space).sqrt().sqrt();
@@ -165,7 +162,7 @@ impl NetworkRun {
         let schedule = self.scene.schedule(heat, &self.on, time, 0.0);
         let network = self.scene.network();
         let found = match steady(&mut self.worker, network, &schedule) {
-            // A large network: the device steps it, but does not solve it as a whole.
+            // The device steps a large network but does not solve it as a whole.
             Err(SteadyError::Stepper(GpuError::UnsupportedNetwork { .. })) => {
                 let mut stepper = ReferenceStepper::new(network.clone(), &self.scene.sensors());
                 let Ok(()) = stepper.set_temperatures(&vec![common; network.len()]);
@@ -179,7 +176,7 @@ impl NetworkRun {
         Ok(())
     }
 
-    /// Every node at a temperature [K]; arithmetic ones balance at the first step.
+    /// Sets every node to a temperature [K]. Arithmetic nodes balance at the first step.
     ///
     /// # Errors
     /// A call that fails.
@@ -235,7 +232,7 @@ impl NetworkRun {
         Ok(self.worker.set_temperatures(temperatures)?)
     }
 
-    /// What was done, in words: name and value.
+    /// The work so far in words, as pairs of name and value.
     pub fn description(&self) -> Vec<(String, String)> {
         let worker = match (&self.worker, &self.refused) {
             (AnyStepper::Device(_), _) => "on the device, f32 with carried residual".to_owned(),
@@ -273,7 +270,7 @@ fn failure(time: f64, reason: &str) -> EngineError {
 fn unsteady<E>(error: &SteadyError<E>) -> String {
     match error {
         SteadyError::Stepper(_) => "the stepper failed".to_owned(),
-        SteadyError::Closed { node } => format!("the heat of node {node} has no way to space"),
+        SteadyError::Closed { node } => format!("the heat of node {node} has no path to a boundary or to space"),
         SteadyError::NotFound { node } => format!(
             "no steady state was found (node {node} is furthest from it): state initial.temperature to start elsewhere"
         ),
@@ -283,16 +280,16 @@ fn unsteady<E>(error: &SteadyError<E>) -> String {
     }
 }
 
-/// Why an integration ended early, in words.
+/// The cause of an integration error, in words.
 pub(crate) fn unfinished<E>(error: &ControlError<E>) -> String {
     match error {
         ControlError::Stepper(_) => "the stepper failed".to_owned(),
-        ControlError::Unbalanced { node, .. } => format!("the arithmetic nodes do not balance, node {node} least"),
+        ControlError::Unbalanced { node, .. } => format!("the arithmetic nodes do not balance, worst at node {node}"),
         ControlError::NoStep { node, temperature, .. } => {
-            format!("no step is short enough; node {node} is at {temperature} K")
+            format!("no sub-step is short enough; node {node} is at {temperature} K")
         }
         ControlError::Stiff { nodes: [a, b], conductance, .. } => {
-            format!("no step is short enough; nodes {a} and {b} have a GL of {conductance:e} W/K")
+            format!("no sub-step is short enough; nodes {a} and {b} have a GL of {conductance:e} W/K")
         }
         ControlError::TooHot { node, temperature, .. } => {
             format!("node {node} is hotter than the device holds, {temperature} K")

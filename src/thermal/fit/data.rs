@@ -2,17 +2,17 @@
 
 use crate::thermal::function::Sample;
 
-/// Fewest rows: more than any function has free numbers.
+/// Fewest rows. It exceeds the number of free parameters of every function.
 pub const FEWEST_ROWS: usize = 6;
 
-/// Rows that the search for a start looks at; the fit itself uses all.
+/// Rows used in the search for a start. The fit itself uses all rows.
 const SEARCH_ROWS: usize = 200;
-/// Highest temperature [K]; the fourth power of a much higher one would overflow.
+/// Highest temperature [K]. The fourth power of a much higher one would overflow.
 const HOTTEST: f64 = 1e6;
-/// Beyond this the search for t_max would overflow.
+/// Longest time. Beyond it the search for t_max would overflow.
 const LARGEST_TIME: f64 = 1e100;
 
-/// Data from which nothing can be fitted. Rows count from 1, the header left out.
+/// An error in the data. Rows count from 1, without the header.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
     /// Too few rows.
@@ -21,32 +21,32 @@ pub enum FitError {
     /// A number that is not finite, or a temperature below 0 K.
     #[error("row {row}: {what} is {value}; {wanted}")]
     Value {
-        /// Which row.
+        /// Number of the row.
         row: usize,
         /// `time` or `temperature`.
         what: &'static str,
-        /// What is there.
+        /// Given value.
         value: f64,
-        /// What should be.
+        /// Allowed values.
         wanted: &'static str,
     },
-    /// Times that do not rise.
+    /// Times that do not increase.
     #[error("row {row}: time {time} does not lie after {before}, the time of the row before")]
     Order {
-        /// Which row.
+        /// Number of the row.
         row: usize,
         /// Its time.
         time: f64,
-        /// That of the row before.
+        /// Time of the row before.
         before: f64,
     },
-    /// Nothing moves.
+    /// Temperatures that do not change.
     #[error("the temperature is {0} K in every row: there is no response to fit")]
     Constant(f64),
-    /// A target that cannot be one.
+    /// A target that is not a valid temperature.
     #[error("the target is {0} K; it must be from 0 to 1e6 K, and not the temperature of the first row")]
     Target(f64),
-    /// A target against the data's direction.
+    /// A target in the opposite direction of the data.
     #[error("the data move from {first} K to {extreme} K, away from the target of {target} K")]
     Direction {
         /// First temperature [K].
@@ -59,7 +59,7 @@ pub enum FitError {
 }
 
 impl FitError {
-    /// The same error with the line of a file in place of the number of the row.
+    /// The same error with a line number of the file instead of the row number.
     pub fn in_lines(mut self, lines: &[u64]) -> Self {
         if let Self::Value { row, .. } | Self::Order { row, .. } = &mut self {
             *row = lines.get(*row - 1).map_or(*row, |line| *line as usize);
@@ -68,11 +68,11 @@ impl FitError {
     }
 }
 
-/// Checked data: times [unit of the data] since the first row, which is left out, and temperatures [K].
+/// Checked data: times [unit of the data] since the first row, and temperatures [K]. The first row itself is left out.
 pub(super) struct Data {
     pub rows: Vec<[f64; 2]>,
     pub initial: f64,
-    /// Distance to the row farthest from the first [K], negative for cooling.
+    /// Temperature difference to the row farthest from the first [K]. It is negative for cooling.
     pub span: f64,
     pub range: f64,
     pub target: Option<f64>,
@@ -120,7 +120,7 @@ impl Data {
         self.rows[self.rows.len() - 1][0]
     }
 
-    /// About `SEARCH_ROWS` of the rows, evenly chosen, the last included.
+    /// About `SEARCH_ROWS` rows at even intervals, with the last one.
     pub fn thinned(&self) -> Vec<[f64; 2]> {
         let stride = self.rows.len().div_ceil(SEARCH_ROWS);
         let mut rows: Vec<[f64; 2]> = self.rows.iter().rev().step_by(stride).copied().collect();

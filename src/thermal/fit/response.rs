@@ -1,18 +1,18 @@
-//! A step response as a function tells it, and how far it is from the data.
+//! A fitted step response, and its difference from the data.
 
 use super::data::Data;
 use crate::thermal::function::Function;
 use crate::thermal::material::Domain;
 
-/// Residuals below this share of the data's range tell nothing.
+/// Residuals below this share of the data's range count as 0.
 pub(super) const NOTHING: f64 = 1e-6;
 
 /// A step response.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
-    /// Which function.
+    /// Response function.
     pub function: Function,
-    /// What it is applied to.
+    /// Domain of the function.
     pub domain: Domain,
     /// Time to the target, in the unit of the data.
     pub t_max: f64,
@@ -22,18 +22,18 @@ pub struct Response {
     pub target: f64,
 }
 
-/// The best that a kind can do in a domain.
+/// The best fit of a kind in a domain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
-    /// The response; it starts at the temperature of the first row.
+    /// The response. It starts at the temperature of the first row.
     pub response: Response,
-    /// Free numbers.
+    /// Number of free parameters.
     pub parameters: usize,
     /// Root mean square of the differences from the data [K].
     pub rms: f64,
     /// Largest difference [K].
     pub max: f64,
-    /// Whether the response ends after the last row, so that t_max is an extrapolation.
+    /// Whether the response ends after the last row. t_max is then an extrapolation.
     pub ends_after_data: bool,
 }
 
@@ -47,7 +47,7 @@ impl Response {
 }
 
 impl Fit {
-    /// A response held against rows of (time since the first row, temperature [K]).
+    /// Compares a response with rows of (time since the first row, temperature [K]).
     pub(super) fn new(response: Response, parameters: usize, data: &Data, rows: &[[f64; 2]]) -> Self {
         let differences: Vec<f64> = rows.iter().map(|[time, t]| response.temperature(*time) - t).collect();
         let mean = differences.iter().map(|d| d * d).sum::<f64>() / differences.len() as f64;

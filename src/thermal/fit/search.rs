@@ -1,4 +1,4 @@
-//! The search for the numbers of one kind of function in one domain.
+//! Searches for the best parameters of one kind of function in one domain.
 
 use super::data::Data;
 use super::response::{Fit, NOTHING, Response};
@@ -6,23 +6,22 @@ use crate::thermal::function::{Function, FunctionError};
 use crate::thermal::least_squares::{Minimum, minimise};
 use crate::thermal::material::Domain;
 
-/// Values of t_max that the search tries.
+/// Number of values of t_max in the search.
 const SEARCH_T_MAX: usize = 60;
-/// Starts that the search hands to the fit.
 const STARTS: usize = 4;
-/// How far a polynomial stays from standing still at an end: rounded coefficients must not make it turn back.
+/// Least slope of a polynomial at its ends, so that rounded coefficients do not make it decrease.
 const STEEPNESS: f64 = 1e-5;
-/// Rate of an exponential whose end does not show in the data: 0.1 % of the way is left at t_max, ln 1000.
+/// Rate of an exponential whose end is not in the data: ln 1000, with which 0.1 % of the way is left at t_max.
 pub(super) const RATE_WITHOUT_END: f64 = 6.907_755_278_982_137;
 
-/// The kinds of functions with few numbers of their own.
+/// The kinds of functions with few parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     Linear,
     Quadratic,
     Exponential,
     Logarithmic,
-    /// Of degree 3, never turning back.
+    /// A polynomial of degree 3 that never decreases.
     Polynomial,
 }
 
@@ -39,11 +38,11 @@ impl Kind {
     }
 }
 
-/// All of them, the one with the fewest numbers first.
+/// All kinds, those with the fewest parameters first.
 pub(super) const KINDS: [Kind; 5] =
     [Kind::Linear, Kind::Quadratic, Kind::Exponential, Kind::Logarithmic, Kind::Polynomial];
 
-/// A function under way: [`Function`] without its checks, which the search would pay for at every point.
+/// A function during the search: [`Function`] without its checks, which would cost too much at every point.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Shape {
     Linear,
@@ -68,10 +67,9 @@ impl Shape {
         }
     }
 
-    /// The same, checked.
+    /// The checked function.
     ///
-    /// # Errors
-    /// Numbers that its own rules refuse.
+    /// # Errors Parameters that the function's own checks refuse.
     pub fn function(&self) -> Result<Function, FunctionError> {
         match self {
             Self::Linear => Ok(Function::Linear),
@@ -83,7 +81,7 @@ impl Shape {
     }
 }
 
-/// One kind in one domain. Variables: ln t_max, the way to the target over the data's span, then the function's own.
+/// One kind in one domain. Variables: ln t_max, the way to the target over the range of the data, then the function's parameters.
 pub(super) struct Problem<'a> {
     pub data: &'a Data,
     pub kind: Kind,
@@ -91,10 +89,9 @@ pub(super) struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// The best that the kind can do.
+    /// The best fit of the kind.
     ///
-    /// # Errors
-    /// A function that its own rules refuse.
+    /// # Errors A function that its own checks refuse.
     pub fn solve(&self) -> Result<Fit, FunctionError> {
         let data = self.data;
         let rows = data.thinned();
@@ -118,7 +115,7 @@ impl Problem<'_> {
             .unwrap_or(Minimum { x: self.first_guess(), sum_of_squares: f64::INFINITY });
 
         if best.x[0] > data.last_time().ln() && data.target.is_none() {
-            // The end is not in the data: where other ends do as well, the one that says least is taken.
+            // The end is not in the data. Where other ends fit equally well, the most conservative one is used.
             let t_max = match self.shape(&best.x) {
                 Shape::Exponential(rate) => (best.x[0].exp() / rate * RATE_WITHOUT_END).max(data.last_time()),
                 _ => data.last_time(),
@@ -171,8 +168,8 @@ impl Problem<'_> {
             Kind::Exponential => Shape::Exponential(x[2].exp()),
             Kind::Logarithmic => Shape::Logarithmic(x[2].exp()),
             Kind::Polynomial => {
-                // Bernstein coefficients 0 <= b1 <= b2 <= 1 make a cubic that never turns back (its derivative's
-                // coefficients are their differences).
+                // Bernstein coefficients 0 <= b1 <= b2 <= 1 make a cubic that never decreases, because the coefficients of its derivative are their
+                // differences.
                 let b1 = x[2];
                 let b2 = b1 + (1.0 - b1) * x[3];
                 let (c1, c2) = (3.0 * b1, 3.0 * (b2 - 2.0 * b1));
@@ -191,14 +188,14 @@ impl Problem<'_> {
         x
     }
 
-    /// Ends of the variables; t_max is held where it is given.
+    /// Bounds of the variables. A given t_max is held.
     fn bounds(&self, ln_t_max: Option<f64>) -> Vec<[f64; 2]> {
         let search = self.search_range();
         let t_max = ln_t_max.map_or([search[0], search[search.len() - 1]], |held| [held, held]);
         let way = if self.data.target.is_some() {
             [1.0, 1.0]
         } else if self.data.span < 0.0 {
-            // Not below 0 K.
+            // Temperatures stay at or above 0 K.
             [0.2, (self.data.initial / self.data.range).clamp(0.2, 20.0)]
         } else {
             [0.2, 20.0]
@@ -213,7 +210,7 @@ impl Problem<'_> {
         bounds
     }
 
-    /// ln t_max from the first interval to far beyond the data: the farther where a given target says how far.
+    /// Range of ln t_max, from the first interval to far beyond the data. A given target extends it.
     fn search_range(&self) -> Vec<f64> {
         let beyond: f64 = if self.data.target.is_some() { 1000.0 } else { 10.0 };
         let (low, high) = (self.data.rows[0][0].ln(), (self.data.last_time() * beyond).ln());

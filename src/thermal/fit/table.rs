@@ -1,21 +1,19 @@
-//! A table of the data themselves, judged by the rows that it is not made of.
+//! A table made from all rows, whose error is measured with every second row.
 
 use super::data::Data;
 use super::response::{Fit, Response};
 use crate::thermal::function::{Function, FunctionError, Kind, Sample};
 use crate::thermal::material::Domain;
 
-/// The table of all rows, with the differences that a table of every second row has from the others: of a table
-/// through all rows they would be 0, whatever the data.
+/// The table of all rows. Its errors are those of a table of every second row at the other rows, because a table meets its own rows exactly.
 ///
-/// # Errors
-/// Data from which no table can be made: noise that turns back, or a last rate that never leads to a given target.
+/// # Errors Data from which no table can be made: noise that changes direction, or a last rate that never leads to a given target.
 pub(super) fn fit(data: &Data, samples: &[Sample]) -> Result<Fit, FunctionError> {
     let last = samples.len() - 1;
     let kept: Vec<Sample> =
         samples.iter().enumerate().filter(|(row, _)| row % 2 == 0 || *row == last).map(|(_, row)| *row).collect();
     let others: Vec<[f64; 2]> = data.rows.iter().step_by(2).copied().filter(|row| row[0] < data.last_time()).collect();
-    // All rows first: their error names the row of the data.
+    // The table of all rows comes first, because its error names the row of the data.
     let whole = response(data, samples)?;
     let half = Fit::new(response(data, &kept)?, kept.len(), data, &others);
     Ok(Fit { response: whole, ..half })
@@ -23,7 +21,7 @@ pub(super) fn fit(data: &Data, samples: &[Sample]) -> Result<Fit, FunctionError>
 
 fn response(data: &Data, samples: &[Sample]) -> Result<Response, FunctionError> {
     let function = Function::table(samples, data.target)?;
-    // Of a table that goes on to its target the last row lies at the second knot.
+    // The last row of a table that continues to its target is at the second knot.
     let left_at_last_row = match &function {
         Function::Shaped(shape) => match &shape.kind {
             Kind::Table(measured) if measured.len() > samples.len() => measured.knots()[1],

@@ -1,4 +1,4 @@
-//! Data of known origin are recognised: function, t_max, target and the function's own numbers.
+//! Fits of data of known origin find the function, t_max, target and parameters.
 
 use super::search::{RATE_WITHOUT_END, Shape};
 use super::*;
@@ -10,7 +10,7 @@ fn samples(rows: usize, end: f64, t: impl Fn(f64) -> f64) -> Vec<Sample> {
     (0..rows).map(|i| Sample { time: time(i), temperature: t(time(i)) }).collect()
 }
 
-/// Noise of about `size` [K] rms that is the same in every run (a golden-ratio sequence, made triangular).
+/// Noise of about `size` [K] rms, equal in every run (a golden-ratio sequence with a triangular distribution).
 fn noise(time: f64, size: f64) -> f64 {
     let hash = |seed: f64| (((time * 12.9898 + seed).sin() * 43_758.545_3).fract() + 1.0).fract();
     (hash(1.0) + hash(2.0) - 1.0) * size * 6f64.sqrt()
@@ -25,7 +25,6 @@ fn response(shape: &Shape, domain: Domain, ends: [f64; 2], s: f64) -> f64 {
     domain.temperature(domain.of(ends[0]) * (1.0 - done) + domain.of(ends[1]) * done)
 }
 
-/// The numbers of a function that are its own.
 fn numbers(function: &Function) -> Vec<f64> {
     match function {
         Function::Linear | Function::Quadratic => Vec::new(),
@@ -91,7 +90,7 @@ fn noise_does_not_buy_a_function_with_more_numbers() {
 
 #[test]
 fn an_exponential_without_an_end_gets_its_time_constant_and_asymptote() {
-    // Newton's cooling, seen for three time constants only.
+    // Newton's cooling over only three time constants.
     let (tau, end) = (120.0, 210.0);
     let data = samples(181, 360.0, |time| end + 90.0 * (-time / tau).exp());
     let found = best(&data, None);
@@ -112,13 +111,13 @@ fn a_radiating_plate_is_no_function_but_a_table() {
     let rms = |kind: &str| fits.iter().find(|fit| fit.response.function.kind_name() == kind).unwrap().rms;
     assert_eq!(fits[0].response.function.kind_name(), "table");
     assert!(rms("table") < 1e-2 && rms("logarithmic") < 2.0 && rms("linear") > 10.0, "{fits:?}");
-    // The table that is proposed is that of all rows.
+    // The proposed table contains all rows.
     assert!(data.iter().all(|row| (fits[0].response.temperature(row.time) - row.temperature).abs() < 1e-9));
 }
 
 #[test]
 fn a_table_that_stops_short_goes_on_to_a_given_target() {
-    // No kind but a table has this shape: two lines.
+    // Two lines: only a table has this shape.
     let data = samples(81, 80.0, |time| 300.0 - time.min(20.0) * 2.0 - (time - 20.0).max(0.0) * 0.5);
     let found = best(&data, Some(220.0));
     assert_eq!(found.response.function.kind_name(), "table");

@@ -1,11 +1,11 @@
-//! What is wrong with a response function, said with where.
+//! Errors of response functions, with their place.
 
 use std::path::PathBuf;
 
-/// Why something is no response function. The user can mend every one of them (exit code 2).
+/// An error of a response function. The user can correct all of them (exit code 2).
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FunctionError {
-    /// A function that is not known by that name.
+    /// An unknown name.
     #[error("{0}")]
     Syntax(String),
     /// A rate out of range.
@@ -13,20 +13,20 @@ pub enum FunctionError {
     Rate {
         /// Kind of the function.
         function: &'static str,
-        /// What was found.
+        /// Given value.
         rate: f64,
-        /// What is possible.
+        /// Allowed values.
         largest: f64,
     },
-    /// Coefficients that are none.
-    #[error("a polynomial needs finite coefficients c0, c1, ... of which one after c0 is not 0")]
+    /// Coefficients that are not valid.
+    #[error("a polynomial needs finite coefficients c0, c1, ..., and one after c0 must differ from 0")]
     Coefficients,
     /// A polynomial of too high a degree.
     #[error("a polynomial has at most {most} coefficients, found {found}: use a table or an expression instead")]
     TooManyCoefficients {
-        /// How many there are.
+        /// Number of coefficients.
         found: usize,
-        /// How many there may be.
+        /// Greatest number of coefficients.
         most: usize,
     },
     /// A function that does not start at 0 or does not end at 1.
@@ -34,21 +34,21 @@ pub enum FunctionError {
     End {
         /// Kind of the function.
         function: &'static str,
-        /// Where: 0 or 1.
+        /// Share of the time: 0 or 1.
         s: f64,
-        /// 0 or 1.
+        /// Expected value: 0 or 1.
         wanted: f64,
-        /// What it is.
+        /// Given value.
         found: f64,
     },
-    /// A function that falls somewhere.
+    /// A function that decreases somewhere.
     #[error(
         "{function}: falls at s = {s:.6}, where f = {value:.6} and its rate is {rate:.3e}: it must never turn back"
     )]
     Falls {
         /// Kind of the function.
         function: &'static str,
-        /// Where.
+        /// Share of the time.
         s: f64,
         /// Its value there.
         value: f64,
@@ -60,25 +60,25 @@ pub enum FunctionError {
     NotFinite {
         /// Kind of the function.
         function: &'static str,
-        /// What is wrong.
+        /// The problem.
         what: &'static str,
-        /// Where.
+        /// Share of the time.
         s: f64,
     },
-    /// A function that changes faster than the device's pieces follow.
+    /// A function that changes too fast for the device's pieces.
     #[error("{function}: changes too fast near s = {s:.6} (its {pieces} pieces err by {error:.1e})", pieces = 2 * super::pieces::MOST)]
     Sharp {
         /// Kind of the function.
         function: &'static str,
-        /// Where.
+        /// Share of the time.
         s: f64,
         /// Largest error of f.
         error: f64,
     },
-    /// A polynomial that f64 cannot evaluate.
-    #[error("polynomial: its terms cancel so far that f is lost at s = {s:.3}: use a table instead")]
+    /// A polynomial that cancels too strongly for f64.
+    #[error("polynomial: its terms cancel, and f loses its digits at s = {s:.3}: use a table instead")]
     Cancels {
-        /// Where.
+        /// Share of the time.
         s: f64,
     },
     /// A table that cannot be read.
@@ -86,33 +86,33 @@ pub enum FunctionError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Message of the system.
         reason: String,
     },
-    /// A row of a table that cannot be.
+    /// A row of a table that is not valid.
     #[error("{}row {row}: {message}", file_prefix(.path))]
     Row {
         /// The file, where the samples come from one.
         path: Option<PathBuf>,
-        /// Line of the file, or number of the sample; from 1.
+        /// Line of the file, or number of the sample, counted from 1.
         row: u64,
-        /// What is wrong.
+        /// The problem.
         message: String,
     },
-    /// A table that is wrong as a whole.
+    /// A table that is not valid as a whole.
     #[error("{}{message}", file_prefix(.path))]
     Table {
         /// The file, where the samples come from one.
         path: Option<PathBuf>,
-        /// What is wrong.
+        /// The problem.
         message: String,
     },
-    /// Text that is no GLSL expression of s.
+    /// Text that is not a valid GLSL expression of s.
     #[error("expression '{text}': {message}")]
     Expression {
         /// The text.
         text: String,
-        /// What is wrong.
+        /// The problem.
         message: String,
     },
 }

@@ -1,23 +1,22 @@
-//! A response function that the user writes as GLSL text of s: compiled by naga, checked, evaluated in f64.
+//! A response function given as GLSL text of s: compiled by naga, checked, and evaluated in f64.
 //!
-//! The text is made the body of a shader function and compiled as any other shader, so that what is accepted is what
-//! GLSL is. Its compiled form is then read operation by operation: arithmetic, comparisons, `?:` and the functions of
-//! one moment (exp, pow, mix, smoothstep, ...) are kept, and all else is refused.
+//! The text becomes the body of a shader function, so it accepts exactly what GLSL accepts. The compiled form is then translated operation by operation. It
+//! may contain arithmetic, comparisons, `?:` and functions without state (exp, pow, mix, smoothstep, ...). Everything else is refused.
 
 mod program;
 
 use super::FunctionError;
 use program::Program;
 
-/// Operations that a text may come to; the paper's functions take four.
+/// Most operations of a text. The functions of the paper need four.
 pub const MAX_OPERATIONS: usize = 200;
-/// Intervals at whose borders a text is checked.
+/// Number of intervals at whose ends a text is checked.
 const SAMPLES: u32 = 4096;
-/// How far the ends may miss 0 and 1 (the text's own constants are rounded); f is then scaled to meet them.
+/// Largest error of f(0) and f(1), which covers rounded constants. f is then scaled to meet 0 and 1.
 const END_TOLERANCE: f64 = 1e-5;
-/// How far below 0 a rate may be by the rounding of the text's constants.
+/// Most negative rate that counts as rounding of the text's constants.
 const RATE_TOLERANCE: f64 = 1e-6;
-/// A change that stays within a billionth of the time is a jump.
+/// A change within a billionth of the time is a jump.
 const JUMP: f64 = 1e-4;
 
 /// GLSL text of `s`, compiled.

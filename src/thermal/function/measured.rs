@@ -1,7 +1,7 @@
-//! A response function from measured times and temperatures: normalised, joined by a monotone cubic.
+//! A response function from measured times and temperatures: normalised and interpolated by a monotone cubic.
 //!
-//! The cubic is that of Fritsch & Carlson 1980 (SIAM J. Numer. Anal. 17, 238): Hermite pieces through all points, whose
-//! slopes, at first those of the parabola through three neighbours, are scaled back where a piece would otherwise turn.
+//! The cubic is that of Fritsch & Carlson 1980 (SIAM J. Numer. Anal. 17, 238). Hermite pieces run through all points. Their slopes are those of the
+//! parabola through three neighbours, reduced where a piece would not be monotone.
 
 use std::path::Path;
 
@@ -10,13 +10,13 @@ use super::FunctionError;
 /// A measured temperature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// Time, in any unit, from any origin.
+    /// Time in any unit and from any origin.
     pub time: f64,
     /// Temperature [K].
     pub temperature: f64,
 }
 
-/// Points (share of the time left, share of the way left) from the end to the start, and the slopes there.
+/// Points (share of the time left, share of the way left) from the end to the start, with their slopes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
     r: Vec<f64>,
@@ -35,12 +35,12 @@ impl Measured {
         Self::checked(&samples, &rows, target, Some(path))
     }
 
-    /// Number of points, the end of an extrapolation included.
+    /// Number of points, including the end of an extrapolation.
     pub fn len(&self) -> usize {
         self.r.len()
     }
 
-    /// Whether it has no points; never, for one that was made.
+    /// Whether it has no points. It always has some.
     pub fn is_empty(&self) -> bool {
         self.r.is_empty()
     }
@@ -110,7 +110,7 @@ impl Measured {
         Ok(Self { r, left, slope })
     }
 
-    /// Borders of the pieces, as shares of the time left, rising.
+    /// Ends of the pieces as shares of the time left, in rising order.
     pub fn knots(&self) -> &[f64] {
         &self.r
     }
@@ -122,7 +122,7 @@ impl Measured {
         let (w0, w1) = (self.left[i], self.left[i + 1]);
         let (m0, m1) = (width * self.slope[i], width * self.slope[i + 1]);
         let step = w1 - w0;
-        // w0 + t (m0 + t (c2 + t c3)), exact at both ends to rounding.
+        // w0 + t (m0 + t (c2 + t c3)) is exact at both ends up to rounding.
         let (c2, c3) = (3.0 * step - 2.0 * m0 - m1, m0 + m1 - 2.0 * step);
         (w0 + t * (m0 + t * (c2 + t * c3))).clamp(w0, w1)
     }
@@ -153,7 +153,7 @@ fn slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     slopes
 }
 
-/// Rows of a CSV file with the columns `time` and `temperature`, and the line of each.
+/// Rows of a CSV file with the columns `time` and `temperature`, each with its line number.
 fn read_samples(path: &Path) -> Result<(Vec<Sample>, Vec<u64>), FunctionError> {
     let unreadable = |reason: String| FunctionError::Unreadable { path: path.to_path_buf(), reason };
     let text = std::fs::read_to_string(path).map_err(|error| unreadable(error.to_string()))?;

@@ -1,5 +1,4 @@
-//! Response functions as the command line writes them: `quadratic`, `exponential=3`, `polynomial=0,2,-1`,
-//! `table=FILE`, `expression=s*s`.
+//! Parses response functions of the command line: `quadratic`, `exponential=3`, `polynomial=0,2,-1`, `table=FILE`, `expression=s*s`.
 
 use std::path::Path;
 
@@ -9,10 +8,9 @@ use super::{Function, FunctionError};
 pub const KINDS: [&str; 7] = ["linear", "quadratic", "polynomial", "exponential", "logarithmic", "table", "expression"];
 
 impl Function {
-    /// Reads a function; a table's file is read relative to the working directory.
+    /// Parses a function. The file of a table is relative to the working directory.
     ///
-    /// # Errors
-    /// An unknown name, a value that is missing or too much, or what the kind itself refuses.
+    /// # Errors An unknown name, a missing or unexpected value, or an error of the kind itself.
     pub fn parse(text: &str) -> Result<Self, FunctionError> {
         let (name, value) = match text.split_once('=') {
             Some((name, value)) => (name.trim(), Some(value.trim())),

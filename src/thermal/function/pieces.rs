@@ -1,41 +1,40 @@
-//! A response function as a device evaluates it: cubic pieces, of one form for every kind of function.
+//! A response function as cubic pieces, the form that the device evaluates for every kind.
 //!
-//! The pieces are of equal width in the root v of the distance to the nearer end of the time, so they are the narrower the
-//! nearer they are to an end: a function that starts or ends as a power of 1/2 or more is smooth in v. A piece holds what is
-//! done or what is left of the way, the smaller of the two, so that it is exact. A
-//! piece that holds a corner of the function is two straight lines. No piece falls, so no transition turns back.
+//! The pieces have equal width in v, the square root of the distance to the nearer end of the time. They are therefore narrow near the ends, where a
+//! function that varies as a power of 1/2 or more is smooth in v. A piece stores the share done or the share left, whichever is smaller, for accuracy. A
+//! piece that contains a corner of the function is two straight lines. No piece decreases, so a transition never turns back.
 
-/// Fewest pieces from either end.
+/// Fewest pieces on either side.
 pub const FEWEST: usize = 2048;
-/// Most pieces from either end.
+/// Most pieces on either side.
 pub const MOST: usize = FEWEST << 5;
-/// Error of the share done beyond which a function is too sharp for its pieces: 3 mK of 300 K.
+/// Error of the share done above which a function is refused: 3 mK of 300 K.
 pub const LARGEST_ERROR: f64 = 1e-5;
-/// Error of the share done above which more pieces are taken.
+/// Error of the share done above which more pieces are used.
 const SMALL_ERROR: f64 = 1e-6;
-/// Added to the place of a corner in the last coefficient of its piece. That of a cubic is far smaller.
+/// Offset added to the place of a corner in the last coefficient of its piece. The last coefficient of a cubic is far smaller.
 pub const CORNER: f64 = 16.0;
 
-/// Error that is good enough not to look for a corner.
+/// Error below which no corner is searched for.
 const GOOD: f64 = 1e-8;
-/// Places in a piece where its error is looked at.
+/// Number of places in a piece at which its error is measured.
 const LOOKED_AT: [f64; 3] = [1.0 / 6.0, 0.5, 5.0 / 6.0];
 
-/// The pieces, and how far they are from the function.
+/// The pieces of a function, and their error.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pieces {
-    /// From the start outwards, then from the end outwards: coefficients of the powers of the place in [0, 1) of a cubic; or,
-    /// of two lines, the value at 0, the first slope, how much steeper the second is, and their border + [`CORNER`]. The value is
-    /// what is done, or what is left with a minus, on the side of the start, and the other way round on the side of the end.
+    /// Coefficients of each piece, from the start inwards, then from the end inwards. A cubic has the coefficients of the powers of the place in [0, 1).
+    /// Two lines have the value at 0, the first slope, the increase of the slope, and the place of the corner + [`CORNER`]. On the side of the start the
+    /// value is the share done, or minus the share left. On the side of the end it is the share left, or minus the share done.
     pub cells: Vec<[f32; 4]>,
     /// Largest error of the share done.
     pub error: f64,
-    /// Share of the time gone where it is.
+    /// Share of the time gone at which it occurs.
     pub worst: f64,
 }
 
 impl Pieces {
-    /// Of a function, given by what is left of the way when a share of the time is left.
+    /// Pieces of a function. The function gives the share of the way left when a share of the time is left.
     pub fn new(remaining: &dyn Fn(f64) -> f64) -> Self {
         let mut half = FEWEST;
         loop {
@@ -85,7 +84,7 @@ impl Pieces {
         pieces
     }
 
-    /// What is left of the way when the share `r` of the time is left, as the pieces have it.
+    /// Share of the way left when the share `r` of the time is left, from the pieces.
     pub fn remaining(&self, r: f64) -> f64 {
         let half = self.cells.len() / 2;
         let start = 1.0 - r < r;
@@ -101,7 +100,7 @@ fn evaluated([c0, c1, c2, c3]: [f64; 4], t: f64) -> f64 {
     if c3 > 0.5 * CORNER { c0 + t * c1 + c2 * (t - (c3 - CORNER)).max(0.0) } else { c0 + t * (c1 + t * (c2 + t * c3)) }
 }
 
-/// The piece that follows a function from 0 to 1 best, and its error.
+/// The best piece for a function from 0 to 1, and its error.
 fn piece(value: &dyn Fn(f64) -> f64) -> ([f64; 4], f64) {
     let exact = LOOKED_AT.map(|t| (t, value(t)));
     let error = |cell: [f64; 4]| exact.iter().map(|(t, v)| (evaluated(cell, *t) - v).abs()).fold(0.0, f64::max);
@@ -126,20 +125,19 @@ fn through([v, a, b, c]: [f64; 4]) -> [f64; 4] {
     [v, 9.0 * a - 4.5 * b + c, 4.5 * (4.0 * b - 5.0 * a - c), 4.5 * (3.0 * (a - b) + c)]
 }
 
-/// Whether a cubic falls anywhere from 0 to 1.
 fn falls([_, c1, c2, c3]: [f64; 4]) -> bool {
     let slope = |t: f64| c1 + t * (2.0 * c2 + 3.0 * t * c3);
     let turn = -c2 / (3.0 * c3);
     slope(0.0) < 0.0 || slope(1.0) < 0.0 || (turn > 0.0 && turn < 1.0 && slope(turn) < 0.0)
 }
 
-/// Two lines from one end to the other that meet on a border.
+/// Two lines from one end to the other with a corner between.
 fn lines([first, last]: [f64; 2], border: f64, there: f64) -> [f64; 4] {
     let (before, after) = ((there - first) / border, (last - there) / (1.0 - border));
     [first, before, after - before, border + CORNER]
 }
 
-/// Where a function bends most, by search of the interval in which its middle is farthest from the line through its ends.
+/// The sharpest bend of a function, found by searching for the interval whose middle is farthest from its chord.
 fn corner(value: &dyn Fn(f64) -> f64) -> f64 {
     let (mut low, mut width) = (0.0, 1.0);
     while width > 1e-6 {
@@ -156,7 +154,7 @@ mod tests {
     use super::super::{Function, Sample};
     use super::*;
 
-    /// Largest difference of the pieces from a function, beside the places where they were made too.
+    /// Largest difference between the pieces and a function, also between their interpolation points.
     fn error(pieces: &Pieces, remaining: impl Fn(f64) -> f64) -> f64 {
         let places =
             (0..=200_000).map(|i| f64::from(i) / 200_000.0).chain((3..30).map(|n| 0.1f64.powf(f64::from(n) / 3.0)));
@@ -200,14 +198,14 @@ mod tests {
             let found = error(&function.pieces(), |r| function.remaining(r));
             assert!(found < 1e-6, "{text}: {found:.1e}");
         }
-        // A cubic alone is off by a share of the corner.
+        // A cubic alone would err by a share of the corner.
         let bent = |t: f64| t + (t - 0.37).max(0.0);
         assert!(piece(&bent).1 < 1e-5);
         let cubic = through([bent(0.0), bent(1.0 / 3.0), bent(2.0 / 3.0), bent(1.0)]);
         assert!(LOOKED_AT.iter().any(|t| (evaluated(cubic, *t) - bent(*t)).abs() > 1e-2));
     }
 
-    /// A table whose rate rises and falls steeply has more pieces.
+    /// A table with steep changes of rate has more pieces.
     #[test]
     fn sharp_functions_have_more_pieces() {
         let points = [(0.0, 300.0), (5.0, 299.0), (5.02, 230.0), (5.05, 229.0), (10.0, 200.0)];

@@ -1,29 +1,27 @@
-//! A response function that is a polynomial of any degree, proved to rise from 0 to 1.
+//! A response function that is a polynomial of any degree, proved to increase from 0 to 1.
 
 use super::FunctionError;
 
-/// How far the ends may miss 0 and 1; the sum is then scaled to meet them.
+/// Largest error of f(0) and f(1). The sum is then scaled to meet 0 and 1.
 const END_TOLERANCE: f64 = 1e-6;
-/// How far below 0 the rate may be by rounding, in units of the largest term.
+/// Most negative rate that counts as rounding, in units of the largest term.
 const RATE_TOLERANCE: f64 = 1e-13;
-/// Largest disagreement of the two forms of the sum: what the cancellation of its terms may cost.
+/// Largest difference between the two forms of the sum, caused by cancellation of its terms.
 const CANCELLATION: f64 = 1e-9;
 
-/// Most coefficients of a polynomial: the work of the proof grows as the cube of their number, and f64 cannot hold the
-/// terms of much higher degrees.
+/// Most coefficients of a polynomial. The cost of the proof grows with the cube of their number, and f64 can not hold the terms of much higher degrees.
 const MAX_COEFFICIENTS: usize = 64;
 
 /// f(s) = c0 + c1 s + c2 s^2 + ...
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polynomial {
     coefficients: Vec<f64>,
-    /// Coefficients of w in powers of r = 1 - s, the first of them 0: exact at the end.
+    /// Coefficients of w in powers of r = 1 - s. The first is 0, so w is exact at the end.
     left: Vec<f64>,
 }
 
 impl Polynomial {
-    /// Checks the ends, and the sign of the rate at its own extrema: a polynomial that rises at each of them rises
-    /// everywhere.
+    /// Checks the ends, and that the rate is positive at its own extrema. The polynomial then increases everywhere.
     pub(super) fn new(coefficients: &[f64]) -> Result<Self, FunctionError> {
         let function = "polynomial";
         if coefficients.len() > MAX_COEFFICIENTS {
@@ -64,7 +62,7 @@ impl Polynomial {
         Ok(polynomial)
     }
 
-    /// c0, c1, ... as they were given.
+    /// c0, c1, ... as given.
     pub fn coefficients(&self) -> &[f64] {
         &self.coefficients
     }
@@ -82,7 +80,7 @@ fn derivative(coefficients: &[f64]) -> Vec<f64> {
     coefficients.iter().enumerate().skip(1).map(|(power, c)| power as f64 * c).collect()
 }
 
-/// The same polynomial of s in powers of r = 1 - s: synthetic division by s - 1, and a change of sign of odd powers.
+/// The polynomial of s in powers of r = 1 - s: synthetic division by s - 1, with the sign of odd powers changed.
 fn about_the_end(coefficients: &[f64]) -> Vec<f64> {
     let mut shifted = coefficients.to_vec();
     let degree = shifted.len() - 1;
@@ -97,7 +95,7 @@ fn about_the_end(coefficients: &[f64]) -> Vec<f64> {
     shifted
 }
 
-/// Real roots in (0, 1), rising, where the sign changes: between two neighbouring extrema there is at most one.
+/// Real roots in (0, 1) at which the sign changes, in rising order. Between neighbouring extrema there is at most one.
 fn roots(coefficients: &[f64]) -> Vec<f64> {
     if coefficients.len() < 2 {
         return Vec::new();
@@ -150,11 +148,11 @@ mod tests {
 
     #[test]
     fn a_polynomial_that_turns_back_is_refused_where_it_does() {
-        // f = 3s - 4s^2 + 2s^3: f' = 3 - 8s + 6s^2 = 0.333 at its least, s = 2/3; rises.
+        // f = 3s - 4s^2 + 2s^3: f' = 3 - 8s + 6s^2 has its least value 0.333 at s = 2/3, so f increases.
         assert!(Polynomial::new(&[0.0, 3.0, -4.0, 2.0]).is_ok());
-        // f = 4s - 6s^2 + 3s^3: f' = 4 - 12s + 9s^2 = (2 - 3s)^2 touches 0 at 2/3; still rises.
+        // f = 4s - 6s^2 + 3s^3: f' = 4 - 12s + 9s^2 = (2 - 3s)^2 is 0 at 2/3, so f does not decrease.
         assert!(Polynomial::new(&[0.0, 4.0, -6.0, 3.0]).is_ok());
-        // f = 4.1s - 6.3s^2 + 3.2s^3: f' = 4.1 - 12.6s + 9.6s^2 has its least, -0.034375, at s = 0.65625.
+        // f = 4.1s - 6.3s^2 + 3.2s^3: f' = 4.1 - 12.6s + 9.6s^2 has its least value -0.034375 at s = 0.65625.
         let Err(FunctionError::Falls { s, rate, .. }) = Polynomial::new(&[0.0, 4.1, -6.3, 3.2]) else {
             panic!("it falls at s = 0.65625");
         };

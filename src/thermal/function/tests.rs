@@ -1,4 +1,4 @@
-//! Values of every kind from its own formula, and what is refused.
+//! Values of every kind against its formula, and refused input.
 
 use super::*;
 
@@ -6,10 +6,10 @@ fn samples(points: &[(f64, f64)]) -> Vec<Sample> {
     points.iter().map(|&(time, temperature)| Sample { time, temperature }).collect()
 }
 
-/// Name, function, and the same by its formula.
+/// Name, function, and its formula.
 type Kinds = (&'static str, Function, fn(f64) -> f64);
 
-/// Issue 3: exponential (1 - e^-ks) / (1 - e^-k), logarithmic ln(1 + ks) / ln(1 + k).
+/// The formulas: exponential (1 - e^-ks) / (1 - e^-k), logarithmic ln(1 + ks) / ln(1 + k).
 #[test]
 fn values_are_those_of_the_formulas() {
     let kinds: [Kinds; 5] = [
@@ -29,7 +29,7 @@ fn values_are_those_of_the_formulas() {
     }
 }
 
-/// What is left near the end keeps its relative accuracy, which the span of a merged transition multiplies.
+/// The share left keeps its relative accuracy near the end, because the span of a merged transition multiplies it.
 #[test]
 fn the_end_is_relatively_accurate() {
     let r = 1e-9;
@@ -52,12 +52,12 @@ fn a_table_goes_through_its_points_without_a_bump() {
     }
     let done: Vec<f64> = (0..=20_000).map(|i| table.done(f64::from(i) / 20_000.0)).collect();
     assert!(done.windows(2).all(|pair| pair[1] >= pair[0]));
-    // A straight line is met exactly, however it is cut.
+    // Pieces reproduce a straight line exactly.
     let line = Function::table(&samples(&[(0.0, 1.0), (1.0, 2.0), (7.0, 8.0), (10.0, 11.0)]), None).unwrap();
     assert!((0..100).all(|i| (line.done(f64::from(i) / 100.0) - f64::from(i) / 100.0).abs() < 1e-14));
 }
 
-/// Measured to 150 K of the way to 100 K at -10 K a second at the end: five seconds more.
+/// Measured for 150 K on the way to 100 K, with -10 K a second at the end. Five more seconds remain.
 #[test]
 fn a_table_that_stops_short_goes_on_at_its_last_rate() {
     let points = [(0.0, 300.0), (5.0, 200.0), (10.0, 150.0)];
@@ -149,7 +149,7 @@ fn bad_expressions_are_refused_with_the_reason() {
     assert!(Function::expression(&long).unwrap_err().to_string().contains("at most 200"));
 }
 
-/// What is over early is over: the rest of the time holds nothing.
+/// A function that reaches its target early stays there.
 #[test]
 fn a_function_that_reaches_its_target_early_says_so() {
     assert!((Function::expression("min(1.0, 2.0*s)").unwrap().active() - 0.5).abs() < 1e-12);

@@ -1,20 +1,19 @@
-//! Which nodes of a network have somewhere for their heat to go.
+//! Finds nodes of a network whose heat has no path to a sink.
 
 use super::{Network, NodeKind};
 
 impl Network {
-    /// An arithmetic node whose heat has nowhere to go: no path of conductors and arithmetic nodes leads from it to a
-    /// node that stores heat, to a boundary or to an emission to space.
+    /// An arithmetic node whose heat has no sink: no path of conductors and arithmetic nodes leads from it to a diffusive node, to a boundary or to space.
     pub fn unbalanced_node(&self) -> Option<usize> {
         self.closed_node(|kind| kind != NodeKind::Arithmetic)
     }
 
-    /// A node whose heat has nowhere to go in a steady state: no path leads from it to a boundary or to space.
+    /// A node whose heat has no sink in a steady state: no path leads from it to a boundary or to space.
     pub fn unsteady_node(&self) -> Option<usize> {
         self.closed_node(|kind| kind == NodeKind::Boundary)
     }
 
-    /// The first node without a path to an emission or to a node of a kind that is an end.
+    /// The first node without a path to space or to a node of a kind that `is_end` accepts.
     fn closed_node(&self, is_end: impl Fn(NodeKind) -> bool) -> Option<usize> {
         let linear =
             self.linear.iter().filter(|conductor| conductor.conductance > 0.0).map(|conductor| conductor.nodes);
@@ -25,7 +24,7 @@ impl Network {
         if open.iter().all(|open| *open) {
             return None;
         }
-        // Nodes that hang together are a set, which is open where one of them is.
+        // Connected nodes form a set. A set has a sink where one of its nodes has one.
         let mut parent: Vec<u32> = (0..self.len() as u32).collect();
         for pair in linear.chain(radiative) {
             let [a, b] = pair.map(|node| root(&mut parent, node));
@@ -38,7 +37,7 @@ impl Network {
     }
 }
 
-/// The node that stands for the set of a node.
+/// The node that represents the set of a node.
 fn root(parent: &mut [u32], mut node: u32) -> u32 {
     while parent[node as usize] != node {
         parent[node as usize] = parent[parent[node as usize] as usize];

@@ -1,5 +1,5 @@
-//! Integrates a network through its schedule: sub-steps by the estimate of their error, methods by stiffness, breaks at
-//! every heat time, output time and switch.
+//! Integrates a network over its schedule. The error estimate sets the sub-step, the stiffness sets the method. Sub-steps end at every change of heat,
+//! output time and switch.
 
 use super::rkl2::stages_for;
 use super::schedule::Schedule;
@@ -12,39 +12,37 @@ mod terms;
 
 pub use terms::{ControlError, FLOOR, Integrator, Leg, Series, Settings, Switch, Use};
 
-/// Most stages of RKL2 before TR-BDF2 is cheaper, and how many to fall to before RKL2 is tried again.
+/// Greatest number of RKL2 stages before TR-BDF2 is cheaper, and the number below which RKL2 is used again.
 const MOST_STAGES: [u32; 2] = [41, 25];
-/// The same of the accurate integrator: at a tenth of the tolerance RKL2 is as accurate where it needs few stages.
+/// These numbers for the accurate integrator. At a tenth of the tolerance RKL2 is as accurate where it needs few stages.
 const MOST_STAGES_ACCURATE: [u32; 2] = [15, 9];
-/// Share of the tolerance that one sub-step may err by: errors of a slow node add up over its time constant.
+/// Greatest error of one sub-step as a share of the tolerance. Errors of a slow node add up over its time constant.
 const SHARE: f64 = 5e-3;
-/// The same where a thermostat turns kelvins into seconds, in a run of at most [`SHORT_RUN`]; in a longer one it falls as
-/// the length grows, because errors of switching times add up from cycle to cycle.
+/// This share for a network with thermostats in a run of at most [`SHORT_RUN`]. A thermostat turns kelvins into seconds. In a longer run the share falls in
+/// proportion to the length, because errors of switching times add up from cycle to cycle.
 const SHARE_THERMOSTAT: f64 = 1e-5;
-/// [s].
 const SHORT_RUN: f64 = 2e4;
-/// Share of the tolerance that Euler may add over the whole schedule.
+/// Greatest error of Euler over the whole schedule as a share of the tolerance.
 const EULER_SHARE: f64 = 0.1;
-/// Most sub-steps of one try.
 const MOST_FUSED: u32 = 16;
-/// Safety on the fastest rate, which temperatures change within a try.
+/// Safety factor on the fastest rate, because temperatures change within a try.
 const RATE_MARGIN: f64 = 1.1;
-/// Tries after which the fastest rate is asked for again.
+/// Number of tries after which the fastest rate is computed again.
 const RATE_AGE: u32 = 8;
-/// Share of the hottest temperature of a stepper from which on a failed try is taken to have passed it.
+/// A failed try above this share of a stepper's hottest temperature counts as having exceeded it.
 const NEARLY_HOTTEST: f64 = 0.999;
-/// Temperature of an arithmetic node [K] at which it radiates nothing that counts.
+/// Temperature of an arithmetic node [K] below which its radiation is negligible.
 const NO_HEAT: f64 = 0.01;
-/// Share of the heat taken from such a node that may be missing in f32.
+/// Share of such a node's heat loss that f32 may lose.
 const OPEN_SHARE: f64 = 1e-3;
-/// Sub-step that is no longer believed to help [s].
+/// Shortest sub-step [s].
 const SHORTEST: f64 = 1e-18;
-/// Rate of a conductor that explains why no longer sub-step was good [1/s]: its nodes come together within a thousand of the
-/// shortest ones, and the first sub-steps must follow them.
+/// Rate of a conductor that explains why no sub-step was good [1/s]. Its nodes equalise within a thousand of the shortest sub-steps, which the first
+/// sub-steps must resolve.
 pub const STIFFEST: f64 = 1e15;
 
-/// Integrates from time 0 to the last output time. `stepper` holds the network at its start and reports the schedule's
-/// sensors; `watch` is told the time reached and says whether to go on.
+/// Integrates from time 0 to the last output time. `stepper` holds the network at its start and reports the schedule's sensors. `watch` receives the time
+/// reached and returns whether to continue.
 ///
 /// # Errors
 /// See [`ControlError`].
@@ -66,7 +64,7 @@ pub fn integrate<S: Stepper>(
     )
 }
 
-/// As [`integrate`], for one of many legs in a row.
+/// [`integrate`] for one of many consecutive legs.
 ///
 /// # Errors
 /// See [`ControlError`].
@@ -119,35 +117,35 @@ struct Control<'a, S: Stepper, W> {
     network: &'a Network,
     schedule: &'a Schedule,
     integrator: Integrator,
-    /// Error that a sub-step may add [K].
+    /// Greatest error of a sub-step [K].
     limit: f64,
-    /// Error that Euler may add in a second [K/s].
+    /// Greatest error of Euler per second [K/s].
     euler_rate: f64,
     watch: W,
-    /// Power [W] and slope [W/s] of every node since the heat was set.
+    /// Power [W] and slope [W/s] of every node at the time when the heat was set.
     heat: [Vec<f64>; 2],
-    /// When the heat was set [s].
+    /// Time at which the heat was set [s].
     heat_set: f64,
-    /// Time since then [s]: apart, so that it resolves the sub-steps of a fast node late in a long run.
+    /// Time since then [s]. A separate variable resolves the sub-steps of a fast node late in a long run.
     since: f64,
-    /// The sensors now.
+    /// Present values of the sensors.
     sensed: Vec<f64>,
     on: Vec<bool>,
-    /// Last switch of each thermostat, and how many came close upon each other.
+    /// Last switch of each thermostat, and the number of quick successive switches.
     quick: Vec<(f64, u32)>,
-    /// Sub-step that the last estimate proposes.
+    /// Sub-step proposed by the last estimate.
     step: f64,
     fused: u32,
-    /// Bound of the fastest rate, with its margin.
+    /// Bound of the fastest rate, with its safety factor.
     rate: f64,
     rate_age: u32,
     implicit: bool,
-    /// Tries for which Euler is left alone.
+    /// Number of tries for which Euler is not tried.
     euler_pause: u32,
     series: Series,
 }
 
-/// A try that has been planned.
+/// A planned try.
 #[derive(Clone, Copy)]
 struct Plan {
     method: Method,
@@ -173,7 +171,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         Ok(())
     }
 
-    /// Sets the heat of time 0, at which arithmetic nodes balance; what they jump to is where the sensors start.
+    /// Sets the heat of time 0 and balances the arithmetic nodes with it. The sensors start at these temperatures.
     fn start(&mut self) -> Result<(), ControlError<S::Error>> {
         self.put_heat(0.0)?;
         self.sensed = self.sense()?;
@@ -184,7 +182,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         self.heat_set + self.since
     }
 
-    /// The heat from `time` on, which is now, as tables and heaters have it.
+    /// Sets the heat of tables and heaters from `time` on, which is the present time.
     fn put_heat(&mut self, time: f64) -> Result<(), ControlError<S::Error>> {
         let (power, slope) = self.schedule.heat_after(self.network.len(), time, &self.on);
         self.stepper.set_heat(&power, &slope)?;
@@ -204,7 +202,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         Err(ControlError::Unbalanced { time, node })
     }
 
-    /// Ends where an arithmetic node loses more heat at 0 K than arrives there: a device holds it at the end of its range.
+    /// Fails where an arithmetic node at 0 K loses more heat than it receives. A device holds such a node at the end of its range.
     fn check_balance(&mut self) -> Result<(), ControlError<S::Error>> {
         let power = |node: usize| self.heat[0][node] + self.heat[1][node] * self.since;
         if !self.arithmetic().any(|node| power(node) < 0.0) {
@@ -224,7 +222,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         (0..kinds.len()).filter(|node| kinds[*node] == NodeKind::Arithmetic)
     }
 
-    /// Heat that every node gains now [W]; 0 is a balance.
+    /// Net heat into every node at present [W]. 0 is a balance.
     fn open_heat(&self, temperatures: &[f64]) -> Vec<f64> {
         let mut heat = vec![0.0; temperatures.len()];
         self.network.exchanged_heat(temperatures, &mut heat);
@@ -234,9 +232,9 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         heat
     }
 
-    /// Integrates to `end`, at or after now.
+    /// Integrates to `end`, which is not before the present time.
     fn advance(&mut self, end: f64) -> Result<(), ControlError<S::Error>> {
-        // A switch sets the heat anew, and with it the time that is counted from.
+        // A switch sets the heat anew, and the time restarts from there.
         while self.since < end - self.heat_set {
             let now = self.now();
             if !(self.watch)(now) {
@@ -247,7 +245,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         Ok(())
     }
 
-    /// One try, and what it leads to, towards `end` [s] since the heat was set.
+    /// Makes one try towards `end` [s] since the heat was set, and keeps or rejects it.
     fn forward(&mut self, end: f64) -> Result<(), ControlError<S::Error>> {
         if self.rate_age >= RATE_AGE {
             let temperatures = self.stepper.temperatures()?;
@@ -306,9 +304,9 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         }
     }
 
-    /// What to try over at most `remaining` [s].
+    /// Plans a try over at most `remaining` [s].
     fn plan(&mut self, remaining: f64) -> Plan {
-        // Thermostats need a value between the ends, to see what turns back.
+        // Thermostats need a value between the ends to detect a reversal.
         let least: f64 = if self.schedule.thermostats.is_empty() { 1.0 } else { 2.0 };
         let stable = (remaining * self.rate).ceil().max(least);
         let euler = self.integrator != Integrator::Accurate && self.euler_pause == 0;
@@ -321,7 +319,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
             let count = whole.max(least);
             (remaining / count, count)
         } else if whole <= 2.0 * fused {
-            // Two tries of one length rather than a long one and a stub.
+            // Two equal tries rather than a long one and a short one.
             (remaining / whole, (0.5 * whole).ceil())
         } else {
             (self.step, fused)
@@ -358,7 +356,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         Err(ControlError::NoStep { time: self.now(), node, temperature })
     }
 
-    /// Ends where a node is about to leave the range, which ever shorter sub-steps would only approach.
+    /// Fails where a node is about to leave the range. Shorter sub-steps would only approach it.
     fn check_hottest(&mut self) -> Result<(), ControlError<S::Error>> {
         let most = NEARLY_HOTTEST * self.stepper.hottest();
         let temperatures = self.stepper.temperatures()?;
@@ -368,7 +366,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         }
     }
 
-    /// Keeps the last try, after which it is `end` [s] since the heat was set where the plan reaches that.
+    /// Keeps the last try. The time is then `end` [s] since the heat was set, where the plan reaches that.
     fn keep(&mut self, plan: Plan, end: f64) -> Result<(), ControlError<S::Error>> {
         self.stepper.keep()?;
         let span = plan.step * f64::from(plan.count);
@@ -389,13 +387,13 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         Ok(())
     }
 
-    /// The next sub-step after a try that was kept.
+    /// The next sub-step after a kept try.
     fn adapt(&mut self, plan: Plan, error: f64, end: f64) {
         if plan.method == Method::Euler {
             return;
         }
         let factor = (0.85 * (self.limit / error.max(1e-300)).cbrt()).clamp(0.3, 5.0);
-        // A sub-step cut short by a break says little against the one before it.
+        // A sub-step shortened by a break does not limit the next one.
         let cut = self.since >= end && plan.step < self.step;
         self.step = if cut { self.step.max(plan.step * factor) } else { plan.step * factor };
         self.series.first_step.get_or_insert(self.step);
@@ -403,7 +401,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     }
 }
 
-/// The linear conductor with the most GL over the capacitance of a node that it changes [1/s], with its nodes and GL [W/K].
+/// The linear conductor with the greatest GL over the capacitance of one of its nodes [1/s], with its nodes and GL [W/K].
 fn stiffest(network: &Network) -> Option<(f64, [u32; 2], f64)> {
     let rate = |conductor: &LinearConductor| {
         let stores = |node: &u32| network.kinds[*node as usize] == NodeKind::Diffusive;

@@ -1,42 +1,41 @@
-//! Newton's method on the balances of some nodes of a network: the arithmetic ones, or all that are no boundary.
+//! Newton's method on the heat balances of a network: of the arithmetic nodes, or of all nodes but boundaries.
 
 use super::sparse::SparseMatrix;
 use super::{Network, radiative_slope};
 
-/// Iterations after which a balance counts as not found. A start at 1000 times the answer takes 30; a balance at 0 K,
-/// where the slope vanishes, is approached by a quarter each.
+/// Greatest number of iterations. A start at 1000 times the answer takes 30. Towards 0 K, where the slope vanishes, an iteration gains only a quarter.
 const MOST_ITERATIONS: u32 = 300;
-/// Change of a temperature [K] below which an iteration was the last.
+/// Change of temperature [K] at which the iteration ends.
 const CONVERGED: f64 = 1e-10;
-/// Relative part of it, for temperatures whose own rounding is coarser.
+/// Relative part of that change, for temperatures whose rounding is coarser.
 const CONVERGED_RELATIVE: f64 = 1e-13;
-/// A temperature grows at most by this [K] and its own double in an iteration, and falls at most to half.
+/// Growth of a temperature in an iteration is limited to this [K] plus its double. A temperature falls at most to half.
 const LARGEST_RISE: f64 = 10.0;
 
-/// Temperature [K] below which its slope stands for all: at 0 K radiation has none, and no start could leave it.
+/// Temperature below which its slope is used for all [K]. At 0 K the slope of radiation is 0, so no start could leave 0 K.
 const COLDEST_SLOPE: f64 = 0.01;
-/// Iterations after which a node that is colder than that and still falls is taken to 0 K, where no heat balances it: at
-/// 0.01 K a black square metre radiates 6e-16 W, and under one slope for all the rest of the way would not end.
+/// Number of iterations after which a colder node that still falls is set to 0 K. At 0.01 K a black square metre radiates only 6e-16 W, and with a constant
+/// slope the rest of the way would not end.
 const FALLING: u32 = 40;
 
 fn slope(temperature: f64) -> f64 {
     radiative_slope(temperature.max(COLDEST_SLOPE))
 }
 
-/// The nodes whose temperatures are sought, and the matrix of their balances.
+/// The nodes whose temperatures are unknown, and the matrix of their balances.
 #[derive(Debug, Clone)]
 pub(super) struct Newton {
     nodes: Vec<usize>,
-    /// Row of each node of the network; `None` where its temperature is given.
+    /// Row of each node of the network. `None` where its temperature is known.
     row_of: Vec<Option<usize>>,
     matrix: SparseMatrix,
     right: Vec<f64>,
-    /// Iterations so far.
+    /// Number of iterations so far.
     pub(super) iterations: u64,
 }
 
 impl Newton {
-    /// Balances of the nodes that `sought` picks.
+    /// Balances of the nodes for which `sought` is true.
     pub(super) fn new(network: &Network, sought: impl Fn(usize) -> bool) -> Self {
         let nodes: Vec<usize> = (0..network.len()).filter(|node| sought(*node)).collect();
         let mut row_of = vec![None; network.len()];
@@ -51,12 +50,12 @@ impl Newton {
         Self { nodes, row_of, matrix, right, iterations: 0 }
     }
 
-    /// Whether nothing is sought.
+    /// Whether no temperature is unknown.
     pub(super) fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
 
-    /// Factors minus the slopes of the exchanged heat [W/K], with `capacity` [W/K] added to the diagonal of a node.
+    /// Factors the negative slopes of the exchanged heat [W/K], with `capacity` [W/K] added to the diagonal of each node.
     pub(super) fn factor(&mut self, network: &Network, temperatures: &[f64], capacity: impl Fn(usize) -> f64) -> bool {
         self.matrix.clear();
         for (row, node) in self.nodes.iter().enumerate() {
@@ -73,7 +72,7 @@ impl Newton {
         self.matrix.factor()
     }
 
-    /// A conductor whose heat changes by `slopes` [W/K] with the temperature of its one end and of its other.
+    /// Adds a conductor whose heat changes by `slopes` [W/K] with the temperatures of its two ends.
     fn add(&mut self, nodes: [u32; 2], slopes: [f64; 2]) {
         let rows = nodes.map(|node| self.row_of[node as usize]);
         for (end, row) in rows.iter().enumerate() {
@@ -85,8 +84,7 @@ impl Newton {
         }
     }
 
-    /// Solves with the last factors: `heat` [W] of every node of the network becomes a change of temperature [K];
-    /// that of a node that is not sought is 0.
+    /// Solves with the last factors. It replaces `heat` [W] of every node by a change of temperature [K], which is 0 for known nodes.
     pub(super) fn solve(&mut self, heat: &mut [f64]) {
         for (right, node) in self.right.iter_mut().zip(&self.nodes) {
             *right = heat[*node];
@@ -98,9 +96,9 @@ impl Newton {
         }
     }
 
-    /// Seeks the temperatures at which `residual` [W] vanishes at every sought node; the start is `temperatures`.
-    /// `residual` falls with a node's own temperature by the slopes of the exchanged heat and by `capacity` [W/K].
-    /// Returns whether they were found, all finite and none below 0 K; `temperatures` is spoilt where not.
+    /// Finds the temperatures at which `residual` [W] vanishes at every unknown node, starting at `temperatures`. `residual` falls with a node's own
+    /// temperature by the slopes of the exchanged heat and by `capacity` [W/K]. Returns whether the result is finite and nowhere below 0 K. Otherwise
+    /// `temperatures` is invalid.
     pub(super) fn find(
         &mut self,
         network: &Network,
@@ -142,7 +140,7 @@ impl Newton {
             if converged && !limited {
                 return true;
             }
-            // Old factors serve as long as each iteration gains a digit and a half.
+            // Old factors are used while each iteration gains a digit and a half.
             fresh = !limited && largest < 0.03 * last;
             last = largest;
         }

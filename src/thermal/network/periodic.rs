@@ -1,36 +1,35 @@
-//! The periodic state of a network whose heat repeats: orbits until the last changes nothing, accelerated.
+//! The periodic state of a network whose heat repeats, by accelerated orbits.
 //!
-//! A state that gains C (T1 - T0) over an orbit would go on for many time constants; the temperatures at which the
-//! balance loses as much more as was gained, in the mean of the orbit, are where it goes. For a linear network a mode
-//! that relaxes at rate r over a period P then keeps 1 - (1 - e^-x)(1 + 1/x), x = r P, of its error: x/2 of slow ones,
-//! 0.3 at most of any. A network with a mesh's many nodes is not solved as it is, but linearised: [`SlowModes`].
+//! If a state gains C (T1 - T0) over an orbit, plain repetition would continue for many time constants. The method moves it to the temperatures at which
+//! the mean balance over the orbit loses as much more as was gained. In a linear network a mode that relaxes at rate r then keeps the share 1 - (1 -
+//! e^-x)(1 + 1/x) of its error, with x = r P over a period P. This is x/2 for slow modes and at most 0.3 for any. A network with the many nodes of a mesh
+//! is linearised instead of solved: [`SlowModes`].
 
 use super::newton::Newton;
 use super::stepper::Stepper;
 use super::{Network, NodeKind};
 
-/// What [`settle`] found.
+/// Result of [`settle`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settled {
-    /// Temperatures [K] of every node at the times that `orbit` reports, of an orbit in the periodic state.
+    /// Temperatures [K] of every node at the times reported by `orbit`, in the periodic state.
     pub orbit: Vec<Vec<f64>>,
-    /// Orbits that were computed.
+    /// Number of orbits.
     pub orbits: u32,
-    /// How far the start of the last of them was moved, or would have been [K]: its error.
+    /// Correction of the start of the last orbit [K], which is its error.
     pub change: f64,
 }
 
-/// Most orbits that are computed; a network far from linear takes about ten.
+/// Most orbits. A strongly nonlinear network needs about ten.
 pub const MOST_ORBITS: u32 = 60;
 
 /// Finds the start [K] from which an orbit leads back to itself.
 ///
-/// `orbit` computes one from the temperatures given and reports them at times spread evenly over it, both ends
-/// included; `balance` is the network in f64, for the temperatures at which a heat balances. Returns what was found when
-/// a start is known to `tolerance` [K], `None` where it is not after [`MOST_ORBITS`] or where a balance was not found.
+/// `orbit` computes an orbit from given temperatures. It reports temperatures at equal intervals, both ends included. `balance` solves the network in f64
+/// for the temperatures at which a heat balances. Returns the result when a start is known to `tolerance` [K]. Returns `None` after [`MOST_ORBITS`], or
+/// where a balance was not found.
 ///
-/// # Errors
-/// Those of `orbit` and `balance`.
+/// # Errors Those of `orbit` and `balance`.
 pub fn settle<S, E>(
     network: &Network,
     period: f64,
@@ -57,7 +56,7 @@ where
         balance.set_heat(&heat, &vec![0.0; network.len()])?;
         balance.set_temperatures(&mean)?;
         if !balance.steady(0.0)? {
-            // Rounding may leave a node that only cools a little less heat than space sends back: it aims at space.
+            // By rounding, a node that only cools may lack heat even against space. It then aims at the temperature of space.
             heat.iter_mut().for_each(|heat| *heat = heat.max(0.0));
             balance.set_heat(&heat, &vec![0.0; network.len()])?;
             balance.set_temperatures(&mean)?;
@@ -75,17 +74,16 @@ where
         if !change.is_finite() {
             return Ok(None);
         }
-        // A step far beyond what is linear must not leave the range of temperatures.
+        // The correction of a nonlinear network must stay within the range of temperatures.
         start = next.iter().zip(end).map(|(next, end)| next.max(0.5 * end)).collect();
     }
     Ok(None)
 }
 
-/// Where a network heads for that was stepped through one orbit, by its slopes at the orbit's mean temperatures.
+/// Extrapolates a network from one orbit to its periodic state, linearised at the mean temperatures of the orbit.
 ///
-/// A mode of rate r that gained d over a period P is d / (e^x - 1) short of its periodic state at the orbit's end, x = r P.
-/// Here it is moved by d / (x (1 + x/2)), which two linear systems give: at most 0.09 of its error before the orbit is
-/// left, and x^2/6 of that of a slow one.
+/// A mode of rate r that gained d over a period P is d / (e^x - 1) short of its periodic state at the end of the orbit, with x = r P. The method moves it
+/// by d / (x (1 + x/2)), which needs two linear solves. This leaves at most 0.09 of the error before the orbit, and x^2/6 for a slow mode.
 #[derive(Debug)]
 pub struct SlowModes<'a> {
     network: &'a Network,
@@ -94,14 +92,14 @@ pub struct SlowModes<'a> {
 }
 
 impl<'a> SlowModes<'a> {
-    /// Of a network whose heat repeats after `period` [s].
+    /// For a network whose heat repeats after `period` [s].
     pub fn new(network: &'a Network, period: f64) -> Self {
         let newton = Newton::new(network, |node| network.kinds[node] != NodeKind::Boundary);
         Self { network, period, newton }
     }
 
-    /// Temperatures [K] nearer to the periodic state than the `end` of an orbit from `start` with these means; `None`
-    /// where some part of the network has no way to lose heat.
+    /// Temperatures [K] nearer to the periodic state than `end`, from an orbit with this `start` and these means. `None` where a part of the network can
+    /// not lose heat.
     pub fn ahead(&mut self, start: &[f64], end: &[f64], mean: &[f64]) -> Option<Vec<f64>> {
         let network = self.network;
         let capacity = |node: usize| network.capacitances[node] / self.period;
@@ -116,7 +114,7 @@ impl<'a> SlowModes<'a> {
             return None;
         }
         self.newton.solve(&mut change);
-        // A step far beyond what is linear must not leave the range of temperatures.
+        // The correction of a nonlinear network must stay within the range of temperatures.
         let next: Vec<f64> =
             end.iter().zip(&change).map(|(end, change)| (end + change).clamp(0.5 * end, 2.0 * end)).collect();
         next.iter().all(|next| next.is_finite()).then_some(next)
@@ -131,7 +129,7 @@ mod tests {
     use super::super::{LinearConductor, NodeKind};
     use super::*;
 
-    /// A node of 1 J/K that conducts to a boundary at 300 K.
+    /// A node of 1 J/K with a conductor to a boundary at 300 K.
     fn network(conductance: f64) -> Network {
         Network {
             space_temperature: 2.7,
@@ -144,7 +142,7 @@ mod tests {
         }
     }
 
-    /// Settles it over a period of 1 s with heat that is 4 W in the first half, exactly.
+    /// Settles it exactly over a period of 1 s, with 4 W in the first half.
     fn settled(rate: f64, tolerance: f64) -> Option<Settled> {
         let network = network(rate);
         let mut balance = ReferenceStepper::new(network.clone(), &[]);
@@ -164,17 +162,17 @@ mod tests {
     fn slow_and_fast_nodes_settle_within_the_bound_of_the_module() {
         for rate in [1e-3, 0.03, 0.5, 1.8, 5.0, 50.0] {
             let settled = settled(rate, 1e-6).unwrap();
-            // The start that the orbit leads back to: gained in the first half, relaxed in the second.
+            // The periodic start: it gains in the first half and relaxes in the second.
             let half = (-0.5 * rate).exp();
             let exact = 300.0 + 4.0 / rate * (1.0 - half) * half / (1.0 - half * half);
             let start = settled.orbit[0][0];
             assert!((start - exact).abs() < 2e-6, "rate {rate}: {start} against {exact}");
-            // At most 0.3 of the error is left by every orbit; the first is thousands of kelvins off.
+            // Every orbit leaves at most 0.3 of the error. The first error is thousands of kelvins.
             let most = (1e4f64 / 1e-6).log(1.0 / 0.3).ceil() as u32 + 1;
             assert!(settled.orbits <= most, "rate {rate}: {} orbits", settled.orbits);
             assert!((settled.orbit[20][0] - start).abs() < 2e-6);
         }
-        // Orbit after orbit, the slowest would take 20,000.
+        // Plain repetition would need 20,000 orbits for the slowest mode.
         assert!(settled(1e-3, 1e-6).unwrap().orbits <= 6);
         assert!((settled(1.0, 1.0).unwrap().orbit[0][0] - settled(1.0, 1e-9).unwrap().orbit[0][0]).abs() > 1e-6);
     }
@@ -191,7 +189,7 @@ mod tests {
     fn modes_of_any_rate_are_moved_nearly_to_their_periodic_state() {
         for rate in [1e-4_f64, 0.01, 0.3, 1.0, 2.0, 3.0, 10.0, 1e3] {
             let network = network(rate);
-            // From 10 K above the periodic state, with constant heat that holds it at 310 K; the mean is exact.
+            // Starts 10 K above the periodic state under constant heat for 310 K. The mean is exact.
             let (start, periodic) = (320.0, 310.0);
             let end = periodic + (start - periodic) * (-rate).exp();
             let mean = periodic + (start - periodic) * (1.0 - (-rate).exp()) / rate;

@@ -7,7 +7,7 @@ use super::stepper::{Attempt, Method, Stepper, WorkCounts};
 use super::system::{Heat, State, System, heat, in_range};
 use super::{Network, NodeKind, rkl2, tr_bdf2};
 
-/// Pseudo-times [s] over which a steady state is approached where Newton's method does not reach it at once.
+/// Pseudo-times [s] of implicit steps towards a steady state, where Newton's method does not converge at once.
 const PSEUDO_TIMES: [f64; 12] = [1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e8, 1e12];
 
 /// A network in f64.
@@ -20,7 +20,7 @@ pub struct ReferenceStepper {
 }
 
 impl ReferenceStepper {
-    /// The network at its temperatures, without heat; `sensors` are the nodes that [`Attempt::sensed`] reports.
+    /// A network at its temperatures, without heat. `sensors` are the nodes of [`Attempt::sensed`].
     pub fn new(network: Network, sensors: &[u32]) -> Self {
         let nothing = vec![0.0; network.len()];
         let kept = State { temperatures: network.temperatures.clone(), rates: nothing.clone(), rates_known: false };
@@ -30,7 +30,7 @@ impl ReferenceStepper {
         Self { system, sensors: sensors.iter().map(|sensor| *sensor as usize).collect(), tried: kept.clone(), kept }
     }
 
-    /// One sub-step from `tried`; the estimate of its error [K], infinite where it fails.
+    /// Takes one sub-step from `tried`. Returns the estimate of its error [K], infinite where it fails.
     fn sub_step(&mut self, method: Method, t: f64, step: f64) -> f64 {
         let state = &mut self.tried;
         if !state.rates_known {
@@ -47,7 +47,7 @@ impl ReferenceStepper {
     }
 }
 
-/// Forward Euler. Its residual is what f32 loses; f64 loses nothing that matters. The error is h/2 dF.
+/// Forward Euler. It has no carried residual, because f64 rounding is negligible. The error is h/2 dF.
 fn euler(system: &mut System, t: f64, step: f64, state: &mut State) -> Option<f64> {
     for (temperature, rate) in state.temperatures.iter_mut().zip(&state.rates) {
         *temperature += step * rate;
@@ -116,7 +116,7 @@ impl Stepper for ReferenceStepper {
         let mut temperatures = self.kept.temperatures.clone();
         let mut found = all.find(network, &mut temperatures, |_| 0.0, balance);
         if !found {
-            // From afar, the path that a network of equal capacitances would take in ever longer implicit steps.
+            // A distant start follows the path of a network with equal capacitances in ever longer implicit steps.
             temperatures.clone_from(&self.kept.temperatures);
             for span in PSEUDO_TIMES {
                 let before = temperatures.clone();

@@ -2,35 +2,35 @@
 
 use super::system::{State, System, in_range};
 
-/// Coefficients of a stage: it is mu D(j-1) + nu D(j-2) + h (mu_rate F(j-1) + gamma_rate F(0)) above the start.
+/// Coefficients of a stage. The stage is mu D(j-1) + nu D(j-2) + h (mu_rate F(j-1) + gamma_rate F(0)) above the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stage {
-    /// Of the stage before.
+    /// Factor of the stage before.
     pub mu: f64,
-    /// Of the one before that.
+    /// Factor of the second stage before.
     pub nu: f64,
-    /// Of the rate of the stage before.
+    /// Factor of the rate of the stage before.
     pub mu_rate: f64,
-    /// Of the rate at the start.
+    /// Factor of the rate at the start.
     pub gamma_rate: f64,
-    /// Its time, as a share of the sub-step.
+    /// Time of the stage as a share of the sub-step.
     pub time: f64,
 }
 
-/// The largest product of sub-step and fastest rate at which `stages` are stable: (s^2 + s - 2) / 2.
+/// Stability limit of `stages` for the product of sub-step and fastest rate: (s^2 + s - 2) / 2.
 pub fn stable_product(stages: u32) -> f64 {
     let s = f64::from(stages);
     0.5 * (s * s + s - 2.0)
 }
 
-/// The least odd number of stages, at least 3, that is stable where sub-step times fastest rate is `product`.
+/// The least odd number of stages, at least 3, that is stable for this product of sub-step and fastest rate.
 pub fn stages_for(product: f64) -> u32 {
     let least = (0.5 * ((9.0 + 8.0 * product.max(0.0)).sqrt() - 1.0)).ceil();
     let stages = least.clamp(3.0, 1e9) as u32 | 1;
     if stable_product(stages) < product { stages + 2 } else { stages }
 }
 
-/// The stages, the first of which is number 1 (equations 16 and 17 of the paper).
+/// The stages from number 1 on (equations 16 and 17 of the paper).
 pub fn coefficients(stages: u32) -> Vec<Stage> {
     let width = 2.0 / stable_product(stages);
     let b = |j: f64| if j < 2.0 { 1.0 / 3.0 } else { (j * j + j - 2.0) / (2.0 * j * (j + 1.0)) };
@@ -49,17 +49,17 @@ pub fn coefficients(stages: u32) -> Vec<Stage> {
     list
 }
 
-/// Factor of 12 (y - y') + 6 h (F + F') in the estimate of the error. That sum is z^3 y for y' = z y / h (Sommeijer,
-/// Shampine & Verwer, J. Comput. Appl. Math. 88, 1998, 316), of which the method errs by 1/6 less its own term, here
-/// (s^2 + s - 6) / (9 (s^2 + s - 2)), the third derivative of its stability polynomial over 6.
+/// Factor of 12 (y - y') + 6 h (F + F') in the error estimate. For y' = z y / h that sum is z^3 y (Sommeijer, Shampine & Verwer, J. Comput. Appl. Math. 88,
+/// 1998, 316). The error of the method is this times 1/6 minus its own coefficient (s^2 + s - 6) / (9 (s^2 + s - 2)), which is the third derivative of its
+/// stability polynomial over 6.
 pub fn error_factor(stages: u32) -> f64 {
     let stable = stable_product(stages);
     1.0 / 6.0 - (stable - 2.0) / (9.0 * stable)
 }
 
-/// A sub-step; the estimate of its error [K], `None` where it fails.
+/// Takes a sub-step. Returns the estimate of its error [K], or `None` where it fails.
 ///
-/// Arithmetic nodes are no part of the maximum: they follow their neighbours, whose errors they average.
+/// The estimate omits arithmetic nodes, because they follow the average of their neighbours.
 pub(super) fn step(system: &mut System, t: f64, step: f64, stages: u32, state: &mut State) -> Option<f64> {
     let start = state.temperatures.clone();
     let first = state.rates.clone();
@@ -72,7 +72,7 @@ pub(super) fn step(system: &mut System, t: f64, step: f64, stages: u32, state: &
                 + step * (stage.mu_rate * state.rates[node] + stage.gamma_rate * first[node]);
             older[node] = newer[node];
             newer[node] = delta;
-            // The temperature of an arithmetic node stays what the stage before found: where its balance is sought.
+            // An arithmetic node keeps the temperature of the stage before, where the search for its balance starts.
             if delta != 0.0 {
                 state.temperatures[node] = start[node] + delta;
             }
@@ -92,7 +92,7 @@ pub(super) fn step(system: &mut System, t: f64, step: f64, stages: u32, state: &
 mod tests {
     use super::*;
 
-    /// A stage's time is (j^2 + j - 2) / (s^2 + s - 2) from the second on, the last one's 1 (Meyer et al., equation 15).
+    /// The time of a stage is (j^2 + j - 2) / (s^2 + s - 2) from the second on, and 1 at the last (Meyer et al., equation 15).
     #[test]
     fn stages_are_at_their_times() {
         for stages in [3, 5, 7, 31] {

@@ -1,16 +1,16 @@
-//! What happens to a network over time: heat by tables, heaters by thermostats, and when its temperatures are asked for.
+//! Schedule of a network: heat tables, thermostats and output times.
 
-/// Heat of a node over time: linear between points, held outside them; two points of one time are a jump.
+/// Heat of a node over time: linear between points and constant beyond them. Two points of one time are a jump.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeatTable {
-    /// Times [s], none before the one ahead of it.
+    /// Times [s], which do not decrease.
     pub times: Vec<f64>,
     /// Heat at each [W].
     pub powers: Vec<f64>,
 }
 
 impl HeatTable {
-    /// The same heat at all times.
+    /// Constant heat.
     pub fn constant(power: f64) -> Self {
         Self { times: vec![0.0], powers: vec![power] }
     }
@@ -30,52 +30,52 @@ impl HeatTable {
     }
 }
 
-/// A heater with hysteresis: off until its sensor falls through `on_below`, then on until it rises through `off_above`.
+/// A heater with hysteresis. It turns on when its sensor falls through `on_below`, and off when it rises through `off_above`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Thermostat {
     /// Number of the heated node.
     pub node: u32,
-    /// Number of the node that is sensed.
+    /// Number of the sensor node.
     pub sensor: u32,
     /// Heat while on [W].
     pub power: f64,
-    /// [K].
+    /// Threshold [K].
     pub on_below: f64,
-    /// [K]; above `on_below`.
+    /// Threshold [K], above `on_below`.
     pub off_above: f64,
-    /// State at time 0, which a sensor outside the band does not change.
+    /// State at time 0, which a sensor between the thresholds does not change.
     pub initially_on: bool,
 }
 
 impl Thermostat {
-    /// How far `sensed` [K] is past the threshold that switches a heater that is `on` [K].
+    /// Distance of `sensed` [K] beyond the threshold that switches a heater in the state `on` [K].
     pub(super) fn past(&self, on: bool, sensed: f64) -> f64 {
         if on { sensed - self.off_above } else { self.on_below - sensed }
     }
 }
 
-/// Heat and thermostats of a network, and the times of its output.
+/// Heat, thermostats and output times of a network.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Schedule {
-    /// Heat of every node that does not change [W]; empty where there is none.
+    /// Constant heat of every node [W]. Empty where there is none.
     pub constant: Vec<f64>,
-    /// Heat of each node that has a table, on top of that: its number and its table.
+    /// Additional heat by tables: pairs of node number and table.
     pub heat: Vec<(u32, HeatTable)>,
     /// Thermostats.
     pub thermostats: Vec<Thermostat>,
-    /// Nodes that each thermostat heats, with their shares of its power; a thermostat beyond the list heats its node.
+    /// Nodes heated by each thermostat, with their shares of its power. A thermostat beyond the end of the list heats its own node.
     pub spread: Vec<Vec<(u32, f64)>>,
-    /// Times of output [s], ascending, none below 0.
+    /// Output times [s], ascending, none below 0.
     pub times: Vec<f64>,
 }
 
 impl Schedule {
-    /// The sensors in the order in which a stepper reports them: that of the thermostats.
+    /// The sensors in the order of the thermostats, in which a stepper reports them.
     pub fn sensors(&self) -> Vec<u32> {
         self.thermostats.iter().map(|thermostat| thermostat.sensor).collect()
     }
 
-    /// Times after 0 at which some heat breaks [s], ascending.
+    /// Times after 0 at which the heat has a break [s], ascending.
     pub(super) fn breaks(&self) -> Vec<f64> {
         let all = self.heat.iter().flat_map(|(_, table)| table.times.iter().copied());
         let mut breaks: Vec<f64> = all.filter(|time| *time > 0.0).collect();
@@ -84,7 +84,7 @@ impl Schedule {
         breaks
     }
 
-    /// Power [W] and slope [W/s] of the heat of `nodes` nodes just after `t` [s], with the heaters that are `on`.
+    /// Power [W] and slope [W/s] of the heat of `nodes` nodes just after `t` [s], with the heaters in the states `on`.
     pub(super) fn heat_after(&self, nodes: usize, t: f64, on: &[bool]) -> (Vec<f64>, Vec<f64>) {
         let (mut power, mut slope) = (self.constant.clone(), vec![0.0; nodes]);
         power.resize(nodes, 0.0);

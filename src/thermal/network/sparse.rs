@@ -1,18 +1,17 @@
-//! A sparse matrix with a symmetric pattern, factored without pivoting in an order of least fill.
+//! A sparse matrix with a symmetric pattern, factored without pivoting in an order of minimum degree.
 //!
-//! The matrices of a network are M-matrices whose columns are diagonally dominant: Gaussian elimination needs no
-//! pivoting for them in any symmetric order (Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., 9.5).
+//! The matrices of a network are M-matrices with diagonally dominant columns. Gaussian elimination then needs no pivoting in any symmetric order (Higham,
+//! Accuracy and Stability of Numerical Algorithms, 2nd ed., 9.5).
 
 use std::collections::BTreeSet;
 
-/// The matrix, its factors and the pattern that both share.
+/// The matrix, its factors and their common pattern.
 #[derive(Debug, Clone)]
 pub(super) struct SparseMatrix {
-    /// Row or column of the user's at each place of the order.
+    /// Row of the caller at each position of the order.
     order: Vec<u32>,
-    /// Place of each row.
     place: Vec<u32>,
-    /// Start of each row in `columns` and `values`; rows and columns are places of the order.
+    /// Start of each row in `columns` and `values`. Rows and columns are positions.
     starts: Vec<usize>,
     columns: Vec<u32>,
     /// Index of the diagonal of each row.
@@ -23,7 +22,7 @@ pub(super) struct SparseMatrix {
 }
 
 impl SparseMatrix {
-    /// A matrix of `size` rows that is zero, with room for the diagonal and for both entries of each pair.
+    /// A zero matrix of `size` rows, with entries on the diagonal and for both orders of each pair.
     pub(super) fn new(size: usize, pairs: impl Iterator<Item = [usize; 2]>) -> Self {
         let mut neighbours = vec![BTreeSet::new(); size];
         for [a, b] in pairs.filter(|[a, b]| a != b) {
@@ -35,7 +34,7 @@ impl SparseMatrix {
         for (at, row) in order.iter().enumerate() {
             place[*row as usize] = at as u32;
         }
-        // What a row meets later in the order stands right of its diagonal, and in the column below it.
+        // Later entries of a row are right of its diagonal, and in the column below it.
         let mut lists: Vec<Vec<u32>> = (0..size).map(|at| vec![at as u32]).collect();
         for (at, later) in rows.iter().enumerate() {
             for row in later {
@@ -65,7 +64,7 @@ impl SparseMatrix {
         self.values[self.diagonal[self.place[row] as usize]] += value;
     }
 
-    /// Adds to the entry of a pair that was given to [`SparseMatrix::new`].
+    /// Adds to the entry of a pair of [`SparseMatrix::new`].
     pub(super) fn add(&mut self, row: usize, column: usize, value: f64) {
         let (row, column) = (self.place[row] as usize, self.place[column]);
         let start = self.starts[row];
@@ -74,7 +73,7 @@ impl SparseMatrix {
         }
     }
 
-    /// Factors what was added. Returns whether every pivot is a positive number.
+    /// Factors the matrix. Returns whether every pivot is a positive number.
     pub(super) fn factor(&mut self) -> bool {
         self.factors.copy_from_slice(&self.values);
         for row in 0..self.order.len() {
@@ -123,7 +122,7 @@ impl SparseMatrix {
     }
 }
 
-/// The order of least degree, and what each row of it meets when its turn comes.
+/// The order of minimum degree, and the later neighbours of each row in it.
 fn eliminate(mut neighbours: Vec<BTreeSet<u32>>) -> (Vec<u32>, Vec<Vec<u32>>) {
     let mut queue: BTreeSet<(usize, u32)> =
         neighbours.iter().enumerate().map(|(row, met)| (met.len(), row as u32)).collect();
@@ -147,7 +146,7 @@ fn eliminate(mut neighbours: Vec<BTreeSet<u32>>) -> (Vec<u32>, Vec<Vec<u32>>) {
 mod tests {
     use super::SparseMatrix;
 
-    /// A ring with a chord and a lone row: the product of the matrix with a known vector is solved back to it.
+    /// A ring with a chord and a lone row. The product of the matrix with a known vector is solved.
     #[test]
     fn a_known_vector_is_found_again() {
         let pairs = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 0], [1, 3]];

@@ -1,4 +1,4 @@
-//! The steady state of a network, with its thermostats in states that agree with what they sense.
+//! Steady state of a network, with thermostat states that agree with their sensors.
 
 use super::Network;
 use super::schedule::Schedule;
@@ -13,22 +13,22 @@ pub struct Steady {
     pub on: Vec<bool>,
 }
 
-/// Why there is none.
+/// An error of the search for a steady state.
 #[derive(Debug, Clone, PartialEq)]
 pub enum SteadyError<E> {
     /// The stepper failed.
     Stepper(E),
-    /// The heat of a node has no path to a boundary or to space.
+    /// A node without a path to a boundary or to space.
     Closed {
         /// The node.
         node: usize,
     },
-    /// No temperatures were found at which every node balances.
+    /// Temperatures that do not converge.
     NotFound {
-        /// The node whose balance is furthest from closing at the last temperatures.
+        /// The node with the largest residual at the last temperatures.
         node: usize,
     },
-    /// A thermostat's sensor is warm enough to switch it off with it on, and cold enough to switch it on with it off.
+    /// A thermostat whose sensor is above its upper threshold when it is on, and below its lower threshold when it is off.
     Cycles {
         /// Number of the thermostat.
         thermostat: usize,
@@ -41,8 +41,8 @@ impl<E> From<E> for SteadyError<E> {
     }
 }
 
-/// The steady state under the heat just after time 0. Thermostats begin as they stand at time 0; one whose sensor ends
-/// past the threshold that would switch it is switched, the furthest first, until none is.
+/// The steady state under the heat just after time 0. Thermostats start in their states of time 0. While a sensor is beyond the threshold that switches its
+/// thermostat, the one furthest beyond is switched.
 ///
 /// # Errors
 /// See [`SteadyError`].

@@ -1,23 +1,23 @@
-//! When a thermostat switches: what its sensor shows at the ends of sub-steps, and what it may have done between.
+//! Detects thermostat switches from sensor values at the ends of sub-steps.
 
 use super::schedule::Thermostat;
 
-/// How closely a switch is located [s].
+/// Accuracy of a switching time [s].
 pub(super) const SWITCH_TIME: f64 = 1e-7;
 
-/// Excess of an extremum over its neighbours [K] that is too small to look for a crossing in.
+/// Excess of an extremum over its neighbours [K] below which no crossing is searched for.
 const NOISE: f64 = 1e-6;
-/// How much further than a parabola through three values says an extremum may reach.
+/// Factor on the extremum of a parabola through three values, beyond which the sensor is not expected.
 const MARGIN: f64 = 1.5;
 
-/// The sensors at the start and at the end of every sub-step of a try: row by row, one column a thermostat.
+/// Sensor values at the start and at the end of every sub-step of a try: one row for each time, one column for each thermostat.
 pub(super) struct Trace<'a> {
     pub(super) start: &'a [f64],
     pub(super) rest: &'a [f64],
 }
 
 impl Trace<'_> {
-    /// Rows, the start included.
+    /// Number of rows, including the start.
     pub(super) fn rows(&self) -> usize {
         1 + self.rest.len() / self.start.len().max(1)
     }
@@ -28,22 +28,22 @@ impl Trace<'_> {
         if row == 0 { self.start } else { &self.rest[(row - 1) * width..row * width] }
     }
 
-    /// The first row at whose end some thermostat has crossed its threshold since the row before.
+    /// The first row at whose end a thermostat has crossed its threshold since the row before.
     pub(super) fn first_crossing(&self, thermostats: &[Thermostat], on: &[bool]) -> Option<usize> {
         (1..self.rows()).find(|row| !crossed(thermostats, on, self.row(row - 1), self.row(*row)).is_empty())
     }
 
-    /// Whether some sensor may have crossed and come back between two of the first `rows` rows.
+    /// Whether a sensor may have crossed its threshold and returned between two of the first `rows` rows.
     pub(super) fn may_hide_crossing(&self, thermostats: &[Thermostat], on: &[bool], rows: usize) -> bool {
         (2..rows).any(|last| {
             thermostats.iter().zip(on).enumerate().any(|(column, (thermostat, on))| {
                 let past = |row: usize| thermostat.past(*on, self.row(row)[column]);
                 let [a, b, c] = [past(last - 2), past(last - 1), past(last)];
-                // Only a sensor that has been inside can cross.
+                // Only a sensor that has been between the thresholds can cross one.
                 if a > 0.0 || b > 0.0 || c > 0.0 {
                     return false;
                 }
-                // The parabola through the three, at -1, 0 and 1: b + slope x + curve x^2.
+                // The parabola through the values at -1, 0 and 1 is b + slope x + curve x^2.
                 let (slope, curve) = (0.5 * (c - a), 0.5 * (a + c) - b);
                 if curve >= 0.0 || slope.abs() > -2.0 * curve {
                     return false;
@@ -55,7 +55,7 @@ impl Trace<'_> {
     }
 }
 
-/// Which thermostats cross the threshold that switches them as their sensors go from `before` to `after` [K].
+/// The thermostats whose sensors cross their switching threshold between `before` and `after` [K].
 pub(super) fn crossed(thermostats: &[Thermostat], on: &[bool], before: &[f64], after: &[f64]) -> Vec<usize> {
     (0..thermostats.len())
         .filter(|at| {
@@ -65,7 +65,7 @@ pub(super) fn crossed(thermostats: &[Thermostat], on: &[bool], before: &[f64], a
         .collect()
 }
 
-/// Where in (0, 1) the first of the thermostats `at` crosses on straight lines from `before` to `after`.
+/// Position in (0, 1) of the first crossing by the thermostats `at`, on straight lines from `before` to `after`.
 pub(super) fn straight_crossing(
     thermostats: &[Thermostat],
     on: &[bool],

@@ -1,4 +1,4 @@
-//! The balances of a network in f64, as every method of integration needs them.
+//! The heat balances of a network in f64, shared by all methods of integration.
 
 use super::newton::Newton;
 use super::stepper::WorkCounts;
@@ -11,26 +11,26 @@ pub(super) struct Heat {
     pub(super) slope: Vec<f64>,
 }
 
-/// What does not change in a sub-step.
+/// The constant data of a sub-step.
 #[derive(Debug, Clone)]
 pub(super) struct System {
     pub(super) network: Network,
     pub(super) heat: Heat,
     /// Balances of the arithmetic nodes.
     pub(super) arithmetic: Newton,
-    /// Balances of all nodes but boundaries; `None` until a method asks for them, for their matrix is large.
+    /// Balances of all nodes but boundaries. `None` until a method needs them, because their matrix is large.
     pub(super) all: Option<Newton>,
     pub(super) counts: WorkCounts,
 }
 
 impl System {
-    /// Heat into every node [W]: its own at `t` and what it exchanges.
+    /// Heat into every node [W]: its own at `t` plus its exchange.
     pub(super) fn heat(&mut self, t: f64, temperatures: &[f64], out: &mut [f64]) {
         self.counts.stages += 1;
         heat(&self.network, &self.heat, t, temperatures, out);
     }
 
-    /// dT/dt of diffusive nodes [K/s]; 0 for the others.
+    /// dT/dt of diffusive nodes [K/s]. 0 for other nodes.
     pub(super) fn rate(&mut self, t: f64, temperatures: &[f64], out: &mut [f64]) {
         self.heat(t, temperatures, out);
         for (node, rate) in out.iter_mut().enumerate() {
@@ -41,7 +41,7 @@ impl System {
         }
     }
 
-    /// Balances the arithmetic nodes at `t`, all together. Returns whether they do.
+    /// Balances all arithmetic nodes at `t` together. Returns whether they converged.
     pub(super) fn balance(&mut self, t: f64, temperatures: &mut [f64]) -> bool {
         if self.arithmetic.is_empty() {
             return true;
@@ -52,8 +52,8 @@ impl System {
         found
     }
 
-    /// Seeks the temperatures at which C (T - T0) = span (W(T) + heat at `t`) for diffusive nodes, with `base` [W] =
-    /// C T0 / span, and the balance of arithmetic ones.
+    /// Finds the temperatures at which C (T - T0) = span (W(T) + heat at `t`) for diffusive nodes, with `base` [W] = C T0 / span, and at which arithmetic
+    /// nodes balance.
     pub(super) fn implicit(&mut self, t: f64, span: f64, base: &[f64], temperatures: &mut [f64]) -> bool {
         let mut all = self.take_all();
         let (network, own) = (&self.network, &self.heat);
@@ -74,7 +74,7 @@ impl System {
         found
     }
 
-    /// Balances of all nodes but boundaries, made where they are not yet; to be given back by `put_all`.
+    /// Takes the balances of all nodes but boundaries, and creates them at first use. `put_all` returns them.
     pub(super) fn take_all(&mut self) -> Newton {
         let network = &self.network;
         self.all.take().unwrap_or_else(|| Newton::new(network, |node| network.kinds[node] != NodeKind::Boundary))
@@ -93,7 +93,7 @@ pub(super) fn heat(network: &Network, own: &Heat, t: f64, temperatures: &[f64], 
     }
 }
 
-/// Temperatures, and their rates where these are known.
+/// Temperatures, with their rates where known.
 #[derive(Debug, Clone, Default)]
 pub(super) struct State {
     pub(super) temperatures: Vec<f64>,
@@ -102,7 +102,7 @@ pub(super) struct State {
     pub(super) rates_known: bool,
 }
 
-/// Whether the network is defined at all temperatures.
+/// Whether all temperatures are in the range of the network.
 pub(super) fn in_range(temperatures: &[f64]) -> bool {
     temperatures.iter().all(|temperature| temperature.is_finite() && *temperature >= 0.0)
 }

@@ -1,20 +1,20 @@
-//! TR-BDF2: the trapezoidal rule over gamma of a sub-step, BDF2 over all of it (Bank et al., IEEE Trans. CAD 4, 1985;
-//! as an ESDIRK method with its error estimate: Hosea & Shampine, Appl. Numer. Math. 20, 1996, 21).
+//! TR-BDF2: the trapezoidal rule over the share gamma of a sub-step, then BDF2 over the whole (Bank et al., IEEE Trans. CAD 4, 1985). Form and error
+//! estimate follow the ESDIRK method of Hosea & Shampine, Appl. Numer. Math. 20, 1996, 21.
 
 use super::NodeKind;
 use super::system::{State, System, in_range};
 
-/// 2 - sqrt 2: both implicit stages have the same matrix.
+/// gamma = 2 - sqrt 2. With it both implicit stages have the same matrix.
 pub const GAMMA: f64 = 2.0 - std::f64::consts::SQRT_2;
 /// gamma / 2: weight of a stage's own rate.
 pub const DIAGONAL: f64 = 0.5 * GAMMA;
 /// sqrt 2 / 4: weight of the first two rates in the result.
 pub const WEIGHT: f64 = std::f64::consts::SQRT_2 / 4.0;
 
-/// A sub-step; the estimate of its error [K], `None` where it fails.
+/// Takes a sub-step. Returns the estimate of its error [K], or `None` where it fails.
 ///
-/// The estimate is the difference from the embedded method of order 3, solved once with the matrix of the stages so
-/// that fast components do not exaggerate it; this carries it to arithmetic nodes too.
+/// The estimate is the difference from the embedded method of order 3. It is solved once with the matrix of the stages, so that fast components do not
+/// exaggerate it. This also extends it to arithmetic nodes.
 pub(super) fn step(system: &mut System, t: f64, step: f64, state: &mut State) -> Option<f64> {
     let start = state.temperatures.clone();
     let size = start.len();
@@ -25,7 +25,7 @@ pub(super) fn step(system: &mut System, t: f64, step: f64, state: &mut State) ->
         return None;
     }
     let diffusive = |node: usize| system.network.kinds[node] == NodeKind::Diffusive;
-    // The rates follow from the stages: evaluated, they would carry what Newton's method left, times the stiffness.
+    // The rates are computed from the stages. Evaluated directly, they would contain the residual of Newton's method times the stiffness.
     let middle: Vec<f64> = (0..size)
         .map(|node| if diffusive(node) { (state.temperatures[node] - base[node]) / span } else { 0.0 })
         .collect();

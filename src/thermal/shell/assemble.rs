@@ -1,4 +1,4 @@
-//! Puts a network together: nodes and conductors of outer sheets and structures, contacts, merging.
+//! Assembles a thermal network: nodes and conductors of outer sheets and structures, contacts, merging.
 
 use super::conductance::Weights;
 use super::contact::Contact;
@@ -8,12 +8,11 @@ use super::weld::weld;
 use super::{NO_NODE, Sheet, Shell, ShellError, ShellMaterial, ShellSummary, Surface};
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
-/// Nodes of one layer: which each vertex has, and the weights of the pairs where they conduct.
+/// Nodes of one layer: the node of each vertex, and the weights of conducting pairs.
 struct Layer {
     node: Vec<u32>,
 }
 
-/// What is under way.
 struct Assembly<'a> {
     surface: &'a Surface<'a>,
     materials: &'a [Option<ShellMaterial>],
@@ -22,10 +21,10 @@ struct Assembly<'a> {
 }
 
 impl Shell {
-    /// The network of a surface. `materials` holds `None` for those of other responses; `temperature` [K] is where all
-    /// nodes start, `merge_rate` [1/s] where merging does (see [`MERGE_RATE`]).
+    /// The network of a surface. `materials` is `None` for materials with other responses. All nodes start at `temperature` [K]. Pairs faster than
+    /// `merge_rate` [1/s] are merged (see [`MERGE_RATE`]).
     ///
-    /// # Errors
+    /// # Errors A contact that is not valid.
     /// A contact that is none.
     pub fn new(
         surface: &Surface,
@@ -43,7 +42,7 @@ impl Shell {
         let material = |vertex: usize| materials[surface.materials[vertex] as usize].as_ref();
         let welded = |vertex: usize| material(vertex).is_some_and(ShellMaterial::welds);
 
-        // Places: welded ones first, then those of vertices that stand alone.
+        // Places of welded vertices come first, then those of single vertices.
         let (mut place, mut places) = weld(surface, welded);
         let conducting = places;
         for (vertex, place) in place.iter_mut().enumerate() {
@@ -65,7 +64,7 @@ impl Shell {
         let load_areas = load_areas(&place, &areas, &drawn);
         drop(drawn);
 
-        // The outer sheet stands alone where it does not conduct, even over a structure that does.
+        // Without conduction the vertices of the outer sheet stay single, even over a structure that conducts.
         let outer = assembly.outer_layer(&place, &areas, &load_areas, conducting, &weights);
         let structure = assembly.structures(&place, &areas, &load_areas, &outer, (conducting, &weights));
         drop((weights, place, areas));
@@ -78,7 +77,7 @@ impl Shell {
             assembly.network.linear.extend(conductors);
         }
         let Assembly { mut network, mut summary, .. } = assembly;
-        // Several contacts, and sheets that meet, may join the same two nodes.
+        // Several contacts or adjoining sheets may connect the same two nodes.
         let nodes = Merged { node: (0..network.len() as u32).collect(), count: network.len() };
         apply(&mut network, &nodes);
         summary.merge_rate = threshold(&network, merge_rate);
@@ -135,8 +134,7 @@ impl Assembly<'_> {
         self.network.kinds.len() as u32 - 1
     }
 
-    /// Adds the conductors of welded places from the node of each place and a vertex there; `conductance` [W/K] is that of a
-    /// material's sheet.
+    /// Adds the conductors of welded places. Each place comes with its node and one of its vertices. `conductance` [W/K] is that of a material's sheet.
     fn conduct(&mut self, weights: &Weights, place: &[[u32; 2]], conductance: impl Fn(&ShellMaterial) -> f64) {
         let of_vertex = |vertex: u32| {
             let material = self.materials[self.surface.materials[vertex as usize] as usize].as_ref();
@@ -152,7 +150,6 @@ impl Assembly<'_> {
         self.network.linear.extend(conductors);
     }
 
-    /// Nodes that are seen.
     fn outer_layer(
         &mut self,
         place: &[u32],
@@ -162,7 +159,7 @@ impl Assembly<'_> {
         weights: &Weights,
     ) -> Layer {
         let mut node = vec![NO_NODE; place.len()];
-        // The node of a place, and the vertex that it is of.
+        // For each place its node and one of its vertices.
         let mut of_place = vec![[NO_NODE; 2]; areas.len()];
         for vertex in 0..place.len() {
             let here = place[vertex];
@@ -180,7 +177,7 @@ impl Assembly<'_> {
                 node[vertex] = self.push(&material.outer, load_areas[vertex], material.emissivity);
             }
         }
-        // A vertex of triangles without area shows what another one at its place does.
+        // A vertex whose triangles have no area shows the node of another vertex at its place.
         let mut shown = vec![NO_NODE; areas.len()];
         for (node, here) in node.iter().zip(place).filter(|(node, _)| **node != NO_NODE) {
             shown[*here as usize] = *node;
@@ -195,7 +192,7 @@ impl Assembly<'_> {
         Layer { node }
     }
 
-    /// Nodes below what is seen, and the exchange with it.
+    /// Adds the nodes of the structure, and their exchange with the visible nodes.
     fn structures(
         &mut self,
         place: &[u32],
@@ -233,7 +230,7 @@ impl Assembly<'_> {
     }
 }
 
-/// A third of every triangle for each of its corners [m2].
+/// Area of each vertex: a third of every adjoining triangle [m2].
 fn drawn_areas(surface: &Surface) -> Vec<f64> {
     let mut areas = vec![0.0; surface.positions.len()];
     for triangle in surface.triangles {
@@ -246,7 +243,7 @@ fn drawn_areas(surface: &Surface) -> Vec<f64> {
     areas
 }
 
-/// Every place's area shared out to its vertices in proportion to what is drawn of them [m2].
+/// Shares out the area of every place to its vertices in proportion to their own areas [m2].
 fn load_areas(place: &[u32], areas: &[f64], drawn: &[f64]) -> Vec<f64> {
     let mut sums = vec![0.0; areas.len()];
     for (place, drawn) in place.iter().zip(drawn).filter(|(place, _)| **place != NO_NODE) {
@@ -261,8 +258,8 @@ fn load_areas(place: &[u32], areas: &[f64], drawn: &[f64]) -> Vec<f64> {
     place.iter().zip(drawn).map(share).collect()
 }
 
-/// Gives vertices whose place has no area the place of the nearest corner that has one: nothing could balance there. Those
-/// without such a corner get a place of their material, and failing that none.
+/// Moves vertices whose place has no area to the place of the nearest corner with area, because a node without area could not balance. Without such a
+/// corner they get a place of their material, or no place.
 fn adopt_bare_places(surface: &Surface, place: &mut [u32], areas: &[f64]) {
     let bare = |place: u32| place != NO_NODE && areas[place as usize] <= 0.0;
     if !place.iter().any(|place| bare(*place)) {

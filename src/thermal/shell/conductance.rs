@@ -1,25 +1,25 @@
 //! Cotangent weights and mixed Voronoi areas of an intrinsic triangulation.
 //!
-//! GL = k h (cot a + cot b) / 2 for the angles a, b opposite to an edge (Pinkall & Polthier, Experimental Mathematics 2,
-//! 1993); areas after Meyer, Desbrun, Schroeder & Barr, Visualization and Mathematics III, 2003, section 3.3.
+//! GL = k h (cot a + cot b) / 2 for the angles a, b opposite to an edge (Pinkall & Polthier, Experimental Mathematics 2, 1993). Areas follow Meyer,
+//! Desbrun, Schroeder & Barr, Visualization and Mathematics III, 2003, section 3.3.
 
 use super::intrinsic::{Intrinsic, next, previous};
 
-/// A triangle whose area is a smaller share of the square of its longest edge has no cotangents to speak of.
+/// Ratio of area to squared longest edge below which a triangle is too flat for cotangents.
 const DEGENERATE: f64 = 1e-12;
 
-/// What a surface conducts per k h, and how its area is shared out.
+/// Weights (conductance per k h) and areas of a surface.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Weights {
-    /// Pairs of nodes, the lower first, each once, with their weight; all positive.
+    /// Pairs of nodes with their positive weight. The lower node is first, and each pair occurs once.
     pub(super) pairs: Vec<([u32; 2], f64)>,
     /// Area of every node [m2].
     pub(super) areas: Vec<f64>,
-    /// Pairs whose weight was negative and is now 0.
+    /// Number of pairs whose negative weight was set to 0.
     pub(super) clamped: usize,
-    /// The negative weights, summed without their sign.
+    /// Sum of the absolute values of the negative weights.
     pub(super) clamped_weight: f64,
-    /// Triangles too flat to conduct.
+    /// Number of triangles too flat to conduct.
     pub(super) degenerate: usize,
 }
 
@@ -27,7 +27,7 @@ impl Weights {
     /// Weights and areas of `nodes` nodes.
     pub(super) fn new(surface: &Intrinsic, nodes: usize) -> Self {
         let mut weights = Self { areas: vec![0.0; nodes], ..Self::default() };
-        // A triangle's area [m2], or 0 where it is too flat to conduct.
+        // Area of a triangle [m2]. 0 where it is too flat to conduct.
         let mut conducting = vec![0.0; surface.faces()];
         for (face, conducting) in conducting.iter_mut().enumerate() {
             let corner = [3 * face, 3 * face + 1, 3 * face + 2];
@@ -45,7 +45,7 @@ impl Weights {
         }
         let weight_of = |h: u32| surface.opening(h as usize) / (8.0 * conducting[h as usize / 3]);
         let (starts, mut sides) = surface.by_lower_node();
-        // Nearly every pair has two half-edges; growing would hold them twice.
+        // Nearly every pair has two half-edges. Growing the list would hold them twice.
         weights.pairs.reserve_exact(sides.len() / 2);
         for range in starts.windows(2) {
             let sides = &mut sides[range[0] as usize..range[1] as usize];
@@ -53,12 +53,12 @@ impl Weights {
             for pair in sides.chunk_by(|a, b| surface.ends(*a) == surface.ends(*b)) {
                 let ends = surface.ends(pair[0]);
                 let conducts = |h: &&u32| conducting[**h as usize / 3] > 0.0;
-                // After flips, an edge may lead from a node around a cone back to it.
+                // After flips an edge may lead from a node around a cone back to the same node.
                 if ends[0] == ends[1] || !pair.iter().any(|h| conducts(&h)) {
                     continue;
                 }
                 let weight: f64 = pair.iter().filter(conducts).map(|h| weight_of(*h)).sum();
-                // What rounding leaves of a right angle's zero is no conductor.
+                // A right angle has weight 0 up to rounding, and no conductor.
                 let scale: f64 = pair.iter().filter(conducts).map(|h| weight_of(*h).abs()).fold(1e-3, f64::max);
                 if weight > 1e-12 * scale {
                     weights.pairs.push((ends, weight));
@@ -73,10 +73,10 @@ impl Weights {
     }
 }
 
-/// Shares of a triangle's area that go to the tails of its half-edges [m2].
+/// Shares of a triangle's area for the tails of its half-edges [m2].
 fn corner_areas(surface: &Intrinsic, face: usize, area: f64) -> [f64; 3] {
     let corners = [3 * face, 3 * face + 1, 3 * face + 2];
-    // The angle at the tail of a half-edge is opposite to the next one.
+    // The angle at the tail of a half-edge is opposite to the next half-edge.
     let obtuse = corners.map(|h| surface.opening(next(h)) < 0.0);
     if obtuse.contains(&true) {
         return obtuse.map(|here| if here { 0.5 * area } else { 0.25 * area });
@@ -119,7 +119,7 @@ mod tests {
     fn an_obtuse_border_is_clamped_and_counted() {
         let found = weights(&[[0.0, 0.0], [1.0, 0.0], [0.5, 0.1]], &[[0, 1, 2]]);
         assert_eq!((found.clamped, found.pairs.len()), (1, 2));
-        // cot of the apex, between (-0.5, -0.1) and (0.5, -0.1): -0.24 / 0.1.
+        // Cotangent at the apex between (-0.5, -0.1) and (0.5, -0.1): -0.24 / 0.1.
         assert!((found.clamped_weight - 1.2).abs() < 1e-12);
         assert!((found.areas.iter().sum::<f64>() - 0.05).abs() < 1e-16);
         assert!((found.areas[2] - 0.025).abs() < 1e-16, "half the area is the obtuse corner's");

@@ -1,7 +1,7 @@
-//! Contacts: stated conductances between parts or materials, where their surfaces lie close.
+//! Contacts: given conductances between parts or materials whose surfaces lie close.
 //!
-//! Every node of one side is joined to the nearest point of the other side's triangles, shared out to its three corners
-//! by barycentric coordinates. So the two meshes need not match.
+//! Every node of one side is connected to the nearest point of the other side's triangles. Barycentric coordinates share the connection between the three
+//! corners. The two meshes need not match.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -11,23 +11,23 @@ use rayon::prelude::*;
 use super::{NO_NODE, ShellError, ShellMaterial, Surface};
 use crate::thermal::network::LinearConductor;
 
-/// Vertices by part and material: those that fit both.
+/// A selection of vertices by part and by material. A vertex must fit both.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Selection {
     /// Name for messages.
     pub name: String,
-    /// Whether each part is meant.
+    /// Whether each part is selected.
     pub parts: Vec<bool>,
-    /// Whether each material is meant.
+    /// Whether each material is selected.
     pub materials: Vec<bool>,
 }
 
-/// How well heat crosses.
+/// Conductance of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactConductance {
-    /// Of the whole contact [W/K].
+    /// Total conductance [W/K].
     Total(f64),
-    /// Of each area in contact [W/(m2 K)].
+    /// Conductance per contact area [W/(m2 K)].
     PerArea(f64),
 }
 
@@ -36,22 +36,20 @@ pub enum ContactConductance {
 pub struct Contact {
     /// Name for messages.
     pub name: String,
-    /// What is joined.
+    /// The two selections.
     pub between: [Selection; 2],
-    /// How far apart the surfaces may lie [m].
+    /// Greatest distance between the surfaces [m].
     pub distance: f64,
-    /// How well heat crosses.
+    /// Conductance of the contact.
     pub conductance: ContactConductance,
 }
 
-/// What share of a contact a node has.
+/// Part of a contact for each node.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Shares {
-    /// Area in contact of every node [m2]: of triangles that lie at the other side whole, or of the edges' thickness.
+    /// Contact area of every node [m2]: from triangles that lie wholly at the other side, or else from edges and thickness.
     area: BTreeMap<u32, f64>,
-    /// Whether whole triangles touch.
     faces: bool,
-    /// Where each node touches.
     touches: BTreeMap<u32, [(u32, f64); 3]>,
 }
 
@@ -63,7 +61,7 @@ impl Selection {
 }
 
 impl Contact {
-    /// The conductors of the contact; `node` is the node of every vertex.
+    /// Adds the conductors of the contact. `node` is the node of every vertex.
     pub(super) fn conductors(
         &self,
         surface: &Surface,
@@ -91,7 +89,7 @@ impl Contact {
         let thinner = thickness[0].min(thickness[1]);
         let [a, b] = &triangles;
         let sides = [(a, b), (b, a)].map(|(from, to)| self.shares(surface, node, from, to, thinner));
-        // The finer mesh, or the smaller face, has whole triangles in contact where the other has none.
+        // The finer mesh, or the smaller face, may have whole triangles in contact where the other has none.
         let better = |one: &Shares| (one.faces, one.area.values().sum::<f64>(), one.touches.len());
         let [first, second] = sides;
         let shares = if better(&first) >= better(&second) { first } else { second };
@@ -124,7 +122,7 @@ impl Contact {
         Ok(conductors)
     }
 
-    /// What of the triangles `from` lies at the triangles `to`.
+    /// The part of the triangles `from` that lies at the triangles `to`.
     fn shares(&self, surface: &Surface, node: &[u32], from: &[[u32; 3]], to: &[[u32; 3]], thickness: f64) -> Shares {
         let at = |vertex: u32| surface.positions[vertex as usize];
         let grid = Grid::new(to.iter().map(|triangle| triangle.map(at)).collect(), self.distance);
@@ -138,7 +136,7 @@ impl Contact {
         for (vertex, (triangle, weights)) in &hits {
             let corners = to[*triangle].map(|corner| node[corner as usize]);
             let place = [0, 1, 2].map(|corner| (corners[corner], weights[corner]));
-            // Drawn vertices of one node lie at one place; which of them speaks must not depend on the hash's order.
+            // Drawn vertices of one node coincide. The choice of the vertex must not depend on the order of a hash.
             let known = shares.touches.entry(node[*vertex as usize]).or_insert(place);
             if place.map(|corner| corner.0) < known.map(|corner| corner.0) {
                 *known = place;
@@ -172,7 +170,7 @@ impl Contact {
     }
 }
 
-/// Triangles by the cells of a grid that they touch.
+/// Triangles sorted into the cells of a grid.
 struct Grid {
     corners: Vec<[DVec3; 3]>,
     cell: f64,
@@ -180,7 +178,7 @@ struct Grid {
 }
 
 impl Grid {
-    /// Cells as large as a triangle is on the mean, so that each lies in few.
+    /// Cells have the size of a mean triangle, so that a triangle lies in few cells.
     fn new(corners: Vec<[DVec3; 3]>, margin: f64) -> Self {
         let extents: Vec<[DVec3; 2]> =
             corners.iter().map(|[a, b, c]| [a.min(*b).min(*c) - margin, a.max(*b).max(*c) + margin]).collect();
@@ -205,7 +203,7 @@ impl Grid {
         (point / self.cell).floor().to_array().map(|coordinate| coordinate as i64)
     }
 
-    /// The nearest triangle within a distance, and the barycentric coordinates of its nearest point.
+    /// The nearest triangle within a distance, with the barycentric coordinates of its nearest point.
     fn nearest(&self, point: DVec3, within: f64) -> Option<(usize, [f64; 3])> {
         let mut best: Option<(f64, usize, [f64; 3])> = None;
         for index in self.cells.get(&self.cell_of(point))? {
@@ -221,8 +219,7 @@ impl Grid {
     }
 }
 
-/// Barycentric coordinates of the point of a triangle nearest to a point (Ericson, Real-Time Collision Detection, 2005,
-/// 5.1.5).
+/// Barycentric coordinates of the point of a triangle nearest to a point (Ericson, Real-Time Collision Detection, 2005, 5.1.5).
 fn nearest_point(point: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     let (ab, ac) = (b - a, c - a);
     let [d1, d2] = [ab.dot(point - a), ac.dot(point - a)];

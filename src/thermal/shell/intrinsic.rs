@@ -1,7 +1,7 @@
-//! A triangulated surface known by its edge lengths alone, and the flips that make it Delaunay.
+//! Intrinsic Delaunay triangulation: a surface given by its edge lengths, and the edge flips that make it Delaunay.
 //!
-//! The surface stays what it is: an edge may bend over a crease, but lengths and areas do not change (Fisher, Springborn,
-//! Schroeder & Bobenko, Computing 81, 2007). On a Delaunay triangulation every inner cotangent weight is positive.
+//! Flips do not change the surface: an edge may bend over a crease, but lengths and areas stay (Fisher, Springborn, Schroeder & Bobenko, Computing 81,
+//! 2007). On a Delaunay triangulation every inner cotangent weight is positive.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,24 +9,24 @@ use rayon::prelude::*;
 /// No half-edge.
 pub(super) const NO_NODE: u32 = u32::MAX;
 
-/// Cotangents closer to balance than this, in units of the edge's square, are left alone: a square has two diagonals.
+/// Tolerance of the Delaunay condition, in units of the edge's square. A square has two equal diagonals.
 const BALANCED: f64 = 1e-10;
 
-/// Flips per half-edge at which rounding is to blame and flipping ends; well-behaved meshes take less than one.
+/// Flips per half-edge at which flipping ends, because rounding prevents convergence. Good meshes need less than one.
 const MOST_FLIPS: usize = 50;
 
-/// Triangles with half-edges `3 f`, `3 f + 1`, `3 f + 2`; two triangles may meet in more than one edge.
+/// Triangle `f` has half-edges `3 f`, `3 f + 1`, `3 f + 2`. Two triangles may share more than one edge.
 #[derive(Debug, Clone)]
 pub(super) struct Intrinsic {
     /// Node where a half-edge starts.
     pub(super) tail: Vec<u32>,
     /// Length [m].
     pub(super) length: Vec<f64>,
-    /// The half-edge on the other side, or `NO_NODE`.
+    /// The opposite half-edge (twin), or `NO_NODE`.
     twin: Vec<u32>,
-    /// Edges where more than two triangles meet, or two that are wound against each other: they are not flipped.
+    /// Number of edges that are not flipped because more than two triangles meet, or two with opposite winding.
     pub(super) non_manifold: usize,
-    /// Edges flipped.
+    /// Number of flipped edges.
     pub(super) flips: usize,
 }
 
@@ -38,7 +38,7 @@ fn ends_of(tail: &[u32], half_edge: u32) -> [u32; 2] {
     ordered(tail[half_edge as usize], tail[next(half_edge as usize)])
 }
 
-/// Makes twins of two half-edges that run against each other.
+/// Makes twins of two half-edges with opposite directions.
 fn join(tail: &[u32], twin: &mut [u32], sides: &[u32]) -> bool {
     let [a, b] = sides else { return false };
     let [a, b] = [*a as usize, *b as usize];
@@ -55,13 +55,13 @@ pub(super) fn next(half_edge: usize) -> usize {
     if half_edge % 3 == 2 { half_edge - 2 } else { half_edge + 1 }
 }
 
-/// The half-edge before it.
+/// The previous half-edge of the same triangle.
 pub(super) fn previous(half_edge: usize) -> usize {
     if half_edge.is_multiple_of(3) { half_edge + 2 } else { half_edge - 1 }
 }
 
 impl Intrinsic {
-    /// The surface of `triangles` of drawn vertices. `node` names the node of a vertex; all three must differ.
+    /// The surface of `triangles` of drawn vertices. `node` is the node of each vertex. The three nodes of a triangle must differ.
     pub(super) fn new(triangles: &[[u32; 3]], positions: &[DVec3], node: impl Fn(u32) -> u32 + Sync) -> Self {
         let count = 3 * triangles.len();
         let tail: Vec<u32> = (0..count).into_par_iter().map(|at| node(triangles[at / 3][at % 3])).collect();
@@ -75,8 +75,7 @@ impl Intrinsic {
         surface
     }
 
-    /// Finds twins: first of triangles that share drawn vertices, so that the two faces of a sheet stay two, then of
-    /// those that share nodes.
+    /// Finds twins, first between triangles that share drawn vertices, then between those that share nodes. The two faces of a sheet then stay separate.
     fn glue(&mut self, triangles: &[[u32; 3]]) {
         let drawn = |half_edge: u32| {
             let (triangle, corner) = (&triangles[half_edge as usize / 3], half_edge as usize % 3);
@@ -103,7 +102,7 @@ impl Intrinsic {
         }
     }
 
-    /// Half-edges in the order of the lower of their nodes, by counting, and where those of each node begin.
+    /// Half-edges sorted by the lower of their nodes (counting sort), and the start of each node's half-edges.
     pub(super) fn by_lower_node(&self) -> (Vec<u32>, Vec<u32>) {
         let lower = |half_edge: usize| self.ends(half_edge as u32)[0] as usize;
         let nodes = self.tail.iter().max().map_or(0, |last| *last as usize + 1);
@@ -114,7 +113,7 @@ impl Intrinsic {
         for node in 2..starts.len() {
             starts[node] += starts[node - 1];
         }
-        // Where the next one of a node goes is where the node after it begins in the end.
+        // The counter of a node ends at the start of the next node.
         let mut sorted = vec![0u32; self.tail.len()];
         for half_edge in 0..self.tail.len() {
             let next = &mut starts[lower(half_edge) + 1];
@@ -135,7 +134,7 @@ impl Intrinsic {
         self.tail.len() / 3
     }
 
-    /// Area of a triangle [m2] by Kahan's form of Heron's formula, exact for needles; 0 where the lengths allow none.
+    /// Area of a triangle [m2] by Kahan's form of Heron's formula, which is exact for needles. 0 where the lengths form no triangle.
     pub(super) fn area(&self, face: usize) -> f64 {
         let mut sides = [self.length[3 * face], self.length[3 * face + 1], self.length[3 * face + 2]];
         sides.sort_unstable_by(f64::total_cmp);
@@ -144,14 +143,14 @@ impl Intrinsic {
         0.25 * product.max(0.0).sqrt()
     }
 
-    /// a^2 + b^2 - c^2 of the angle opposite to a half-edge c: its cotangent times four areas [m2].
+    /// a^2 + b^2 - c^2 for the half-edge c: the cotangent of its opposite angle times four areas [m2].
     pub(super) fn opening(&self, half_edge: usize) -> f64 {
         let [a, b, c] = [next(half_edge), previous(half_edge), half_edge].map(|side| self.length[side]);
-        // The difference of squares as a product: of a needle, a and c nearly agree.
+        // The difference of squares is a product, because a and c nearly agree in a needle.
         if a > b { b * b + (a - c) * (a + c) } else { a * a + (b - c) * (b + c) }
     }
 
-    /// Flips edges until the two angles opposite to each sum to at most 180 deg.
+    /// Flips edges until the two angles opposite to each edge sum to at most 180 deg.
     pub(super) fn make_delaunay(&mut self) {
         let mut waiting: Vec<u32> = (0..self.tail.len() as u32).filter(|h| self.twin[*h as usize] != NO_NODE).collect();
         waiting.retain(|h| *h < self.twin[*h as usize]);
@@ -166,7 +165,7 @@ impl Intrinsic {
         }
     }
 
-    /// Frees what only flips need.
+    /// Frees the memory that only flips need.
     pub(super) fn forget_twins(&mut self) {
         self.twin = Vec::new();
     }
@@ -182,12 +181,12 @@ impl Intrinsic {
         sum < -BALANCED * self.length[half_edge] * self.length[half_edge] * (areas[0] + areas[1])
     }
 
-    /// Turns the edge of two triangles a-b-c and b-a-d into d-c. Returns the four outer half-edges.
+    /// Flips the common edge of two triangles a-b-c and b-a-d to d-c. Returns the four outer half-edges.
     fn flip(&mut self, half_edge: usize) -> [u32; 4] {
         let twin = self.twin[half_edge] as usize;
         let (first, second) = (half_edge / 3, twin / 3);
         let base = self.length[half_edge];
-        // Both triangles laid flat, the edge along x: a at 0, b at `base`, c above and d below.
+        // Both triangles in a plane, with the edge along x: a at 0, b at `base`, c above and d below.
         let apex = |length_to_a: f64, length_to_b: f64| {
             0.5 * (base + (length_to_a - length_to_b) * (length_to_a + length_to_b) / base)
         };
@@ -202,7 +201,7 @@ impl Intrinsic {
         for ((tail, length, twin), place) in old.into_iter().zip(places) {
             self.tail[place] = tail;
             self.length[place] = length;
-            // A triangle may be glued to itself or to its neighbour twice.
+            // A triangle may be joined to itself, or twice to its neighbour.
             let twin = moved.iter().position(|h| *h as u32 == twin).map_or(twin, |moved| places[moved] as u32);
             self.twin[place] = twin;
             if twin != NO_NODE {
@@ -222,7 +221,7 @@ impl Intrinsic {
 mod tests {
     use super::*;
 
-    /// Two triangles over the edge 0-1, with the apexes at a height above and below its middle.
+    /// Two triangles on the edge 0-1, with apexes at the given heights above and below its middle.
     fn kite(height: f64) -> Intrinsic {
         let positions = [DVec3::ZERO, DVec3::X, DVec3::new(0.5, height, 0.0), DVec3::new(0.5, -height, 0.0)];
         Intrinsic::new(&[[0, 1, 2], [1, 0, 3]], &positions, |vertex| vertex)
@@ -253,7 +252,7 @@ mod tests {
 
     #[test]
     fn the_faces_of_a_sheet_are_glued_apart() {
-        // Vertices 4 to 7 are 0 to 3 seen from behind.
+        // Vertices 4 to 7 are the back of 0 to 3.
         let positions: Vec<DVec3> =
             [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.0)).repeat(2);
         let triangles = [[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]];

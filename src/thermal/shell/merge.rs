@@ -1,34 +1,34 @@
-//! Joins nodes that exchange heat far faster than anything a frame shows: the ends of slivers.
+//! Merges nodes that exchange heat far faster than a frame can show, such as the ends of slivers.
 //!
-//! A conductance is never capped, which would be wrong by kelvin (docs/numerics.md 3): its two nodes become one.
+//! Capping the conductance instead would be wrong by kelvins (docs/numerics.md 3).
 
 use rayon::prelude::*;
 
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
-/// How often the typical rate of a network a pair must exceed to be a sliver: a fine mesh is fast everywhere, and stays.
+/// Ratio of a pair's rate to the typical rate of the network above which it is a sliver. A fine mesh is fast everywhere and is not merged.
 const ABOVE_TYPICAL: f64 = 8.0;
 
-/// Sweeps over all conductors; each sees the sums that the one before it left.
+/// Number of sweeps over all conductors. Each uses the sums of the sweep before.
 const MOST_SWEEPS: usize = 64;
 
-/// The node that each node became, and how many are left.
+/// Result of merging: the new node of each node.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Merged {
     /// New number of every node.
     pub(super) node: Vec<u32>,
-    /// Nodes left.
+    /// Number of nodes after merging.
     pub(super) count: usize,
 }
 
-/// Rate at which a pair evens out [1/s]: GL (1/C1 + 1/C2). Only diffusive nodes have one: an arithmetic node costs no
-/// step, and a boundary keeps its temperature.
+/// Rate at which a pair equalises [1/s]: GL (1/C1 + 1/C2). Only diffusive nodes have one. An arithmetic node costs no sub-steps, and a boundary keeps its
+/// temperature.
 fn rate(network: &Network, capacitances: &[f64], [a, b]: [usize; 2], conductance: f64) -> Option<f64> {
     let diffusive = |node: usize| network.kinds[node] == NodeKind::Diffusive;
     (diffusive(a) && diffusive(b)).then(|| conductance * (1.0 / capacitances[a] + 1.0 / capacitances[b]))
 }
 
-/// The rate above which pairs are merged [1/s]: `fastest`, or more where the whole network is fast.
+/// Rate above which pairs are merged [1/s]: `fastest`, or more where the whole network is fast.
 pub(super) fn threshold(network: &Network, fastest: f64) -> f64 {
     let of = |one: &LinearConductor| {
         rate(network, &network.capacitances, one.nodes.map(|node| node as usize), one.conductance)
@@ -43,7 +43,7 @@ pub(super) fn threshold(network: &Network, fastest: f64) -> f64 {
     fastest.max(ABOVE_TYPICAL * *median)
 }
 
-/// Merges every pair faster than `threshold` [1/s], the fastest first, until none is left.
+/// Merges pairs faster than `threshold` [1/s], the fastest first, until none is left.
 pub(super) fn merge(network: &mut Network, threshold: f64) -> Merged {
     let mut merged = Merged { node: (0..network.len() as u32).collect(), count: network.len() };
     for _ in 0..MOST_SWEEPS {
@@ -55,7 +55,7 @@ pub(super) fn merge(network: &mut Network, threshold: f64) -> Merged {
     merged
 }
 
-/// One sweep: pairs from the fastest down, each with the capacitances that those before it left.
+/// One sweep over the pairs, the fastest first. Each pair has the capacitances after the merges before it.
 fn sweep(network: &Network, threshold: f64) -> Option<Merged> {
     let ends = |index: usize| network.linear[index].nodes.map(|node| node as usize);
     let mut fast: Vec<(f64, usize)> = (0..network.linear.len())
@@ -84,7 +84,7 @@ fn sweep(network: &Network, threshold: f64) -> Option<Merged> {
     let mut count = 0;
     for old in 0..network.len() {
         let root = root(&mut parent, old);
-        // A root is the lowest of its nodes, so it has its number by now.
+        // A root is the lowest of its nodes, so it already has its new number.
         node[old] = if root == old {
             count += 1;
             count - 1
@@ -103,9 +103,9 @@ fn root(parent: &mut [u32], mut node: usize) -> usize {
     node
 }
 
-/// Rewrites a network in new numbers: capacitances and areas add up, and so do conductors between the same nodes.
+/// Renumbers a network. Capacitances and areas of merged nodes add up, and so do parallel conductors.
 pub(super) fn apply(network: &mut Network, merged: &Merged) {
-    // A new number is never above the old one, so that all can stay where they are.
+    // A new number never exceeds the old one, so this works in place.
     let mut seen = 0;
     for (old, new) in merged.node.iter().enumerate() {
         let new = *new as usize;
@@ -128,7 +128,7 @@ pub(super) fn apply(network: &mut Network, merged: &Merged) {
         let [a, b] = [merged.node[a as usize], merged.node[b as usize]];
         [a.min(b), a.max(b)]
     };
-    // In the place of the old ones: millions of conductors are not held twice.
+    // The list is replaced in place, because millions of conductors must not be held twice.
     let linear = std::mem::take(&mut network.linear);
     let linear = linear.into_iter().map(|one| (rename(one.nodes), one.conductance)).collect();
     let radiative = std::mem::take(&mut network.radiative);
@@ -141,11 +141,11 @@ pub(super) fn apply(network: &mut Network, merged: &Merged) {
         .collect();
 }
 
-/// Each pair once with the sum of its values, loops left out.
+/// Every pair once with the sum of its values, without loops.
 pub(super) fn summed(mut pairs: Vec<([u32; 2], f64)>) -> Vec<([u32; 2], f64)> {
     pairs.retain(|(pair, _)| pair[0] != pair[1]);
     if !pairs.is_sorted_by_key(|pair| pair.0) {
-        // In place, and in one order whatever the number of threads.
+        // In place, and in an order that does not depend on the number of threads.
         pairs.par_sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     }
     pairs.dedup_by(|next, kept| {

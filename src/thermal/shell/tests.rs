@@ -1,4 +1,4 @@
-//! Networks of surfaces against exact answers: decaying modes, areas, symmetry, contacts, layers, bad meshes.
+//! Networks of surfaces against exact results: decaying modes, areas, symmetry, contacts, layers, bad meshes.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ struct Mesh {
 }
 
 impl Mesh {
-    /// The unit square in `n` x `m` cells; `place` moves the grid's inner points, and each cell is cut along one diagonal.
+    /// The unit square in `n` x `m` cells, each cut along one diagonal. `place` moves the inner points of the grid.
     fn square(n: usize, m: usize, place: impl Fn(usize, usize) -> [f64; 2]) -> Self {
         let mut positions = Vec::new();
         for j in 0..=m {
@@ -34,7 +34,7 @@ impl Mesh {
         Self { positions, triangles }
     }
 
-    /// Points on a grid moved by up to `jitter` cells; the border keeps its shape.
+    /// Grid points moved by up to `jitter` cells. The border keeps its shape.
     fn jittered(n: usize, jitter: f64) -> Self {
         let mut state = 1_u64;
         let mut random = || {
@@ -49,7 +49,7 @@ impl Mesh {
         })
     }
 
-    /// Rows of flat cells: the cut diagonals make nearly every triangle obtuse.
+    /// Rows of flat cells, where the diagonals make nearly every triangle obtuse.
     fn sheared(n: usize) -> Self {
         Self::square(n, 3 * n, |i, j| {
             let [x, y] = [i as f64 / n as f64, j as f64 / (3 * n) as f64];
@@ -59,13 +59,13 @@ impl Mesh {
         })
     }
 
-    /// A good mesh in which every inner triangle is split at a point just above its longest edge: angles of 179 deg.
+    /// A good mesh whose inner triangles are split at a point just above their longest edge, which gives angles of 179 deg.
     fn caps(n: usize) -> Self {
         let mut mesh = Self::jittered(n, 0.0);
         let mut triangles = Vec::new();
         for [a, b, c] in std::mem::take(&mut mesh.triangles) {
             let [pa, pb, pc] = [a, b, c].map(|v| mesh.positions[v as usize]);
-            // The longest edge of a half square is the diagonal: a-c in the first, a-c in the second too.
+            // The longest edge of a half square is the diagonal a-c in both halves.
             let (from, to, apex) = if pa.distance(pc) > pa.distance(pb) { (a, c, b) } else { (a, b, c) };
             let middle = 0.5 * (mesh.positions[from as usize] + mesh.positions[to as usize]);
             let towards = mesh.positions[apex as usize] - middle;
@@ -104,7 +104,6 @@ impl Mesh {
         Self { positions, triangles }
     }
 
-    /// Its network, with nothing merged.
     fn shell(&self, material: ShellMaterial) -> Shell {
         self.merged_shell(material, f64::INFINITY)
     }
@@ -131,7 +130,7 @@ impl Mesh {
 const UNIT: ShellMaterial =
     ShellMaterial { outer: Sheet { capacitance: 1.0, conductance: 1.0, thickness: 1.0 }, emissivity: 0.0, over: None };
 
-/// Steps C dT/dt = sum GL (Tj - Ti) by Heun's method to `time`; returns the temperatures and the least one met.
+/// Integrates C dT/dt = sum GL (Tj - Ti) by Heun's method to `time`. Returns the temperatures and the least temperature.
 fn conducted(network: &Network, mut t: Vec<f64>, time: f64) -> (Vec<f64>, f64) {
     let steps = (time * network.fastest_rate(&vec![0.0; t.len()])).ceil().max(10.0);
     let dt = time / steps;
@@ -150,7 +149,7 @@ fn conducted(network: &Network, mut t: Vec<f64>, time: f64) -> (Vec<f64>, f64) {
     (t, least)
 }
 
-/// Relative L2 error after a mode that decays at `rate` has come down to 1/e.
+/// Relative L2 error at the time when a mode that decays at `rate` has fallen to 1/e.
 fn mode_error(mesh: &Mesh, shell: &Shell, mode: impl Fn(DVec3) -> f64, rate: f64) -> f64 {
     let network = &shell.network;
     let mut start = vec![0.0; network.len()];
@@ -172,8 +171,8 @@ fn square_mode(mesh: &Mesh) -> f64 {
 
 #[test]
 fn a_mode_decays_as_it_should_on_good_obtuse_and_capped_meshes() {
-    // docs/numerics.md 3 states .13 % good, .23 % at 47 % obtuse, .89 % at 91 %, .34 % with caps of 179 deg, on meshes whose
-    // density it does not state: 600 to 2500 nodes here.
+    // docs/numerics.md 3: .13 % good, .23 % at 47 % obtuse, .89 % at 91 %, .34 % with caps of 179 deg. The node density there is not stated. It is 600 to
+    // 2500 nodes here.
     let good = Mesh::jittered(32, 0.1);
     let half = Mesh::jittered(32, 0.25);
     let most = Mesh::sheared(32);
@@ -185,7 +184,7 @@ fn a_mode_decays_as_it_should_on_good_obtuse_and_capped_meshes() {
         println!("{name}: {:.0} % obtuse, {:.3} %", 100.0 * mesh.obtuse_share(), 100.0 * error);
         assert!(error < bound, "{name}: {error}");
     }
-    // Nodes that move without their conductors must be seen.
+    // The test must detect nodes that move without their conductors.
     let mut wrong = half.shell(UNIT);
     wrong.network.linear.iter_mut().step_by(2).for_each(|one| one.conductance *= 1.5);
     assert!(mode_error(&half, &wrong, |p| (PI * p.x).cos() * (PI * p.y).cos(), 2.0 * PI * PI) > 0.05);
@@ -201,7 +200,7 @@ fn a_harmonic_of_the_sphere_decays_as_it_should() {
     assert!(error < 0.005, "{error}");
 }
 
-/// Cotangent weights as they come, neither flipped nor clamped.
+/// Plain cotangent weights, without flips or clamping.
 fn plain_cotangents(mesh: &Mesh) -> Network {
     let mut network = mesh.shell(UNIT).network;
     let surface = intrinsic::Intrinsic::new(&mesh.triangles, &mesh.positions, |vertex| vertex);
@@ -232,7 +231,7 @@ fn heat_flows_from_hot_to_cold_only() {
         assert!(least >= -1e-12, "undershoot {least}");
         let held = |t: &[f64]| t.iter().zip(&network.capacitances).map(|(t, c)| t * c).sum::<f64>();
         assert!((held(&end) - held(&spot)).abs() < 1e-15 + 1e-12 * held(&spot), "no heat is lost");
-        // Without flips the same spot takes heat from its neighbours.
+        // Without flips the same node takes heat from its neighbours.
         let (_, least) = conducted(&plain_cotangents(&mesh), spot, 0.002);
         assert!(least < -1e-3, "plain cotangents: {least}");
     }
@@ -240,7 +239,7 @@ fn heat_flows_from_hot_to_cold_only() {
 
 #[test]
 fn drawn_vertices_share_a_node_where_a_material_conducts() {
-    // Two squares that meet at a crease, each with corners of its own.
+    // Two squares that meet at a crease, each with its own corners.
     let square = |n: DVec3, m: DVec3| [DVec3::ZERO, DVec3::Z, DVec3::Z + n, m];
     let mut positions = square(DVec3::X, DVec3::X).to_vec();
     positions.extend(square(DVec3::Y, DVec3::Y));
@@ -272,7 +271,7 @@ fn bad_triangles_do_not_break_a_network() {
     let mut mesh = Mesh::jittered(8, 0.2);
     let clean = mesh.shell(UNIT);
     let inner = 40;
-    // Two equal corners, three in a row, one twice, a fin on an inner edge, a vertex of nothing, and one of no area.
+    // Two equal corners, three in a row, one corner twice, a fin on an inner edge, a vertex without triangles, and one without area.
     let isolated = mesh.positions.len() as u32;
     mesh.positions.push(DVec3::new(3.0, 3.0, 3.0));
     mesh.positions.push(DVec3::new(0.3, 0.3, 0.5));

@@ -1,17 +1,17 @@
-//! Which drawn vertices are one node: those of one part and material that coincide.
+//! Welds drawn vertices into nodes: coincident vertices of one part and material.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{NO_NODE, Surface};
 
-/// Numbers the places of the vertices for which `wanted`, in the order of their first vertices; `NO_NODE` for the others.
-/// Returns them with their count. Coordinates must agree to the last bit: subdivision makes the same point from either side.
+/// Numbers the places of the vertices for which `wanted` is true, in the order of their first vertices. Other vertices get `NO_NODE`. Returns the numbers
+/// and their count. Coordinates must be equal to the last bit. Subdivision makes equal points from both sides of an edge.
 pub(super) fn weld(surface: &Surface, wanted: impl Fn(usize) -> bool + Sync) -> (Vec<u32>, usize) {
     let key = |vertex: u32| {
         let vertex = vertex as usize;
         let place = surface.positions[vertex];
-        // Adding 0 makes -0 and 0 one.
+        // Adding 0 turns -0 into 0.
         let bits = (place + DVec3::ZERO).to_array().map(f64::to_bits);
         (surface.parts[vertex], surface.materials[vertex], bits)
     };
@@ -24,7 +24,7 @@ pub(super) fn weld(surface: &Surface, wanted: impl Fn(usize) -> bool + Sync) -> 
             first[*vertex as usize] = same[0];
         }
     }
-    // The first of a place comes before the others, because the sort is stable.
+    // The sort is stable, so the first vertex of a place comes first.
     let mut count = 0;
     for vertex in 0..first.len() {
         if first[vertex] == vertex as u32 {

@@ -1,4 +1,4 @@
-//! Values of NUMERICS.md 1, what the merge promises, and the rules that fail.
+//! Values of docs/numerics.md 1, properties of the rule `merge`, and rules that fail.
 
 use super::*;
 use crate::thermal::function::{Function, Sample};
@@ -7,17 +7,17 @@ use crate::thermal::material::Domain;
 const QUADRATIC: fn(f64) -> Profile = |t_max_steps| Profile { function: Function::Quadratic, t_max_steps };
 const LINEAR: fn(f64) -> Profile = |t_max_steps| Profile { function: Function::Linear, t_max_steps };
 
-/// A transition of T with the same profile both ways.
+/// A transition of T with the same function for heating and cooling.
 fn same(profile: Profile, retarget: Retarget) -> Transition {
     Transition { heating: profile.clone(), cooling: profile, retarget, domain: Domain::Temperature }
 }
 
-/// Temperatures at steps 0, 1, ..., n for the targets commanded at steps 1, ..., n, same profile both ways.
+/// Temperatures at steps 0, 1, ..., n for the targets of steps 1, ..., n, with one function for heating and cooling.
 fn run(profile: Profile, rule: Retarget, initial: f64, steps: usize, target: impl Fn(usize) -> f64) -> Vec<f64> {
     run_transition(&same(profile, rule), initial, steps, target)
 }
 
-/// The same for any transition.
+/// Temperatures at steps 0, 1, ..., n for any transition.
 fn run_transition(transition: &Transition, initial: f64, steps: usize, target: impl Fn(usize) -> f64) -> Vec<f64> {
     let mut state = TransitionState::settled(initial, transition);
     let mut temperatures = vec![initial];
@@ -37,11 +37,10 @@ fn worst(temperatures: &[f64], expected: &[At]) -> f64 {
     expected.iter().map(|&(step, t)| (temperatures[step] - t).abs()).fold(0.0, f64::max)
 }
 
-/// NUMERICS.md prints six decimals.
+/// docs/numerics.md prints six decimals.
 const PRINTED: f64 = 5.1e-7;
 
-/// Figures 5 and 6 of Vural et al. 2023, quadratic: initial, target, t_max, T at steps 0 1 50 100 180 361 1000
-/// (NUMERICS.md 1).
+/// Figures 5 and 6 of Vural et al. 2023, quadratic (docs/numerics.md 1): initial, target, t_max, T at steps 0 1 50 100 180 361 1000.
 #[rustfmt::skip]
 const FIGURES_5_AND_6: [(f64, f64, f64, [f64; 7]); 10] = [
     (2.7, 267.0, 361.0, [2.7, 4.162238, 70.843124, 128.845901, 200.558427, 267.0, 267.0]),
@@ -128,13 +127,12 @@ fn zero_t_max_is_immediate() {
     assert_eq!(t, 200.0, "heating is immediate");
 }
 
-/// Every function with a t_max of its own.
 fn jittered() -> Vec<Profile> {
     let t_max = [361.0, 7.0, 1000.0];
     functions().into_iter().enumerate().map(|(i, function)| Profile { function, t_max_steps: t_max[i % 3] }).collect()
 }
 
-/// A target that moves by one ulp at every step must not change the curve (NUMERICS.md 1: restarting costs 42 K).
+/// A target that moves by one ulp at every step must not change the curve (docs/numerics.md 1: restarting costs 42 K).
 #[test]
 fn jitter_of_one_ulp_costs_nothing() {
     let jitter = |step: usize| {
@@ -148,7 +146,7 @@ fn jitter_of_one_ulp_costs_nothing() {
                 still.iter().zip(shaken).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
             };
             assert!(cost(Retarget::Merge) < 1e-9, "{profile:?} from {initial}: {} K", cost(Retarget::Merge));
-            // A restarted exponential is nearly itself again; a restarted power is not.
+            // A restarted exponential hardly changes. A restarted power does.
             if profile.function.power().is_some() {
                 assert!(cost(Retarget::Restart) > 0.03 * (267.0 - initial).abs());
             }
@@ -156,7 +154,7 @@ fn jitter_of_one_ulp_costs_nothing() {
     }
 }
 
-/// Finer steps converge on one curve: the difference between successive halvings falls with the step.
+/// Shorter steps converge to one curve: the difference between successive halvings is proportional to the step.
 #[test]
 fn converges_as_the_step_shrinks() {
     for function in functions() {
@@ -185,7 +183,7 @@ fn converges_as_the_step_shrinks() {
     }
 }
 
-/// The rules that NUMERICS.md 1 rejects, each with the damage that it states.
+/// The rules that docs/numerics.md 1 rejects, with the errors that it states.
 #[test]
 fn rejected_rules_fail() {
     let unclamped = |t: f64| 267.0 - 264.3 * (1.0 - t / 100.0).powi(2);
@@ -216,8 +214,7 @@ fn rejected_rules_fail() {
     assert_eq!(temperature(frozen, &restart), 100.0, "evaluated before advancing, a node never moves");
 }
 
-/// One of every kind, and of each what is awkward about it: rates that start at 0 or at infinity, wander (a table), jump, or
-/// end early; slow and steep ones.
+/// Functions of every kind with their difficult cases: rates that start at 0 or at infinity, vary (a table), jump, or end early, slow and steep ones.
 pub(super) fn functions() -> Vec<Function> {
     let measured = |points: &[(f64, f64)]| {
         let samples: Vec<_> = points.iter().map(|&(time, temperature)| Sample { time, temperature }).collect();
@@ -246,8 +243,8 @@ pub(super) fn functions() -> Vec<Function> {
     ]
 }
 
-/// What the rule promises of a target that moves by d from a state: T goes on, d and its reverse cancel, and its halves come to
-/// the same. Returns the worst of the three, the last two as shares of the time.
+/// The properties of the rule for a target that moves by d from a state: T does not jump, d and its reverse cancel, and two halves of d equal d. Returns
+/// the worst error of each, the last two as shares of the time.
 fn broken(state: TransitionState, d: f64, transition: &Transition, rule: Rule) -> [f64; 3] {
     let there = rule(state, state.target + d, transition);
     let back = rule(there, state.target, transition);
@@ -260,7 +257,7 @@ fn broken(state: TransitionState, d: f64, transition: &Transition, rule: Rule) -
 /// A rule for a target that moves.
 type Rule = fn(TransitionState, f64, &Transition) -> TransitionState;
 
-/// 1e5 random moments and changes of every function, by which the gap keeps its direction.
+/// 1e5 random states and changes for every function, where the gap keeps its direction.
 #[test]
 fn changes_of_the_target_cancel_and_add_up() {
     let keeps_the_phase: Rule =
@@ -280,7 +277,7 @@ fn changes_of_the_target_cancel_and_add_up() {
             let state = TransitionState { target: 300.0, span: 1.0, elapsed: duration * (1.0 - r) };
             let gap = transition.heating.remaining(r);
             let d = gap * random.between(-0.9, 9.0);
-            // What has hardly anything left of its way has no digits left to compare.
+            // A state with almost no way left has no digits left to compare.
             if gap > 1e-6 {
                 for (rule, worst) in [retarget as Rule, keeps_the_phase, keeps_the_rate].iter().zip(&mut worst) {
                     let found = broken(state, d, &transition, *rule);

@@ -1,19 +1,19 @@
-//! Long random walks of every kind of function: no step past the command, none away from it, none out of bounds.
+//! Long random walks with every kind of function: no step overshoots its target, moves away from it, or leaves the bounds.
 
 use super::tests::{Random, functions};
 use super::*;
 use crate::thermal::function::{Function, parse::KINDS};
 use crate::thermal::material::{Domain, Profile};
 
-/// Steps of every kind of function, over both rules and both domains.
+/// Steps for every kind of function, over both rules and both domains.
 const STEPS: usize = 100_000;
 /// Steps of one walk.
 const WALK: usize = 500;
 
-/// A step of a transition: state, command [K] and time in; state and temperature [K] out.
+/// A step of a transition: state, target [K] and time in, state and temperature [K] out.
 type Step = fn(TransitionState, f64, f64, &Transition) -> (TransitionState, f64);
 
-/// Takes random steps with a function until one goes wrong. The other branch has another function half of the time.
+/// Takes random steps with a function until one is wrong. In half of the walks the other branch has another function.
 fn walk(
     function: &Function,
     all: &[Function],
@@ -39,7 +39,7 @@ fn walk(
         state = next;
         low = low.min(target);
         high = high.max(target);
-        // In units of the domain, of which 1000 K are at most 1e4: `target - span w` rounds.
+        // `target - span w` rounds in units of the domain, where 1000 K is 1e4.
         let [now, from, to, low, high] = [t, before, target, low, high].map(|t| domain.of(t));
         let slack = 1e-10;
         let towards = now >= from.min(to) - slack && now <= from.max(to) + slack;
@@ -68,7 +68,7 @@ fn a_hundred_thousand_steps_of_every_function_lead_to_the_command_and_not_past_i
     }
 }
 
-/// The walks see a rule that starts too far away after a change, and a reading that is past the command by 1e-9 K.
+/// The walks detect a rule that starts too far away after a change, and a reading that overshoots by 1e-9 K.
 #[test]
 fn walks_fail_with_wrong_rules() {
     let too_far: Step = |state, commanded, steps_dt, transition| {
@@ -94,7 +94,7 @@ fn walks_fail_with_wrong_rules() {
     }
 }
 
-/// How far a jitter of 1e-6 K moves T over as many steps of a function, whose target moves on every few hundred [K].
+/// Effect on T of a jitter of 1e-6 K over as many steps of a function, whose target moves on every few hundred [K].
 fn shaken(function: &Function, retarget: Retarget) -> f64 {
     let mut random = Random(3);
     let profile = Profile { function: function.clone(), t_max_steps: 361.0 };

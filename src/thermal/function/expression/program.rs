@@ -1,4 +1,4 @@
-//! The operations that naga made of an expression's text, in order, evaluated in f64.
+//! The operations of an expression as compiled by naga, evaluated in f64.
 
 use std::collections::HashMap;
 
@@ -9,13 +9,12 @@ use super::MAX_OPERATIONS;
 
 /// Name of the GLSL function whose body the text is.
 const FUNCTION: &str = "isotherm_share_done";
-/// Longest text; nothing that is a formula comes near.
 const MAX_TEXT: usize = 2000;
 
-/// Place of a number that an operation leaves.
+/// Index of an operation's result.
 type Slot = usize;
 
-/// What leaves a number in a slot.
+/// Source of the number in a slot.
 #[derive(Debug, Clone)]
 enum Operation {
     Constant(f64),
@@ -77,11 +76,10 @@ pub struct Program {
 impl Program {
     /// Compiles GLSL text of `s`.
     ///
-    /// # Errors
-    /// What naga says, or what the text does beyond arithmetic.
+    /// # Errors A message of naga, or an operation other than arithmetic.
     pub fn compile(text: &str) -> Result<Self, String> {
         check_text(text)?;
-        // On a line of its own, so that naga's messages show the text and nothing of ours.
+        // The text has a line of its own, so that naga's messages show only the text.
         let source =
             format!("#version 450\nfloat {FUNCTION}(float s) {{ return float(\n{text}\n); }}\nvoid main() {{}}\n");
         let options = glsl::Options::from(naga::ShaderStage::Compute);
@@ -121,7 +119,7 @@ fn run(body: &[Statement], s: f64, slots: &mut [f64], locals: &mut [f64]) -> Opt
     None
 }
 
-/// True and false are 1 and 0.
+/// Truth values are 1 and 0.
 fn evaluate(operation: &Operation, s: f64, slots: &[f64], locals: &[f64]) -> f64 {
     let truth = |value: bool| f64::from(u8::from(value));
     match *operation {
@@ -154,7 +152,7 @@ fn evaluate(operation: &Operation, s: f64, slots: &[f64], locals: &[f64]) -> f64
                 Binary::LessEqual => truth(x <= y),
                 Binary::And => truth(x != 0.0 && y != 0.0),
                 Binary::Or => truth(x != 0.0 || y != 0.0),
-                // As GLSL has it: for x of 0 or above.
+                // As in GLSL it is defined for x >= 0.
                 Binary::Pow => {
                     if x < 0.0 {
                         f64::NAN
@@ -183,7 +181,7 @@ fn evaluate(operation: &Operation, s: f64, slots: &[f64], locals: &[f64]) -> f64
     }
 }
 
-/// Refuses what would leave the one expression that the text must be.
+/// Refuses text that contains more than one expression.
 fn check_text(text: &str) -> Result<(), String> {
     if text.is_empty() {
         return Err("is empty: write GLSL of s, such as s*s*(3.0-2.0*s)".to_owned());
@@ -209,7 +207,6 @@ fn check_text(text: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Turns naga's function into a program.
 struct Reader<'a> {
     module: &'a naga::Module,
     function: &'a naga::Function,
@@ -221,7 +218,7 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn program(mut self) -> Result<Program, String> {
         let mut body = Vec::new();
-        // Expressions that no statement emits: constants, arguments, variables.
+        // No statement emits these expressions: constants, arguments, variables.
         for (handle, expression) in self.function.expressions.iter() {
             if expression.needs_pre_emit() {
                 self.set(handle, &mut body)?;
@@ -286,7 +283,7 @@ impl Reader<'_> {
 
     fn set(&mut self, handle: Handle<naga::Expression>, out: &mut Vec<Statement>) -> Result<(), String> {
         let expression = &self.function.expressions[handle];
-        // Pointers are no numbers; whoever stores or loads looks at the variable itself.
+        // Pointers are not numbers. Stores and loads use the variable itself.
         if matches!(expression, naga::Expression::LocalVariable(_)) {
             return Ok(());
         }
@@ -419,7 +416,7 @@ fn call(fun: MathFunction) -> Option<Call> {
     })
 }
 
-/// A literal as the text wrote it: the shortest decimal of the f32 that naga keeps.
+/// A literal as in the text: the shortest decimal of the f32 that naga stores.
 fn number(literal: naga::Literal) -> Result<f64, String> {
     match literal {
         naga::Literal::F32(value) => Ok(value.to_string().parse().unwrap_or(f64::from(value))),

@@ -1,13 +1,13 @@
-//! Thermostats in an integration: what their sensors show, when they switch, and the switch found inside a sub-step.
+//! Thermostats during an integration: reads sensors, locates switches inside a sub-step, and switches.
 
 use super::{Control, ControlError, Plan, Switch};
 use crate::thermal::network::rkl2::stages_for;
 use crate::thermal::network::stepper::{Method, Stepper};
 use crate::thermal::network::switches::{SWITCH_TIME, crossed, straight_crossing};
 
-/// Switches of one thermostat within [`SWITCH_TIME`] of each other that are no longer believed.
+/// Number of switches of one thermostat, each within [`SWITCH_TIME`] of the one before, at which the run fails.
 const MOST_AT_ONCE: u32 = 6;
-/// Switches of all thermostats after which the run is given up.
+/// Number of switches of all thermostats at which the run fails.
 const MOST_SWITCHES: usize = 100_000;
 
 impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
@@ -19,7 +19,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         Ok(self.schedule.thermostats.iter().map(|thermostat| temperatures[thermostat.sensor as usize]).collect())
     }
 
-    /// Sets the heat anew; where that makes arithmetic sensors jump over a threshold, switches, until none does.
+    /// Sets the heat anew. Repeats this with switched thermostats while arithmetic sensors jump over a threshold.
     pub(super) fn set_heat(&mut self, time: f64) -> Result<(), ControlError<S::Error>> {
         loop {
             self.put_heat(time)?;
@@ -49,7 +49,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         Ok(())
     }
 
-    /// Finds the first switch in the coming sub-step, at whose end the sensors are at `after`, and takes it.
+    /// Finds the first switch in the coming sub-step and takes it. The sensors are at `after` at the end of the sub-step.
     pub(super) fn locate(&mut self, plan: Plan, after: Vec<f64>) -> Result<(), ControlError<S::Error>> {
         let thermostats = &self.schedule.thermostats;
         let t = self.since;
@@ -66,8 +66,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
             let at = crossed(thermostats, &self.on, &before, &after);
             let straight = straight_crossing(thermostats, &self.on, &at, &before, &after);
             let width = high - low;
-            // A straight line leaves one end where it is: each second time on one side, and each fourth time in any
-            // case, the try goes beyond it or to the middle.
+            // A straight line can leave one end fixed. Every second time on one side the try goes beyond the line, and every fourth time to the middle.
             let nudge = 0.4 * SWITCH_TIME / width;
             let share = match last_was_high {
                 _ if narrow => 1.0,
@@ -96,7 +95,7 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         self.set_heat(self.now())
     }
 
-    /// The same method with the stages that a shorter sub-step needs.
+    /// The same method with the number of stages for a shorter sub-step.
     fn method_for(&self, method: Method, step: f64) -> Method {
         match method {
             Method::Rkl2 { .. } => Method::Rkl2 { stages: stages_for(step * self.rate) },

@@ -1,23 +1,23 @@
-//! What an integration is told, what it leaves, and why it ends early.
+//! Settings, results and errors of an integration.
 
 use std::fmt;
 
 use crate::thermal::network::stepper::WorkCounts;
 
-/// Which methods may be chosen, and how tight the default tolerance is.
+/// Choice of methods and of the default tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Integrator {
     /// Euler where it is allowed and good enough, RKL2 otherwise, TR-BDF2 where RKL2 would need too many stages.
     #[default]
     Default,
-    /// As the default at ten times its tolerance, with Euler wherever it is stable and good enough.
+    /// The default at ten times its tolerance, with Euler wherever it is stable and accurate enough.
     Cheap,
-    /// TR-BDF2 at a tenth of the default's tolerance; RKL2 at that tolerance where few stages do.
+    /// TR-BDF2 at a tenth of the default's tolerance. RKL2 at that tolerance where it needs few stages.
     Accurate,
 }
 
 impl Integrator {
-    /// Tolerance where none is given [K].
+    /// Default tolerance [K].
     pub fn tolerance(self) -> f64 {
         match self {
             Self::Default => 5e-3,
@@ -27,135 +27,134 @@ impl Integrator {
     }
 }
 
-/// How to integrate.
+/// Settings of an integration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Which methods.
+    /// Choice of methods.
     pub integrator: Integrator,
-    /// Aim for the error that sub-steps add up to [K].
+    /// Tolerance: the error to which sub-steps may add up [K].
     pub tolerance: f64,
-    /// Estimates below this are rounding [K]: no sub-step is asked to err by less.
+    /// Estimates below this are rounding [K]. No sub-step must err by less.
     pub floor: f64,
 }
 
-/// The floor in f64 [K]: ten times what Newton's method leaves.
+/// The floor in f64 [K]: ten times the residual of Newton's method.
 pub const FLOOR: f64 = 1e-9;
 
 impl Settings {
-    /// The integrator at its own tolerance, in f64.
+    /// Settings with the default tolerance of an integrator, in f64.
     pub fn of(integrator: Integrator) -> Self {
         Self { integrator, tolerance: integrator.tolerance(), floor: FLOOR }
     }
 }
 
-/// A thermostat that switched.
+/// A switch of a thermostat.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Switch {
-    /// [s].
+    /// Time [s].
     pub time: f64,
     /// Number of the thermostat.
     pub thermostat: usize,
-    /// Its state from then on.
+    /// New state.
     pub on: bool,
 }
 
-/// How much of the time a method took, and in what sub-steps.
+/// Use of a method: time and sub-steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Use {
-    /// Kept sub-steps.
+    /// Number of kept sub-steps.
     pub sub_steps: u64,
-    /// Time they cover [s].
+    /// Time covered [s].
     pub time: f64,
-    /// Shortest and longest [s].
+    /// Shortest and longest sub-step [s].
     pub range: [f64; 2],
     /// Fewest and most stages of a sub-step.
     pub stages: [u32; 2],
 }
 
-/// What an integration leaves.
+/// Results of an integration.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
     /// Temperatures [K] of all nodes at every output time.
     pub rows: Vec<Vec<f64>>,
-    /// Switching events in the order of time.
+    /// Switches in the order of time.
     pub switches: Vec<Switch>,
     /// Use of Euler, RKL2 and TR-BDF2.
     pub uses: [Option<Use>; 3],
-    /// Slowest and fastest bound of the relaxation rate [1/s] that was met.
+    /// Slowest and fastest bound of the relaxation rate [1/s].
     pub rates: Option<[f64; 2]>,
-    /// Tries that were taken back.
+    /// Number of rejected tries.
     pub rejected: u64,
-    /// All work.
+    /// Total work.
     pub counts: WorkCounts,
     /// States of the thermostats at the end.
     pub on: Vec<bool>,
-    /// Sub-step that the last estimate proposes [s].
+    /// Sub-step proposed by the last estimate [s].
     pub step: f64,
-    /// The same of the first estimate by which sub-steps were chosen: where legs in a row begin with jumps of their heat
-    /// of like size, the next may begin with it.
+    /// Sub-step proposed by the first estimate [s]. Where the heat jumps equally at the start of each leg, the next leg may begin with it.
     pub first_step: Option<f64>,
 }
 
-/// Where an integration stands that is one of many in a row.
+/// State of one leg among many consecutive ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leg {
-    /// Time over which errors add up [s].
+    /// Time over which errors accumulate [s].
     pub horizon: f64,
     /// First sub-step to try [s].
     pub step: f64,
-    /// Whether thermostats tighten the sub-steps, so that their switching times hold over a long run.
+    /// Whether thermostats shorten the sub-steps, so that switching times hold over a long run.
     pub tight_switches: bool,
 }
 
-/// Why an integration ends early.
+/// An error of an integration.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ControlError<E> {
     /// The stepper failed.
     Stepper(E),
-    /// Arithmetic nodes have no balance.
+    /// Arithmetic nodes that do not balance.
     Unbalanced {
-        /// [s].
+        /// Time [s].
         time: f64,
-        /// The node whose balance is furthest from closing.
+        /// The node with the largest residual.
         node: usize,
     },
-    /// No sub-step is short enough.
+    /// A sub-step below the shortest.
     NoStep {
-        /// [s].
+        /// Time [s].
         time: f64,
-        /// The coldest node, which most likely runs out of heat.
+        /// The coldest node, which most likely loses too much heat.
         node: usize,
         /// Its temperature [K].
         temperature: f64,
     },
-    /// A conductor evens out its nodes faster than the shortest sub-step.
+    /// A conductor that equalises its nodes faster than the shortest sub-step.
     Stiff {
-        /// [s].
+        /// Time [s].
         time: f64,
         /// Its nodes.
         nodes: [usize; 2],
-        /// Its GL [W/K].
+        /// Its conductance GL [W/K].
         conductance: f64,
-        /// GL over capacitance of the lighter node that stores heat [1/s].
+        /// GL over the capacitance of its lighter diffusive node [1/s].
         rate: f64,
     },
-    /// A node is hotter than the stepper holds.
+    /// A node above the hottest temperature of the stepper.
     TooHot {
-        /// [s].
+        /// Time [s].
         time: f64,
         /// The node.
         node: usize,
         /// Its temperature [K].
         temperature: f64,
     },
-    /// A thermostat switches without end.
+    /// A thermostat that does not stop switching.
     Chatter {
-        /// [s].
+        /// Time [s].
         time: f64,
         /// Number of the thermostat.
         thermostat: usize,
     },
-    /// The caller asked to stop.
+    /// A stop requested by the caller.
     Stopped,
 }
 
