@@ -1,4 +1,4 @@
-//! `isotherm radiance`: band radiance of a blackbody, and its inverse.
+//! `isotherm radiance`: band radiance of a blackbody and its inverse.
 
 use std::io::Write;
 
@@ -11,18 +11,18 @@ use crate::thermal::brightness::{BrightnessTable, MAX_TEMPERATURE, brightness_te
 use crate::thermal::planck::Band;
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 
-/// Band radiance of a blackbody [W m-2 sr-1], or with --inverse its temperature [K], as CSV.
+/// Print the band radiance of a blackbody [W m-2 sr-1] as CSV, or with --inverse its temperature [K].
 ///
-/// Numbers are computed on the device in f32 and printed with 9 significant digits.
+/// The device computes in f32. The CSV has 9 significant digits.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isotherm radiance --band 8:14 300 267 180\n  isotherm radiance --band 3:5 --inverse 1.5"
 )]
 pub struct Arguments {
-    /// Band in micrometres, within 1 to 50
+    /// Band [um], within 1 to 50
     #[arg(long, value_name = "LOWER:UPPER", default_value = "8:14", value_parser = parse_band)]
     band: Band,
-    /// The numbers are radiances [W m-2 sr-1]; print brightness temperatures
+    /// Read radiances [W m-2 sr-1] and print brightness temperatures
     #[arg(long)]
     inverse: bool,
     /// Temperatures [K], or radiances
