@@ -82,6 +82,7 @@ pub struct TimedPass {
 /// many in a dispatch. Times and bytes are for one step.
 ///
 /// # Errors
+/// More nodes than the device holds, or a device error.
 pub fn time_pass(
     context: &Arc<Context>,
     variant: ThermalVariant,

@@ -1,5 +1,5 @@
-//! Large networks on the device, a dispatch a stage, against their f64 twin: every method, coupled arithmetic nodes,
-//! switches and jumps, slivers, and steps too small for plain f32.
+//! Large networks on the device with a dispatch for each stage, against their f64 twin: every method, coupled
+//! arithmetic nodes, switches, jumps, slivers, and steps too small for f32.
 
 use isotherm::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
 use isotherm::thermal::network::control::{Integrator, Settings, integrate};
@@ -11,8 +11,8 @@ use isotherm::thermal::network::{LinearConductor, Network, NodeKind, RadiativeCo
 use super::device::{cube, methods, networks, run, start, worst};
 use crate::device::context;
 
-/// A sheet of aluminium 1 mm thick of square cells of 1 cm that radiates on one side. (2700 kg/m3, 896 J/kg/K, 167 W/m/K:
-/// ECSS-E-HB-31-01 Part 5A.) In every 13th column stands a sliver of 0.2 mm in place of a cell if `slivers`.
+/// A sheet of aluminium, 1 mm thick, with square cells of 1 cm, that radiates on one side (2700 kg/m3, 896 J/kg/K, 167
+/// W/m/K: ECSS-E-HB-31-01 Part 5A). `slivers` replaces every 13th column by a sliver of 0.2 mm.
 fn sheet(side: usize, slivers: bool) -> Network {
     let thin = |x: usize| slivers && x % 13 == 6;
     let width = |x: usize| if thin(x) { 0.02 } else { 1.0 };
@@ -39,8 +39,8 @@ fn sheet(side: usize, slivers: bool) -> Network {
     network
 }
 
-/// A sheet under a blanket of two arithmetic layers on some cells, with chains of three arithmetic nodes between others,
-/// a hub that conducts to many, and a boundary: 343 nodes.
+/// A sheet with a blanket of two arithmetic layers on some cells, chains of three arithmetic nodes between others, a
+/// hub with many conductors, and a boundary: 343 nodes.
 fn blanketed() -> Network {
     let side = 14;
     let mut network = sheet(side, false);
@@ -66,7 +66,7 @@ fn blanketed() -> Network {
     }
     let boundary = push(NodeKind::Boundary, 0.0, 300.0);
     linear.extend((2..196).step_by(20).map(|cell| LinearConductor { nodes: [cell, boundary], conductance: 1e-3 }));
-    // Slower cells: what conducts is as in the sheet, what stores is ten times as much.
+    // Slower cells: conductances as in the sheet, ten times the capacitance.
     network.capacitances.iter_mut().for_each(|capacitance| *capacitance *= 10.0);
     network.linear.extend(linear);
     network.radiative.extend(radiative);
@@ -92,8 +92,8 @@ fn small_networks_agree_with_the_twin_on_the_wide_path() {
             let what = format!("{name}, {method} of {step:.3e} s");
             hold(&found, &expected, 3e-4, what.clone());
             hold(&device.sensed, &twin.sensed, 3e-4, format!("{what}, sensors"));
-            // An estimate of 70 K and more, which no tolerance takes, is up to 1.3 % off with TR-BDF2: the systems are
-            // solved to 1e-6 of what they begin with.
+            // Estimates above 70 K are off by up to 1.3 % with TR-BDF2, because systems are only solved to 1e-6. No
+            // tolerance accepts them.
             let allowed = if twin.error > 10.0 { 2e-2 } else { 1e-3 };
             let far = (device.error - twin.error).abs() - allowed * twin.error;
             hold(&[far.max(0.0)], &[0.0], 1e-4, format!("{what}, estimates {} and {}", device.error, twin.error));
@@ -107,7 +107,7 @@ fn small_networks_agree_with_the_twin_on_the_wide_path() {
     assert!(beyond.is_empty(), "{}", beyond.join("\n"));
 }
 
-/// Sheets of more nodes than one workgroup takes: what needs RKL2 hundreds of stages, TR-BDF2 takes in one step.
+/// Sheets too large for one workgroup. Stiff ones need hundreds of stages of RKL2 or one step of TR-BDF2.
 #[test]
 fn stiff_sheets_agree_with_the_twin() {
     let context = context();
@@ -119,7 +119,7 @@ fn stiff_sheets_agree_with_the_twin() {
         let (expected_try, expected) = run(&mut twin, &network, Method::TrBdf2, 2.0);
         worst(&found, &expected).within(3e-4, "K", &format!("slivers: {slivers}"));
         assert!((tried.error - expected_try.error).abs() <= 1e-2 * expected_try.error + 1e-4, "{slivers}");
-        // A conductance one part in a hundred off is seen.
+        // A conductance that is off by 1 % is detected.
         let mut other = network.clone();
         other.linear.iter_mut().step_by(3).for_each(|conductor| conductor.conductance *= 1.01);
         let mut device = NetworkStepper::new(&context, &other, &[]).expect("a network for the device");
@@ -128,7 +128,7 @@ fn stiff_sheets_agree_with_the_twin() {
     }
 }
 
-/// What happens to the blanketed sheet: jumps of heat on cells and on arithmetic nodes, and a thermostat.
+/// The schedule of the blanketed sheet: heat jumps on cells and arithmetic nodes, and a thermostat.
 fn schedule(network: &Network) -> Schedule {
     let jump =
         |from: f64, power: f64| HeatTable { times: vec![from, from, 50.0, 50.0], powers: vec![0.0, power, power, 0.0] };
@@ -143,7 +143,7 @@ fn schedule(network: &Network) -> Schedule {
     }
 }
 
-/// 20 mK by default and 2 mK with the accurate option are what docs/numerics.md 6 allows; switches within 0.05 s.
+/// docs/numerics.md 6 allows 20 mK by default and 2 mK with the accurate integrator. Switches are within 0.05 s.
 #[test]
 #[ignore = "not yet seen to end: the f64 twin takes more than nine minutes"]
 fn a_blanketed_sheet_with_a_thermostat_agrees_with_the_twin() {
@@ -171,7 +171,7 @@ fn a_blanketed_sheet_with_a_thermostat_agrees_with_the_twin() {
     }
 }
 
-/// 1e-5 K a step, a third of what a float at 284 K resolves, is not lost: every method, on the wide path.
+/// 1e-5 K a step, a third of the f32 resolution at 284 K, is not lost with any method on the wide path.
 #[test]
 fn tiny_steps_of_the_wide_path_do_not_stagnate() {
     let context = context();
