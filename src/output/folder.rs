@@ -79,6 +79,7 @@ impl Folder {
         }
     }
 
+    /// Path of the folder.
     pub fn root(&self) -> &Path {
         &self.root
     }

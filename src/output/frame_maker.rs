@@ -13,6 +13,7 @@ pub struct FrameMaker {
 }
 
 impl FrameMaker {
+    /// A maker for the frames of a scene on a device.
     pub fn new(prepared: &Prepared, camera: &Camera, device: &str) -> Self {
         let header = FrameHeader {
             scene: prepared.scene.name.clone(),

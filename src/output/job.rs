@@ -86,7 +86,9 @@ pub struct Outcome {
     pub complete: bool,
     /// Drawn frames.
     pub frames: Vec<FrameEntry>,
+    /// Pictures for the report.
     pub pictures: Vec<Picture>,
+    /// Plots for the report.
     pub plots: Vec<PlotEntry>,
     /// Temperatures over time.
     pub series: Series,

@@ -67,6 +67,7 @@ pub fn beside(
     Ok(canvas)
 }
 
+/// A small frame on a contact sheet.
 #[derive(Debug, Clone)]
 pub struct Tile {
     caption: String,

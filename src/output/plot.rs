@@ -60,6 +60,7 @@ pub struct Line {
     pub points: Vec<[f64; 2]>,
     /// Band behind the line: [x, lower, upper]. It may be empty.
     pub band: Vec<[f64; 3]>,
+    /// Style of the points.
     pub mark: Mark,
 }
 

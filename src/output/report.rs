@@ -43,8 +43,11 @@ pub struct Report {
     pub switched_off: Vec<String>,
     /// The drawn steps.
     pub frames: Vec<FrameEntry>,
+    /// Pictures for the page.
     pub pictures: Vec<Picture>,
+    /// Plots for the page.
     pub plots: Vec<PlotEntry>,
+    /// All files of the run.
     pub files: Vec<FileEntry>,
     /// Whether the run stopped before its last step.
     pub interrupted: bool,

@@ -50,6 +50,7 @@ pub struct Case {
     pub removed: &'static str,
     /// Whether the expected result comes from the f64 reference. The reference then has no error of its own.
     pub expects_reference: bool,
+    /// Measures the error on a target.
     pub measure: Measure,
     /// Measures the error without the remedy. It is infinite if there is no valid number.
     pub without: Without,
