@@ -63,7 +63,7 @@ impl Arguments {
         match rules.iter().find(|(_, _, allowed, _)| !allowed) {
             Some((name, value, _, rule)) => Err(CliError::Usage(format!("--{name} must be {rule}, found {value}"))),
             None if self.altitude / self.planet_radius < 1e-9 => {
-                Err(CliError::Usage(format!("--altitude {} m is nothing beside the planet radius", self.altitude)))
+                Err(CliError::Usage(format!("--altitude {} m is negligible against the planet radius", self.altitude)))
             }
             None => Ok(()),
         }

@@ -74,7 +74,7 @@ fn parse_integrator(text: &str) -> Result<Integrator, String> {
 fn parse_tolerance(text: &str) -> Result<f64, String> {
     let tolerance: f64 = text.trim().parse().map_err(|_| format!("'{text}' is not a number"))?;
     if !(1e-6..=10.0).contains(&tolerance) {
-        return Err(format!("the tolerance is from 1e-6 to 10 K, not {text}"));
+        return Err(format!("the tolerance must be from 1e-6 to 10 K, not {text}"));
     }
     Ok(tolerance)
 }

@@ -37,7 +37,7 @@ fn parse_band(text: &str) -> Result<Band, String> {
     let number = |text: &str| text.trim().parse::<f64>().map_err(|_| format!("'{text}' is not a number"));
     let (lower, upper) = (number(lower)?, number(upper)?);
     if !(lower >= 1.0 && lower < upper && upper <= 50.0) {
-        return Err("a band lies within 1 to 50 micrometres, and its lower end comes first".to_owned());
+        return Err("a band must be within 1 to 50 micrometres, with the lower end first".to_owned());
     }
     Ok(Band { lower: lower * 1e-6, upper: upper * 1e-6 })
 }
@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         if arguments.inverse {
             guesses.check(*number)?;
         } else if !(0.0..=MAX_TEMPERATURE).contains(number) {
-            let message = format!("a temperature is finite, within 0 and {MAX_TEMPERATURE} K, not {number}");
+            let message = format!("a temperature must be finite and within 0 and {MAX_TEMPERATURE} K, not {number}");
             return Err(CliError::Usage(message));
         }
     }

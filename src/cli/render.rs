@@ -44,7 +44,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let steps = u64::from(prepared.warm_up_steps()) + (arguments.time / prepared.scene.time.step) as u64;
     if steps > MOST_STEPS {
         return Err(CliError::Usage(format!(
-            "--time {} is {steps} steps away; at most {MOST_STEPS} are made",
+            "--time {} needs {steps} steps; the limit is {MOST_STEPS}",
             arguments.time
         )));
     }

@@ -57,10 +57,10 @@ pub struct Targets {
 
 fn parse_profile(text: &str) -> Result<Profile, String> {
     let (function, t_max) =
-        text.rsplit_once(':').ok_or("a function is followed by a colon and its time in steps: quadratic:361")?;
+        text.rsplit_once(':').ok_or("write a function, a colon and the duration in steps, such as quadratic:361")?;
     let t_max_steps: f64 = t_max.trim().parse().map_err(|_| format!("'{t_max}' is not a number of steps"))?;
     if !(0.0..=LONGEST_T_MAX).contains(&t_max_steps) {
-        return Err(format!("the time to the target is from 0 to {LONGEST_T_MAX} steps, not {t_max}"));
+        return Err(format!("the duration must be from 0 to {LONGEST_T_MAX} steps, not {t_max}"));
     }
     Ok(Profile { function: Function::parse(function).map_err(|error| error.to_string())?, t_max_steps })
 }

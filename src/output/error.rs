@@ -21,7 +21,7 @@ pub enum OutputError {
     NotAFile(PathBuf),
 
     /// The output is one of the command's inputs.
-    #[error("output file {} is one that the command reads; name another", .0.display())]
+    #[error("output file {} is an input of the command; name another file", .0.display())]
     Overwrites(PathBuf),
 
     /// The output folder cannot be made.

@@ -68,7 +68,7 @@ pub(super) enum Shape {
     Spin,
 }
 
-/// The derivatives that are stated beside a rotation.
+/// The derivatives that are stated with a rotation.
 #[derive(Clone, Copy, PartialEq)]
 enum Beside {
     Nothing,
