@@ -1,8 +1,9 @@
-//! The four networks of docs/numerics.md 3: the paper's cube, a thin sheet, the same with slivers, and a blanket over a structure.
+//! The four networks of docs/numerics.md 3: the paper's cube, a thin sheet, a sheet with slivers, and a blanket over a
+//! structure.
 //!
-//! Meshes become networks as a scene's do ([`Shell`]), and the loads are those of the paper's cube in its orbit (6017 s in
-//! 360 frames, planet shadow, infrared and albedo at 772 km; `paper/cube.rs`), a frame's mean each. docs/numerics.md states the
-//! cells and the stiffness of its cases, neither their outlines nor all of their loads: those are ours.
+//! Meshes become networks as in a scene ([`Shell`]). The loads are those of the paper's cube (`paper/cube.rs`): an
+//! orbit of 6017 s in 360 frames with planet shadow, infrared and albedo at 772 km. Each frame has its mean load.
+//! docs/numerics.md gives the cells and the stiffness of its cases. Outlines and some loads are chosen here.
 
 use std::f64::consts::TAU;
 
@@ -16,24 +17,24 @@ use crate::thermal::material::Optics;
 use crate::thermal::network::Network;
 use crate::thermal::shell::{Sheet, Shell, ShellError, ShellMaterial, Surface};
 
-/// A network and its heat, frame by frame.
+/// A network and its heat in every frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
     /// Short name, for files.
     pub key: &'static str,
-    /// What it is, for people.
+    /// Description for readers.
     pub title: String,
-    /// Nodes and conductors, at their temperatures of the start.
+    /// The network at its initial temperatures.
     pub network: Network,
-    /// Heat of every node [W], constant over each frame.
+    /// Heat of every node [W] in each frame. It is constant within a frame.
     pub frames: Vec<Vec<f64>>,
     /// Length of a frame [s].
     pub frame: f64,
-    /// What docs/numerics.md 3 gives as the stiffness of its case.
+    /// Stiffness of the case in docs/numerics.md 3.
     pub published_stiffness: f64,
 }
 
-/// How large the cases are.
+/// The sizes of the cases.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Size {
     /// Cells along an edge of the cube.
@@ -47,42 +48,42 @@ pub struct Size {
 }
 
 impl Size {
-    /// One orbit; the sheets are what one workgroup still integrates (1024 nodes), the cube is larger.
+    /// One orbit. The sheets are as large as one workgroup can integrate (1024 nodes). The cube is larger.
     pub fn whole() -> Self {
         Self { cube: 20, sheet: 29, blanket: 21, frames: 0..STEPS }
     }
 
-    /// The same meshes around the entry into the planet's shadow, at step 97.
+    /// The same meshes for a few frames around the entry into the planet's shadow, at step 97.
     pub fn quick() -> Self {
         Self { frames: 80..120, ..Self::whole() }
     }
 }
 
-/// 1 mm of the paper's aluminium.
+/// Thickness of the aluminium [m].
 const SKIN: f64 = 1e-3;
-/// White paint on both faces of the sheet: about what published tables have for it.
+/// White paint on both faces of the sheet, with typical published values.
 const PAINT: Optics = Optics { absorptivity: 0.25, emissivity: 0.85 };
-/// Effective emittance between blanket and structure: published values for MLI are 0.01 to 0.03.
+/// Effective emittance between blanket and structure. Published values for MLI are 0.01 to 0.03.
 const EFFECTIVE_EMITTANCE: f64 = 0.02;
-/// Widths of the two slivers [m]: the node between them relaxes as fast as the published stiffness says.
+/// Widths of the two slivers [m]. The node between them has the published stiffness.
 const SLIVERS: [f64; 2] = [2e-4, 4e-4];
-/// Where the spot of reflected sunlight is brightest, it brings this much [W/m2]; it goes round once an orbit.
+/// Peak flux of the spot of reflected sunlight [W/m2]. The spot goes round once an orbit.
 const SPOT: f64 = 400.0;
-/// Radius of the spot [m] (its standard deviation), and share of the sheet's edge at which it goes round.
+/// Radius of the spot (its standard deviation) [m], and radius of its path as a share of the sheet's edge.
 const SPOT_RADIUS: f64 = 0.03;
 const SPOT_ORBIT: f64 = 0.3;
-/// Heat of the boxes on the structure [W/m2], on a quarter of it.
+/// Heat of the boxes on a quarter of the structure [W/m2].
 const DISSIPATION: f64 = 60.0;
-/// Temperatures at the start [K]: near each case's mean.
+/// Initial temperatures [K], near the mean of each case.
 const CUBE_START: f64 = 257.0;
 const SHEET_START: f64 = 270.0;
 
-/// All four.
+/// Builds all four cases.
 pub fn all(size: &Size) -> Result<Vec<Case>, CaseError> {
     Ok(vec![cube(size)?, sheet(size, false)?, sheet(size, true)?, blanket(size)?])
 }
 
-/// What keeps a case from being made.
+/// An error in building a case.
 #[derive(Debug, thiserror::Error)]
 pub enum CaseError {
     /// The orbit.
@@ -93,7 +94,7 @@ pub enum CaseError {
     Shell(#[from] ShellError),
 }
 
-/// The paper's cube in aluminium, conducting.
+/// The paper's conducting cube in aluminium.
 pub fn cube(size: &Size) -> Result<Case, CaseError> {
     let mut mesh = Mesh::default();
     let at: Vec<f64> = (0..=size.cube).map(|cell| EDGE * (cell as f64 / size.cube as f64 - 0.5)).collect();
@@ -109,8 +110,8 @@ pub fn cube(size: &Size) -> Result<Case, CaseError> {
     Ok(case("cube", title, shell, frames, CUBE_START, 2.2))
 }
 
-/// A sheet of 1 mm aluminium in 1 cm cells, painted white, zenith and nadir face in the orbit, with a moving spot of reflected sunlight; or with
-/// two rows of slivers across it.
+/// A white sheet of 1 mm aluminium in 1 cm cells. Its zenith and nadir faces are in the orbit, with a moving spot of
+/// reflected sunlight. `slivers` adds two rows of slivers.
 pub fn sheet(size: &Size, slivers: bool) -> Result<Case, CaseError> {
     let edge = 0.01 * size.sheet as f64;
     let even: Vec<f64> = (0..=size.sheet).map(|cell| 0.01 * cell as f64).collect();
@@ -138,7 +139,7 @@ pub fn sheet(size: &Size, slivers: bool) -> Result<Case, CaseError> {
     })
 }
 
-/// The paper's MLI, which stores no heat, over 1 mm of aluminium in 2 cm cells with boxes on a quarter of it.
+/// The paper's MLI without heat capacity over 1 mm of aluminium in 2 cm cells, with boxes on a quarter of it.
 pub fn blanket(size: &Size) -> Result<Case, CaseError> {
     let at: Vec<f64> = (0..=size.blanket).map(|cell| 0.02 * cell as f64).collect();
     let edge = 0.02 * size.blanket as f64;
@@ -164,13 +165,13 @@ pub fn blanket(size: &Size) -> Result<Case, CaseError> {
 }
 
 impl Case {
-    /// A frame over the longest stable step of forward Euler at a temperature [K] beyond all that it meets.
+    /// Frame length over the longest stable forward Euler step. The temperature [K] is above all in the case.
     pub fn stiffness(&self) -> f64 {
         0.5 * self.frame * self.network.fastest_rate(&vec![400.0; self.network.len()])
     }
 }
 
-/// Outward normal of every face in the order of [`crate::paper::cube::FACES`], and the two directions along it.
+/// Outward normal of every face, in the order of [`crate::paper::cube::FACES`], and the two directions along it.
 const AXES: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::Y, DVec3::Z],
     [DVec3::NEG_X, DVec3::Z, DVec3::Y],
@@ -180,17 +181,17 @@ const AXES: [[DVec3; 3]; 6] = [
     [DVec3::NEG_Z, DVec3::Y, DVec3::X],
 ];
 
-/// A triangulated surface of one part and material.
+/// A triangulated surface with one part and one material.
 #[derive(Default)]
 struct Mesh {
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
-    /// Face that each vertex belongs to.
+    /// Face of each vertex.
     faces: Vec<usize>,
 }
 
 impl Mesh {
-    /// Adds a grid of rectangles, two triangles each.
+    /// Adds a grid of rectangles with two triangles each.
     fn grid(&mut self, xs: &[f64], ys: &[f64], place: impl Fn(f64, f64) -> DVec3, face: usize) {
         let first = self.positions.len() as u32;
         for y in ys {
@@ -210,7 +211,7 @@ impl Mesh {
         let zeros = vec![0; self.positions.len()];
         let surface =
             Surface { positions: &self.positions, triangles: &self.triangles, parts: &zeros, materials: &zeros };
-        // No rate merges: the slivers are the point.
+        // Merging is off, because it would remove the slivers.
         Shell::new(&surface, &[Some(material)], &[], f64::INFINITY, SPACE)
     }
 }
@@ -219,14 +220,14 @@ fn sheet_of(panel: Panel, thickness: f64) -> Sheet {
     Sheet { capacitance: panel.heat_capacity * thickness, conductance: panel.conductivity * thickness, thickness }
 }
 
-/// Flux that the faces of a body in the paper's orbit absorb [W/m2], frame by frame.
+/// Flux absorbed by the faces of a body in the paper's orbit [W/m2] in each frame.
 fn orbit(panel: Panel) -> Result<Vec<[f64; 6]>, SkyError> {
     let [solar_constant, _] = SOLAR_CONSTANTS;
     let [_, altitude] = ALTITUDES;
     Cube { panel, conducting: true, loads: Loads::All, solar_constant, altitude }.absorbed()
 }
 
-/// Flux of the spot at a place [W/m2].
+/// Flux of the spot at a position [W/m2].
 fn spot(position: DVec3, frame: usize, edge: f64) -> f64 {
     let angle = TAU * frame as f64 / STEPS as f64;
     let centre = 0.5 * edge * DVec3::ONE + SPOT_ORBIT * edge * DVec3::new(angle.cos(), angle.sin(), 0.0);
@@ -234,7 +235,7 @@ fn spot(position: DVec3, frame: usize, edge: f64) -> f64 {
     SPOT * (-0.5 * distance * distance).exp()
 }
 
-/// Heat of every node in each frame, from the flux at each vertex [W/m2].
+/// Heat of every node in each frame [W], from the flux at each vertex [W/m2].
 fn frames(size: &Size, shell: &Shell, flux: impl Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
     let one = |frame: usize| {
         let mut heat = vec![0.0; shell.network.len()];
@@ -266,7 +267,7 @@ mod tests {
     fn the_stiffness_is_that_of_the_table() {
         for case in all(&Size { frames: 0..1, ..Size::whole() }).unwrap() {
             let ratio = case.stiffness() / case.published_stiffness;
-            // docs/numerics.md 3 gives two digits, and our slivers are chosen to come near.
+            // docs/numerics.md 3 gives two digits. The slivers only approximate it.
             assert!((0.9..1.1).contains(&ratio), "{}: {} of {}", case.key, case.stiffness(), case.published_stiffness);
         }
     }
@@ -275,7 +276,7 @@ mod tests {
     fn areas_capacitances_and_heat_are_those_of_the_bodies() {
         let cases = all(&Size { frames: 0..1, ..Size::whole() }).unwrap();
         let [cube, sheet, slivers, blanket] = &cases[..] else { panic!("four cases") };
-        // 20 x 20 cells a face share edges and corners: 6 n^2 + 2.
+        // 20 x 20 cells a face share edges and corners, so there are 6 n^2 + 2 nodes.
         assert_eq!(cube.network.len(), 6 * 400 + 2);
         let stored = |case: &Case| case.network.capacitances.iter().sum::<f64>();
         let capacity = ALUMINIUM.heat_capacity;

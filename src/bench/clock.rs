@@ -1,35 +1,35 @@
-//! The time that a quick measurement has: each device and each kind its share, so that all of them are heard.
+//! Divides the time of a quick measurement between devices and measurements.
 
 use std::time::{Duration, Instant};
 
 use super::plan::Measurement;
 
-/// What `--quick` may take [s]; what is under way when a share ends goes on, so the end lies behind it.
+/// Time for `--quick` [s]. A running measurement still finishes.
 const QUICK_S: f64 = 70.0;
-/// Why a row is empty.
+/// Reason for an empty row.
 pub const OUT_OF_TIME: &str = "left out: --quick had no time left";
 
-/// When a measurement must not begin anything new.
+/// The time after which no new measurement may begin.
 #[derive(Debug, Clone, Copy)]
 pub struct Deadline(Option<Instant>);
 
 impl Deadline {
-    /// Never.
+    /// No deadline.
     pub const NONE: Self = Self(None);
 
-    /// Whether it is past.
+    /// Whether the deadline is over.
     pub fn is_past(self) -> bool {
         self.0.is_some_and(|end| Instant::now() >= end)
     }
 
-    /// What one of several may take at most [s], where `most` is enough.
+    /// Time for one of `of` measurements [s], at most `most`.
     pub fn share(self, of: usize, most: f64) -> f64 {
         let left = |end: Instant| end.saturating_duration_since(Instant::now()).as_secs_f64();
         self.0.map_or(most, |end| most.min(left(end) / of.max(1) as f64))
     }
 }
 
-/// Measurements that have begun.
+/// The start of the measurements and their time limits.
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
     began: Instant,
@@ -38,17 +38,17 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// Begins to measure on so many targets.
+    /// Starts the clock for a number of targets.
     pub fn start(quick: bool, targets: usize) -> Self {
         Self { began: Instant::now(), quick, targets }
     }
 
-    /// Since it began [s].
+    /// Seconds since the start.
     pub fn seconds(&self) -> f64 {
         self.began.elapsed().as_secs_f64()
     }
 
-    /// When a measurement on a target must be over, among those that are wanted.
+    /// Deadline of a measurement on a target, among the wanted measurements.
     pub fn deadline(&self, target: usize, measurement: Measurement, wanted: &[Measurement]) -> Deadline {
         if !self.quick {
             return Deadline::NONE;
@@ -62,7 +62,7 @@ impl Clock {
     }
 }
 
-/// Share of a device's time, in no unit; none of what ignores deadlines.
+/// Relative share of a device's time. `None` for measurements without a deadline.
 fn weight(measurement: Measurement) -> Option<f64> {
     match measurement {
         Measurement::Limits | Measurement::Drivers => Some(1.0),
@@ -86,7 +86,7 @@ mod tests {
             let Deadline(Some(end)) = clock.deadline(target, one, &wanted) else { panic!("a quick one ends") };
             (end - clock.began).as_secs_f64()
         };
-        // Weights 1, 5 and 8 of 14, in half of the time each device.
+        // Weights 1, 5 and 8 of 14. Each device has half of the time.
         assert!((seconds(0, Measurement::Limits) - QUICK_S / 28.0).abs() < 1e-6);
         assert!((seconds(0, Measurement::Integrators) - QUICK_S / 2.0).abs() < 1e-6);
         assert!((seconds(1, Measurement::Frames) - QUICK_S * (0.5 + 6.0 / 28.0)).abs() < 1e-6);

@@ -1,4 +1,4 @@
-//! The same scene on every device: how far their temperatures and images are apart.
+//! Compares temperatures and images of one scene between all devices.
 
 use std::sync::Arc;
 
@@ -12,40 +12,40 @@ use crate::simulation::engine::{Engine, Order, Pixels, Step};
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
 
-/// Steps before the image.
+/// Number of steps before the image.
 const STEPS: u32 = 40;
 
-/// A device against another, on the same scene.
+/// The comparison of two devices on one scene.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct DriverRow {
-    /// The first, and the one that is held against it.
+    /// The reference device and the compared device.
     pub devices: [String; 2],
     /// Name of the scene.
     pub scene: String,
-    /// Nodes, padding included.
+    /// Number of nodes, including padding.
     pub nodes: usize,
     /// Root mean square over nodes [K].
     pub rms_k: f64,
     /// Largest [K].
     pub max_k: f64,
-    /// Pixels that either drew.
+    /// Pixels with a surface in either image.
     pub pixels: usize,
-    /// Pixels that show another part or material.
+    /// Pixels with different parts or materials.
     pub other_part: usize,
-    /// Largest difference of radiance over radiance, where both show the same part.
+    /// Largest relative difference of radiance in pixels with the same part.
     pub radiance_relative: f64,
-    /// Why a device could not be compared.
+    /// The reason if a device could not be compared.
     pub failed: Option<String>,
 }
 
-/// What a device left.
+/// The results of a device.
 struct Left {
     device: String,
     temperatures: Vec<f32>,
     pixels: Pixels,
 }
 
-/// Every device against the first. What keeps one from being compared stands in its row.
+/// Compares every device with the first. A row states the reason if a comparison failed.
 pub fn measure(devices: &[Arc<Context>], scene: &Scene) -> Vec<DriverRow> {
     let mut left = Vec::new();
     let mut rows = Vec::new();
@@ -102,7 +102,7 @@ fn compared(first: &Left, other: &Left, scene: &str) -> DriverRow {
     let other_part = pixels().filter(|(a, b)| a != b).count();
     let radiances = first.pixels.radiance_temperature_depth.iter().zip(&other.pixels.radiance_temperature_depth);
     let same_part = radiances.zip(pixels()).filter(|(_, (a, b))| a == b && a[0] > 0);
-    // Outside its own floor no radiance is 0 where a part is.
+    // A visible surface has a positive radiance, unless it is too small for f32.
     let relative = same_part.map(|((a, b), _)| f64::from((a[0] - b[0]).abs() / a[0].max(f32::MIN_POSITIVE)));
     DriverRow {
         devices: [first.device.clone(), other.device.clone()],

@@ -1,4 +1,4 @@
-//! What `isotherm bench` leaves in its folder.
+//! Writes the output files of `isotherm bench`.
 
 use super::page::page;
 use super::plots;
@@ -7,7 +7,7 @@ use crate::output::OutputError;
 use crate::output::folder::{Folder, write_bytes, write_json};
 use crate::output::report::write_plots;
 
-/// All numbers.
+/// All numbers as JSON.
 pub const RECORD: &str = "bench.json";
 /// The page.
 pub const PAGE: &str = "report.html";

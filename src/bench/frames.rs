@@ -1,4 +1,4 @@
-//! Whole steps of a scene with their images, pass by pass, at several node densities, with and without shadows.
+//! Measures whole steps of a scene with images, pass by pass, at several node densities, with and without shadows.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,65 +16,65 @@ use crate::simulation::engine::{Engine, EngineError, Order, Step};
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
 
-/// Longest edges of the node densities [m].
+/// Longest triangle edges [m].
 pub const EDGES: [f64; 4] = [2.0, 1.0, 0.5, 0.25];
 /// Size of the images [px].
 pub const IMAGE: [u32; 2] = [640, 512];
-/// Length that steps are nearest to [s]: those of a loop at 10 Hz.
+/// Target length of a step [s], as in a loop at 10 Hz.
 const STEP_S: f64 = 0.1;
-/// Steps before those that are measured: they compile the passes.
+/// Unmeasured steps that compile the passes.
 const WARM_UP: u32 = 3;
 
-/// Whole steps of a scene at one density.
+/// Measurements of a scene at one density.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FrameRow {
     /// Name of the scene.
     pub scene: String,
-    /// Longest edge of its triangles [m].
+    /// Longest triangle edge [m].
     pub longest_edge_m: f64,
-    /// Whether the craft shadows itself.
+    /// Whether shadows are on.
     pub shadows: bool,
     pub nodes: usize,
     pub triangles: usize,
-    /// Bytes on the device that grow with the nodes, for each node.
+    /// Device memory that grows with the nodes [bytes per node].
     pub bytes_a_node: f64,
-    /// From the loaded scene to a device that is ready [s].
+    /// Time from the loaded scene to a ready device [s].
     pub start_up_s: f64,
     /// Length of a step [s].
     pub step_s: f64,
-    /// Steps that were measured.
+    /// Number of measured steps.
     pub steps: u32,
-    /// Time of each pass in the steps that it ran in.
+    /// Time of each pass in the steps that include it.
     pub passes: Vec<PassSpread>,
     /// Time of a step with its image on the host [ms].
     pub whole_step_ms: Option<Spread>,
-    /// The longest of them [ms].
+    /// The longest step with an image [ms].
     pub worst_step_ms: Option<f64>,
     /// Time of a step without an image [ms].
     pub step_ms: Option<Spread>,
-    /// Why there are no times.
+    /// The reason if there are no times.
     pub failed: Option<String>,
 }
 
-/// A pass of the frame.
+/// Times of a pass.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PassSpread {
-    /// Name, its variants together.
+    /// Name of the pass without its variant.
     pub name: String,
-    /// Time in a step [ms]; as many samples as steps that it ran in.
+    /// Time in a step [ms]. Only steps that include the pass count.
     pub ms: Spread,
 }
 
-/// How steps are measured.
+/// The amount of measurement.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
-    /// Steps with an image.
+    /// Number of steps with an image.
     pub steps: u32,
-    /// Nodes above which a density is left out.
+    /// Most nodes. Larger densities are left out.
     pub most_nodes: usize,
 }
 
-/// The scene at one longest edge [m], with shadows or without. What keeps it from being measured stands in its row.
+/// Measures the scene at one longest edge [m]. The row states the reason if that fails.
 pub fn measure(context: &Arc<Context>, scene: &Scene, edge: f64, shadows: bool, effort: Effort) -> FrameRow {
     let row = FrameRow { failed: None, ..left_out(scene, edge, shadows, "") };
     match measured(context, scene, row.clone(), effort) {
@@ -83,7 +83,7 @@ pub fn measure(context: &Arc<Context>, scene: &Scene, edge: f64, shadows: bool, 
     }
 }
 
-/// A row that was not measured, and why.
+/// A row without measurement, with the reason.
 pub fn left_out(scene: &Scene, edge: f64, shadows: bool, reason: &str) -> FrameRow {
     FrameRow {
         scene: scene.name.clone(),
@@ -94,7 +94,7 @@ pub fn left_out(scene: &Scene, edge: f64, shadows: bool, reason: &str) -> FrameR
     }
 }
 
-/// The scene as it is measured: its longest edge, its shadows, its image.
+/// The scene with the longest edge, shadows and image size of a row.
 fn changed(scene: &Scene, row: &FrameRow) -> Scene {
     let mut scene = scene.clone();
     scene.density.model.max = Some(row.longest_edge_m);
@@ -105,7 +105,7 @@ fn changed(scene: &Scene, row: &FrameRow) -> Scene {
     scene
 }
 
-/// The same field of view across in an image of another size [px].
+/// Changes the image size [px] and keeps the horizontal field of view.
 pub(super) fn resize(camera: &mut Camera, [width, height]: [u32; 2]) {
     let scale = f64::from(width) / f64::from(camera.width);
     camera.focal = camera.focal.map(|focal| focal * scale);
@@ -124,7 +124,7 @@ fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: Effort
     let camera = prepared.scene.require_camera().map_err(|error| error.to_string())?.clone();
     let mut engine = DeviceEngine::new(context, &prepared, Some(&camera)).map_err(|error| error.to_string())?;
     let step = prepared.scene.time.step;
-    // A power of two of a step, which clocks count without rounding.
+    // A power of two times a step needs no rounding in clocks.
     let share = 0.5f64.powi((step / STEP_S).log2().round() as i32);
     let length = share * step;
     engine.settle(&prepared.loads.step_load(0.0, length), 0.0).map_err(|error| error.to_string())?;
@@ -153,29 +153,29 @@ fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: Effort
     })
 }
 
-/// Steps under way.
+/// The state of the stepping.
 struct Run<'a> {
     prepared: &'a Prepared,
     engine: &'a mut dyn Engine,
-    /// Length of a step in steps.
+    /// Length of a measured step as a share of the scene's step.
     share: f64,
     /// Number of the next step.
     next: u32,
-    /// Times of each pass that are accounted for.
+    /// Number of times of each pass already counted.
     seen: BTreeMap<String, usize>,
 }
 
-/// What steps took.
+/// The measured times of steps.
 #[derive(Default)]
 struct Times {
-    /// From one delivery to the next [ms].
+    /// Time between deliveries [ms].
     wall: Vec<f64>,
-    /// Of each pass, by the device's clock, in the steps that it ran in [ms].
+    /// Device time of each pass in the steps that include it [ms].
     passes: BTreeMap<String, Vec<f64>>,
 }
 
 impl Run<'_> {
-    /// Steps and, where wanted, draws; the host prepares a step while the device works on the one before.
+    /// Does steps and, if wanted, images. The host prepares a step while the device computes the previous one.
     fn steps(&mut self, count: u32, draw: bool) -> Result<Times, EngineError> {
         let length = self.share * self.prepared.scene.time.step;
         let mut times = Times::default();
@@ -204,7 +204,7 @@ impl Run<'_> {
         Ok(times)
     }
 
-    /// Milliseconds of each pass since the last call, its variants and ranges together.
+    /// Time of each pass since the last call [ms]. Variants and ranges are added.
     fn new_times(&mut self) -> BTreeMap<String, f64> {
         let mut sums = BTreeMap::new();
         for (name, samples) in self.engine.pass_times().into_iter().flatten() {

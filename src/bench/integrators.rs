@@ -1,4 +1,4 @@
-//! Integrates a case frame by frame by one scheme, and measures its work, its time and its error.
+//! Integrates a case with one scheme, and measures work, time and error.
 
 use std::time::Instant;
 
@@ -15,10 +15,10 @@ use crate::thermal::network::rkl2::stages_for;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::stepper::{Method, Stepper, WorkCounts};
 
-/// Safety on the fastest rate, which temperatures change within a frame: as the controller's.
+/// Safety factor on the fastest rate, which changes within a frame. The controller uses the same.
 const RATE_MARGIN: f64 = 1.1;
 
-/// How far two series of temperatures are apart, over all nodes and frames.
+/// The difference of two series of temperatures, over all nodes and frames.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Differences {
     /// Root mean square [K].
@@ -30,7 +30,7 @@ pub struct Differences {
 }
 
 impl Differences {
-    /// Of rows of equal length.
+    /// Compares rows of equal length.
     pub fn between(a: &[Vec<f64>], b: &[Vec<f64>]) -> Self {
         let differences = || a.iter().zip(b).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs()));
         let count = differences().count().max(1) as f64;
@@ -44,39 +44,40 @@ impl Differences {
 pub struct Integrated {
     /// Short name of the case.
     pub case: String,
-    /// One for every scheme.
+    /// One run for every scheme.
     pub runs: Vec<Run>,
 }
 
 /// A scheme on a case.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Run {
-    /// Method with sub-steps or tolerance.
+    /// Method, with its sub-steps or tolerance.
     pub scheme: String,
     /// Method.
     pub family: String,
-    /// `workgroup` where one takes all stages of a dispatch, `dispatches` where each stage is one, `f64` on the processor.
+    /// `workgroup` if one workgroup does all stages of a dispatch, `dispatches` if each stage is one, `f64` on the
+    /// processor.
     pub path: String,
-    /// Work of one run; fewer frames than the case has where it took too long.
+    /// Work of one run. A slow run has fewer frames than the case.
     pub work: Option<Work>,
-    /// Time of a frame by the device's clock [ms].
+    /// Device time of a frame [ms].
     pub device_ms: Option<Spread>,
-    /// Time of a frame by the host's clock [ms].
+    /// Host time of a frame [ms].
     pub wall_ms: Option<Spread>,
-    /// Difference from the reference at the ends of all frames.
+    /// Error at the ends of all frames.
     pub error: Option<Differences>,
-    /// Why there are no numbers.
+    /// The reason if there are no numbers.
     pub failed: Option<String>,
 }
 
 impl Run {
-    /// Time of a frame [ms]: the device's where it has a clock.
+    /// Time of a frame [ms], measured by the device if it has a clock.
     pub fn time(&self) -> Option<Spread> {
         self.device_ms.or(self.wall_ms)
     }
 }
 
-/// Counts of work, rejected sub-steps included.
+/// Counts of work, including rejected sub-steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Work {
     /// Frames.
@@ -91,7 +92,7 @@ pub struct Work {
     pub iterations: u64,
 }
 
-/// How a stepper integrates: see [`Run::path`].
+/// The path of a stepper: see [`Run::path`].
 fn path(stepper: &AnyStepper) -> &'static str {
     match stepper.device() {
         Some(device) if device.is_fused() => "workgroup",
@@ -100,21 +101,22 @@ fn path(stepper: &AnyStepper) -> &'static str {
     }
 }
 
-/// Why a run ended before its last frame.
+/// The reason why a run ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum Ended {
-    /// The stepper does not do this.
+    /// The stepper does not support it.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// Sub-steps do not help.
+    /// Smaller sub-steps do not help.
     #[error("{0}")]
     Failed(String),
-    /// It was told to stop.
+    /// The caller stopped it.
     #[error("it was stopped")]
     Stopped,
 }
 
-/// Integrates all frames. `done` hears of each what it took [ms] and the temperatures it left [K], and says whether to go on.
+/// Integrates all frames. `done` gets the duration [ms] and the temperatures [K] of each frame, and decides whether to
+/// continue.
 pub fn in_frames(
     stepper: &mut AnyStepper,
     case: &Case,
@@ -157,7 +159,7 @@ pub fn in_frames(
     Ok(())
 }
 
-/// One frame in equal sub-steps.
+/// Integrates one frame in equal sub-steps.
 fn fixed(stepper: &mut AnyStepper, case: &Case, method: Fixed, count: u32, number: usize) -> Result<(), Ended> {
     let step = case.frame / f64::from(count);
     let method = match method {
@@ -175,21 +177,22 @@ fn fixed(stepper: &mut AnyStepper, case: &Case, method: Fixed, count: u32, numbe
     Ok(stepper.keep()?)
 }
 
-/// How often, and how long at most, a scheme is run.
+/// Limits on the runs of a scheme.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
-    /// Runs of the whole case.
+    /// Most runs of the whole case.
     pub runs: u32,
     /// Time [s] after which no further run begins.
     pub enough: f64,
-    /// Time [s] after which a run ends, wherever it is.
+    /// Time after which a run is cut off [s].
     pub most: f64,
 }
 
-/// Frames before any is timed: pipelines are compiled when they are first used.
+/// Number of unmeasured frames that compile pipelines.
 const WARM_UP: usize = 2;
 
-/// Runs a scheme on a case, first a few frames to warm up, and holds its temperatures against `truth`, the temperatures at the ends of all frames [K].
+/// Runs a scheme on a case after some unmeasured frames. `truth` has the reference temperatures at the ends of all
+/// frames [K].
 pub fn measure(stepper: &mut AnyStepper, case: &Case, truth: &[Vec<f64>], scheme: Scheme, effort: Effort) -> Run {
     let name = scheme.to_string();
     let mut run = Run { scheme: name, family: scheme.family(), ..Run::default() };
@@ -239,7 +242,7 @@ fn runs(
         if !matches!(ended, Ok(()) | Err(Ended::Stopped)) {
             ended?;
         }
-        // A later run that was cut short says less than the first.
+        // A later run that was cut off has less work than the first.
         if work.is_none() {
             work = Some(work_of(before, stepper.counts(), rows.len()));
             error = Differences::between(&rows, truth);

@@ -1,4 +1,4 @@
-//! What a device can do at best, in numbers: the copy bandwidth that a pass is held against, and the price of a dispatch.
+//! Measures the limits of a device: copy bandwidth and the cost of a dispatch.
 
 use std::sync::Arc;
 
@@ -9,34 +9,34 @@ use crate::gpu::error::GpuError;
 use crate::gpu::limits::{Samples, copies, empty_dispatches};
 use crate::output::statistics::Spread;
 
-/// Bytes of the copies: beyond the caches of processors, and within the memory of any device.
+/// Sizes of the copies [bytes]. They exceed processor caches and fit into any device.
 const BYTES: [u64; 2] = [64 << 20, 256 << 20];
-/// Dispatches in a row that share the price of their submission.
+/// Number of dispatches in one submission.
 const IN_A_ROW: u32 = 256;
 const SAMPLES: usize = 20;
 
-/// What a device can do at best.
+/// The limits of a device.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Limits {
-    /// Copies from one device buffer to another, each byte read and written.
+    /// Copies between device buffers. Each byte is read and written.
     pub copies: Vec<Copied>,
-    /// One empty dispatch from its recording until the host knows that it is done [us].
+    /// Time of an empty dispatch from recording until the host sees its end [us].
     pub submission_us: Option<Spread>,
-    /// Each of many empty dispatches with barriers between [us].
+    /// Time of each of many empty dispatches with barriers between them [us].
     pub dispatch_us: Option<Spread>,
-    /// Whether the device's own clock measured copies and dispatches.
+    /// Whether the device's clock measured the times.
     pub by_timestamps: bool,
 }
 
 impl Limits {
-    /// The highest median rate at which copies move bytes [GB/s].
+    /// The highest median bandwidth [GB/s].
     pub fn bandwidth(&self) -> Option<f64> {
         let rates = self.copies.iter().filter_map(|copied| copied.gigabytes_per_second);
         rates.map(|rate| rate.median).reduce(f64::max)
     }
 }
 
-/// A copy.
+/// Measurement of a copy.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Copied {
     /// Bytes copied.
@@ -45,7 +45,7 @@ pub struct Copied {
     pub gigabytes_per_second: Option<Spread>,
 }
 
-/// Measures a device; `quick` leaves out the larger copy.
+/// Measures a device. `quick` leaves out the larger copy.
 ///
 /// # Errors
 /// No memory, or a call that fails.
@@ -69,7 +69,7 @@ pub fn measure(context: &Arc<Context>, quick: bool) -> Result<Limits, GpuError> 
     })
 }
 
-/// Times of the device, or of the host where the device has none.
+/// Device times, or host times if the device has no clock.
 fn best(samples: &Samples) -> &[f64] {
     if samples.device_ms.is_empty() { &samples.wall_ms } else { &samples.device_ms }
 }

@@ -1,11 +1,10 @@
-//! Speed against error, measured in one run and told on one page.
+//! Measures speed and error together, and shows them on one page.
 //!
-//! [`plan`] says what is to be measured; [`run`] does it, within the time of [`clock`] where it is to be quick. [`limits`] is
-//! what the device can do at best, [`responses`] what a node costs, [`frames`] what a whole step of a scene takes, [`models`]
-//! what each choice of a model costs and changes, [`drivers`] how far devices are apart, [`hard`] what breaks without its
-//! remedy. [`cases`] are four networks, [`schemes`] the ways to integrate them; [`integrators`] measures each against
-//! [`truth`]. Each has the rows of what it finds; [`record`] holds all of them, and [`tables`], [`plots`], [`page`] and
-//! [`files`] show them.
+//! [`plan`] lists the measurements and [`run`] does them, with [`clock`] as the time limit of a quick run. [`limits`]
+//! measures the device, [`responses`] a node, [`frames`] a whole step, [`models`] each model choice, and [`drivers`]
+//! the differences between devices. [`hard`] has the cases that fail without remedies. [`cases`] are four networks,
+//! [`schemes`] the ways to integrate them. [`integrators`] compares each with [`truth`]. [`record`] holds all results.
+//! [`tables`], [`plots`], [`page`] and [`files`] show them.
 
 pub mod cases;
 mod clock;

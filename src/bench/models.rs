@@ -1,4 +1,4 @@
-//! What each choice of a model costs, and how many kelvin and how much radiance it changes: one scene, one change at a time.
+//! Measures the cost of each model choice, and its change in temperature and radiance. Each run changes one choice.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -22,54 +22,55 @@ use crate::simulation::prepare::Prepared;
 use crate::simulation::{pose_at, start};
 use crate::thermal::material::{Domain, Retarget, Sides};
 
-/// Steps of an orbit: longer ones would stand badly for the planet's mean.
+/// Steps of an orbit. Longer steps would represent planet loads badly.
 const STEPS: u32 = 60;
-/// Steps of a quick one, which follows a quarter of an orbit in place of the periodic state.
+/// Steps of a quick run: a quarter of an orbit instead of the periodic state.
 const QUICK_STEPS: u32 = 12;
-/// Orbits towards the periodic state at most, where nothing conducts: rays take up to a second a step.
+/// Most orbits of the warm-up if nothing conducts. Rays take up to a second a step.
 pub const MOST_ORBITS: f64 = 3.0;
 /// Steps between two images.
 pub const DRAW_EVERY: u32 = 6;
 /// Size of the images [px].
 const IMAGE: [u32; 2] = [320, 256];
-/// A node sees the Sun wrongly where its share is off by more than this.
+/// Error of the visible share of the Sun above which a node counts as wrong.
 pub const WRONG_SHARE: f32 = 0.5;
-/// Cosine of incidence up to which a node is not lit, whatever it sees of the Sun.
+/// Cosine of incidence below which a node counts as unlit.
 const LEAST_COSINE: f64 = 0.01;
 
-/// Choices of a model on one scene.
+/// The model choices of one scene.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Models {
     /// Name of the scene.
     pub scene: String,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
     /// Length of a step [s].
     pub step_s: f64,
-    /// Steps that were compared.
+    /// Number of compared steps.
     pub steps: u32,
-    /// The base first.
+    /// The choices. The base comes first.
     pub choices: Vec<ChoiceRow>,
 }
 
-/// One choice.
+/// The measurements of one choice.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct ChoiceRow {
-    /// What is chosen, or what is changed against the base.
+    /// The choice, or its change against the base.
     pub choice: String,
-    /// Median time of the thermal, shadow and network passes of a step by the device's clock [ms].
+    /// Median device time of the thermal, shadow and network passes of a step [ms].
     pub step_ms: Option<f64>,
-    /// How far temperatures and images are from the base's.
+    /// Differences from the base.
     pub from_base: Option<Moved>,
-    /// How far they are from the network's.
+    /// Differences from the network.
     pub from_network: Option<Moved>,
-    /// Of shadows by rays: what the base's shadows get wrong.
+    /// Errors of the base's shadows. Only the choice of shadows by rays has them.
     pub wrong_shadows: Option<WrongShadows>,
-    /// Why there are no numbers.
+    /// The reason if there are no numbers.
     pub failed: Option<String>,
 }
 
-/// What fast shadows get wrong of the nodes that face the Sun: those whose share of it is off by more than a half.
+/// Share of wrong nodes among those that face the Sun. A node is wrong if its visible share of the Sun is off by more
+/// than [`WRONG_SHARE`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WrongShadows {
     /// Share of the nodes.
@@ -78,7 +79,7 @@ pub struct WrongShadows {
     pub area: f64,
 }
 
-/// How far a run is from another.
+/// The differences between two runs.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Moved {
     /// Root mean square over area and steps [K].
@@ -91,7 +92,7 @@ pub struct Moved {
     pub radiance_mean: f64,
 }
 
-/// What keeps the choices from being compared.
+/// An error of a choice.
 type Failed = Box<dyn std::error::Error>;
 
 /// A choice.
@@ -156,7 +157,7 @@ impl Choice {
         scene
     }
 
-    /// The same transitions under another rule or in another domain.
+    /// The transitions with another retarget rule or another domain.
     fn transitions(self, of: &[OfMaterial]) -> Vec<OfMaterial> {
         let mut of = of.to_vec();
         for transition in of.iter_mut().filter_map(|one| one.transition.as_mut()) {
@@ -179,22 +180,22 @@ impl Choice {
     }
 }
 
-/// What a run left.
+/// The results of a run.
 struct Ran {
-    /// Temperatures of the vertices in every step [K].
+    /// Temperatures of the vertices at every step [K].
     temperatures: Vec<Vec<f32>>,
     /// Radiance of the drawn steps [W m-2 sr-1].
     images: Vec<Vec<f32>>,
-    /// Share of the Sun that each vertex sees in every step, where the craft shadows itself; `None` where it faces away.
+    /// Visible share of the Sun of each vertex at every step, if shadows are on. `None` if the vertex faces away.
     visibility: Vec<Vec<Option<f32>>>,
-    /// Median time of what a step takes on the device [ms], the network's included.
+    /// Median device time of a step [ms], including the network.
     step_ms: Option<f64>,
 }
 
-/// All choices on a scene, whose materials state what a network needs; `quick` leaves the network out.
+/// Measures all choices of a scene whose materials state network values. `quick` leaves the network out.
 ///
 /// # Errors
-/// A scene that cannot be prepared, or a device that fails; a single choice that fails is told in its row.
+/// The scene cannot be prepared, or the device fails. If only one choice fails, its row states the reason.
 pub fn measure(
     context: &Arc<Context>,
     scene: &Scene,
@@ -203,7 +204,7 @@ pub fn measure(
     says: &dyn Fn(&str),
 ) -> Result<Models, Failed> {
     let base = one_orbit(scene, quick);
-    // What a network is made of tells how transitions move.
+    // The fitted transitions need the network's values.
     let network = responses::network(&base, &mut |_| ())?;
     says("model choices: what transitions are fitted to");
     let instant = run(context, &responses::instant(&Choice::Instant.scene(&base), &mut |_| ())?)?;
@@ -263,8 +264,8 @@ pub fn measure(
     })
 }
 
-/// The scene through one orbit of long steps with shadows, from its periodic state where it asks for that, else from the
-/// state that an orbit before it left.
+/// The scene through one orbit of long steps with shadows. It starts from the periodic state if the scene asks for it,
+/// otherwise after one orbit.
 fn one_orbit(scene: &Scene, quick: bool) -> Scene {
     let mut base = scene.clone();
     base.time.steps = if quick { QUICK_STEPS } else { STEPS };
@@ -312,12 +313,12 @@ fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, EngineError> 
             ran.visibility.push(of_vertex.map(|node| facing[node].then_some(seen[node])).collect());
         }
     }
-    // The first steps compile what they run: no mean.
+    // A median, because the first steps also compile pipelines.
     ran.step_ms = Spread::of(&step_ms).map(|spread| spread.median);
     Ok(ran)
 }
 
-/// All thermal and shadow passes so far with those of the network [ms].
+/// Device time of all thermal, shadow and network passes so far [ms].
 fn device_ms(engine: &dyn Engine) -> Option<f64> {
     let passes = engine.pass_times()?;
     let of_step = |name: &str| ["thermal_step", "solar_", "read solar_"].iter().any(|start| name.starts_with(start));
@@ -326,7 +327,7 @@ fn device_ms(engine: &dyn Engine) -> Option<f64> {
     Some(passes.map(|(_, samples)| samples.iter().sum::<f64>()).sum::<f64>() + network)
 }
 
-/// Area-weighted means of the coldest and of the hottest balance temperature of each material's nodes [K].
+/// Mean coldest and mean hottest balance temperature of each material's nodes [K], weighted by area.
 fn swings(prepared: &Prepared, instant: &Ran) -> Vec<[f64; 2]> {
     let nodes = &prepared.nodes;
     let mut sums = vec![[0.0f64; 3]; prepared.materials.len()];
@@ -366,7 +367,7 @@ impl Ran {
     }
 }
 
-/// Which nodes in device order the Sun can shine on in a step, for all that stands in its way.
+/// Whether each node in device order faces the Sun, regardless of shadows.
 pub fn facing(prepared: &Prepared, load: &StepLoad) -> Vec<bool> {
     let nodes = &prepared.nodes;
     let sun = load.sun.iter().map(|sample| sample.direction * sample.flux).sum::<DVec3>().normalize_or_zero();
@@ -379,7 +380,7 @@ pub fn facing(prepared: &Prepared, load: &StepLoad) -> Vec<bool> {
     nodes.normals.iter().enumerate().map(faces).collect()
 }
 
-/// What is off by more than [`WRONG_SHARE`] of the nodes, of given areas, that face the Sun in each step.
+/// The shares of wrong nodes and area among the nodes that face the Sun. A node is wrong above [`WRONG_SHARE`].
 pub fn wrong_shadows(found: &[Vec<Option<f32>>], exact: &[Vec<Option<f32>>], areas: &[f64]) -> Option<WrongShadows> {
     let pairs = found.iter().zip(exact).flat_map(|(a, b)| a.iter().zip(b).zip(areas));
     let (mut lit, mut wrong) = ([0.0; 2], [0.0; 2]);
@@ -406,7 +407,7 @@ mod tests {
     #[test]
     fn what_moved_is_weighted_with_area_and_counts_no_empty_pixel() {
         let moved = ran(304.0, 12.0).moved(&ran(300.0, 10.0), &[1.0, 3.0]);
-        // A quarter of the area is off by 4 K.
+        // A quarter of the area differs by 4 K.
         assert_eq!(moved, Moved { rms_k: 2.0, max_k: 4.0, radiance_rms: 2.0, radiance_mean: 10.0 });
     }
 
@@ -414,7 +415,7 @@ mod tests {
     fn nodes_off_by_more_than_half_the_sun_are_wrong() {
         let exact = [vec![Some(1.0), Some(0.0), Some(0.4), Some(1.0), None]];
         let found = [vec![Some(1.0), Some(0.6), Some(0.8), Some(0.0), None]];
-        // The second and the fourth, with 1 and 4 of 8 m2; the last faces away.
+        // The second and fourth are wrong, with 1 and 4 of 8 m2. The last faces away.
         let wrong = WrongShadows { nodes: 0.5, area: 0.625 };
         assert_eq!(wrong_shadows(&found, &exact, &[2.0, 1.0, 1.0, 4.0, 100.0]), Some(wrong));
         assert_eq!(wrong_shadows(&[], &[], &[]), None);

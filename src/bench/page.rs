@@ -1,4 +1,4 @@
-//! `report.html`: speed against error on one page that needs no network and no script.
+//! `report.html`: speed and error on one page that needs no network and no script.
 
 use super::integrators::Run;
 use super::limits::Limits;
@@ -7,7 +7,7 @@ use super::tables;
 use crate::output::html::{Html, kelvin, significant};
 use crate::output::report::PlotEntry;
 
-/// The document.
+/// The page.
 pub fn page(bench: &Bench, diagrams: &[PlotEntry]) -> String {
     let mut html = Html::page("Speed against error - isotherm bench");
     html.element("h1", "Speed against error");
@@ -34,7 +34,7 @@ pub fn page(bench: &Bench, diagrams: &[PlotEntry]) -> String {
     html.into_page()
 }
 
-/// The default integrator on every case of the first device, its time beside its error.
+/// Time and error of the default integrator on every case of the first device.
 fn headline(bench: &Bench) -> Vec<(String, String, String)> {
     let mut figures = Vec::new();
     let Some(first) = bench.devices.first() else { return figures };

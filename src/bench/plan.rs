@@ -1,4 +1,4 @@
-//! What is to be measured, where, and how thoroughly.
+//! The plan of a measurement: which parts, on which devices, and how thoroughly.
 
 use super::cases::Size;
 use super::frames;
@@ -7,27 +7,27 @@ use super::integrators::Effort;
 use crate::scene::Scene;
 use crate::simulation::target::Target;
 
-/// A part of the measurements that can be asked for alone.
+/// A part of the measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Measurement {
     /// Copies and an empty dispatch.
     Limits,
     /// Nanoseconds a node and step of each response.
     Responses,
-    /// Whole steps of scenes with their images, pass by pass.
+    /// Whole steps of scenes with images, pass by pass.
     Frames,
-    /// What each choice of a model costs and changes.
+    /// Cost and effect of each model choice.
     Models,
     /// The same scene on every device.
     Drivers,
-    /// Every integrator on the cases of NUMERICS.md 3.
+    /// Every integrator on the cases of docs/numerics.md 3.
     Integrators,
     /// The hard cases with and without their remedies.
     Hard,
 }
 
 impl Measurement {
-    /// All, in the order in which they run.
+    /// All parts in order of execution.
     pub const ALL: [Self; 7] =
         [Self::Limits, Self::Responses, Self::Frames, Self::Models, Self::Drivers, Self::Integrators, Self::Hard];
 
@@ -44,25 +44,24 @@ impl Measurement {
         }
     }
 
-    /// The one of a name.
+    /// The part with this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|one| one.name() == name)
     }
 }
 
-/// What to measure, and how thoroughly.
 pub struct Plan {
     /// Which parts.
     pub measurements: Vec<Measurement>,
-    /// Fewer schemes, nodes and frames.
+    /// Whether to use fewer schemes, nodes and frames.
     pub quick: bool,
     /// Devices.
     pub targets: Vec<Target>,
-    /// Scenes whose steps are measured.
+    /// Scenes for whole steps.
     pub scenes: Vec<Scene>,
-    /// Scene whose choices of a model are compared.
+    /// Scene for model choices.
     pub model_scene: Option<Scene>,
-    /// The command as it was given.
+    /// The command line.
     pub command_line: String,
 }
 
@@ -79,7 +78,7 @@ impl Plan {
         if self.quick { Effort { runs: 1, enough: 0.0, most: 2.0 } } else { Effort { runs: 3, enough: 1.0, most: 5.0 } }
     }
 
-    /// Sub-steps a frame of the f64 references: 0.13 s, or 0.26 s.
+    /// Sub-steps a frame of the f64 references: 0.13 s each, or 0.26 s in a quick run.
     pub(super) fn reference_sub_steps(&self) -> u32 {
         if self.quick { 64 } else { 128 }
     }
@@ -88,7 +87,7 @@ impl Plan {
         if self.quick { &[10_000, 200_000] } else { &[10_000, 100_000, 1_000_000, 10_000_000] }
     }
 
-    /// Longest edges of the scenes' meshes [m], and how their steps are measured.
+    /// Longest edges of the scenes' meshes [m], and the amount of measurement.
     pub(super) fn frames(&self) -> (&'static [f64], frames::Effort) {
         if self.quick {
             (&frames::EDGES[..2], frames::Effort { steps: 20, most_nodes: 500_000 })

@@ -1,4 +1,4 @@
-//! What everything takes, against how many nodes there are or how wrong it is.
+//! Plots of times against numbers of nodes or errors.
 
 use super::frames::FrameRow;
 use super::integrators::Integrated;
@@ -11,7 +11,7 @@ use crate::output::plot::{Line, Mark, Plot};
 use crate::output::plot_axis::Axis;
 use crate::output::report::PlotEntry;
 
-/// For each device: responses, whole steps, choices of a model, and every case of the integrators.
+/// All plots of each device: responses, whole steps, model choices and integrator cases.
 pub fn all(bench: &Bench) -> Result<Vec<PlotEntry>, OutputError> {
     let mut entries = Vec::new();
     for (number, measured) in (1..).zip(&bench.devices) {
@@ -44,13 +44,13 @@ fn push(lines: &mut Vec<Line>, name: &str, point: [f64; 2]) {
     }
 }
 
-/// An axis of logarithms on which no point lies at the edge.
+/// A logarithmic axis with a margin around the values.
 fn around(label: &str, values: impl Iterator<Item = f64>) -> Axis {
     let ends = values.fold([f64::INFINITY, 0.0], |[least, most]: [f64; 2], value| [least.min(value), most.max(value)]);
     Axis { range: Some([0.85 * ends[0], ends[1] / 0.85]), ..Axis::logarithmic(label) }
 }
 
-/// Lines over logarithmic axes with these labels; `None` without a point.
+/// A plot with logarithmic axes and these labels. `None` without points.
 fn lines_of(title: String, subtitle: String, [x, y]: [&str; 2], series: Vec<Line>) -> Option<Plot> {
     let points = || series.iter().flat_map(|line| line.points.iter());
     points().next()?;
@@ -58,7 +58,7 @@ fn lines_of(title: String, subtitle: String, [x, y]: [&str; 2], series: Vec<Line
     Some(Plot { title, subtitle, x, y, series, shaded: Vec::new() })
 }
 
-/// A line for each response, over the number of nodes.
+/// A line for each response over the number of nodes.
 fn responses(rows: &[ResponseRow]) -> Option<Plot> {
     let mut lines = Vec::new();
     for row in rows {
@@ -71,7 +71,7 @@ fn responses(rows: &[ResponseRow]) -> Option<Plot> {
     lines_of(title, subtitle, ["nodes", "time of a step [ns a node]"], lines)
 }
 
-/// A line for each scene with shadows and one without, over the number of nodes.
+/// Two lines for each scene, with and without shadows, over the number of nodes.
 fn frames(rows: &[FrameRow]) -> Option<Plot> {
     let mut lines = Vec::new();
     for row in rows {
@@ -89,7 +89,7 @@ fn frames(rows: &[FrameRow]) -> Option<Plot> {
     lines_of(title, subtitle, ["nodes", "time of a step [ms]"], lines)
 }
 
-/// A point for each choice: what it costs against what it changes.
+/// A point for each choice: cost against effect.
 fn models(models: &Models) -> Option<Plot> {
     let mut lines = Vec::new();
     for row in &models.choices {
@@ -107,7 +107,7 @@ fn models(models: &Models) -> Option<Plot> {
     lines_of(title, subtitle, labels, lines)
 }
 
-/// A line for each method, from its cheapest run to its dearest.
+/// A line for each method, from its fastest run to its slowest.
 fn work_precision(measured: &Measured, integrated: &Integrated, case: &CaseSummary) -> Option<Plot> {
     let mut lines = Vec::new();
     for run in &integrated.runs {

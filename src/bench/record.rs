@@ -1,4 +1,4 @@
-//! What was measured, as plain values: `bench.json`.
+//! All results as plain values: `bench.json`.
 
 use serde::Serialize;
 
@@ -17,50 +17,50 @@ use crate::gpu::context::DeviceInfo;
 pub struct Bench {
     /// Version of isotherm.
     pub version: String,
-    /// The command as it was given.
+    /// The command line.
     pub command_line: String,
-    /// Whether it was built with optimisation for release.
+    /// Whether it is an optimised release build.
     pub release: bool,
     /// Whether `--quick` left measurements out.
     pub quick: bool,
-    /// Processors that the operating system offers.
+    /// Number of processors.
     pub processors: usize,
-    /// What was integrated, without what it took.
+    /// The integrated cases.
     pub cases: Vec<CaseSummary>,
-    /// What was measured, device by device.
+    /// Measurements of each device.
     pub devices: Vec<Measured>,
-    /// How far other devices are from the first.
+    /// Differences of other devices from the first.
     pub drivers: Vec<DriverRow>,
     /// Wall time of everything [s].
     pub wall_s: f64,
 }
 
-/// What was measured on one device.
+/// Measurements of one device.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Measured {
     /// Name.
     pub name: String,
-    /// What the device says of itself; `None` for the f64 reference on the processor.
+    /// Device information. `None` for the f64 reference on the processor.
     pub info: Option<DeviceInfo>,
-    /// Load averages of the machine over 1, 5 and 15 minutes before and after.
+    /// Load averages of the machine over 1, 5 and 15 minutes, before and after.
     pub load_average: [Option<[f64; 3]>; 2],
-    /// Share of the processor time asked for meanwhile that other guests of the same host took.
+    /// Share of processor time that other guests of the host took.
     pub stolen: Option<f64>,
-    /// What the device can do at best.
+    /// Limits of the device.
     pub limits: Option<Limits>,
-    /// What a node costs.
+    /// Cost of a node.
     pub responses: Vec<ResponseRow>,
     /// Whole steps of scenes, pass by pass.
     pub frames: Vec<FrameRow>,
-    /// What each choice of a model costs and changes.
+    /// Cost and effect of each model choice.
     pub models: Option<Models>,
-    /// What integrators cost, and how wrong they are: a list for each case.
+    /// Cost and error of integrators, for each case.
     pub integrators: Vec<Integrated>,
     /// The hard cases.
     pub hard: Vec<HardRow>,
 }
 
-/// The machine's load averages, where the operating system tells them.
+/// The machine's load averages, if the operating system provides them.
 pub fn load_average() -> Option<[f64; 3]> {
     let text = std::fs::read_to_string("/proc/loadavg").ok()?;
     let mut numbers = text.split_whitespace().map_while(|word| word.parse().ok());

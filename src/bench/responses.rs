@@ -1,4 +1,4 @@
-//! What a node costs under each response, on the device's own clock.
+//! Measures the cost of a node under each response with the device's clock.
 
 use std::sync::Arc;
 
@@ -25,26 +25,26 @@ use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 use crate::thermal::network::stepper::{Method, Stepper};
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
 
-/// What a node costs under one response.
+/// Cost of a node under one response.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct ResponseRow {
     /// The response and its function.
     pub response: String,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Time of a step [ns a node]; of a network, of a stage.
+    /// Time of a step, or of a network's stage [ns a node].
     pub ns_a_node: Option<Spread>,
-    /// Bytes that a node reads and writes in a step, each array counted once.
+    /// Bytes that a node reads and writes in a step. Each array counts once.
     pub bytes_a_node: f64,
-    /// Those bytes over that time [GB/s].
+    /// Bandwidth [GB/s].
     pub gigabytes_per_second: Option<f64>,
-    /// Its share of the copy bandwidth that was measured in the same run.
+    /// Share of the copy bandwidth from the same run.
     pub share_of_copy: Option<f64>,
-    /// Why there is no time.
+    /// The reason if there is no time.
     pub failed: Option<String>,
 }
 
-/// What keeps responses from being measured.
+/// An error that prevents the measurement.
 #[derive(Debug, thiserror::Error)]
 pub enum ResponseError {
     /// The loads.
@@ -55,34 +55,34 @@ pub enum ResponseError {
     Function(#[from] FunctionError),
 }
 
-/// Steps that a transition takes; beyond those that are measured, so that none arrives.
+/// Duration of a transition [steps]. It exceeds the measured steps, so no transition ends.
 const T_MAX_STEPS: f64 = 1000.0;
-/// The user's own function among the measured ones.
+/// The user-defined function.
 const EXPRESSION: &str = "s*s*(3.0-2.0*s)";
-/// Stages of the RKL2 whose passes are timed, and its sub-steps in one submission.
+/// Stages of the measured RKL2, and its sub-steps in one submission.
 const STAGES: u32 = 9;
 const SUB_STEPS: u32 = 4;
-/// Dispatches of many steps that are measured, after as many to warm up.
+/// Number of measured dispatches of many steps. As many come before, unmeasured.
 const FUSED_REPETITIONS: u32 = 4;
 
-/// The thermal pass at one number of nodes.
+/// Times of the thermal pass at one number of nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TimedPass {
-    /// Milliseconds of every compiled variant that the steps asked for.
+    /// Time of every compiled variant that ran [ms].
     pub times: Vec<PassTime>,
-    /// Milliseconds of all of them.
+    /// Sum over the variants [ms].
     pub samples: Vec<f64>,
-    /// Bytes on the device that grow with the nodes, for each node.
+    /// Device memory that grows with the nodes [bytes per node].
     pub bytes_a_node: f64,
-    /// Bytes that a step of a node reads and writes, each array once.
+    /// Bytes that a node reads and writes in a step. Each array counts once.
     pub moved_a_node: f64,
 }
 
-/// Runs a variant through steps on nodes that look in all directions, once to warm up and once to measure; one after the
-/// other, or many in a dispatch. Times and bytes are those of a step.
+/// Runs a variant on nodes with normals in all directions: once unmeasured, once measured. The steps run one by one, or
+/// many in a dispatch. Times and bytes are for one step.
 ///
 /// # Errors
-/// More nodes than the device holds, or a call that fails.
+/// More nodes than the device holds, or a device error.
 pub fn time_pass(
     context: &Arc<Context>,
     variant: ThermalVariant,
@@ -159,7 +159,7 @@ fn fibonacci_direction(i: usize) -> Vec3 {
     DVec3::new(radius * angle.cos(), radius * angle.sin(), z).as_vec3()
 }
 
-/// One of the transitions and their like that are measured.
+/// A response to measure.
 struct Subject {
     name: &'static str,
     variant: ThermalVariant,
@@ -206,8 +206,8 @@ fn subjects() -> Result<Vec<Subject>, FunctionError> {
     ])
 }
 
-/// Every response at every number of nodes; `steps` in full sunlight each, under Sun, infrared and albedo. `bandwidth` [GB/s] is
-/// that of a copy in the same run. A size that does not fit is told in its row.
+/// Measures every response at every number of nodes. Each does `steps` in full sunlight with planet infrared and
+/// albedo. `bandwidth` [GB/s] is that of a copy in the same run. If a size does not fit, its row says so.
 pub fn measure(
     context: &Arc<Context>,
     sizes: &[usize],
@@ -252,7 +252,7 @@ pub fn measure(
     Ok(rows)
 }
 
-/// A row with its times [ms a step of all nodes].
+/// Fills in a row from its times [ms for a step of all nodes].
 fn filled(row: ResponseRow, samples_ms: &[f64], moved: f64, bandwidth: Option<f64>) -> ResponseRow {
     let Some(time) = Spread::of(samples_ms) else {
         return ResponseRow { failed: Some("the device has no timestamps".to_owned()), ..row };
@@ -268,8 +268,8 @@ fn filled(row: ResponseRow, samples_ms: &[f64], moved: f64, bandwidth: Option<f6
     }
 }
 
-/// Milliseconds of a stage over a square sheet of `edge` x `edge` nodes, the passes that begin and end a sub-step shared
-/// among its stages, and the bytes that a node moves in it.
+/// Time of a stage [ms] on a square sheet of `edge` x `edge` nodes, and the bytes that a node moves in it. The passes
+/// that begin and end a sub-step are divided between its stages.
 fn stages(context: &Arc<Context>, edge: usize, samples: usize) -> Result<(Vec<f64>, f64), GpuError> {
     let network = square(edge);
     let mut stepper = NetworkStepper::wide(context, &network, &[])?;
@@ -284,7 +284,8 @@ fn stages(context: &Arc<Context>, edge: usize, samples: usize) -> Result<(Vec<f6
         times.extend(stepper.device_ms().map(|now| (now - before) / f64::from(STAGES * SUB_STEPS)));
     }
     let links = 2.0 * network.linear.len() as f64 / network.len() as f64;
-    // A node's description, its links, heat and its slope; base, rest before and after; work read and written (glsl/network_wide.comp).
+    // A node's description, links, heat and slope; base, rest before and after; work read and written
+    // (glsl/network_wide.comp).
     let bytes = size_of::<layout::NetworkNode>() as f64 + links * size_of::<layout::NetworkLink>() as f64;
     Ok((times, bytes + 8.0 + 3.0 * 4.0 + 2.0 * 16.0))
 }

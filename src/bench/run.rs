@@ -1,4 +1,4 @@
-//! Measures everything that was asked for, device by device.
+//! Runs all planned measurements, device by device.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ use crate::host::ProcessorTime;
 use crate::simulation::stepper::AnyStepper;
 use crate::simulation::target::Target;
 
-/// What keeps measurements from being made at all; what one of them lacks stands in its row.
+/// An error that stops all measurements. The error of a single measurement is in its row.
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
     /// A device.
@@ -42,7 +42,7 @@ pub enum BenchError {
     Reference(&'static str),
 }
 
-/// Runs all of it; `says` hears what comes next.
+/// Runs the plan. `says` gets the name of each measurement beforehand.
 pub fn run(plan: &Plan, says: &dyn Fn(&str)) -> Result<Bench, BenchError> {
     let clock = Clock::start(plan.quick, plan.targets.len());
     let wanted = |one| plan.measurements.contains(&one);
@@ -125,7 +125,7 @@ fn on(
     Ok(measured)
 }
 
-/// Every Vulkan device against the first, where there are several.
+/// Compares every Vulkan device with the first, if there are several.
 fn drivers(plan: &Plan, says: &dyn Fn(&str)) -> Vec<DriverRow> {
     let devices: Vec<Arc<Context>> = plan.targets.iter().filter_map(|target| target.device().cloned()).collect();
     match plan.scenes.last() {
@@ -141,7 +141,7 @@ fn whole_ticks(plan: &Plan, context: &Arc<Context>, deadline: Deadline, says: &d
     let (edges, effort) = plan.frames();
     let device = &context.info.name;
     let mut rows = Vec::new();
-    // Coarse ones first: a quick measurement may end before the fine ones.
+    // Coarse edges come first, because a quick measurement may end before the fine ones.
     for edge in edges {
         for scene in &plan.scenes {
             for shadows in [false, true] {
@@ -157,20 +157,20 @@ fn whole_ticks(plan: &Plan, context: &Arc<Context>, deadline: Deadline, says: &d
     rows
 }
 
-/// A case on a target, and the time that it has.
+/// A case on a target, with its deadline.
 struct Setting<'a> {
     plan: &'a Plan,
     case: &'a Case,
     truth: &'a Truth,
     target: &'a Target,
     deadline: Deadline,
-    /// Cases that are not done, this one among them.
+    /// Number of remaining cases, including this one.
     cases_left: usize,
     says: &'a dyn Fn(&str),
 }
 
 impl Setting<'_> {
-    /// All schemes, and some of them once more with a dispatch for every stage where one workgroup took all.
+    /// Runs all schemes. Some also run with a dispatch for every stage if one workgroup did all stages.
     fn all_schemes(&self) -> Vec<Run> {
         let network = &self.case.network;
         let mut runs = self.schemes(|| self.target.stepper(network, &[]), &Scheme::all(self.case, self.plan.quick));
@@ -185,7 +185,7 @@ impl Setting<'_> {
         runs
     }
 
-    /// A new stepper for each: a stepper may change its ways once it has met a scheme.
+    /// Makes a new stepper for each scheme, because a stepper may keep state from earlier schemes.
     fn schemes(&self, make: impl Fn() -> Result<AnyStepper, GpuError>, schemes: &[Scheme]) -> Vec<Run> {
         let one = |(number, scheme): (usize, &Scheme)| {
             (self.says)(&format!("{}: {}, {scheme}", self.target.name(), self.case.key));
@@ -198,7 +198,7 @@ impl Setting<'_> {
             if self.deadline.is_past() {
                 return failed(OUT_OF_TIME.to_owned());
             }
-            // The schemes of this case that are left, and as many of each other case.
+            // The remaining schemes of this case, and the same number for each remaining case.
             let left = schemes.len() - number + (self.cases_left - 1) * schemes.len();
             let effort = self.plan.effort();
             let effort = Effort { most: self.deadline.share(left, effort.most), ..effort };

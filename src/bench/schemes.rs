@@ -1,50 +1,50 @@
-//! The ways in which a case is integrated: fixed sub-steps, and the controller's own at several tolerances.
+//! The integration schemes of a case: fixed sub-steps, or sub-steps controlled by a tolerance.
 
 use std::fmt;
 
 use super::cases::Case;
 use crate::thermal::network::control::Integrator;
 
-/// A method with sub-steps that do not follow an estimate.
+/// A method with fixed sub-steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fixed {
     /// Forward Euler with a carried residual.
     Euler,
-    /// RKL2 with as many stages as its sub-step needs.
+    /// RKL2 with the number of stages that its sub-step needs.
     Rkl2,
     /// TR-BDF2.
     TrBdf2,
 }
 
-/// A way to integrate.
+/// An integration scheme.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scheme {
-    /// So many equal sub-steps a frame.
+    /// A method with a number of equal sub-steps a frame.
     Fixed(Fixed, u32),
     /// The controller, with a tolerance [K].
     Controlled(Integrator, f64),
 }
 
-/// Methods of docs/numerics.md 3 that isotherm does not have, and why.
+/// Methods of docs/numerics.md 3 that isotherm lacks, and the reason.
 pub const ABSENT: [(&str, &str); 3] = [
     ("per-node exponential", "not on the device: wrong by tens of kelvin wherever nodes conduct (docs/numerics.md 3)"),
     ("backward Euler + Jacobi", "not on the device: unconverged Jacobi is wrong by 5 to 50 K (docs/numerics.md 3)"),
     ("DuFort-Frankel", "not on the device: Euler, or RKL2, is the cheap integrator"),
 ];
 
-/// Passes a frame beyond which forward Euler is not run.
+/// Most passes a frame for forward Euler.
 const MOST_EULER: f64 = 2000.0;
 
 impl Scheme {
-    /// What is measured with a dispatch for every stage, too, where one workgroup may take all stages of a dispatch.
+    /// Schemes that also run with a dispatch for every stage.
     pub const SEPARATE: [Self; 3] =
         [Self::Fixed(Fixed::Rkl2, 1), Self::Fixed(Fixed::Rkl2, 4), Self::Controlled(Integrator::Default, 5e-3)];
 
-    /// What is measured on a case; `quick` leaves out all but the ends of each family.
+    /// The schemes for a case. `quick` keeps only the ends of each family.
     pub fn all(case: &Case, quick: bool) -> Vec<Self> {
         let stable = (case.stiffness().floor() + 1.0) as u32;
         let (euler, fixed): (&[u32], &[u32]) = if quick { (&[1], &[1, 4]) } else { (&[1, 4], &[1, 2, 4, 8]) };
-        // Where not even the cheapest is run, one row says so.
+        // If even the cheapest is refused, one row says so.
         let euler = if case.stiffness() > MOST_EULER { &euler[..1] } else { euler };
         let mut all: Vec<Self> =
             euler.iter().map(|times| Self::Fixed(Fixed::Euler, times.saturating_mul(stable))).collect();
@@ -57,7 +57,7 @@ impl Scheme {
         all
     }
 
-    /// The method, without what makes one run of it finer than another.
+    /// The method without its sub-steps or tolerance.
     pub fn family(&self) -> String {
         match self {
             Self::Fixed(Fixed::Euler, _) => "Euler, fixed".to_owned(),
@@ -67,7 +67,7 @@ impl Scheme {
         }
     }
 
-    /// Why the scheme is not even tried on a case.
+    /// The reason if the scheme cannot run on a case.
     pub fn refusal(&self, case: &Case) -> Option<String> {
         let hopeless = matches!(self, Self::Fixed(Fixed::Euler, _)) && case.stiffness() > MOST_EULER;
         hopeless.then(|| format!("it is stable from {:.2e} passes a frame on only", case.stiffness()))

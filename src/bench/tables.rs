@@ -1,4 +1,4 @@
-//! The measurements as tables, for the terminal (Markdown) and for the page.
+//! The results as tables, for the terminal (Markdown) and for the page.
 
 use super::drivers::DriverRow;
 use super::frames::{FrameRow, IMAGE};
@@ -12,7 +12,7 @@ use super::truth::CaseSummary;
 use crate::output::html::{kelvin_text, significant};
 use crate::output::statistics::Spread;
 
-/// A table with its title and what is to be said below it.
+/// A table with a title and notes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// Title.
@@ -21,7 +21,7 @@ pub struct Table {
     pub head: Vec<String>,
     /// Cells.
     pub rows: Vec<Vec<String>>,
-    /// Sentences.
+    /// Sentences below the table.
     pub notes: Vec<String>,
 }
 
@@ -37,7 +37,7 @@ impl Table {
     }
 }
 
-/// Median, and the range in which eight of ten samples lie.
+/// The median, and the range of the middle 80 % of the samples.
 fn spread(spread: Option<Spread>) -> String {
     match spread {
         Some(Spread { median, p10, p90, .. }) => {
@@ -55,19 +55,19 @@ fn number(value: Option<f64>) -> String {
     value.map_or(dash(), significant)
 }
 
-/// What stands in a cell without a value.
+/// The text of an empty cell.
 fn dash() -> String {
     "-".to_owned()
 }
 
-/// A row that ends with the reason why there is no more of it.
+/// A row that ends with the reason for its missing cells.
 fn not_run(mut cells: Vec<String>, reason: &str, columns: usize) -> Vec<String> {
     cells.push(format!("not run: {reason}"));
     cells.resize(columns, dash());
     cells
 }
 
-/// The limits of a device.
+/// Limits of a device.
 pub fn limits(measured: &Measured) -> Option<Table> {
     let limits = measured.limits.as_ref()?;
     let mut rows: Vec<Vec<String>> = limits
@@ -90,7 +90,7 @@ pub fn limits(measured: &Measured) -> Option<Table> {
     })
 }
 
-/// What a node costs.
+/// Cost of a node.
 pub fn responses(measured: &Measured) -> Option<Table> {
     let row = |row: &ResponseRow| {
         let name = row.response.clone();
@@ -119,7 +119,7 @@ pub fn responses(measured: &Measured) -> Option<Table> {
     })
 }
 
-/// Whole steps of scenes, a column for each pass.
+/// Whole steps of scenes, with a column for each pass.
 pub fn frames(measured: &Measured) -> Option<Table> {
     let mut names: Vec<&str> = Vec::new();
     for pass in measured.frames.iter().flat_map(|row| &row.passes) {
@@ -171,7 +171,7 @@ pub fn frames(measured: &Measured) -> Option<Table> {
     })
 }
 
-/// What each choice of a model costs and changes.
+/// Cost and effect of each model choice.
 pub fn models(measured: &Measured) -> Option<Table> {
     let models = measured.models.as_ref()?;
     let base = models.choices.iter().find_map(|row| row.step_ms.filter(|_| row.from_base.is_none()));
@@ -228,7 +228,7 @@ pub fn models(measured: &Measured) -> Option<Table> {
     })
 }
 
-/// How far devices are apart.
+/// Differences between devices.
 pub fn drivers(bench: &Bench) -> Option<Table> {
     let row = |row: &DriverRow| {
         let [first, other] = &row.devices;
@@ -258,7 +258,7 @@ pub fn drivers(bench: &Bench) -> Option<Table> {
     })
 }
 
-/// Passes of a frame in their order.
+/// The passes of a frame in order.
 const PASSES: [&str; 8] = [
     "solar_depth",
     "read solar_depth",
@@ -343,7 +343,7 @@ fn row(run: &Run, frames: usize) -> Vec<String> {
     ]
 }
 
-/// The hard cases of a device; `None` where they were not measured.
+/// The hard cases of a device. `None` if they were not measured.
 pub fn hard(measured: &Measured) -> Option<Table> {
     let rows = &measured.hard;
     if rows.is_empty() {
@@ -395,7 +395,7 @@ pub fn hard(measured: &Measured) -> Option<Table> {
     })
 }
 
-/// Everything of one run, in the order of its devices.
+/// All tables of a run, in the order of its devices.
 pub fn all(bench: &Bench) -> Vec<Table> {
     let of = |measured: &Measured| {
         let mut tables: Vec<Table> = limits(measured)

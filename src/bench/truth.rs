@@ -1,4 +1,4 @@
-//! What a case's temperatures are: the same network in f64 with far shorter sub-steps, and how far that is from exact.
+//! The reference temperatures of a case: f64 with much shorter sub-steps, and an estimate of their error.
 
 use serde::Serialize;
 
@@ -11,35 +11,35 @@ use crate::thermal::network::NodeKind;
 /// Temperatures [K] of all nodes at the end of every frame.
 pub type Rows = Vec<Vec<f64>>;
 
-/// A case of the integrators.
+/// A summary of an integrator case.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CaseSummary {
     /// Short name.
     pub key: String,
-    /// What it is.
+    /// Description.
     pub title: String,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: usize,
-    /// Nodes among them that store no heat.
+    /// Number of nodes without heat capacity.
     pub arithmetic: usize,
-    /// Linear and radiative conductors.
+    /// Number of linear and radiative conductors.
     pub conductors: usize,
-    /// Frames.
+    /// Number of frames.
     pub frames: usize,
     /// Length of a frame [s].
     pub frame_s: f64,
-    /// Frame over the longest stable step of forward Euler.
+    /// Frame length over the longest stable step of forward Euler.
     pub stiffness: f64,
-    /// The same of the case in NUMERICS.md 3.
+    /// Stiffness of the case in docs/numerics.md 3.
     pub published_stiffness: f64,
-    /// Sub-steps a frame of RKL2 in f64 that the temperatures are held against.
+    /// RKL2 sub-steps a frame of the f64 reference.
     pub reference_sub_steps: u32,
-    /// The error of that reference itself, estimated from half as many sub-steps.
+    /// Error of the reference, estimated with half as many sub-steps.
     pub reference_error: Differences,
 }
 
 impl CaseSummary {
-    /// Of a case and its reference.
+    /// The summary of a case and its reference.
     pub fn of((case, truth): &(Case, Truth)) -> Self {
         Self {
             key: case.key.to_owned(),
@@ -62,14 +62,14 @@ impl CaseSummary {
 pub struct Truth {
     /// Temperatures at the ends of frames.
     pub rows: Rows,
-    /// Sub-steps a frame of RKL2 in f64.
+    /// RKL2 sub-steps a frame in f64.
     pub sub_steps: u32,
-    /// Its own error: a third of its difference from half as many sub-steps, as for a method of order 2.
+    /// Its own error: a third of the difference from half as many sub-steps, because the method has order 2.
     pub own: Differences,
 }
 
 impl Truth {
-    /// Integrates in f64 with so many sub-steps a frame, and with half as many. `None` where that fails.
+    /// Integrates in f64 with a number of sub-steps a frame and with half as many. `None` on failure.
     pub fn of(case: &Case, sub_steps: u32) -> Option<Self> {
         let rows = |count: u32| -> Option<Rows> {
             let mut stepper = AnyStepper::reference(&case.network, &[]);

@@ -1,4 +1,4 @@
-//! `isotherm bench`: what everything costs, beside how wrong it is.
+//! `isotherm bench`: measures speed and error.
 
 use std::path::{Path, PathBuf};
 
@@ -17,39 +17,42 @@ use crate::scene::Scene;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
 
-/// Measure speed against error: every Vulkan device present, and the f64 reference.
+/// Measure speed and error on every Vulkan device present and on the f64 reference.
 ///
-/// limits: the bandwidth of a copy and the price of an empty dispatch. responses: nanoseconds a node and step of instant,
-/// transitions and a network's stage at 1e4 to 1e7 nodes, in GB/s and as a share of the copy. frames: whole steps of
-/// scenes with an image of 640 x 512 pixels, pass by pass, at longest edges of 2, 1, 0.5 and 0.25 m, with shadows and without.
-/// models: a scene through an orbit under each choice of a model: what it costs, and the kelvin and radiance that it changes.
-/// drivers: the same scene on every Vulkan device present, and how far temperatures and images are apart. integrators: the four networks of
-/// a cube, a thin sheet, one with slivers and a blanket over a structure through one orbit, by every integrator with fixed
-/// sub-steps and at several tolerances: passes, dispatches, milliseconds by the device's clock, rms and largest error in kelvin
-/// against f64. hard: the hard cases, each with its measured error, its limit and who says so, and the error without the
-/// remedy that keeps it below; with --quick only where it is asked for.
+/// limits: bandwidth of a copy and cost of an empty dispatch.
+/// responses: ns a node and step of each response at 1e4 to 1e7 nodes, in GB/s and as a share of the copy.
+/// frames: whole steps of scenes with an image of 640 x 512 pixels, pass by pass, with and without shadows, at longest
+/// edges of 2, 1, 0.5 and 0.25 m.
+/// models: cost of each model choice in one scene over an orbit, and the change in kelvin and radiance.
+/// drivers: differences in temperatures and images of one scene between all Vulkan devices.
+/// integrators: four networks through one orbit with every integrator, with fixed sub-steps and with several
+/// tolerances: passes, dispatches, device time, and rms and largest error against f64. The networks are a cube, a thin
+/// sheet, a sheet with slivers, and a blanket over a structure.
+/// hard: the hard cases. Each has a measured error, a limit, the source of the limit, and the error without its remedy.
+/// --quick leaves them out unless --only asks for them.
 ///
-/// Leaves bench.json, plots/ and report.html, and prints the tables.
+/// Writes bench.json, plots/ and report.html, and prints the tables.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm bench -o out/bench\n  \
 isotherm bench -o out/bench --quick --only integrators --device llvmpipe\n  isotherm bench --hard --quick")]
 pub struct Arguments {
-    /// Folder for what the measurements leave; it must be empty or absent
+    /// Output folder, which must be empty or absent
     #[arg(short, long, value_name = "DIR", required_unless_present = "hard")]
     output: Option<PathBuf>,
-    /// The hard cases alone; exit code 1 where one misses its limit
+    /// Run the hard cases alone; exit code 1 if one exceeds its limit
     #[arg(long, conflicts_with = "only")]
     hard: bool,
-    /// Only these of limits, responses, frames, models, drivers, integrators and hard, separated by commas
+    /// Run only these, separated by commas: limits, responses, frames, models, drivers, integrators, hard
     #[arg(long, value_name = "SECTION", value_delimiter = ',', value_parser = parse_section)]
     only: Vec<Measurement>,
-    /// Scenes of `frames`, the last of them of `drivers`; without it models/iss.toml and models/station.toml, where they are present
+    /// Scenes for `frames`, the last one also for `drivers` [default: models/iss.toml and models/station.toml if
+    /// present]
     #[arg(long, value_name = "SCENE")]
     scene: Vec<PathBuf>,
-    /// Scene of `models`, whose materials state what a network needs; without it models/station_network.toml, where present
+    /// Scene for `models`; its materials need network values [default: models/station_network.toml if present]
     #[arg(long, value_name = "SCENE")]
     model_scene: Option<PathBuf>,
-    /// Fewer schemes, nodes and frames: within 90 s on lavapipe
+    /// Use fewer schemes, nodes and frames: within 90 s on lavapipe
     #[arg(long)]
     quick: bool,
     /// Overwrite the files of an earlier `isotherm bench` in the output folder
@@ -128,7 +131,7 @@ impl Arguments {
     }
 }
 
-/// Every device that isotherm runs on, and, where there is time, the reference.
+/// Every usable device, and without `quick` the f64 reference.
 fn everything(quick: bool) -> Result<Vec<Target>, CliError> {
     let mut all = Vec::new();
     for info in devices()? {
@@ -144,7 +147,7 @@ fn everything(quick: bool) -> Result<Vec<Target>, CliError> {
     Ok(all)
 }
 
-/// The scenes that were asked for, or those of this repository that are present.
+/// The given scenes, or the present ones of this repository.
 fn scenes(asked: &[PathBuf]) -> Result<Vec<Scene>, CliError> {
     if !asked.is_empty() {
         return asked.iter().map(|path| Ok(Scene::load(path).map_err(PrepareError::from)?)).collect();
@@ -159,7 +162,7 @@ fn scenes(asked: &[PathBuf]) -> Result<Vec<Scene>, CliError> {
     Ok(scenes)
 }
 
-/// The scene that was asked for, or that of this repository where it is present.
+/// The given scene, or the one of this repository if present.
 fn model_scene(asked: Option<&Path>) -> Result<Option<Scene>, CliError> {
     match (asked, Scene::load(asked.unwrap_or(Path::new("models/station_network.toml")))) {
         (_, Ok(scene)) => Ok(Some(scene)),

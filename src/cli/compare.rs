@@ -17,25 +17,24 @@ use crate::output::statistics::Spread;
 use crate::scene::Scene;
 use crate::simulation::prepare_error::PrepareError;
 
-/// Run a scene three times, without memory, with profiles in temperature and by its energy balance, and show how they differ.
+/// Run a scene under three responses (instant, transition and network) and show how the results differ.
 ///
-/// `instant` is the balance temperature of the moment. `transition` moves towards it with the functions of heating and
-/// cooling that the scene states for a material, whatever its response; where it states none, they are fitted to the step
-/// response of a plate of the material between the mean coldest and hottest balance temperature of its nodes. `network`
-/// solves the energy balance from thickness, density, specific_heat and conductivity, which every material must state; one
-/// with response = "instant" that states none of the first three stays so in all runs. Contacts and heaters act in the
-/// network only.
+/// `instant` is the balance temperature under the present load. `transition` uses the heating and cooling functions of
+/// the scene. If a material states none, they are fitted to the step response of a plate of the material. The step is
+/// between the mean coldest and mean hottest balance temperature of its nodes. `network` solves the energy balance, so
+/// every material must state thickness, density, specific_heat and conductivity. A material with response = "instant"
+/// and none of the first three stays instant in all runs. Contacts and heaters act in the network only.
 ///
-/// Leaves compare.html; compare.csv (rms, largest difference, when and where, by part); differences.csv (over time);
-/// comparison.png and panels/ (temperatures on one scale and differences from the network, at most six of the steps that the
-/// scene draws, spread over the run; fewer where images are very large); plots/ and series_RESPONSE.csv.
+/// Writes compare.html, compare.csv (rms and largest difference by part), differences.csv (over time), comparison.png,
+/// panels/ (temperatures and differences from the network), plots/ and series_RESPONSE.csv. The pictures show at most
+/// six of the drawn steps, and fewer for very large images.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm compare models/station_network.toml -o out/compare\n  \
 isotherm compare models/station_network.toml -o out/compare --force --device cpu")]
 pub struct Arguments {
     /// Scene file (TOML; docs/scene.md says what it holds)
     scene: PathBuf,
-    /// Folder for what the comparison leaves; it must be empty or absent
+    /// Output folder, which must be empty or absent
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Overwrite the files of an earlier `isotherm compare` in the output folder
@@ -62,7 +61,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     eprintln!("device: {}", chosen.name());
     let folder = Folder::new(&arguments.output, &own_files()).prepare(arguments.force, &network.scene.files)?;
     let stop = stop_flag();
-    // One bar at a time.
+    // Only one bar is shown at a time.
     let bar = RefCell::new(progress_bar(0, ""));
     let progress = |progress| match progress {
         Progress::Begins(run, steps) => bar.replace(progress_bar(steps, RESPONSES[run])).finish_and_clear(),

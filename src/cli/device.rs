@@ -1,4 +1,4 @@
-//! Where to compute, as every command takes it.
+//! The `--device` argument of every command.
 
 use clap::Args;
 
@@ -7,7 +7,6 @@ use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::simulation::target::Target;
 
-/// Where to compute.
 #[derive(Args)]
 pub(super) struct DeviceArguments {
     /// Vulkan device whose name contains NAME, or `cpu` for the f64 reference [default: the best device present]
@@ -16,7 +15,7 @@ pub(super) struct DeviceArguments {
 }
 
 impl DeviceArguments {
-    /// Opens the device; with `ISOTHERM_VALIDATION=1` in the environment under the validation layer.
+    /// Opens the device. `ISOTHERM_VALIDATION=1` switches the validation layer on.
     pub(super) fn open(&self) -> Result<Target, GpuError> {
         if self.device.as_deref().is_some_and(|name| name.eq_ignore_ascii_case("cpu")) {
             return Ok(Target::Reference);
@@ -26,7 +25,7 @@ impl DeviceArguments {
     }
 }
 
-/// Fails where the validation layer had something to say.
+/// Fails if the validation layer reported anything.
 pub(super) fn check_validation(target: &Target) -> Result<(), CliError> {
     match target.device().map(|context| context.validation_messages()) {
         Some(messages) if !messages.is_empty() => Err(CliError::Validation(messages.join("\n"))),

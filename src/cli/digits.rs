@@ -1,6 +1,6 @@
-//! Numbers of CSV files.
+//! Formats numbers for CSV files.
 
-/// Nine significant digits, enough to tell any two f32 apart; scientific where plain digits would be long.
+/// Nine significant digits, which distinguish any two f32. Long numbers use scientific notation.
 pub(super) fn nine_digits(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();

@@ -1,4 +1,4 @@
-//! `isotherm environment`: what Sun and planet do to a craft along its trajectory, or to one plate.
+//! `isotherm environment`: Sun and planet loads along a trajectory or on one plate.
 
 use std::path::{Path, PathBuf};
 
@@ -35,14 +35,14 @@ faces of a cube (+X -X +Y -Y +Z -Z), whatever they absorb:
 What the scene's [environment] leaves out is 0. env.events.csv beside it has
 time_s, utc, boundary (penumbra, umbra) and event (entry, exit).";
 
-/// Sun, planet and eclipses along a scene's trajectory, or what one plate receives from the planet.
+/// Write Sun, planet and eclipses along a scene's trajectory, or the planet loads on one plate.
 #[derive(clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Scene file (TOML; docs/scene.md says what it holds)
+    /// Scene file (TOML, described in docs/scene.md)
     #[arg(required = true)]
     scene: Option<PathBuf>,
-    /// CSV to write; its eclipses go beside it, env.events.csv beside env.csv
+    /// CSV to write; env.csv also gets its eclipses in env.events.csv
     #[arg(short, long, value_name = "CSV", required = true)]
     output: Option<PathBuf>,
     #[command(subcommand)]
@@ -110,7 +110,7 @@ fn scene_environment(path: &Path, output: &Path) -> Result<(), CliError> {
     Ok(())
 }
 
-/// `env.events.csv` beside `env.csv`.
+/// `env.events.csv` for `env.csv`.
 fn beside(output: &Path) -> PathBuf {
     let stem = output.file_stem().unwrap_or(output.as_os_str()).to_string_lossy().into_owned();
     output.with_file_name(format!("{stem}.events.csv"))
@@ -152,12 +152,12 @@ fn row(scene: &SkyScene, sky: &SkyModel, time: f64) -> Vec<String> {
     cells
 }
 
-/// A time without the digits that rounding makes.
+/// A time without rounding digits.
 fn shortest(time: f64) -> String {
     ((time * 1e9).round() / 1e9).to_string()
 }
 
-/// Share of albedo x solar flux that falls on a face whose normal in the body frame is this.
+/// Albedo load on a face, as a share of albedo x solar flux. `normal` is in the body frame.
 fn factor(sky: &Sky, normal: DVec3) -> f64 {
     let nadir = sky.nadir_direction;
     let sunward = sky.sun_direction - nadir * nadir.dot(sky.sun_direction);

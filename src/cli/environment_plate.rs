@@ -1,4 +1,4 @@
-//! `isotherm environment plate`: what a plate receives from the planet, by the exact integrals.
+//! `isotherm environment plate`: exact planet loads on one plate.
 
 use std::io::Write;
 
@@ -9,24 +9,24 @@ use super::error::CliError;
 use crate::environment::albedo::albedo_factor;
 use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
 
-/// View factor of a plate to the planet, and the planet's infrared and albedo that fall on it (incident, not absorbed).
+/// Print the view factor of a plate to the planet, and the incident planet infrared and albedo.
 ///
-/// The planet is a Lambert sphere, evenly warm, lit by parallel sunlight.
+/// The planet is a Lambert sphere of uniform temperature in parallel sunlight.
 #[derive(clap::Args)]
 #[command(
     after_help = "Example:\n  isotherm environment plate --altitude 408e3 --nadir-angle 90 --sun-zenith 60 --json"
 )]
 pub struct Arguments {
-    /// Height above the planet's radius [m]
+    /// Height above the planet's surface [m]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     altitude: f64,
-    /// Angle of the plate's normal from nadir [deg]
+    /// Angle between the plate's normal and nadir [deg]
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     nadir_angle: f64,
     /// Zenith angle of the Sun at the point below the craft [deg]
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
     sun_zenith: f64,
-    /// Direction in which the normal is tilted, from the Sun's side [deg]: 0 tilts it towards the Sun
+    /// Direction in which the normal is tilted [deg]: 0 tilts it towards the Sun
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
     azimuth: f64,
     /// Infrared that the planet emits [W/m2]
@@ -63,23 +63,24 @@ impl Arguments {
         match rules.iter().find(|(_, _, allowed, _)| !allowed) {
             Some((name, value, _, rule)) => Err(CliError::Usage(format!("--{name} must be {rule}, found {value}"))),
             None if self.altitude / self.planet_radius < 1e-9 => {
-                Err(CliError::Usage(format!("--altitude {} m is nothing beside the planet radius", self.altitude)))
+                Err(CliError::Usage(format!("--altitude {} m is negligible against the planet radius", self.altitude)))
             }
             None => Ok(()),
         }
     }
 }
 
-/// What a plate receives, as shares of a full flux.
+/// Loads on a plate, as shares of a full flux.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Received {
     view_factor: f64,
     albedo_factor: f64,
 }
 
-/// `tilt` is the normal's angle from nadir, `azimuth` that of its tilt from the Sun's side, all angles in radians.
+/// `tilt` is the angle between normal and nadir, `azimuth` the direction of the tilt from the Sun's side. All angles in
+/// [rad].
 fn received(distance_ratio: f64, tilt: f64, azimuth: f64, sun_zenith: f64) -> Received {
-    // The integrals want the Sun's zenith angle in [0, pi]; beyond, the Sun stands on the other side.
+    // The integrals need a zenith angle in [0, pi]. Beyond pi the Sun is on the other side.
     let (sin_sun, cos_sun) = sun_zenith.sin_cos();
     let azimuth = if sin_sun < 0.0 { azimuth + std::f64::consts::PI } else { azimuth };
     let (sin_tilt, cos_tilt) = tilt.sin_cos();

@@ -1,4 +1,4 @@
-//! Whatever ends a command early, and its exit code.
+//! Errors of the commands, and their exit codes.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use crate::simulation::engine::EngineError;
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::brightness::BrightnessError;
 
-/// Whatever ends a command early.
+/// An error that ends a command.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum CliError {
     #[error(transparent)]
@@ -70,7 +70,7 @@ impl From<std::convert::Infallible> for CliError {
 }
 
 impl CliError {
-    /// 2 for what the user can mend, 1 for what failed.
+    /// 2 if the user can fix the error, otherwise 1.
     pub(super) fn exit_code(&self) -> u8 {
         match self {
             Self::Prepare(_) | Self::Brightness(_) | Self::Compare(_) | Self::Usage(_) => 2,

@@ -1,4 +1,4 @@
-//! `isotherm info`: the devices, a scene's frame and sizes, or what a model holds.
+//! `isotherm info`: describes the devices, a scene or a model.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -19,10 +19,10 @@ use crate::simulation::joints;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
 
-/// Show devices, the frame of a scene, or what a model holds.
+/// Describe the devices, a scene or a model.
 ///
-/// Without a file: the Vulkan devices, their limits and what they lack. With a scene (.toml): its frame as a list of
-/// passes and barriers, nodes and bytes, and what it switches off. With a model (.glb, .gltf): triangles, areas,
+/// Without a file: the Vulkan devices, their limits and missing features. With a scene (.toml): its passes and
+/// barriers, nodes, bytes, and the effects that it switches off. With a model (.glb, .gltf): triangles, areas,
 /// materials and parts.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm info\n  isotherm info models/station.toml\n  \
@@ -52,7 +52,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     Ok(())
 }
 
-/// All devices, or the one that is named.
+/// All devices, or the named one.
 fn devices(wanted: &DeviceArguments) -> Result<(serde_json::Value, String), CliError> {
     let devices = match wanted.device {
         None => context::devices()?,
@@ -91,7 +91,7 @@ fn devices(wanted: &DeviceArguments) -> Result<(serde_json::Value, String), CliE
 
 fn model(path: &Path, as_json: bool) -> Result<(serde_json::Value, String), CliError> {
     let summary = Model::load(path).map_err(PrepareError::from)?.summary();
-    // The keys of the JSON are settled; the text has its own place for remarks.
+    // The JSON has fixed keys. The text prints remarks elsewhere.
     for note in summary.notes.iter().filter(|_| as_json) {
         eprintln!("note: {note}");
     }

@@ -1,4 +1,4 @@
-//! The command line: one file per subcommand, and what they share.
+//! The command line: one file for each subcommand, and shared helpers.
 
 use std::process::ExitCode;
 
@@ -26,7 +26,7 @@ mod response_fit;
 mod response_targets;
 mod run;
 
-/// Thermal-infrared images of spacecraft with a thermal memory, on Vulkan.
+/// Simulate thermal-infrared images of spacecraft with thermal memory, on Vulkan.
 #[derive(Parser)]
 #[command(version, after_help = "Start with: isotherm run models/station.toml -o out/station")]
 struct Program {
@@ -64,7 +64,7 @@ pub fn main() -> ExitCode {
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
-        // Whoever reads our output has seen enough.
+        // The reader of the output closed the pipe, which is no error.
         Err(CliError::Stdout(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");

@@ -1,4 +1,4 @@
-//! `isotherm network`: a lumped-parameter network without geometry, from a file to its temperatures over time.
+//! `isotherm network`: solves a thermal network file over time.
 
 use std::path::{Path, PathBuf};
 
@@ -18,14 +18,14 @@ use crate::thermal::network::control::{Integrator, Series, Settings, integrate};
 use crate::thermal::network::steady::steady;
 use crate::thermal::network::stepper::Stepper;
 
-/// Most nodes that a plot shows.
+/// Most nodes in a plot.
 const PLOTTED: usize = 12;
 
-/// Temperatures of a thermal network over time.
+/// Solve a thermal network file: write temperatures over time.
 ///
-/// A network is a file of nodes, linear and radiative conductors, heat and thermostats (docs/network.md explains every
-/// key). Rows are the output times of the file. Method, sub-step and work are printed on standard error; switching
-/// times of thermostats go to OUT.events.csv.
+/// The file holds nodes, linear and radiative conductors, heat and thermostats (docs/network.md). The CSV has a row for
+/// each output time of the file. Method, sub-steps and work go to standard error. Switching times of thermostats go to
+/// OUT.events.csv.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Arguments {
@@ -42,22 +42,22 @@ enum Command {
 
 #[derive(clap::Args)]
 struct Solve {
-    /// The network
+    /// Network file (TOML, described in docs/network.md)
     #[arg(required = true, value_name = "FILE.toml")]
     file: Option<PathBuf>,
-    /// CSV file that receives time and the temperature of every node [default: standard output]
+    /// CSV file for time and the temperature of every node [default: standard output]
     #[arg(short, long, value_name = "OUT.csv")]
     output: Option<PathBuf>,
-    /// How to integrate: default, cheap or accurate
+    /// Integrator: default, cheap or accurate
     #[arg(long, value_name = "NAME", default_value = "default", value_parser = parse_integrator)]
     integrator: Integrator,
-    /// Error to aim for [K] [default: 0.005; cheap 0.05; accurate 0.0005]
+    /// Target error [K] [default: 0.005; cheap 0.05; accurate 0.0005]
     #[arg(long, value_name = "K", value_parser = parse_tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Write one row: the steady state under the heat of time 0
+    /// Write only the steady state under the heat of time 0
     #[arg(long)]
     steady: bool,
-    /// SVG file that receives a plot
+    /// SVG file for a plot
     #[arg(long, value_name = "OUT.svg", conflicts_with = "steady")]
     plot: Option<PathBuf>,
     #[command(flatten)]
@@ -74,7 +74,7 @@ fn parse_integrator(text: &str) -> Result<Integrator, String> {
 fn parse_tolerance(text: &str) -> Result<f64, String> {
     let tolerance: f64 = text.trim().parse().map_err(|_| format!("'{text}' is not a number"))?;
     if !(1e-6..=10.0).contains(&tolerance) {
-        return Err(format!("the tolerance is from 1e-6 to 10 K, not {text}"));
+        return Err(format!("the tolerance must be from 1e-6 to 10 K, not {text}"));
     }
     Ok(tolerance)
 }
@@ -169,7 +169,7 @@ fn write_rows(path: Option<&Path>, labels: &[String], times: &[f64], rows: &[Vec
     }
 }
 
-/// A temperature [K] to a nanokelvin.
+/// A temperature [K] with nine decimals.
 fn digits(kelvin: f64) -> String {
     if kelvin >= 1.0 { format!("{kelvin:.9}") } else { nine_digits(kelvin) }
 }

@@ -1,4 +1,4 @@
-//! `isotherm network import`: the CSV files of an s2e-core thermal model as a network file.
+//! `isotherm network import`: converts an s2e-core thermal model to a network file.
 
 use std::path::PathBuf;
 
@@ -6,18 +6,18 @@ use super::error::CliError;
 use crate::output::folder::{keep_inputs, write_bytes};
 use crate::scene::network::import::import;
 
-/// Turn the thermal CSV files of s2e-core into a network file.
+/// Convert the thermal CSV files of s2e-core to a network file.
 ///
-/// DIR holds node.csv, cij.csv, rij.csv and, where there are any, heaters.csv and heatload.csv, as s2e-core reads them
-/// (ut-issl/s2e-core, settings/sample_satellite/thermal_csv_files). What the network file cannot say is printed: solar
-/// load on node normals is left out, and heat tables are not repeated after their last time.
+/// DIR holds node.csv, cij.csv, rij.csv and optionally heaters.csv and heatload.csv, in the format of s2e-core
+/// (ut-issl/s2e-core, settings/sample_satellite/thermal_csv_files). The command prints what a network file cannot hold.
+/// It leaves out solar load on node normals. Heat tables do not repeat after their last time.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  isotherm network import thermal_csv_files/ -o network.toml")]
 pub struct Arguments {
     /// Folder with the CSV files
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Network file that is written
+    /// Network file to write
     #[arg(short, long, value_name = "FILE.toml")]
     output: PathBuf,
 }

@@ -1,4 +1,4 @@
-//! What `isotherm network` says about its work, and about a network that it cannot solve.
+//! Messages of `isotherm network` about its work and its errors.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ Examples:
   isotherm network models/cubesat_network.toml --steady
   isotherm network import thermal_csv_files/ -o network.toml";
 
-/// Method, sub-steps and work of a series, on standard error.
+/// Prints method, sub-steps and work of a series to standard error.
 pub(super) fn print_series(series: &Series, file: &NetworkFile, settings: &Settings) {
     eprintln!("integrator: {}, tolerance {} mK", settings.integrator, short(1e3 * settings.tolerance));
     if let Some([slow, fast]) = series.rates {
@@ -48,7 +48,7 @@ pub(super) fn print_series(series: &Series, file: &NetworkFile, settings: &Setti
     eprintln!("rejected: {} tries; switches: {}; nodes: {}", series.rejected, series.switches.len(), file.labels.len());
 }
 
-/// States of the thermostats and work of a steady state, on standard error.
+/// Prints thermostat states and work of a steady state to standard error.
 pub(super) fn print_steady(steady: &Steady, file: &NetworkFile, counts: WorkCounts) {
     eprintln!("steady state under the heat just after time 0, by Newton's method");
     for (thermostat, on) in file.schedule.thermostats.iter().zip(&steady.on) {
@@ -68,7 +68,7 @@ fn short(value: f64) -> String {
     format!("{value:.2e}").parse::<f64>().unwrap_or(value).to_string()
 }
 
-/// What a user can do about an integration that ended early.
+/// Adds advice to an integration error.
 pub(super) fn control_error(error: ControlError<GpuError>, file: &NetworkFile, path: &Path) -> CliError {
     let label = |node: usize| &file.labels[node];
     let message = match error {
@@ -106,7 +106,7 @@ pub(super) fn control_error(error: ControlError<GpuError>, file: &NetworkFile, p
     CliError::Usage(format!("{}: {message}", path.display()))
 }
 
-/// What a user can do about a steady state that was not found.
+/// Adds advice to the error of a steady state that was not found.
 pub(super) fn steady_error(error: SteadyError<GpuError>, file: &NetworkFile, path: &Path) -> CliError {
     let label = |node: usize| &file.labels[node];
     let message = match error {

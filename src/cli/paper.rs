@@ -1,4 +1,4 @@
-//! `isotherm paper`: the figures of the paper that isotherm follows, with its numbers held against ours.
+//! `isotherm paper`: reproduces the figures of the paper and compares its numbers.
 
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -25,28 +25,28 @@ use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
 use crate::simulation::viewpoint::raster_view;
 
-/// Make the paper's figures 2 to 7 again, and hold its numbers against ours.
+/// Reproduce figures 2 to 7 of the paper, and compare its numbers with the results of isotherm.
 ///
-/// Vural, Martin, Dunstan and Sanchez-Gestido, "Real-time rasterization simulation of TIR images", 2023. Leaves figures
-/// 2, 3 and 4 (its cube in orbit, solved as a thermal network) as SVG with a CSV (step and a column for each line) for
-/// each panel, figures 5 and 6 as SVG with a CSV (step,temperature) for each of their ten transitions, figure 7 as PNG
-/// (a station in visible light and in false-colour temperature), checks.csv
+/// The paper is Vural, Martin, Dunstan and Sanchez-Gestido, "Real-time rasterization simulation of TIR images", 2023.
+/// Figures 2 to 4 show its cube in orbit, solved as a thermal network: SVG, with a CSV (step and a column for each
+/// line) for each panel. Figures 5 and 6 show ten transitions: SVG, with a CSV (step,temperature) for each. Figure 7
+/// shows a station in visible light and in false-colour temperature: PNG. The command also writes checks.csv
 /// (statement,expected,computed,difference,agrees) and index.html, which needs no internet.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm paper -o out/paper\n  \
 isotherm paper -o out/paper --force --device cpu\n  \
 isotherm paper -o out/paper --scene models/station.toml --time 1200")]
 pub struct Arguments {
-    /// Folder for the figures; it must be empty or absent
+    /// Output folder, which must be empty or absent
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Overwrite the files of an earlier `isotherm paper` in the output folder
     #[arg(long)]
     force: bool,
-    /// Scene that figure 7 shows
+    /// Scene for figure 7
     #[arg(long, value_name = "SCENE.toml", default_value = "models/station.toml")]
     scene: PathBuf,
-    /// Time since the start of the scene that figure 7 shows [s]
+    /// Time of figure 7 since the start of the scene [s]
     #[arg(long, value_name = "SECONDS", default_value_t = 5000.0, allow_negative_numbers = true)]
     time: f64,
     #[command(flatten)]
@@ -137,7 +137,7 @@ fn rows<'a>(
     std::iter::once(head).chain(temperatures.enumerate().map(row))
 }
 
-/// The PNG of figure 7 and its caption; `None` where Ctrl-C came first.
+/// The PNG of figure 7 and its caption. `None` after Ctrl-C.
 fn figure_7(chosen: &Target, prepared: &Prepared, time: f64) -> Result<Option<(Vec<u8>, String)>, CliError> {
     let camera = prepared.scene.require_camera().map_err(PrepareError::from)?;
     let mut engine = chosen.engine(prepared, Some(camera))?;

@@ -1,4 +1,4 @@
-//! The cubes of the paper's figures 2 to 4, solved as thermal networks on the chosen device.
+//! Solves the cubes of the paper's figures 2 to 4 on the chosen device.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,12 +16,12 @@ use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::stepper::{Stepper, WorkCounts};
 
-/// Error that an orbit is aimed at [K]: figure 2 shows a signal of 1 K.
+/// Target error of an orbit [K]. Figure 2 shows a signal of 1 K.
 const TOLERANCE: f64 = 5e-4;
-/// Error at which a periodic state is found [K].
+/// Tolerance of a periodic state [K].
 const PERIODIC_TOLERANCE: f64 = 1e-3;
 
-/// The periodic states of all cubes, and what they took. `output` is what is left behind where Ctrl-C comes first.
+/// The periodic states of all cubes, and their work. After Ctrl-C the error names `output`.
 pub(super) fn compute(chosen: &Target, output: &Path) -> Result<(Orbits, String), CliError> {
     let stop = stop_flag();
     let bar = progress_bar(CASES, "figures 2-4");
@@ -47,7 +47,7 @@ pub(super) fn compute(chosen: &Target, output: &Path) -> Result<(Orbits, String)
     Ok((solved?, work))
 }
 
-/// Why an orbit was not integrated.
+/// The error of a failed integration.
 fn told(error: ControlError<GpuError>, case: &Case, output: &Path) -> CliError {
     match error {
         ControlError::Stepper(error) => error.into(),

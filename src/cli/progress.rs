@@ -1,4 +1,4 @@
-//! Progress on standard error, and Ctrl-C.
+//! Progress bars on standard error, and Ctrl-C.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::simulation::prepare_error::Stage;
 
-/// A bar on standard error; nothing where that is no terminal.
+/// A progress bar on standard error. It is hidden if that is no terminal.
 pub(super) fn progress_bar(length: u64, what: &str) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
     let style = ProgressStyle::with_template("{msg:>12} [{bar:40}] {pos}/{len} {eta}")
@@ -19,18 +19,17 @@ pub(super) fn progress_bar(length: u64, what: &str) -> ProgressBar {
     bar
 }
 
-/// Shows how far the building of a scene is.
+/// A progress bar for building a scene.
 pub(super) fn building_bar() -> ProgressBar {
     progress_bar(Stage::COUNT, "building")
 }
 
-/// Moves the bar of `building_bar`.
 pub(super) fn show_stage(bar: &ProgressBar, stage: Stage) {
     bar.set_message(stage.to_string());
     bar.set_position(stage.number());
 }
 
-/// A counter on standard error, for work whose end is not known beforehand.
+/// A counter on standard error for work of unknown length.
 pub(super) fn spinner(what: &str) -> ProgressBar {
     let bar = ProgressBar::new_spinner();
     let style = ProgressStyle::with_template("{msg:>12} {spinner} {human_pos}")
@@ -41,11 +40,11 @@ pub(super) fn spinner(what: &str) -> ProgressBar {
     bar
 }
 
-/// A flag that the first Ctrl-C sets; the second ends the process at once.
+/// A flag that the first Ctrl-C sets. The second ends the process at once.
 pub(super) fn stop_flag() -> Arc<AtomicBool> {
     let flag = Arc::new(AtomicBool::new(false));
     let seen = Arc::clone(&flag);
-    // Where no handler can be set, Ctrl-C ends the process; files appear whole or not at all in any case.
+    // Without a handler Ctrl-C ends the process. Files still appear whole or not at all.
     let _ = ctrlc::set_handler(move || {
         if seen.swap(true, Ordering::Relaxed) {
             std::process::exit(130);

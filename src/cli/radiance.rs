@@ -1,4 +1,4 @@
-//! `isotherm radiance`: band radiance of a blackbody, and its inverse.
+//! `isotherm radiance`: band radiance of a blackbody and its inverse.
 
 use std::io::Write;
 
@@ -11,18 +11,18 @@ use crate::thermal::brightness::{BrightnessTable, MAX_TEMPERATURE, brightness_te
 use crate::thermal::planck::Band;
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 
-/// Band radiance of a blackbody [W m-2 sr-1], or with --inverse its temperature [K], as CSV.
+/// Print the band radiance of a blackbody [W m-2 sr-1] as CSV, or with --inverse its temperature [K].
 ///
-/// Numbers are computed on the device in f32 and printed with 9 significant digits.
+/// The device computes in f32. The CSV has 9 significant digits.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isotherm radiance --band 8:14 300 267 180\n  isotherm radiance --band 3:5 --inverse 1.5"
 )]
 pub struct Arguments {
-    /// Band in micrometres, within 1 to 50
+    /// Band [um], within 1 to 50
     #[arg(long, value_name = "LOWER:UPPER", default_value = "8:14", value_parser = parse_band)]
     band: Band,
-    /// The numbers are radiances [W m-2 sr-1]; print brightness temperatures
+    /// Read radiances [W m-2 sr-1] and print brightness temperatures
     #[arg(long)]
     inverse: bool,
     /// Temperatures [K], or radiances
@@ -37,7 +37,7 @@ fn parse_band(text: &str) -> Result<Band, String> {
     let number = |text: &str| text.trim().parse::<f64>().map_err(|_| format!("'{text}' is not a number"));
     let (lower, upper) = (number(lower)?, number(upper)?);
     if !(lower >= 1.0 && lower < upper && upper <= 50.0) {
-        return Err("a band lies within 1 to 50 micrometres, and its lower end comes first".to_owned());
+        return Err("a band must be within 1 to 50 micrometres, with the lower end first".to_owned());
     }
     Ok(Band { lower: lower * 1e-6, upper: upper * 1e-6 })
 }
@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         if arguments.inverse {
             guesses.check(*number)?;
         } else if !(0.0..=MAX_TEMPERATURE).contains(number) {
-            let message = format!("a temperature is finite, within 0 and {MAX_TEMPERATURE} K, not {number}");
+            let message = format!("a temperature must be finite and within 0 and {MAX_TEMPERATURE} K, not {number}");
             return Err(CliError::Usage(message));
         }
     }

@@ -1,4 +1,4 @@
-//! `isotherm render`: one image of a scene at a time.
+//! `isotherm render`: draws one image of a scene.
 
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -13,23 +13,23 @@ use crate::output::frame_maker::FrameMaker;
 use crate::simulation;
 use crate::simulation::device_data::DeviceData;
 
-/// Render one image; the state is stepped to its time from the start.
+/// Render one image after stepping the scene to its time.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  isotherm render models/station.toml --time 1200 -o station.exr")]
 pub struct Arguments {
-    /// Scene file (TOML; docs/scene.md says what it holds)
+    /// Scene file (TOML, described in docs/scene.md)
     scene: PathBuf,
-    /// Time since the start [s]; a last, shorter step is made where it is no multiple of the scene's step
+    /// Time since the start [s]; the last step is shorter if this is no multiple of the scene's step
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     time: f64,
-    /// The image: float32 EXR with radiance, temperature, depth, part and material
+    /// Image to write: float32 EXR with radiance, temperature, depth, part and material
     #[arg(short, long, value_name = "FILE.exr")]
     output: PathBuf,
     #[command(flatten)]
     device: DeviceArguments,
 }
 
-/// Steps that a still is worth: a day of a hundred a second, a hundred times over.
+/// Most steps to one image: a hundred days at 100 Hz, rounded up.
 const MOST_STEPS: u64 = 1_000_000_000;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
@@ -44,7 +44,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let steps = u64::from(prepared.warm_up_steps()) + (arguments.time / prepared.scene.time.step) as u64;
     if steps > MOST_STEPS {
         return Err(CliError::Usage(format!(
-            "--time {} is {steps} steps away; at most {MOST_STEPS} are made",
+            "--time {} needs {steps} steps; the limit is {MOST_STEPS}",
             arguments.time
         )));
     }

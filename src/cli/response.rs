@@ -1,13 +1,13 @@
-//! `isotherm response`: how a temperature follows its targets, and which function it follows them by.
+//! `isotherm response`: the response of a temperature to targets, and fits of response functions.
 
 use super::error::CliError;
 use super::{response_fit, response_targets};
 
-/// How a temperature follows its targets.
+/// Print the response of a temperature to targets.
 ///
-/// A node starts at rest at --initial; each step commands the target of that step. Prints step,temperature as CSV, the
-/// initial temperature first. The steps are those that a scene's transition takes, computed on the device in f32 and
-/// printed with 9 significant digits; --device cpu gives the f64 answer.
+/// A node starts at rest at --initial. Each step commands the target of that step. The CSV has the columns
+/// step,temperature and starts with the initial temperature. The steps are the same as those of a scene's transition.
+/// The device computes in f32, and --device cpu computes in f64. The CSV has 9 significant digits.
 #[derive(clap::Args)]
 #[command(after_help = response_targets::HELP, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Arguments {

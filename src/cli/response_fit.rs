@@ -1,4 +1,4 @@
-//! `isotherm response fit`: the function and t_max that follow a measured step response best.
+//! `isotherm response fit`: fits a function and t_max to a measured step response.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -11,18 +11,17 @@ use crate::thermal::fit::{Fit, Fits, Sample, fit};
 use crate::thermal::function::{Function, Kind};
 use crate::thermal::material::Domain;
 
-/// Fits that the plot shows.
+/// Number of fits in the plot.
 const PLOTTED: usize = 3;
-/// Most dots in the plot; more would hide each other.
+/// Most dots in the plot. More would hide each other.
 const MOST_DOTS: usize = 400;
 
-/// Propose the function and t_max that follow a step response best.
+/// Fit a function and t_max to a measured step response.
 ///
-/// The data begin at rest: the first row is the initial temperature, and the target commanded there does not move. The
-/// target is estimated unless --target gives it. Every function is fitted to the temperatures in T and in T4; a table
-/// goes through every row, so its residual is that of a table of every second row at the others. The order is by
-/// Schwarz's criterion, so that a function with more free numbers must earn them. What to paste into a [[material]] of
-/// a scene comes last.
+/// The first row must be the initial temperature at rest. The target is estimated unless --target states it. Every kind
+/// of function is fitted in T and in T4. A table passes through every row, so its residual comes from a table of every
+/// second row, evaluated at the other rows. The order follows Schwarz's criterion, which penalises free numbers. The
+/// last lines can be pasted into a [[material]] of a scene.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm response fit cooling.csv\n  \
 isotherm response fit cooling.csv --target 2.7 --plot cooling.svg")]
@@ -30,7 +29,7 @@ pub struct Arguments {
     /// CSV with the columns time [s] (or step) and temperature [K]
     #[arg(value_name = "DATA.csv")]
     data: PathBuf,
-    /// The target, where it is known [K]
+    /// Target, if known [K]
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     target: Option<f64>,
     /// Plot of the data and the best fits
@@ -38,7 +37,7 @@ pub struct Arguments {
     plot: Option<PathBuf>,
 }
 
-/// Data, the line of the file that each row stands in, and what their time counts.
+/// The data, their lines in the file, and the unit of their time.
 struct Data {
     samples: Vec<Sample>,
     lines: Vec<u64>,
@@ -102,7 +101,7 @@ fn domain(fit: &Fit) -> &'static str {
     }
 }
 
-/// Every kind with its residual, the best first.
+/// Every kind of function with its residual, best first.
 fn table(data: &Data, fits: &Fits) -> String {
     let unit = unit(data.in_steps);
     let mut lines = format!(
@@ -134,7 +133,7 @@ fn table(data: &Data, fits: &Fits) -> String {
     lines
 }
 
-/// Six significant digits, without zeros that say nothing.
+/// Six significant digits without trailing zeros.
 fn number(value: f64) -> String {
     format!("{value:.5e}").parse::<f64>().unwrap_or(value).to_string()
 }
@@ -143,7 +142,7 @@ fn residual(value: f64) -> String {
     if value >= 1e-3 { format!("{value:.4}") } else { format!("{value:.1e}") }
 }
 
-/// The lines of a material.
+/// The fit as lines for a [[material]].
 fn to_paste(fit: &Fit, arguments: &Arguments, in_steps: bool) -> String {
     let response = &fit.response;
     let own = match &response.function {

@@ -1,4 +1,4 @@
-//! The response to targets from a file, on the device or in f64.
+//! Computes the response to targets from a file, on the device or in f64.
 
 use std::path::PathBuf;
 
@@ -22,33 +22,33 @@ Example:
   isotherm response --heating quadratic:361 --cooling exponential=3:100 --initial 2.7 --targets targets.csv";
 
 #[derive(clap::Args)]
-/// What is to respond, to what, and where the answer goes.
+/// The arguments of `isotherm response`.
 pub struct Targets {
-    /// Function towards a higher temperature, and its time to the target [steps]
+    /// Function for heating, and its duration t_max [steps]
     #[arg(long, required = true, value_name = "F:TMAX", value_parser = parse_profile)]
     heating: Option<Profile>,
-    /// Function towards a lower temperature, and its time to the target [steps]
+    /// Function for cooling, and its duration t_max [steps]
     #[arg(long, required = true, value_name = "F:TMAX", value_parser = parse_profile)]
     cooling: Option<Profile>,
     /// Temperature at step 0 [K]
     #[arg(long, required = true, value_name = "K", value_parser = targets::parse_temperature, allow_negative_numbers = true)]
     initial: Option<f64>,
-    /// Targets by step
+    /// CSV file with the columns step,target
     #[arg(long, required = true, value_name = "TARGETS.csv")]
     targets: Option<PathBuf>,
-    /// What moves: the temperature, or its fourth power
+    /// Quantity that moves: the temperature or its fourth power
     #[arg(long, default_value = "T", value_parser = parse_domain)]
     domain: Domain,
-    /// What a moving target does to the transition under way: merge or restart
+    /// Rule for a target that moves during a transition: merge or restart
     #[arg(long, default_value = "merge", value_parser = parse_retarget)]
     retarget: Retarget,
     /// Steps to take [default: to the last row of the targets]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_STEPS)))]
     steps: Option<u32>,
-    /// CSV file that receives step,temperature [default: standard output]
+    /// CSV file for step,temperature [default: standard output]
     #[arg(short, long, value_name = "out.csv")]
     output: Option<PathBuf>,
-    /// SVG file that receives a plot
+    /// SVG file for a plot
     #[arg(long, value_name = "out.svg")]
     plot: Option<PathBuf>,
     #[command(flatten)]
@@ -57,10 +57,10 @@ pub struct Targets {
 
 fn parse_profile(text: &str) -> Result<Profile, String> {
     let (function, t_max) =
-        text.rsplit_once(':').ok_or("a function is followed by a colon and its time in steps: quadratic:361")?;
+        text.rsplit_once(':').ok_or("write a function, a colon and the duration in steps, such as quadratic:361")?;
     let t_max_steps: f64 = t_max.trim().parse().map_err(|_| format!("'{t_max}' is not a number of steps"))?;
     if !(0.0..=LONGEST_T_MAX).contains(&t_max_steps) {
-        return Err(format!("the time to the target is from 0 to {LONGEST_T_MAX} steps, not {t_max}"));
+        return Err(format!("the duration must be from 0 to {LONGEST_T_MAX} steps, not {t_max}"));
     }
     Ok(Profile { function: Function::parse(function).map_err(|error| error.to_string())?, t_max_steps })
 }
@@ -82,7 +82,7 @@ fn parse_retarget(text: &str) -> Result<Retarget, String> {
 }
 
 pub(super) fn run(arguments: &Targets) -> Result<(), CliError> {
-    // clap has seen to it that all four are there.
+    // clap requires all four.
     let (Some(heating), Some(cooling), Some(initial), Some(targets)) =
         (&arguments.heating, &arguments.cooling, arguments.initial, &arguments.targets)
     else {
@@ -102,7 +102,7 @@ pub(super) fn run(arguments: &Targets) -> Result<(), CliError> {
     };
     let chosen = arguments.device.open()?;
     eprintln!("device: {}", chosen.name());
-    // A device rounds where the node starts, too.
+    // A device also rounds the initial temperature.
     let first = if chosen.device().is_some() { f64::from(initial as f32) } else { initial };
     let mut temperatures = vec![first];
     temperatures.extend(chosen.respond(&transition, initial, &targets)?);

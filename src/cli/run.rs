@@ -1,4 +1,4 @@
-//! `isotherm run`: a scene through all its steps, with images, plots and a report.
+//! `isotherm run`: runs a scene and writes images, plots and a report.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -24,33 +24,33 @@ use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
 use crate::trace::{Trace, Track};
 
-/// Run a scene: temperatures, images, plots and a report.
+/// Run a scene: write temperatures, images, plots and a report.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm run models/station.toml -o out/station\n  \
 isotherm run models/station.toml -o out/reference --device cpu\n  \
 isotherm run models/station.toml -o out/checked --check=5000\n  \
 isotherm run models/station.toml -o out/traced --trace out/traced.json")]
 pub struct Arguments {
-    /// Scene file (TOML; docs/scene.md says what it holds)
+    /// Scene file (TOML, described in docs/scene.md)
     scene: PathBuf,
-    /// Folder for what the run leaves; it must be empty or absent
+    /// Output folder, which must be empty or absent
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Overwrite isotherm's own files in the output folder
     #[arg(long)]
     force: bool,
-    /// Nodes that the f64 reference steps along, spread over the craft. Every run on a device checks 256 and prints the
-    /// error beside the speed; more take longer. Networks are checked whole up to 100,000 nodes
+    /// Number of nodes to compare with the f64 reference [default on a device: 256]. The report states the error beside
+    /// the speed. More nodes take longer. Networks of up to 100,000 nodes are compared as a whole
     #[arg(long, value_name = "NODES", require_equals = true, value_parser = clap::value_parser!(u32).range(1..))]
     check: Option<Option<u32>>,
-    /// Write when host and device did what, for ui.perfetto.dev or chrome://tracing
+    /// Write a timeline of host and device for ui.perfetto.dev or chrome://tracing
     #[arg(long, value_name = "FILE.json")]
     trace: Option<PathBuf>,
     #[command(flatten)]
     device: DeviceArguments,
 }
 
-/// Loads a scene and prints what a user should look at.
+/// Loads a scene and prints its warnings.
 pub(super) fn prepare_with_progress(path: &Path) -> Result<Prepared, CliError> {
     let bar = building_bar();
     let prepared = Prepared::new(path, &mut |stage| show_stage(&bar, stage));
@@ -65,7 +65,7 @@ pub(super) fn prepare_with_progress(path: &Path) -> Result<Prepared, CliError> {
     Ok(prepared)
 }
 
-/// Prints nodes and triangles, and the memory that they will take on the device.
+/// Prints the number of nodes and triangles, and their memory on the device.
 pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Target) {
     let nodes = prepared.nodes.count;
     eprintln!("{}: {nodes} nodes, {} triangles on {}", prepared.scene.name, prepared.triangle_count(), chosen.name());
@@ -148,7 +148,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if report.interrupted { Err(CliError::Stopped(arguments.output.clone())) } else { Ok(()) }
 }
 
-/// What a step and an image cost: the median of each pass, weighted with how often it ran.
+/// Cost of a step and of an image: the median of each pass, weighted by how often it ran.
 fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f64) -> Speed {
     let passes = pass_times(engine);
     let steps = engine.steps();
@@ -161,7 +161,7 @@ fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f6
     let median = |samples: Vec<f64>| PassTime::from_samples("network", &samples).map(|time| time.median_ms);
     let network_ms = median(costs.iter().filter_map(|cost| cost.device_ms).collect());
     let network_wall_ms = median(costs.iter().map(|cost| cost.wall_ms).collect());
-    // What passed many steps at a time is no step of its own.
+    // A dispatch of many steps is not a single step.
     let step_ms = mean(&|name| name.starts_with("thermal_step."), steps - engine.fused_steps())
         .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network));
     let of_image = |name: &str| ["cull", "radiance", "read radiance", "read identity"].contains(&name);
@@ -177,7 +177,7 @@ fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f6
     }
 }
 
-/// What the thermal network is, and how it was integrated.
+/// The settings and integration of the thermal network.
 fn network_section(prepared: &Prepared, engine: &dyn Engine) -> Option<SettingGroup> {
     let network = prepared.network.as_ref()?;
     let entries = network.description().into_iter().chain(engine.network_description()).collect();

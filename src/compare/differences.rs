@@ -1,21 +1,21 @@
-//! How far a run is from the network: by part and over time.
+//! Differences between a run and the network, by part and over time.
 
-/// The largest difference of a group of nodes.
+/// The largest difference in a group of nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Largest {
-    /// The run less the network [K].
+    /// The run minus the network [K].
     pub difference: f32,
     /// Temperature in the run [K].
     pub temperature: f32,
     /// Temperature in the network [K].
     pub network: f32,
-    /// When.
+    /// Number of the step.
     pub step: u32,
-    /// Vertex of the model after subdivision: the same node in every run.
+    /// Vertex of the model after subdivision. It is the same node in every run.
     pub vertex: u32,
 }
 
-/// Differences of the nodes of a part, or of all, over all steps.
+/// Differences in a part, or in the whole craft, over all steps.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct OfGroup {
     pub nodes: u64,
@@ -28,7 +28,7 @@ pub struct OfGroup {
 }
 
 impl OfGroup {
-    /// Mean over area and steps, the run less the network [K].
+    /// Mean over area and steps of the run minus the network [K].
     pub fn mean(&self) -> f64 {
         if self.weight > 0.0 { self.sum / self.weight } else { 0.0 }
     }
@@ -38,7 +38,7 @@ impl OfGroup {
         if self.weight > 0.0 { (self.squares / self.weight).sqrt() } else { 0.0 }
     }
 
-    /// The largest, where there are nodes.
+    /// The largest difference. `None` without nodes.
     pub fn largest(&self) -> Option<Largest> {
         self.largest
     }
@@ -49,7 +49,7 @@ impl OfGroup {
 pub struct OfStep {
     /// Time since the start [s].
     pub time: f64,
-    /// Area-weighted mean, the run less the network [K].
+    /// Area-weighted mean of the run minus the network [K].
     pub mean: f64,
     /// Area-weighted root mean square [K].
     pub rms: f64,
@@ -57,7 +57,7 @@ pub struct OfStep {
     pub max: f32,
 }
 
-/// The vertices of the model, which are the same in every run.
+/// The vertices of the model. They are the same in every run.
 #[derive(Debug, Clone, Default)]
 pub struct Vertices {
     /// Areas [m2].
@@ -68,7 +68,7 @@ pub struct Vertices {
     pub positions: Vec<[f32; 3]>,
 }
 
-/// The differences of a run from the network.
+/// The differences between a run and the network.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Differences {
     pub parts: Vec<OfGroup>,
@@ -78,7 +78,7 @@ pub struct Differences {
 }
 
 impl Differences {
-    /// None yet.
+    /// An empty record.
     pub fn new(vertices: &Vertices, parts: usize) -> Self {
         let mut made = Self { parts: vec![OfGroup::default(); parts], ..Self::default() };
         for (part, area) in vertices.parts.iter().zip(&vertices.areas) {
@@ -90,7 +90,7 @@ impl Differences {
         made
     }
 
-    /// Adds a step: temperatures of the run and of the network [K], in the order of the vertices.
+    /// Adds a step. Temperatures of run and network [K] are in vertex order.
     pub fn add(&mut self, vertices: &Vertices, step: u32, time: f64, run: &[f32], network: &[f32]) {
         let mut of_step = OfGroup::default();
         for (vertex, (temperature, reference)) in run.iter().zip(network).enumerate() {
@@ -113,11 +113,11 @@ impl Differences {
     }
 }
 
-/// Columns of `compare.csv`, SI: `max` is the run less the network where that is largest, and what follows says when and
-/// where, with the temperature in the run and in the network; `mean` and `rms` are over area and steps.
+/// Columns of `compare.csv` in SI units. `mean` and `rms` are over area and steps. `max` is the largest difference, run
+/// minus network. The columns after it state its time, place and both temperatures.
 const COLUMNS: &str = "part,response,rms,max,time,step,node,x,y,z,material,temperature,network,mean,nodes,area";
 
-/// `compare.csv`: a row for each part and response, then one for `all`. `step` is the length of a step [s].
+/// Rows of `compare.csv`: one for each part and response, then one for `all`. `step` is the length of a step [s].
 pub fn table(
     parts: &[String],
     materials: &[String],
@@ -183,7 +183,7 @@ mod tests {
         assert_eq!((found.parts[2].largest(), found.parts[2].rms()), (None, 0.0));
         near(found.steps[1].rms, 9.0f64.sqrt());
         assert_eq!((found.steps[0].max, found.steps[1].max), (0.0, -4.0));
-        // Even areas would give another rms: the weights count.
+        // Equal areas would give another rms, so the weights count.
         let even = Vertices { areas: vec![1.0; 3], ..two_parts() };
         let mut other = Differences::new(&even, 3);
         other.add(&even, 1, 10.0, &[302.0, 296.0, 301.0], &[300.0; 3]);

@@ -1,4 +1,4 @@
-//! What a comparison leaves in its folder.
+//! Writes the files of a comparison.
 
 use rayon::prelude::*;
 
@@ -28,12 +28,12 @@ pub fn own_files() -> Vec<String> {
     names.into_iter().chain(RESPONSES.map(series_name)).collect()
 }
 
-/// Temperatures of a response over time.
+/// Series file of a response.
 fn series_name(response: &str) -> String {
     format!("series_{response}.csv")
 }
 
-/// Writes every file; `pictured` hears of each picture.
+/// Writes every file. `pictured` is called after each picture.
 pub fn write(folder: &Folder, runs: &Runs, page: &Page, pictured: &(dyn Fn() + Sync)) -> Result<(), OutputError> {
     let network = &runs.ran[NETWORK];
     let scene = &network.prepared.scene;
@@ -95,7 +95,7 @@ fn details(runs: &Runs, scale: &ColourScale) -> String {
     )
 }
 
-/// `differences.csv`: time [s], then mean, rms and max [K] over all nodes, of instant and of transition.
+/// Rows of `differences.csv`: time [s], then mean, rms and max [K] over all nodes, for instant and for transition.
 fn over_time(runs: &Runs) -> Vec<Vec<String>> {
     let mut head = vec!["time".to_owned()];
     for run in [INSTANT, TRANSITION] {

@@ -1,7 +1,7 @@
-//! One scene under three responses: without memory, with profiles in temperature, and by its energy balance.
+//! Compares one scene under three responses: instant, transition and network.
 //!
-//! [`responses`] says how each material moves in each run, [`runs`] makes the runs, [`differences`] holds them against the
-//! network, [`page`] and [`files`] show what was found.
+//! [`responses`] sets the response of each material in each run. [`runs`] does the runs. [`differences`] compares them
+//! with the network. [`page`] and [`files`] write the results.
 
 pub(crate) mod differences;
 pub(crate) mod files;
@@ -18,22 +18,22 @@ use crate::simulation::engine::EngineError;
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::fit::FitError;
 
-/// The responses, in the order in which they are shown; the last is what the others are held against.
+/// The responses in display order. The last is the reference.
 pub const RESPONSES: [&str; 3] = ["instant", "transition", "network"];
-/// The run without memory.
+/// Index of the run without thermal memory.
 pub const INSTANT: usize = 0;
-/// The run with profiles in temperature.
+/// Index of the run with transitions.
 pub const TRANSITION: usize = 1;
-/// The run by the energy balance.
+/// Index of the run with the energy balance.
 pub const NETWORK: usize = 2;
 
-/// What keeps a scene from being compared.
+/// An error that prevents a comparison.
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
     /// The scene or its model.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
-    /// Materials without what a network needs.
+    /// Materials lack values that a network needs.
     #[error(
         "{}: compare runs every material as a network, which needs more than the scene states of {lacks}. State it in the \
          [[material]] or in the table's entry; a material with response = 'instant' and without any of these keys is left \
@@ -43,28 +43,28 @@ pub enum CompareError {
     Lacks {
         /// The scene file.
         path: PathBuf,
-        /// Materials and keys.
+        /// Materials and their missing keys.
         lacks: String,
     },
-    /// Nothing would differ.
+    /// Every material is instant, so nothing would differ.
     #[error(
         "{}: every material has response = 'instant' and no thickness, density and specific_heat: there is no network to \
          compare with",
         .0.display()
     )]
     NothingToCompare(PathBuf),
-    /// A material whose step response has no fit.
+    /// No transition fits the step response of a material.
     #[error("material '{material}': no transition fits its step response: {source}")]
     Fit {
         /// The material.
         material: String,
-        /// Why.
+        /// The reason.
         source: FitError,
     },
-    /// A run.
+    /// A run failed.
     #[error(transparent)]
     Job(#[from] JobError),
-    /// Ctrl-C.
+    /// The user pressed Ctrl-C.
     #[error("stopped")]
     Stopped,
 }

@@ -1,4 +1,4 @@
-//! `compare.html`: what the three responses say of one scene, on one page that needs no network and no script.
+//! `compare.html`: the results of a comparison on one page that needs no network and no script.
 
 use super::responses::{Origin, domain_text, notes, profile_text};
 use super::runs::{Ran, Runs};
@@ -9,17 +9,17 @@ use crate::output::settings;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::step_response::Fitted;
 
-/// What the page tells beside the runs.
+/// Further facts on the page.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Page {
-    /// The command as it was given.
+    /// The command line.
     pub command_line: String,
-    /// Wall time of the whole command until the page is made [s].
+    /// Wall time of the command up to this page [s].
     pub wall_s: f64,
 }
 
 impl Page {
-    /// The document; `tables` are the names of its CSV files.
+    /// The page. `tables` are the names of the CSV files.
     pub fn html(&self, runs: &Runs, tables: &[String], pictures: &[Picture], plots: &[PlotEntry]) -> String {
         let prepared = &runs.ran[NETWORK].prepared;
         let scene = &prepared.scene;
@@ -98,7 +98,7 @@ fn headline(html: &mut Html, runs: &Runs) {
     html.headline(figures.into_iter().map(|((value, unit), what)| (value, unit.to_owned(), what)));
 }
 
-/// What the scene's own warnings are, and warm-ups that did not become periodic.
+/// The scene's warnings, and warm-ups that did not become periodic.
 fn warnings(runs: &Runs) -> Vec<String> {
     let mut warnings = runs.ran[NETWORK].prepared.warnings.clone();
     for (name, ran) in RESPONSES.iter().zip(&runs.ran) {

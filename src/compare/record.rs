@@ -1,4 +1,4 @@
-//! Temperatures of all vertices at all steps of a run, in a file without a name: large scenes have more than memory holds.
+//! Stores the temperatures of all vertices at all steps in a temporary file, because large scenes exceed memory.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::output::OutputError;
 
-/// Rows of as many temperatures each, one a step.
+/// One row of temperatures for each step.
 pub struct Record {
     file: File,
     folder: PathBuf,
@@ -14,13 +14,13 @@ pub struct Record {
 }
 
 impl Record {
-    /// An empty record on the disk of a folder; it vanishes with the process.
+    /// An empty record in a folder. It vanishes when the process ends.
     pub fn new(folder: &Path, vertices: usize) -> Result<Self, OutputError> {
         let file = tempfile::tempfile_in(folder).map_err(|source| OutputError::write(folder, source))?;
         Ok(Self { file, folder: folder.to_path_buf(), vertices })
     }
 
-    /// Adds the temperatures of the next step [K], in the order of the vertices.
+    /// Adds the temperatures of the next step [K] in vertex order.
     pub fn push(&mut self, temperatures: &[f32]) -> Result<(), OutputError> {
         let written = self.file.write_all(bytemuck::cast_slice(temperatures));
         written.map_err(|source| OutputError::write(&self.folder, source))
@@ -28,8 +28,7 @@ impl Record {
 
     /// The temperatures of a step [K].
     ///
-    /// # Errors
-    /// A step that was not recorded.
+    /// The step was not recorded.
     pub fn row(&mut self, step: u32) -> Result<Vec<f32>, OutputError> {
         let mut row = vec![0.0f32; self.vertices];
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut row);

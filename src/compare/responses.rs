@@ -1,4 +1,4 @@
-//! How every material moves in each of the three runs.
+//! Sets the response of every material in each of the three runs.
 
 use std::path::Path;
 
@@ -11,40 +11,39 @@ use crate::thermal::material::{Bulk, Domain, Material, Profile, Response, Sides,
 use crate::thermal::shell::{ShellError, ShellMaterial};
 use crate::thermal::step_response::{Fitted, Plate};
 
-/// Where the transition of a material comes from.
+/// The origin of a material's transition.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Origin {
     /// The scene states it.
     Stated,
     /// Fitted to the step response of the material's network.
     Fitted(Box<Fitted>),
-    /// The material is `instant` in all runs.
+    /// None: the material is `instant` in all runs.
     Kept,
 }
 
-/// The transition of a material.
+/// The transition of a material, with its origin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OfMaterial {
     pub name: String,
-    /// What moves it in the run `transition`; `None` where it is `instant`.
+    /// The transition in the run `transition`. `None` for an `instant` material.
     pub transition: Option<Transition>,
-    /// Where that comes from.
     pub origin: Origin,
 }
 
-/// Whether a material stays `instant` in all three runs: it is so in the scene, and states nothing that a network needs.
+/// Whether a material stays `instant` in all runs: the scene says so, and it states no network values.
 pub fn is_kept(material: &Material) -> bool {
     let silent = Bulk { conductivity: None, ..material.bulk } == Bulk::default();
     material.response == Response::Instant && silent
 }
 
-/// The scene with every material as `instant`.
+/// The scene with every material `instant`.
 pub fn instant(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, PrepareError> {
     let change = |materials: &mut [Material]| materials.iter_mut().for_each(|one| one.response = Response::Instant);
     Prepared::with_materials(without_network(scene), change, progress)
 }
 
-/// The scene with every material as `transition`, one entry of `of` for each.
+/// The scene with every material a `transition`. `of` has an entry for each material.
 pub fn transition(scene: &Scene, of: &[OfMaterial], progress: &mut dyn FnMut(Stage)) -> Result<Prepared, PrepareError> {
     let change = |materials: &mut [Material]| {
         for (material, of) in materials.iter_mut().zip(of) {
@@ -54,10 +53,10 @@ pub fn transition(scene: &Scene, of: &[OfMaterial], progress: &mut dyn FnMut(Sta
     Prepared::with_materials(without_network(scene), change, progress)
 }
 
-/// The scene with every material as `network`, but for those that are kept.
+/// The scene with every material a `network`, except for the kept ones.
 ///
 /// # Errors
-/// Materials that lack what a network needs, all of them in one error; and as [`Prepared::new`].
+/// All materials that lack network values, in one error. Also as [`Prepared::new`].
 pub fn network(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, CompareError> {
     let mut lacks = Vec::new();
     let mut any = false;
@@ -73,7 +72,7 @@ pub fn network(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepare
             }
         }
     };
-    // What a contact or a heater says of a material that lacks something would hide the reason.
+    // Errors about contacts and heaters would hide the missing values, so those are checked first.
     let prepared = Prepared::with_materials(scene.clone(), change, progress);
     if !lacks.is_empty() {
         return Err(CompareError::Lacks { path: scene.source.clone(), lacks: lacks.join("; ") });
@@ -85,7 +84,7 @@ pub fn network(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepare
     Ok(prepared)
 }
 
-/// Keys with units that a network needs and the material does not state.
+/// The missing network keys of a material, with units.
 pub fn lacking(material: &Material) -> Vec<String> {
     let mut filled = material.clone();
     let mut keys = Vec::new();
@@ -105,16 +104,16 @@ pub fn lacking(material: &Material) -> Vec<String> {
     keys
 }
 
-/// Contacts and heaters belong to the network alone.
+/// The scene without contacts and heaters, which only act in a network.
 fn without_network(scene: &Scene) -> Scene {
     Scene { contacts: Vec::new(), heaters: Vec::new(), ..scene.clone() }
 }
 
-/// The transition of every material: as the scene states it, or fitted to the step response of a plate of it between the
-/// two temperatures [K] of `swings`.
+/// The transition of every material: stated by the scene, or fitted to the step response of a plate between two
+/// temperatures [K], `swings`.
 ///
 /// # Errors
-/// A material that nothing fits.
+/// No transition fits a material.
 pub fn transitions(network: &Prepared, swings: &[[f64; 2]]) -> Result<Vec<OfMaterial>, CompareError> {
     let of = |(material, between): (&Material, &[f64; 2])| {
         let (transition, origin) = match (&material.response, &material.transition) {
@@ -132,7 +131,7 @@ pub fn transitions(network: &Prepared, swings: &[[f64; 2]]) -> Result<Vec<OfMate
     network.materials.iter().zip(swings).map(of).collect()
 }
 
-/// The plate that a node of the material is, what lies below its outer sheet left out.
+/// The plate of a material, without the structure below its outer layer.
 fn plate(material: &Material) -> Plate {
     let bulk = &material.bulk;
     let product = [bulk.thickness, bulk.density, bulk.specific_heat]
@@ -145,7 +144,7 @@ fn plate(material: &Material) -> Plate {
     Plate { capacitance: product.unwrap_or(0.0), emissivity: material.front.emissivity + back }
 }
 
-/// A profile as a scene file states it.
+/// A profile in the syntax of a scene file.
 pub fn profile_text(profile: &Profile, step: f64) -> String {
     let own = match &profile.function {
         Function::Shaped(shape) => match &shape.kind {
@@ -158,7 +157,7 @@ pub fn profile_text(profile: &Profile, step: f64) -> String {
     format!("{own}, t_max {:.0} s", profile.t_max_steps * step)
 }
 
-/// What a transition moves, as a scene file writes it.
+/// A domain in the syntax of a scene file.
 pub fn domain_text(domain: Domain) -> &'static str {
     match domain {
         Domain::Temperature => "T",
@@ -166,7 +165,7 @@ pub fn domain_text(domain: Domain) -> &'static str {
     }
 }
 
-/// What is to be said of the runs beside what the scene assumes.
+/// Notes on the runs, besides the scene's assumptions.
 pub fn notes(network: &Prepared, of: &[OfMaterial], scene_file: &Path) -> Vec<String> {
     let mut notes = Vec::new();
     let names = |which: &dyn Fn(&OfMaterial) -> bool| {

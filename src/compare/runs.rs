@@ -1,4 +1,4 @@
-//! The three runs: each scene through all its steps, with temperatures of all steps and views of a few.
+//! Runs the scene under the three responses and keeps all temperatures and some views.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,71 +24,71 @@ use crate::simulation::{is_drawn, pose_at, start};
 
 /// Most steps that are shown as pictures.
 pub const MOST_VIEWS: usize = 6;
-/// Most pixels that all views hold together; large images are shown at fewer steps.
+/// Most pixels in all views together. Large images have fewer views.
 const MOST_PIXELS: usize = 1 << 26;
 
-/// How far the runs are.
+/// Progress of the runs.
 pub enum Progress {
-    /// A run begins: which, and how many steps it has; 0 where its warm-up ends by itself.
+    /// A run begins: its index and number of steps. 0 if the length of its warm-up is unknown.
     Begins(usize, u64),
-    /// A step is done, or an orbit of a periodic warm-up.
+    /// A step, or an orbit of a periodic warm-up, is done.
     Stepped,
 }
 
-/// What a run cost: wall-clock times on the host, measured alike for every response.
+/// Cost of a run, in wall times on the host, measured in the same way for every response.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cost {
-    /// Of a thermal step [ms]: from its submission until it is done, network included.
+    /// A thermal step [ms] from its submission until it is done, including the network.
     pub step: Option<Spread>,
-    /// Of an image [ms]: from its submission until radiance, temperature and labels are on the host.
+    /// An image [ms] from its submission until radiance, temperature and labels are on the host.
     pub image: Option<Spread>,
-    /// Mean time of the thermal passes of a step on the device [ms], by its own clock, warm-up left out; of a network its loads
-    /// only.
+    /// Mean device time of the thermal passes of a step [ms], without warm-up. For a network it includes only the
+    /// loads.
     pub device_step_ms: Option<f64>,
-    /// Steps of the warm-up, where it has a given length.
+    /// Steps of the warm-up, if its length is fixed.
     pub warm_up: u64,
     /// Wall time of the warm-up [s].
     pub warm_up_s: f64,
-    /// Wall time of the whole run, start-up and warm-up included, pictures not [s].
+    /// Wall time of the run with start-up and warm-up but without pictures [s].
     pub wall_s: f64,
 }
 
-/// What a run left.
+/// The results of a run.
 pub struct Ran {
-    /// The scene as it ran.
+    /// The prepared scene.
     pub prepared: Prepared,
     /// Temperatures of parts, materials and probes.
     pub series: Series,
     /// What it cost.
     pub cost: Cost,
-    /// How a periodic warm-up went.
+    /// Convergence of a periodic warm-up.
     pub periodic: Option<Periodic>,
-    /// How its network was integrated.
+    /// Settings and work of its network.
     pub network: Vec<(String, String)>,
-    /// Differences from the network; those of the network itself are empty.
+    /// Differences from the network. They are empty for the network itself.
     pub differences: Differences,
-    /// Least and greatest temperature of each vertex [K].
+    /// Lowest and highest temperature of each vertex [K].
     range: Vec<[f32; 2]>,
-    /// Temperatures and parts of the shown steps, pixel by pixel.
+    /// Temperature and part of each pixel at the shown steps.
     images: Vec<(Vec<f32>, Vec<u32>)>,
 }
 
 /// All three runs.
 pub struct Runs {
-    /// In the order of `RESPONSES`.
+    /// The runs in the order of `RESPONSES`.
     pub ran: Vec<Ran>,
     /// The transition of each material.
     pub materials: Vec<OfMaterial>,
-    /// The vertices, the same for all.
+    /// The vertices, which all runs share.
     pub vertices: Vertices,
-    /// What the camera saw.
+    /// The shown steps.
     pub views: Vec<Views>,
     /// Name of the device.
     pub device: String,
 }
 
 impl Runs {
-    /// Parts in the order of how far `instant` is from the network, the farthest first; those without area are left out.
+    /// Parts in descending order of the difference between `instant` and the network. Parts without area are left out.
     pub fn farthest_parts(&self) -> Vec<usize> {
         let parts = &self.ran[INSTANT].differences.parts;
         let mut order: Vec<usize> = (0..parts.len()).filter(|part| parts[*part].area > 0.0).collect();
@@ -97,19 +97,19 @@ impl Runs {
     }
 }
 
-/// Steps that are shown: those that the scene draws, evenly thinned to `most`.
+/// The shown steps: the drawn steps, thinned evenly to `most`.
 pub fn shown_steps(draw: &Draw, steps: u32, most: usize) -> Vec<u32> {
     let drawn: Vec<u32> = (0..=steps).filter(|step| is_drawn(draw, *step)).collect();
     let count = drawn.len().min(most);
-    // The middles of equal shares: neither end is shown for its own sake, and an orbit's noon and midnight both are.
+    // The middles of equal shares avoid the ends, and include both noon and midnight of an orbit.
     (0..count).map(|i| drawn[(2 * i + 1) * drawn.len() / (2 * count)]).collect()
 }
 
-/// Runs the scene as network, as instant and as transition, in this order: the swing of the balance temperatures is what
-/// transitions are fitted to.
+/// Runs the scene as network, instant and transition, in this order. Transitions are fitted to the range of balance
+/// temperatures in the instant run.
 ///
 /// # Errors
-/// A scene that cannot be compared, a device that fails, Ctrl-C.
+/// A scene that cannot be compared, a device error, or Ctrl-C.
 pub fn all(
     scene: &Scene,
     target: &Target,
@@ -150,7 +150,7 @@ fn vertices(prepared: &Prepared) -> Vertices {
     }
 }
 
-/// Area-weighted means of the coldest and of the hottest temperature of each material's nodes [K].
+/// Mean coldest and mean hottest temperature of each material's nodes [K], weighted by area.
 fn swings(ran: &Ran, vertices: &Vertices) -> Vec<[f64; 2]> {
     let mut sums = vec![[0.0f64; 3]; ran.prepared.materials.len()];
     for ((material, area), range) in vertices.materials.iter().zip(&vertices.areas).zip(&ran.range) {
@@ -159,7 +159,7 @@ fn swings(ran: &Ran, vertices: &Vertices) -> Vec<[f64; 2]> {
         *cold += area * f64::from(range[0]);
         *hot += area * f64::from(range[1]);
     }
-    // A material that nothing is made of has no temperatures; its transition moves no node.
+    // A material without nodes has no temperatures. Its transition has no effect.
     let mean = |[whole, cold, hot]: [f64; 3]| if whole > 0.0 { [cold / whole, hot / whole] } else { [250.0, 300.0] };
     sums.into_iter().map(mean).collect()
 }
@@ -178,7 +178,7 @@ fn views(ran: &mut [Ran], shown: &[u32]) -> Vec<Views> {
             parts.push(part);
         }
         let [first, second, third] = <[Vec<f32>; 3]>::try_from(temperatures).ok()?;
-        // The outlines are those of one mesh; a pixel that a tie in depth gave to another part says nothing.
+        // All runs share one mesh. Pixels with different parts are ties in depth and are left out.
         let mut part = parts.pop()?;
         for other in &parts {
             part.iter_mut().zip(other).filter(|(one, other)| *one != *other).for_each(|(one, _)| *one = 0);
@@ -201,15 +201,15 @@ fn views(ran: &mut [Ran], shown: &[u32]) -> Vec<Views> {
     shown.iter().filter_map(view).collect()
 }
 
-/// What a run's temperatures are for.
+/// The use of a run's temperatures.
 enum Held<'a> {
-    /// The network: they are kept.
+    /// The run is the network: record them.
     Recorded(&'a mut Record),
-    /// The others: they are held against it.
+    /// The run is another one: compare them with the network.
     Against(&'a mut Record),
 }
 
-/// What is the same for every run.
+/// The common settings of the runs.
 struct Setting<'a> {
     target: &'a Target,
     stop: &'a AtomicBool,
@@ -289,14 +289,14 @@ impl Setting<'_> {
     }
 }
 
-/// What a call leaves, and the milliseconds that it took.
+/// The result of a call, and its duration [ms].
 fn timed<T, E>(call: impl FnOnce() -> Result<T, E>) -> Result<(f64, T), E> {
     let began = Instant::now();
     let left = call()?;
     Ok((began.elapsed().as_secs_f64() * 1e3, left))
 }
 
-/// Number of times of the thermal passes so far, and their sum with those of the network [ms], by the device's own clock.
+/// Number of thermal passes so far, and device time of the thermal and network passes [ms].
 fn thermal_passes(engine: &dyn Engine) -> (usize, f64) {
     let passes = engine.pass_times().into_iter().flatten();
     let thermal = passes.filter(|(name, _)| name.starts_with("thermal_step."));

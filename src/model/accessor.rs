@@ -1,4 +1,4 @@
-//! Reads accessors: typed values out of buffers, sparse substitutions included, every bound checked (glTF 2.0, 3.6.2).
+//! Reads glTF accessors: typed values from buffers, with sparse values and checked bounds (glTF 2.0, 3.6.2).
 
 use std::borrow::Cow;
 
@@ -10,10 +10,10 @@ use super::Fault;
 use super::document::Document;
 use super::error::label;
 
-/// Most elements of an accessor that has no buffer view: nothing in the file bounds it, and every one takes memory.
+/// Most elements of an accessor without a buffer view. The file size does not bound them.
 const MAX_ZERO_ELEMENTS: usize = 1 << 24;
 
-/// What an accessor is read for; it decides the types that are allowed.
+/// The purpose of an accessor. It decides which types are allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Use {
     /// `POSITION`.
@@ -28,7 +28,7 @@ pub(super) struct Accessors<'a> {
     buffers: &'a [Cow<'a, [u8]>],
 }
 
-/// Elements of equal size at equal distances in a byte slice that holds them all.
+/// Elements of equal size at equal distances in a byte slice.
 struct Strided<'a> {
     bytes: &'a [u8],
     stride: usize,
@@ -43,15 +43,12 @@ impl Strided<'_> {
 }
 
 impl<'a> Accessors<'a> {
-    /// Joins a document and its buffers, one each.
+    /// Joins a document and its buffers.
     pub fn new(document: &'a Document, buffers: &'a [Cow<'a, [u8]>]) -> Self {
         Self { document, buffers }
     }
 
-    /// Positions or normals as f64; integers are converted as their `normalized` flag says.
-    ///
-    /// # Errors
-    /// An accessor out of range or of the wrong type, data outside its buffer view, sparse indices out of order.
+    /// Reads positions or normals as f64. The `normalized` flag decides the conversion of integers.
     pub fn vectors(&self, index: usize, purpose: Use) -> Result<Vec<[f64; 3]>, Fault> {
         let (accessor, component) = self.typed(index, Type::Vec3)?;
         let normalized = accessor.normalized;
@@ -78,10 +75,7 @@ impl<'a> Accessors<'a> {
         })
     }
 
-    /// Vertex indices.
-    ///
-    /// # Errors
-    /// As for [`Accessors::vectors`].
+    /// Reads vertex indices.
     pub fn indices(&self, index: usize) -> Result<Vec<u32>, Fault> {
         let (accessor, component) = self.typed(index, Type::Scalar)?;
         if !is_index(component) || accessor.normalized {
@@ -91,11 +85,8 @@ impl<'a> Accessors<'a> {
         self.read(index, accessor, component, |bytes| unsigned(component, bytes))
     }
 
-    /// Keys of an animation: `N` numbers each, of which 1 is a scalar and 3 or 4 a vector; integers only where they are
-    /// normalized (glTF 2.0, section 3.11).
-    ///
-    /// # Errors
-    /// As for [`Accessors::vectors`].
+    /// Reads animation keys of `N` numbers each: 1 is a scalar, 3 or 4 a vector. Integers must be normalized (glTF 2.0,
+    /// 3.11).
     pub fn keys<const N: usize>(&self, index: usize) -> Result<Vec<[f64; N]>, Fault> {
         let wanted = match N {
             1 => Type::Scalar,
@@ -114,7 +105,7 @@ impl<'a> Accessors<'a> {
         })
     }
 
-    /// The accessor, whose type is checked, and its component type.
+    /// The accessor with a checked type, and its component type.
     fn typed(&self, index: usize, wanted: Type) -> Result<(&'a Accessor, ComponentType), Fault> {
         let fail = |problem: String| Fault::element(self.document.accessor_label(index), problem);
         let Some(accessor) = self.document.accessors.get(index) else {
@@ -171,7 +162,7 @@ impl<'a> Accessors<'a> {
         Ok(values)
     }
 
-    /// Overwrites the elements that a sparse accessor lists (section 3.6.2.3).
+    /// Overwrites the elements that a sparse accessor lists (3.6.2.3).
     fn substitute<T>(
         &self,
         sparse: &Sparse,
@@ -208,7 +199,7 @@ impl<'a> Accessors<'a> {
         Ok(())
     }
 
-    /// `count` elements of `size` bytes from `offset` in a buffer view, all proved to lie inside it.
+    /// `count` elements of `size` bytes from `offset` in a buffer view. It checks that they lie inside.
     fn strided(
         &self,
         view: usize,
@@ -233,7 +224,6 @@ impl<'a> Accessors<'a> {
         Ok(Strided { bytes, stride, size })
     }
 
-    /// Bytes and stride of a buffer view.
     fn view(&self, index: usize) -> Result<(&'a [u8], Option<usize>), String> {
         let views = &self.document.views;
         let view =
@@ -272,12 +262,12 @@ fn component_name(component: ComponentType) -> &'static str {
     }
 }
 
-/// The first bytes of a slice as an array; absent ones are zero, which no caller's bounds let happen.
+/// The first bytes of a slice as an array. Missing bytes would be 0, but the callers' bounds exclude that.
 fn lead<const N: usize>(bytes: &[u8]) -> [u8; N] {
     bytes.first_chunk::<N>().copied().unwrap_or([0; N])
 }
 
-/// One component; normalized integers as in glTF 2.0, section 3.11.
+/// One component. Normalized integers follow glTF 2.0, 3.11.
 fn decode(component: ComponentType, normalized: bool, bytes: &[u8]) -> f64 {
     let (value, largest) = match component {
         ComponentType::I8 => (f64::from(i8::from_le_bytes(lead(bytes))), f64::from(i8::MAX)),
@@ -290,7 +280,6 @@ fn decode(component: ComponentType, normalized: bool, bytes: &[u8]) -> f64 {
     if normalized { (value / largest).max(-1.0) } else { value }
 }
 
-/// An unsigned component of one of the index types.
 fn unsigned(component: ComponentType, bytes: &[u8]) -> u32 {
     match component {
         ComponentType::U8 | ComponentType::I8 => u32::from(u8::from_le_bytes(lead(bytes))),

@@ -1,9 +1,9 @@
-//! Finds vertices that nothing tells apart.
+//! Finds identical vertices.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// The first index with the same key, of every index below `count`.
+/// For every index below `count`: the first index with the same key.
 pub(super) fn first_alike<K: Ord>(count: usize, key: impl Fn(usize) -> K + Sync) -> Vec<u32> {
     let mut order: Vec<u32> = (0..count as u32).collect();
     order.par_sort_unstable_by(|a, b| key(*a as usize).cmp(&key(*b as usize)).then(a.cmp(b)));
@@ -18,17 +18,17 @@ pub(super) fn first_alike<K: Ord>(count: usize, key: impl Fn(usize) -> K + Sync)
     first
 }
 
-/// The bits of a position. Adding 0 makes -0 and 0 one.
+/// The bits of a position. Adding 0 turns -0 into 0.
 pub(super) fn position_bits(position: DVec3) -> [u64; 3] {
     (position + 0.0).to_array().map(f64::to_bits)
 }
 
-/// Numbers the places of positions, those that agree to the last bit having one; and says how many there are.
+/// Numbers the distinct positions, compared bit by bit. Also returns how many there are.
 pub(super) fn places(positions: &[DVec3]) -> (Vec<u32>, usize) {
     let mut place = first_alike(positions.len(), |vertex| position_bits(positions[vertex]));
     let mut count = 0;
     for vertex in 0..place.len() {
-        // The first of a place has its number by the time that the others ask for it.
+        // The first vertex of a place already has its number when later ones ask.
         place[vertex] = if place[vertex] == vertex as u32 {
             count += 1;
             count - 1

@@ -1,4 +1,4 @@
-//! Animations of a glTF file: how nodes turn and move over time (glTF 2.0, section 3.11 and appendix C).
+//! Animations of a glTF file: rotations and translations of nodes over time (glTF 2.0, 3.11 and appendix C).
 
 use glam::DQuat;
 use serde_json::Value;
@@ -9,7 +9,7 @@ use super::error::label;
 use super::{Animation, NodeMotion};
 use crate::environment::joints::keys::{KeyInterpolation, Keys};
 
-/// Every animation of a file, or what is wrong with it.
+/// Every animation of a file. An invalid one is a message.
 pub(super) fn read(document: &Document, accessors: &Accessors) -> Vec<Result<Animation, String>> {
     let one = |(index, value): (usize, &Value)| {
         let name = value.get("name").and_then(Value::as_str).filter(|name| !name.is_empty());
@@ -33,7 +33,7 @@ fn animation(index: usize, name: Option<&str>, value: &Value, accessors: &Access
     };
     for channel in list("channels")? {
         let target = channel.get("target").ok_or("has a channel without target")?;
-        // A channel without node is to be ignored.
+        // glTF says to ignore a channel without a node.
         let Ok(node) = number(target, "node") else { continue };
         let place = animation.nodes.iter().position(|motion| motion.node == node).unwrap_or_else(|| {
             animation.nodes.push(NodeMotion { node, ..NodeMotion::default() });

@@ -1,4 +1,4 @@
-//! The bytes of the buffers of a glTF file: binary chunk, file beside it, or data URI.
+//! The bytes of the buffers of a glTF file: binary chunk, separate file or data URI.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -10,16 +10,13 @@ use super::Fault;
 use super::document::Document;
 use super::error::label;
 
-/// Base64 with or without its padding: writers differ.
+/// Base64 with optional padding, because writers differ.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &base64::alphabet::STANDARD,
     GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent),
 );
 
-/// Reads every buffer; each has exactly its `byteLength` bytes.
-///
-/// # Errors
-/// A missing or short file or chunk, a data URI that does not decode, a URI with a scheme other than `data`.
+/// Reads every buffer. Each has exactly `byteLength` bytes.
 pub(super) fn load<'a>(
     document: &Document,
     binary: Option<&'a [u8]>,
@@ -37,7 +34,7 @@ pub(super) fn load<'a>(
         let wanted = buffer.byte_length.0;
         let length = usize::try_from(wanted).ok().filter(|length| *length <= bytes.len());
         let length = length.ok_or_else(|| fail(format!("needs {wanted} bytes, {origin} has {}", bytes.len())))?;
-        // A chunk is padded to a multiple of four, and a file may be longer than its use.
+        // A chunk is padded to a multiple of four, and a file may be longer than needed.
         match &mut bytes {
             Cow::Borrowed(slice) => *slice = &slice[..length],
             Cow::Owned(vector) => vector.truncate(length),
@@ -47,7 +44,7 @@ pub(super) fn load<'a>(
     Ok(buffers)
 }
 
-/// Bytes behind a URI, and words for where they came from.
+/// The bytes behind a URI, and a description of their origin.
 fn resolve(uri: &str, folder: &Path) -> Result<(Cow<'static, [u8]>, String), String> {
     if let Some(data) = strip_scheme(uri, "data") {
         let bytes = decode_data(data)?;
@@ -72,7 +69,7 @@ fn strip_scheme<'a>(uri: &'a str, scheme: &str) -> Option<&'a str> {
     head.eq_ignore_ascii_case(scheme).then_some(rest)
 }
 
-/// The part of a data URI after `data:` (RFC 2397).
+/// Decodes a data URI without its `data:` (RFC 2397).
 fn decode_data(data: &str) -> Result<Vec<u8>, String> {
     let (kind, payload) = data.split_once(',').ok_or("the data URI has no comma before its data")?;
     let bytes = percent_decode(payload)?;

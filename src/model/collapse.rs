@@ -1,10 +1,9 @@
-//! Merges vertices along short edges, so that details far smaller than a node need be cost no nodes.
+//! Merges vertices along short edges, so that tiny details cost no nodes.
 //!
-//! The shortest edge goes first: one of its ends moves to the other and the triangles between them vanish (a half-edge
-//! collapse; Schroeder, Zarge & Lorensen, Computer Graphics 26, 1992, and Hoppe, SIGGRAPH 1996). All vertices at one place
-//! move together, whatever their normals, materials and parts, so that no crack opens. An end stays where it is a corner;
-//! on a border of the mesh, of a material or of a part, and on a sharp edge, it moves along it where that is nearly straight.
-//! No triangle may turn by more than `MOST_TURNED` from how the file has it, or become a needle.
+//! The shortest edge goes first. One end moves to the other, and the triangles between them vanish (a half-edge
+//! collapse: Schroeder, Zarge & Lorensen, Computer Graphics 26, 1992; Hoppe, SIGGRAPH 1996). All vertices at one place
+//! move together, so no crack opens. A corner stays. A vertex on a border or sharp edge moves along it where it is
+//! nearly straight. No triangle may turn by more than `MOST_TURNED` or become a needle.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -15,70 +14,71 @@ use super::alike::places;
 use super::measure::area_vector;
 use super::{Model, ModelError};
 
-/// Cosine of the angle by which a triangle's normal may turn: 30 deg.
+/// Cosine of the largest turn of a triangle's normal: 30 deg.
 const MOST_TURNED: f64 = 0.866_025_403_784_438_6;
 
-/// Cosine of the angle between two triangles above which their edge is sharp: 40 deg.
+/// Cosine of the angle between two triangles above which their edge counts as sharp: 40 deg.
 const SHARP: f64 = 0.766_044_443_118_978;
 
-/// Cosine of the angle by which a border may bend at a vertex that moves along it: 30 deg.
+/// Cosine of the largest bend of a border at a vertex that moves along it: 30 deg.
 const MOST_BENT: f64 = MOST_TURNED;
 
-/// Cosine of the angle between the normals of vertices that may become one: 15 deg.
+/// Cosine of the largest angle between the normals of vertices that merge: 15 deg.
 const SAME_NORMAL: f32 = 0.965_925_8;
 
-/// Quality (4 sqrt(3) x area / sum of squared edges, 1 of an equilateral triangle) below which a triangle is a needle.
+/// Quality below which a triangle is a needle. Quality is 4 sqrt(3) x area / sum of squared edges, and 1 for an
+/// equilateral triangle.
 const NEEDLE: f64 = 0.05;
 
-/// Corners of triangles that hold no vertex any more.
+/// Corners of a triangle that has vanished.
 const GONE: [u32; 3] = [u32::MAX; 3];
 
-/// What merging did.
+/// The result of merging.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Merged {
-    /// Places that vertices moved away from.
+    /// Number of places that vertices left.
     pub places: usize,
-    /// Triangles that vanished.
+    /// Number of triangles that vanished.
     pub triangles: usize,
     /// Area before and after [m2].
     pub area_m2: [f64; 2],
-    /// The part whose area changed most, as a share of it, with its area before and after [m2].
+    /// The part with the largest relative change of area, and its area before and after [m2].
     pub most_changed: Option<(String, [f64; 2])>,
 }
 
 /// A collapse that is allowed.
 struct Move {
-    /// Sum of the changes of area without their signs [m2].
+    /// Sum of the absolute changes of area [m2].
     change: f64,
-    /// What each vertex at the place becomes; those that are not here move themselves.
+    /// The new vertex for each vertex at the place. Vertices that are not listed move.
     becomes: Vec<(u32, u32)>,
 }
 
-/// A mesh whose vertices are being merged.
+/// A mesh during merging.
 struct Collapse<'a> {
     model: &'a mut Model,
     min_edges: &'a [f64],
     place: Vec<u32>,
-    /// Position of a place [m].
+    /// Position of each place [m].
     at: Vec<DVec3>,
-    /// Triangles with a corner at a place.
+    /// Triangles around each place.
     star: Vec<Vec<u32>>,
-    /// Unit normals of the triangles as the file has them.
+    /// Unit normals of the triangles in the file.
     original: Vec<DVec3>,
-    /// Shortest edges first: bits of the length, which order as lengths do, and the places.
+    /// Edges, shortest first: bits of the length, which sort like lengths, and the two places.
     waiting: BinaryHeap<Reverse<(u64, u32, u32)>>,
     merged: usize,
     vanished: usize,
 }
 
 impl Model {
-    /// Merges the ends of edges shorter than asked for every part [m]; 0 asks for nothing. Returns what was done.
+    /// Merges edges shorter than the limit of each part [m]. A limit of 0 merges nothing.
     ///
-    /// An edge goes where every part that has triangles around the end that moves asks for it. What lies between the ends
-    /// keeps its materials, parts and borders; a mesh without an edge that may go is returned as it came.
+    /// Every part around the end that moves must ask for the merge. Materials, parts and borders stay. A mesh without
+    /// such edges does not change.
     ///
     /// # Errors
-    /// [`ModelError::MinEdge`] where a shortest edge is negative or not finite.
+    /// [`ModelError::MinEdge`] if a limit is negative or not finite.
     pub fn merge_short_edges(mut self, min_edges: &[f64]) -> Result<(Self, Merged), ModelError> {
         if let Some(wrong) = min_edges.iter().find(|edge| !edge.is_finite() || **edge < 0.0) {
             return Err(ModelError::MinEdge(*wrong));
@@ -94,7 +94,7 @@ impl Model {
                 used[*vertex as usize] = true;
             }
             self.keep_vertices(|vertex| used[vertex], |vertex| vertex as u32);
-            // Vertices that moved may be what others are.
+            // Vertices that moved may coincide with others.
             self = self.weld();
         }
         let after = self.part_areas();
@@ -109,7 +109,7 @@ impl Model {
         Ok((self, merged))
     }
 
-    /// Area of every part, one side of each triangle [m2].
+    /// Area of every part [m2], one side of each triangle.
     fn part_areas(&self) -> Vec<f64> {
         let mut areas = vec![0.0; self.parts.len()];
         for (index, triangle) in self.triangles.iter().enumerate() {
@@ -141,7 +141,7 @@ impl<'a> Collapse<'a> {
         Self { model, min_edges, place, at, star, original, waiting, merged: 0, vanished: 0 }
     }
 
-    /// Collapses what may go, the shortest edges first, until none is left: a collapse may free what was tried before.
+    /// Collapses edges, shortest first, until none is left. A collapse may allow one that was refused before.
     fn run(&mut self) {
         loop {
             for place in 0..self.star.len() as u32 {
@@ -149,7 +149,7 @@ impl<'a> Collapse<'a> {
             }
             let before = self.merged;
             while let Some(Reverse((_, a, b))) = self.waiting.pop() {
-                // Either may have gone while they waited.
+                // Either place may have vanished in the meantime.
                 if !self.star[a as usize].is_empty() && !self.star[b as usize].is_empty() {
                     self.try_edge(a, b);
                 }
@@ -160,7 +160,7 @@ impl<'a> Collapse<'a> {
         }
     }
 
-    /// Lets the edges between a place and some of its neighbours wait, where they are short.
+    /// Queues the short edges between a place and the wanted neighbours.
     fn wait(&mut self, place: u32, wanted: impl Fn(u32) -> bool) {
         let here = self.limit(&self.star[place as usize]);
         for neighbour in self.neighbours(place).into_iter().filter(|neighbour| wanted(*neighbour)) {
@@ -186,7 +186,7 @@ impl<'a> Collapse<'a> {
         self.model.triangles[triangle as usize].map(|vertex| self.place[vertex as usize])
     }
 
-    /// Places that share an edge with a place, ascending.
+    /// Places that share an edge with a place, in ascending order.
     fn neighbours(&self, place: u32) -> Vec<u32> {
         let corners = self.star[place as usize].iter().flat_map(|triangle| self.places_of(*triangle));
         let mut found: Vec<u32> = corners.filter(|other| *other != place).collect();
@@ -204,7 +204,7 @@ impl<'a> Collapse<'a> {
         }
     }
 
-    /// Whether everything at one place may move to a neighbour, and what becomes of its vertices.
+    /// Checks whether a place may move to a neighbour. Returns the move.
     fn allowed(&self, from: u32, to: u32) -> Option<Move> {
         let star = &self.star[from as usize];
         let (here, there) = (self.at[from as usize], self.at[to as usize]);
@@ -216,7 +216,7 @@ impl<'a> Collapse<'a> {
         if between.is_empty() || rest.is_empty() || !self.follows_features(from, to) {
             return None;
         }
-        // The link condition: nothing else is pinched together.
+        // The link condition: the collapse must not pinch other triangles together.
         let neighbours = self.neighbours(to);
         let opposite = |place: &u32| between.iter().any(|triangle| self.places_of(*triangle).contains(place));
         let common = self.neighbours(from).into_iter().filter(|place| neighbours.binary_search(place).is_ok());
@@ -237,7 +237,7 @@ impl<'a> Collapse<'a> {
         Some(Move { change, becomes: self.vertices_after(&between, &rest, from, to) })
     }
 
-    /// Whether a place may leave the borders and sharp edges that it lies on: there are none, or it moves along two that are
+    /// Whether a place may leave its borders and sharp edges. It may if it has none, or if it moves along two that are
     /// nearly one line.
     fn follows_features(&self, from: u32, to: u32) -> bool {
         let neighbours = self.neighbours(from);
@@ -254,7 +254,7 @@ impl<'a> Collapse<'a> {
         }
     }
 
-    /// Whether an edge is a border of the mesh, of a part or of a material, or sharp.
+    /// Whether an edge is sharp, or a border of the mesh, a part or a material.
     fn is_feature(&self, a: u32, b: u32) -> bool {
         let star = self.star[a as usize].iter();
         let with: Vec<u32> = star.copied().filter(|triangle| self.places_of(*triangle).contains(&b)).collect();
@@ -275,7 +275,7 @@ impl<'a> Collapse<'a> {
             || normal(first).dot(normal(second)) < SHARP
     }
 
-    /// Sum of the changes of area without their signs [m2]; `None` where a triangle would turn too far or be a needle.
+    /// Sum of the absolute changes of area [m2]. `None` if a triangle would turn too far or become a needle.
     fn change_of_area(&self, between: &[u32], rest: &[u32], from: u32, to: u32) -> Option<f64> {
         let corners = |triangle: u32| self.model.corners(self.model.triangles[triangle as usize]);
         let worst = rest.iter().map(|triangle| quality(corners(*triangle))).fold(NEEDLE, f64::min);
@@ -294,8 +294,8 @@ impl<'a> Collapse<'a> {
         Some((after - before).abs())
     }
 
-    /// What each vertex at a place becomes: what lies across a triangle that vanishes, or a vertex of its part and material
-    /// there whose normal is nearly its own. Others take their normal along.
+    /// The new vertex for each vertex at a place. It lies across a vanishing triangle, or has the same part, the same
+    /// material and nearly the same normal. Other vertices keep their normal.
     fn vertices_after(&self, between: &[u32], rest: &[u32], from: u32, to: u32) -> Vec<(u32, u32)> {
         let at = |triangle: u32, place: u32| {
             let corners = self.model.triangles[triangle as usize];
@@ -347,7 +347,7 @@ impl<'a> Collapse<'a> {
             }
             self.star[to as usize].push(triangle);
         }
-        // Those that took their normal along are at their new place from now on.
+        // Vertices that kept their normal move to the new place.
         for &triangle in &self.star[to as usize] {
             for vertex in self.model.triangles[triangle as usize] {
                 if self.place[vertex as usize] == from {
@@ -359,7 +359,7 @@ impl<'a> Collapse<'a> {
     }
 }
 
-/// 1 of an equilateral triangle, 0 of one without area.
+/// Quality of a triangle: 1 if equilateral, 0 without area.
 fn quality([a, b, c]: [DVec3; 3]) -> f64 {
     let squares = a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a);
     if squares > 0.0 { 4.0 * 3.0_f64.sqrt() * area_vector([a, b, c]).length() / squares } else { 0.0 }

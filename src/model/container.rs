@@ -1,4 +1,4 @@
-//! The bytes of a `.glb` or `.gltf` file, split into JSON text and binary chunk (glTF 2.0, section 4).
+//! Splits a `.glb` or `.gltf` file into JSON text and binary chunk (glTF 2.0, 4).
 
 use super::Fault;
 
@@ -10,18 +10,15 @@ const CHUNK_HEADER_LENGTH: usize = 8;
 
 /// The two parts of a glTF file.
 pub(super) struct Container<'a> {
-    /// The document.
     pub json: &'a [u8],
-    /// The binary chunk of a GLB file.
     pub binary: Option<&'a [u8]>,
 }
 
-/// Splits a GLB file; any other file is taken for JSON text.
-///
-/// The `gltf` crate's own reader subtracts the header from a length it has not checked, hence this one.
+/// Splits a GLB file. Any other file counts as JSON text.
+/// The reader of the `gltf` crate subtracts the header from an unchecked length, so it is not used.
 pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, Fault> {
     if !bytes.starts_with(MAGIC) {
-        // Section 4.2 forbids a byte order mark, but lets a reader ignore it.
+        // Section 4.2 forbids a byte order mark but allows readers to ignore it.
         let json = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
         return Ok(Container { json, binary: None });
     }
@@ -44,7 +41,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, Fault> {
     }
     rest = after;
     let mut binary = None;
-    // Chunks of other kinds are to be ignored (section 4.4.3); only the first binary one counts.
+    // Section 4.4.3: only the first binary chunk counts. Chunks of other kinds are ignored.
     while !rest.is_empty() && binary.is_none() {
         let (chunk, after) = chunk(rest)?;
         if chunk.kind == BINARY_CHUNK {
@@ -55,13 +52,12 @@ pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, Fault> {
     Ok(Container { json: json.data, binary })
 }
 
-/// One chunk of a GLB file.
 struct Chunk<'a> {
     kind: &'a [u8],
     data: &'a [u8],
 }
 
-/// The first chunk, and what follows it.
+/// The first chunk, and the bytes after it.
 fn chunk(bytes: &[u8]) -> Result<(Chunk<'_>, &[u8]), Fault> {
     let (Some(length), Some(kind)) = (word(bytes, 0), bytes.get(4..CHUNK_HEADER_LENGTH)) else {
         return Err(Fault::Container(format!("{} bytes are left where a chunk header of 8 should be", bytes.len())));

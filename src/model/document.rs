@@ -1,4 +1,4 @@
-//! The JSON of a glTF file as typed values, each element read on its own so that an error can name it.
+//! Parses the JSON of a glTF file into typed values. Errors name the element.
 
 use std::collections::BTreeMap;
 
@@ -10,10 +10,10 @@ use serde_json::{Map, Value};
 use super::error::{counted, label};
 use super::{Fault, ModelMaterial, Skipped};
 
-/// Prefix of the `extras` keys that are ours, as Blender writes custom properties.
+/// Prefix of isotherm's `extras` keys. Blender writes custom properties this way.
 const EXTRAS_PREFIX: &str = "isotherm_";
 
-/// Extensions that a file may require, because nothing in them moves a triangle.
+/// Extensions that a file may require, because they move no triangle.
 const HARMLESS_EXTENSIONS: &[&str] = &[
     "EXT_lights_image_based",
     "EXT_texture_avif",
@@ -26,44 +26,39 @@ const HARMLESS_EXTENSIONS: &[&str] = &[
     "KHR_xmp_json_ld",
     "MSFT_texture_dds",
 ];
-/// Family of appearance extensions, harmless likewise.
+/// Prefix of extensions that only change the appearance.
 const MATERIAL_EXTENSIONS: &str = "KHR_materials_";
-/// The one extension whose geometry is read.
+/// The only extension whose geometry is supported.
 const QUANTIZATION: &str = "KHR_mesh_quantization";
-/// Geometry compression, with what undoes it.
+/// Extensions of compressed geometry, with the tools that undo the compression.
 const COMPRESSION: &[&str] = &["EXT_meshopt_compression", "KHR_draco_mesh_compression", "KHR_meshopt_compression"];
 
-/// A node. The crate's own type holds transforms as f32, which would move a station's far end by micrometres.
+/// A node. The type of the `gltf` crate has f32 transforms, which would be micrometres off on a station.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct Node {
-    /// Name, where the file gives one.
     pub name: Option<String>,
-    /// Index of the mesh that it carries.
+    /// Index of its mesh.
     pub mesh: Option<usize>,
-    /// Indices of its children.
     #[serde(default)]
     pub children: Vec<usize>,
-    /// Column-major transform, instead of the three below.
+    /// Column-major transform. It replaces the three fields below.
     pub matrix: Option<[f64; 16]>,
     /// Translation [m].
     pub translation: Option<[f64; 3]>,
     /// Unit quaternion, scalar last.
     pub rotation: Option<[f64; 4]>,
-    /// Scale along its axes.
     pub scale: Option<[f64; 3]>,
 }
 
-/// A scene: its root nodes.
+/// A glTF scene.
 #[derive(Debug, Default, Deserialize)]
 pub(super) struct Scene {
-    /// Name, where the file gives one.
     pub name: Option<String>,
-    /// Indices of the root nodes.
     #[serde(default)]
     pub nodes: Vec<usize>,
 }
 
-/// What this program uses of a glTF document. Indices in it are not yet checked.
+/// The used part of a glTF document. Its indices are unchecked.
 pub(super) struct Document {
     pub accessors: Vec<Accessor>,
     pub views: Vec<View>,
@@ -72,22 +67,18 @@ pub(super) struct Document {
     pub nodes: Vec<Node>,
     pub scenes: Vec<Scene>,
     pub materials: Vec<ModelMaterial>,
-    /// As they stand in the file: no fault in one matters unless it is asked for.
+    /// Unchecked animations. An error only matters if a joint uses one.
     pub animations: Vec<Value>,
-    /// Index of the scene to draw: the one that the file names, else the first.
+    /// Index of the default scene, or of the first one.
     pub default_scene: usize,
-    /// Whether `KHR_mesh_quantization` is declared, which allows integer positions and normals.
+    /// Whether `KHR_mesh_quantization` is declared. It allows integer positions and normals.
     pub quantized: bool,
-    /// What the document holds and this program does not use.
+    /// The unused contents of the document.
     pub skipped: Vec<Skipped>,
 }
 
 impl Document {
-    /// Parses the JSON text.
-    ///
-    /// # Errors
-    /// Text that is no JSON, a glTF version other than 2, a required extension that is not supported, an element whose
-    /// fields are absent or of the wrong type.
+    /// Parses the JSON text. It refuses glTF versions other than 2 and unsupported required extensions.
     pub fn parse(json: &[u8]) -> Result<Self, Fault> {
         let root: Map<String, Value> = serde_json::from_slice(json).map_err(Fault::Json)?;
         check_version(&root)?;
@@ -158,7 +149,7 @@ fn is_harmless(extension: &str) -> bool {
     extension.starts_with(MATERIAL_EXTENSIONS) || HARMLESS_EXTENSIONS.contains(&extension)
 }
 
-/// What the document holds beyond geometry and material names.
+/// The contents beyond geometry and material names.
 fn unused(root: &Map<String, Value>, used: &[String]) -> Result<Vec<Skipped>, Fault> {
     let mut skipped = Vec::new();
     let mut skip = |count: usize, noun: &str, why: &str| {
@@ -185,7 +176,7 @@ fn unused(root: &Map<String, Value>, used: &[String]) -> Result<Vec<Skipped>, Fa
     Ok(skipped)
 }
 
-/// Name and own `extras` of a material. Its appearance is not read, so that no fault in it can matter.
+/// Name and `extras` of a material. Its appearance is not read.
 fn material((index, value): (usize, &Value)) -> ModelMaterial {
     let name = match value.get("name").and_then(Value::as_str) {
         Some(name) if !name.is_empty() => name.to_owned(),
@@ -196,7 +187,7 @@ fn material((index, value): (usize, &Value)) -> ModelMaterial {
     ModelMaterial { name, extras: own.collect::<BTreeMap<_, _>>() }
 }
 
-/// The array under `key`; empty where absent.
+/// The array under `key`. It is empty if the key is missing.
 fn array<'a>(root: &'a Map<String, Value>, key: &str) -> Result<&'a [Value], Fault> {
     match root.get(key) {
         None => Ok(&[]),

@@ -1,4 +1,4 @@
-//! What can be wrong with a model file or with what is asked of it.
+//! Errors in a model file and in requests about it.
 
 use std::path::PathBuf;
 
@@ -10,16 +10,16 @@ pub enum ModelError {
     File {
         /// The file that was asked for.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The error.
         fault: Fault,
     },
-    /// The longest edge asked for is no length.
+    /// The longest edge is not a positive, finite length.
     #[error("a longest edge of {0} m is refused: it must be finite and greater than 0")]
     MaxEdge(f64),
-    /// The shortest edge asked for is no length.
+    /// The shortest edge is not a valid length.
     #[error("a shortest edge of {0} m is refused: it must be finite and 0 or greater")]
     MinEdge(f64),
-    /// Subdivision would make more vertices than allowed.
+    /// Subdivision would exceed the vertex limit.
     #[error(
         "{}: subdivision to edges of at most {max_edge} m needs {needed} vertices or more, and the limit is {limit}; \
          use a longer edge",
@@ -28,19 +28,19 @@ pub enum ModelError {
     TooManyVertices {
         /// The model's file.
         path: PathBuf,
-        /// The longest edge asked for [m].
+        /// The longest edge [m].
         max_edge: f64,
-        /// Vertices needed at the level of subdivision that passed the limit.
+        /// Vertices at the subdivision level that exceeds the limit.
         needed: usize,
-        /// Most vertices allowed.
+        /// The vertex limit.
         limit: usize,
     },
 }
 
-/// What is wrong with a glTF file.
+/// An error in a glTF file.
 #[derive(Debug, thiserror::Error)]
 pub enum Fault {
-    /// The operating system refuses it.
+    /// The operating system cannot read it.
     #[error("cannot be read: {0}")]
     Unreadable(std::io::Error),
     /// The binary container (GLB) is damaged.
@@ -49,7 +49,7 @@ pub enum Fault {
     /// The text is not JSON.
     #[error("the glTF JSON cannot be parsed: {0}")]
     Json(serde_json::Error),
-    /// One element breaks a rule of glTF 2.0 or a limit of this program.
+    /// One element breaks a rule of glTF 2.0 or a limit of isotherm.
     #[error("{element}: {problem}")]
     Element {
         /// Kind, index and name: `node 5 "port array"`.
@@ -57,21 +57,20 @@ pub enum Fault {
         /// What is wrong with it.
         problem: String,
     },
-    /// `extensionsRequired` names what this program lacks.
+    /// A required extension is not supported.
     #[error("the file requires {}, which is not supported{advice}", names.join(", "))]
     ExtensionsRequired {
         /// The extensions.
         names: Vec<String>,
-        /// What the user can do about it, with its leading punctuation; empty where nothing is known.
+        /// Advice for the user, with leading punctuation. It may be empty.
         advice: String,
     },
-    /// No triangle is left.
+    /// The file holds no triangle.
     #[error("nothing to draw: {0}")]
     NothingToDraw(String),
 }
 
 impl Fault {
-    /// A fault of the element that [`label`] names.
     pub(super) fn element(element: impl Into<String>, problem: impl Into<String>) -> Self {
         Self::Element { element: element.into(), problem: problem.into() }
     }

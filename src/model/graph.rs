@@ -1,4 +1,4 @@
-//! The scene graph: which nodes the default scene holds, and where their transforms place them.
+//! The scene graph: nodes of the default scene and their transforms.
 
 use glam::{DMat4, DQuat, DVec3};
 
@@ -6,36 +6,29 @@ use super::document::{Document, Node};
 use super::error::label;
 use super::{Fault, SceneNode};
 
-/// Largest deviation of a rotation's length from 1, from the glTF validator (a quantized rotation stays inside it).
+/// Largest error of a rotation's length. The glTF validator uses it, and quantized rotations stay within it.
 const UNIT_TOLERANCE: f64 = 0.00769;
-/// Largest deviation of a matrix's last row from (0, 0, 0, 1).
+/// Largest error of a matrix's last row, which must be (0, 0, 0, 1).
 const AFFINE_TOLERANCE: f64 = 1e-6;
 
-/// A node of the default scene that carries a mesh.
+/// A node of the default scene with a mesh.
 pub(super) struct Instance {
-    /// Index of the node.
     pub node: usize,
-    /// Its place in the tree.
+    /// Index in [`Graph::nodes`].
     pub place: usize,
-    /// Index of its mesh, in range.
+    /// Index of its mesh. It is in range.
     pub mesh: usize,
-    /// From the node's frame to the scene's.
     pub body_from_part: DMat4,
 }
 
-/// The default scene.
 pub(super) struct Graph {
-    /// Its nodes, those without mesh included, parents before children.
+    /// All nodes, parents before children.
     pub nodes: Vec<SceneNode>,
-    /// Mesh nodes, parents before children, in the order of the file.
+    /// Nodes with a mesh, parents before children, in file order.
     pub instances: Vec<Instance>,
 }
 
-/// Walks the default scene. Neither recursion nor depth limit: a chain of a million nodes is legal.
-///
-/// # Errors
-/// Indices out of range, a node with two parents or inside its own subtree, a root that is a child, a transform that is
-/// not finite, not affine or given twice, no scene.
+/// Walks the default scene and checks it. The walk is not recursive, because a chain of a million nodes is legal.
 pub(super) fn walk(document: &Document) -> Result<Graph, Fault> {
     check_tree(document)?;
     let Some(scene) = document.scenes.get(document.default_scene) else {
@@ -81,7 +74,7 @@ pub(super) fn walk(document: &Document) -> Result<Graph, Fault> {
     Ok(graph)
 }
 
-/// Proves that the nodes are a forest and that the default scene's roots are roots of it, listed once.
+/// Checks that the nodes form a forest, and that the default scene lists its roots once.
 fn check_tree(document: &Document) -> Result<(), Fault> {
     let nodes = &document.nodes;
     let mut parents: Vec<Option<usize>> = vec![None; nodes.len()];
@@ -99,7 +92,7 @@ fn check_tree(document: &Document) -> Result<(), Fault> {
         }
     }
 
-    // With one parent each, a node that no walk upwards from it ends is on or below a cycle.
+    // Each node has one parent. If the walk upwards does not end, the node is on or below a cycle.
     let mut ends = vec![false; nodes.len()];
     let mut path = Vec::new();
     for start in 0..nodes.len() {
@@ -136,13 +129,12 @@ fn check_tree(document: &Document) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Translation and rotation of a node without a matrix.
 fn own_translation_and_rotation(node: &Node) -> (DVec3, DQuat) {
     let rotation = node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
     (node.translation.map_or(DVec3::ZERO, DVec3::from_array), rotation.normalize())
 }
 
-/// A node's own transform: its matrix, or translation x rotation x scale (glTF 2.0, section 3.5.3).
+/// A node's own transform: its matrix, or translation x rotation x scale (glTF 2.0, 3.5.3).
 fn local_transform(node: &Node) -> Result<DMat4, String> {
     let scale = node.scale.map_or(DVec3::ONE, DVec3::from_array);
     let translation = node.translation.map_or(DVec3::ZERO, DVec3::from_array);

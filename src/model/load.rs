@@ -1,4 +1,4 @@
-//! From a file to a [`Model`]: places every mesh of the default scene in the body frame.
+//! Loads a glTF file as a [`Model`]: places every mesh of the default scene in the body frame.
 
 use std::collections::HashSet;
 use std::collections::hash_map::{Entry, HashMap};
@@ -14,30 +14,29 @@ use super::measure::area_vector;
 use super::primitive::{Geometry, read_mesh};
 use super::{Fault, Model, ModelError, ModelMaterial, Part, Skipped, animation, buffer, container};
 
-/// Name of the material of primitives that name none.
+/// Name of the material of primitives without one.
 const DEFAULT_MATERIAL: &str = "default";
-/// A vertex that no triangle has asked for yet.
+/// A vertex that no triangle uses yet.
 const UNUSED: u32 = u32::MAX;
-/// Smallest area [m2] that the device's f32 holds as a normal number; below it a node would have no capacity.
+/// Smallest normal f32 area [m2]. A node below it would have no capacitance.
 const SMALLEST_AREA: f64 = f32::MIN_POSITIVE as f64;
-/// Sum of area vectors over one of them below which only rounding errors are left.
+/// Ratio of the sum of area vectors to one of them, below which only rounding errors are left.
 const CANCELLED: f64 = 1e-12;
 
 impl Model {
     /// Loads a `.glb` or `.gltf` file.
     ///
-    /// The default scene is drawn (the first where the file names none), every instance of a mesh on its own. Where a
-    /// transform mirrors, the winding is turned, so that triangles and normals keep pointing outwards. Primitives
-    /// without normals are shaded flat, as glTF asks: their triangles share no vertices.
+    /// It loads the default scene, or the first one. Every instance of a mesh counts on its own. A mirroring transform
+    /// reverses the winding, so that triangles still face outwards. Primitives without normals are shaded flat: their
+    /// triangles share no vertices.
     ///
-    /// A triangle is dropped, and counted in `skipped`, where its area is zero: two corners coincide or the three lie
-    /// on a line (the cross product of its edges is exactly 0, in f64, from the coordinates in the file), or the area
-    /// after node transforms is below the least normal f32 (1.2e-38 m2). Slivers of any greater area stay. Vertices
-    /// that no triangle uses are dropped.
+    /// Triangles of zero area are dropped and counted in `skipped`. Their corners coincide or lie on a line (the cross
+    /// product is exactly 0 in f64), or their final area is below the smallest normal f32 (1.2e-38 m2). Slivers of
+    /// larger area stay. Unused vertices are dropped.
     ///
     /// # Errors
-    /// A file that cannot be read, breaks a rule of glTF 2.0 that its geometry depends on, requires an extension that
-    /// is not supported, or holds no triangle. See [`Fault`].
+    /// A file that is unreadable, breaks a rule of glTF 2.0, requires an unsupported extension, or holds no triangle.
+    /// See [`Fault`].
     pub fn load(path: &Path) -> Result<Self, ModelError> {
         read(path).map_err(|fault| ModelError::File { path: path.to_owned(), fault })
     }
@@ -82,20 +81,18 @@ fn read(path: &Path) -> Result<Model, Fault> {
     Ok(model)
 }
 
-/// A model under construction.
 struct Assembly<'a> {
     document: &'a Document,
     model: Model,
-    /// Model material of a document material, where in use.
+    /// Model index of each material in use, by its index in the document.
     materials: HashMap<Option<usize>, u32>,
     part_names: HashSet<String>,
 }
 
-/// How a node places directions: areas, normals and winding.
+/// How a node transforms areas, normals and winding.
 struct Placement {
-    /// Cofactors of the linear part, with the sign of its determinant: maps outward area vectors to outward ones.
+    /// Cofactors of the linear part times the sign of its determinant. They map outward area vectors to outward ones.
     outward: DMat3,
-    /// Whether the node mirrors.
     mirrored: bool,
 }
 
@@ -104,28 +101,28 @@ impl Placement {
         let DMat3 { x_axis: x, y_axis: y, z_axis: z } = linear;
         let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
         let mirrored = x.dot(cofactors.x_axis) < 0.0;
-        // The inverse transpose is cofactors / determinant; only its direction matters, so singular ones do as well.
+        // The inverse transpose is cofactors / determinant. Only its direction matters, so singular matrices work too.
         Self { outward: if mirrored { -cofactors } else { cofactors }, mirrored }
     }
 }
 
-/// The triangles around a vertex, for its normal where the file has none.
+/// The triangles around a vertex. They give its normal if the file has none.
 struct Around {
     /// Sum of their outward area vectors [m2].
     sum: DVec3,
-    /// Outward area vector of the first of them [m2].
+    /// Outward area vector of the first triangle [m2].
     first: DVec3,
 }
 
 impl Around {
-    /// The mean outward direction, weighted by area; where the triangles cancel out, that of the first of them.
+    /// The area-weighted mean direction. If the triangles cancel out, it is that of the first one.
     fn normal(&self) -> DVec3 {
         let cancelled = self.sum.length() < CANCELLED * self.first.length();
         if cancelled { self.first } else { self.sum }.normalize_or_zero()
     }
 }
 
-/// What became of a primitive's triangles and normals.
+/// Counts of triangles and normals of a primitive.
 #[derive(Default)]
 struct Tally {
     dropped: usize,
@@ -139,7 +136,6 @@ impl<'a> Assembly<'a> {
         Self { document, model, materials: HashMap::new(), part_names: HashSet::new() }
     }
 
-    /// Adds the triangles of a node.
     fn place(&mut self, instance: &Instance, geometries: &[Geometry]) -> Result<(), Fault> {
         let placement = Placement::new(DMat3::from_mat4(instance.body_from_part));
         let part = self.model.parts.len() as u32;
@@ -243,7 +239,7 @@ impl<'a> Assembly<'a> {
         Ok(vertex)
     }
 
-    /// Index of a material in the model, which it joins at its first use.
+    /// Index of a material in the model. The first use adds it.
     fn material(&mut self, source: Option<usize>) -> u32 {
         let (document, materials) = (self.document, &mut self.model.materials);
         *self.materials.entry(source).or_insert_with(|| {

@@ -1,4 +1,4 @@
-//! A glTF file as the simulation uses it: parts, materials, vertices and triangles in one body frame.
+//! A glTF file as the simulation uses it: parts, materials, vertices and triangles in the body frame.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -27,19 +27,19 @@ pub use collapse::Merged;
 pub use error::{Fault, ModelError};
 pub use summary::{ModelSummary, Share};
 
-/// A material named by the file; its thermal values come from the scene's rules or from `extras`.
+/// A glTF material. Its thermal values come from the scene's rules or from `extras`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelMaterial {
-    /// glTF name, or `material_N` where the file gives none, or `default` for primitives without material.
+    /// glTF name, `material_N` for an unnamed material, or `default` for primitives without one.
     pub name: String,
-    /// `extras` entries whose key starts with `isotherm_`, prefix removed.
+    /// `extras` whose key starts with `isotherm_`, without the prefix.
     pub extras: BTreeMap<String, serde_json::Value>,
 }
 
-/// An instance of a mesh in the scene graph: a glTF node that carries triangles.
+/// An instance of a mesh: a glTF node with triangles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// Name of the glTF node, or `node_N`; made unique with a suffix `#2` where repeated.
+    /// Name of the glTF node, or `node_N`. A repeated name gets a suffix like `#2`.
     pub name: String,
     /// Transform of the node in the default scene.
     pub body_from_part: DMat4,
@@ -50,80 +50,80 @@ pub struct Part {
 pub struct SceneNode {
     /// Index in the file.
     pub index: usize,
-    /// Name, or `node_N` where the file gives none; not made unique.
+    /// Name, or `node_N`. Names may repeat.
     pub name: String,
-    /// Place of the node above it in [`Model::tree`]; `None` of a root.
+    /// Index of the parent in [`Model::tree`]. `None` for a root.
     pub parent: Option<usize>,
-    /// From the parent's frame to the body's.
+    /// Transform from the parent's frame to the body frame.
     pub body_from_parent: DMat4,
-    /// From the node's own frame to the body's.
+    /// Transform from the node's frame to the body frame.
     pub body_from_node: DMat4,
-    /// Translation [m] and rotation (quaternion x, y, z, w) of its own transform; `None` where it has a matrix.
+    /// Its own translation [m] and rotation (quaternion x, y, z, w). `None` if it has a matrix.
     pub rest: Option<(DVec3, DQuat)>,
 }
 
-/// How one node moves.
+/// The animation of one node.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct NodeMotion {
     /// Index of the node in the file.
     pub node: usize,
-    /// Its rotation (x, y, z, w), where that is animated.
+    /// Rotation keys (x, y, z, w), if any.
     pub rotation: Option<Keys<4>>,
-    /// Its translation [m], where that is animated.
+    /// Translation keys [m], if any.
     pub translation: Option<Keys<3>>,
-    /// What else is animated, which no joint can follow.
+    /// Another animated property, which joints do not support.
     pub other: Option<String>,
 }
 
 /// One animation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Animation {
-    /// glTF name, or `animation_N` where the file gives none.
+    /// glTF name, or `animation_N`.
     pub name: String,
     /// Time of its last key [s].
     pub duration: f64,
-    /// The nodes that it moves.
+    /// The animated nodes.
     pub nodes: Vec<NodeMotion>,
 }
 
-/// Something in the file that was left out, and why.
+/// A part of the file that was left out, and the reason.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Skipped {
-    /// What it was: `2 triangles of part B0_ISS_FGB1`.
+    /// The part: `2 triangles of part B0_ISS_FGB1`.
     pub what: String,
-    /// Why: `zero area`.
+    /// The reason: `zero area`.
     pub why: String,
 }
 
-/// Triangles of the default scene after node transforms. A vertex belongs to one part and one material.
+/// The triangles of the default scene in the body frame. A vertex belongs to one part and one material.
 #[derive(Debug, Clone, Default)]
 pub struct Model {
     /// The file.
     pub source: PathBuf,
-    /// glTF nodes in the default scene, transform-only nodes included.
+    /// Number of glTF nodes in the default scene, including nodes without mesh.
     pub gltf_nodes: usize,
-    /// The default scene's nodes, each after the one above it.
+    /// Nodes of the default scene, parents before children.
     pub tree: Vec<SceneNode>,
-    /// Place in `tree` of each part.
+    /// Index in `tree` of each part.
     pub part_nodes: Vec<usize>,
-    /// Animations of the file, each with what keeps it from being used, where something does.
+    /// Animations of the file. An unusable one is a message.
     pub animations: Vec<Result<Animation, String>>,
-    /// Materials in use, in order of first use.
+    /// Used materials, in order of first use.
     pub materials: Vec<ModelMaterial>,
     /// Parts in traversal order.
     pub parts: Vec<Part>,
     /// Vertex positions in the body frame [m].
     pub positions: Vec<DVec3>,
-    /// Unit outward normals, one a vertex.
+    /// Unit outward normal of each vertex.
     pub normals: Vec<Vec3>,
-    /// Index into `parts`, one a vertex.
+    /// Index into `parts` of each vertex.
     pub vertex_part: Vec<u32>,
-    /// Index into `materials`, one a vertex.
+    /// Index into `materials` of each vertex.
     pub vertex_material: Vec<u32>,
     /// Vertex indices, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
     /// What was left out.
     pub skipped: Vec<Skipped>,
-    /// Remarks a user should see: `normals computed for part X`.
+    /// Remarks for the user: `normals computed for part X`.
     pub notes: Vec<String>,
 }

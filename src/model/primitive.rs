@@ -1,4 +1,4 @@
-//! A mesh of a glTF file as triangles in its own frame, before any node places it.
+//! Reads the triangles of a glTF mesh in the mesh's own frame.
 
 use glam::DVec3;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
@@ -11,20 +11,17 @@ use super::{Fault, Skipped};
 
 /// One primitive: vertices of one material and the triangles between them.
 pub(super) struct Geometry {
-    /// Index into the document's materials, in range.
+    /// Index into the document's materials. It is in range.
     pub material: Option<usize>,
-    /// Positions, finite.
+    /// Positions. They are finite.
     pub positions: Vec<DVec3>,
-    /// Normals as the file has them (any length, perhaps not finite), one a position.
+    /// Normals of the file, one for each position. They have any length and may not be finite.
     pub normals: Option<Vec<DVec3>>,
     /// Indices into `positions`, in range, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// Reads the triangles of a mesh; primitives that have none are added to `skipped`.
-///
-/// # Errors
-/// Accessors that cannot be read, indices out of range, positions that are not finite, counts that disagree.
+/// Reads the triangles of a mesh. Primitives without triangles join `skipped`.
 pub(super) fn read_mesh(
     document: &Document,
     accessors: &Accessors,
@@ -85,7 +82,7 @@ fn read_positions(document: &Document, accessors: &Accessors, index: usize) -> R
     }
 }
 
-/// Number of corners listed, and the geometry.
+/// Number of corners in the file, and the geometry.
 fn read_primitive(
     document: &Document,
     accessors: &Accessors,
@@ -129,7 +126,7 @@ fn read_primitive(
     Ok((corners.len(), Geometry { material, positions, normals, triangles }))
 }
 
-/// Triangles from a list of corners, in the winding of glTF 2.0, section 3.7.2.1.
+/// Triangles from a list of corners, with the winding of glTF 2.0, 3.7.2.1.
 fn assemble(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
     match mode {
         Mode::TriangleStrip => {

@@ -1,10 +1,10 @@
-//! Splits triangles until no edge is longer than asked, without a crack and without moving the surface.
+//! Splits triangles until no edge is too long. It opens no crack and keeps the surface.
 //!
-//! Whether an edge is split, and where, depends on the positions of its two ends alone, and gives the same bits from
-//! either end. So triangles that meet along an edge split it alike even where they share no vertices, as glTF meshes do
-//! at every crease: the mesh stays conforming. Where parts have their own longest edges, an edge is split when one of the
-//! triangles that have it asks for it; one that does not ask has its longest edge split as well, so that the fine mesh
-//! turns into the coarse one without needles (Rivara, International Journal for Numerical Methods in Engineering 20, 1984).
+//! The positions of its two ends alone decide whether and where an edge is split. Both directions give the same bits.
+//! So triangles that meet along an edge split it alike, even if they share no vertices, as in glTF meshes at every
+//! crease. Parts may have different longest edges. An edge is split if one of its triangles asks for it. A triangle
+//! that does not ask also has its longest edge split, so that no needles arise (Rivara, International Journal for
+//! Numerical Methods in Engineering 20, 1984).
 
 use std::cmp::Ordering;
 
@@ -14,20 +14,20 @@ use rayon::prelude::*;
 use super::alike::places;
 use super::{Model, ModelError};
 
-/// Triangles that are split by one task.
+/// Triangles that one task splits.
 const CHUNK: usize = 1 << 16;
 
-/// Midpoints of the edges that one pass splits. Edges are kept with their lower vertex, in a list for each such vertex,
-/// so that a lookup scans a few entries; memory is linear in vertices and split edges.
+/// Midpoints of the edges that one pass splits. Each vertex has a short list of the edges to higher vertices. Memory
+/// grows linearly with vertices and split edges.
 struct Midpoints {
-    /// Where the list of each vertex starts in `upper`; one entry more than there are vertices.
+    /// Start of each vertex's list in `upper`, and the end of the last one.
     starts: Vec<usize>,
-    /// The higher vertices of the edges, ascending in each list.
+    /// The higher vertices of the edges, in ascending order in each list.
     upper: Vec<u32>,
 }
 
 impl Midpoints {
-    /// Collects the marked edges of all triangles, each once. `name` tells which of the `vertices` a corner is.
+    /// Collects the marked edges of all triangles, each once. `name` maps a corner to one of the `vertices`.
     fn collect(vertices: usize, triangles: &[[u32; 3]], marks: &[u8], name: impl Fn(u32) -> u32 + Copy) -> Self {
         let marked = || {
             let edges = triangles.iter().zip(marks);
@@ -50,7 +50,7 @@ impl Midpoints {
             next[low as usize] += 1;
         }
 
-        // Each list sorted and freed of repeats, all moved up to close the gaps.
+        // Sorts each list, removes repeats and closes the gaps.
         let mut kept = 0;
         let mut start = 0;
         for vertex in 0..vertices {
@@ -73,13 +73,13 @@ impl Midpoints {
         Self { starts, upper }
     }
 
-    /// Edges as `[lower, higher]` vertex, in the order of the vertices that they become.
+    /// Edges as `[lower, higher]` vertex, in the order of the new vertices.
     fn edges(&self) -> impl Iterator<Item = [u32; 2]> {
         let lists = self.starts.windows(2).enumerate();
         lists.flat_map(|(low, range)| self.upper[range[0]..range[1]].iter().map(move |high| [low as u32, *high]))
     }
 
-    /// The vertex in the middle of an edge, where it is marked.
+    /// The middle vertex of an edge, if the edge is marked.
     fn find(&self, edge: [u32; 2]) -> Option<u32> {
         let [low, high] = ordered(edge);
         let (start, end) = (self.starts[low as usize], self.starts[low as usize + 1]);
@@ -87,19 +87,19 @@ impl Midpoints {
         Some((self.starts.len() - 1 + start + place) as u32)
     }
 
-    /// The vertex in the middle of a marked edge.
+    /// The middle vertex of a marked edge.
     fn vertex(&self, edge: [u32; 2]) -> u32 {
         self.find(edge).expect("every marked edge was collected")
     }
 }
 
-/// Places of vertices while parts of different densities are split: triangles of two parts meet where their places do.
+/// Distinct vertex positions. Triangles of two parts meet where they share positions.
 struct Places {
     of_vertex: Vec<u32>,
     count: usize,
 }
 
-/// Edge `edge` of a triangle, from corner `edge` to the next.
+/// Edge number `edge` of a triangle: from that corner to the next.
 fn ends(triangle: &[u32; 3], edge: usize) -> [u32; 2] {
     [triangle[edge], triangle[(edge + 1) % 3]]
 }
@@ -109,16 +109,15 @@ fn ordered([a, b]: [u32; 2]) -> [u32; 2] {
 }
 
 impl Model {
-    /// Splits edges longer than `max_edge` [m] at their middles, again and again until none is left.
+    /// Halves edges longer than `max_edge` [m] until none is left.
     ///
-    /// Area, volume, materials and parts stay; normals are interpolated. Of the two diagonals of a quadrilateral the
-    /// shorter is taken. A new vertex is shared by the triangles that share the edge's two vertices. After every pass
-    /// `progress` is told the number of vertices. An edge that f64 cannot halve (its ends are neighbours) stays.
+    /// Area, volume, materials and parts stay. Normals are interpolated. A quadrilateral is cut along its shorter
+    /// diagonal. Triangles that share both vertices of an edge also share the new one. `progress` gets the number of
+    /// vertices after each pass. An edge whose ends are neighbours in f64 stays.
     ///
     /// # Errors
-    /// [`ModelError::MaxEdge`] where `max_edge` is not finite and greater than 0; [`ModelError::TooManyVertices`] where
-    /// the result would have more than `vertex_limit` vertices, or more than 32 bits can count. Both before the memory
-    /// for them is taken.
+    /// [`ModelError::MaxEdge`] if `max_edge` is not positive and finite. [`ModelError::TooManyVertices`] if the result
+    /// would exceed `vertex_limit` or 32 bits. Both come before memory is allocated.
     pub fn subdivide(
         self,
         max_edge: f64,
@@ -132,11 +131,11 @@ impl Model {
         self.subdivide_parts(&all, vertex_limit, progress)
     }
 
-    /// The same with a longest edge for every part [m]; an infinite one asks for nothing. Where parts meet, the edges that
-    /// they share are split as the finer one asks.
+    /// Like `subdivide`, with a longest edge for each part [m]. An infinite one asks for nothing. Shared edges follow
+    /// the finer part.
     ///
     /// # Errors
-    /// As for `subdivide`; a longest edge may be infinite.
+    /// As for `subdivide`, but a longest edge may be infinite.
     pub fn subdivide_parts(
         mut self,
         max_edges: &[f64],
@@ -149,8 +148,8 @@ impl Model {
         let finest = max_edges.iter().copied().fold(f64::INFINITY, f64::min);
         let limit = vertex_limit.min(u32::MAX as usize);
         let too_many = |path, needed| ModelError::TooManyVertices { path, max_edge: finest, needed, limit };
-        // A triangle with edges of `max_edge` covers at most sqrt(3)/4 of its square, and a mesh has at least a quarter as
-        // many vertices as triangles: what is far too fine is refused without trying.
+        // A triangle with edges of `max_edge` covers at most sqrt(3)/4 of its square. A mesh has at least a quarter as
+        // many vertices as triangles. This estimate refuses edges that are far too short.
         let triangles_needed = |(index, triangle): (usize, &[u32; 3])| {
             let max_edge = max_edges[self.vertex_part[triangle[0] as usize] as usize];
             self.triangle_area(index) / (max_edge * max_edge * 3.0_f64.sqrt() / 4.0)
@@ -191,8 +190,8 @@ impl Model {
         }
     }
 
-    /// Marks every edge that another triangle has marked in its place, and the longest edge of a triangle that is split for
-    /// a neighbour's sake. Returns what is marked, by place.
+    /// Copies marks between triangles that meet. Marks the longest edge of each triangle that is split for a neighbour.
+    /// Returns the marked edges by place.
     fn agree(&self, places: &Places, marks: &mut [u8]) -> Midpoints {
         loop {
             let name = |vertex: u32| places.of_vertex[vertex as usize];
@@ -219,8 +218,8 @@ impl Model {
         }
     }
 
-    /// The longest edge of a triangle that can be halved; of equal ones that which comes first by its ends' positions, from
-    /// whichever side it is seen.
+    /// The longest edge that can be halved. The positions of the ends decide between equal edges, independent of
+    /// direction.
     fn longest_edge(&self, triangle: &[u32; 3]) -> usize {
         let rank = |edge: usize| {
             let [a, b] = ends(triangle, edge).map(|vertex| self.positions[vertex as usize]);
@@ -236,7 +235,7 @@ impl Model {
         (0..3).max_by(compare).unwrap_or(0)
     }
 
-    /// Bit `k` is set where edge `k` is too long. Lengths are compared, not squares, which could underflow.
+    /// Bit `k` is set if edge `k` is too long. It compares lengths, because squares could underflow.
     fn long_edges(&self, triangle: &[u32; 3], max_edge: f64) -> u8 {
         let long = |edge: usize| {
             let [a, b] = ends(triangle, edge).map(|vertex| self.positions[vertex as usize]);
@@ -254,7 +253,7 @@ impl Model {
         for edge in midpoints.edges() {
             let [a, b] = edge.map(|vertex| vertex as usize);
             self.positions.push(middle(self.positions[a], self.positions[b]));
-            // Opposite normals have no mean; the lower vertex's is as good as the other's.
+            // Opposite normals have no mean, so the lower vertex's normal is used.
             self.normals.push((self.normals[a] + self.normals[b]).try_normalize().unwrap_or(self.normals[a]));
             self.vertex_part.push(self.vertex_part[a]);
             self.vertex_material.push(self.vertex_material[a]);
@@ -278,7 +277,7 @@ impl Model {
         self.triangles = triangles;
     }
 
-    /// Writes what becomes of some triangles to `piece`, which is as long as that.
+    /// Writes the pieces of some triangles to `piece`, which has the exact length.
     fn split_into(&self, midpoints: &Midpoints, triangles: &[[u32; 3]], marks: &[u8], piece: &mut [[u32; 3]]) {
         let mut places = piece.iter_mut();
         let mut put = |triangles: &[[u32; 3]]| {
@@ -287,7 +286,7 @@ impl Model {
             }
         };
         for (triangle, marks) in triangles.iter().zip(marks) {
-            // The first of the corners from which the marked edges come first: b is between them where there are two.
+            // Rotates the corners so that the marked edges come first. With two marked edges, b lies between them.
             let turn = match marks {
                 0b010 | 0b110 => 1,
                 0b100 | 0b101 => 2,
@@ -318,8 +317,8 @@ impl Model {
         }
     }
 
-    /// Whether the first diagonal is the shorter. Where they are equal, positions decide, so that the two faces of a
-    /// sheet split alike.
+    /// Whether the first diagonal is shorter. Positions decide between equal ones, so that both faces of a sheet split
+    /// alike.
     fn prefers(&self, first: [u32; 2], second: [u32; 2]) -> bool {
         let [first, second] = [first, second].map(|diagonal| {
             let mut ends = diagonal.map(|vertex| self.positions[vertex as usize].to_array());
@@ -332,12 +331,12 @@ impl Model {
     }
 }
 
-/// The same bits from either end, because addition commutes.
+/// The midpoint. Both directions give the same bits, because addition commutes.
 fn middle(a: DVec3, b: DVec3) -> DVec3 {
     0.5 * (a + b)
 }
 
-/// Whether the middle differs from both ends: where it does not, f64 has no point between them.
+/// Whether the middle differs from both ends. Otherwise f64 has no point between them.
 fn is_between(a: DVec3, middle: DVec3, b: DVec3) -> bool {
     middle != a && middle != b
 }

@@ -1,4 +1,4 @@
-//! What a model holds, for `isotherm info MODEL`: as JSON and as text.
+//! The contents of a model for `isotherm info MODEL`, as JSON and as text.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -7,40 +7,40 @@ use serde::Serialize;
 
 use super::{Model, Skipped};
 
-/// The part of a model that one material or one glTF node has.
+/// The part of a model that belongs to one material or one part.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Share {
     /// Name of the material or part.
     pub name: String,
-    /// Triangles.
+    /// Number of triangles.
     pub triangles: usize,
-    /// Area, one side of each triangle [m2].
+    /// Area [m2], one side of each triangle.
     pub area_m2: f64,
 }
 
-/// Counts, areas and extent of a model. Its fields are the keys of `isotherm info MODEL --json`.
+/// Counts, areas and extent of a model. The fields are the keys of `isotherm info MODEL --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ModelSummary {
-    /// The file; not a key of the JSON.
+    /// The file. It is not in the JSON.
     #[serde(skip)]
     pub source: PathBuf,
-    /// Triangles of the default scene, every instance counted, those of zero area dropped.
+    /// Triangles of all instances in the default scene, without those of zero area.
     pub triangles: usize,
-    /// Vertices that they use.
+    /// Number of used vertices.
     pub vertices: usize,
-    /// glTF nodes in the default scene, transform-only nodes included.
+    /// Number of glTF nodes in the default scene, including nodes without mesh.
     pub nodes: usize,
-    /// Area, one side of each triangle [m2].
+    /// Area [m2], one side of each triangle.
     pub area_m2: f64,
-    /// Least and greatest coordinates in the body frame [m].
+    /// Smallest and largest coordinates in the body frame [m].
     pub bounds_m: [[f64; 3]; 2],
     /// Share of each material, in order of first use.
     pub materials: Vec<Share>,
     /// Share of each part, in traversal order.
     pub parts: Vec<Share>,
-    /// What was left out, and why.
+    /// What was left out, with the reason.
     pub skipped: Vec<Skipped>,
-    /// Remarks; not a key of the JSON.
+    /// Remarks. They are not in the JSON.
     #[serde(skip)]
     pub notes: Vec<String>,
 }
@@ -63,7 +63,7 @@ impl Model {
         }
     }
 
-    /// Triangles and area of each owner; a triangle belongs to the owner of its vertices.
+    /// Triangles and area of each owner. A triangle belongs to the owner of its vertices.
     fn shares<'a>(&self, names: impl Iterator<Item = &'a String>, owner: &[u32]) -> Vec<Share> {
         let mut shares: Vec<Share> =
             names.map(|name| Share { name: name.clone(), triangles: 0, area_m2: 0.0 }).collect();
@@ -105,7 +105,7 @@ impl fmt::Display for ModelSummary {
     }
 }
 
-/// A table with a row for each share; the names set the width of the first column.
+/// Writes a table with a row for each share.
 fn write_shares(f: &mut fmt::Formatter, title: &str, shares: &[Share]) -> fmt::Result {
     let heading = format!("{title} ({})", shares.len());
     let longest = shares.iter().map(|share| share.name.chars().count()).max().unwrap_or(0);

@@ -1,14 +1,14 @@
-//! Joins vertices that nothing tells apart.
+//! Joins identical vertices.
 
 use super::Model;
 use super::alike::{first_alike, position_bits};
 
 impl Model {
-    /// Joins vertices whose position, normal, part and material are the same to the last bit.
+    /// Joins vertices with bit-identical position, normal, part and material.
     ///
-    /// Files often give every triangle corners of its own. Nodes that agree in all four get the same loads and so the
-    /// same temperature; joined, they cost once. Shape, shading, areas and creases stay as they are. Before
-    /// [`Model::subdivide`] it saves most, because new vertices are then shared too.
+    /// Files often give every triangle its own corners. Identical nodes have the same loads and the same temperature,
+    /// so one of them is enough. Shape, shading, areas and creases stay. Welding saves most before
+    /// [`Model::subdivide`], because new vertices are then shared too.
     pub fn weld(mut self) -> Self {
         let key = |vertex: usize| {
             (
@@ -23,7 +23,7 @@ impl Model {
         self
     }
 
-    /// Drops the vertices that are not `kept`; triangles get the one that stands `for_vertex` instead, which is kept.
+    /// Drops the vertices that are not `kept`. Triangles use the replacement in `for_vertex` instead.
     pub(super) fn keep_vertices(&mut self, kept: impl Fn(usize) -> bool, for_vertex: impl Fn(usize) -> u32) {
         let mut count = 0;
         let mut renamed = vec![0; self.positions.len()];

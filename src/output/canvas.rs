@@ -1,4 +1,4 @@
-//! A picture in memory: pixels, rectangles, text, and the PNG bytes of it.
+//! A picture in memory: pixels, rectangles, text and PNG encoding.
 
 use std::convert::Infallible;
 
@@ -15,7 +15,7 @@ use super::OutputError;
 /// Red, green, blue in sRGB.
 pub type Rgb = [u8; 3];
 
-/// Pixels in sRGB, 8 bits a channel, row after row from the top.
+/// Pixels in sRGB, 8 bits a channel, rows from top to bottom.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Canvas {
     width: u32,
@@ -23,7 +23,7 @@ pub struct Canvas {
     pixels: Vec<Rgb>,
 }
 
-/// A fixed-width face; its characters are those of Latin-1, others appear as `?`.
+/// A fixed-width font for Latin-1. Other characters appear as `?`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Face {
     /// 6 x 13 pixels.
@@ -43,18 +43,18 @@ impl Face {
         }
     }
 
-    /// Width of a line of text in pixels.
+    /// Width of a line of text [px].
     pub fn width(self, text: &str) -> u32 {
         let font = self.font();
         text.chars().count() as u32 * (font.character_size.width + font.character_spacing)
     }
 
-    /// Height of a line of text in pixels.
+    /// Height of a line of text [px].
     pub fn height(self) -> u32 {
         self.font().character_size.height
     }
 
-    /// The text, cut with `...` where it is wider than `width` pixels.
+    /// The text, cut with `...` if it is wider than `width` [px].
     pub fn fit(self, text: &str, width: u32) -> String {
         if self.width(text) <= width {
             return text.to_owned();
@@ -65,11 +65,9 @@ impl Face {
     }
 }
 
-/// Background of a picture.
 pub(super) const PAPER: Rgb = [255, 255, 255];
-/// Colour of text.
 pub(super) const INK: Rgb = [25, 28, 32];
-/// Colour of text that matters less.
+/// Colour of secondary text.
 pub(super) const FAINT_INK: Rgb = [95, 100, 108];
 /// Colour of lines around scales.
 pub(super) const FRAME_LINE: Rgb = [120, 124, 130];
@@ -80,7 +78,7 @@ impl Canvas {
         Self { width, height, pixels: vec![colour; width as usize * height as usize] }
     }
 
-    /// A canvas of given pixels, as many as `width * height`; missing ones are black and surplus ones dropped.
+    /// A canvas of `width * height` pixels. Missing ones are black, surplus ones are dropped.
     pub fn from_pixels(width: u32, height: u32, mut pixels: Vec<Rgb>) -> Self {
         pixels.resize(width as usize * height as usize, [0; 3]);
         Self { width, height, pixels }
@@ -96,12 +94,12 @@ impl Canvas {
         self.height
     }
 
-    /// Colour of a pixel; `None` outside.
+    /// Colour of a pixel. `None` outside the canvas.
     pub fn get(&self, x: u32, y: u32) -> Option<Rgb> {
         (x < self.width && y < self.height).then(|| self.pixels[y as usize * self.width as usize + x as usize])
     }
 
-    /// Fills a rectangle; what lies outside the canvas is not drawn.
+    /// Fills a rectangle, clipped to the canvas.
     pub fn fill(&mut self, x: u32, y: u32, width: u32, height: u32, colour: Rgb) {
         let right = x.saturating_add(width).min(self.width) as usize;
         for row in y..y.saturating_add(height).min(self.height) {
@@ -112,7 +110,7 @@ impl Canvas {
         }
     }
 
-    /// Copies another canvas with its upper left corner at (x, y), every pixel as a square of `zoom` pixels.
+    /// Copies another canvas with its upper left corner at (x, y). Every pixel becomes a square of `zoom` pixels.
     pub fn paste(&mut self, other: &Self, x: u32, y: u32, zoom: u32) {
         for row in 0..other.height {
             for column in 0..other.width {
@@ -122,14 +120,14 @@ impl Canvas {
         }
     }
 
-    /// Writes a line of text with its top at `y`, and its left end, middle or right end at `x`.
+    /// Writes a line of text with its top at `y`. `x` is its left end, middle or right end.
     pub fn text(&mut self, text: &str, x: u32, y: u32, face: Face, alignment: Alignment, [r, g, b]: Rgb) {
         let style = TextStyleBuilder::new().alignment(alignment).baseline(Baseline::Top).build();
         let font = MonoTextStyle::new(face.font(), Rgb888::new(r, g, b));
         let Ok(_) = Text::with_text_style(text, Point::new(x.cast_signed(), y.cast_signed()), font, style).draw(self);
     }
 
-    /// The picture at another size: each pixel is the mean of the area that it covers.
+    /// The picture at another size. Each new pixel is the mean of the area that it covers.
     pub fn resized(&self, width: u32, height: u32) -> Self {
         let columns = cover(self.width, width);
         let rows = cover(self.height, height);
@@ -151,7 +149,7 @@ impl Canvas {
         Self { width, height, pixels }
     }
 
-    /// The PNG file of the picture; the same picture gives the same bytes.
+    /// The PNG file of the picture. The same picture gives the same bytes.
     pub fn png(&self) -> Result<Vec<u8>, OutputError> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.width, self.height);
@@ -167,7 +165,7 @@ impl Canvas {
     }
 }
 
-/// For each of `to` cells over `from` pixels: which pixels it covers, and the share of each in it.
+/// For each of `to` cells over `from` pixels: the covered pixels and their shares of the cell.
 fn cover(from: u32, to: u32) -> Vec<Vec<(usize, f64)>> {
     let scale = f64::from(from) / f64::from(to);
     let cell = |i: u32| {

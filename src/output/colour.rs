@@ -1,17 +1,17 @@
-//! False colour: from a value to a colour that a reader can turn back into the value.
+//! False colour: maps values to colours that a reader can map back.
 
 use super::canvas::{Canvas, Rgb};
 use super::frame::Frame;
 use super::ticks::{round_range, union};
 
-/// Where the camera sees no surface: a bluish grey that the map does not contain.
+/// Colour of pixels without a surface: a bluish grey outside the colour map.
 pub const BACKGROUND: Rgb = [58, 64, 72];
 
-/// A value that is not a number: magenta, which no map here contains, so that it cannot be overlooked.
+/// Colour of NaN: a magenta outside every map, so that nobody overlooks it.
 pub const NOT_A_NUMBER: Rgb = [255, 0, 255];
 
-/// A colour map over a range of values. Lightness rises from the lower end to the upper, so that the order of two
-/// temperatures shows in print and to the colour-blind (the map is inferno of van der Walt and Smith, 2015).
+/// A colour map over a range of values. Lightness rises from the lower to the upper end, so the order of temperatures
+/// shows in print and to the colour-blind. The map is inferno (van der Walt and Smith, 2015).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ColourScale {
     /// Value of the darkest colour.
@@ -21,19 +21,19 @@ pub struct ColourScale {
 }
 
 impl ColourScale {
-    /// A scale with the ends that a user asked for.
+    /// A scale with the given ends.
     pub fn new([lower, upper]: [f64; 2]) -> Self {
         Self { lower, upper }
     }
 
-    /// A scale with round ends that holds these ranges of temperatures [K]; use one for a whole run, so that its pictures can
-    /// be compared. Without any it is 0 to 1.
+    /// A scale with round ends that covers these temperature ranges [K]. One scale for a whole run makes its pictures
+    /// comparable. Without ranges it is 0 to 1.
     pub fn covering(ranges: impl IntoIterator<Item = [f32; 2]>) -> Self {
         let all = ranges.into_iter().reduce(union);
         Self::new(all.map_or([0.0, 1.0], |[lower, upper]| round_range(f64::from(lower), f64::from(upper))))
     }
 
-    /// Colour of a value. Values beyond an end have the colour of that end; a picture marks that end on its scale
+    /// Colour of a value. Values beyond an end have the colour of that end, which pictures mark
     /// ([`ColourScale::exceeded_by`]).
     pub fn colour(&self, value: f32) -> Rgb {
         if value.is_nan() {
@@ -44,10 +44,10 @@ impl ColourScale {
         [colour.r, colour.g, colour.b]
     }
 
-    /// Whether values of the frame lie below the lower and above the upper end.
+    /// Whether the frame has values below the lower end, and above the upper end.
     pub fn exceeded_by(&self, frame: &Frame) -> [bool; 2] {
         frame.range().map_or([false; 2], |[least, greatest]| {
-            // The ends are f64 and the values f32: an end that was given as the value itself is not exceeded.
+            // The ends are f64 and the values f32. A value equal to an end must not exceed it.
             [least < self.lower as f32, greatest > self.upper as f32]
         })
     }

@@ -1,4 +1,4 @@
-//! One scene under three responses, side by side: temperatures on one scale, and how far two of them are from the third.
+//! Pictures of one scene under three responses: temperatures on one scale, and differences from the third response.
 
 use super::OutputError;
 use embedded_graphics::text::Alignment;
@@ -8,7 +8,7 @@ use super::colour::{BACKGROUND, ColourScale, NOT_A_NUMBER};
 use super::frame::check_channels;
 use super::ticks::{self, union};
 
-/// Space around everything, and between groups [px].
+/// Space around the picture and between groups [px].
 const MARGIN: u32 = 16;
 /// Space between pictures [px].
 const GAP: u32 = 6;
@@ -16,44 +16,43 @@ const GAP: u32 = 6;
 const TITLE_HEIGHT: u32 = 46;
 /// Height of a colour bar [px].
 const BAR_HEIGHT: u32 = 16;
-/// Height of a colour bar with its numbers and labels [px].
+/// Height of a colour bar with its text [px].
 const SCALE_HEIGHT: u32 = 62;
-/// Differences below this share of the scale's end are shown linearly, those above it logarithmically: what is a tenth of the
-/// largest must not look like nothing.
+/// Share of the scale's end below which the scale is linear. Above it the scale is logarithmic, so that small
+/// differences stay visible.
 const LINEAR: f64 = 0.02;
-/// Share of the differences in view that the scale holds; the rest has the colour of an end, which is marked.
+/// Share of the differences that the scale covers. The rest has the colour of an end, which is marked.
 const HELD: f64 = 0.995;
 
-/// What the camera sees at one step under each response.
+/// The camera's view at one step under each response.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Views {
     /// Number of the step.
     pub step: u32,
-    /// When, in words.
+    /// The time in words.
     pub caption: String,
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Surface temperature of each response [K]; the last is what the others are held against.
+    /// Surface temperatures [K] under each response. The last response is the reference.
     pub temperatures: [Vec<f32>; 3],
-    /// Index of the part + 1; 0 where nothing is.
+    /// Index of the part + 1 at each pixel. It is 0 without a surface.
     pub part: Vec<u32>,
 }
 
 impl Views {
-    /// Whether a surface is in a pixel.
     fn hit(&self, pixel: usize) -> bool {
         self.part[pixel] != 0
     }
 
-    /// A response less the last, pixel by pixel, where a surface is [K].
+    /// A response minus the reference [K], at each pixel with a surface.
     fn differences(&self, response: usize) -> impl Iterator<Item = f32> + '_ {
         let pixels = (0..self.part.len()).filter(|pixel| self.hit(*pixel));
         pixels.map(move |pixel| self.temperatures[response][pixel] - self.temperatures[2][pixel])
     }
 
-    /// Root mean square of the differences of a response in view [K]; `None` where nothing is in view.
+    /// Root mean square of the differences of a response [K]. `None` if no surface is in view.
     pub fn rms(&self, response: usize) -> Option<f64> {
         let (count, squares) = self
             .differences(response)
@@ -62,16 +61,16 @@ impl Views {
     }
 }
 
-/// Colours of differences: blue below zero, white at zero, red above (ColorBrewer's RdBu, which the colour-blind can read), over
-/// asinh of the difference.
+/// Colours of differences: blue below zero, white at zero, red above. The map is ColorBrewer's RdBu, which suits the
+/// colour-blind, over asinh of the difference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DifferenceScale {
-    /// Difference at either end [K].
+    /// Largest absolute difference on the scale [K].
     pub limit: f64,
 }
 
 impl DifferenceScale {
-    /// The scale that holds nearly all of the differences in the views, with a round end.
+    /// A scale with round ends that covers nearly all differences in the views.
     pub fn covering(views: &[Views]) -> Self {
         let all = views.iter().flat_map(|view| view.differences(0).chain(view.differences(1)));
         let mut sizes: Vec<f32> = all.map(f32::abs).filter(|size| size.is_finite()).collect();
@@ -84,17 +83,18 @@ impl DifferenceScale {
         Self { limit: ticks::round_range(-held, held)[1] }
     }
 
-    /// Place of a difference [K] between the ends, -1 to 1.
+    /// Position of a difference [K] on the scale, from -1 to 1.
     fn place(&self, difference: f64) -> f64 {
         (difference / (LINEAR * self.limit)).asinh() / (1.0 / LINEAR).asinh()
     }
 
-    /// The difference [K] at a place between the ends.
+    /// Difference [K] at a position on the scale.
     fn at(&self, place: f64) -> f64 {
         (place * (1.0 / LINEAR).asinh()).sinh() * LINEAR * self.limit
     }
 
-    /// Marks for a bar of `length` pixels: 0, and 1, 2, 5 of every decade as far as their numbers find room, from the ends.
+    /// Marks for a bar of `length` pixels: 0, and 1, 2 and 5 of every decade. Marks start at the ends and stop when
+    /// there is no more room.
     fn marks(&self, length: f64) -> Vec<f64> {
         const ROOM: f64 = 40.0;
         let mut marks = vec![0.0];
@@ -119,29 +119,29 @@ impl DifferenceScale {
             return NOT_A_NUMBER;
         }
         let share = (0.5 - 0.5 * self.place(f64::from(difference))).clamp(0.0, 1.0);
-        // The last tenths of the map are so dark that they would sink into the background.
+        // The ends of the map are so dark that they would merge with the background, so they are cut.
         let colour = colorous::RED_BLUE.eval_continuous(0.06 + 0.88 * share);
         [colour.r, colour.g, colour.b]
     }
 }
 
-/// The scales of a comparison and what it is called.
+/// The title and the scales of a comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Legend {
     /// First line of a picture.
     pub title: String,
     /// Names of the responses.
     pub names: [String; 3],
-    /// Of temperatures.
+    /// Scale of temperatures.
     pub temperature: ColourScale,
-    /// Of differences.
+    /// Scale of differences.
     pub difference: DifferenceScale,
-    /// Left, top, width and height of what is shown of every image [px].
+    /// The shown part of every image: left, top, width and height [px].
     pub crop: [u32; 4],
 }
 
 impl Legend {
-    /// One legend for all views. `range` [K] of the temperatures, where it is not to come from the views.
+    /// One legend for all views. `range` [K] fixes the temperature scale, which otherwise covers the views.
     pub fn new(title: &str, names: [&str; 3], views: &[Views], range: Option<[f64; 2]>) -> Self {
         let covering = || ColourScale::covering(views.iter().filter_map(temperature_range));
         Self {
@@ -165,17 +165,17 @@ impl Legend {
         self.colours(view, |pixel| self.temperature.colour(view.temperatures[response][pixel]))
     }
 
-    /// Its differences in false colour.
+    /// The differences of a response in false colour.
     fn difference(&self, view: &Views, response: usize) -> Canvas {
         let [own, reference] = [&view.temperatures[response], &view.temperatures[2]];
         self.colours(view, |pixel| self.difference.colour(own[pixel] - reference[pixel]))
     }
 
-    /// Size of a cell at most this wide [px].
+    /// Size of a cell of at most this width [px].
     fn cell(&self, width: u32) -> [u32; 2] {
         let [_, _, w, h] = self.crop.map(f64::from);
         let scale = (f64::from(width) / w).min(1.2 * f64::from(width) / h);
-        // Magnified by whole numbers: a pixel stays a pixel.
+        // Whole magnification factors keep pixels square.
         let scale = if scale >= 1.0 { scale.floor() } else { scale };
         [w * scale, h * scale].map(|size| size.round().max(1.0) as u32)
     }
@@ -210,7 +210,7 @@ impl Legend {
     }
 }
 
-/// All views on one sheet: a row each, with three temperatures and two differences.
+/// All views on one sheet. Each row has three temperature pictures and two difference pictures.
 pub fn sheet(views: &[Views], legend: &Legend, details: &str) -> Result<Canvas, OutputError> {
     views.iter().try_for_each(check)?;
     let [width, height] = legend.cell(260);
@@ -260,7 +260,7 @@ pub fn sheet(views: &[Views], legend: &Legend, details: &str) -> Result<Canvas, 
     Ok(canvas)
 }
 
-/// One view, large: temperatures above, differences below them, and what they say in numbers.
+/// One view, large: temperatures above differences, with the numbers below.
 pub fn panel(view: &Views, legend: &Legend) -> Result<Canvas, OutputError> {
     check(view)?;
     let [width, height] = legend.cell(440);
@@ -296,7 +296,7 @@ fn pictures(view: &Views, legend: &Legend) -> [Canvas; 5] {
     [first, second, third, legend.difference(view, 0), legend.difference(view, 1)]
 }
 
-/// The differences in view as lines of text.
+/// The differences in a view as lines of text.
 fn figures(view: &Views, names: &[String; 3]) -> Vec<(String, Face)> {
     let mut lines = vec![(format!("Against {}, in view", names[2]), Face::Title)];
     for response in [0, 1] {
@@ -316,7 +316,7 @@ fn figures(view: &Views, names: &[String; 3]) -> Vec<(String, Face)> {
     lines
 }
 
-/// What the views hold, with a little room around it: left, top, width and height [px].
+/// The part of the images with surfaces and a small margin: left, top, width and height [px].
 fn crop(views: &[Views]) -> [u32; 4] {
     let Some(first) = views.first() else { return [0, 0, 1, 1] };
     let mut ends: Option<[u32; 4]> = None;
@@ -351,7 +351,7 @@ fn titles(canvas: &mut Canvas, title: &str, details: &str) {
     canvas.text(&Face::Normal.fit(details, width), MARGIN, MARGIN + 19, Face::Normal, Alignment::Left, FAINT_INK);
 }
 
-/// An image at a place, made as large as its cell.
+/// Draws an image at a position, scaled to its cell.
 fn paste(canvas: &mut Canvas, image: &Canvas, x: u32, y: u32, [width, height]: [u32; 2]) {
     if width >= image.width() {
         canvas.paste(image, x, y, width / image.width());
@@ -360,20 +360,19 @@ fn paste(canvas: &mut Canvas, image: &Canvas, x: u32, y: u32, [width, height]: [
     }
 }
 
-/// A lying colour bar.
+/// A horizontal colour bar.
 struct Bar<'a> {
     label: &'a str,
-    /// Values at its ends.
     ends: [f64; 2],
-    /// Share of its length, and number.
+    /// Position (share of the length) and number of each mark.
     marks: Vec<(f64, String)>,
-    /// Least and greatest value in the pictures.
+    /// Smallest and largest value in the pictures.
     present: Option<[f32; 2]>,
 }
 
 impl Bar<'_> {
-    /// Draws it from `x` and `y`, `width` wide: label, what is present, bar with numbers, a triangle at an end that is
-    /// exceeded. `colour` is that of a share of the length.
+    /// Draws the bar at `x`, `y` with the given width: label, range of values, and numbers. A triangle marks an
+    /// exceeded end. `colour` maps a share of the length to a colour.
     fn draw(&self, canvas: &mut Canvas, [x, y, width]: [u32; 3], colour: impl Fn(f64) -> Rgb) {
         let [lower, upper] = self.ends;
         let text = Face::Normal.height();
@@ -433,7 +432,7 @@ mod tests {
     #[test]
     fn zero_is_white_and_the_ends_are_red_and_blue() {
         let scale = DifferenceScale { limit: 20.0 };
-        // ColorBrewer's middle is 247; the spline through the map passes below it.
+        // ColorBrewer's middle is 247. The spline through the map passes below it.
         assert!(scale.colour(0.0).iter().all(|channel| *channel > 230), "{:?}", scale.colour(0.0));
         let ([r, _, b], [r2, _, b2]) = (scale.colour(20.0), scale.colour(-20.0));
         assert!(r > b + 60 && b2 > r2 + 60);
@@ -451,7 +450,7 @@ mod tests {
     #[test]
     fn a_small_difference_shows_and_the_bar_says_what_it_is() {
         let scale = DifferenceScale { limit: 250.0 };
-        // 10 K of 250 K: asinh(2) / asinh(50) = 0.31; on a linear scale 0.04, which is white.
+        // 10 K of 250 K: asinh(2) / asinh(50) = 0.31. A linear scale gives 0.04, which is white.
         assert!((scale.place(10.0) - 0.313).abs() < 1e-3);
         for value in [-250.0, -3.0, 0.0, 40.0, 250.0] {
             assert!((scale.at(scale.place(value)) - value).abs() < 1e-9);
@@ -467,7 +466,7 @@ mod tests {
         let mut view = views(29.0);
         assert!((view.rms(0).unwrap() - 29.0).abs() < 1e-4 && (view.rms(1).unwrap() - 2.0).abs() < 1e-4);
         assert_eq!(DifferenceScale::covering(std::slice::from_ref(&view)).limit, 30.0);
-        // A background pixel does not count, and neither do a few pixels of thousands.
+        // Background pixels do not count. A few pixels out of thousands may exceed the scale.
         let miss = view.part.iter().position(|part| *part == 0).unwrap();
         view.temperatures[0][miss] = 9999.0;
         let hit = view.part.iter().position(|part| *part != 0).unwrap();

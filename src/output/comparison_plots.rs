@@ -1,4 +1,4 @@
-//! Plots of one scene under several responses: differences over time, and temperatures of parts and probes.
+//! Plots of one scene under several responses: differences, part temperatures and probe temperatures over time.
 
 use super::OutputError;
 use super::plot::{Line, Mark};
@@ -6,19 +6,19 @@ use super::report::PlotEntry;
 use super::series::{Series, SeriesRow};
 use super::temperature_plots::{Clock, Eclipses};
 
-/// Most parts, and most probes, that have a plot.
+/// Most parts with a plot, and most probes with a plot.
 pub const MOST_PLOTS: usize = 6;
 
-/// A response with its temperatures.
+/// A response and its temperatures.
 #[derive(Debug, Clone, Copy)]
 pub struct NamedSeries<'a> {
     /// Its name.
     pub name: &'a str,
-    /// Its temperatures; all responses have the same columns.
+    /// Its temperatures. All responses have the same columns.
     pub series: &'a Series,
 }
 
-/// Root mean square differences over time: [time in s, difference in K] of each response.
+/// Plots root mean square differences over time. Each response has points [time in s, difference in K].
 pub fn differences(
     lines: &[(&str, Vec<[f64; 2]>)],
     rows: &[SeriesRow],
@@ -36,8 +36,9 @@ pub fn differences(
     clock.plot("differences", words, lines.iter().map(line).collect(), eclipses)
 }
 
-/// The whole craft, the parts of `parts` (by index, at most `MOST_PLOTS` of them) and the probes, each with a line for every
-/// response; the last response is drawn as the reference. Files are called by number: names of parts are no file names.
+/// Plots the whole craft, the parts with indices `parts` (at most `MOST_PLOTS`) and the probes. Each plot has a line
+/// for every response. The last response is the reference. File names use numbers, because part names may be invalid as
+/// file names.
 pub fn temperatures(
     responses: &[NamedSeries],
     parts: &[usize],

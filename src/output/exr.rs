@@ -1,10 +1,9 @@
-//! EXR files: a frame without loss, with everything in the header that is needed to use it.
+//! EXR files: frames without loss, with all metadata in the header.
 //!
-//! Channels: `L` (float, radiance in the band), `T` (float, temperature), `Z` (float, distance along the camera's +Z),
-//! `part` and `material` (uint). The header names units with `emissiveUnits` (spectral EXR layout of Fichet et al.
-//! 2021) and `isotherm_units_*`; `isotherm_parts` and `isotherm_materials` are string vectors indexed by the pixel
-//! value itself.
-//! Types are OpenEXR's own (`v2d`, `v3d`, `m44d`, `stringvector`), so that any reader shows them.
+//! Channels: `L` (float, band radiance), `T` (float, temperature), `Z` (float, distance along the camera's +Z), `part`
+//! and `material` (uint). The header states units in `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
+//! `isotherm_units_*`. The string vectors `isotherm_parts` and `isotherm_materials` are indexed by the pixel value. All
+//! types are OpenEXR's own (`v2d`, `v3d`, `m44d`, `stringvector`), so any reader shows them.
 //!
 //! The same frame gives the same bytes: blocks in increasing order, header attributes sorted by name.
 
@@ -21,10 +20,10 @@ use super::exr_header::{Attributes, header_attributes, text};
 use super::folder::write_bytes;
 use super::frame::{Frame, FrameHeader};
 
-/// Writes a frame to `path`, whole or not at all.
+/// Writes a frame to `path`. The file appears whole or not at all.
 ///
 /// # Errors
-/// A channel that does not fill the image, or a file that cannot be written.
+/// A channel does not fill the image, or the file cannot be written.
 pub fn write_exr(path: &Path, frame: &Frame, header: &FrameHeader) -> Result<(), OutputError> {
     let bytes = encode(frame, header).map_err(|error| match error {
         OutputError::Encode(_, reason) => OutputError::exr(path, reason),
@@ -47,7 +46,7 @@ pub fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, OutputErro
     for (name, value) in header_attributes(frame, header) {
         attributes.other.insert(text(name), value);
     }
-    // ZIP is what every reader knows; blocks in increasing order make the bytes independent of the threads.
+    // Every reader supports ZIP. Increasing block order makes the bytes independent of threads.
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = (frame.width as usize, frame.height as usize);
@@ -63,7 +62,7 @@ pub fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, OutputErro
 /// Reads a frame that isotherm wrote.
 ///
 /// # Errors
-/// The file is absent, is no EXR file, or lacks one of isotherm's channels or attributes.
+/// The file is missing or no EXR file, or lacks one of isotherm's channels or attributes.
 pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
     let bytes = std::fs::read(path).map_err(|source| OutputError::Read(path.to_path_buf(), source))?;
     let image = ::exr::prelude::read()
@@ -100,11 +99,10 @@ pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
     Ok((frame, attributes.header(width, height)?))
 }
 
-/// Sorts the attributes of the only header in `bytes` by name. The exr crate writes them in the order of a hash map,
-/// which changes from run to run; their total size does not, so the block offsets behind them stay valid. `None` where
-/// the bytes are not a header.
+/// Sorts the header's attributes by name. The exr crate writes them in the random order of a hash map. Their total size
+/// stays, so the block offsets after them stay valid. `None` if the bytes are no header.
 fn sort_header(bytes: &mut [u8]) -> Option<()> {
-    // OpenEXR file layout: magic and version (8 bytes), then name\0 type\0 size(i32) value for each attribute, then \0.
+    // OpenEXR layout: magic and version (8 bytes), then name\0 type\0 size(i32) value for each attribute, then \0.
     const START: usize = 8;
     let after_nul = |from: usize| Some(from + bytes.get(from..)?.iter().position(|&byte| byte == 0)? + 1);
     let mut attributes = Vec::new();
@@ -116,7 +114,7 @@ fn sort_header(bytes: &mut [u8]) -> Option<()> {
         attributes.push(bytes.get(at..end)?.to_vec());
         at = end;
     }
-    // Names end in \0, so whole attributes compare as their names do.
+    // Names end in \0, so comparing whole attributes compares their names.
     attributes.sort();
     bytes[START..at].copy_from_slice(&attributes.concat());
     Some(())

@@ -1,4 +1,4 @@
-//! The header of an EXR file of isotherm: what is in it under which name, written and read back.
+//! The attributes in the header of an EXR file, for writing and reading.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::thermal::planck::Band;
 
 const RADIANCE_UNIT: &str = "W.m^-2.sr^-1";
 
-/// The header in the order of its meaning; the file holds it sorted by name.
+/// The attributes in a readable order. The file has them sorted by name.
 pub(super) fn header_attributes(frame: &Frame, header: &FrameHeader) -> Vec<(&'static str, AttributeValue)> {
     let camera = &header.camera;
     let pose = camera.frame_from_camera;
@@ -47,18 +47,18 @@ pub(super) fn header_attributes(frame: &Frame, header: &FrameHeader) -> Vec<(&'s
         ("isotherm_camera_near_m", AttributeValue::F64(camera.near)),
         ("isotherm_camera_frame", string(frame_name)),
         ("isotherm_camera_position_m", doubles("v3d", &camera.position.to_array())),
-        // Text, because OpenEXR has no type for four doubles; scalar first.
+        // OpenEXR has no type for four doubles, so this is text. The scalar comes first.
         ("isotherm_frame_from_camera_wxyz", string(&format!("{} {} {} {}", pose.w, pose.x, pose.y, pose.z))),
         ("isotherm_camera_from_body", doubles("m44d", &camera_from_body)),
     ]
 }
 
-/// Metres as micrometres, free of the rounding that 14e-6 * 1e6 brings.
+/// Metres in micrometres, without the rounding error of 14e-6 * 1e6.
 fn micrometres(metres: f64) -> f64 {
     (metres * 1e15).round() / 1e9
 }
 
-/// Text in UTF-8, as OpenEXR has it; the exr crate's own conversion knows Latin-1 only.
+/// Text in UTF-8, as OpenEXR defines it. The exr crate's own conversion assumes Latin-1.
 pub(super) fn text(value: &str) -> Text {
     Text::from_slice_unchecked(value.as_bytes())
 }
@@ -67,18 +67,18 @@ fn string(value: &str) -> AttributeValue {
     AttributeValue::Text(text(value))
 }
 
-/// A string vector whose entry i is the name of pixel value i.
+/// A string vector. Entry i is the name of pixel value i.
 fn names(list: &[String]) -> AttributeValue {
     AttributeValue::TextVector(std::iter::once("background").chain(list.iter().map(String::as_str)).map(text).collect())
 }
 
-/// One of OpenEXR's types made of doubles, which the exr crate does not know by name.
+/// An OpenEXR type made of doubles that the exr crate does not support by name.
 fn doubles(kind: &str, values: &[f64]) -> AttributeValue {
     let bytes = values.iter().flat_map(|value| value.to_le_bytes()).collect();
     AttributeValue::Custom { kind: text(kind), bytes }
 }
 
-/// The attributes of a file, and the name of that file for errors.
+/// The attributes of a file, and its name for errors.
 pub(super) struct Attributes<'a> {
     pub path: &'a Path,
     pub attributes: &'a LayerAttributes,

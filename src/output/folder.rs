@@ -1,4 +1,4 @@
-//! The output folder: its names, its rules, and files that appear whole or not at all.
+//! The output folder: file names, overwrite rules, and files that appear whole or not at all.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -10,21 +10,21 @@ use wildmatch::WildMatch;
 
 use super::OutputError;
 
-/// Start of the name of a file under way; a killed process may leave one behind, and the next `--force` removes it.
+/// Prefix of unfinished files. A killed process may leave one, and the next `--force` removes it.
 const TEMPORARY_PREFIX: &str = ".isotherm-";
 
-/// The folder of a command's files.
+/// The output folder of a command.
 #[derive(Debug, Clone)]
 pub struct Folder {
     root: PathBuf,
-    /// Folder, empty for the root, and pattern of the name of every file that the command may leave.
+    /// Every file that the command may write: subfolder (empty for the root) and name pattern.
     own: Vec<(String, WildMatch)>,
-    /// Whether there was no such folder.
+    /// Whether the folder did not exist.
     fresh: bool,
 }
 
 impl Folder {
-    /// A folder that is not touched yet. `own` are the files of the command as seen from it: `series.csv`, `plots/*.svg`.
+    /// Describes a folder without touching it. `own` lists the command's files: `series.csv`, `plots/*.svg`.
     pub fn new(root: &Path, own: &[impl AsRef<str>]) -> Self {
         let split =
             |own: &str| own.rsplit_once('/').map_or((String::new(), own.to_owned()), |(a, b)| (a.into(), b.into()));
@@ -32,12 +32,11 @@ impl Folder {
         Self { root: root.to_path_buf(), own: own.collect(), fresh: !root.exists() }
     }
 
-    /// Makes the folder and those below it ready: creates them with their parents, refuses one that holds anything unless
-    /// `overwrite`, and with `overwrite` removes the command's own files (anything else stays), so that old ones never mix
-    /// with new ones.
+    /// Creates the folder with its parents and subfolders. Without `overwrite` it refuses a folder that holds anything.
+    /// With `overwrite` it removes the command's own files and keeps all others.
     ///
     /// # Errors
-    /// The folder is a file, is not empty, cannot be created, or cannot be written to; or it holds one of the `inputs`.
+    /// The folder is a file, is not empty, cannot be created or written, or holds one of the `inputs`.
     pub fn prepare(self, overwrite: bool, inputs: &[PathBuf]) -> Result<Self, OutputError> {
         self.keep_inputs(inputs)?;
         if self.root.exists() {
@@ -54,13 +53,13 @@ impl Folder {
         }
         for path in self.folders() {
             fs::create_dir_all(&path).map_err(|source| OutputError::CreateFolder(path.clone(), source))?;
-            // Permission bits do not tell everything (read-only mounts, quotas): ask by doing.
+            // Permission bits do not show read-only mounts or quotas, so this tries to write.
             temporary_in(&path).map_err(|source| OutputError::NotWritable(path, source))?;
         }
         Ok(self)
     }
 
-    /// Refuses where the command would replace or remove one of these files, however it is named.
+    /// Refuses to replace or remove one of these input files, even if its path is written differently.
     ///
     /// # Errors
     /// [`OutputError::Overwrites`].
@@ -72,26 +71,25 @@ impl Folder {
         }
     }
 
-    /// Takes back what was made ready for files that were not written: the folders that are empty, and the folder itself
-    /// where there was none before.
+    /// Removes the folders that [`Folder::prepare`] created, if nothing was written to them.
     pub fn take_back(&self) {
         for folder in self.folders().iter().rev().filter(|folder| self.fresh || **folder != self.root) {
-            // A folder that is not empty holds what is another's, and stays.
+            // This fails for a folder with files in it, which then stays.
             let _ = fs::remove_dir(folder);
         }
     }
 
-    /// The folder itself.
+    /// Path of the folder.
     pub fn root(&self) -> &Path {
         &self.root
     }
 
-    /// A file of the folder.
+    /// Path of a file in the folder.
     pub fn file(&self, name: &str) -> PathBuf {
         self.root.join(name)
     }
 
-    /// The folder and those below it.
+    /// The folder and its subfolders.
     fn folders(&self) -> Vec<PathBuf> {
         let mut names = vec![""];
         for (folder, _) in &self.own {
@@ -102,7 +100,7 @@ impl Folder {
         names.into_iter().map(|name| self.root.join(name)).collect()
     }
 
-    /// The command's own files that are there, and others that `also` names.
+    /// The command's own files that exist, and files that `also` accepts.
     fn files(&self, also: impl Fn(&Path) -> bool) -> Result<Vec<PathBuf>, OutputError> {
         let mut found = Vec::new();
         for folder in self.folders().into_iter().filter(|folder| folder.is_dir()) {
@@ -120,7 +118,7 @@ fn name_of(path: &Path) -> &str {
     path.file_name().and_then(OsStr::to_str).unwrap_or_default()
 }
 
-/// What a folder holds, sorted by name.
+/// Paths in a folder, sorted by name.
 fn entries(folder: &Path) -> Result<Vec<PathBuf>, OutputError> {
     let read = |source| OutputError::Read(folder.to_path_buf(), source);
     let mut paths = fs::read_dir(folder)
@@ -135,19 +133,19 @@ fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
     builder.prefix(TEMPORARY_PREFIX).suffix(".part");
     #[cfg(unix)]
     {
-        // tempfile's own 0600 would stay with the finished file; 0666 is cut by the umask like any other file's.
+        // tempfile creates files with mode 0600. 0666 gets the umask, like any other file.
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     builder.tempfile_in(folder)
 }
 
-/// A path by its own name, links followed; as it is where nothing is there.
+/// A path with links resolved. A path that does not exist stays as it is.
 fn real(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
 }
 
-/// Whether an output would replace one of the files that a command reads.
+/// Refuses an output that would replace one of the inputs.
 ///
 /// # Errors
 /// [`OutputError::Overwrites`].
@@ -159,19 +157,19 @@ pub fn keep_inputs<'a>(output: &Path, inputs: impl IntoIterator<Item = &'a PathB
     }
 }
 
-/// Whether [`write_atomic`] will find its folder, before the work whose result it is to write.
+/// Checks early that [`write_atomic`] will be able to write the file.
 ///
 /// # Errors
-/// As [`write_atomic`] without content.
+/// As [`write_atomic`].
 pub fn check_writable(path: &Path) -> Result<(), OutputError> {
     temporary_beside(path).map(|_| ())
 }
 
-/// Writes a file beside its place and renames it there when `content` succeeds: whoever looks sees the old file or the
-/// whole new one. On an error nothing is left behind and what existed under the name stays.
+/// Writes a temporary file and renames it to `path` if `content` succeeds. Others see the old file or the whole new
+/// one. After an error the old file is unchanged and no temporary file is left.
 ///
 /// # Errors
-/// Those of `content`; and [`OutputError::Write`] where the folder is absent or not writable or the disk is full.
+/// Those of `content`, or [`OutputError::Write`] if the folder is missing or not writable or the disk is full.
 pub fn write_atomic<F>(path: &Path, content: F) -> Result<(), OutputError>
 where
     F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,
@@ -186,7 +184,7 @@ where
     Ok(())
 }
 
-/// A temporary file in the folder of a path.
+/// Creates a temporary file in the folder of a path.
 fn temporary_beside(path: &Path) -> Result<NamedTempFile, OutputError> {
     if path.is_dir() {
         return Err(OutputError::NotAFile(path.to_path_buf()));
@@ -196,7 +194,7 @@ fn temporary_beside(path: &Path) -> Result<NamedTempFile, OutputError> {
         _ => Path::new("."),
     };
     temporary_in(folder).map_err(|source| {
-        // The temporary name would only confuse; the folder is what the user can mend.
+        // The user knows the folder, not the temporary name.
         let source = io::Error::new(source.kind(), format!("in folder {}: {}", folder.display(), source.kind()));
         OutputError::write(path, source)
     })
@@ -207,7 +205,7 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
     write_atomic(path, |writer| writer.write_all(bytes).map_err(|source| OutputError::write(path, source)))
 }
 
-/// Writes CSV to `path` as [`write_atomic`] does, the head first; all rows are as long as it.
+/// Writes a CSV file with a header as [`write_atomic`] does. All rows have the header's length.
 pub fn write_csv<C: AsRef<[u8]>>(
     path: &Path,
     rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
@@ -215,7 +213,7 @@ pub fn write_csv<C: AsRef<[u8]>>(
     write_atomic(path, |writer| write_rows(writer, rows).map_err(|source| OutputError::write(path, source)))
 }
 
-/// Writes CSV, the head first; all rows are as long as it.
+/// Writes CSV with a header. All rows have the header's length.
 pub fn write_rows<C: AsRef<[u8]>>(
     writer: impl Write,
     rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
@@ -230,7 +228,7 @@ pub fn write_rows<C: AsRef<[u8]>>(
     csv.flush()
 }
 
-/// Writes the fields of a structure as JSON, under their own names; numbers not finite are `null`.
+/// Writes a structure as JSON. Numbers that are not finite become `null`.
 pub fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), OutputError> {
     let failed = |error: serde_json::Error| OutputError::write(path, error.into());
     write_bytes(path, format!("{}\n", serde_json::to_string_pretty(value).map_err(failed)?).as_bytes())
@@ -394,7 +392,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn a_folder_that_cannot_be_written_is_an_error() {
-        // /proc refuses new entries to everybody, root included.
+        // /proc refuses new files even to root.
         let error = prepare(Path::new("/proc/isotherm-output"), false, &[]).unwrap_err();
         assert!(matches!(error, OutputError::CreateFolder { .. }), "{error}");
         let error = write_bytes(Path::new("/proc/isotherm.exr"), b"").unwrap_err();

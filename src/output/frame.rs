@@ -1,4 +1,4 @@
-//! One image as plain arrays, and what has to be known to use it.
+//! One image as plain arrays, and its metadata.
 
 use glam::DMat4;
 
@@ -7,8 +7,8 @@ use super::ticks::union;
 use crate::scene::Camera;
 use crate::thermal::planck::Band;
 
-/// What a camera sees at one step. Rows run from top to bottom, pixels from left to right. Where nothing was hit, every
-/// value is 0; `part == 0` is the test for that.
+/// The camera's image at one step. Rows run from top to bottom, pixels from left to right. Pixels without a surface are
+/// 0 in every channel. `part == 0` is the test for them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
     /// Width in pixels.
@@ -32,13 +32,13 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Least and greatest finite temperature where something was hit [K]; `None` where nothing was.
+    /// Smallest and largest finite temperature of a surface [K]. `None` without surfaces.
     pub fn range(&self) -> Option<[f32; 2]> {
         let hit = self.temperature.iter().zip(&self.part).filter(|(value, part)| **part != 0 && value.is_finite());
         hit.map(|(&value, _)| [value, value]).reduce(union)
     }
 
-    /// Refuses a channel that does not fill the image.
+    /// Refuses channels that do not fill the image.
     pub fn check(&self) -> Result<(), OutputError> {
         check_channels(
             [self.width, self.height],
@@ -53,7 +53,7 @@ impl Frame {
     }
 }
 
-/// Refuses a channel, named beside the number of its values, that does not fill an image of this size.
+/// Refuses channels that do not fill an image of this size. Each channel has a name and a length.
 pub(super) fn check_channels([width, height]: [u32; 2], channels: &[(&str, usize)]) -> Result<(), OutputError> {
     let pixels = width as usize * height as usize;
     match channels.iter().find(|(_, values)| *values != pixels || *values == 0) {
@@ -64,14 +64,14 @@ pub(super) fn check_channels([width, height]: [u32; 2], channels: &[(&str, usize
     }
 }
 
-/// What belongs to a frame and is the same, or nearly, for a whole run.
+/// The metadata of a frame. Most of it is the same for a whole run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameHeader {
     /// Name of the scene.
     pub scene: String,
-    /// SHA-256 of the scene and what it refers to, in hexadecimal.
+    /// SHA-256 of the scene and its files (hexadecimal).
     pub scene_sha256: String,
-    /// Device that computed it.
+    /// The computing device.
     pub device: String,
     /// Version of isotherm.
     pub version: String,
@@ -79,11 +79,11 @@ pub struct FrameHeader {
     pub band: Band,
     /// Intrinsics, and the pose in the camera's own frame.
     pub camera: Camera,
-    /// The pose at this step against the craft: maps body coordinates to camera coordinates (OpenCV axes) [m].
+    /// Camera pose at this step: maps body coordinates to camera coordinates (OpenCV axes) [m].
     pub camera_from_body: DMat4,
-    /// Names of the parts; pixel value 1 is the first.
+    /// Names of the parts. The first has pixel value 1.
     pub parts: Vec<String>,
-    /// Names of the materials; pixel value 1 is the first.
+    /// Names of the materials. The first has pixel value 1.
     pub materials: Vec<String>,
 }
 
@@ -93,7 +93,7 @@ pub(crate) mod tests {
     use crate::scene::CameraFrame;
     use glam::{DQuat, DVec3};
 
-    /// A lit sphere: temperature falls with the cosine from 350 K to 180 K on the night side; background around it.
+    /// A lit sphere. Temperature falls with the cosine from 350 K to 180 K on the night side.
     pub(crate) fn sphere(width: u32, height: u32, step: u32) -> Frame {
         let pixels = (width * height) as usize;
         let mut frame = Frame {
@@ -127,7 +127,7 @@ pub(crate) mod tests {
         frame
     }
 
-    /// A header whose every value is particular.
+    /// A header without repeated values.
     pub(crate) fn header(width: u32, height: u32) -> FrameHeader {
         let rotation = DQuat::from_xyzw(0.1, -0.7, 0.3, 0.64).normalize();
         FrameHeader {

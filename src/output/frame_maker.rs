@@ -1,4 +1,4 @@
-//! From what the engine delivers to frames with their headers.
+//! Makes frames and their headers from the results of the engine.
 
 use glam::DMat4;
 
@@ -7,13 +7,13 @@ use crate::scene::Camera;
 use crate::simulation::StepResult;
 use crate::simulation::prepare::Prepared;
 
-/// Makes frames of one run: everything in a header that does not change with the step.
+/// Makes the frames of one run. It holds the metadata that all steps share.
 pub struct FrameMaker {
     header: FrameHeader,
 }
 
 impl FrameMaker {
-    /// For a scene on a device.
+    /// A maker for the frames of a scene on a device.
     pub fn new(prepared: &Prepared, camera: &Camera, device: &str) -> Self {
         let header = FrameHeader {
             scene: prepared.scene.name.clone(),
@@ -29,7 +29,7 @@ impl FrameMaker {
         Self { header }
     }
 
-    /// The frame of a step that was drawn; `None` for one that was not.
+    /// The frame of a step. `None` if the step was not drawn.
     pub fn frame(&self, result: StepResult) -> Option<(Frame, FrameHeader)> {
         let (pose, pixels) = (result.pose?, result.delivered.pixels?);
         let channel = |i: usize| pixels.radiance_temperature_depth.iter().map(|pixel| pixel[i]).collect();

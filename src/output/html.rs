@@ -1,5 +1,4 @@
-//! The pieces of an HTML page that needs no network, no script and no other file: escaped text, tables, pictures,
-//! links, and numbers as people read them.
+//! HTML pages that need no network, script or other file: text, tables, pictures, links and readable numbers.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -8,16 +7,15 @@ use super::report::SettingGroup;
 
 const STYLE: &str = include_str!("report.css");
 
-/// Between thousands: narrow, and no place for a line break.
+/// Separator of thousands: narrow, without a line break.
 const THIN_SPACE: char = '\u{202F}';
 
-/// The page so far. Text goes through [`Html::element`] or [`Html::table`], which escape; markup
-/// through [`Html::raw`].
+/// A page under construction. [`Html::element`] and [`Html::table`] escape their text. [`Html::raw`] does not.
 #[derive(Default)]
 pub(crate) struct Html(String);
 
 impl Html {
-    /// A page with its style, open at the start of its header.
+    /// Starts a page with its style. The header stays open.
     pub fn page(title: &str) -> Self {
         let mut html = Self::default();
         html.raw("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
@@ -27,30 +25,29 @@ impl Html {
         html
     }
 
-    /// Ends the page that [`Html::page`] began, inside its main part.
+    /// Ends a page that [`Html::page`] began.
     pub fn into_page(mut self) -> String {
         self.raw("</main>\n</body>\n</html>\n");
         self.0
     }
 
-    /// Markup as it is.
+    /// Adds markup without escaping it.
     pub fn raw(&mut self, markup: &str) {
         self.0.push_str(markup);
     }
 
-    /// An element with text in it.
     pub fn element(&mut self, tag: &str, text: &str) {
         self.0.push_str(&format!("<{tag}>{}</{tag}>\n", escape(text)));
     }
 
-    /// A PNG picture inside the page, with its title and a link to its file.
+    /// Embeds a PNG picture with a title and a link to its file.
     pub fn picture(&mut self, png: &[u8], title: &str, file: &str) {
         let data = STANDARD.encode(png);
         let image = format!("<img src=\"data:image/png;base64,{data}\" alt=\"{}\">\n", escape(title));
         self.figure(&image, title, file);
     }
 
-    /// Markup that shows something (an image, an SVG drawing), with its title and a link to its file.
+    /// Adds an image or SVG drawing with a title and a link to its file.
     pub fn figure(&mut self, content: &str, title: &str, file: &str) {
         self.raw("<figure>\n");
         self.raw(content);
@@ -58,7 +55,7 @@ impl Html {
         self.raw(&format!("{}</figcaption>\n</figure>\n", link(file)));
     }
 
-    /// Large figures before everything else: value, unit and what it is.
+    /// Large numbers at the top: value, unit and meaning.
     pub fn headline(&mut self, figures: impl IntoIterator<Item = (String, String, String)>) {
         self.raw("<div class=\"headline\">\n");
         for (value, unit, what) in figures {
@@ -69,7 +66,7 @@ impl Html {
         self.raw("</div>\n");
     }
 
-    /// A list under a title; nothing where there is nothing to list.
+    /// A list under a title. Without items it adds nothing.
     pub fn list(&mut self, title: &str, items: &[String], class: &str) {
         if items.is_empty() {
             return;
@@ -80,7 +77,7 @@ impl Html {
         self.raw("</ul>\n");
     }
 
-    /// Links to the files of the folder.
+    /// Links to files in the folder.
     pub fn files<'a>(&mut self, names: impl IntoIterator<Item = &'a str>) {
         self.element("h2", "Files");
         self.raw("<ul class=\"plain\">\n");
@@ -88,17 +85,16 @@ impl Html {
         self.raw("</ul>\n");
     }
 
-    /// The command as it was given.
+    /// The command line.
     pub fn command(&mut self, line: &str) {
         self.raw(&format!("<p>Command: <code>{}</code></p>\n", escape(line)));
     }
 
-    /// Names beside their values.
+    /// A table of names and values.
     pub fn pairs(&mut self, pairs: impl IntoIterator<Item = (String, String)>) {
         self.table(&[], pairs.into_iter().map(|(name, value)| vec![name, value]));
     }
 
-    /// Settings under their titles.
     pub fn settings(&mut self, groups: &[SettingGroup]) {
         for group in groups {
             self.element("h3", &group.title);
@@ -106,7 +102,7 @@ impl Html {
         }
     }
 
-    /// A table with a head, which may be empty. Columns of nothing but numbers are set flush right.
+    /// A table with an optional head. Columns of numbers are right-aligned.
     pub fn table(&mut self, head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) {
         let rows: Vec<Vec<String>> = rows.into_iter().collect();
         let numeric = |cell: &String| cell.replace(THIN_SPACE, "").parse::<f64>().is_ok();
@@ -139,7 +135,7 @@ pub(crate) fn kelvin_text(value: f64) -> String {
     format!("{value} {unit}")
 }
 
-/// Text with everything replaced that HTML would read as markup, in content and in quoted attributes.
+/// Escapes text for HTML content and quoted attributes.
 pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
@@ -149,7 +145,7 @@ pub(crate) fn escape(text: &str) -> String {
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
             '\'' => escaped.push_str("&#39;"),
-            // HTML has no way to write these, escaped or not.
+            // HTML cannot represent these characters, even escaped.
             control if control.is_control() && !matches!(control, '\n' | '\t') => {
                 escaped.push('\u{FFFD}');
             }
@@ -159,12 +155,11 @@ pub(crate) fn escape(text: &str) -> String {
     escaped
 }
 
-/// A link to a file of the folder.
+/// A link to a file in the folder.
 pub(crate) fn link(path: &str) -> String {
     format!("<a href=\"{}\">{}</a>", link_target(path), escape(path))
 }
 
-/// A relative path as the target of a link.
 fn link_target(path: &str) -> String {
     let mut target = String::new();
     for byte in path.bytes() {
@@ -178,7 +173,7 @@ fn link_target(path: &str) -> String {
     target
 }
 
-/// Three significant digits without trailing zeros lost: 12.5, 0.310, 8230.
+/// Three significant digits with trailing zeros: 12.5, 0.310, 8230.
 pub(crate) fn significant(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
@@ -187,7 +182,7 @@ pub(crate) fn significant(value: f64) -> String {
     if decimals > 6 { format!("{value:.2e}") } else { format!("{value:.decimals$}") }
 }
 
-/// A difference in the unit in which it reads best.
+/// A difference in a readable unit.
 pub(crate) fn kelvin(value: f64) -> (String, &'static str) {
     match value.abs() {
         size if size >= 1.0 || size == 0.0 || !size.is_finite() => (significant(value), "K"),
@@ -209,7 +204,7 @@ pub(crate) fn thousands(count: u64) -> String {
     text
 }
 
-/// A size in memory in the unit in which it reads best.
+/// A memory size in a readable unit.
 pub(crate) fn bytes(count: u64) -> String {
     match count {
         0..1024 => format!("{count} B"),

@@ -1,4 +1,4 @@
-//! A whole run: every step through the engine, every result into the output folder, and the report at the end.
+//! Runs a scene: steps the engine, writes the results to the output folder, and writes the report.
 
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::sync_channel;
@@ -29,7 +29,7 @@ use crate::trace::Track;
 
 /// Temperatures over time.
 pub const SERIES: &str = "series.csv";
-/// Joints over time.
+/// Positions of joints over time.
 pub const JOINTS: &str = "joints.csv";
 /// Small pictures of several steps.
 const CONTACT_SHEET: &str = "contact_sheet.png";
@@ -37,7 +37,7 @@ const CONTACT_SHEET: &str = "contact_sheet.png";
 pub const REPORT_JSON: &str = "report.json";
 /// The report as a page.
 pub const REPORT_HTML: &str = "report.html";
-/// The files of a run.
+/// All files of a run.
 pub const FILES: [&str; 8] =
     ["frames/step_*.exr", "frames/step_*.png", "plots/*.svg", SERIES, JOINTS, CONTACT_SHEET, REPORT_JSON, REPORT_HTML];
 
@@ -45,10 +45,10 @@ pub const FILES: [&str; 8] =
 const MOST_TILES: usize = 12;
 /// Width of a picture on the contact sheet [px].
 const TILE_WIDTH: u32 = 320;
-/// Frames that wait for the writer at most.
+/// Most frames that wait for the writer.
 const WAITING_FRAMES: usize = 2;
 
-/// What ends a run early.
+/// An error that ends a run early.
 #[derive(Debug, thiserror::Error)]
 pub enum JobError {
     /// The engine.
@@ -57,50 +57,50 @@ pub enum JobError {
     /// The output folder.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A temperature is no number.
+    /// A temperature is not finite.
     #[error("step {step}: the temperature of part {part}, material {material} is not finite; please report the scene")]
     NotFinite {
-        /// The first step where it happens.
+        /// The first step where this happens.
         step: u32,
         /// Part of the first such node.
         part: String,
-        /// Its material.
+        /// Material of that node.
         material: String,
     },
 }
 
-/// What a run has done, for who shows how far it is.
+/// A unit of progress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Done {
-    /// A step of the warm-up.
+    /// A warm-up step.
     WarmUp,
     /// A step.
     Step,
-    /// A picture.
+    /// A finished picture.
     Picture,
 }
 
-/// What a run left.
+/// The results of a run.
 pub struct Outcome {
-    /// Whether all steps were made.
+    /// Whether all steps were done.
     pub complete: bool,
-    /// Frames, with the least and greatest temperature of each.
+    /// Drawn frames.
     pub frames: Vec<FrameEntry>,
     /// Pictures for the report.
     pub pictures: Vec<Picture>,
     /// Plots for the report.
     pub plots: Vec<PlotEntry>,
-    /// Device against f64 reference, where it was asked for.
+    /// Error of the device against the f64 reference, if requested.
     pub accuracy: Option<Accuracy>,
-    /// How a periodic warm-up went, where one was asked for.
+    /// Convergence of a periodic warm-up, if requested.
     pub periodic: Option<Periodic>,
-    /// What the network cost in every step after the warm-up.
+    /// Cost of the network in every step after the warm-up.
     pub network_costs: Vec<StepCost>,
-    /// Wall time of the steps without start-up and without pictures [s].
+    /// Wall time of the steps without start-up and pictures [s].
     pub stepping_s: f64,
 }
 
-/// Runs the scene into the folder; `check` is the number of nodes that the f64 reference steps along.
+/// Runs the scene and writes its files. `check` is the number of nodes that the f64 reference also steps.
 pub fn run_into(
     prepared: &Prepared,
     engine: &mut dyn Engine,
@@ -124,7 +124,7 @@ pub fn run_into(
     let warm_up_steps = engine.network_costs().len();
     let began = Instant::now();
     let (complete, written) = std::thread::scope(|scope| {
-        // Files are written while the next steps are computed.
+        // A thread writes files while the next steps are computed.
         let (frames, waiting) = sync_channel::<(Frame, FrameHeader)>(WAITING_FRAMES);
         let files = trace.clone();
         let writer = scope.spawn(move || {
@@ -145,7 +145,7 @@ pub fn run_into(
                 series.push(groups.row(result.time, &temperatures, &prepared.probes)?)?;
             }
             if let Some(frame) = maker.as_ref().and_then(|maker| maker.frame(result)) {
-                // The writer hangs up where it fails; its error is reported below.
+                // The send fails if the writer failed. Its error is reported below.
                 let _ = frames.send(frame);
             }
             progress(Done::Step);
@@ -183,7 +183,7 @@ pub fn run_into(
     Ok(Outcome { complete, frames, pictures, plots, accuracy, periodic, network_costs, stepping_s })
 }
 
-/// Refuses temperatures that are no numbers, by the first node that has one.
+/// Refuses temperatures that are not finite. The error names the first such node.
 pub(crate) fn check_finite(prepared: &Prepared, step: u32, temperatures: &[f32]) -> Result<(), JobError> {
     let nodes = &prepared.nodes;
     let broken = nodes.node_of_vertex.par_iter().find_first(|node| !temperatures[**node as usize].is_finite());
@@ -207,17 +207,16 @@ struct WrittenFrame {
     range: Option<[f32; 2]>,
 }
 
-/// Nodes by part, by material and as a whole, for the series.
+/// Nodes grouped by part, by material and all together, for the series.
 pub(crate) struct NodeGroups {
     parts: Groups,
     materials: Groups,
     all: Groups,
-    /// Device order to vertices: padding has no place in a minimum.
+    /// Device index of each vertex. Padding nodes have no vertex, so they do not affect minima.
     node_of_vertex: Vec<u32>,
 }
 
 impl NodeGroups {
-    /// Of a scene.
     pub(crate) fn new(prepared: &Prepared) -> Result<Self, OutputError> {
         let nodes = &prepared.nodes;
         let node_of_vertex = nodes.node_of_vertex.clone();
@@ -232,7 +231,7 @@ impl NodeGroups {
         })
     }
 
-    /// The row of a step, from the temperatures in device order [K] and the nodes of the probes.
+    /// The series row of a step. `device` has the temperatures in device order [K], `probes` the nodes of the probes.
     pub(crate) fn row(&self, time: f64, device: &[f32], probes: &[usize]) -> Result<SeriesRow, OutputError> {
         let temperatures: Vec<f32> = self.node_of_vertex.par_iter().map(|node| device[*node as usize]).collect();
         Ok(SeriesRow {
@@ -245,7 +244,7 @@ impl NodeGroups {
     }
 }
 
-/// One PNG a frame, all to one scale, and the contact sheet.
+/// Draws a PNG for each frame on one scale, and the contact sheet.
 fn draw_pictures(
     prepared: &Prepared,
     folder: &Folder,
@@ -288,7 +287,7 @@ fn draw_pictures(
     Ok((frames, vec![sheet]))
 }
 
-/// Umbra and penumbra during the run, cut to it.
+/// Umbra and penumbra intervals, clipped to the run.
 pub(crate) fn eclipses(prepared: &Prepared) -> Eclipses {
     let time = &prepared.scene.time;
     let end = f64::from(time.steps) * time.step;

@@ -1,4 +1,4 @@
-//! Where the joints of a craft stand over time: a table and a plot.
+//! Joint positions over time: a table and plots.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::report::PlotEntry;
 use super::series::unique;
 use super::temperature_plots::{Clock, Eclipses};
 
-/// Positions over time: angles [deg] of joints that turn, distances [m] of those that slide.
+/// Joint positions over time: angles [deg] of turning joints, distances [m] of sliding joints.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct JointSeries {
     columns: Vec<(String, bool)>,
@@ -17,7 +17,7 @@ pub struct JointSeries {
 }
 
 impl JointSeries {
-    /// Of joints with their names, and whether they turn.
+    /// An empty series for joints with these names. The flag marks turning joints.
     pub fn new(joints: impl Iterator<Item = (String, bool)>) -> Self {
         let (names, turns): (Vec<String>, Vec<bool>) = joints.unzip();
         Self { columns: unique(&names).into_iter().zip(turns).collect(), rows: Vec::new() }
@@ -38,7 +38,7 @@ impl JointSeries {
         self.rows.push((time, shown.collect()));
     }
 
-    /// Writes `joints.csv`: `time` [s], then `NAME:deg` or `NAME:m` of each joint, with six decimals.
+    /// Writes `joints.csv`: `time` [s], then `NAME:deg` or `NAME:m` for each joint, with six decimals.
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
         let unit = |turns: &bool| if *turns { "deg" } else { "m" };
         let names = self.columns.iter().map(|(name, turns)| format!("{name}:{}", unit(turns)));
@@ -50,7 +50,7 @@ impl JointSeries {
         write_csv(path, std::iter::once(head).chain(self.rows.iter().map(row)))
     }
 
-    /// Draws `joint_angles` and `joint_distances`, each where there is one. A jump of half a turn is a gap.
+    /// Draws `joint_angles` and `joint_distances` if such joints exist. A jump of half a turn becomes a gap.
     pub fn plots(&self, eclipses: &Eclipses) -> Result<Vec<PlotEntry>, OutputError> {
         let clock = Clock::until(self.rows.last().map_or(0.0, |row| row.0));
         let mut plots = Vec::new();

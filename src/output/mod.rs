@@ -1,9 +1,9 @@
-//! What a run leaves behind: EXR images, false-colour pictures, series, plots and the report.
+//! The outputs of a run: EXR images, false-colour pictures, series, plots and the report.
 //!
-//! [`job`] takes a scene through all of its steps into a folder. [`frame`] is one image as plain arrays; [`mod@exr`] stores it without
-//! loss; [`colour`], [`canvas`] and [`picture`] show it; [`statistics`] and [`series`] reduce node temperatures to
-//! columns over time; [`plot`] and [`temperature_plots`] draw them; [`report`] and [`report_html`] put all of it on one
-//! page. [`folder`] names the files and writes each of them whole or not at all.
+//! [`job`] runs a scene through all steps into a folder. [`frame`] is one image as plain arrays, and [`mod@exr`] stores
+//! it without loss. [`colour`], [`canvas`] and [`picture`] draw it. [`statistics`] and [`series`] reduce node
+//! temperatures to columns over time. [`plot`] and [`temperature_plots`] draw those. [`report`] and [`report_html`]
+//! join everything on one page. [`folder`] writes each file whole or not at all.
 
 pub mod canvas;
 pub mod colour;

@@ -1,4 +1,4 @@
-//! A figure of several small plots in rows and columns, as one SVG document.
+//! A figure of several small plots in a grid, as one SVG document.
 
 use super::OutputError;
 use super::plot::{Area, FINE, Layout, Plot, TITLE, document, draw_title};
@@ -7,28 +7,29 @@ use super::plot::{Area, FINE, Layout, Plot, TITLE, document, draw_title};
 const WIDTH: u32 = 960;
 /// Height of a panel [px].
 const PANEL_HEIGHT: u32 = 280;
-/// Height of a panel's own title and subtitle [px].
+/// Height of a panel's title and subtitle [px].
 const PANEL_TITLE: u32 = 46;
-/// Width of a panel's legend, where the figure has legends [px].
+/// Width of a panel's legend [px].
 const LEGEND: u32 = 200;
 
-/// Plots side by side, row after row. Without legends a panel is for few lines that its title explains.
+/// Plots in a grid. Panels without legends should have few lines that the title explains.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Panels {
     /// First line, bold.
     pub title: String,
     /// Second line.
     pub subtitle: String,
-    /// Panels in a row.
+    /// Number of columns.
     pub columns: usize,
-    /// Whether each panel has a legend at its right.
+    /// Whether each panel has a legend on its right.
     pub legends: bool,
     /// The panels, row by row.
     pub plots: Vec<Plot>,
 }
 
 impl Panels {
-    /// The figure as an SVG document 960 pixels wide that scales to any width. Same figure, same text.
+    /// The figure as an SVG document. It is 960 pixels wide and scales to any width. The same figure gives the same
+    /// text.
     pub fn svg(&self) -> Result<String, OutputError> {
         let columns = self.columns.max(1);
         let rows = self.plots.len().div_ceil(columns).max(1);

@@ -1,4 +1,4 @@
-//! Pictures for people: a frame or a sheet of frames in false colour, with title and scale.
+//! Pictures of frames in false colour, with titles and scale.
 
 use super::OutputError;
 use embedded_graphics::text::Alignment;
@@ -8,21 +8,21 @@ use super::colour::ColourScale;
 use super::frame::Frame;
 use super::ticks::{self, union};
 
-/// Space around everything [px].
+/// Space around the picture [px].
 const MARGIN: u32 = 12;
-/// Width of the coloured bar [px].
+/// Width of the colour bar [px].
 const BAR_WIDTH: u32 = 22;
-/// Width of the bar with its numbers and label [px].
+/// Width of the colour bar with its text [px].
 const SCALE_WIDTH: u32 = 164;
 /// Height of the two title lines [px].
 const TITLE_HEIGHT: u32 = 44;
-/// A picture is magnified until it is this wide, so that its title fits beside a small image [px].
+/// Smallest width of a picture [px]. A narrower image is magnified, so that its title fits.
 const LEAST_WIDTH: u32 = 320;
 
 /// A frame in false colour with title, details and colour scale.
 ///
 /// `title` is the first line (the scene), `details` the second (step, time, band). Characters beyond Latin-1 appear as
-/// `?`; lines that are too long are cut with `...`. Images narrower than 320 pixels are magnified by a whole number.
+/// `?`. Long lines are cut with `...`. Images narrower than 320 pixels are magnified by a whole number.
 pub fn picture(frame: &Frame, scale: &ColourScale, title: &str, details: &str) -> Result<Canvas, OutputError> {
     frame.check()?;
     let zoom = LEAST_WIDTH.div_ceil(frame.width).max(1);
@@ -38,8 +38,8 @@ pub fn picture(frame: &Frame, scale: &ColourScale, title: &str, details: &str) -
     Ok(canvas)
 }
 
-/// A picture of the same view at the left, a frame in false colour at the right, each with a caption above it, and the
-/// colour scale of the frame.
+/// A plain picture on the left and a frame in false colour on the right. Each has a caption above it. The frame has its
+/// colour scale.
 pub fn beside(
     left: (&Canvas, &str),
     right: (&Frame, &str),
@@ -67,7 +67,7 @@ pub fn beside(
     Ok(canvas)
 }
 
-/// A frame on a sheet.
+/// A small frame on a contact sheet.
 #[derive(Debug, Clone)]
 pub struct Tile {
     caption: String,
@@ -77,7 +77,7 @@ pub struct Tile {
 }
 
 impl Tile {
-    /// A frame made small: `width` pixels wide, or as wide as it is where that is less.
+    /// A small copy of a frame: at most `width` pixels wide.
     pub fn new(frame: &Frame, scale: &ColourScale, caption: &str, width: u32) -> Result<Self, OutputError> {
         frame.check()?;
         let image = scale.image(frame);
@@ -92,7 +92,7 @@ impl Tile {
     }
 }
 
-/// A grid of small pictures, `columns` in a row, with captions, one title and one scale (that of the tiles).
+/// A grid of small pictures with captions, one title and one scale. `columns` is the number of tiles in a row.
 pub fn contact_sheet(tiles: &[Tile], columns: u32, scale: &ColourScale, title: &str, details: &str) -> Canvas {
     const GAP: u32 = 8;
     let caption_height = Face::Small.height() + 4;
@@ -126,8 +126,8 @@ fn draw_title(canvas: &mut Canvas, title: &str, details: &str) {
     canvas.text(&face.fit(details, width), MARGIN, MARGIN + 19, face, Alignment::Left, FAINT_INK);
 }
 
-/// The scale in a column from `left`, `top` and `height` pixels high: label, bar with numbers, a triangle at an end
-/// that values exceed, and below it what the picture holds.
+/// Draws the vertical scale at `left`, `top` with `height` [px]: label, bar and numbers. A triangle marks an exceeded
+/// end. The range of the picture stands below.
 fn draw_scale(
     canvas: &mut Canvas,
     scale: &ColourScale,
@@ -143,7 +143,7 @@ fn draw_scale(
     let line_height = f64::from(Face::Normal.height());
     let span = scale.upper - scale.lower;
 
-    // Row i of the bar stands for the value at the middle of that row.
+    // Row i of the bar shows the value at the middle of that row.
     let value_at = |row: u32| scale.upper - span * (f64::from(row) + 0.5) / f64::from(bar_height);
     canvas.fill(x - 1, bar_top - 1, BAR_WIDTH + 2, bar_height + 2, FRAME_LINE);
     for row in 0..bar_height {
@@ -212,7 +212,7 @@ mod tests {
         let row = |colour: Rgb| bar.iter().position(|c| c.iter().zip(colour).all(|(a, b)| a.abs_diff(b) <= 3));
         let (top, bottom) = (row(scale.colour(400.0)).unwrap(), row(scale.colour(150.0)).unwrap());
         assert!(top < bottom);
-        // Half-way down the bar is the middle of the range.
+        // The middle of the bar is the middle of the range.
         let middle = bar[(top + bottom) / 2];
         assert!(middle.iter().zip(scale.colour(275.0)).all(|(a, b)| a.abs_diff(b) <= 4), "{middle:?}");
     }

@@ -1,4 +1,4 @@
-//! Line plots as SVG: lines with bands, points, shaded intervals, linear or logarithmic axes, a legend beside the plot.
+//! Line plots as SVG: lines, bands, points, shaded intervals, linear or logarithmic axes, and a legend.
 
 use std::fmt::Display;
 
@@ -15,21 +15,21 @@ const WIDTH: u32 = 900;
 const HEIGHT: u32 = 400;
 /// Height of title and subtitle [px].
 pub(super) const TITLE: u32 = 50;
-/// Width of numbers and label at the left of the axes [px].
+/// Width of numbers and label left of the axes [px].
 const LEFT: u32 = 74;
 /// Height of numbers and label below the axes [px].
 const BOTTOM: u32 = 48;
-/// Plotters knows whole numbers only: drawing this much larger than shown gives it fractions of a pixel.
+/// Scale factor of the drawing. Plotters only supports whole numbers, so drawing larger gives fractions of a pixel.
 pub(super) const FINE: u32 = 10;
 
-/// What a plot is drawn on, a whole drawing or a part of it.
+/// A drawing or a part of one.
 pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
-/// Room beside the axes [px].
+/// Space around the axes [px].
 pub(super) struct Layout {
     /// Height of title and subtitle.
     pub title: u32,
-    /// Width of the legend at the right; 0 for none.
+    /// Width of the legend on the right. 0 means no legend.
     pub legend: u32,
 }
 
@@ -43,11 +43,11 @@ pub enum Mark {
     /// Joined by a line.
     #[default]
     Line,
-    /// Joined by a broken line: a reference, a limit.
+    /// Joined by a dashed line: a reference or a limit.
     Dashed,
-    /// A dot each: measurements.
+    /// A dot for each point: measurements.
     Points,
-    /// A dot each, joined by a line: measurements in an order.
+    /// Dots joined by a line: ordered measurements.
     Joined,
 }
 
@@ -56,20 +56,20 @@ pub enum Mark {
 pub struct Line {
     /// Name in the legend.
     pub name: String,
-    /// Points [x, y] in the order in which they are joined; one that is not finite is a gap.
+    /// Points [x, y] in drawing order. A point that is not finite makes a gap.
     pub points: Vec<[f64; 2]>,
-    /// Band behind the line: [x, lower, upper]; empty for none.
+    /// Band behind the line: [x, lower, upper]. It may be empty.
     pub band: Vec<[f64; 3]>,
-    /// How it is drawn.
+    /// Style of the points.
     pub mark: Mark,
 }
 
-/// Intervals of x with a grey background: an eclipse.
+/// Intervals of x with a grey background, such as eclipses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shade {
     /// Name in the legend.
     pub name: String,
-    /// Start and end of each, in units of the x axis.
+    /// Start and end of each interval, in units of the x axis.
     pub intervals: Vec<(f64, f64)>,
     /// Darkness in [0, 1].
     pub strength: f64,
@@ -80,20 +80,20 @@ pub struct Shade {
 pub struct Plot {
     /// First line, bold.
     pub title: String,
-    /// Second line: what is shown, what is left out.
+    /// Second line: what the plot shows and leaves out.
     pub subtitle: String,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis.
     pub y: Axis,
-    /// What is drawn, the first on top.
+    /// The series. The first is on top.
     pub series: Vec<Line>,
-    /// Shaded intervals, behind everything.
+    /// Shaded intervals behind the series.
     pub shaded: Vec<Shade>,
 }
 
 impl Plot {
-    /// The plot as an SVG document of 900 x 400 pixels that scales to any width. Same plot, same text.
+    /// The plot as an SVG document of 900 x 400 pixels that scales to any width. The same plot gives the same text.
     pub fn svg(&self) -> Result<String, OutputError> {
         let layout = Layout { title: TITLE, legend: 220 };
         document(&self.title, [WIDTH, HEIGHT], |root| self.draw_on(root, &layout))
@@ -147,7 +147,7 @@ impl Plot {
             .set_all_tick_mark_size(4 * FINE)
             .draw()
             .map_err(text)?;
-        // Bands first and the last series first, so that the first line lies on top of everything.
+        // Bands come first. Series are drawn in reverse order, so that the first line is on top.
         for (index, line) in self.series.iter().enumerate().rev() {
             for band in runs(&line.band, |[a, b, c]| self.x.shows(*a) && self.y.shows(*b) && self.y.shows(*c)) {
                 let band = thin(band, |b| [b[1], b[2]]);
@@ -182,7 +182,7 @@ impl Plot {
         Ok(())
     }
 
-    /// Plotters would put these at the edge of the drawing, off the middle of the axes.
+    /// Plotters would put the labels at the edge of the drawing, not at the middle of the axes.
     fn draw_axis_labels(&self, area: &Area) -> Result<(), String> {
         let (width, height) = area.dim_in_pixel();
         let style = font(13.0, false, INK).pos(Pos::new(HPos::Center, VPos::Center));
@@ -196,7 +196,7 @@ impl Plot {
 
     fn draw_legend(&self, area: &Area) -> Result<(), String> {
         const ROW: f64 = 20.0;
-        /// Characters that fit the width at this size.
+        /// Characters that fit into the legend at this size.
         const ROOM: usize = 28;
         let at = |x: f64, y: f64| ((x * f64::from(FINE)) as i32, (y * f64::from(FINE)) as i32);
         let short = |name: &str| match name.char_indices().nth(ROOM) {
@@ -233,14 +233,14 @@ impl Plot {
         Ok(())
     }
 
-    /// How many points have no place in the plot.
+    /// Number of points that cannot be shown.
     fn left_out(&self) -> usize {
         let points = self.series.iter().flat_map(|line| &line.points);
         points.filter(|[x, y]| !self.x.shows(*x) || !self.y.shows(*y)).count()
     }
 }
 
-/// An SVG document of this size [px] that scales to any width; `name` is for the error.
+/// An SVG document of this size [px] that scales to any width. `name` identifies it in errors.
 pub(super) fn document(
     name: &str,
     [width, height]: [u32; 2],
@@ -257,13 +257,13 @@ pub(super) fn document(
     Ok(svg.replacen(&fine, &shown, 1))
 }
 
-/// Title and subtitle at the upper left of an area.
+/// Draws title and subtitle at the upper left of an area.
 pub(super) fn draw_title(area: &Area, title: &str, subtitle: &str) -> Result<(), String> {
     write(area, title, (14.0, 8.0), 16.0, true, INK)?;
     write(area, subtitle, (14.0, 29.0), 12.0, false, FAINT)
 }
 
-/// Ten colours that stay apart for most readers (Tableau 10), from the start again after that.
+/// Ten distinct colours (Tableau 10), repeated after the tenth.
 fn series_colour(index: usize) -> RGBColor {
     let colour = colorous::TABLEAU10[index % colorous::TABLEAU10.len()];
     RGBColor(colour.r, colour.g, colour.b)
@@ -316,7 +316,7 @@ mod tests {
         let whole = plot((0..10).map(|i| [f64::from(i), 1.0]).collect());
         let mut broken = whole.clone();
         broken.series[0].points[5][1] = f64::NAN;
-        // What the polylines of a document have in common with those of the legend and axes cancels.
+        // Legend and axes have the same number of polylines in both documents, so they cancel.
         let lines = |plot: &Plot| plot.svg().unwrap().matches("<polyline").count();
         assert_eq!(lines(&broken), lines(&whole) + 1);
         assert!(broken.svg().unwrap().contains("1 points not finite are left out"));

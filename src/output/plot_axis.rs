@@ -6,14 +6,14 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 
 use super::ticks;
 
-/// What a user of [`super::plot::Plot`] says of an axis.
+/// The description of an axis by the user of [`super::plot::Plot`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Axis {
     /// Name and unit: `temperature [K]`.
     pub label: String,
-    /// Logarithmic; values that are not above 0 are left out, and the plot says so.
+    /// Whether the axis is logarithmic. It leaves out values that are not positive, and the plot says so.
     pub log: bool,
-    /// Ends; `None` takes them from the data.
+    /// Ends. `None` takes them from the data.
     pub range: Option<[f64; 2]>,
 }
 
@@ -28,12 +28,12 @@ impl Axis {
         Self { label: label.to_owned(), log: true, range: None }
     }
 
-    /// Whether a value has a place on the axis.
+    /// Whether the axis can show a value.
     pub fn shows(&self, value: f64) -> bool {
         value.is_finite() && (!self.log || value > 0.0)
     }
 
-    /// The scale for these values, with `margin` (a share of the span) beyond them at either end.
+    /// The scale for these values. `margin` is the extra share of the span at both ends.
     pub(super) fn scale(&self, values: impl Iterator<Item = f64>, margin: f64) -> Scale {
         let given = self.range.filter(|[a, b]| a < b && self.shows(*a) && self.shows(*b));
         let found = values.filter(|value| self.shows(*value)).fold(None, |range, value| {
@@ -41,7 +41,7 @@ impl Axis {
             Some([f64::min(least, value), f64::max(greatest, value)])
         });
         let widen = |[a, b]: [f64; 2]| {
-            // One value alone: a decade on a logarithmic axis, otherwise a thousandth of it or 1 about zero.
+            // For a single value: a decade on a logarithmic axis, otherwise a thousandth of it, or 1 around zero.
             let half = if self.log { 0.5 } else { (a.abs() * 1e-3).max(f64::from(u8::from(a == 0.0))) };
             let pad = if b > a { margin * (b - a) } else { half };
             [a - pad, b + pad]
@@ -57,7 +57,7 @@ impl Axis {
     }
 }
 
-/// Where values lie between the ends of an axis.
+/// Maps values to positions between the ends of an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Scale {
     pub lower: f64,
@@ -79,7 +79,7 @@ impl Scale {
         decades.filter(|decade| decade.rem_euclid(every) == 0).map(|decade| 10f64.powi(decade)).collect()
     }
 
-    /// The value held inside the ends, for what may be cut at the edge of the plot: shading.
+    /// The value clamped to the ends, for shading that may be cut.
     pub fn inside(&self, value: f64) -> f64 {
         value.clamp(self.lower, self.upper)
     }
@@ -108,7 +108,7 @@ impl ValueFormatter<f64> for Scale {
     fn format_ext(&self, value: &f64) -> String {
         let marks = self.marks();
         let step = match marks.as_slice() {
-            // Decades differ by themselves.
+            // Marks in different decades always differ.
             [first, second, ..] if self.log && second / first > 9.0 => *value,
             [first, second, ..] => second - first,
             _ => self.upper - self.lower,

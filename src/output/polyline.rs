@@ -1,15 +1,15 @@
-//! Which points of a line are drawn: the stretches between gaps, and no more than a screen can show.
+//! Selects the points of a line to draw: the stretches between gaps, thinned to what a screen can show.
 
-/// Most points of a line; more than a screen can show only make the file large.
+/// Most points of a line. A screen cannot show more.
 const MOST_POINTS: usize = 2000;
 
-/// The stretches of a list whose items all pass.
+/// The stretches of consecutive items that pass.
 pub(super) fn runs<T>(items: &[T], passes: impl Fn(&T) -> bool) -> impl Iterator<Item = &[T]> {
     items.split(move |item| !passes(item)).filter(|run| !run.is_empty())
 }
 
-/// Leaves no more than about [`MOST_POINTS`] items: of each stretch the first, the one with the least lower and the one
-/// with the greatest upper value, so that no peak is lost.
+/// Thins a list to about [`MOST_POINTS`] items. Each stretch keeps its first item, its smallest lower value and its
+/// largest upper value, so no peak is lost.
 pub(super) fn thin<T: Copy>(items: &[T], ends: impl Fn(&T) -> [f64; 2]) -> Vec<T> {
     if items.len() <= MOST_POINTS {
         return items.to_vec();

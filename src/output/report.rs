@@ -1,4 +1,4 @@
-//! The report of a run as plain values, and `report.json`.
+//! The values of a run's report, and `report.json`.
 
 use serde::Serialize;
 
@@ -8,40 +8,40 @@ use super::plot::Plot;
 use super::statistics::Spread;
 use crate::simulation::check::Accuracy;
 
-/// Everything that a run tells about itself. Lists may be empty and options absent: what is not there is not shown.
+/// Everything that a run reports. Empty lists and absent options are not shown.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Report {
-    /// Headline: the scene's name.
+    /// Title: the scene's name.
     pub title: String,
     /// Version of isotherm.
     pub version: String,
-    /// The command as it was given.
+    /// The command line.
     pub command_line: String,
     /// The scene file.
     pub scene: SourceFile,
-    /// Other inputs: model, material tables.
+    /// The other input files: model, material tables.
     pub inputs: Vec<SourceFile>,
-    /// What it ran on.
+    /// The computing device.
     pub device: Device,
-    /// What it cost.
+    /// Speed of the run.
     pub speed: Speed,
-    /// How far it is from the f64 reference; `None` where nothing was compared (on the reference itself).
+    /// Error against the f64 reference. `None` if nothing was compared, as in a run of the reference itself.
     pub accuracy: Option<Accuracy>,
     /// Size of the model.
     pub model: ModelSize,
-    /// Memory on the device.
+    /// Buffers on the device.
     pub buffers: Vec<BufferSize>,
     /// Passes of a step with their times.
     pub passes: Vec<PassTime>,
-    /// Settings of the scene by section, in the order of the scene file.
+    /// Settings of the scene by section, in file order.
     pub settings: Vec<SettingGroup>,
-    /// What the scene does not say and was assumed.
+    /// Defaults that were used.
     pub assumptions: Vec<String>,
-    /// What a user should look at: periods that disagree, parts left out.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
-    /// What the scene does without, and hence costs nothing.
+    /// Effects that the scene switches off. They cost nothing.
     pub switched_off: Vec<String>,
-    /// The steps that were drawn.
+    /// The drawn steps.
     pub frames: Vec<FrameEntry>,
     /// Pictures for the page.
     pub pictures: Vec<Picture>,
@@ -49,7 +49,7 @@ pub struct Report {
     pub plots: Vec<PlotEntry>,
     /// All files of the run.
     pub files: Vec<FileEntry>,
-    /// Whether the run was stopped before its last step.
+    /// Whether the run stopped before its last step.
     pub interrupted: bool,
 }
 
@@ -60,7 +60,7 @@ pub struct SourceFile {
     pub kind: String,
     /// Path as given.
     pub path: String,
-    /// SHA-256 of its bytes, in hexadecimal.
+    /// SHA-256 of its bytes (hexadecimal).
     pub sha256: String,
 }
 
@@ -71,43 +71,41 @@ pub struct Device {
     pub name: String,
     /// Driver and its version.
     pub driver: String,
-    /// Further facts: API version, limits that mattered.
+    /// Further facts: API version, relevant limits.
     pub details: Vec<(String, String)>,
 }
 
-/// What the run cost.
+/// Speed of the run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Speed {
-    /// Steps that were advanced, warm-up included.
+    /// Steps, including the warm-up.
     pub steps: u64,
-    /// Images that were drawn.
+    /// Number of images.
     pub images: u64,
-    /// Time of a thermal step on the device, median [ns/(node step)].
+    /// Median device time of a thermal step [ns/(node step)].
     pub ns_per_node_step: Option<f64>,
-    /// Time of a thermal step, median [ms]. Of a scene with a thermal network it holds all passes of the network, too; the
-    /// wall time where the processor integrates.
+    /// Median time of a thermal step [ms], with all network passes. It is the wall time if the processor integrates.
     pub step_ms: Option<f64>,
-    /// Device time of all passes of the thermal network in a step, median [ms].
+    /// Median device time of the network passes of a step [ms].
     pub network_ms: Option<f64>,
-    /// Wall time of the thermal network in a step, its loads, transfers and the control of its sub-steps included, median
-    /// [ms].
+    /// Median wall time of the network in a step [ms], with loads, transfers and step control.
     pub network_wall_ms: Option<f64>,
-    /// Time of an image without writing files, median [ms].
+    /// Median time of an image without writing files [ms].
     pub image_ms: Option<f64>,
-    /// Wall time of the whole run, files included [s].
+    /// Wall time of the whole run with files [s].
     pub wall_s: f64,
 }
 
-/// Size of the model as it ran.
+/// Size of the model during the run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct ModelSize {
-    /// Nodes of the thermal model.
+    /// Number of thermal nodes.
     pub nodes: u64,
-    /// Triangles drawn.
+    /// Number of drawn triangles.
     pub triangles: u64,
     /// Area [m2].
     pub area_m2: f64,
-    /// Nodes of each response: `transition`, 12345.
+    /// Number of nodes with each response: `transition`, 12345.
     pub nodes_by_response: Vec<(String, u64)>,
 }
 
@@ -116,7 +114,7 @@ pub struct ModelSize {
 pub struct BufferSize {
     /// Its name.
     pub name: String,
-    /// Its size.
+    /// Size [bytes].
     pub bytes: u64,
 }
 
@@ -131,19 +129,19 @@ pub struct PassTime {
     pub p10_ms: f64,
     /// Ninetieth percentile [ms].
     pub p90_ms: f64,
-    /// How often it ran.
+    /// Number of samples.
     pub count: u64,
 }
 
 impl PassTime {
-    /// Of samples [ms]; `None` without any.
+    /// From samples [ms]. `None` without samples.
     pub fn from_samples(name: &str, samples_ms: &[f64]) -> Option<Self> {
         let Spread { median: median_ms, p10: p10_ms, p90: p90_ms, samples: count } = Spread::of(samples_ms)?;
         Some(Self { name: name.to_owned(), median_ms, p10_ms, p90_ms, count })
     }
 }
 
-/// Settings that belong together.
+/// A group of settings.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct SettingGroup {
     /// `Orbit`, `Material white_paint`.
@@ -152,7 +150,7 @@ pub struct SettingGroup {
     pub entries: Vec<(String, String)>,
 }
 
-/// A step that was drawn.
+/// A drawn step.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct FrameEntry {
     /// Number of the step.
@@ -161,7 +159,7 @@ pub struct FrameEntry {
     pub time_s: f64,
     /// EXR file, relative to the report.
     pub file: String,
-    /// PNG file, relative to the report, where there is one.
+    /// PNG file, relative to the report, if there is one.
     pub picture: Option<String>,
 }
 
@@ -172,7 +170,7 @@ pub struct Picture {
     pub title: String,
     /// File, relative to the report.
     pub file: String,
-    /// The PNG file's bytes; in `report.json` only its name appears.
+    /// The PNG bytes. `report.json` has only the file name.
     #[serde(skip)]
     pub png: Vec<u8>,
 }
@@ -184,7 +182,7 @@ pub struct PlotEntry {
     pub title: String,
     /// File, relative to the report.
     pub file: String,
-    /// The SVG document, as [`super::plot::Plot::svg`] makes it; in `report.json` only its name appears.
+    /// The SVG document from [`super::plot::Plot::svg`]. `report.json` has only the file name.
     #[serde(skip)]
     pub svg: String,
 }
@@ -192,13 +190,13 @@ pub struct PlotEntry {
 /// Writes plots into the folder of a command.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// A file cannot be written.
 pub fn write_plots(folder: &Folder, plots: &[PlotEntry]) -> Result<(), OutputError> {
     plots.iter().try_for_each(|plot| write_bytes(&folder.file(&plot.file), plot.svg.as_bytes()))
 }
 
 impl PlotEntry {
-    /// A plot under `plots/NAME.svg`.
+    /// A plot with the file `plots/NAME.svg`.
     pub fn new(name: &str, title: &str, plot: &Plot) -> Result<Self, OutputError> {
         Ok(Self { title: title.to_owned(), file: format!("plots/{name}.svg"), svg: plot.svg()? })
     }
@@ -209,7 +207,7 @@ impl PlotEntry {
 pub struct FileEntry {
     /// Path, relative to the report.
     pub path: String,
-    /// What it is.
+    /// Its contents.
     pub what: String,
 }
 
@@ -222,7 +220,7 @@ pub(crate) mod tests {
         list.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect()
     }
 
-    /// A report with something in every field.
+    /// A report with a value in every field.
     pub(crate) fn full() -> Report {
         let strings = |list: &[&str]| list.iter().map(|&text| text.to_owned()).collect::<Vec<_>>();
         let file = |kind: &str, path: &str| SourceFile {

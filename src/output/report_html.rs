@@ -1,4 +1,4 @@
-//! `report.html`: one page that needs no network, no script and no other file.
+//! `report.html`: one page that needs no network, script or other file.
 
 use super::html::{Html, bytes, escape, kelvin, kelvin_text, link, significant, thousands};
 use super::report::{Report, SourceFile};
@@ -28,7 +28,7 @@ pub fn page(report: &Report) -> String {
     html.into_page()
 }
 
-/// Speed beside its error: neither means anything without the other.
+/// Speed next to its error, because neither means anything alone.
 fn headline(html: &mut Html, report: &Report) {
     let speed = &report.speed;
     let nodes = thousands(report.model.nodes);

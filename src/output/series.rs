@@ -1,4 +1,4 @@
-//! Temperatures over time: a row for each step, columns for parts, materials, the whole craft and probes.
+//! Temperatures over time: a row for each step, with columns for parts, materials, the whole craft and probes.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -12,13 +12,13 @@ use super::statistics::Summary;
 pub struct SeriesRow {
     /// Time since the start [s].
     pub time: f64,
-    /// Of all nodes.
+    /// All nodes.
     pub all: Option<Summary>,
-    /// Of each part.
+    /// Each part.
     pub parts: Vec<Option<Summary>>,
-    /// Of each material.
+    /// Each material.
     pub materials: Vec<Option<Summary>>,
-    /// Of each probe [K].
+    /// Each probe [K].
     pub probes: Vec<f32>,
 }
 
@@ -32,7 +32,7 @@ pub struct Series {
 }
 
 impl Series {
-    /// A series without rows. A name that is there twice in a list gets `#2`, `#3`, so that every column has its own.
+    /// An empty series. Repeated names get `#2`, `#3`, so that every column has its own name.
     pub fn new(parts: &[String], materials: &[String], probes: &[String]) -> Self {
         Self { parts: unique(parts), materials: unique(materials), probes: unique(probes), rows: vec![] }
     }
@@ -40,7 +40,7 @@ impl Series {
     /// Adds the row of a step.
     ///
     /// # Errors
-    /// The row does not have a value for each column.
+    /// The row lacks a value for a column.
     pub fn push(&mut self, row: SeriesRow) -> Result<(), OutputError> {
         let groups = [
             ("part", row.parts.len(), self.parts.len()),
@@ -79,9 +79,10 @@ impl Series {
         &self.rows
     }
 
-    /// Writes `series.csv`: `time` [s], then `part:NAME:min`, `:mean`, `:max` [K] of each part, the same for each
-    /// `material:NAME` and for `all`, then `probe:NAME` [K]. A group without area has empty cells. Numbers are the
-    /// shortest that read back to the same f32 (`min`, `max`, probes) or f64 (`time`); means have six decimals.
+    /// Writes `series.csv`: `time` [s], then `part:NAME:min`, `:mean`, `:max` [K] for each part, the same for each
+    /// `material:NAME` and for `all`, then `probe:NAME` [K]. A group without area has empty cells. Means have six
+    /// decimals. Other numbers have the fewest digits that read back to the same f32 (`min`, `max`, probes) or f64
+    /// (`time`).
     pub fn write(&self, path: &Path) -> Result<(), OutputError> {
         let row = |row: &SeriesRow| {
             let mut record = vec![row.time.to_string()];
@@ -109,7 +110,7 @@ impl Series {
     }
 }
 
-/// The names, a repeated one with the first suffix `#2`, `#3` that no other name has.
+/// Makes names unique: a repeated name gets the first free suffix `#2`, `#3`.
 pub(super) fn unique(names: &[String]) -> Vec<String> {
     let given: HashSet<&String> = names.iter().collect();
     let mut used = HashSet::new();
@@ -131,7 +132,7 @@ pub(super) fn unique(names: &[String]) -> Vec<String> {
 pub(crate) mod tests {
     use super::*;
 
-    /// Parts and materials that heat and cool over an orbit, as smooth curves of time.
+    /// A series of parts and materials that heat and cool smoothly over an orbit.
     pub(crate) fn orbit(parts: usize, materials: usize, probes: usize) -> Series {
         let names = |prefix: &str, count: usize| (0..count).map(|i| format!("{prefix}_{i}")).collect::<Vec<_>>();
         let mut series = Series::new(&names("B0_module", parts), &names("mat", materials), &names("probe", probes));

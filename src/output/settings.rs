@@ -6,7 +6,7 @@ use crate::scene::{Draw, Initial};
 use crate::simulation::prepare::Prepared;
 use crate::thermal::material::{Domain, Profile, Response, Retarget, Sides};
 
-/// Every setting in its group, in the order of the scene file.
+/// All settings in groups, in file order.
 pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
     let scene = &prepared.scene;
     let mut sections = Vec::new();

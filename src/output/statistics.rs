@@ -1,24 +1,24 @@
-//! Least, mean and greatest temperature of groups of nodes, the same to the bit on any number of threads.
+//! Smallest, mean and largest temperature of node groups. The bits do not depend on the number of threads.
 
 use rayon::prelude::*;
 
 use super::OutputError;
 
-/// Nodes summed by one task. Fixed, because the order of the additions decides the last bits of a mean.
+/// Nodes that one task sums. It is fixed, because the order of additions decides the last bits of a mean.
 const CHUNK: usize = 1 << 15;
 
-/// Temperatures of a group.
+/// Temperatures of a group of nodes.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Summary {
-    /// Least [K].
+    /// Smallest [K].
     pub min: f32,
     /// Area-weighted mean [K].
     pub mean: f64,
-    /// Greatest [K].
+    /// Largest [K].
     pub max: f32,
 }
 
-/// Median of samples, and the range from the tenth to the ninetieth percentile.
+/// Median, tenth and ninetieth percentile of samples.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Spread {
     /// Median.
@@ -27,13 +27,13 @@ pub struct Spread {
     pub p10: f64,
     /// Ninetieth percentile.
     pub p90: f64,
-    /// Samples.
+    /// Number of samples.
     pub samples: u64,
 }
 
 impl Spread {
-    /// Percentiles of samples, interpolated linearly between ranks; `None` without samples. Samples that are not finite are
-    /// left out and not counted.
+    /// Percentiles with linear interpolation between ranks. `None` without samples. Samples that are not finite do not
+    /// count.
     pub fn of(samples: &[f64]) -> Option<Self> {
         let mut sorted: Vec<f64> = samples.iter().copied().filter(|sample| sample.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);
@@ -47,13 +47,13 @@ impl Spread {
         Some(Self { median: percentile(0.5), p10: percentile(0.1), p90: percentile(0.9), samples: sorted.len() as u64 })
     }
 
-    /// The same in another unit.
+    /// The same values in another unit.
     pub fn scaled(self, factor: f64) -> Self {
         Self { median: factor * self.median, p10: factor * self.p10, p90: factor * self.p90, ..self }
     }
 }
 
-/// What has been added up of a group.
+/// Sums over a group.
 #[derive(Debug, Clone, Copy)]
 struct Sum {
     area: f64,
@@ -81,13 +81,13 @@ impl Sum {
             return None;
         }
         let mean = self.area_temperature / self.area;
-        // min and max of floats pass over NaN; a group that holds one must not look sound.
+        // f32::min and f32::max ignore NaN, but a group with a NaN must show it.
         let [min, max] = if mean.is_nan() { [f32::NAN; 2] } else { [self.min, self.max] };
         Some(Summary { min, mean, max })
     }
 }
 
-/// Nodes divided into groups (parts, or materials), with the area of each node [m2].
+/// Nodes in groups (parts or materials), with their areas [m2].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Groups {
     areas: Vec<f64>,
@@ -96,7 +96,7 @@ pub struct Groups {
 }
 
 impl Groups {
-    /// Node i has the area `areas[i]` and belongs to `group[i]`, below `count`.
+    /// Node i has the area `areas[i]` and belongs to group `group[i]`, which is below `count`.
     ///
     /// # Errors
     /// The lists differ in length, or a group number is too large.
@@ -117,10 +117,10 @@ impl Groups {
         Self { areas, group, count: 1 }
     }
 
-    /// The summary of each group; `None` where a group has no area. NaN in a group makes its whole summary NaN.
+    /// The summary of each group. `None` for a group without area. NaN in a group makes its whole summary NaN.
     ///
     /// # Errors
-    /// There are not as many temperatures as nodes.
+    /// The number of temperatures differs from the number of nodes.
     pub fn summaries(&self, temperatures: &[f32]) -> Result<Vec<Option<Summary>>, OutputError> {
         if temperatures.len() != self.areas.len() {
             let reason = format!("{} temperatures, but {} areas", temperatures.len(), self.areas.len());
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn a_mean_is_weighted_by_area_and_the_ends_are_not() {
-        // By hand: (1*300 + 3*200) / 4 = 225; plain mean 250.
+        // By hand: (1*300 + 3*200) / 4 = 225. The plain mean is 250.
         let groups = Groups::new(vec![1.0, 3.0, 5.0], vec![0, 0, 2], 4).unwrap();
         let result = groups.summaries(&[300.0, 200.0, 2.7]).unwrap();
         assert_eq!(result[0], Some(Summary { min: 200.0, mean: 225.0, max: 300.0 }));
@@ -184,7 +184,7 @@ mod tests {
         let one = with(1);
         assert_eq!(one, with(2));
         assert_eq!(one, with(7));
-        // Another order of the same additions does change the last bits, so the comparison above can fail.
+        // Another order of additions changes the last bits, so the comparison above can fail.
         let sums = |order: &mut dyn Iterator<Item = usize>| order.map(|i| areas[i]).sum::<f64>();
         assert_ne!(sums(&mut (0..nodes)).to_bits(), sums(&mut (0..nodes).rev()).to_bits());
     }

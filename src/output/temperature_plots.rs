@@ -1,4 +1,4 @@
-//! The plots of a run: temperatures of materials, parts and probes over time, with the eclipse behind them.
+//! Plots of a run: temperatures of materials, parts and probes over time, with eclipses shaded.
 
 use super::OutputError;
 use super::plot::{Line, Plot, Shade};
@@ -10,19 +10,19 @@ use super::statistics::Summary;
 /// Most lines in one plot.
 const MOST_LINES: usize = 10;
 
-/// Most lines with a band from least to greatest; more bands would hide each other.
+/// Most lines with a band from minimum to maximum. More bands would hide each other.
 const MOST_BANDS: usize = 5;
 
-/// Times without full sunlight, each as start and end [s].
+/// Eclipses: start and end of each [s].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Eclipses {
     /// The planet hides the whole Sun.
     pub umbra: Vec<(f64, f64)>,
-    /// It hides a part.
+    /// The planet hides a part of the Sun.
     pub penumbra: Vec<(f64, f64)>,
 }
 
-/// Draws `materials`, `parts` and `probes`, each where the series has any.
+/// Draws the plots `materials`, `parts` and `probes`. Plots without lines are left out.
 pub fn temperature_plots(series: &Series, eclipses: &Eclipses) -> Result<Vec<PlotEntry>, OutputError> {
     let clock = Clock::for_rows(series.rows());
     let group = |names: &[String], of: fn(&SeriesRow) -> &[Option<Summary>]| -> Vec<Line> {
@@ -72,7 +72,7 @@ pub fn temperature_plots(series: &Series, eclipses: &Eclipses) -> Result<Vec<Plo
     Ok(plots)
 }
 
-/// The lines whose values span most, at most [`MOST_LINES`], in the order of the list.
+/// The lines with the largest value ranges, at most [`MOST_LINES`], in list order.
 fn widest_swings(lines: Vec<Line>) -> Vec<Line> {
     let swing = |line: &Line| {
         let values = line.points.iter().map(|point| point[1]).filter(|value| value.is_finite());
@@ -86,7 +86,7 @@ fn widest_swings(lines: Vec<Line>) -> Vec<Line> {
     order.into_iter().map(|index| lines[index].clone()).collect()
 }
 
-/// The unit in which times are shown.
+/// The unit of displayed times.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Clock {
     unit: &'static str,
@@ -98,7 +98,7 @@ impl Clock {
         Self::until(rows.iter().map(|row| row.time.abs()).fold(0.0, f64::max))
     }
 
-    /// For times up to one [s].
+    /// The unit for times up to `span` [s].
     pub(super) fn until(span: f64) -> Self {
         let (unit, seconds) = match span {
             span if span <= 600.0 => ("s", 1.0),
@@ -112,7 +112,7 @@ impl Clock {
         seconds / self.seconds
     }
 
-    /// A plot over time: title, subtitle and label of the vertical axis.
+    /// A plot over time. The strings are title, subtitle and label of the vertical axis.
     pub(super) fn plot(
         &self,
         name: &str,
@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn the_widest_swings_are_kept_and_the_rest_is_told() {
-        // The swing of `orbit` grows with the index: of 14 parts the first 4 go.
+        // The swing of `orbit` grows with the index. Of 14 parts the first 4 are left out.
         let plots = temperature_plots(&orbit(14, 2, 0), &Eclipses::default()).unwrap();
         let parts = &plots[1].svg;
         assert!(parts.contains("the 10 of 14 with the widest swing, 4 are left out"));
@@ -169,7 +169,7 @@ mod tests {
         let lit = temperature_plots(&orbit(0, 1, 0), &Eclipses::default()).unwrap();
         let dark = temperature_plots(&orbit(0, 1, 0), &eclipses).unwrap();
         let count = |plots: &[PlotEntry], what: &str| plots[0].svg.matches(what).count();
-        // Three intervals and two legend patches.
+        // There are three intervals and two legend patches.
         assert_eq!(count(&dark, "<rect"), count(&lit, "<rect") + 5);
         assert!(dark[0].svg.contains("umbra") && !lit[0].svg.contains("umbra"));
         assert!(dark[0].svg.contains("time [min]"));

@@ -1,52 +1,52 @@
-//! Round numbers along a scale, and how to write them.
+//! Round marks along a scale, and their labels.
 
 /// Marks at multiples of 1, 2 or 5 times a power of ten, all inside `[lower, upper]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ticks {
-    /// Distance of two marks.
+    /// Distance between marks.
     pub step: f64,
-    /// The marks, ascending.
+    /// The marks in ascending order.
     pub values: Vec<f64>,
 }
 
-/// At most `most` (2 or more) round marks inside a range; none where the range is empty or not finite.
+/// At most `most` round marks in a range. `most` is 2 or more. An empty or infinite range has none.
 pub fn ticks(lower: f64, upper: f64, most: usize) -> Ticks {
     let span = upper - lower;
     if !(span > 0.0 && span.is_finite()) {
         return Ticks { step: 0.0, values: vec![] };
     }
     let step = round_step(span / most.max(2) as f64);
-    // Slack of a millionth of a step: a mark on the end must not be lost to rounding.
+    // The slack of a millionth of a step keeps a mark on the end despite rounding.
     let first = (lower / step - 1e-6).ceil() as i64;
     let last = (upper / step + 1e-6).floor() as i64;
     Ticks { step, values: (first..=last).map(|i| i as f64 * step).collect() }
 }
 
-/// The least of 1, 2, 5 times a power of ten that is not below `step`.
+/// The smallest of 1, 2, 5 times a power of ten that is not below `step`.
 fn round_step(step: f64) -> f64 {
     let decade = 10f64.powi(step.log10().floor() as i32);
     [1.0, 2.0, 5.0].into_iter().map(|m| m * decade).find(|round| *round >= step * (1.0 - 1e-9)).unwrap_or(10.0 * decade)
 }
 
-/// The smallest range that holds `[lower, upper]`, has round ends, and is not empty: an end moves out to a multiple of
-/// a twentieth or so of the span.
+/// The smallest non-empty range with round ends that contains `[lower, upper]`. Ends are multiples of about a twentieth
+/// of the span.
 pub fn round_range(lower: f64, upper: f64) -> [f64; 2] {
-    // A surface at one temperature still needs a scale: a thousandth of the value, or 1 about zero.
+    // A single temperature still needs a range: a thousandth of the value, or 1 around zero.
     let margin = if upper > lower { 0.0 } else { (lower.abs() * 1e-3).max(if lower == 0.0 { 0.5 } else { 0.0 }) };
     let (lower, upper) = (lower - margin, upper + margin);
     let step = round_step((upper - lower) / 20.0);
     [(lower / step + 1e-6).floor() * step, (upper / step - 1e-6).ceil() * step]
 }
 
-/// The range that holds two ranges.
+/// The range that contains two ranges.
 pub(super) fn union([a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
     [a.min(c), b.max(d)]
 }
 
-/// A number with the decimals that tell it from its neighbour one `step` away; powers of ten where it is very large or
-/// very small.
+/// A number with enough decimals to distinguish neighbours one `step` apart. Very large or small numbers use powers of
+/// ten.
 pub fn label(value: f64, step: f64) -> String {
-    // A mark computed as i * step may be off zero by rounding.
+    // Rounding of i * step may miss zero.
     let value = if value.abs() < step.abs() * 1e-6 { 0.0 } else { value };
     let size = value.abs().max(step.abs());
     if size != 0.0 && !(1e-3..1e6).contains(&size) {

@@ -1,43 +1,43 @@
-//! The paper's numbers beside ours, as rows of `checks.csv`.
+//! The paper's numbers next to isotherm's, as rows of `checks.csv`.
 
 use std::path::Path;
 
 use crate::output::OutputError;
 use crate::output::folder::write_csv;
 
-/// How far two numbers may lie apart and still agree, in the unit of the check.
+/// Largest difference at which two numbers agree, in the unit of the check.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tolerance {
-    /// The number is exact, ours is computed in f32.
+    /// The paper's number is exact, and isotherm's is computed in f32.
     Computation(f64),
-    /// The number was read from a plot, or is said to be "about" this.
+    /// The paper's number was read from a plot or is approximate.
     Reading(f64),
-    /// The paper says that ours is below the number.
+    /// The paper gives an upper bound.
     Below,
 }
 
 /// One number that the paper states.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Check {
-    /// What the number is.
+    /// The meaning of the number.
     pub statement: String,
-    /// The paper's, or what its equations give.
+    /// The paper's number, or the result of its equations.
     pub expected: f64,
-    /// Ours.
+    /// Isotherm's number.
     pub computed: f64,
-    /// Difference at which they still agree.
+    /// Largest difference at which they agree.
     pub tolerance: Tolerance,
-    /// Unit of both.
+    /// Unit of both numbers.
     pub unit: &'static str,
 }
 
 impl Check {
-    /// Ours less the paper's.
+    /// Isotherm's number minus the paper's.
     pub fn difference(&self) -> f64 {
         self.computed - self.expected
     }
 
-    /// Whether they agree; never where ours is not a number.
+    /// Whether they agree. NaN never agrees.
     pub fn agrees(&self) -> bool {
         match self.tolerance {
             Tolerance::Computation(size) | Tolerance::Reading(size) => self.difference().abs() <= size,
@@ -45,7 +45,7 @@ impl Check {
         }
     }
 
-    /// The statement with the unit of its numbers and the tolerance.
+    /// The statement with unit and tolerance.
     pub fn statement_with_unit(&self) -> String {
         let how = match self.tolerance {
             Tolerance::Computation(size) => format!("within {size}"),

@@ -1,9 +1,9 @@
-//! The paper's hollow cube in its orbit: panels as nodes of a thermal network, and the heat of every step.
+//! The paper's hollow cube in orbit: panels as nodes of a thermal network, and the heat of every step.
 //!
-//! Panels of 1 m x 1 m x 0.1 m, a node each, radiate from their outer face only; neighbours conduct from middle to
-//! middle, half a metre in either panel, through the panel's section: GL = k A / L with A = 1 m x 0.1 m and L = 1 m,
-//! 20 W/K in aluminium. Circular orbit of 6017 s in 360 steps, beta 0, nadir-pointing; orbit noon at step 340 places
-//! the start 20 degrees after noon. Materials as the paper gives them.
+//! Each panel of 1 m x 1 m x 0.1 m is a node that radiates from its outer face only. Neighbours conduct between their
+//! middles, half a metre in either panel: GL = k A / L with A = 1 m x 0.1 m and L = 1 m, which is 20 W/K in aluminium.
+//! The circular orbit takes 6017 s in 360 steps, with beta 0 and a nadir-pointing cube. Orbit noon is at step 340, so
+//! the start is 20 degrees after noon. The paper gives the materials.
 
 use std::fmt;
 
@@ -20,43 +20,43 @@ use crate::thermal::network::{LinearConductor, Network, NodeKind};
 
 /// Steps of an orbit.
 pub const STEPS: usize = 360;
-/// Period of the orbit that the paper states [s].
+/// Orbit period in the paper [s].
 pub const PERIOD: f64 = 6017.0;
 /// Length of a step [s].
 pub const STEP: f64 = PERIOD / STEPS as f64;
-/// Altitude that the paper states [m], and the one that its period means (docs/numerics.md 2).
+/// Altitude in the paper, and the altitude that fits its period (docs/numerics.md 2) [m].
 pub const ALTITUDES: [f64; 2] = [224e3, 772e3];
-/// Solar constants of docs/numerics.md 2 [W/m2]; the paper states none.
+/// Solar constants of docs/numerics.md 2 [W/m2]. The paper states none.
 pub const SOLAR_CONSTANTS: [f64; 2] = [1361.0, 1367.0];
-/// Equatorial radius [m], that of docs/numerics.md 2.
+/// Equatorial radius of docs/numerics.md 2 [m].
 pub const PLANET_RADIUS: f64 = 6_378_137.0;
 /// Radiative temperature of space [K].
 pub const SPACE: f64 = 2.7;
-/// Exitance and Bond albedo of the planet: [W/m2] and 1 (docs/numerics.md 2).
+/// Infrared exitance [W/m2] and Bond albedo of the planet (docs/numerics.md 2).
 const PLANET: (f64, f64) = (237.0, 0.3);
 /// Edge of a panel [m].
 pub const EDGE: f64 = 1.0;
 /// Thickness of a panel [m].
 pub const THICKNESS: f64 = 0.1;
 
-/// Faces in the order of the nodes: +Z to the zenith, +X along the velocity, Y along the orbit normal, where with
-/// beta 0 the Sun never stands.
+/// Faces in node order. +Z points to the zenith, +X along the velocity, and Y along the orbit normal, where the Sun
+/// never stands.
 pub const FACES: [&str; 6] = ["+X", "-X", "+Y", "-Y", "+Z", "-Z"];
-/// Number of the face that looks along the orbit normal.
+/// Index of the face along the orbit normal.
 pub const SIDE: usize = 2;
-/// Number of the face that looks to the zenith.
+/// Index of the zenith face.
 pub const ZENITH: usize = 4;
 
 const NORMALS: [DVec3; 6] = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
 
-/// What the panels are made of.
+/// Material properties of the panels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Panel {
     /// Absorptivity and emissivity of the outer face.
     pub optics: Optics,
-    /// k [W m-1 K-1].
+    /// Conductivity k [W m-1 K-1].
     pub conductivity: f64,
-    /// rho c [J m-3 K-1]; 0 for panels that store no heat.
+    /// Volumetric heat capacity rho c [J m-3 K-1]. It is 0 for panels that store no heat.
     pub heat_capacity: f64,
 }
 
@@ -71,14 +71,14 @@ pub const ALUMINIUM: Panel = Panel {
 pub const MLI: Panel =
     Panel { optics: Optics { absorptivity: 0.19, emissivity: 0.02 }, conductivity: 0.01, heat_capacity: 0.0 };
 
-/// What the panels receive.
+/// The loads on the panels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loads {
-    /// The Sun, as though the planet cast no shadow.
+    /// The Sun without the planet's shadow.
     Sun,
-    /// The Sun, behind the planet for a part of the orbit.
+    /// The Sun with the planet's shadow.
     SunAndShadow,
-    /// Sun with shadow, infrared and albedo of the planet.
+    /// Sun with shadow, planet infrared and albedo.
     All,
     /// All but the albedo.
     AllButAlbedo,
@@ -89,7 +89,7 @@ pub enum Loads {
 pub struct Case {
     /// What it is made of.
     pub panel: Panel,
-    /// Whether panels conduct, besides radiating.
+    /// Whether the panels conduct heat to each other.
     pub conducting: bool,
     /// What it receives.
     pub loads: Loads,
@@ -107,11 +107,11 @@ impl fmt::Display for Case {
     }
 }
 
-/// The cube's panels through an orbit that repeats itself: the temperatures [K] of the faces at steps 0 to [`STEPS`].
+/// Temperatures of the faces [K] at steps 0 to [`STEPS`] of a periodic orbit.
 pub type Orbit = Vec<[f64; 6]>;
 
-/// What a solver is given: a network and the heat of every node [W] in steps 0 to `STEPS - 1`. Step n lasts from
-/// (n - 1/2) to (n + 1/2) times `STEP`, and its heat is constant. Step `STEPS` is step 0 of the next orbit.
+/// The input of a solver: a network and the heat of every node [W] in steps 0 to `STEPS - 1`. Step n lasts from (n -
+/// 1/2) to (n + 1/2) times `STEP` with constant heat. Step `STEPS` is step 0 of the next orbit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Problem {
     /// The panels.
@@ -121,7 +121,7 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// Heat of a face as pairs of times [s] and powers [W] of a line from 0 to [`PERIOD`] that jumps between steps.
+    /// Heat of a face as pairs of time [s] and power [W] from 0 to [`PERIOD`]. It jumps between steps.
     pub fn table(&self, face: usize) -> Vec<[f64; 2]> {
         let power = |step: usize| self.heat[step % self.heat.len()][face];
         let jumps = (0..self.heat.len()).flat_map(|step| {
@@ -140,8 +140,8 @@ impl Case {
         Ok(Problem { network: self.network(), heat })
     }
 
-    /// The flux that every face absorbs [W/m2], its mean over each of the [`STEPS`] steps, in whose middle the time
-    /// `index * STEP` lies.
+    /// Mean absorbed flux of every face in each of the [`STEPS`] steps [W/m2]. Time `index * STEP` is the middle of the
+    /// step.
     pub fn absorbed(&self) -> Result<Vec<[f64; 6]>, SkyError> {
         let loads = self.sky_loads()?;
         let flux = |step: usize| {
@@ -159,7 +159,7 @@ impl Case {
         Ok((0..STEPS).map(flux).collect())
     }
 
-    /// Steps at which half of the Sun is hidden by the planet and seen again; `None` without a shadow.
+    /// Steps at which the planet covers and uncovers half of the Sun. `None` without shadow.
     pub fn shadow(&self) -> Result<Option<[f64; 2]>, SkyError> {
         let contacts = self.sky_loads()?.sky_model().contacts(0.0, PERIOD);
         Ok(match contacts[..] {
@@ -170,7 +170,7 @@ impl Case {
         })
     }
 
-    /// How the period and the altitude disagree; both are used as given.
+    /// The disagreement between period and altitude. Both are used as given.
     pub fn period_disagreement(&self) -> Option<PeriodDisagreement> {
         period_disagreement(&self.orbit(), PLANET_RADIUS)
     }
@@ -217,11 +217,11 @@ impl Case {
     }
 }
 
-/// Where the search for the periodic state begins [K].
+/// Start of the search for the periodic state [K].
 const START: f64 = 270.0;
 
-/// The lowest and the highest temperature of a face, and the steps at which the curve through its neighbours has them
-/// (the vertex of a parabola), in [0, [`STEPS`]).
+/// Lowest and highest temperature of a face and their steps in [0, [`STEPS`]). The step is the vertex of a parabola
+/// through neighbours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extremes {
     /// Lowest [K].
@@ -235,7 +235,7 @@ pub struct Extremes {
 }
 
 impl Extremes {
-    /// Of a face; NaN where the orbit is empty.
+    /// Extremes of a face. NaN for an empty orbit.
     pub fn of(orbit: &Orbit, face: usize) -> Self {
         let series: Vec<f64> = orbit.iter().take(STEPS).map(|faces| faces[face]).collect();
         let extreme = |sign: f64| {
@@ -259,7 +259,7 @@ impl Extremes {
     }
 }
 
-/// Where the parabola through a value and its neighbours, the series being periodic, turns: in (-1, 1) from the value.
+/// Vertex of the parabola through a value and its neighbours in a periodic series: an offset in (-1, 1).
 fn vertex(series: &[f64], at: usize) -> f64 {
     let count = series.len();
     let [before, here, after] = [at + count - 1, at, at + 1].map(|index| series[index % count]);
@@ -267,7 +267,7 @@ fn vertex(series: &[f64], at: usize) -> f64 {
     if curvature == 0.0 { 0.0 } else { 0.5 * (before - after) / curvature }
 }
 
-/// Mean of a face over an orbit [K].
+/// Mean temperature of a face over an orbit [K].
 pub fn mean(orbit: &Orbit, face: usize) -> f64 {
     orbit.iter().take(STEPS).map(|faces| faces[face]).sum::<f64>() / orbit.len().min(STEPS) as f64
 }

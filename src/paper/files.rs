@@ -1,4 +1,4 @@
-//! Names of the files that `isotherm paper` leaves.
+//! Names of the output files of `isotherm paper`.
 
 use super::orbit_figures::TABLES;
 use super::transitions::{JUMPS, Jump};
@@ -10,7 +10,7 @@ pub const CHECKS: &str = "checks.csv";
 /// The page.
 pub const INDEX: &str = "index.html";
 
-/// Temperature of each step of a transition.
+/// CSV of a transition's temperatures.
 pub fn series_name(jump: &Jump) -> String {
     format!("figure{}_{}.csv", jump.figure[0], jump.figure[1])
 }

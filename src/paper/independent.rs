@@ -1,5 +1,5 @@
-//! The cube's periodic state by other means than the program's integrators, for tests: Runge-Kutta of order 4 at a
-//! fixed step, the balance of panels without heat capacity by Gauss-Seidel.
+//! An independent solution of the cube's periodic state for tests: Runge-Kutta of order 4 with a fixed step, and
+//! Gauss-Seidel for panels without heat capacity.
 
 use super::cube::{Case, Orbit, PERIOD, Problem, STEP, STEPS};
 use super::orbits::Orbits;
@@ -7,7 +7,7 @@ use crate::environment::sky::SkyError;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::{Network, NodeKind};
 
-/// All cubes, computed here.
+/// Solves all cubes.
 pub fn orbits() -> Orbits {
     Orbits::compute(|_: &Case, problem: &Problem| Ok::<_, SkyError>(settle(problem))).unwrap()
 }
@@ -25,7 +25,7 @@ pub fn settle(problem: &Problem) -> Orbit {
         if change.iter().all(|change| change.abs() < 1e-8) {
             return orbit;
         }
-        // Heat that a panel, or the whole cube where panels conduct, gained over the orbit, made good at once.
+        // Removes the heat gained over the orbit, by panel or, if panels conduct, for the whole cube.
         let gain = change.iter().sum::<f64>() / 6.0;
         start = std::array::from_fn(|face| {
             let slope = 4.0 * STEFAN_BOLTZMANN * problem.network.emissive_areas[face] * orbit[0][face].powi(3);

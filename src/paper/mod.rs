@@ -1,9 +1,9 @@
-//! The paper's figures, made again: "Real-time rasterization simulation of TIR images", Vural, Martin, Dunstan and
+//! Reproduces the figures of "Real-time rasterization simulation of TIR images", Vural, Martin, Dunstan and
 //! Sanchez-Gestido, 2023 (12th Int. Conf. on Guidance, Navigation & Control Systems).
 //!
-//! Figures 2, 3 and 4 are a [`cube`] in orbit, solved as a thermal network ([`orbits`]), drawn by [`orbit_figures`] and
-//! held against what the paper says of it by [`scenario`]. [`transitions`] are figures 5 and 6, and [`visible`] is the
-//! left half of figure 7; [`checks`] hold the paper's numbers against ours, and [`page`] shows all of it.
+//! Figures 2 to 4 show a [`cube`] in orbit, solved as a thermal network ([`orbits`]). [`orbit_figures`] draws them, and
+//! [`scenario`] compares them with the paper. [`transitions`] makes figures 5 and 6, and [`visible`] the left half of
+//! figure 7. [`checks`] compares numbers, and [`page`] shows everything.
 
 pub(crate) mod checks;
 pub mod cube;

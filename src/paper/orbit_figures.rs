@@ -1,4 +1,4 @@
-//! Figures 2, 3 and 4 as plots and tables: a face or all faces through the orbit.
+//! Figures 2, 3 and 4 as plots and tables: one face or all faces through the orbit.
 
 use super::cube::{FACES, Orbit, SIDE, STEPS, ZENITH};
 use super::orbits::{Orbits, Solved};
@@ -18,7 +18,7 @@ pub const TABLES: [&str; 7] = [
     "figure4.csv",
 ];
 
-/// Temperatures [K] of every step, a column for each line of a plot.
+/// Temperatures [K] of every step. Each line of a plot is a column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// File in the folder.
@@ -29,14 +29,14 @@ pub struct Table {
     pub rows: Vec<Vec<f64>>,
 }
 
-/// A figure and what it shows as numbers.
+/// A figure and its data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// Number in the paper.
     pub number: u8,
     /// The picture.
     pub svg: String,
-    /// One table a panel.
+    /// One table for each panel.
     pub tables: Vec<Table>,
 }
 
@@ -116,7 +116,7 @@ impl Axes {
 
     fn plot(self, legends: bool) -> Plot {
         let line = |(index, (name, values)): (usize, (String, Vec<f64>))| Line {
-            // A legend tells the lines apart; without one the second of two is broken.
+            // A legend distinguishes lines. Without it every second line is dashed.
             mark: if index % 2 == 1 && (!legends || name.starts_with('-')) || name.contains("without") {
                 Mark::Dashed
             } else {
@@ -152,12 +152,12 @@ fn named(name: &str, solved: &Solved, face: usize) -> (String, Vec<f64>) {
     (name.to_owned(), series(&solved.orbit, face))
 }
 
-/// A face at steps 0 to [`STEPS`]; NaN where the orbit is shorter.
+/// Temperatures of a face at steps 0 to [`STEPS`]. NaN after the end of a shorter orbit.
 fn series(orbit: &Orbit, face: usize) -> Vec<f64> {
     (0..=STEPS).map(|step| orbit.get(step).map_or(f64::NAN, |faces| faces[face])).collect()
 }
 
-/// The range of the zenith face [K], for a reader of figures whose axes differ.
+/// Temperature range of the zenith face [K], because figures have different axes.
 fn swing(solved: &Solved) -> String {
     let series = series(&solved.orbit, ZENITH);
     let least = series.iter().copied().fold(f64::INFINITY, f64::min);
@@ -170,7 +170,7 @@ mod tests {
     use super::*;
     use crate::environment::sky::SkyError;
 
-    /// Orbits in which a face's temperature is its number times 100 plus the step.
+    /// Test orbits: the temperature of a face is its number times 100 plus the step.
     fn made() -> Orbits {
         let row = |step: usize| std::array::from_fn(|face| (100 * face + step) as f64);
         Orbits::compute(|_, _| Ok::<_, SkyError>((0..=STEPS).map(row).collect())).unwrap()

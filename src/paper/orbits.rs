@@ -1,46 +1,46 @@
-//! The cubes whose orbits figures 2, 3 and 4 show, in their periodic states.
+//! The periodic states of the cubes in figures 2, 3 and 4.
 
 use super::cube::{ALTITUDES, ALUMINIUM, Case, Loads, MLI, Orbit, PLANET_RADIUS, Panel, Problem, SOLAR_CONSTANTS};
 use crate::environment::sky::SkyError;
 
-/// How many cubes there are.
+/// Number of cubes.
 pub const CASES: u64 = 14;
 
 /// A cube and its periodic state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solved {
-    /// Which cube, where.
+    /// The cube and its orbit.
     pub case: Case,
     /// Temperatures of its faces [K].
     pub orbit: Orbit,
-    /// Steps at which the planet's shadow begins and ends, by half of the Sun; `None` without one.
+    /// Steps at which the planet covers and uncovers half of the Sun. `None` without shadow.
     pub shadow: Option<[f64; 2]>,
 }
 
-/// All of them. Pairs are of the two solar constants, or of the two altitudes.
+/// All cubes. Pairs differ in solar constant or in altitude.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Orbits {
-    /// Aluminium, radiating only, in the Sun alone; by solar constant.
+    /// Aluminium, radiating only, Sun only, by solar constant.
     pub aluminium: [Solved; 2],
-    /// The same, conducting.
+    /// Aluminium, conducting, Sun only, by solar constant.
     pub conducting: [Solved; 2],
-    /// The same with the planet's shadow; by altitude.
+    /// Aluminium, conducting, Sun with planet shadow, by altitude.
     pub shadowed: [Solved; 2],
-    /// MLI, radiating only, in the Sun alone; by solar constant.
+    /// MLI, radiating only, Sun only, by solar constant.
     pub mli: [Solved; 2],
-    /// The same, conducting.
+    /// MLI, conducting, Sun only, by solar constant.
     pub conducting_mli: [Solved; 2],
-    /// MLI, radiating only, under all loads; by altitude.
+    /// MLI, radiating only, all loads, by altitude.
     pub all_loads: [Solved; 2],
-    /// The same without albedo.
+    /// MLI, radiating only, all loads but albedo, by altitude.
     pub without_albedo: [Solved; 2],
 }
 
 impl Orbits {
-    /// Computes all. `settle` brings a network into its periodic state.
+    /// Solves all cubes. `settle` finds the periodic state of a network.
     ///
     /// # Errors
-    /// Those of `settle`, and none of the sky that the paper's own values cause.
+    /// Those of `settle`. The paper's values cause no sky errors.
     pub fn compute<E: From<SkyError>>(mut settle: impl FnMut(&Case, &Problem) -> Result<Orbit, E>) -> Result<Self, E> {
         let mut pair = |panel: Panel, conducting: bool, loads: Loads| {
             let [dim, bright] = SOLAR_CONSTANTS;
@@ -68,7 +68,7 @@ impl Orbits {
         })
     }
 
-    /// What the paper leaves open, or contradicts itself in, and what was taken.
+    /// The values that isotherm chose where the paper is silent or contradicts itself.
     pub fn assumed(&self) -> Vec<String> {
         let mut lines = vec![
             "the cube: a node a panel, which radiates outside only (inside exchange is off) and conducts from middle to \

@@ -1,23 +1,21 @@
-//! `index.html`: figures, checks and what they mean on one page that needs no network.
+//! `index.html`: figures, checks and explanations on one page that needs no network.
 
 use super::checks::Check;
 use super::files::{FIGURE_7, plot_name, tables};
 use crate::output::html::{Html, kelvin};
 
-/// What the page shows.
+/// The contents of the page.
 #[derive(Debug, Clone, Copy)]
 pub struct Page<'a> {
-    /// Who computed the figures.
+    /// The computing device.
     pub device: &'a str,
     /// The SVG of figures 2 to 6.
     pub plots: &'a [(u8, String)],
-    /// Figure 7 as PNG, and what it is.
+    /// Figure 7 as PNG, and its caption.
     pub picture: (&'a [u8], &'a str),
-    /// Checks of figures 5 and 6.
     pub transitions: &'a [Check],
-    /// Checks of the scenario.
     pub scenario: &'a [Check],
-    /// What was assumed of it.
+    /// Assumptions about the scenario.
     pub assumed: &'a [String],
 }
 

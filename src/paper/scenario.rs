@@ -1,8 +1,7 @@
-//! What the paper says of its cube in orbit, held against the energy balance: figures 2, 3 and 4.
+//! Compares the paper's cube in orbit (figures 2, 3 and 4) with the energy balance.
 //!
-//! The paper's numbers are read from its plots or stated as "about"; it gives neither the solar constant nor the
-//! planet's loads, and an altitude that does not belong to its period (docs/numerics.md 2). Where that matters both values
-//! are shown.
+//! The paper's numbers come from its plots or are approximate. It states no solar constant and no planet loads. Its
+//! altitude does not fit its period (docs/numerics.md 2). Where that matters, both values are shown.
 
 use super::checks::{Check, Tolerance};
 use super::cube::{ALTITUDES, Extremes, FACES, PERIOD, PLANET_RADIUS, SIDE, SPACE, ZENITH, mean};
@@ -19,15 +18,15 @@ pub fn checks(orbits: &Orbits) -> Vec<Check> {
     rows.0
 }
 
-/// docs/numerics.md 2, last line: lowest and highest temperature [K] of every face at the two altitudes, to 1 K.
+/// docs/numerics.md 2: lowest and highest temperature [K] of every face at both altitudes, rounded to 1 K.
 const RANGES: [[[f64; 2]; 6]; 2] = [
     [[194.0, 695.0], [194.0, 695.0], [194.0, 396.0], [194.0, 396.0], [3.0, 692.0], [250.0, 511.0]],
     [[175.0, 694.0], [175.0, 694.0], [175.0, 355.0], [175.0, 355.0], [3.0, 692.0], [240.0, 568.0]],
 ];
 
-/// Half an orbit after noon, where no ground in view is lit: all loads are then the planet's infrared.
+/// Step half an orbit after noon. No visible ground is lit, so planet infrared is the only load.
 const MIDNIGHT: usize = 160;
-/// Where the paper sees the +Y face leave the eclipse.
+/// Step at which the +Y face leaves the eclipse in the paper.
 const STATED_EXIT: usize = 264;
 
 struct Rows(Vec<Check>);
@@ -120,7 +119,7 @@ fn altitude(solved: &Solved) -> String {
     format!("{} km", solved.case.altitude / 1e3)
 }
 
-/// What a line of figure 2 shows.
+/// Description of a line in figure 2.
 fn figure_2(solved: &Solved) -> String {
     let shadow = match solved.shadow {
         Some(_) => format!("planet shadow at {}", altitude(solved)),
@@ -141,7 +140,7 @@ mod tests {
         check
     }
 
-    /// docs/numerics.md 2, column "computed", and whether it calls the paper's number reproduced.
+    /// docs/numerics.md 2: the column "computed", and whether the paper's number is reproduced.
     #[test]
     fn the_rows_are_those_of_numerics_2() {
         let checks = checks(&independent::orbits());

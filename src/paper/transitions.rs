@@ -1,4 +1,4 @@
-//! Figures 5 and 6: a node of the paper's thermal inertia whose target jumps once.
+//! Figures 5 and 6: a node with the paper's thermal inertia whose target jumps once.
 
 use crate::output::OutputError;
 use crate::output::panels::Panels;
@@ -9,17 +9,17 @@ use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 
 use super::checks::{Check, Tolerance};
 
-/// Every transition is computed to this step, the last at which docs/numerics.md 1 gives values.
+/// Last step of every transition, and of the values in docs/numerics.md 1.
 pub const LAST_STEP: usize = 1000;
 
-/// Steps of the horizontal axis where the transition ends by then; the paper's orbit has 360 steps, and its longest
-/// transition that is not of 1000 steps ends at step 361.
+/// Last step on the axis of shorter transitions. The paper's orbit has 360 steps. Its longest transition except those
+/// of 1000 steps ends at step 361.
 const SHORT_AXIS: usize = 361;
 
-/// Largest difference from the exact value that a device in f32 may have [K] (docs/numerics.md 6).
+/// Largest error of an f32 device [K] (docs/numerics.md 6).
 const DEVICE_TOLERANCE: f64 = 2e-4;
 
-/// Settled at one temperature, commanded to another at step 1.
+/// A node at rest that gets a new target at step 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jump {
     /// Number in the paper: figure and jump.
@@ -28,11 +28,11 @@ pub struct Jump {
     pub from: f64,
     /// Target from step 1 on [K].
     pub to: f64,
-    /// Steps to reach it.
+    /// Duration [steps].
     pub t_max: f64,
-    /// Equations 3 and 4 at [`QUADRATIC_STEPS`] [K], to six decimals (docs/numerics.md 1).
+    /// Equations 3 and 4 at [`QUADRATIC_STEPS`] [K] with six decimals (docs/numerics.md 1).
     quadratic: [f64; 7],
-    /// Equations 1 and 2 at [`LINEAR_STEPS`] [K] where docs/numerics.md 1 gives them.
+    /// Equations 1 and 2 at [`LINEAR_STEPS`] [K], if docs/numerics.md 1 gives them.
     linear: Option<[f64; 5]>,
 }
 
@@ -90,16 +90,16 @@ pub const JUMPS: [Jump; 10] = [
 /// A transition and its temperatures [K] at steps 0 to [`LAST_STEP`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Computed {
-    /// Which one.
+    /// The jump.
     pub jump: Jump,
-    /// With the quadratic function, as the figures show it.
+    /// Temperatures with the quadratic function, as in the figures.
     pub quadratic: Vec<f64>,
-    /// With the linear function, where docs/numerics.md 1 gives values to hold it against.
+    /// Temperatures with the linear function, if docs/numerics.md 1 gives values for comparison.
     pub linear: Option<Vec<f64>>,
 }
 
-/// Computes all ten. `respond` takes a node that is settled at a temperature [K] through one target [K] a step, and
-/// returns its temperature at step 0 and after every step.
+/// Computes all transitions. `respond` takes an initial temperature [K] and a target [K] for each step. It returns the
+/// temperature at step 0 and after every step.
 pub fn compute<E>(respond: impl Fn(&Transition, f64, &[f64]) -> Result<Vec<f64>, E>) -> Result<Vec<Computed>, E> {
     let one = |jump: Jump| {
         let with = |function| {
@@ -127,7 +127,7 @@ impl Jump {
 }
 
 impl Computed {
-    /// The values of docs/numerics.md 1 beside ours.
+    /// Compares the results with the values of docs/numerics.md 1.
     pub fn checks(&self) -> Vec<Check> {
         let check = |equations: &str, step: usize, expected: f64, computed: Option<&f64>| Check {
             statement: format!("figure {}, {}, {equations}, at step {step}", self.jump.number(), self.jump.describe()),
@@ -165,7 +165,7 @@ impl Computed {
     }
 }
 
-/// A figure as SVG in the paper's arrangement: figure 5 in a row of heating and one of cooling, figure 6 in pairs.
+/// A figure as SVG, arranged as in the paper: figure 5 has a row of heating and one of cooling, figure 6 has pairs.
 pub fn figure(number: u8, computed: &[Computed], device: &str) -> Result<String, OutputError> {
     let (title, columns) = match number {
         5 => ("Figure 5: quadratic transitions of 361, 100 and 1000 steps", 3),
@@ -210,7 +210,7 @@ mod tests {
         let right = computed(1.0);
         assert_eq!(right.iter().map(|one| one.checks().len()).sum::<usize>(), 10 * 7 + 4 * 5);
         assert_eq!(disagreements(&right), 0);
-        // Where the transition is over, or has not begun, a slower one agrees too.
+        // Before its start and after its end a slower transition agrees too.
         assert!(disagreements(&computed(1.01)) > 40);
     }
 

@@ -1,8 +1,8 @@
-//! The left half of figure 7: the craft as an eye would see it, so that a reader recognises what the right half shows.
+//! The left half of figure 7: the craft in visible light, so that readers recognise it.
 //!
-//! Lambert shading by the Sun alone, drawn by the f64 rasteriser: the grey of a face is what its material reflects of
-//! sunlight (1 less its solar absorptivity) times the cosine of the Sun's angle. There are no cast shadows, no light
-//! from the planet and no colours; a little light from everywhere keeps faces that are turned from the Sun visible.
+//! The f64 rasteriser shades each face by Lambert's law with the Sun alone. The grey level is 1 minus the solar
+//! absorptivity, times the cosine of the Sun angle. There are no cast shadows, no planet light and no colours. Some
+//! ambient light keeps unlit faces visible.
 
 use glam::DVec3;
 
@@ -11,27 +11,27 @@ use crate::output::canvas::{Canvas, Rgb};
 use crate::raster::{Surface, View, rasterise};
 use crate::thermal::material::{Material, Sides};
 
-/// Light from everywhere, as a share of direct sunlight on a plate that faces it.
+/// Ambient light, as a share of direct sunlight on a plate that faces the Sun.
 const AMBIENT: f64 = 0.05;
-/// The sky: darker than any surface.
+/// Colour of the sky. It is darker than any surface.
 const SKY: Rgb = [6, 8, 14];
 
-/// What is drawn: nodes in device order, their triangles and materials.
+/// The craft: nodes in device order, triangles and materials.
 #[derive(Debug, Clone, Copy)]
 pub struct Craft<'a> {
     /// Positions and normals of the nodes.
     pub nodes: &'a Nodes,
     /// Node indices.
     pub triangles: &'a [[u32; 3]],
-    /// One for each index in the nodes.
+    /// The materials that the nodes refer to.
     pub materials: &'a [Material],
 }
 
-/// Draws the craft in sunlight from the unit vector `sun` (body frame), dimmed to `lit_fraction` of the Sun's disc.
+/// Draws the craft in sunlight from the unit vector `sun` (body frame). `lit_fraction` is the visible share of the Sun.
 pub fn draw(craft: &Craft, view: &View, sun: DVec3, lit_fraction: f64) -> Canvas {
-    // The rasteriser interpolates one number over a triangle and multiplies it by another of the face that is seen.
-    // Here these are the cosine of the Sun's angle and the reflectivity, negative for a back face, whose normal is
-    // the opposite of the front's: their product is positive where the face that is seen is lit.
+    // The rasteriser multiplies an interpolated number by one of the visible face. Here these are the cosine of the Sun
+    // angle and the reflectivity. A back face has the opposite normal, so its reflectivity is negative. The product is
+    // positive if the visible face is lit.
     let cosines: Vec<f64> = craft.nodes.normals.iter().map(|normal| normal.as_dvec3().dot(sun)).collect();
     let positions: Vec<DVec3> = craft.nodes.positions.iter().map(|position| position.as_dvec3()).collect();
     let of_node = |group: &[u32]| (0..positions.len()).map(|node| group[node / GROUP]).collect::<Vec<u32>>();
@@ -57,7 +57,7 @@ pub fn draw(craft: &Craft, view: &View, sun: DVec3, lit_fraction: f64) -> Canvas
     Canvas::from_pixels(view.width, view.height, colours.collect())
 }
 
-/// Share of sunlight that front and back reflect.
+/// Reflected share of sunlight of front and back.
 fn reflectivities(material: &Material) -> [f64; 2] {
     let front = 1.0 - material.front.absorptivity;
     match material.sides {
@@ -93,7 +93,7 @@ mod tests {
         }
     }
 
-    /// A sheet in the plane z = 0 whose front looks along `normal_z`, seen from above.
+    /// Grey level of a sheet at z = 0 seen from above. Its front looks along `normal_z`.
     fn grey(normal_z: f32, sun: DVec3, lit_fraction: f64) -> Rgb {
         let corners = [[-9.0, -9.0], [9.0, -9.0], [9.0, 9.0], [-9.0, 9.0]];
         let nodes = Nodes {
@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn a_face_shines_with_its_own_reflectivity_and_the_cosine_of_the_sun() {
         let tilted = DVec3::new(3f64.sqrt(), 0.0, 1.0).normalize();
-        // 1 - 0.25 in front, 1 - 0.75 at the back; ambient light sees the mean of the two.
+        // The front reflects 1 - 0.25, the back 1 - 0.75. Ambient light uses their mean.
         let expected = |reflectivity: f64, cosine: f64| [srgb(reflectivity * cosine + AMBIENT * 0.5); 3];
         assert_eq!(grey(1.0, DVec3::Z, 1.0), expected(0.75, 1.0));
         assert_eq!(grey(1.0, tilted, 1.0), expected(0.75, 0.5));
@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn light_is_encoded_as_srgb() {
-        // IEC 61966-2-1: 18 % grey is level 118, half of the light 188.
+        // IEC 61966-2-1: 18 % grey is level 118, and half of the light is level 188.
         assert_eq!([0.0, 0.18, 0.5, 1.0, 7.0].map(srgb), [0, 118, 188, 255, 255]);
     }
 }

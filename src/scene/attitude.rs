@@ -22,7 +22,7 @@ enum Mode {
     File,
 }
 
-/// Modes with their names and the keys that each of them reads.
+/// Names of the modes, with the keys that each mode reads.
 const MODES: [(&str, Mode, &[&str]); 5] = [
     ("nadir", Mode::Nadir, &["nadir_axis", "forward_axis"]),
     ("inertial", Mode::Inertial, &["quaternion"]),
@@ -31,7 +31,6 @@ const MODES: [(&str, Mode, &[&str]); 5] = [
     ("file", Mode::File, &["file", "object", "frame", "time_system"]),
 ];
 
-/// Reads `[attitude]`; `start` is time 0, where it is known.
 pub(super) fn read(
     section: &Section,
     start: Option<Epoch>,
@@ -98,7 +97,7 @@ pub(super) fn read(
 
 fn check_not_parallel(section: &Section, first: (&str, DVec3), second: (&str, DVec3)) -> Result<(), SceneError> {
     if parallel(first.1, second.1) {
-        // One of the two may be a default: point to what the file holds.
+        // One of the two keys may be a default. The error must point to the key that the file holds.
         let key = if section.has(second.0) { second.0 } else { first.0 };
         let message =
             format!("{} are parallel and give no attitude", list([first.0, second.0]).replace("', '", "' and '"));

@@ -8,13 +8,12 @@ use super::section::Section;
 use super::vector::{direction, parallel, point, quaternion};
 use super::{Camera, CameraFrame};
 
-/// Most pixels a side: the largest image that Vulkan devices commonly allow.
+/// Largest image side [px]. Vulkan devices commonly allow this much.
 const MOST_PIXELS: u32 = 16384;
 
 const FRAMES: [(&str, CameraFrame); 3] =
     [("body", CameraFrame::Body), ("orbit", CameraFrame::Orbit), ("inertial", CameraFrame::Inertial)];
 
-/// Reads `[camera]`.
 pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<Camera, SceneError> {
     let width = section.whole("width", 1..=MOST_PIXELS)?;
     let width = section.required("width", width, "the image's width in pixels")?;
@@ -36,7 +35,7 @@ pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<C
     Ok(Camera { width, height, focal: [focal; 2], centre, frame, position, frame_from_camera, near })
 }
 
-/// Focal length in pixels, from whichever of the three ways the file uses.
+/// Focal length [px]. The file states it in one of three ways.
 fn focal(section: &Section, width: u32) -> Result<f64, SceneError> {
     section.exclusive("fov_deg", "focal_length")?;
     section.exclusive("fov_deg", "focal_px")?;
@@ -75,7 +74,7 @@ fn rotation(
         return Err(section.error("look_at", "is the camera's own position: there is no direction to look in"));
     };
     let up = direction(section, "up")?.unwrap_or_else(|| {
-        // +Z of the orbit frame is nadir: up is away from the planet there.
+        // +Z of the orbit frame points to nadir, so up is -Z.
         let (up, name) = match frame {
             CameraFrame::Orbit => (DVec3::NEG_Z, "[0, 0, -1]"),
             CameraFrame::Body | CameraFrame::Inertial => (DVec3::Z, "[0, 0, 1]"),
@@ -90,8 +89,7 @@ fn rotation(
     Ok(look(forward, up))
 }
 
-/// Rotation from OpenCV camera axes (+X right, +Y down, +Z forward) for a unit view direction and an up that is not
-/// parallel to it.
+/// Rotation from OpenCV camera axes (+X right, +Y down, +Z forward). `up` must not be parallel to `forward`.
 fn look(forward: DVec3, up: DVec3) -> DQuat {
     let right = forward.cross(up).normalize();
     DQuat::from_mat3(&DMat3::from_cols(right, forward.cross(right), forward)).normalize()
@@ -107,7 +105,7 @@ mod tests {
     #[test]
     fn axes_of_a_look_at_are_right_down_and_forward() {
         let rotation = look(DVec3::X, DVec3::new(0.3, 0.0, 1.0));
-        // Who looks along +X with +Z up has +Y at the left hand.
+        // A camera that looks along +X with +Z up has +Y at its left.
         for (camera, frame) in [(DVec3::X, DVec3::NEG_Y), (DVec3::Y, DVec3::NEG_Z), (DVec3::Z, DVec3::X)] {
             assert_abs_diff_eq!((rotation * camera - frame).length(), 0.0, epsilon = 1e-15);
         }

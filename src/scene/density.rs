@@ -1,4 +1,4 @@
-//! `[model]` and `[[part]]`: how long and how short the edges of the model's triangles may be.
+//! `[model]` and `[[part]]`: the longest and shortest edges of the model's triangles.
 
 use wildmatch::WildMatch;
 
@@ -7,58 +7,58 @@ use super::quantity::Quantity;
 use super::section::Section;
 use crate::model::{Model, Part};
 
-/// Lengths of edges that a part asks for.
+/// The edge lengths that a part asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Edges {
-    /// Longer ones are split [m]; `None` keeps the file's own triangles.
+    /// Longer edges are split [m]. `None` keeps the file's triangles.
     pub max: Option<f64>,
-    /// The ends of shorter ones are merged [m]; `None` merges nothing.
+    /// Shorter edges are merged [m]. `None` merges nothing.
     pub min: Option<f64>,
 }
 
-/// A `[[part]]`: patterns on names of parts, and what these ask for instead of what `[model]` does.
+/// A `[[part]]`: name patterns, and edge lengths that replace those of `[model]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartRule {
     /// Wildcard patterns (`*`, `?`).
     pub patterns: Vec<String>,
-    /// What it states; the rest is that of `[model]`.
+    /// The stated lengths. `[model]` gives the missing ones.
     pub edges: Edges,
 }
 
-/// The density of the nodes of a scene.
+/// The node density of a scene.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Density {
-    /// Of the model.
+    /// The edge lengths of `[model]`.
     pub model: Edges,
-    /// In the order of the file; the first that matches a part's name wins.
+    /// The rules in file order. The first rule that matches a part's name wins.
     pub parts: Vec<PartRule>,
 }
 
 impl PartRule {
-    /// Whether one of the patterns matches the name of a part; case counts.
+    /// Whether one of the patterns matches the name of a part. Case counts.
     pub fn matches(&self, part: &str) -> bool {
         self.patterns.iter().any(|pattern| WildMatch::new(pattern).matches(part))
     }
 }
 
 impl Density {
-    /// What a part asks for.
+    /// The edge lengths that hold for a part.
     pub fn of(&self, part: &Part) -> Edges {
         let rule = self.parts.iter().find(|rule| rule.matches(&part.name)).map(|rule| rule.edges).unwrap_or_default();
         Edges { max: rule.max.or(self.model.max), min: rule.min.or(self.model.min) }
     }
 
-    /// Longest edge of every part [m]; infinite where it keeps the file's triangles.
+    /// Longest edge of every part [m]. It is infinite where the part keeps the file's triangles.
     pub fn max_edges(&self, model: &Model) -> Vec<f64> {
         model.parts.iter().map(|part| self.of(part).max.unwrap_or(f64::INFINITY)).collect()
     }
 
-    /// Shortest edge of every part [m]; 0 where nothing is merged.
+    /// Shortest edge of every part [m]. It is 0 where nothing is merged.
     pub fn min_edges(&self, model: &Model) -> Vec<f64> {
         model.parts.iter().map(|part| self.of(part).min.unwrap_or(0.0)).collect()
     }
 
-    /// Patterns that change nothing, one sentence each.
+    /// One sentence for each pattern that has no effect.
     pub fn idle_patterns(&self, model: &Model) -> Vec<String> {
         let mut idle = Vec::new();
         for (index, rule) in self.parts.iter().enumerate() {
@@ -79,7 +79,6 @@ impl Density {
     }
 }
 
-/// Reads the edges of `[model]` and every `[[part]]`.
 pub(super) fn read(model: &Section, parts: &[Section], assumptions: &mut Vec<String>) -> Result<Density, SceneError> {
     let whole = edges(model, Edges::default())?;
     let parts = parts.iter().map(|section| part(section, whole)).collect::<Result<Vec<_>, _>>()?;
@@ -97,7 +96,7 @@ fn part(section: &Section, whole: Edges) -> Result<PartRule, SceneError> {
     Ok(PartRule { patterns, edges: edges(section, whole)? })
 }
 
-/// The edges that a section states; `whole` are those that hold where it is silent.
+/// The edge lengths that a section states. `whole` fills in the missing ones.
 fn edges(section: &Section, whole: Edges) -> Result<Edges, SceneError> {
     let max = section.number("max_edge", Quantity::positive("m"))?;
     let min = section.number("min_edge", Quantity::non_negative("m"))?;

@@ -1,16 +1,15 @@
-//! `[environment]`: Sun, planet and the background of space; what is absent is off.
+//! `[environment]`: Sun, planet and space background. A missing key switches its effect off.
 
 use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
 use crate::environment::Environment;
 
-/// Mean radius of the Earth [m] (docs/numerics.md 4: 6371.0 km unless the scene says).
+/// Mean radius of the Earth [m] (docs/numerics.md 4).
 const EARTH_RADIUS: f64 = 6371e3;
 
-/// Reads `[environment]`.
 pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<Environment, SceneError> {
-    // What is allowed here has a balance temperature that single precision holds.
+    // Every flux in this range has a balance temperature that an f32 can hold.
     let flux = Quantity::within(0.0, 1e9, "W/m2");
     let environment = Environment {
         solar_constant: section.number("solar_constant", flux)?,

@@ -1,11 +1,11 @@
-//! Times as files write them: ISO 8601 calendar dates or days of the year, in one of the CCSDS time systems.
+//! Parses times: ISO 8601 dates or days of the year, in a CCSDS time system.
 
 use hifitime::{Epoch, TimeScale, Unit};
 
 use super::section::list;
 use crate::environment::utc::leap_second_after;
 
-/// Time systems that are understood, by their CCSDS names.
+/// CCSDS names of the supported time systems.
 const TIME_SYSTEMS: [(&str, TimeScale); 5] = [
     ("UTC", TimeScale::UTC),
     ("TAI", TimeScale::TAI),
@@ -14,7 +14,7 @@ const TIME_SYSTEMS: [(&str, TimeScale); 5] = [
     ("GPS", TimeScale::GPST),
 ];
 
-/// The time system of that name, or the message that says which there are.
+/// The time system with this name, or a message that lists the known ones.
 pub(super) fn time_system(name: &str) -> Result<TimeScale, String> {
     let found = TIME_SYSTEMS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name));
     found.map(|(_, scale)| *scale).ok_or_else(|| {
@@ -22,8 +22,8 @@ pub(super) fn time_system(name: &str) -> Result<TimeScale, String> {
     })
 }
 
-/// `2023-10-29T17:03:44.412`, `2023-302T17:03:44.412Z`, or a date alone; the `Z` may be there or not. The epoch counts in
-/// TAI, which alone of the scales can be added to.
+/// Parses `2023-10-29T17:03:44.412`, `2023-302T17:03:44.412Z`, or a date alone. The `Z` is optional. The epoch counts
+/// in TAI, because durations can only be added in TAI.
 pub(super) fn parse_epoch(text: &str, scale: TimeScale) -> Result<Epoch, String> {
     let wrong = || format!("'{text}' is no time: write 2023-10-29T17:03:44.412 or 2023-302T17:03:44.412");
     let bare = text.trim();
@@ -59,7 +59,7 @@ pub(super) fn parse_epoch(text: &str, scale: TimeScale) -> Result<Epoch, String>
         return Err(none());
     }
     let byte = |value: u32| u8::try_from(value).unwrap_or(u8::MAX);
-    // hifitime takes a leap second for the one before it.
+    // hifitime maps a leap second to the second before it.
     let leaping = second == 60;
     let (second, whole) = if leaping { (59, 0) } else { (second, fraction) };
     let epoch = Epoch::maybe_from_gregorian(
@@ -83,7 +83,7 @@ pub(super) fn parse_epoch(text: &str, scale: TimeScale) -> Result<Epoch, String>
     Ok(leap + Unit::Nanosecond * i64::from(fraction))
 }
 
-/// Digits after the point, in nanoseconds; more than nine are cut.
+/// Digits after the point, in nanoseconds. Digits beyond the ninth are cut.
 fn nanoseconds(fraction: &str) -> Option<u32> {
     if !fraction.bytes().all(|byte| byte.is_ascii_digit()) {
         return None;
@@ -92,7 +92,7 @@ fn nanoseconds(fraction: &str) -> Option<u32> {
     nine.parse().ok()
 }
 
-/// Year, month and day of a day of the year, from 1.
+/// Year, month and day from a day of the year. The first day is 1.
 fn day_of_year(year: u32, day: u32) -> Option<(u32, u32, u32)> {
     let leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
     let lengths = [31, if leap { 29 } else { 28 }, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
@@ -125,7 +125,7 @@ mod tests {
         }
     }
 
-    /// 37 leap seconds since 2017; TT = TAI + 32.184 s, GPS = TAI - 19 s; TDB within 2 ms of TT.
+    /// UTC has had 37 leap seconds since 2017. TT = TAI + 32.184 s, GPS = TAI - 19 s. TDB is within 2 ms of TT.
     #[test]
     fn the_time_systems_differ_by_what_they_should() {
         let of = |scale| tai("2020-06-01T00:00:00", scale);

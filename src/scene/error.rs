@@ -1,8 +1,8 @@
-//! What can be wrong with a scene file or with what it names, said with file, line and key.
+//! Errors in a scene file and in the files that it names. Each error names file, line and key.
 
 use std::path::PathBuf;
 
-/// Anything that keeps a scene from being used. The user can mend every one of them (exit code 2).
+/// An error that keeps a scene from being used. The user can fix it (exit code 2).
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// A file that the scene needs cannot be read.
@@ -10,7 +10,7 @@ pub enum SceneError {
     Unreadable {
         /// The path that was tried.
         path: PathBuf,
-        /// What the system said.
+        /// The reason from the operating system.
         reason: String,
     },
     /// The file is not TOML.
@@ -23,16 +23,16 @@ pub enum SceneError {
         /// What the TOML parser said.
         message: String,
     },
-    /// A key is unknown or missing, or its value is of the wrong type, out of range or at odds with another.
+    /// A key is unknown or missing, or its value has a wrong type, is out of range or contradicts another key.
     #[error("{}:{line}: {key}: {message}", path.display())]
     Value {
         /// Scene file or materials table.
         path: PathBuf,
-        /// Line of the value, or of the section's header where the key is missing; from 1.
+        /// Line of the value, from 1. For a missing key it is the line of the section's header.
         line: usize,
         /// Section and key: `time.step`.
         key: String,
-        /// What is wrong and what would be right.
+        /// What is wrong, and which values are valid.
         message: String,
     },
     /// A thermal value in the `extras` of a glTF material is wrong.
@@ -44,10 +44,10 @@ pub enum SceneError {
         material: String,
         /// Key without its prefix `isotherm_`.
         key: String,
-        /// What is wrong and what would be right.
+        /// What is wrong, and which values are valid.
         message: String,
     },
-    /// glTF materials that nothing gives thermal values to.
+    /// Some glTF materials have no thermal values.
     #[error(
         "{}:{line}: material: no [[material]] rule matches, and neither glTF extras nor materials.default give values \
          to {} of {}: {}",
@@ -59,11 +59,11 @@ pub enum SceneError {
     Unmatched {
         /// The scene file.
         path: PathBuf,
-        /// Line of the last rule, where another could follow; 1 where there is none.
+        /// Line of the last rule, after which a new rule can stand. It is 1 if there is no rule.
         line: usize,
         /// The glTF file.
         model: PathBuf,
-        /// Names of the materials, each with what its own extras lack where it has some.
+        /// Names of the materials. A name includes what the material's own extras lack.
         names: Vec<String>,
     },
 }

@@ -1,4 +1,4 @@
-//! Thermal values in the `extras` of a glTF material, where Blender writes custom properties: flat `isotherm_` keys.
+//! Thermal values in the `extras` of a glTF material: flat `isotherm_` keys, as Blender writes custom properties.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use super::quantity::Quantity;
 use super::section::choose;
 use super::value_source::ValueSource;
 
-/// The values of one material, or those of its keys that start with `group` (`back_`, `heating_`, `cooling_`).
+/// The values of one material. With a `group` (`back_`, `heating_`, `cooling_`) only the keys with that prefix.
 pub(super) struct Extras<'a> {
     model: &'a Path,
     material: &'a str,
@@ -22,10 +22,7 @@ pub(super) struct Extras<'a> {
 }
 
 impl<'a> Extras<'a> {
-    /// The extras of a material of the file `model`; `None` where it has none of ours.
-    ///
-    /// # Errors
-    /// [`SceneError::Extras`] for a key that is not known.
+    /// The `isotherm_` extras of a material of the file `model`. `None` if it has none.
     pub(super) fn open(model: &'a Path, material: &'a ModelMaterial) -> Result<Option<Self>, SceneError> {
         let extras = Self { model, material: &material.name, values: &material.extras, group: String::new() };
         match material.extras.keys().find(|key| !EXTRAS.contains(&key.as_str())) {
@@ -34,7 +31,6 @@ impl<'a> Extras<'a> {
         }
     }
 
-    /// A string that is not empty.
     pub(super) fn string(&self, key: &str) -> Result<Option<&'a str>, SceneError> {
         match self.get(key) {
             None => Ok(None),

@@ -1,4 +1,4 @@
-//! A TOML file with its text, so that an error can say the line of what it complains about.
+//! A TOML file with its text, so that errors can state a line.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -16,15 +16,12 @@ pub(super) struct SourceFile<'a> {
 }
 
 impl<'a> SourceFile<'a> {
-    /// Text that was read from `path` (or is to be judged as if it had been).
+    /// Wraps a text that was read from `path`.
     pub(super) fn new(path: &'a Path, text: &'a str) -> Self {
         Self { path, text }
     }
 
     /// The root table, with the byte range of every key and value.
-    ///
-    /// # Errors
-    /// [`SceneError::Syntax`] where the text is not TOML.
     pub(super) fn parse(&self) -> Result<Spanned<DeTable<'a>>, SceneError> {
         DeTable::parse(self.text).map_err(|error| SceneError::Syntax {
             path: self.path.to_path_buf(),
@@ -33,27 +30,23 @@ impl<'a> SourceFile<'a> {
         })
     }
 
-    /// Line of the start of a byte range, from 1.
+    /// Line number of the start of a byte range, from 1.
     pub(super) fn line(&self, span: &Range<usize>) -> usize {
         let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
         1 + before.iter().filter(|&&byte| byte == b'\n').count()
     }
 
-    /// An error about the value of a key.
     pub(super) fn value_error(&self, span: &Range<usize>, key: String, message: String) -> SceneError {
         SceneError::Value { path: self.path.to_path_buf(), line: self.line(span), key, message }
     }
 
-    /// A path written in this file: relative to the file's folder, absolute as it is.
+    /// Resolves a path in this file. A relative path starts at the file's folder.
     pub(super) fn resolve(&self, path: &str) -> PathBuf {
         self.path.parent().unwrap_or(Path::new("")).join(path)
     }
 }
 
-/// The text of a file.
-///
-/// # Errors
-/// [`SceneError::Unreadable`] where it is missing, a folder, not readable or not UTF-8.
+/// Reads a text file, which must be UTF-8.
 pub(super) fn read_text(path: &Path) -> Result<String, SceneError> {
     std::fs::read_to_string(path)
         .map_err(|error| SceneError::Unreadable { path: path.to_path_buf(), reason: error.to_string() })

@@ -1,4 +1,4 @@
-//! `[[joint]]`: what turns or slides, about which axis, how far, how fast, and what says where it stands.
+//! `[[joint]]`: rotations and translations of glTF nodes, and what drives them.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use super::section::Section;
 use super::vector::{axis, parallel, point};
 use crate::environment::joints::{Drive, Guided, Kind};
 
-/// A joint as the scene states it: on every glTF node that fits.
+/// A `[[joint]]` of the scene. It applies to every glTF node that matches.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointRule {
     /// Line of its header, from 1.
@@ -26,13 +26,13 @@ pub struct JointRule {
 /// How a node moves.
 #[derive(Debug, Clone, PartialEq)]
 pub enum JointMotion {
-    /// By one number; vectors are in the node's own frame.
+    /// One number drives the motion. Vectors are in the node's own frame.
     Guided(Guided),
-    /// As a glTF animation says.
+    /// A glTF animation drives the motion.
     Animation {
         /// Its name.
         name: String,
-        /// Whether it begins again after its end.
+        /// Whether the animation starts again at its end.
         repeats: bool,
     },
 }
@@ -45,7 +45,7 @@ enum Mode {
     Animation,
 }
 
-/// Modes with their names and the keys that not all of them read.
+/// Names of the modes, with the keys that only some modes read.
 const MODES: [(&str, Mode, &[&str]); 4] = [
     ("fixed", Mode::Fixed, &["kind", "axis", "origin", "limits_deg", "limits", "angle_deg", "distance"]),
     ("sun", Mode::Sun, &["kind", "axis", "origin", "limits_deg", "rate_deg", "sun_axis", "offset_deg"]),
@@ -53,11 +53,11 @@ const MODES: [(&str, Mode, &[&str]); 4] = [
     ("animation", Mode::Animation, &["animation", "repeat"]),
 ];
 
-/// Keys of joints that turn, and of joints that slide.
+/// Keys that only turning joints read, and keys that only sliding joints read.
 const TURNING: [&str; 4] = ["limits_deg", "rate_deg", "angle_deg", "origin"];
 const SLIDING: [&str; 3] = ["limits", "rate", "distance"];
 
-/// Names and factors of what differs between turning and sliding.
+/// The key names and the unit factor of a turning or sliding joint.
 struct Words {
     limits: &'static str,
     rate: &'static str,
@@ -85,7 +85,7 @@ impl Words {
     }
 }
 
-/// Reads every `[[joint]]`; a schedule's file joins `files`.
+/// Reads every `[[joint]]`. The file of a schedule joins `files`.
 pub(super) fn read(
     sections: &[Section],
     files: &mut Vec<PathBuf>,
@@ -187,7 +187,7 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
     Ok(JointRule { line: section.line(), nodes, motion })
 }
 
-/// Times [s] and positions of a schedule, as the scene states them.
+/// Times [s] and positions of a schedule, in the units of the scene.
 fn schedule(section: &Section, words: &Words, files: &mut Vec<PathBuf>) -> Result<(Vec<f64>, Vec<f64>), SceneError> {
     let shape = format!("{{ time = [..], {} = [..] }} or {{ file = \"..\" }}", words.position);
     let table = section.required("schedule", section.table("schedule", keys::SCHEDULE)?, &shape)?;
@@ -223,7 +223,7 @@ fn schedule(section: &Section, words: &Words, files: &mut Vec<PathBuf>) -> Resul
     Ok((times, positions))
 }
 
-/// What is wrong with a schedule's file: a message about it, or that it cannot be read.
+/// An error in a schedule's file: a message about its content, or a read error.
 type FileFault = Result<String, SceneError>;
 
 /// Reads a CSV file with the columns `time` [s] and `angle_deg` or `distance`.

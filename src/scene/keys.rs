@@ -1,6 +1,6 @@
-//! Every key that a scene file may hold, by section, and the nearest known one to a word that is none of them.
+//! All keys of a scene file by section, and suggestions for misspelt keys.
 
-/// Sections of the root, with the single keys of the root.
+/// The sections and the single keys of the root.
 pub(super) const ROOT: &[&str] = &[
     "name",
     "model",
@@ -23,14 +23,10 @@ pub(super) const ROOT: &[&str] = &[
     "output",
 ];
 
-/// `[model]`.
 pub(super) const MODEL: &[&str] = &["path", "max_edge", "min_edge"];
-/// `[[part]]`.
 pub(super) const PART: &[&str] = &["match", "max_edge", "min_edge"];
-/// `[time]`.
 pub(super) const TIME: &[&str] =
     &["start", "step", "steps", "warm_up_orbits", "warm_up", "warm_up_tolerance", "draw_every", "draw_steps"];
-/// `[orbit]`.
 pub(super) const ORBIT: &[&str] = &[
     "altitude",
     "period",
@@ -43,7 +39,6 @@ pub(super) const ORBIT: &[&str] = &[
     "interpolation",
     "degree",
 ];
-/// `[attitude]`.
 pub(super) const ATTITUDE: &[&str] = &[
     "mode",
     "nadir_axis",
@@ -58,12 +53,9 @@ pub(super) const ATTITUDE: &[&str] = &[
     "frame",
     "time_system",
 ];
-/// `[environment]`.
 pub(super) const ENVIRONMENT: &[&str] =
     &["solar_constant", "albedo", "planet_ir", "planet_radius", "background_temperature", "eclipse"];
-/// `[shadows]`.
 pub(super) const SHADOWS: &[&str] = &["method", "resolution", "redraw_angle_deg"];
-/// `[[joint]]`.
 pub(super) const JOINT: &[&str] = &[
     "part",
     "kind",
@@ -82,34 +74,25 @@ pub(super) const JOINT: &[&str] = &[
     "animation",
     "repeat",
 ];
-/// `schedule = { .. }` of a joint.
 pub(super) const SCHEDULE: &[&str] = &["time", "angle_deg", "distance", "file"];
-/// The lists of keys that state the values of a material. Optics, bulk, how the response moves and the profile of a
-/// branch each stand once here: rules and table entries have them all, glTF extras have them flat.
+/// Lists the keys of material values. Rules and table entries share the keys. glTF extras have the same keys, flat.
 macro_rules! material_keys {
     (
         optics: $($optics:literal)*; bulk: $($bulk:literal)*; over: $($over:literal)*; response: $($response:literal)*;
         profile: $($profile:literal)*; rule: $($rule:literal)*; sources: $($sources:literal)*;
     ) => {
-        /// `[materials]`: the table, and what holds for all rules.
         pub(super) const MATERIALS: &[&str] =
             &["table", "default", "response", "heating", "cooling", $($response),*];
-        /// `[[material]]`: a rule.
         pub(super) const MATERIAL: &[&str] = &[
             $($rule,)* $($optics,)* "sides", "back", $($bulk,)* "over", "response", "heating", "cooling", $($response),*
         ];
-        /// An entry of a materials table.
         pub(super) const TABLE_ENTRY: &[&str] = &[
             $($sources,)* $($optics,)* "sides", "back", $($bulk,)* "over", "response", "heating", "cooling", $($response),*
         ];
-        /// `back = { .. }` of a material.
         pub(super) const BACK: &[&str] = &[$($optics),*];
-        /// `over = { .. }` of a material.
         pub(super) const OVER: &[&str] = &[$($over),*];
-        /// `heating = { .. }` and `cooling = { .. }`.
         pub(super) const PROFILE: &[&str] = &[$($profile),*];
-        /// glTF `extras` of a material, prefix `isotherm_` removed: a rule's keys, flat, as Blender's custom properties
-        /// are.
+        /// glTF `extras` of a material without the prefix `isotherm_`: the keys of a rule, flat.
         pub(super) const EXTRAS: &[&str] = &[
             "use", $($optics,)* "sides", $(concat!("back_", $optics),)* $($bulk,)* $(concat!("over_", $over),)* "response",
             $(concat!("heating_", $profile),)* $(concat!("cooling_", $profile),)* $($response),*
@@ -127,9 +110,7 @@ material_keys! {
     sources: "finish" "note" "optics_source" "back_source" "bulk_source";
 }
 
-/// `[radiance]`.
 pub(super) const RADIANCE: &[&str] = &["band_um"];
-/// `[camera]`.
 pub(super) const CAMERA: &[&str] = &[
     "width",
     "height",
@@ -144,21 +125,15 @@ pub(super) const CAMERA: &[&str] = &[
     "quaternion",
     "near",
 ];
-/// `[initial]`.
 pub(super) const INITIAL: &[&str] = &["temperature"];
-/// `[[probe]]`.
 pub(super) const PROBE: &[&str] = &["name", "position", "part"];
-/// `[network]`.
 pub(super) const NETWORK: &[&str] = &["integrator", "tolerance", "merge_rate"];
-/// `[[contact]]`.
 pub(super) const CONTACT: &[&str] =
     &["between", "between_materials", "distance", "conductance", "conductance_per_area"];
-/// `[[heater]]`.
 pub(super) const HEATER: &[&str] = &["part", "power", "probe", "on_below", "off_above", "initially_on"];
-/// `[output]`.
 pub(super) const OUTPUT: &[&str] = &["colour_range"];
 
-/// Headers of the sections with their keys, in the order of the file.
+/// Section headers with their keys, in file order.
 pub(super) const SECTIONS: &[(&str, &[&str])] = &[
     ("[model]", MODEL),
     ("[[part]]", PART),
@@ -180,7 +155,7 @@ pub(super) const SECTIONS: &[(&str, &[&str])] = &[
     ("[output]", OUTPUT),
 ];
 
-/// The known word that is most like `word`, where one is like it at all.
+/// The known word most similar to `word`, if any is similar.
 pub(super) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Option<&'k str> {
     let word = word.to_lowercase();
     known
@@ -191,8 +166,8 @@ pub(super) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) 
         .map(|(_, candidate)| candidate)
 }
 
-/// Likeness of two words in [0, 1]. A word that contains the other whole (`altitude_km`) counts as near,
-/// and nearer than another at the same number of edits.
+/// Similarity of two words in [0, 1]. A word that contains the other one (`altitude_km`) counts as similar. It wins
+/// over a word with the same number of edits.
 fn likeness(word: &str, candidate: &str) -> f64 {
     let edits = strsim::normalized_damerau_levenshtein(word, candidate);
     let contained = word.len() > 2
@@ -201,7 +176,7 @@ fn likeness(word: &str, candidate: &str) -> f64 {
     if contained { edits.max(0.75) + 0.05 } else { edits }
 }
 
-/// `; did you mean 'step'?`, or the list of what is known where nothing is near.
+/// `; did you mean 'step'?`. If no word is similar, it lists the known words.
 pub(super) fn suggestion<'k>(word: &str, known: impl IntoIterator<Item = &'k str> + Clone) -> String {
     match nearest(word, known.clone()) {
         Some(near) => format!("; did you mean '{near}'?"),
@@ -209,7 +184,7 @@ pub(super) fn suggestion<'k>(word: &str, known: impl IntoIterator<Item = &'k str
     }
 }
 
-/// The message for a key that `section` does not know: the nearest that it does know, or the section it belongs to.
+/// The message for an unknown key: the most similar known key, or the section that has this key.
 pub(super) fn unknown_key(key: &str, known: &[&str]) -> String {
     let home = SECTIONS.iter().find(|(_, keys)| keys.contains(&key));
     match (nearest(key, known.iter().copied()), home) {
@@ -226,7 +201,7 @@ mod tests {
 
     const REFERENCE: &str = include_str!("../../docs/scene.md");
 
-    /// The reference's part under the title that names the section.
+    /// The part of docs/scene.md that describes a section.
     fn part(header: &str) -> &'static str {
         let titled = |part: &&str| part.lines().next().is_some_and(|title| title.contains(header));
         REFERENCE.split("\n## ").skip(1).find(titled).unwrap_or("")

@@ -1,4 +1,4 @@
-//! A scene file from its text to the checked [`Scene`], section by section.
+//! Reads a scene file into the checked [`Scene`], section by section.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use super::section::Section;
 use super::{Camera, Draw, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, shadows, view};
 
 impl Scene {
-    /// Reads and checks a scene file. Paths in it are relative to its folder.
+    /// Reads and checks a scene file. Paths in the file are relative to its folder.
     ///
     /// # Errors
     /// A file that cannot be read, and everything that [`Scene::parse`] refuses.
@@ -18,11 +18,11 @@ impl Scene {
         Self::parse(&read_text(path)?, path)
     }
 
-    /// Checks the text of a scene file as if it lay at `path`. Reads the materials table that it names, and looks
-    /// whether the model is there.
+    /// Checks the text of a scene file as if it lay at `path`. It reads the materials table and checks that the model
+    /// exists.
     ///
     /// # Errors
-    /// The first thing that is wrong, with file, line and key: see [`SceneError`].
+    /// The first error, with file, line and key: see [`SceneError`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
         let file = SourceFile::new(path, text);
         let table = file.parse()?;
@@ -86,7 +86,7 @@ impl Scene {
         })
     }
 
-    /// The camera, for whoever must draw.
+    /// The camera of a scene that draws images.
     ///
     /// # Errors
     /// [`SceneError::Value`] where the scene has none.
@@ -110,7 +110,7 @@ fn model_path(section: &Section) -> Result<PathBuf, SceneError> {
     }
 }
 
-/// A scene that draws nothing may do without a camera.
+/// The camera. A scene that draws nothing may have none.
 fn optional_camera(root: &Section, draw: &Draw, assumptions: &mut Vec<String>) -> Result<Option<Camera>, SceneError> {
     match root.table("camera", keys::CAMERA)? {
         Some(section) => camera::read(&section, assumptions).map(Some),
@@ -122,8 +122,8 @@ fn optional_camera(root: &Section, draw: &Draw, assumptions: &mut Vec<String>) -
     }
 }
 
-/// SHA-256, in hexadecimal, of the contents of a scene's files in the order of [`Scene::files`]; each is preceded
-/// by its length, so that a byte cannot move from one file to the next unnoticed.
+/// SHA-256 (hexadecimal) of the contents of [`Scene::files`], in order. Each content follows its length, so that no
+/// byte can move between files unnoticed.
 pub fn scene_hash(contents: &[&[u8]]) -> String {
     let mut hasher = Sha256::new();
     for content in contents {
@@ -133,7 +133,7 @@ pub fn scene_hash(contents: &[&[u8]]) -> String {
     hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// SHA-256 of a file, in hexadecimal.
+/// SHA-256 of a file (hexadecimal).
 pub fn file_hash(content: &[u8]) -> String {
     Sha256::digest(content).iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -1,4 +1,4 @@
-//! `[materials]` and `[[material]]`: the rules that give every glTF material its thermal values.
+//! `[materials]` and `[[material]]`: rules that assign thermal values to glTF materials.
 
 use std::path::{Path, PathBuf};
 
@@ -14,43 +14,42 @@ use super::table::MaterialTable;
 use super::value_source::ValueSource;
 use super::values::{Complete, Incomplete, Values};
 
-/// Rules in the order of the file; the first that matches a glTF material's name wins.
+/// Rules in file order. The first rule that matches a glTF material's name wins.
 #[derive(Debug, Clone, Default)]
 pub struct MaterialRules {
     /// The rules.
     pub rules: Vec<MaterialRule>,
-    /// Used where no rule matches and the glTF material has no `isotherm_` extras of its own.
+    /// The rule for materials that no other rule matches and that have no `isotherm_` extras.
     pub default: Option<MaterialRule>,
-    /// What `extras` are read with when the model is known.
+    /// The settings for reading `extras` when the model is known.
     extras: ExtrasContext,
 }
 
-/// Patterns and the values that they give.
+/// Name patterns and the values that they assign.
 #[derive(Debug, Clone)]
 pub struct MaterialRule {
     /// Wildcard patterns (`*`, `?`) on glTF material names.
     pub patterns: Vec<String>,
-    /// Values; `name` is filled in when the rule is applied.
+    /// The values. `name` is set when the rule is applied.
     pub material: Material,
 }
 
-/// What the `extras` of a glTF material are read with: they are met only when the model is.
+/// The settings for reading `extras`. The model is only known later.
 #[derive(Debug, Clone)]
 struct ExtrasContext {
     table: MaterialTable,
-    /// The table's file.
+    /// Path of the materials table.
     table_path: Option<PathBuf>,
-    /// What `[materials]` says for all materials.
+    /// The values that `[materials]` states for all materials.
     common: Values,
     /// Length of a step [s].
     step: f64,
-    /// Scene file, and the line after which another rule could stand.
+    /// Scene file, and the line after which a new rule can stand.
     scene: PathBuf,
     line: usize,
 }
 
 impl Default for ExtrasContext {
-    /// No table, nothing in common, steps of 1 s.
     fn default() -> Self {
         Self {
             table: MaterialTable::default(),
@@ -63,8 +62,8 @@ impl Default for ExtrasContext {
     }
 }
 
-/// Reads `[materials]` and every `[[material]]`. `step` [s] turns a `t_max` in seconds into steps; the path of the
-/// table, and those that functions were read from, join `files`.
+/// Reads `[materials]` and every `[[material]]`. `step` [s] turns a `t_max` in seconds into steps. The paths of the
+/// table and of function files join `files`.
 pub(super) fn read(
     materials: Option<&Section>,
     rules: &[Section],
@@ -138,14 +137,14 @@ fn default(
     Ok(Some(MaterialRule { patterns: vec!["*".to_string()], material: settled.material(String::new()) }))
 }
 
-/// Values that are complete, and where they come from.
+/// Complete values and their origin.
 struct Settled {
     complete: Complete,
     source: String,
 }
 
 impl Settled {
-    /// Names the files of its functions, each once.
+    /// Adds the files of its functions, each once.
     fn add_files(&self, files: &mut Vec<PathBuf>) {
         for file in &self.complete.files {
             if !files.contains(file) {
@@ -160,7 +159,7 @@ impl Settled {
     }
 }
 
-/// Adds up what `place` states, the entries that it uses and what `[materials]` says for all.
+/// Combines the values of `place`, of its table entries and of `[materials]`, in this order of priority.
 fn settle(
     place: &impl ValueSource,
     entries: &[String],
@@ -186,7 +185,7 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// Which rules left something to be assumed.
+/// The rules for which a default was assumed.
 #[derive(Default)]
 struct Assumed {
     sides: Vec<String>,
@@ -224,12 +223,12 @@ impl Assumed {
 }
 
 impl MaterialRules {
-    /// A material for each of `model.materials`: of the first rule that matches its name, else of its own `extras`,
-    /// else the default. The files that functions of `extras` were read from join `files`.
+    /// A material for each of `model.materials`. Its values come from the first rule that matches its name, else from
+    /// its own `extras`, else from the default rule. Function files of `extras` join `files`.
     ///
     /// # Errors
-    /// [`SceneError::Unmatched`] with the name of every material that none of them reaches; an error about the first
-    /// `extras` that are used and wrong or incomplete.
+    /// [`SceneError::Unmatched`] with the names of all materials without values. An error about the first wrong or
+    /// incomplete `extras`.
     pub fn resolve(&self, model: &Model, files: &mut Vec<PathBuf>) -> Result<Vec<Material>, SceneError> {
         let mut materials = Vec::with_capacity(model.materials.len());
         let mut unmatched = Vec::new();
@@ -250,7 +249,7 @@ impl MaterialRules {
         })
     }
 
-    /// The materials table that the scene names.
+    /// Path of the materials table.
     pub fn table(&self) -> Option<&Path> {
         self.extras.table_path.as_deref()
     }
@@ -283,8 +282,8 @@ impl MaterialRules {
         Ok(self.default.as_ref().map(|rule| Material { name: wanted.name.clone(), ..rule.material.clone() }))
     }
 
-    /// Patterns that match no material of the model, or none that an earlier rule left: most likely misspelt. One
-    /// sentence each, to be printed.
+    /// One sentence for each pattern that matches no material, or only materials of an earlier rule. Such a pattern is
+    /// probably misspelt.
     pub fn idle_patterns(&self, model: &Model) -> Vec<String> {
         let mut idle = Vec::new();
         for (index, rule) in self.rules.iter().enumerate() {
@@ -303,7 +302,7 @@ impl MaterialRules {
 }
 
 impl MaterialRule {
-    /// Whether one of the patterns matches the name of a glTF material; case counts.
+    /// Whether one of the patterns matches the name of a glTF material. Case counts.
     pub fn matches(&self, name: &str) -> bool {
         self.patterns.iter().any(|pattern| WildMatch::new(pattern).matches(name))
     }

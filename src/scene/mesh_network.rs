@@ -1,4 +1,4 @@
-//! `[network]`, `[[contact]]` and `[[heater]]`: how the thermal network of a scene is made, joined and heated.
+//! `[network]`, `[[contact]]` and `[[heater]]`: settings, contacts and heaters of the thermal network.
 
 use wildmatch::WildMatch;
 
@@ -11,17 +11,17 @@ use crate::thermal::network::control::Integrator;
 use crate::thermal::network::schedule::HeatTable;
 use crate::thermal::shell::{ContactConductance, MERGE_RATE};
 
-/// How far apart surfaces in contact lie at most, where the scene does not say [m].
+/// Default largest distance between surfaces in contact [m].
 const CONTACT_DISTANCE: f64 = 1e-3;
 
-/// How a network is made and integrated.
+/// How a network is built and integrated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NetworkSettings {
-    /// Which methods.
+    /// The integration methods.
     pub integrator: Integrator,
-    /// Error to aim for [K].
+    /// Target error [K].
     pub tolerance: f64,
-    /// Two nodes that exchange heat faster than this are merged [1/s].
+    /// Nodes that exchange heat faster than this are merged [1/s].
     pub merge_rate: f64,
 }
 
@@ -34,38 +34,38 @@ pub enum Owners {
     Materials(String),
 }
 
-/// A contact.
+/// A contact between two groups of surfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactRule {
-    /// What is joined.
+    /// The two sides.
     pub between: [Owners; 2],
-    /// How far apart surfaces in contact lie at most [m].
+    /// Largest distance between surfaces in contact [m].
     pub distance: f64,
-    /// How well heat crosses.
+    /// Thermal conductance of the contact.
     pub conductance: ContactConductance,
 }
 
-/// Heat in the structure of parts, spread over their area.
+/// A heater. Its power is spread over the area of its parts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Heater {
     /// Patterns on names of parts.
     pub parts: Vec<String>,
-    /// Heat over scene time; of a thermostat, while it is on.
+    /// Power over scene time. With a thermostat it acts only while the heater is on.
     pub power: HeatTable,
-    /// What switches it.
+    /// The thermostat, if any.
     pub thermostat: Option<HeaterThermostat>,
 }
 
-/// Hysteresis on the structure at a probe.
+/// A thermostat with hysteresis. Its sensor is the structure at a probe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeaterThermostat {
     /// Index of the probe.
     pub probe: usize,
-    /// [K].
+    /// Temperature below which it switches on [K].
     pub on_below: f64,
-    /// [K].
+    /// Temperature above which it switches off [K].
     pub off_above: f64,
-    /// State at the start.
+    /// Whether it is on at the start.
     pub initially_on: bool,
 }
 
@@ -77,7 +77,7 @@ impl Owners {
         }
     }
 
-    /// Whether a part or material is meant, by their names.
+    /// Whether the pattern matches the name of the part or of the material.
     pub fn fits(&self, part: &str, material: &str) -> bool {
         match self {
             Self::Parts(pattern) => WildMatch::new(pattern).matches(part),
@@ -86,7 +86,6 @@ impl Owners {
     }
 }
 
-/// Reads `[network]`.
 pub(super) fn settings(section: Option<&Section>) -> Result<NetworkSettings, SceneError> {
     let all = [Integrator::Default, Integrator::Cheap, Integrator::Accurate];
     let names = all.map(|integrator| integrator.to_string());
@@ -101,7 +100,6 @@ pub(super) fn settings(section: Option<&Section>) -> Result<NetworkSettings, Sce
     Ok(NetworkSettings { integrator, tolerance: tolerance.unwrap_or(integrator.tolerance()), merge_rate })
 }
 
-/// Reads every `[[contact]]`.
 pub(super) fn contacts(sections: &[Section], assumptions: &mut Vec<String>) -> Result<Vec<ContactRule>, SceneError> {
     sections.iter().map(|section| contact(section, assumptions)).collect()
 }
@@ -136,7 +134,6 @@ fn contact(section: &Section, assumptions: &mut Vec<String>) -> Result<ContactRu
     Ok(ContactRule { between: [owners(first), owners(second)], distance, conductance })
 }
 
-/// Reads every `[[heater]]`.
 pub(super) fn heaters(sections: &[Section], probes: &[Probe]) -> Result<Vec<Heater>, SceneError> {
     sections.iter().map(|section| heater(section, probes)).collect()
 }

@@ -1,6 +1,6 @@
-//! What the user wrote, checked and in SI: the scene file as plain values.
+//! The scene file, checked and in SI units.
 //!
-//! `docs/scene.md` is the reference of the file: every key with its unit, range and default.
+//! `docs/scene.md` describes every key with its unit, range and default.
 
 use std::path::PathBuf;
 
@@ -49,92 +49,92 @@ pub use shadows::ShadowSettings;
 pub use sky_scene::SkyScene;
 pub use view::{Initial, Probe};
 
-/// A checked scene. Nothing in it is a default that the user was not told of: see `assumptions`.
+/// A checked scene. `assumptions` lists every default that was used.
 #[derive(Debug, Clone)]
 pub struct Scene {
     /// The scene file.
     pub source: PathBuf,
-    /// Name for titles: the file's `name` key, or its stem.
+    /// Name for titles: the `name` key, or the file stem.
     pub name: String,
-    /// glTF file, resolved against the scene file's folder.
+    /// Path of the glTF file.
     pub model_path: PathBuf,
-    /// How long and how short the edges of its triangles may be.
+    /// The longest and shortest triangle edges.
     pub density: Density,
-    /// Steps and what is drawn of them.
+    /// The steps, and which of them are drawn.
     pub time: Time,
-    /// Where the craft is.
+    /// The orbit or trajectory.
     pub orbit: Orbit,
-    /// How it is turned.
+    /// The orientation of the craft.
     pub attitude: Attitude,
-    /// What heats it.
+    /// Sun, planet and space.
     pub environment: Environment,
-    /// How it shadows itself; `None` where it does not.
+    /// Shadows that the craft casts on itself. `None` switches them off.
     pub shadows: Option<ShadowSettings>,
-    /// What moves.
+    /// The joints.
     pub joints: Vec<JointRule>,
-    /// Rules that give every glTF material its values.
+    /// Rules that assign thermal values to glTF materials.
     pub materials: MaterialRules,
-    /// The camera; a scene that draws nothing may have none ([`Scene::require_camera`]).
+    /// The camera. A scene that draws nothing may have none ([`Scene::require_camera`]).
     pub camera: Option<Camera>,
     /// Spectral band of the images.
     pub band: Band,
     /// Temperatures at the start.
     pub initial: Initial,
-    /// Points whose temperature is written to the series.
+    /// Points whose temperature the series records.
     pub probes: Vec<Probe>,
-    /// How thermal networks are made and integrated.
+    /// How thermal networks are built and integrated.
     pub network: NetworkSettings,
     /// Contacts between parts or materials of the network.
     pub contacts: Vec<ContactRule>,
-    /// Heat in parts of the network.
+    /// Heaters of the network.
     pub heaters: Vec<Heater>,
-    /// Temperature range of the false-colour pictures [K]; `None` takes it from each run.
+    /// Temperature range of the false-colour pictures [K]. `None` takes the range of the run.
     pub colour_range: Option<[f64; 2]>,
-    /// Every file that the scene consists of: scene, model, trajectory and attitude, materials table where there is
-    /// one, and the tables that response functions were read from; those that glTF `extras` name join when the model is known.
+    /// All files of the scene: scene, model, trajectory, attitude, materials table and function tables. Files that glTF
+    /// `extras` name join when the model is known.
     pub files: Vec<PathBuf>,
-    /// Those of `files` that trajectory and attitude were read from.
+    /// The trajectory and attitude files among `files`.
     pub sky_files: Vec<PathBuf>,
-    /// What was assumed because the file is silent, one sentence each.
+    /// One sentence for each default that was used.
     pub assumptions: Vec<String>,
 }
 
 /// Time steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Time {
-    /// Time 0, where the scene states it.
+    /// Date of time 0, if the scene states it.
     pub start: Option<Epoch>,
     /// Length of a step [s].
     pub step: f64,
     /// Number of steps.
     pub steps: u32,
-    /// Orbits stepped before time 0.
+    /// Number of orbits before time 0.
     pub warm_up_orbits: f64,
-    /// Change over an orbit [K] below which the warm-up ends before its orbits do; `None` steps them all.
+    /// Change over an orbit [K] below which the warm-up ends early. `None` always runs all orbits.
     pub periodic: Option<f64>,
     /// Which steps are drawn.
     pub draw: Draw,
 }
 
-/// Which steps are drawn; step 0 is the initial state.
+/// Which steps are drawn. Step 0 is the initial state.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Draw {
-    /// None of them.
+    /// No step.
     None,
-    /// Every n-th, step 0 included.
+    /// Every n-th step, including step 0.
     Every(u32),
-    /// These.
+    /// The listed steps.
     Steps(Vec<u32>),
 }
 
-/// Frame in which the camera's pose is given; its origin is the craft's body origin.
+/// The frame of the camera's pose. Its origin is the origin of the craft's body frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CameraFrame {
-    /// Follows the craft's attitude.
+    /// The body frame of the craft.
     Body,
     /// X along the velocity, Y against the orbit normal, Z to nadir (CCSDS LVLH).
     Orbit,
-    /// Of a circular orbit: X to orbit noon, Z along the orbit normal. Of a trajectory: GCRF.
+    /// On a circular orbit: X to orbit noon, Z along the orbit normal. On a trajectory: GCRF.
     Inertial,
 }
 
@@ -145,11 +145,11 @@ pub struct Camera {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Focal lengths in pixels (x, y).
+    /// Focal lengths (x, y) [px].
     pub focal: [f64; 2],
-    /// Principal point in pixels; the centre of the upper left pixel is (0.5, 0.5).
+    /// Principal point [px]. The centre of the upper left pixel is (0.5, 0.5).
     pub centre: [f64; 2],
-    /// Frame of the pose.
+    /// The frame of the pose.
     pub frame: CameraFrame,
     /// Position in that frame [m].
     pub position: DVec3,

@@ -1,4 +1,4 @@
-//! `[orbit]`: a circular orbit, its altitude and its period as separate inputs, or a trajectory from a file.
+//! `[orbit]`: a circular orbit with separate altitude and period, or a trajectory from a file.
 
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -12,24 +12,24 @@ use super::section::Section;
 use crate::environment::divided_differences::HIGHEST_DEGREE;
 use crate::environment::{CircularOrbit, Orbit};
 
-/// Keys of a circular orbit, and those of a trajectory beside `file`.
+/// Keys of a circular orbit, and the keys of a trajectory except `file`.
 const CIRCULAR: &[&str] = &["altitude", "period", "beta_deg", "phase_deg"];
 const OF_A_FILE: &[&str] = &["object", "frame", "time_system", "interpolation", "degree"];
 
 /// Gravitational parameter of the Earth [m3/s2] (WGS 84, IERS Conventions 2010).
 const EARTH_GRAVITATIONAL_PARAMETER: f64 = 3.986_004_418e14;
 
-/// Planet radii [m] that pass for the Earth's: the mean radius, the poles and the equator lie between.
+/// Planet radii that count as the Earth's [m]. They include the polar, mean and equatorial radius.
 const EARTH_RADII: std::ops::RangeInclusive<f64> = 6.35e6..=6.385e6;
 
-/// An altitude below this share of the planet's radius is taken for kilometres written by mistake: at the Earth it is
-/// 6.4 km, below every orbit.
+/// Lowest altitude as a share of the planet's radius. A lower value is probably in kilometres by mistake. For the Earth
+/// it is 6.4 km.
 const LOWEST_ALTITUDE: f64 = 1e-3;
 
-/// Relative difference between a stated period and Kepler's that is worth a sentence.
+/// Relative difference between the stated period and Kepler's above which the user gets a warning.
 const PERIOD_TOLERANCE: f64 = 1e-3;
 
-/// Reads `[orbit]`; `planet_radius` [m] is that of `[environment]`, `start` that of `[time]`.
+/// Reads `[orbit]`. `planet_radius` is in [m]. `start` is that of `[time]`.
 pub(super) fn read(
     section: &Section,
     planet_radius: f64,
@@ -124,7 +124,7 @@ fn period(
     }
 }
 
-/// Kepler's third law for a circular orbit about the Earth: 2 pi sqrt(a^3 / mu) [s], with a = altitude + radius [m].
+/// Period of a circular orbit around the Earth [s]: 2 pi sqrt(a^3 / mu), with a = altitude + radius [m].
 fn kepler_period(altitude: f64, planet_radius: f64) -> f64 {
     TAU * ((altitude + planet_radius).powi(3) / EARTH_GRAVITATIONAL_PARAMETER).sqrt()
 }
@@ -133,7 +133,7 @@ fn kepler_period(altitude: f64, planet_radius: f64) -> f64 {
 mod tests {
     use super::kepler_period;
 
-    /// docs/numerics.md 2: 224 km means 5339 s with R = 6378.137 km, 5330 s with 6371 km; 6017 s means 772 and 779 km.
+    /// docs/numerics.md 2: 224 km gives 5339 s (R = 6378.137 km) or 5330 s (6371 km). 6017 s gives 772 or 779 km.
     #[test]
     fn kepler_periods_are_those_of_the_paper_s_two_altitudes() {
         let rounded = |altitude, radius| kepler_period(altitude, radius).round();

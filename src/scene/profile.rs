@@ -1,4 +1,4 @@
-//! `heating = { .. }` and `cooling = { .. }`: a function with its values, and the time that it takes.
+//! `heating = { .. }` and `cooling = { .. }`: a function with its values and its duration.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use super::quantity::Quantity;
 use super::section::list;
 use super::value_source::ValueSource;
 
-/// Keys that belong to some kinds of function, with the kinds.
+/// Keys that only some kinds of function read, with these kinds.
 const VALUES: [(&str, &[&str]); 5] = [
     ("coefficients", &["polynomial"]),
     ("rate", &["exponential", "logarithmic"]),
@@ -20,7 +20,7 @@ const VALUES: [(&str, &[&str]); 5] = [
     ("text", &["expression"]),
 ];
 
-/// A profile, and the file that its function was read from.
+/// A profile and the file of its function.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct StatedProfile {
     pub(super) profile: Profile,

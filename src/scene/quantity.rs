@@ -1,9 +1,9 @@
-//! What a number in a scene file may be: its unit, and the range that physics or the simulation allows.
+//! Units and valid ranges of the numbers in a scene file.
 
-/// Unit and range of a number. A number that is not finite is refused whatever the range.
+/// Unit and range of a number. A number that is not finite is always refused.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Quantity {
-    /// Unit as it is shown in messages; empty where the number has none.
+    /// Unit in messages. It is empty for a pure number.
     unit: &'static str,
     range: Range,
 }
@@ -13,39 +13,34 @@ enum Range {
     Any,
     Positive,
     NonNegative,
-    /// Both ends belong to the range.
+    /// The range includes both ends.
     Within(f64, f64),
-    /// Neither end belongs to the range.
+    /// The range excludes both ends.
     Between(f64, f64),
 }
 
 impl Quantity {
-    /// Any finite number.
     pub(super) const fn any(unit: &'static str) -> Self {
         Self { unit, range: Range::Any }
     }
 
-    /// Above 0.
     pub(super) const fn positive(unit: &'static str) -> Self {
         Self { unit, range: Range::Positive }
     }
 
-    /// 0 or above.
     pub(super) const fn non_negative(unit: &'static str) -> Self {
         Self { unit, range: Range::NonNegative }
     }
 
-    /// From `lower` to `upper`, both included.
     pub(super) const fn within(lower: f64, upper: f64, unit: &'static str) -> Self {
         Self { unit, range: Range::Within(lower, upper) }
     }
 
-    /// From `lower` to `upper`, neither included.
     pub(super) const fn between(lower: f64, upper: f64, unit: &'static str) -> Self {
         Self { unit, range: Range::Between(lower, upper) }
     }
 
-    /// The value itself where it is allowed, otherwise the message that says what is.
+    /// The value if it is valid, otherwise a message that states the range.
     pub(super) fn check(&self, value: f64) -> Result<f64, String> {
         if !value.is_finite() {
             return Err(format!("must be a finite number{}, found {value}", self.unit_suffix()));
@@ -62,7 +57,7 @@ impl Quantity {
         if allowed { Ok(value) } else { Err(format!("must be {rule}{}, found {value}", self.unit_suffix())) }
     }
 
-    /// `a number [m]`, or `a number` where there is no unit.
+    /// `a number [m]`, or `a number` without a unit.
     pub(super) fn expected(&self) -> String {
         format!("a number{}", self.unit_suffix())
     }

@@ -1,4 +1,4 @@
-//! Typed reading of one section of a TOML file; every refusal names file, line and key.
+//! Typed access to one section of a TOML file. Every error names file, line and key.
 
 use std::fmt::Display;
 use std::ops::Range;
@@ -11,19 +11,19 @@ use super::file::SourceFile;
 use super::keys::{suggestion, unknown_key};
 use super::quantity::Quantity;
 
-/// A table of the file whose keys are all known.
+/// A table of the file. All its keys are known.
 #[derive(Debug)]
 pub(super) struct Section<'a> {
     file: &'a SourceFile<'a>,
-    /// Name before the dot in messages; empty for the root.
+    /// Prefix of keys in messages. It is empty for the root.
     name: String,
     table: &'a DeTable<'a>,
-    /// Where the section starts: what an error about a missing key points to.
+    /// Position of the section. Errors about missing keys point to it.
     span: Range<usize>,
 }
 
 impl<'a> Section<'a> {
-    /// The whole file.
+    /// The root table.
     pub(super) fn root(
         file: &'a SourceFile<'a>,
         table: &'a Spanned<DeTable<'a>>,
@@ -41,7 +41,7 @@ impl<'a> Section<'a> {
     ) -> Result<Self, SceneError> {
         let section = Self { file, name, table, span };
         let unknown = section.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
-        // The table is sorted by name; the reader meets the file from its top.
+        // The table is sorted by name, but the message must name the first key in the file.
         match unknown.min_by_key(|key| key.span().start) {
             Some(key) => {
                 let word = key.get_ref().as_ref();
@@ -51,17 +51,14 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// The file that the section is in.
     pub(super) fn file(&self) -> &'a SourceFile<'a> {
         self.file
     }
 
-    /// Line of the section's header, from 1.
     pub(super) fn line(&self) -> usize {
         self.file.line(&self.span)
     }
 
-    /// Whether the key is present.
     pub(super) fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
     }
@@ -74,18 +71,18 @@ impl<'a> Section<'a> {
         self.table.get(key)
     }
 
-    /// An error about a key: at its value, or at the section's header where it is missing.
+    /// An error about a key. It points to the value, or to the header if the key is missing.
     pub(super) fn error(&self, key: &str, message: impl Display) -> SceneError {
         let span = self.get(key).map_or_else(|| self.span.clone(), Spanned::span);
         self.file.value_error(&span, self.key_name(key), message.to_string())
     }
 
-    /// The value of a key that must be there; `what` says what it is.
+    /// The value of a mandatory key. `what` describes it in the message.
     pub(super) fn required<T>(&self, key: &str, value: Option<T>, what: &str) -> Result<T, SceneError> {
         value.ok_or_else(|| self.error(key, format!("is missing: {what}")))
     }
 
-    /// An error where two keys that exclude each other are both present.
+    /// Refuses two keys that exclude each other.
     pub(super) fn exclusive(&self, key: &str, other: &str) -> Result<(), SceneError> {
         if self.has(key) && self.has(other) {
             return Err(self.error(other, format!("cannot be combined with '{key}': state one of the two")));
@@ -93,7 +90,7 @@ impl<'a> Section<'a> {
         Ok(())
     }
 
-    /// A number in its range. Whole numbers are numbers.
+    /// A number in its range, which may be written as an integer.
     pub(super) fn number(&self, key: &str, quantity: Quantity) -> Result<Option<f64>, SceneError> {
         self.get(key).map(|value| self.number_of(key, value, quantity)).transpose()
     }
@@ -103,7 +100,6 @@ impl<'a> Section<'a> {
         quantity.check(number).map_err(|message| self.file.value_error(&value.span(), self.key_name(key), message))
     }
 
-    /// A whole number in `range`.
     pub(super) fn whole(&self, key: &str, range: std::ops::RangeInclusive<u32>) -> Result<Option<u32>, SceneError> {
         self.get(key).map(|value| self.whole_of(key, value, &range)).transpose()
     }
@@ -128,7 +124,6 @@ impl<'a> Section<'a> {
             })
     }
 
-    /// An array of whole numbers in `range`.
     pub(super) fn wholes(
         &self,
         key: &str,
@@ -143,7 +138,7 @@ impl<'a> Section<'a> {
         array.iter().map(|item| self.whole_of(key, item, &range)).collect::<Result<_, _>>().map(Some)
     }
 
-    /// An array of any number of finite numbers.
+    /// An array of finite numbers of any length.
     pub(super) fn list(&self, key: &str) -> Result<Option<Vec<f64>>, SceneError> {
         let Some(value) = self.get(key) else {
             return Ok(None);
@@ -154,7 +149,6 @@ impl<'a> Section<'a> {
         array.iter().map(|item| self.number_of(key, item, Quantity::any(""))).collect::<Result<_, _>>().map(Some)
     }
 
-    /// An array of exactly `N` numbers.
     pub(super) fn numbers<const N: usize>(
         &self,
         key: &str,
@@ -177,7 +171,6 @@ impl<'a> Section<'a> {
         Ok(Some(numbers))
     }
 
-    /// `true` or `false`.
     pub(super) fn boolean(&self, key: &str) -> Result<Option<bool>, SceneError> {
         let Some(value) = self.get(key) else {
             return Ok(None);
@@ -185,7 +178,6 @@ impl<'a> Section<'a> {
         value.get_ref().as_bool().map(Some).ok_or_else(|| self.type_error(key, value, "true or false"))
     }
 
-    /// A string that is not empty.
     pub(super) fn string(&self, key: &str) -> Result<Option<&'a str>, SceneError> {
         self.get(key).map(|value| self.string_of(key, value, "a string")).transpose()
     }
@@ -200,7 +192,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// A string, or an array of at least one.
+    /// A string, or a non-empty array of strings.
     pub(super) fn strings(&self, key: &str) -> Result<Option<Vec<String>>, SceneError> {
         let expected = "a string or an array of strings";
         let Some(value) = self.get(key) else {
@@ -228,17 +220,15 @@ impl<'a> Section<'a> {
         choose(word, choices).map(Some).map_err(|message| self.error(key, message))
     }
 
-    /// Whether the value of the key is an array.
     pub(super) fn is_array(&self, key: &str) -> bool {
         self.get(key).is_some_and(|value| value.get_ref().is_array())
     }
 
-    /// Whether the value of the key is a table.
     pub(super) fn is_table(&self, key: &str) -> bool {
         self.get(key).is_some_and(|value| value.get_ref().is_table())
     }
 
-    /// A table of the scene that must be there.
+    /// A mandatory table.
     pub(super) fn required_table(&self, name: &str, known: &[&str]) -> Result<Self, SceneError> {
         self.required(name, self.table(name, known)?, &format!("a scene needs a section [{name}]"))
     }
@@ -255,7 +245,7 @@ impl<'a> Section<'a> {
         Self::open(self.file, self.key_name(key), table, value.span(), known).map(Some)
     }
 
-    /// Every table of an array of tables `[[key]]`; empty where there is none.
+    /// All tables of an array of tables `[[key]]`.
     pub(super) fn tables(&self, key: &str, known: &[&str]) -> Result<Vec<Section<'a>>, SceneError> {
         let Some(value) = self.get(key) else {
             return Ok(Vec::new());
@@ -277,7 +267,7 @@ impl<'a> Section<'a> {
     }
 }
 
-/// The value of `word` in `choices`, or the message that lists them with the nearest.
+/// The value of `word` in `choices`, or a message with the choices and the most similar one.
 pub(super) fn choose<T: Copy>(word: &str, choices: &[(&str, T)]) -> Result<T, String> {
     let known = choices.iter().map(|(name, _)| *name);
     choices
@@ -289,11 +279,10 @@ pub(super) fn choose<T: Copy>(word: &str, choices: &[(&str, T)]) -> Result<T, St
 
 fn nearest_suffix<'k>(word: &str, known: impl IntoIterator<Item = &'k str> + Clone) -> String {
     let text = suggestion(word, known);
-    // The list of what is known stands before it already.
+    // The message already lists the known words.
     if text.starts_with("; did") { text } else { String::new() }
 }
 
-/// `'a', 'b', 'c'`.
 pub(super) fn list<'k>(words: impl IntoIterator<Item = &'k str>) -> String {
     words.into_iter().map(|word| format!("'{word}'")).collect::<Vec<_>>().join(", ")
 }

@@ -1,23 +1,23 @@
-//! `[shadows]`: whether and how the craft shadows itself.
+//! `[shadows]`: the method and resolution of the shadows that the craft casts on itself.
 
 use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
 use crate::environment::shadow::Method;
 
-/// Texels each way, where the scene does not say.
+/// Default texels along each side.
 const RESOLUTION: u32 = 2048;
-/// Angle of the Sun after which shadows are found anew, where the scene does not say [deg]: half the Sun's diameter.
+/// Default Sun angle after which shadows are computed again [deg]: half the Sun's diameter.
 const REDRAW_ANGLE_DEG: f64 = 0.25;
 
-/// How the craft shadows itself.
+/// The shadows that the craft casts on itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShadowSettings {
-    /// From a depth map or by rays.
+    /// Depth map or rays.
     pub method: Method,
-    /// Texels of the depth map each way.
+    /// Texels of the depth map along each side.
     pub resolution: u32,
-    /// Angle of the Sun against the craft after which shadows are found anew [rad].
+    /// Sun angle relative to the craft after which shadows are computed again [rad].
     pub redraw_angle: f64,
 }
 
@@ -27,7 +27,7 @@ impl Default for ShadowSettings {
     }
 }
 
-/// Reads `[shadows]`; without it the craft casts none.
+/// Reads `[shadows]`. Without the section the craft casts no shadows.
 pub(super) fn read(
     section: Option<&Section>,
     assumptions: &mut Vec<String>,

@@ -1,4 +1,4 @@
-//! The part of a scene that is outside the craft: time, orbit, attitude and environment, without a model.
+//! The part of a scene that needs no model: time, orbit, attitude and environment.
 
 use std::path::{Path, PathBuf};
 
@@ -16,23 +16,23 @@ pub struct SkyScene {
     pub name: String,
     /// Steps.
     pub time: Time,
-    /// Where the craft is.
+    /// The orbit or trajectory.
     pub orbit: Orbit,
-    /// How it is turned.
+    /// The orientation of the craft.
     pub attitude: Attitude,
-    /// What heats it.
+    /// Sun, planet and space.
     pub environment: Environment,
-    /// What was assumed because the file is silent, one sentence each.
+    /// One sentence for each default that was used.
     pub assumptions: Vec<String>,
-    /// Every file that was read, the scene file first; empty where a whole scene lists them itself.
+    /// Every file that was read, the scene file first. It is empty inside a whole [`super::Scene`].
     pub files: Vec<PathBuf>,
 }
 
 impl SkyScene {
-    /// Reads and checks these sections of a scene file; the others may be missing and are not looked into.
+    /// Reads and checks these sections of a scene file and ignores the others.
     ///
     /// # Errors
-    /// A file that cannot be read, and what is wrong in it, with its line and key.
+    /// A file that cannot be read, or an error in it with its line and key.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
         let text = read_text(path)?;
         let file = SourceFile::new(path, &text);
@@ -45,7 +45,7 @@ impl SkyScene {
         Ok(sky)
     }
 
-    /// Reads them from the root of a scene; files that they name join `files`.
+    /// Reads the sections from the root of a scene. Files that they name join `files`.
     pub(super) fn read(
         root: &Section,
         path: &Path,

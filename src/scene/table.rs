@@ -1,4 +1,4 @@
-//! A materials table: named entries of values, each group of values with its source.
+//! A materials table: named entries of values. Each group of values states its source.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,28 +9,23 @@ use super::keys::{TABLE_ENTRY, suggestion};
 use super::section::Section;
 use super::values::Values;
 
-/// A named entry.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct TableEntry {
-    /// What it states.
     pub(super) values: Values,
     /// `materials.toml white_silicone_paint (finish; optics: source; bulk: source)`.
     pub(super) description: String,
 }
 
-/// The entries of a table, by name; empty where the scene names no table.
+/// The entries of a table by name. It is empty if the scene names no table.
 #[derive(Debug, Clone, Default)]
 pub(super) struct MaterialTable {
     entries: BTreeMap<String, TableEntry>,
-    /// File name for messages; `None` where the scene names no table.
+    /// File name for messages. `None` if the scene names no table.
     file_name: Option<String>,
 }
 
 impl MaterialTable {
-    /// Reads and checks every entry of the table, used or not. `step` [s] turns a `t_max` in seconds into steps.
-    ///
-    /// # Errors
-    /// A file that cannot be read, or an entry that is wrong, with the table's own path and line.
+    /// Reads and checks every entry of the table, even unused ones. `step` [s] turns a `t_max` in seconds into steps.
     pub(super) fn read(path: &Path, step: f64) -> Result<Self, SceneError> {
         let text = read_text(path)?;
         let file = SourceFile::new(path, &text);
@@ -47,8 +42,8 @@ impl MaterialTable {
         Ok(Self { entries, file_name: Some(file_name) })
     }
 
-    /// What the named entries state together, the earlier before the later, and their descriptions; or the message
-    /// about the first that there is not.
+    /// The combined values of the named entries and their descriptions. An earlier entry has priority. The error is a
+    /// message about the first unknown name.
     pub(super) fn combine(&self, names: &[String]) -> Result<(Values, String), String> {
         let entries = names.iter().map(|name| self.get(name)).collect::<Result<Vec<_>, _>>()?;
         let values = entries.iter().fold(Values::default(), |values, entry| values.or(&entry.values));
@@ -56,7 +51,7 @@ impl MaterialTable {
         Ok((values, descriptions.join("; ")))
     }
 
-    /// The entry of that name, or the message that says what there is instead.
+    /// The entry with this name, or a message that lists the known entries.
     pub(super) fn get(&self, name: &str) -> Result<&TableEntry, String> {
         let Some(file_name) = &self.file_name else {
             return Err(format!("'{name}' is an entry of a table, but materials.table is missing"));
@@ -98,7 +93,7 @@ mod tests {
 
     use super::MaterialTable;
 
-    /// The project's own table, whose values are typed from the sources that it names.
+    /// The table of this repository. Its values come from the sources that it names.
     #[test]
     fn the_table_of_models_is_read_and_holds_its_sources_values() {
         let table =

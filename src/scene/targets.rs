@@ -1,28 +1,28 @@
-//! Targets by step: a CSV file with the columns step and target, read and checked.
+//! Reads targets by step: a CSV file with the columns step and target.
 
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-/// Highest temperature [K], that of a scene: its fourth power is still a number on the device.
+/// Highest temperature of a scene [K]. Its fourth power still fits an f32.
 const HOTTEST: f64 = 1e6;
-/// Longest response: beyond it a row of the targets is a slip.
+/// Most steps of a response. A larger number is probably a mistake.
 pub const MAX_STEPS: u32 = 10_000_000;
 
-/// A file of targets that is wrong.
+/// An error in a file of targets.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{}: {message}", path.display())]
 pub struct TargetsError {
     /// The file.
     pub path: PathBuf,
-    /// Row, column, what is wrong and what would be right.
+    /// Row, column, what is wrong, and which values are valid.
     pub message: String,
 }
 
-/// A row of the targets.
+/// A row of the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
-    /// From which step on.
+    /// First step of the target.
     pub step: u32,
     /// Temperature [K].
     pub target: f64,
@@ -40,7 +40,7 @@ pub fn load(path: &Path) -> Result<Vec<Row>, TargetsError> {
 /// Checks the text of a file of targets as if it lay at `path`.
 ///
 /// # Errors
-/// The first thing that is wrong, with its row and column.
+/// The first error, with its row and column.
 pub fn parse(text: &str, path: &Path) -> Result<Vec<Row>, TargetsError> {
     let wrong = |message: String| TargetsError { path: path.to_path_buf(), message };
     let mut reader =
@@ -87,10 +87,10 @@ pub fn commanded(rows: &[Row], initial: f64, steps: u32) -> Vec<f64> {
         .collect()
 }
 
-/// A temperature [K] of a scene's range.
+/// Parses a temperature [K] in the range of a scene.
 ///
 /// # Errors
-/// What is no number, or outside that range, in words.
+/// A message if the text is not a number or is out of range.
 pub fn parse_temperature(text: &str) -> Result<f64, String> {
     let temperature: f64 = text.trim().parse().map_err(|_| format!("'{text}' is not a number"))?;
     if !(0.0..=HOTTEST).contains(&temperature) {

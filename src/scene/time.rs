@@ -1,4 +1,4 @@
-//! `[time]`: the steps of a run and which of them are drawn.
+//! `[time]`: the steps of a run, and which of them are drawn.
 
 use hifitime::TimeScale;
 
@@ -8,13 +8,12 @@ use super::quantity::Quantity;
 use super::section::Section;
 use super::{Draw, Time};
 
-/// Change over an orbit below which a state is periodic [K], where the scene does not say.
+/// Default change over an orbit below which a state counts as periodic [K].
 const PERIODIC_TOLERANCE: f64 = 0.01;
 
-/// Most orbits of a periodic warm-up where the scene does not say.
+/// Default limit on the orbits of a periodic warm-up.
 const MOST_ORBITS: f64 = 100.0;
 
-/// Reads `[time]`.
 pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<Time, SceneError> {
     let step = section.number("step", Quantity::within(1e-6, 1e7, "s"))?;
     let step = section.required("step", step, "the length of a step [s]")?;
@@ -35,7 +34,7 @@ pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<T
     Ok(Time { start, step, steps, warm_up_orbits, periodic, draw: draw(section, steps)? })
 }
 
-/// `warm_up = "periodic"` and its tolerance [K].
+/// Tolerance of `warm_up = "periodic"` [K].
 fn periodic(section: &Section) -> Result<Option<f64>, SceneError> {
     let tolerance = section.number("warm_up_tolerance", Quantity::positive("K"))?;
     match section.choice("warm_up", &[("orbits", false), ("periodic", true)])? {

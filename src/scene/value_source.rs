@@ -1,4 +1,4 @@
-//! Where thermal values can be stated: a section of TOML or glTF `extras`.
+//! The interface of the places that state thermal values: TOML sections and glTF `extras`.
 
 use std::path::PathBuf;
 
@@ -6,21 +6,16 @@ use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
 
-/// Something that states values under the keys of a material.
+/// A place that states values under the keys of a material.
 pub(super) trait ValueSource: Sized {
-    /// A number in its range.
     fn number(&self, key: &str, quantity: Quantity) -> Result<Option<f64>, SceneError>;
-    /// One of the words of `choices`.
     fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError>;
-    /// A string that is not empty.
     fn text(&self, key: &str) -> Result<Option<&str>, SceneError>;
-    /// An array of numbers.
     fn list(&self, key: &str) -> Result<Option<Vec<f64>>, SceneError>;
-    /// A path, relative to the folder of the file that states it.
+    /// A path, relative to the folder of the file.
     fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError>;
-    /// The values that `key` groups: `back`, `heating`, `cooling`.
+    /// The group of values under `key`: `back`, `heating` or `cooling`.
     fn group(&self, key: &str, known: &[&str]) -> Result<Option<Self>, SceneError>;
-    /// An error about a key, or about its absence.
     fn error(&self, key: &str, message: String) -> SceneError;
 }
 

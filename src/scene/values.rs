@@ -1,4 +1,4 @@
-//! Thermal values as far as one place states them (a rule, a table entry, glTF extras), and how they add up.
+//! Partial sets of thermal values, and how they combine into complete ones.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use super::value_source::ValueSource;
 
 const SHARE: Quantity = Quantity::within(0.0, 1.0, "");
 
-/// Below this the balance temperature leaves what single precision holds; no surface comes near.
+/// Smallest emissivity. Below it the balance temperature exceeds f32. No real surface comes near.
 const LEAST_EMISSIVITY: f64 = 1e-6;
 
 /// Which sides exchange heat, without the optics of the back.
@@ -68,7 +68,7 @@ impl PartialOptics {
     }
 }
 
-/// Values of a material as far as one place states them.
+/// The values that one place states: a rule, a table entry or glTF extras.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Values {
     front: PartialOptics,
@@ -82,31 +82,30 @@ pub(super) struct Values {
     domain: Option<Domain>,
 }
 
-/// What a complete set of values comes to.
+/// A complete set of values.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Complete {
     pub(super) front: Optics,
     pub(super) sides: Sides,
     pub(super) bulk: Bulk,
     pub(super) response: Response,
-    /// Files that the response's functions were read from.
+    /// Files of the response's functions.
     pub(super) files: Vec<PathBuf>,
-    /// Where both profiles are stated, whatever the response.
+    /// The transition if both profiles are stated. The response may be another one.
     pub(super) transition: Option<Transition>,
-    /// No place says which sides exchange heat: the outside was assumed.
+    /// Whether the outside was assumed, because no place states the sides.
     pub(super) sides_assumed: bool,
-    /// No place says what happens to a transition whose target moves: merge was assumed.
+    /// Whether merge was assumed for a target that moves.
     pub(super) retarget_assumed: bool,
-    /// No place says what a transition moves: the temperature was assumed.
+    /// Whether temperature was assumed as the domain of a transition.
     pub(super) domain_assumed: bool,
 }
 
-/// A value that is missing or at odds with the others.
+/// A value that is missing or contradicts others.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Incomplete {
-    /// Key of the material: `back` for the back's optics.
+    /// Key of the material. For the optics of the back it is `back`.
     pub(super) key: &'static str,
-    /// What is wrong.
     pub(super) message: String,
 }
 
@@ -117,7 +116,7 @@ impl Incomplete {
 }
 
 impl Values {
-    /// Reads what `source` states. `step` [s] turns a `t_max` in seconds into steps.
+    /// Reads the values of `source`. `step` [s] turns a `t_max` in seconds into steps.
     pub(super) fn read(source: &impl ValueSource, step: f64) -> Result<Self, SceneError> {
         let positive = |key: &str, unit| source.number(key, Quantity::positive(unit));
         Ok(Self {
@@ -126,7 +125,7 @@ impl Values {
             sides: source.choice("sides", &[("outside", SidesKind::Outside), ("both", SidesKind::Both)])?,
             bulk: Bulk {
                 thickness: positive("thickness", "m")?,
-                // The paper gives multi-layer insulation neither density nor specific heat: 0 is a value.
+                // The paper gives no density and no specific heat for multi-layer insulation, so 0 is valid.
                 density: source.number("density", Quantity::non_negative("kg/m3"))?,
                 specific_heat: source.number("specific_heat", Quantity::non_negative("J/(kg K)"))?,
                 conductivity: source.number("conductivity", Quantity::non_negative("W/(m K)"))?,
@@ -140,7 +139,7 @@ impl Values {
         })
     }
 
-    /// These values, and those of `fallback` where these are silent.
+    /// Fills in missing values from `fallback`.
     pub(super) fn or(self, fallback: &Self) -> Self {
         Self {
             front: self.front.or(fallback.front),
@@ -164,25 +163,21 @@ impl Values {
         }
     }
 
-    /// Whether the optics of the front are stated in whole or in part.
+    /// Whether any optical value of the front is stated.
     pub(super) fn states_front(&self) -> bool {
         self.front != PartialOptics::default()
     }
 
-    /// Whether the optics of the back are stated in whole or in part.
+    /// Whether any optical value of the back is stated.
     pub(super) fn states_back(&self) -> bool {
         self.back.is_some()
     }
 
-    /// Whether any bulk property is stated.
     pub(super) fn states_bulk(&self) -> bool {
         self.bulk != Bulk::default()
     }
 
-    /// A material's worth of values.
-    ///
-    /// # Errors
-    /// The first value that is missing, or optics that leave no balance temperature.
+    /// The complete set of values. The error names the first missing value, or optics without a balance temperature.
     pub(super) fn complete(&self) -> Result<Complete, Incomplete> {
         let missing = |key, name: &str| {
             Incomplete::new(key, format!("{name} is missing: state it, or name an entry of the table with 'use'"))
@@ -247,7 +242,7 @@ impl Values {
         }
     }
 
-    /// The transition, where both of its profiles are stated.
+    /// The transition if both profiles are stated.
     fn transition(&self) -> Option<Transition> {
         Some(Transition {
             heating: self.heating.as_ref()?.profile.clone(),
@@ -257,7 +252,7 @@ impl Values {
         })
     }
 
-    /// Refuses optics of a back that nothing would use: they were stated for a reason.
+    /// Refuses back optics that nothing uses, because they are probably a mistake.
     pub(super) fn check_back_is_used(&self, complete: &Complete) -> Result<(), Incomplete> {
         if self.back.is_some() && complete.sides == Sides::Outside {
             return Err(Incomplete::new("back", "is used with sides = 'both' only: state that, or leave the back out"));
@@ -266,7 +261,7 @@ impl Values {
     }
 }
 
-/// What absorbs and emits nothing has no balance temperature; instant and transition both move towards it.
+/// Refuses a surface that neither absorbs nor emits. It has no balance temperature.
 fn check_emits(front: Optics, sides: Sides) -> Result<(), Incomplete> {
     let emissivity = match sides {
         Sides::Outside => front.emissivity,

@@ -1,4 +1,4 @@
-//! Directions and rotations as a scene file writes them: `"+Z"` or `[x, y, z]`, and quaternions, scalar first.
+//! Directions (`"+Z"` or `[x, y, z]`) and quaternions (scalar first) in a scene file.
 
 use glam::{DQuat, DVec3};
 
@@ -15,13 +15,13 @@ const AXES: [(&str, DVec3); 6] = [
     ("-Z", DVec3::NEG_Z),
 ];
 
-/// Sine of the angle below which two directions count as parallel: no frame can be built on them.
+/// Sine of the angle below which two directions count as parallel. Parallel directions span no frame.
 const PARALLEL: f64 = 1e-6;
 
-/// How far the length of a quaternion may be from 1: three digits a component are enough, a slip is not.
+/// Largest error of a quaternion's length. Three digits for each component are enough.
 const QUATERNION_TOLERANCE: f64 = 1e-3;
 
-/// A unit vector, from the name of an axis or from three numbers of any length but 0.
+/// A unit vector from an axis name or from three numbers. The length of the numbers must not be 0.
 pub(super) fn axis(section: &Section, key: &str) -> Result<Option<DVec3>, SceneError> {
     if !section.has(key) {
         return Ok(None);
@@ -36,12 +36,12 @@ pub(super) fn axis(section: &Section, key: &str) -> Result<Option<DVec3>, SceneE
     })
 }
 
-/// A unit vector from three numbers of any length but 0.
+/// A unit vector from three numbers. Their length must not be 0.
 pub(super) fn direction(section: &Section, key: &str) -> Result<Option<DVec3>, SceneError> {
     let Some(numbers) = section.numbers::<3>(key, Quantity::any(""))? else {
         return Ok(None);
     };
-    // Scaled first: the squares of very large or very small components leave the range of f64.
+    // Scaling comes first, because the squares of extreme components leave the range of f64.
     let largest = numbers.iter().fold(0.0_f64, |largest, number| largest.max(number.abs()));
     if largest == 0.0 {
         return Err(section.error(key, "is no direction: its length is 0"));
@@ -50,17 +50,16 @@ pub(super) fn direction(section: &Section, key: &str) -> Result<Option<DVec3>, S
     Ok(Some(scaled.normalize()))
 }
 
-/// A point [m].
 pub(super) fn point(section: &Section, key: &str) -> Result<Option<DVec3>, SceneError> {
     Ok(section.numbers::<3>(key, Quantity::any("m"))?.map(DVec3::from_array))
 }
 
-/// Whether two unit vectors are too near to parallel (or opposite) to span a frame.
+/// Whether two unit vectors are nearly parallel or opposite.
 pub(super) fn parallel(a: DVec3, b: DVec3) -> bool {
     a.cross(b).length() < PARALLEL
 }
 
-/// A rotation `[w, x, y, z]`, scalar first, of unit length to three digits; normalised, which is said.
+/// Reads a rotation `[w, x, y, z]`. Its length must be 1 to three digits. A normalisation is reported.
 pub(super) fn quaternion(
     section: &Section,
     key: &str,

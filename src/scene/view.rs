@@ -8,27 +8,27 @@ use super::section::Section;
 use super::vector::point;
 use crate::thermal::planck::Band;
 
-/// State at the start (time 0, or the start of the warm-up).
+/// The state at the start: time 0, or the start of the warm-up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Initial {
-    /// Settled at the balance temperature of the first step's mean load.
+    /// The balance temperature under the mean load of the first step.
     Balance,
-    /// Settled at this temperature [K].
+    /// One temperature for all nodes [K].
     Temperature(f64),
 }
 
-/// A point whose nearest node is written to the series.
+/// A point. The series records the temperature of its nearest node.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Probe {
     /// Column name.
     pub name: String,
     /// Position in the body frame [m].
     pub position: DVec3,
-    /// Only nodes of this part, where given.
+    /// The part that the node must belong to, if given.
     pub part: Option<String>,
 }
 
-/// Reads `[radiance]`; absent is 8 to 14 um.
+/// Reads `[radiance]`. The default is 8 to 14 um.
 pub(super) fn band(section: Option<&Section>, assumptions: &mut Vec<String>) -> Result<Band, SceneError> {
     let stated = match section {
         Some(section) => {
@@ -46,11 +46,11 @@ pub(super) fn band(section: Option<&Section>, assumptions: &mut Vec<String>) -> 
             [8.0, 14.0]
         }
     };
-    // Division by 1e6, which f64 holds exactly, rounds once; 1e-6 is itself rounded.
+    // f64 holds 1e6 exactly but not 1e-6, so a division rounds only once.
     Ok(Band { lower: lower / 1e6, upper: upper / 1e6 })
 }
 
-/// Reads `[initial]`; absent is the balance of the first load.
+/// Reads `[initial]`. The default is the balance under the first load.
 pub(super) fn initial(section: Option<&Section>, assumptions: &mut Vec<String>) -> Result<Initial, SceneError> {
     let stated = match section {
         Some(section) => section.number("temperature", Quantity::within(0.0, 1e6, "K"))?,
@@ -64,7 +64,7 @@ pub(super) fn initial(section: Option<&Section>, assumptions: &mut Vec<String>) 
     }))
 }
 
-/// Reads one `[[probe]]` after another; their names become columns and must differ.
+/// Reads every `[[probe]]`. The names must differ, because they become column names.
 pub(super) fn probes(sections: &[Section]) -> Result<Vec<Probe>, SceneError> {
     let mut probes: Vec<Probe> = Vec::with_capacity(sections.len());
     for section in sections {
@@ -79,7 +79,6 @@ pub(super) fn probes(sections: &[Section]) -> Result<Vec<Probe>, SceneError> {
     Ok(probes)
 }
 
-/// Reads `[output] colour_range` [K].
 pub(super) fn colour_range(section: Option<&Section>) -> Result<Option<[f64; 2]>, SceneError> {
     let Some(section) = section else {
         return Ok(None);

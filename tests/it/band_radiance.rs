@@ -8,7 +8,7 @@ use isotherm::thermal::radiance::RadianceTable;
 
 use super::device::{Random, Worst, assert_silent, context};
 
-/// Cameras' bands, the narrow, wide and short ends of 1 to 50 um, and some that nobody would choose.
+/// Bands of cameras, the narrowest, widest and shortest within 1 to 50 um, and some unusual ones.
 const BANDS_UM: [[f64; 2]; 15] = [
     [8.0, 14.0],
     [3.0, 5.0],
@@ -27,7 +27,7 @@ const BANDS_UM: [[f64; 2]; 15] = [
     [2.0, 40.0],
 ];
 
-/// 30 to 1000 K, spread evenly over the logarithm but for a little chance.
+/// 30 to 1000 K, evenly spread over the logarithm with small random shifts.
 fn temperatures() -> Vec<f32> {
     let mut random = Random::new(31);
     let count = 3000;
@@ -71,7 +71,7 @@ fn the_inverse_gives_the_temperature_back() {
         let band = Band { lower: lower * 1e-6, upper: upper * 1e-6 };
         let table = RadianceTable::new(band);
         let guesses = BrightnessTable::new(&table);
-        // The radiance is rounded to f32 before it is given, as it is in an image; its rounding counts.
+        // The radiance is rounded to f32 first, as in an image. This rounding affects the result.
         let (kept, radiances): (Vec<f32>, Vec<f32>) = temperatures()
             .into_iter()
             .map(|temperature| (temperature, band_radiance_exact(band, f64::from(temperature)) as f32))

@@ -1,5 +1,5 @@
-//! `isotherm bench`: the work of every integrator on small cases as counts, their errors below what is stated of them, and
-//! what the command leaves. No time is held against anything.
+//! `isotherm bench`: counts of work and errors of every integrator on small cases, and the files of the command. No
+//! test depends on times.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -23,7 +23,7 @@ const EFFORT: Effort = Effort { runs: 1, enough: 0.0, most: 600.0 };
 /// Sub-steps a frame of the references: 0.26 s.
 const FINE: u32 = 64;
 
-/// The four cases at small size, through the entry into the planet's shadow; the cube is too large for one workgroup.
+/// The four cases at small size, around the entry into the planet's shadow. The cube is too large for one workgroup.
 static CASES: LazyLock<Vec<(Case, Truth)>> = LazyLock::new(|| {
     let size = Size { cube: 14, sheet: 8, blanket: 6, frames: 92..104 };
     let cases = cases::all(&size).expect("the cases");
@@ -44,14 +44,15 @@ fn in_f64(case: &Case, truth: &Truth, scheme: Scheme) -> Run {
     measure(&mut stepper, case, &truth.rows, scheme, EFFORT)
 }
 
-/// The largest error [K] that is stated of a scheme on a case; `None` where nothing is.
+/// The stated largest error [K] of a scheme on a case, if any.
 fn stated(case: &Case, scheme: Scheme) -> Option<f64> {
     match scheme {
-        // docs/numerics.md 6: 20 mK at most by default, 2 mK accurate; cheap is the default at ten times its tolerance.
+        // docs/numerics.md 6: at most 20 mK by default, 2 mK accurate. Cheap has ten times the tolerance of the
+        // default.
         Scheme::Controlled(Integrator::Default, _) => Some(20e-3),
         Scheme::Controlled(Integrator::Accurate, _) => Some(2e-3),
         Scheme::Controlled(Integrator::Cheap, _) => Some(200e-3),
-        // docs/numerics.md 3, the largest errors of its table: ours are other loads on the same meshes and materials.
+        // Largest errors in the table of docs/numerics.md 3. The loads here differ, the meshes and materials do not.
         Scheme::Fixed(Fixed::Euler, _) => match case.key {
             "cube" => Some(0.020),
             "sheet" => Some(0.044),
@@ -89,7 +90,7 @@ fn the_work_of_each_scheme_is_what_it_was_and_its_error_below_what_is_stated() {
             if let Some(limit) = stated(case, scheme) {
                 assert!(error.max <= limit, "{key}: {name}: {} K", error.max);
             }
-            // What the controller does follows the last bits of estimates, and workgroups are as large as a device likes.
+            // The controller depends on the last bits of estimates, and the workgroup size depends on the device.
             if on_processor {
                 let (path, stages, sub_steps) = (&run.path, work.stages, work.sub_steps);
                 let dispatches = work.dispatches;
@@ -108,7 +109,7 @@ fn the_references_agree_with_another_method_within_their_own_error() {
     for (case, truth) in CASES.iter() {
         assert!(truth.own.max < 1e-4, "{}: {:?}", case.key, truth.own);
         let other = in_f64(case, truth, Scheme::Fixed(Fixed::TrBdf2, FINE)).error.expect("an error");
-        // TR-BDF2 errs too: four times less with twice the sub-steps.
+        // TR-BDF2 also has an error. Twice the sub-steps reduce it by a factor of four.
         let coarser = in_f64(case, truth, Scheme::Fixed(Fixed::TrBdf2, FINE / 2)).error.expect("an error");
         let own = truth.own.max;
         println!("{}: reference {own:.2e} K, TR-BDF2 {:.2e} and {:.2e} K", case.key, coarser.max, other.max);

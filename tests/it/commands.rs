@@ -1,4 +1,4 @@
-//! The commands `info` and `radiance` of the built program, and what every command says and returns when it cannot.
+//! The commands `info` and `radiance` of the built program, and the errors of every command.
 
 use std::path::Path;
 
@@ -34,7 +34,7 @@ fn info_of_devices() {
 fn info_of_a_model_has_these_keys() {
     let folder = Folder::new(SCENE);
     let value = json(folder.0.path(), &["info", "made.glb", "--json"]);
-    // The issue names the keys.
+    // The keys of the JSON are fixed.
     let promised = ["triangles", "vertices", "nodes", "area_m2", "bounds_m", "materials", "parts", "skipped"];
     assert_eq!(keys(&value), promised);
     assert_eq!((&value["triangles"], &value["nodes"]), (&18.into(), &4.into()));
@@ -49,7 +49,7 @@ fn info_of_a_model_has_these_keys() {
     assert!(text.contains("18") && text.contains("normals computed"), "{text}");
 }
 
-/// Passes, buffers and absences of a scene as `info` tells them.
+/// Passes, buffers and switched-off effects of a scene, as `info` prints them.
 fn frame_of(scene: &str) -> (Value, Vec<String>, Vec<String>) {
     let folder = Folder::new(scene);
     let value = json(folder.0.path(), &["info", "scene.toml", "--json"]);
@@ -161,12 +161,12 @@ fn radiance_prints_csv() {
     assert!(stderr(&output).starts_with("device: "), "the device is named: {}", stderr(&output));
 }
 
-/// The scene without its albedo, whose tables take most of the time that it takes to load.
+/// The scene without albedo, whose tables take most of the loading time.
 fn quick() -> String {
     scene_with(&[("albedo = 0.3\n", "")])
 }
 
-/// Runs a command that must be refused with 2; returns what it says. Nothing may be left in the folder.
+/// Runs a command that must fail with exit code 2 and leave no files. Returns its message.
 fn refused(folder: &Path, arguments: &[&str]) -> String {
     let list = || {
         let entries = std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").file_name());
@@ -222,7 +222,7 @@ fn what_a_user_can_mend_is_refused_with_2() {
     says(&["radiance", "--inverse", "1e-40"], &["below", "11.31 K"]);
     says(&["run", "scene.toml"], &["required arguments"]);
     says(&["rum", "scene.toml"], &["unrecognized subcommand"]);
-    // A folder that nobody may write to, root included.
+    // Nobody can write to this folder, not even root.
     #[cfg(target_os = "linux")]
     says(&["run", "scene.toml", "-o", "/proc/isotherm"], &["/proc/isotherm"]);
     #[cfg(target_os = "linux")]
@@ -235,7 +235,7 @@ fn without_a_driver_it_says_what_to_install() {
     let at = folder.0.path();
     let blind = |arguments: &[&str]| {
         let mut command = isotherm(at, arguments);
-        // Either name, for old loaders and new ones.
+        // Old loaders use one name, new loaders the other.
         command.env("VK_ICD_FILENAMES", "/nonexistent").env("VK_DRIVER_FILES", "/nonexistent");
         end(command)
     };
@@ -250,7 +250,7 @@ fn without_a_driver_it_says_what_to_install() {
         assert!(line.contains("apt-get install mesa-vulkan-drivers") && line.contains("--device cpu"), "{line}");
     }
     assert!(!folder.path("out").exists() && !folder.path("a.exr").exists());
-    // What needs no device does without.
+    // Some commands need no device.
     for arguments in [
         &["radiance", "300", "--device", "cpu"][..],
         &["render", "scene.toml", "--time", "60", "-o", "a.exr", "--device", "cpu"],

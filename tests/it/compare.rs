@@ -11,8 +11,8 @@ const MAST: &str = "match = \"mast\"\n";
 /// 2 mm of aluminium.
 const BULK: &str = "thickness = 0.002\ndensity = 2700\nspecific_heat = 900\nconductivity = 200\n";
 
-/// The craft with bulk values of skin and cells; the skin's functions are the scene's, the cells' are to be fitted, the mast
-/// has no memory.
+/// The craft with bulk values for skin and cells. The scene states functions for the skin. Those of the cells are
+/// fitted. The mast has no memory.
 fn scene(bulk: &str) -> String {
     let skin = format!("{SKIN}{bulk}");
     let cells = format!("{CELLS}{bulk}");
@@ -22,7 +22,7 @@ fn scene(bulk: &str) -> String {
         ("heating = { function = \"quadratic\", t_max_steps = 4 }\n", ""),
         ("cooling = { function = \"quadratic\", t_max_steps = 6 }\n", ""),
     ]);
-    // The response of the cells is that of the network itself.
+    // The response of the cells is `network`.
     let (before, after) = scene.split_once(&cells).expect("the cells");
     format!(
         "{before}{cells}{}",
@@ -70,14 +70,14 @@ fn three_responses_of_one_craft() {
     let rows = table(&std::fs::read_to_string(folder.path("out/compare.csv")).expect("the table"));
     assert_eq!(rows.len(), 2 * 5, "four parts and all");
     let of = |part: &str, response: &str| &rows[&(part.to_owned(), response.to_owned())];
-    // What has no memory in any run does not differ.
+    // A material without memory in every run has no difference.
     assert_eq!((number(of("mast", "instant"), "rms"), number(of("mast", "transition"), "max")), (0.0, 0.0));
-    // A shield of 4860 J/(m2 K) takes 18 min to cool (tau = C / (4 e sigma T^3) at 290 K): after the entry into eclipse the
-    // balance is far below it.
+    // A shield of 4860 J/(m2 K) takes 18 min to cool (tau = C / (4 e sigma T^3) at 290 K). After the entry into eclipse
+    // the balance is far below it.
     assert!(number(of("body", "instant"), "rms") > 20.0);
     assert!(number(of("wing_port", "transition"), "rms") < 0.5 * number(of("wing_port", "instant"), "rms"));
 
-    // The table says again what the series say: the wing is one temperature to within its gradient.
+    // The table must agree with the series. The wing has one temperature except for its gradient.
     let row = of("wing_port", "instant");
     let step = number(row, "step") as usize;
     assert_eq!(number(row, "time"), 60.0 * step as f64);
@@ -99,7 +99,7 @@ fn three_responses_of_one_craft() {
         assert!(page.contains(text), "{text}");
     }
 
-    // With a hundredth of the capacitance the network nearly is the balance of the moment, and so is what is fitted to it.
+    // With a hundredth of the capacitance, the network and the fitted transition are nearly the instant balance.
     folder.write("scene.toml", &scene(&BULK.replace("0.002", "0.00002")));
     succeed(folder.0.path(), &["compare", "scene.toml", "-o", "thin", "--device", "cpu"]);
     let thin = table(&std::fs::read_to_string(folder.path("thin/compare.csv")).expect("the table"));
@@ -125,7 +125,7 @@ fn the_reference_agrees_with_the_device() {
         .map(|name| table(&std::fs::read_to_string(folder.path(name).join("compare.csv")).expect("the table")));
     for (key, row) in &device {
         let difference = (number(row, "rms") - number(&cpu[key], "rms")).abs();
-        // Twice the 5 mK to which a network is integrated by default: both runs have that error.
+        // A network has an error of 5 mK by default. Both runs have it, so the limit is twice that.
         assert!(difference < 1e-2, "{key:?}: {difference} K");
     }
 }
@@ -150,7 +150,7 @@ fn what_a_network_lacks_is_named_with_its_keys() {
     let line = refused(&scene(&BULK.replace("density = 2700\n", "")));
     assert!(line.contains("'skin': density [kg/m3]; 'cells': density [kg/m3]. "), "{line}");
 
-    // A material that is instant, but states a thickness, was meant to have memory.
+    // An instant material with a thickness was probably meant to have memory.
     let line = refused(&scene(BULK).replacen(MAST, &format!("{MAST}thickness = 0.001\n"), 1));
     assert!(line.contains("'mast': density [kg/m3], specific_heat [J/(kg K)]. "), "{line}");
 

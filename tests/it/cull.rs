@@ -21,7 +21,7 @@ type Pixels = (Vec<[u32; 4]>, Vec<[u32; 2]>);
 fn small() -> (Prepared, Camera) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/station.toml");
     let mut scene = Scene::load(&path).expect("the station of models/");
-    // As the file has it: what moves is culled by the same shader, and drawn in runs that half a list would break.
+    // No joints: a joint needs its own runs of triangles, and half a list would break them.
     scene.joints.clear();
     let prepared = Prepared::from_scene(scene, &mut |_| {}).expect("the station of models/");
     let mut camera = prepared.scene.require_camera().expect("a camera").clone();
@@ -36,12 +36,12 @@ fn bits(collected: &Collected) -> Pixels {
     (radiance, collected.identity.expect("identity").to_vec())
 }
 
-/// An image from a view, by a list of its own where there is one.
+/// An image from a view, with its own list if there is one.
 fn drawn<'a>(view: &'a View, list: Option<&'a Frame>) -> Request<'a> {
     Request { views: std::slice::from_ref(view), list, ..Request::default() }
 }
 
-/// While the camera creeps, triangles are not culled at every image, and no image shows it.
+/// During slow motion the triangles are not culled for every image. No image must show that.
 #[test]
 fn slow_motion_is_culled_ahead_of_and_changes_no_pixel() {
     let (prepared, camera) = small();
@@ -72,7 +72,7 @@ fn slow_motion_is_culled_ahead_of_and_changes_no_pixel() {
     }
     let culled = creeping.pass_times().iter().find(|(name, _)| *name == "cull").map_or(0, |(_, times)| times.len());
     assert!((2..6).contains(&culled), "culled {culled} times");
-    // The triangles of one view are not those of one a pixel away.
+    // The triangles of a view differ from those of a view one pixel away.
     let away = view(50.0);
     let submitted = anew.submit(drawn(&away, Some(&Frame::step(&[], image(0))))).expect("a frame");
     let stale = bits(&anew.collect(submitted).expect("an image"));
@@ -98,7 +98,7 @@ fn culling_changes_no_pixel() {
         bits(&renderer.collect(submitted).expect("an image"))
     };
     let culled = |triangles| Frame::step(&[], Wanted { image: true, cull: triangles, temperatures: false });
-    // The same list with a copy of all triangles in place of the cull.
+    // The same list with a copy of all triangles instead of culling.
     let whole = |triangles| {
         let mut frame = culled(triangles);
         for entry in &mut frame.entries {
@@ -119,7 +119,7 @@ fn culling_changes_no_pixel() {
         }
         frame
     };
-    // One triangle left out shows: the comparison is of single pixels.
+    // A missing triangle is visible, because the comparison is by pixel.
     let without_cull = draw(&data, &whole);
     assert!(without_cull.1.iter().filter(|pixel| pixel[0] != 0).count() > 1000, "the station is in the picture");
     assert!(draw(&data, &culled) == without_cull, "an image with culled triangles differs");

@@ -1,4 +1,4 @@
-//! The Vulkan device of the tests, nodes without a surface to step on it, and how its numbers are compared.
+//! The Vulkan device of the tests, loose nodes to step on it, and comparisons of numbers.
 
 use std::sync::Arc;
 
@@ -23,13 +23,13 @@ pub fn validation_is_asked_for() -> bool {
     std::env::var_os("ISOTHERM_VALIDATION").is_some_and(|value| value == "1")
 }
 
-/// The best device present. A context of its own for every test: the tests run on threads, and a queue takes one caller.
+/// A context on the best device. Every test has its own, because tests run on threads and a queue accepts one caller.
 pub fn context() -> Arc<Context> {
     Context::open(None, validation_is_asked_for()).expect("a Vulkan device (tools/setup installs lavapipe)")
 }
 
-/// A context that the validation layer watches. `None`, with a line that says so, where the layer is not installed and
-/// `ISOTHERM_VALIDATION=1` does not ask for it.
+/// A context with the validation layer. If the layer is not installed and `ISOTHERM_VALIDATION=1` does not ask for it,
+/// prints a line and returns `None`.
 pub fn validated_context() -> Option<Arc<Context>> {
     match Context::open(None, true) {
         Err(GpuError::NoValidationLayer) if !validation_is_asked_for() => {
@@ -40,12 +40,12 @@ pub fn validated_context() -> Option<Arc<Context>> {
     }
 }
 
-/// Fails where the validation layer has spoken.
+/// Fails if the validation layer reported anything.
 pub fn assert_silent(context: &Context) {
     assert_eq!(context.validation_messages(), Vec::<String>::new());
 }
 
-/// Evenly spread numbers that are the same in every run (splitmix64: Steele, Lea & Flood 2014).
+/// Uniform random numbers, the same in every run (splitmix64: Steele, Lea & Flood 2014).
 pub struct Random(u64);
 
 impl Random {
@@ -63,7 +63,7 @@ impl Random {
         low + (high - low) * ((bits >> 11) as f64 / (1u64 << 53) as f64)
     }
 
-    /// A direction, all equally likely.
+    /// A random direction, uniform over the sphere.
     pub fn direction(&mut self) -> DVec3 {
         let (z, azimuth) = (self.between(-1.0, 1.0), self.between(0.0, std::f64::consts::TAU));
         let across = (1.0 - z * z).sqrt();
@@ -71,14 +71,14 @@ impl Random {
     }
 }
 
-/// A material with these values; the rest is of no matter to a node.
+/// A material with these values. Its other values do not affect a node.
 pub fn material(absorptivity: f64, emissivity: f64, sides: Sides, response: Response) -> Material {
     let front = Optics { absorptivity, emissivity };
     let name = format!("a {absorptivity:.3}, e {emissivity:.3}, {sides:?}, {response:?}");
     Material { name, front, sides, bulk: Bulk::default(), response, transition: None, source: "test".to_owned() }
 }
 
-/// A surface that turns whatever falls on it into temperature: sigma T^4 is the incident flux.
+/// A black surface: sigma T^4 is the incident flux.
 pub fn black() -> Material {
     material(1.0, 1.0, Sides::Outside, Response::Instant)
 }
@@ -90,7 +90,7 @@ pub fn transition(heating: (Function, f64), cooling: (Function, f64), retarget: 
     Response::Transition(Transition { heating, cooling, retarget, domain: Domain::Temperature })
 }
 
-/// A load with nothing in it but the temperature of space [K].
+/// A load with only the temperature of space [K].
 pub fn dark(background_temperature: f64) -> StepLoad {
     StepLoad { sun: Vec::new(), planet: None, albedo: None, background_temperature, joints: Vec::new() }
 }
@@ -100,13 +100,13 @@ pub fn sunlight(samples: impl IntoIterator<Item = (DVec3, f64)>) -> Vec<SunSampl
     samples.into_iter().map(|(direction, flux)| SunSample { direction, flux }).collect()
 }
 
-/// A planet below, the Sun at some angle from its zenith [rad] on the side of `side`.
+/// A planet below. The Sun is at an angle from its zenith [rad] towards `side`.
 pub fn planet(nadir: DVec3, side: DVec3, distance_ratio: f64, planet_ir: f64, sun_zenith: f64) -> PlanetLoad {
     let sunward = (side - nadir * nadir.dot(side)).normalize();
     PlanetLoad { nadir, sunward, distance_ratio, planet_ir, albedo_flux: 0.0, sun_zenith }
 }
 
-/// What a scene has of loads.
+/// The loads of a scene.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Present {
     pub sun: bool,
@@ -114,10 +114,10 @@ pub struct Present {
     pub albedo: bool,
 }
 
-/// Everything.
+/// All loads.
 pub const ALL: Present = Present { sun: true, planet_ir: true, albedo: true };
 
-/// Nodes that belong to no surface: every material meets every normal, in a range of its own.
+/// Nodes without a surface. Every material is combined with every normal. Each material has its own range.
 pub struct LooseNodes {
     pub materials: Vec<Material>,
     pub ranges: Vec<StepRange>,
@@ -127,7 +127,7 @@ pub struct LooseNodes {
 }
 
 impl LooseNodes {
-    /// The nodes in device order; normals are rounded to f32.
+    /// The nodes in device order. Normals are rounded to f32.
     pub fn new(present: Present, materials: Vec<Material>, directions: &[DVec3]) -> Self {
         let padded = directions.len().next_multiple_of(NODES_PER_WORKGROUP);
         let mut nodes = Self {
@@ -163,7 +163,7 @@ impl LooseNodes {
         nodes
     }
 
-    /// The nodes on a device, with `more` ranges beside their own.
+    /// The nodes on a device, with additional ranges `more`.
     pub fn renderer(&self, context: &Arc<Context>, more: &[StepRange]) -> Renderer {
         let shapes = Shapes::of(&self.materials);
         let materials: Vec<_> = self.materials.iter().map(|material| device_material(material, &shapes)).collect();
@@ -184,7 +184,7 @@ impl LooseNodes {
         Renderer::new(context, &data).expect("a small scene")
     }
 
-    /// Place of every node that is no padding.
+    /// Indices of the nodes without padding.
     pub fn places(&self) -> impl Iterator<Item = usize> {
         let padded = self.normals.len() / self.materials.len();
         let directions = self.directions;
@@ -206,13 +206,13 @@ impl LooseNodes {
     }
 }
 
-/// Temperatures [K] that settling at a load leaves on the device, in the order of `places`.
+/// Temperatures [K] on the device after settling under a load, in the order of `places`.
 pub fn settled(nodes: &LooseNodes, renderer: &mut Renderer, load: &StepLoad) -> Vec<f64> {
     renderer.settle(load).expect("the device settles");
     temperatures(nodes, renderer)
 }
 
-/// The present temperatures [K] in the order of `places`.
+/// The current temperatures [K], in the order of `places`.
 pub fn temperatures(nodes: &LooseNodes, renderer: &mut Renderer) -> Vec<f64> {
     let submitted = renderer.submit(Request::default().and_temperatures()).expect("the device copies");
     let collected = renderer.collect(submitted).expect("the device answers");
@@ -220,10 +220,10 @@ pub fn temperatures(nodes: &LooseNodes, renderer: &mut Renderer) -> Vec<f64> {
     nodes.places().map(|place| f64::from(all[place])).collect()
 }
 
-/// The largest difference between the device and its twin, and where.
+/// The largest difference between the device and its twin, and its node.
 #[derive(Debug, Clone)]
 pub struct Worst {
-    /// Largest |device - twin|; infinite where a number is none.
+    /// Largest |device - twin|. It is infinite if a number is NaN.
     pub difference: f64,
     /// The node in words.
     pub node: String,
@@ -232,12 +232,11 @@ pub struct Worst {
 }
 
 impl Worst {
-    /// No difference yet.
     pub fn none() -> Self {
         Self { difference: 0.0, node: "no node".to_owned(), device: 0.0, twin: 0.0 }
     }
 
-    /// Takes one comparison into account; `node` is put into words only where it is the worst so far.
+    /// Adds one comparison. `node` is called only if it is the worst so far.
     pub fn see(&mut self, device: f64, twin: f64, node: impl FnOnce() -> String) {
         let difference = (device - twin).abs();
         if difference > self.difference || difference.is_nan() {
@@ -246,7 +245,7 @@ impl Worst {
         }
     }
 
-    /// Of one list against another; nodes are numbered in their order.
+    /// Compares two lists. Nodes are numbered in list order.
     pub fn of(device: &[f64], twin: &[f64], node: impl Fn(usize) -> String) -> Self {
         assert_eq!(device.len(), twin.len());
         let mut worst = Self::none();
@@ -256,7 +255,7 @@ impl Worst {
         worst
     }
 
-    /// Fails, naming the node, where the difference is beyond the tolerance; prints it otherwise.
+    /// Fails with the name of the node if the difference exceeds the tolerance. Otherwise prints it.
     pub fn within(&self, tolerance: f64, unit: &str, what: &str) {
         let Self { difference, node, device, twin } = self;
         let sentence = format!("{what}: {difference:.2e} {unit} at {node}: device {device}, twin {twin}");
@@ -265,8 +264,8 @@ impl Worst {
     }
 }
 
-/// The grid on which a device places corners of triangles, over 1/256 of a pixel, which lavapipe and GPUs have; SwiftShader's
-/// is 16 times as wide (`subPixelPrecisionBits`, Vulkan 1.3, table of required limits: at least 4 bits).
+/// Grid on which a device rounds triangle corners, relative to 1/256 of a pixel, the grid of lavapipe and GPUs.
+/// SwiftShader's is 16 times as wide (`subPixelPrecisionBits`, Vulkan 1.3, required limits: at least 4 bits).
 pub fn corner_grid(context: &Context) -> f64 {
     0.5f64.powi(context.info.sub_pixel_bits as i32 - 8).max(1.0)
 }

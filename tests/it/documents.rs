@@ -1,4 +1,4 @@
-//! The documents: their links lead somewhere, the README stays short, and `tools/benchmarks` replaces the tables that it measured.
+//! The documents: links are valid, the README stays short, and `tools/benchmarks` replaces its tables.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -17,7 +17,7 @@ fn pages() -> Vec<PathBuf> {
     paths.filter(|path| path.extension().is_some_and(|extension| extension == "md")).collect()
 }
 
-/// Links of a page that lead to no file beside it.
+/// Links of a page to missing files.
 fn broken(page: &Path, text: &str) -> Vec<String> {
     let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
     let files = links.filter(|link| !link.contains("://")).map(|link| link.split('#').next().unwrap_or_default());

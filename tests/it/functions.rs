@@ -1,17 +1,17 @@
-//! Response functions of a scene: what they cost where nothing uses them, and the files that they come from.
+//! Response functions of a scene: unused ones cost nothing, and their files are read.
 
 use serde_json::{Value, json};
 
 use super::craft::{Folder, SCENE, glb, scene_with};
 use super::program::json;
 
-/// What `info` says of the frame, the buffers and their bytes.
+/// The frame, the buffers and their sizes, as `info` prints them.
 fn cost(folder: &Folder) -> [Value; 5] {
     let value = json(folder.0.path(), &["info", "scene.toml", "--json"]);
     ["nodes_by_response", "frame", "buffers", "bytes", "bytes_a_node"].map(|key| value[key].clone())
 }
 
-/// A material whose functions are no powers, and whose rule no other material of the craft shares.
+/// A material whose functions are not powers. No other material of the craft uses its rule.
 fn shaped(name: &str) -> String {
     format!(
         "[[material]]\nmatch = \"{name}\"\nabsorptivity = 0.5\nemissivity = 0.5\nresponse = \"transition\"\n\
@@ -29,7 +29,7 @@ fn functions_that_nothing_uses_cost_nothing() {
     let used = cost(&Folder::new(&with("mast")));
     assert!((0..2).all(|part| used[part] != before[part]), "a function in use must show: {used:?}");
 
-    // Nor does a material of the model that no triangle has.
+    // A material without triangles also costs nothing.
     let mut model = glb();
     model.push("materials", json!({ "name": "spare" }));
     let folder = Folder::new(&with("spare"));
@@ -54,7 +54,7 @@ fn the_table_of_a_function_belongs_to_the_scenes_files_and_its_hash() {
     assert_ne!(first.file_hashes[&table], second.file_hashes[&table]);
     assert_eq!(first.file_hashes[&folder.path("made.glb")], second.file_hashes[&folder.path("made.glb")]);
 
-    // Extras name their table beside the model, and are read with it.
+    // Extras name a table next to the model, which is read too.
     let rule = SCENE.split("[[material]]").find(|rule| rule.contains("\"mast\"")).expect("a rule");
     let (rule, _) = rule.split_once("[radiance]").expect("the last rule");
     let folder = Folder::new(&scene_with(&[(&format!("[[material]]{rule}"), "")]));

@@ -1,4 +1,4 @@
-//! Many steps in one dispatch leave what they leave one after the other, through the eclipse and with shadows.
+//! Many steps in one dispatch give the same result as single steps, through an eclipse and with shadows.
 
 use isotherm::gpu::layout::FUSED_STEPS;
 use isotherm::simulation::device_engine::DeviceEngine;
@@ -8,10 +8,10 @@ use isotherm::simulation::prepare::Prepared;
 use super::craft::{Folder, scene_with};
 use super::device::{assert_silent, context};
 
-/// Steps of the test: in sunlight, through penumbra and umbra, and out again.
+/// Number of steps: sunlight, penumbra, umbra and back.
 const STEPS: u32 = 80;
 
-/// The skin follows a function of its own, and the cells begin anew at each target.
+/// The skin has its own function, and the cells use the restart rule.
 fn prepared(shadows: &str) -> Prepared {
     let skin = "heating = { function = \"quadratic\", t_max_steps = 20 }";
     let own = "heating = { function = \"expression\", text = \"s*s*(3.0-2.0*s)\", t_max_steps = 20 }";
@@ -25,7 +25,7 @@ fn prepared(shadows: &str) -> Prepared {
     Folder::new(&scene).prepared()
 }
 
-/// The state that steps lead to, one by one or more at once; `change` is what the Sun of one of the last is multiplied with.
+/// The state after the steps, done singly or several at once. `change` scales the Sun of one of the last steps.
 fn state(prepared: &Prepared, at_once: usize, change: f64) -> (Vec<f32>, DeviceEngine) {
     let context = context();
     let mut engine = DeviceEngine::new(&context, prepared, None).expect("a small scene");
@@ -67,11 +67,11 @@ fn many_steps_in_a_dispatch_leave_what_they_leave_one_by_one() {
     let (other, _) = state(&prepared, STEPS as usize, 0.999);
     assert!(one_by_one != other, "a Sun dimmer by a thousandth in one step shows");
 
-    // Lit, dark, lit: each may end with a step that is alone.
+    // Lit, dark, lit: each phase may end with a single step.
     assert_eq!(separate.fused_steps(), 0);
     assert!((u64::from(STEPS) - 3..=u64::from(STEPS)).contains(&together.fused_steps()));
     assert_eq!((together.steps(), dispatches(&separate, true)), (u64::from(STEPS), 0));
-    // Ranges of skin and cells; lit, dark, lit again, where no run is longer than a dispatch takes.
+    // Ranges of skin and cells in three phases. No run is longer than a dispatch allows.
     let ranges = prepared.step_ranges().iter().filter(|range| range.variant.kind.has_state()).count();
     let most = ranges * (3 + STEPS as usize / FUSED_STEPS + 1);
     let found = dispatches(&together, true);

@@ -1,4 +1,5 @@
-//! The hard cases at small size on the device and in f64: every error is within its limit, and without its remedy beyond it.
+//! The hard cases at small size on the device and in f64: each error is within its limit with the remedy, and beyond it
+//! without.
 
 use std::sync::LazyLock;
 
@@ -13,7 +14,7 @@ static CASES: LazyLock<(Vec<Case>, Vec<f64>)> = LazyLock::new(|| {
     (cases, without)
 });
 
-/// Cases that miss their limit wherever they run, by name.
+/// Names of cases that miss their limit everywhere.
 const MISSES: [&str; 0] = [];
 
 fn check(target: &Target) {

@@ -1,4 +1,4 @@
-//! The hazard check finds nothing in the frames as they are, and something wherever a barrier is taken away.
+//! The hazard check finds nothing in complete frames, and something if any barrier is missing.
 
 use isotherm::environment::shadow::Method;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
@@ -26,7 +26,7 @@ fn range(kind: StepKind, both_sides: bool, groups: (u32, u32)) -> StepRange {
     StepRange { variant: variant(kind, both_sides), groups, joint: 0 }
 }
 
-/// Scenes of one kind of node, and of several.
+/// Scenes with one kind of node and with several.
 fn scenes() -> Vec<Vec<StepRange>> {
     vec![
         vec![range(StepKind::Merge, false, (0, 64))],
@@ -56,13 +56,13 @@ fn wanted() -> Vec<Wanted> {
     all
 }
 
-/// The ranges as they are moved by many steps in a dispatch.
+/// The ranges for many steps in a dispatch.
 fn fused(ranges: &[StepRange]) -> Vec<StepRange> {
     let variant = |variant: ThermalVariant| variant.fused().unwrap_or(variant);
     ranges.iter().map(|range| StepRange { variant: variant(range.variant), ..*range }).collect()
 }
 
-/// Every frame that a run of a scene submits: settling, steps, many of them at once, and a picture of the state as it is.
+/// Every frame that a run submits: settling, steps, many steps at once, and an image of the current state.
 fn frames(ranges: &[StepRange]) -> Vec<Frame> {
     let mut frames = vec![Frame::settle(ranges), Frame::step(&fused(ranges), Wanted::default())];
     for method in [Method::Depth, Method::Exact] {
@@ -104,7 +104,7 @@ fn each_barrier_that_is_taken_away_is_missed() {
                 assert_eq!(barrier_count(&broken) + 1, barrier_count(whole));
                 let missed = frames(&ranges).iter().any(|before| {
                     let sequence = [&settle, before, &broken, &broken];
-                    // What the host reads is ordered by the barrier to the host alone.
+                    // Only the barrier to the host orders the host's reads.
                     !hazards(sequence).is_empty() || !unread_by_host([&broken]).is_empty()
                 });
                 assert!(missed, "frame {number} without barrier {n} of {}", describe(whole, n));
@@ -131,8 +131,8 @@ fn two_dispatches_on_the_same_nodes_collide() {
     assert!(found.iter().any(|hazard| hazard.kind == HazardKind::WriteAfterWrite), "{found:?}");
 }
 
-/// Lists in a row have no hazard and the host sees what it reads; without any barrier of those from `first` on, wherever
-/// their like stands in the row, either is no longer so.
+/// A row of lists has no hazard, and the host sees its data. Without any one barrier from list `first` on (removed
+/// wherever it occurs), this must fail.
 pub fn each_barrier_is_needed(row: &[Frame], first: usize) {
     assert_eq!(hazards(row), []);
     assert_eq!(unread_by_host(row), []);
@@ -156,7 +156,7 @@ fn what_is_submitted_once_has_all_its_barriers() {
         let settle = Frame::shadows(ranges, method).then(Frame::settle(ranges));
         let (bare, step) = (Frame::step(ranges, Wanted::default()), Frame::step(ranges, drawn));
         let tree = [Resource::ShadowTree, Resource::ShadowTriangles];
-        // A frame's own barriers cover uploads to the state, which settling copies to as well.
+        // A frame's barriers also cover uploads to the state, which settling copies to.
         let uploaded = [
             Resource::Materials,
             Resource::GroupMaterial,
@@ -189,7 +189,7 @@ fn what_is_submitted_once_has_all_its_barriers() {
     each_barrier_is_needed(&[lists::dispatched(3), lists::dispatched(3)], 0);
 }
 
-/// Whatever orders the device stands in a list: only the recorder makes barriers of Vulkan, and only of lists.
+/// Every ordering of device work is in a list. Only the recorder makes Vulkan barriers, and only from lists.
 #[test]
 fn all_barriers_are_recorded_from_lists() {
     let mut folders = vec![std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src")];

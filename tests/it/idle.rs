@@ -1,4 +1,4 @@
-//! A step under the load of the one before costs its transitions only, and leaves what it would have left.
+//! A step with an unchanged load only evaluates transitions, and gives the same result.
 
 use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, Order, Step};
@@ -8,7 +8,7 @@ use isotherm::simulation::reference_engine::ReferenceEngine;
 use super::craft::{Folder, scene_with};
 use super::device::{Worst, assert_silent, context};
 
-/// A craft that looks at the Sun the same way all the time: no planet, no eclipse.
+/// A craft that always faces the Sun in the same way, without planet and eclipse.
 fn still() -> Prepared {
     let scene = scene_with(&[
         ("mode = \"nadir\"", "mode = \"inertial\"\nquaternion = [1, 0, 0, 0]"),
@@ -35,7 +35,7 @@ fn a_step_under_the_same_load_costs_its_transitions_only() {
         one.settle_at(250.0, nodes).expect("it settles");
     }
     for number in 0..6 {
-        // In the fourth step the Sun is dimmer: everything is commanded anew, and once more in the fifth.
+        // The Sun is dimmer in the fourth step, so the fourth and the fifth step command new targets.
         let start = f64::from(number) * step;
         let mut load = prepared.loads.step_load(start, start + step);
         if number == 3 {

@@ -1,4 +1,5 @@
-//! What a pixel holds: a plate at known temperature against the closed form, orientation, faces, ids and the near plane.
+//! The contents of pixels: a plate with known temperatures against the closed form, orientation, faces, ids, near
+//! plane.
 
 use glam::{DAffine3, DVec3};
 use isotherm::scene::Camera;
@@ -10,7 +11,7 @@ use isotherm::thermal::planck::band_radiance_exact;
 use super::device::{Worst, assert_silent, context, corner_grid, material};
 use super::quads::{Quads, camera, looking};
 
-/// An outside of 0.8 and, where there is one, a back of 0.3.
+/// An emissivity of 0.8 outside, and 0.3 on the back if there is one.
 fn paint() -> Material {
     material(0.5, 0.8, Sides::Outside, Response::Instant)
 }
@@ -20,14 +21,14 @@ fn sheet() -> Material {
     material(0.5, 0.8, Sides::Both { back }, Response::Instant)
 }
 
-/// A plate of 20 m in the plane z = 0 of the body, its front to -z, with a temperature at each place.
+/// A plate of 20 m in the body's plane z = 0 that faces -z, with a temperature for each position.
 fn plate(temperature: impl Fn(DVec3) -> f64) -> Quads {
     let mut quads = Quads::new(vec![paint(), sheet()]);
     quads.add(Quads::square(DVec3::ZERO, DVec3::Y, DVec3::X, 10.0), 6, 1, temperature);
     quads
 }
 
-/// Poses that see the plate's front: straight, slanted, and near with the horizon in the image.
+/// Poses that see the plate's front: straight, slanted, and close with the horizon in view.
 fn poses() -> [DAffine3; 3] {
     [
         looking(DVec3::new(0.0, 0.0, -12.0), DVec3::ZERO, DVec3::Y),
@@ -40,7 +41,7 @@ fn small_camera() -> Camera {
     Camera { centre: [49.3, 38.1], focal: [70.0, 66.0], ..camera(100, 76, 70.0) }
 }
 
-/// Where the ray of a pixel meets the plane z = 0 of the body, and at what camera depth.
+/// The point where a pixel's ray meets the body's plane z = 0, and its camera depth.
 fn meet(camera: &Camera, pose: &DAffine3, index: usize) -> (DVec3, f64) {
     let (column, row) = (index % camera.width as usize, index / camera.width as usize);
     let across = |pixel: usize, axis: usize| (pixel as f64 + 0.5 - camera.centre[axis]) / camera.focal[axis];
@@ -52,12 +53,12 @@ fn meet(camera: &Camera, pose: &DAffine3, index: usize) -> (DVec3, f64) {
     (origin + depth * direction, depth)
 }
 
-/// Visits every pixel that is well within the plate, with its place on it and its depth.
+/// Visits every pixel well inside the plate, with its position and depth.
 fn each_pixel(camera: &Camera, pose: &DAffine3, image: &Pixels, mut visit: impl FnMut(usize, DVec3, f64)) {
     let mut seen = 0;
     for (index, [part, material]) in image.identity.iter().enumerate() {
         let (point, depth) = meet(camera, pose, index);
-        // A pixel of the edge may fall on either side of it.
+        // A pixel at the edge may be on either side.
         let margin = 2.0 * depth / camera.focal[0] / (pose.matrix3.row(2).z.abs().max(0.05));
         let inside = 10.0 - point.x.abs().max(point.y.abs());
         if depth > camera.near * 1.01 && inside > margin {
@@ -118,7 +119,7 @@ fn temperature_and_depth_of_a_plate_with_a_gradient() {
         each_pixel(&small_camera(), &pose, &image, |index, point, exact_depth| {
             let [shown_radiance, shown, shown_depth] = image.radiance_temperature_depth[index].map(f64::from);
             let name = || format!("pixel {index} of pose {number}, {point} m");
-            // A device places a vertex on a grid, of 1/256 of a pixel or wider: by that much a temperature may be another's.
+            // A device rounds vertices to a grid of 1/256 of a pixel or wider. The temperature may shift by as much.
             let pixel = corner_grid(&context) * exact_depth / 70.0 / pose.matrix3.row(2).z.abs();
             let allowed = 7.2 * pixel / 128.0;
             temperature.see(shown / allowed, gradient(point) / allowed, name);

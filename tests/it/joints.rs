@@ -1,4 +1,4 @@
-//! Joints: a joint that stands at an angle is a model made so, device against twin, both models' arrays, refusals.
+//! Joints: a rotated joint equals a rotated model, device against twin, moving shadows, and refusals.
 
 use glam::{DQuat, DVec3};
 use isotherm::environment::shadow::Method;
@@ -20,7 +20,7 @@ use super::device::{Worst, assert_silent, context};
 use super::hazard::{barrier_count, hazards, unread_by_host, without_barrier};
 use super::model::make::Maker;
 
-/// A wing that tracks, one that is driven by a schedule, and a mast that slides out: all kinds of pose at once.
+/// A tracking wing, a wing with a schedule, and a sliding mast: all kinds of motion.
 const MOVING: &str = r#"
 [[joint]]
 part = "wing_starboard"
@@ -47,7 +47,7 @@ schedule = { time = [0, 600], distance = [0, 1.5] }
 
 const SHADOWS: &str = "[shadows]\nmethod = \"exact\"\n";
 
-/// The craft with more in its scene, and changes of its model.
+/// The craft with additions to its scene and changes to its model.
 fn craft(more: &str, change: impl FnOnce(&mut Maker)) -> Prepared {
     let folder = Folder::new(&format!("{}{more}", scene_with(&[])));
     let mut maker = glb();
@@ -61,7 +61,7 @@ fn node_of<'a>(maker: &'a mut Maker, name: &str) -> &'a mut serde_json::Value {
     nodes.iter_mut().find(|node| node["name"] == name).expect("a node of that name")
 }
 
-/// Temperatures [K] at every step in the order of the model's vertices, and the images.
+/// Temperatures [K] at every step in vertex order, and the images.
 fn history(prepared: &Prepared, engine: &mut dyn Engine) -> (Vec<f64>, Vec<Pixels>) {
     start(prepared, engine, None, &never(), &mut || ()).expect("the engine starts");
     let (mut temperatures, mut images) = (Vec::new(), Vec::new());
@@ -92,7 +92,7 @@ fn worst(a: &[f64], b: &[f64]) -> Worst {
     Worst::of(a, b, |node| format!("value {node}"))
 }
 
-/// Pixels whose part differs, or whose temperature does by more than `apart` [K].
+/// Pixels with different parts, or with temperatures more than `apart` [K] apart.
 fn pixels_apart(a: &[Pixels], b: &[Pixels], apart: f32) -> usize {
     assert!(!a.is_empty() && a.len() == b.len());
     let of_image = |(a, b): (&Pixels, &Pixels)| {
@@ -103,7 +103,7 @@ fn pixels_apart(a: &[Pixels], b: &[Pixels], apart: f32) -> usize {
     a.iter().zip(b).map(of_image).sum()
 }
 
-/// Turned by 30 degrees about the wing's own X, and slid by 0.4 m along the mast's own -Z: once by joints, once in the file.
+/// A wing rotated by 30 degrees about its X and a mast moved by 0.4 m along its -Z: by joints, and in the file.
 #[test]
 fn a_joint_that_stands_is_a_model_made_so() {
     let turn = |degrees: f64| {
@@ -122,9 +122,9 @@ fn a_joint_that_stands_is_a_model_made_so() {
     assert_eq!(jointed.joints(), 3);
     let (expected, expected_images) = on_device(&made(30.0));
     let (found, images) = on_device(&jointed);
-    // Positions and loads in f32 turn the other way round; rays may pass an edge on the other side.
+    // Positions and loads in f32 are rotated in the opposite order. Rays may pass an edge on the other side.
     worst(&found, &expected).within(0.02, "K", "a standing joint");
-    // Over four images an edge may fall on the other side of a pixel's centre.
+    // In four images a few pixel centres may be on the other side of an edge.
     let apart = pixels_apart(&images, &expected_images, 0.05);
     assert!(apart <= 8, "{apart} pixels");
     let (other, other_images) = on_device(&made(31.0));
@@ -141,7 +141,7 @@ fn the_device_moves_as_its_twin() {
         let (expected, expected_images) = in_f64(&prepared);
         let worst = worst(&found, &expected);
         if shadows == depth {
-            // A texel that falls otherwise along a shadow's edge is a ninth of the light of a node.
+            // One different texel at a shadow's edge changes a node's light by a ninth.
             let apart = found.iter().zip(&expected).filter(|(a, b)| (*a - *b).abs() > 0.05).count();
             println!("depth: {apart} of {} values are apart, the worst by {:.2} K", found.len(), worst.difference);
             assert!(apart * 50 < found.len(), "{apart} of {}", found.len());
@@ -150,7 +150,7 @@ fn the_device_moves_as_its_twin() {
             let apart = pixels_apart(&images, &expected_images, 0.05);
             assert!(apart <= 12, "{apart} pixels");
         }
-        // Without joints, everything that moves must show.
+        // Without joints the difference must be large.
         let still = craft(shadows, |_| ());
         let (other, other_images) = in_f64(&still);
         assert!(Worst::of(&found, &other, |i| format!("{i}")).difference > 5.0);
@@ -168,7 +168,7 @@ fn shadows_are_found_anew_when_a_joint_has_turned() {
         let data = DeviceData::new(&prepared);
         let mut renderer = Renderer::new(&context, &data.scene_data(&prepared, None)).expect("a small scene");
         let mut slots = prepared.shadows(0..prepared.nodes.vertex_of_node.len()).expect("shadows are on");
-        // The Sun stands still; the wing turns by a degree in ten seconds.
+        // The Sun is fixed. The wing turns by a degree in ten seconds.
         let mut load = prepared.loads.step_load(0.0, 0.0);
         let mut drawn = Vec::new();
         for time in [0.0, 20.0, 40.0, 60.0, 80.0, 100.0] {
@@ -193,7 +193,7 @@ fn shadows_are_found_anew_when_a_joint_has_turned() {
     assert_silent(&context);
 }
 
-/// The mast slides out of the box's shadow: seen, and lit.
+/// The mast slides out of the box's shadow. The image and its light must show it.
 #[test]
 fn what_slides_out_moves_image_and_shadow() {
     let slide = |distance: f64| {
@@ -215,7 +215,7 @@ fn what_slides_out_moves_image_and_shadow() {
             (0..seen.len()).filter(of_wing).fold((0.0, 0), |(sum, count), slot| (sum + seen[slot], count + 1));
         sum / f64::from(count)
     };
-    // Within the box's sides (y from -1 to 1), which reach from z = -1 to 1, lies half of a wing that is pushed in.
+    // A retracted wing is half inside the box (y from -1 to 1, z from -1 to 1).
     assert!(sun(&out) > 0.9 && sun(&inside) < 0.6, "{} {}", sun(&out), sun(&inside));
     let (images, moved) = (on_device(&out).1, on_device(&inside).1);
     assert!(pixels_apart(&images, &moved, 1.0) > 200);
@@ -244,7 +244,7 @@ fn a_contact_holds_across_a_joint_at_any_angle() {
     assert_eq!(contact(&still), contact(&turned));
     let (_, pairs, total) = &contact(&turned)[0];
     assert!(*pairs > 0 && (total - 5.0).abs() < 1e-9, "{pairs} conductors of {total} W/K");
-    // The turned wing gets other loads, and the body feels it through the contact.
+    // The rotated wing has other loads, and the contact passes their effect to the body.
     let body = |prepared: &Prepared| {
         let found = in_f64(prepared).0;
         let vertices = prepared.nodes.node_of_vertex.len();
@@ -286,7 +286,7 @@ fn an_animation_in_the_file_is_played() {
     };
     let (played, images) = in_f64(&craft(joint, animate));
     let (scheduled, expected) = in_f64(&craft(&schedule(60.0), |_| ()));
-    // Keys of the file are f32.
+    // The file's keys are f32.
     worst(&played, &scheduled).within(1e-3, "K", "an animation");
     assert!(pixels_apart(&images, &expected, 0.01) <= 4);
     let (other, _) = in_f64(&craft(&schedule(61.0), |_| ()));
@@ -312,7 +312,7 @@ fn an_animation_in_the_file_is_played() {
     assert!(message.contains("no animation 'unfold'; it has none"), "{message}");
 }
 
-/// Mean cosine between the Sun and the normals of some nodes, where they look to it in the file's pose.
+/// Mean cosine between the Sun and the normals of nodes that face the Sun in the file's pose.
 fn cosine(prepared: &Prepared, part: impl Fn(&str) -> bool, cells: &str, normal: DVec3, time: f64) -> f64 {
     let sun = prepared.loads.sky_model().sun_direction(time);
     let poses = prepared.loads.joints_at(time).1;
@@ -363,13 +363,13 @@ fn the_arrays_of_both_models_face_the_sun_all_the_way_round() {
     for time in round(&iss) {
         let wings = cosine(&iss, |part| part.ends_with("_ISS_SolarPanel"), "SOLAR_CELL", DVec3::Z, time);
         assert!(wings > 1.0 - 1e-6, "ISS at {time} s: {wings}");
-        // One axis, along Y: what is left is the cosine of beta, 20 deg.
+        // One axis along Y leaves the cosine of beta, 20 deg.
         let small = cosine(&iss, |part| part.ends_with("_SM_SolarPanel"), "SOLAR_CELL", DVec3::Z, time);
         assert!((small - 20f64.to_radians().cos()).abs() < 1e-6, "ISS at {time} s: {small}");
     }
 }
 
-/// Ranges and runs of a craft with two joints: no hazard in any two frames, and each barrier is missed.
+/// Two joints have their own ranges and runs: no hazard in any two frames, and every barrier is needed.
 #[test]
 fn frames_with_joints_have_all_their_barriers() {
     let prepared = craft(&format!("[shadows]\n{MOVING}"), |_| ());
@@ -453,7 +453,7 @@ fn what_cannot_move_is_refused() {
     assert!(message.contains("the node 'wing_port' has the joint of line"), "{message}");
 }
 
-/// What a scene leaves open about a joint is said.
+/// Every default of a joint is reported.
 #[test]
 fn what_is_assumed_of_joints_is_printed() {
     let folder = Folder::new(&format!("{}{MOVING}", scene_with(&[])));

@@ -1,4 +1,4 @@
-//! Integration tests, one module a subject.
+//! Integration tests, with one module for each subject.
 
 mod band_radiance;
 mod bench;

@@ -96,7 +96,7 @@ fn device_and_twin_agree_on_a_mixed_scene_with_a_blanket_heater_and_contact() {
         compare(&prepared).within(2e-3, "K", name);
         assert!(prepared.network.is_some());
     }
-    // Cells keep their transition beside the network.
+    // The cells keep their transition next to the network.
     let prepared = Folder::new(&scene_with(&[(TRANSITION, SKIN)])).prepared();
     let plain = Folder::new(&scene_with(&[])).prepared();
     assert!(prepared.scene.assumptions.iter().any(|text| text.contains("hollow")));
@@ -113,7 +113,7 @@ fn a_periodic_warm_up_ends_where_an_orbit_changes_nothing() {
         // An orbit is 93 steps.
         ("period = 5553.6", "period = 5580"),
     ]);
-    // How far the network is from where it was an orbit before [K].
+    // Difference between the network's state and its state one orbit earlier [K].
     let change = |scene: &str| {
         let prepared = Folder::new(scene).prepared();
         let mut engine = ReferenceEngine::new(&prepared, None);

@@ -1,4 +1,4 @@
-//! The glTF loader, subdivision and summary, on the shared files and on files made here.
+//! The glTF loader, subdivision and summary, on shared files and on generated files.
 
 mod bad_input;
 mod density;
@@ -10,13 +10,13 @@ mod subdivision;
 use glam::{DVec3, Vec3};
 use isotherm::model::Model;
 
-/// Volume enclosed by the triangles [m3], by the divergence theorem; positive where they wind outwards.
+/// Volume inside the triangles [m3] by the divergence theorem. It is positive for outward winding.
 fn volume(model: &Model) -> f64 {
     let corner = |vertex: u32| model.positions[vertex as usize];
     model.triangles.iter().map(|[a, b, c]| corner(*a).dot(corner(*b).cross(corner(*c))) / 6.0).sum()
 }
 
-/// What every loaded model promises; panics where it is broken.
+/// Checks the invariants of every loaded model.
 fn check_promises(model: &Model) {
     let vertices = model.positions.len();
     assert!(!model.triangles.is_empty());
@@ -37,6 +37,6 @@ fn check_promises(model: &Model) {
     }
     assert!(used.iter().all(|used| *used), "a vertex that no triangle uses");
     let shares: f64 = model.node_areas().iter().sum();
-    // Sums of a million terms in two orders.
+    // The two sums have a million terms in different orders.
     assert!((shares / model.area() - 1.0).abs() < 1e-10);
 }

@@ -13,11 +13,10 @@ use isotherm::thermal::transition::{TransitionState, temperature, transition_ste
 
 use super::device::{ALL, LooseNodes, Random, Worst, assert_silent, context, material, transition};
 
-/// Below this the balance temperature is ill-conditioned, and the radiated flux is compared [K]; see
-/// `simulation::check`.
+/// Below this temperature [K] the balance is ill-conditioned, so radiated fluxes are compared. See `simulation::check`.
 const COLD: f64 = 85.0;
 
-/// Transitions up to 1000 steps of all kinds, on optics from mirrors to black, one- and two-sided.
+/// All kinds of transitions up to 1000 steps, on optics from mirrors to black, one- and two-sided.
 fn materials(retarget: Retarget) -> Vec<Material> {
     let back = Optics { absorptivity: 0.4, emissivity: 0.63 };
     let optics = [
@@ -39,34 +38,34 @@ fn materials(retarget: Retarget) -> Vec<Material> {
     materials
 }
 
-/// Directions of all kinds, the axes among them.
+/// Many directions, including the axes.
 fn plates() -> Vec<DVec3> {
     let mut random = Random::new(21);
     let axes = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
     axes.into_iter().chain(std::iter::repeat_with(|| random.direction())).take(60).collect()
 }
 
-/// Differences over some loads.
+/// Largest differences over several loads.
 struct Differences {
     /// In temperature [K].
     worst: Worst,
     /// Of cold nodes, in radiated flux [W/m2].
     cold: Worst,
-    /// Of ill-conditioned nodes, in units of what rounding its state does to the twin.
+    /// Of ill-conditioned nodes, relative to the effect of rounding on the twin.
     ill: Worst,
-    /// How many comparisons were of ill-conditioned nodes.
+    /// Number of comparisons of ill-conditioned nodes.
     ill_count: usize,
 }
 
-/// Where f32 in state and loads moves the twin itself by more [K], a node is ill-conditioned. A transition is where its
-/// target comes down on it and turns just before they meet: what is left of the gap, and with it the rate of the new
-/// curve, is then the small difference of two temperatures. And one that was cold remembers it for a while.
+/// A node is ill-conditioned if f32 rounding moves its twin by more than this [K]. That happens to a transition whose
+/// target approaches it from above and turns just before they meet. The gap and the new rate are then small differences
+/// of temperatures. A cold node also keeps such errors for a while.
 const ILL: f64 = 2e-4;
 
-/// What f32 makes of a flux of a few hundred W/m2 that almost vanishes on a plate [W/m2]; see `balance_temperature_agrees`.
+/// f32 error of a flux of a few hundred W/m2 that nearly vanishes on a plate [W/m2]. See `balance_temperature_agrees`.
 const FLUX_ROUNDING: f64 = 2e-5;
 
-/// Steps the device and two twins, one of them with its state in f32 and its loads off by what f32 makes of them.
+/// Steps the device and two twins. One twin has its state in f32 and loads with f32 errors.
 fn over_loads(materials: Vec<Material>, loads: &[StepLoad], twin_materials: Vec<Material>) -> Differences {
     let context = context();
     let nodes = LooseNodes::new(ALL, materials, &plates());
@@ -105,7 +104,7 @@ fn over_loads(materials: Vec<Material>, loads: &[StepLoad], twin_materials: Vec<
     found
 }
 
-/// Temperature [K] after one step in f64, with a state in f32 and a target as f32 might find it.
+/// Temperature [K] after one f64 step with an f32 state and an f32 target.
 fn rounded_step(state: &mut TransitionState, node: &ReferenceNode, material: &Material, load: &StepLoad) -> f64 {
     let Response::Transition(transition) = &material.response else { panic!("a transition") };
     let commanded = commanded_temperature(&(incident as IncidentFunction), node, material, load);
@@ -116,7 +115,7 @@ fn rounded_step(state: &mut TransitionState, node: &ReferenceNode, material: &Ma
     temperature(*state, transition)
 }
 
-/// A load with more of all that comes from the Sun.
+/// A load with more sunlight, direct and reflected.
 fn brighter(load: &StepLoad, share: f64) -> StepLoad {
     let mut load = load.clone();
     for sample in &mut load.sun {
@@ -168,9 +167,9 @@ fn merge_over_an_orbit() {
 
 #[test]
 fn restart_over_an_orbit() {
-    // Restart is not continuous in its targets: one that moves by less than f32 resolves starts the twin afresh and not
-    // the device, and the two part by kelvins. So there is only the Sun, every load is held for eight steps and then
-    // moves by a visible amount, and in the dark it is warm enough for a grazing Sun to be no matter.
+    // Restart is not continuous in its targets. A change below f32 resolution restarts only the twin, and the results
+    // then differ by kelvins. So only the Sun is used. Every load holds for eight steps and then changes visibly. The
+    // dark is warm enough that a grazing Sun has no effect.
     let inertial = Attitude::Inertial { inertial_from_body: glam::DQuat::from_rotation_x(0.4) };
     let varied = orbit(&inertial, 60).into_iter().enumerate().map(|(index, load)| StepLoad {
         planet: None,

@@ -1,4 +1,4 @@
-//! `isotherm paper` as a user meets it, on a cube in place of the station.
+//! `isotherm paper` as a user runs it, with a cube instead of the station.
 
 use std::path::Path;
 
@@ -43,7 +43,7 @@ look_at = [0, 0, 0]
 up = [0, 0, -1]
 ";
 
-/// Leaves `cube.toml` and its model in a folder.
+/// Writes `cube.toml` and its model to a folder.
 pub fn cube_scene(folder: &Path) {
     Maker::cube().save(folder);
     std::fs::write(folder.join("cube.toml"), SCENE).unwrap();
@@ -54,13 +54,13 @@ fn rows(path: &Path) -> Vec<Vec<String>> {
     reader.records().map(|record| record.unwrap().iter().map(str::to_owned).collect()).collect()
 }
 
-/// The numbers of a table without its first column, `step`.
+/// The numbers of a table without its column `step`.
 fn numbers(path: &Path) -> Vec<Vec<f64>> {
     let numbers = |row: Vec<String>| row[1..].iter().map(|cell| cell.parse().unwrap()).collect();
     rows(path).into_iter().map(numbers).collect()
 }
 
-/// A column of numbers, counted from 1.
+/// A column of numbers. The first is 1.
 fn column(rows: &[Vec<f64>], number: usize) -> Vec<Vec<f64>> {
     rows.iter().map(|row| vec![row[number - 1]]).collect()
 }
@@ -101,24 +101,24 @@ fn the_device_and_the_reference_draw_the_same_figures_and_agree_with_the_paper()
             }
         }
     }
-    // At most 2e-4 K on the device (docs/numerics.md 6); that it is not 0 shows that it was the device that computed.
+    // At most 2e-4 K on the device (docs/numerics.md 6). A difference above 0 shows that the device computed it.
     assert!(largest <= 2e-4 && largest > 0.0, "{largest} K");
 
-    // Orbits are aimed at 0.5 mK and periodic states at 1 mK, on either.
+    // Both have an orbit error of 0.5 mK and a periodic-state error of 1 mK.
     let mut largest = 0.0f64;
     let cubes = ["figure2_1", "figure2_2", "figure2_3", "figure2_4", "figure3_1", "figure3_2", "figure4"];
     for name in cubes {
         let series = |out: &str| numbers(&folder.path().join(format!("{out}/{name}.csv")));
         let (device, reference) = (series("device"), series("cpu"));
         assert_eq!(device.len(), 361);
-        // The orbit repeats itself.
+        // The orbit is periodic.
         assert!(furthest(&device[..1], &device[360..]) <= 2e-3, "{name}");
         largest = largest.max(furthest(&device, &reference));
         let (first, second) = (column(&device, 1), column(&device, 2));
         assert!(furthest(&first, &second) > 0.25, "{name}: the lines of a panel differ");
     }
     assert!(largest <= 2e-3 && largest > 0.0, "{largest} K");
-    // docs/numerics.md 2, by the zenith face of figure 2: means and peaks at 1361 W/m2.
+    // docs/numerics.md 2, zenith face of figure 2: means and peaks at 1361 W/m2.
     let zenith = |name: &str| column(&numbers(&folder.path().join(format!("device/{name}.csv"))), 1);
     let mean = |name: &str| zenith(name)[..360].iter().map(|row| row[0]).sum::<f64>() / 360.0;
     let highest = |name: &str| zenith(name).iter().map(|row| row[0]).fold(0.0, f64::max);

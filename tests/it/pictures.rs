@@ -1,4 +1,4 @@
-//! Pictures of whole models: the device against the f64 rasteriser, and against a picture kept in tests/golden/.
+//! Pictures of whole models: the device against the f64 rasteriser, and against a stored picture in tests/golden/.
 
 use std::path::{Path, PathBuf};
 
@@ -20,15 +20,15 @@ fn picture(prepared: &Prepared, engine: &mut dyn Engine, time: f64) -> StepResul
     still.expect("nobody stopped it")
 }
 
-/// How far two pictures of one scene are apart.
+/// The difference of two pictures of one scene.
 struct Apart {
-    /// Pixels whose part or material differ.
+    /// Pixels with different parts or materials.
     labels: usize,
-    /// Of these, the ones with neighbours all alike: at no edge but that of something thinner than a pixel.
+    /// Those whose neighbours are all equal: they are not at an edge, except of something thinner than a pixel.
     inside: usize,
-    /// Pixels that show another face of the same label, more than a kelvin away.
+    /// Pixels with another face of the same label, more than a kelvin apart.
     faces: usize,
-    /// Pixels that show something.
+    /// Pixels with a surface.
     shown: usize,
     radiance: Worst,
     temperature: Worst,
@@ -59,7 +59,7 @@ fn compare(found: &Pixels, expected: &Pixels, width: usize) -> Apart {
             apart.faces += 1;
             continue;
         }
-        // What is colder than 11 K shines with 0 in f32.
+        // Below 11 K the radiance is 0 in f32.
         let share = if expected[0] == 0.0 { 1.0 + radiance } else { radiance / expected[0] };
         apart.radiance.see(share, 1.0, name);
         apart.temperature.see(temperature, expected[1], name);
@@ -68,7 +68,7 @@ fn compare(found: &Pixels, expected: &Pixels, width: usize) -> Apart {
     apart
 }
 
-/// Labels differ at few pixels, and those at edges.
+/// Only a few labels differ, and only at edges.
 fn check_labels(apart: &Apart, grid: f64, what: &str) {
     let sentence = format!(
         "{what}: {} of {} labels differ, {} inside, {} faces",
@@ -79,12 +79,12 @@ fn check_labels(apart: &Apart, grid: f64, what: &str) {
     println!("{sentence}");
 }
 
-/// How far the depth of a face may be off: on a wide grid of corners a slanted face moves along the line of sight.
+/// Allowed depth error of a face. On a wide corner grid a slanted face moves along the line of sight.
 fn slant(grid: f64) -> f64 {
     if grid > 1.0 { 1e-3 } else { 1e-5 }
 }
 
-/// Compares temperatures within a tolerance [K], and all else.
+/// Compares temperatures with a tolerance [K], and everything else.
 fn check_against_rasteriser(prepared: &Prepared, what: &str, tolerance: f64) {
     let context = context();
     let camera = prepared.scene.camera.as_ref().expect("a camera");
@@ -117,7 +117,7 @@ fn the_craft_on_the_device_and_by_the_rasteriser() {
 fn the_station_on_the_device_and_by_the_rasteriser() {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
     let text = std::fs::read_to_string(models.join("station.toml")).expect("models/station.toml");
-    // Its own triangles, a small picture, no warm-up: the pixels are what is compared.
+    // The original triangles, a small picture and no warm-up, because only pixels are compared.
     let changed = text
         .replace("path = \"station.glb\"", &format!("path = '{}'", models.join("station.glb").display()))
         .replace("max_edge = 1.0\n", "")
@@ -127,7 +127,7 @@ fn the_station_on_the_device_and_by_the_rasteriser() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("station.toml");
     std::fs::write(&path, changed).expect("the folder can be written");
-    // Some triangles span 100 K over a few pixels: there a thousandth of a pixel in the interpolation is this much.
+    // Some triangles span 100 K over a few pixels. A thousandth of a pixel then gives this difference.
     check_against_rasteriser(&prepared(&path), "station", 1e-2);
 }
 
@@ -135,8 +135,8 @@ fn golden() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/craft.exr")
 }
 
-/// The craft 240 s into its scene as it looked when the picture was kept. Where a change of the picture is meant, look
-/// at the new one and keep it with `ISOTHERM_KEEP_PICTURES=1 cargo test --test it golden`.
+/// The craft 240 s into its scene against the stored picture. After an intended change, look at the new picture and
+/// store it with `ISOTHERM_KEEP_PICTURES=1 cargo test --test it golden`.
 #[test]
 fn the_golden_picture() {
     let context = context();

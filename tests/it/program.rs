@@ -1,30 +1,29 @@
-//! The built program as a user runs it: its arguments, what it prints and how it ends.
+//! The built program as a user runs it: arguments, output and exit code.
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
-/// `isotherm` in a folder, not yet run.
+/// The command `isotherm` in a folder. It is not started.
 pub fn isotherm(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_isotherm"));
     command.args(arguments).current_dir(folder).stdin(Stdio::null());
     command
 }
 
-/// Runs it to its end.
 pub fn end(mut command: Command) -> Output {
     command.output().expect("the program starts")
 }
 
-/// Runs it; fails where it does, with what it said. Returns its standard output.
+/// Runs it and returns its standard output. If it fails, the test fails with its message.
 pub fn succeed(folder: &Path, arguments: &[&str]) -> String {
     let output = end(isotherm(folder, arguments));
     assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
     String::from_utf8(output.stdout).expect("text")
 }
 
-/// The same where it prints JSON.
+/// Runs it and parses its output as JSON.
 pub fn json(folder: &Path, arguments: &[&str]) -> Value {
     serde_json::from_str(&succeed(folder, arguments)).expect("JSON")
 }
@@ -41,17 +40,14 @@ pub fn refusal(output: &Output) -> (Option<i32>, String) {
     (output.status.code(), line.to_owned())
 }
 
-/// What a run left.
+/// The results of a run.
 pub struct Ran {
-    /// Exit code.
     pub code: i32,
-    /// Standard output.
     pub out: String,
-    /// Standard error.
     pub err: String,
 }
 
-/// Runs it under the validation layer where it computes on a device.
+/// Runs it. If it computes on a device, the validation layer is on.
 pub fn run(folder: &Path, arguments: &[&str]) -> Ran {
     let mut command = isotherm(folder, arguments);
     command.env("ISOTHERM_VALIDATION", "1");

@@ -1,4 +1,4 @@
-//! What must hold of any scene: the start, rest without sources, energy, areas, and responses that coincide.
+//! Properties of any scene: start, rest without sources, energy, areas, and responses that coincide.
 
 use isotherm::gpu::nodes::{GROUP, PADDING};
 use isotherm::gpu::resource::Resource;
@@ -15,7 +15,7 @@ use isotherm::thermal::reference::{ReferenceNode, commanded_temperature};
 use super::craft::{AREA, Folder, glb_of_box, never, scene_with};
 use super::device::{Worst, assert_silent, context};
 
-/// Temperatures of all nodes [K] at every step of a run, padding left out.
+/// Temperatures of all nodes [K] at every step of a run, without padding.
 fn history(prepared: &Prepared, engine: &mut dyn Engine) -> Vec<Vec<f64>> {
     start(prepared, engine, None, &never(), &mut || ()).expect("the engine starts");
     let mut history = Vec::new();
@@ -68,7 +68,7 @@ fn at_time_0_every_node_is_settled_at_the_balance_of_the_first_load() {
     Worst::of(&found[0], &balance(&first), name).within(5e-4, "K", "state at time 0");
     let second = Worst::of(&found[0], &balance(&prepared.loads.step_load(60.0, 120.0)), name);
     assert!(second.difference > 1.0, "the balance of the second load must show: {second:?}");
-    // Settled is at rest: under the first load again, nothing moves.
+    // A settled state is at rest: the same load changes nothing.
     let context = context();
     let mut engine = DeviceEngine::new(&context, &prepared, None).expect("a small scene");
     start(&prepared, &mut engine, None, &never(), &mut || ()).expect("the engine starts");
@@ -103,7 +103,7 @@ fn without_any_source_everything_comes_to_the_background() {
         ("[radiance]", "[initial]\ntemperature = 290\n[radiance]"),
     ]);
     let found = on_device(&prepared);
-    // The slowest material takes 30 steps.
+    // The slowest material needs 30 steps.
     for (step, temperatures) in found.iter().enumerate() {
         let all = temperatures.iter().all(|temperature| (temperature - 30.0).abs() < 1e-4);
         assert_eq!(all, step >= 30, "step {step}");
@@ -113,7 +113,7 @@ fn without_any_source_everything_comes_to_the_background() {
     assert!(falling, "nothing warms up in the dark");
 }
 
-/// Sum over all nodes of the flux that they emit, and of what they absorb [W].
+/// Total emitted and total absorbed power of all nodes [W].
 fn power(prepared: &Prepared, temperatures: &[f64], time: f64) -> (f64, f64) {
     let load = prepared.loads.step_load(time - prepared.scene.time.step, time);
     let nodes = real_nodes(prepared).map(|slot| prepared.nodes.reference_node(slot));
@@ -151,7 +151,8 @@ fn an_instant_body_in_sunlight_emits_what_it_absorbs() {
         assert!((emitted / absorbed - 1.0).abs() < 1e-6, "step {step}: {emitted} W against {absorbed} W");
         let late = power(&prepared, temperatures, time + 60.0).1;
         assert!((emitted / late - 1.0).abs() > 1e-6, "the next step's sunlight must show");
-        // A convex body catches its shadow's worth: the cube's shadow is 4 (|x| + |y| + |z|) for sunlight along x, y, z.
+        // A convex body absorbs the flux on its shadow. The cube's shadow is 4 (|x| + |y| + |z|) for sunlight along x,
+        // y, z.
         let shadow = |time: f64| 4.0 * prepared.loads.sky_model().sun_direction(time).abs().element_sum();
         let mean = (0..600).map(|part| shadow(time - 60.0 + 0.1 * (f64::from(part) + 0.5))).sum::<f64>() / 600.0;
         assert!((absorbed / (0.29 * 1361.0 * mean) - 1.0).abs() < 2e-4, "step {step}: {absorbed} W on {mean} m2");
@@ -172,7 +173,7 @@ fn a_transition_that_takes_no_time_is_instant() {
     let instant = "response = \"instant\"\n";
     let of = |profile: &str| format!("{transitions}{profile}\n");
     let instant = on_device(&blind(&[(&of(SKIN), instant), (&of(CELLS), instant)]));
-    // The nodes of the two scenes stand in another order: compare them as sorted lists.
+    // The two scenes have different node orders, so sorted lists are compared.
     for (step, (mut one, mut other)) in transition.into_iter().zip(instant).enumerate() {
         one.sort_by(f64::total_cmp);
         other.sort_by(f64::total_cmp);
@@ -190,7 +191,7 @@ fn areas_and_switches() {
     let shares: f64 = prepared.nodes.areas.iter().sum();
     assert!((shares / AREA - 1.0).abs() < 1e-7, "{shares}");
     assert_eq!(prepared.nodes.vertex_of_node.len() % GROUP, 0);
-    // What a scene does not have is absent from its variants and its buffers.
+    // Variants and buffers lack everything that a scene switches off.
     for (change, resource, word) in [
         (("solar_constant = 1361\nalbedo = 0.3\n", ""), Resource::AlbedoValues, "sun"),
         (("albedo = 0.3\n", ""), Resource::AlbedoValues, "albedo"),

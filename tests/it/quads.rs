@@ -18,7 +18,7 @@ use isotherm::thermal::material::Material;
 use isotherm::thermal::planck::Band;
 use isotherm::thermal::radiance::RadianceTable;
 
-/// Quads with temperatures at their corners; a quad is a group of four nodes.
+/// Quads with temperatures at their corners. Each is a group of four nodes.
 pub struct Quads {
     pub materials: Vec<Material>,
     pub variant: ThermalVariant,
@@ -32,7 +32,7 @@ pub struct Quads {
 }
 
 impl Quads {
-    /// No quads yet, in 8 to 14 um, stepped without any load.
+    /// No quads, in 8 to 14 um, without loads.
     pub fn new(materials: Vec<Material>) -> Self {
         let both_sides = false;
         Self {
@@ -57,7 +57,7 @@ impl Quads {
         }
     }
 
-    /// Adds a quad, its corners counter-clockwise seen from the front [m].
+    /// Adds a quad. Corners are counter-clockwise seen from the front [m].
     pub fn add(&mut self, corners: [DVec3; 4], part: u32, material: u32, temperature: impl Fn(DVec3) -> f64) {
         let first = self.positions.len() as u32;
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
@@ -69,12 +69,12 @@ impl Quads {
         self.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
     }
 
-    /// A square of a half-width about a centre, across two unit vectors; its front is where `right` x `up` points.
+    /// A square around a centre with a half-width, spanned by two unit vectors. Its front faces `right` x `up`.
     pub fn square(centre: DVec3, right: DVec3, up: DVec3, half: f64) -> [DVec3; 4] {
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(u, v)| centre + half * (u * right + v * up))
     }
 
-    /// The scene on a device, settled at the temperatures of the corners.
+    /// The scene on a device with the temperatures of the corners.
     pub fn renderer(&self, context: &Arc<Context>, camera: &Camera) -> Renderer {
         let nodes = self.positions.len().next_multiple_of(NODES_PER_WORKGROUP);
         let padded = |values: &[Vec3]| [values, &vec![Vec3::ZERO; nodes - values.len()]].concat();
@@ -116,7 +116,7 @@ impl Quads {
     }
 }
 
-/// A camera at the origin of its own frame; where it stands is the pose's affair.
+/// A camera at the origin of its own frame. The pose places it.
 pub fn camera(width: u32, height: u32, focal: f64) -> Camera {
     Camera {
         width,
@@ -130,7 +130,7 @@ pub fn camera(width: u32, height: u32, focal: f64) -> Camera {
     }
 }
 
-/// The pose of a camera at a place that looks at another, its lower edge towards `down`.
+/// A pose at a position that looks at another. The image's lower edge points to `down`.
 pub fn looking(from: DVec3, at: DVec3, down: DVec3) -> DAffine3 {
     let forward = (at - from).normalize();
     let right = down.cross(forward).normalize();

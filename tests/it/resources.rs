@@ -1,4 +1,4 @@
-//! The table of resources: what lists bind is what the shaders call by that name, and what it is not is refused.
+//! The resource table: lists bind the buffers that shaders name, and anything else is refused.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ use isotherm::gpu::resource::Resource;
 use crate::network::barriers::lists_of_all_plans;
 use crate::shaders::{CURVES, fused_variants, reflect, response_variants, thermal_variants};
 
-/// Name of the block of a variable. The compiler wraps what does not end in an array of any length.
+/// Name of a variable's block. The compiler wraps blocks that do not end in a runtime array.
 fn block_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> String {
     let of = &module.types[ty];
     match (&of.name, &of.inner) {

@@ -47,7 +47,7 @@ fn table(points: &[(f64, f64)]) -> Function {
     Function::table(&samples, None).expect("a good table")
 }
 
-/// A measured step response of so many rows whose rate wanders.
+/// A measured step response with random rates.
 fn noisy_table(rows: usize) -> Function {
     let mut random = Random(rows as u64);
     let mut temperature = 300.0;
@@ -60,7 +60,7 @@ fn noisy_table(rows: usize) -> Function {
     table(&points)
 }
 
-/// One of every kind, and what is awkward about each.
+/// One difficult function of every kind.
 fn shaped() -> Vec<Function> {
     let good = |function: Result<Function, _>| function.expect("a good function");
     let mut all = vec![
@@ -94,7 +94,7 @@ fn shaped() -> Vec<Function> {
     all
 }
 
-/// Targets of the kinds that a node meets, each within a span [K]; `steps` of them.
+/// Targets of typical kinds within a span [K], for a number of steps.
 fn runs(steps: usize, low: f64, high: f64, each: u64, random: &mut Random) -> Vec<(&'static str, Run)> {
     let span = high - low;
     let mut all = Vec::new();
@@ -141,7 +141,7 @@ fn transition(function: &Function, t_max_steps: f64, retarget: Retarget, domain:
     Transition { heating: profile.clone(), cooling: profile, retarget, domain }
 }
 
-/// Worst error [K] of each kind of target.
+/// Largest error [K] for each kind of target.
 fn errors(context: &Arc<Context>, transition: &Transition, runs: &[(&'static str, Run)]) -> Vec<(&'static str, f64)> {
     let only: Vec<Run> = runs.iter().map(|(_, run)| run.clone()).collect();
     let found = respond(context, transition, &only).expect("the device responds");
@@ -157,7 +157,7 @@ fn errors(context: &Arc<Context>, transition: &Transition, runs: &[(&'static str
     worst
 }
 
-/// Asserts the worst error [K] of every function, kind of target and rule.
+/// Checks the largest error [K] of every function, kind of target and rule.
 fn check(functions: &[Function], domain: Domain, t_max: f64, steps: usize, range: [f64; 2], limit: f64) {
     check_kinds(functions, domain, (t_max, steps), range, limit, |_| true);
 }
@@ -214,9 +214,9 @@ fn every_function_follows_its_twin_over_long_transitions() {
     check(&shaped(), Domain::FourthPower, 361.0, 700, [150.0, 450.0], 5e-3);
 }
 
-/// Where a target moves all the time, such functions make much of rounding, in f64 too: of a table that stands still and then
-/// leaps, a disturbance of 1e-6 K becomes 5e-3 K under a sine; along two lines that end at full rate, a ramp from rest ends
-/// just on a step.
+/// If a target moves all the time, such functions amplify rounding errors, even in f64. In a table that rests and then
+/// leaps, 1e-6 K becomes 5e-3 K under a sine. With two lines that end at full rate, a ramp from rest ends exactly on a
+/// step.
 #[test]
 fn functions_that_leap_or_end_early_follow_their_twin_where_the_target_is_held() {
     let functions = [
@@ -249,8 +249,8 @@ fn powers_follow_their_twin_however_long_they_take() {
     check(&powers, Domain::Temperature, 60_000.0, 90_000, [180.0, 380.0], 0.03);
 }
 
-/// A ramp of even steps from rest meets its target on a whole step, in exact arithmetic, just where a linear transition
-/// ends at full rate: the lag falls from half of `t_max` to nothing there, and rounding must not put it off.
+/// An even ramp from rest meets its target exactly on a whole step, when a linear transition ends at full rate. There
+/// the lag falls from half of `t_max` to zero. Rounding must not delay it.
 #[test]
 fn a_linear_ramp_from_rest_is_over_on_its_whole_step() {
     let context = device();
@@ -262,7 +262,7 @@ fn a_linear_ramp_from_rest_is_over_on_its_whole_step() {
         let exact = reference(&transition, &run);
         let error = exact.iter().zip(&found).map(|(a, b)| (a - f64::from(*b)).abs()).fold(0.0, f64::max);
         assert!(error < 5e-4, "{slope} K a step in {t_max} steps: {error:.1e} K");
-        // n steps after the start (n + 1) / 2 steps have gone by on the clock: t_max of them at n = 2 t_max - 1.
+        // After n steps the clock shows (n + 1) / 2 steps. It shows t_max at n = 2 t_max - 1.
         let end = 2 * t_max as usize - 1;
         for (step, settled) in [(end - 1, false), (end, true), (end + 1, false)] {
             assert_eq!(found[step - 1] == run.targets[step - 1], settled, "{slope} K a step in {t_max}: step {step}");

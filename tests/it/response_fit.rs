@@ -1,4 +1,4 @@
-//! `isotherm response fit` as a user meets it: table, lines to paste, plot, errors.
+//! `isotherm response fit` as a user runs it: table, lines to paste, plot, errors.
 
 use std::path::Path;
 
@@ -52,7 +52,7 @@ fn what_is_proposed_can_stand_in_a_scene() {
     let curves: [(&str, Curve); 5] = [
         ("exponential", |s| (-3.0 * s).exp_m1() / (-3f64).exp_m1()),
         ("logarithmic", |s| (8.0 * s).ln_1p() / 8f64.ln_1p()),
-        // Stands still at both ends, where rounded coefficients could turn back.
+        // It is flat at both ends, where rounded coefficients could make it turn back.
         ("polynomial", |s| s * s * (3.0 - 2.0 * s)),
         ("table", |s| if s < 0.25 { 2.0 * s } else { 0.5 + (s - 0.25) * 2.0 / 3.0 }),
         ("domain", |s| s),

@@ -1,10 +1,10 @@
-//! Arrows between rooms never run up, and no files use each other in a circle. Both are read from the paths in the code:
-//! a method that is called on a value is not seen, the `use` of its type is.
+//! Rooms only use rooms below them, and files do not use each other in circles. The test reads the paths in the code.
+//! It sees the `use` of a type, not method calls on its values.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// The rooms of `src`. A room uses only rooms that stand before it.
+/// The rooms of `src`. Each uses only rooms before it.
 const ORDER: [&str; 14] = [
     "host",
     "environment",
@@ -22,25 +22,25 @@ const ORDER: [&str; 14] = [
     "cli",
 ];
 
-/// Arrows that the order would allow and the rooms do without.
+/// Uses that the order allows but that must not occur.
 const APART: [(&str, &str); 1] = [("gpu", "scene")];
 
-/// Folders whose circles are still to be unpicked.
+/// Folders that still have circles.
 const STILL_IN_CIRCLES: [&str; 1] = ["thermal/function"];
 
-/// A module, as the names that lead to it from the root of the crate.
+/// A module as a path from the crate root.
 type Module = Vec<String>;
 
-/// Files and those that they use.
+/// Files, and the files that they use.
 type Arrows<'a> = BTreeMap<&'a str, BTreeSet<&'a str>>;
 
 /// The references of a crate, file by file.
 struct Crate {
     /// File of every module that has one.
     files: BTreeMap<Module, String>,
-    /// What each module calls by another path: name -> paths.
+    /// Other names in each module: name -> paths.
     names: BTreeMap<Module, BTreeMap<String, Module>>,
-    /// What each module writes, as paths from the root.
+    /// Paths in each module, from the root.
     paths: BTreeMap<Module, BTreeSet<Module>>,
 }
 
@@ -101,7 +101,7 @@ fn tokens(text: &str) -> Vec<String> {
     tokens
 }
 
-/// Paths of a use tree with the name that each brings, and where the tree ends.
+/// Paths of a use tree with the name of each, and the end of the tree.
 fn use_tree(tokens: &[String], mut i: usize, prefix: &[String], found: &mut Vec<(String, Vec<String>)>) -> usize {
     let mut path = prefix.to_vec();
     loop {
@@ -137,7 +137,7 @@ fn use_tree(tokens: &[String], mut i: usize, prefix: &[String], found: &mut Vec<
 }
 
 impl Crate {
-    /// Of sources by their path below `src`.
+    /// Reads sources by their path below `src`.
     fn read(sources: &BTreeMap<String, String>) -> Self {
         let mut files = BTreeMap::new();
         for path in sources.keys() {
@@ -180,7 +180,7 @@ impl Crate {
                     i = use_tree(tokens, i + 1, &[], &mut found);
                     for (name, path) in found {
                         let path = self.absolute(&module, &path);
-                        // Handing a type on is no use of it, unless the file names it again.
+                        // Re-exporting a type is no use of it, unless the file also names it elsewhere.
                         let named = || tokens.iter().filter(|word| **word == name).count() > 1;
                         if !is_public || (name.starts_with(char::is_uppercase) && named()) {
                             self.paths.entry(module.clone()).or_default().insert(path.clone());
@@ -209,7 +209,7 @@ impl Crate {
         }
     }
 
-    /// A path as seen from a module, from the root; a first word that is nothing of the crate stays as it is.
+    /// A path in a module as a path from the root. A path outside the crate stays as it is.
     fn absolute(&self, module: &Module, path: &[String]) -> Module {
         let mut base = module.clone();
         let mut rest = path;
@@ -231,7 +231,7 @@ impl Crate {
         base
     }
 
-    /// The file in which what a path names is written; none where it is a module, or nothing of the crate.
+    /// The file that defines the target of a path. `None` for a module, or outside the crate.
     fn home(&self, path: &[String], hops: usize) -> Option<&str> {
         if self.files.contains_key(path) || hops == 0 {
             return None;
@@ -269,7 +269,7 @@ impl Crate {
     }
 }
 
-/// Groups of files that use each other in a circle.
+/// Groups of files that use each other in circles.
 fn circles<'a>(arrows: &Arrows<'a>) -> BTreeSet<Vec<&'a str>> {
     let reached = |from: &'a str| {
         let mut seen = BTreeSet::new();
@@ -287,7 +287,7 @@ fn circles<'a>(arrows: &Arrows<'a>) -> BTreeSet<Vec<&'a str>> {
     arrows.keys().map(circle).filter(|circle| !circle.is_empty()).collect()
 }
 
-/// Arrows between rooms that run up, as `file -> file`.
+/// Uses of a room by a lower room, as `file -> file`.
 fn upward(arrows: &Arrows) -> Vec<String> {
     let room = |file: &str| file.split('/').next().unwrap_or(file).trim_end_matches(".rs").to_owned();
     let rank = |room: &str| ORDER.iter().position(|known| *known == room).expect("every room has its place in ORDER");
@@ -299,7 +299,7 @@ fn upward(arrows: &Arrows) -> Vec<String> {
     all.filter(|(from, to)| runs_up(from, to)).map(|(from, to)| format!("{from} -> {to}")).collect()
 }
 
-/// The sources below `src`, those that name all rooms aside.
+/// The sources below `src`, except those that name all rooms.
 fn sources() -> BTreeMap<String, String> {
     fn visit(folder: &Path, root: &Path, found: &mut BTreeMap<String, String>) {
         for entry in std::fs::read_dir(folder).expect("a folder") {
@@ -348,17 +348,17 @@ fn an_arrow_that_runs_up_and_a_circle_are_found() {
         let arrows = all.arrows();
         (upward(&arrows), circles(&arrows).into_iter().map(|circle| circle.join(" ")).collect::<Vec<_>>())
     };
-    // Through what `scene/mod.rs` hands on, in a function.
+    // Through a re-export of `scene/mod.rs`, in a function.
     let (up, _) = with("environment/utc.rs", "fn f(band: crate::scene::SceneError) {}");
     assert_eq!(up, ["environment/utc.rs -> scene/error.rs"]);
     let (up, _) = with("gpu/limits.rs", "use crate::scene::{Scene, targets};");
     assert_eq!(up, ["gpu/limits.rs -> scene/mod.rs"]);
-    // By a module that was given another name, and inside a module of tests.
+    // Through a renamed module, and in a test module.
     let (_, circles) = with("thermal/planck.rs", "use super::radiance as other; type A = other::RadianceTable;");
     assert!(circles.contains(&"thermal/planck.rs thermal/radiance.rs".to_owned()), "{circles:?}");
     let (_, circles) = with("thermal/planck.rs", "mod more { use super::super::radiance::RadianceTable; }");
     assert!(circles.contains(&"thermal/planck.rs thermal/radiance.rs".to_owned()), "{circles:?}");
-    // Not in comments, texts and names of other crates.
+    // Not in comments, strings and names of other crates.
     let quiet = r##"/* crate::cli::f */ const A: &str = "crate::cli::f \" crate::cli::f"; use rayon::cli::f; // crate::cli::f
         const B: &str = r#"" crate::cli::f"#; const C: char = '"'; const D: char = '\''; fn g<'a>(_: &'a str) {}"##;
     assert_eq!(with("thermal/planck.rs", quiet).0, Vec::<String>::new());

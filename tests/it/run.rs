@@ -1,4 +1,4 @@
-//! The commands `run` and `render` of the built program: what they leave, twice the same, alike on every engine.
+//! The commands `run` and `render` of the built program: their files, equal when repeated, and alike on every engine.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use super::craft::{Folder, SCENE, scene_with};
 use super::device::Worst;
 use super::program::{end, isotherm, refusal, stderr, succeed};
 
-/// Every file below a folder, by its path there.
+/// Every file below a folder, by relative path.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut folders = vec![folder.to_path_buf()];
@@ -62,7 +62,7 @@ fn a_run_leaves_everything_and_twice_the_same() {
     });
     assert_eq!(one.keys().collect::<Vec<_>>(), FILES);
     for (name, bytes) in &one {
-        // The report tells times.
+        // The report contains times.
         assert!(name.starts_with("report.") || *bytes == two[name], "{name} differs from run to run");
     }
     let warmer = scene_with(&[("planet_ir = 237", "planet_ir = 237.01")]);
@@ -85,7 +85,7 @@ fn a_run_leaves_everything_and_twice_the_same() {
         assert!(passes.contains(&pass), "{passes:?}");
     }
     let page = String::from_utf8(one["report.html"].clone()).expect("text");
-    // An SVG names its namespace, which nobody fetches.
+    // An SVG names its namespace, but nothing fetches it.
     let page = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!page.contains("http"), "the page opens without a network");
     assert!(page.contains("data:image/png;base64,") && page.contains("<svg"), "with its pictures inside");
@@ -103,7 +103,7 @@ fn a_frame_tells_what_it_is() {
     let folder = Folder::new(SCENE);
     succeed(folder.0.path(), &["render", "scene.toml", "--time", "240", "-o", "image.exr"]);
     let bytes = std::fs::read(folder.path("image.exr")).expect("the image");
-    // Names and types as OpenEXR writes them: both end in a zero byte.
+    // OpenEXR ends names and types with a zero byte.
     for attribute in [
         "isotherm_band_um\0v2d\0",
         "isotherm_units_L\0string\0",
@@ -134,7 +134,7 @@ fn a_frame_tells_what_it_is() {
     assert_eq!(header.scene_sha256.len(), 64);
     // 45 deg across 96 pixels.
     assert!((header.camera.focal[0] - 48.0 / 22.5_f64.to_radians().tan()).abs() < 1e-9);
-    // The pose takes the point that the camera looks at to its axis.
+    // The pose maps the target of the camera to its axis.
     let ahead = header.camera_from_body.transform_point3(glam::DVec3::ZERO);
     assert!(ahead.truncate().length() < 1e-9 && (ahead.z - (6.5_f64 * 6.5 + 25.0 + 7.5 * 7.5).sqrt()).abs() < 1e-9);
 }
@@ -153,7 +153,7 @@ fn render_gives_the_frame_of_the_run_at_that_time() {
             .map(|path| std::fs::read(path).expect("an image"));
         assert!(still == run, "the image at {time} s is that of step {step}, to the byte");
     }
-    // In the middle of a step: a last, partial step. The craft warms and cools, so between is between.
+    // The middle of a step needs a shorter last step. The craft warms and cools steadily, so it must lie between.
     let [before, between, after] = ["240", "270", "300"].map(|time| {
         succeed(folder.0.path(), &["render", "scene.toml", "--time", time, "-o", "image.exr"]);
         frame(&folder.path("image.exr"))
@@ -208,7 +208,7 @@ fn the_reference_agrees_with_the_device() {
     assert!(labels * 200 < shown, "{labels} of {shown} labels differ");
 }
 
-/// Starts a command, sends Ctrl-C some time after something is there, and returns how it ended.
+/// Starts a command and sends Ctrl-C some time after `there` is true. Returns its output.
 fn interrupted(mut command: Command, there: impl Fn() -> bool) -> Output {
     let child = command.spawn().expect("the program starts");
     let began = Instant::now();
@@ -216,15 +216,15 @@ fn interrupted(mut command: Command, there: impl Fn() -> bool) -> Output {
         assert!(began.elapsed() < Duration::from_secs(60), "nothing appears");
         std::thread::sleep(Duration::from_millis(20));
     }
-    // What is waited for comes just before the work begins.
+    // `there` becomes true just before the work begins.
     std::thread::sleep(Duration::from_millis(700));
-    // The shell's own kill: a small Debian has no program of that name.
+    // The shell has a built-in kill. A minimal Debian has no such program.
     let kill = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status();
     assert!(kill.expect("a shell is there").success());
     child.wait_with_output().expect("the program ends")
 }
 
-/// `run` of a scene into `out`, its words kept for whoever asks.
+/// `run` of a scene into `out` with captured output.
 fn quiet_run(folder: &Folder) -> Command {
     let mut command = isotherm(folder.0.path(), &["run", "scene.toml", "-o", "out"]);
     command.stdout(Stdio::piped()).stderr(Stdio::piped());

@@ -1,4 +1,4 @@
-//! Scene files: every value of a full one, and what a short one assumes.
+//! Scene files: every value of a full one, and the defaults of a short one.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ mod materials;
 mod refusals;
 mod responses;
 
-/// A folder with a model (empty: scenes only look whether it is there) and a table.
+/// A folder with an empty model, whose existence is enough, and a table.
 struct Folder(tempfile::TempDir);
 
 const TABLE: &str = "\
@@ -65,7 +65,7 @@ impl Folder {
 /// A scene that states every key.
 const FULL: &str = include_str!("scene/full.toml");
 
-/// The least that makes a scene; `[materials]` stands last so that rules can follow.
+/// A minimal scene. `[materials]` is last so that rules can follow.
 const SHORT: &str = include_str!("scene/short.toml");
 
 #[test]
@@ -106,8 +106,7 @@ fn every_value_of_a_full_scene_arrives() {
     let shadows = scene.shadows.expect("the scene has shadows");
     assert_eq!((shadows.method, shadows.resolution), (Method::Depth, 1024));
     assert_relative_eq!(shadows.redraw_angle, 0.5f64.to_radians(), epsilon = 1e-15);
-    // The table's entries do not say which sides of the default exchange heat; all else is stated. The other sentence
-    // says what shadows leave out.
+    // The table's entries do not state the sides of the default. The other sentence says what shadows leave out.
     let [left_out, sides] = scene.assumptions.as_slice() else { panic!("{:?}", scene.assumptions) };
     assert!(left_out.contains("[shadows] is about sunlight"), "{left_out}");
     assert_eq!(sides, "Surfaces exchange heat on their outside only (sides is absent): materials.default.");
@@ -136,7 +135,7 @@ fn a_short_scene_says_what_it_assumes() {
     assert_eq!((scene.environment.albedo, scene.environment.background_temperature), (None, None));
     assert!(scene.environment.eclipse);
     assert_eq!(scene.environment.planet_radius, 6371e3);
-    // 2 pi sqrt((6371e3 + 408e3)^3 / 3.986004418e14), computed apart with Python.
+    // 2 pi sqrt((6371e3 + 408e3)^3 / 3.986004418e14), computed with Python.
     assert_relative_eq!(scene.orbit.period(), 5554.684945512347, epsilon = 1e-9);
     let camera = scene.require_camera().unwrap();
     // tan 45 deg = 1: the focal length is half the width.
@@ -179,7 +178,7 @@ fn attitudes_cameras_and_times_have_their_other_forms() {
     let half = 0.5_f64.sqrt();
     let scene = with("mode = \"nadir\"", "mode = \"inertial\"\nquaternion = [0.7071, 0, 0, 0.7071]");
     let Attitude::Inertial { inertial_from_body } = scene.attitude else { panic!("inertial") };
-    // Scalar first: a quarter turn about +Z takes X to Y.
+    // The scalar comes first. A quarter turn about +Z takes X to Y.
     assert!(inertial_from_body.angle_between(DQuat::from_xyzw(0.0, 0.0, half, half)) < 1e-7);
     assert!((inertial_from_body * DVec3::X - DVec3::Y).length() < 1e-12);
     assert!(scene.assumptions.iter().any(|sentence| sentence.contains("is normalised")));

@@ -1,4 +1,4 @@
-//! Every shader that can occur is valid, `spirv/` is what `glsl/` compiles to, and the structures are those of Rust.
+//! Every possible shader is valid, `spirv/` matches `glsl/`, and its structures match those of Rust.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -15,11 +15,11 @@ use naga::front::spv;
 
 use crate::device::validation_is_asked_for;
 
-/// How a transition can be evaluated.
+/// The ways to evaluate a transition.
 pub const CURVES: [Curve; 3] =
     [Curve::Power, Curve::Shaped { fourth_power: false }, Curve::Shaped { fourth_power: true }];
 
-/// Every variant of a curve that a scene can ask for.
+/// Every variant of a curve in any scene.
 pub fn thermal_variants(curve: Curve) -> Vec<ThermalVariant> {
     let bare = |kind| ThermalVariant {
         kind,
@@ -76,7 +76,7 @@ pub fn fused_variants() -> Vec<FusedVariant> {
     kinds.into_iter().flat_map(|kind| FusedVariant::LANES.map(|lanes| FusedVariant { kind, lanes })).collect()
 }
 
-/// Every shader that a scene can ask for.
+/// Every shader in any scene.
 fn all_shaders() -> Vec<Shader> {
     let mut all: Vec<_> = ENTRY_POINTS.iter().map(|(entry, _)| Shader::new(entry, Vec::new())).collect();
     all.push(Shader::new("solar_rays.comp", vec!["first"]));
@@ -109,7 +109,7 @@ fn spirv_is_what_glsl_compiles_to() {
     }
 }
 
-/// By spirv-val, which must be there where validation is asked for (`tools/setup tests` installs it).
+/// Checked by spirv-val, which must exist if validation is on (`tools/setup tests` installs it).
 #[test]
 fn every_shader_is_valid() {
     let shaders = all_shaders();
@@ -136,10 +136,10 @@ fn every_shader_is_valid() {
     }
 }
 
-/// A word that the text of its shader does not ask for would be a slip of the pen.
+/// A define that its shader does not use would be a mistake.
 #[test]
 fn every_word_has_a_meaning() {
-    // What is there without words, too.
+    // Includes the names without defines.
     let mut meant = BTreeSet::from([
         ("thermal_step.comp", "instant"),
         ("response.comp", "merge"),
@@ -205,7 +205,7 @@ fn structures_agree_with_glsl() {
                 members.iter().map(|member| (member.name.to_owned(), member.offset, member.size)).collect();
             assert_eq!(&rust, glsl, "{rust_name} in {name}");
             assert_eq!(size, *stride, "{rust_name} in {name}: size against stride");
-            // The comparison sees a member that moves.
+            // The comparison detects a moved member.
             let mut moved = rust.clone();
             moved[0].1 += 4;
             assert_ne!(&moved, glsl);

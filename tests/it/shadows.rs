@@ -1,4 +1,4 @@
-//! The craft's shadow on itself: the device against its f64 twin, the fast way against the exact one, and when it is done.
+//! The craft's shadow on itself: device against f64 twin, depth map against rays, and when shadows are computed again.
 
 use std::sync::Arc;
 
@@ -15,13 +15,13 @@ use serde_json::json;
 use super::craft::{Folder, glb, scene_with};
 use super::device::{assert_silent, context, dark, sunlight};
 
-/// The craft with half-metre edges; its box shades a wing, and a wing the box.
+/// The craft with half-metre edges. Its box shades a wing, and a wing the box.
 fn prepared(shadows: &str) -> Prepared {
     let scene = scene_with(&[("[radiance]", &format!("[shadows]\n{shadows}\n[radiance]"))]);
     Folder::new(&scene).prepared()
 }
 
-/// Low over a wing, so that the box stands in the light.
+/// A Sun low over a wing, so that the box stands in the light.
 fn sun() -> DVec3 {
     DVec3::new(0.25, 0.8, -0.45).normalize()
 }
@@ -30,7 +30,7 @@ fn load(sun: DVec3) -> StepLoad {
     StepLoad { sun: sunlight([(sun, 1361.0)]), ..dark(2.7) }
 }
 
-/// Visibility of the nodes that face the Sun, from the device.
+/// Visible share of the Sun on the device, for nodes that face it.
 fn on_device(context: &Arc<Context>, prepared: &Prepared, sun: DVec3) -> Vec<f64> {
     let data = DeviceData::new(prepared);
     let mut renderer = Renderer::new(context, &data.scene_data(prepared, None)).expect("a small scene");
@@ -38,14 +38,14 @@ fn on_device(context: &Arc<Context>, prepared: &Prepared, sun: DVec3) -> Vec<f64
     renderer.visibility().expect("the device answers").into_iter().map(f64::from).collect()
 }
 
-/// The same from f64.
+/// The same in f64.
 fn in_f64(prepared: &Prepared, sun: DVec3) -> Vec<f64> {
     let slots = 0..prepared.nodes.vertex_of_node.len();
     let mut shadows: Shadows = prepared.shadows(slots).expect("shadows are on");
     shadows.visibility(&load(sun)).expect("the first time")
 }
 
-/// Nodes on which the Sun can shine: those of sheets, and those of a skin that face it.
+/// Nodes that can see the Sun: nodes of sheets, and nodes of a skin that face it.
 fn lit(prepared: &Prepared, sun: DVec3) -> Vec<usize> {
     let nodes = &prepared.nodes;
     let faces = |slot: usize| {
@@ -56,7 +56,7 @@ fn lit(prepared: &Prepared, sun: DVec3) -> Vec<usize> {
     (0..nodes.vertex_of_node.len()).filter(|slot| nodes.vertex_of_node[*slot] != PADDING && faces(*slot)).collect()
 }
 
-/// Share of the nodes on which two answers differ by more than a ninth (one column of texels), and mean difference.
+/// Share of the nodes whose answers differ by more than a ninth (one column of texels), and mean difference.
 fn apart(slots: &[usize], a: &[f64], b: &[f64]) -> (f64, f64) {
     let differences = slots.iter().map(|slot| (a[*slot] - b[*slot]).abs());
     let wrong = differences.clone().filter(|difference| *difference > 0.12).count();
@@ -66,8 +66,8 @@ fn apart(slots: &[usize], a: &[f64], b: &[f64]) -> (f64, f64) {
 #[test]
 fn the_device_sees_the_shadows_of_its_twin() {
     let context = context();
-    // A rasteriser snaps corners to 1/16 of a texel or finer, so that a texel in ten along an edge may fall otherwise; a
-    // ray in f32 may pass an edge that one in f64 meets.
+    // A rasteriser rounds corners to 1/16 of a texel or finer, so a tenth of the texels along an edge may differ. An
+    // f32 ray may miss an edge that an f64 ray hits.
     for (shadows, most_wrong, most_mean) in
         [("method = \"depth\"\nresolution = 512", 0.01, 2e-3), ("method = \"exact\"", 0.005, 1e-3)]
     {
@@ -79,7 +79,7 @@ fn the_device_sees_the_shadows_of_its_twin() {
         assert!(wrong <= most_wrong && mean <= most_mean, "{shadows}: {wrong} apart, mean {mean}");
         let shaded = slots.iter().filter(|slot| device[**slot] < 0.5).count();
         assert!(shaded > slots.len() / 20, "{shadows}: {shaded} of {} nodes are in shadow", slots.len());
-        // A Sun one degree away must show.
+        // A Sun one degree away must give another result.
         let moved = (sun() + 0.017 * sun().any_orthonormal_vector()).normalize();
         let (wrong, mean) = apart(&slots, &device, &in_f64(&prepared, moved));
         assert!(wrong > most_wrong || mean > most_mean, "{shadows}: {wrong} apart, mean {mean} when the Sun has moved");
@@ -116,7 +116,7 @@ fn shadows_are_found_anew_when_the_sun_has_moved_enough() {
     };
     let first = renderer.visibility().expect("the device answers");
     assert_eq!(drawn(&renderer), 1);
-    // 0.6 degrees a step: the second is the first beyond one degree.
+    // At 0.6 degrees a step, the second step is the first beyond one degree.
     let turn = glam::DQuat::from_axis_angle(DVec3::Z, 0.6f64.to_radians());
     let mut sun = sun();
     for expected in [1, 2, 2, 3] {
@@ -145,7 +145,7 @@ fn what_is_shaded_stays_cold() {
     let (with, without) = (temperatures(&shaded), temperatures(&open));
     let mut seen = [0; 2];
     for slot in lit(&shaded, sun()) {
-        // In umbra nothing but the background is left, 2.7 K; what sees all of the Sun does not change.
+        // In umbra only the background of 2.7 K is left. Nodes in full sunlight do not change.
         if visibility[slot] == 0.0 {
             assert!((with[slot] - 2.7).abs() < 1e-3, "node {slot}: {} K", with[slot]);
             assert!(without[slot] > 100.0);
@@ -158,8 +158,8 @@ fn what_is_shaded_stays_cold() {
     assert!(seen[0] > 10 && seen[1] > 10, "{seen:?}");
 }
 
-/// The craft with a wing on a joint and, far from it, two small plates under a stack of as many equal triangles, whose
-/// boxes a ray from a plate meets and whose triangles it misses; above them all a screen over the first plate.
+/// The craft with a wing on a joint. Far from it are two small plates under a stack of equal triangles, and a screen
+/// above the first plate. A ray from a plate meets the boxes of the triangles but misses the triangles.
 fn under_a_stack(triangles: usize) -> Folder {
     let joint = "[[joint]]\npart = \"wing_port\"\nmode = \"fixed\"\naxis = \"+X\"\nangle_deg = 30\n";
     let sections = format!("[shadows]\nmethod = \"exact\"\n{joint}[radiance]");
@@ -180,11 +180,11 @@ fn under_a_stack(triangles: usize) -> Folder {
     folder
 }
 
-/// Corners of the plates [m], both beyond the long side of the stack's triangles.
+/// Corners of the plates [m], beyond the long side of the stack's triangles.
 const COVERED: [f32; 2] = [10.35, 10.35];
 const OPEN: [f32; 2] = [10.38, 10.15];
 
-/// The last triangle of the largest tree is found, after every box before it: lavapipe ends loops after 65,535 turns.
+/// The last triangle of the largest tree is found after every box before it. lavapipe ends loops after 65,535 turns.
 #[test]
 fn rays_walk_the_largest_tree_to_its_end() {
     let context = context();

@@ -1,4 +1,4 @@
-//! `isotherm run --trace`: every pass and stretch of host work in the trace event format.
+//! `isotherm run --trace`: every pass and host task in the trace event format.
 
 use std::collections::BTreeMap;
 
@@ -47,7 +47,7 @@ fn a_trace_holds_every_pass_of_the_report_and_no_pass_outside_the_run() {
     }
     assert!(events.iter().any(|event| event.0 == 1 && event.1 == "write EXR"));
 
-    // The queue works on one pass after the other, and after the host began.
+    // The queue runs one pass after another, after the start of the host.
     let mut queue: Vec<(f64, f64)> =
         events.iter().filter(|event| event.0 == 2).map(|event| (event.2, event.3)).collect();
     queue.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -1,4 +1,4 @@
-//! Real trajectories: against published vectors and eclipses, and through the commands.
+//! Real trajectories against published vectors and eclipses, and through the commands.
 
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use isotherm::scene::SkyScene;
 use super::craft::{Folder, SCENE, prepared, scene_with};
 use super::program::{end, isotherm, json, refusal, succeed};
 
-/// A file of `shared/data/orbit`; says so where it is absent.
+/// A file of `shared/data/orbit`. Prints a line if it is missing.
 fn shared(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/orbit").join(name);
     if path.exists() {
@@ -23,7 +23,7 @@ fn shared(name: &str) -> Option<PathBuf> {
 
 const TLE: &str = include_str!("../../models/iss.tle");
 
-/// Time, orbit, attitude and environment, without a model; `orbit` and `time` are more keys of their sections.
+/// Time, orbit, attitude and environment without a model. `orbit` and `time` add keys to their sections.
 fn sky_scene(orbit: &str, time: &str, planet_radius: f64) -> String {
     format!(
         "[time]\nstep = 60\nsteps = 1440\n{time}\n[orbit]\n{orbit}\n[attitude]\nmode = 'nadir'\n[environment]\n\
@@ -149,7 +149,7 @@ fn the_station_s_own_ephemeris_is_exact_at_its_epochs_and_close_between() {
     );
 }
 
-/// The integral over the planet's disc, direction by direction, with no formula of ours.
+/// The integral over the planet's disc, summed direction by direction without closed formulas.
 fn by_directions(ratio: f64, tilt: f64, azimuth: f64, sun_zenith: f64) -> [f64; 2] {
     const RINGS: u32 = 400;
     const SECTORS: u32 = 400;
@@ -159,7 +159,7 @@ fn by_directions(ratio: f64, tilt: f64, azimuth: f64, sun_zenith: f64) -> [f64; 
     let mut sums = [0.0; 2];
     for ring in 0..RINGS {
         let share = (f64::from(ring) + 0.5) / f64::from(RINGS);
-        // Rings crowd at the limb, where the ground's own angle changes fast.
+        // Rings are denser at the limb, where the ground's angle changes fast.
         let angle = limb * share * share * (3.0 - 2.0 * share);
         let width = limb * 6.0 * share * (1.0 - share) / f64::from(RINGS);
         for sector in 0..SECTORS {
@@ -326,7 +326,7 @@ fn a_file_that_the_scene_reads_is_never_written_over() {
     assert_eq!(std::fs::read_to_string(folder.path("scene.toml")).unwrap(), scene);
 }
 
-/// Whatever a command's folder may be emptied of with --force: not of what it reads.
+/// No command removes its own inputs with --force.
 #[test]
 fn no_folder_is_emptied_of_what_is_read() {
     let bulk = "thickness = 0.002\ndensity = 2700\nspecific_heat = 900\nconductivity = 200\n";
@@ -353,12 +353,12 @@ fn no_folder_is_emptied_of_what_is_read() {
     }
 }
 
-/// Grazing eclipses come and go with beta: the contacts of a trajectory are those of the same circle by its own search.
+/// Grazing eclipses come and go with beta. A trajectory must have the same contacts as the circular orbit.
 #[test]
 fn short_eclipses_of_a_trajectory_are_found() {
     let folder = tempfile::tempdir().unwrap();
     let (radius, rate) = (6.8e6, (3.986_004_418e14_f64 / 6.8e6_f64.powi(3)).sqrt());
-    // On 20 March the Sun stands near +X; the plane is turned about Y, so that it stands beta above it.
+    // On 20 March the Sun is near +X. The plane is turned about Y so that the Sun is beta above it.
     let mut found = Vec::new();
     for tenth in 0..60 {
         let beta = (66.0 + 0.1 * f64::from(tenth)).to_radians();
@@ -372,7 +372,7 @@ fn short_eclipses_of_a_trajectory_are_found() {
         let orbit = "file = 'table.csv'\nframe = 'GCRF'";
         let sky = sky(folder.path(), &sky_scene(orbit, "start = '2024-03-20T03:06:00'", 6371e3));
         let events = sky.events(0.0, 5900.0);
-        // By looking every second.
+        // Checked every second.
         let dark = (0..5900).map(|second| sky.lit_fraction(f64::from(second)) < 1.0).collect::<Vec<_>>();
         let changes = dark.windows(2).filter(|pair| pair[0] != pair[1]).count();
         let penumbra = events.iter().filter(|event| event.boundary == Boundary::Penumbra).count();

@@ -1,4 +1,4 @@
-//! Transitions on the device against the paper's curves and against their f64 twins, one commanded temperature a step.
+//! Transitions on the device against the paper's curves and their f64 twins, with one target a step.
 
 use std::sync::Arc;
 
@@ -21,8 +21,8 @@ fn same(function: Function, t_max: f64, retarget: Retarget) -> Response {
     transition((function.clone(), t_max), (function, t_max), retarget)
 }
 
-/// Temperature [K] after every step of a node that starts settled and is commanded one target a step. Without a load
-/// the target is the temperature of space.
+/// Temperature [K] after every step of a node that starts at rest and gets a target each step. Without a load the
+/// target is the temperature of space.
 fn response(context: &Arc<Context>, response: &Response, initial: f64, targets: &[f64]) -> Vec<f64> {
     let nodes = LooseNodes::new(NOTHING, vec![material(0.0, 1.0, Sides::Outside, response.clone())], &[DVec3::Z]);
     let mut renderer = nodes.renderer(context, &[]);
@@ -49,11 +49,11 @@ fn twin_response(response: &Response, initial: f64, targets: &[f64]) -> Vec<f64>
     targets.iter().map(step).collect()
 }
 
-/// Step and temperature [K] there.
+/// Step and temperature [K].
 type Value = (usize, f64);
 
-/// docs/numerics.md 1 (figures 5 and 6 of Vural et al. 2023): function, t_max, initial temperature, target, and the
-/// temperature at steps.
+/// docs/numerics.md 1 (figures 5 and 6 of Vural et al. 2023): function, t_max, initial temperature, target, and
+/// temperatures at steps.
 const PAPER: &[(Function, f64, f64, f64, &[Value])] = &[
     (Quadratic, 361.0, 2.7, 267.0, &[(1, 4.162_238), (50, 70.843_124), (180, 200.558_427), (361, 267.0)]),
     (Quadratic, 100.0, 2.7, 267.0, &[(1, 7.959_570), (50, 200.925), (100, 267.0), (1000, 267.0)]),
@@ -90,7 +90,7 @@ fn the_papers_transitions() {
     assert_silent(&context);
 }
 
-/// docs/numerics.md 1: quadratic, t_max 100, from 2.7 K, 267 K commanded at step 1, and another target from some step on.
+/// docs/numerics.md 1: quadratic, t_max 100, from 2.7 K, 267 K from step 1 on, and another target from a later step on.
 const MOVED: &[(f64, usize, &[Value])] = &[
     (350.0, 51, &[(51, 205.196_949), (60, 240.849_884), (100, 338.447_090), (125, 350.0)]),
     (210.0, 51, &[(51, 202.365_768), (60, 209.731_835), (75, 210.0)]),
@@ -116,7 +116,7 @@ fn targets_that_move() {
             assert!((restarted[from + 8] - found[from + 8]).abs() > 0.1, "the two rules must differ");
         }
     }
-    // The ramp of 0.25 K a step from 100 K: how far the temperature lags behind it.
+    // A ramp of 0.25 K a step from 100 K, for the lag of the temperature.
     let ramp: Vec<f64> = (1..=500).map(|step| 100.0 + 0.25 * f64::from(step)).collect();
     let found = response(&context, &quadratic, 100.0, &ramp);
     for (step, lag) in [(10, 2.234_622), (50, 7.190_054), (100, 7.916_822), (200, 6.182_499), (500, 6.125_940)] {
@@ -132,7 +132,7 @@ fn random_targets() {
     let (mut worst, mut wrong) = (Worst::none(), Worst::none());
     for (index, t_max) in [0.0, 1.0, 7.5, 100.0, 361.0, 1000.0].into_iter().enumerate() {
         for retarget in [Retarget::Merge, Retarget::Restart] {
-            // Held for some steps, then moved by several kelvin up or down.
+            // The target holds for some steps and then moves by several kelvin.
             let mut targets: Vec<f64> = Vec::new();
             while targets.len() < 400 {
                 let (target, steps) = (random.between(90.0, 400.0), random.between(1.0, 30.0));
@@ -168,7 +168,7 @@ fn advance_lets_time_pass_and_nothing_else() {
         let twin = twin_response(&kind, initial, &vec![target; 400]);
         let mut worst = Worst::none();
         for (step, expected) in twin.iter().enumerate() {
-            // The first step commands; the others only let time pass, whatever load is in place.
+            // The first step commands the target. In the others only time passes, under any load.
             let (range, load) = if step == 0 { (nodes.ranges[0], dark(target)) } else { (advance, dark(1.0)) };
             let wanted = Wanted { temperatures: true, ..Wanted::default() };
             let frame = Frame::step(&[range], wanted);
@@ -195,7 +195,7 @@ fn parts_of_steps_add_up() {
         let submitted = renderer.submit(Request::step(&dark(267.0), 0.25)).expect("the device steps");
         renderer.collect(submitted).expect("the device answers");
     }
-    // 5.2 of docs/numerics.md 1 at step 50.
+    // Curve 5.2 of docs/numerics.md 1 at step 50.
     let found = temperatures(&nodes, &mut renderer)[0];
     assert!((found - 200.925).abs() < 2e-4, "{found}");
 }

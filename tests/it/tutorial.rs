@@ -1,4 +1,4 @@
-//! The tutorial as a reader follows it: its files are written and its commands run as they stand in `docs/tutorial.md`.
+//! The tutorial as a reader follows it: writes its files and runs its commands from `docs/tutorial.md`.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -9,15 +9,15 @@ use isotherm::output::exr::read_exr;
 use super::model::shared_files::shared;
 use super::program::stderr;
 
-/// The craft that stands for the reader's own.
+/// The model that replaces the reader's own.
 const CRAFT: &str = "models/HST_42.glb";
 
-/// What the reader is told to do.
+/// An instruction to the reader.
 #[derive(Debug, PartialEq)]
 enum Block {
-    /// Commands of a shell.
+    /// Shell commands.
     Commands(String),
-    /// A file that is written, or lines that are added to it.
+    /// A file to write, or lines to add to a file.
     File { name: String, text: String, added: bool },
 }
 
@@ -46,7 +46,7 @@ fn blocks(page: &str) -> Vec<Block> {
     found
 }
 
-/// Does what a block says in a folder; the error is what the shell said.
+/// Follows a block in a folder. The error is the shell's message.
 fn follow(folder: &Path, block: &Block) -> Result<(), String> {
     match block {
         Block::File { name, text, added } => {
@@ -66,7 +66,7 @@ fn follow(folder: &Path, block: &Block) -> Result<(), String> {
     }
 }
 
-/// Files that the page promises in its table.
+/// Files in the page's table of results.
 fn promised(page: &str) -> Vec<&str> {
     page.lines().filter_map(|line| line.strip_prefix("| `")?.split_once('`').map(|(name, _)| name)).collect()
 }
@@ -92,7 +92,7 @@ fn the_commands_of_the_tutorial_run_as_written() {
     let (frame, header) = read_exr(&folder.path().join("out/frames/step_000024.exr")).expect("an image");
     assert!(header.materials.iter().any(|name| name == "hbltel_3"), "{:?}", header.materials);
     let craft: Vec<f32> = frame.radiance.iter().copied().filter(|radiance| *radiance > 1.0).collect();
-    // The craft covers a good part of the image, and none of it is hotter than a surface that faces the Sun.
+    // The craft covers much of the image, and nothing is hotter than a surface that faces the Sun.
     assert!(
         craft.len() > frame.radiance.len() / 20,
         "{} of {} pixels show the craft",

@@ -1,4 +1,4 @@
-//! The loads and the balance on the device against their f64 twins of the same names.
+//! Loads and balance on the device against their f64 twins.
 
 use std::f64::consts::PI;
 
@@ -15,17 +15,17 @@ use super::device::{
     ALL, LooseNodes, Present, Random, Worst, assert_silent, black, context, dark, material, planet, settled, sunlight,
 };
 
-/// Altitudes over Earth's radius: the lowest orbits, the ISS, the paper's, geostationary, and the Moon's distance.
+/// Orbit radii over Earth's radius: lowest orbits, ISS, the paper's orbit, geostationary, and the Moon.
 const RATIOS: [f64; 6] = [1.0157, 1.0352, 1.0640, 1.1212, 6.617, 60.3];
 
 fn directions(count: usize, seed: u64) -> Vec<DVec3> {
     let mut random = Random::new(seed);
-    // The axes too: there components vanish, and plates lie along the tangents of their loads.
+    // Includes the axes, where components vanish and plates lie along the tangents of their loads.
     let axes = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
     axes.into_iter().chain(std::iter::repeat_with(|| random.direction())).take(count).collect()
 }
 
-/// Compares the flux that black plates take from a load with a twin [W/m2].
+/// Largest difference between the flux on black plates and a twin [W/m2].
 fn flux_difference(present: Present, load: &StepLoad, twin: impl Fn(DVec3) -> f64, plates: &[DVec3]) -> Worst {
     let context = context();
     let nodes = LooseNodes::new(present, vec![black()], plates);
@@ -47,7 +47,7 @@ fn solar_flux_agrees() {
         let samples: Vec<_> = (0..count).map(|_| (random.direction(), 1361.0 / count as f64)).collect();
         let load = StepLoad { sun: sunlight(samples.clone()), ..dark(0.0) };
         let worst = flux_difference(sun, &load, |normal| solar_flux(&load, normal), &plates);
-        // A flux is read off a temperature in f32, good to 2.4e-7 of it.
+        // A flux comes from an f32 temperature, so its relative error is 2.4e-7.
         worst.within(1e-3, "W/m2", &format!("solar flux of {count} samples"));
         if count > 0 {
             let brighter = samples.into_iter().map(|(direction, flux)| (direction, flux * (1.0 + 2e-6)));
@@ -63,7 +63,7 @@ fn plate_view_factor_agrees() {
     let infrared = Present { planet_ir: true, ..Present::default() };
     for ratio in RATIOS {
         let nadir = DVec3::new(0.6, 0.48, -0.64);
-        // An exitance of 1 W/m2 makes the flux the view factor. Tilts crowd about the two tangencies.
+        // An exitance of 1 W/m2 makes the flux equal the view factor. Tilts are dense near both tangencies.
         let load = |ratio| StepLoad { planet: Some(planet(nadir, DVec3::Z, ratio, 1.0, 0.0)), ..dark(0.0) };
         let side = nadir.any_orthonormal_vector();
         let limb = (1.0 / ratio).asin();
@@ -83,7 +83,7 @@ fn plate_view_factor_agrees() {
     }
 }
 
-/// A planet that reflects, with the Sun at some angle from the zenith below the craft.
+/// A planet with albedo. The Sun has an angle from the zenith below the craft.
 fn reflecting(field: &AlbedoField, ratio: f64, sun_zenith: f64) -> Option<StepLoad> {
     let nadir = DVec3::new(-0.36, 0.48, 0.8);
     let planet = PlanetLoad { albedo_flux: 0.3 * 1361.0, ..planet(nadir, DVec3::X, ratio, 0.0, sun_zenith) };
@@ -112,7 +112,7 @@ fn albedo_flux_agrees() {
     }
 }
 
-/// Materials of all kinds of optics, with one and with both faces.
+/// Materials with many optics, one- and two-sided.
 fn materials(count: usize, seed: u64) -> Vec<Material> {
     let mut random = Random::new(seed);
     let mut materials = Vec::new();
@@ -122,14 +122,13 @@ fn materials(count: usize, seed: u64) -> Vec<Material> {
         let sides = if index % 2 == 0 { Sides::Outside } else { Sides::Both { back } };
         materials.push(material(front.absorptivity, front.emissivity, sides, Response::Instant));
     }
-    // The paper's goldized MLI, the hottest there is, and a surface that takes no sunlight.
+    // The paper's goldized MLI is the hottest material. Another one absorbs no sunlight.
     materials.push(material(0.19, 0.02, Sides::Outside, Response::Instant));
     materials.push(material(0.0, 0.9, Sides::Outside, Response::Instant));
     materials
 }
 
-/// Below this the balance temperature is ill-conditioned, and the radiated flux is compared [K]; see
-/// `simulation::check`.
+/// Below this temperature [K] the balance is ill-conditioned, so radiated fluxes are compared. See `simulation::check`.
 const COLD: f64 = 85.0;
 
 #[test]

@@ -1,4 +1,4 @@
-//! The validation layer, synchronisation included: silent on whole frames, and which missing barriers it speaks of.
+//! The validation layer with synchronisation: silent on complete frames, and the missing barriers that it detects.
 
 use std::sync::{Arc, LazyLock};
 
@@ -36,7 +36,7 @@ fn range() -> StepRange {
     StepRange { variant, groups: (0, 64), joint: 0 }
 }
 
-/// A sheet with thermal inertia and a camera before it.
+/// A sheet with thermal inertia in front of a camera.
 fn sheet(context: &Arc<Context>) -> Renderer {
     let quadratic = (Function::Quadratic, 50.0);
     let sides = Sides::Both { back: Optics { absorptivity: 0.4, emissivity: 0.63 } };
@@ -64,7 +64,7 @@ fn everything() -> StepLoad {
     }
 }
 
-/// Submits a frame with whatever its passes read.
+/// Submits a frame with the inputs of its passes.
 fn submit(renderer: &mut Renderer, frame: &Frame, load: &StepLoad, wanted: Wanted) {
     let pose = looking(DVec3::new(0.0, 0.0, -3.0), DVec3::ZERO, DVec3::Y);
     let view = device_view(&camera(32, 24, 20.0), &pose);
@@ -87,7 +87,7 @@ fn whole_frames_are_silent() {
             submit(&mut renderer, &Frame::step(&ranges, wanted), &load, wanted);
             submit(&mut renderer, &Frame::step(&[], wanted), &load, wanted);
         }
-        // Two frames in flight, and the first anew.
+        // Two frames are in flight, then the first is reused.
         let pose = looking(DVec3::new(0.0, 0.0, -3.0), DVec3::ZERO, DVec3::Y);
         let view = device_view(&camera(32, 24, 20.0), &pose);
         let request = Request { views: &[view], ..Request::step(&load, 1.0).and_temperatures() };
@@ -105,7 +105,7 @@ fn barriers(frame: &Frame) -> Vec<Barrier> {
     frame.entries.iter().flat_map(of).collect()
 }
 
-/// What the layer says of a frame after one whole step: the identifiers of its first messages, without repetition.
+/// The layer's messages about a frame after one complete step: identifiers of the first ones, without repetition.
 fn said_of(frame: &Frame, wanted: Wanted) -> Option<Vec<String>> {
     let context = validated_context()?;
     let mut renderer = sheet(&context);
@@ -124,8 +124,8 @@ fn said_of(frame: &Frame, wanted: Wanted) -> Option<Vec<String>> {
     Some(said)
 }
 
-/// Takes each barrier out of `frame`, which follows `first` in one command buffer, and compares for which of them the
-/// layer speaks. Which it sees was measured with version 1.3.239; what it does not see, tests/it/hazards.rs proves.
+/// Removes each barrier of `frame`, which follows `first` in one command buffer, and lists those that the layer
+/// detects. The expected list was measured with version 1.3.239. tests/it/hazards.rs covers the others.
 fn check(first: &Frame, frame: &Frame, wanted: Wanted, seen: &[&str], unseen: &[&str]) {
     let joined = |frame: Frame| Frame { entries: [first.entries.clone(), frame.entries].concat() };
     let Some(said) = said_of(&joined(frame.clone()), wanted) else { return };
@@ -174,7 +174,7 @@ fn barriers_of_a_step() {
     let [target, span, elapsed] = STATE_TO_STEP;
     let images = [radiance, identity, radiance_copy, identity_copy];
     let seen = [&[CULL_TO_DRAWING, CULL_TO_DRAWS, COMPUTE_TO_VERTEX][..], &images, &[COMPUTE_TO_COPY]].concat();
-    // What orders this frame after the last, which is another submit; what is for the host.
+    // Barriers to the previous submit and barriers for the host.
     let to_host =
         ["RadianceReadback: COPY -> HOST", "IdentityReadback: COPY -> HOST", "TemperatureReadback: COPY -> HOST"];
     let last_frame = [TEMPERATURE_TO_STEP, target, span, elapsed, CULLED_TO_CULL, DRAWN_TO_CULL, DEPTH];
@@ -182,7 +182,7 @@ fn barriers_of_a_step() {
     check(&Frame::default(), &Frame::step(&[range()], WANTED), WANTED, &seen, &unseen);
 }
 
-/// A frame without what the host reads: two of them in one command buffer would write it twice.
+/// A frame without data for the host, because two of them in one command buffer would write it twice.
 fn unread(frame: &Frame) -> Frame {
     let mut entries = frame.entries.clone();
     entries.retain_mut(|entry| match entry {
@@ -202,7 +202,7 @@ fn barriers_between_two_steps() {
     let [radiance, identity] = IMAGES_TO_DRAWING;
     let culled = [CULLED_TO_CULL, DRAWN_TO_CULL, CULL_TO_DRAWING, CULL_TO_DRAWS];
     let seen = [&[TEMPERATURE_TO_STEP][..], &culled, &[COMPUTE_TO_VERTEX, radiance, identity]].concat();
-    // Two dispatches of one kind on one buffer, and depth, which the order of rasterisation covers; no copy follows.
+    // Two dispatches of one kind on one buffer, depth (which rasterisation order covers), and images without a copy.
     let unseen = [&STATE_TO_STEP[..], &[DEPTH], &IMAGES_TO_COPY].concat();
     check(&step, &step, drawn, &seen, &unseen);
 }

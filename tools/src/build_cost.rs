@@ -1,5 +1,5 @@
-//! The cost of building a scene by its number of nodes: seconds, and bytes a node on the host and on the device. Every
-//! density is built in a process of its own, whose peak of memory is then its own.
+//! Measures the cost of building a scene by number of nodes: seconds, and bytes a node on host and device. Each density
+//! runs in its own process, which then has its own peak of memory.
 
 use std::process::Command;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use isotherm::simulation::viewpoint::camera_from_body;
 
 use super::AnyError;
 
-/// Prints a table with a row for each longest edge [m], each made by this program started anew with `arguments`.
+/// Prints a table with a row for each longest edge [m]. This program starts itself with `arguments` for each row.
 pub fn measure(edges: &[f64], arguments: &[String]) -> Result<(), AnyError> {
     println!(
         "Building a scene, to where nodes are in the order of the device; then uploading, settling at 300 K and three steps, the last \

@@ -1,5 +1,5 @@
-//! Measures what README states: the thermal pass by number of nodes, whole steps of a scene by density and size, and
-//! stages of large networks, what building and starting a scene costs, and how far fast shadows are from exact ones.
+//! Measures the numbers in README: the thermal pass, whole steps, stages of large networks, start-up, and shadow
+//! errors.
 
 mod build_cost;
 #[path = "peers/clock.rs"]
@@ -36,7 +36,7 @@ type AnyError = Box<dyn std::error::Error>;
 /// Example: cargo run --release -p isotherm-tools --bin measure -- --scene models/iss.toml
 #[derive(Parser)]
 struct Arguments {
-    /// Scene whose loads are used, and whose steps are measured
+    /// Scene whose loads and steps are measured
     #[arg(long, default_value = "models/iss.toml")]
     scene: PathBuf,
     /// Numbers of nodes of the thermal pass
@@ -48,37 +48,37 @@ struct Arguments {
     /// Leave out the whole steps
     #[arg(long)]
     nodes_only: bool,
-    /// Measure nothing but the cost of response functions against a quadratic one
+    /// Measure only the cost of response functions relative to a quadratic one
     #[arg(long)]
     functions_only: bool,
-    /// Measure nothing but the stages of large networks
+    /// Measure only the stages of large networks
     #[arg(long)]
     network_only: bool,
-    /// Numbers of nodes of the networks; each becomes the nearest square
+    /// Numbers of nodes of the networks; each is rounded to a square
     #[arg(long, value_delimiter = ',', default_values_t = [10_000, 100_000, 1_000_000])]
     network_nodes: Vec<usize>,
-    /// Measure nothing but the building of the scene, at --build-edges
+    /// Measure only the building of the scene, at --build-edges
     #[arg(long)]
     build: bool,
-    /// Longest edges of --build [m]; of the station 1e5, 1e6 and 1e7 nodes
+    /// Longest edges of --build [m]; the defaults give 1e5, 1e6 and 1e7 nodes of the station
     #[arg(long, value_delimiter = ',', default_values_t = [1.5, 0.35, 0.09])]
     build_edges: Vec<f64>,
-    /// Measure nothing but shadows by depth against shadows by rays, at --shadow-edges
+    /// Measure only shadows by depth against shadows by rays, at --shadow-edges
     #[arg(long)]
     shadows: bool,
     /// Longest edges of --shadows [m]
     #[arg(long, value_delimiter = ',', default_values_t = [6.0, 2.0, 1.0, 0.5])]
     shadow_edges: Vec<f64>,
-    /// Texels each way of the maps of --shadows
+    /// Texels along each side of the maps of --shadows
     #[arg(long, value_delimiter = ',', default_values_t = [1024, 2048, 4096])]
     shadow_maps: Vec<u32>,
-    /// Measure nothing but the start of the scene, and of the `isotherm` beside this program
+    /// Measure only the start of the scene and of the `isotherm` beside this program
     #[arg(long)]
     start_up: bool,
-    /// Another build of `isotherm` whose start takes turns with it
+    /// Another build of `isotherm` that takes turns with it
     #[arg(long, value_name = "FILE", requires = "start_up")]
     before: Option<PathBuf>,
-    /// Build with this longest edge alone, in this process
+    /// Build only this longest edge, in this process
     #[arg(long, hide = true)]
     build_one: Option<f64>,
     /// Steps of each measurement
@@ -130,7 +130,7 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     if arguments.nodes_only { Ok(()) } else { whole_ticks(arguments, &context, &scene) }
 }
 
-/// Nanoseconds a node and step: time alone passing, and loads, balance and a target that moves every step.
+/// Time a node and step [ns] while only time passes, and with loads, balance and a target that moves every step.
 fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError> {
     println!("Thermal pass, quadratic transition, nanoseconds a node and step: median (10 to 90 %)\n");
     println!(
@@ -186,8 +186,7 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
     Ok(())
 }
 
-/// What a node costs along each kind of function, over what it costs along a quadratic one, and what a function costs
-/// that no node uses.
+/// Cost of a node with each kind of function relative to a quadratic one, and cost of a function that no node uses.
 fn functions(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError> {
     const NODES: usize = 1 << 18;
     println!(
@@ -217,7 +216,8 @@ fn functions(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Re
             shadow: false,
             fused: false,
         };
-        // Other programs do not lengthen processor time; what few steps take less is mostly the making of the pipeline.
+        // Processor time does not depend on other programs. The difference of few steps is mostly the pipeline's
+        // creation.
         let processor_ms = |steps: &[StepLoad]| -> Result<f64, AnyError> {
             let clock = clock::Clock::start();
             time_pass(context, variant, &Shapes::one(&transition), NODES, steps)?;
@@ -245,7 +245,7 @@ fn functions(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Re
 /// Rounds of the comparison of functions.
 const ROUNDS: usize = 3;
 
-/// One of every kind.
+/// One function of every kind.
 fn measured_functions() -> Result<Vec<Function>, AnyError> {
     let points = [(0.0, 300.0), (1.0, 280.0), (2.0, 261.0), (4.0, 235.0), (7.0, 211.0), (9.0, 203.0), (12.0, 200.0)];
     let samples: Vec<_> = points.iter().map(|&(time, temperature)| Sample { time, temperature }).collect();
@@ -265,7 +265,7 @@ fn measured_functions() -> Result<Vec<Function>, AnyError> {
     ])
 }
 
-/// The scene with and without a material that no node has and whose response is an expression.
+/// Compares the scene with and without an unused material whose response is an expression.
 fn unused_function(context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError> {
     let plain = Prepared::from_scene(scene.clone(), &mut |_| {})?;
     let mut with = Prepared::from_scene(scene.clone(), &mut |_| {})?;
@@ -313,7 +313,7 @@ fn unused_function(context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError
     Ok(())
 }
 
-/// Times of the variants that the steps run, and bytes a node.
+/// Times of the variants that ran, and bytes a node.
 fn time_pass(
     context: &Arc<Context>,
     variant: ThermalVariant,
@@ -327,7 +327,7 @@ fn time_pass(
     Ok((pass.times, pass.bytes_a_node))
 }
 
-/// Milliseconds of a whole step with its image in host memory, files left out.
+/// Time of a whole step with its image in host memory [ms], without files.
 fn whole_ticks(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Result<(), AnyError> {
     println!(
         "Whole step of scene '{}' (step, image, images and temperatures on the host), milliseconds: median\n",

@@ -1,4 +1,4 @@
-//! The cost of a stage of a large network by its number of nodes: square shells of conducting, radiating cells.
+//! Measures the cost of a stage of a large network by number of nodes: square shells of conducting, radiating cells.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -13,7 +13,7 @@ use super::AnyError;
 
 /// Stages of the measured sub-step.
 const STAGES: u32 = 15;
-/// Rounds of a measurement: other programs may run beside it.
+/// Rounds of a measurement, because other programs may run meanwhile.
 const ROUNDS: usize = 9;
 
 /// Prints nodes, time to build, and time of a node and stage of RKL2.
@@ -33,10 +33,10 @@ pub fn measure(context: &Arc<Context>, nodes: &[usize]) -> Result<(), AnyError> 
         let power: Vec<f64> = (0..network.len()).map(|node| 0.02 + 0.01 * (node as f64 * 0.001).sin()).collect();
         stepper.set_heat(&power, &vec![0.0; network.len()])?;
         let step = 0.9 * stable_product(STAGES) / network.fastest_rate(&network.temperatures);
-        // At least 0.1 s a round, so that what a submission costs is as small as in use.
+        // At least 0.1 s a round, so that the submission costs as little as in normal use.
         let sub_steps = (2_000_000 / network.len()).clamp(2, 64) as u32;
         let (mut rounds, mut busy) = (Vec::new(), Vec::new());
-        // The first round compiles.
+        // The first round compiles pipelines.
         for round in 0..=ROUNDS {
             let (began, before) = (Instant::now(), processor_seconds());
             stepper.attempt(Method::Rkl2 { stages: STAGES }, 0.0, step, sub_steps)?;
@@ -65,16 +65,16 @@ pub fn measure(context: &Arc<Context>, nodes: &[usize]) -> Result<(), AnyError> 
     Ok(())
 }
 
-/// Seconds of all processors that this program has used, which other programs do not lengthen; in steps of 10 ms
-/// (proc(5), `/proc/self/stat`: fields 14 and 15, in steps of 1/100 s). NaN where there is no such file.
+/// Processor time of this program [s], which does not depend on other programs (proc(5), `/proc/self/stat`: fields 14
+/// and 15, in units of 1/100 s). NaN if there is no such file.
 fn processor_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields: Vec<f64> = stat.rsplit(')').next().unwrap_or_default().split(' ').flat_map(str::parse).collect();
-    // The state, the third field, is no number.
+    // The state, the third field, is not a number.
     fields.get(10).zip(fields.get(11)).map_or(f64::NAN, |(user, system)| (user + system) / 100.0)
 }
 
-/// A sheet of aluminium 1 mm thick of `side` x `side` cells of 1 cm, which radiates on one side.
+/// A sheet of aluminium, 1 mm thick, of `side` x `side` cells of 1 cm. It radiates on one side.
 fn shell(side: usize) -> Network {
     // Aluminium 6061: 2700 kg/m3, 896 J/kg/K, 167 W/m/K (ECSS-E-HB-31-01 Part 5A); between square cells GL = k x thickness.
     let capacitance = 2700.0 * 896.0 * 1e-3 * 1e-4;

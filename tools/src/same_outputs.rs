@@ -1,4 +1,4 @@
-//! Runs scenes with the program of an earlier commit and with the present one, and compares all that the runs leave.
+//! Compares the outputs of an earlier commit's program with those of the present one.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -25,7 +25,7 @@ struct Arguments {
     folder: PathBuf,
 }
 
-/// Keys of `report.json` that hold times, or the folder of the run in the command.
+/// Keys of `report.json` that hold times or the folder of the run.
 const TIMES: [&str; 10] = [
     "ns_per_node_step",
     "step_ms",
@@ -78,7 +78,7 @@ fn compare(arguments: &Arguments) -> Result<usize, Box<dyn Error>> {
     Ok(different)
 }
 
-/// The program of a commit, built where it is not there yet.
+/// The program of a commit. It is built if it does not exist.
 fn program(commit: &str, folder: &Path) -> Result<PathBuf, Box<dyn Error>> {
     let program = folder.join(format!("isotherm_{commit}"));
     if !program.exists() {
@@ -124,13 +124,13 @@ fn is_same(before: &Path, after: &Path) -> bool {
             let (Ok(before), Ok(after)) = (before, after) else { return false };
             is_same_value("", &before, &after)
         }
-        // The page shows the values of report.json, and embeds the pictures that are compared on their own.
+        // The page shows the values of report.json. Its embedded pictures are also compared as files.
         Some("html") => without_numbers(&before_bytes) == without_numbers(&after_bytes),
         _ => before_bytes == after_bytes,
     }
 }
 
-/// Compares two values of a report but for times, and prints each place where they differ.
+/// Compares two report values except for times, and prints every difference.
 fn is_same_value(place: &str, before: &Value, after: &Value) -> bool {
     match (before, after) {
         (Value::Object(before), Value::Object(after)) => {
@@ -160,13 +160,13 @@ fn is_same_value(place: &str, before: &Value, after: &Value) -> bool {
     }
 }
 
-/// Whether a value is a time in words, such as `1.76 s`.
+/// Whether a value is a time as text, such as `1.76 s`.
 fn is_seconds(value: &Value) -> bool {
     let number = value.as_str().and_then(|text| text.strip_suffix(" s"));
     number.is_some_and(|number| number.parse::<f64>().is_ok())
 }
 
-/// A page without digits, and without the words for the folders of the two runs.
+/// A page without digits and without the folders of the two runs.
 fn without_numbers(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(bytes).replace("_before", "").replace("_after", "");
     text.chars().filter(|c| !c.is_ascii_digit() && !" .-e".contains(*c)).collect()

@@ -1,4 +1,4 @@
-//! The shader compiler: every entry point of `glsl/` in its plainest form to `spirv/`.
+//! The shader compiler: compiles every entry point of `glsl/` in its plainest variant to `spirv/`.
 
 use std::path::PathBuf;
 

@@ -1,5 +1,5 @@
-//! Shadows by the depth that the Sun sees against shadows by rays: nodes and area that see it wrongly, and kelvin, by density of
-//! nodes and resolution of the map.
+//! Compares shadows by depth map with shadows by rays: wrong nodes, wrong area and kelvin, by node density and map
+//! resolution.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -15,20 +15,20 @@ use isotherm::simulation::prepare::Prepared;
 
 use super::AnyError;
 
-/// Places in the orbit, half a place off its noon.
+/// Number of positions in the orbit. The first is half a position after noon.
 const PLACES: u32 = 8;
 
-/// What one way of finding shadows leaves, in every place that is in sunlight.
+/// Results of one shadow method at every sunlit position.
 struct Found {
     nodes: usize,
     texel_m: Option<f64>,
-    /// Share of the Sun, of the nodes that face it.
+    /// Visible share of the Sun of the nodes that face it.
     seen: Vec<Vec<Option<f32>>>,
     /// Balance temperatures [K].
     temperatures: Vec<Vec<f32>>,
-    /// Area of each node, 0 of padding [m2].
+    /// Area of each node [m2]. It is 0 for padding.
     areas: Vec<f64>,
-    /// To find them and settle the nodes, a place [s].
+    /// Time to compute shadows and settle the nodes at one position [s].
     seconds: f64,
 }
 
@@ -99,7 +99,7 @@ fn found(context: &Arc<Context>, scene: &Scene, edge: f64, shadows: Option<Shado
         of.texel_m = of.texel_m.or(prepared.redraw().and_then(|mut redraw| Some(redraw.view(&load)?.texel)));
         let began = Instant::now();
         renderer.settle(&load)?;
-        // The least: the first ones compile.
+        // The minimum, because the first ones compile.
         of.seconds = of.seconds.min(began.elapsed().as_secs_f64());
         if shadows.is_some() {
             let lit = facing(&prepared, &load).into_iter().zip(&of.areas).map(|(facing, area)| facing && *area > 0.0);

@@ -1,4 +1,4 @@
-//! What the start of a scene takes: the device, the shaders, the pipelines, and the whole program beside another build of it.
+//! Measures the start of a scene: device, shaders, pipelines, and the whole program next to another build.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -14,8 +14,8 @@ use isotherm::simulation::viewpoint::camera_from_body;
 
 use super::AnyError;
 
-/// Prints medians and least of so many rounds; `before` is another build of `isotherm`, which takes turns with the one beside
-/// this program.
+/// Prints median and minimum of a number of rounds. `before` is another build of `isotherm` that takes turns with the
+/// one beside this program.
 pub fn measure(scene: &Path, device: Option<&str>, before: Option<&Path>, rounds: usize) -> Result<(), AnyError> {
     let prepared = Prepared::from_scene(Scene::load(scene)?, &mut |_| {})?;
     let camera = prepared.scene.require_camera()?.clone();
@@ -52,7 +52,7 @@ pub fn measure(scene: &Path, device: Option<&str>, before: Option<&Path>, rounds
     println!("- one of the {} shaders of its nodes by naga: {}", shaders.len(), told(&mut compiled));
     let Some(before) = before else { return Ok(()) };
 
-    // What follows the start would hide it, so the copy of the scene has no warm-up.
+    // A warm-up would hide the start, so the copy of the scene has none.
     let folder = std::env::temp_dir().join(format!("isotherm_start_up_{}", std::process::id()));
     std::fs::create_dir(&folder)?;
     let beside = scene.canonicalize()?;
@@ -66,7 +66,7 @@ pub fn measure(scene: &Path, device: Option<&str>, before: Option<&Path>, rounds
     let this = std::env::current_exe()?.with_file_name("isotherm");
     let mut times = [Vec::new(), Vec::new()];
     for round in 0..2 * rounds {
-        // Each is first in every other round.
+        // Each program is first in every other round.
         let which = (round + round / 2) % 2;
         let mut command = Command::new([before, &this][which]);
         command.arg("render").arg(folder.join("start_up.toml")).args(["--time", "0", "-o"]).arg(folder.join("out.exr"));

@@ -1,23 +1,23 @@
-//! A hard case, and what was measured of it.
+//! A hard case and its measurement.
 
 use serde::Serialize;
 
 use crate::output::html::{kelvin_text, significant};
 use crate::simulation::target::Target;
 
-/// How long the cases are.
+/// The length of the cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Scale {
-    /// For tests.
+    /// Short, for tests.
     Small,
-    /// For `--quick`: an orbit where the whole is a day.
+    /// Medium, for `--quick`: an orbit instead of a day.
     Quick,
-    /// Everything: a day is a day.
+    /// Full length.
     Whole,
 }
 
 impl Scale {
-    /// One of three values.
+    /// Selects one of three values.
     pub fn of<T>(self, small: T, quick: T, whole: T) -> T {
         match self {
             Self::Small => small,
@@ -27,37 +27,37 @@ impl Scale {
     }
 }
 
-/// What a target is asked for: the largest error, in the unit of the case, or why there is none.
+/// Measures a target. Returns the largest error in the unit of the case, or the reason why there is none.
 pub type Measure = Box<dyn Fn(&Target, Scale) -> Result<f64, String> + Send + Sync>;
-/// The same without the remedy, by small code on the processor.
+/// The same error without the remedy, computed by simple code on the processor.
 pub type Without = Box<dyn Fn(Scale) -> f64 + Send + Sync>;
 
 /// A hard case.
 pub struct Case {
-    /// Name, which no other case has.
+    /// Unique name.
     pub name: String,
-    /// What is done, and what is expected.
+    /// Input and expected result.
     pub what: String,
     /// Unit of error and limit.
     pub unit: &'static str,
-    /// Largest error that is allowed.
+    /// Largest allowed error.
     pub limit: f64,
-    /// Who says so.
+    /// Source of the limit.
     pub source: String,
-    /// What keeps the error below it.
+    /// The method that keeps the error below the limit.
     pub remedy: &'static str,
-    /// What is done in its place where it is taken away.
+    /// The simpler method that replaces the remedy.
     pub removed: &'static str,
-    /// Whether what is expected comes from the f64 reference, which then has no error of its own to show.
+    /// Whether the expected result comes from the f64 reference. The reference then has no error of its own.
     pub expects_reference: bool,
     /// Measures the error on a target.
     pub measure: Measure,
-    /// Measures it without the remedy; infinite where no number comes out.
+    /// Measures the error without the remedy. It is infinite if there is no valid number.
     pub without: Without,
 }
 
 impl Case {
-    /// A case with its limit and who states it; what it measures follows.
+    /// A case with a limit and its source. The other methods complete it.
     pub(super) fn new(
         name: impl Into<String>,
         what: impl Into<String>,
@@ -78,12 +78,12 @@ impl Case {
         }
     }
 
-    /// The remedy, and what is done in its place.
+    /// Sets the remedy and its replacement.
     pub(super) fn remedy(self, remedy: &'static str, removed: &'static str) -> Self {
         Self { remedy, removed, ..self }
     }
 
-    /// How the error is measured, with the remedy and without.
+    /// Sets the measurements with and without the remedy.
     pub(super) fn measured(
         self,
         measure: impl Fn(&Target, Scale) -> Result<f64, String> + Send + Sync + 'static,
@@ -93,39 +93,39 @@ impl Case {
     }
 }
 
-/// A case on a device.
+/// The result of a case on a device.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct HardRow {
     /// Name.
     pub name: String,
-    /// What is done, and what is expected.
+    /// Input and expected result.
     pub what: String,
     /// Unit of errors and limit.
     pub unit: String,
     /// Largest error.
     pub error: Option<f64>,
-    /// Largest error that is allowed.
+    /// Largest allowed error.
     pub limit: f64,
-    /// Who says so.
+    /// Source of the limit.
     pub limit_source: String,
-    /// Whether the error is within the limit; `None` where nothing was to be measured.
+    /// Whether the error is within the limit. `None` if nothing was measured.
     pub holds: Option<bool>,
-    /// What keeps the error below the limit.
+    /// The method that keeps the error below the limit.
     pub remedy: String,
-    /// What was done in its place.
+    /// The simpler method that replaces the remedy.
     pub removed: String,
-    /// The error then; `null` in JSON where no number came out.
+    /// Error without the remedy. It is `null` in JSON if there is no valid number.
     pub without: f64,
-    /// Why nothing was to be measured.
+    /// The reason for an omitted measurement.
     pub omitted: Option<String>,
-    /// Why a measurement failed.
+    /// The reason for a failed measurement.
     pub failed: Option<String>,
     /// Wall time of the measurement [s].
     pub wall_s: f64,
 }
 
 impl HardRow {
-    /// A case before it is measured.
+    /// A row without measurement.
     pub fn of(case: &Case, without: f64) -> Self {
         Self {
             name: case.name.clone(),
@@ -148,12 +148,12 @@ impl HardRow {
         if self.unit == "K" {
             return kelvin_text(value);
         }
-        // Counts are whole.
+        // Counts need no decimals.
         let figure = if value.fract() == 0.0 && self.unit != "s" { value.to_string() } else { significant(value) };
         format!("{figure} {}", self.unit)
     }
 
-    /// Whether, how and by how much the limit is missed; `None` where it is not.
+    /// A sentence about a missed limit. `None` if the limit holds.
     pub fn miss(&self) -> Option<String> {
         if self.holds != Some(false) {
             return None;
@@ -166,7 +166,7 @@ impl HardRow {
     }
 }
 
-/// Largest difference of two series; infinite where one holds no number or they differ in length.
+/// Largest difference of two series. It is infinite if they differ in length or contain NaN.
 pub(crate) fn apart(found: &[f64], expected: &[f64]) -> f64 {
     if found.len() != expected.len() {
         return f64::INFINITY;
@@ -174,7 +174,7 @@ pub(crate) fn apart(found: &[f64], expected: &[f64]) -> f64 {
     found.iter().zip(expected).fold(0.0, |worst, (a, b)| worst_of(worst, (a - b).abs()))
 }
 
-/// The larger of two errors; infinite where one is not a number.
+/// The larger of two errors. It is infinite if one is NaN.
 pub(crate) fn worst_of(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::INFINITY } else { a.max(b) }
 }

@@ -1,4 +1,4 @@
-//! Hard cases of the surroundings: eclipses at steps of all lengths, a tumbling craft, the edge of a moving shadow.
+//! Hard cases of the environment: eclipses in steps of all lengths, a tumbling craft, and a moving shadow edge.
 
 use std::sync::Arc;
 
@@ -30,22 +30,22 @@ pub mod shadow;
 
 /// Solar constant [W/m2].
 const SUN: f64 = 1361.0;
-/// C of the thin array of NUMERICS.md 3 [J/m2K], and cells on it: absorptivity of the front, emissivity of both faces.
+/// Values of the thin array of docs/numerics.md 3: capacitance [J/m2K], front absorptivity, emissivity of both faces.
 const CAPACITANCE: f64 = 1350.0;
 const ABSORPTIVITY: f64 = 0.9;
 const EMISSIVITY: f64 = 0.85;
-/// NUMERICS.md 3: its error in frames of 16.7 s with the mean flux of each [K].
+/// Error of the thin array in frames of 16.7 s with mean fluxes [K] (docs/numerics.md 3).
 const THIN_ARRAY: f64 = 0.30;
 const FRAME: f64 = 16.7;
-/// Steps of the truth [s].
+/// Length of reference steps [s].
 const FINE: f64 = 2e-3;
 
-/// Plates that radiate from both faces and take sunlight on one.
+/// Plates that absorb sunlight on one face and radiate from both.
 struct Plates {
     loads: StepLoads,
     normals: Vec<DVec3>,
     start: Vec<f64>,
-    /// First step's start and the length of all [s].
+    /// Start of the first step, and length of all steps [s].
     from: f64,
     step: f64,
     steps: usize,
@@ -75,7 +75,7 @@ impl Plates {
         self.loads.step_load(start, start + self.step)
     }
 
-    /// Temperatures [K] at the ends of steps from the sky's own flux, in short steps of Runge and Kutta's fourth order.
+    /// Reference temperatures [K] at the ends of steps, from short fourth-order Runge-Kutta steps under the exact flux.
     fn truth(&self) -> Vec<Vec<f64>> {
         let sky = self.loads.sky_model();
         let flux = |time: f64, normal: DVec3| {
@@ -102,7 +102,7 @@ impl Plates {
         rows
     }
 
-    /// Fluxes absorbed in every step [W/m2], as a target finds them.
+    /// Absorbed flux of every step [W/m2], as a target computes it.
     fn absorbed(&self, target: &Target) -> Result<Vec<Vec<f64>>, String> {
         match target {
             Target::Device(context) => self.absorbed_on(context),
@@ -120,7 +120,7 @@ impl Plates {
         let nodes = self.normals.len().next_multiple_of(NODES_PER_WORKGROUP);
         let mut normals: Vec<Vec3> = self.normals.iter().map(|normal| normal.as_vec3()).collect();
         normals.resize(nodes, Vec3::ZERO);
-        // One face: what the back takes in of the Sun is not part of the case.
+        // Only the front counts, because the back's absorbed sunlight is not part of the case.
         let device = Loose { kind: StepKind::Absorb, shadow: false, normals, positions: vec![Vec3::ZERO; nodes] };
         let mut renderer = Renderer::new(context, &device.data(&Shapes::default(), None)).map_err(failed)?;
         (0..self.steps)
@@ -131,7 +131,7 @@ impl Plates {
             .collect()
     }
 
-    /// Temperatures [K] at the ends of steps under the fluxes of each.
+    /// Temperatures [K] at the ends of steps under the given fluxes.
     fn integrate(&self, target: &Target, fluxes: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, String> {
         let count = self.normals.len();
         let network = Network {
@@ -168,7 +168,7 @@ impl Plates {
         found.iter().zip(self.truth()).fold(0.0, |worst, (a, b)| worst_of(worst, apart(a, &b)))
     }
 
-    /// The same where a step has the flux of its middle, and the Sun is a point.
+    /// The same with the flux at the middle of each step and a point Sun.
     fn with_flux_of_the_middle(&self, lit: impl Fn(&SkyModel, f64) -> bool) -> f64 {
         let sky = self.loads.sky_model();
         let flux = |step: usize, normal: &DVec3| {
@@ -182,7 +182,7 @@ impl Plates {
     }
 }
 
-/// Nodes of one material that belong to no surface.
+/// Nodes of one material without a surface.
 struct Loose {
     kind: StepKind,
     shadow: bool,
@@ -190,7 +190,6 @@ struct Loose {
     positions: Vec<Vec3>,
 }
 
-/// The material of all of them.
 const MATERIAL: layout::Material = layout::Material {
     absorptivity: ABSORPTIVITY as f32,
     emissivity: EMISSIVITY as f32,
@@ -201,7 +200,7 @@ const MATERIAL: layout::Material = layout::Material {
     cooling_function: 1.0,
     cooling_t_max: 0.0,
 };
-/// A group's material or part for as many groups as any case has.
+/// Material and part of each group, with enough entries for any case.
 static ZEROS: [u32; 8192] = [0; 8192];
 
 impl Loose {
@@ -234,7 +233,7 @@ impl Loose {
     }
 }
 
-/// Entry and exit of a plate that looks at the Sun, in steps of a length [s] that no contact falls on the edge of.
+/// Entry into and exit from an eclipse, in steps of a given length [s]. No contact coincides with the end of a step.
 fn eclipses(step: f64, scale: Scale) -> Result<Vec<Plates>, String> {
     let loads = sky(&Attitude::Sun { sun_axis: DVec3::Z, north_axis: DVec3::X }, true)?;
     let [entry, umbra, end, exit] = loads.sky_model().contacts(0.0, PERIOD)[..] else {
@@ -242,7 +241,7 @@ fn eclipses(step: f64, scale: Scale) -> Result<Vec<Plates>, String> {
     };
     let lit = (ABSORPTIVITY * SUN / (2.0 * EMISSIVITY * STEFAN_BOLTZMANN) + SPACE.powi(4)).sqrt().sqrt();
     let window = |[first, last]: [f64; 2], start: f64| {
-        // Shortest steps look at a part of the penumbra in tests.
+        // In tests the shortest steps cover a part of the penumbra only.
         let middle = 0.5 * (first + last);
         let half = if step < 0.05 && scale == Scale::Small { 1.0 } else { 0.5 * (last - first) + 1.0 + 2.0 * step };
         let steps = (2.0 * half / step).ceil() as usize;
@@ -258,7 +257,7 @@ fn eclipses(step: f64, scale: Scale) -> Result<Vec<Plates>, String> {
     Ok(vec![window([entry, umbra], lit), window([end, exit], 180.0)])
 }
 
-/// Whether the middle of the Sun is above the planet's limb.
+/// Whether the centre of the Sun is above the planet's limb.
 fn middle_is_lit(sky: &SkyModel, time: f64) -> bool {
     sky.lit_fraction(time) > 0.5
 }
@@ -266,11 +265,11 @@ fn middle_is_lit(sky: &SkyModel, time: f64) -> bool {
 fn eclipse(step: f64) -> Case {
     let scaled = THIN_ARRAY * (step / FRAME).powi(2);
     let (limit, source) = if step == FRAME {
-        (THIN_ARRAY, "NUMERICS.md 3, thin array in frames of 16.7 s".to_owned())
+        (THIN_ARRAY, "docs/numerics.md 3, thin array in frames of 16.7 s".to_owned())
     } else if scaled > 20e-3 {
-        (scaled, format!("NUMERICS.md 3, 0.30 K in frames of 16.7 s, times ({step} / 16.7)^2"))
+        (scaled, format!("docs/numerics.md 3, 0.30 K in frames of 16.7 s, times ({step} / 16.7)^2"))
     } else {
-        (20e-3, "issue 4, default".to_owned())
+        (20e-3, "docs/numerics.md 6, default".to_owned())
     };
     let what = "a thin array (1350 J/m2K) that looks at the Sun into and out of umbra; steps of 2 ms in f64";
     Case::new(format!("eclipse in steps of {step} s"), what, "K", (limit, source))
@@ -289,7 +288,7 @@ fn eclipse(step: f64) -> Case {
         )
 }
 
-/// Plates in six directions of a craft that turns about a skew axis, in full sunlight.
+/// Plates in six directions on a craft that turns about a skew axis, in full sunlight.
 fn tumbling(degrees: f64, scale: Scale) -> Result<Plates, String> {
     let inertial_from_body = DQuat::from_euler(glam::EulerRot::XYZ, 0.3, 0.7, -0.4);
     let axis = DVec3::new(0.4, 0.7, 0.59).normalize();
@@ -303,7 +302,7 @@ fn tumble(degrees: f64) -> Case {
     let turns = degrees / 360.0 * FRAME;
     let what =
         format!("six thin plates (1350 J/m2K) that turn {turns:.2} times in a step of 16.7 s; steps of 2 ms in f64");
-    let limit = (THIN_ARRAY, "NUMERICS.md 3, thin array in frames of 16.7 s");
+    let limit = (THIN_ARRAY, "docs/numerics.md 3, thin array in frames of 16.7 s");
     Case::new(format!("tumbling craft, {degrees} deg/s"), what, "K", limit)
         .remedy(
             "a step's sunlight is up to eight vectors, each from the middle of a stretch of it, of a turn where it is longer",
@@ -317,7 +316,6 @@ fn tumble(degrees: f64) -> Case {
         )
 }
 
-/// All of them.
 pub fn cases() -> Vec<Case> {
     let mut cases: Vec<Case> = [0.01, 0.1, 1.0, 16.7, 60.0].map(eclipse).into();
     cases.extend([6.0, 36.0].map(tumble));

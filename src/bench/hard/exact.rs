@@ -1,18 +1,18 @@
-//! Answers in closed form: curves of a transition, and networks that only conduct.
+//! Closed-form solutions: transition curves and conducting networks.
 
 use crate::thermal::network::{Network, NodeKind};
 
-/// T [K] a number of steps after a target was commanded of a node at rest: eqs. 1 to 4 of Vural et al. 2023.
+/// Temperature [K] after a number of steps from rest to a target: eqs. 1 to 4 of Vural et al. 2023.
 pub fn curve(power: i32, t_max: f64, old: f64, target: f64, steps: f64) -> f64 {
     let left = (1.0 - (steps / t_max).min(1.0)).powi(power);
     old * left + target * (1.0 - left)
 }
 
-/// The temperatures [K] of a network that only conducts between nodes that store heat, under constant heat, at any time: a
-/// sum over the modes of its symmetric form sqrt(C) T.
+/// The solution of a conducting network under constant heat: a sum over the modes of its symmetric form sqrt(C) T. All
+/// nodes must store heat.
 pub struct Modes {
     roots: Vec<f64>,
-    /// Rates [1/s] and mode vectors.
+    /// Rate [1/s] and vector of each mode.
     rates: Vec<f64>,
     vectors: Vec<Vec<f64>>,
     start: Vec<f64>,
@@ -20,7 +20,7 @@ pub struct Modes {
 }
 
 impl Modes {
-    /// Solves the eigenvalue problem. `None` where a node does not store heat, radiates, or is a boundary.
+    /// Solves the eigenvalue problem. `None` if a node stores no heat, radiates or is a boundary.
     pub fn of(network: &Network, heat: &[f64]) -> Option<Self> {
         let count = network.len();
         let plain = network.radiative.is_empty()
@@ -52,7 +52,7 @@ impl Modes {
         let mut found = vec![0.0; self.roots.len()];
         for (mode, vector) in self.vectors.iter().enumerate() {
             let x = self.rates[mode] * time;
-            // (1 - e^-x) / rate, which is the time itself for the mode that does not decay.
+            // (1 - e^-x) / rate. For a mode that does not decay it equals the time.
             let grown = if x.abs() < 1e-9 { time } else { -(-x).exp_m1() / self.rates[mode] };
             let amplitude = self.start[mode] * (-x).exp() + self.forced[mode] * grown;
             for (found, vector) in found.iter_mut().zip(vector) {
@@ -63,10 +63,10 @@ impl Modes {
     }
 }
 
-/// Sweeps of rotations, of which ten reach rounding.
+/// Number of Jacobi sweeps. Ten are enough to reach rounding.
 const SWEEPS: usize = 20;
 
-/// Eigenvalues and eigenvectors of a symmetric matrix, by Jacobi's rotations (Golub & Van Loan, 8.5).
+/// Eigenvalues and eigenvectors of a symmetric matrix by Jacobi rotations (Golub & Van Loan, 8.5).
 fn eigen(mut matrix: Vec<Vec<f64>>) -> (Vec<f64>, Vec<Vec<f64>>) {
     let count = matrix.len();
     let mut vectors: Vec<Vec<f64>> =
@@ -90,7 +90,7 @@ fn eigen(mut matrix: Vec<Vec<f64>>) -> (Vec<f64>, Vec<Vec<f64>>) {
                     row[q] = sine * a + cosine * b;
                 }
                 rotate(&mut matrix, [p, q], cosine, sine);
-                // Rows of `vectors` are the eigenvectors.
+                // The rows of `vectors` are the eigenvectors.
                 rotate(&mut vectors, [p, q], cosine, sine);
             }
         }
@@ -101,7 +101,7 @@ fn eigen(mut matrix: Vec<Vec<f64>>) -> (Vec<f64>, Vec<Vec<f64>>) {
     ((0..count).map(|mode| matrix[mode][mode]).collect(), vectors)
 }
 
-/// Turns two rows, the first of which stands before the second, into each other.
+/// Rotates two rows into each other. `p` must be below `q`.
 fn rotate(rows: &mut [Vec<f64>], [p, q]: [usize; 2], cosine: f64, sine: f64) {
     let (above, below) = rows.split_at_mut(q);
     for (a, b) in above[p].iter_mut().zip(&mut below[0]) {
@@ -127,7 +127,7 @@ mod tests {
     use super::*;
     use crate::thermal::network::LinearConductor;
 
-    /// Two nodes of 100 and 300 J/K joined by 2 W/K: their gap decays at 2 (1/100 + 1/300) 1/s.
+    /// Two nodes of 100 and 300 J/K joined by 2 W/K. Their difference decays at 2 (1/100 + 1/300) 1/s.
     #[test]
     fn modes_of_two_nodes_are_those_of_their_closed_form() {
         let network = Network {
@@ -140,7 +140,7 @@ mod tests {
         };
         let modes = Modes::of(&network, &[8.0, 0.0]).unwrap();
         let rate = 2.0 * (1.0 / 100.0 + 1.0 / 300.0);
-        // Under 8 W on the first the gap tends to (8/100) / rate, and the mean rises by 8 / 400 K/s.
+        // With 8 W on the first node the difference tends to (8/100) / rate, and the mean rises by 8 / 400 K/s.
         let steady = -(8.0 / 100.0) / rate;
         for time in [0.0_f64, 10.0, 500.0] {
             let gap = steady + (100.0 - steady) * (-rate * time).exp();

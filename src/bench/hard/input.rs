@@ -1,4 +1,4 @@
-//! Input that is not finite, at every entry: each value is refused with the name of its key.
+//! Hard case: numbers that are not finite. Every input refuses them with the name of the key.
 
 use std::path::Path;
 
@@ -6,16 +6,16 @@ use super::case::Case;
 use crate::scene::network::NetworkFile;
 use crate::scene::{Scene, targets};
 
-/// What is written where a number belongs.
+/// The replacements of a number.
 const NOT_FINITE: [&str; 4] = ["nan", "inf", "-inf", "-nan"];
 
-/// A scene whose numbers are all stated; each key is replaced in turn.
+/// A scene that states all numbers. Each one is replaced in turn.
 const SCENE: &str = include_str!("input/scene.toml");
 
-/// A network whose numbers are all stated.
+/// A network file that states all numbers.
 const NETWORK: &str = include_str!("input/network.toml");
 
-/// Every number of a text once as each of [`NOT_FINITE`]: the key that it belongs to, and the text.
+/// Replaces every number by each of [`NOT_FINITE`]. Returns pairs of key and text.
 fn spoiled(text: &str) -> Vec<(String, String)> {
     let lines: Vec<&str> = text.lines().collect();
     let mut all = Vec::new();
@@ -33,7 +33,7 @@ fn spoiled(text: &str) -> Vec<(String, String)> {
     all
 }
 
-/// Where numbers with a decimal point stand in a line.
+/// Positions of numbers with a decimal point in a line.
 fn numbers(line: &str) -> Vec<(usize, &str)> {
     let part = |c: char| c.is_ascii_digit() || c == '.' || c == '-';
     let mut found = Vec::new();
@@ -49,14 +49,14 @@ fn numbers(line: &str) -> Vec<(usize, &str)> {
     found
 }
 
-/// The key within an inline table that a place in a line belongs to.
+/// The inline-table key at a position in a line.
 fn inner_key(line: &str, at: usize) -> Option<&str> {
     let open = line.find('{')?;
     let before = line[..at].rfind('=').filter(|equals| *equals > open)?;
     line[..before].trim_end().rsplit([' ', '{', ',']).next()
 }
 
-/// Texts that were not refused by a message that names their key.
+/// The texts that were accepted, or refused without the name of the key.
 fn accepted(texts: &[(String, String)], refusal: impl Fn(&str) -> Option<String>) -> f64 {
     let named = |(key, text): &&(String, String)| refusal(text).is_some_and(|message| message.contains(key.as_str()));
     texts.iter().filter(|one| !named(one)).count() as f64
@@ -82,7 +82,7 @@ fn networks() -> Result<f64, String> {
     Ok(accepted(&spoiled(NETWORK), refusal))
 }
 
-/// Rows of targets, the second of which is no number.
+/// Target files whose second row is not a finite number.
 fn target_files() -> Vec<(String, String)> {
     NOT_FINITE.map(|value| ("target".to_owned(), format!("step,target\n1,267\n51,{value}\n"))).to_vec()
 }
@@ -95,17 +95,17 @@ fn target_rows() -> Result<f64, String> {
     Ok(accepted(&target_files(), refusal))
 }
 
-/// Texts that TOML takes: it has words for numbers that are not finite.
+/// Number of texts that TOML accepts. TOML has words for infinity and NaN.
 fn taken_by_toml(text: &str) -> f64 {
     spoiled(text).iter().filter(|(_, text)| text.parse::<toml::Table>().is_ok()).count() as f64
 }
 
-/// Targets that a number's own parser takes.
+/// Number of targets that Rust's number parser accepts.
 fn taken_by_parser() -> f64 {
     NOT_FINITE.iter().filter(|value| value.parse::<f64>().is_ok()).count() as f64
 }
 
-/// All of them: the same on every device, for no device is asked.
+/// The cases. They use no device, so they are the same on every target.
 pub fn cases() -> Vec<Case> {
     let case = |name: &str, count: usize, source: &str, measure: fn() -> Result<f64, String>, without: fn() -> f64| {
         let what = format!("each number as nan, -nan, inf and -inf, {count} in all: refused, naming the key");

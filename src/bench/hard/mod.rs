@@ -1,8 +1,7 @@
-//! The hard cases, each with its limit, its remedy, and what is measured where the remedy is taken away.
+//! The hard cases: each has a limit, a remedy, and a measurement without the remedy.
 //!
-//! [`case`] says what a case is; [`transitions`], [`networks`], [`environment`] and [`input`] list them; [`way`] is a network
-//! on whichever target, [`exact`] and [`plain`] are what they are held against: closed forms, and the small code that has no
-//! remedies.
+//! [`case`] defines a case. [`transitions`], [`networks`], [`environment`] and [`input`] list them. [`way`] integrates
+//! a network on any target. [`exact`] has closed-form solutions. [`plain`] has simple code without remedies.
 
 use std::time::Instant;
 
@@ -37,12 +36,12 @@ pub fn all() -> Vec<Case> {
     lists.into_iter().flatten().collect()
 }
 
-/// The errors of all cases without their remedies, in the order of the cases: they are those of every target.
+/// The errors of all cases without their remedies, in order. They are the same for every target.
 pub fn without(cases: &[Case], scale: Scale) -> Vec<f64> {
     cases.par_iter().map(|case| (case.without)(scale)).collect()
 }
 
-/// Measures every case on a target; `says` hears its name beforehand.
+/// Measures every case on a target. `says` gets each name beforehand.
 pub fn measure(target: &Target, cases: &[Case], without: &[f64], scale: Scale, says: &dyn Fn(&str)) -> Vec<HardRow> {
     let one = |(case, without): (&Case, &f64)| {
         says(&case.name);

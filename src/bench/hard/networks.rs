@@ -1,4 +1,4 @@
-//! Hard cases of networks: heat too small for f32, capacitances and conductances of all sizes, thermostats, cold, a day.
+//! Hard cases of networks: tiny heat, extreme capacitances and conductances, thermostats, cold, and a whole day.
 
 use super::case::{apart, worst_of};
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
@@ -9,12 +9,12 @@ pub mod massless;
 pub mod residual;
 pub mod thermostats;
 
-/// The largest error by default [K].
+/// Error limit of the default integrator [K], and its source.
 const DEFAULT: (f64, &str) = (20e-3, "docs/numerics.md 6, default");
-/// A frame of the paper's orbit [s].
+/// Length of a frame in the paper's orbit [s].
 const FRAME: f64 = 16.7;
 
-/// A network of nodes that are added one by one.
+/// A network under construction.
 #[derive(Default)]
 struct Built(Network);
 

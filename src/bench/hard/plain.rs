@@ -1,16 +1,16 @@
-//! What is done where a remedy is taken away: small code on the processor, each part as it is first written down.
+//! Simple code on the processor that replaces the remedies. Each method is written in its textbook form.
 
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::{Network, NodeKind, radiated};
 
-/// What a plain transition leaves out.
+/// The remedy that a plain transition omits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Omission {
-    /// The time is not held at t_max.
+    /// Time may pass t_max.
     Clamp,
-    /// A target that changes keeps the phase of the curve under way, whichever direction it takes; one at rest starts it.
+    /// A new target keeps the phase of the running curve in either direction. A node at rest starts a curve.
     FreshStart,
-    /// Whether t_max is 0 is not asked before dividing by it.
+    /// There is no check for t_max = 0 before the division.
     Immediate,
     /// The temperature is evaluated before time advances.
     AdvanceFirst,
@@ -18,7 +18,7 @@ pub enum Omission {
     Merge,
 }
 
-/// Temperatures [K] in f64 of a power of the remaining time, without one of the remedies, after every step.
+/// Temperatures [K] in f64 after every step, for a power of the remaining time, without one of the remedies.
 pub fn transition(power: i32, t_max: f64, initial: f64, targets: &[f32], omitted: Omission) -> Vec<f64> {
     let (mut old, mut target, mut elapsed, mut now) = (initial, initial, t_max, initial);
     let left = |elapsed: f64| {
@@ -32,7 +32,7 @@ pub fn transition(power: i32, t_max: f64, initial: f64, targets: &[f32], omitted
                 target = commanded;
             } else {
                 let curve = target - (target - old) * left(elapsed).powi(power);
-                // What was read last, where that is the beginning of the curve, is where the next one starts.
+                // A new curve starts at the temperature that was read last, if the start was read.
                 let present = if omitted == Omission::AdvanceFirst { now } else { curve };
                 (old, target, elapsed) = (present, commanded, 0.0);
             }
@@ -45,8 +45,8 @@ pub fn transition(power: i32, t_max: f64, initial: f64, targets: &[f32], omitted
     targets.iter().map(step).collect()
 }
 
-/// The merge rule in f32 as docs/numerics.md 1 has it, with old, target and elapsed as its whole state: the span is their
-/// difference, and time is a number of steps.
+/// The merge rule of docs/numerics.md 1 in f32. The state is only the old temperature, the target and the elapsed
+/// steps. The span is computed as their difference.
 pub fn merge_f32(power: i32, t_max: f32, initial: f32, targets: &[f32]) -> Vec<f64> {
     let (mut old, mut target, mut elapsed) = (initial, initial, t_max);
     let step = |commanded: &f32| {
@@ -74,8 +74,8 @@ pub fn merge_f32(power: i32, t_max: f32, initial: f32, targets: &[f32]) -> Vec<f
     targets.iter().map(step).collect()
 }
 
-/// Equal steps of forward Euler in plain f32, under heat that is constant over `frame` [s] each; the temperatures [K] after
-/// every frame, whatever they are.
+/// Equal steps of forward Euler in f32 under heat that is constant over each `frame` [s]. Returns the unchecked
+/// temperatures [K] after every frame.
 pub fn euler_f32(
     network: &Network,
     frames: &mut dyn Iterator<Item = Vec<f64>>,
@@ -110,18 +110,19 @@ pub fn euler_f32(
     rows
 }
 
-/// How a plain step in f64 moves the nodes.
+/// A simple step in f64.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     /// Forward Euler.
     Euler,
-    /// Each node relaxes exponentially towards the balance with its neighbours of before the step.
+    /// Each node relaxes exponentially towards its balance with the neighbours before the step.
     Exponential,
-    /// Forward Euler of what stores heat; each arithmetic node is balanced once, with its neighbours of before.
+    /// Forward Euler for nodes that store heat. Each arithmetic node is balanced once, with the neighbours before the
+    /// step.
     OneSweep,
 }
 
-/// Equal steps in f64 under constant heat; the temperatures [K] after each, whatever they are.
+/// Equal steps in f64 under constant heat. Returns the unchecked temperatures [K] after each step.
 pub fn steps(network: &Network, heat: &[f64], step: f64, count: u32, kind: Step) -> Vec<Vec<f64>> {
     let mut now = network.temperatures.clone();
     let mut rows = Vec::new();
@@ -150,7 +151,7 @@ pub fn steps(network: &Network, heat: &[f64], step: f64, count: u32, kind: Step)
     rows
 }
 
-/// Forward Euler at the bound of its stability, of a body that only radiates: the temperature [K] at a time [s].
+/// Forward Euler at its stability limit for a body that only radiates: its temperature [K] at a time [s].
 pub fn cooling_at_the_bound(capacitance: f64, area: f64, space: f64, from: f64, times: &[f64]) -> Vec<f64> {
     let (mut now, mut t) = (from, 0.0);
     let mut found = Vec::new();

@@ -1,4 +1,4 @@
-//! Hard cases of transitions: wide and narrow steps, extreme t_max, targets that jitter, retargets at the end, a day.
+//! Hard cases of transitions: wide and narrow steps, extreme t_max, jittering targets, late retargets, and a whole day.
 
 use std::f64::consts::TAU;
 
@@ -9,14 +9,14 @@ use crate::simulation::target::{Target, respond_f64};
 use crate::thermal::function::Function;
 use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 
-/// The values of docs/numerics.md 1 [K].
+/// Error limit for the values of docs/numerics.md 1 [K], and its source.
 const VALUES: (f64, &str) = (2e-4, "docs/numerics.md 6, values of 1");
-/// t_max up to 1000 steps [K].
+/// Error limit for t_max up to 1000 steps [K], and its source.
 const SHORT: (f64, &str) = (5e-4, "docs/numerics.md 6, t_max up to 1000 steps");
-/// t_max of 60,000 steps, and targets that move by 2 K and by 200 K [K].
+/// Error limits for t_max of 60,000 steps and targets that move by 2 K and by 200 K [K], and their sources.
 const LONG: [(f64, &str); 2] =
     [(1e-3, "docs/numerics.md 6, 60,000 steps, 2 K"), (0.03, "docs/numerics.md 6, 60,000 steps, 200 K")];
-/// Steps of an orbit of 6017 s at 10 Hz, and of a day.
+/// Steps at 10 Hz in an orbit of 6017 s, and in a day.
 const ORBIT: usize = 60_170;
 const DAY: usize = 864_000;
 
@@ -30,7 +30,7 @@ fn exact(targets: &[f32]) -> Vec<f64> {
     targets.iter().copied().map(f64::from).collect()
 }
 
-/// A node, what is commanded of it, and its temperatures after every step.
+/// A node, its targets, and its expected temperatures after every step.
 struct Commanded {
     power: i32,
     t_max: f64,
@@ -40,25 +40,22 @@ struct Commanded {
 }
 
 impl Commanded {
-    /// The largest error on a target [K].
     fn error(&self, target: &Target) -> Result<f64, String> {
         let found = target.respond(&along(self.power, self.t_max), f64::from(self.initial), &exact(&self.targets));
         Ok(apart(&found.map_err(|error| error.to_string())?, &self.expected))
     }
 
-    /// The largest error without a remedy [K].
     fn without(&self, omitted: Omission) -> f64 {
         let initial = f64::from(self.initial);
         apart(&plain::transition(self.power, self.t_max, initial, &self.targets, omitted), &self.expected)
     }
 
-    /// The largest error of plain f32 [K].
     fn in_plain_f32(&self) -> f64 {
         apart(&plain::merge_f32(self.power, self.t_max as f32, self.initial, &self.targets), &self.expected)
     }
 }
 
-/// Targets that hold for so many steps each, every one a fresh transition; the state of the one before is in closed form.
+/// Targets that hold for some steps each. The node reaches each curve at rest, so the result has a closed form.
 fn held(power: i32, t_max: f64, initial: f32, holds: &[(f32, usize)]) -> Commanded {
     let (mut targets, mut expected) = (Vec::new(), Vec::new());
     let mut old = f64::from(initial);
@@ -70,7 +67,7 @@ fn held(power: i32, t_max: f64, initial: f32, holds: &[(f32, usize)]) -> Command
     Commanded { power, t_max, initial, targets, expected }
 }
 
-/// From 2.7 K to 1000 K and back, arriving each time and holding for half as long again.
+/// From 2.7 K to 1000 K and back. Each target holds for 1.5 times the duration.
 fn wide() -> Vec<Commanded> {
     let both = |power, t_max: f64| {
         let steps = (1.5 * t_max) as usize;
@@ -79,18 +76,18 @@ fn wide() -> Vec<Commanded> {
     vec![both(1, 100.0), both(2, 100.0), both(1, 361.0), both(2, 361.0)]
 }
 
-/// From 2.7 K to 5 K and back before it has arrived, and once more all the way.
+/// From 2.7 K to 5 K and back before the end, then once more to the end.
 fn narrow() -> Vec<Commanded> {
     let both = |power| held(power, 100.0, 2.7, &[(5.0, 50), (2.7, 150), (5.0, 150), (2.7, 150)]);
     vec![both(1), both(2)]
 }
 
-/// Another target every step; where t_max is at most 1, that is where the temperature is.
+/// A new target every step. If t_max is at most 1, the temperature equals the target.
 fn every_step(t_max: f64) -> Vec<Commanded> {
     let mut bits = 1u64;
     let targets: Vec<f32> = (0..300)
         .map(|_| {
-            // Any sequence does (Knuth's MMIX generator).
+            // Any sequence works. This is Knuth's MMIX generator.
             bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             2.7 + 997.3 * ((bits >> 40) as f32 / (1u32 << 24) as f32)
         })
@@ -100,7 +97,7 @@ fn every_step(t_max: f64) -> Vec<Commanded> {
     vec![of(1), of(2)]
 }
 
-/// A target that swings about 280 K once an orbit, over a transition of t_max; expected is the f64 reference.
+/// A target that swings around 280 K once an orbit. The expected result comes from the f64 reference.
 fn swinging(t_max: f64, swing: f64, steps: usize) -> Commanded {
     let targets: Vec<f32> =
         (1..=steps).map(|step| (280.0 + swing * (TAU * step as f64 / ORBIT as f64).sin()) as f32).collect();
@@ -108,7 +105,7 @@ fn swinging(t_max: f64, swing: f64, steps: usize) -> Commanded {
     Commanded { power: 2, t_max, initial: 280.0, targets, expected }
 }
 
-/// 267 K from 2.7 K, commanded as it and as the next f32 above it in turn.
+/// From 2.7 K to 267 K. The target alternates between it and the next larger f32.
 fn jitter() -> Vec<Commanded> {
     let of = |power| {
         let targets: Vec<f32> =
@@ -119,12 +116,12 @@ fn jitter() -> Vec<Commanded> {
     vec![of(1), of(2)]
 }
 
-/// 267 K from 2.7 K in 100 steps, and 268 K on the last: the rule of docs/numerics.md 1 by hand.
+/// From 2.7 K to 267 K in 100 steps, with 268 K on the last step. Computed by hand from docs/numerics.md 1.
 fn last_step() -> Commanded {
     let targets: Vec<f32> = (1..=150).map(|step| if step < 100 { 267.0 } else { 268.0 }).collect();
     let old = f64::from(2.7f32);
     let first = (1..100).map(|step| curve(2, 100.0, old, 267.0, f64::from(step)));
-    // Left at step 99: r = 0.01; gap and rate with d = 1 K.
+    // State after step 99: r = 0.01. Gap and rate follow with d = 1 K.
     let (gap, rate) = ((267.0 - old) * 1e-4 + 1.0, (267.0 - old) * 1e-2 + 1.0);
     let r = gap / rate;
     let span = gap / (r * r);
@@ -136,7 +133,7 @@ fn last_step() -> Commanded {
     Commanded { power: 2, t_max: 100.0, initial: 2.7, targets, expected }
 }
 
-/// A ramp of even steps from rest under a linear transition, which ends at full rate on a whole step.
+/// An even ramp from rest with a linear transition, which ends at full rate on a whole step.
 fn ramp() -> Commanded {
     let (t_max, slope, initial) = (361.0, 0.3f64, 20.5f64);
     let targets: Vec<f32> = (1..=3 * 721).map(|step| (initial + slope * f64::from(step)) as f32).collect();
@@ -144,7 +141,7 @@ fn ramp() -> Commanded {
     Commanded { power: 1, t_max, initial: initial as f32, targets, expected }
 }
 
-/// A case of the worst of several nodes.
+/// A case with the largest error of several nodes.
 fn commanded(case: Case, nodes: fn(Scale) -> Vec<Commanded>, without: fn(&Commanded) -> f64) -> Case {
     let worst = move |target: &Target, scale| {
         nodes(scale).iter().try_fold(0.0, |worst, node| Ok(worst_of(worst, node.error(target)?)))
@@ -152,7 +149,6 @@ fn commanded(case: Case, nodes: fn(Scale) -> Vec<Commanded>, without: fn(&Comman
     case.measured(worst, move |scale| nodes(scale).iter().map(without).fold(0.0, worst_of))
 }
 
-/// All of them.
 pub fn cases() -> Vec<Case> {
     let case = |name: &str, what: &str, limit| Case::new(name, what, "K", limit);
     let of_reference = |name, what, limit| Case { expects_reference: true, ..case(name, what, limit) };

@@ -1,4 +1,4 @@
-//! A network on a target, by either of the ways in which a device integrates it.
+//! Integrates a network on a target, on each path that a device has.
 
 use super::case::worst_of;
 use crate::gpu::error::GpuError;
@@ -9,7 +9,7 @@ use crate::thermal::network::control::{ControlError, Integrator, Series, Setting
 use crate::thermal::network::schedule::Schedule;
 use crate::thermal::network::stepper::{Method, Stepper};
 
-/// A way to integrate networks: a target and, on a device, its path.
+/// A target and, on a device, its integration path.
 #[derive(Clone, Copy)]
 pub struct Way<'a> {
     target: &'a Target,
@@ -17,20 +17,21 @@ pub struct Way<'a> {
 }
 
 impl<'a> Way<'a> {
-    /// The path that a target takes by itself.
+    /// The default path of a target.
     pub fn own(target: &'a Target) -> Self {
         Self { target, wide: false }
     }
 
-    /// Whether every stage is a dispatch.
+    /// Whether each stage is a dispatch of its own.
     pub fn is_wide(self) -> bool {
         self.wide
     }
 
-    /// The largest error of all ways: of a device what one workgroup does in a dispatch, and a dispatch for every stage.
+    /// The largest error of all paths. A device has two: one workgroup does all stages of a dispatch, or each stage is
+    /// a dispatch.
     ///
     /// # Errors
-    /// Of the first way that fails, and which.
+    /// The name and the error of the first path that fails.
     pub fn worst(target: &Target, error: impl Fn(Way<'_>) -> Result<f64, String>) -> Result<f64, String> {
         let own = error(Way::own(target))?;
         if target.device().is_none() {
@@ -60,11 +61,11 @@ pub fn integrated(
     integrate(&mut stepper, network, schedule, &Settings { floor, ..Settings::of(integrator) }, |_| true)
 }
 
-/// Equal steps of forward Euler with the residual carried, under heat that is constant over `frame` [s] each; the
+/// Equal steps of forward Euler with a carried residual, under heat that is constant over each `frame` [s]. Returns the
 /// temperatures [K] after every frame.
 ///
 /// # Errors
-/// What the device says, and a temperature that leaves its range.
+/// A device error, or a temperature out of range.
 pub fn fixed_euler(
     way: Way<'_>,
     network: &Network,

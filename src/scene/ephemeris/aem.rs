@@ -7,7 +7,7 @@ use super::kvn::{Line, check_version, lines};
 use super::rotation::{Metadata, Row, Segment, interpret, version};
 use super::text::{FileLine, number};
 
-/// Where the reader is in the message.
+/// The reader's place in the message.
 #[derive(Clone, Copy, PartialEq)]
 enum AemBlock {
     Header,
@@ -17,10 +17,7 @@ enum AemBlock {
     AfterData,
 }
 
-/// The segments of a message.
-///
-/// # Errors
-/// What is wrong, with its line.
+/// Reads the segments of a message.
 pub(super) fn parse(path: &Path, text: &str, assumptions: &mut Vec<String>) -> Result<Vec<Segment>, SceneError> {
     check_version(path, text, "CCSDS_AEM_VERS")?;
     let version = match lines(text).next() {
@@ -80,7 +77,7 @@ pub(super) fn parse(path: &Path, text: &str, assumptions: &mut Vec<String>) -> R
     }
 }
 
-/// An epoch and the numbers that the segment's type has.
+/// Reads a line of data: an epoch, then the numbers of the segment's type.
 fn row(at: &FileLine, data: &str, segment: &Segment) -> Result<Row, SceneError> {
     let mut cells = data.split_whitespace();
     let epoch = cells.next().unwrap_or_default().to_owned();

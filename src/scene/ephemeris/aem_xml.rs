@@ -9,10 +9,7 @@ use super::rotation::{Metadata, Row, Segment, Shape, interpret, unit, version};
 use super::text::FileLine;
 use super::xml::{children, document, messages, text, value};
 
-/// The segments of a message.
-///
-/// # Errors
-/// What is wrong, with its line.
+/// Reads the segments of a message.
 pub(super) fn parse(path: &Path, content: &str, assumptions: &mut Vec<String>) -> Result<Vec<Segment>, SceneError> {
     let (document, lines) = document(path, content)?;
     let mut segments = Vec::new();
@@ -39,7 +36,7 @@ pub(super) fn parse(path: &Path, content: &str, assumptions: &mut Vec<String>) -
     Ok(segments)
 }
 
-/// The epoch and the numbers of a state, in the order of a line of the keyword-value notation.
+/// The epoch and the numbers of a state, in the order of the keyword-value notation.
 fn row(at: &FileLine, state: Node, segment: &Segment) -> Result<Row, SceneError> {
     let find = |name: &str| state.descendants().find(|node| node.tag_name().name() == name);
     let epoch = find("EPOCH").map(text).unwrap_or_default().to_owned();
@@ -53,7 +50,7 @@ fn row(at: &FileLine, state: Node, segment: &Segment) -> Result<Row, SceneError>
     };
     let number = |(place, name): (usize, &&'static str)| match labelled {
         Some(angles) if place < angles.len() => Ok(angles[place]),
-        // Rates of version 1 are not used; their tags do not bear their names.
+        // The reader does not use rates of version 1. Their tags differ from their names.
         _ if name.ends_with("_RATE") => Ok(0.0),
         _ => find(name)
             .ok_or_else(|| format!("is missing; {} has {}", segment.kind.name, segment.kind.columns().join(", ")))
@@ -64,8 +61,8 @@ fn row(at: &FileLine, state: Node, segment: &Segment) -> Result<Row, SceneError>
     Ok(Row { line: at.line, epoch, numbers })
 }
 
-/// The angles of version 1, `<rotation1 angle="Z_ANGLE">`, in the order of the sequence; an axis that is turned about
-/// twice has its angles in the order of the tags.
+/// Angles of version 1, `<rotation1 angle="Z_ANGLE">`, in the order of the turns. If an axis occurs twice, its angles
+/// keep the order of the tags.
 fn by_label(angles: Node, axes: &[usize; 3]) -> Result<[f64; 3], (String, String)> {
     let mut found: [Option<f64>; 3] = [None; 3];
     for node in angles.children().filter(Node::is_element) {

@@ -1,4 +1,4 @@
-//! Attitudes from files: a CCSDS AEM, told by what it holds, or a table.
+//! Reads an attitude file: a CCSDS AEM or a table. The content decides which.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -21,29 +21,26 @@ use crate::environment::rotation_history::{
 };
 use crate::environment::trajectory::seconds_between;
 
-/// What a scene says of an attitude's file.
+/// The options that a scene states for an attitude file.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct AttitudeOptions {
-    /// Which object, where the file holds several.
+    /// The object to read if the file holds several.
     pub(crate) object: Option<String>,
-    /// Frame of a table, `inertial` or `orbit`.
+    /// Frame of a table: `inertial` or `orbit`.
     pub(crate) frame: Option<HistoryFrame>,
     /// Time system of a table.
     pub(crate) time_system: Option<String>,
-    /// Time 0 of the scene, where it is known.
+    /// Time 0 of the scene, if known.
     pub(crate) start: Option<Epoch>,
 }
 
-/// A quaternion whose length is further from 1 than this is a slip.
+/// Largest error of a quaternion's length. A larger error is a mistake in the file.
 const LENGTH_TOLERANCE: f64 = 1e-2;
 
-/// Turn between two samples beyond which a user should know that nothing but the shorter arc is assumed [rad].
+/// Turn between two samples above which the user gets a warning [rad]. The reader assumes the shorter arc.
 const LARGE_TURN: f64 = 1.57;
 
-/// The attitude in a file.
-///
-/// # Errors
-/// What is wrong with the file, with its line.
+/// Reads the attitude in a file.
 pub(crate) fn read_attitude(
     path: &Path,
     text: &str,
@@ -89,7 +86,7 @@ pub(crate) fn read_attitude(
     Ok(Arc::new(history))
 }
 
-/// The segments of an AEM, of the one object that is meant, as rotations by the time of the scene.
+/// The AEM segments of the wanted object, as rotations over scene time.
 fn message(
     path: &Path,
     mut segments: Vec<Segment>,
@@ -120,7 +117,7 @@ fn message(
     Ok((frame, rotations.collect::<Result<_, _>>()?))
 }
 
-/// A segment by the time of the scene.
+/// Converts a segment to scene time.
 fn by_time(
     path: &Path,
     segment: &Segment,
@@ -161,7 +158,7 @@ fn by_time(
     Ok(RotationSegment { samples, interpolation: segment.interpolation, usable })
 }
 
-/// Pushes a sample, in order of time.
+/// Appends a sample. Samples must be in order of time.
 fn push(
     at: &FileLine,
     samples: &mut Vec<RotationSample>,
@@ -199,7 +196,7 @@ fn table(
         let (epoch, q, _) = columns.cells(path, row)?;
         let at = FileLine { path, line: row.0 };
         let time = match (number(&epoch), options.start) {
-            // Seconds count from time 0, whenever that is.
+            // Seconds always count from time 0.
             (Some(seconds), _) => seconds,
             (None, Some(start)) => {
                 let known = Options { start: Some(start), ..Options::default() };

@@ -1,22 +1,22 @@
-//! The lines of a CCSDS message in keyword-value notation, as OEM and AEM share them.
+//! The lines of a CCSDS message in keyword-value notation. OEM and AEM share them.
 
 use std::path::Path;
 
 use super::super::error::SceneError;
 use super::text::FileLine;
 
-/// What a line says.
+/// One line of a message.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Line<'a> {
-    /// `META_START` and its like: the upper-case word alone.
+    /// A keyword alone, like `META_START`.
     Mark(&'a str),
     /// `KEY = value`.
     Pair(&'a str, &'a str),
-    /// Anything else: a line of data.
+    /// Anything else is a line of data.
     Data(&'a str),
 }
 
-/// The lines with their numbers, comments and empty ones left out.
+/// The lines with their numbers, without comments and empty lines.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, Line<'_>)> {
     text.lines().enumerate().filter_map(said).map(|(number, line)| {
         let line = match line.split_once('=') {
@@ -28,14 +28,14 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, Line<'_>)> {
     })
 }
 
-/// A line that says something, with its number from 1.
+/// A line that is neither empty nor a comment, with its number from 1.
 fn said((index, line): (usize, &str)) -> Option<(usize, &str)> {
     let line = line.trim_start_matches('\u{feff}').trim();
     let comment = line == "COMMENT" || line.starts_with("COMMENT ") || line.starts_with("COMMENT\t");
     (!line.is_empty() && !comment).then_some((index + 1, line))
 }
 
-/// Whether a text is a message, or would be one with its first line.
+/// Whether a text is a message. The check ignores the first line.
 pub(super) fn is_message(text: &str) -> bool {
     let known = |line: Line| match line {
         Line::Pair(key, _) => {
@@ -47,10 +47,7 @@ pub(super) fn is_message(text: &str) -> bool {
     lines(text).next().is_some_and(|(_, line)| known(line))
 }
 
-/// Checks that the message is of this kind: `CCSDS_OEM_VERS = 2.0` as its first line.
-///
-/// # Errors
-/// The first line says something else.
+/// Checks the first line of a message: `CCSDS_OEM_VERS = 2.0`.
 pub(super) fn check_version(path: &Path, text: &str, key: &str) -> Result<(), SceneError> {
     match lines(text).next() {
         Some((_, Line::Pair(first, _))) if first == key => Ok(()),

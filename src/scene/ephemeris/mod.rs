@@ -48,10 +48,8 @@ struct Absolute {
     frame: ReferenceFrame,
 }
 
-/// The trajectory in a file, which is told by what it holds.
-///
-/// # Errors
-/// What is wrong with the file, with its line, or that it holds several objects and the scene names none of them.
+/// Reads the trajectory in a file. The content decides the format. A file with several objects needs the scene to name
+/// one.
 pub(super) fn read(
     path: &Path,
     text: &str,
@@ -158,7 +156,7 @@ fn from_segments(
         .map_err(|error| wrong(error.to_string()))
 }
 
-/// A segment with everything in it checked.
+/// Checks a segment and converts it.
 fn absolute(
     path: &Path,
     stated: &Stated,
@@ -231,10 +229,10 @@ fn absolute(
     })
 }
 
-/// Distances from the Earth's centre [m] that a craft may have: beyond the Sun-Earth Lagrange points units are mixed up.
+/// Plausible distances from the Earth's centre [m]. Beyond the Sun-Earth Lagrange points the units are probably wrong.
 const DISTANCES: std::ops::RangeInclusive<f64> = 1e5..=2e9;
 
-/// Speed that no craft has there [m/s].
+/// Highest plausible speed [m/s].
 const HIGHEST_SPEED: f64 = 1e5;
 
 fn interpolation(path: &Path, stated: &Stated, options: &Options) -> Result<Interpolation, SceneError> {

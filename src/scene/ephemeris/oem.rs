@@ -9,7 +9,7 @@ use super::kvn::{Line, check_version, lines};
 use super::stated::{StateLine, Stated};
 use super::text::{FileLine, number};
 
-/// Where the reader is in the message.
+/// The reader's place in the message.
 #[derive(Clone, Copy, PartialEq)]
 enum OemBlock {
     Header,
@@ -18,10 +18,7 @@ enum OemBlock {
     Covariance,
 }
 
-/// The segments of a message.
-///
-/// # Errors
-/// What is wrong, with its line.
+/// Reads the segments of a message.
 pub(super) fn parse(path: &Path, text: &str) -> Result<Vec<Stated>, SceneError> {
     check_version(path, text, "CCSDS_OEM_VERS")?;
     let mut segments: Vec<Stated> = Vec::new();
@@ -77,7 +74,7 @@ fn unfinished(path: &Path, text: &str, key: &str) -> SceneError {
     FileLine { path, line: text.lines().count() }.error(key, "is missing: the file ends before it")
 }
 
-/// Takes down what a metadata key says; keys that say nothing of the trajectory are passed over.
+/// Stores the value of a metadata key. It ignores keys that do not affect the trajectory.
 pub(super) fn metadata(segment: &mut Stated, line: usize, key: &str, value: &str) {
     let value = value.to_owned();
     match key {
@@ -96,7 +93,7 @@ pub(super) fn metadata(segment: &mut Stated, line: usize, key: &str, value: &str
     }
 }
 
-/// Takes down which keys are missing that a message must have and that nothing here depends on.
+/// Lists the mandatory keys that are missing but not needed here.
 pub(super) fn note_missing(segment: &mut Stated) {
     segment.missing = [
         ("OBJECT_NAME", segment.object_name.is_empty()),
@@ -111,7 +108,7 @@ pub(super) fn note_missing(segment: &mut Stated) {
     .collect();
 }
 
-/// An epoch, a position [km], a velocity [km/s], and perhaps an acceleration, which is not needed.
+/// Reads an epoch, a position [km], a velocity [km/s] and an optional acceleration, which is ignored.
 fn state(at: &FileLine, line: usize, data: &str) -> Result<StateLine, SceneError> {
     let mut cells = data.split_whitespace();
     let epoch = cells.next().unwrap_or_default().to_owned();

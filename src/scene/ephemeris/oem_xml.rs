@@ -11,10 +11,7 @@ use super::stated::{StateLine, Stated};
 use super::text::FileLine;
 use super::xml::{children, document, messages, text, value};
 
-/// The segments of a message.
-///
-/// # Errors
-/// What is wrong, with its line.
+/// Reads the segments of a message.
 pub(super) fn parse(path: &Path, content: &str) -> Result<Vec<Stated>, SceneError> {
     let (document, lines) = document(path, content)?;
     let mut segments = Vec::new();

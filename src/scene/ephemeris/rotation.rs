@@ -1,6 +1,5 @@
-//! What the metadata of a segment of a CCSDS AEM say, and what its numbers mean as rotations (CCSDS 504.0-B-1 and -B-2).
-//!
-//! Everything becomes quaternions before anything is interpolated, so it does not matter as what a file states its rotations.
+//! Converts a segment of a CCSDS AEM to quaternions, as its metadata define (CCSDS 504.0-B-1 and -B-2).
+//! Conversion comes before interpolation, so the stated form of a rotation does not affect the result.
 
 use std::path::Path;
 
@@ -18,25 +17,24 @@ use crate::environment::ephemeris::DEFAULT_DEGREE;
 use crate::environment::frames::ReferenceFrame;
 use crate::environment::rotation_history::{HistoryFrame, RotationInterpolation};
 
-/// The metadata of a segment as they stand in the file.
+/// The unchecked metadata of a segment.
 #[derive(Default)]
 pub(super) struct Metadata {
-    /// Line of its start.
+    /// Line where the metadata start.
     pub(super) line: usize,
-    /// 1 or 2.
+    /// Version: 1 or 2.
     pub(super) version: u32,
-    /// Line, key and value.
+    /// Line, key and value of each entry.
     pub(super) entries: Vec<(usize, String, String)>,
 }
 
-/// A segment.
 pub(super) struct Segment {
     pub(super) line: usize,
-    /// Name and identifier.
+    /// Name and identifier of the object.
     pub(super) object: (String, String),
     pub(super) frame: HistoryFrame,
     pub(super) kind: Kind,
-    /// Whether the numbers rotate vectors of the frame into the body, rather than the other way.
+    /// Whether the rotations take frame vectors into the body. The usual direction is the opposite.
     inverted: bool,
     pub(super) scale: TimeScale,
     pub(super) start: Said,
@@ -45,7 +43,7 @@ pub(super) struct Segment {
     pub(super) usable_stop: Said,
     pub(super) interpolation: RotationInterpolation,
     pub(super) rows: Vec<Row>,
-    /// Whether the text ends before the segment does.
+    /// Whether the file ends inside the segment.
     pub(super) torn: bool,
 }
 
@@ -53,45 +51,45 @@ pub(super) struct Segment {
 pub(super) struct Row {
     pub(super) line: usize,
     pub(super) epoch: String,
-    /// In the order of [`Kind::columns`].
+    /// The numbers in the order of [`Kind::columns`].
     pub(super) numbers: Vec<f64>,
 }
 
-/// What a rotation is stated as.
+/// The form in which rotations are stated.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Shape {
     Quaternion {
         scalar_first: bool,
     },
-    /// Turns about these axes (0 is X), each as the turns before have left it.
+    /// Turns about these axes (0 is X). Each turn starts from the attitude after the previous one.
     Euler {
         axes: [usize; 3],
     },
     Spin,
 }
 
-/// What is stated beside it.
+/// The derivatives that are stated with a rotation.
 #[derive(Clone, Copy, PartialEq)]
 enum Beside {
     Nothing,
     Derivatives,
-    /// Of version 1, which does not say whether they are rates of Euler angles or an angular velocity.
+    /// Rates of version 1. The standard does not say if they are Euler rates or an angular velocity.
     Rates,
-    /// Of frame B against frame A [deg/s].
+    /// Angular velocity of frame B relative to frame A [deg/s].
     AngularVelocity,
 }
 
-/// What the numbers of a segment are.
+/// The meaning of the numbers of a segment.
 pub(super) struct Kind {
     /// `ATTITUDE_TYPE`.
     pub(super) name: &'static str,
     pub(super) shape: Shape,
     beside: Beside,
-    /// Whether the angular velocity is that along the axes of frame B, where it is used.
+    /// Whether the angular velocity has components along the axes of frame B.
     velocity_in_b: bool,
 }
 
-/// Attitude types that are read.
+/// The supported attitude types.
 const QUATERNION: &str = "QUATERNION";
 const EULER: &str = "EULER_ANGLE";
 const SPIN: &str = "SPIN";
@@ -108,7 +106,7 @@ const KINDS: [(&str, &str, Beside); 9] = [
 ];
 
 impl Kind {
-    /// The names of the numbers after an epoch, in their order.
+    /// The names of the numbers after an epoch.
     pub(super) fn columns(&self) -> Vec<&'static str> {
         let (mut columns, derivatives) = match self.shape {
             Shape::Quaternion { scalar_first: true } => {
@@ -132,7 +130,7 @@ impl Kind {
     }
 }
 
-/// The unit of a number by its name.
+/// The unit of a column.
 pub(super) fn unit(column: &str) -> &'static str {
     match column {
         "QC" | "Q1" | "Q2" | "Q3" => "",
@@ -142,7 +140,6 @@ pub(super) fn unit(column: &str) -> &'static str {
     }
 }
 
-/// The version of a message: 1 or 2.
 pub(super) fn version(at: &FileLine, stated: &str) -> Result<u32, SceneError> {
     match stated.trim().split('.').next() {
         Some("1") => Ok(1),
@@ -175,8 +172,8 @@ pub(super) fn rotation(segment: &Segment, numbers: &[f64]) -> (DQuat, Option<DQu
             (first * second * third, derivative)
         }
         Shape::Spin => {
-            // The body's Z is the spin axis; at SPIN_ANGLE 0 its X lies in the plane of the frame's X and Y, 90 deg
-            // ahead of the axis (as Orekit has it; the standard leaves it to the parties).
+            // The body's Z is the spin axis. At SPIN_ANGLE 0 the body's X lies in the frame's XY plane, 90 deg ahead of
+            // the axis. Orekit uses this convention. The standard leaves it to the parties.
             let (alpha, delta) = (stated[0].to_radians(), stated[1].to_radians());
             let right = std::f64::consts::FRAC_PI_2;
             let turn = DQuat::from_rotation_z(right + alpha)
@@ -190,7 +187,7 @@ pub(super) fn rotation(segment: &Segment, numbers: &[f64]) -> (DQuat, Option<DQu
             .then(|| half_turning(DVec3::from_slice(rest) * 1f64.to_radians()))?;
         Some(if segment.kind.velocity_in_b { turn * velocity } else { velocity * turn })
     });
-    // The quaternion of a turn of axes from A to B rotates the components of vectors in B into those in A.
+    // The quaternion that turns axes from A to B takes vector components from B to A.
     let either = |quaternion: DQuat| if segment.inverted { quaternion.conjugate() } else { quaternion };
     (either(turn), derivative.map(either), None)
 }
@@ -210,10 +207,7 @@ impl Metadata {
     }
 }
 
-/// What the metadata of a segment say, with everything in them checked.
-///
-/// # Errors
-/// What is missing, contradicts, or is not read, with its line.
+/// Checks the metadata of a segment and interprets them.
 pub(super) fn interpret(
     path: &Path,
     metadata: &Metadata,
@@ -298,7 +292,7 @@ fn frames(path: &Path, metadata: &Metadata) -> Result<(HistoryFrame, bool), Scen
     }
 }
 
-/// Whether the rotations are from frame A to frame B: stated in version 1, always so in version 2.
+/// Whether the rotations go from frame A to frame B. Version 1 states it. Version 2 always does it.
 fn direction(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String)) -> Result<bool, SceneError> {
     let Some((line, stated)) = metadata.get("ATTITUDE_DIR") else {
         if metadata.version == 1 {
@@ -334,7 +328,7 @@ fn kind(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String)) -> Re
     Ok(Kind { name, shape, beside: *beside, velocity_in_b: true })
 }
 
-/// Whether the scalar of a quaternion comes first: stated in version 1, never in version 2.
+/// Whether the scalar of a quaternion comes first. Version 1 states it. In version 2 it never does.
 fn scalar_first(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String)) -> Result<bool, SceneError> {
     let Some((line, stated)) = metadata.get("QUATERNION_TYPE") else {
         if metadata.version == 1 {
@@ -351,8 +345,7 @@ fn scalar_first(path: &Path, metadata: &Metadata, assume: &mut impl FnMut(String
     }
 }
 
-/// The axes of `EULER_ROT_SEQ`, the first turn first: digits in version 1 (1 is X), letters in version 2. Either is read
-/// in both.
+/// The axes of `EULER_ROT_SEQ`, first turn first. Digits (1 is X) and letters are accepted in both versions.
 fn sequence(path: &Path, metadata: &Metadata) -> Result<[usize; 3], SceneError> {
     let (line, stated) = metadata.required(path, "EULER_ROT_SEQ")?;
     let axis = |letter: char| match letter {
@@ -372,7 +365,7 @@ fn sequence(path: &Path, metadata: &Metadata) -> Result<[usize; 3], SceneError> 
     }
 }
 
-/// Whether angular velocities are along the axes of frame B.
+/// Whether angular velocities have components along the axes of frame B.
 fn velocity_in_b(path: &Path, metadata: &Metadata) -> Result<bool, SceneError> {
     let key = if metadata.get("ANGVEL_FRAME").is_some() { "ANGVEL_FRAME" } else { "RATE_FRAME" };
     let (line, stated) = metadata.get(key).ok_or_else(|| {
@@ -388,7 +381,7 @@ fn velocity_in_b(path: &Path, metadata: &Metadata) -> Result<bool, SceneError> {
     })
 }
 
-/// How the segment is to be interpolated. A straight line between quaternions stands for the arc.
+/// The interpolation of a segment. A linear method becomes the arc between quaternions.
 fn interpolation(
     path: &Path,
     metadata: &Metadata,

@@ -1,4 +1,4 @@
-//! The times that the metadata of a segment of a CCSDS message state, against those of its data.
+//! Compares the times in the metadata of a CCSDS segment with the times of its data.
 
 use std::path::Path;
 
@@ -10,10 +10,10 @@ use super::text::FileLine;
 use crate::environment::trajectory::seconds_between;
 use crate::environment::utc::utc;
 
-/// Difference between the span of the metadata and that of the states which is rounding [s].
+/// Largest rounding difference between the stated span and the data [s].
 const SPAN_TOLERANCE: f64 = 1e-3;
 
-/// What the metadata of a segment say of its times, and the line within which the file ends.
+/// The stated times of a segment, and the last line of the file.
 pub(super) struct Span<'a> {
     pub(super) start: &'a Said,
     pub(super) stop: &'a Said,
@@ -22,10 +22,10 @@ pub(super) struct Span<'a> {
     pub(super) torn: Option<usize>,
 }
 
-/// What a key of the metadata says, with its line.
+/// The value of a metadata key, with its line.
 pub(super) type Said = Option<(usize, String)>;
 
-/// Compares the first and last epochs of a segment with the span that its metadata state: a file may be cut.
+/// Compares the first and last epochs with the stated span, because a file may be cut off.
 pub(super) fn check_span(
     path: &Path,
     span: &Span,
@@ -58,10 +58,7 @@ pub(super) fn check_span(
     Ok(())
 }
 
-/// The times between which a segment may be used, as its metadata state them.
-///
-/// # Errors
-/// One that is no time, or that they leave nothing between `first` and `last`.
+/// The usable times of a segment, as its metadata state them. They must leave some time between `first` and `last`.
 pub(super) fn usable_times(
     path: &Path,
     span: &Span,

@@ -1,4 +1,4 @@
-//! What a file states of a trajectory, in its own words, and the values behind these words.
+//! A trajectory as its file states it, and the meaning of the words in the file.
 
 use std::path::Path;
 
@@ -12,36 +12,36 @@ use super::text::FileLine;
 use crate::environment::divided_differences::HIGHEST_DEGREE;
 use crate::environment::frames::ReferenceFrame;
 
-/// What a scene says of a trajectory's file.
+/// The options that a scene states for a trajectory file.
 #[derive(Debug, Clone, Default)]
 pub(in crate::scene) struct Options {
-    /// Which object, where the file holds several.
+    /// The object to read if the file holds several.
     pub(in crate::scene) object: Option<String>,
     /// Frame of a table.
     pub(in crate::scene) frame: Option<String>,
     /// Time system of a table.
     pub(in crate::scene) time_system: Option<String>,
-    /// `hermite` or `lagrange`, for a table, or where the file does not say.
+    /// `hermite` or `lagrange`, if the file does not state it.
     pub(in crate::scene) interpolation: Option<String>,
-    /// Degree, likewise.
+    /// Degree of the interpolation, if the file does not state it.
     pub(in crate::scene) degree: Option<u32>,
     /// Time 0 of the scene.
     pub(in crate::scene) start: Option<Epoch>,
 }
 
-/// A segment as a file states it.
+/// A segment in the words of the file.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Stated {
-    /// Line of its start.
+    /// Line where the segment starts.
     pub(super) line: usize,
     pub(super) object_name: String,
     pub(super) object_id: String,
     pub(super) centre: Option<String>,
     pub(super) start: Said,
     pub(super) stop: Said,
-    /// Mandatory keys of the metadata that are missing and not needed.
+    /// Mandatory metadata keys that are missing but not needed.
     pub(super) missing: Vec<&'static str>,
-    /// Whether the text ends within a line of this segment.
+    /// Whether the file ends inside a line of this segment.
     pub(super) torn: bool,
     pub(super) frame: Said,
     pub(super) time_system: Said,
@@ -52,7 +52,7 @@ pub(super) struct Stated {
     pub(super) lines: Vec<StateLine>,
 }
 
-/// One state as a file states it, in m and m/s.
+/// One state [m, m/s] in the frame of the file.
 #[derive(Debug, Clone)]
 pub(super) struct StateLine {
     pub(super) line: usize,
@@ -61,7 +61,6 @@ pub(super) struct StateLine {
     pub(super) velocity: Option<DVec3>,
 }
 
-/// Frames by their names in files.
 const FRAMES: [(&str, ReferenceFrame); 7] = [
     ("GCRF", ReferenceFrame::Inertial),
     ("EME2000", ReferenceFrame::Inertial),
@@ -72,7 +71,7 @@ const FRAMES: [(&str, ReferenceFrame); 7] = [
     ("GRC", ReferenceFrame::Itrf),
 ];
 
-/// The frame of that name, or the message that says which there are.
+/// The frame with this name, or a message that lists the known frames.
 pub(super) fn reference_frame(name: &str) -> Result<ReferenceFrame, String> {
     let plain: String = name.chars().filter(char::is_ascii_alphanumeric).collect();
     if let Some((_, frame)) = FRAMES.iter().find(|(known, _)| known.eq_ignore_ascii_case(&plain)) {
@@ -87,7 +86,7 @@ pub(super) fn reference_frame(name: &str) -> Result<ReferenceFrame, String> {
     Err(format!("the frame '{name}' is not one of 'EME2000', 'J2000', 'ICRF', 'GCRF', 'TEME', 'ITRF'"))
 }
 
-/// A degree of interpolation as a file states it.
+/// Parses a degree of interpolation.
 pub(super) fn stated_degree(path: &Path, (line, text): &(usize, String)) -> Result<usize, SceneError> {
     let degree = text.parse::<usize>().ok().filter(|degree| (1..=HIGHEST_DEGREE).contains(degree));
     degree.ok_or_else(|| {
@@ -96,7 +95,7 @@ pub(super) fn stated_degree(path: &Path, (line, text): &(usize, String)) -> Resu
     })
 }
 
-/// A time of a table may be a number of seconds after the start of the scene.
+/// Parses a time. In a table it may be seconds after the start of the scene.
 pub(super) fn state_epoch(text: &str, scale: TimeScale, options: &Options) -> Result<Epoch, String> {
     match (text.parse::<f64>(), options.start) {
         (Ok(seconds), Some(start)) if seconds.is_finite() && seconds.abs() < 1e11 => {

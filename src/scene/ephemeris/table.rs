@@ -1,4 +1,4 @@
-//! A trajectory as a table: CSV with the columns time, x, y, z and perhaps vx, vy, vz.
+//! A trajectory as a CSV table with the columns time, x, y, z and optionally vx, vy, vz.
 
 use std::path::Path;
 
@@ -8,21 +8,18 @@ use super::super::error::SceneError;
 use super::stated::{Options, StateLine, Stated};
 use super::text::{FileLine, number};
 
-/// Rows with their lines, and the places of the named columns; the columns `optional` may be missing, all together.
+/// Rows with their line numbers, and the positions of the named columns. The optional columns may all be missing.
 pub(super) struct Columns<'a> {
     pub(super) rows: Vec<(usize, Vec<&'a str>)>,
     required: Vec<usize>,
     optional: Option<Vec<usize>>,
 }
 
-/// A row: the first required column, the other required ones, and the optional ones where they are.
+/// A row: the first required column as text, the other required numbers, and the optional numbers.
 type Cells = (String, Vec<f64>, Option<Vec<f64>>);
 
 impl<'a> Columns<'a> {
-    /// Reads a comma-separated table with a header; lines that start with `#` are comments.
-    ///
-    /// # Errors
-    /// A column that is missing, is there twice, or is not known.
+    /// Reads a comma-separated table with a header. Lines that start with `#` are comments.
     pub(super) fn read(path: &Path, text: &'a str, required: &[&str], optional: &[&str]) -> Result<Self, SceneError> {
         let mut lines = text
             .lines()
@@ -67,7 +64,6 @@ impl<'a> Columns<'a> {
         Ok(columns)
     }
 
-    /// The first required column as text, the other required ones as numbers, and the optional ones where they are.
     pub(super) fn cells(&self, path: &Path, (line, row): &(usize, Vec<&str>)) -> Result<Cells, SceneError> {
         let time = row[self.required[0]].to_owned();
         let numbers = |places: &[usize]| {
@@ -85,10 +81,7 @@ impl<'a> Columns<'a> {
     }
 }
 
-/// The one segment of a table.
-///
-/// # Errors
-/// What is wrong, with its line; the frame, where the scene does not state it.
+/// Reads the single segment of a table. The scene must state the frame.
 pub(super) fn parse(path: &Path, text: &str, options: &Options) -> Result<Vec<Stated>, SceneError> {
     let columns = Columns::read(path, text, &["time", "x", "y", "z"], &["vx", "vy", "vz"])?;
     let frame = options.frame.clone().ok_or_else(|| {

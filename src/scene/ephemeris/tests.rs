@@ -1,4 +1,4 @@
-//! Files of trajectories and attitudes as people write them, right and wrong.
+//! Tests of valid and invalid trajectory and attitude files.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ fn circle(seconds: f64) -> [f64; 6] {
     [RADIUS * cos, RADIUS * sin, 0.0, -speed * sin, speed * cos, 0.0]
 }
 
-/// Day 60 of 2024 is 29 February.
+/// An epoch on 29 February 2024, which is day 60.
 fn epoch(seconds: u32) -> String {
     format!("2024-060T{:02}:{:02}:{:02}.000", seconds / 3600, seconds / 60 % 60, seconds % 60)
 }
@@ -132,7 +132,7 @@ fn xml_says_the_same_as_kvn() {
     let torn = refusal(&text[..text.len() - 30]);
     assert!(torn.starts_with("made.oem:") && torn.contains("XML"), "{torn}");
     assert!(refusal("<ndm><opm/></ndm>").contains("holds no <oem>"));
-    // Another message of the same ndm has segments of its own.
+    // Another message in the same ndm has segments of its own.
     let with_attitude = text.replace("<ndm>", "<ndm><aem><body><segment><metadata/></segment></body></aem>");
     assert_eq!(loaded(&with_attitude).state(432.1), trajectory.state(432.1));
 }
@@ -147,7 +147,7 @@ fn usable_times_degrees_and_time_systems_are_followed() {
 
     let linear = metadata("INTERPOLATION = LAGRANGE\nINTERPOLATION_DEGREE = 1\n");
     let straight = loaded(&format!("{HEAD}{linear}{}", states(&times(0, 1200))));
-    // A chord of 60 s lies R (w t)^2 / 8 within the arc.
+    // A chord of 60 s lies R (w t)^2 / 8 inside the arc.
     let sagitta = RADIUS * 1e3 * (RATE * 60.0).powi(2) / 8.0;
     assert!((error(&straight, 90.0) / sagitta - 1.0).abs() < 1e-3);
 
@@ -157,7 +157,7 @@ fn usable_times_degrees_and_time_systems_are_followed() {
     for (system, offset) in [("UTC", 0.0), ("TAI", -37.0), ("GPS", -18.0), ("TT", -69.184)] {
         let text = text.replace("TIME_SYSTEM = UTC", &format!("TIME_SYSTEM = {system}"));
         let (trajectory, _) = load(&text, &with_start).unwrap_or_else(|error| {
-            // Before UTC by up to 69 s: the ephemeris still covers time 0.
+            // Other systems differ from UTC by up to 69 s. The ephemeris must still cover time 0.
             panic!("{system}: {error}")
         });
         assert!(error(&trajectory, 0.0) > 1e3 || offset == 0.0, "{system}");
@@ -187,7 +187,7 @@ fn what_is_wrong_is_said_with_its_line() {
     ] {
         let text = good.replacen(from, to, 1);
         let message = match (from, refusal(&text)) {
-            // Without its end the metadata swallow the states.
+            // Without the end mark, the reader takes the states for metadata.
             ("META_STOP\n", message) if to.is_empty() => {
                 assert!(message.contains("neither KEY = value nor data"), "{message}");
                 continue;
@@ -331,7 +331,7 @@ fn frames_are_turned_into_one() {
         loaded(&text).state(0.0).unwrap().position.distance(inertial.position)
     };
     assert_eq!(moved("ICRF"), 0.0);
-    // 24 years of precession: 50.3 arc seconds a year.
+    // Precession is 50.3 arc seconds a year. The frames are 24 years apart.
     assert!((moved("TEME") / 7e6 - 24.16 * 50.3 / 206_265.0).abs() < 2e-4, "{}", moved("TEME"));
     assert!(moved("ITRF2014") > 1e6);
 }

@@ -1,4 +1,4 @@
-//! The text of a file: its name, its lines for errors, its numbers.
+//! Text files: names, numbered lines for errors, and numbers.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use super::super::error::SceneError;
 use super::super::file::read_text;
 
-/// A line of a file with its number, for errors.
 pub(super) struct FileLine<'a> {
     pub(super) path: &'a Path,
     pub(super) line: usize,
@@ -24,17 +23,17 @@ impl FileLine<'_> {
     }
 }
 
-/// The name of a file, without its folder.
+/// File name without the folder.
 pub(super) fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// The text with line ends that split it into its lines: those of old Macintosh systems are carriage returns alone.
+/// Replaces the single carriage returns of old Macintosh files by line feeds.
 pub(super) fn one_line_end(text: &str) -> Cow<'_, str> {
     if text.contains('\r') && !text.contains('\n') { Cow::Owned(text.replace('\r', "\n")) } else { Cow::Borrowed(text) }
 }
 
-/// The text of a file that a scene names, which joins the scene's files.
+/// Reads a file that a scene names, and adds its path to `files`.
 pub(in crate::scene) fn read_file(path: PathBuf, files: &mut Vec<PathBuf>) -> Result<String, SceneError> {
     let text = read_text(&path)?;
     if !files.contains(&path) {
@@ -43,7 +42,7 @@ pub(in crate::scene) fn read_file(path: PathBuf, files: &mut Vec<PathBuf>) -> Re
     Ok(text)
 }
 
-/// A number of a file; Fortran writes its exponent with a D.
+/// Parses a number. Fortran writes the exponent with a D.
 pub(super) fn number(text: &str) -> Option<f64> {
     let text = text.trim();
     let number = match text.find(['D', 'd']) {

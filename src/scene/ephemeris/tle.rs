@@ -13,10 +13,10 @@ use super::text::FileLine;
 use crate::environment::trajectory::{Source, Trajectory, seconds_between};
 use crate::environment::utc::utc;
 
-/// Age of elements beyond which their error is worth a sentence [s]: SGP4 loses 1 to 3 km a day in low orbit.
+/// Age of elements above which the user gets a warning [s]. SGP4 loses 1 to 3 km a day in low orbit.
 const OLD: f64 = 3.0 * 86_400.0;
 
-/// Whether a text looks like element sets: a line that begins like the first or the second of a set.
+/// Whether a text looks like element sets: one of its lines begins like the first or second line of a set.
 pub(super) fn is_tle(text: &str) -> bool {
     said(text).take(MOST_LINES).any(|(_, line)| {
         let digits = line
@@ -26,7 +26,7 @@ pub(super) fn is_tle(text: &str) -> bool {
     })
 }
 
-/// Lines in which the first of a set is looked for, and a length that a line of a set does not fall short of.
+/// Number of lines to search for a set, and the shortest length of a line of a set.
 const MOST_LINES: usize = 100;
 const SHORTEST: usize = 40;
 
@@ -37,7 +37,7 @@ fn said(text: &str) -> impl Iterator<Item = (usize, &str)> {
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
 
-/// An element set with its name and the line of its first line.
+/// An element set with its name and the number of its first line.
 struct Set<'a> {
     line: usize,
     name: String,
@@ -66,10 +66,7 @@ fn sets<'a>(path: &Path, text: &'a str) -> Result<Vec<Set<'a>>, SceneError> {
     Ok(sets)
 }
 
-/// The trajectory of the one element set that is meant.
-///
-/// # Errors
-/// A set that is wrong (checksum, columns, values), or several of which none is named.
+/// Reads the wanted element set. A file with several sets needs the scene to name one.
 pub(super) fn read(
     path: &Path,
     text: &str,
@@ -102,7 +99,7 @@ pub(super) fn read(
     let wrong = |message: String| at.error("TLE", message);
     let elements = sgp4::Elements::from_tle(Some(set.name.clone()), set.first.as_bytes(), set.second.as_bytes())
         .map_err(|error| wrong(error.to_string()))?;
-    // Element sets are made with the constants of WGS 72 (Vallado et al. 2006, AIAA 2006-6753).
+    // Element sets use the constants of WGS 72 (Vallado et al. 2006, AIAA 2006-6753).
     let degrees = f64::to_radians;
     let constants = sgp4::Orbit::from_kozai_elements(
         &sgp4::WGS72,

@@ -1,4 +1,4 @@
-//! CCSDS messages in XML (CCSDS 505.0-B), as OEM and AEM share them: alone or inside an `ndm`.
+//! CCSDS messages in XML (CCSDS 505.0-B), alone or inside an `ndm`. OEM and AEM share them.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 use super::super::error::SceneError;
 use super::text::{FileLine, number};
 
-/// Lines of a text by the bytes at which they start: the position of an XML node is counted from the start of the text.
+/// The byte offset of every line. An XML node knows its byte offset only.
 pub(super) struct Lines(Vec<usize>);
 
 impl Lines {
@@ -17,10 +17,7 @@ impl Lines {
     }
 }
 
-/// The tree of a text, and its lines.
-///
-/// # Errors
-/// What is no XML, with its line.
+/// Parses a text. Returns the tree and the lines.
 pub(super) fn document<'a>(path: &Path, text: &'a str) -> Result<(Document<'a>, Lines), SceneError> {
     let text = text.trim_start_matches('\u{feff}');
     let options = ParsingOptions { nodes_limit: u32::MAX, ..ParsingOptions::default() };
@@ -30,10 +27,7 @@ pub(super) fn document<'a>(path: &Path, text: &'a str) -> Result<(Document<'a>, 
     Ok((document, Lines(std::iter::once(0).chain(ends.map(|(index, _)| index + 1)).collect())))
 }
 
-/// The messages of a kind, `oem` or `aem`; an `ndm` may hold others too.
-///
-/// # Errors
-/// The text holds none of them.
+/// The messages of one kind: `oem` or `aem`. An `ndm` may hold other kinds too.
 pub(super) fn messages<'a, 'i>(
     path: &Path,
     document: &'a Document<'i>,
@@ -51,7 +45,6 @@ pub(super) fn messages<'a, 'i>(
     Ok(messages)
 }
 
-/// The children of that name.
 pub(super) fn children<'a, 'i: 'a>(
     node: Node<'a, 'i>,
     name: &'static str,
@@ -59,15 +52,12 @@ pub(super) fn children<'a, 'i: 'a>(
     node.children().filter(move |child| child.tag_name().name() == name)
 }
 
-/// The text of a node without the space around it.
+/// The text of a node, trimmed.
 pub(super) fn text<'a>(node: Node<'a, '_>) -> &'a str {
     node.text().unwrap_or_default().trim()
 }
 
-/// The number in a node, whose `units`, where they are stated, must be `unit`.
-///
-/// # Errors
-/// A message: other units, or no number.
+/// The number in a node. If the node states `units`, they must be `unit`.
 pub(super) fn value(node: Node, unit: &str) -> Result<f64, String> {
     if let Some(stated) = node.attribute("units").filter(|stated| *stated != unit) {
         return Err(format!("is in {stated}; it must be in {unit}"));

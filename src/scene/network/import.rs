@@ -1,17 +1,16 @@
-//! The thermal CSV files of s2e-core (ut-issl/s2e-core, `src/dynamics/thermal`) as the text of a network file.
+//! Converts the thermal CSV files of s2e-core (ut-issl/s2e-core, `src/dynamics/thermal`) to a network file.
 
 use std::fmt::Write;
 use std::path::Path;
 
-/// 0 degrees Celsius [K].
 const CELSIUS: f64 = 273.15;
 
-/// A network file, and what it does not carry over.
+/// A network file, and notes about what it lacks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
     /// Text of the network file.
     pub text: String,
-    /// What was assumed or left out, one sentence each.
+    /// One sentence for each assumption and omission.
     pub notes: Vec<String>,
 }
 
@@ -28,7 +27,7 @@ struct Node {
 /// Reads the files of `folder`.
 ///
 /// # Errors
-/// A message with file and line where a file is missing or is not what s2e-core reads.
+/// A message with file and line if a file is missing or invalid.
 pub fn import(folder: &Path) -> Result<Imported, String> {
     let mut notes = vec![
         "Solar heat on node normals (alpha, area) is left out: add it as heat tables.".to_owned(),
@@ -94,7 +93,7 @@ pub fn import(folder: &Path) -> Result<Imported, String> {
     Ok(Imported { text, notes })
 }
 
-/// Records of a file after its header, each with its line; `None` where there is no such file.
+/// The records of a file after its header, each with its line. `None` if there is no such file.
 fn records(folder: &Path, file: &str) -> Result<Option<Vec<(u64, csv::StringRecord)>>, String> {
     let path = folder.join(file);
     if !path.exists() {
@@ -126,8 +125,8 @@ fn number(folder: &Path, file: &str, line: u64, record: &csv::StringRecord, colu
     })
 }
 
-/// node.csv: id, label, type (0 diffusive, 1 boundary, 2 arithmetic), heater, capacity, alpha, epsilon, area, normal,
-/// temperature; the first row is a header.
+/// node.csv: a header, then id, label, type (0 diffusive, 1 boundary, 2 arithmetic), heater, capacity, alpha, epsilon,
+/// area, normal, temperature.
 fn nodes(folder: &Path) -> Result<Vec<Node>, String> {
     let file = "node.csv";
     let rows = needed(folder, file)?;
@@ -165,7 +164,7 @@ fn nodes(folder: &Path) -> Result<Vec<Node>, String> {
     Ok(nodes)
 }
 
-/// heaters.csv: id, power [W], lower and upper threshold [degC]; heater n is row n.
+/// heaters.csv: id, power [W], lower and upper threshold [degC]. Row n is heater n.
 fn heaters(folder: &Path) -> Result<Vec<[f64; 3]>, String> {
     let file = "heaters.csv";
     let rows = records(folder, file)?.unwrap_or_default();
@@ -178,7 +177,7 @@ fn heaters(folder: &Path) -> Result<Vec<[f64; 3]>, String> {
 
 type Load = Option<(Vec<f64>, Vec<f64>)>;
 
-/// heatload.csv: times in the header, a row of powers [W] for each node.
+/// heatload.csv: times in the header, then a row of powers [W] for each node.
 fn loads(folder: &Path, nodes: &[Node]) -> Result<Vec<Load>, String> {
     let file = "heatload.csv";
     let mut loads: Vec<Load> = nodes.iter().map(|_| None).collect();
@@ -198,7 +197,7 @@ fn loads(folder: &Path, nodes: &[Node]) -> Result<Vec<Load>, String> {
     Ok(loads)
 }
 
-/// cij.csv [W/K] and rij.csv [m2]: a header and a first column of labels around a square of values.
+/// cij.csv [W/K] and rij.csv [m2]: a square of values below a header and beside a column of labels.
 fn matrix(folder: &Path, file: &str, size: usize) -> Result<Vec<Vec<f64>>, String> {
     let rows = needed(folder, file)?;
     if rows.len() != size + 1 {

@@ -1,6 +1,6 @@
-//! A network file: nodes, conductors, heat and thermostats without geometry, read and checked.
+//! The network file: nodes, conductors, heat and thermostats without geometry.
 //!
-//! `docs/network.md` is the reference of the file.
+//! `docs/network.md` describes the file.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -16,15 +16,10 @@ use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeCondu
 pub mod import;
 pub(in crate::scene) mod node;
 
-/// Keys of the root.
 const ROOT: &[&str] = &["space_temperature", "node", "linear_conductor", "radiative_conductor", "thermostat", "output"];
-/// `[[linear_conductor]]`.
 const LINEAR: &[&str] = &["nodes", "conductance"];
-/// `[[radiative_conductor]]`.
 const RADIATIVE: &[&str] = &["nodes", "exchange_area"];
-/// `[[thermostat]]`.
 const THERMOSTAT: &[&str] = &["node", "sensor", "power", "on_below", "off_above", "initially_on"];
-/// `[output]`.
 const OUTPUT: &[&str] = &["times"];
 
 /// A checked network file.
@@ -34,11 +29,12 @@ pub struct NetworkFile {
     pub labels: Vec<String>,
     /// The network at its start.
     pub network: Network,
-    /// Heat, thermostats and output times, each time once and ascending; empty where the file has no `[output]`.
+    /// Heat, thermostats and output times. Each time occurs once, in ascending order. Without `[output]` there are
+    /// none.
     pub schedule: Schedule,
-    /// Output times [s] as the file has them: one row of the series each.
+    /// Output times [s] in file order. Each gives one row of the series.
     pub times: Vec<f64>,
-    /// What was assumed because the file is silent, one sentence each.
+    /// One sentence for each default that was used.
     pub assumptions: Vec<String>,
 }
 
@@ -54,7 +50,7 @@ impl NetworkFile {
     /// Checks the text of a network file as if it lay at `path`.
     ///
     /// # Errors
-    /// The first thing that is wrong, with file, line and key: see [`SceneError`].
+    /// The first error, with file, line and key: see [`SceneError`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
         let file = SourceFile::new(path, text);
         let table = file.parse()?;
@@ -116,7 +112,7 @@ impl NetworkFile {
         }
         let mut ascending = times.clone();
         ascending.sort_unstable_by(f64::total_cmp);
-        // -0 and 0 are one time.
+        // -0 and 0 are the same time.
         ascending.dedup();
         let schedule = Schedule { heat, thermostats, times: ascending, ..Schedule::default() };
         Ok(Self { labels, network, schedule, times, assumptions })
@@ -124,14 +120,14 @@ impl NetworkFile {
 }
 
 impl NetworkFile {
-    /// The rows that the file asks for, from those at the times of the schedule.
+    /// Selects the rows that the file asks for from the rows at the schedule's times.
     pub fn asked<T: Clone>(&self, rows: &[T]) -> Vec<T> {
         let row = |time: &f64| rows.get(self.schedule.times.partition_point(|at| at < time)).cloned();
         self.times.iter().filter_map(row).collect()
     }
 }
 
-/// Labels and the numbers behind them.
+/// The node number of each label.
 struct Nodes<'a> {
     labels: &'a [String],
     numbers: HashMap<String, u32>,
@@ -150,7 +146,6 @@ impl Nodes<'_> {
         self.number(section, key, section.required(key, label, what)?)
     }
 
-    /// The two ends of a conductor.
     fn pair(&self, section: &Section) -> Result<[u32; 2], SceneError> {
         let labels = if section.is_array("nodes") { section.strings("nodes")? } else { None };
         let Some([a, b]) = labels.as_deref() else {
@@ -213,7 +208,7 @@ fn times(section: &Section) -> Result<Vec<f64>, SceneError> {
     Ok(times)
 }
 
-/// What a reader of the file could have meant otherwise.
+/// Lists the defaults that were used.
 fn assume(
     labels: &[String],
     network: &Network,

@@ -6,25 +6,23 @@ use crate::scene::section::Section;
 use crate::thermal::network::NodeKind;
 use crate::thermal::network::schedule::HeatTable;
 
-/// Keys of a node.
 pub(super) const KEYS: &[&str] = &["label", "kind", "capacitance", "emissive_area", "temperature", "heat"];
 /// `heat = { .. }`.
 pub(in crate::scene) const HEAT: &[&str] = &["time", "power"];
-/// Where the balance of an arithmetic node is sought first [K]: the balance is the same from anywhere.
+/// Start of the search for the balance of an arithmetic node [K]. It does not affect the result.
 const FIRST_GUESS: f64 = 300.0;
 
-/// A node as it stands in the file.
+/// A node in the words of the file.
 pub(super) struct Node {
     pub(super) label: String,
     pub(super) kind: NodeKind,
     pub(super) capacitance: f64,
-    /// `None` where the file is silent.
+    /// `None` if the file does not state it.
     pub(super) emissive_area: Option<f64>,
     pub(super) temperature: f64,
     pub(super) heat: Option<HeatTable>,
 }
 
-/// Reads a node.
 pub(super) fn read(section: &Section) -> Result<Node, SceneError> {
     let label = section.string("label")?;
     let label = section.required("label", label, "the name of the node")?.to_owned();
@@ -60,7 +58,7 @@ fn capacitance(section: &Section, kind: NodeKind) -> Result<f64, SceneError> {
         NodeKind::Arithmetic if capacitance.is_some_and(|capacitance| capacitance > 0.0) => {
             Err(section.error("capacitance", "must be 0 or absent: an arithmetic node stores no heat"))
         }
-        // A boundary stores without end.
+        // A boundary stores unlimited heat.
         NodeKind::Arithmetic | NodeKind::Boundary => Ok(0.0),
     }
 }
@@ -69,7 +67,7 @@ fn heat(section: &Section) -> Result<Option<HeatTable>, SceneError> {
     heat_table(section, "heat")
 }
 
-/// Heat under a key: a number, or times and powers.
+/// Heat under a key: one number, or times with powers.
 pub(in crate::scene) fn heat_table(section: &Section, key: &str) -> Result<Option<HeatTable>, SceneError> {
     if !section.has(key) {
         return Ok(None);

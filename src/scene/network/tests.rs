@@ -1,4 +1,4 @@
-//! What a network file may say, and what is refused.
+//! Tests of valid and invalid network files.
 
 use std::path::Path;
 
@@ -90,7 +90,7 @@ fn the_reference_explains_every_key() {
             assert!(part.contains(&format!("`{key}`")), "docs/network.md is silent on {header} {key}");
         }
     }
-    // The example of the reference is itself a file that is read.
+    // The example in docs/network.md must be a valid file.
     let example = reference.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap_or_default();
     assert_eq!(parse(example).map(|file| file.labels), Ok(vec!["panel".to_owned(), "structure".to_owned()]));
 }
@@ -156,7 +156,7 @@ fn slips_are_refused_with_line_and_key() {
         let text = GOOD.replacen(good, bad, 1);
         match parse(&text) {
             Err(error) => assert!(error.contains(message), "{bad}: {error}"),
-            // With its conductor to the box a blanket needs no emission of its own.
+            // The blanket has a conductor to the box, so it needs no emission.
             Ok(_) => assert_eq!(message, "radiates", "{bad} was accepted"),
         }
     }

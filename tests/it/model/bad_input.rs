@@ -1,4 +1,4 @@
-//! Damaged and hostile files: a clear error that names file and element, never a panic.
+//! Damaged and hostile files give an error with file and element, and never a panic.
 
 use isotherm::model::Model;
 use serde_json::{Value, json};
@@ -7,7 +7,7 @@ use super::check_promises;
 use super::make::Maker;
 use super::shared_files::shared;
 
-/// The message of the error, after a change to the cube.
+/// The error message after a change to the cube.
 fn message(change: impl FnOnce(&mut Maker)) -> String {
     let mut maker = Maker::cube();
     change(&mut maker);
@@ -19,7 +19,7 @@ fn message(change: impl FnOnce(&mut Maker)) -> String {
 
 #[test]
 fn errors_name_the_element() {
-    // A pointer into the JSON, the value put there, and what the message must name.
+    // Each case: a JSON pointer, the value put there, and the words of the message.
     let cases: &[(&str, Value, &[&str])] = &[
         ("/accessors/0/count", json!(9), &["accessor 0", "buffer view 0"]),
         ("/accessors/0/count", json!(u64::MAX), &["accessor 0"]),
@@ -92,7 +92,7 @@ fn the_node_graph_is_checked() {
     let cases: &[(Value, &str)] = &[
         (json!([{"children": [0], "mesh": 0}]), "node 0: is its own ancestor"),
         (json!([{"children": [1], "mesh": 0}, {"children": [2]}, {"children": [0]}]), "cycle"),
-        // A cycle that the scene does not reach.
+        // A cycle outside the scene.
         (json!([{"mesh": 0}, {"children": [2]}, {"children": [1]}]), "cycle"),
         (json!([{"children": [1, 2]}, {"children": [3]}, {"children": [3]}, {"mesh": 0}]), "node 2: has child 3"),
         (json!([{"children": [1, 1]}, {"mesh": 0}]), "child of node 0 already"),
@@ -207,7 +207,7 @@ fn files_that_are_no_gltf() {
     }
 }
 
-/// Every truncation and every flipped byte of small files: an error, or a model that keeps its promises.
+/// Every truncated file and every flipped byte gives an error or a valid model.
 #[test]
 #[ignore = "long: tools/test --all"]
 fn damaged_bytes_never_panic() {

@@ -1,4 +1,4 @@
-//! Parts of different density, and the merging of short edges: no crack, borders kept, and the area that is reported.
+//! Parts of different density, and merging of short edges: no crack, borders kept, and correct areas.
 
 use isotherm::model::{Model, ModelError};
 use serde_json::json;
@@ -13,7 +13,7 @@ fn load(maker: &Maker) -> Model {
     Model::load(&maker.save(folder.path())).unwrap().weld()
 }
 
-/// A box of unequal sides whose first face is a part of its own.
+/// A box of unequal sides. Its first face is a separate part.
 fn box_of_two_parts() -> Model {
     let mut maker = Maker::new();
     let positions = maker.floats(&cube_corners());
@@ -31,7 +31,7 @@ fn box_of_two_parts() -> Model {
     load(&maker)
 }
 
-/// 4 sqrt(3) x area / sum of squared edges: 1 of an equilateral triangle, 0 of a needle.
+/// 4 sqrt(3) x area / sum of squared edges: 1 for an equilateral triangle, 0 for a needle.
 fn worst_quality(model: &Model) -> f64 {
     let quality = |index: usize| {
         let [a, b, c] = model.triangles[index].map(|vertex| model.positions[vertex as usize]);
@@ -63,10 +63,10 @@ fn parts_of_different_density_meet_without_a_crack() {
             assert!(longest_edge(&new) <= edges[part as usize]);
             assert!((new.area() / old.area() - 1.0).abs() < 1e-12, "a part keeps its area");
         }
-        // Needles of the file (a face of 14.6 x 1.8 m has 0.21) stay what they are, and no thinner ones are made of them.
+        // The file has needles (a face of 14.6 x 1.8 m has 0.21). Subdivision must not make thinner ones.
         assert!(worst_quality(&after) > 0.5 * worst_quality(&before), "{edges:?}: {}", worst_quality(&after));
     }
-    // Each part split for itself does not meet the other: the test of cracks can fail.
+    // Parts that are split separately do not fit together, so the test of cracks can fail.
     let fine = before.clone().subdivide(0.2, usize::MAX, &mut |_| {}).unwrap();
     let coarse = before.clone().subdivide(5.0, usize::MAX, &mut |_| {}).unwrap();
     let mut both = only(&fine, 0);
@@ -82,7 +82,7 @@ fn one_density_for_all_parts_is_that_of_the_model() {
     let whole = before.clone().subdivide(0.4, usize::MAX, &mut |_| {}).unwrap();
     let parts = before.clone().subdivide_parts(&[0.4, 0.4], usize::MAX, &mut |_| {}).unwrap();
     assert_eq!((whole.positions, whole.triangles), (parts.positions, parts.triangles));
-    // The coarse part is finer at the border only.
+    // The coarse part is only finer at the border.
     let count = |model: &Model| only(model, 1).triangles.len();
     let split = |edges: [f64; 2]| before.clone().subdivide_parts(&edges, usize::MAX, &mut |_| {}).unwrap();
     let [mixed, coarse, fine] = [[0.1, 2.0], [2.0, 2.0], [0.1, 0.1]].map(|edges| count(&split(edges)));
@@ -95,7 +95,7 @@ fn one_density_for_all_parts_is_that_of_the_model() {
     assert!(refused.contains("limit is 100000"), "{refused}");
 }
 
-/// A closed drum of radius 1 and height 2 with so many facets, flat-shaded, of two materials.
+/// A closed, flat-shaded drum of radius 1 and height 2 with a number of facets and two materials.
 fn drum(facets: usize) -> Model {
     let mut maker = Maker::new();
     let at = |facet: usize, z: f32| {
@@ -134,7 +134,7 @@ fn short_edges_are_merged_and_the_area_is_told() {
     assert_eq!(merged.area_m2.map(|area| (area * 1e9).round()), [&before, &after].map(|m| (m.area() * 1e9).round()));
     assert_ne!(merged.area_m2[0], merged.area_m2[1], "a chord is shorter than its arc");
     assert!((after.area() / before.area() - 1.0).abs() < 0.02 && (volume(&after) / volume(&before) - 1.0).abs() < 0.04);
-    // The rim, where the materials meet, stays on the circle at both heights; the caps stay flat.
+    // The rim between the materials stays on the circle at both heights. The caps stay flat.
     for (position, material) in after.positions.iter().zip(&after.vertex_material) {
         let radius = position.truncate().length();
         assert!(
@@ -142,7 +142,7 @@ fn short_edges_are_merged_and_the_area_is_told() {
             "{position}"
         );
     }
-    // No triangle looks the other way: those of the side away from the axis, those of the caps up or down.
+    // No triangle flips: side triangles face away from the axis, cap triangles up or down.
     for triangle in &after.triangles {
         let [a, b, c] = triangle.map(|vertex| after.positions[vertex as usize]);
         let (normal, middle) = ((b - a).cross(c - a).normalize(), (a + b + c) / 3.0);
@@ -154,7 +154,7 @@ fn short_edges_are_merged_and_the_area_is_told() {
 
 #[test]
 fn sharp_edges_and_what_is_long_stay() {
-    // A bar 1 cm thick has no edge that may go: all are sharp.
+    // All edges of a bar 1 cm thick are sharp, so none may be merged.
     let mut bar = Maker::cube();
     bar.json["nodes"][0]["scale"] = json!([0.005, 0.005, 2.0]);
     for (model, shortest) in [(load(&bar), 0.1), (drum(64), 0.09), (drum(64), 0.0)] {
@@ -176,16 +176,16 @@ fn a_part_with_its_own_shortest_edge_is_the_only_one_that_changes() {
     assert_eq!(open_edges(&after), 0);
     assert_eq!(only(&after, 0).triangles.len(), only(&model, 0).triangles.len());
     assert!(3 * only(&after, 1).triangles.len() < only(&model, 1).triangles.len(), "{merged:?}");
-    // All of it is flat: nothing changes but the number of triangles.
+    // Everything is flat, so only the number of triangles changes.
     assert!((merged.area_m2[1] / merged.area_m2[0] - 1.0).abs() < 1e-12, "{merged:?}");
-    // Against the box as it was: the sum over 270,000 triangles in between is itself off by 1.1e-12.
+    // Compared with the whole box, because the sum over 270,000 triangles is off by 1.1e-12.
     assert!((volume(&after) / volume(&whole) - 1.0).abs() < 1e-12);
 }
 
 #[test]
 fn real_craft_keep_their_shape() {
     let Some(shared) = shared() else { return };
-    // File, shortest edge, largest change of area as a share: 0.034 % and 0.0063 % are measured.
+    // File, shortest edge, largest relative change of area. 0.034 % and 0.0063 % were measured.
     for (file, shortest, most) in [("ISS_42", 0.3, 5e-4), ("HST_42", 0.1, 1e-4)] {
         let before = Model::load(&shared.join(format!("models/{file}.glb"))).unwrap().weld();
         let (after, merged) = before.clone().merge_short_edges(&vec![shortest; before.parts.len()]).unwrap();

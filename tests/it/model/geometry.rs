@@ -1,4 +1,4 @@
-//! What the loader makes of geometry that is legal but unusual.
+//! The loader and legal but unusual geometry.
 
 use glam::{DVec3, Vec3};
 use isotherm::model::Model;
@@ -24,7 +24,7 @@ fn assert_cube(model: &Model) {
 #[test]
 fn sparse_values_replace_those_of_the_buffer_view() {
     let mut maker = Maker::cube();
-    // The base has corners 3 and 6 at the origin; the sparse entries put them right.
+    // The base has corners 3 and 6 at the origin. The sparse values correct them.
     maker.binary[36..48].fill(0);
     maker.binary[72..84].fill(0);
     let indices = maker.view(&[3, 0, 6, 0]);
@@ -50,7 +50,7 @@ fn sparse_accessor_without_buffer_view_starts_from_zeros() {
 /// The cube in each component type of KHR_mesh_quantization, scaled back to [-1, 1] by its node.
 #[test]
 fn quantized_positions() {
-    // Component type, normalized, stored value of -1 and +1, node scale and translation that undo it.
+    // Component type, normalized, stored values of -1 and +1, and the node scale and translation that undo it.
     let cases: [(u32, bool, [i32; 2], f64, f64); 8] = [
         (5120, false, [-100, 100], 0.01, 0.0),
         (5120, true, [-127, 127], 1.0, 0.0),
@@ -64,7 +64,7 @@ fn quantized_positions() {
     for (component, normalized, stored, scale, shift) in cases {
         let mut maker = Maker::new();
         let size = if component < 5122 { 1 } else { 2 };
-        // A stride that is a multiple of four, as glTF wants of vertex data.
+        // glTF requires strides that are multiples of four.
         let stride = if size == 1 { 4 } else { 8 };
         let mut bytes = Vec::new();
         for corner in cube_corners() {
@@ -92,7 +92,7 @@ fn quantized_positions() {
 fn quantized_normals_are_unit_vectors() {
     let mut maker = Maker::new();
     let positions = maker.floats(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
-    // -128 stands for -1 like -127 (glTF 2.0, section 3.11); the third leans 45 degrees.
+    // -128 means -1, like -127 (glTF 2.0, 3.11). The third normal leans by 45 degrees.
     let bytes = [0u8, 0, 127, 0, 0, 0, 127, 0, 90, 0, 90, 0];
     let fields = json!({"componentType": 5120, "normalized": true, "count": 3, "type": "VEC3"});
     let normals = maker.accessor(&bytes, fields);
@@ -104,7 +104,7 @@ fn quantized_normals_are_unit_vectors() {
     assert!((model.normals[2] - Vec3::new(0.5f32.sqrt(), 0.0, 0.5f32.sqrt())).length() < 1e-6);
 }
 
-/// A plane at 45 degrees, stretched threefold along x: its normal turns against the stretch, not with it.
+/// A plane at 45 degrees, stretched threefold along x. Its normal turns against the stretch.
 #[test]
 fn normals_follow_the_inverse_transpose() {
     let mut maker = Maker::new();
@@ -140,8 +140,8 @@ fn triangles_without_normals_are_flat() {
     assert!(model.notes[0].contains("12 triangles of part body"), "{:?}", model.notes);
 }
 
-/// Normals that are zero or not finite become the mean over the triangles around, weighted by area: at a corner of a
-/// cube whose faces are halved each way, along a direction that the split of the faces decides.
+/// Normals that are zero or not finite become the area-weighted mean of the triangles around. At a cube corner the
+/// split of the faces decides the direction.
 #[test]
 fn useless_normals_are_computed() {
     let mut maker = Maker::cube();
@@ -154,7 +154,7 @@ fn useless_normals_are_computed() {
     assert_cube(&model);
     assert_eq!(model.positions.len(), 8);
     assert!(model.notes[0].contains("2 vertices of part body"), "{:?}", model.notes);
-    // Two triangles of each face meet at corners 0 and 7 (CUBE_TRIANGLES), so all three faces weigh the same.
+    // At corners 0 and 7 two triangles of each face meet (CUBE_TRIANGLES), so all three faces count equally.
     for (position, normal) in model.positions.iter().zip(&model.normals) {
         assert!((normal.as_dvec3() - position.normalize()).length() < 1e-6, "{position}: {normal}");
     }
@@ -175,7 +175,7 @@ fn slivers_stay_and_zero_areas_go() {
         [1.0, 2.0, 3.0],
         [1.0, 2.0, 3.0],
         [5.0, 2.0, 3.0],
-        // Below the least normal f32 of area.
+        // The area is below the smallest normal f32.
         [0.0, 0.0, 0.0],
         [1e-20, 0.0, 0.0],
         [0.0, 1e-20, 0.0],
@@ -214,7 +214,7 @@ fn names_materials_and_extras() {
     assert_eq!((model.gltf_nodes, model.triangles.len()), (4, 3 * 36));
 }
 
-/// Transforms accumulate in f64: a large translation and its opposite cancel without a trace.
+/// Transforms are multiplied in f64: a large translation and its opposite cancel exactly.
 #[test]
 fn transforms_accumulate_in_f64() {
     let mut maker = Maker::cube();

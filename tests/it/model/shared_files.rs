@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::{check_promises, volume};
 
-/// The shared folder, or `None` with a line that says so.
+/// The shared folder. `None` with a printed line if it is missing.
 pub fn shared() -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
     if !path.is_dir() {
@@ -36,7 +36,7 @@ fn agrees(row: &Value, loaded: &Result<Model, isotherm::model::ModelError>) -> b
         let found = summary["bounds_m"].as_array().unwrap().iter().flat_map(|corner| corner.as_array().unwrap());
         expected.zip(found).all(|(expected, found)| (expected.as_f64().unwrap() - found.as_f64().unwrap()).abs() < 1e-6)
     });
-    // A convex body around its box's centre: every normal points away from there.
+    // Every normal of a convex body points away from the centre of its box.
     let outward = row.get("outward_normals").is_none() || {
         let [low, high] = model.bounds();
         let pairs = model.positions.iter().zip(&model.normals);
@@ -57,7 +57,7 @@ fn generated_files_have_the_expected_counts_areas_and_bounds() {
     for (name, row) in expected.as_object().unwrap() {
         let loaded = Model::load(&folder.join(name));
         assert!(agrees(row, &loaded), "{name}: {loaded:?}");
-        // Perturbed: a row that expects something else must not agree.
+        // A changed row must not agree.
         let mut wrong = row.clone();
         if row["load"] == true {
             wrong["area"] = (row["area"].as_f64().unwrap() * (1.0 + 3e-6)).into();
@@ -98,7 +98,8 @@ fn what_is_left_out_is_listed() {
     assert!(skipped("idx_u8.glb").is_empty());
 }
 
-/// Mesh_PrimitiveMode README: 00 to 03 and 07 to 10 are points and lines, the rest a square of side 1 in two triangles.
+/// Mesh_PrimitiveMode README: 00 to 03 and 07 to 10 are points and lines. The rest are a square of side 1 made of two
+/// triangles.
 #[test]
 fn primitive_modes() {
     let Some(shared) = shared() else { return };
@@ -113,7 +114,7 @@ fn primitive_modes() {
             check_promises(&model);
             assert_eq!(model.triangles.len(), 2, "{number}");
             assert!(close(model.area(), 1.0), "{number}");
-            // The square lies in z = 0 and faces +z in every form: a strip's second triangle wound wrongly would not.
+            // The square lies in z = 0 and always faces +z. Wrong winding in a strip would show here.
             assert!(model.normals.iter().all(|normal| normal.z > 0.999), "{number}");
         }
     }
@@ -143,7 +144,7 @@ fn boxes() {
     assert!(bad.notes.iter().any(|note| note.contains("4 vertices of part nodes_1")), "{:?}", bad.notes);
 }
 
-/// Counted apart from this program: 9,244 triangles drawn, 30 materials, 55 nodes, 74 x 109 x 33 m.
+/// Counted with another program: 9,244 drawn triangles, 30 materials, 55 nodes, 74 x 109 x 33 m.
 #[test]
 fn the_station() {
     let Some(shared) = shared() else { return };

@@ -26,8 +26,8 @@ pub fn longest_edge(model: &Model) -> f64 {
     edges.map(|[a, b]| at(*a).distance(at(*b))).fold(0.0, f64::max)
 }
 
-/// Edges, by the bits of their ends' positions, that are walked more often one way than the other: none in a closed
-/// surface, and a crack opens some.
+/// Number of edges (by the bits of their ends) that occur more often in one direction. A closed surface has none, a
+/// crack has some.
 pub fn open_edges(model: &Model) -> usize {
     let bits = |vertex: u32| (model.positions[vertex as usize] + 0.0).to_array().map(f64::to_bits);
     let mut balance: HashMap<_, i64> = HashMap::new();
@@ -40,7 +40,7 @@ pub fn open_edges(model: &Model) -> usize {
     balance.values().filter(|count| **count != 0).count()
 }
 
-/// A box of unequal sides, turned, so that midpoints round.
+/// A rotated box of unequal sides, so that midpoints need rounding.
 fn turned_box(unwelded: bool) -> Model {
     let mut maker = Maker::cube();
     maker.json["nodes"][0]["scale"] = json!([7.3, 0.9, 2.1]);
@@ -70,7 +70,7 @@ fn a_box_stays_closed_and_keeps_its_measures() {
     }
 }
 
-/// The test of cracks must be able to fail: one vertex moved by one unit in the last place opens the surface.
+/// The test of cracks can fail: moving one vertex by one unit in the last place opens the surface.
 #[test]
 fn a_moved_vertex_is_a_crack() {
     let mut model = split(turned_box(true), 1.0);
@@ -110,13 +110,13 @@ fn refusals() {
     assert!(told.is_sorted() && told.iter().all(|vertices| *vertices <= 5_000));
 }
 
-/// A mesh whose triangles share no vertices, welded, is the mesh that shares them where the normals agree.
+/// An unwelded mesh, after welding, equals the mesh that shares vertices with equal normals.
 #[test]
 fn welding_joins_what_is_the_same_and_nothing_else() {
     let unwelded = turned_box(true);
     let welded = unwelded.clone().weld();
     check_promises(&welded);
-    // Six flat faces of four corners: creases stay.
+    // Six flat faces of four corners, so creases stay.
     assert_eq!((unwelded.positions.len(), welded.positions.len()), (36, 24));
     let corners = |model: &Model| -> Vec<_> {
         let flat = model.triangles.as_flattened().iter();

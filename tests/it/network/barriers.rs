@@ -1,4 +1,4 @@
-//! The lists of networks: no hazard as they are, and one wherever a barrier is taken away.
+//! The lists of network passes: no hazard in complete lists, and a hazard if any barrier is missing.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ pub fn lists_of_all_plans() -> Vec<Frame> {
     plans().into_iter().chain(solving_plans()).flat_map(frames).collect()
 }
 
-/// Tries of some sub-steps, each kept or taken back; the last one is followed by another try.
+/// Attempts of several sub-steps, some accepted and some rejected. Another attempt follows the last.
 fn frames(plan: WidePlan) -> Vec<Frame> {
     let mut frames = Vec::new();
     for kept in [true, false, true] {
@@ -36,7 +36,7 @@ fn frames(plan: WidePlan) -> Vec<Frame> {
     frames
 }
 
-/// A network of some groups.
+/// A network with several workgroups.
 const SIZES: WidePlan = WidePlan {
     radiative: false,
     tails: false,
@@ -61,7 +61,7 @@ fn plans() -> Vec<WidePlan> {
     plans
 }
 
-/// Those that solve systems.
+/// The plans that solve linear systems.
 fn solving_plans() -> Vec<WidePlan> {
     let mut plans = Vec::new();
     for (stages, coupled) in [(0, false), (0, true), (1, true), (3, true)] {
@@ -86,7 +86,7 @@ fn tries_in_a_row_have_all_their_barriers() {
 #[test]
 fn each_barrier_of_a_network_that_is_taken_away_is_missed() {
     for plan in plans() {
-        // From the second try on, which follows one that was kept.
+        // From the second attempt on. The first was accepted.
         each_barrier_is_needed(&frames(plan), 6);
     }
 }
@@ -95,18 +95,18 @@ fn each_barrier_of_a_network_that_is_taken_away_is_missed() {
 fn each_barrier_of_a_small_network_that_is_taken_away_is_missed() {
     for variant in fused_variants() {
         for unknowns in [Unknowns::Arithmetic, Unknowns::Free] {
-            // Two tries, of which the first is kept, and a third from where the second was.
+            // Three attempts. The first two are accepted.
             let odd = [false, false, true, true, false];
             each_barrier_is_needed(&odd.map(|odd| dispatched(variant, unknowns, odd)), 0);
         }
     }
 }
 
-/// Every pass of the solver has barriers of its own: without all that are recorded together there is a hazard.
+/// Every pass of the solver needs its own barriers. Removing any group of them makes a hazard.
 #[test]
 fn barriers_of_the_solver_that_are_taken_away_are_missed() {
     for plan in solving_plans().into_iter().filter(|plan| plan.coupled && plan.iterations == [2, 3]) {
-        // A sub-step, and what comes before and after it.
+        // A sub-step with the passes before and after it.
         let whole = frames(plan)[1..9].to_vec();
         for number in [6] {
             for place in 0..whole[number].entries.len() {
@@ -120,7 +120,7 @@ fn barriers_of_the_solver_that_are_taken_away_are_missed() {
     }
 }
 
-/// What the shaders read and write is what the passes declare.
+/// Shaders read and write exactly what their passes declare.
 #[test]
 fn passes_declare_what_their_shaders_touch() {
     for variant in wide_variants() {

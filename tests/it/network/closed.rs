@@ -1,4 +1,4 @@
-//! Networks with an answer in closed form, and what must hold of every answer.
+//! Networks with a closed-form solution, and invariants of every solution.
 
 use isotherm::thermal::network::control::{ControlError, Integrator, Series, Settings, integrate};
 use isotherm::thermal::network::reference::ReferenceStepper;
@@ -70,7 +70,7 @@ fn two_nodes_meet_as_their_closed_form_says() {
     }
 }
 
-/// A heater on a node that loses heat to a boundary: exponentials between its switches.
+/// A heater on a node with losses to a boundary. Temperatures between its switches are exponentials.
 #[test]
 fn a_thermostat_switches_when_its_exponentials_say() {
     let mut network = Network::default();
@@ -109,13 +109,13 @@ fn a_thermostat_outside_its_band_waits_for_a_crossing() {
         Thermostat { node: tank, sensor: tank, power: 30.0, on_below: 280.0, off_above: 285.0, initially_on: false };
     let mut schedule = Schedule { thermostats: vec![thermostat], times: vec![2000.0], ..Schedule::default() };
     assert!(run(&network, &schedule, Integrator::Default).unwrap().switches.is_empty());
-    // Heat carries it above the threshold and lets it fall again.
+    // Heat lifts it above the threshold and lets it fall again.
     schedule.heat = vec![(tank, HeatTable { times: vec![0.0, 600.0, 600.0], powers: vec![40.0, 40.0, 0.0] })];
     let series = run(&network, &schedule, Integrator::Default).unwrap();
     assert!(series.switches[0].on && series.switches[0].time > 600.0, "{:?}", series.switches);
 }
 
-/// An arithmetic sensor jumps with its own heat, and takes the switch to that very moment.
+/// An arithmetic sensor jumps with its heat, and the switch happens at the same time.
 #[test]
 fn a_jump_of_an_arithmetic_sensor_switches_at_once() {
     let mut network = Network { space_temperature: 3.0, ..Network::default() };
@@ -146,7 +146,7 @@ fn a_heater_that_moves_its_sensor_across_the_band_is_an_error() {
     assert!(matches!(error, ControlError::Chatter { thermostat: 0, .. }), "{error:?}");
 }
 
-/// A node that heat is drawn from without end falls to 0 K, where the network ends.
+/// A node under constant negative heat reaches 0 K, which is an error.
 #[test]
 fn a_node_without_heat_left_is_an_error() {
     let mut network = Network::default();
@@ -158,7 +158,7 @@ fn a_node_without_heat_left_is_an_error() {
     }
 }
 
-/// Body, a chain of three arithmetic nodes and a second body, under heat that changes; every method at halved steps.
+/// Body, three arithmetic nodes and a second body in a chain, under changing heat. Every method runs with halved steps.
 #[test]
 fn integrators_have_their_orders() {
     let mut network = Network { space_temperature: 3.0, ..Network::default() };
@@ -195,7 +195,7 @@ fn integrators_have_their_orders() {
         let observed = (coarse / fine).log2();
         println!("{method}: {coarse:.2e} K at 1 s, order {observed:.2}, estimates {estimate:.1e} {finer:.1e}");
         assert!((observed - order).abs() < 0.15, "{method}: {observed}");
-        // An estimate of what one sub-step adds falls by one order more, and its sum is about the whole error.
+        // The error of one sub-step is one order higher, and the sum is about the whole error.
         let own = (estimate / finer).log2();
         assert!((own - order - 1.0).abs() < 0.3, "{method}: estimate of order {own}");
         assert!(40.0 * estimate > coarse / 2.0, "{method}: {estimate} a sub-step, {coarse} in all");
@@ -230,7 +230,7 @@ fn the_energy_of_an_orbit_is_closed() {
     }
 }
 
-/// Whatever the start, every node balances in the end.
+/// Every node reaches its balance from any start.
 #[test]
 fn steady_states_balance_from_afar() {
     let mut random = Random(5);
@@ -253,7 +253,7 @@ fn steady_states_balance_from_afar() {
             heat[*node as usize] += table.after(0.0).0;
         }
         for node in (0..network.len()).filter(|node| network.kinds[*node] != NodeKind::Boundary) {
-            // A slope of 1000 W/K times the rounding of a temperature.
+            // A slope of 1000 W/K times the rounding error of a temperature.
             assert!(heat[node].abs() < 1e-6, "{}: node {node} is open by {} W", case.name, heat[node]);
         }
         found += 1;

@@ -1,9 +1,9 @@
-//! Networks that start cold or whose heat ends: where radiation has little slope, what a step leads to must still be a
-//! balance. Device against f64.
+//! Networks that are cold or lose their heat, where radiation has little slope. Each step must still reach a balance.
+//! Device against f64.
 
 use crate::program::run;
 
-/// Temperatures of every output time on the device and in f64 [K], one row a time, first column the time [s].
+/// Temperatures [K] at every output time on the device and in f64. The first column is the time [s].
 fn both(text: &str) -> [Vec<Vec<f64>>; 2] {
     ["device", "cpu"].map(|device| {
         let folder = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-//! `isotherm network` as a user runs it, on the f64 twin.
+//! `isotherm network` as a user runs it, with the f64 twin.
 
 use std::path::Path;
 
@@ -35,7 +35,7 @@ fn solve(text: &str, arguments: &[&str]) -> (tempfile::TempDir, Ran) {
     (folder, ran)
 }
 
-/// As `solve`, on the device where `device` names none.
+/// Like `solve`, but on the best device unless `device` names one.
 fn solve_on(text: &str, device: &[&str]) -> (tempfile::TempDir, Ran) {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("net.toml"), text).expect("written");
@@ -77,7 +77,7 @@ fn a_steady_state_is_one_row() {
     let text = FILE.replace("power = 30.0", "power = 1.0");
     let (_folder, ran) = solve(&text, &["--steady"]);
     assert_eq!(ran.code, 0, "{}", ran.err);
-    // 1 W over 0.5 W/K leaves the heater on below its threshold.
+    // 1 W over 0.5 W/K keeps the heated node below the threshold, so the heater stays on.
     assert_eq!(ran.out, "time,\"tank, left\",rack\n0,252.000000000,250.000000000\n");
     assert!(ran.err.contains("thermostat of 'tank, left': on"), "{}", ran.err);
     let (_folder, ran) = solve(FILE, &["--steady"]);
@@ -118,7 +118,7 @@ fn rows_come_in_the_order_asked_for() {
     assert!(rows[0] == rows[2] && rows[0][3..] != rows[3][3..], "{}", ran.out);
 }
 
-/// Space at 0 K and an arithmetic node: without heat it is at 0 K, and no temperature balances heat taken from it.
+/// Space at 0 K and an arithmetic node. Without heat it is at 0 K. Negative heat has no balance.
 #[test]
 fn a_node_without_heat_is_at_0_k_and_one_below_is_refused() {
     let text = |heat: &str| {
@@ -140,7 +140,8 @@ fn a_node_without_heat_is_at_0_k_and_one_below_is_refused() {
     }
 }
 
-/// A node of time constant C / G between two thresholds: its switching times are sums of tau ln((aim - from) / (aim - to)).
+/// A node of time constant C / G between two thresholds. Its switching times are sums of tau ln((aim - from) / (aim -
+/// to)).
 #[test]
 fn switching_times_hold_over_days() {
     let text = "space_temperature = 0\n\

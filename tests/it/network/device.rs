@@ -1,4 +1,4 @@
-//! Networks on the device against their f64 twin: every method, both paths, tiny steps, and what is refused.
+//! Networks on the device against their f64 twin: every method, both paths, tiny steps, and refusals.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use isotherm::thermal::network::{LinearConductor, Network, NodeKind};
 use super::random::case;
 use crate::device::{Worst, assert_silent, context, validated_context};
 
-/// Heat that differs from node to node, and drifts.
+/// Heat that differs between nodes and changes with time.
 pub fn heat(network: &Network) -> (Vec<f64>, Vec<f64>) {
     let own = |node: usize, value: f64| if network.kinds[node] == NodeKind::Boundary { 0.0 } else { value };
     let power = (0..network.len()).map(|node| own(node, (node % 7) as f64)).collect();
@@ -25,7 +25,7 @@ pub fn worst(device: &[f64], twin: &[f64]) -> Worst {
     Worst::of(device, twin, |node| format!("node {node}"))
 }
 
-/// Starts both at the network's temperatures with balanced arithmetic nodes.
+/// Starts both at the network's temperatures with arithmetic nodes in balance.
 pub fn start<S: Stepper>(stepper: &mut S, network: &Network) -> bool
 where
     S::Error: std::fmt::Debug,
@@ -36,7 +36,7 @@ where
     stepper.balance(1.0).expect("a balance")
 }
 
-/// Five sub-steps; their error and sensors, and the temperatures after them.
+/// Runs five sub-steps. Returns their error, sensors and final temperatures.
 pub fn run<S: Stepper>(stepper: &mut S, network: &Network, method: Method, step: f64) -> (Attempt, Vec<f64>)
 where
     S::Error: std::fmt::Debug,
@@ -54,7 +54,7 @@ pub fn networks() -> Vec<(String, Network)> {
     (0..40).map(|seed| case(seed, 60)).map(|case| (case.name, case.network)).collect()
 }
 
-/// Sub-steps that each method takes of a network.
+/// The methods with their sub-steps for a network.
 pub fn methods(network: &Network) -> [(Method, f64); 3] {
     let rate = network.fastest_rate(&network.temperatures);
     let rkl2 = (40.0 / rate).min(5.0);
@@ -113,7 +113,7 @@ fn steady_states_agree_with_the_twin() {
     }
 }
 
-/// Six panels; every two that are not opposite conduct [W/K].
+/// Six panels. Panels that are not opposite conduct [W/K].
 pub fn cube(conductance: f64) -> Network {
     let beside = (0..6u32).flat_map(|a| (0..a).map(move |b| [a, b])).filter(|[a, b]| a / 2 != b / 2);
     Network {
@@ -127,7 +127,7 @@ pub fn cube(conductance: f64) -> Network {
     }
 }
 
-/// Orbits of 360 frames of 6017 s / 360 with a sub-step of 1/`rate` s or a little more; the largest difference [K].
+/// Runs orbits of 360 frames of 6017 s / 360 with sub-steps of about 1/`rate` s. Returns the largest difference [K].
 fn orbits(context: &Arc<Context>, conductance: f64, rate: f64, orbits: f64) -> Worst {
     let network = cube(conductance);
     let mut device = NetworkStepper::new(context, &network, &[]).expect("a network for the device");
@@ -156,8 +156,8 @@ fn orbits(context: &Arc<Context>, conductance: f64, rate: f64, orbits: f64) -> W
     largest
 }
 
-/// The paper's cube: 2 mK at most after 601,200 steps of a tenth and of a hundredth of a second, where plain f32 is 0.24
-/// and 0.89 K off (docs/numerics.md 3).
+/// The paper's cube: at most 2 mK after 601,200 steps at 10 and 100 Hz. Plain f32 would be off by 0.24 and 0.89 K
+/// (docs/numerics.md 3).
 #[test]
 #[ignore = "long: tools/test --all"]
 fn tiny_steps_do_not_stagnate() {

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::model::shared_files::shared;
 
-/// Its own time step of 1000 s leaves it 1.5 mK from the exact solution.
+/// The published solution has steps of 1000 s, so it is 1.5 mK off the exact one.
 const LIMIT: f64 = 2e-3;
 
 #[test]

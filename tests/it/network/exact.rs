@@ -1,20 +1,20 @@
-//! The solution that networks are judged by: Radau IIA of order 5 with dense matrices, halved and doubled steps, and
-//! switches located to a nanosecond. It shares no code with what it judges but the types of a network.
+//! The reference solution of networks: Radau IIA of order 5 with dense matrices, step-size control, and switches to a
+//! nanosecond. It shares only the types of a network with the tested code.
 
 use isotherm::thermal::network::schedule::{HeatTable, Schedule};
 use isotherm::thermal::network::{Network, NodeKind};
 
 const SIGMA: f64 = 5.670374419e-8;
-/// Error that a step may add [K].
+/// Error allowed in one step [K].
 const LOCAL: f64 = 2e-10;
 
-/// Rows at the output times, and switches: time, thermostat, state, and the rate of its sensor there [K/s].
+/// Rows at the output times, and switches: time, thermostat, state, and rate of the sensor [K/s].
 pub struct Solution {
     pub rows: Vec<Vec<f64>>,
     pub switches: Vec<(f64, usize, bool, f64)>,
 }
 
-/// Heat of a table at `t`, from the left or from the right of a jump.
+/// Heat of a table at `t`. At a jump `after` selects the value after it.
 fn table(table: &HeatTable, t: f64, after: bool) -> f64 {
     let (times, powers) = (&table.times, &table.powers);
     let next = times.iter().position(|time| if after { *time > t } else { *time >= t });
@@ -93,11 +93,11 @@ struct Solver<'a> {
     network: &'a Network,
     schedule: &'a Schedule,
     on: Vec<bool>,
-    /// Nodes that are no boundary.
+    /// Nodes except boundaries.
     nodes: Vec<usize>,
     /// Factors for two steps of length `.0`.
     factors: Vec<(f64, Dense)>,
-    /// Start of the present piece and its end.
+    /// Start and end of the current piece.
     piece: [f64; 2],
 }
 
@@ -121,7 +121,7 @@ impl Solver<'_> {
             out[b] -= flow;
         }
         for (node, heat) in &self.schedule.heat {
-            // Inside a piece every table is a line: from its right limit at the start to its left limit at the end.
+            // Within a piece every table is a line between its limits at both ends.
             let [start, end] = self.piece;
             let share = (t - start) / (end - start);
             out[*node as usize] += (1.0 - share) * table(heat, start, true) + share * table(heat, end, false);
@@ -132,7 +132,7 @@ impl Solver<'_> {
         out
     }
 
-    /// d heat / dT of the nodes that are no boundary.
+    /// d heat / dT of the nodes except boundaries.
     fn jacobian(&self, now: &[f64]) -> Vec<f64> {
         let size = self.nodes.len();
         let row: Vec<Option<usize>> = (0..now.len()).map(|node| self.nodes.iter().position(|n| *n == node)).collect();
@@ -165,7 +165,7 @@ impl Solver<'_> {
         if self.network.kinds[node] == NodeKind::Diffusive { self.network.capacitances[node] } else { 0.0 }
     }
 
-    /// Temperatures of arithmetic nodes at `t`, by Newton's method with halved steps.
+    /// Temperatures of arithmetic nodes at `t`, by Newton's method with step halving.
     fn balance(&self, t: f64, now: &mut [f64]) {
         let sought: Vec<usize> =
             (0..now.len()).filter(|node| self.network.kinds[*node] == NodeKind::Arithmetic).collect();
@@ -196,7 +196,7 @@ impl Solver<'_> {
         panic!("the exact solution found no balance");
     }
 
-    /// A step: the values at its three stages, the last of which is its end; `None` where Newton's method fails.
+    /// One step: the values at its three stages. The last is its end. `None` if Newton's method fails.
     fn step(&mut self, t: f64, h: f64, start: &[f64]) -> Option<[Vec<f64>; 3]> {
         for fresh in [false, true] {
             if fresh || !self.factors.iter().any(|(of, _)| *of == h) {
@@ -222,7 +222,7 @@ impl Solver<'_> {
         for (i, a) in a.iter().enumerate() {
             for (j, a) in a.iter().enumerate() {
                 for r in 0..size {
-                    // A row without mass is its balance at the stage's own time.
+                    // A row without mass is the balance at the time of the stage.
                     let massive = self.mass(self.nodes[r]) > 0.0;
                     for c in 0..size {
                         let value = &mut values[(i * size + r) * full + j * size + c];
@@ -291,7 +291,7 @@ impl Solver<'_> {
         if self.on[thermostat] { sensed - own.off_above } else { own.on_below - sensed }
     }
 
-    /// The thermostats that cross somewhere on the way through `points`, each after the one before.
+    /// The first thermostat that crosses a threshold on the way through `points`.
     fn crossing(&self, points: &[&[f64]]) -> Option<usize> {
         (0..self.on.len()).find(|thermostat| {
             points
@@ -350,7 +350,7 @@ pub fn solve(network: &Network, schedule: &Schedule) -> Solution {
             let points: Vec<&[f64]> = std::iter::once(&now).chain(&half).chain(&other).map(Vec::as_slice).collect();
             if let Some(thermostat) = solver.crossing(&points) {
                 if used > 1e-9 {
-                    // Creep up to the switch: the part before it is taken as soon as it holds none.
+                    // Approaches the switch: the step before it is accepted as soon as it contains no switch.
                     h = if used > 1.0 { 0.5 * used } else { 0.25 * used };
                     continue;
                 }
@@ -380,7 +380,7 @@ pub fn solve(network: &Network, schedule: &Schedule) -> Solution {
     solution
 }
 
-/// Arithmetic nodes jump at once; a sensor among them may switch its thermostat.
+/// Arithmetic nodes jump at once. A sensor among them may switch its thermostat.
 fn settle(solver: &mut Solver, t: f64, now: &mut [f64], solution: &mut Solution) {
     for _ in 0..100 {
         let before = now.to_owned();

@@ -1,4 +1,4 @@
-//! A family of random networks by every integrator against the exact solution.
+//! Random networks: every integrator against the exact solution.
 
 use isotherm::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
 use isotherm::thermal::network::control::{Integrator, Series, Settings, integrate};
@@ -9,9 +9,9 @@ use super::exact::{Solution, solve};
 use super::random::{Case, case};
 use crate::device::context;
 
-/// Slowest sensor whose switching time is asserted [K/s]: below it 1e-8 K are 0.1 s.
+/// Slowest sensor whose switching time is tested [K/s]. Below it 1e-8 K correspond to 0.1 s.
 const SLOWEST: f64 = 1e-7;
-/// The same on the device, whose heat of 1e2 W rounds by 6e-6 W: 1e-6 K of a small node are 0.05 s.
+/// The same on the device. Its heat of 1e2 W has rounding errors of 6e-6 W. 1e-6 K of a small node are 0.05 s.
 const SLOWEST_F32: f64 = 2e-5;
 
 fn run(case: &Case, integrator: Integrator) -> Series {
@@ -27,7 +27,7 @@ where
         .unwrap_or_else(|error| panic!("{}: {error:?}", case.name))
 }
 
-/// Largest differences in kelvin and in seconds, the latter of sensors faster than `slowest` [K/s].
+/// Largest differences in [K] and in [s]. Times count only for sensors faster than `slowest` [K/s].
 fn compare(case: &Case, found: &Series, exact: &Solution, slowest: f64) -> (f64, f64) {
     let kelvins = found.rows.iter().flatten().zip(exact.rows.iter().flatten());
     let kelvin = kelvins.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -50,7 +50,7 @@ fn random_networks_are_within_their_tolerances() {
     let all = [(Integrator::Default, 20e-3), (Integrator::Accurate, 2e-3), (Integrator::Cheap, 0.2)];
     let mut worst = [[0.0_f64; 2]; 3];
     let mut switches = 0;
-    // Small ones mostly: the exact solution costs the cube of the nodes.
+    // Mostly small networks, because the exact solution costs the cube of the number of nodes.
     for seed in (0..40).map(|seed| (seed, 14)).chain([(3, 40), (29, 40)]) {
         let case = case(seed.0, seed.1);
         let exact = solve(&case.network, &case.schedule);
@@ -111,7 +111,7 @@ fn on_the_device(seeds: std::ops::Range<u64>, fewest_switches: usize) {
     assert!(switches >= fewest_switches, "the family must switch");
 }
 
-/// Another heat must show in kelvins and in seconds, or the comparison proves nothing.
+/// Different heat must change temperatures and times, or the comparison proves nothing.
 #[test]
 fn a_network_that_differs_is_told_apart() {
     let mut case = (0..60).map(|seed| case(seed, 14)).find(|case| case.name.contains("thermostats")).expect("a case");

@@ -1,5 +1,5 @@
-//! What networks take on a device: the plan is what is allocated, it stays below what docs/numerics.md allows, and what a scene has to
-//! spare while its network is solved comes back before an image is drawn from it.
+//! Device memory of networks: the plan equals the allocation, stays below the limit of docs/numerics.md, and memory
+//! that the scene lends to the solver is restored before an image.
 
 use std::path::Path;
 
@@ -18,10 +18,10 @@ use crate::craft::{Folder, scene_with};
 use crate::device::{assert_silent, context, validated_context};
 use crate::mesh_network::{SKIN, TRANSITION};
 
-/// Bytes a node of a network of a mesh, triangles included (docs/numerics.md 6).
+/// Allowed bytes a node of a mesh network, including triangles (docs/numerics.md 6).
 const ALLOWED: f64 = 160.0;
 
-/// Planned for the device: of the scene, and of its network beside that.
+/// Planned device memory of the scene, and of its network.
 fn planned(prepared: &Prepared) -> [u64; 2] {
     let camera = prepared.scene.camera.as_ref();
     let data = DeviceData::new(prepared);
@@ -29,13 +29,14 @@ fn planned(prepared: &Prepared) -> [u64; 2] {
     [device_bytes(&plan), prepared.network_bytes(&plan).device]
 }
 
-/// The craft with a skin of some 1,700 nodes, which is too many for one workgroup.
+/// The craft with a skin of about 1,700 nodes, too many for one workgroup.
 fn skin() -> Prepared {
     let scene = scene_with(&[(TRANSITION, SKIN), ("max_edge = 0.7", "max_edge = 0.15")]);
     Folder::new(&scene).prepared()
 }
 
-/// The station at an edge of 1.5 m. A mesh of more triangles a node takes more: 77 bytes are the scene's at two a node.
+/// The station at an edge of 1.5 m. Meshes with more triangles a node need more memory. At two a node the scene itself
+/// has 77 bytes.
 #[test]
 fn a_network_of_a_mesh_takes_less_than_160_bytes_a_node() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/station_network.toml");
@@ -48,7 +49,7 @@ fn a_network_of_a_mesh_takes_less_than_160_bytes_a_node() {
     assert!(of_scene + of_network < ALLOWED, "{of_scene} and {of_network}");
 }
 
-/// A ring whose every tenth node radiates across, by hand.
+/// A ring in which every tenth node also radiates across.
 fn ring(nodes: u32) -> Network {
     let count = nodes as usize;
     Network {
@@ -78,7 +79,7 @@ fn what_is_planned_for_a_network_is_what_is_allocated() {
         stepper.set_heat(&vec![0.1; network.len()], &vec![0.0; network.len()]).expect("heat");
         stepper.attempt(Method::TrBdf2, 0.0, 1.0, 1).expect("an attempt");
         assert_eq!(stepper.device_bytes(), Some(planned.device), "with the vectors of the solver");
-        // The vectors are the six that only a solver needs, four bytes a node.
+        // The solver needs six vectors of four bytes a node.
         assert_eq!(planned.device - before, 6 * 4 * u64::from(nodes));
         assert!(!stepper.wrote_spare(), "there is none");
     }
@@ -94,7 +95,7 @@ fn what_is_planned_for_a_scene_is_what_is_allocated() {
     assert_eq!(engine.device_bytes(), Some(planned(&prepared).iter().sum()));
 }
 
-/// The solver's vectors lie where the culled triangles were: the next image finds these again.
+/// The solver uses the memory of the culled triangles. The next image must restore them.
 #[test]
 fn an_image_after_a_solver_is_the_image_before_it() {
     let prepared = skin();

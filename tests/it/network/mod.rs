@@ -1,4 +1,4 @@
-//! Thermal networks against exact answers, published ones and an independent integrator; the device against f64.
+//! Thermal networks against exact and published solutions and an independent integrator, and the device against f64.
 
 pub mod barriers;
 mod closed;

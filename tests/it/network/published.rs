@@ -1,4 +1,4 @@
-//! Published answers: NAFEMS T2 and T3, and the five-node network of the shared data.
+//! Published solutions: NAFEMS T2 and T3, and the five-node network of the shared data.
 
 use isotherm::thermal::network::control::{Integrator, Settings, integrate};
 use isotherm::thermal::network::reference::ReferenceStepper;
@@ -9,7 +9,7 @@ use isotherm::thermal::network::{LinearConductor, Network, NodeKind};
 /// Cells of a bar.
 const CELLS: usize = 100;
 
-/// A bar of 0.1 m and 1 m2, its ends as given; `storage` is rho c [J m-3 K-1].
+/// A bar of 0.1 m and 1 m2 with given ends. `storage` is rho c [J m-3 K-1].
 fn bar(conductivity: f64, storage: f64, ends: [(NodeKind, f64); 2], start: f64) -> Network {
     let length = 0.1 / CELLS as f64;
     let mut network = Network::default();
@@ -32,8 +32,9 @@ fn bar(conductivity: f64, storage: f64, ends: [(NodeKind, f64); 2], start: f64) 
     network
 }
 
-/// NAFEMS T3 (The Standard NAFEMS Benchmarks, 1990): 36.60 C at 0.08 m after 32 s. A boundary keeps its temperature, so
-/// the driven end is an arithmetic node that a large conductance and its heat hold at 100 sin(pi t / 40).
+/// NAFEMS T3 (The Standard NAFEMS Benchmarks, 1990): 36.60 C at 0.08 m after 32 s. A boundary has a constant
+/// temperature, so the driven end is an arithmetic node. A large conductance and its heat hold it at 100 sin(pi t /
+/// 40).
 #[test]
 fn nafems_t3() {
     const ZERO: f64 = 273.15;
@@ -56,7 +57,7 @@ fn nafems_t3() {
     }
 }
 
-/// NAFEMS T2: 927.0 K at the end that radiates with 0.98 to 300 K; the other is at 1000 K, k 55.6 W/mK.
+/// NAFEMS T2: 927.0 K at the end that radiates with 0.98 to 300 K. The other end is at 1000 K, k is 55.6 W/mK.
 #[test]
 fn nafems_t2() {
     let ends = [(NodeKind::Boundary, 1000.0), (NodeKind::Arithmetic, 300.0)];

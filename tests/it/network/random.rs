@@ -1,4 +1,4 @@
-//! Random networks of the kinds that break integrators, the same in every run.
+//! Random networks of kinds that are difficult for integrators, the same in every run.
 
 use isotherm::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use isotherm::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
@@ -20,7 +20,7 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    /// Even in the logarithm.
+    /// A number with a uniform logarithm.
     pub fn scale(&mut self, low: f64, high: f64) -> f64 {
         self.between(low.ln(), high.ln()).exp()
     }
@@ -34,7 +34,7 @@ impl Random {
     }
 }
 
-/// A network, what happens to it, and in words what is awkward about it.
+/// A network, its schedule, and a description of its difficulty.
 pub struct Case {
     pub name: String,
     pub network: Network,
@@ -66,7 +66,7 @@ pub fn case(seed: u64, most: usize) -> Case {
         let emits = random.chance(0.5) || node == 0;
         network.emissive_areas.push(if emits { random.scale(1e-3, 0.3) } else { 0.0 });
         network.temperatures.push(level + random.between(-50.0, 50.0));
-        // A tree, so that every node has a neighbour; chains where the neighbour is the one before.
+        // A tree gives every node a neighbour. It is a chain if the neighbour is the previous node.
         if node > 0 {
             let other = if random.chance(0.6) { node - 1 } else { random.below(node) };
             let nodes = [node as u32, other as u32];
@@ -95,7 +95,7 @@ pub fn case(seed: u64, most: usize) -> Case {
     let count = 2 + random.below(10);
     let mut times: Vec<f64> = (0..count).map(|_| random.between(0.0, duration)).collect();
     times.extend([0.0, duration]);
-    // Some outputs at the very jumps of the heat.
+    // Some outputs are exactly at jumps of the heat.
     times.extend(heat.iter().filter_map(|(_, table): &(u32, HeatTable)| table.times.get(1).copied()).take(2));
     times.retain(|time| *time >= 0.0);
     times.sort_by(f64::total_cmp);
@@ -122,7 +122,7 @@ fn heat(network: &Network, duration: f64, random: &mut Random) -> Vec<(u32, Heat
     let width = duration / 8.0_f64.max(heated.len() as f64).min(20.0);
     for (place, node) in heated.iter().enumerate() {
         if spot && place < 20 {
-            // A hot spot that moves from node to node.
+            // The hot spot moves from node to node.
             let start = width * place as f64;
             let power = random.scale(1.0, 30.0);
             heat.push((
@@ -140,7 +140,7 @@ fn heat(network: &Network, duration: f64, random: &mut Random) -> Vec<(u32, Heat
                         HeatTable { times: vec![a, a, b, b], powers: vec![0.0, power, power, 0.1 * power] }
                     }
                     _ => {
-                        // On and off many times.
+                        // Switches on and off many times.
                         let period = duration / random.between(2.0, 12.0);
                         let (mut times, mut powers) = (Vec::new(), Vec::new());
                         let mut at = 0.0;
@@ -165,7 +165,7 @@ fn thermostats(network: &Network, random: &mut Random) -> Vec<Thermostat> {
     (0..count)
         .map(|_| {
             let node = solid[random.below(solid.len())];
-            // Some sense an arithmetic node, or heat another node than they sense.
+            // Some sensors are arithmetic nodes, and some heaters heat another node.
             let sensor = match random.below(6) {
                 0 if !light.is_empty() => light[random.below(light.len())],
                 1 => solid[random.below(solid.len())],

@@ -9,8 +9,8 @@ use isotherm::thermal::network::{LinearConductor, Network, NodeKind};
 use super::device::{cube, methods, networks, run, start, worst};
 use crate::device::context;
 
-/// A sheet of aluminium 1 mm thick of square cells of 1 cm that radiates on one side. (2700 kg/m3, 896 J/kg/K, 167 W/m/K:
-/// ECSS-E-HB-31-01 Part 5A.) In every 13th column stands a sliver of 0.2 mm in place of a cell if `slivers`.
+/// A sheet of aluminium, 1 mm thick, with square cells of 1 cm, that radiates on one side (2700 kg/m3, 896 J/kg/K, 167
+/// W/m/K: ECSS-E-HB-31-01 Part 5A). `slivers` replaces every 13th column by a sliver of 0.2 mm.
 fn sheet(side: usize, slivers: bool) -> Network {
     let thin = |x: usize| slivers && x % 13 == 6;
     let width = |x: usize| if thin(x) { 0.02 } else { 1.0 };
@@ -66,8 +66,8 @@ fn agree_on_the_wide_path(most: usize) {
             let what = format!("{name}, {method} of {step:.3e} s");
             hold(&found, &expected, 3e-4, what.clone());
             hold(&device.sensed, &twin.sensed, 3e-4, format!("{what}, sensors"));
-            // An estimate of 70 K and more, which no tolerance takes, is up to 1.3 % off with TR-BDF2: the systems are
-            // solved to 1e-6 of what they begin with.
+            // Estimates above 70 K are off by up to 1.3 % with TR-BDF2, because systems are only solved to 1e-6. No
+            // tolerance accepts them.
             let allowed = if twin.error > 10.0 { 2e-2 } else { 1e-3 };
             let far = (device.error - twin.error).abs() - allowed * twin.error;
             hold(&[far.max(0.0)], &[0.0], 1e-4, format!("{what}, estimates {} and {}", device.error, twin.error));
@@ -81,7 +81,7 @@ fn agree_on_the_wide_path(most: usize) {
     assert!(beyond.is_empty(), "{}", beyond.join("\n"));
 }
 
-/// Sheets of more nodes than one workgroup takes: what needs RKL2 hundreds of stages, TR-BDF2 takes in one step.
+/// Sheets too large for one workgroup. Stiff ones need hundreds of stages of RKL2 or one step of TR-BDF2.
 #[test]
 fn stiff_sheets_agree_with_the_twin() {
     let context = context();
@@ -93,7 +93,7 @@ fn stiff_sheets_agree_with_the_twin() {
         let (expected_try, expected) = run(&mut twin, &network, Method::TrBdf2, 2.0);
         worst(&found, &expected).within(3e-4, "K", &format!("slivers: {slivers}"));
         assert!((tried.error - expected_try.error).abs() <= 1e-2 * expected_try.error + 1e-4, "{slivers}");
-        // A conductance one part in a hundred off is seen.
+        // A conductance that is off by 1 % is detected.
         let mut other = network.clone();
         other.linear.iter_mut().step_by(3).for_each(|conductor| conductor.conductance *= 1.01);
         let mut device = NetworkStepper::new(&context, &other, &[]).expect("a network for the device");

@@ -1,4 +1,4 @@
-//! Rules, table entries, common values and glTF extras add up to materials.
+//! Rules, table entries, common values and glTF extras combine into materials.
 
 use std::path::PathBuf;
 
@@ -44,7 +44,7 @@ fn rules_tables_and_common_values_add_up() {
 
     assert_eq!((array.name.as_str(), cell.name.as_str()), ("SOLAR_LEFT", "CELL1"));
     assert_eq!(array.front, Optics { absorptivity: 0.88, emissivity: 0.80 });
-    // The absorptivity of the back is the table's, its emissivity the rule's.
+    // The absorptivity of the back comes from the table, its emissivity from the rule.
     assert_eq!(array.sides, Sides::Both { back: Optics { absorptivity: 0.40, emissivity: 0.7 } });
     assert_eq!(array.response, Response::Instant);
     assert_eq!(
@@ -160,7 +160,7 @@ fn every_unmatched_material_is_named_in_one_error() {
 fn an_entry_of_the_table_comes_before_what_is_common_to_all() {
     let folder = Folder::new();
     let common = SHORT.replace("\"instant\"", "\"transition\"");
-    // The common response lacks its profiles: only an entry that says otherwise can be used with it.
+    // The common response lacks its profiles. Only an entry with another response can use it.
     assert!(folder.parse(&common).is_err());
     let table = TABLE.replace("[metal]", "response = 'instant'\n[metal]");
     std::fs::write(folder.path("table.toml"), table).unwrap();

@@ -1,4 +1,4 @@
-//! What is refused, and with which words.
+//! Invalid scenes and their error messages.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Response functions under their keys in a rule, in a table's entry, in `[materials]` and in glTF extras.
+//! Keys of response functions in rules, table entries, `[materials]` and glTF extras.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,7 @@ use super::{Folder, SHORT, TABLE};
 
 const CSV: &str = "time,temperature\n0,300\n1,280\n3,250\n9,240\n";
 
-/// The values of a function as TOML writes them, as JSON, and what they make.
+/// The values of a function in TOML and in JSON, and the function.
 fn functions() -> Vec<(&'static str, Value, Function)> {
     let samples = [(0.0, 300.0), (1.0, 280.0), (3.0, 250.0), (9.0, 240.0)];
     let samples = samples.map(|(time, temperature)| Sample { time, temperature });
@@ -58,7 +58,7 @@ fn folder() -> Folder {
     folder
 }
 
-/// The response of the model's one material, `A`.
+/// The response of the model's only material, `A`.
 fn response(folder: &Folder, scene: &Scene, extras: &Value) -> Response {
     let extras = extras.as_object().into_iter().flatten().map(|(key, value)| (key.clone(), value.clone())).collect();
     let material = ModelMaterial { name: "A".to_string(), extras };

@@ -1,8 +1,8 @@
-//! Time by the clock, and time of all processors that this program has used, which other programs do not lengthen.
+//! Measures wall time, and processor time of this program, which does not depend on other programs.
 
 use std::time::Instant;
 
-/// A measurement under way.
+/// A running measurement.
 pub struct Clock {
     began: Instant,
     busy: f64,
@@ -14,15 +14,15 @@ impl Clock {
         Self { began: Instant::now(), busy }
     }
 
-    /// Milliseconds by the clock and of the processors.
+    /// Wall time and processor time [ms].
     pub fn stop(&self) -> [f64; 2] {
         let elapsed = self.began.elapsed().as_secs_f64() * 1e3;
         [elapsed, processor_ms() - self.busy]
     }
 }
 
-/// Sum over the threads that live (`/proc/self/task/*/schedstat`: nanoseconds on a processor first). NaN where the system
-/// does not tell.
+/// Sum over the living threads (first number of `/proc/self/task/*/schedstat` [ns]). NaN if the system does not provide
+/// it.
 fn processor_ms() -> f64 {
     let Ok(tasks) = std::fs::read_dir("/proc/self/task") else { return f64::NAN };
     let one = |task: std::fs::DirEntry| {

@@ -1,6 +1,7 @@
-//! Columns of regolith that the Sun turns over, as a thermal network on the device: the work of kalast's conduction step.
+//! Columns of regolith under a moving Sun as a thermal network on the device. kalast's conduction step does the same
+//! work.
 //!
-//! A node every `spacing` [m] from the surface down, a square metre each; the first and the last stand for half a cell. The
+//! A column of 1 m2 has a node every `spacing` [m] from the surface down. The first and last node are half a cell. The
 //! heat of the surface is constant over a frame.
 
 use std::f64::consts::TAU;
@@ -18,7 +19,7 @@ use isotherm::thermal::network::{LinearConductor, Network, NodeKind};
 use super::AnyError;
 use super::clock::Clock;
 
-/// What both programs read.
+/// The input of both programs.
 #[derive(Debug, Deserialize)]
 struct Case {
     facets: usize,
@@ -29,21 +30,21 @@ struct Case {
     /// Density x specific heat [J m-3 K-1].
     heat_capacity: f64,
     emissivity: f64,
-    /// Sunlight that a facet under the Sun absorbs [W/m2].
+    /// Sunlight that a facet absorbs with the Sun overhead [W/m2].
     absorbed: f64,
     /// Temperature at the start [K].
     start: f64,
-    /// Of one turn.
+    /// Frames of one rotation.
     frames: usize,
     frame_s: f64,
-    /// Facets whose temperatures are kept.
+    /// Facets whose temperatures are stored.
     followed: Vec<usize>,
-    /// Timed turns.
+    /// Number of timed rotations.
     runs: usize,
 }
 
 impl Case {
-    /// Heat of every node in a frame [W]: the Sun stands over the equator of the facets' sphere (a Fibonacci lattice).
+    /// Heat of every node in a frame [W]. The Sun is over the equator of the facets' sphere (a Fibonacci lattice).
     fn heat(&self, frame: usize) -> Vec<f64> {
         let turn = TAU * (frame as f64 + 0.5) / self.frames as f64;
         let mut heat = vec![0.0; self.facets * self.nodes];
@@ -77,7 +78,7 @@ impl Case {
     }
 }
 
-/// Steps the columns through one turn for their temperatures, then `runs` times for the time; `stages` 1 is Euler.
+/// Runs one rotation for the temperatures, then `runs` rotations for the time. `stages` 1 means Euler.
 pub fn measure(
     context: &Arc<Context>,
     case: &Path,

@@ -1,5 +1,5 @@
-//! Images of a scene at time 0, one after the other as in a loop that waits for each, and what they are images of: every
-//! triangle with the temperatures of its corners, for a renderer that has no thermal model.
+//! Times images of a scene at time 0, each waiting for the last. Also writes the triangles with their corner
+//! temperatures, for a renderer without thermal model.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,9 +19,9 @@ use isotherm::thermal::material::{Optics, Sides};
 use super::AnyError;
 use super::clock::Clock;
 
-/// Images before those that are timed: they compile the passes.
+/// Number of unmeasured images that compile the passes.
 const WARM_UP: usize = 3;
-/// The camera moves so far from image to image [m], that nothing of the last can be kept.
+/// Camera motion between images [m]. It prevents reuse of the last image.
 const MOVE: f64 = 1e-4;
 
 /// Draws the scene at each scale of its width and height.
@@ -69,7 +69,7 @@ fn scaled(camera: &Camera, scale: u32) -> Camera {
     }
 }
 
-/// Milliseconds of each image until its pixels are on the host, and those of its passes on the device.
+/// Time of each image until its pixels are on the host, and of its passes on the device [ms].
 fn timed(
     engine: &mut dyn Engine,
     camera: &Camera,
@@ -82,7 +82,7 @@ fn timed(
     let mut last = None;
     for number in (0..frames + WARM_UP).rev() {
         let mut pose = *pose;
-        // The last image is from where the camera is.
+        // The camera moves back after the last image.
         pose.translation.z += MOVE * number as f64;
         let before = device_ms(engine);
         let clock = Clock::start();
@@ -111,7 +111,7 @@ fn device_ms(engine: &dyn Engine) -> f64 {
     pass_ms(engine).values().sum()
 }
 
-/// Milliseconds of every pass so far by the device's clock.
+/// Device time of every pass so far [ms].
 fn pass_ms(engine: &dyn Engine) -> BTreeMap<&str, f64> {
     let passes = engine.pass_times().into_iter().flatten();
     passes.map(|(name, samples)| (name.as_str(), samples.iter().sum())).collect()
@@ -129,7 +129,7 @@ fn dump(prepared: &Prepared, engine: &mut dyn Engine, output: &Path) -> Result<(
         }
         let material = &prepared.materials[prepared.nodes.group_material[triangle[0] as usize / 4] as usize];
         let emissivity = |optics: Optics| optics.emissivity as f32;
-        // A face that exchanges no heat is inside a body: no camera sees it.
+        // A face that exchanges no heat lies inside a body, so no camera sees it.
         let back = if let Sides::Both { back } = material.sides { emissivity(back) } else { 0.0 };
         faces.extend([emissivity(material.front), back]);
     }

@@ -1,5 +1,4 @@
-//! Isotherm's half of `tools/peers`: what that holds against other programs, measured in one process and written as JSON to
-//! the standard output.
+//! Isotherm's half of `tools/peers`, which compares it with other programs. Prints JSON.
 
 mod clock;
 mod columns;
@@ -17,7 +16,7 @@ use serde_json::{Value, json};
 
 type AnyError = Box<dyn std::error::Error>;
 
-/// Isotherm's half of tools/peers, which runs this program; prints JSON.
+/// Measure Isotherm for tools/peers, which runs this program; prints JSON.
 ///
 /// Example: cargo run --release -p isotherm-tools --bin peers -- transition --nodes 1000000
 #[derive(Parser)]
@@ -31,7 +30,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum What {
-    /// The thermal pass of transitions beside a hand-written rayon loop
+    /// The thermal pass of transitions and a hand-written rayon loop
     Transition {
         /// Numbers of nodes
         #[arg(long, value_delimiter = ',', default_values_t = [10_000, 100_000, 1_000_000, 10_000_000])]
@@ -58,13 +57,13 @@ enum What {
     Network {
         /// The network (TOML)
         file: PathBuf,
-        /// File that receives the rows of temperatures [K], f64
+        /// File for the rows of temperatures [K], f64
         #[arg(long)]
         output: PathBuf,
-        /// Error to aim for [K]
+        /// Target error [K]
         #[arg(long)]
         tolerance: f64,
-        /// How often it is solved, once more than is timed
+        /// Number of timed solutions, after one that is not timed
         #[arg(long, default_value_t = 2)]
         runs: usize,
     },
@@ -72,10 +71,10 @@ enum What {
     Image {
         /// The scene
         scene: PathBuf,
-        /// Folder that receives what was drawn and what of
+        /// Folder for the images and the triangles
         #[arg(long)]
         output: PathBuf,
-        /// Width and height are so many times those of the scene
+        /// Factors on the width and height of the scene's image
         #[arg(long, value_delimiter = ',', default_values_t = [1])]
         scale: Vec<u32>,
         /// Images of each size
@@ -126,7 +125,7 @@ impl Differences {
             let difference = (value - exact).abs();
             self.squares += difference * difference;
             self.count += 1.0;
-            // A NaN counts as the largest there is.
+            // A NaN counts as infinite.
             self.largest = if difference.is_nan() { f64::INFINITY } else { self.largest.max(difference) };
         }
     }

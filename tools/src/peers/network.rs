@@ -1,4 +1,4 @@
-//! A thermal network from a file, solved on the device as `isotherm network` does, with the time of the solution alone.
+//! Solves a network file on the device as `isotherm network` does, and times the solution alone.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use isotherm::thermal::network::stepper::Stepper;
 use super::AnyError;
 use super::clock::Clock;
 
-/// Solves it `runs` times after a first that compiles the kernels; reading the file and uploading it are not counted.
+/// Solves it `runs` times after an untimed first time that compiles the kernels. Reading and uploading are not timed.
 pub fn measure(
     context: &Arc<Context>,
     file: &Path,

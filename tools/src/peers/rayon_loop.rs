@@ -1,13 +1,13 @@
-//! The transition as one writes it by hand for the processor: f32 arrays, a loop over chunks, rayon. A peer of the device's
-//! pass: nothing of Isotherm is in it but the numbers of the load.
+//! A hand-written transition for the processor: f32 arrays, a loop over chunks, rayon. It is a peer of the device's
+//! pass and shares only the numbers of the load with Isotherm.
 //!
-//! It knows one material and a power of 1 or 2, which is less than the pass that it is held against.
+//! It supports one material and a power of 1 or 2, which is less than the device's pass.
 
 use rayon::prelude::*;
 
 use isotherm::environment::{StepLoad, albedo};
 
-/// Nodes of a chunk: seven arrays of it stay in the first-level cache.
+/// Nodes in a chunk. Its seven arrays fit into the first-level cache.
 const CHUNK: usize = 1024;
 /// W m-2 K-4, CODATA 2018.
 const STEFAN_BOLTZMANN: f32 = 5.670_374e-8;
@@ -21,12 +21,12 @@ pub struct Surface {
     pub t_max: f32,
 }
 
-/// The planet of a tick.
+/// The planet at a step.
 struct Planet {
     nadir: [f32; 3],
     sunward: [f32; 3],
     across: [f32; 3],
-    /// Of the planet's angular radius.
+    /// Sine of the planet's angular radius.
     sine: f32,
     cosine: f32,
     infrared: f32,
@@ -36,7 +36,7 @@ struct Planet {
 
 /// A load in single precision.
 pub struct Load {
-    /// Direction and flux.
+    /// Direction and flux of each Sun sample.
     sun: Vec<[f32; 4]>,
     planet: Option<Planet>,
     space_4: f32,
@@ -66,7 +66,7 @@ impl Load {
     }
 }
 
-/// All nodes: an array for each number.
+/// All nodes as one array for each quantity.
 #[derive(Clone)]
 pub struct Nodes {
     normals: [Vec<f32>; 3],
@@ -76,7 +76,6 @@ pub struct Nodes {
     pub temperature: Vec<f32>,
 }
 
-/// A chunk of them.
 struct Chunk<'a> {
     normals: [&'a [f32]; 3],
     target: &'a mut [f32],
@@ -86,7 +85,7 @@ struct Chunk<'a> {
 }
 
 impl Nodes {
-    /// Nodes with these normals, settled under a load.
+    /// Nodes with these normals at rest under a load.
     pub fn settled(normals: &[glam::Vec3], load: &Load, surface: &Surface) -> Self {
         let axis = |axis: usize| normals.iter().map(|normal| normal[axis]).collect::<Vec<f32>>();
         let zeros = || vec![0.0f32; normals.len()];
@@ -122,8 +121,8 @@ impl Nodes {
         })
     }
 
-    /// One step; without a load the targets stand. `wide` takes what this processor has beyond the x86-64 of 2003, which
-    /// `cargo build --release` does not.
+    /// Does one step. Without a load the targets stay. `wide` uses instructions beyond the x86-64 of 2003, which `cargo
+    /// build --release` does not use.
     pub fn step(&mut self, load: Option<&Load>, surface: &Surface, power: u32, wide: bool) {
         let step = match (power, wide && has_avx2()) {
             (1, false) => chunk_step::<1>,
@@ -180,7 +179,7 @@ fn chunk_step<const POWER: u32>(chunk: Chunk<'_>, load: Option<&Load>, surface: 
     }
 }
 
-/// Rule MERGE of docs/numerics.md 1 for a change `d` of the target: the new span and the share of time that is left.
+/// The merge rule of docs/numerics.md 1 for a change `d` of the target: the new span and the remaining share of time.
 #[inline(always)]
 fn merged<const POWER: u32>(span: f32, d: f32, left: f32) -> (f32, f32) {
     let share = if POWER == 2 { left * left } else { left };
@@ -242,7 +241,7 @@ impl Planet {
         if cos_tilt <= -sine { 0.0 } else { seen }
     }
 
-    /// The tick's table of albedo over the directions of a normal (octahedral), bilinear.
+    /// The step's albedo table over the directions of a normal (octahedral), bilinear.
     #[inline(always)]
     fn albedo(&self, normal: [f32; 3]) -> f32 {
         const LAST: f32 = albedo::RESOLUTION as f32 - 1.0;
@@ -261,8 +260,8 @@ impl Planet {
     }
 }
 
-/// Arc tangent of y / x in [0, pi] for y >= 0, without branches (Cephes' atanf, S. Moshier): `f32::atan2` is a call for each
-/// node, which no compiler vectorises.
+/// Arc tangent of y / x in [0, pi] for y >= 0, without branches (Cephes' atanf, S. Moshier). Compilers cannot vectorise
+/// calls of `f32::atan2`.
 #[inline(always)]
 fn arc_tangent(y: f32, x: f32) -> f32 {
     use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};

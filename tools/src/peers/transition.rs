@@ -1,5 +1,5 @@
-//! The device's transition beside a hand-written rayon loop: the same nodes, loads and functions, step by step in turn, and
-//! how far each is from the f64 twin.
+//! Compares the device's transition with a hand-written rayon loop: same nodes, loads and functions, in alternating
+//! steps. Also measures the errors of both against the f64 twin.
 
 use std::sync::Arc;
 
@@ -24,20 +24,20 @@ use super::clock::Clock;
 use super::rayon_loop::{Load, Nodes, Surface, has_avx2};
 use super::{AnyError, Differences};
 
-/// Steps that a transition takes: more than any run has, so that none arrives.
+/// Duration of a transition [steps]. It exceeds every run, so no transition ends.
 const T_MAX: f64 = 1000.0;
 const OPTICS: Optics = Optics { absorptivity: 0.3, emissivity: 0.8 };
-/// Steps before those that are timed: they compile the passes.
+/// Number of unmeasured steps that compile the passes.
 const WARM_UP: usize = 3;
-/// Nodes whose errors are measured, through one orbit.
+/// Number of nodes whose errors are measured through one orbit.
 const CHECKED: usize = 4096;
-/// Step from which on the constant target stands, in the planet's shadow: far from that of step 0.
+/// Step whose load gives the constant target. It is in the planet's shadow, so the target differs from that of step 0.
 const COMMANDED: usize = 150;
 
-/// One way to be busy.
+/// A kind of work.
 struct Work {
     name: &'static str,
-    /// 1 linear, 2 quadratic.
+    /// 1 is linear, 2 is quadratic.
     power: u32,
     loads: Loads,
     /// Whether the target moves in every step.
@@ -52,7 +52,7 @@ const WORKS: [Work; 4] = [
 ];
 
 impl Work {
-    /// The loads of the first steps of the paper's orbit, after that of the start.
+    /// The loads of the first steps of the paper's orbit, after the first load.
     fn steps(&self, count: usize) -> Result<Vec<StepLoad>, AnyError> {
         let [solar_constant, _] = SOLAR_CONSTANTS;
         let [_, altitude] = ALTITUDES;
@@ -83,7 +83,7 @@ impl Work {
         Surface { absorptivity: OPTICS.absorptivity as f32, emissivity: OPTICS.emissivity as f32, t_max: T_MAX as f32 }
     }
 
-    /// What the loop computes in a step, for its targets stand where the load does.
+    /// The load for the loop in a step. It is `None` if the targets stay.
     fn hand_load<'a>(&self, step: usize, load: &'a Load) -> Option<&'a Load> {
         (self.moving || step <= 1).then_some(load)
     }
@@ -139,7 +139,7 @@ impl Work {
     }
 }
 
-/// Directions spread evenly over the sphere (Fibonacci lattice), those that `isotherm bench` takes.
+/// Directions evenly spread over the sphere (Fibonacci lattice), as in `isotherm bench`.
 fn directions(nodes: usize) -> Vec<Vec3> {
     const POINTS: usize = 65_536;
     let direction = |i: usize| {
@@ -151,7 +151,7 @@ fn directions(nodes: usize) -> Vec<Vec3> {
     (0..nodes).map(direction).collect()
 }
 
-/// Every work at every number of nodes.
+/// Measures every kind of work at every number of nodes.
 pub fn measure(context: &Arc<Context>, sizes: &[usize], steps: usize) -> Result<Value, AnyError> {
     let mut rows = Vec::new();
     for work in &WORKS {
@@ -165,7 +165,7 @@ pub fn measure(context: &Arc<Context>, sizes: &[usize], steps: usize) -> Result<
     Ok(json!({ "threads": rayon::current_num_threads(), "avx2": has_avx2(), "rows": rows }))
 }
 
-/// Milliseconds of each step, device and loops in turn: by the clock and of the processors.
+/// Time of each step [ms] of the device and the loops in turn: wall and processor time.
 fn timed(context: &Arc<Context>, work: &Work, nodes: usize, steps: usize) -> Result<Value, AnyError> {
     let normals = directions(nodes);
     let loads = work.steps(steps + WARM_UP)?;
@@ -201,13 +201,13 @@ fn timed(context: &Arc<Context>, work: &Work, nodes: usize, steps: usize) -> Res
     }))
 }
 
-/// Milliseconds of all thermal passes so far by the device's clock.
+/// Device time of all thermal passes so far [ms].
 fn step_ms(renderer: &Renderer) -> f64 {
     let steps = renderer.pass_times().iter().filter(|(name, _)| name.starts_with("thermal_step"));
     steps.flat_map(|(_, samples)| samples).sum()
 }
 
-/// How far device and loops are from the f64 twin [K], over all steps of one orbit.
+/// Errors of device and loops against the f64 twin [K], over all steps of one orbit.
 fn errors(context: &Arc<Context>, work: &Work) -> Result<Value, AnyError> {
     let normals: Vec<Vec3> = directions(65_536).into_iter().step_by(65_536 / CHECKED).collect();
     let loads = work.steps(STEPS)?;

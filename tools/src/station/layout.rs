@@ -1,8 +1,8 @@
-//! The station as a tree of named nodes: what is where, and what turns on what.
+//! The station as a tree of named nodes and joints.
 //!
-//! Body axes: +X forward (velocity), +Y starboard, +Z nadir; metres. Every joint frame is parallel to the body frame in
-//! the file's pose: alpha joints turn about Y, beta joints and central radiator joints about X, photovoltaic radiator
-//! joints about Z. In that pose the cells of all wings face zenith (-Z).
+//! Body axes: +X forward (velocity), +Y starboard, +Z nadir [m]. In the file's pose every joint frame is parallel to
+//! the body frame, and the cells of all wings face zenith (-Z). Alpha joints turn about Y, beta joints and central
+//! radiator joints about X, photovoltaic radiator joints about Z.
 
 use glam::{DVec3, dvec3};
 
@@ -10,7 +10,7 @@ use crate::material::Material;
 use crate::mesh::{Band, Lathe, Mesh};
 use crate::{modules, panels, truss};
 
-/// A node of the scene graph. Joints carry no mesh, so that what turns is always a child.
+/// A node of the scene graph. Joints have no mesh, so only children move.
 #[derive(Debug, Clone)]
 pub struct Node {
     /// Unique name.
@@ -19,11 +19,11 @@ pub struct Node {
     pub translation: DVec3,
     /// Index into [`Station::meshes`].
     pub mesh: Option<usize>,
-    /// What is fixed to it.
+    /// Attached nodes.
     pub children: Vec<Node>,
 }
 
-/// The whole of it. Parts that are alike share a mesh.
+/// The whole station. Identical parts share a mesh.
 #[derive(Debug, Clone)]
 pub struct Station {
     /// Meshes with their names.
@@ -85,7 +85,7 @@ pub fn station() -> Station {
     Station { meshes: yard.meshes, root: Node::frame("station", DVec3::ZERO, children) }
 }
 
-/// Both turning ends of the truss with their eight wings (1 to 4 to port, odd numbers forward) and four radiators.
+/// Both rotating ends of the truss, with eight wings (1 to 4 to port, odd numbers forward) and four radiators.
 fn outboard_parts(yard: &mut Yard) -> Vec<Node> {
     let wings = [1.0, -1.0]
         .map(|end| (end, yard.share(if end > 0.0 { "wing_forward" } else { "wing_aft" }, panels::wing(end))));
@@ -135,7 +135,8 @@ fn antenna(yard: &mut Yard) -> Node {
     mast.strut(Material::ArrayMast, DVec3::ZERO, DVec3::Z * -3.0, 0.2);
     let mut dish = Mesh::default();
     dish.cylinder(Material::AnodizedAluminium, DVec3::Z * 0.2, DVec3::NEG_Z, 0.25, 0.5);
-    // Outside of the bowl from its apex to the rim, then the inside back to the axis: r^2 / 4f with f = 1.4 m.
+    // The profile follows the outside of the bowl from apex to rim, then the inside to the axis: r^2 / 4f with f = 1.4
+    // m.
     let bowl = |radius: f64| 0.25 + radius * radius / 5.6;
     let outside = [0.5, 1.0, 1.5].map(|r| Band(Material::WhitePaint, bowl(r), r));
     let inside = [1.5, 1.0, 0.5, 0.0].map(|r| Band(Material::WhitePaint, bowl(r) + 0.06, r));
@@ -169,7 +170,7 @@ fn arm(yard: &mut Yard) -> Node {
     Node::frame("arm", dvec3(2.8, -8.0, -0.4), children)
 }
 
-/// The modules and what is docked to them. Ports overlap by a few centimetres so that no two faces share a plane.
+/// The modules and docked vehicles. Ports overlap by a few centimetres so that no two faces share a plane.
 fn pressurised_part(yard: &mut Yard) -> Vec<Node> {
     let line = |x: f64| dvec3(x, 0.0, MODULES_Z);
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);

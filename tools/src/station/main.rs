@@ -1,5 +1,4 @@
-//! Writes `models/station.glb`: a station of ISS scale and of our own design, articulated, with thermal materials by
-//! name.
+//! Writes `models/station.glb`: an articulated station of ISS size and original design, with thermal materials by name.
 
 mod glb;
 mod layout;

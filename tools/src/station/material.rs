@@ -1,6 +1,6 @@
-//! The thermal materials of the station, by name, with base colours for ordinary glTF viewers.
+//! The thermal materials of the station, with base colours for ordinary glTF viewers.
 
-/// A glTF material. The thermal values live in the scene file, which matches these by name.
+/// A glTF material. The scene file gives thermal values by this name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Material {
     /// Array blankets: cells towards the normal, polyimide on the back.
@@ -25,7 +25,7 @@ pub enum Material {
     SilveredTeflon,
 }
 
-/// What an ordinary viewer shows; no thermal meaning.
+/// The appearance in an ordinary viewer. It has no thermal meaning.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Appearance {
     /// Linear RGB base colour.
@@ -67,12 +67,11 @@ impl Material {
         }
     }
 
-    /// Whether it is laid as one sheet of triangles that is seen, and radiates, from both sides.
+    /// Whether it is a single sheet of triangles, visible and radiating on both sides.
     pub fn is_sheet(self) -> bool {
         matches!(self, Self::SolarCells | Self::RadiatorPanel)
     }
 
-    /// Its looks.
     pub fn appearance(self) -> Appearance {
         let (base_colour, metallic, roughness) = match self {
             Self::SolarCells => ([0.03, 0.05, 0.16], 0.2, 0.3),

@@ -9,8 +9,8 @@ use glam::DVec3;
 
 use crate::material::Material;
 
-/// Positions lie on multiples of this [m], a power of two: exact in f32, so that corners shared by two faces stay
-/// equal, and the same on machines whose sine differs in the last bit.
+/// Grid of positions [m]. It is a power of two, so positions are exact in f32. Shared corners stay equal, even on
+/// machines whose sine differs in the last bit.
 const GRID: f64 = 1.0 / 8192.0;
 
 /// The triangles of one material in a mesh: a glTF primitive.
@@ -26,7 +26,7 @@ pub struct Surface {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// A glTF mesh: one surface a material, in order of first use.
+/// A glTF mesh with one surface for each material, in order of first use.
 #[derive(Debug, Clone, Default)]
 pub struct Mesh {
     /// Its surfaces.
@@ -46,7 +46,7 @@ pub struct Lathe {
     pub faceted: bool,
 }
 
-/// One band of a turned body: from where the profile stands to this point, in this material.
+/// One band of a turned body: a material, and the end point of the band in the profile.
 #[derive(Debug, Clone, Copy)]
 pub struct Band(pub Material, pub f64, pub f64);
 
@@ -65,7 +65,7 @@ impl Lathe {
 }
 
 impl Mesh {
-    /// The surface of a material, made when it is first asked for.
+    /// The surface of a material. The first use creates it.
     fn surface(&mut self, material: Material) -> &mut Surface {
         let found = self.surfaces.iter().position(|s| s.material == material);
         let index = found.unwrap_or_else(|| {
@@ -75,8 +75,7 @@ impl Mesh {
         &mut self.surfaces[index]
     }
 
-    /// A convex polygon, counter-clockwise, with a normal for each corner; a corner that repeats the one before is left
-    /// out.
+    /// Adds a convex polygon, counter-clockwise, with a normal for each corner. Repeated corners are left out.
     fn polygon(&mut self, material: Material, corners: &[(DVec3, DVec3)]) {
         let surface = self.surface(material);
         let first = surface.positions.len() as u32;

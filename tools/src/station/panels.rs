@@ -1,4 +1,4 @@
-//! What unfolds: array wings and radiators, all of them sheets that exchange heat on both faces.
+//! Deployed parts: array wings and radiators. All are sheets that exchange heat on both faces.
 
 use std::f64::consts::TAU;
 

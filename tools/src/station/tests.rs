@@ -1,4 +1,4 @@
-//! What the station promises: closed bodies, true normals, designed areas, unique names, the same bytes every time.
+//! Tests of the station: closed bodies, normals, areas, unique names, and identical bytes every time.
 
 use std::collections::{HashMap, HashSet};
 
@@ -13,7 +13,7 @@ use crate::panels::{BLANKET_LENGTH, BLANKET_WIDTH};
 
 type Triangle = [DVec3; 3];
 
-/// Corners of the triangles of a mesh whose material is (or is not) laid as a sheet.
+/// Corners of the triangles of a mesh whose material is (or is not) a sheet.
 fn triangles(mesh: &Mesh, sheet: bool) -> Vec<Triangle> {
     let surfaces = mesh.surfaces.iter().filter(|s| s.material.is_sheet() == sheet);
     surfaces.flat_map(|s| s.triangles.iter().map(|t| t.map(|corner| s.positions[corner as usize]))).collect()
@@ -24,7 +24,7 @@ fn key(point: DVec3) -> [u64; 3] {
     point.to_array().map(|value| (value + 0.0).to_bits())
 }
 
-/// Whether every edge is run through as often one way as the other.
+/// Whether every edge occurs equally often in both directions.
 fn is_watertight(triangles: &[Triangle]) -> bool {
     let mut balance: HashMap<_, i32> = HashMap::new();
     for [a, b, c] in triangles {
@@ -36,7 +36,7 @@ fn is_watertight(triangles: &[Triangle]) -> bool {
     balance.values().all(|count| *count == 0)
 }
 
-/// Signed volumes of the bodies of a mesh: triangles that share a corner, directly or through others, are one body.
+/// Signed volumes of the bodies of a mesh. Triangles connected through corners are one body.
 fn body_volumes(triangles: &[Triangle]) -> Vec<f64> {
     fn root(parent: &mut [usize], mut at: usize) -> usize {
         while parent[at] != at {

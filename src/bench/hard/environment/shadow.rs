@@ -1,4 +1,4 @@
-//! The edge of a disc's shadow that moves off a plate, as the Sun goes down.
+//! Hard case: the shadow edge of a disc that leaves a plate as the Sun sets.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -16,19 +16,19 @@ use crate::gpu::shapes::Shapes;
 use crate::gpu::variant::StepKind;
 use crate::simulation::target::Target;
 
-/// Edge of the plate, height of the disc above it and radius of the disc [m].
+/// Edge of the plate, height of the disc above it, and radius of the disc [m].
 const EDGE: f64 = 4.0;
 const HEIGHT: f64 = 2.0;
 const RADIUS: f64 = 0.8;
-/// Nodes along an edge of the plate, and corners of the disc.
+/// Nodes along an edge of the plate, and number of disc corners.
 const NODES: usize = 128;
 const CORNERS: usize = 256;
 /// Texels along an edge of the depth map.
 const RESOLUTION: u32 = 1024;
-/// Angle of the Sun after which shadows are found again [rad].
+/// Sun angle after which shadows are computed again [rad].
 const REDRAW: f64 = 1e-3;
 
-/// Nodes of the plate, then centre and corners of the disc.
+/// Positions of the plate nodes, the disc centre and the disc corners [m].
 fn positions() -> Vec<DVec3> {
     let place = |i: usize| EDGE * ((i as f64 + 0.5) / NODES as f64 - 0.5);
     let plate = (0..NODES).flat_map(|i| (0..NODES).map(move |j| DVec3::new(place(i), place(j), 0.0)));
@@ -45,7 +45,7 @@ fn triangles() -> Vec<[u32; 3]> {
     (0..CORNERS).map(|i| [centre, corner(i), corner(i + 1)]).collect()
 }
 
-/// How far the Sun moves the shadow along X [m]: from the middle of the plate until it has left it.
+/// Shifts of the shadow along X [m], from the middle of the plate until it has left.
 fn shifts(scale: Scale) -> Vec<f64> {
     let count = scale.of(8, 15, 30);
     (0..=count).map(|step| (0.5 * EDGE + RADIUS) * f64::from(step) / f64::from(count)).collect()
@@ -62,9 +62,9 @@ fn load(shift: f64) -> StepLoad {
     }
 }
 
-/// Area of the shadow [m2] that is still on the plate.
+/// Shadow area that remains on the plate [m2].
 fn area(shift: f64) -> f64 {
-    // What lies beyond the plate's edge is a segment of the disc.
+    // The part beyond the edge is a segment of the disc.
     let inside = ((0.5 * EDGE - shift) / RADIUS).clamp(-1.0, 1.0);
     RADIUS * RADIUS * (PI - inside.acos() + inside * (1.0 - inside * inside).sqrt())
 }
@@ -77,7 +77,7 @@ fn redraw(angle: f64) -> Redraw {
     Redraw { bounds: vec![(0, bounds())], resolution: RESOLUTION, angle, found_for: None }
 }
 
-/// Largest error over the way, in hundredths of the whole shadow.
+/// Largest error over all shifts, in percent of the whole shadow.
 fn error(scale: Scale, mut visibility: impl FnMut(&StepLoad) -> Result<Vec<f64>, String>) -> Result<f64, String> {
     let cell = (EDGE / NODES as f64).powi(2);
     shifts(scale).into_iter().try_fold(0.0f64, |worst, shift| {
@@ -117,14 +117,14 @@ fn on_device(context: &Arc<Context>, method: Method, scale: Scale) -> Result<f64
     })
 }
 
-/// By a depth map, and by rays.
+/// The case by depth map and by rays.
 pub fn cases() -> Vec<Case> {
     let case = |name: &str, method: Method| {
         Case::new(
             format!("moving shadow edge, {name}"),
             "a disc 2 m above a plate of 128 x 128 nodes, whose shadow moves off its edge; area of the part of a disc",
             "% of the shadow",
-            (1.0, "issue 5, area within 1 %"),
+            (1.0, "docs/numerics.md 6, lit area"),
         )
         .remedy("shadows are found again when the Sun has moved by more than a stated angle", "found once")
         .measured(

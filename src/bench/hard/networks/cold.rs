@@ -1,4 +1,4 @@
-//! Cold: bodies that radiate until they are as space is, and bodies that heat is drawn from until there is none left.
+//! Hard cases of cold: bodies that cool to space, and bodies that lose all their heat.
 
 use super::{Built, DEFAULT};
 use crate::bench::hard::case::{Case, apart};
@@ -10,10 +10,10 @@ use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::{Network, NodeKind};
 use crate::thermal::step_response::Plate;
 
-/// The largest error with the accurate option [K].
+/// Error limit of the accurate integrator [K], and its source.
 const ACCURATE: (f64, &str) = (2e-3, "docs/numerics.md 6, accurate");
 
-/// A foil of 100 J/K and 0.8 m2 that radiates from 1000 K until it is a tenth of a kelvin above space.
+/// A foil of 100 J/K and 0.8 m2 that radiates from 1000 K to a tenth of a kelvin above space.
 struct Cooling;
 
 impl Cooling {
@@ -23,7 +23,7 @@ impl Cooling {
     fn times() -> Vec<f64> {
         let last = Self::PLATE.time(1000.0, Self::SPACE + 0.1, Self::SPACE);
         let rows = 60;
-        // Evenly in the logarithm from a hundredth of a second.
+        // Times are evenly spaced in the logarithm, from a hundredth of a second.
         (0..=rows).map(|row| 0.01 * (last / 0.01).powf(f64::from(row) / f64::from(rows))).collect()
     }
 
@@ -61,16 +61,16 @@ fn free_cooling(integrator: Integrator, limit: (f64, &'static str)) -> Case {
         )
 }
 
-/// A node that heat is drawn from until there is none left.
+/// A node that loses all its heat.
 struct Empties {
     network: Network,
     heat: (u32, HeatTable),
-    /// When its heat is gone [s].
+    /// Time when its heat is gone [s].
     at: f64,
 }
 
 impl Empties {
-    /// 100 J/K at 50 K under -1 W.
+    /// A body of 100 J/K at 50 K under -1 W.
     fn body() -> Self {
         let mut built = Built::default();
         built.store(1000.0, 300.0);
@@ -78,7 +78,7 @@ impl Empties {
         Self { network: built.0, heat: (small, HeatTable::constant(-1.0)), at: 5000.0 }
     }
 
-    /// A foil to which a boundary at 50 K brings 0.1 W/K, under a load that grows by 1 mW/s: 5 W are all it can bring.
+    /// A foil with 0.1 W/K to a boundary at 50 K. Its negative load grows by 1 mW/s. The boundary supplies at most 5 W.
     fn foil() -> Self {
         let mut built = Built::default();
         let base = built.node(NodeKind::Boundary, 0.0, 0.0, 50.0);
@@ -89,7 +89,7 @@ impl Empties {
         Self { network: built.0, heat: (foil, growing), at: 5000.0 }
     }
 
-    /// How far from then [s] the network is refused by the node's name.
+    /// Difference between that time and the time [s] when the run refuses the network with the node's name.
     fn refused(&self, way: Way<'_>) -> Result<f64, String> {
         let times = (1..=100).map(|row| 100.0 * f64::from(row)).collect();
         let schedule = Schedule { heat: vec![self.heat.clone()], times, ..Schedule::default() };
@@ -104,7 +104,7 @@ impl Empties {
         }
     }
 
-    /// Infinite where plain steps go on below 0 K.
+    /// The error of plain steps. It is infinite, because they continue below 0 K.
     fn unrefused(&self) -> f64 {
         let mut power = vec![0.0; self.network.len()];
         power[self.heat.0 as usize] = self.heat.1.after(1e4).0;
@@ -122,7 +122,6 @@ fn below_zero(name: &str, what: &str, limit: (f64, &str), empties: fn() -> Empti
         .measured(move |target, _| Way::worst(target, |way| empties().refused(way)), move |_| empties().unrefused())
 }
 
-/// All of them.
 pub fn cases() -> Vec<Case> {
     vec![
         free_cooling(Integrator::Default, DEFAULT),

@@ -1,4 +1,4 @@
-//! Networks that only conduct: capacitances and conductances of all sizes, slivers, a chain that stores nothing.
+//! Hard cases of conduction: extreme capacitances and conductances, slivers, and a chain without capacitance.
 
 use super::{Built, DEFAULT, FRAME, rows_apart};
 use crate::bench::hard::case::{Case, Scale, apart, worst_of};
@@ -11,7 +11,7 @@ use crate::thermal::network::control::Integrator;
 use crate::thermal::network::schedule::Schedule;
 use crate::thermal::network::{Network, NodeKind};
 
-/// A network under constant heat, the times at which it is looked at, and its temperatures then.
+/// A network under constant heat, with its exact temperatures at given times.
 struct Problem {
     network: Network,
     heat: Vec<f64>,
@@ -20,7 +20,7 @@ struct Problem {
 }
 
 impl Problem {
-    /// Of a network that only conducts.
+    /// A conducting network with its closed-form solution.
     fn of_modes(network: Network, heat: Vec<f64>, times: Vec<f64>) -> Self {
         let expected = match Modes::of(&network, &heat) {
             Some(modes) => times.iter().map(|time| modes.at(*time)).collect(),
@@ -35,7 +35,7 @@ impl Problem {
         Ok(rows_apart(&series.rows, &self.expected))
     }
 
-    /// Largest error of equal plain steps, at those times that are whole steps.
+    /// Largest error of equal plain steps, at times that are multiples of the step.
     fn plain(&self, step: f64, kind: Step) -> f64 {
         let last = self.times.last().copied().unwrap_or(0.0);
         let rows = plain::steps(&self.network, &self.heat, step, (last / step).round() as u32, kind);
@@ -56,7 +56,7 @@ fn conducting(case: Case, problem: fn(Scale) -> Problem, without: fn(&Problem) -
     case.measured(error, move |scale| without(&problem(scale)))
 }
 
-/// 0.1 J/K that is heated beside 100 kJ/K.
+/// A heated node of 0.1 J/K next to one of 100 kJ/K.
 fn capacitance_ratio(_: Scale) -> Problem {
     let mut built = Built::default();
     let small = built.store(0.1, 350.0);
@@ -65,7 +65,7 @@ fn capacitance_ratio(_: Scale) -> Problem {
     Problem::of_modes(built.0, vec![10.0, 0.0], vec![0.02, 0.1, 0.5, 1.0, 10.0, 100.0, 1000.0, 10_000.0])
 }
 
-/// A chain whose conductances are 1 mW/K and 1 kW/K in turn.
+/// A chain with alternating conductances of 1 mW/K and 1 kW/K.
 fn conductance_ratio(_: Scale) -> Problem {
     let mut built = Built::default();
     let nodes: Vec<u32> = [10.0, 300.0, 50.0, 1000.0, 20.0, 400.0]
@@ -80,7 +80,7 @@ fn conductance_ratio(_: Scale) -> Problem {
     Problem::of_modes(built.0, heat, (1..=20).map(|row| FRAME * f64::from(row)).collect())
 }
 
-/// Every conductance held to what forward Euler takes in a frame at either end.
+/// The error if every conductance is limited to what is stable with forward Euler in one frame.
 fn capped(problem: &Problem) -> f64 {
     let mut network = problem.network.clone();
     for conductor in &mut network.linear {
@@ -93,7 +93,7 @@ fn capped(problem: &Problem) -> f64 {
     found.map_or(f64::INFINITY, |found| rows_apart(&found, &problem.expected))
 }
 
-/// A sheet of aluminium 1 mm thick of cells of 1 cm, of which one column in five is a sliver of 0.1 mm, under a spot of heat.
+/// A heated aluminium sheet, 1 mm thick with cells of 1 cm. Every fifth column is a sliver of 0.1 mm.
 fn slivers(scale: Scale) -> Problem {
     let side = scale.of(6, 8, 10);
     let width = |x: usize| if x % 5 == 3 { 0.01 } else { 1.0 };
@@ -102,7 +102,7 @@ fn slivers(scale: Scale) -> Problem {
     let mut heat = Vec::new();
     for y in 0..side {
         for x in 0..side {
-            // 2700 kg/m3, 896 J/kg/K, 167 W/m/K: ECSS-E-HB-31-01 Part 5A.
+            // 2700 kg/m3, 896 J/kg/K and 167 W/m/K are from ECSS-E-HB-31-01 Part 5A.
             built.store(2700.0 * 896.0 * 1e-3 * 1e-4 * width(x), 290.0 + 5.0 * ((7 * x + 3 * y) as f64).sin());
             let spot = (x as f64 - 3.0).powi(2) + (y as f64 - 2.0).powi(2);
             heat.push(0.04 * width(x) * (-0.5 * spot).exp());
@@ -121,7 +121,7 @@ fn slivers(scale: Scale) -> Problem {
     Problem::of_modes(built.0, heat, (1..=8).map(|row| FRAME * f64::from(row)).collect())
 }
 
-/// Two bodies joined by a chain of five nodes that store nothing, the second and fourth of which are heated.
+/// Two bodies joined by a chain of five nodes without capacitance. The second and the fourth are heated.
 fn chain(_: Scale) -> Problem {
     const LINKS: usize = 6;
     const LINK: f64 = 3.0;
@@ -133,7 +133,7 @@ fn chain(_: Scale) -> Problem {
     whole.windows(2).for_each(|pair| built.join(pair[0], pair[1], LINK));
     let heat = vec![0.0, 0.0, 20.0, 0.0, 10.0, 0.0, 0.0];
     let times: Vec<f64> = (1..=20).map(|row| FRAME * f64::from(row)).collect();
-    // Seen from the bodies the chain is one conductance, and heat within it divides as the links to either end.
+    // For the bodies the chain is one conductance. Its heat divides by the number of links to either end.
     let mut bodies = Built::default();
     let ends = [bodies.store(300.0, 330.0), bodies.store(100.0, 250.0)];
     bodies.join(ends[0], ends[1], LINK / LINKS as f64);
@@ -145,7 +145,7 @@ fn chain(_: Scale) -> Problem {
         let [hot, cold] = modes.as_ref().map(|modes| modes.at(*time)).and_then(|ends| ends.try_into().ok())?;
         let inside = |node: usize| {
             let along = node as f64 / LINKS as f64;
-            // Green's function of a chain that is held at its ends.
+            // Green's function of a chain with fixed ends.
             let raised: f64 = (0..=LINKS)
                 .map(|source| {
                     let (near, far) = (source.min(node) as f64, source.max(node) as f64);
@@ -160,7 +160,6 @@ fn chain(_: Scale) -> Problem {
     Problem { network: built.0, heat, times, expected: expected.unwrap_or_default() }
 }
 
-/// All of them.
 pub fn cases() -> Vec<Case> {
     let case = |name: &str, what: &str| Case::new(name, what, "K", DEFAULT);
     vec![

@@ -1,4 +1,4 @@
-//! A node that stores no heat.
+//! Hard case: a node without heat capacity.
 
 use super::{Built, DEFAULT};
 use crate::bench::hard::case::{Case, apart};
@@ -11,7 +11,7 @@ use crate::thermal::network::control::Integrator;
 use crate::thermal::network::schedule::{HeatTable, Schedule};
 use crate::thermal::network::{Network, NodeKind};
 
-/// A foil that stores nothing between a boundary and space.
+/// A foil without capacitance between a boundary and space.
 struct Foil;
 
 impl Foil {
@@ -19,7 +19,7 @@ impl Foil {
     const AREA: f64 = 0.1;
     const SPACE: f64 = 3.0;
     const BOUNDARY: f64 = 290.0;
-    /// A capacitance that stands in for none [J/K].
+    /// Capacitance that replaces zero [J/K].
     const STORE: f64 = 10.0;
 
     fn network(kind: NodeKind, capacitance: f64) -> Network {
@@ -27,13 +27,13 @@ impl Foil {
         let foil = built.node(kind, capacitance, Self::AREA, 100.0);
         let base = built.node(NodeKind::Boundary, 0.0, 0.0, Self::BOUNDARY);
         built.join(foil, base, Self::CONDUCTANCE);
-        // Something that stores heat, so that the integrator has steps to choose.
+        // The body stores heat, so the integrator must choose sub-steps.
         let body = built.store(500.0, 300.0);
         built.join(body, base, 0.5);
         built.0
     }
 
-    /// Ramps from 0 to 50 W, jumps to 5 W at 100 s, and rises again.
+    /// Heat that ramps from 0 to 50 W, jumps to 5 W at 100 s, and rises again.
     fn table() -> HeatTable {
         HeatTable { times: vec![0.0, 100.0, 100.0, 200.0], powers: vec![0.0, 50.0, 5.0, 30.0] }
     }
@@ -42,7 +42,7 @@ impl Foil {
         (0..=40).map(|row| 5.0 * f64::from(row)).collect()
     }
 
-    /// Where its heat balances; at the jump the heat before it.
+    /// Balance temperature at a time [K]. At the jump it uses the heat before it.
     fn balance(time: f64) -> f64 {
         let power = if time <= 100.0 { 0.5 * time } else { 5.0 + 0.25 * (time - 100.0) };
         let gain = |t: f64| {
@@ -62,7 +62,7 @@ impl Foil {
     }
 }
 
-/// C = 0.
+/// The case of C = 0.
 pub fn no_capacitance() -> Case {
     let error = |way: Way<'_>, kind, capacitance, integrator| {
         let series = integrated(way, &Foil::network(kind, capacitance), &Foil::schedule(), integrator);

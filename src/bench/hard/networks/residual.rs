@@ -1,4 +1,4 @@
-//! Steps that add less than f32 resolves: slow heating at 10 to 1000 Hz, and a day of the paper's cube.
+//! Hard cases of additions below f32 resolution: slow heating at 10 to 1000 Hz, and a day of the paper's cube.
 
 use super::{Built, rows_apart};
 use crate::bench::hard::case::{Case, Scale};
@@ -8,10 +8,10 @@ use crate::paper::cube::{self, ALTITUDES, ALUMINIUM, Loads, SOLAR_CONSTANTS};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::stepper::{Method, Stepper};
 
-/// The paper's cube in small steps [K].
+/// Error limit for small steps of the paper's cube [K], and its source.
 const SMALL_STEPS: (f64, &str) = (2e-3, "docs/numerics.md 6, the cube at 10 and 100 Hz");
 
-/// The paper's cube of aluminium without its radiation: panels that gain 2e-5 to 1.2e-4 K/s and nothing else.
+/// The paper's aluminium cube without radiation. Its panels gain 2e-5 to 1.2e-4 K/s.
 fn slow_heating(rate: u32) -> Case {
     let panels = || {
         let mut built = Built::default();
@@ -21,7 +21,7 @@ fn slow_heating(rate: u32) -> Case {
         built.0
     };
     let heat = || (1..=6).map(|panel| 2e-5 * f64::from(panel) * 24_300.0).collect::<Vec<f64>>();
-    // A frame of 10 s; steps as long as a tenth, a hundredth, a thousandth of a second.
+    // A frame lasts 10 s. Steps last a tenth, a hundredth or a thousandth of a second.
     let frame = 10.0;
     let frames = move |scale: Scale| match rate {
         10 => scale.of(60, 600, 6_000),
@@ -44,7 +44,7 @@ fn slow_heating(rate: u32) -> Case {
                 let found = fixed_euler(way, &panels(), &mut std::iter::repeat_n(heat(), count), frame, steps)?;
                 Ok(rows_apart(&found, &expected(count)))
             };
-            // A dispatch for every step takes its time: a minute of it at 10 Hz says what there is to say.
+            // Dispatching every step is slow, so only the run at 10 Hz does it, for a minute.
             if rate == 10 {
                 return Way::worst(target, |way| error(way, if way.is_wide() { 6 } else { count }));
             }
@@ -65,11 +65,11 @@ fn small_steps(name: &str, what: &str) -> Case {
     )
 }
 
-/// The paper's conducting cube through its orbit at 10 Hz for a day, heat constant over each of its 16.7 s steps.
+/// The paper's conducting cube at 10 Hz for a day. Heat is constant in each step of 16.7 s.
 struct Day;
 
 impl Day {
-    /// Steps of 0.1 s in a frame, near enough: 864,540 a day.
+    /// Steps of about 0.1 s in a frame, 864,540 a day.
     const STEPS: u32 = 167;
 
     fn problem() -> Result<cube::Problem, String> {
@@ -87,7 +87,7 @@ impl Day {
         (0..frames).map(|frame| problem.heat[frame % cube::STEPS].to_vec())
     }
 
-    /// RKL2 in f64 with steps of a quarter of a second.
+    /// Reference: RKL2 in f64 with steps of a quarter of a second.
     fn expected(problem: &cube::Problem, frames: usize) -> Vec<Vec<f64>> {
         let mut stepper = ReferenceStepper::new(problem.network.clone(), &[]);
         let mut row = |heat: Vec<f64>| {
@@ -119,7 +119,6 @@ fn day() -> Case {
     )
 }
 
-/// All of them.
 pub fn cases() -> Vec<Case> {
     [10, 100, 1000].map(slow_heating).into_iter().chain([day()]).collect()
 }

@@ -1,4 +1,4 @@
-//! Thermostats: forty switches in closed form, and a heater that would switch without end.
+//! Hard cases of thermostats: forty switches with exact times, and a heater that would switch without end.
 
 use super::{Built, DEFAULT, FRAME};
 use crate::bench::hard::case::{Case, apart};
@@ -8,13 +8,13 @@ use crate::thermal::network::control::{ControlError, Integrator, Series};
 use crate::thermal::network::schedule::{Schedule, Thermostat};
 use crate::thermal::network::{Network, NodeKind};
 
-/// A tank of 400 J/K that loses 0.5 W/K to 250 K, with a heater of 30 W between 280 and 285 K.
+/// A tank of 400 J/K with 0.5 W/K to 250 K. Its heater of 30 W works between 280 and 285 K.
 struct Tank;
 
 impl Tank {
     const BASE: f64 = 250.0;
     const TAU: f64 = 400.0 / 0.5;
-    /// Where it tends to while heated [K].
+    /// Temperature limit while heated [K].
     const HOT: f64 = 250.0 + 30.0 / 0.5;
     const BAND: [f64; 2] = [280.0, 285.0];
     const START: f64 = 290.0;
@@ -28,12 +28,12 @@ impl Tank {
         built.0
     }
 
-    /// Time [s] from one temperature to another while the tank tends to `end` [K].
+    /// Time [s] between two temperatures while the tank tends to `end` [K].
     fn way(from: f64, to: f64, end: f64) -> f64 {
         Self::TAU * ((from - end) / (to - end)).ln()
     }
 
-    /// When it switches [s], on first.
+    /// Switching times [s]. The first switches the heater on.
     fn switches() -> Vec<f64> {
         let [low, high] = Self::BAND;
         let mut time = Self::way(Self::START, low, Self::BASE);
@@ -46,7 +46,7 @@ impl Tank {
         times
     }
 
-    /// Whole frames before and after the last switch.
+    /// Ends of all frames until three frames after the last switch [s].
     fn times() -> Vec<f64> {
         let last = Self::switches().last().copied().unwrap_or(0.0) + 3.0 * FRAME;
         (1..=(last / FRAME) as u32).map(|frame| FRAME * f64::from(frame)).collect()
@@ -74,7 +74,7 @@ impl Tank {
         integrated(way, &Self::network(), &schedule, Integrator::Default).map_err(|error| unfinished(&error))
     }
 
-    /// Temperatures and switching times where the thermostat is asked once a frame, each frame being exact.
+    /// Temperatures and switching times if the thermostat is asked once a frame. Each frame is exact.
     fn asked_once_a_frame() -> (Vec<f64>, Vec<f64>) {
         let [low, high] = Self::BAND;
         let (mut now, mut on) = (Self::START, false);
@@ -91,7 +91,7 @@ impl Tank {
         (rows, switches)
     }
 
-    /// Largest difference of switching times [s]; infinite where one was lost.
+    /// Largest error of switching times [s]. It is infinite if a switch is missing.
     fn late(found: &[f64]) -> f64 {
         let last = Self::times().last().copied().unwrap_or(0.0);
         let expected: Vec<f64> = Self::switches().into_iter().filter(|time| *time <= last).collect();
@@ -99,7 +99,7 @@ impl Tank {
     }
 }
 
-/// A foil of no capacitance that the heater moves across the band of its own sensor.
+/// A foil without capacitance. Its heater moves it across the band of its own sensor.
 fn chattering(way: Way<'_>) -> Result<f64, String> {
     let mut built = Built(Network { space_temperature: 3.0, ..Network::default() });
     let body = built.node(NodeKind::Diffusive, 100.0, 0.05, 290.0);
@@ -115,10 +115,10 @@ fn chattering(way: Way<'_>) -> Result<f64, String> {
     }
 }
 
-/// Switches of the same heater in 10 s where its sensor is asked after every step of a millisecond: the foil, which stores
-/// nothing, is 200 K above the band as soon as the heater is on, and below it as soon as it is off.
+/// Number of switches in 10 s if the sensor is asked every millisecond. The foil stores nothing, so the heater moves it
+/// far across the band at once.
 fn asked_every_millisecond() -> f64 {
-    // The body stays near 240 K for 10 s: 0.2 W of 100 J/K; the foil follows it by its conductor of 0.1 W/K.
+    // The body stays near 240 K for 10 s (0.2 W on 100 J/K). The foil follows it through 0.1 W/K.
     let (body, mut on, mut switches) = (240.0, false, 0u32);
     for _ in 0..10_000 {
         let foil: f64 = if on { body + 20.0 / 0.1 } else { body };
@@ -130,7 +130,6 @@ fn asked_every_millisecond() -> f64 {
     f64::from(switches)
 }
 
-/// All of them.
 pub fn cases() -> Vec<Case> {
     let crossing = "sub-steps end where a sensor crosses its threshold";
     vec![
@@ -152,7 +151,7 @@ pub fn cases() -> Vec<Case> {
             "thermostat, switching times",
             "the same tank: none of 40 switches lost; exponentials between them",
             "s",
-            (0.05, "issue 4, switching times"),
+            (0.05, "docs/numerics.md 6, switching time"),
         )
         .remedy(crossing, "asked once a frame of 16.7 s, which loses switches")
         .measured(
@@ -166,7 +165,7 @@ pub fn cases() -> Vec<Case> {
             "thermostat chatter",
             "a heater that moves its own sensor of C = 0 across the band: refused, not switched without end",
             "switches",
-            (0.0, "issue 6, refused by name"),
+            (0.0, "refused by name"),
         )
         .remedy(
             "switches close upon each other end the run with the name of the thermostat",

@@ -1,4 +1,4 @@
-//! Attitude messages as people write them, right and wrong.
+//! Tests of valid and invalid attitude messages.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use super::super::{AttitudeOptions, read_attitude};
 use crate::environment::rotation_history::{HistoryFrame, RotationHistory};
 use crate::scene::epoch::parse_epoch;
 
-/// Seconds between the samples of the messages here, and how many there are.
+/// Time between samples [s], and their number.
 const STEP: u32 = 10;
 const COUNT: u32 = 7;
 
@@ -54,7 +54,7 @@ fn of_type(kind: &str) -> String {
     format!("{}ATTITUDE_TYPE = {kind}\n", frames("EME2000", "SC_BODY_1"))
 }
 
-/// Lines of data from the numbers of each time.
+/// Builds data lines from the numbers at each time.
 fn data(numbers: impl Fn(f64) -> Vec<f64>) -> String {
     let line = |index: u32| {
         let numbers = numbers(f64::from(index * STEP));
@@ -64,13 +64,13 @@ fn data(numbers: impl Fn(f64) -> Vec<f64>) -> String {
     (0..COUNT).map(line).collect()
 }
 
-/// Angles [rad] and their rates [rad/s] of an attitude that turns about all axes.
+/// Angles [rad] and angle rates [rad/s] of an attitude that turns about all axes.
 fn angles(time: f64) -> ([f64; 3], [f64; 3]) {
     let (sin, cos) = (0.03 * time).sin_cos();
     ([0.4 + 0.02 * time, 0.7 * sin, -1.1 + 0.5 * cos], [0.02, 0.021 * cos, -0.015 * sin])
 }
 
-/// The matrix that takes the components of a vector in a frame to those in the frame turned about its axis.
+/// The matrix that changes vector components from one frame to the frame turned about an axis.
 fn turned(axis: usize, angle: f64) -> DMat3 {
     let (s, c) = angle.sin_cos();
     let rows = match axis {
@@ -81,7 +81,7 @@ fn turned(axis: usize, angle: f64) -> DMat3 {
     DMat3::from_cols(rows[0], rows[1], rows[2]).transpose()
 }
 
-/// The quaternion of a turn from A to B, by what it does to components: `b_from_a` is its inverse's matrix.
+/// The quaternion of a turn from A to B. The matrix `b_from_a` is the matrix of its inverse.
 fn quaternion(axes: [usize; 3], time: f64) -> DQuat {
     let (angles, _) = angles(time);
     let b_from_a = turned(axes[2], angles[2]) * turned(axes[1], angles[1]) * turned(axes[0], angles[0]);
@@ -115,7 +115,7 @@ const SEQUENCES: [[usize; 3]; 12] = [
     [2, 1, 2],
 ];
 
-/// Wertz (1978), appendix E: components in B are the product of the three matrices, the first turn rightmost.
+/// Wertz (1978), appendix E: components in B are the product of three matrices. The first turn stands rightmost.
 #[test]
 fn euler_angles_of_every_sequence_are_the_quaternions_of_the_same_attitude() {
     for axes in SEQUENCES {
@@ -144,7 +144,7 @@ fn euler_angles_of_every_sequence_are_the_quaternions_of_the_same_attitude() {
     }
 }
 
-/// Yaw, pitch and roll of 90, 0, 90 deg: the body's X along the frame's Y, its Y along Z, its Z along X.
+/// Yaw, pitch and roll are 90, 0 and 90 deg. The body's X then lies along the frame's Y, Y along Z and Z along X.
 #[test]
 fn yaw_comes_before_roll_in_321() {
     let text =
@@ -154,7 +154,7 @@ fn yaw_comes_before_roll_in_321() {
     assert!((rotation * DVec3::Y).distance(DVec3::Z) < 1e-12);
 }
 
-/// The same attitude with derivatives of quaternions, of Euler angles, and with angular velocities along either frame.
+/// One attitude, stated with quaternion rates, with Euler rates, and with angular velocities in either frame.
 #[test]
 fn derivatives_are_one_however_they_are_stated() {
     let axes = [2, 1, 0];
@@ -162,7 +162,7 @@ fn derivatives_are_one_however_they_are_stated() {
         let (_, rates) = angles(time);
         let step = 1e-3;
         let slope = (quaternion(axes, time + step) - quaternion(axes, time - step)) / (2.0 * step);
-        // A central difference is right to 1e-9 here; the velocity from the rates of the angles is exact.
+        // The central difference is accurate to 1e-9 here. The velocity from the angle rates is exact.
         let turn = |axis: usize, angle: f64| DQuat::from_axis_angle(DVec3::AXES[axis], angle);
         let (now, _) = angles(time);
         let [first, second] = [turn(axes[0], now[0]), turn(axes[1], now[1])];
@@ -203,7 +203,7 @@ fn derivatives_are_one_however_they_are_stated() {
     });
     assert!(apart(&wrong, &reference) > 1e-3, "the wrong frame must show");
 
-    // Without derivatives the same is a polynomial through the rotations alone, and said.
+    // Without derivatives the reader fits a polynomial through the rotations and says so.
     let plain = |method: &str| {
         let extra = format!("INTERPOLATION_METHOD = {method}\nINTERPOLATION_DEGREE = 3\n");
         let numbers = |time: f64| q(time).to_array().to_vec();
@@ -219,7 +219,7 @@ fn derivatives_are_one_however_they_are_stated() {
 #[test]
 fn directions_turn_either_way() {
     let x_at = |text: &str, time: f64| loaded(text).rotation(time).unwrap() * DVec3::X;
-    // A quarter turn about Z in a minute: the body's X goes to the frame's Y.
+    // A quarter turn about Z in a minute takes the body's X to the frame's Y.
     let half = 0.5_f64.sqrt();
     let last = format!("2024-060T00:00:00 0 0 0 1\nCOMMENT on the way\n2024-060T00:01:00 0 0 {half} {half}\n");
     let first = format!("2024-060T00:00:00 1 0 0 0\n2024-060T00:01:00 {half} 0 0 {half}\n");
@@ -245,18 +245,19 @@ fn directions_turn_either_way() {
     assert!(said.iter().all(|said| !said.contains("missing")), "{said:?}");
 }
 
-/// The axis by its right ascension and declination; the body's X 90 deg ahead of the first, as Orekit's `SpinFinder`.
+/// Right ascension and declination give the axis. The body's X is 90 deg ahead of the first, as in Orekit's
+/// `SpinFinder`.
 #[test]
 fn a_spin_turns_about_its_axis_at_its_rate() {
     let spin = of_type("SPIN");
-    // Axis along +X, ten turns between samples a hundred seconds apart.
+    // The axis lies along +X. The body makes ten turns between samples that are 100 s apart.
     let (history, said) =
         load(&aem("1.0", &spin, "2024-060T00:00:00 0 0 0 36\n2024-060T00:01:40 0 0 0 36\n"), &options()).unwrap();
     assert!((history.rotation(33.0).unwrap() * DVec3::Z).distance(DVec3::X) < 1e-9);
     assert!((history.rotation(0.0).unwrap() * DVec3::X).distance(DVec3::Y) < 1e-9);
     assert!((history.rotation(2.5).unwrap() * DVec3::X).distance(DVec3::Z) < 1e-9, "a quarter turn in 2.5 s");
     assert!(said.iter().any(|said| said.contains("90 deg ahead")), "{said:?}");
-    // The example of CCSDS 504.0-B-1, figure 4-3: the rate explains the angles to a thousandth of a turn.
+    // The example of CCSDS 504.0-B-1, figure 4-3: its rate agrees with its angles to a thousandth of a turn.
     let example = "2024-060T00:00:00.071 2.6862511e+002 6.8448486e+001 1.5969509e+002 -1.0996528e+002\n\
                    2024-060T00:00:00.196 2.6863990e+002 6.8432197e+001 1.4593720e+002 -1.0996493e+002\n";
     let history = loaded(&aem("1.0", &spin, example));
@@ -282,7 +283,7 @@ fn xml(version: &str, metadata: &str, states: &str) -> String {
     )
 }
 
-/// States of an XML message from the columns of a line.
+/// Turns the columns of a data line into the states of an XML message.
 fn states(element: &str, columns: &str, data: &str) -> String {
     let state = |line: &str| {
         let mut cells = line.split_whitespace();
@@ -325,7 +326,7 @@ fn xml_says_what_keywords_and_values_say() {
     }
 }
 
-/// CCSDS 505.0-B-1, 4.8.2.6: angles of version 1 bear the axis that they turn about.
+/// CCSDS 505.0-B-1, 4.8.2.6: each angle of version 1 names its axis.
 #[test]
 fn angles_of_version_1_are_found_by_their_axes() {
     let metadata =
@@ -396,7 +397,7 @@ fn what_is_wrong_is_said_with_its_line() {
     let euler = format!("{}EULER_ROT_SEQ = ZYX\n", of_type("EULER_ANGLE"));
     let one = "2024-060T00:00:00 0 0 0 1\n";
     let angles = "2024-060T00:00:00 0 0 0\n";
-    // Metadata begin in line 11.
+    // The metadata begin in line 11.
     for (text, expected) in [
         (
             aem("2.0", &quaternion, "2024-060T00:00:00 0 0 0 0.5\n"),
