@@ -50,7 +50,7 @@ ShapedBranch shaped_branch(float function, float t_max, float step) {
     );
 }
 
-// Both branches of a material in a tick, found once for four nodes.
+// Both branches of a material in a step, found once for four nodes.
 struct ShapedBranches {
     ShapedBranch heating;
     ShapedBranch cooling;
@@ -150,7 +150,7 @@ ShapedState retarget_merge(ShapedState state, float commanded, ShapedBranch bran
 
 #ifdef RESTART
 // Span after a change, with what its rounding leaves (in 1/128 of its last place, from -64 to 63) in place of a clock
-// at zero. A function that starts slowly changes the span by a few last places a tick, always rounded the same way.
+// at zero. A function that starts slowly changes the span by a few last places a step, always rounded the same way.
 ShapedState restarted(float commanded, float span, int residue, float change) {
     uint exponent = (floatBitsToUint(span) >> 23u) & 255u;
     float place = uintBitsToFloat((max(exponent, 24u) - 23u) << 23u);
@@ -210,7 +210,7 @@ float to_temperature(float value) {
 }
 #endif
 
-// A node between ticks, as its buffers hold it: the target in K, the span in what the transition moves.
+// A node between steps, as its buffers hold it: the target in K, the span in what the transition moves.
 struct ShapedNode {
     float target;
     float span;
@@ -218,7 +218,7 @@ struct ShapedNode {
     float temperature; // K
 };
 
-// One tick of a node.
+// One step of a node.
 ShapedNode transition_step(float target, float span, int elapsed, float commanded, ShapedBranches both) {
     ShapedState state = ShapedState(of_temperature(target), span, elapsed);
 #ifdef MERGE
