@@ -5,11 +5,9 @@
 
 mod program;
 
-use super::FunctionError;
+use super::error::FunctionError;
 use program::Program;
 
-/// Most operations of a text. The functions of the paper need four.
-pub const MAX_OPERATIONS: usize = 200;
 /// Number of intervals at whose ends a text is checked.
 const SAMPLES: u32 = 4096;
 /// Largest error of f(0) and f(1), which covers rounded constants. f is then scaled to meet 0 and 1.

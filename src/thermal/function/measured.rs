@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use super::FunctionError;
+use super::error::FunctionError;
 
 /// A measured temperature.
 #[derive(Debug, Clone, Copy, PartialEq)]

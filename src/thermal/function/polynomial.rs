@@ -1,6 +1,6 @@
 //! A response function that is a polynomial of any degree, proved to increase from 0 to 1.
 
-use super::FunctionError;
+use super::error::FunctionError;
 
 /// Largest error of f(0) and f(1). The sum is then scaled to meet 0 and 1.
 const END_TOLERANCE: f64 = 1e-6;

@@ -5,7 +5,8 @@ use std::collections::HashMap;
 use naga::front::glsl;
 use naga::{Handle, MathFunction};
 
-use super::MAX_OPERATIONS;
+/// Most operations of a text. The functions of the paper need four.
+pub(super) const MAX_OPERATIONS: usize = 200;
 
 /// Name of the GLSL function whose body the text is.
 const FUNCTION: &str = "isotherm_share_done";

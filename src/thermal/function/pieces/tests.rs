@@ -1,0 +1,79 @@
+//! Pieces of functions of every kind, and what they must notice.
+
+use super::*;
+use crate::thermal::function::{Function, Sample};
+
+/// Largest difference between the pieces and a function, also between their interpolation points.
+fn error(pieces: &Pieces, remaining: impl Fn(f64) -> f64) -> f64 {
+    let places =
+        (0..=200_000).map(|i| f64::from(i) / 200_000.0).chain((3..30).map(|n| 0.1f64.powf(f64::from(n) / 3.0)));
+    places.map(|r| (pieces.remaining(r) - remaining(r)).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn pieces_follow_functions_that_start_and_end_as_powers() {
+    for text in [
+        "s",
+        "s*s*s*s",
+        "sqrt(s)",
+        "pow(s, 1.5)",
+        "1.0-pow(1.0-s, 2.5)",
+        "1.0-acos(s)/1.5707963",
+        "1.0-acos(s*s)/1.5707963",
+        "smoothstep(0.0, 1.0, s)",
+        "tanh(20.0*s)/tanh(20.0)",
+    ] {
+        let function = Function::expression(text).unwrap_or_else(|error| panic!("{error}"));
+        let pieces = function.pieces();
+        let idle = 1.0 - function.active();
+        let found = error(&pieces, |r| function.remaining(idle + (1.0 - idle) * r));
+        assert!(found < 5e-7 && pieces.error < 5e-7, "{text}: {found:.1e}, told {:.1e}", pieces.error);
+        assert!(error(&pieces, |r| function.remaining(0.999 * r)) > 1e-5, "{text}: another function shows");
+    }
+    for function in [Function::exponential(500.0), Function::logarithmic(1e4), Function::logarithmic(1.75)] {
+        let function = function.unwrap_or_else(|error| panic!("{error}"));
+        // An exponential of rate 500 is over, in f64, when a fourteenth of its time has passed.
+        let idle = 1.0 - function.active();
+        let found = error(&function.pieces(), |r| function.remaining(idle + (1.0 - idle) * r));
+        assert!(found < 5e-7, "{function}: {found:.1e}");
+    }
+}
+
+#[test]
+fn corners_are_met_wherever_they_are() {
+    for place in [0.3, 0.4, 0.123_456, 0.5, 0.777_77, 0.01, 0.99] {
+        let text = format!("s < {place} ? {}*s : 1.0 - {}*(1.0-s)", 0.8 / place, 0.2 / (1.0 - place));
+        let function = Function::expression(&text).unwrap_or_else(|error| panic!("{error}"));
+        let found = error(&function.pieces(), |r| function.remaining(r));
+        assert!(found < 1e-6, "{text}: {found:.1e}");
+    }
+    // A cubic alone would err by a share of the corner.
+    let bent = |t: f64| t + (t - 0.37).max(0.0);
+    assert!(piece(&bent).1 < 1e-5);
+    let cubic = through([bent(0.0), bent(1.0 / 3.0), bent(2.0 / 3.0), bent(1.0)]);
+    assert!(LOOKED_AT.iter().any(|t| (evaluated(cubic, *t) - bent(*t)).abs() > 1e-2));
+}
+
+/// A table with steep changes of rate has more pieces.
+#[test]
+fn sharp_functions_have_more_pieces() {
+    let points = [(0.0, 300.0), (5.0, 299.0), (5.02, 230.0), (5.05, 229.0), (10.0, 200.0)];
+    let samples = points.map(|(time, temperature)| Sample { time, temperature });
+    let function = Function::table(&samples, None).unwrap_or_else(|error| panic!("{error}"));
+    let pieces = function.pieces();
+    assert!(pieces.cells.len() > 2 * FEWEST && pieces.cells.len() <= 2 * MOST, "{}", pieces.cells.len());
+    let found = error(&pieces, |r| function.remaining(r));
+    assert!(found < 1.5 * SMALL_ERROR, "{found:.1e}");
+    assert!(Pieces::with(FEWEST, &|r| function.remaining(r)).error > 10.0 * SMALL_ERROR, "fewer are not enough");
+}
+
+#[test]
+fn no_piece_falls() {
+    for text in ["s*s*s*s*s*s*s*s", "1.0-pow(1.0-s, 9.0)", "tanh(20.0*s)/tanh(20.0)", "min(1.0, 2.0*s)"] {
+        let pieces = Function::expression(text).unwrap_or_else(|error| panic!("{error}")).pieces();
+        for cell in &pieces.cells {
+            let values = (0..=64).map(|i| evaluated(cell.map(f64::from), f64::from(i) / 64.0)).collect::<Vec<_>>();
+            assert!(values.windows(2).all(|pair| pair[1] >= pair[0] - 1e-16), "{text}: {cell:?}");
+        }
+    }
+}
