@@ -1,7 +1,7 @@
 //! Compares one scene under three responses: instant, transition and network.
 //!
-//! [`responses`] sets the response of each material in each run. [`runs`] does the runs. [`differences`] compares them
-//! with the network. [`page`] and [`files`] write the results.
+//! `responses` sets the response of each material in each run. `runs` does the runs. `differences` compares them
+//! with the network. `page` and `files` write the results.
 
 pub(crate) mod differences;
 pub(crate) mod files;

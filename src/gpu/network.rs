@@ -145,7 +145,7 @@ impl NetworkStepper {
         }
     }
 
-    /// Allocated device memory [bytes], without spare buffers and host-visible buffers; `None` for a small network.
+    /// Allocated device memory in bytes, without spare buffers and host-visible buffers; `None` for a small network.
     pub fn device_bytes(&self) -> Option<u64> {
         match &self.path {
             Path::Fused(_) => None,

@@ -1,7 +1,7 @@
 //! The hard cases: each has a limit, a remedy, and a measurement without the remedy.
 //!
-//! [`case`] defines a case. [`transitions`], [`networks`], [`environment`] and [`input`] list them. [`way`] integrates
-//! a network on any target. [`exact`] has closed-form solutions. [`plain`] has simple code without remedies.
+//! `case` defines a case. `transitions`, `networks`, `environment` and `input` list them. `way` integrates
+//! a network on any target. `exact` has closed-form solutions. `plain` has simple code without remedies.
 
 use std::time::Instant;
 
