@@ -119,8 +119,8 @@ fn a_jitter_of_the_target_cancels_over_a_hundred_thousand_steps_of_every_functio
     for function in functions() {
         let moved = shaken(&function, Retarget::Merge);
         // A way of D that begins x later is D (w(1) - w(1 - x)) shorter. At 200 K and a jitter of 1e-6 K, x is about 1e-8: nothing
-        // for a finite rate at the start, and 200 K sqrt(1e-8) / 2 in the worst case for the infinite rate of sqrt(s).
-        let limit = if function.to_string().contains("sqrt") { 1e-2 } else { 5e-5 };
+        // for a finite rate at the start, and 200 K sqrt(1e-8) / 2 in the worst case for the infinite rate of sqrt(s), of which these steps show 1.3e-3 K.
+        let limit = if function.to_string().contains("sqrt") { 3e-3 } else { 5e-5 };
         assert!(moved < limit, "{function}: {moved:.1e} K");
     }
     let restarted = shaken(&Function::Quadratic, Retarget::Restart);
