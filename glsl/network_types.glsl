@@ -85,3 +85,11 @@ struct NetworkSolver {
     float lost;
     float largest_move;
 };
+
+struct NetworkStep {
+    uint first;
+    uint end;
+    uint count;
+    float step;
+    float space_temperature_4;
+};

@@ -21,7 +21,7 @@ layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
 layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
 layout(set = 0, binding = 11) buffer TemperatureBlock { vec4 temperature[]; };
 #ifdef SHAPED
-layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
+layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec2 shapes[]; };
 #include "shaped_transition.glsl"
 #endif
 
@@ -42,8 +42,8 @@ void main() {
         ShapedNode y = transition_step(old_target.y, old_span.y, old_elapsed.y, next.y, both);
         ShapedNode z = transition_step(old_target.z, old_span.z, old_elapsed.z, next.z, both);
         ShapedNode w = transition_step(old_target.w, old_span.w, old_elapsed.w, next.w, both);
-        old_target = next;
-        old_span = vec4(x.span, y.span, z.span, w.span);
+        old_target = vec4(x.target, y.target, z.target, w.target);
+        old_span = vec4(x.gap, y.gap, z.gap, w.gap);
         old_elapsed = ivec4(x.elapsed, y.elapsed, z.elapsed, w.elapsed);
         temperature[at] = vec4(x.temperature, y.temperature, z.temperature, w.temperature);
 #else

@@ -1,51 +1,38 @@
-// Thermal inertia along a response function of any shape, for one node. Twin: src/thermal/transition.rs, which evaluates
-// the function itself; here it is pieces that src/thermal/function/pieces.rs makes when the scene loads, from `shapes`.
+// Transition with thermal inertia along a response function that is not a power, for one node. Twin: src/thermal/transition.rs,
+// which evaluates the function itself. Here `shapes` holds the straight pieces that src/thermal/function/pieces.rs makes
+// when the scene loads. Reading them is what such a function costs on lavapipe, so a step reads two: at the phase from
+// which the gap closes, and at its end. Therefore the state is the gap and the phase, and no span.
 
-struct ShapedState {
-    float target; // K, or (100 K)^4 where the transition moves the fourth power
-    float span;   // target - origin
-    int elapsed;  // ticks of the clock
-};
-
-// The clock counts in whole ticks, powers of two of a step, of which `t_max` has between 2^30 and 2^31: finer than f32
-// by 2^7, and without its rounding, which under a jitter of the target always falls the same way.
+// The clock is an integer. Its unit is a power of two of a step, chosen so that `t_max` has 2^30 to 2^31 units. It is
+// finer than f32 by 2^7, and a held target adds no rounding error to it.
 struct ShapedBranch {
     int first;   // piece of its function
-    int pieces;  // from either end
-    float share; // of t_max, that one tick is; 0 where t_max is 0
-    float scale; // square of a place in pieces from an end, over the ticks to that end
-    int step;    // that passes, in ticks
-    int end;     // t_max in ticks
+    float share; // of t_max, that one clock unit is; 0 where t_max is 0
+    float scale; // square of a place in pieces from an end, over the clock units to that end
+    int step;    // that passes, in clock units
+    int end;     // t_max in clock units
 };
 
-// Low bits of a clock that hold no time.
-#ifdef RESTART
-const int RESIDUE = 127;
-#else
-const int RESIDUE = 0;
-#endif
-// A transition with no more of its time left than this is over: 2^-22.
+// Low bits of the clock. While the target is held, and under the rule `restart`, they hold the rounding of the gap in place
+// of time. Where a target moves under `merge` they hold time, and read as a rounding they are a dither without bias.
+const int RESIDUE = 31;
+// A transition is over if at most 2^-22 of its duration remains.
 const int OVER_SHIFT = 22;
 
-// Fewest pieces from either end; a function may have them doubled some times.
-const int FEWEST = 2048;
-// Added to the place of a corner in the last coefficient of its piece.
-const float CORNER = 16.0;
+// Pieces on either side of a function, and parts of a piece that is divided.
+const int SIDE = 16384;
+const float PARTS = 16.0;
 
 ShapedBranch shaped_branch(float function, float t_max, float step) {
-    // Written by src/gpu/shapes.rs: 16 times the place of the first piece, and how often there are twice as many.
-    int place = int(function);
-    int pieces = FEWEST << uint(place & 15);
     // 2^(31 - n) for t_max in [2^(n-1), 2^n).
-    float ticks = uintBitsToFloat((284u - (floatBitsToUint(max(t_max, 1e-20)) >> 23u)) << 23u);
-    int end = int(t_max * ticks) & ~RESIDUE;
+    float units = uintBitsToFloat((284u - (floatBitsToUint(max(t_max, 1e-20)) >> 23u)) << 23u);
+    int end = int(t_max * units) & ~RESIDUE;
     float share = end > 0 ? 1.0 / float(end) : 0.0;
     return ShapedBranch(
-        place / 16 * 2 * FEWEST,
-        pieces,
+        int(function),
         share,
-        2.0 * share * float(pieces) * float(pieces),
-        min(int(min(step, t_max) * ticks) & ~RESIDUE, end),
+        2.0 * share * float(SIDE) * float(SIDE),
+        min(int(min(step, t_max) * units) & ~RESIDUE, end),
         end
     );
 }
@@ -63,12 +50,11 @@ ShapedBranches shaped_branches(Material material, float step) {
     );
 }
 
-// The branch that a span runs on: heating where it is zero or positive.
-ShapedBranch branch_of(float span, ShapedBranches both) {
-    bool heating = span >= 0.0;
+// The branch that a gap closes on: heating where it is zero or positive.
+ShapedBranch branch_of(float gap, ShapedBranches both) {
+    bool heating = gap >= 0.0;
     return ShapedBranch(
         heating ? both.heating.first : both.cooling.first,
-        heating ? both.heating.pieces : both.cooling.pieces,
         heating ? both.heating.share : both.cooling.share,
         heating ? both.heating.scale : both.cooling.scale,
         heating ? both.heating.step : both.cooling.step,
@@ -76,120 +62,56 @@ ShapedBranch branch_of(float span, ShapedBranches both) {
     );
 }
 
-// A function at one moment.
+// A function at one phase. The smaller one of the shares done and left is exact.
 struct ShapePoint {
-    bool start;  // whether the start is the nearer end
-    bool done;   // whether less is done than left
-    float small; // the smaller of what is done and what is left
-    float place; // distance to the nearer end in pieces
-    float slope; // of what is done, or at the end of what is left, by the place
-    float bend;  // of the slope
+    float done;
+    float left;
 };
 
 ShapePoint shape_at(int elapsed, ShapedBranch branch) {
-    int left = branch.end - elapsed;
-    bool start = elapsed < left;
-    float place = sqrt(float(start ? elapsed : left) * branch.scale);
-    int cell = min(int(place), branch.pieces - 1);
+    int remaining = branch.end - elapsed;
+    bool start = elapsed < remaining;
+    float place = sqrt(float(start ? elapsed : remaining) * branch.scale);
+    int cell = min(int(place), SIDE - 1);
     float t = place - float(cell);
-    vec4 c = shapes[branch.first + cell + (start ? 0 : branch.pieces)];
-    bool corner = c.w > 0.5 * CORNER;
-    float after = max(0.0, t - (c.w - CORNER));
-    return ShapePoint(
-        start,
-        start == (c.x >= 0.0),
-        abs(c.x + t * c.y + (corner ? c.z * after : t * t * (c.z + t * c.w))),
-        place,
-        c.y + (corner ? (after > 0.0 ? c.z : 0.0) : t * (2.0 * c.z + 3.0 * t * c.w)),
-        corner ? 0.0 : 2.0 * c.z + 6.0 * t * c.w
-    );
-}
-
-float left_at(ShapePoint at) {
-    return at.done ? 1.0 - at.small : at.small;
+    vec2 c = shapes[branch.first + cell + (start ? 0 : SIDE)];
+    // A piece that is divided tells where its parts are.
+    while (c.y < 0.0) {
+        float part = min(floor(PARTS * t), PARTS - 1.0);
+        t = PARTS * t - part;
+        c = shapes[branch.first + int(part - c.y)];
+    }
+    float small = abs(c.x + t * c.y);
+    bool done = start == (c.x >= 0.0);
+    return ShapePoint(done ? small : 1.0 - small, done ? 1.0 - small : small);
 }
 
 #ifdef MERGE
-// The same curve from another phase, with the same temperature.
-ShapedState retarget_merge(ShapedState state, float commanded, ShapedBranch branch) {
-    float change = commanded - state.target;
-    ShapePoint here = shape_at(state.elapsed, branch);
-    float left = state.span * left_at(here);
-    float gap = left + change;
-
-    // By r' - r in ticks: the clock rounds, and the span makes up for the phase that it really shows.
-    float r = float(branch.end - state.elapsed) * branch.share;
-    float moved = round(r * change * float(state.elapsed) / (left + change * r));
-    int elapsed = clamp(state.elapsed - int(moved), 0, branch.end);
-    ShapePoint there = shape_at(elapsed, branch);
-    // Where the curve is too flat at its end for a span to reach the gap from there, the phase is kept.
-    bool too_flat = left_at(there) < 1e-30;
-    float left_there = too_flat ? left_at(here) : left_at(there);
-    float inverse = 1.0 / left_there;
-
-    // Over a short shift what is left changes by what its slopes say (corrected trapezoidal rule, exact in a cubic), which
-    // has no cancellation; where they do not explain each other there is a corner in between. A longer way could hide one.
-    float later = float(elapsed - state.elapsed) * branch.scale;
-    float way = (here.start ? later : -later) / (here.place + there.place);
-    float rise = way * (0.5 * (here.slope + there.slope) - way * (there.bend - here.bend) * 0.0833333333);
-    float mismatch = way * (there.slope - here.slope - 0.5 * way * (here.bend + there.bend));
-    bool explained = !too_flat && abs(way) < 2.0 && abs(mismatch) < 6e-8 * left_there && here.start == there.start;
-    float short_span = state.span + (change - state.span * (here.start ? -rise : rise)) * inverse;
-
-    // What is over has no gap, whatever rounding leaves of the function's end.
-    bool goes_on = left * gap > 0.0 && state.elapsed < branch.end;
-    float span = explained ? short_span : gap * inverse;
-    bool unchanged = change == 0.0;
-    return ShapedState(
-        commanded,
-        unchanged ? state.span : (goes_on ? span : gap),
-        unchanged ? state.elapsed : (goes_on ? (too_flat ? state.elapsed : elapsed) : 0)
-    );
+// Phase from which the same curve continues with a new gap. For a small move of the target it is a shift of the old one.
+int phase_after(float gap, int elapsed, float change, ShapedBranch branch) {
+    float r = float(branch.end - elapsed) * branch.share;
+    float moved = round(r * change * float(elapsed) / (gap + change * r));
+    // The transition starts afresh if the gap changes direction or was closed.
+    return gap * (gap + change) > 0.0 ? clamp(elapsed - int(moved), 0, branch.end) : 0;
 }
 #endif
 
-#ifdef RESTART
-// Span after a change, with what its rounding leaves (in 1/128 of its last place, from -64 to 63) in place of a clock
-// at zero. A function that starts slowly changes the span by a few last places a step, always rounded the same way.
-ShapedState restarted(float commanded, float span, int residue, float change) {
-    uint exponent = (floatBitsToUint(span) >> 23u) & 255u;
+// Sum of a gap and a change in one step. The rounding (in 1/32 of the last place, from -16 to 15) comes from the residue
+// and goes into it. Without it the gap, which changes by a few last places a step in a long or slow transition, would be
+// rounded the same way over many steps.
+struct Carried {
+    float gap;
+    int residue;
+};
+
+Carried carried(float gap, float change, int residue) {
+    uint exponent = (floatBitsToUint(gap) >> 23u) & 255u;
     float place = uintBitsToFloat((max(exponent, 24u) - 23u) << 23u);
-    float places = change / place + float(residue) * 0.0078125;
+    float places = change / place + float(residue) * 0.03125;
     float whole = round(places);
-    bool carried = abs(places) < 4e6;
-    int rest = clamp(int(round((places - whole) * 128.0)), -64, 63);
-    return ShapedState(commanded, carried ? span + whole * place : span + change, carried ? rest & RESIDUE : 0);
-}
-
-// Starts afresh from the present temperature at every change of the target.
-ShapedState retarget_restart(ShapedState state, float commanded, ShapedBranch branch) {
-    float change = commanded - state.target;
-    int clock = state.elapsed & ~RESIDUE;
-    int residue = ((state.elapsed & RESIDUE) ^ 64) - 64;
-    ShapePoint at = shape_at(clock, branch);
-    // While less is done than left the new span is a change of the old, by what was done; later it is what was left.
-    ShapedState early = restarted(commanded, state.span, residue, change - state.span * at.small);
-    ShapedState late = ShapedState(commanded, state.span * left_at(at) + change, 0);
-    bool unchanged = change == 0.0;
-    return ShapedState(
-        commanded,
-        unchanged ? state.span : (at.done ? early.span : late.span),
-        unchanged ? state.elapsed : (at.done ? early.elapsed : late.elapsed)
-    );
-}
-#endif
-
-// Lets time pass.
-ShapedState advance(ShapedState state, ShapedBranch branch) {
-    int elapsed = min(state.elapsed, branch.end - branch.step) + branch.step;
-    bool over = branch.end - elapsed <= branch.end >> OVER_SHIFT;
-    return ShapedState(state.target, state.span, over ? branch.end : elapsed);
-}
-
-// What the present state has come to; exactly the target once settled.
-float transition_value(ShapedState state, ShapedBranch branch) {
-    ShapePoint at = shape_at(state.elapsed & ~RESIDUE, branch);
-    return (at.done ? state.target - state.span : state.target) + state.span * (at.done ? at.small : -at.small);
+    bool small = abs(places) < 4e6;
+    int rest = clamp(int(round((places - whole) * 32.0)), -16, 15);
+    return Carried(small ? gap + whole * place : gap + change, small ? rest & RESIDUE : 0);
 }
 
 // What a transition moves, of a temperature [K], and back.
@@ -210,24 +132,49 @@ float to_temperature(float value) {
 }
 #endif
 
-// A node between steps, as its buffers hold it: the target in K, the span in what the transition moves.
+// A node between steps, as its buffers hold it: the target in K, the gap in what the transition moves.
 struct ShapedNode {
     float target;
-    float span;
+    float gap;
     int elapsed;
     float temperature; // K
 };
 
-// One step of a node.
-ShapedNode transition_step(float target, float span, int elapsed, float commanded, ShapedBranches both) {
-    ShapedState state = ShapedState(of_temperature(target), span, elapsed);
-#ifdef MERGE
-    state = retarget_merge(state, of_temperature(commanded), branch_of(span, both));
-#endif
+// One step of a node: the target moves and with it the phase, time passes, and the gap closes in proportion to the share left.
+ShapedNode transition_step(float target, float gap, int elapsed, float commanded, ShapedBranches both) {
 #ifdef RESTART
-    state = retarget_restart(state, of_temperature(commanded), branch_of(span, both));
+    commanded = abs(commanded - target) <= MOVED ? target : commanded;
 #endif
-    ShapedBranch branch = branch_of(state.span, both);
-    state = advance(state, branch);
-    return ShapedNode(commanded, state.span, state.elapsed, to_temperature(transition_value(state, branch)));
+    float moved = of_temperature(commanded);
+    float change = moved - of_temperature(target);
+    float open = gap + change;
+    ShapedBranch branch = branch_of(open, both);
+    int clock = elapsed & ~RESIDUE;
+    int residue = ((elapsed & RESIDUE) ^ 16) - 16;
+#if defined(MERGE)
+    int from = change == 0.0 ? clock : phase_after(gap, elapsed, change, branch_of(gap, both));
+#elif defined(RESTART)
+    int from = change == 0.0 ? clock : 0;
+#else
+    int from = clock;
+#endif
+    int to = min(from, branch.end - branch.step) + branch.step;
+    to = branch.end - to <= branch.end >> OVER_SHIFT ? branch.end : to;
+    ShapePoint before = shape_at(from, branch);
+    ShapePoint after = shape_at(to, branch);
+
+    // A curve that is too flat here for its share left continues as a line.
+    bool too_flat = before.left < 1e-30;
+    float line = float(to - from) / float(max(branch.end - from, 1));
+    float closed = max(0.0, max(before.done, after.done) < 0.5 ? after.done - before.done : before.left - after.left);
+    float part = too_flat ? line : closed / before.left;
+    bool over = to == branch.end;
+    Carried sum = carried(gap, change - open * part, residue);
+    float rest = over ? 0.0 : sum.gap;
+#ifdef MERGE
+    to = over || change != 0.0 ? to : to | sum.residue;
+#else
+    to = over ? to : to | sum.residue;
+#endif
+    return ShapedNode(commanded, rest, to, to_temperature(moved - rest));
 }

@@ -58,7 +58,7 @@ layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
 layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
 #endif
 #ifdef SHAPED
-layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec4 shapes[]; };
+layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec2 shapes[]; };
 // The include must follow the buffer that its functions read.
 #include "shaped_transition.glsl"
 #endif
@@ -193,8 +193,8 @@ void main() {
         ShapedNode y = transition_step(own_target.y, own_span.y, own_elapsed.y, commanded.y, both);
         ShapedNode z = transition_step(own_target.z, own_span.z, own_elapsed.z, commanded.z, both);
         ShapedNode w = transition_step(own_target.w, own_span.w, own_elapsed.w, commanded.w, both);
-        own_target = commanded;
-        own_span = vec4(x.span, y.span, z.span, w.span);
+        own_target = vec4(x.target, y.target, z.target, w.target);
+        own_span = vec4(x.gap, y.gap, z.gap, w.gap);
         own_elapsed = ivec4(x.elapsed, y.elapsed, z.elapsed, w.elapsed);
         reached = vec4(x.temperature, y.temperature, z.temperature, w.temperature);
 #else
@@ -213,6 +213,8 @@ void main() {
     }
 #ifdef COMMAND
     target[group] = own_target;
+#endif
+#if defined(COMMAND) || defined(SHAPED)
     span[group] = own_span;
 #endif
     elapsed[group] = own_elapsed;

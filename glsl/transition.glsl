@@ -119,11 +119,13 @@ TransitionState retarget_merge(TransitionState state, vec4 commanded, Material m
 #endif
 
 #ifdef RESTART
-// Restart rule: starts a new transition from the present temperature whenever the target changes. In the first half of
+// Restart rule: starts a new transition from the present temperature whenever the target is more than MOVED [K] away
+// from the stored one, which src/thermal/transition.rs defines. In the first half of
 // a transition the new span is the old one plus the completed part; in the second half it is the remaining part. The
 // rounding of the change, -64 to 63 of 1/128 of the span's last place, is stored in the unused bits of the clock.
 // Without it a thousand changes would add up to several last places.
 TransitionState retarget_restart(TransitionState state, vec4 commanded, Material material) {
+    commanded = mix(commanded, state.target, lessThanEqual(abs(commanded - state.target), vec4(MOVED)));
     vec4 change = commanded - state.target;
     Branch branch = branch_of(state.span, material);
     Time time = time_of(state.elapsed & ivec4(~RESIDUE), branch);

@@ -11,20 +11,24 @@
 //! - [`output`]: images, plots and report
 //!
 //! [`compare`] runs one scene under three responses. [`paper`] makes the figures of Vural et al. 2023. [`bench`] measures speed and error. [`trace`]
-//! records what host and device did.
+//! records what host and device did. [`text`] makes names safe to show. [`saved`] holds what
+//! a run needs to go on later.
 
 pub mod bench;
 pub mod cli;
 pub mod compare;
 pub mod environment;
+pub mod files;
 pub mod gpu;
 pub mod host;
 pub mod model;
 pub mod output;
 pub mod paper;
 pub mod raster;
+pub mod saved;
 pub mod scene;
 pub mod simulation;
+pub mod text;
 pub mod thermal;
 pub mod trace;
 

@@ -18,6 +18,7 @@ pub mod prepare;
 pub mod prepare_error;
 mod prepare_steps;
 pub mod reference_engine;
+pub mod state;
 pub mod stepper;
 pub mod target;
 pub mod viewpoint;
@@ -97,6 +98,37 @@ fn warm_up(
     Ok(None)
 }
 
+/// What takes the results of a run.
+pub trait Consumer<E> {
+    /// Takes the results of a step, in order.
+    ///
+    /// # Errors
+    /// What ends the run.
+    fn take(&mut self, result: StepResult) -> Result<(), E>;
+
+    /// Whether the state is to be saved before a step. It is asked between two steps.
+    fn wants_state(&self, _next: u32) -> bool {
+        false
+    }
+
+    /// Takes the state between two steps. All results of the steps before were taken.
+    ///
+    /// # Errors
+    /// What ends the run.
+    fn save(&mut self, _next: u32, _engine: &mut dyn Engine, _check: Option<&mut Check>) -> Result<(), E> {
+        Ok(())
+    }
+}
+
+/// A function that takes the results, and no state.
+struct Only<'a, E>(&'a mut dyn FnMut(StepResult) -> Result<(), E>);
+
+impl<E> Consumer<E> for Only<'_, E> {
+    fn take(&mut self, result: StepResult) -> Result<(), E> {
+        self.0(result)
+    }
+}
+
 /// Runs all steps of the scene from time 0. Results are handed over in order while the next step is computed. `stop` ends the run after the step under way.
 /// Returns whether all steps were made.
 ///
@@ -105,20 +137,43 @@ fn warm_up(
 pub fn run<E: From<EngineError>>(
     prepared: &Prepared,
     engine: &mut dyn Engine,
-    mut check: Option<&mut Check>,
+    check: Option<&mut Check>,
     stop: &AtomicBool,
     consume: &mut dyn FnMut(StepResult) -> Result<(), E>,
+) -> Result<bool, E> {
+    run_from(prepared, engine, check, 0, stop, &mut Only(consume))
+}
+
+/// Runs the steps from `first` on, with the engine and the check in the state before that step. The state is offered for saving where `consumer` wants it,
+/// and at the end.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_from<E: From<EngineError>>(
+    prepared: &Prepared,
+    engine: &mut dyn Engine,
+    mut check: Option<&mut Check>,
+    first: u32,
+    stop: &AtomicBool,
+    consumer: &mut dyn Consumer<E>,
 ) -> Result<bool, E> {
     let time = &prepared.scene.time;
     // The last step, which is still on the device, with the temperatures of the reference at that step.
     let mut waiting: Option<(u32, Option<DAffine3>, Option<Vec<f64>>)> = None;
     let trace = engine.trace();
-    let mut complete = true;
-    for step in 0..=time.steps {
+    let (mut next, mut complete) = (first, true);
+    for step in first..=time.steps {
         if stop.load(Ordering::Relaxed) {
             complete = false;
             break;
         }
+        if step > first && consumer.wants_state(step) {
+            if let Some(last) = waiting.take() {
+                hand_over(prepared, engine, check.as_deref_mut(), last, consumer)?;
+            }
+            consumer.save(step, engine, check.as_deref_mut())?;
+        }
+        next = step.saturating_add(1);
         let now = f64::from(step) * time.step;
         let prepares = trace.span(Track::Host, "loads of the step");
         let load = (step > 0).then(|| prepared.loads.step_load(now - time.step, now));
@@ -135,12 +190,13 @@ pub fn run<E: From<EngineError>>(
             check.temperatures()
         });
         if let Some(last) = waiting.replace((step, pose, reference)) {
-            hand_over(prepared, engine, check.as_deref_mut(), last, consume)?;
+            hand_over(prepared, engine, check.as_deref_mut(), last, consumer)?;
         }
     }
     if let Some(last) = waiting {
-        hand_over(prepared, engine, check, last, consume)?;
+        hand_over(prepared, engine, check.as_deref_mut(), last, consumer)?;
     }
+    consumer.save(next, engine, check)?;
     Ok(complete)
 }
 
@@ -179,14 +235,14 @@ fn hand_over<E: From<EngineError>>(
     engine: &mut dyn Engine,
     check: Option<&mut Check>,
     (step, pose, reference): (u32, Option<DAffine3>, Option<Vec<f64>>),
-    consume: &mut dyn FnMut(StepResult) -> Result<(), E>,
+    consumer: &mut dyn Consumer<E>,
 ) -> Result<(), E> {
     let time = f64::from(step) * prepared.scene.time.step;
     let delivered = engine.deliver()?;
     if let (Some(check), Some(reference), Some(device)) = (check, reference, &delivered.temperatures) {
         check.compare(step, time, &reference, device);
     }
-    consume(StepResult { step, time, pose, delivered })
+    consumer.take(StepResult { step, time, pose, delivered })
 }
 
 /// Pose of the camera at a time [s]; `None` where the scene has none.

@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use crate::environment::sky::SkyError;
 use crate::paper::cube::{
-    ALTITUDES, ALUMINIUM, Case as Cube, EDGE, Loads, MLI, Panel, SOLAR_CONSTANTS, SPACE, STEP, STEPS, THICKNESS,
+    ALTITUDES, ALUMINIUM, Cube, EDGE, Loads, MLI, Panel, SOLAR_CONSTANTS, SPACE, STEP, STEPS, THICKNESS,
 };
 use crate::thermal::material::Optics;
 use crate::thermal::network::Network;
@@ -19,7 +19,7 @@ use crate::thermal::shell::{Sheet, Shell, ShellError, ShellMaterial, Surface};
 
 /// A network and its heat in every frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Case {
+pub struct NetworkCase {
     /// Short name, for files.
     pub key: &'static str,
     /// Description for readers.
@@ -79,7 +79,7 @@ const CUBE_START: f64 = 257.0;
 const SHEET_START: f64 = 270.0;
 
 /// Builds all four cases.
-pub fn all(size: &Size) -> Result<Vec<Case>, CaseError> {
+pub fn all(size: &Size) -> Result<Vec<NetworkCase>, CaseError> {
     Ok(vec![cube(size)?, sheet(size, false)?, sheet(size, true)?, blanket(size)?])
 }
 
@@ -95,7 +95,7 @@ pub enum CaseError {
 }
 
 /// The paper's conducting cube in aluminium.
-pub fn cube(size: &Size) -> Result<Case, CaseError> {
+pub fn cube(size: &Size) -> Result<NetworkCase, CaseError> {
     let mut mesh = Mesh::default();
     let at: Vec<f64> = (0..=size.cube).map(|cell| EDGE * (cell as f64 / size.cube as f64 - 0.5)).collect();
     for (face, [normal, u, v]) in AXES.iter().enumerate() {
@@ -112,7 +112,7 @@ pub fn cube(size: &Size) -> Result<Case, CaseError> {
 
 /// A white sheet of 1 mm aluminium in 1 cm cells. Its zenith and nadir faces are in the orbit, with a moving spot of
 /// reflected sunlight. `slivers` adds two rows of slivers.
-pub fn sheet(size: &Size, slivers: bool) -> Result<Case, CaseError> {
+pub fn sheet(size: &Size, slivers: bool) -> Result<NetworkCase, CaseError> {
     let edge = 0.01 * size.sheet as f64;
     let even: Vec<f64> = (0..=size.sheet).map(|cell| 0.01 * cell as f64).collect();
     let mut uneven = even.clone();
@@ -140,7 +140,7 @@ pub fn sheet(size: &Size, slivers: bool) -> Result<Case, CaseError> {
 }
 
 /// The paper's MLI without heat capacity over 1 mm of aluminium in 2 cm cells, with boxes on a quarter of it.
-pub fn blanket(size: &Size) -> Result<Case, CaseError> {
+pub fn blanket(size: &Size) -> Result<NetworkCase, CaseError> {
     let at: Vec<f64> = (0..=size.blanket).map(|cell| 0.02 * cell as f64).collect();
     let edge = 0.02 * size.blanket as f64;
     let mut mesh = Mesh::default();
@@ -164,7 +164,7 @@ pub fn blanket(size: &Size) -> Result<Case, CaseError> {
     Ok(case("blanket", title, shell, frames, SHEET_START, 14.0))
 }
 
-impl Case {
+impl NetworkCase {
     /// Frame length over the longest stable forward Euler step. The temperature [K] is above all in the case.
     pub fn stiffness(&self) -> f64 {
         0.5 * self.frame * self.network.fastest_rate(&vec![400.0; self.network.len()])
@@ -252,10 +252,10 @@ fn case(
     frames: Vec<Vec<f64>>,
     start: f64,
     published_stiffness: f64,
-) -> Case {
+) -> NetworkCase {
     let mut network = shell.network;
     network.temperatures = vec![start; network.len()];
-    Case { key, title, network, frames, frame: STEP, published_stiffness }
+    NetworkCase { key, title, network, frames, frame: STEP, published_stiffness }
 }
 
 #[cfg(test)]
@@ -278,7 +278,7 @@ mod tests {
         let [cube, sheet, slivers, blanket] = &cases[..] else { panic!("four cases") };
         // 20 x 20 cells a face share edges and corners, so there are 6 n^2 + 2 nodes.
         assert_eq!(cube.network.len(), 6 * 400 + 2);
-        let stored = |case: &Case| case.network.capacitances.iter().sum::<f64>();
+        let stored = |case: &NetworkCase| case.network.capacitances.iter().sum::<f64>();
         let capacity = ALUMINIUM.heat_capacity;
         assert!((stored(cube) / (6.0 * THICKNESS * capacity) - 1.0).abs() < 1e-9);
         for sheet in [sheet, slivers] {

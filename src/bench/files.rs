@@ -4,7 +4,7 @@ use super::page::page;
 use super::plots;
 use super::record::Bench;
 use crate::output::OutputError;
-use crate::output::folder::{Folder, write_bytes, write_json};
+use crate::output::folder::Folder;
 use crate::output::report::write_plots;
 
 /// All numbers as JSON.
@@ -18,6 +18,6 @@ pub const OWN: [&str; 3] = [RECORD, PAGE, "plots/*.svg"];
 pub fn write(folder: &Folder, bench: &Bench) -> Result<(), OutputError> {
     let diagrams = plots::all(bench)?;
     write_plots(folder, &diagrams)?;
-    write_json(&folder.file(RECORD), bench)?;
-    write_bytes(&folder.file(PAGE), page(bench, &diagrams).as_bytes())
+    folder.write_json(RECORD, bench)?;
+    folder.write_bytes(PAGE, page(bench, &diagrams).as_bytes())
 }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::cases::Case;
+use super::cases::NetworkCase;
 use super::schemes::{Fixed, Scheme};
 use crate::gpu::error::GpuError;
 use crate::output::statistics::Spread;
@@ -20,7 +20,7 @@ const RATE_MARGIN: f64 = 1.1;
 
 /// The difference of two series of temperatures, over all nodes and frames.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Differences {
+pub struct FrameError {
     /// Root mean square [K].
     #[serde(rename = "rms_k")]
     pub rms: f64,
@@ -29,7 +29,7 @@ pub struct Differences {
     pub max: f64,
 }
 
-impl Differences {
+impl FrameError {
     /// Compares rows of equal length.
     pub fn between(a: &[Vec<f64>], b: &[Vec<f64>]) -> Self {
         let differences = || a.iter().zip(b).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs()));
@@ -65,7 +65,7 @@ pub struct Run {
     /// Host time of a frame [ms].
     pub wall_ms: Option<Spread>,
     /// Error at the ends of all frames.
-    pub error: Option<Differences>,
+    pub error: Option<FrameError>,
     /// The reason if there are no numbers.
     pub failed: Option<String>,
 }
@@ -119,7 +119,7 @@ pub enum Ended {
 /// continue.
 pub fn in_frames(
     stepper: &mut AnyStepper,
-    case: &Case,
+    case: &NetworkCase,
     scheme: Scheme,
     mut done: impl FnMut([Option<f64>; 2], Vec<f64>) -> bool,
 ) -> Result<(), Ended> {
@@ -160,7 +160,7 @@ pub fn in_frames(
 }
 
 /// Integrates one frame in equal sub-steps.
-fn fixed(stepper: &mut AnyStepper, case: &Case, method: Fixed, count: u32, number: usize) -> Result<(), Ended> {
+fn fixed(stepper: &mut AnyStepper, case: &NetworkCase, method: Fixed, count: u32, number: usize) -> Result<(), Ended> {
     let step = case.frame / f64::from(count);
     let method = match method {
         Fixed::Euler => Method::Euler,
@@ -193,7 +193,13 @@ const WARM_UP: usize = 2;
 
 /// Runs a scheme on a case after some unmeasured frames. `truth` has the reference temperatures at the ends of all
 /// frames [K].
-pub fn measure(stepper: &mut AnyStepper, case: &Case, truth: &[Vec<f64>], scheme: Scheme, effort: Effort) -> Run {
+pub fn measure(
+    stepper: &mut AnyStepper,
+    case: &NetworkCase,
+    truth: &[Vec<f64>],
+    scheme: Scheme,
+    effort: Effort,
+) -> Run {
     let name = scheme.to_string();
     let mut run = Run { scheme: name, family: scheme.family(), ..Run::default() };
     if let Some(reason) = scheme.refusal(case) {
@@ -210,7 +216,7 @@ pub fn measure(stepper: &mut AnyStepper, case: &Case, truth: &[Vec<f64>], scheme
 
 fn runs(
     stepper: &mut AnyStepper,
-    case: &Case,
+    case: &NetworkCase,
     truth: &[Vec<f64>],
     scheme: Scheme,
     effort: Effort,
@@ -228,7 +234,7 @@ fn runs(
         Err(error) => return Err(error),
     }
     let (mut device, mut wall) = (Vec::new(), Vec::new());
-    let (mut work, mut error) = (None, Differences::default());
+    let (mut work, mut error) = (None, FrameError::default());
     for _ in 0..effort.runs {
         restart(stepper)?;
         let before = stepper.counts();
@@ -245,7 +251,7 @@ fn runs(
         // A later run that was cut off has less work than the first.
         if work.is_none() {
             work = Some(work_of(before, stepper.counts(), rows.len()));
-            error = Differences::between(&rows, truth);
+            error = FrameError::between(&rows, truth);
         }
         if began.elapsed().as_secs_f64() > effort.enough {
             break;

@@ -321,7 +321,8 @@ fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, EngineError> 
 /// Device time of all thermal, shadow and network passes so far [ms].
 fn device_ms(engine: &dyn Engine) -> Option<f64> {
     let passes = engine.pass_times()?;
-    let of_step = |name: &str| ["thermal_step", "solar_", "read solar_"].iter().any(|start| name.starts_with(start));
+    let of_step =
+        |name: &str| ["thermal_step", "one_pass", "solar_", "read solar_"].iter().any(|start| name.starts_with(start));
     let network: f64 = engine.network_costs().iter().filter_map(|cost| cost.device_ms).sum();
     let passes = passes.iter().filter(|(name, _)| of_step(name));
     Some(passes.map(|(_, samples)| samples.iter().sum::<f64>()).sum::<f64>() + network)

@@ -19,7 +19,7 @@ use crate::gpu::shapes::{self, Shapes};
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::output::report::PassTime;
 use crate::output::statistics::Spread;
-use crate::paper::cube::{ALTITUDES, ALUMINIUM, Case as Cube, Loads, SOLAR_CONSTANTS, STEP};
+use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP};
 use crate::thermal::function::{Function, FunctionError};
 use crate::thermal::material::{Domain, Profile, Retarget, Transition};
 use crate::thermal::network::stepper::{Method, Stepper};
@@ -117,6 +117,7 @@ pub fn time_pass(
         image: None,
         shadows: None,
         joints: None,
+        network: None,
     };
     let plan = data.plan();
     let bytes: u64 = plan.iter().filter(|planned| planned.resource.row().grows_with_nodes()).map(|p| p.bytes).sum();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::cases::{self, Case, CaseError};
+use super::cases::{self, CaseError, NetworkCase};
 use super::clock::{Clock, Deadline, OUT_OF_TIME};
 use super::drivers::{self, DriverRow};
 use super::frames::{self, FrameRow};
@@ -50,7 +50,7 @@ pub fn run(plan: &Plan, says: &dyn Fn(&str)) -> Result<Bench, BenchError> {
     if wanted(Measurement::Integrators) {
         says("f64 references");
         let cases = cases::all(&plan.size())?;
-        let solved = |case: Case| match Truth::of(&case, plan.reference_sub_steps()) {
+        let solved = |case: NetworkCase| match Truth::of(&case, plan.reference_sub_steps()) {
             Some(truth) => Ok((case, truth)),
             None => Err(BenchError::Reference(case.key)),
         };
@@ -86,7 +86,7 @@ pub fn run(plan: &Plan, says: &dyn Fn(&str)) -> Result<Bench, BenchError> {
 fn on(
     plan: &Plan,
     target: &Target,
-    truths: &[(Case, Truth)],
+    truths: &[(NetworkCase, Truth)],
     deadline: &dyn Fn(Measurement) -> Deadline,
     says: &dyn Fn(&str),
 ) -> Result<Measured, BenchError> {
@@ -160,7 +160,7 @@ fn whole_ticks(plan: &Plan, context: &Arc<Context>, deadline: Deadline, says: &d
 /// A case on a target, with its deadline.
 struct Setting<'a> {
     plan: &'a Plan,
-    case: &'a Case,
+    case: &'a NetworkCase,
     truth: &'a Truth,
     target: &'a Target,
     deadline: Deadline,

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::cases::Case;
+use super::cases::NetworkCase;
 use crate::thermal::network::control::Integrator;
 
 /// A method with fixed sub-steps.
@@ -41,7 +41,7 @@ impl Scheme {
         [Self::Fixed(Fixed::Rkl2, 1), Self::Fixed(Fixed::Rkl2, 4), Self::Controlled(Integrator::Default, 5e-3)];
 
     /// The schemes for a case. `quick` keeps only the ends of each family.
-    pub fn all(case: &Case, quick: bool) -> Vec<Self> {
+    pub fn all(case: &NetworkCase, quick: bool) -> Vec<Self> {
         let stable = (case.stiffness().floor() + 1.0) as u32;
         let (euler, fixed): (&[u32], &[u32]) = if quick { (&[1], &[1, 4]) } else { (&[1, 4], &[1, 2, 4, 8]) };
         // If even the cheapest is refused, one row says so.
@@ -68,7 +68,7 @@ impl Scheme {
     }
 
     /// The reason if the scheme cannot run on a case.
-    pub fn refusal(&self, case: &Case) -> Option<String> {
+    pub fn refusal(&self, case: &NetworkCase) -> Option<String> {
         let hopeless = matches!(self, Self::Fixed(Fixed::Euler, _)) && case.stiffness() > MOST_EULER;
         hopeless.then(|| format!("it is stable from {:.2e} passes a frame on only", case.stiffness()))
     }

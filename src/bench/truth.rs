@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::cases::Case;
-use super::integrators::{Differences, in_frames};
+use super::cases::NetworkCase;
+use super::integrators::{FrameError, in_frames};
 use super::schemes::{Fixed, Scheme};
 use crate::simulation::stepper::AnyStepper;
 use crate::thermal::network::NodeKind;
@@ -35,12 +35,12 @@ pub struct CaseSummary {
     /// RKL2 sub-steps a frame of the f64 reference.
     pub reference_sub_steps: u32,
     /// Error of the reference, estimated with half as many sub-steps.
-    pub reference_error: Differences,
+    pub reference_error: FrameError,
 }
 
 impl CaseSummary {
     /// The summary of a case and its reference.
-    pub fn of((case, truth): &(Case, Truth)) -> Self {
+    pub fn of((case, truth): &(NetworkCase, Truth)) -> Self {
         Self {
             key: case.key.to_owned(),
             title: case.title.clone(),
@@ -65,12 +65,12 @@ pub struct Truth {
     /// RKL2 sub-steps a frame in f64.
     pub sub_steps: u32,
     /// Its own error: a third of the difference from half as many sub-steps, because the method has order 2.
-    pub own: Differences,
+    pub own: FrameError,
 }
 
 impl Truth {
     /// Integrates in f64 with a number of sub-steps a frame and with half as many. `None` on failure.
-    pub fn of(case: &Case, sub_steps: u32) -> Option<Self> {
+    pub fn of(case: &NetworkCase, sub_steps: u32) -> Option<Self> {
         let rows = |count: u32| -> Option<Rows> {
             let mut stepper = AnyStepper::reference(&case.network, &[]);
             let mut rows = Rows::new();
@@ -83,7 +83,7 @@ impl Truth {
             Some(rows)
         };
         let [fine, coarse] = [rows(sub_steps)?, rows(sub_steps / 2)?];
-        let apart = Differences::between(&coarse, &fine);
-        Some(Self { rows: fine, sub_steps, own: Differences { rms: apart.rms / 3.0, max: apart.max / 3.0 } })
+        let apart = FrameError::between(&coarse, &fine);
+        Some(Self { rows: fine, sub_steps, own: FrameError { rms: apart.rms / 3.0, max: apart.max / 3.0 } })
     }
 }

@@ -4,17 +4,20 @@ use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressDrawTarget};
 
+use super::arguments::command_line;
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
+use super::progress::tell;
+use super::reach::ReachArguments;
 use crate::bench::files::{self, PAGE};
 use crate::bench::hard::HardRow;
 use crate::bench::plan::{Measurement, Plan};
 use crate::bench::run::{self, BenchError};
 use crate::bench::tables;
 use crate::gpu::context::devices;
+use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
 use crate::scene::Scene;
-use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
 
 /// Measure speed and error on every Vulkan device present and on the f64 reference.
@@ -59,6 +62,8 @@ pub struct Arguments {
     #[arg(long)]
     force: bool,
     #[command(flatten)]
+    reach: ReachArguments,
+    #[command(flatten)]
     device: DeviceArguments,
 }
 
@@ -75,8 +80,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let sections = arguments.sections();
     let wants_models = sections.contains(&Measurement::Models);
     let with_scenes = [Measurement::Frames, Measurement::Drivers].iter().any(|section| sections.contains(section));
-    let scenes = if with_scenes { scenes(&arguments.scene)? } else { Vec::new() };
-    let model_scene = if wants_models { model_scene(arguments.model_scene.as_deref())? } else { None };
+    let scenes = if with_scenes { scenes(&arguments.scene, arguments.reach)? } else { Vec::new() };
+    let model_scene = if wants_models { model_scene(arguments.model_scene.as_deref(), arguments.reach)? } else { None };
     let inputs: Vec<PathBuf> = scenes.iter().chain(&model_scene).flat_map(|scene| scene.files.clone()).collect();
     let output = arguments.output.as_deref();
     let folder = output.map(|output| Folder::new(output, &files::OWN).prepare(arguments.force, &inputs)).transpose()?;
@@ -86,9 +91,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         targets: chosen.clone(),
         scenes,
         model_scene,
-        command_line: std::env::args().collect::<Vec<_>>().join(" "),
+        command_line: command_line(),
     };
     let spinner = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+    tell(&spinner);
     let bench = run::run(&plan, &|what| {
         spinner.set_message(what.to_owned());
         spinner.tick();
@@ -99,13 +105,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         files::write(folder, &bench)?;
     }
     for table in tables::all(&bench) {
-        println!("{}", table.markdown());
+        answer!("{}", table.markdown());
     }
     for (name, stolen) in bench.devices.iter().filter_map(|measured| Some((&measured.name, measured.stolen?))) {
-        println!("{name}: other guests of the host took {:.1} % of the processor time asked for\n", 1e2 * stolen);
+        answer!("{name}: other guests of the host took {:.1} % of the processor time asked for\n", 1e2 * stolen);
     }
     if let Some(folder) = &folder {
-        println!("report: {}", folder.file(PAGE).display());
+        answer!("report: {}", folder.file(PAGE).display());
     }
     chosen.iter().try_for_each(check_validation)?;
     let misses = bench.devices.iter().flat_map(|measured| {
@@ -138,7 +144,7 @@ fn everything(quick: bool) -> Result<Vec<Target>, CliError> {
         if info.lacks.is_empty() {
             all.push(DeviceArguments { device: Some(info.name) }.open()?);
         } else {
-            eprintln!("left out: '{}' lacks {}", info.name, info.lacks.join(", "));
+            say!("left out: '{}' lacks {}", info.name, info.lacks.join(", "));
         }
     }
     if !quick {
@@ -148,27 +154,27 @@ fn everything(quick: bool) -> Result<Vec<Target>, CliError> {
 }
 
 /// The given scenes, or the present ones of this repository.
-fn scenes(asked: &[PathBuf]) -> Result<Vec<Scene>, CliError> {
+fn scenes(asked: &[PathBuf], reach: ReachArguments) -> Result<Vec<Scene>, CliError> {
     if !asked.is_empty() {
-        return asked.iter().map(|path| Ok(Scene::load(path).map_err(PrepareError::from)?)).collect();
+        return asked.iter().map(|path| reach.scene(path)).collect();
     }
     let mut scenes = Vec::new();
     for name in ["models/iss.toml", "models/station.toml"] {
-        match Scene::load(Path::new(name)) {
+        match reach.scene(Path::new(name)) {
             Ok(scene) => scenes.push(scene),
-            Err(error) => eprintln!("left out of frames and drivers: {error}"),
+            Err(error) => say!("left out of frames and drivers: {error}"),
         }
     }
     Ok(scenes)
 }
 
 /// The given scene, or the one of this repository if present.
-fn model_scene(asked: Option<&Path>) -> Result<Option<Scene>, CliError> {
-    match (asked, Scene::load(asked.unwrap_or(Path::new("models/station_network.toml")))) {
+fn model_scene(asked: Option<&Path>, reach: ReachArguments) -> Result<Option<Scene>, CliError> {
+    match (asked, reach.scene(asked.unwrap_or(Path::new("models/station_network.toml")))) {
         (_, Ok(scene)) => Ok(Some(scene)),
-        (Some(_), Err(error)) => Err(PrepareError::from(error).into()),
+        (Some(_), Err(error)) => Err(error),
         (None, Err(error)) => {
-            eprintln!("left out of models: {error}");
+            say!("left out of models: {error}");
             Ok(None)
         }
     }

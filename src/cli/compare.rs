@@ -4,18 +4,19 @@ use std::cell::RefCell;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use super::arguments::command_line;
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::progress::{building_bar, progress_bar, show_stage, stop_flag};
+use super::reach::ReachArguments;
 use crate::compare::files::{PAGE, own_files, write};
 use crate::compare::page::Page;
 use crate::compare::responses::{self, Origin};
 use crate::compare::runs::{Progress, Runs, all};
 use crate::compare::{INSTANT, NETWORK, RESPONSES, TRANSITION};
+use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
 use crate::output::statistics::Spread;
-use crate::scene::Scene;
-use crate::simulation::prepare_error::PrepareError;
 
 /// Run a scene under three responses (instant, transition and network) and show how the results differ.
 ///
@@ -41,24 +42,26 @@ pub struct Arguments {
     #[arg(long)]
     force: bool,
     #[command(flatten)]
+    reach: ReachArguments,
+    #[command(flatten)]
     device: DeviceArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
-    let scene = Scene::load(&arguments.scene).map_err(PrepareError::from)?;
+    let scene = arguments.reach.scene(&arguments.scene)?;
     let bar = building_bar();
     let network = responses::network(&scene, &mut |stage| show_stage(&bar, stage));
     bar.finish_and_clear();
     let network = network?;
     for warning in &network.warnings {
-        eprintln!("warning: {warning}");
+        say!("warning: {warning}");
     }
     for assumption in &network.scene.assumptions {
-        eprintln!("assumed: {assumption}");
+        say!("assumed: {assumption}");
     }
     let chosen = arguments.device.open()?;
-    eprintln!("device: {}", chosen.name());
+    say!("device: {}", chosen.name());
     let folder = Folder::new(&arguments.output, &own_files()).prepare(arguments.force, &network.scene.files)?;
     let stop = stop_flag();
     // Only one bar is shown at a time.
@@ -71,13 +74,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     bar.borrow().finish_and_clear();
     let runs = runs.inspect_err(|_| folder.take_back())?;
     let pictures = progress_bar(runs.views.len() as u64, "pictures");
-    let page =
-        Page { command_line: std::env::args().collect::<Vec<_>>().join(" "), wall_s: began.elapsed().as_secs_f64() };
+    let page = Page { command_line: command_line(), wall_s: began.elapsed().as_secs_f64() };
     let written = write(&folder, &runs, &page, &|| pictures.inc(1));
     pictures.finish_and_clear();
     written?;
+    for warning in runs.warnings() {
+        say!("warning: {warning}");
+    }
     print_summary(&runs);
-    println!("report: {}", folder.file(PAGE).display());
+    answer!("report: {}", folder.file(PAGE).display());
     check_validation(&chosen)
 }
 
@@ -87,7 +92,7 @@ fn print_summary(runs: &Runs) {
         let step = runs.ran[TRANSITION].prepared.scene.time.step;
         let [heating, cooling] =
             [&transition.heating, &transition.cooling].map(|one| responses::profile_text(one, step));
-        println!(
+        answer!(
             "{}, fitted between {:.0} and {:.0} K in {}: heating {heating} (rms {:.2} K), cooling {cooling} (rms {:.2} K)",
             material.name,
             fitted.between[0],
@@ -106,6 +111,6 @@ fn print_summary(runs: &Runs) {
         };
         let median = |time: Option<Spread>| time.map_or(0.0, |time| time.median);
         let (step, image) = (median(ran.cost.step), median(ran.cost.image));
-        println!("{:<11}{difference}a step takes {step:.2} ms, an image {image:.2} ms", RESPONSES[run]);
+        answer!("{:<11}{difference}a step takes {step:.2} ms, an image {image:.2} ms", RESPONSES[run]);
     }
 }

@@ -6,12 +6,18 @@ use glam::DVec3;
 
 use super::environment_plate;
 use super::error::CliError;
+use super::progress::progress_bar;
+use super::reach::ReachArguments;
 use crate::environment::Orbit;
 use crate::environment::Sky;
 use crate::environment::albedo::albedo_factor;
 use crate::environment::sky::{Boundary, EclipseEvent, SkyModel};
 use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
-use crate::output::folder::{keep_inputs, write_csv};
+use crate::output::OutputError;
+use crate::output::console::{answer, say};
+use crate::output::destination::{Destination, destinations, has_neighbours};
+use crate::output::finite::finite;
+use crate::output::folder::keep_inputs;
 use crate::scene::SkyScene;
 
 const EXAMPLES: &str = "\
@@ -33,7 +39,8 @@ faces of a cube (+X -X +Y -Y +Z -Z), whatever they absorb:
   planet_ir_+X_w_m2 ..    planet infrared on each face
   albedo_+X_w_m2 ..       reflected sunlight on each face, by the exact integral
 What the scene's [environment] leaves out is 0. env.events.csv beside it has
-time_s, utc, boundary (penumbra, umbra) and event (entry, exit).";
+time_s, utc, boundary (penumbra, umbra) and event (entry, exit). If env.csv is
+no regular file, the eclipses are messages on standard error.";
 
 /// Write Sun, planet and eclipses along a scene's trajectory, or the planet loads on one plate.
 #[derive(clap::Args)]
@@ -42,9 +49,11 @@ pub struct Arguments {
     /// Scene file (TOML, described in docs/scene.md)
     #[arg(required = true)]
     scene: Option<PathBuf>,
-    /// CSV to write; env.csv also gets its eclipses in env.events.csv
+    /// CSV to write, or - for standard output; env.csv also gets its eclipses in env.events.csv
     #[arg(short, long, value_name = "CSV", required = true)]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    reach: ReachArguments,
     #[command(subcommand)]
     command: Option<Command>,
 }
@@ -67,28 +76,35 @@ const FACES: [(&str, DVec3); 6] = [
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match arguments {
         Arguments { command: Some(Command::Plate(arguments)), .. } => environment_plate::run(arguments),
-        Arguments { scene: Some(scene), output: Some(output), .. } => scene_environment(scene, output),
+        Arguments { scene: Some(scene), output: Some(output), .. } => scene_environment(scene, output, arguments.reach),
         _ => Err(CliError::Usage("state a scene file and -o env.csv, or plate".to_owned())),
     }
 }
 
-fn scene_environment(path: &Path, output: &Path) -> Result<(), CliError> {
-    let scene = SkyScene::load(path).map_err(|error| CliError::Usage(error.to_string()))?;
+fn scene_environment(path: &Path, output: &Path, reach: ReachArguments) -> Result<(), CliError> {
+    let scene = SkyScene::load(path, &reach.of(path)).map_err(|error| CliError::Usage(error.to_string()))?;
     for assumption in &scene.assumptions {
-        eprintln!("assumed: {assumption}");
+        say!("assumed: {assumption}");
     }
     let wrong = |error| CliError::Usage(format!("{}: {error}", path.display()));
     let sky = SkyModel::new(&scene.orbit, &scene.attitude, &scene.environment).map_err(wrong)?;
     let end = f64::from(scene.time.steps) * scene.time.step;
     sky.check(0.0, end).map_err(wrong)?;
-    let events_path = beside(output);
-    if events_path == output {
-        return Err(CliError::Usage(format!("{}: the eclipses would have the same name", output.display())));
+    let events_path = has_neighbours(output)?.then(|| beside(output));
+    let outputs = [Some(output), events_path.as_deref()];
+    for output in outputs.into_iter().flatten() {
+        keep_inputs(output, &scene.files)?;
     }
-    keep_inputs(output, &scene.files)?;
-    keep_inputs(&events_path, &scene.files)?;
+    let [series, contacts] = destinations(outputs)?;
+    let series = series.unwrap_or(Destination::StandardOutput);
     let times = (0..=scene.time.steps).map(|step| f64::from(step) * scene.time.step);
-    write_csv(output, std::iter::once(header()).chain(times.map(|time| row(&scene, &sky, time))))?;
+    let bar = progress_bar(u64::from(scene.time.steps) + 1, "steps");
+    let rows = times.map(|time| {
+        bar.inc(1);
+        row(&scene, &sky, time)
+    });
+    series.write_checked_csv(std::iter::once(Ok(header())).chain(rows))?;
+    bar.finish_and_clear();
     let events = sky.events(0.0, end);
     let event = |EclipseEvent { time, boundary, entry }: &EclipseEvent| {
         let boundary = match boundary {
@@ -99,13 +115,17 @@ fn scene_environment(path: &Path, output: &Path) -> Result<(), CliError> {
         [format!("{time:.4}"), utc(&scene.orbit, *time), boundary.to_owned(), event.to_owned()]
     };
     let head = ["time_s", "utc", "boundary", "event"].map(str::to_owned);
-    write_csv(&events_path, std::iter::once(head).chain(events.iter().map(event)))?;
-    println!(
+    match &contacts {
+        Some(contacts) => contacts.write_csv(std::iter::once(head).chain(events.iter().map(event)))?,
+        None => events.iter().map(event).for_each(|event| say!("eclipse: {}", event.join(", "))),
+    }
+    let place = |path: Option<&Path>| path.map_or_else(|| "the messages".to_owned(), |path| path.display().to_string());
+    answer!(
         "{} steps in {}, {} contacts of eclipses in {}",
         scene.time.steps,
-        output.display(),
+        if series == Destination::StandardOutput { "standard output".to_owned() } else { place(Some(output)) },
         events.len(),
-        events_path.display()
+        place(events_path.as_deref())
     );
     Ok(())
 }
@@ -127,7 +147,7 @@ fn header() -> Vec<String> {
     plain.split(',').map(str::to_owned).chain(faces).collect()
 }
 
-fn row(scene: &SkyScene, sky: &SkyModel, time: f64) -> Vec<String> {
+fn row(scene: &SkyScene, sky: &SkyModel, time: f64) -> Result<Vec<String>, OutputError> {
     let now = sky.sky(time);
     let (position, sun) = sky.point(time).map_or((DVec3::NAN, DVec3::NAN), |place| (place.position, place.sun));
     let environment = &scene.environment;
@@ -139,6 +159,11 @@ fn row(scene: &SkyScene, sky: &SkyModel, time: f64) -> Vec<String> {
         let albedo = environment.albedo.map_or(0.0, |albedo| albedo * solar * factor(&now, normal));
         [direct, environment.planet_ir.unwrap_or(0.0) * view, albedo]
     });
+    let vectors = [position, now.sun_direction, now.nadir_direction].into_iter().flat_map(|vector| vector.to_array());
+    let scalars = [(sun - position).length(), now.lit_fraction, solar];
+    for value in vectors.chain(scalars).chain(faces.into_iter().flatten()) {
+        finite(value, || format!("a number at time {time} s"))?;
+    }
     let mut cells = vec![shortest(time), utc(&scene.orbit, time)];
     cells.extend(position.to_array().map(|value| format!("{value:.4}")));
     cells.extend(now.sun_direction.to_array().map(|value| format!("{value:.10}")));
@@ -149,7 +174,7 @@ fn row(scene: &SkyScene, sky: &SkyModel, time: f64) -> Vec<String> {
     for which in 0..3 {
         cells.extend(faces.iter().map(|fluxes| format!("{:.6}", fluxes[which])));
     }
-    cells
+    Ok(cells)
 }
 
 /// A time without rounding digits.

@@ -1,13 +1,14 @@
 //! `isotherm environment plate`: exact planet loads on one plate.
 
-use std::io::Write;
-
 use glam::DVec3;
 use serde_json::json;
 
 use super::error::CliError;
 use crate::environment::albedo::albedo_factor;
+use crate::environment::orbit::LOWEST_ALTITUDE;
 use crate::environment::view_factor::{ApparentRadius, plate_view_factor};
+use crate::output::console::answer;
+use crate::output::finite::finite;
 
 /// Print the view factor of a plate to the planet, and the incident planet infrared and albedo.
 ///
@@ -49,22 +50,29 @@ pub struct Arguments {
 impl Arguments {
     fn check(&self) -> Result<(), CliError> {
         let positive = |value: f64| value > 0.0 && value.is_finite();
-        let non_negative = |value: f64| value >= 0.0 && value.is_finite();
+        let flux = |value: f64| (0.0..=1e9).contains(&value);
+        let angle = |value: f64| (-1e9..=1e9).contains(&value);
         let rules = [
-            ("altitude", self.altitude, positive(self.altitude), "above 0 m"),
-            ("nadir-angle", self.nadir_angle, self.nadir_angle.is_finite(), "finite"),
-            ("sun-zenith", self.sun_zenith, self.sun_zenith.is_finite(), "finite"),
-            ("azimuth", self.azimuth, self.azimuth.is_finite(), "finite"),
-            ("planet-ir", self.planet_ir, non_negative(self.planet_ir), "0 W/m2 or above"),
+            ("altitude", self.altitude, positive(self.altitude) && self.altitude < 1e13, "above 0 m and below 1e13 m"),
+            ("nadir-angle", self.nadir_angle, angle(self.nadir_angle), "from -1e9 to 1e9 deg"),
+            ("sun-zenith", self.sun_zenith, angle(self.sun_zenith), "from -1e9 to 1e9 deg"),
+            ("azimuth", self.azimuth, angle(self.azimuth), "from -1e9 to 1e9 deg"),
+            ("planet-ir", self.planet_ir, flux(self.planet_ir), "from 0 to 1e9 W/m2"),
             ("albedo", self.albedo, (0.0..=1.0).contains(&self.albedo), "within 0 and 1"),
-            ("solar", self.solar, non_negative(self.solar), "0 W/m2 or above"),
-            ("planet-radius", self.planet_radius, positive(self.planet_radius), "above 0 m"),
+            ("solar", self.solar, flux(self.solar), "from 0 to 1e9 W/m2"),
+            (
+                "planet-radius",
+                self.planet_radius,
+                positive(self.planet_radius) && self.planet_radius <= 1e13,
+                "above 0 m and at most 1e13 m",
+            ),
         ];
         match rules.iter().find(|(_, _, allowed, _)| !allowed) {
             Some((name, value, _, rule)) => Err(CliError::Usage(format!("--{name} must be {rule}, found {value}"))),
-            None if self.altitude / self.planet_radius < 1e-9 => {
-                Err(CliError::Usage(format!("--altitude {} m is negligible against the planet radius", self.altitude)))
-            }
+            None if self.altitude < LOWEST_ALTITUDE * self.planet_radius => Err(CliError::Usage(format!(
+                "--altitude {} m is less than a thousandth of the planet's radius ({} m); it is in metres",
+                self.altitude, self.planet_radius
+            ))),
             None => Ok(()),
         }
     }
@@ -101,7 +109,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     );
     let planet_ir = arguments.planet_ir * view_factor;
     let albedo = arguments.solar * arguments.albedo * albedo_factor;
-    let mut out = std::io::stdout().lock();
+    for value in [view_factor, planet_ir, albedo, albedo_factor] {
+        finite(value, || "a load on the plate".to_owned())?;
+    }
     if arguments.json {
         let value = json!({
             "view_factor": view_factor,
@@ -109,12 +119,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
             "albedo_w_m2": albedo,
             "albedo_factor": albedo_factor,
         });
-        writeln!(out, "{value:#}")?;
+        answer!("{value:#}");
     } else {
-        writeln!(out, "view factor      {view_factor:.6}")?;
-        writeln!(out, "planet infrared  {planet_ir:.4} W/m2 incident")?;
-        writeln!(out, "albedo           {albedo:.4} W/m2 incident")?;
-        writeln!(out, "albedo factor    {albedo_factor:.6} of albedo x solar")?;
+        answer!("view factor      {view_factor:.6}");
+        answer!("planet infrared  {planet_ir:.4} W/m2 incident");
+        answer!("albedo           {albedo:.4} W/m2 incident");
+        answer!("albedo factor    {albedo_factor:.6} of albedo x solar");
     }
     Ok(())
 }

@@ -34,10 +34,10 @@ pub(super) enum CliError {
     Validation(String),
     #[error("stopped; what was finished is in {0}")]
     Stopped(PathBuf),
+    #[error("stopped; what was finished is in {0}, and this goes on with it: isotherm run --resume {0}")]
+    StoppedRun(PathBuf),
     #[error("stopped; nothing was written")]
     StoppedBefore,
-    #[error("writing to standard output: {0}")]
-    Stdout(#[from] std::io::Error),
 }
 
 impl From<CompareError> for CliError {
@@ -74,7 +74,7 @@ impl CliError {
     pub(super) fn exit_code(&self) -> u8 {
         match self {
             Self::Prepare(_) | Self::Brightness(_) | Self::Compare(_) | Self::Usage(_) => 2,
-            Self::Job(JobError::Engine(EngineError::Network { .. })) => 2,
+            Self::Job(JobError::Engine(EngineError::Network { .. } | EngineError::Saved(_))) => 2,
             Self::Gpu(error) | Self::Job(JobError::Engine(EngineError::Gpu(error))) => {
                 if matches!(error, GpuError::Call { .. } | GpuError::Allocation { .. }) { 1 } else { 2 }
             }
@@ -85,12 +85,12 @@ impl CliError {
                     1
                 }
             }
-            Self::Job(JobError::NotFinite { .. })
+            Self::Job(JobError::NotFinite { .. } | JobError::Writer)
             | Self::Validation(_)
             | Self::Solver(_)
             | Self::Stopped(_)
-            | Self::StoppedBefore
-            | Self::Stdout(_) => 1,
+            | Self::StoppedRun(_)
+            | Self::StoppedBefore => 1,
         }
     }
 }

@@ -1,23 +1,26 @@
 //! `isotherm info`: describes the devices, a scene or a model.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
 use super::device::DeviceArguments;
 use super::error::CliError;
+use super::reach::ReachArguments;
 use super::run::prepare_with_progress;
 use crate::gpu::context;
 use crate::gpu::frame::{Frame, Wanted};
 use crate::gpu::pass::Entry;
 use crate::gpu::resources::device_bytes;
 use crate::model::Model;
+use crate::output::console::answer;
+use crate::output::console::say;
 use crate::scene::Draw;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::joints;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
+use crate::text::plain_json;
 
 /// Describe the devices, a scene or a model.
 ///
@@ -34,20 +37,23 @@ pub struct Arguments {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
+    reach: ReachArguments,
+    #[command(flatten)]
     device: DeviceArguments,
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let (value, text) = match &arguments.file {
         None => devices(&arguments.device)?,
-        Some(path) if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) => scene(path)?,
-        Some(path) => model(path, arguments.json)?,
+        Some(path) if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) => {
+            scene(path, arguments.reach)?
+        }
+        Some(path) => model(path, arguments.reach, arguments.json)?,
     };
-    let mut out = std::io::stdout().lock();
     if arguments.json {
-        writeln!(out, "{value:#}")?;
+        answer!("{}", plain_json(&format!("{value:#}")));
     } else {
-        write!(out, "{text}")?;
+        answer!("{}", text.trim_end());
     }
     Ok(())
 }
@@ -89,26 +95,28 @@ fn devices(wanted: &DeviceArguments) -> Result<(serde_json::Value, String), CliE
     Ok((json!({ "version": env!("CARGO_PKG_VERSION"), "devices": devices }), text))
 }
 
-fn model(path: &Path, as_json: bool) -> Result<(serde_json::Value, String), CliError> {
-    let summary = Model::load(path).map_err(PrepareError::from)?.summary();
+fn model(path: &Path, reach: ReachArguments, as_json: bool) -> Result<(serde_json::Value, String), CliError> {
+    let summary = Model::load_within(path, &reach.of(path)).map_err(PrepareError::from)?.summary();
     // The JSON has fixed keys. The text prints remarks elsewhere.
     for note in summary.notes.iter().filter(|_| as_json) {
-        eprintln!("note: {note}");
+        say!("note: {note}");
     }
     let value = serde_json::to_value(&summary).unwrap_or_default();
     Ok((value, summary.to_string()))
 }
 
-fn scene(path: &Path) -> Result<(serde_json::Value, String), CliError> {
-    let prepared = prepare_with_progress(path)?;
+fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, String), CliError> {
+    let prepared = prepare_with_progress(path, reach)?;
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let device_data = DeviceData::new(&prepared);
     let data = device_data.scene_data(&prepared, camera);
-    let frame = Frame::step_in_runs(
-        &data.ranges,
-        Wanted { image: camera.is_some(), cull: prepared.triangles.len() as u32, temperatures: true },
+    let network = data.network.map(|network| network.shape.steps(1, false, false).0).unwrap_or_default();
+    let wanted = Wanted { image: camera.is_some(), cull: prepared.triangles.len() as u32, temperatures: true };
+    let frame = Frame::step(&data.ranges, Wanted::default()).then(network).then(Frame::step_in_runs(
+        &[],
+        wanted,
         &prepared.triangle_runs,
-    );
+    ));
     let plan = data.plan();
     let of_network = prepared.network_bytes(&plan);
     let bytes = plan.iter().map(|planned| planned.bytes).sum::<u64>() + of_network.device + of_network.host;

@@ -1,10 +1,15 @@
 //! The command line: one file for each subcommand, and shared helpers.
 
+use std::io::ErrorKind;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use error::CliError;
 
+use crate::output::OutputError;
+use crate::output::console::{finish, say};
+
+mod arguments;
 mod bench;
 mod compare;
 mod device;
@@ -20,15 +25,24 @@ mod paper;
 mod paper_orbits;
 mod progress;
 mod radiance;
+mod reach;
 mod render;
 mod response;
 mod response_fit;
 mod response_targets;
+mod resume;
 mod run;
+
+const AFTER_HELP: &str = "\
+Start with: isotherm run models/station.toml -o out/station
+
+Where an option names one output file, - is standard output. Devices, pipes and
+sockets are written, never replaced, links are followed, and a regular file
+appears whole or not at all.";
 
 /// Simulate thermal-infrared images of spacecraft with thermal memory, on Vulkan.
 #[derive(Parser)]
-#[command(version, after_help = "Start with: isotherm run models/station.toml -o out/station")]
+#[command(version, after_help = AFTER_HELP)]
 struct Program {
     #[command(subcommand)]
     command: Command,
@@ -50,7 +64,12 @@ enum Command {
 
 /// Runs the program with the arguments of the process.
 pub fn main() -> ExitCode {
-    let result = match Program::parse().command {
+    let program = match Program::try_parse() {
+        Ok(program) => program,
+        Err(error) => return usage(&error),
+    };
+    progress::watch_signals();
+    let result = match program.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
@@ -62,13 +81,36 @@ pub fn main() -> ExitCode {
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     };
-    match result {
+    exit(result)
+}
+
+/// Tells an error, and chooses the exit code.
+fn exit(result: Result<(), CliError>) -> ExitCode {
+    match result.and_then(|()| Ok(finish().map_err(OutputError::StandardOutput)?)) {
         Ok(()) => ExitCode::SUCCESS,
-        // The reader of the output closed the pipe, which is no error.
-        Err(CliError::Stdout(error)) if error.kind() == std::io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        // The reader of the output has seen enough, which is no error.
+        Err(CliError::Output(OutputError::StandardOutput(error))) if error.kind() == ErrorKind::BrokenPipe => {
+            ExitCode::SUCCESS
+        }
         Err(error) => {
-            eprintln!("error: {error}");
+            say!("error: {error}");
             ExitCode::from(error.exit_code())
         }
+    }
+}
+
+/// Prints the help or version that the user asked for, or what is wrong with the arguments.
+fn usage(error: &clap::Error) -> ExitCode {
+    let printed = match arguments::hold_hidden() {
+        // The message repeats arguments. Its colours hold escape characters too, so it goes without them.
+        true => {
+            say!("{}", error.render());
+            Ok(())
+        }
+        false => error.print(),
+    };
+    match error.use_stderr() {
+        true => ExitCode::from(2),
+        false => exit(printed.map_err(|error| OutputError::StandardOutput(error).into())),
     }
 }

@@ -8,13 +8,16 @@ use super::error::CliError;
 use super::network_import;
 use super::network_report::{EXAMPLES, control_error, print_series, print_steady, steady_error};
 use super::progress::{spinner, stop_flag};
-use crate::output::folder::{self, keep_inputs, write_bytes, write_csv};
+use crate::output::console::say;
+use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations, has_neighbours};
+use crate::output::finite::finite;
+use crate::output::folder::keep_inputs;
 use crate::output::plot::{Line, Plot};
 use crate::output::plot_axis::Axis;
 use crate::scene::network::NetworkFile;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::stepper::AnyStepper;
-use crate::thermal::network::control::{Integrator, Series, Settings, integrate};
+use crate::thermal::network::control::{ControlError, Integrator, Series, Settings, integrate_and_keep};
 use crate::thermal::network::steady::steady;
 use crate::thermal::network::stepper::Stepper;
 
@@ -45,7 +48,7 @@ struct Solve {
     /// Network file (TOML, described in docs/network.md)
     #[arg(required = true, value_name = "FILE.toml")]
     file: Option<PathBuf>,
-    /// CSV file for time and the temperature of every node [default: standard output]
+    /// CSV file for time and the temperature of every node [default: standard output, as with -]
     #[arg(short, long, value_name = "OUT.csv")]
     output: Option<PathBuf>,
     /// Integrator: default, cheap or accurate
@@ -95,17 +98,20 @@ fn solve(arguments: &Solve) -> Result<(), CliError> {
         let reason = "output.times is missing: the times of output [s]; --steady needs none";
         return Err(CliError::Usage(format!("{}: {reason}", path.display())));
     }
-    let inputs = [path.clone()];
-    for output in [arguments.output.clone(), arguments.output.as_deref().map(events_path), arguments.plot.clone()] {
-        output.map_or(Ok(()), |output| keep_inputs(&output, &inputs))?;
+    let output = arguments.output.as_deref().unwrap_or(Path::new(STANDARD_OUTPUT));
+    let events = (!arguments.steady && has_neighbours(output)?).then(|| events_path(output));
+    let outputs = [Some(output), events.as_deref(), arguments.plot.as_deref()];
+    for output in outputs.into_iter().flatten() {
+        keep_inputs(output, [path])?;
     }
+    let outputs = destinations(outputs)?;
     for assumption in &file.assumptions {
-        eprintln!("assumed: {assumption}");
+        say!("assumed: {assumption}");
     }
     let chosen = arguments.device.open()?;
-    eprintln!("device: {}", chosen.name());
+    say!("device: {}", chosen.name());
     let mut stepper = chosen.stepper(&file.network, &file.schedule.sensors())?;
-    solve_with(&mut stepper, &file, path, arguments, &chosen.name())?;
+    solve_with(&mut stepper, &file, path, arguments, outputs, &chosen.name())?;
     check_validation(&chosen)
 }
 
@@ -114,12 +120,14 @@ fn solve_with(
     file: &NetworkFile,
     path: &Path,
     arguments: &Solve,
+    outputs: [Option<Destination>; 3],
     device: &str,
 ) -> Result<(), CliError> {
     if arguments.steady {
+        let [output, ..] = outputs;
         let found = steady(stepper, &file.network, &file.schedule).map_err(|error| steady_error(error, file, path))?;
         print_steady(&found, file, stepper.counts());
-        return write_rows(arguments.output.as_deref(), &file.labels, &[0.0], &[found.temperatures]);
+        return write_rows(output, &file.labels, &[0.0], &[found.temperatures]);
     }
     let tolerance = arguments.tolerance.unwrap_or(arguments.integrator.tolerance());
     let settings = Settings { integrator: arguments.integrator, tolerance, floor: stepper.floor() };
@@ -129,22 +137,51 @@ fn solve_with(
         bar.set_position(now as u64);
         !stop.load(std::sync::atomic::Ordering::Relaxed)
     };
-    let series = integrate(stepper, &file.network, &file.schedule, &settings, watch);
+    let (series, ended) = integrate_and_keep(stepper, &file.network, &file.schedule, &settings, watch);
     bar.finish_and_clear();
-    let series = series.map_err(|error| control_error(error, file, path))?;
-    print_series(&series, file, &settings);
-    write_rows(arguments.output.as_deref(), &file.labels, &file.times, &file.asked(&series.rows))?;
-    match &arguments.output {
-        Some(output) => write_events(&events_path(output), file, &series)?,
+    match ended {
+        Ok(()) => print_series(&series, file, &settings),
+        // A file of an earlier run is better than one without any row.
+        Err(error) if series.rows.is_empty() => return Err(control_error(error, file, path)),
+        Err(ControlError::Stopped) => {
+            write_series(&series, file, path, outputs, device)?;
+            let kept = arguments.output.clone().unwrap_or_else(|| PathBuf::from("standard output"));
+            return Err(CliError::Stopped(kept));
+        }
+        Err(error) => {
+            write_series(&series, file, path, outputs, device)?;
+            let (rows, all) = (series.rows.len(), file.schedule.times.len());
+            say!(
+                "written: what was computed until then, {rows} of {all} output times and {} switches",
+                series.switches.len()
+            );
+            return Err(control_error(error, file, path));
+        }
+    }
+    write_series(&series, file, path, outputs, device)
+}
+
+/// Writes temperatures, switches and the plot of the output times that were reached.
+fn write_series(
+    series: &Series,
+    file: &NetworkFile,
+    path: &Path,
+    [output, events, plotted]: [Option<Destination>; 3],
+    device: &str,
+) -> Result<(), CliError> {
+    let times = file.asked(&file.schedule.times[..series.rows.len()]);
+    write_rows(output, &file.labels, &times, &file.asked(&series.rows))?;
+    match events {
+        Some(events) => write_events(&events, file, series)?,
         None => {
             for switch in &series.switches {
                 let node = &file.labels[file.schedule.thermostats[switch.thermostat].node as usize];
-                eprintln!("switch: {} s, {node} {}", nine_digits(switch.time), if switch.on { "on" } else { "off" });
+                say!("switch: {} s, {node} {}", nine_digits(switch.time), if switch.on { "on" } else { "off" });
             }
         }
     }
-    match &arguments.plot {
-        Some(plot_path) => Ok(write_bytes(plot_path, plot(file, &series, path, device).svg()?.as_bytes())?),
+    match plotted {
+        Some(plotted) => Ok(plotted.write_bytes(plot(file, series, path, device).svg()?.as_bytes())?),
         None => Ok(()),
     }
 }
@@ -156,17 +193,24 @@ fn events_path(output: &Path) -> PathBuf {
     output.with_file_name(format!("{stem}.events.csv"))
 }
 
-fn write_rows(path: Option<&Path>, labels: &[String], times: &[f64], rows: &[Vec<f64>]) -> Result<(), CliError> {
+fn write_rows(
+    output: Option<Destination>,
+    labels: &[String],
+    times: &[f64],
+    rows: &[Vec<f64>],
+) -> Result<(), CliError> {
+    for (time, row) in times.iter().zip(rows) {
+        for (label, kelvin) in labels.iter().zip(row) {
+            finite(*kelvin, || format!("the temperature of node '{label}' at {time} s"))?;
+        }
+    }
     let header: Vec<String> = std::iter::once("time".to_owned()).chain(labels.iter().cloned()).collect();
     let rows = times
         .iter()
         .zip(rows)
         .map(|(time, row)| std::iter::once(time.to_string()).chain(row.iter().map(|kelvin| digits(*kelvin))).collect());
-    let rows = std::iter::once(header).chain(rows);
-    match path {
-        Some(path) => Ok(write_csv(path, rows)?),
-        None => Ok(folder::write_rows(std::io::stdout().lock(), rows)?),
-    }
+    let output = output.unwrap_or(Destination::StandardOutput);
+    Ok(output.write_csv(std::iter::once(header).chain(rows))?)
 }
 
 /// A temperature [K] with nine decimals.
@@ -174,13 +218,13 @@ fn digits(kelvin: f64) -> String {
     if kelvin >= 1.0 { format!("{kelvin:.9}") } else { nine_digits(kelvin) }
 }
 
-fn write_events(path: &Path, file: &NetworkFile, series: &Series) -> Result<(), CliError> {
+fn write_events(events: &Destination, file: &NetworkFile, series: &Series) -> Result<(), CliError> {
     let header = ["time", "node", "on"].map(str::to_owned).to_vec();
     let rows = series.switches.iter().map(|switch| {
         let node = file.schedule.thermostats[switch.thermostat].node as usize;
         vec![format!("{:.6}", switch.time), file.labels[node].clone(), switch.on.to_string()]
     });
-    Ok(write_csv(path, std::iter::once(header).chain(rows))?)
+    Ok(events.write_csv(std::iter::once(header).chain(rows))?)
 }
 
 fn plot(file: &NetworkFile, series: &Series, path: &Path, device: &str) -> Plot {

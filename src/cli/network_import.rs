@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use super::error::CliError;
-use crate::output::folder::{keep_inputs, write_bytes};
+use crate::output::console::say;
+use crate::output::destination::{Destination, destinations};
+use crate::output::folder::keep_inputs;
 use crate::scene::network::import::import;
 
 /// Convert the thermal CSV files of s2e-core to a network file.
@@ -17,7 +19,7 @@ pub struct Arguments {
     /// Folder with the CSV files
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Network file to write
+    /// Network file to write, or - for standard output
     #[arg(short, long, value_name = "FILE.toml")]
     output: PathBuf,
 }
@@ -25,10 +27,11 @@ pub struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let imported = import(&arguments.folder).map_err(CliError::Usage)?;
     for note in &imported.notes {
-        eprintln!("assumed: {note}");
+        say!("assumed: {note}");
     }
     let read =
         ["node.csv", "cij.csv", "rij.csv", "heaters.csv", "heatload.csv"].map(|name| arguments.folder.join(name));
     keep_inputs(&arguments.output, &read)?;
-    Ok(write_bytes(&arguments.output, imported.text.as_bytes())?)
+    let [output] = destinations([Some(&*arguments.output)])?;
+    Ok(output.unwrap_or(Destination::StandardOutput).write_bytes(imported.text.as_bytes())?)
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::error::CliError;
 use crate::gpu::error::GpuError;
+use crate::output::console::say;
 use crate::scene::network::NetworkFile;
 use crate::thermal::network::control::{ControlError, STIFFEST, Series, Settings, Use};
 use crate::thermal::network::steady::{Steady, SteadyError};
@@ -21,9 +22,9 @@ Examples:
 
 /// Prints method, sub-steps and work of a series to standard error.
 pub(super) fn print_series(series: &Series, file: &NetworkFile, settings: &Settings) {
-    eprintln!("integrator: {}, tolerance {} mK", settings.integrator, short(1e3 * settings.tolerance));
+    say!("integrator: {}, tolerance {} mK", settings.integrator, short(1e3 * settings.tolerance));
     if let Some([slow, fast]) = series.rates {
-        eprintln!("stiffness: the fastest node relaxes at up to {} to {} /s", short(slow), short(fast));
+        say!("stiffness: the fastest node relaxes at up to {} to {} /s", short(slow), short(fast));
     }
     let whole: f64 = series.uses.iter().flatten().map(|used| used.time).sum();
     for (place, used) in series.uses.iter().enumerate() {
@@ -38,29 +39,29 @@ pub(super) fn print_series(series: &Series, file: &NetworkFile, settings: &Setti
             _ => ("TR-BDF2".to_owned(), "accurate, or RKL2 would need too many stages"),
         };
         let share = 100.0 * time / whole.max(1e-300);
-        eprintln!(
+        say!(
             "method: {name} over {share:.0} % of the time ({reason}): {sub_steps} sub-steps of {} to {} s",
             short(*least),
             short(*most)
         );
     }
     print_counts(series.counts);
-    eprintln!("rejected: {} tries; switches: {}; nodes: {}", series.rejected, series.switches.len(), file.labels.len());
+    say!("rejected: {} tries; switches: {}; nodes: {}", series.rejected, series.switches.len(), file.labels.len());
 }
 
 /// Prints thermostat states and work of a steady state to standard error.
 pub(super) fn print_steady(steady: &Steady, file: &NetworkFile, counts: WorkCounts) {
-    eprintln!("steady state under the heat just after time 0, by Newton's method");
+    say!("steady state under the heat just after time 0, by Newton's method");
     for (thermostat, on) in file.schedule.thermostats.iter().zip(&steady.on) {
         let node = &file.labels[thermostat.node as usize];
-        eprintln!("thermostat of '{node}': {}", if *on { "on" } else { "off" });
+        say!("thermostat of '{node}': {}", if *on { "on" } else { "off" });
     }
     print_counts(counts);
 }
 
 fn print_counts(counts: WorkCounts) {
     let WorkCounts { dispatches, stages, sub_steps, iterations } = counts;
-    eprintln!("work: {dispatches} dispatches, {sub_steps} sub-steps, {stages} stages, {iterations} iterations");
+    say!("work: {dispatches} dispatches, {sub_steps} sub-steps, {stages} stages, {iterations} iterations");
 }
 
 /// Three significant digits.
@@ -97,11 +98,11 @@ pub(super) fn control_error(error: ControlError<GpuError>, file: &NetworkFile, p
              limit",
             label(node)
         ),
-        ControlError::Chatter { time, thermostat } => format!(
-            "at {time} s the thermostat of '{}' switches without end: its heat moves its sensor across the whole band at \
-             once",
-            label(file.schedule.thermostats[thermostat].node as usize)
-        ),
+        ControlError::Chatter { time, thermostat, switches, within } => {
+            let thermostat = &file.schedule.thermostats[thermostat];
+            let why = thermostat.chatter(switches, within);
+            format!("at {time} s the thermostat of '{}' {why}", label(thermostat.node as usize))
+        }
     };
     CliError::Usage(format!("{}: {message}", path.display()))
 }

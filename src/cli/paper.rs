@@ -8,10 +8,12 @@ use super::digits::nine_digits;
 use super::error::CliError;
 use super::paper_orbits;
 use super::progress::{progress_bar, stop_flag};
+use super::reach::ReachArguments;
 use super::run::prepare_with_progress;
 use crate::gpu::error::GpuError;
 use crate::output::colour::ColourScale;
-use crate::output::folder::{Folder, write_bytes, write_csv};
+use crate::output::console::{answer, say};
+use crate::output::folder::Folder;
 use crate::output::frame_maker::FrameMaker;
 use crate::output::picture::beside;
 use crate::paper::files::{CHECKS, FIGURE_7, INDEX, own_files, plot_name, series_name};
@@ -24,6 +26,12 @@ use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
 use crate::simulation::viewpoint::raster_view;
+
+/// Scene of figure 7 and its model.
+const STATION: [(&str, &[u8]); 2] = [
+    ("station.toml", include_bytes!("../../models/station.toml")),
+    ("station.glb", include_bytes!("../../models/station.glb")),
+];
 
 /// Reproduce figures 2 to 7 of the paper, and compare its numbers with the results of isotherm.
 ///
@@ -43,12 +51,14 @@ pub struct Arguments {
     /// Overwrite the files of an earlier `isotherm paper` in the output folder
     #[arg(long)]
     force: bool,
-    /// Scene for figure 7
-    #[arg(long, value_name = "SCENE.toml", default_value = "models/station.toml")]
-    scene: PathBuf,
+    /// Scene for figure 7 [default: the station of models/station.toml, which the program carries]
+    #[arg(long, value_name = "SCENE.toml")]
+    scene: Option<PathBuf>,
     /// Time of figure 7 since the start of the scene [s]
     #[arg(long, value_name = "SECONDS", default_value_t = 5000.0, allow_negative_numbers = true)]
     time: f64,
+    #[command(flatten)]
+    reach: ReachArguments,
     #[command(flatten)]
     device: DeviceArguments,
 }
@@ -57,17 +67,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if !(arguments.time >= 0.0 && arguments.time.is_finite()) {
         return Err(CliError::Usage(format!("--time is finite and not below 0 s, not {}", arguments.time)));
     }
-    if !arguments.scene.is_file() {
-        return Err(CliError::Usage(format!(
-            "figure 7 shows a scene, and there is no file {}; run this where models/ is, or name a scene with --scene",
-            arguments.scene.display()
-        )));
-    }
-    let prepared = prepare_with_progress(&arguments.scene)?;
+    let mut prepared = match &arguments.scene {
+        Some(scene) => prepare_with_progress(scene, arguments.reach)?,
+        None => station(arguments.reach)?,
+    };
     prepared.scene.require_camera().map_err(PrepareError::from)?;
+    prepared.cover(arguments.time)?;
     let chosen = arguments.device.open()?;
     let device = chosen.name();
-    eprintln!("device: {device}");
+    say!("device: {device}");
     let folder = Folder::new(&arguments.output, &own_files()).prepare(arguments.force, &prepared.scene.files)?;
 
     let (orbits, work) = paper_orbits::compute(&chosen, &arguments.output)?;
@@ -75,14 +83,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut assumed = orbits.assumed();
     assumed.push(work);
     for line in &assumed {
-        eprintln!("{line}");
+        say!("{line}");
     }
     let mut plots = Vec::new();
     for figure in orbit_figures::figures(&orbits, &device)? {
         for table in &figure.tables {
-            write_csv(&folder.file(table.file), rows(&table.columns, table.rows.iter().map(Vec::as_slice)))?;
+            folder.write_csv(table.file, rows(&table.columns, table.rows.iter().map(Vec::as_slice)))?;
         }
-        write_bytes(&folder.file(&plot_name(figure.number)), figure.svg.as_bytes())?;
+        folder.write_bytes(&plot_name(figure.number), figure.svg.as_bytes())?;
         plots.push((figure.number, figure.svg));
     }
 
@@ -93,20 +101,20 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut values = Vec::new();
     for one in &computed {
         let temperatures = one.quadratic.iter().map(std::slice::from_ref);
-        write_csv(&folder.file(&series_name(&one.jump)), rows(&["temperature".to_owned()], temperatures))?;
+        folder.write_csv(&series_name(&one.jump), rows(&["temperature".to_owned()], temperatures))?;
         values.extend(one.checks());
     }
     for figure in [5, 6] {
         let svg = transitions::figure(figure, &computed, &device)?;
-        write_bytes(&folder.file(&plot_name(figure)), svg.as_bytes())?;
+        folder.write_bytes(&plot_name(figure), svg.as_bytes())?;
         plots.push((figure, svg));
     }
     let Some((png, caption)) = figure_7(&chosen, &prepared, arguments.time)? else {
         return Err(CliError::Stopped(arguments.output.clone()));
     };
-    write_bytes(&folder.file(FIGURE_7), &png)?;
+    folder.write_bytes(FIGURE_7, &png)?;
     let all: Vec<checks::Check> = values.iter().chain(&statements).cloned().collect();
-    checks::write(&folder.file(CHECKS), &all)?;
+    checks::write(&folder, CHECKS, &all)?;
     let page = Page {
         device: &device,
         plots: &plots,
@@ -115,14 +123,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         scenario: &statements,
         assumed: &assumed,
     };
-    write_bytes(&folder.file(INDEX), page.html().as_bytes())?;
+    folder.write_bytes(INDEX, page.html().as_bytes())?;
 
     for (what, checks) in [("figures 5 and 6", &values), ("the scenario", &statements)] {
         let agree = checks.iter().filter(|check| check.agrees()).count();
-        println!("{what}: {agree} of {} numbers agree", checks.len());
+        answer!("{what}: {agree} of {} numbers agree", checks.len());
     }
-    println!("page: {}", folder.file(INDEX).display());
+    answer!("page: {}", folder.file(INDEX).display());
     check_validation(&chosen)
+}
+
+/// The station that the program carries. A scene is read from files, so it becomes files for as long as it takes to prepare it.
+fn station(reach: ReachArguments) -> Result<Prepared, CliError> {
+    let failed =
+        |error| CliError::Usage(format!("the station's files cannot be written to the temporary folder: {error}"));
+    let folder = tempfile::tempdir().map_err(failed)?;
+    for (name, bytes) in STATION {
+        std::fs::write(folder.path().join(name), bytes).map_err(failed)?;
+    }
+    prepare_with_progress(&folder.path().join(STATION[0].0), reach)
 }
 
 /// The rows of a table: the step and its temperatures.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::error::CliError;
 use super::progress::{progress_bar, stop_flag};
 use crate::gpu::error::GpuError;
-use crate::paper::cube::{Case, PERIOD, Problem, STEP, STEPS};
+use crate::paper::cube::{Cube, PERIOD, Problem, STEP, STEPS};
 use crate::paper::orbits::{CASES, Orbits};
 use crate::simulation::stepper::AnyStepper;
 use crate::simulation::target::Target;
@@ -26,7 +26,7 @@ pub(super) fn compute(chosen: &Target, output: &Path) -> Result<(Orbits, String)
     let stop = stop_flag();
     let bar = progress_bar(CASES, "figures 2-4");
     let (mut orbits, mut total) = (0, WorkCounts::default());
-    let solved = Orbits::compute(|case: &Case, problem: &Problem| {
+    let solved = Orbits::compute(|case: &Cube, problem: &Problem| {
         let mut stepper = chosen.stepper(&problem.network, &[])?;
         let settled = settle(&mut stepper, case, problem, &stop, output)?;
         let counts = stepper.counts();
@@ -48,7 +48,7 @@ pub(super) fn compute(chosen: &Target, output: &Path) -> Result<(Orbits, String)
 }
 
 /// The error of a failed integration.
-fn told(error: ControlError<GpuError>, case: &Case, output: &Path) -> CliError {
+fn told(error: ControlError<GpuError>, case: &Cube, output: &Path) -> CliError {
     match error {
         ControlError::Stepper(error) => error.into(),
         ControlError::Stopped => CliError::Stopped(output.to_path_buf()),
@@ -67,7 +67,7 @@ fn told(error: ControlError<GpuError>, case: &Case, output: &Path) -> CliError {
 /// One cube's periodic state.
 fn settle(
     stepper: &mut AnyStepper,
-    case: &Case,
+    case: &Cube,
     problem: &Problem,
     stop: &AtomicBool,
     output: &Path,

@@ -1,11 +1,12 @@
 //! `isotherm radiance`: band radiance of a blackbody and its inverse.
 
-use std::io::Write;
-
 use super::device::{DeviceArguments, check_validation};
 use super::digits::nine_digits;
 use super::error::CliError;
 use crate::gpu::blackbody::{band_radiances, brightness_temperatures};
+use crate::output::console::answer;
+use crate::output::console::say;
+use crate::output::finite::finite;
 use crate::simulation::target::Target;
 use crate::thermal::brightness::{BrightnessTable, MAX_TEMPERATURE, brightness_temperature};
 use crate::thermal::planck::Band;
@@ -54,7 +55,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         }
     }
     let chosen = arguments.device.open()?;
-    eprintln!("device: {}", chosen.name());
+    say!("device: {}", chosen.name());
     let rounded: Vec<f32> = arguments.numbers.iter().map(|number| *number as f32).collect();
     let results: Vec<f64> = match &chosen {
         Target::Reference => arguments
@@ -77,10 +78,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
             results.into_iter().map(f64::from).collect()
         }
     };
-    let mut out = std::io::stdout().lock();
-    writeln!(out, "{}", if arguments.inverse { "radiance,temperature" } else { "temperature,radiance" })?;
+    answer!("{}", if arguments.inverse { "radiance,temperature" } else { "temperature,radiance" });
     for (number, result) in arguments.numbers.iter().zip(results) {
-        writeln!(out, "{number},{}", nine_digits(result))?;
+        let result = finite(result, || format!("the result for {number}"))?;
+        answer!("{number},{}", nine_digits(result));
     }
     check_validation(&chosen)
 }

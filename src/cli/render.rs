@@ -6,9 +6,12 @@ use std::sync::atomic::Ordering;
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::progress::{progress_bar, stop_flag};
+use super::reach::ReachArguments;
 use super::run::{prepare_with_progress, say_size};
-use crate::output::exr::write_exr;
-use crate::output::folder::{check_writable, keep_inputs};
+use crate::output::console::{self, answer, say};
+use crate::output::destination::{Destination, destinations};
+use crate::output::exr::encode;
+use crate::output::folder::keep_inputs;
 use crate::output::frame_maker::FrameMaker;
 use crate::simulation;
 use crate::simulation::device_data::DeviceData;
@@ -22,49 +25,51 @@ pub struct Arguments {
     /// Time since the start [s]; the last step is shorter if this is no multiple of the scene's step
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     time: f64,
-    /// Image to write: float32 EXR with radiance, temperature, depth, part and material
+    /// Image to write, or - for standard output: float32 EXR with radiance, temperature, depth, part and material
     #[arg(short, long, value_name = "FILE.exr")]
     output: PathBuf,
     #[command(flatten)]
+    reach: ReachArguments,
+    #[command(flatten)]
     device: DeviceArguments,
 }
-
-/// Most steps to one image: a hundred days at 100 Hz, rounded up.
-const MOST_STEPS: u64 = 1_000_000_000;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if !(arguments.time >= 0.0 && arguments.time.is_finite()) {
         return Err(CliError::Usage(format!("--time is finite and not below 0 s, not {}", arguments.time)));
     }
-    check_writable(&arguments.output)?;
-    let mut prepared = prepare_with_progress(&arguments.scene)?;
+    let [output] = destinations([Some(&*arguments.output)])?;
+    let output = output.unwrap_or(Destination::StandardOutput);
+    if output == Destination::StandardOutput && console::is_seen() {
+        return Err(CliError::Usage("an image is no text for a terminal: name a file, or redirect it".to_owned()));
+    }
+    let mut prepared = prepare_with_progress(&arguments.scene, arguments.reach)?;
     keep_inputs(&arguments.output, &prepared.scene.files)?;
-    prepared.cover(arguments.time);
+    prepared.cover(arguments.time)?;
     let camera = prepared.scene.require_camera().map_err(simulation::prepare_error::PrepareError::from)?.clone();
     let steps = u64::from(prepared.warm_up_steps()) + (arguments.time / prepared.scene.time.step) as u64;
-    if steps > MOST_STEPS {
-        return Err(CliError::Usage(format!(
-            "--time {} needs {steps} steps; the limit is {MOST_STEPS}",
-            arguments.time
-        )));
-    }
     let chosen = arguments.device.open()?;
     let stop = stop_flag();
-    eprintln!("device: {}", chosen.name());
+    say!("device: {}", chosen.name());
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
     let mut engine = chosen.engine(&prepared, Some(&camera))?;
     let bar = progress_bar(steps, "stepping");
-    simulation::start(&prepared, &mut *engine, None, &stop, &mut || bar.inc(1))?;
+    let periodic = simulation::start(&prepared, &mut *engine, None, &stop, &mut || bar.inc(1))?;
     let still = simulation::still(&prepared, &mut *engine, arguments.time, &stop, &mut || bar.inc(1))?;
     bar.finish_and_clear();
     let result = match still {
         Some(result) if !stop.load(Ordering::Relaxed) => result,
         _ => return Err(CliError::StoppedBefore),
     };
+    if let Some(warning) = periodic.and_then(|periodic| periodic.warning("")) {
+        say!("warning: {warning}");
+    }
     let maker = FrameMaker::new(&prepared, &camera, &engine.device_name());
     if let Some((frame, header)) = maker.frame(result) {
-        write_exr(&arguments.output, &frame, &header)?;
-        println!("{}", arguments.output.display());
+        output.write_bytes(&encode(&frame, &header)?)?;
+        if output != Destination::StandardOutput {
+            answer!("{}", arguments.output.display());
+        }
     }
     check_validation(&chosen)
 }

@@ -1,10 +1,13 @@
 //! `isotherm response fit`: fits a function and t_max to a measured step response.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::error::CliError;
-use crate::output::folder::{keep_inputs, write_bytes};
+use super::progress::spinner;
+use crate::files;
+use crate::output::console::{answer, say};
+use crate::output::destination::destinations;
+use crate::output::folder::keep_inputs;
 use crate::output::plot::{Line, Mark, Plot};
 use crate::output::plot_axis::Axis;
 use crate::thermal::fit::{Fit, Fits, Sample, fit};
@@ -45,26 +48,35 @@ struct Data {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    let in_file = |reason: String| CliError::Usage(format!("{}: {reason}", arguments.data.display()));
-    let data = read(&arguments.data).map_err(in_file)?;
-    let fits =
-        fit(&data.samples, arguments.target).map_err(|error| in_file(error.in_lines(&data.lines).to_string()))?;
     if let Some(path) = &arguments.plot {
         keep_inputs(path, [&arguments.data])?;
-        let name = arguments.data.file_name().unwrap_or_default().to_string_lossy();
-        write_bytes(path, plot(&data, &fits.best, &name).svg()?.as_bytes())?;
     }
-    let mut out = std::io::stdout().lock();
-    out.write_all(table(&data, &fits).as_bytes())?;
+    let [plotted] = destinations([arguments.plot.as_deref()])?;
+    let in_file = |reason: String| CliError::Usage(format!("{}: {reason}", arguments.data.display()));
+    let data = read(&arguments.data).map_err(in_file)?;
+    let bar = spinner("fitting");
+    let fits =
+        fit(&data.samples, arguments.target).map_err(|error| in_file(error.in_lines(&data.lines).to_string()))?;
+    bar.finish_and_clear();
+    if let Some(plotted) = &plotted {
+        let name = arguments.data.file_name().unwrap_or_default().to_string_lossy();
+        plotted.write_bytes(plot(&data, &fits.best, &name).svg()?.as_bytes())?;
+    }
     if let Some(best) = fits.best.first() {
-        write!(out, "\n{}", to_paste(best, arguments, data.in_steps))?;
+        for doubt in best.doubts() {
+            say!("warning: {} in {}: {doubt}", best.response.function.kind_name(), domain(best));
+        }
+    }
+    answer!("{}", table(&data, &fits).trim_end());
+    if let Some(best) = fits.best.first() {
+        answer!("\n{}", to_paste(best, arguments, data.in_steps).trim_end());
     }
     Ok(())
 }
 
 fn read(path: &Path) -> Result<Data, String> {
-    let mut reader =
-        csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_path(path).map_err(text)?;
+    let file = files::read_text_or_pipe(path).map_err(|fault| format!("cannot be read: {fault}"))?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(file.as_bytes());
     let headers = reader.headers().map_err(text)?.clone();
     let column = |name: &str| headers.iter().position(|header| header.eq_ignore_ascii_case(name));
     let time = column("time").or(column("step"));

@@ -1,16 +1,20 @@
 //! Computes the response to targets from a file, on the device or in f64.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::device::{DeviceArguments, check_validation};
 use super::digits::nine_digits;
 use super::error::CliError;
-use crate::output::folder::{keep_inputs, write_bytes, write_csv, write_rows};
+use super::progress::spinner;
+use crate::output::console::say;
+use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations};
+use crate::output::finite::finite;
+use crate::output::folder::keep_inputs;
 use crate::output::plot::{Line, Mark, Plot};
 use crate::output::plot_axis::Axis;
 use crate::scene::targets::{self, MAX_STEPS};
 use crate::thermal::function::Function;
-use crate::thermal::material::{Domain, LONGEST_T_MAX, Profile, Retarget, Transition};
+use crate::thermal::material::{Domain, LONGEST_T_MAX, Profile, Retarget, SHORTEST_T_MAX, Transition};
 
 pub(super) const HELP: &str = "\
 F is linear, quadratic, polynomial=c0,c1,..., exponential=K, logarithmic=K, table=FILE (columns time,temperature) or
@@ -39,7 +43,7 @@ pub struct Targets {
     /// Quantity that moves: the temperature or its fourth power
     #[arg(long, default_value = "T", value_parser = parse_domain)]
     domain: Domain,
-    /// Rule for a target that moves during a transition: merge or restart
+    /// Rule for a target that moves during a transition: merge or restart (which counts moves beyond 0.7 mK)
     #[arg(long, default_value = "merge", value_parser = parse_retarget)]
     retarget: Retarget,
     /// Steps to take [default: to the last row of the targets]
@@ -59,8 +63,8 @@ fn parse_profile(text: &str) -> Result<Profile, String> {
     let (function, t_max) =
         text.rsplit_once(':').ok_or("write a function, a colon and the duration in steps, such as quadratic:361")?;
     let t_max_steps: f64 = t_max.trim().parse().map_err(|_| format!("'{t_max}' is not a number of steps"))?;
-    if !(0.0..=LONGEST_T_MAX).contains(&t_max_steps) {
-        return Err(format!("the duration must be from 0 to {LONGEST_T_MAX} steps, not {t_max}"));
+    if t_max_steps != 0.0 && !(SHORTEST_T_MAX..=LONGEST_T_MAX).contains(&t_max_steps) {
+        return Err(format!("the duration must be 0 or from {SHORTEST_T_MAX} to {LONGEST_T_MAX} steps, not {t_max}"));
     }
     Ok(Profile { function: Function::parse(function).map_err(|error| error.to_string())?, t_max_steps })
 }
@@ -88,9 +92,11 @@ pub(super) fn run(arguments: &Targets) -> Result<(), CliError> {
     else {
         return Err(CliError::Usage("--heating, --cooling, --initial and --targets are needed".to_owned()));
     };
-    for output in [&arguments.output, &arguments.plot].into_iter().flatten() {
+    let outputs = [Some(arguments.output.as_deref().unwrap_or(Path::new(STANDARD_OUTPUT))), arguments.plot.as_deref()];
+    for output in outputs.into_iter().flatten() {
         keep_inputs(output, [targets])?;
     }
+    let [output, plotted] = destinations(outputs)?;
     let rows = targets::load(targets).map_err(|error| CliError::Usage(error.to_string()))?;
     let steps = arguments.steps.or(rows.last().map(|row| row.step)).unwrap_or(0);
     let targets = targets::commanded(&rows, initial, steps);
@@ -101,19 +107,21 @@ pub(super) fn run(arguments: &Targets) -> Result<(), CliError> {
         domain: arguments.domain,
     };
     let chosen = arguments.device.open()?;
-    eprintln!("device: {}", chosen.name());
+    say!("device: {}", chosen.name());
     // A device also rounds the initial temperature.
     let first = if chosen.device().is_some() { f64::from(initial as f32) } else { initial };
     let mut temperatures = vec![first];
+    let bar = spinner("stepping");
     temperatures.extend(chosen.respond(&transition, initial, &targets)?);
+    bar.finish_and_clear();
+    for (step, temperature) in temperatures.iter().enumerate() {
+        finite(*temperature, || format!("the temperature of step {step}"))?;
+    }
     let numbered = temperatures.iter().enumerate().map(|(step, t)| [step.to_string(), nine_digits(*t)]);
     let rows = std::iter::once(["step", "temperature"].map(str::to_owned)).chain(numbered);
-    match &arguments.output {
-        Some(path) => write_csv(path, rows)?,
-        None => write_rows(std::io::stdout().lock(), rows)?,
-    }
-    if let Some(path) = &arguments.plot {
-        write_bytes(path, plot(&transition, &chosen.name(), &targets, &temperatures).svg()?.as_bytes())?;
+    output.unwrap_or(Destination::StandardOutput).write_csv(rows)?;
+    if let Some(plotted) = plotted {
+        plotted.write_bytes(plot(&transition, &chosen.name(), &targets, &temperatures).svg()?.as_bytes())?;
     }
     check_validation(&chosen)
 }

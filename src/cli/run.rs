@@ -1,22 +1,29 @@
 //! `isotherm run`: runs a scene and writes images, plots and a report.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 
+use super::arguments::command_line;
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::progress::{building_bar, progress_bar, show_stage, stop_flag};
+use super::reach::ReachArguments;
+use super::resume::{Earlier, identity};
 use crate::gpu::resources::{Planned, check_plan, device_bytes};
-use crate::output::folder::{Folder, check_writable, keep_inputs, write_bytes, write_json};
-use crate::output::job::{Done, FILES, JOINTS, Outcome, REPORT_HTML, REPORT_JSON, SERIES, run_into};
+use crate::gpu::samples::Samples;
+use crate::output::console::{answer, say};
+use crate::output::destination::destinations;
+use crate::output::folder::{Folder, keep_inputs};
+use crate::output::job::{Done, FILES, Job, Outcome, REPORT_HTML, REPORT_JSON, SaveEvery, run_into};
 use crate::output::report::{
     BufferSize, Device, FileEntry, ModelSize, PassTime, Report, SettingGroup, SourceFile, Speed,
 };
+use crate::output::tables::{JOINTS, SERIES};
 use crate::output::{report_html, settings};
 use crate::scene::Draw;
-use crate::simulation::check::SAMPLE;
+use crate::simulation::check::{Accuracy, SAMPLE};
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
 use crate::simulation::is_drawn;
@@ -29,38 +36,62 @@ use crate::trace::{Trace, Track};
 #[command(after_help = "Examples:\n  isotherm run models/station.toml -o out/station\n  \
 isotherm run models/station.toml -o out/reference --device cpu\n  \
 isotherm run models/station.toml -o out/checked --check=5000\n  \
-isotherm run models/station.toml -o out/traced --trace out/traced.json")]
+isotherm run models/station.toml -o out/traced --trace out/traced.json\n  \
+isotherm run --resume out/station")]
 pub struct Arguments {
     /// Scene file (TOML, described in docs/scene.md)
-    scene: PathBuf,
+    #[arg(required_unless_present = "resume")]
+    scene: Option<PathBuf>,
     /// Output folder, which must be empty or absent
-    #[arg(short, long, value_name = "DIR")]
-    output: PathBuf,
-    /// Overwrite isotherm's own files in the output folder
+    #[arg(short, long, value_name = "DIR", required_unless_present = "resume")]
+    output: Option<PathBuf>,
+    /// Replace the files that the manifest of the output folder lists. A file that was changed since is refused
     #[arg(long)]
     force: bool,
+    /// Go on with a run that was ended, from the state that it saved (DIR/.isotherm/state). The files are those of an undisturbed run
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["output", "force", "check"])]
+    resume: Option<PathBuf>,
+    /// How often the state is saved: a number of seconds, or of steps as in `100steps`. With 0 it is saved only after the warm-up and when a signal
+    /// ends the run
+    #[arg(long, value_name = "INTERVAL", default_value = "60", value_parser = parse_interval)]
+    save_every: SaveEvery,
     /// Number of nodes to compare with the f64 reference [default on a device: 256]. The report states the error beside
     /// the speed. More nodes take longer. Networks of up to 100,000 nodes are compared as a whole
     #[arg(long, value_name = "NODES", require_equals = true, value_parser = clap::value_parser!(u32).range(1..))]
     check: Option<Option<u32>>,
-    /// Write a timeline of host and device for ui.perfetto.dev or chrome://tracing
+    /// Write a timeline of host and device for ui.perfetto.dev or chrome://tracing, or - for standard output
     #[arg(long, value_name = "FILE.json")]
     trace: Option<PathBuf>,
+    #[command(flatten)]
+    reach: ReachArguments,
     #[command(flatten)]
     device: DeviceArguments,
 }
 
+fn parse_interval(text: &str) -> Result<SaveEvery, String> {
+    let wrong = || "it takes a number of seconds, such as 60, or of steps, such as 100steps".to_owned();
+    if let Some(steps) = text.strip_suffix("steps") {
+        return match steps.trim().parse() {
+            Ok(0) | Err(_) => Err(wrong()),
+            Ok(steps) => Ok(SaveEvery::Steps(steps)),
+        };
+    }
+    let seconds: f64 = text.strip_suffix('s').unwrap_or(text).trim().parse().map_err(|_| wrong())?;
+    Duration::try_from_secs_f64(seconds).map(SaveEvery::Time).map_err(|_| wrong())
+}
+
 /// Loads a scene and prints its warnings.
-pub(super) fn prepare_with_progress(path: &Path) -> Result<Prepared, CliError> {
+pub(super) fn prepare_with_progress(path: &Path, reach: ReachArguments) -> Result<Prepared, CliError> {
     let bar = building_bar();
-    let prepared = Prepared::new(path, &mut |stage| show_stage(&bar, stage));
+    let scene = reach.scene(path)?;
+    let prepared = Prepared::from_scene(scene, &mut |stage| show_stage(&bar, stage));
     bar.finish_and_clear();
     let prepared = prepared?;
     for warning in &prepared.warnings {
-        eprintln!("warning: {warning}");
+        say!("warning: {warning}");
     }
     for assumption in &prepared.scene.assumptions {
-        eprintln!("assumed: {assumption}");
+        say!("assumed: {assumption}");
     }
     Ok(prepared)
 }
@@ -68,12 +99,12 @@ pub(super) fn prepare_with_progress(path: &Path) -> Result<Prepared, CliError> {
 /// Prints the number of nodes and triangles, and their memory on the device.
 pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Target) {
     let nodes = prepared.nodes.count;
-    eprintln!("{}: {nodes} nodes, {} triangles on {}", prepared.scene.name, prepared.triangle_count(), chosen.name());
+    say!("{}: {nodes} nodes, {} triangles on {}", prepared.scene.name, prepared.triangle_count(), chosen.name());
     if let Target::Device(context) = chosen {
         let of_network = prepared.network_bytes(plan);
         let all = plan.iter().map(|planned| planned.bytes).sum::<u64>() + of_network.device + of_network.host;
         let of_nodes = device_bytes(plan) + of_network.device;
-        eprintln!(
+        say!(
             "device memory: {:.1} bytes a node; {:.1} MiB in all, with images and what the host reads, of {} MiB free",
             of_nodes as f64 / nodes.max(1) as f64,
             all as f64 / f64::from(1 << 20),
@@ -84,23 +115,59 @@ pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Target) {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
-    let trace = match &arguments.trace {
-        Some(path) => {
-            check_writable(path)?;
-            Trace::recording()
-        }
-        None => Trace::default(),
+    let [timeline] = destinations([arguments.trace.as_deref()])?;
+    let trace = if timeline.is_some() { Trace::recording() } else { Trace::default() };
+    let earlier = match &arguments.resume {
+        None => None,
+        Some(root) => match Earlier::open(root)? {
+            Some(earlier) => Some(earlier),
+            None => {
+                answer!("the run in {} is finished: there is nothing to resume", root.display());
+                return Ok(());
+            }
+        },
+    };
+    let (scene, root) = match (&earlier, &arguments.scene, &arguments.output) {
+        (Some(earlier), given, _) => (earlier.scene(given.as_deref())?, earlier.folder.root().to_path_buf()),
+        (None, Some(scene), Some(output)) => (scene.clone(), output.clone()),
+        _ => return Err(CliError::Usage("name a scene, and a folder with -o".to_owned())),
+    };
+    let reach = match &earlier {
+        Some(earlier) => arguments.reach.or(earlier.allows_outside()?),
+        None => arguments.reach,
     };
     let prepares = trace.span(Track::Host, "load and build the scene");
-    let prepared = prepare_with_progress(&arguments.scene)?;
+    let prepared = prepare_with_progress(&scene, reach)?;
     drop(prepares);
-    let folder = Folder::new(&arguments.output, &FILES);
-    folder.keep_inputs(&prepared.scene.files)?;
+    let fresh = if earlier.is_none() { Some(Folder::new(&root, &FILES)) } else { None };
+    if let Some(folder) = &fresh {
+        folder.keep_inputs(&prepared.scene.files)?;
+    }
     if let Some(path) = &arguments.trace {
         keep_inputs(path, &prepared.scene.files)?;
     }
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
-    let chosen = arguments.device.open()?;
+    let device = match (&arguments.device.device, &earlier) {
+        (None, Some(earlier)) => DeviceArguments { device: Some(earlier.device()?) },
+        (given, _) => DeviceArguments { device: given.clone() },
+    };
+    let chosen = device.open()?;
+    let with_check = matches!(chosen, Target::Device(_));
+    if arguments.check.is_some() && !with_check {
+        say!("nothing to check: this run is the f64 reference itself");
+    }
+    let sample = match &earlier {
+        Some(earlier) => earlier.check()?,
+        None => with_check.then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize)),
+    };
+    let command_line = match &earlier {
+        Some(earlier) => earlier.command_line()?,
+        None => command_line(),
+    };
+    let identity = identity(&prepared, &scene, reach, &chosen, sample, &command_line);
+    if let Some(earlier) = &earlier {
+        earlier.compare(&identity)?;
+    }
     let device_data = DeviceData::new(&prepared);
     let data = device_data.scene_data(&prepared, camera);
     let plan = data.plan();
@@ -109,7 +176,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         let of_network = prepared.network_bytes(&plan);
         check_plan(context, &plan, of_network.device + of_network.host, data.image)?;
     }
-    let folder = folder.prepare(arguments.force, &prepared.scene.files)?;
+    let (folder, state) = match (earlier, fresh) {
+        (Some(earlier), _) => {
+            earlier.folder.make_folders()?;
+            (earlier.folder, Some(earlier.state))
+        }
+        (None, folder) => {
+            let folder = folder.unwrap_or_else(|| Folder::new(&root, &FILES));
+            (folder.prepare(arguments.force, &prepared.scene.files)?, None)
+        }
+    };
     let stop = stop_flag();
     let mut engine = chosen.engine(&prepared, camera)?;
     engine.record(trace.clone());
@@ -122,30 +198,31 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         progress_bar(u64::from(time.steps) + 1, "steps"),
         progress_bar(images, "pictures"),
     ];
-    let with_check = matches!(chosen, Target::Device(_));
-    if arguments.check.is_some() && !with_check {
-        eprintln!("nothing to check: this run is the f64 reference itself");
-    }
-    let sample = with_check.then(|| arguments.check.flatten().map_or(SAMPLE, |nodes| nodes as usize));
-    let outcome = run_into(&prepared, &mut *engine, &folder, sample, &stop, &|done: Done| bars[done as usize].inc(1));
+    let job = Job { check: sample, save_every: arguments.save_every, identity: &identity, earlier: state.as_ref() };
+    let outcome = run_into(&prepared, &mut *engine, &folder, &job, &stop, &|done: Done| bars[done as usize].inc(1));
     bars.iter().for_each(ProgressBar::finish_and_clear);
     let outcome = outcome?;
 
     let buffers =
         plan.iter().map(|planned| BufferSize { name: format!("{:?}", planned.resource), bytes: planned.bytes });
+    let wall_s = outcome.wall_before_s + began.elapsed().as_secs_f64();
     let report = Report {
         buffers: if with_check { buffers.collect() } else { Vec::new() },
-        speed: speed(&prepared, &*engine, &outcome, began.elapsed().as_secs_f64()),
+        speed: speed(&prepared, &*engine, &outcome, wall_s),
+        command_line,
         ..report(&prepared, &chosen, &*engine, outcome, start_up_s)
     };
-    write_json(&folder.file(REPORT_JSON), &report)?;
-    write_bytes(&folder.file(REPORT_HTML), report_html::page(&report).as_bytes())?;
-    if let Some(path) = &arguments.trace {
-        write_bytes(path, trace.json().to_string().as_bytes())?;
+    folder.write_json(REPORT_JSON, &report)?;
+    folder.write_bytes(REPORT_HTML, report_html::page(&report).as_bytes())?;
+    if let Some(timeline) = &timeline {
+        timeline.write_bytes(trace.json().to_string().as_bytes())?;
+    }
+    if !report.interrupted {
+        folder.finish()?;
     }
     print_summary(&report, &folder);
     check_validation(&chosen)?;
-    if report.interrupted { Err(CliError::Stopped(arguments.output.clone())) } else { Ok(()) }
+    if report.interrupted { Err(CliError::StoppedRun(root)) } else { Ok(()) }
 }
 
 /// Cost of a step and of an image: the median of each pass, weighted by how often it ran.
@@ -162,8 +239,9 @@ fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f6
     let network_ms = median(costs.iter().filter_map(|cost| cost.device_ms).collect());
     let network_wall_ms = median(costs.iter().map(|cost| cost.wall_ms).collect());
     // A dispatch of many steps is not a single step.
-    let step_ms = mean(&|name| name.starts_with("thermal_step."), steps - engine.fused_steps())
-        .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network));
+    let step_ms =
+        mean(&|name| name.starts_with("thermal_step.") || name.starts_with("one_pass."), steps - engine.fused_steps())
+            .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network));
     let of_image = |name: &str| ["cull", "radiance", "read radiance", "read identity"].contains(&name);
     Speed {
         steps,
@@ -186,7 +264,10 @@ fn network_section(prepared: &Prepared, engine: &dyn Engine) -> Option<SettingGr
 
 fn pass_times(engine: &dyn Engine) -> Vec<PassTime> {
     let times = engine.pass_times().into_iter().flatten();
-    times.filter_map(|(name, samples)| PassTime::from_samples(name, samples)).collect()
+    let of = |(name, samples): (&String, &Samples<f64>)| {
+        PassTime::from_samples(name, samples).map(|time| PassTime { count: samples.count(), ..time })
+    };
+    times.filter_map(of).collect()
 }
 
 fn report(prepared: &Prepared, chosen: &Target, engine: &dyn Engine, outcome: Outcome, start_up_s: f64) -> Report {
@@ -230,25 +311,19 @@ fn report(prepared: &Prepared, chosen: &Target, engine: &dyn Engine, outcome: Ou
     let mut warnings = prepared.warnings.clone();
     let mut details_of_warm_up = Vec::new();
     if let Some(periodic) = outcome.periodic {
-        let coarse = match periodic.coarse {
-            0 => String::new(),
-            coarse => format!(" ({coarse} of them coarse)"),
-        };
-        let went = format!(
-            "{} orbits{coarse}, the last of which changed no node by more than {:.1e} K",
-            periodic.orbits, periodic.change
-        );
-        eprintln!("warm-up: {went}");
-        if !periodic.is_met() {
-            warnings.push(format!("The warm-up did not become periodic within {} K: {went}.", periodic.tolerance));
-        }
-        details_of_warm_up.push(("periodic warm-up".to_owned(), went));
+        say!("warm-up: {}", periodic.summary());
+        details_of_warm_up.push(("periodic warm-up".to_owned(), periodic.summary()));
+    }
+    let missed = outcome.periodic.and_then(|periodic| periodic.warning(""));
+    let off = outcome.accuracy.as_ref().and_then(Accuracy::warning);
+    for warning in missed.into_iter().chain(off) {
+        say!("warning: {warning}");
+        warnings.push(warning);
     }
     let device = Device { details: device.details.into_iter().chain(details_of_warm_up).collect(), ..device };
     Report {
         title: prepared.scene.name.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        command_line: std::env::args().collect::<Vec<_>>().join(" "),
         scene,
         inputs: inputs.collect(),
         device,
@@ -275,26 +350,29 @@ fn report(prepared: &Prepared, chosen: &Target, engine: &dyn Engine, outcome: Ou
 
 fn print_summary(report: &Report, folder: &Folder) {
     let speed = &report.speed;
-    println!("{} steps and {} images in {:.1} s on {}", speed.steps, speed.images, speed.wall_s, report.device.name);
+    answer!("{} steps and {} images in {:.1} s on {}", speed.steps, speed.images, speed.wall_s, report.device.name);
     if let (Some(step), Some(node)) = (speed.step_ms, speed.ns_per_node_step) {
-        println!("a thermal step takes {step:.2} ms, {node:.2} ns a node");
+        answer!("a thermal step takes {step:.2} ms, {node:.2} ns a node");
         match (speed.network_ms, speed.network_wall_ms) {
-            (Some(own), Some(wall)) => println!(
+            (Some(own), Some(wall)) => answer!(
                 "of it {own:.2} ms are the passes of the thermal network, whose wall time is {wall:.2} ms with loads, \
                  transfers and control"
             ),
-            (None, Some(_)) => println!("that is the wall time of the thermal network, which the processor integrates"),
+            (None, Some(_)) => answer!("that is the wall time of the thermal network, which the processor integrates"),
             (_, None) => {}
         }
     }
     if let Some(accuracy) = &report.accuracy {
-        println!(
+        answer!(
             "against the f64 reference: largest difference {:.1e} K, rms {:.1e} K ({} nodes, {} steps)",
-            accuracy.max_k, accuracy.rms_k, accuracy.nodes, accuracy.steps
+            accuracy.max_k,
+            accuracy.rms_k,
+            accuracy.nodes,
+            accuracy.steps
         );
         for note in &accuracy.notes {
-            println!("{note}");
+            answer!("{note}");
         }
     }
-    println!("report: {}", folder.file(REPORT_HTML).display());
+    answer!("report: {}", folder.file(REPORT_HTML).display());
 }

@@ -10,7 +10,7 @@ use crate::output::OutputError;
 use crate::output::colour::ColourScale;
 use crate::output::comparison::{Legend, panel, sheet};
 use crate::output::comparison_plots::{MOST_PLOTS, NamedSeries, differences, temperatures};
-use crate::output::folder::{Folder, write_bytes, write_csv};
+use crate::output::folder::Folder;
 use crate::output::job::eclipses;
 use crate::output::report::{Picture, write_plots};
 
@@ -24,7 +24,7 @@ pub const SHEET: &str = "comparison.png";
 
 /// The files of a comparison.
 pub fn own_files() -> Vec<String> {
-    let names = [PAGE, TABLE, OVER_TIME, SHEET, "panels/step_*.png", "plots/*.svg"].map(str::to_owned);
+    let names = [PAGE, TABLE, OVER_TIME, SHEET, "panels/step_#.png", "plots/*.svg"].map(str::to_owned);
     names.into_iter().chain(RESPONSES.map(series_name)).collect()
 }
 
@@ -40,10 +40,13 @@ pub fn write(folder: &Folder, runs: &Runs, page: &Page, pictured: &(dyn Fn() + S
     let found = [INSTANT, TRANSITION].map(|run| (RESPONSES[run], &runs.ran[run].differences));
     let materials: Vec<String> = network.prepared.materials.iter().map(|material| material.name.clone()).collect();
     let rows = table(network.series.parts(), &materials, &runs.vertices, &found, scene.time.step);
-    write_csv(&folder.file(TABLE), rows)?;
-    write_csv(&folder.file(OVER_TIME), over_time(runs))?;
+    folder.write_csv(TABLE, rows)?;
+    folder.write_csv(OVER_TIME, over_time(runs))?;
     for (name, ran) in RESPONSES.iter().zip(&runs.ran) {
-        ran.series.write(&folder.file(&series_name(name)))?;
+        let file = series_name(name);
+        folder.write(&file, |writer| {
+            ran.series.write(writer).map_err(|source| OutputError::Write(folder.file(&file), source))
+        })?;
     }
 
     let mut pictures = Vec::new();
@@ -52,7 +55,7 @@ pub fn write(folder: &Folder, runs: &Runs, page: &Page, pictured: &(dyn Fn() + S
         let legend = Legend::new(&title, RESPONSES, &runs.views, scene.colour_range);
         let details = details(runs, &legend.temperature);
         let png = sheet(&runs.views, &legend, &details)?.png()?;
-        write_bytes(&folder.file(SHEET), &png)?;
+        folder.write_bytes(SHEET, &png)?;
         pictures.push(Picture {
             title: "Temperatures under each response, and their differences from the network".to_owned(),
             file: SHEET.to_owned(),
@@ -61,7 +64,7 @@ pub fn write(folder: &Folder, runs: &Runs, page: &Page, pictured: &(dyn Fn() + S
         let panels = runs.views.par_iter().map(|view| {
             let file = format!("panels/step_{:06}.png", view.step);
             let png = panel(view, &legend)?.png()?;
-            write_bytes(&folder.file(&file), &png)?;
+            folder.write_bytes(&file, &png)?;
             pictured();
             Ok(Picture { title: view.caption.clone(), file, png })
         });
@@ -82,7 +85,7 @@ pub fn write(folder: &Folder, runs: &Runs, page: &Page, pictured: &(dyn Fn() + S
     write_plots(folder, &plots)?;
     let tables: Vec<String> =
         [TABLE, OVER_TIME].map(str::to_owned).into_iter().chain(RESPONSES.map(series_name)).collect();
-    write_bytes(&folder.file(PAGE), page.html(runs, &tables, &pictures, &plots).as_bytes())
+    folder.write_bytes(PAGE, page.html(runs, &tables, &pictures, &plots).as_bytes())
 }
 
 fn details(runs: &Runs, scale: &ColourScale) -> String {

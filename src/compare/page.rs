@@ -98,19 +98,10 @@ fn headline(html: &mut Html, runs: &Runs) {
     html.headline(figures.into_iter().map(|((value, unit), what)| (value, unit.to_owned(), what)));
 }
 
-/// The scene's warnings, and warm-ups that did not become periodic.
+/// The scene's warnings, and those of the runs.
 fn warnings(runs: &Runs) -> Vec<String> {
-    let mut warnings = runs.ran[NETWORK].prepared.warnings.clone();
-    for (name, ran) in RESPONSES.iter().zip(&runs.ran) {
-        if let Some(periodic) = ran.periodic.filter(|periodic| !periodic.is_met()) {
-            warnings.push(format!(
-                "The warm-up of '{name}' did not become periodic within {} K: {} orbits, the last of which changed a node by \
-                 {:.1e} K.",
-                periodic.tolerance, periodic.orbits, periodic.change
-            ));
-        }
-    }
-    warnings
+    let of_scene = runs.ran[NETWORK].prepared.warnings.iter().cloned();
+    of_scene.chain(runs.warnings()).collect()
 }
 
 fn parts(html: &mut Html, runs: &Runs) {

@@ -144,6 +144,25 @@ fn plate(material: &Material) -> Plate {
     Plate { capacitance: product.unwrap_or(0.0), emissivity: material.front.emissivity + back }
 }
 
+/// What to tell the user of a material's fitted transition in a run of `steps` steps of `step` [s], with its warm-up.
+pub fn fit_warnings(of: &OfMaterial, steps: f64, step: f64) -> Vec<String> {
+    let (Origin::Fitted(fitted), Some(transition)) = (&of.origin, &of.transition) else { return Vec::new() };
+    let mut warnings: Vec<String> =
+        fitted.doubts.iter().map(|doubt| format!("The fit of '{}' is doubtful. {doubt}.", of.name)).collect();
+    for (branch, profile) in [("heating", &transition.heating), ("cooling", &transition.cooling)] {
+        if profile.t_max_steps > steps {
+            warnings.push(format!(
+                "The fitted {branch} of '{}' takes {:.0} s, longer than the run with its warm-up, {:.0} s: it does not reach \
+                 its target in the run.",
+                of.name,
+                profile.t_max_steps * step,
+                steps * step
+            ));
+        }
+    }
+    warnings
+}
+
 /// A profile in the syntax of a scene file.
 pub fn profile_text(profile: &Profile, step: f64) -> String {
     let own = match &profile.function {

@@ -9,12 +9,13 @@ use rayon::prelude::*;
 use super::differences::{Differences, Vertices};
 use super::record::Record;
 use super::responses::{self, OfMaterial};
-use super::{CompareError, INSTANT, NETWORK, TRANSITION};
+use super::{CompareError, INSTANT, NETWORK, RESPONSES, TRANSITION};
 use crate::gpu::nodes::GROUP;
 use crate::output::comparison::Views;
-use crate::output::job::{NodeGroups, check_finite};
+use crate::output::job::check_finite;
 use crate::output::series::Series;
 use crate::output::statistics::Spread;
+use crate::output::tables::NodeGroups;
 use crate::scene::{Draw, Scene};
 use crate::simulation::engine::{Engine, EngineError, Order, Step};
 use crate::simulation::periodic::Periodic;
@@ -88,6 +89,23 @@ pub struct Runs {
 }
 
 impl Runs {
+    /// Warm-ups that did not become periodic, and fits that are not to be trusted.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings: Vec<String> = RESPONSES
+            .iter()
+            .zip(&self.ran)
+            .filter_map(|(name, ran)| ran.periodic?.warning(&format!(" of '{name}'")))
+            .collect();
+        let Ran { prepared, periodic, .. } = &self.ran[TRANSITION];
+        let time = &prepared.scene.time;
+        let orbits = periodic.map_or(0.0, |periodic| f64::from(periodic.orbits) * prepared.scene.orbit.period());
+        let steps = f64::from(prepared.warm_up_steps()) + orbits / time.step + f64::from(time.steps);
+        for material in &self.materials {
+            warnings.extend(responses::fit_warnings(material, steps, time.step));
+        }
+        warnings
+    }
+
     /// Parts in descending order of the difference between `instant` and the network. Parts without area are left out.
     pub fn farthest_parts(&self) -> Vec<usize> {
         let parts = &self.ran[INSTANT].differences.parts;
@@ -298,9 +316,12 @@ fn timed<T, E>(call: impl FnOnce() -> Result<T, E>) -> Result<(f64, T), E> {
 
 /// Number of thermal passes so far, and device time of the thermal and network passes [ms].
 fn thermal_passes(engine: &dyn Engine) -> (usize, f64) {
-    let passes = engine.pass_times().into_iter().flatten();
-    let thermal = passes.filter(|(name, _)| name.starts_with("thermal_step."));
-    let network: f64 = engine.network_costs().iter().filter_map(|cost| cost.device_ms).sum();
+    let passes = |start: &'static str| {
+        engine.pass_times().into_iter().flatten().filter(move |(name, _)| name.starts_with(start))
+    };
+    let thermal = passes("thermal_step.");
+    let in_frames: f64 = passes("one_pass.").map(|(_, times)| times.iter().sum::<f64>()).sum();
+    let network = in_frames + engine.network_costs().iter().filter_map(|cost| cost.device_ms).sum::<f64>();
     thermal.fold((0, network), |(count, sum), (_, times)| (count + times.len(), sum + times.iter().sum::<f64>()))
 }
 

@@ -13,7 +13,7 @@ use keys::Keys;
 pub mod keys;
 mod walk;
 
-pub use walk::Joints;
+pub use walk::{Joints, LongWalk};
 
 /// Sine of the angle between axis and Sun below which the Sun does not define a position.
 const ALONG: f64 = 1e-9;
@@ -141,16 +141,13 @@ impl Guided {
             Some([low, high]) if turns => {
                 let near = near.unwrap_or(0.5 * (low + high));
                 let first = target + ((low - target) / TAU).ceil() * TAU;
-                let mut best: Option<f64> = None;
-                let mut turn = first;
-                while turn <= high {
-                    if best.is_none_or(|best| (turn - near).abs() < (best - near).abs()) {
-                        best = Some(turn);
-                    }
-                    turn += TAU;
+                if first <= high {
+                    // Of two turns that are equally near, the lower one.
+                    let most = ((high - first) / TAU).floor();
+                    return first + ((near - first) / TAU - 0.5).ceil().clamp(0.0, most) * TAU;
                 }
                 let apart = |end: f64| ((end - target + PI).rem_euclid(TAU) - PI).abs();
-                best.unwrap_or(if apart(low) <= apart(high) { low } else { high })
+                if apart(low) <= apart(high) { low } else { high }
             }
             Some([low, high]) => target.clamp(low, high),
         }

@@ -14,6 +14,10 @@ pub const SUN_DISTANCE: f64 = 149_597_870_700.0;
 /// Radius of the Sun [m] (IAU 2015 resolution B3, nominal).
 pub const SUN_RADIUS: f64 = 6.957e8;
 
+/// Lowest altitude as a share of the planet's radius. A lower value is probably in kilometres by mistake. For the Earth
+/// it is 6.4 km.
+pub const LOWEST_ALTITUDE: f64 = 1e-3;
+
 /// A circular orbit. Altitude and period are separate inputs. The program prints a disagreement between them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CircularOrbit {

@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::context::Context;
 use super::error::{During as _, GpuError};
-use super::layout::{NetworkPass, SLICE, SunRay};
+use super::layout::{NetworkPass, NetworkStep, SLICE, SunRay};
 use super::pass::{Access, Kernel, Pass, Work};
 use super::pipeline::Pipeline;
 use super::resource::Resource;
@@ -153,6 +153,7 @@ fn binding_types(pass: &Pass) -> Vec<(u32, vk::DescriptorType)> {
 fn pipeline(context: &Arc<Context>, kernel: Kernel, types: &[(u32, vk::DescriptorType)]) -> Result<Pipeline, GpuError> {
     let constants = match kernel {
         Kernel::Wide(_) => size_of::<NetworkPass>(),
+        Kernel::OnePass(_) => size_of::<NetworkStep>(),
         Kernel::Cull => size_of::<u32>(),
         Kernel::SunRay { .. } => size_of::<SunRay>() + size_of::<[[f32; 4]; 3]>(),
         _ => 0,

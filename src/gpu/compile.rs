@@ -14,13 +14,13 @@ pub struct CompileError {
     pub message: String,
 }
 
-/// Compiles the text of an entry point `main` with the given preprocessor names defined. The extension of the file name
-/// gives the shader stage.
+/// Compiles the text of an entry point `main` with the given preprocessor names and their values defined. The extension
+/// of the file name gives the shader stage.
 pub(super) fn compile(
     name: &str,
     file: &str,
     text: &str,
-    definitions: impl Iterator<Item = String>,
+    definitions: impl Iterator<Item = (String, String)>,
 ) -> Result<Vec<u32>, CompileError> {
     let failed = |message: String| CompileError { name: name.to_owned(), message };
     let stage = match file.rsplit('.').next() {
@@ -29,7 +29,7 @@ pub(super) fn compile(
         _ => naga::ShaderStage::Compute,
     };
     let mut options = glsl::Options::from(stage);
-    options.defines.extend(definitions.map(|name| (name, "1".to_owned())));
+    options.defines.extend(definitions);
     let parsed = glsl::Frontend::default().parse(&options, text);
     let mut module = parsed.map_err(|errors| failed(errors.emit_to_string(text)))?;
     let functions = module.functions.iter_mut().map(|(_, function)| function);

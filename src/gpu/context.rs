@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex};
 use ash::{ext, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
+use super::drivers;
 use super::error::{During as _, GpuError};
 use super::host_heap;
 use super::shaders::Modules;
@@ -79,7 +80,7 @@ impl Context {
         let found = rank_devices(instance)?;
         let present = || found.iter().map(|(_, info, _)| format!("'{}'", info.name)).collect::<Vec<_>>().join(", ");
         let (physical, info, queue_family) = match wanted {
-            None => found.first().ok_or(GpuError::NoDevice)?,
+            None => found.first().ok_or_else(no_device)?,
             Some(wanted) => found
                 .iter()
                 .find(|(_, info, _)| info.name.to_lowercase().contains(&wanted.to_lowercase()))
@@ -218,7 +219,8 @@ fn create_instance(validate: bool) -> Result<(ash::Entry, ash::Instance, bool), 
     // SAFETY: the entry is loaded.
     let layers = unsafe { entry.enumerate_instance_layer_properties() }.during("listing layers")?;
     // SAFETY: the entry is loaded.
-    let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }.during("listing extensions")?;
+    let extensions =
+        unsafe { entry.enumerate_instance_extension_properties(None) }.map_err(no_driver("listing extensions"))?;
     let has_layer = layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER));
     if validate && !has_layer {
         return Err(GpuError::NoValidationLayer);
@@ -247,21 +249,35 @@ fn create_instance(validate: bool) -> Result<(ash::Entry, ash::Instance, bool), 
         create = create.push_next(&mut features);
     }
     // SAFETY: the names point to literals, and the structures live through the call.
-    let instance = unsafe { entry.create_instance(&create, None) }.map_err(|result| match result {
-        vk::Result::ERROR_INCOMPATIBLE_DRIVER => GpuError::NoDevice,
-        result => GpuError::Call { call: "creating the instance", result },
-    })?;
+    let instance = unsafe { entry.create_instance(&create, None) }.map_err(no_driver("creating the instance"))?;
     Ok((entry, instance, debug_utils))
+}
+
+/// The error of a call that the loader answers from its drivers. A driver file that is not JSON ends it with "out of host memory".
+fn no_driver(call: &'static str) -> impl Fn(vk::Result) -> GpuError {
+    move |result| match result {
+        vk::Result::ERROR_INCOMPATIBLE_DRIVER
+        | vk::Result::ERROR_INITIALIZATION_FAILED
+        | vk::Result::ERROR_OUT_OF_HOST_MEMORY => GpuError::NoDriver { found: drivers::description() },
+        result => GpuError::Call { call, result },
+    }
+}
+
+fn no_device() -> GpuError {
+    GpuError::NoDevice { found: drivers::description() }
 }
 
 type Ranked = (vk::PhysicalDevice, DeviceInfo, u32);
 
 fn rank_devices(instance: &ash::Instance) -> Result<Vec<Ranked>, GpuError> {
     // SAFETY: the instance is alive.
-    let physical = unsafe { instance.enumerate_physical_devices() }.during("listing devices")?;
+    let physical = unsafe { instance.enumerate_physical_devices() }.map_err(|result| match result {
+        vk::Result::ERROR_INITIALIZATION_FAILED => no_device(),
+        result => GpuError::Call { call: "listing devices", result },
+    })?;
     let mut found: Vec<(u32, Ranked)> = physical.into_iter().map(|device| describe(instance, device)).collect();
     found.sort_by_key(|(rank, _)| *rank);
-    if found.is_empty() { Err(GpuError::NoDevice) } else { Ok(found.into_iter().map(|(_, device)| device).collect()) }
+    if found.is_empty() { Err(no_device()) } else { Ok(found.into_iter().map(|(_, device)| device).collect()) }
 }
 
 fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ranked) {

@@ -2,21 +2,32 @@
 
 use ash::vk;
 
+use crate::saved::SavedError;
+
 /// A failure of Vulkan or of the device.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
-    /// The Vulkan loader (libvulkan) is not installed.
+    /// A saved state of another scene or device.
+    #[error("the saved state does not fit: {0}")]
+    Saved(#[from] SavedError),
+    /// The Vulkan loader (libvulkan) is not installed, or can not be opened.
     #[error(
-        "no Vulkan loader found ({0}); install one with `apt-get install libvulkan1 mesa-vulkan-drivers`, \
-         or run the f64 reference with `--device cpu`"
+        "no Vulkan loader can be opened ({0}); install one with `apt-get install libvulkan1 mesa-vulkan-drivers` (`LD_DEBUG=libs \
+         isotherm info` shows where it is searched for), or run the f64 reference, which needs no Vulkan, with `--device cpu`"
     )]
     NoLoader(String),
-    /// The loader finds no driver.
-    #[error(
-        "no Vulkan device found; install a driver (`apt-get install mesa-vulkan-drivers` brings lavapipe, which needs \
-         no GPU), or run the f64 reference with `--device cpu`"
-    )]
-    NoDevice,
+    /// The loader finds no driver, or none that works.
+    #[error("the Vulkan loader has no driver that works: {found}; {}", advice())]
+    NoDriver {
+        /// The drivers, in words.
+        found: String,
+    },
+    /// The drivers find no device.
+    #[error("no Vulkan device: no driver finds a device that it can drive ({found}); {}", advice())]
+    NoDevice {
+        /// The drivers, in words.
+        found: String,
+    },
     /// `--device` matches no device.
     #[error("no device matches '{wanted}'; there are: {present}")]
     UnknownDevice {
@@ -121,4 +132,11 @@ impl<T> During<T> for Result<T, vk::Result> {
     fn during(self, call: &'static str) -> Result<T, GpuError> {
         self.map_err(|result| GpuError::Call { call, result })
     }
+}
+
+/// What helps where a driver is missing or broken.
+fn advice() -> &'static str {
+    "`VK_LOADER_DEBUG=all isotherm info` shows what the loader tries, VK_DRIVER_FILES names other driver files; install a driver \
+     (`apt-get install mesa-vulkan-drivers` brings lavapipe, which needs no GPU), or run the f64 reference, which needs no \
+     Vulkan, with `--device cpu`"
 }

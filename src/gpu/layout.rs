@@ -281,6 +281,20 @@ shared! {
         pub right_at: u32,
     }
 
+    /// A step of a network in one pass, over a range of its groups.
+    pub struct NetworkStep {
+        /// First group.
+        pub first: u32,
+        /// Group after the last.
+        pub end: u32,
+        /// Runge-Kutta steps in a local step.
+        pub count: u32,
+        /// Length [s].
+        pub step: f32,
+        /// Fourth power of the radiative temperature of space [K4].
+        pub space_temperature_4: f32,
+    }
+
     /// Push constants of a pass over a large network.
     pub struct NetworkPass {
         /// Number of active invocations. A solver decision reads this number of partial sums instead.

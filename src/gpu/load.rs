@@ -11,9 +11,9 @@ use crate::environment::{MAX_SUN_SAMPLES, StepLoad, albedo};
 /// Load of a step without its length.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct DeviceLoad {
-    steps: Vec<layout::Step>,
-    samples: Vec<[[f32; 4]; MAX_SUN_SAMPLES]>,
-    albedo: Option<Vec<f32>>,
+    pub(super) steps: Vec<layout::Step>,
+    pub(super) samples: Vec<[[f32; 4]; MAX_SUN_SAMPLES]>,
+    pub(super) albedo: Option<Vec<f32>>,
 }
 
 impl DeviceLoad {

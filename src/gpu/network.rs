@@ -33,6 +33,7 @@ pub use wide::NODES_AT_MOST;
 use super::context::Context;
 use super::error::GpuError;
 use super::memory::Buffer;
+use crate::saved::Saved;
 use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
 use crate::thermal::network::{Network, NodeKind};
 
@@ -153,6 +154,39 @@ impl NetworkStepper {
         }
     }
 
+    /// The state that a run needs to go on later, bit for bit, without the work counts.
+    pub fn save(&self) -> Saved {
+        let mut saved = Saved::default();
+        saved.put("state", &self.state());
+        if let Path::Wide(wide) = &self.path {
+            saved.put_all("wide", wide.save());
+        }
+        saved
+    }
+
+    /// Takes what `save` gave, and the work counts of that time.
+    ///
+    /// # Errors
+    /// A state of another network, or a call that fails.
+    pub fn restore(&mut self, saved: &Saved, counts: WorkCounts) -> Result<(), GpuError> {
+        let wide = saved.has("wide.budgets");
+        if wide && self.is_fused() {
+            self.widen()?;
+        }
+        let state: Vec<[f32; 2]> = saved.list_of("state", self.state().len())?;
+        match &mut self.path {
+            Path::Fused(fused) => {
+                fused.set_state(&state)?;
+                fused.set_counts(counts);
+                Ok(())
+            }
+            Path::Wide(wide) => {
+                wide.set_state(&state)?;
+                Ok(wide.restore(&saved.part("wide"), counts)?)
+            }
+        }
+    }
+
     fn state(&self) -> Vec<[f32; 2]> {
         match &self.path {
             Path::Fused(fused) => fused.state().to_vec(),
@@ -255,7 +289,7 @@ fn check_temperatures(temperatures: &[f64]) -> Result<(), GpuError> {
 }
 
 /// Splits a temperature into base and rest [K].
-fn split(temperature: f64) -> [f32; 2] {
+pub(super) fn split(temperature: f64) -> [f32; 2] {
     let base = (temperature * 256.0).round() / 256.0;
     [base as f32, (temperature - base) as f32]
 }

@@ -2,6 +2,7 @@
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
+use super::one_pass_variant::OnePassVariant;
 use super::resource::Resource;
 use super::shaders::Shader;
 use super::variant::{FusedVariant, ResponseVariant, ThermalVariant};
@@ -73,6 +74,8 @@ pub enum Kernel {
     Wide(WideVariant),
     /// Sub-steps of a small network.
     Fused(FusedVariant),
+    /// The step of a network in one pass.
+    OnePass(OnePassVariant),
     /// Response of nodes to given targets.
     Response(ResponseVariant),
     /// Radiance of a blackbody in a band.
@@ -97,6 +100,7 @@ impl Kernel {
             Self::Response(variant) => vec![variant.shader()],
             Self::Fused(variant) => vec![variant.shader()],
             Self::Wide(variant) => vec![variant.shader()],
+            Self::OnePass(variant) => vec![variant.shader()],
             Self::SunDepth => plain("solar_depth.vert"),
             Self::Visibility => plain("solar_visibility.comp"),
             Self::SunRay { first: true } => vec![Shader::new("solar_rays.comp", vec!["first"])],
@@ -121,6 +125,8 @@ pub enum Said {
     Ray(u32, u32),
     /// Times and weights of a network pass.
     Network(NetworkWork),
+    /// First group of a network in one pass, and the group after the last.
+    OnePass(u32, u32),
 }
 
 /// Work of a pass.

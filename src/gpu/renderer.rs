@@ -2,12 +2,16 @@
 
 mod culling;
 mod forward;
+mod network;
+mod one_pass;
+mod saved;
 mod shadows;
 mod slots;
 
 use std::sync::Arc;
 
 use culling::Culling;
+use one_pass::{OnePass, is_of_network};
 use shadows::Shadows;
 use slots::Slots;
 
@@ -25,7 +29,6 @@ use super::resource::{Resource, SLOTS};
 use super::resources::SceneData;
 use super::store::Resources;
 use super::timing::{DeviceFrame, PassTimes};
-use super::variant::StepKind;
 use crate::environment::StepLoad;
 
 /// Work and outputs of a frame.
@@ -38,6 +41,8 @@ pub struct Request<'a> {
     pub views: &'a [layout::View],
     /// Whether the host reads the temperatures of all nodes.
     pub temperatures: bool,
+    /// Heat of the nodes of a network that the frame steps, in addition to that of the drawn nodes [W].
+    pub heat: Option<&'a [f64]>,
     /// A list to submit instead of the usual one for this request. Tests use it to leave a barrier out.
     pub list: Option<&'a Frame>,
 }
@@ -84,6 +89,8 @@ pub struct Renderer {
     /// Number of steps in such dispatches so far.
     fused_steps: u64,
     shadows: Shadows,
+    /// The network, if the frames step it.
+    one_pass: Option<OnePass>,
     /// The load whose balance is the target of every node, if known.
     commanded: Option<DeviceLoad>,
     /// The frames in flight. The field is dropped first, because its destructor waits for the device.
@@ -108,8 +115,12 @@ impl Renderer {
         frames.push(Frame::step_in_runs(&idle(&data.ranges), wanted, &triangles));
         let shadows = Shadows::new(data);
         let found = shadows.frame(&data.ranges);
-        let passes = frames.iter().map(|frame| frame.passes().count()).max().unwrap_or(0) + found.passes().count();
+        let one_pass = data.network.map(OnePass::new);
+        let stepped = one_pass.as_ref().map(OnePass::frames).unwrap_or_default();
+        let most = |frames: &[Frame]| frames.iter().map(|frame| frame.passes().count()).max().unwrap_or(0);
+        let passes = most(&frames) + most(&stepped) + found.passes().count();
         frames.push(found);
+        frames.extend(stepped);
         let joints = data.joints.as_ref().map_or(1, |joints| joints.count);
         let mut bindings = Bindings::new(context, joints, SLOTS);
         bindings.add(&resources, frames.iter().flat_map(Frame::passes))?;
@@ -123,6 +134,7 @@ impl Renderer {
             fuses: data.fuses(),
             fused_steps: 0,
             shadows,
+            one_pass,
             commanded: None,
             slots: Slots::new(context, passes)?,
             bindings,
@@ -169,11 +181,17 @@ impl Renderer {
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
         let wanted = Wanted { image: !views.is_empty(), cull, temperatures: request.temperatures };
         let mut ranges = request.step.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
-        // The host has already written the temperatures of network nodes.
-        ranges.retain(|range| range.variant.kind != StepKind::Absorb);
+        let mut loaded = Vec::new();
+        if self.steps_network() {
+            loaded.extend(ranges.iter().copied().filter(|range| is_of_network(range.variant.kind)));
+        }
+        // The other ranges of a network have temperatures that the host has already written.
+        ranges.retain(|range| !is_of_network(range.variant.kind));
         let mut frame = Frame::default();
-        if let Some((load, _)) = request.step {
+        let mut network = Frame::default();
+        if let Some((load, steps)) = request.step {
             frame = self.shadows(load)?;
+            network = self.network_frame(steps, request.heat)?;
             // If the load is unchanged, a cheaper variant continues the transitions.
             let load = Some(DeviceLoad::new(load, self.joints));
             if frame.entries.is_empty() && self.commanded == load {
@@ -182,7 +200,12 @@ impl Renderer {
                 self.commanded = load;
             }
         }
-        let frame = frame.then(Frame::step_in_runs(&ranges, wanted, &culled));
+        ranges.extend(loaded);
+        let frame = frame.then(Frame::step(&ranges, Wanted::default())).then(network).then(Frame::step_in_runs(
+            &[],
+            wanted,
+            &culled,
+        ));
         self.send(&frame, Request { views: &views, ..request })
     }
 
@@ -191,7 +214,7 @@ impl Renderer {
     /// in flight before.
     pub fn absorbed(&mut self, load: &StepLoad) -> Result<Vec<f32>, GpuError> {
         let mut ranges = ranges_of_load(&self.ranges, load);
-        ranges.retain(|range| range.variant.kind == StepKind::Absorb);
+        ranges.retain(|range| is_of_network(range.variant.kind));
         let wanted = Wanted { temperatures: true, ..Wanted::default() };
         let frame = self.shadows(load)?.then(Frame::step(&ranges, wanted));
         let submitted = self.send(&frame, Request::step(load, 1.0))?;
@@ -253,6 +276,10 @@ impl Renderer {
         let told = |said: Said| match said {
             Said::Triangle(first) => first.to_le_bytes().to_vec(),
             Said::Ray(ray, joint) => self.shadows.ray(ray, joint),
+            Said::OnePass(first, end) => {
+                let constants = |network: &OnePass| bytemuck::bytes_of(&network.constants(first, end)).to_vec();
+                self.one_pass.as_ref().map(constants).unwrap_or_default()
+            }
             Said::Nothing | Said::Network(_) => Vec::new(),
         };
         let (context, bindings) = (self.resources.context.as_ref(), Some(&self.bindings));

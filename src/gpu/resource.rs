@@ -20,7 +20,7 @@ pub enum Count {
     FusedAlbedo,
     /// Materials.
     Materials,
-    /// Cubic pieces of the shaped response functions.
+    /// Straight pieces of the shaped response functions.
     Shapes,
     /// Groups of four nodes.
     Groups,
@@ -78,6 +78,18 @@ pub enum Count {
     NetworkWorkgroups,
     /// One, if the network is large.
     NetworkOnce,
+    /// Groups of a network that is stepped in one pass.
+    OnePassGroups,
+    /// Those of its groups that are in blocks.
+    OnePassBlockGroups,
+    /// Words of its links.
+    OnePassLinks,
+    /// Words of its sources.
+    OnePassSources,
+    /// Weights of four nodes for its blocks.
+    OnePassWeights,
+    /// Its groups, if the host gives heat.
+    OnePassHeat,
     /// A number that the code gives at creation.
     Given,
 }
@@ -95,6 +107,12 @@ impl Count {
                 | Self::ShadowedGroups
                 | Self::Triangles
                 | Self::Draws
+                | Self::OnePassGroups
+                | Self::OnePassBlockGroups
+                | Self::OnePassLinks
+                | Self::OnePassSources
+                | Self::OnePassWeights
+                | Self::OnePassHeat
         )
     }
 }
@@ -279,8 +297,8 @@ table! {
     View: row(size_of::<layout::View>(), Once, Uniform, "View").each_slot().each_joint();
     /// `Material` of every material.
     Materials: row(size_of::<layout::Material>(), Count::Materials, Storage, "Material");
-    /// Cubic pieces of the shaped response functions.
-    Shapes: row(16, Count::Shapes, Storage, "Shape");
+    /// Straight pieces of the shaped response functions.
+    Shapes: row(8, Count::Shapes, Storage, "Shape");
     /// Material index of every group.
     GroupMaterial: row(4, Groups, Storage, "GroupMaterial").in_pieces(WithoutImage);
     /// Part index of every group.
@@ -307,7 +325,7 @@ table! {
     BandTable: row(4, Band, Storage, "BandTable");
     /// Target temperature of every node [K].
     Target: row(GROUP, MovingGroups, Storage, "Target").in_pieces(Always);
-    /// Target minus old temperature of every node [K].
+    /// Target minus old temperature of every node [K]. Along a shaped function it is target minus present temperature.
     Span: row(GROUP, MovingGroups, Storage, "Span").in_pieces(Always);
     /// Time since the transition of every node began [steps].
     Elapsed: row(GROUP, MovingGroups, Storage, "Elapsed").in_pieces(Always);
@@ -339,6 +357,31 @@ table! {
     IdentityReadback: unbound(8, Pixels, Readback).each_slot();
     /// Host copy of `Temperature`.
     TemperatureReadback: unbound(GROUP, Groups, Readback).each_slot();
+
+    /// 1 / C and emission of the nodes of a network that is stepped in one pass.
+    OnePassNodes: row(PAIRS, OnePassGroups, Storage, "Node");
+    /// Range of links and of sources of every group.
+    OnePassRows: row(16, OnePassGroups, Storage, "Row");
+    /// Neighbours by weak conductors, and these conductors.
+    OnePassLinks: row(16, Count::OnePassLinks, Storage, "Link");
+    /// Drawn nodes that heat every group, and the areas.
+    OnePassSources: row(16, Count::OnePassSources, Storage, "Source");
+    /// Range of groups, first weight and factors of every group in blocks.
+    OnePassUnits: row(PAIRS, OnePassBlockGroups, Storage, "Unit");
+    /// Weights of the conduction inside blocks.
+    OnePassWeights: row(16, Count::OnePassWeights, Storage, "Weight");
+    /// Mean temperatures of every other step: base and rest of every node [K].
+    OnePassMeanEven: row(PAIRS, OnePassGroups, Storage, "Mean Gathered Next");
+    /// Mean temperatures of the steps between those of `OnePassMeanEven`.
+    OnePassMeanOdd: row(PAIRS, OnePassGroups, Storage, "Mean Gathered Next");
+    /// Rests of the temperatures, which have the bases of the mean temperatures [K].
+    OnePassRests: row(GROUP, OnePassGroups, Storage, "Rest");
+    /// What the nodes of blocks receive in a step, and their rests at its start [K].
+    OnePassDrives: row(PAIRS, OnePassBlockGroups, Storage, "Drive");
+    /// Change by conduction inside blocks in the last step [K].
+    OnePassCouplings: row(GROUP, OnePassBlockGroups, Storage, "Coupling");
+    /// Heat of every node in addition to that of the drawn nodes [W], written by the host.
+    OnePassHeat: row(GROUP, Count::OnePassHeat, FromHost, "Heat").each_slot();
 
     /// 1 / C and emission of the nodes of a large network.
     NetworkRows: row(PAIRS, NetworkGroups, Storage, "Row");

@@ -11,6 +11,7 @@ use super::frame::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
 use super::layout::{self, FUSED_STEPS};
 use super::memory::Buffer;
 use super::once::Once;
+use super::one_pass::OnePassTables;
 use super::resource::{Count, Pieces, Resource};
 use super::shapes::Shapes;
 use super::store::Resources;
@@ -48,6 +49,8 @@ pub struct SceneData<'a> {
     pub shadows: Option<ShadowData<'a>>,
     /// Joints; `None` if no part moves.
     pub joints: Option<JointData<'a>>,
+    /// Thermal network that the frames step in one pass.
+    pub network: Option<&'a OnePassTables>,
 }
 
 /// Triangles of each joint.
@@ -162,7 +165,7 @@ impl SceneData<'_> {
             Count::Boxes => tree.map_or(0, |tree| tree.tree.nodes.len()),
             Count::Traced => tree.map_or(0, |tree| tree.triangles.len()),
             Count::Pixels => self.image.map_or(0, |[width, height]| width as usize * height as usize),
-            _ => 0,
+            other => self.network.map_or(0, |network| network.count(other)),
         }
     }
 }
@@ -244,6 +247,14 @@ impl Resources {
             if let Some(tree) = shadows.tree {
                 self.upload_tree(once, tree)?;
             }
+        }
+        if let Some(network) = data.network {
+            self.upload(once, Resource::OnePassNodes, &network.nodes)?;
+            self.upload(once, Resource::OnePassRows, &network.rows)?;
+            self.upload(once, Resource::OnePassLinks, &network.links)?;
+            self.upload(once, Resource::OnePassSources, &network.sources)?;
+            self.upload(once, Resource::OnePassUnits, &network.units)?;
+            self.upload(once, Resource::OnePassWeights, &network.weights(&network.plan))?;
         }
         self.upload(once, Resource::BandTable, data.band_table)?;
         for (axis, resource) in [Resource::NormalX, Resource::NormalY, Resource::NormalZ].into_iter().enumerate() {

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::compile::{self, CompileError};
+use crate::thermal::transition::MOVED;
 
 macro_rules! texts {
     ($($file:literal)*) => { &[$(($file, include_str!(concat!("../../glsl/", $file)))),*] };
@@ -19,7 +20,7 @@ macro_rules! entry_points {
 /// Entry points of `glsl/`, each with its SPIR-V without words.
 pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
     "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp" "network_fused.comp" "network_solve.comp"
-    "network_wide.comp" "radiance.frag" "radiance.vert" "response.comp" "solar_depth.vert" "solar_rays.comp"
+    "network_wide.comp" "one_pass.comp" "radiance.frag" "radiance.vert" "response.comp" "solar_depth.vert" "solar_rays.comp"
     "solar_visibility.comp" "thermal_step.comp"
 ];
 
@@ -28,10 +29,14 @@ const TEXTS: &[(&str, &str)] = texts![
     "albedo.glsl" "balance.glsl" "band_table.glsl" "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp"
     "network.glsl"
     "network_elimination.glsl" "network_fused.comp" "network_rows.glsl" "network_solve.comp" "network_types.glsl"
-    "network_wide.comp" "planck.glsl" "planet.glsl" "radiance.frag" "radiance.vert" "response.comp"
+    "network_wide.comp" "one_pass.comp" "planck.glsl" "planet.glsl" "radiance.frag" "radiance.vert" "response.comp"
     "shaped_transition.glsl" "solar_depth.vert" "solar_rays.comp"
     "solar_visibility.comp" "solar_visibility.glsl" "thermal_step.comp" "transition.glsl" "types.glsl"
 ];
+
+/// Constants that GLSL shares with its twins in f64: preprocessor name and value. A float's `Debug` text is a GLSL
+/// literal.
+const VALUES: &[(&str, f32)] = &[("MOVED", MOVED as f32)];
 
 /// Text of a file in `glsl/`.
 pub(super) fn text_of(file: &str) -> &'static str {
@@ -63,7 +68,9 @@ impl Shader {
     pub fn compile(&self) -> Result<Vec<u32>, CompileError> {
         let mut text = String::new();
         self.expand(self.entry, &mut Vec::new(), &mut text);
-        compile::compile(&self.name(), self.entry, &text, self.words.iter().map(|word| word.to_uppercase()))
+        let words = self.words.iter().map(|word| (word.to_uppercase(), "1".to_owned()));
+        let values = VALUES.iter().map(|(name, value)| ((*name).to_owned(), format!("{value:?}")));
+        compile::compile(&self.name(), self.entry, &text, words.chain(values))
     }
 
     /// Appends a file and expands each `#include "file"` once, because naga does not support includes.

@@ -1,8 +1,7 @@
-//! Cubic pieces of a scene's shaped response functions, in one buffer.
+//! Straight pieces of a scene's shaped response functions, in one buffer.
 
 use super::variant::{Curve, StepKind};
 use crate::thermal::function::Function;
-use crate::thermal::function::pieces::FEWEST;
 use crate::thermal::material::{Domain, Material, Response, Retarget, Transition};
 
 /// The shaped response functions of a scene.
@@ -11,7 +10,7 @@ pub struct Shapes {
     /// Functions, each with its result of `place`.
     places: Vec<(Function, f32)>,
     /// Pieces for the shaders, empty without shaped functions.
-    pub values: Vec<[f32; 4]>,
+    pub values: Vec<[f32; 2]>,
 }
 
 impl Shapes {
@@ -36,17 +35,13 @@ impl Shapes {
     fn add(&mut self, transition: &Transition) {
         for function in [&transition.heating.function, &transition.cooling.function] {
             if !transition.is_power() && self.places.iter().all(|(known, _)| known != function) {
-                let cells = function.pieces().cells;
-                let doublings = (cells.len() / (2 * FEWEST)).ilog2() as usize;
-                let place = self.values.len() / (2 * FEWEST) * 16 + doublings;
-                self.places.push((function.clone(), place as f32));
-                self.values.extend(cells);
+                self.places.push((function.clone(), self.values.len() as f32));
+                self.values.extend(function.pieces().cells);
             }
         }
     }
 
-    /// Place of a function's pieces, 0 without pieces. It is 16 times the index of the first piece, in units of the
-    /// smallest number of pieces, plus the number of doublings from this number to that of the function.
+    /// Index of a function's first piece, 0 without pieces.
     pub fn place(&self, function: &Function) -> f32 {
         self.places.iter().find(|(known, _)| known == function).map_or(0.0, |(_, place)| *place)
     }

@@ -8,6 +8,7 @@ use ash::vk;
 
 use super::context::Context;
 use super::error::{During as _, GpuError};
+use super::samples::Samples;
 
 /// Timestamp queries of one slot. It does nothing on a queue without timestamps.
 pub struct Timing {
@@ -29,7 +30,7 @@ pub struct DeviceFrame {
 }
 
 /// Durations of every pass in a run [ms], by name, in order of time.
-pub type PassTimes = BTreeMap<String, Vec<f64>>;
+pub type PassTimes = BTreeMap<String, Samples<f64>>;
 
 impl Timing {
     /// Makes queries for up to `passes` passes.

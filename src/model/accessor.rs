@@ -24,7 +24,7 @@ pub(super) enum Use {
 
 /// A document with the bytes of its buffers.
 pub(super) struct Accessors<'a> {
-    document: &'a Document,
+    document: &'a Document<'a>,
     buffers: &'a [Cow<'a, [u8]>],
 }
 
@@ -44,7 +44,7 @@ impl Strided<'_> {
 
 impl<'a> Accessors<'a> {
     /// Joins a document and its buffers.
-    pub fn new(document: &'a Document, buffers: &'a [Cow<'a, [u8]>]) -> Self {
+    pub fn new(document: &'a Document<'a>, buffers: &'a [Cow<'a, [u8]>]) -> Self {
         Self { document, buffers }
     }
 

@@ -8,6 +8,7 @@ use super::document::Document;
 use super::error::label;
 use super::{Animation, NodeMotion};
 use crate::environment::joints::keys::{KeyInterpolation, Keys};
+use crate::text::plain;
 
 /// Every animation of a file. An invalid one is a message.
 pub(super) fn read(document: &Document, accessors: &Accessors) -> Vec<Result<Animation, String>> {
@@ -27,7 +28,7 @@ fn animation(index: usize, name: Option<&str>, value: &Value, accessors: &Access
     };
     let samplers = list("samplers")?;
     let mut animation = Animation {
-        name: name.map_or_else(|| format!("animation_{index}"), str::to_owned),
+        name: name.map_or_else(|| format!("animation_{index}"), |name| plain(name).into_owned()),
         duration: 0.0,
         nodes: Vec::new(),
     };

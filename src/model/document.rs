@@ -2,13 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use gltf::json::{Accessor, Buffer, Mesh, buffer::View};
+use gltf::json::{Accessor, Mesh, buffer::View};
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, IgnoredAny, MapAccess, Visitor};
+use serde_json::value::RawValue;
 use serde_json::{Map, Value};
 
 use super::error::{counted, label};
 use super::{Fault, ModelMaterial, Skipped};
+use crate::text::plain;
 
 /// Prefix of isotherm's `extras` keys. Blender writes custom properties this way.
 const EXTRAS_PREFIX: &str = "isotherm_";
@@ -58,11 +60,18 @@ pub(super) struct Scene {
     pub nodes: Vec<usize>,
 }
 
+/// A buffer. Its URI stays JSON text, because a data URI can have gigabytes.
+pub(super) struct Buffer<'a> {
+    pub name: Option<String>,
+    pub uri: Option<&'a RawValue>,
+    pub byte_length: u64,
+}
+
 /// The used part of a glTF document. Its indices are unchecked.
-pub(super) struct Document {
+pub(super) struct Document<'a> {
     pub accessors: Vec<Accessor>,
     pub views: Vec<View>,
-    pub buffers: Vec<Buffer>,
+    pub buffers: Vec<Buffer<'a>>,
     pub meshes: Vec<Mesh>,
     pub nodes: Vec<Node>,
     pub scenes: Vec<Scene>,
@@ -77,10 +86,10 @@ pub(super) struct Document {
     pub skipped: Vec<Skipped>,
 }
 
-impl Document {
+impl<'a> Document<'a> {
     /// Parses the JSON text. It refuses glTF versions other than 2 and unsupported required extensions.
-    pub fn parse(json: &[u8]) -> Result<Self, Fault> {
-        let root: Map<String, Value> = serde_json::from_slice(json).map_err(Fault::Json)?;
+    pub fn parse(json: &'a [u8]) -> Result<Self, Fault> {
+        let Root { values: root, buffers } = serde_json::from_slice(json).map_err(Fault::Json)?;
         check_version(&root)?;
         let used = strings(&root, "extensionsUsed")?;
         let required = strings(&root, "extensionsRequired")?;
@@ -93,7 +102,7 @@ impl Document {
         Ok(Self {
             accessors: elements(&root, "accessors", "accessor")?,
             views: elements(&root, "bufferViews", "buffer view")?,
-            buffers: elements(&root, "buffers", "buffer")?,
+            buffers: read_buffers(buffers)?,
             meshes: elements(&root, "meshes", "mesh")?,
             nodes: elements(&root, "nodes", "node")?,
             scenes: elements(&root, "scenes", "scene")?,
@@ -114,6 +123,96 @@ impl Document {
     pub fn accessor_label(&self, index: usize) -> String {
         label("accessor", index, self.accessors.get(index).and_then(|accessor| accessor.name.as_deref()))
     }
+}
+
+/// The root of the document. What is not read is not kept, and buffers stay text.
+struct Root<'a> {
+    values: Map<String, Value>,
+    buffers: Option<&'a RawValue>,
+}
+
+/// Keys of the root with images and their like, which a file can hold as text of gigabytes.
+const UNREAD: &[&str] = &["images", "textures", "samplers", "extras"];
+
+impl<'de> Deserialize<'de> for Root<'de> {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(RootVisitor)
+    }
+}
+
+struct RootVisitor;
+
+impl<'de> Visitor<'de> for RootVisitor {
+    type Value = Root<'de>;
+
+    fn expecting(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
+        formatter.write_str("a map")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Root<'de>, A::Error> {
+        let mut root = Root { values: Map::new(), buffers: None };
+        while let Some(key) = map.next_key::<String>()? {
+            if key == "buffers" {
+                root.buffers = Some(map.next_value()?);
+            } else if UNREAD.contains(&key.as_str()) {
+                map.next_value::<IgnoredAny>()?;
+            } else {
+                let mut value = map.next_value()?;
+                whole_numbers(&mut value);
+                root.values.insert(key, value);
+            }
+        }
+        Ok(root)
+    }
+}
+
+/// Most digits of a whole number that an f64 holds exactly.
+const EXACT: f64 = 9_007_199_254_740_992.0;
+
+/// Turns `1.0` into `1` everywhere, since JSON knows one kind of number (glTF 2.0, 2.4) and some writers always add the point.
+fn whole_numbers(value: &mut Value) {
+    match value {
+        Value::Array(items) => items.iter_mut().for_each(whole_numbers),
+        Value::Object(items) => items.values_mut().for_each(whole_numbers),
+        Value::Number(number) if number.is_f64() => {
+            let whole = number
+                .as_f64()
+                .filter(|f| f.fract() == 0.0 && f.abs() <= EXACT && !(*f == 0.0 && f.is_sign_negative()));
+            if let Some(whole) = whole {
+                *value = Value::from(whole as i64);
+            }
+        }
+        _ => {}
+    }
+}
+
+#[derive(Deserialize)]
+struct StatedBuffer<'a> {
+    #[serde(borrow)]
+    uri: Option<&'a RawValue>,
+    #[serde(rename = "byteLength")]
+    byte_length: Option<Value>,
+    name: Option<Value>,
+}
+
+fn read_buffers(text: Option<&RawValue>) -> Result<Vec<Buffer<'_>>, Fault> {
+    let Some(text) = text else { return Ok(Vec::new()) };
+    let all: Vec<&RawValue> =
+        serde_json::from_str(text.get()).map_err(|_| Fault::element("buffers", "is not an array"))?;
+    all.into_iter().enumerate().map(|(index, text)| read_buffer(index, text)).collect()
+}
+
+fn read_buffer(index: usize, text: &RawValue) -> Result<Buffer<'_>, Fault> {
+    let stated: StatedBuffer = serde_json::from_str(text.get())
+        .map_err(|error| Fault::element(label("buffer", index, None), error.to_string()))?;
+    let name = stated.name.as_ref().and_then(Value::as_str).map(str::to_owned);
+    let mut length = stated.byte_length.unwrap_or_default();
+    whole_numbers(&mut length);
+    let byte_length = length.as_u64().ok_or_else(|| {
+        let problem = format!("byteLength is to be a whole number of bytes, found {length}");
+        Fault::element(label("buffer", index, name.as_deref()), problem)
+    })?;
+    Ok(Buffer { name, uri: stated.uri, byte_length })
 }
 
 fn check_version(root: &Map<String, Value>) -> Result<(), Fault> {
@@ -179,7 +278,7 @@ fn unused(root: &Map<String, Value>, used: &[String]) -> Result<Vec<Skipped>, Fa
 /// Name and `extras` of a material. Its appearance is not read.
 fn material((index, value): (usize, &Value)) -> ModelMaterial {
     let name = match value.get("name").and_then(Value::as_str) {
-        Some(name) if !name.is_empty() => name.to_owned(),
+        Some(name) if !name.is_empty() => plain(name).into_owned(),
         _ => format!("material_{index}"),
     };
     let extras = value.get("extras").and_then(Value::as_object).into_iter().flatten();

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::files::FileFault;
+
 /// Why a model cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
@@ -42,7 +44,7 @@ pub enum ModelError {
 pub enum Fault {
     /// The operating system cannot read it.
     #[error("cannot be read: {0}")]
-    Unreadable(std::io::Error),
+    Unreadable(FileFault),
     /// The binary container (GLB) is damaged.
     #[error("damaged GLB container: {0}")]
     Container(String),

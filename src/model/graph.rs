@@ -5,6 +5,7 @@ use glam::{DMat4, DQuat, DVec3};
 use super::document::{Document, Node};
 use super::error::label;
 use super::{Fault, SceneNode};
+use crate::text::plain;
 
 /// Largest error of a rotation's length. The glTF validator uses it, and quantized rotations stay within it.
 const UNIT_TOLERANCE: f64 = 0.00769;
@@ -55,7 +56,7 @@ pub(super) fn walk(document: &Document) -> Result<Graph, Fault> {
         graph.nodes.push(SceneNode {
             index,
             name: match &node.name {
-                Some(name) if !name.is_empty() => name.clone(),
+                Some(name) if !name.is_empty() => plain(name).into_owned(),
                 _ => format!("node_{index}"),
             },
             parent,

@@ -13,6 +13,8 @@ use super::graph::{self, Instance};
 use super::measure::area_vector;
 use super::primitive::{Geometry, read_mesh};
 use super::{Fault, Model, ModelError, ModelMaterial, Part, Skipped, animation, buffer, container};
+use crate::files::{self, Reach};
+use crate::text::plain;
 
 /// Name of the material of primitives without one.
 const DEFAULT_MATERIAL: &str = "default";
@@ -24,7 +26,7 @@ const SMALLEST_AREA: f64 = f32::MIN_POSITIVE as f64;
 const CANCELLED: f64 = 1e-12;
 
 impl Model {
-    /// Loads a `.glb` or `.gltf` file.
+    /// Loads a `.glb` or `.gltf` file. Its buffers are in its own folder.
     ///
     /// It loads the default scene, or the first one. Every instance of a mesh counts on its own. A mirroring transform
     /// reverses the winding, so that triangles still face outwards. Primitives without normals are shaded flat: their
@@ -38,16 +40,35 @@ impl Model {
     /// A file that is unreadable, breaks a rule of glTF 2.0, requires an unsupported extension, or holds no triangle.
     /// See [`Fault`].
     pub fn load(path: &Path) -> Result<Self, ModelError> {
-        read(path).map_err(|fault| ModelError::File { path: path.to_owned(), fault })
+        Self::load_within(path, &Reach::of(path))
+    }
+
+    /// Loads a file that may name the files of `reach`.
+    ///
+    /// # Errors
+    /// As for `load`.
+    pub fn load_within(path: &Path, reach: &Reach) -> Result<Self, ModelError> {
+        let read = || {
+            let bytes = files::read(path).map_err(Fault::Unreadable)?;
+            read(&bytes, path, reach)
+        };
+        read().map_err(|fault| ModelError::File { path: path.to_owned(), fault })
+    }
+
+    /// Reads the bytes of a file as if it lay at `path`.
+    ///
+    /// # Errors
+    /// As for `load`.
+    pub fn parse(bytes: &[u8], path: &Path, reach: &Reach) -> Result<Self, ModelError> {
+        read(bytes, path, reach).map_err(|fault| ModelError::File { path: path.to_owned(), fault })
     }
 }
 
-fn read(path: &Path) -> Result<Model, Fault> {
-    let bytes = std::fs::read(path).map_err(Fault::Unreadable)?;
-    let container = container::split(&bytes)?;
+fn read(bytes: &[u8], path: &Path, reach: &Reach) -> Result<Model, Fault> {
+    let container = container::split(bytes)?;
     let document = Document::parse(container.json)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let buffers = buffer::load(&document, container.binary, folder)?;
+    let buffers = buffer::load(&document, container.binary, folder, reach)?;
     let accessors = Accessors::new(&document, &buffers);
     let graph = graph::walk(&document)?;
 
@@ -82,7 +103,7 @@ fn read(path: &Path) -> Result<Model, Fault> {
 }
 
 struct Assembly<'a> {
-    document: &'a Document,
+    document: &'a Document<'a>,
     model: Model,
     /// Model index of each material in use, by its index in the document.
     materials: HashMap<Option<usize>, u32>,
@@ -132,7 +153,7 @@ struct Tally {
 }
 
 impl<'a> Assembly<'a> {
-    fn new(document: &'a Document, model: Model) -> Self {
+    fn new(document: &'a Document<'a>, model: Model) -> Self {
         Self { document, model, materials: HashMap::new(), part_names: HashSet::new() }
     }
 
@@ -146,7 +167,7 @@ impl<'a> Assembly<'a> {
         }
         let node = &self.document.nodes[instance.node];
         let name = match &node.name {
-            Some(name) if !name.is_empty() => name.clone(),
+            Some(name) if !name.is_empty() => plain(name).into_owned(),
             _ => format!("node_{}", instance.node),
         };
         let drawn = self.model.triangles.len() > before;

@@ -11,6 +11,7 @@ use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
 use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
 
 use super::OutputError;
+use crate::text::plain;
 
 /// Red, green, blue in sRGB.
 pub type Rgb = [u8; 3];
@@ -124,7 +125,8 @@ impl Canvas {
     pub fn text(&mut self, text: &str, x: u32, y: u32, face: Face, alignment: Alignment, [r, g, b]: Rgb) {
         let style = TextStyleBuilder::new().alignment(alignment).baseline(Baseline::Top).build();
         let font = MonoTextStyle::new(face.font(), Rgb888::new(r, g, b));
-        let Ok(_) = Text::with_text_style(text, Point::new(x.cast_signed(), y.cast_signed()), font, style).draw(self);
+        let text = plain(text);
+        let Ok(_) = Text::with_text_style(&text, Point::new(x.cast_signed(), y.cast_signed()), font, style).draw(self);
     }
 
     /// The picture at another size. Each new pixel is the mean of the area that it covers.

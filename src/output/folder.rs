@@ -1,62 +1,194 @@
 //! The output folder: file names, overwrite rules, and files that appear whole or not at all.
 
 use std::ffi::OsStr;
-use std::fs;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use tempfile::NamedTempFile;
-use wildmatch::WildMatch;
 
 use super::OutputError;
+use super::cell::cell;
+use super::manifest::{HOME, Listing, Manifest};
+use super::temporary::Unfinished;
 
-/// Prefix of unfinished files. A killed process may leave one, and the next `--force` removes it.
+/// Prefix of unfinished files. A killed process may leave one.
 const TEMPORARY_PREFIX: &str = ".isotherm-";
 
+/// Prefix of unfinished files of a folder. They lie beside its manifest.
+const PART: &str = "part-";
+/// The saved state of a run, beside the manifest.
+const STATE: &str = "state";
+
 /// The output folder of a command.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Folder {
     root: PathBuf,
     /// Every file that the command may write: subfolder (empty for the root) and name pattern.
-    own: Vec<(String, WildMatch)>,
+    own: Vec<(String, String)>,
     /// Whether the folder did not exist.
     fresh: bool,
+    manifest: Option<Manifest>,
+    /// The files of an earlier part of the same run.
+    earlier: Listing,
+    parts: AtomicU64,
 }
 
 impl Folder {
-    /// Describes a folder without touching it. `own` lists the command's files: `series.csv`, `plots/*.svg`.
+    /// Describes a folder without touching it. `own` lists the command's files: `series.csv`, `plots/*.svg`, `frames/step_#.exr`. `*` stands for any
+    /// characters, `#` for digits.
     pub fn new(root: &Path, own: &[impl AsRef<str>]) -> Self {
         let split =
             |own: &str| own.rsplit_once('/').map_or((String::new(), own.to_owned()), |(a, b)| (a.into(), b.into()));
-        let own = own.iter().map(|own| split(own.as_ref())).map(|(folder, name)| (folder, WildMatch::new(&name)));
-        Self { root: root.to_path_buf(), own: own.collect(), fresh: !root.exists() }
+        Self {
+            root: root.to_path_buf(),
+            own: own.iter().map(|own| split(own.as_ref())).collect(),
+            fresh: !root.exists(),
+            manifest: None,
+            earlier: Listing::default(),
+            parts: AtomicU64::new(0),
+        }
     }
 
-    /// Creates the folder with its parents and subfolders. Without `overwrite` it refuses a folder that holds anything.
-    /// With `overwrite` it removes the command's own files and keeps all others.
+    /// Creates the folder with its parents and subfolders, and locks it. Without `overwrite` it refuses a folder that holds anything. With `overwrite` it
+    /// removes the files that the manifest lists and keeps all others. It refuses a folder with files but without a manifest, a listed file that was
+    /// changed, and a file of somebody else where the command would write. What is refused is untouched.
     ///
     /// # Errors
-    /// The folder is a file, is not empty, cannot be created or written, or holds one of the `inputs`.
-    pub fn prepare(self, overwrite: bool, inputs: &[PathBuf]) -> Result<Self, OutputError> {
-        self.keep_inputs(inputs)?;
+    /// The folder is a file, another command writes into it, it is refused, it cannot be created or written, or holds one of the `inputs`.
+    pub fn prepare(mut self, overwrite: bool, inputs: &[PathBuf]) -> Result<Self, OutputError> {
+        if self.root.exists() && !self.root.is_dir() {
+            return Err(OutputError::NotAFolder(self.root));
+        }
         if self.root.exists() {
-            if !self.root.is_dir() {
-                return Err(OutputError::NotAFolder(self.root));
-            }
-            if !overwrite && !entries(&self.root)?.is_empty() {
-                return Err(OutputError::FolderNotEmpty(self.root));
-            }
-            let unfinished = |path: &Path| name_of(path).starts_with(TEMPORARY_PREFIX);
-            for path in self.files(unfinished)?.into_iter().filter(|path| path.is_file()) {
-                fs::remove_file(&path).map_err(|source| OutputError::Remove(path, source))?;
+            match Manifest::open(&self.root)? {
+                Some((manifest, listing)) => {
+                    self.keep_inputs(inputs)?;
+                    if !overwrite && !self.is_empty()? {
+                        return Err(OutputError::FolderNotEmpty(self.root));
+                    }
+                    self.clear(&listing)?;
+                    manifest.begin()?;
+                    self.manifest = Some(manifest);
+                }
+                None => {
+                    self.keep_inputs(inputs)?;
+                    if !self.is_empty()? {
+                        let root = self.root;
+                        return Err(match overwrite {
+                            true => OutputError::NoManifest(root),
+                            false => OutputError::FolderNotEmpty(root),
+                        });
+                    }
+                }
             }
         }
+        fs::create_dir_all(&self.root).map_err(|source| OutputError::CreateFolder(self.root.clone(), source))?;
+        if self.manifest.is_none() {
+            self.manifest = Some(Manifest::create(&self.root)?);
+        }
+        self.make_folders()?;
+        Ok(self)
+    }
+
+    /// Locks a folder in which a run is to go on. Refuses files that are not as isotherm left them.
+    ///
+    /// # Errors
+    /// No run was begun there, another command writes into it, or it is refused.
+    pub fn reopen(mut self) -> Result<Self, OutputError> {
+        if !self.root.is_dir() {
+            return Err(OutputError::NoRun(self.root));
+        }
+        let Some((manifest, listing)) = Manifest::open(&self.root)? else { return Err(OutputError::NoRun(self.root)) };
+        for path in listing.paths() {
+            listing.verified(&self.root, path)?;
+        }
+        self.refuse_strangers(&listing)?;
+        self.earlier = listing;
+        self.manifest = Some(manifest);
+        self.remove_parts()?;
+        Ok(self)
+    }
+
+    /// Makes the subfolders of a folder that was reopened, in case the run was killed before it did.
+    ///
+    /// # Errors
+    /// They cannot be written.
+    pub fn make_folders(&self) -> Result<(), OutputError> {
         for path in self.folders() {
             fs::create_dir_all(&path).map_err(|source| OutputError::CreateFolder(path.clone(), source))?;
             // Permission bits do not show read-only mounts or quotas, so this tries to write.
             temporary_in(&path).map_err(|source| OutputError::NotWritable(path, source))?;
         }
-        Ok(self)
+        Ok(())
+    }
+
+    /// Whether the run in a reopened folder came to its end.
+    pub fn is_finished(&self) -> bool {
+        self.earlier.finished
+    }
+
+    /// Path of the saved state of a run.
+    pub fn state(&self) -> PathBuf {
+        self.root.join(HOME).join(STATE)
+    }
+
+    /// Notes that the command came to its end, and removes the saved state.
+    ///
+    /// # Errors
+    /// The manifest cannot be written.
+    pub fn finish(&self) -> Result<(), OutputError> {
+        if let Some(manifest) = &self.manifest {
+            manifest.finish()?;
+        }
+        remove(&self.state())
+    }
+
+    /// Whether the folder holds nothing but an own folder without files of the user.
+    fn is_empty(&self) -> Result<bool, OutputError> {
+        Ok(entries(&self.root)?.iter().all(|path| *path == self.root.join(HOME)))
+    }
+
+    /// Removes the files of a listing, after a look at all of them.
+    fn clear(&self, listing: &Listing) -> Result<(), OutputError> {
+        let found = listing.paths().filter_map(|path| listing.verified(&self.root, path).transpose());
+        let found = found.collect::<Result<Vec<_>, _>>()?;
+        self.refuse_strangers(listing)?;
+        for path in &found {
+            remove(path)?;
+        }
+        for folder in found.iter().filter_map(|path| path.parent()).filter(|folder| *folder != self.root) {
+            // This fails for a folder with files in it, which then stays.
+            let _ = fs::remove_dir(folder);
+        }
+        remove(&self.state())?;
+        self.remove_parts()
+    }
+
+    /// Removes the unfinished files that a killed process left beside its manifest.
+    fn remove_parts(&self) -> Result<(), OutputError> {
+        let parts = entries(&self.root.join(HOME))?.into_iter().filter(|path| name_of(path).starts_with(PART));
+        parts.filter(|path| !path.is_dir()).try_for_each(|path| remove(&path))
+    }
+
+    /// Refuses a file that the listing does not have where the command would write, and a link in place of a subfolder.
+    fn refuse_strangers(&self, listing: &Listing) -> Result<(), OutputError> {
+        for (name, folder) in self.names_of_folders().into_iter().map(|name| (name, self.root.join(name))) {
+            match fs::symlink_metadata(&folder) {
+                Err(_) => continue,
+                Ok(found) if name.is_empty() || found.is_dir() => {}
+                Ok(found) if found.is_symlink() => return Err(OutputError::Link(folder)),
+                Ok(_) => return Err(OutputError::Stranger(folder)),
+            }
+            for path in self.own_in(name)? {
+                let short = path.strip_prefix(&self.root).unwrap_or(&path).to_string_lossy().into_owned();
+                if !listing.has(&short) {
+                    return Err(OutputError::Stranger(path));
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Refuses to replace or remove one of these input files, even if its path is written differently.
@@ -64,7 +196,10 @@ impl Folder {
     /// # Errors
     /// [`OutputError::Overwrites`].
     pub fn keep_inputs(&self, inputs: &[PathBuf]) -> Result<(), OutputError> {
-        let own: Vec<PathBuf> = self.files(|_| false)?.iter().map(|path| real(path)).collect();
+        let mut own = Vec::new();
+        for name in self.names_of_folders() {
+            own.extend(self.own_in(name)?.iter().map(|path| real(path)));
+        }
         match inputs.iter().find(|input| own.contains(&real(input))) {
             Some(input) => Err(OutputError::Overwrites(input.clone())),
             None => Ok(()),
@@ -73,9 +208,16 @@ impl Folder {
 
     /// Removes the folders that [`Folder::prepare`] created, if nothing was written to them.
     pub fn take_back(&self) {
-        for folder in self.folders().iter().rev().filter(|folder| self.fresh || **folder != self.root) {
+        for folder in self.folders().iter().filter(|folder| **folder != self.root) {
             // This fails for a folder with files in it, which then stays.
             let _ = fs::remove_dir(folder);
+        }
+        // Beside files of the user the manifest stays, because without it the folder would be refused next time.
+        if let (Some(manifest), Ok(true)) = (&self.manifest, self.is_empty()) {
+            manifest.remove();
+        }
+        if self.fresh {
+            let _ = fs::remove_dir(&self.root);
         }
     }
 
@@ -89,28 +231,136 @@ impl Folder {
         self.root.join(name)
     }
 
-    /// The folder and its subfolders.
-    fn folders(&self) -> Vec<PathBuf> {
+    /// Writes a file. It appears whole or not at all, and the manifest lists it before it does.
+    ///
+    /// # Errors
+    /// Those of `content`, a file of somebody else in its place, or a full disk.
+    pub fn write<F>(&self, name: &str, content: F) -> Result<(), OutputError>
+    where
+        F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,
+    {
+        let path = self.place_for(name)?;
+        let failed = |source| OutputError::write(&path, source);
+        let part = self.root.join(HOME).join(format!("{PART}{}", self.parts.fetch_add(1, Ordering::Relaxed)));
+        let _unfinished = Unfinished::new(&part);
+        let written = (|| {
+            let file = File::create_new(&part).map_err(failed)?;
+            let mut writer = BufWriter::with_capacity(1 << 16, file);
+            content(&mut writer)?;
+            let file = writer.into_inner().map_err(|error| failed(error.into_error()))?;
+            if let Some(manifest) = &self.manifest {
+                manifest.note(name, &file.metadata().map_err(failed)?)?;
+            }
+            drop(file);
+            fs::rename(&part, &path).map_err(failed)
+        })();
+        if written.is_err() {
+            let _ = fs::remove_file(&part);
+        }
+        written
+    }
+
+    /// Writes bytes as [`Folder::write`] does.
+    ///
+    /// # Errors
+    /// As [`Folder::write`].
+    pub fn write_bytes(&self, name: &str, bytes: &[u8]) -> Result<(), OutputError> {
+        self.write(name, |writer| {
+            writer.write_all(bytes).map_err(|source| OutputError::write(&self.file(name), source))
+        })
+    }
+
+    /// Writes a CSV file with a header as [`Folder::write`] does. All rows have the header's length.
+    ///
+    /// # Errors
+    /// As [`Folder::write`].
+    pub fn write_csv<C: AsRef<str>>(
+        &self,
+        name: &str,
+        rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
+    ) -> Result<(), OutputError> {
+        self.write(name, |writer| {
+            write_rows(writer, rows).map_err(|source| OutputError::write(&self.file(name), source))
+        })
+    }
+
+    /// Writes a structure as JSON as [`Folder::write`] does. Numbers that are not finite become `null`.
+    ///
+    /// # Errors
+    /// As [`Folder::write`].
+    pub fn write_json(&self, name: &str, value: &impl serde::Serialize) -> Result<(), OutputError> {
+        let json =
+            serde_json::to_string_pretty(value).map_err(|error| OutputError::write(&self.file(name), error.into()))?;
+        self.write_bytes(name, format!("{json}\n").as_bytes())
+    }
+
+    /// The path of a file that is to be written, after a look at what stands there.
+    pub(super) fn place_for(&self, name: &str) -> Result<PathBuf, OutputError> {
+        let path = self.file(name);
+        if let Some(parent) = path.parent().filter(|parent| *parent != self.root)
+            && fs::symlink_metadata(parent).is_ok_and(|found| found.is_symlink())
+        {
+            return Err(OutputError::Link(parent.to_path_buf()));
+        }
+        match fs::symlink_metadata(&path) {
+            Ok(found) if !self.earlier.has(name) || !found.is_file() => Err(OutputError::Stranger(path)),
+            _ => Ok(path),
+        }
+    }
+
+    /// The manifest of a folder that was prepared.
+    pub(super) fn manifest(&self) -> Option<&Manifest> {
+        self.manifest.as_ref()
+    }
+
+    fn names_of_folders(&self) -> Vec<&str> {
         let mut names = vec![""];
         for (folder, _) in &self.own {
             if !names.contains(&folder.as_str()) {
                 names.push(folder);
             }
         }
-        names.into_iter().map(|name| self.root.join(name)).collect()
+        names
     }
 
-    /// The command's own files that exist, and files that `also` accepts.
-    fn files(&self, also: impl Fn(&Path) -> bool) -> Result<Vec<PathBuf>, OutputError> {
-        let mut found = Vec::new();
-        for folder in self.folders().into_iter().filter(|folder| folder.is_dir()) {
-            let own = |path: &PathBuf| {
-                let here = self.own.iter().filter(|(name, _)| self.root.join(name) == folder);
-                also(path) || here.into_iter().any(|(_, pattern)| pattern.matches(name_of(path)))
-            };
-            found.extend(entries(&folder)?.into_iter().filter(own));
+    /// The folder and its subfolders.
+    fn folders(&self) -> Vec<PathBuf> {
+        self.names_of_folders().into_iter().map(|name| self.root.join(name)).collect()
+    }
+
+    /// What has a name of the command's own files in a subfolder.
+    fn own_in(&self, folder: &str) -> Result<Vec<PathBuf>, OutputError> {
+        let path = self.root.join(folder);
+        if !path.is_dir() {
+            return Ok(Vec::new());
         }
-        Ok(found)
+        let mut own = entries(&path)?;
+        own.retain(|path| {
+            let mut patterns = self.own.iter().filter(|(name, _)| name == folder);
+            patterns.any(|(_, pattern)| matches(pattern.as_bytes(), name_of(path).as_bytes()))
+        });
+        Ok(own)
+    }
+}
+
+/// Whether a name fits a pattern with `*` for any characters and `#` for digits.
+fn matches(pattern: &[u8], name: &[u8]) -> bool {
+    match pattern.split_first() {
+        None => name.is_empty(),
+        Some((b'*', rest)) => (0..=name.len()).any(|taken| matches(rest, &name[taken..])),
+        Some((b'#', rest)) => {
+            let digits = name.iter().take_while(|byte| byte.is_ascii_digit()).count();
+            digits > 0 && matches(rest, &name[digits..])
+        }
+        Some((byte, rest)) => name.first() == Some(byte) && matches(rest, &name[1..]),
+    }
+}
+
+/// Removes a file that may be absent.
+fn remove(path: &Path) -> Result<(), OutputError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(OutputError::Remove(path.to_path_buf(), error)),
+        _ => Ok(()),
     }
 }
 
@@ -175,12 +425,26 @@ where
     F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,
 {
     let mut file = temporary_beside(path)?;
+    let _unfinished = Unfinished::new(file.path());
     let failed = |source| OutputError::write(path, source);
+    keep_access(path, file.as_file()).map_err(failed)?;
     let mut writer = BufWriter::with_capacity(1 << 16, file.as_file_mut());
     content(&mut writer)?;
     writer.flush().map_err(failed)?;
     drop(writer);
     file.persist(path).map_err(|error| failed(error.error))?;
+    Ok(())
+}
+
+/// Gives a file the permission bits of the one that it replaces, and its owner where the system allows that.
+fn keep_access(replaced: &Path, file: &fs::File) -> io::Result<()> {
+    #[cfg(unix)]
+    if let Ok(found) = fs::metadata(replaced) {
+        use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
+        // Only an administrator may give a file away.
+        let _ = fchown(file, Some(found.uid()), Some(found.gid()));
+        file.set_permissions(fs::Permissions::from_mode(found.permissions().mode() & 0o777))?;
+    }
     Ok(())
 }
 
@@ -206,24 +470,28 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
 }
 
 /// Writes a CSV file with a header as [`write_atomic`] does. All rows have the header's length.
-pub fn write_csv<C: AsRef<[u8]>>(
+pub fn write_csv<C: AsRef<str>>(
     path: &Path,
     rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
 ) -> Result<(), OutputError> {
     write_atomic(path, |writer| write_rows(writer, rows).map_err(|source| OutputError::write(path, source)))
 }
 
-/// Writes CSV with a header. All rows have the header's length.
-pub fn write_rows<C: AsRef<[u8]>>(
+/// Writes CSV with a header. All rows have the header's length. A cell that a spreadsheet would compute gets an apostrophe in front.
+pub fn write_rows<C: AsRef<str>>(
     writer: impl Write,
     rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
 ) -> io::Result<()> {
-    let mut csv = csv::Writer::from_writer(writer);
+    let mut csv = csv::WriterBuilder::new().quote_style(csv::QuoteStyle::Never).from_writer(writer);
+    let failed = |error: csv::Error| match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
+    };
     for row in rows {
-        csv.write_record(row).map_err(|error| match error.into_kind() {
-            csv::ErrorKind::Io(error) => error,
-            other => io::Error::other(format!("{other:?}")),
-        })?;
+        for text in row {
+            csv.write_field(cell(text.as_ref()).as_bytes()).map_err(failed)?;
+        }
+        csv.write_record(None::<&[u8]>).map_err(failed)?;
     }
     csv.flush()
 }
@@ -235,167 +503,4 @@ pub fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), Outp
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn names(folder: &Path) -> Vec<String> {
-        entries(folder).unwrap().iter().map(|p| p.file_name().unwrap().to_string_lossy().into_owned()).collect()
-    }
-
-    #[test]
-    fn a_finished_file_is_alone_in_its_folder_and_readable_by_others() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.txt");
-        write_bytes(&path, b"one").unwrap();
-        write_bytes(&path, b"two").unwrap();
-        assert_eq!(fs::read(&path).unwrap(), b"two");
-        assert_eq!(names(folder.path()), ["a.txt"]);
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            let plain = folder.path().join("plain");
-            fs::write(&plain, b"").unwrap();
-            let mode = |p: &Path| fs::metadata(p).unwrap().permissions().mode();
-            assert_eq!(mode(&path), mode(&plain));
-        }
-    }
-
-    #[test]
-    fn a_failure_leaves_nothing_behind_and_the_old_file_as_it_was() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.txt");
-        write_bytes(&path, b"old").unwrap();
-        let error = write_atomic(&path, |writer| {
-            writer.write_all(b"half of the new").unwrap();
-            Err(OutputError::write(&path, io::Error::from(io::ErrorKind::StorageFull)))
-        });
-        assert!(error.is_err());
-        assert_eq!(fs::read(&path).unwrap(), b"old");
-        assert_eq!(names(folder.path()), ["a.txt"]);
-    }
-
-    #[test]
-    fn a_panic_leaves_nothing_behind() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.txt");
-        let run = std::panic::catch_unwind(|| write_atomic(&path, |_| panic!("in the middle")));
-        assert!(run.is_err());
-        assert!(names(folder.path()).is_empty());
-    }
-
-    #[test]
-    fn a_missing_folder_is_named() {
-        let folder = tempfile::tempdir().unwrap();
-        let error = write_bytes(&folder.path().join("absent/a.txt"), b"").unwrap_err().to_string();
-        assert!(error.contains("a.txt") && error.contains("in folder") && error.contains("absent"), "{error}");
-        let error = write_bytes(folder.path(), b"").unwrap_err();
-        assert!(matches!(error, OutputError::NotAFile(_)), "{error}");
-    }
-
-    const OWN: [&str; 4] = ["series.csv", "frames/step_*.exr", "frames/step_*.png", "plots/*.svg"];
-
-    fn prepare(root: &Path, overwrite: bool, inputs: &[PathBuf]) -> Result<Folder, OutputError> {
-        Folder::new(root, &OWN).prepare(overwrite, inputs)
-    }
-
-    #[test]
-    fn an_absent_or_empty_folder_is_made_ready_with_its_parents() {
-        let folder = tempfile::tempdir().unwrap();
-        let root = folder.path().join("a/b/run");
-        let run = prepare(&root, false, &[]).unwrap();
-        assert_eq!(names(&root), ["frames", "plots"]);
-        assert!(names(&root.join("frames")).is_empty(), "the write test must clean up");
-        assert_eq!(run.file("plots/a.svg"), root.join("plots/a.svg"));
-    }
-
-    #[test]
-    fn a_folder_with_content_needs_force_which_removes_only_isotherms_own_files() {
-        let folder = tempfile::tempdir().unwrap();
-        let at = |name: &str| folder.path().join(name);
-        prepare(folder.path(), false, &[]).unwrap();
-        let own = ["series.csv", "plots/materials.svg", "frames/step_000003.exr", "frames/step_000003.png"];
-        let others = ["notes.txt", "frames/mine.png", "frames/step_000003.txt", "plots/mine.pdf", "step_000003.exr"];
-        for name in own.iter().chain(&others).chain(&[".isotherm-x.part"]) {
-            fs::write(at(name), b"earlier").unwrap();
-        }
-        let error = prepare(folder.path(), false, &[]).unwrap_err();
-        assert!(error.to_string().contains("--force"), "{error}");
-        assert!(own.iter().all(|name| at(name).exists()), "a refused folder is untouched");
-
-        prepare(folder.path(), true, &[]).unwrap();
-        assert!(others.iter().all(|name| at(name).exists()));
-        assert_eq!(names(folder.path()), ["frames", "notes.txt", "plots", "step_000003.exr"]);
-        assert_eq!(names(&at("frames")), ["mine.png", "step_000003.txt"]);
-        assert_eq!(names(&at("plots")), ["mine.pdf"]);
-    }
-
-    #[test]
-    fn files_that_were_not_written_leave_no_folders() {
-        let outside = tempfile::tempdir().unwrap();
-        let fresh = outside.path().join("fresh");
-        let prepared = prepare(&fresh, false, &[]).unwrap();
-        assert!(fresh.join("frames").is_dir());
-        prepared.take_back();
-        assert!(!fresh.exists());
-
-        let empty = outside.path().join("empty");
-        fs::create_dir(&empty).unwrap();
-        prepare(&empty, false, &[]).unwrap().take_back();
-        assert!(names(&empty).is_empty(), "the user's own folder stays");
-
-        let prepared = prepare(&fresh, false, &[]).unwrap();
-        fs::write(fresh.join("plots/mine.txt"), b"mine").unwrap();
-        prepared.take_back();
-        assert!(fresh.join("plots/mine.txt").exists() && !fresh.join("frames").exists());
-    }
-
-    #[test]
-    fn a_file_in_the_way_is_an_error() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("run");
-        fs::write(&path, b"").unwrap();
-        assert!(matches!(prepare(&path, true, &[]), Err(OutputError::NotAFolder(_))));
-        assert!(matches!(prepare(&path.join("deeper"), false, &[]), Err(OutputError::CreateFolder { .. })));
-    }
-
-    #[test]
-    fn a_file_that_is_read_is_not_written_whatever_it_is_called() {
-        let folder = tempfile::tempdir().unwrap();
-        let input = folder.path().join("series.csv");
-        fs::write(&input, b"the user's").unwrap();
-        let inputs = [input.clone()];
-        let aliased = folder.path().join(".").join("series.csv");
-        assert!(matches!(keep_inputs(&aliased, &inputs), Err(OutputError::Overwrites(_))));
-        assert!(keep_inputs(&folder.path().join("other.csv"), &inputs).is_ok());
-        assert!(Folder::new(&folder.path().join("out"), &OWN).keep_inputs(&inputs).is_ok());
-        let error = Folder::new(folder.path(), &OWN).keep_inputs(&inputs).unwrap_err();
-        assert!(error.to_string().contains("series.csv") && error.is_about_the_folder(), "{error}");
-        let error = prepare(folder.path(), true, &[aliased]).unwrap_err();
-        assert!(matches!(error, OutputError::Overwrites(_)) && input.exists(), "{error}");
-        prepare(folder.path(), true, &[folder.path().join("other.csv")]).unwrap();
-        assert!(!input.exists(), "what is not read goes with --force");
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn a_link_that_is_read_is_not_removed() {
-        let folder = tempfile::tempdir().unwrap();
-        let [own, link] = ["plots/a.svg", "material.svg"].map(|name| folder.path().join(name));
-        fs::create_dir(folder.path().join("plots")).unwrap();
-        fs::write(&own, b"earlier").unwrap();
-        std::os::unix::fs::symlink(&own, &link).unwrap();
-        let error = prepare(folder.path(), true, std::slice::from_ref(&link)).unwrap_err();
-        assert!(matches!(&error, OutputError::Overwrites(path) if *path == link), "{error}");
-        assert!(own.exists(), "a refused folder is untouched");
-    }
-
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn a_folder_that_cannot_be_written_is_an_error() {
-        // /proc refuses new files even to root.
-        let error = prepare(Path::new("/proc/isotherm-output"), false, &[]).unwrap_err();
-        assert!(matches!(error, OutputError::CreateFolder { .. }), "{error}");
-        let error = write_bytes(Path::new("/proc/isotherm.exr"), b"").unwrap_err();
-        assert!(error.to_string().contains("/proc/isotherm.exr"), "{error}");
-    }
-}
+mod tests;

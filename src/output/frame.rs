@@ -3,6 +3,7 @@
 use glam::DMat4;
 
 use super::OutputError;
+use super::finite::finite;
 use super::ticks::union;
 use crate::scene::Camera;
 use crate::thermal::planck::Band;
@@ -36,6 +37,23 @@ impl Frame {
     pub fn range(&self) -> Option<[f32; 2]> {
         let hit = self.temperature.iter().zip(&self.part).filter(|(value, part)| **part != 0 && value.is_finite());
         hit.map(|(&value, _)| [value, value]).reduce(union)
+    }
+
+    /// Refuses a surface whose radiance, temperature or depth is not finite.
+    ///
+    /// # Errors
+    /// [`OutputError::NotFinite`] with step, pixel and part.
+    pub fn check_finite(&self) -> Result<(), OutputError> {
+        for (what, values) in [("radiance", &self.radiance), ("temperature", &self.temperature), ("depth", &self.depth)]
+        {
+            if let Some(pixel) = values.iter().position(|value| !value.is_finite()) {
+                let (x, y) = (pixel % self.width.max(1) as usize, pixel / self.width.max(1) as usize);
+                let part = self.part.get(pixel).copied().unwrap_or(0);
+                let name = || format!("step {}: the {what} in pixel ({x}, {y}) of part number {part}", self.step);
+                finite(f64::from(values[pixel]), name)?;
+            }
+        }
+        Ok(())
     }
 
     /// Refuses channels that do not fill the image.

@@ -4,6 +4,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use super::report::SettingGroup;
+use crate::text::plain_lines;
 
 const STYLE: &str = include_str!("report.css");
 
@@ -138,17 +139,14 @@ pub(crate) fn kelvin_text(value: f64) -> String {
 /// Escapes text for HTML content and quoted attributes.
 pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
-    for character in text.chars() {
+    // HTML cannot represent control characters, even escaped.
+    for character in plain_lines(text).chars() {
         match character {
             '&' => escaped.push_str("&amp;"),
             '<' => escaped.push_str("&lt;"),
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
             '\'' => escaped.push_str("&#39;"),
-            // HTML cannot represent these characters, even escaped.
-            control if control.is_control() && !matches!(control, '\n' | '\t') => {
-                escaped.push('\u{FFFD}');
-            }
             other => escaped.push(other),
         }
     }

@@ -1,36 +1,34 @@
 //! Runs a scene: steps the engine, writes the results to the output folder, and writes the report.
 
-use std::sync::atomic::AtomicBool;
-use std::sync::mpsc::sync_channel;
-use std::time::Instant;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
 use super::OutputError;
 use super::colour::ColourScale;
-use super::exr::{read_exr, write_exr};
-use super::folder::{Folder, write_bytes};
+use super::exr::{encode, read_exr};
+use super::folder::Folder;
 use super::frame::{Frame, FrameHeader};
 use super::frame_maker::FrameMaker;
-use super::joints::JointSeries;
 use super::picture::{Tile, contact_sheet, picture};
 use super::report::{FrameEntry, Picture, PlotEntry, write_plots};
-use super::series::{Series, SeriesRow};
-use super::statistics::Groups;
-use super::temperature_plots::{Eclipses, temperature_plots};
+use super::state_file;
+use super::tables::{JOINTS, SERIES, Tables};
+use super::temperature_plots::Eclipses;
 use crate::gpu::nodes::GROUP;
+use crate::saved::{Saved, SavedError};
 use crate::simulation::check::{Accuracy, Check};
 use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::network::StepCost;
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
-use crate::simulation::{StepResult, run, start};
-use crate::trace::Track;
+use crate::simulation::state::{MOST_TIMES, capture, periodic as periodic_of, put_periodic, restore};
+use crate::simulation::{Consumer, StepResult, run_from, start};
+use crate::trace::{Trace, Track};
 
-/// Temperatures over time.
-pub const SERIES: &str = "series.csv";
-/// Positions of joints over time.
-pub const JOINTS: &str = "joints.csv";
 /// Small pictures of several steps.
 const CONTACT_SHEET: &str = "contact_sheet.png";
 /// The report as JSON.
@@ -38,8 +36,20 @@ pub const REPORT_JSON: &str = "report.json";
 /// The report as a page.
 pub const REPORT_HTML: &str = "report.html";
 /// All files of a run.
-pub const FILES: [&str; 8] =
-    ["frames/step_*.exr", "frames/step_*.png", "plots/*.svg", SERIES, JOINTS, CONTACT_SHEET, REPORT_JSON, REPORT_HTML];
+pub const FILES: [&str; 12] = [
+    "frames/step_#.exr",
+    "frames/step_#.png",
+    "plots/materials.svg",
+    "plots/parts.svg",
+    "plots/probes.svg",
+    "plots/joint_angles.svg",
+    "plots/joint_distances.svg",
+    SERIES,
+    JOINTS,
+    CONTACT_SHEET,
+    REPORT_JSON,
+    REPORT_HTML,
+];
 
 /// Most pictures on the contact sheet.
 const MOST_TILES: usize = 12;
@@ -57,11 +67,18 @@ pub enum JobError {
     /// The output folder.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The thread that writes files has ended, whose error tells why.
+    #[error("the files could not be written")]
+    Writer,
     /// A temperature is not finite.
-    #[error("step {step}: the temperature of part {part}, material {material} is not finite; please report the scene")]
+    #[error(
+        "step {step}: the temperature of node {node} (part {part}, material {material}) is not finite; please report the scene"
+    )]
     NotFinite {
         /// The first step where this happens.
         step: u32,
+        /// The first such node.
+        node: u32,
         /// Part of the first such node.
         part: String,
         /// Material of that node.
@@ -98,89 +115,253 @@ pub struct Outcome {
     pub network_costs: Vec<StepCost>,
     /// Wall time of the steps without start-up and pictures [s].
     pub stepping_s: f64,
+    /// Wall time of the earlier parts of the run [s].
+    pub wall_before_s: f64,
 }
 
-/// Runs the scene and writes its files. `check` is the number of nodes that the f64 reference also steps.
+/// How a run is done.
+pub struct Job<'a> {
+    /// Number of nodes that the f64 reference also steps.
+    pub check: Option<usize>,
+    /// How often the state is saved.
+    pub save_every: SaveEvery,
+    /// What a saved state says of the run, for the command that resumes it.
+    pub identity: &'a Saved,
+    /// The state of an earlier part of the run.
+    pub earlier: Option<&'a Saved>,
+}
+
+/// How often the state of a run is saved. It is saved after the warm-up, after the last step and when the run is stopped in any case.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SaveEvery {
+    /// After so much wall-clock time. Never where it is 0.
+    Time(Duration),
+    /// After so many steps.
+    Steps(u32),
+}
+
+/// Work for the thread that writes files.
+enum Work {
+    Frame(Box<(Frame, FrameHeader)>),
+    /// Tell when all frames before are written.
+    Tell(SyncSender<()>),
+}
+
+/// Runs the scene and writes its files.
+///
+/// # Errors
+/// A call that fails, a full disk, or a saved state of another scene.
 pub fn run_into(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     folder: &Folder,
-    check: Option<usize>,
+    job: &Job<'_>,
     stop: &AtomicBool,
     progress: &(dyn Fn(Done) + Sync),
 ) -> Result<Outcome, JobError> {
+    let began = Instant::now();
     let trace = engine.trace();
-    let mut check = check.map(|sample| Check::new(prepared, sample));
-    let warms_up = trace.span(Track::Host, "settle and warm up");
-    let periodic = start(prepared, engine, check.as_mut(), stop, &mut || progress(Done::WarmUp))?;
-    drop(warms_up);
+    let mut check = job.check.map(|sample| Check::new(prepared, sample));
+    let earlier = job.earlier.filter(|saved| saved.has("loop.next"));
+    let lost = |error: SavedError| JobError::Engine(error.into());
+    engine.keep_few_times(MOST_TIMES);
+    let (first, periodic, mut tables, done) = match earlier {
+        Some(saved) => {
+            let of_loop = saved.part("loop");
+            let lengths = saved.array("tables").map_err(lost)?;
+            let first = restore(&of_loop, engine, check.as_mut())?;
+            (
+                first,
+                periodic_of(&of_loop).map_err(lost)?,
+                Tables::again(prepared, folder, lengths)?,
+                Earlier::of(saved).map_err(lost)?,
+            )
+        }
+        None => {
+            state_file::write(&folder.state(), job.identity)?;
+            let warms_up = trace.span(Track::Host, "settle and warm up");
+            let periodic = start(prepared, engine, check.as_mut(), stop, &mut || progress(Done::WarmUp))?;
+            drop(warms_up);
+            engine.keep_few_times(MOST_TIMES);
+            (0, periodic, Tables::begin(prepared, folder)?, Earlier::default())
+        }
+    };
+    (0..first).for_each(|_| progress(Done::Step));
 
     let maker = prepared.scene.camera.as_ref().map(|camera| FrameMaker::new(prepared, camera, &engine.device_name()));
-    let groups = NodeGroups::new(prepared)?;
-    let names: Vec<String> = prepared.materials.iter().map(|material| material.name.clone()).collect();
-    let probes: Vec<String> = prepared.scene.probes.iter().map(|probe| probe.name.clone()).collect();
-    let mut series = Series::new(&prepared.parts, &names, &probes);
-
-    let warm_up_steps = engine.network_costs().len();
-    let began = Instant::now();
-    let (complete, written) = std::thread::scope(|scope| {
+    let stepping_began = Instant::now();
+    let written = Mutex::new(done.frames);
+    let (complete, wrote) = std::thread::scope(|scope| {
         // A thread writes files while the next steps are computed.
-        let (frames, waiting) = sync_channel::<(Frame, FrameHeader)>(WAITING_FRAMES);
-        let files = trace.clone();
+        let (frames, waiting) = sync_channel::<Work>(WAITING_FRAMES);
+        let (files, written) = (trace.clone(), &written);
         let writer = scope.spawn(move || {
-            let mut written = Vec::new();
-            for (frame, header) in waiting {
+            for work in waiting {
+                let (frame, header) = match work {
+                    Work::Frame(frame) => *frame,
+                    Work::Tell(done) => {
+                        // Nobody listens where the run has failed.
+                        let _ = done.send(());
+                        continue;
+                    }
+                };
                 let _writes = files.span(Track::Writer, "write EXR");
-                let file = format!("frames/step_{:06}.exr", frame.step);
-                write_exr(&folder.file(&file), &frame, &header)?;
-                let range = frame.range();
-                written.push(WrittenFrame { step: frame.step, time: frame.time, file, range });
+                let (file, range) = (frame_file(frame.step, "exr"), frame.range());
+                folder.write_bytes(&file, &encode(&frame, &header)?)?;
+                lock(written).push(WrittenFrame { step: frame.step, range });
             }
-            Ok::<_, OutputError>(written)
+            Ok::<_, OutputError>(())
         });
-        let mut consume = |mut result: StepResult| -> Result<(), JobError> {
-            let _consumes = trace.span(Track::Host, "series and frame");
-            if let Some(temperatures) = result.delivered.temperatures.take() {
-                check_finite(prepared, result.step, &temperatures)?;
-                series.push(groups.row(result.time, &temperatures, &prepared.probes)?)?;
-            }
-            if let Some(frame) = maker.as_ref().and_then(|maker| maker.frame(result)) {
-                // The send fails if the writer failed. Its error is reported below.
-                let _ = frames.send(frame);
-            }
-            progress(Done::Step);
-            Ok(())
+        let mut recorder = Recorder {
+            prepared,
+            job,
+            folder,
+            trace: &trace,
+            maker: maker.as_ref(),
+            tables: &mut tables,
+            frames,
+            written,
+            periodic,
+            // The state of a warm-up that was stopped is not kept. The run then begins anew.
+            saves: earlier.is_some() || !stop.load(Ordering::Relaxed),
+            saved: Instant::now(),
+            began,
+            stepping_began,
+            before: done.seconds,
+            progress,
         };
-        let complete = run(prepared, engine, check.as_mut(), stop, &mut consume);
-        drop(frames);
-        let written = writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
-        Ok::<_, JobError>((complete?, written))
+        if first == 0 && recorder.saves {
+            recorder.save(0, engine, check.as_mut())?;
+        }
+        let complete = run_from(prepared, engine, check.as_mut(), first, stop, &mut recorder);
+        drop(recorder);
+        let wrote = writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        Ok::<_, JobError>((complete, wrote))
     })?;
-    let stepping_s = began.elapsed().as_secs_f64();
+    wrote?;
+    let complete = complete?;
+    let written = written.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let stepping_s = done.seconds[1] + stepping_began.elapsed().as_secs_f64();
 
-    let draws = trace.span(Track::Host, "series, pictures and plots");
-    series.write(&folder.file(SERIES))?;
+    let draws = trace.span(Track::Host, "pictures and plots");
     let scale = match prepared.scene.colour_range {
         Some(range) => ColourScale::new(range),
         None => ColourScale::covering(written.iter().filter_map(|frame| frame.range)),
     };
     let (frames, pictures) = draw_pictures(prepared, folder, &written, &scale, progress)?;
-    let joints = prepared.loads.joints().joints();
-    let mut positions = JointSeries::new(joints.iter().map(|joint| (joint.name.clone(), joint.turns())));
-    if !positions.is_empty() {
-        for row in series.rows() {
-            positions.push(row.time, &prepared.loads.joints_at(row.time).0);
-        }
-        positions.write(&folder.file(JOINTS))?;
-    }
-    let eclipses = eclipses(prepared);
-    let mut plots = temperature_plots(&series, &eclipses)?;
-    plots.extend(positions.plots(&eclipses)?);
+    let plots = tables.plots(&eclipses(prepared))?;
     write_plots(folder, &plots)?;
     drop(draws);
     let accuracy = check.map(|check| check.accuracy(prepared));
-    let network_costs = engine.network_costs()[warm_up_steps..].to_vec();
-    Ok(Outcome { complete, frames, pictures, plots, accuracy, periodic, network_costs, stepping_s })
+    let network_costs = engine.network_costs().to_vec();
+    let wall_before_s = done.seconds[0];
+    Ok(Outcome { complete, frames, pictures, plots, accuracy, periodic, network_costs, stepping_s, wall_before_s })
+}
+
+fn lock(written: &Mutex<Vec<WrittenFrame>>) -> MutexGuard<'_, Vec<WrittenFrame>> {
+    written.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// File of a drawn step.
+fn frame_file(step: u32, kind: &str) -> String {
+    format!("frames/step_{step:06}.{kind}")
+}
+
+/// What an earlier part of a run did.
+#[derive(Default)]
+struct Earlier {
+    frames: Vec<WrittenFrame>,
+    /// Wall time of the whole run and of its steps [s].
+    seconds: [f64; 2],
+}
+
+impl Earlier {
+    fn of(saved: &Saved) -> Result<Self, SavedError> {
+        let steps: Vec<u32> = saved.list("frames")?;
+        let ranges: Vec<[f32; 2]> = saved.list_of("frame_ranges", steps.len())?;
+        let frame = |(step, range): (u32, [f32; 2])| {
+            let range = Some(range).filter(|range| !range[0].is_nan());
+            WrittenFrame { step, range }
+        };
+        Ok(Self { frames: steps.into_iter().zip(ranges).map(frame).collect(), seconds: saved.array("seconds")? })
+    }
+}
+
+/// Takes the results of the steps to the files, and saves the state.
+struct Recorder<'a, 'b> {
+    prepared: &'a Prepared,
+    job: &'a Job<'a>,
+    folder: &'a Folder,
+    trace: &'a Trace,
+    maker: Option<&'a FrameMaker>,
+    tables: &'a mut Tables<'b>,
+    frames: SyncSender<Work>,
+    written: &'a Mutex<Vec<WrittenFrame>>,
+    periodic: Option<Periodic>,
+    saves: bool,
+    saved: Instant,
+    began: Instant,
+    stepping_began: Instant,
+    before: [f64; 2],
+    progress: &'a (dyn Fn(Done) + Sync),
+}
+
+impl Consumer<JobError> for Recorder<'_, '_> {
+    fn take(&mut self, mut result: StepResult) -> Result<(), JobError> {
+        let _consumes = self.trace.span(Track::Host, "series and frame");
+        if let Some(temperatures) = result.delivered.temperatures.take() {
+            check_finite(self.prepared, result.step, &temperatures)?;
+            self.tables.add(self.prepared, result.time, &temperatures)?;
+        }
+        if let Some(frame) = self.maker.and_then(|maker| maker.frame(result)) {
+            self.frames.send(Work::Frame(Box::new(frame))).map_err(|_| JobError::Writer)?;
+        }
+        (self.progress)(Done::Step);
+        Ok(())
+    }
+
+    fn wants_state(&self, next: u32) -> bool {
+        match self.job.save_every {
+            SaveEvery::Time(time) => !time.is_zero() && self.saved.elapsed() >= time,
+            SaveEvery::Steps(steps) => next.is_multiple_of(steps.max(1)),
+        }
+    }
+
+    fn save(&mut self, next: u32, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<(), JobError> {
+        if !self.saves {
+            return Ok(());
+        }
+        let _saves = self.trace.span(Track::Host, "save the state");
+        let mut of_loop = capture(next, engine, check)?;
+        put_periodic(&mut of_loop, self.periodic);
+        let mut saved = self.job.identity.clone();
+        saved.put_all("loop", of_loop);
+        saved.put("tables", &self.tables.sync()?);
+        // The state names the frames before it, so they are written first.
+        let (tell, told) = sync_channel(1);
+        self.frames.send(Work::Tell(tell)).map_err(|_| JobError::Writer)?;
+        told.recv().map_err(|_| JobError::Writer)?;
+        let written = lock(self.written);
+        saved.put("frames", &written.iter().map(|frame| frame.step).collect::<Vec<_>>());
+        saved
+            .put("frame_ranges", &written.iter().map(|frame| frame.range.unwrap_or([f32::NAN; 2])).collect::<Vec<_>>());
+        drop(written);
+        let [wall, stepping] = self.before;
+        let wall = wall + self.began.elapsed().as_secs_f64();
+        saved.put("seconds", &[wall, stepping + self.stepping_began.elapsed().as_secs_f64()]);
+        state_file::write(&self.folder.state(), &saved)?;
+        self.saved = Instant::now();
+        Ok(())
+    }
+}
+
+/// Frames that a saved state names.
+///
+/// # Errors
+/// A list is absent.
+pub fn frames_of(saved: &Saved) -> Result<Vec<String>, SavedError> {
+    let steps: Vec<u32> = if saved.has("frames") { saved.list("frames")? } else { Vec::new() };
+    Ok(steps.into_iter().map(|step| frame_file(step, "exr")).collect())
 }
 
 /// Refuses temperatures that are not finite. The error names the first such node.
@@ -193,6 +374,7 @@ pub(crate) fn check_finite(prepared: &Prepared, step: u32, temperatures: &[f32])
             let group = *node as usize / GROUP;
             Err(JobError::NotFinite {
                 step,
+                node: *node,
                 part: prepared.parts[nodes.group_part[group] as usize].clone(),
                 material: prepared.materials[nodes.group_material[group] as usize].name.clone(),
             })
@@ -202,46 +384,7 @@ pub(crate) fn check_finite(prepared: &Prepared, step: u32, temperatures: &[f32])
 
 struct WrittenFrame {
     step: u32,
-    time: f64,
-    file: String,
     range: Option<[f32; 2]>,
-}
-
-/// Nodes grouped by part, by material and all together, for the series.
-pub(crate) struct NodeGroups {
-    parts: Groups,
-    materials: Groups,
-    all: Groups,
-    /// Device index of each vertex. Padding nodes have no vertex, so they do not affect minima.
-    node_of_vertex: Vec<u32>,
-}
-
-impl NodeGroups {
-    pub(crate) fn new(prepared: &Prepared) -> Result<Self, OutputError> {
-        let nodes = &prepared.nodes;
-        let node_of_vertex = nodes.node_of_vertex.clone();
-        let areas: Vec<f64> = node_of_vertex.iter().map(|node| nodes.areas[*node as usize]).collect();
-        let of =
-            |groups: &[u32]| node_of_vertex.iter().map(|node| groups[*node as usize / GROUP]).collect::<Vec<u32>>();
-        Ok(Self {
-            parts: Groups::new(areas.clone(), of(&nodes.group_part), prepared.parts.len())?,
-            materials: Groups::new(areas.clone(), of(&nodes.group_material), prepared.materials.len())?,
-            all: Groups::all(areas),
-            node_of_vertex,
-        })
-    }
-
-    /// The series row of a step. `device` has the temperatures in device order [K], `probes` the nodes of the probes.
-    pub(crate) fn row(&self, time: f64, device: &[f32], probes: &[usize]) -> Result<SeriesRow, OutputError> {
-        let temperatures: Vec<f32> = self.node_of_vertex.par_iter().map(|node| device[*node as usize]).collect();
-        Ok(SeriesRow {
-            time,
-            all: self.all.summaries(&temperatures)?.pop().flatten(),
-            parts: self.parts.summaries(&temperatures)?,
-            materials: self.materials.summaries(&temperatures)?,
-            probes: probes.iter().map(|node| device[*node]).collect(),
-        })
-    }
 }
 
 /// Draws a PNG for each frame on one scale, and the contact sheet.
@@ -263,14 +406,16 @@ fn draw_pictures(
         .par_iter()
         .enumerate()
         .map(|(index, one)| {
-            let (frame, _) = read_exr(&folder.file(&one.file))?;
-            let details = format!("step {}, t = {:.1} s, band {band}", one.step, one.time);
-            let file = format!("frames/step_{:06}.png", one.step);
-            write_bytes(&folder.file(&file), &picture(&frame, scale, name, &details)?.png()?)?;
-            let caption = format!("t = {:.0} s", one.time);
+            let time = f64::from(one.step) * prepared.scene.time.step;
+            let exr = frame_file(one.step, "exr");
+            let (frame, _) = read_exr(&folder.file(&exr))?;
+            let details = format!("step {}, t = {time:.1} s, band {band}", one.step);
+            let file = frame_file(one.step, "png");
+            folder.write_bytes(&file, &picture(&frame, scale, name, &details)?.png()?)?;
+            let caption = format!("t = {time:.0} s");
             let tile = chosen(index).then(|| Tile::new(&frame, scale, &caption, TILE_WIDTH)).transpose()?;
             progress(Done::Picture);
-            let entry = FrameEntry { step: one.step, time_s: one.time, file: one.file.clone(), picture: Some(file) };
+            let entry = FrameEntry { step: one.step, time_s: time, file: exr, picture: Some(file) };
             Ok((entry, tile))
         })
         .collect::<Result<_, OutputError>>()?;
@@ -281,7 +426,7 @@ fn draw_pictures(
     }
     let details = format!("{} of {} images", tiles.len(), written.len());
     let png = contact_sheet(&tiles, 4, scale, name, &details).png()?;
-    write_bytes(&folder.file(CONTACT_SHEET), &png)?;
+    folder.write_bytes(CONTACT_SHEET, &png)?;
     let title = "Surface temperature through the run".to_owned();
     let sheet = Picture { title, file: CONTACT_SHEET.to_owned(), png };
     Ok((frames, vec![sheet]))

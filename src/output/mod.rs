@@ -3,21 +3,29 @@
 //! [`job`] runs a scene through all steps into a folder. [`frame`] is one image as plain arrays, and [`mod@exr`] stores
 //! it without loss. [`colour`], [`canvas`] and [`picture`] draw it. [`statistics`] and [`series`] reduce node
 //! temperatures to columns over time. [`plot`] and [`temperature_plots`] draw those. [`report`] and [`report_html`]
-//! join everything on one page. [`folder`] writes each file whole or not at all.
+//! join everything on one page. [`folder`] writes each file whole or not at all and lists it in a [`manifest`]. [`growing`] appends to tables while a run
+//! goes on, and [`state_file`] holds what it needs to go on after its end. [`destination`] decides where a single output goes.
 
 pub mod canvas;
+mod cell;
+pub mod clock;
 pub mod colour;
 pub mod comparison;
 pub mod comparison_plots;
+pub(crate) mod console;
+pub mod destination;
 pub mod error;
 pub mod exr;
 mod exr_header;
+pub mod finite;
 pub mod folder;
 pub mod frame;
 pub mod frame_maker;
+pub mod growing;
 pub(crate) mod html;
 pub mod job;
 pub mod joints;
+pub mod manifest;
 pub mod panels;
 pub mod picture;
 pub mod plot;
@@ -26,9 +34,14 @@ mod polyline;
 pub mod report;
 pub mod report_html;
 pub mod series;
+pub mod series_lines;
 pub mod settings;
+pub mod state_file;
 pub mod statistics;
+pub mod tables;
 pub mod temperature_plots;
+pub mod temporary;
+mod thinned;
 pub mod ticks;
 
 pub use error::OutputError;

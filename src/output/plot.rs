@@ -8,6 +8,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::OutputError;
 use super::plot_axis::Axis;
 use super::polyline::{runs, thin};
+use crate::text::plain_lines;
 
 /// Width of a plot [px].
 const WIDTH: u32 = 900;
@@ -254,7 +255,8 @@ pub(super) fn document(
     drawn.map_err(|reason| OutputError::Encode(format!("plot \"{name}\""), reason))?;
     let fine = format!(r#"<svg width="{}" height="{}""#, width * FINE, height * FINE);
     let shown = format!(r#"<svg role="img" width="{width}" height="{height}""#);
-    Ok(svg.replacen(&fine, &shown, 1))
+    // Only texts hold hidden characters, some of which XML forbids.
+    Ok(plain_lines(&svg.replacen(&fine, &shown, 1)).into_owned())
 }
 
 /// Draws title and subtitle at the upper left of an area.

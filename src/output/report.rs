@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::OutputError;
-use super::folder::{Folder, write_bytes};
+use super::folder::Folder;
 use super::plot::Plot;
 use super::statistics::Spread;
 use crate::simulation::check::Accuracy;
@@ -192,7 +192,7 @@ pub struct PlotEntry {
 /// # Errors
 /// A file cannot be written.
 pub fn write_plots(folder: &Folder, plots: &[PlotEntry]) -> Result<(), OutputError> {
-    plots.iter().try_for_each(|plot| write_bytes(&folder.file(&plot.file), plot.svg.as_bytes()))
+    plots.iter().try_for_each(|plot| folder.write_bytes(&plot.file, plot.svg.as_bytes()))
 }
 
 impl PlotEntry {

@@ -154,7 +154,7 @@ mod tests {
 
     #[test]
     fn text_from_outside_cannot_become_markup() {
-        const EVIL: &str = "<script>alert('1')</script>\"&\u{1}";
+        const EVIL: &str = "<script>alert('1')</script>\"&\u{1}\u{1b}\u{202e}";
         let evil = || EVIL.to_owned();
         let mut report = full();
         report.title = evil();
@@ -167,8 +167,8 @@ mod tests {
         report.pictures[0].title = evil();
         report.pictures[0].file = evil();
         let page = page(&report);
-        assert!(!page.contains("<script") && !page.contains('\u{1}'));
-        let escaped = "&lt;script&gt;alert(&#39;1&#39;)&lt;/script&gt;&quot;&amp;\u{FFFD}";
+        assert!(!page.contains("<script") && !page.contains(['\u{1}', '\u{1b}', '\u{202e}']));
+        let escaped = "&lt;script&gt;alert(&#39;1&#39;)&lt;/script&gt;&quot;&amp;\\u{1}\\u{1b}\\u{202e}";
         assert_eq!(escape(EVIL), escaped);
         assert!(page.matches(escaped).count() >= 10);
         assert!(page.contains("href=\"%3Cscript%3E"));

@@ -1,10 +1,10 @@
 //! Temperatures over time: a row for each step, with columns for parts, materials, the whole craft and probes.
 
 use std::collections::HashSet;
-use std::path::Path;
+use std::io::{self, Write};
 
 use super::OutputError;
-use super::folder::write_csv;
+use super::folder::write_rows;
 use super::statistics::Summary;
 
 /// Temperatures of one step.
@@ -42,6 +42,12 @@ impl Series {
     /// # Errors
     /// The row lacks a value for a column.
     pub fn push(&mut self, row: SeriesRow) -> Result<(), OutputError> {
+        self.check(&row)?;
+        self.rows.push(row);
+        Ok(())
+    }
+
+    fn check(&self, row: &SeriesRow) -> Result<(), OutputError> {
         let groups = [
             ("part", row.parts.len(), self.parts.len()),
             ("material", row.materials.len(), self.materials.len()),
@@ -55,7 +61,6 @@ impl Series {
                 return Err(OutputError::Mismatch(reason));
             }
         }
-        self.rows.push(row);
         Ok(())
     }
 
@@ -79,28 +84,25 @@ impl Series {
         &self.rows
     }
 
-    /// Writes `series.csv`: `time` [s], then `part:NAME:min`, `:mean`, `:max` [K] for each part, the same for each
+    /// The cells of a row in the file, without keeping the row.
+    ///
+    /// # Errors
+    /// The row lacks a value for a column.
+    pub fn cells(&self, row: &SeriesRow) -> Result<Vec<String>, OutputError> {
+        self.check(row)?;
+        Ok(cells(row))
+    }
+
+    /// Writes the content of `series.csv`: `time` [s], then `part:NAME:min`, `:mean`, `:max` [K] for each part, the same for each
     /// `material:NAME` and for `all`, then `probe:NAME` [K]. A group without area has empty cells. Means have six
     /// decimals. Other numbers have the fewest digits that read back to the same f32 (`min`, `max`, probes) or f64
     /// (`time`).
-    pub fn write(&self, path: &Path) -> Result<(), OutputError> {
-        let row = |row: &SeriesRow| {
-            let mut record = vec![row.time.to_string()];
-            for summary in row.parts.iter().chain(&row.materials).chain([&row.all]) {
-                match summary {
-                    Some(Summary { min, mean, max }) => {
-                        record.extend([min.to_string(), format!("{mean:.6}"), max.to_string()]);
-                    }
-                    None => record.extend(vec![String::new(); 3]),
-                }
-            }
-            record.extend(row.probes.iter().map(f32::to_string));
-            record
-        };
-        write_csv(path, std::iter::once(self.column_names()).chain(self.rows.iter().map(row)))
+    pub fn write(&self, writer: impl Write) -> io::Result<()> {
+        write_rows(writer, std::iter::once(self.column_names()).chain(self.rows.iter().map(cells)))
     }
 
-    fn column_names(&self) -> Vec<String> {
+    /// Names of the columns.
+    pub fn column_names(&self) -> Vec<String> {
         let three = |prefix: String| ["min", "mean", "max"].map(|which| format!("{prefix}:{which}"));
         let parts = self.parts.iter().flat_map(|name| three(format!("part:{name}")));
         let materials = self.materials.iter().flat_map(|name| three(format!("material:{name}")));
@@ -108,6 +110,20 @@ impl Series {
         let time = std::iter::once("time".to_owned());
         time.chain(parts).chain(materials).chain(three("all".to_owned())).chain(probes).collect()
     }
+}
+
+fn cells(row: &SeriesRow) -> Vec<String> {
+    let mut record = vec![row.time.to_string()];
+    for summary in row.parts.iter().chain(&row.materials).chain([&row.all]) {
+        match summary {
+            Some(Summary { min, mean, max }) => {
+                record.extend([min.to_string(), format!("{mean:.6}"), max.to_string()]);
+            }
+            None => record.extend(vec![String::new(); 3]),
+        }
+    }
+    record.extend(row.probes.iter().map(f32::to_string));
+    record
 }
 
 /// Makes names unique: a repeated name gets the first free suffix `#2`, `#3`.
@@ -158,14 +174,18 @@ pub(crate) mod tests {
         series
     }
 
+    pub(crate) fn text(series: &Series) -> String {
+        let mut bytes = Vec::new();
+        series.write(&mut bytes).unwrap();
+        String::from_utf8(bytes).unwrap()
+    }
+
     fn names(list: &[&str]) -> Vec<String> {
         list.iter().map(|&name| name.to_owned()).collect()
     }
 
     #[test]
     fn the_file_has_the_columns_and_numbers_that_are_promised() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("series.csv");
         let mut series = Series::new(&names(&["hull, left"]), &names(&["a", "a"]), &names(&["tip"]));
         let summary = Some(Summary { min: 2.7, mean: 100.123_456_789, max: 200.5 });
         let row = SeriesRow {
@@ -176,12 +196,11 @@ pub(crate) mod tests {
             probes: vec![0.1],
         };
         series.push(row.clone()).unwrap();
-        series.write(&path).unwrap();
         let expected = "time,\"part:hull, left:min\",\"part:hull, left:mean\",\"part:hull, left:max\",\
             material:a:min,material:a:mean,material:a:max,material:a#2:min,material:a#2:mean,material:a#2:max,\
             all:min,all:mean,all:max,probe:tip\n\
             16.5,2.7,100.123457,200.5,2.7,100.123457,200.5,,,,2.7,100.123457,200.5,0.1\n";
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), expected);
+        assert_eq!(text(&series), expected);
 
         let wrong = SeriesRow { probes: vec![], ..row };
         let error = series.push(wrong).unwrap_err();
@@ -196,9 +215,6 @@ pub(crate) mod tests {
 
     #[test]
     fn a_series_without_rows_or_groups_is_a_header() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("series.csv");
-        Series::new(&[], &[], &[]).write(&path).unwrap();
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), "time,all:min,all:mean,all:max\n");
+        assert_eq!(text(&Series::new(&[], &[], &[])), "time,all:min,all:mean,all:max\n");
     }
 }

@@ -1,9 +1,7 @@
 //! The paper's numbers next to isotherm's, as rows of `checks.csv`.
 
-use std::path::Path;
-
 use crate::output::OutputError;
-use crate::output::folder::write_csv;
+use crate::output::folder::Folder;
 
 /// Largest difference at which two numbers agree, in the unit of the check.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,14 +63,14 @@ impl Check {
     }
 }
 
-/// Writes `checks.csv`: statement, expected, computed, difference, agrees (`true` or `false`).
-pub fn write(path: &Path, checks: &[Check]) -> Result<(), OutputError> {
+/// Writes the file `name`, `checks.csv`: statement, expected, computed, difference, agrees (`true` or `false`).
+pub fn write(folder: &Folder, name: &str, checks: &[Check]) -> Result<(), OutputError> {
     let head = ["statement", "expected", "computed", "difference", "agrees"].map(str::to_owned);
     let row = |check: &Check| {
         let [expected, computed, difference] = check.numbers();
         [check.statement_with_unit(), expected, computed, difference, check.agrees().to_string()]
     };
-    write_csv(path, std::iter::once(head).chain(checks.iter().map(row)))
+    folder.write_csv(name, std::iter::once(head).chain(checks.iter().map(row)))
 }
 
 #[cfg(test)]
@@ -101,7 +99,8 @@ mod tests {
     fn the_table_reads_back() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("checks.csv");
-        write(&path, &[check(700.0, 691.0), check(180.0, 193.8)]).unwrap();
+        let out = Folder::new(folder.path(), &["checks.csv"]).prepare(false, &[]).unwrap();
+        write(&out, "checks.csv", &[check(700.0, 691.0), check(180.0, 193.8)]).unwrap();
         let mut reader = csv::Reader::from_path(&path).unwrap();
         let header: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
         assert_eq!(header, ["statement", "expected", "computed", "difference", "agrees"]);

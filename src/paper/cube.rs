@@ -86,7 +86,7 @@ pub enum Loads {
 
 /// A cube in an orbit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Case {
+pub struct Cube {
     /// What it is made of.
     pub panel: Panel,
     /// Whether the panels conduct heat to each other.
@@ -99,7 +99,7 @@ pub struct Case {
     pub altitude: f64,
 }
 
-impl fmt::Display for Case {
+impl fmt::Display for Cube {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let material = if self.panel == MLI { "MLI" } else { "Al" };
         let conducting = if self.conducting { " and conducting" } else { "" };
@@ -133,7 +133,7 @@ impl Problem {
     }
 }
 
-impl Case {
+impl Cube {
     /// The network and its heat.
     pub fn problem(&self) -> Result<Problem, SkyError> {
         let heat = self.absorbed()?.into_iter().map(|faces| faces.map(|flux| EDGE * EDGE * flux)).collect();

@@ -1,7 +1,7 @@
 //! An independent solution of the cube's periodic state for tests: Runge-Kutta of order 4 with a fixed step, and
 //! Gauss-Seidel for panels without heat capacity.
 
-use super::cube::{Case, Orbit, PERIOD, Problem, STEP, STEPS};
+use super::cube::{Cube, Orbit, PERIOD, Problem, STEP, STEPS};
 use super::orbits::Orbits;
 use crate::environment::sky::SkyError;
 use crate::thermal::STEFAN_BOLTZMANN;
@@ -9,7 +9,7 @@ use crate::thermal::network::{Network, NodeKind};
 
 /// Solves all cubes.
 pub fn orbits() -> Orbits {
-    Orbits::compute(|_: &Case, problem: &Problem| Ok::<_, SkyError>(settle(problem))).unwrap()
+    Orbits::compute(|_: &Cube, problem: &Problem| Ok::<_, SkyError>(settle(problem))).unwrap()
 }
 
 /// A cube's periodic state.

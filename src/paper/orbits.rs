@@ -1,6 +1,6 @@
 //! The periodic states of the cubes in figures 2, 3 and 4.
 
-use super::cube::{ALTITUDES, ALUMINIUM, Case, Loads, MLI, Orbit, PLANET_RADIUS, Panel, Problem, SOLAR_CONSTANTS};
+use super::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, MLI, Orbit, PLANET_RADIUS, Panel, Problem, SOLAR_CONSTANTS};
 use crate::environment::sky::SkyError;
 
 /// Number of cubes.
@@ -10,7 +10,7 @@ pub const CASES: u64 = 14;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solved {
     /// The cube and its orbit.
-    pub case: Case,
+    pub case: Cube,
     /// Temperatures of its faces [K].
     pub orbit: Orbit,
     /// Steps at which the planet covers and uncovers half of the Sun. `None` without shadow.
@@ -41,7 +41,7 @@ impl Orbits {
     ///
     /// # Errors
     /// Those of `settle`. The paper's values cause no sky errors.
-    pub fn compute<E: From<SkyError>>(mut settle: impl FnMut(&Case, &Problem) -> Result<Orbit, E>) -> Result<Self, E> {
+    pub fn compute<E: From<SkyError>>(mut settle: impl FnMut(&Cube, &Problem) -> Result<Orbit, E>) -> Result<Self, E> {
         let mut pair = |panel: Panel, conducting: bool, loads: Loads| {
             let [dim, bright] = SOLAR_CONSTANTS;
             let [low, high] = ALTITUDES;
@@ -51,7 +51,7 @@ impl Orbits {
                 Loads::All | Loads::AllButAlbedo => [(bright, low), (bright, high)],
             };
             let mut solve = |(solar_constant, altitude)| {
-                let case = Case { panel, conducting, loads, solar_constant, altitude };
+                let case = Cube { panel, conducting, loads, solar_constant, altitude };
                 let orbit = settle(&case, &case.problem()?)?;
                 Ok::<_, E>(Solved { case, orbit, shadow: case.shadow()? })
             };

@@ -80,8 +80,7 @@ pub(super) fn read(
             Ok(Attitude::Spin { inertial_from_body, axis, rate })
         }
         Mode::File => {
-            let file = section.required("file", section.string("file")?, "a CCSDS AEM, or a table of quaternions")?;
-            let path = section.file().resolve(file);
+            let path = section.required("file", section.path("file")?, "a CCSDS AEM, or a table of quaternions")?;
             let text = read_file(path.clone(), files).map_err(|error| section.error("file", error))?;
             let frames = [("inertial", HistoryFrame::Inertial), ("orbit", HistoryFrame::Orbit)];
             let options = AttitudeOptions {

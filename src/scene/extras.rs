@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+use crate::files::Reach;
 use crate::model::ModelMaterial;
 
 use super::error::SceneError;
@@ -16,15 +17,20 @@ use super::value_source::ValueSource;
 /// The values of one material. With a `group` (`back_`, `heating_`, `cooling_`) only the keys with that prefix.
 pub(super) struct Extras<'a> {
     model: &'a Path,
+    reach: &'a Reach,
     material: &'a str,
     values: &'a BTreeMap<String, Value>,
     group: String,
 }
 
 impl<'a> Extras<'a> {
-    /// The `isotherm_` extras of a material of the file `model`. `None` if it has none.
-    pub(super) fn open(model: &'a Path, material: &'a ModelMaterial) -> Result<Option<Self>, SceneError> {
-        let extras = Self { model, material: &material.name, values: &material.extras, group: String::new() };
+    /// The `isotherm_` extras of a material of the file `model`, which may name the files of `reach`. `None` if it has none.
+    pub(super) fn open(
+        model: &'a Path,
+        reach: &'a Reach,
+        material: &'a ModelMaterial,
+    ) -> Result<Option<Self>, SceneError> {
+        let extras = Self { model, reach, material: &material.name, values: &material.extras, group: String::new() };
         match material.extras.keys().find(|key| !EXTRAS.contains(&key.as_str())) {
             Some(key) => Err(extras.error(key, unknown_key(key, EXTRAS))),
             None => Ok((!material.extras.is_empty()).then_some(extras)),
@@ -76,7 +82,10 @@ impl ValueSource for Extras<'_> {
 
     fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError> {
         let folder = self.model.parent().unwrap_or(Path::new(""));
-        Ok(self.string(key)?.map(|path| folder.join(path)))
+        let Some(path) = self.string(key)?.map(|path| folder.join(path)) else { return Ok(None) };
+        let refused = |fault| self.error(key, format!("{}: cannot be read: {fault}", path.display()));
+        self.reach.admit(&path).map_err(refused)?;
+        Ok(Some(path))
     }
 
     fn group(&self, key: &str, _known: &[&str]) -> Result<Option<Self>, SceneError> {

@@ -7,18 +7,22 @@ use toml::Spanned;
 use toml::de::DeTable;
 
 use super::error::SceneError;
+use crate::files::{self, FileFault, Reach};
+use crate::text::{plain, plain_lines};
 
 /// Path and text of a TOML file.
 #[derive(Debug)]
 pub(super) struct SourceFile<'a> {
     path: &'a Path,
     text: &'a str,
+    /// The files that this file may name.
+    reach: &'a Reach,
 }
 
 impl<'a> SourceFile<'a> {
     /// Wraps a text that was read from `path`.
-    pub(super) fn new(path: &'a Path, text: &'a str) -> Self {
-        Self { path, text }
+    pub(super) fn new(path: &'a Path, text: &'a str, reach: &'a Reach) -> Self {
+        Self { path, text, reach }
     }
 
     /// The root table, with the byte range of every key and value.
@@ -37,17 +41,22 @@ impl<'a> SourceFile<'a> {
     }
 
     pub(super) fn value_error(&self, span: &Range<usize>, key: String, message: String) -> SceneError {
+        let (key, message) = (plain(&key).into_owned(), plain_lines(&message).into_owned());
         SceneError::Value { path: self.path.to_path_buf(), line: self.line(span), key, message }
     }
 
-    /// Resolves a path in this file. A relative path starts at the file's folder.
-    pub(super) fn resolve(&self, path: &str) -> PathBuf {
-        self.path.parent().unwrap_or(Path::new("")).join(path)
+    /// Resolves a path in this file to a regular file that it may name. A relative path starts at the file's folder.
+    pub(super) fn resolve(&self, path: &str) -> Result<PathBuf, SceneError> {
+        let path = self.path.parent().unwrap_or(Path::new("")).join(path);
+        self.reach.admit(&path).map(|()| path.clone()).map_err(|fault| unreadable(&path, &fault))
     }
 }
 
 /// Reads a text file, which must be UTF-8.
 pub(super) fn read_text(path: &Path) -> Result<String, SceneError> {
-    std::fs::read_to_string(path)
-        .map_err(|error| SceneError::Unreadable { path: path.to_path_buf(), reason: error.to_string() })
+    files::read_text(path).map_err(|fault| unreadable(path, &fault))
+}
+
+pub(super) fn unreadable(path: &Path, fault: &FileFault) -> SceneError {
+    SceneError::Unreadable { path: path.to_path_buf(), reason: fault.to_string() }
 }

@@ -106,7 +106,7 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
         }
     }
     if mode == Mode::Animation {
-        let name = section.required("animation", section.string("animation")?, "the name of the glTF animation")?;
+        let name = section.required("animation", section.name("animation")?, "the name of the glTF animation")?;
         let repeats = section.boolean("repeat")?.unwrap_or_else(|| {
             assumptions.push(format!(
                 "After its end the animation '{name}' holds its last pose, before time 0 its first \
@@ -191,12 +191,11 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
 fn schedule(section: &Section, words: &Words, files: &mut Vec<PathBuf>) -> Result<(Vec<f64>, Vec<f64>), SceneError> {
     let shape = format!("{{ time = [..], {} = [..] }} or {{ file = \"..\" }}", words.position);
     let table = section.required("schedule", section.table("schedule", keys::SCHEDULE)?, &shape)?;
-    let (times, positions) = match table.string("file")? {
-        Some(file) => {
+    let (times, positions) = match table.path("file")? {
+        Some(path) => {
             for key in ["time", "angle_deg", "distance"] {
                 table.exclusive("file", key)?;
             }
-            let path = table.file().resolve(file);
             let found = read_file(&path, words).map_err(|message| match message {
                 Ok(message) => table.error("file", message),
                 Err(error) => error,
@@ -209,8 +208,15 @@ fn schedule(section: &Section, words: &Words, files: &mut Vec<PathBuf>) -> Resul
             if table.has(other) {
                 return Err(table.error(other, format!("this joint has '{}'", words.position)));
             }
-            let times = table.required("time", table.list("time")?, "the times [s]")?;
-            (times, table.required(words.position, table.list(words.position)?, "where the joint stands then")?)
+            let times = table.required("time", table.list("time", Quantity::any("s"))?, "the times [s]")?;
+            (
+                times,
+                table.required(
+                    words.position,
+                    table.list(words.position, Quantity::any(words.unit))?,
+                    "where the joint stands then",
+                )?,
+            )
         }
     };
     if times.is_empty() || times.len() != positions.len() {
@@ -241,13 +247,13 @@ fn read_file(path: &std::path::Path, words: &Words) -> Result<(Vec<f64>, Vec<f64
     for row in reader.records() {
         let row = row.map_err(|error| Ok(format!("{name}: {error}")))?;
         let line = row.position().map_or(0, csv::Position::line);
-        let cell = |place: usize| {
+        let cell = |place: usize, quantity: Quantity| {
             let text = row.get(place).unwrap_or_default();
-            let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
-            number.ok_or_else(|| Ok(format!("{name}:{line}: '{text}' is not a number")))
+            let number = text.parse::<f64>().map_err(|_| Ok(format!("{name}:{line}: '{text}' is not a number")))?;
+            quantity.check(number).map_err(|message| Ok(format!("{name}:{line}: {message}")))
         };
-        times.push(cell(columns[0])?);
-        positions.push(cell(columns[1])?);
+        times.push(cell(columns[0], Quantity::any("s"))?);
+        positions.push(cell(columns[1], Quantity::any(words.unit))?);
     }
     Ok((times, positions))
 }

@@ -7,15 +7,24 @@ use sha2::{Digest, Sha256};
 use super::error::SceneError;
 use super::file::{SourceFile, read_text};
 use super::section::Section;
-use super::{Camera, Draw, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, shadows, view};
+use super::{Camera, Draw, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, shadows, view, work};
+use crate::files::Reach;
 
 impl Scene {
-    /// Reads and checks a scene file. Paths in the file are relative to its folder.
+    /// Reads and checks a scene file. Paths in the file are relative to its folder, and lead to files in it.
     ///
     /// # Errors
     /// A file that cannot be read, and everything that [`Scene::parse`] refuses.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        Self::parse(&read_text(path)?, path)
+        Self::load_within(path, Reach::of(path))
+    }
+
+    /// Reads and checks a scene file that may name the files of `reach`.
+    ///
+    /// # Errors
+    /// As for `load`.
+    pub fn load_within(path: &Path, reach: Reach) -> Result<Self, SceneError> {
+        Self::parse_within(&read_text(path)?, path, reach)
     }
 
     /// Checks the text of a scene file as if it lay at `path`. It reads the materials table and checks that the model
@@ -24,7 +33,11 @@ impl Scene {
     /// # Errors
     /// The first error, with file, line and key: see [`SceneError`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
-        let file = SourceFile::new(path, text);
+        Self::parse_within(text, path, Reach::of(path))
+    }
+
+    fn parse_within(text: &str, path: &Path, reach: Reach) -> Result<Self, SceneError> {
+        let file = SourceFile::new(path, text, &reach);
         let table = file.parse()?;
         let root = Section::root(&file, &table, keys::ROOT)?;
         let mut assumptions = Vec::new();
@@ -47,13 +60,14 @@ impl Scene {
         let materials = material::read(
             root.table("materials", keys::MATERIALS)?.as_ref(),
             &root.tables("material", keys::MATERIAL)?,
-            path,
+            (path, &reach),
             time.step,
             &mut files,
             &mut assumptions,
         )?;
         let band = view::band(root.table("radiance", keys::RADIANCE)?.as_ref(), &mut assumptions)?;
         let camera = optional_camera(&root, &time.draw, &mut assumptions)?;
+        work::check_images(&root.required_table("time", keys::TIME)?, &time, camera.as_ref())?;
         let initial = view::initial(root.table("initial", keys::INITIAL)?.as_ref(), &mut assumptions)?;
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
         let colour_range = view::colour_range(root.table("output", keys::OUTPUT)?.as_ref())?;
@@ -62,6 +76,7 @@ impl Scene {
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
         Ok(Self {
             source: path.to_path_buf(),
+            reach: reach.clone(),
             name: sky.name,
             model_path,
             density,
@@ -101,13 +116,7 @@ impl Scene {
 }
 
 fn model_path(section: &Section) -> Result<PathBuf, SceneError> {
-    let path = section.required("path", section.string("path")?, "the glTF file, .glb or .gltf")?;
-    let path = section.file().resolve(path);
-    match std::fs::metadata(&path) {
-        Ok(metadata) if metadata.is_file() => Ok(path),
-        Ok(_) => Err(section.error("path", format!("{} is not a file", path.display()))),
-        Err(error) => Err(section.error("path", format!("{}: cannot be read: {error}", path.display()))),
-    }
+    section.required("path", section.path("path")?, "the glTF file, .glb or .gltf")
 }
 
 /// The camera. A scene that draws nothing may have none.

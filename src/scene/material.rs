@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use wildmatch::WildMatch;
 
+use crate::files::Reach;
 use crate::model::{Model, ModelMaterial};
 use crate::thermal::material::Material;
 
@@ -44,6 +45,8 @@ struct ExtrasContext {
     common: Values,
     /// Length of a step [s].
     step: f64,
+    /// The files that `extras` may name.
+    reach: Reach,
     /// Scene file, and the line after which a new rule can stand.
     scene: PathBuf,
     line: usize,
@@ -56,6 +59,7 @@ impl Default for ExtrasContext {
             table_path: None,
             common: Values::default(),
             step: 1.0,
+            reach: Reach::Anywhere,
             scene: PathBuf::new(),
             line: 1,
         }
@@ -67,18 +71,18 @@ impl Default for ExtrasContext {
 pub(super) fn read(
     materials: Option<&Section>,
     rules: &[Section],
-    scene: &Path,
+    (scene, reach): (&Path, &Reach),
     step: f64,
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
 ) -> Result<MaterialRules, SceneError> {
-    let mut context = ExtrasContext { step, scene: scene.to_path_buf(), ..ExtrasContext::default() };
+    let mut context =
+        ExtrasContext { step, reach: reach.clone(), scene: scene.to_path_buf(), ..ExtrasContext::default() };
     context.line = rules.last().or(materials).map_or(1, Section::line);
     if let Some(section) = materials {
         context.common = Values::read(section, step)?;
-        if let Some(name) = section.string("table")? {
-            let path = section.file().resolve(name);
-            context.table = MaterialTable::read(&path, step).map_err(|error| match error {
+        if let Some(path) = section.path("table")? {
+            context.table = MaterialTable::read(&path, reach, step).map_err(|error| match error {
                 SceneError::Unreadable { .. } => section.error("table", error),
                 other => other,
             })?;
@@ -263,7 +267,7 @@ impl MaterialRules {
         if let Some(rule) = self.rules.iter().find(|rule| rule.matches(&wanted.name)) {
             return Ok(Some(Material { name: wanted.name.clone(), ..rule.material.clone() }));
         }
-        if let Some(extras) = Extras::open(&model.source, wanted)? {
+        if let Some(extras) = Extras::open(&model.source, &self.extras.reach, wanted)? {
             let entries: Vec<String> = extras.string("use")?.map(str::to_string).into_iter().collect();
             let source = format!("{} extras", file_name(&model.source));
             let mut settled = settle(&extras, &entries, source, &self.extras)?;

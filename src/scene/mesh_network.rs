@@ -87,7 +87,7 @@ impl Owners {
 }
 
 pub(super) fn settings(section: Option<&Section>) -> Result<NetworkSettings, SceneError> {
-    let all = [Integrator::Default, Integrator::Cheap, Integrator::Accurate];
+    let all = [Integrator::Default, Integrator::Cheap, Integrator::Accurate, Integrator::OnePass];
     let names = all.map(|integrator| integrator.to_string());
     let choices: Vec<(&str, Integrator)> = names.iter().map(String::as_str).zip(all).collect();
     let Some(section) = section else {
@@ -145,7 +145,7 @@ fn heater(section: &Section, probes: &[Probe]) -> Result<Heater, SceneError> {
     let on_below = section.number("on_below", Quantity::non_negative("K"))?;
     let off_above = section.number("off_above", Quantity::non_negative("K"))?;
     let initially_on = section.boolean("initially_on")?;
-    let Some(name) = section.string("probe")? else {
+    let Some(name) = section.name("probe")? else {
         for key in ["on_below", "off_above", "initially_on"] {
             if section.has(key) {
                 return Err(section.error(key, "needs 'probe', the name of the [[probe]] that the thermostat senses"));

@@ -8,6 +8,7 @@ use glam::{DQuat, DVec3};
 use hifitime::Epoch;
 
 use crate::environment::{Attitude, Environment, Orbit};
+use crate::files::Reach;
 use crate::thermal::planck::Band;
 
 mod attitude;
@@ -33,11 +34,13 @@ mod shadows;
 mod sky_scene;
 mod table;
 pub mod targets;
+pub mod texts;
 mod time;
 mod value_source;
 mod values;
 mod vector;
 mod view;
+pub mod work;
 
 pub use density::{Density, Edges, PartRule};
 pub use error::SceneError;
@@ -54,6 +57,8 @@ pub use view::{Initial, Probe};
 pub struct Scene {
     /// The scene file.
     pub source: PathBuf,
+    /// The files that the scene and its model may name.
+    pub reach: Reach,
     /// Name for titles: the `name` key, or the file stem.
     pub name: String,
     /// Path of the glTF file.

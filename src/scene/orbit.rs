@@ -10,6 +10,7 @@ use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
 use crate::environment::divided_differences::HIGHEST_DEGREE;
+use crate::environment::orbit::LOWEST_ALTITUDE;
 use crate::environment::{CircularOrbit, Orbit};
 
 /// Keys of a circular orbit, and the keys of a trajectory except `file`.
@@ -22,10 +23,6 @@ const EARTH_GRAVITATIONAL_PARAMETER: f64 = 3.986_004_418e14;
 /// Planet radii that count as the Earth's [m]. They include the polar, mean and equatorial radius.
 const EARTH_RADII: std::ops::RangeInclusive<f64> = 6.35e6..=6.385e6;
 
-/// Lowest altitude as a share of the planet's radius. A lower value is probably in kilometres by mistake. For the Earth
-/// it is 6.4 km.
-const LOWEST_ALTITUDE: f64 = 1e-3;
-
 /// Relative difference between the stated period and Kepler's above which the user gets a warning.
 const PERIOD_TOLERANCE: f64 = 1e-3;
 
@@ -37,20 +34,21 @@ pub(super) fn read(
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
 ) -> Result<Orbit, SceneError> {
-    let Some(file) = section.string("file")? else {
+    if section.has("file")
+        && let Some(key) = CIRCULAR.iter().find(|key| section.has(key))
+    {
+        return Err(section.error(key, "belongs to a circular orbit, and orbit.file states a trajectory"));
+    }
+    let Some(path) = section.path("file")? else {
         if let Some(key) = OF_A_FILE.iter().find(|key| section.has(key)) {
             return Err(section.error(key, "belongs to a trajectory, and orbit.file is missing"));
         }
         return circular(section, planet_radius, assumptions).map(Orbit::Circular);
     };
-    if let Some(key) = CIRCULAR.iter().find(|key| section.has(key)) {
-        return Err(section.error(key, "belongs to a circular orbit, and orbit.file states a trajectory"));
-    }
     if !EARTH_RADII.contains(&planet_radius) {
         let message = format!("is a trajectory around the Earth, but environment.planet_radius is {planet_radius} m");
         return Err(section.error("file", message));
     }
-    let path = section.file().resolve(file);
     let text = read_file(path.clone(), files).map_err(|error| section.error("file", error))?;
     let word = |key: &str| -> Result<Option<String>, SceneError> { Ok(section.string(key)?.map(str::to_owned)) };
     let options = Options {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::thermal::function::{Function, FunctionError, parse::KINDS};
-use crate::thermal::material::{LONGEST_T_MAX, Profile};
+use crate::thermal::material::{LONGEST_T_MAX, Profile, SHORTEST_T_MAX};
 
 use super::error::SceneError;
 use super::keys;
@@ -43,7 +43,18 @@ pub(super) fn read(source: &impl ValueSource, key: &str, step: f64) -> Result<Op
         (Some(_), Some(_)) => {
             return Err(group.error("t_max", "cannot be combined with 't_max_steps': state one of the two".to_string()));
         }
-        (Some(steps), None) => steps,
+        (Some(steps), None) if steps == 0.0 || steps >= SHORTEST_T_MAX => steps,
+        (Some(steps), None) => {
+            let message = format!("must be 0 or from {SHORTEST_T_MAX} to {LONGEST_T_MAX} [steps], found {steps:e}");
+            return Err(group.error("t_max_steps", message));
+        }
+        (None, Some(seconds)) if seconds != 0.0 && seconds / step < SHORTEST_T_MAX => {
+            let message = format!(
+                "{seconds} s are {:e} steps of {step} s: state 0, or at least {SHORTEST_T_MAX} steps",
+                seconds / step
+            );
+            return Err(group.error("t_max", message));
+        }
         (None, Some(seconds)) if seconds / step <= LONGEST_T_MAX => seconds / step,
         (None, Some(seconds)) => {
             let message = format!(
@@ -64,10 +75,10 @@ pub(super) fn read(source: &impl ValueSource, key: &str, step: f64) -> Result<Op
 fn function(group: &impl ValueSource, kind: &str) -> Result<Function, SceneError> {
     let rate = group.number("rate", Quantity::any(""))?;
     let coefficients = group.list("coefficients")?;
-    let file = group.path("file")?;
     let target = group.number("target", Quantity::non_negative("K"))?;
     let text = group.text("text")?;
-    let present = [coefficients.is_some(), rate.is_some(), file.is_some(), target.is_some(), text.is_some()];
+    let present =
+        [coefficients.is_some(), rate.is_some(), group.text("file")?.is_some(), target.is_some(), text.is_some()];
     for ((key, owners), present) in VALUES.into_iter().zip(present) {
         if present && !owners.contains(&kind) {
             let owners = list(owners.iter().copied());
@@ -94,7 +105,9 @@ fn function(group: &impl ValueSource, kind: &str) -> Result<Function, SceneError
             Function::logarithmic(rate).map_err(wrong("rate"))
         }
         "table" => {
-            let file = file.ok_or_else(|| missing("file", "a CSV file with the columns time and temperature"))?;
+            let file = group
+                .path("file")?
+                .ok_or_else(|| missing("file", "a CSV file with the columns time and temperature"))?;
             Function::read_table(&file, target).map_err(wrong("file"))
         }
         _ => {

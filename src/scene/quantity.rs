@@ -19,6 +19,29 @@ enum Range {
     Between(f64, f64),
 }
 
+/// The sizes that a number of each unit may have, unless it is 0: from far below to far above what craft, orbits and materials have. Numbers within
+/// them, their squares and their usual products lie in the range of an f32; of conductors a network says itself what the device holds.
+const SIZES: [(&str, f64, f64); 18] = [
+    ("m", 1e-12, 1e13),
+    ("m2", 1e-15, 1e15),
+    ("s", 1e-9, 1e11),
+    ("1/s", 1e-12, 1e12),
+    ("m/s", 1e-15, 1e6),
+    ("deg", 1e-15, 1e9),
+    ("deg/s", 1e-15, 1e6),
+    ("K", 1e-9, 1e6),
+    ("W", 1e-15, 1e12),
+    ("J/K", 1e-12, 1e15),
+    ("W/K", 1e-60, 1e60),
+    ("W/(m K)", 1e-12, 1e9),
+    ("W/(m2 K)", 1e-12, 1e12),
+    ("kg/m3", 1e-9, 1e9),
+    ("J/(kg K)", 1e-9, 1e9),
+    ("pixels", 1e-3, 1e9),
+    ("orbits", 1e-9, 1e6),
+    ("W/m2", 1e-12, 1e9),
+];
+
 impl Quantity {
     pub(super) const fn any(unit: &'static str) -> Self {
         Self { unit, range: Range::Any }
@@ -54,7 +77,18 @@ impl Quantity {
                 (lower < value && value < upper, format!("between {lower} and {upper}, neither included"))
             }
         };
-        if allowed { Ok(value) } else { Err(format!("must be {rule}{}, found {value}", self.unit_suffix())) }
+        if !allowed {
+            return Err(format!("must be {rule}{}, found {value}", self.unit_suffix()));
+        }
+        match SIZES.iter().find(|(unit, ..)| *unit == self.unit) {
+            Some((_, least, most)) if value != 0.0 && !(*least..=*most).contains(&value.abs()) => {
+                let sign = if matches!(self.range, Range::Any) { ", of either sign" } else { "" };
+                let or_zero = if matches!(self.range, Range::Positive) { "" } else { "0 or " };
+                let unit = self.unit_suffix();
+                Err(format!("must be {or_zero}from {least:e} to {most:e}{sign}{unit}, found {value:e}"))
+            }
+            _ => Ok(value),
+        }
     }
 
     /// `a number [m]`, or `a number` without a unit.
@@ -81,6 +115,17 @@ mod tests {
         assert_eq!(field.check(180.0), Err("must be between 0 and 180, neither included [deg], found 180".to_string()));
         assert_eq!(Quantity::non_negative("K").check(0.0), Ok(0.0));
         assert!(Quantity::positive("K").check(0.0).is_err());
+    }
+
+    #[test]
+    fn a_size_beyond_all_reason_is_refused() {
+        let message = Quantity::any("deg").check(1e38);
+        assert_eq!(message, Err("must be 0 or from 1e-15 to 1e9, of either sign [deg], found 1e38".to_string()));
+        assert_eq!(Quantity::any("deg").check(-7.2e8), Ok(-7.2e8));
+        assert_eq!(Quantity::any("deg").check(-0.0), Ok(-0.0));
+        let message = Quantity::positive("m").check(5e-324);
+        assert_eq!(message, Err("must be from 1e-12 to 1e13 [m], found 5e-324".to_string()));
+        assert!(Quantity::non_negative("K").check(1e7).is_err() && Quantity::non_negative("W").check(1e19).is_err());
     }
 
     #[test]

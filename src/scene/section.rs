@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 use std::ops::Range;
+use std::path::PathBuf;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -10,6 +11,7 @@ use super::error::SceneError;
 use super::file::SourceFile;
 use super::keys::{suggestion, unknown_key};
 use super::quantity::Quantity;
+use crate::text::plain;
 
 /// A table of the file. All its keys are known.
 #[derive(Debug)]
@@ -49,10 +51,6 @@ impl<'a> Section<'a> {
             }
             None => Ok(section),
         }
-    }
-
-    pub(super) fn file(&self) -> &'a SourceFile<'a> {
-        self.file
     }
 
     pub(super) fn line(&self) -> usize {
@@ -138,15 +136,15 @@ impl<'a> Section<'a> {
         array.iter().map(|item| self.whole_of(key, item, &range)).collect::<Result<_, _>>().map(Some)
     }
 
-    /// An array of finite numbers of any length.
-    pub(super) fn list(&self, key: &str) -> Result<Option<Vec<f64>>, SceneError> {
+    /// An array of numbers of any length, each in its range.
+    pub(super) fn list(&self, key: &str, quantity: Quantity) -> Result<Option<Vec<f64>>, SceneError> {
         let Some(value) = self.get(key) else {
             return Ok(None);
         };
         let DeValue::Array(array) = value.get_ref() else {
             return Err(self.type_error(key, value, "an array of numbers"));
         };
-        array.iter().map(|item| self.number_of(key, item, Quantity::any(""))).collect::<Result<_, _>>().map(Some)
+        array.iter().map(|item| self.number_of(key, item, quantity)).collect::<Result<_, _>>().map(Some)
     }
 
     pub(super) fn numbers<const N: usize>(
@@ -178,8 +176,19 @@ impl<'a> Section<'a> {
         value.get_ref().as_bool().map(Some).ok_or_else(|| self.type_error(key, value, "true or false"))
     }
 
+    /// The file that `key` names. It is a regular file that this file may name.
+    pub(super) fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError> {
+        let Some(name) = self.string(key)? else { return Ok(None) };
+        self.file.resolve(name).map(Some).map_err(|error| self.error(key, error))
+    }
+
     pub(super) fn string(&self, key: &str) -> Result<Option<&'a str>, SceneError> {
         self.get(key).map(|value| self.string_of(key, value, "a string")).transpose()
+    }
+
+    /// A string that names something. Characters that must not be shown are escaped, as in the names of a model.
+    pub(super) fn name(&self, key: &str) -> Result<Option<String>, SceneError> {
+        Ok(self.string(key)?.map(|name| plain(name).into_owned()))
     }
 
     fn string_of(&self, key: &str, value: &'a Spanned<DeValue<'a>>, expected: &str) -> Result<&'a str, SceneError> {
@@ -192,7 +201,7 @@ impl<'a> Section<'a> {
         }
     }
 
-    /// A string, or a non-empty array of strings.
+    /// A name, or a non-empty array of names, as [`Section::name`] reads them.
     pub(super) fn strings(&self, key: &str) -> Result<Option<Vec<String>>, SceneError> {
         let expected = "a string or an array of strings";
         let Some(value) = self.get(key) else {
@@ -207,7 +216,7 @@ impl<'a> Section<'a> {
         };
         items
             .into_iter()
-            .map(|item| self.string_of(key, item, expected).map(str::to_string))
+            .map(|item| self.string_of(key, item, expected).map(|name| plain(name).into_owned()))
             .collect::<Result<_, _>>()
             .map(Some)
     }
@@ -270,11 +279,9 @@ impl<'a> Section<'a> {
 /// The value of `word` in `choices`, or a message with the choices and the most similar one.
 pub(super) fn choose<T: Copy>(word: &str, choices: &[(&str, T)]) -> Result<T, String> {
     let known = choices.iter().map(|(name, _)| *name);
-    choices
-        .iter()
-        .find(|(name, _)| *name == word)
-        .map(|(_, value)| *value)
-        .ok_or_else(|| format!("'{word}' is not one of {}{}", list(known.clone()), nearest_suffix(word, known)))
+    choices.iter().find(|(name, _)| *name == word).map(|(_, value)| *value).ok_or_else(|| {
+        format!("'{}' is not one of {}{}", plain(word), list(known.clone()), nearest_suffix(word, known))
+    })
 }
 
 fn nearest_suffix<'k>(word: &str, known: impl IntoIterator<Item = &'k str> + Clone) -> String {
@@ -299,7 +306,7 @@ fn as_number(value: &DeValue) -> Option<f64> {
 
 fn describe(value: &DeValue) -> String {
     match value {
-        DeValue::String(text) => format!("the string \"{text}\""),
+        DeValue::String(text) => format!("the string \"{}\"", plain(text)),
         DeValue::Integer(integer) => integer.to_string(),
         DeValue::Float(float) => float.to_string(),
         DeValue::Boolean(boolean) => boolean.to_string(),

@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 use super::error::SceneError;
 use super::file::{SourceFile, read_text};
 use super::section::Section;
-use super::{Time, attitude, environment, keys, orbit, time};
+use super::{Time, attitude, environment, keys, orbit, time, work};
 use crate::environment::trajectory::Trajectory;
 use crate::environment::{Attitude, Environment, Orbit};
+use crate::files::Reach;
+use crate::text::plain;
 
 /// Time, orbit, attitude and environment of a scene.
 #[derive(Debug, Clone)]
@@ -29,13 +31,13 @@ pub struct SkyScene {
 }
 
 impl SkyScene {
-    /// Reads and checks these sections of a scene file and ignores the others.
+    /// Reads and checks these sections of a scene file, which may name the files of `reach`, and ignores the others.
     ///
     /// # Errors
     /// A file that cannot be read, or an error in it with its line and key.
-    pub fn load(path: &Path) -> Result<Self, SceneError> {
+    pub fn load(path: &Path, reach: &Reach) -> Result<Self, SceneError> {
         let text = read_text(path)?;
-        let file = SourceFile::new(path, &text);
+        let file = SourceFile::new(path, &text, reach);
         let table = file.parse()?;
         let root = Section::root(&file, &table, keys::ROOT)?;
         let mut assumptions = Vec::new();
@@ -52,15 +54,17 @@ impl SkyScene {
         files: &mut Vec<PathBuf>,
         assumptions: &mut Vec<String>,
     ) -> Result<Self, SceneError> {
-        let time = time::read(&root.required_table("time", keys::TIME)?, assumptions)?;
+        let steps = root.required_table("time", keys::TIME)?;
+        let time = time::read(&steps, assumptions)?;
         let environment = environment::read(&root.required_table("environment", keys::ENVIRONMENT)?, assumptions)?;
         let section = root.required_table("orbit", keys::ORBIT)?;
         let orbit = orbit::read(&section, environment.planet_radius, time.start, files, assumptions)?;
+        work::check_steps(&steps, &time, &orbit)?;
         let start = orbit.trajectory().map(Trajectory::start).or(time.start);
         let attitude = attitude::read(&root.required_table("attitude", keys::ATTITUDE)?, start, files, assumptions)?;
-        let name = match root.string("name")? {
-            Some(name) => name.to_string(),
-            None => path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+        let name = match root.name("name")? {
+            Some(name) => name,
+            None => plain(&path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy()).into_owned(),
         };
         Ok(Self { name, time, orbit, attitude, environment, assumptions: Vec::new(), files: Vec::new() })
     }

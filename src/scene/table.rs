@@ -8,6 +8,8 @@ use super::file::{SourceFile, read_text};
 use super::keys::{TABLE_ENTRY, suggestion};
 use super::section::Section;
 use super::values::Values;
+use crate::files::Reach;
+use crate::text::plain;
 
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct TableEntry {
@@ -26,9 +28,13 @@ pub(super) struct MaterialTable {
 
 impl MaterialTable {
     /// Reads and checks every entry of the table, even unused ones. `step` [s] turns a `t_max` in seconds into steps.
-    pub(super) fn read(path: &Path, step: f64) -> Result<Self, SceneError> {
-        let text = read_text(path)?;
-        let file = SourceFile::new(path, &text);
+    pub(super) fn read(path: &Path, reach: &Reach, step: f64) -> Result<Self, SceneError> {
+        Self::parse(&read_text(path)?, path, reach, step)
+    }
+
+    /// Checks the text of a table as if it lay at `path`.
+    pub(super) fn parse(text: &str, path: &Path, reach: &Reach, step: f64) -> Result<Self, SceneError> {
+        let file = SourceFile::new(path, text, reach);
         let table = file.parse()?;
         let names: Vec<&str> = table.get_ref().keys().map(|name| name.get_ref().as_ref()).collect();
         let root = Section::root(&file, &table, &names)?;
@@ -36,10 +42,16 @@ impl MaterialTable {
         let mut entries = BTreeMap::new();
         for name in names {
             if let Some(section) = root.table(name, TABLE_ENTRY)? {
-                entries.insert(name.to_string(), entry(&section, name, &file_name, step)?);
+                let shown = plain(name).into_owned();
+                let entry = entry(&section, &shown, &file_name, step)?;
+                entries.insert(shown, entry);
             }
         }
         Ok(Self { entries, file_name: Some(file_name) })
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.entries.len()
     }
 
     /// The combined values of the named entries and their descriptions. An earlier entry has priority. The error is a
@@ -92,12 +104,17 @@ mod tests {
     use crate::thermal::material::Optics;
 
     use super::MaterialTable;
+    use crate::files::Reach;
 
     /// The table of this repository. Its values come from the sources that it names.
     #[test]
     fn the_table_of_models_is_read_and_holds_its_sources_values() {
-        let table =
-            MaterialTable::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/materials.toml"), 1.0).unwrap();
+        let table = MaterialTable::read(
+            &Path::new(env!("CARGO_MANIFEST_DIR")).join("models/materials.toml"),
+            &Reach::Anywhere,
+            1.0,
+        )
+        .unwrap();
         for (name, absorptivity, emissivity) in [
             // Fortescue, Swinerd & Stark, table 11.3.
             ("white_silicone_paint", 0.26, 0.83),
@@ -119,6 +136,6 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.toml");
         std::fs::write(&path, text).unwrap();
-        MaterialTable::read(&path, 1.0).unwrap().get("x").unwrap().values.clone()
+        MaterialTable::read(&path, &Reach::Anywhere, 1.0).unwrap().get("x").unwrap().values.clone()
     }
 }

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::files;
+
 /// Highest temperature of a scene [K]. Its fourth power still fits an f32.
 const HOTTEST: f64 = 1e6;
 /// Most steps of a response. A larger number is probably a mistake.
@@ -34,7 +36,7 @@ pub struct Row {
 /// A file that cannot be read, and everything that [`parse`] refuses.
 pub fn load(path: &Path) -> Result<Vec<Row>, TargetsError> {
     let wrong = |message: String| TargetsError { path: path.to_path_buf(), message };
-    parse(&std::fs::read_to_string(path).map_err(|error| wrong(format!("cannot be read: {error}")))?, path)
+    parse(&files::read_text_or_pipe(path).map_err(|error| wrong(format!("cannot be read: {error}")))?, path)
 }
 
 /// Checks the text of a file of targets as if it lay at `path`.

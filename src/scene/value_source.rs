@@ -33,11 +33,11 @@ impl ValueSource for Section<'_> {
     }
 
     fn list(&self, key: &str) -> Result<Option<Vec<f64>>, SceneError> {
-        self.list(key)
+        self.list(key, Quantity::any(""))
     }
 
     fn path(&self, key: &str) -> Result<Option<PathBuf>, SceneError> {
-        Ok(self.string(key)?.map(|path| self.file().resolve(path)))
+        self.path(key)
     }
 
     fn group(&self, key: &str, known: &[&str]) -> Result<Option<Self>, SceneError> {

@@ -68,13 +68,13 @@ pub(super) fn initial(section: Option<&Section>, assumptions: &mut Vec<String>) 
 pub(super) fn probes(sections: &[Section]) -> Result<Vec<Probe>, SceneError> {
     let mut probes: Vec<Probe> = Vec::with_capacity(sections.len());
     for section in sections {
-        let name = section.required("name", section.string("name")?, "the name of the probe's column")?;
+        let name = section.required("name", section.name("name")?, "the name of the probe's column")?;
         if probes.iter().any(|probe| probe.name == name) {
             return Err(section.error("name", format!("'{name}' is the name of another probe")));
         }
         let position = section.required("position", point(section, "position")?, "[x, y, z] in the body frame [m]")?;
-        let part = section.string("part")?.map(str::to_string);
-        probes.push(Probe { name: name.to_string(), position, part });
+        let part = section.name("part")?;
+        probes.push(Probe { name, position, part });
     }
     Ok(probes)
 }

@@ -11,6 +11,7 @@ use super::prepare::Prepared;
 use crate::environment::StepLoad;
 use crate::environment::shadow::Shadows;
 use crate::gpu::nodes::{GROUP, PADDING};
+use crate::saved::Saved;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::reference::Reference;
@@ -23,6 +24,9 @@ const LARGEST_IN_WARM_UP: usize = 20_000;
 
 /// Most drawn nodes of a network that is stepped from time 0. In f64 a step costs about what it costs on the device.
 const LARGEST_NETWORK: usize = 100_000;
+
+/// Largest difference [K] that needs no warning.
+const EXPECTED: f64 = 0.1;
 
 /// Below this temperature [K] absorbed fluxes are compared instead of temperatures, because the balance temperature is ill-conditioned. At 85 K a black
 /// surface moves by 2e-3 K for 7e-5 W/m2, which is half a unit in the last place of the sunlight in f32.
@@ -49,6 +53,20 @@ pub struct Accuracy {
     pub worst_time_s: f64,
     /// Remark for the user: nodes whose absorbed flux was compared.
     pub notes: Vec<String>,
+}
+
+impl Accuracy {
+    /// What to tell the user of a device that is far from the reference.
+    pub fn warning(&self) -> Option<String> {
+        // NaN is far too.
+        let near = self.max_k <= EXPECTED;
+        (!near).then(|| {
+            format!(
+                "The device is up to {:.1e} K off the f64 reference, more than {EXPECTED} K: {}, at step {} ({} s).",
+                self.max_k, self.worst_node, self.worst_step, self.worst_time_s
+            )
+        })
+    }
 }
 
 /// The reference of a sample of nodes, and the differences so far.
@@ -89,6 +107,38 @@ impl NetworkCheck {
         self.loads.find_shadows(&mut self.shadows, load);
         let absorbed: HashMap<usize, f64> = self.slots.iter().copied().zip(self.loads.absorbed(load)).collect();
         self.run.scene().heat(|slot| absorbed[&slot])
+    }
+
+    fn save(&mut self) -> Result<Saved, EngineError> {
+        let mut saved = Saved::default();
+        saved.put_all("run", self.run.save()?);
+        saved.put_all("loads", self.loads.save());
+        if let Some(shadows) = &self.shadows {
+            saved.put_all("shadows", shadows.save());
+        }
+        let mut known: Vec<(u64, f64)> = self.temperatures.iter().map(|(slot, t)| (*slot as u64, *t)).collect();
+        known.sort_unstable_by_key(|(slot, _)| *slot);
+        saved.put("slots", &known.iter().map(|(slot, _)| *slot).collect::<Vec<_>>());
+        saved.put("temperatures", &known.iter().map(|(_, temperature)| *temperature).collect::<Vec<_>>());
+        saved.put_flags("waits", &[self.waits]);
+        if let Some(reason) = &self.failed {
+            saved.put_text("failed", reason);
+        }
+        Ok(saved)
+    }
+
+    fn restore(&mut self, saved: &Saved) -> Result<(), EngineError> {
+        self.run.restore(&saved.part("run"), usize::MAX)?;
+        self.loads.restore(&saved.part("loads"))?;
+        if let Some(shadows) = &mut self.shadows {
+            shadows.restore(&saved.part("shadows"))?;
+        }
+        let slots: Vec<u64> = saved.list("slots")?;
+        let temperatures: Vec<f64> = saved.list_of("temperatures", slots.len())?;
+        self.temperatures = slots.into_iter().map(|slot| slot as usize).zip(temperatures).collect();
+        self.waits = saved.flags("waits")?.first() == Some(&true);
+        self.failed = if saved.has("failed") { Some(saved.text("failed")?) } else { None };
+        Ok(())
     }
 
     fn after(&mut self, done: Result<(), EngineError>) {
@@ -243,6 +293,47 @@ impl Check {
         }
     }
 
+    /// The state and the differences so far.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn save(&mut self) -> Result<Saved, EngineError> {
+        let mut saved = Saved::default();
+        saved.put_all("nodes", self.reference.save());
+        if let Some(shadows) = &self.shadows {
+            saved.put_all("shadows", shadows.save());
+        }
+        if let Some(network) = &mut self.network {
+            saved.put_all("network", network.save()?);
+        }
+        saved.put_text("notes", &self.notes.join("\n"));
+        saved.put("sums", &[self.sum_of_squares, self.largest, self.worst.2, self.largest_cold_flux]);
+        let (slot, step, _) = self.worst;
+        saved.put("counts", &[self.compared, self.cold, self.steps, slot as u64, u64::from(step)]);
+        Ok(saved)
+    }
+
+    /// Takes what `save` gave.
+    ///
+    /// # Errors
+    /// A state of another scene or sample.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), EngineError> {
+        self.reference.restore(&saved.part("nodes"))?;
+        if let Some(shadows) = &mut self.shadows {
+            shadows.restore(&saved.part("shadows"))?;
+        }
+        if let Some(network) = &mut self.network {
+            network.restore(&saved.part("network"))?;
+        }
+        self.notes = saved.text("notes")?.lines().map(str::to_owned).collect();
+        let [sum_of_squares, largest, worst_time, largest_cold_flux] = saved.array("sums")?;
+        let [compared, cold, steps, slot, step] = saved.array::<u64, 5>("counts")?;
+        (self.sum_of_squares, self.largest, self.largest_cold_flux) = (sum_of_squares, largest, largest_cold_flux);
+        self.worst = (slot as usize, step as u32, worst_time);
+        (self.compared, self.cold, self.steps) = (compared, cold, steps);
+        Ok(())
+    }
+
     /// The result.
     pub fn accuracy(&self, prepared: &Prepared) -> Accuracy {
         let (slot, step, time) = self.worst;
@@ -285,6 +376,21 @@ impl Check {
             worst_step: u64::from(step),
             worst_time_s: time,
             notes,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_that_is_off_by_more_than_0_1_k_warns() {
+        let of =
+            |max_k| Accuracy { max_k, worst_node: "node 7, part body".to_owned(), ..Accuracy::default() }.warning();
+        assert_eq!((of(0.0), of(0.099)), (None, None));
+        for far in [0.11, 88.0, f64::NAN] {
+            assert!(of(far).is_some_and(|text| text.contains("node 7, part body")), "{far}");
         }
     }
 }

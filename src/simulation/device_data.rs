@@ -3,6 +3,7 @@
 use super::prepare::Prepared;
 use crate::gpu::blackbody::band_table;
 use crate::gpu::layout;
+use crate::gpu::one_pass::OnePassTables;
 use crate::gpu::resources::{JointData, SceneData, ShadowData};
 use crate::gpu::shapes::Shapes;
 use crate::scene::Camera;
@@ -14,6 +15,7 @@ pub struct DeviceData {
     materials: Vec<layout::Material>,
     shapes: Shapes,
     band_table: Vec<f32>,
+    network: Option<OnePassTables>,
 }
 
 impl DeviceData {
@@ -22,7 +24,8 @@ impl DeviceData {
         let table = RadianceTable::new(prepared.scene.band);
         let shapes = Shapes::of(&prepared.materials);
         let materials = prepared.materials.iter().map(|material| device_material(material, &shapes)).collect();
-        Self { materials, shapes, band_table: band_table(&table) }
+        let network = prepared.network.as_ref().and_then(|network| network.tables());
+        Self { materials, shapes, band_table: band_table(&table), network }
     }
 
     /// The scene as plain numbers for the device.
@@ -49,6 +52,7 @@ impl DeviceData {
                 occluders: &prepared.occluder_runs,
                 casters: prepared.shadow_tree.as_ref().map(|_| prepared.casters()),
             }),
+            network: self.network.as_ref(),
         }
     }
 }

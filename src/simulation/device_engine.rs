@@ -17,6 +17,7 @@ use crate::gpu::layout;
 use crate::gpu::renderer::{Renderer, Request, Submitted};
 use crate::gpu::resources::check_plan;
 use crate::gpu::timing::PassTimes;
+use crate::saved::Saved;
 use crate::scene::Camera;
 use crate::trace::{Trace, Track};
 
@@ -104,12 +105,14 @@ impl Engine for DeviceEngine {
         let Some(network) = &mut self.network else { return Ok(()) };
         let mut values = self.renderer.absorbed(load)?;
         network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
-        put(&mut self.renderer, network, &mut values)
+        put(&mut self.renderer, network, &mut values)?;
+        Ok(self.renderer.set_network_temperatures(&network.temperatures()?)?)
     }
 
     fn settle_at(&mut self, temperature: f64, nodes: usize) -> Result<(), EngineError> {
         if let Some(network) = &mut self.network {
             network.settle_at(temperature)?;
+            self.renderer.set_network_temperatures(&network.temperatures()?)?;
         }
         Ok(self.renderer.settle_at(&vec![temperature as f32; nodes])?)
     }
@@ -118,14 +121,20 @@ impl Engine for DeviceEngine {
         let trace = self.trace.clone();
         let _submits = trace.span(Track::Host, "submit");
         self.steps += u64::from(step.is_some());
-        if let Some(step) = &step {
-            self.step_network(step)?;
+        let mut heat = None;
+        match (&step, &self.network) {
+            (Some(step), Some(network)) if network.is_in_frames() => {
+                heat = network.scene().heaters(step.start, step.length);
+            }
+            (Some(step), Some(_)) => self.step_network(step)?,
+            _ => {}
         }
         let views = self.views(&order);
         self.flying.push_back(self.renderer.submit(Request {
             step: step.map(|step| (step.load, step.steps)),
             views: views.as_deref().unwrap_or_default(),
             temperatures: order.temperatures,
+            heat: heat.as_deref(),
             list: None,
         })?);
         Ok(())
@@ -174,12 +183,51 @@ impl Engine for DeviceEngine {
         Some(self.renderer.pass_times())
     }
 
+    fn keep_few_times(&mut self, most: usize) {
+        self.renderer.keep_few_times(most);
+        if let Some(network) = &mut self.network {
+            network.keep_few_costs(most);
+        }
+    }
+
+    fn save(&mut self) -> Result<Saved, EngineError> {
+        let mut saved = Saved::default();
+        saved.put("steps", &[self.steps]);
+        saved.put_all("scene", self.renderer.save()?);
+        if let Some(network) = &mut self.network {
+            saved.put_all("network", network.save()?);
+        }
+        Ok(saved)
+    }
+
+    fn restore(&mut self, saved: &Saved, most_times: usize) -> Result<(), EngineError> {
+        if let Some(network) = &mut self.network {
+            network.restore(&saved.part("network"), most_times)?;
+        }
+        self.renderer.restore(&saved.part("scene"))?;
+        [self.steps] = saved.array("steps")?;
+        Ok(())
+    }
+
     fn network(&self) -> Option<&NetworkRun> {
         self.network.as_ref()
     }
 
     fn network_mut(&mut self) -> Option<&mut NetworkRun> {
         self.network.as_mut()
+    }
+
+    fn network_temperatures(&mut self) -> Result<Option<Vec<f64>>, EngineError> {
+        match self.renderer.network_temperatures()? {
+            Some(temperatures) => Ok(Some(temperatures)),
+            None => self.network.as_mut().map(NetworkRun::temperatures).transpose(),
+        }
+    }
+
+    fn set_network_temperatures(&mut self, temperatures: &[f64]) -> Result<(), EngineError> {
+        let Some(network) = &mut self.network else { return Ok(()) };
+        network.set_temperatures(temperatures)?;
+        Ok(self.renderer.set_network_temperatures(temperatures)?)
     }
 }
 

@@ -6,6 +6,7 @@ pub use super::engine_error::EngineError;
 use super::network::{NetworkRun, StepCost};
 use crate::environment::StepLoad;
 use crate::gpu::timing::PassTimes;
+use crate::saved::Saved;
 use crate::trace::Trace;
 
 /// One step for an engine.
@@ -141,6 +142,25 @@ pub trait Engine {
     fn network_costs(&self) -> &[StepCost] {
         self.network().map_or(&[], NetworkRun::costs)
     }
+
+    /// Bounds the measured times that are kept from here on.
+    fn keep_few_times(&mut self, most: usize) {
+        if let Some(network) = self.network_mut() {
+            network.keep_few_costs(most);
+        }
+    }
+
+    /// The state between two steps, bit for bit. No step is under way.
+    ///
+    /// # Errors
+    /// A call that fails.
+    fn save(&mut self) -> Result<Saved, EngineError>;
+
+    /// Takes what `save` gave. Call `keep_few_times` before with the same number.
+    ///
+    /// # Errors
+    /// A state of another scene or engine, or a call that fails.
+    fn restore(&mut self, saved: &Saved, most_times: usize) -> Result<(), EngineError>;
 
     /// Sets whether the steps of the network may err by ten times its tolerance.
     fn set_coarse(&mut self, coarse: bool) {

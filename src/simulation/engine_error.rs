@@ -1,6 +1,7 @@
 //! Errors of an engine during a run.
 
 use crate::gpu::error::GpuError;
+use crate::saved::SavedError;
 
 /// An error of an engine during a run.
 #[derive(Debug, thiserror::Error)]
@@ -8,6 +9,9 @@ pub enum EngineError {
     /// An error of the device.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// A saved state of another scene.
+    #[error("the saved state does not fit: {0}")]
+    Saved(#[from] SavedError),
     /// A thermal network could not be integrated.
     #[error("the thermal network at {time} s: {reason}")]
     Network {

@@ -11,7 +11,11 @@ pub(super) use build::shell;
 pub(crate) use run::unfinished;
 pub use run::{NetworkRun, StepCost};
 
-use crate::thermal::network::control::Settings;
+use std::sync::Arc;
+
+use crate::gpu::one_pass::{Drawn, OnePassTables};
+use crate::thermal::network::control::{Integrator, Settings};
+use crate::thermal::network::one_pass::{Plan, Unfit};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{Network, NodeKind};
 use crate::thermal::shell::{NO_NODE, Shell};
@@ -23,6 +27,8 @@ pub const HOLLOW: &str = "A thermal network exchanges heat with space, Sun and p
 /// A heater of a scene's network.
 #[derive(Debug, Clone)]
 struct Heated {
+    /// What it heats and what it senses, in words.
+    name: String,
     /// Heated nodes with their shares.
     shares: Vec<(u32, f64)>,
     /// Heat over scene time.
@@ -43,6 +49,12 @@ pub struct SceneNetwork {
     /// Area over which a device node heats its network node [m2].
     load_areas: Vec<f64>,
     heated: Vec<Heated>,
+    /// The network in one pass, or why it is not stepped so. `None` where the scene does not ask for it.
+    one_pass: Option<Result<Arc<Plan>, Unfit>>,
+    /// A device node that nobody sees.
+    padding: Option<u32>,
+    /// Length of a step of the scene [s].
+    step: f64,
     /// Time over which errors accumulate [s].
     horizon: f64,
 }
@@ -83,10 +95,41 @@ impl SceneNetwork {
         }
     }
 
+    /// The network in one pass, where the scene asks for it and the network fits.
+    pub fn plan(&self) -> Option<&Arc<Plan>> {
+        self.one_pass.as_ref()?.as_ref().ok()
+    }
+
+    /// The tables with which a device steps the network in one pass.
+    pub(super) fn tables(&self) -> Option<OnePassTables> {
+        let drawn = Drawn { nodes: &self.node_of_slot, areas: &self.load_areas, padding: self.padding };
+        self.plan().map(|plan| OnePassTables::new(plan, self.step, drawn, !self.heated.is_empty()))
+    }
+
+    /// Mean heat of every node by heaters [W] over a step from `start` [s] of `length` [s]. `None` where there are no heaters.
+    pub(super) fn heaters(&self, start: f64, length: f64) -> Option<Vec<f64>> {
+        if self.heated.is_empty() {
+            return None;
+        }
+        let mut heat = vec![0.0; self.network().len()];
+        for heated in &self.heated {
+            let power = heated.power.mean(start, start + length);
+            heated.shares.iter().for_each(|(node, share)| heat[*node as usize] += share * power);
+        }
+        Some(heat)
+    }
+
     /// Remarks for the user.
     pub(super) fn remarks(&self) -> Vec<String> {
         let summary = &self.shell.summary;
         let mut remarks = Vec::new();
+        if let Some(Err(unfit)) = &self.one_pass {
+            remarks.push(format!(
+                "network.integrator = '{}' does not take this network: {unfit}. The integrator '{}' steps it",
+                Integrator::OnePass,
+                Integrator::Default
+            ));
+        }
         if summary.merged > 0 {
             remarks.push(format!(
                 "{} nodes of the network were merged into a neighbour, because the two exchange heat faster than {:.0} /s",
@@ -122,6 +165,11 @@ impl SceneNetwork {
             ("integrator".to_owned(), self.settings.integrator.to_string()),
             ("tolerance".to_owned(), format!("{} K", self.settings.tolerance)),
         ];
+        match &self.one_pass {
+            Some(Ok(plan)) => lines.extend(described(plan)),
+            Some(Err(unfit)) => lines.push(("one pass a step".to_owned(), format!("not taken: {unfit}"))),
+            None => {}
+        }
         for (name, pairs, total) in &summary.contacts {
             lines.push((format!("contact {name}"), format!("{total:.4} W/K over {pairs} conductors")));
         }
@@ -154,7 +202,30 @@ impl SceneNetwork {
         self.heated.iter().filter_map(|heated| heated.thermostat.as_ref()).collect()
     }
 
+    /// The heater of a thermostat, in words.
+    fn thermostat_name(&self, number: usize) -> &str {
+        let mut switched = self.heated.iter().filter(|heated| heated.thermostat.is_some());
+        switched.nth(number).map_or("heater", |heated| &heated.name)
+    }
+
     pub(super) fn sensors(&self) -> Vec<u32> {
         self.thermostats().iter().map(|thermostat| thermostat.sensor).collect()
     }
+}
+
+/// A network in one pass, in words.
+fn described(plan: &Plan) -> Vec<(String, String)> {
+    let largest = plan.blocks().iter().map(|block| block.nodes.len()).max().unwrap_or(0);
+    let nodes: usize = plan.blocks().iter().map(|block| block.nodes.len()).sum();
+    let kinds = plan.conductions();
+    let own: usize = kinds.iter().map(|kind| kind.drive.len()).sum();
+    let entry = |name: &str, value: String| (name.to_owned(), value);
+    vec![
+        entry(
+            "blocks that conduct exactly",
+            format!("{} of {nodes} nodes, at most {largest} in one", plan.blocks().len()),
+        ),
+        entry("kinds of blocks", format!("{} with {own} weights, in place of {}", kinds.len(), plan.weights())),
+        entry("steps of a local step", plan.local_steps().to_string()),
+    ]
 }

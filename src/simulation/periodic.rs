@@ -41,6 +41,26 @@ impl Periodic {
     pub fn is_met(&self) -> bool {
         self.change <= self.tolerance && self.coarse < self.orbits
     }
+
+    /// The warm-up in words.
+    pub fn summary(&self) -> String {
+        let coarse = match self.coarse {
+            0 => String::new(),
+            coarse => format!(" ({coarse} of them coarse)"),
+        };
+        format!("{} orbits{coarse}, the last of which changed a node by {:.1e} K", self.orbits, self.change)
+    }
+
+    /// What to tell the user of a warm-up of the run `of` that missed its tolerance.
+    pub fn warning(&self, of: &str) -> Option<String> {
+        (!self.is_met()).then(|| {
+            format!(
+                "The warm-up{of} did not become periodic within {} K: {}. State a larger warm_up_orbits or warm_up_tolerance.",
+                self.tolerance,
+                self.summary()
+            )
+        })
+    }
 }
 
 /// Steps orbits that end at time 0, until the largest change over an orbit is at most `tolerance` [K] or the scene's warm-up orbits are used up.

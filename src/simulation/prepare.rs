@@ -19,6 +19,7 @@ use crate::gpu::resources::{Planned, spare_bytes};
 use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::model::{Merged, Model};
+use crate::scene::work::too_late;
 use crate::scene::{Scene, ShadowSettings as Settings};
 use crate::thermal::material::{Material, Response};
 
@@ -101,7 +102,7 @@ impl Prepared {
         progress: &mut dyn FnMut(Stage),
     ) -> Result<Self, PrepareError> {
         progress(Stage::Reading);
-        let mut model = Model::load(&scene.model_path)?.weld();
+        let mut model = Model::load_within(&scene.model_path, &scene.reach)?.weld();
         let mut materials = scene.materials.resolve(&model, &mut scene.files)?;
         change(&mut materials);
         let (hash, file_hashes) = steps::hashes(&scene.files)?;
@@ -117,6 +118,8 @@ impl Prepared {
         }
         let parts: Vec<String> = model.parts.iter().map(|part| part.name.clone()).collect();
 
+        steps::check_series(&scene, parts.len(), materials.len())?;
+
         progress(Stage::Network);
         let shell = network::shell(&scene, &model, &parts, &materials)?;
 
@@ -131,7 +134,7 @@ impl Prepared {
         let loads = steps::loads(&scene, moving)?;
         warnings.extend(steps::turn_warning(&scene, &loads));
         let probes = steps::probe_nodes(&scene, &parts, &nodes)?;
-        let network = steps::network(&mut scene, shell, &parts, &nodes, &probes)?;
+        let network = steps::network(&mut scene, shell, &parts, &nodes, &probes, &materials)?;
         warnings.extend(network.iter().flat_map(|network| network.remarks()));
         Ok(Self {
             network,
@@ -189,7 +192,8 @@ impl Prepared {
     pub fn network_bytes(&self, plan: &[Planned]) -> NetworkBytes {
         let of =
             |scene: &Arc<SceneNetwork>| NetworkBytes::of(scene.network(), scene.sensors().len(), &spare_bytes(plan));
-        self.network.as_ref().map(of).unwrap_or_default()
+        // The tables of a network in one pass are in the plan.
+        self.network.as_ref().filter(|network| network.plan().is_none()).map(of).unwrap_or_default()
     }
 
     /// When shadows are found anew, and from which view. `None` where the craft does not shadow itself.
@@ -254,9 +258,15 @@ impl Prepared {
         self.triangle_runs.iter().map(|run| (run.triangles.1 - run.triangles.0) as usize).sum()
     }
 
-    /// Walks joints with a rate up to a time [s] that may lie beyond the scene's steps.
-    pub fn cover(&mut self, time: f64) {
-        self.loads.walk_joints_to(time);
+    /// Prepares for a time [s] that may lie beyond the scene's steps: checks the work, and walks joints with a rate up to it.
+    ///
+    /// # Errors
+    /// More steps, time or orbits than a run may have, or a walk that is too long.
+    pub fn cover(&mut self, time: f64) -> Result<(), PrepareError> {
+        if let Some(reason) = too_late(time, self.scene.time.step, &self.scene.orbit) {
+            return Err(PrepareError::Late { path: self.scene.source.clone(), reason });
+        }
+        self.loads.walk_joints_to(time).map_err(|walk| steps::long_walk(&self.scene, walk))
     }
 
     /// Steps of the warm-up: its orbits in whole steps. 0 where it ends at the periodic state.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use crate::environment::shadow::LARGEST_TREE;
 use crate::environment::sky::SkyError;
+use crate::files::FileFault;
 use crate::model::ModelError;
 use crate::scene::{JointRule, Scene, SceneError};
 
@@ -98,13 +99,35 @@ pub enum PrepareError {
         /// The cause.
         message: String,
     },
+    /// A time that takes too much work to reach.
+    #[error("{path}: {reason}")]
+    Late {
+        /// The scene file.
+        path: PathBuf,
+        /// The cause.
+        reason: String,
+    },
+    /// More numbers in the series than a run may write.
+    #[error(
+        "{path}: time.steps: asks for too much work: {rows} rows of {columns} temperatures; the limit is {limit:e} numbers"
+    )]
+    LongSeries {
+        /// The scene file.
+        path: PathBuf,
+        /// Rows of the series.
+        rows: u64,
+        /// Temperatures in each.
+        columns: usize,
+        /// Most numbers.
+        limit: f64,
+    },
     /// A file that disappeared after it was checked.
     #[error("{path}: {source}")]
     Read {
         /// The file.
         path: PathBuf,
         /// The cause.
-        source: std::io::Error,
+        source: FileFault,
     },
     /// A probe on a part that does not exist.
     #[error("{path}: probe '{probe}': the model has no part '{part}'; it has {parts}")]

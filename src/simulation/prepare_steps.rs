@@ -9,21 +9,25 @@ use glam::DVec3;
 use super::density;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, Stage};
-use crate::environment::joints::Joint;
+use crate::environment::joints::{Guided, Joint, LongWalk};
 use crate::environment::orbit::period_disagreement;
 use crate::environment::shadow::{LARGEST_TREE, Method, Occluders, tree_boxes};
 use crate::environment::sky::SkyError;
 use crate::environment::step::StepLoads;
 use crate::environment::{Attitude, Orbit};
+use crate::files;
 use crate::gpu::frame::TriangleRun;
 use crate::gpu::nodes::Nodes;
 use crate::model::{Merged, Model};
-use crate::scene::{Scene, ShadowSettings, file_hash, scene_hash};
-use crate::thermal::material::{Material, Response};
+use crate::scene::{JointMotion, JointRule, Scene, ShadowSettings, file_hash, scene_hash};
+use crate::thermal::balance::{balance_temperature, emissivity_sum};
+use crate::thermal::material::{Material, Response, Sides};
 use crate::thermal::shell::Shell;
 
 /// Number of remarks about the model that are printed. `isotherm info MODEL` prints all.
 const MOST_REMARKS: usize = 5;
+/// Temperature that the nodes of a network may have without a Sun [K].
+const ROOM: f64 = 300.0;
 
 /// Longest step as a share of an orbit, beyond which its middle represents it poorly: 6 deg.
 const LONGEST_STEP: f64 = 1.0 / 60.0;
@@ -31,12 +35,15 @@ const LONGEST_STEP: f64 = 1.0 / 60.0;
 /// Greatest turn of the Sun in a step [deg], beyond which its samples represent it poorly.
 const LARGEST_TURN_DEG: f64 = 20.0;
 
+/// Most numbers in the series of a run: about 1 TB of text.
+const MOST_NUMBERS: f64 = 1e11;
+
 /// Steps of the walk of joints with a rate in one step of the scene.
 const WALKS_A_STEP: f64 = 4.0;
 
 /// SHA-256 of all files together, and of each.
 pub(super) fn hashes(files: &[PathBuf]) -> Result<(String, BTreeMap<PathBuf, String>), PrepareError> {
-    let read = |path: &PathBuf| std::fs::read(path).map_err(|source| PrepareError::Read { path: path.clone(), source });
+    let read = |path: &PathBuf| files::read(path).map_err(|source| PrepareError::Read { path: path.clone(), source });
     let contents = files.iter().map(read).collect::<Result<Vec<_>, _>>()?;
     let of_all = scene_hash(&contents.iter().map(Vec::as_slice).collect::<Vec<_>>());
     Ok((of_all, files.iter().cloned().zip(contents.iter().map(|content| file_hash(content))).collect()))
@@ -154,7 +161,28 @@ pub(super) fn loads(scene: &Scene, moving: Vec<Joint>) -> Result<StepLoads, Prep
     let slack = if before > 0.0 { scene.time.step } else { 0.0 };
     let span = [-before - slack, f64::from(scene.time.steps) * scene.time.step];
     loads.sky_model().check(span[0], span[1]).map_err(failed)?;
-    Ok(loads.with_joints(moving, span, scene.time.step / WALKS_A_STEP))
+    loads.with_joints(moving, span, scene.time.step / WALKS_A_STEP).map_err(|walk| long_walk(scene, walk))
+}
+
+/// The error of a joint whose walk is too long. It names the first joint with a rate.
+pub(super) fn long_walk(scene: &Scene, walk: LongWalk) -> PrepareError {
+    let rated = |rule: &&JointRule| matches!(&rule.motion, JointMotion::Guided(Guided { rate: Some(_), .. }));
+    let message =
+        format!("its rate asks for too much work: {walk}; use fewer steps (time.steps), or longer ones (time.step)");
+    match scene.joints.iter().find(rated) {
+        Some(rule) => PrepareError::joint(scene, rule, message),
+        None => PrepareError::Late { path: scene.source.clone(), reason: message },
+    }
+}
+
+/// Refuses a series that no disk would hold.
+pub(super) fn check_series(scene: &Scene, parts: usize, materials: usize) -> Result<(), PrepareError> {
+    let columns = 3 * (1 + parts + materials) + scene.probes.len();
+    let rows = u64::from(scene.time.steps) + 1;
+    if rows as f64 * columns as f64 <= MOST_NUMBERS {
+        return Ok(());
+    }
+    Err(PrepareError::LongSeries { path: scene.source.clone(), rows, columns, limit: MOST_NUMBERS })
 }
 
 /// Warns of a craft that turns far against the Sun in a step.
@@ -194,6 +222,24 @@ pub(super) fn probe_nodes(scene: &Scene, parts: &[String], nodes: &Nodes) -> Res
     Ok(found)
 }
 
+/// Balance temperature of each material of the network in full sunlight [K].
+fn hottest(scene: &Scene, materials: &[Material]) -> Vec<f64> {
+    let environment = &scene.environment;
+    let sun = environment.solar_constant.unwrap_or(0.0) * (1.0 + environment.albedo.unwrap_or(0.0));
+    let balance = |material: &Material| {
+        let back = match material.sides {
+            Sides::Outside => 0.0,
+            Sides::Both { back } => back.absorptivity,
+        };
+        let emissivity = emissivity_sum(material);
+        let infrared = emissivity * environment.planet_ir.unwrap_or(0.0);
+        let absorbed = material.front.absorptivity.max(back) * sun + infrared;
+        let balance = balance_temperature(absorbed, emissivity, environment.background_temperature.unwrap_or(0.0));
+        if balance.is_finite() { balance.max(ROOM) } else { ROOM }
+    };
+    materials.iter().map(balance).collect()
+}
+
 /// The thermal network of the model's shell, with the scene's contacts and heaters.
 pub(super) fn network(
     scene: &mut Scene,
@@ -201,6 +247,7 @@ pub(super) fn network(
     parts: &[String],
     nodes: &Nodes,
     probes: &[usize],
+    materials: &[Material],
 ) -> Result<Option<Arc<SceneNetwork>>, PrepareError> {
     let Some(shell) = shell else {
         if scene.contacts.is_empty() && scene.heaters.is_empty() {
@@ -209,7 +256,7 @@ pub(super) fn network(
         let message = "[[contact]] and [[heater]] need materials with response = 'network'";
         return Err(PrepareError::network(scene, message));
     };
-    let network = SceneNetwork::new(shell, scene, parts, nodes, probes, scene.orbit.period())?;
+    let network = SceneNetwork::new(shell, scene, parts, nodes, probes, &hottest(scene, materials))?;
     scene.assumptions.push(network::HOLLOW.to_owned());
     Ok(Some(Arc::new(network)))
 }

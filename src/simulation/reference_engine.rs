@@ -11,6 +11,7 @@ use crate::environment::StepLoad;
 use crate::environment::shadow::{Jointed, Shadows};
 use crate::gpu::nodes::{GROUP, PADDING};
 use crate::raster::{self, Surface, rasterise};
+use crate::saved::Saved;
 use crate::scene::Camera;
 use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
@@ -192,6 +193,31 @@ impl Engine for ReferenceEngine {
 
     fn steps(&self) -> u64 {
         self.steps
+    }
+
+    fn save(&mut self) -> Result<Saved, EngineError> {
+        let mut saved = Saved::default();
+        saved.put("steps", &[self.steps]);
+        saved.put_all("nodes", self.reference.save());
+        if let Some(shadows) = &self.shadows {
+            saved.put_all("shadows", shadows.save());
+        }
+        if let Some(network) = &mut self.network {
+            saved.put_all("network", network.save()?);
+        }
+        Ok(saved)
+    }
+
+    fn restore(&mut self, saved: &Saved, most_times: usize) -> Result<(), EngineError> {
+        self.reference.restore(&saved.part("nodes"))?;
+        if let Some(shadows) = &mut self.shadows {
+            shadows.restore(&saved.part("shadows"))?;
+        }
+        if let Some(network) = &mut self.network {
+            network.restore(&saved.part("network"), most_times)?;
+        }
+        [self.steps] = saved.array("steps")?;
+        Ok(())
     }
 
     fn network(&self) -> Option<&NetworkRun> {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
+use crate::saved::Saved;
 use crate::thermal::network::Network;
 use crate::thermal::network::control::FLOOR;
 use crate::thermal::network::reference::ReferenceStepper;
@@ -52,6 +53,42 @@ impl AnyStepper {
     /// Device time of all submissions so far [ms]. `None` without a device or a clock.
     pub fn device_ms(&self) -> Option<f64> {
         self.device()?.device_ms()
+    }
+
+    /// The state that a run needs to go on later, bit for bit.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn save(&mut self) -> Result<Saved, GpuError> {
+        let WorkCounts { dispatches, stages, sub_steps, iterations } = self.counts();
+        let mut saved = match self {
+            Self::Device(stepper) => stepper.save(),
+            Self::Reference(_) => {
+                let mut saved = Saved::default();
+                saved.put("temperatures", &self.temperatures()?);
+                saved
+            }
+        };
+        saved.put("counts", &[dispatches, stages, sub_steps, iterations]);
+        Ok(saved)
+    }
+
+    /// Takes what `save` gave.
+    ///
+    /// # Errors
+    /// A state of another network, or a call that fails.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), GpuError> {
+        let [dispatches, stages, sub_steps, iterations] = saved.array("counts")?;
+        let counts = WorkCounts { dispatches, stages, sub_steps, iterations };
+        match self {
+            Self::Device(stepper) => stepper.restore(saved, counts),
+            Self::Reference(stepper) => {
+                let Ok(now) = stepper.temperatures();
+                let Ok(()) = stepper.set_temperatures(&saved.list_of("temperatures", now.len())?);
+                stepper.set_counts(counts);
+                Ok(())
+            }
+        }
     }
 
     fn each<T>(

@@ -21,6 +21,8 @@ pub use polynomial::Polynomial;
 
 /// Largest rate of an exponential. Beyond about 700 the share left would leave the range of f64.
 const MAX_EXPONENTIAL_RATE: f64 = 500.0;
+/// Smallest rate. The function then differs from 'linear' by 1e-10, and far below it its differences leave the range of f64.
+const LEAST_RATE: f64 = 1e-9;
 /// Largest rate of a logarithm. Its start is then 1e4 times as steep as its end.
 const MAX_LOGARITHMIC_RATE: f64 = 1e4;
 /// Shortest time at the end without any way left that counts as more than rounding, as a share of the whole time.
@@ -110,6 +112,14 @@ impl Function {
         Self::shaped(Kind::Table(Measured::read(path, target)?))
     }
 
+    /// A table from the text of a CSV file, as if it lay at `path`.
+    ///
+    /// # Errors
+    /// Its first bad row.
+    pub fn parse_table(text: &str, path: &std::path::Path, target: Option<f64>) -> Result<Self, FunctionError> {
+        Self::shaped(Kind::Table(Measured::parse(text, path, target)?))
+    }
+
     /// An expression from GLSL text of `s`, compiled by naga.
     ///
     /// # Errors Text that does not parse, that contains more than arithmetic, or that is not a response function.
@@ -120,7 +130,9 @@ impl Function {
     fn shaped(kind: Kind) -> Result<Self, FunctionError> {
         let active = 1.0 - idle_share(&kind);
         let pieces = Pieces::new(&|r| kind.remaining(1.0 - active + active * r));
-        if pieces.error > pieces::LARGEST_ERROR {
+        // Not the opposite, which a NaN would pass.
+        let is_close = pieces.error <= pieces::LARGEST_ERROR;
+        if !is_close {
             let s = active * pieces.worst;
             return Err(FunctionError::Sharp { function: kind.name(), s, error: pieces.error });
         }
@@ -216,7 +228,11 @@ fn idle_share(kind: &Kind) -> f64 {
 }
 
 fn check_rate(function: &'static str, rate: f64, largest: f64) -> Result<(), FunctionError> {
-    if rate > 0.0 && rate <= largest { Ok(()) } else { Err(FunctionError::Rate { function, rate, largest }) }
+    if (LEAST_RATE..=largest).contains(&rate) {
+        Ok(())
+    } else {
+        Err(FunctionError::Rate { function, rate, least: LEAST_RATE, largest })
+    }
 }
 
 impl fmt::Display for Function {

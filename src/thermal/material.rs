@@ -26,6 +26,8 @@ pub enum Sides {
 /// Longest time to the target [steps]. The device's clock divides `t_max` into 2^30 to 2^31 parts, and rule `restart` counts in units of 128 parts. From
 /// 2^24 steps on the clock would not advance.
 pub const LONGEST_T_MAX: f64 = 10_000_000.0;
+/// Shortest transition that is not 0 [steps]. The device divides by it.
+pub const SHORTEST_T_MAX: f64 = 1e-6;
 
 /// One branch (heating or cooling) of a transition.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +56,7 @@ impl Profile {
 pub enum Retarget {
     /// Continue on the same curve from another phase, without a jump of the temperature. For powers the rates of the old and the new change add up.
     Merge,
-    /// Start a new transition from the present temperature at every change.
+    /// Start a new transition from the present temperature where the target has moved ([`crate::thermal::transition::MOVED`]).
     Restart,
 }
 

@@ -6,6 +6,7 @@
 mod connection;
 pub mod control;
 mod newton;
+pub mod one_pass;
 pub mod periodic;
 pub mod reference;
 pub mod rkl2;

@@ -5,8 +5,9 @@ use rayon::prelude::*;
 
 use crate::environment::StepLoad;
 use crate::environment::shadow::Shadows;
+use crate::saved::{Saved, SavedError};
 use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
-use crate::thermal::material::{Material, Response, Retarget};
+use crate::thermal::material::{Material, Response};
 use crate::thermal::transition::{TransitionState, transition_step};
 
 /// Incident fluxes on a plate with a unit normal (body frame) during a step.
@@ -97,10 +98,7 @@ impl<F: IncidentFlux> Reference<F> {
             let commanded = all.commanded(node, material, load);
             match &material.response {
                 Response::Instant => (settled(commanded, material), commanded),
-                Response::Transition(transition) => {
-                    let commanded = moved_target(state.target, commanded, transition.retarget);
-                    transition_step(state, commanded, steps_dt, transition)
-                }
+                Response::Transition(transition) => transition_step(state, commanded, steps_dt, transition),
                 // Its temperature comes from the network.
                 Response::Network => (state, state.target),
             }
@@ -137,6 +135,29 @@ impl<F: IncidentFlux> Reference<F> {
     pub fn set_temperature(&mut self, node: usize, temperature: f64) {
         self.temperatures[node] = temperature;
         self.states[node].target = temperature;
+    }
+
+    /// The state of the nodes, with the share of the Sun that each sees.
+    pub fn save(&self) -> Saved {
+        let mut saved = Saved::default();
+        let states: Vec<[f64; 3]> = self.states.iter().map(|one| [one.target, one.span, one.elapsed]).collect();
+        saved.put("states", &states);
+        saved.put("temperatures", &self.temperatures);
+        saved.put("visibility", &self.visibility);
+        saved
+    }
+
+    /// Takes what `save` gave.
+    ///
+    /// # Errors
+    /// Lists of another length.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+        let states: Vec<[f64; 3]> = saved.list_of("states", self.nodes.len())?;
+        self.states =
+            states.into_iter().map(|[target, span, elapsed]| TransitionState { target, span, elapsed }).collect();
+        self.temperatures = saved.list_of("temperatures", self.nodes.len())?;
+        self.visibility = saved.list_of("visibility", self.nodes.len())?;
+        Ok(())
     }
 
     /// The nodes.
@@ -183,14 +204,6 @@ pub fn commanded_temperature(
     let front = incident.incident(load, node.normal);
     let absorbed = absorbed_flux(material, front, || incident.incident(load, -node.normal));
     balance_temperature(absorbed, emissivity_sum(material), load.background_temperature)
-}
-
-/// The target for `retarget` [K]. It stays the present target where the new one differs by less than f32 resolves.
-///
-/// `Restart` starts anew at any change, however small (docs/numerics.md 1). In f64 even a constant load varies by rounding, for example in umbra. The
-/// reference would then become an exponential, 80 K away from the device's transition. `Merge` is continuous in its targets and uses them unchanged.
-fn moved_target(present: f64, commanded: f64, retarget: Retarget) -> f64 {
-    if retarget == Retarget::Restart && commanded as f32 == present as f32 { present } else { commanded }
 }
 
 /// The state of a node at rest. An instant node stores only its target.

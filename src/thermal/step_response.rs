@@ -39,6 +39,8 @@ pub struct Fitted {
     pub heating: [f64; 2],
     /// Root mean square and largest difference during cooling [K].
     pub cooling: [f64; 2],
+    /// Reasons not to trust the fit of the heating or cooling, in words.
+    pub doubts: Vec<String>,
 }
 
 impl Plate {
@@ -84,7 +86,7 @@ impl Plate {
         if self.capacitance <= 0.0 {
             let at_once = Profile { function: Function::Linear, t_max_steps: 0.0 };
             let transition = transition(at_once.clone(), at_once, Domain::Temperature);
-            return Ok(Fitted { transition, between, heating: [0.0; 2], cooling: [0.0; 2] });
+            return Ok(Fitted { transition, between, heating: [0.0; 2], cooling: [0.0; 2], doubts: Vec::new() });
         }
         let heating = fit(&self.record(cold, hot), Some(hot))?.best;
         let cooling = fit(&self.record(hot, cold), Some(cold))?.best;
@@ -101,6 +103,10 @@ impl Plate {
                 between,
                 heating: [heating.rms, heating.max],
                 cooling: [cooling.rms, cooling.max],
+                doubts: [("heating", heating), ("cooling", cooling)]
+                    .iter()
+                    .flat_map(|(branch, fit)| fit.doubts().into_iter().map(move |doubt| format!("{branch}: {doubt}")))
+                    .collect(),
             };
             if best.as_ref().is_none_or(|(least, _)| squares < *least) {
                 best = Some((squares, fitted));
@@ -177,6 +183,15 @@ mod tests {
         let half = Plate { capacitance: 2430.0, ..PLATE }.fit([200.0, 320.0], 15.0).unwrap();
         let ratio = half.transition.heating.t_max_steps / fitted.transition.heating.t_max_steps;
         assert!((ratio - 0.5).abs() < 1e-3, "{ratio}");
+    }
+
+    #[test]
+    fn a_fit_that_is_not_to_be_trusted_says_so() {
+        let doubts = |between: [f64; 2]| PLATE.fit(between, 15.0).unwrap().doubts;
+        assert_eq!(doubts([200.0, 320.0]), Vec::<String>::new());
+        // Towards a cold target a plate slows down as no closed form does.
+        let cold = doubts([20.0, 320.0]);
+        assert!(cold.iter().any(|doubt| doubt.starts_with("cooling: ") && doubt.contains("% of the step")), "{cold:?}");
     }
 
     #[test]

@@ -248,6 +248,7 @@ fn without_a_driver_it_says_what_to_install() {
         let (code, line) = refusal(&blind(arguments));
         assert_eq!(code, Some(2), "{arguments:?}");
         assert!(line.contains("apt-get install mesa-vulkan-drivers") && line.contains("--device cpu"), "{line}");
+        assert!(line.contains("/nonexistent can not be read"), "{line}");
     }
     assert!(!folder.path("out").exists() && !folder.path("a.exr").exists());
     // Some commands need no device.
@@ -262,6 +263,55 @@ fn without_a_driver_it_says_what_to_install() {
         let output = blind(arguments);
         assert!(output.status.success(), "{arguments:?}: {}", stderr(&output));
     }
+}
+
+/// Each way in which drivers fail has its own message, and `--device cpu` works under all of them.
+#[test]
+fn drivers_that_do_not_work_are_named() {
+    let folder = Folder::new(&quick());
+    let at = folder.0.path();
+    let manifest = |library: &str| {
+        format!(r#"{{"file_format_version":"1.0.0","ICD":{{"library_path":"{library}","api_version":"1.3.0"}}}}"#)
+    };
+    let files = [
+        ("cut.json", "{".to_owned(), "is not JSON"),
+        ("absent.json", manifest("/nonexistent/libvk.so"), "/nonexistent/libvk.so, which does not exist"),
+        ("other.json", manifest("libc.so.6"), "with the library libc.so.6"),
+    ];
+    let fails = |name: &str, value: &Path, parts: &[&str]| {
+        let blind = |arguments: &[&str]| {
+            let mut command = isotherm(at, arguments);
+            command.env(name, value);
+            if name == "VK_DRIVER_FILES" {
+                command.env("VK_ICD_FILENAMES", value);
+            }
+            end(command)
+        };
+        let (code, line) = refusal(&blind(&["radiance", "300"]));
+        assert_eq!(code, Some(2), "{line}");
+        for part in parts.iter().chain(&["--device cpu", "apt-get install"]) {
+            assert!(line.contains(part), "{part}: {line}");
+        }
+        let output = blind(&["radiance", "300", "--device", "cpu"]);
+        assert!(output.status.success(), "{}", stderr(&output));
+    };
+    for (name, text, wrong) in &files {
+        let file = folder.write(name, text);
+        fails("VK_DRIVER_FILES", &file, &["no driver that works", name, wrong, "VK_LOADER_DEBUG"]);
+    }
+    // Drivers of hardware that is not there.
+    let installed = std::fs::read_dir("/usr/share/vulkan/icd.d").into_iter().flatten().flatten();
+    for driver in installed.map(|entry| entry.path()).filter(|path| path.to_string_lossy().contains("radeon")) {
+        let named = driver.to_string_lossy().into_owned();
+        fails("VK_DRIVER_FILES", &driver, &["no driver finds a device", &named, "VK_LOADER_DEBUG"]);
+    }
+    // No driver at all, and a loader that is none.
+    let empty = folder.path("empty");
+    std::fs::create_dir(&empty).expect("a folder");
+    std::fs::write(empty.join("libvulkan.so.1"), "none").expect("a file");
+    std::fs::write(empty.join("libvulkan.so"), "none").expect("a file");
+    #[cfg(target_os = "linux")]
+    fails("LD_LIBRARY_PATH", &empty, &["no Vulkan loader can be opened", "libvulkan.so"]);
 }
 
 #[test]

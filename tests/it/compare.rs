@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::craft::{Folder, SCENE, scene_with};
-use super::program::{end, isotherm, refusal, succeed};
+use super::program::{end, isotherm, refusal, stderr, succeed};
 
 const SKIN: &str = "match = \"skin\"\n";
 const CELLS: &str = "match = \"cells\"\n";
@@ -168,4 +168,26 @@ fn a_scene_that_draws_nothing_is_compared_in_numbers() {
     assert!(!folder.path("out/comparison.png").exists() && folder.path("out/compare.csv").exists());
     let page = std::fs::read_to_string(folder.path("out/compare.html")).expect("the page");
     assert!(page.contains("there are no pictures"));
+}
+
+/// 2 m of aluminium takes days to warm, far longer than the run, and its warm-up can not become periodic.
+#[test]
+fn a_fit_and_a_warm_up_that_are_not_to_be_trusted_are_told() {
+    let thick = BULK.replace("0.002", "2");
+    let periodic = "step = 60\nwarm_up = \"periodic\"\nwarm_up_tolerance = 1e-6\nwarm_up_orbits = 2\n";
+    let folder = Folder::new(&scene(&thick).replace("step = 60\n", periodic).replace("steps = 12", "steps = 2"));
+    let output = end(isotherm(folder.0.path(), &["compare", "scene.toml", "-o", "out", "--device", "cpu"]));
+    let said = stderr(&output);
+    assert!(output.status.success(), "{said}");
+    let page = std::fs::read_to_string(folder.path("out/compare.html")).expect("the page");
+    for part in ["The warm-up of 'network' did not become periodic within 0.000001 K", "of 'cells' takes"] {
+        let escaped = part.replace('\'', "&#39;");
+        assert!(said.contains(&format!("warning: {part}")) || said.contains(part), "{part}: {said}");
+        assert!(page.contains(part) || page.contains(&escaped), "{part}");
+    }
+    for command in [&["run", "scene.toml", "-o", "ran"][..], &["render", "scene.toml", "--time", "60", "-o", "a.exr"]] {
+        let output = end(isotherm(folder.0.path(), &[command, &["--device", "cpu"]].concat()));
+        let said = stderr(&output);
+        assert!(said.contains("warning: The warm-up did not become periodic within 0.000001 K: 2 orbits"), "{said}");
+    }
 }

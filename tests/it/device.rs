@@ -180,6 +180,7 @@ impl LooseNodes {
             image: None,
             shadows: None,
             joints: None,
+            network: None,
         };
         Renderer::new(context, &data).expect("a small scene")
     }

@@ -99,5 +99,8 @@ fn every_benchmark_has_a_command() {
     let listed = benchmarks(&page, &["--list"]);
     let text = String::from_utf8_lossy(&listed.stdout).into_owned();
     let names: Vec<&str> = text.lines().filter_map(|line| Some(line.split_once(": ")?.0)).collect();
-    assert_eq!(names, ["responses", "frames", "shadows", "models", "build", "integrators", "stages", "peers"]);
+    assert_eq!(
+        names,
+        ["responses", "frames", "shadows", "models", "build", "integrators", "stages", "one-pass", "peers"]
+    );
 }

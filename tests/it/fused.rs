@@ -87,6 +87,6 @@ fn shadows_found_anew_end_a_dispatch() {
     assert!(one_by_one == at_once, "to the last bit");
     let (without, _) = state(&self::prepared(""), 1, 1.0);
     assert!(one_by_one != without, "shadows show");
-    let drawn = together.pass_times().expect("a device").get("solar_depth").map_or(0, Vec::len);
+    let drawn = together.pass_times().expect("a device").get("solar_depth").map_or(0, |times| times.len());
     assert!((3..40).contains(&drawn), "{drawn} times");
 }

@@ -3,12 +3,12 @@
 
 use std::sync::LazyLock;
 
-use isotherm::bench::hard::{self, Case, HardRow, Scale};
+use isotherm::bench::hard::{self, HardCase, HardRow, Scale};
 use isotherm::simulation::target::Target;
 
 use super::device::context;
 
-static CASES: LazyLock<(Vec<Case>, Vec<f64>)> = LazyLock::new(|| {
+static CASES: LazyLock<(Vec<HardCase>, Vec<f64>)> = LazyLock::new(|| {
     let cases = hard::all();
     let without = hard::without(&cases, Scale::Small);
     (cases, without)

@@ -2,6 +2,7 @@
 
 use glam::{DQuat, DVec3};
 use isotherm::environment::shadow::Method;
+use isotherm::files::Reach;
 use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
 use isotherm::gpu::nodes::PADDING;
 use isotherm::gpu::pass::Kernel;
@@ -335,7 +336,7 @@ fn cosine(prepared: &Prepared, part: impl Fn(&str) -> bool, cells: &str, normal:
 }
 
 fn without_splitting(path: &std::path::Path) -> Prepared {
-    let mut scene = Scene::load(path).expect("a scene");
+    let mut scene = Scene::load_within(path, Reach::Anywhere).expect("a scene");
     scene.density = Default::default();
     Prepared::from_scene(scene, &mut |_| ()).expect("a scene that can run")
 }

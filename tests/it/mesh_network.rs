@@ -10,6 +10,7 @@ use isotherm::thermal::STEFAN_BOLTZMANN;
 
 use super::craft::{Folder, never, scene_with};
 use super::device::{Worst, assert_silent, context};
+use super::program::run as run_program;
 
 pub const TRANSITION: &str = "response = \"transition\"\nretarget = \"merge\"\nheating = { function = \"quadratic\", t_max_steps = 20 }\n\
                           cooling = { function = \"linear\", t_max_steps = 30 }\n";
@@ -19,7 +20,7 @@ const CELLS: &str = "response = \"transition\"\nretarget = \"merge\"\nheating = 
                      cooling = { function = \"quadratic\", t_max_steps = 6 }\n";
 
 /// Temperatures of all nodes [K] at every step.
-fn history(prepared: &Prepared, engine: &mut dyn Engine) -> Vec<Vec<f64>> {
+pub fn history(prepared: &Prepared, engine: &mut dyn Engine) -> Vec<Vec<f64>> {
     start(prepared, engine, None, &never(), &mut || ()).expect("the engine starts");
     let vertices = &prepared.nodes.vertex_of_node;
     let mut history = Vec::new();
@@ -158,4 +159,19 @@ fn what_a_network_lacks_is_said() {
     assert!(error.contains("'default'"), "{error}");
     let error = refused(&[("step = 60", "step = 60\nwarm_up_tolerance = 1")], "");
     assert!(error.contains("periodic"), "{error}");
+}
+
+#[test]
+fn a_heater_whose_band_can_not_hold_is_named_with_its_probe() {
+    let tail = "[[heater]]\npart = \"body\"\npower = 1e5\nprobe = \"side\"\non_below = 400\noff_above = 400.0001\n\
+                initially_on = true\n\
+                [[probe]]\nname = \"side\"\nposition = [1, 0, 0]\npart = \"body\"\n[initial]\ntemperature = 399\n";
+    let scene = scene_with(&[(TRANSITION, SKIN)]) + tail;
+    let folder = Folder::new(&scene);
+    let ran = run_program(folder.0.path(), &["run", "scene.toml", "-o", "out", "--device", "cpu"]);
+    assert_eq!(ran.code, 2, "{}", ran.err);
+    for part in ["heater of 'body', sensed at probe 'side'", "times within", "from 400 to 400.0001 K", "widen the band"]
+    {
+        assert!(ran.err.contains(part), "{part}: {}", ran.err);
+    }
 }

@@ -93,6 +93,7 @@ impl Quads {
             image: Some([camera.width, camera.height]),
             shadows: None,
             joints: None,
+            network: None,
         };
         let mut renderer = Renderer::new(context, &data).expect("a small scene");
         let mut temperatures = self.temperatures.clone();

@@ -10,6 +10,7 @@ use isotherm::gpu::pass::Kernel;
 use isotherm::gpu::resource::Resource;
 
 use crate::network::barriers::lists_of_all_plans;
+use crate::one_pass::lists_of_all_shapes;
 use crate::shaders::{CURVES, fused_variants, reflect, response_variants, thermal_variants};
 
 /// Name of a variable's block. The compiler wraps blocks that do not end in a runtime array.
@@ -39,6 +40,7 @@ fn all_lists() -> Vec<Frame> {
         }
     }
     all.extend(lists_of_all_plans());
+    all.extend(lists_of_all_shapes());
     all
 }
 

@@ -291,3 +291,35 @@ fn the_command_prints_the_values_of_the_paper_with_a_moved_target() {
         assert!((found[52] - 205.196_949).abs() > 1.0, "a step later must show");
     }
 }
+
+/// docs/numerics.md 1: under `restart` a target counts as moved beyond 0.7 mK. Device and f64 must decide alike, or one of
+/// them becomes an exponential lag, 88 K away.
+#[test]
+fn a_jitter_of_the_target_restarts_on_the_device_where_it_does_in_f64() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let values = |jitter: f64, function: &str, domain: &str, device: &[&str]| -> Vec<f64> {
+        let row = |step: u32| format!("{step},{:.10}\n", 267.0 + f64::from(step % 2) * jitter);
+        let text: String = (1..=361).map(row).collect();
+        std::fs::write(folder.path().join("targets.csv"), format!("step,target\n{text}")).expect("a file");
+        let function = format!("{function}:361");
+        let fixed = ["response", "--heating", &function, "--cooling", &function, "--initial", "2.7"];
+        let rest = ["--targets", "targets.csv", "--retarget", "restart", "--domain", domain];
+        let ran = super::program::run(folder.path(), &[&fixed[..], &rest, device].concat());
+        assert_eq!(ran.code, 0, "{}", ran.err);
+        let rows = ran.out.lines().skip(1).map(|line| line.split(',').nth(1).and_then(|value| value.parse().ok()));
+        rows.collect::<Option<_>>().expect("step,temperature")
+    };
+    let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    for (function, domain) in [("quadratic", "T"), ("expression=s*s*(3.0-2.0*s)", "T"), ("quadratic", "T4")] {
+        let still = values(0.0, function, domain, &["--device", "cpu"]);
+        for (jitter, moved) in
+            [(1e-9, false), (1e-5, false), (5e-4, false), (6.3e-4, false), (7.7e-4, true), (1e-3, true)]
+        {
+            let exact = values(jitter, function, domain, &["--device", "cpu"]);
+            let found = values(jitter, function, domain, &[]);
+            let (error, effect) = (apart(&exact, &found), apart(&exact, &still));
+            assert!(error < 5e-3, "{function} in {domain}, {jitter} K: {error} K");
+            assert_eq!(effect > 1.0, moved, "{function} in {domain}, {jitter} K moves it by {effect} K");
+        }
+    }
+}

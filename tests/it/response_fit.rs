@@ -94,3 +94,21 @@ fn data_that_cannot_be_fitted_exit_with_2_and_name_the_file() {
     let absent = run(folder.path(), &["response", "fit", "absent.csv"]);
     assert!(absent.code == 2 && absent.err.contains("absent.csv"), "{}", absent.err);
 }
+
+/// A fit at a bound, far beyond its data, or with a poor residual says so.
+#[test]
+fn a_fit_that_is_not_to_be_trusted_warns() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = |of: &dyn Fn(f64) -> f64| {
+        let row = |time: u32| format!("{time},{:.6}\n", of(f64::from(time)));
+        format!("time,temperature\n{}", (0..=40).map(row).collect::<String>())
+    };
+    let good = fit(folder.path(), &heating("time"), &[]);
+    assert!(good.code == 0 && !good.err.contains("warning"), "{}", good.err);
+    // The first thousandth of a way to a stated target.
+    let early = fit(folder.path(), &rows(&|t| 300.0 - 0.0025 * t), &["--target", "200"]);
+    assert!(early.err.contains("warning: ") && early.err.contains("times the length of the data"), "{}", early.err);
+    // It goes there and back, as no step response does.
+    let back = fit(folder.path(), &rows(&|t| 300.0 - 50.0 * (0.157 * t).sin()), &[]);
+    assert!(back.err.contains("warning: ") && back.err.contains("% of the step"), "{}", back.err);
+}

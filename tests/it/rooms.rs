@@ -5,8 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms of `src`. Each uses only rooms before it.
-const ORDER: [&str; 14] = [
+const ORDER: [&str; 17] = [
+    "text",
     "host",
+    "files",
+    "saved",
     "environment",
     "thermal",
     "model",

@@ -13,13 +13,16 @@ use super::craft::{Folder, SCENE, scene_with};
 use super::device::Worst;
 use super::program::{end, isotherm, refusal, stderr, succeed};
 
-/// Every file below a folder, by relative path.
+/// Every file below a folder, by relative path, without isotherm's own records.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut folders = vec![folder.to_path_buf()];
     while let Some(next) = folders.pop() {
         for entry in std::fs::read_dir(&next).expect("a folder") {
             let path: PathBuf = entry.expect("an entry").path();
+            if path.ends_with(".isotherm") {
+                continue;
+            }
             if path.is_dir() {
                 folders.push(path);
             } else {
@@ -208,8 +211,8 @@ fn the_reference_agrees_with_the_device() {
     assert!(labels * 200 < shown, "{labels} of {shown} labels differ");
 }
 
-/// Starts a command and sends Ctrl-C some time after `there` is true. Returns its output.
-fn interrupted(mut command: Command, there: impl Fn() -> bool) -> Output {
+/// Starts a command and sends a signal some time after `there` is true. Returns its output.
+fn interrupted(mut command: Command, signal: &str, there: impl Fn() -> bool) -> Output {
     let child = command.spawn().expect("the program starts");
     let began = Instant::now();
     while !there() {
@@ -219,7 +222,7 @@ fn interrupted(mut command: Command, there: impl Fn() -> bool) -> Output {
     // `there` becomes true just before the work begins.
     std::thread::sleep(Duration::from_millis(700));
     // The shell has a built-in kill. A minimal Debian has no such program.
-    let kill = Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status();
+    let kill = Command::new("sh").args(["-c", &format!("kill -{signal} {}", child.id())]).status();
     assert!(kill.expect("a shell is there").success());
     child.wait_with_output().expect("the program ends")
 }
@@ -236,7 +239,7 @@ fn quiet_run(folder: &Folder) -> Command {
 fn control_c_keeps_what_is_finished() {
     let folder = Folder::new(&scene_with(&[("steps = 12", "steps = 100000"), ("draw_every = 4", "draw_every = 2")]));
     let third = folder.path("out/frames/step_000004.exr");
-    let output = interrupted(quiet_run(&folder), || third.exists());
+    let output = interrupted(quiet_run(&folder), "INT", || third.exists());
     let (code, line) = refusal(&output);
     assert_eq!(code, Some(1), "{}", stderr(&output));
     assert!(line.contains("stopped; what was finished is in out"), "{line}");
@@ -261,7 +264,7 @@ fn control_c_in_the_warm_up_and_in_a_still() {
     let slow = scene_with(&[("steps = 12", "steps = 12\nwarm_up_orbits = 100000")]);
     let folder = Folder::new(&slow);
     let plots = folder.path("out/plots");
-    let output = interrupted(quiet_run(&folder), || plots.exists());
+    let output = interrupted(quiet_run(&folder), "INT", || plots.exists());
     assert_eq!(refusal(&output).0, Some(1), "{}", stderr(&output));
     let left = files(&folder.path("out"));
     assert_eq!(report(&left)["interrupted"], true);
@@ -270,7 +273,7 @@ fn control_c_in_the_warm_up_and_in_a_still() {
     let mut command = isotherm(folder.0.path(), &["render", "scene.toml", "--time", "60", "-o", "image.exr"]);
     command.stderr(std::fs::File::create(folder.path("said")).expect("a file"));
     let said = || std::fs::read_to_string(folder.path("said")).unwrap_or_default();
-    let output = interrupted(command, || said().contains("device: "));
+    let output = interrupted(command, "INT", || said().contains("device: "));
     assert_eq!(output.status.code(), Some(1), "{}", said());
     assert!(said().contains("error: stopped; nothing was written"), "{}", said());
     let left: Vec<String> = files(folder.0.path()).into_keys().filter(|name| !name.contains('/')).collect();
@@ -283,16 +286,124 @@ fn an_existing_folder_is_not_touched() {
     std::fs::create_dir_all(folder.path("out/frames")).expect("a folder");
     folder.write("out/frames/step_000000.exr", "the user's own");
     let before = files(&folder.path("out"));
-    let (code, line) = refusal(&end(isotherm(folder.0.path(), &["run", "scene.toml", "-o", "out"])));
-    assert_eq!(code, Some(2));
+    let refused = |arguments: &[&str]| {
+        let (code, line) = refusal(&end(isotherm(folder.0.path(), arguments)));
+        assert_eq!(code, Some(2), "{line}");
+        line
+    };
+    let line = refused(&["run", "scene.toml", "-o", "out"]);
     assert!(line.contains("out is not empty") && line.contains("--force"), "{line}");
+    let line = refused(&["run", "scene.toml", "-o", "out", "--force"]);
+    assert!(line.contains("out is not empty and has no manifest"), "{line}");
     assert_eq!(files(&folder.path("out")), before);
-    folder.write("out/notes.txt", "mine");
-    succeed(folder.0.path(), &["run", "scene.toml", "-o", "out", "--force"]);
-    let after = files(&folder.path("out"));
-    assert_eq!(after["notes.txt"], b"mine");
-    assert!(after["frames/step_000000.exr"] != before["frames/step_000000.exr"]);
-    assert_eq!(after.len(), FILES.len() + 1);
+
+    succeed(folder.0.path(), &["run", "scene.toml", "-o", "own"]);
+    let first = files(&folder.path("own"));
+    for name in ["notes.txt", "plots/mine.svg", "frames/step_mine.exr"] {
+        folder.write(&format!("own/{name}"), "mine");
+    }
+    succeed(folder.0.path(), &["run", "scene.toml", "-o", "own", "--force"]);
+    let after = files(&folder.path("own"));
+    assert!(["notes.txt", "plots/mine.svg", "frames/step_mine.exr"].iter().all(|name| after[*name] == b"mine"));
+    assert!(first["series.csv"] == after["series.csv"] && after.len() == FILES.len() + 3);
+    // A file that was changed is named before anything is removed.
+    folder.write("own/plots/parts.svg", "drawn over");
+    let before = files(&folder.path("own"));
+    let line = refused(&["run", "scene.toml", "-o", "own", "--force"]);
+    assert!(line.contains("own/plots/parts.svg is not as isotherm left it; move it away"), "{line}");
+    assert_eq!(files(&folder.path("own")), before);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_leaves_what_was_computed_and_the_run_goes_on_from_there() {
+    let scene = scene_with(&[("steps = 12", "steps = 4000"), ("draw_every = 4", "draw_every = 1000")]);
+    let folder = Folder::new(&scene);
+    let series = folder.path("out/series.csv");
+    let rows = || std::fs::read(&series).map_or(0, |text| text.iter().filter(|byte| **byte == b'\n').count());
+    let output = interrupted(quiet_run(&folder), "TERM", || {
+        // A second run is refused while the first goes on.
+        if rows() == 0 {
+            return false;
+        }
+        for more in [&["scene.toml", "-o", "out"][..], &["scene.toml", "-o", "out", "--force"], &["--resume", "out"]] {
+            let arguments: Vec<&str> = ["run"].iter().chain(more).copied().collect();
+            let (code, line) = refusal(&end(isotherm(folder.0.path(), &arguments)));
+            assert!(code == Some(2) && line.contains("another run writes into"), "{line}");
+        }
+        true
+    });
+    let (code, line) = refusal(&output);
+    assert!(code == Some(1) && line.contains("isotherm run --resume out"), "{line}");
+    let left = files(&folder.path("out"));
+    assert_eq!(report(&left)["interrupted"], true);
+    assert_eq!(rows() as u64, report(&left)["speed"]["steps"].as_u64().expect("a number") + 2);
+    let resume = |arguments: &[&str]| {
+        let arguments: Vec<&str> = ["run", "--resume", "out"].iter().chain(arguments).copied().collect();
+        end(isotherm(folder.0.path(), &arguments))
+    };
+
+    // Nothing that would make it another run is taken.
+    let state = folder.path("out/.isotherm/state");
+    let whole = std::fs::read(&state).expect("a state");
+    let refused = |output: Output, reason: &str| {
+        let (code, line) = refusal(&output);
+        assert!(code == Some(2) && line.contains(reason), "{code:?} {line}");
+    };
+    refused(resume(&["--device", "cpu"]), "the device was");
+    folder.write("scene.toml", &scene.replace("planet_ir = 237", "planet_ir = 238"));
+    refused(resume(&[]), "scene.toml has changed");
+    folder.write("scene.toml", &scene);
+    std::fs::write(&state, &whole[..whole.len() - 100]).expect("a shorter state");
+    refused(resume(&[]), "damaged or truncated");
+    std::fs::write(&state, &whole).expect("the state again");
+    let contents = left["series.csv"].clone();
+    std::fs::write(&series, b"mine").expect("another series");
+    refused(resume(&[]), "series.csv is not as isotherm left it");
+    assert!(!folder.path("out/.isotherm/part-0").exists());
+    std::fs::remove_dir_all(folder.path("out")).expect("the run goes");
+    refused(resume(&[]), "no run was begun in out");
+    assert!(contents.ends_with(b"\n"), "only whole lines are written");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_finished_run_is_not_resumed_and_a_stopped_one_ends_as_an_undisturbed_one() {
+    let scene = scene_with(&[("steps = 12", "steps = 3000"), ("draw_every = 4", "draw_every = 1000")]);
+    let folder = Folder::new(&scene);
+    let there = folder.path("out/frames/step_000000.exr");
+    interrupted(quiet_run(&folder), "HUP", || there.exists());
+    let said = succeed(folder.0.path(), &["run", "--resume", "out", "scene.toml"]);
+    assert!(said.contains("3000 steps"), "{said}");
+    let said = succeed(folder.0.path(), &["run", "--resume", "out"]);
+    assert!(said.contains("the run in out is finished"), "{said}");
+    succeed(folder.0.path(), &["run", "scene.toml", "-o", "whole"]);
+    let [out, whole] = ["out", "whole"].map(|name| files(&folder.path(name)));
+    assert!(out.keys().eq(whole.keys()));
+    for (name, bytes) in out.iter().filter(|(name, _)| !name.starts_with("report.")) {
+        assert!(*bytes == whole[name], "{name} differs");
+    }
+    assert_eq!(report(&out)["accuracy"], report(&whole)["accuracy"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_to_a_command_without_steps_leaves_no_unfinished_file() {
+    let folder = Folder::new(&scene_with(&[("steps = 12", "steps = 3000000")]));
+    for signal in ["INT", "TERM"] {
+        let mut command = isotherm(folder.0.path(), &["environment", "scene.toml", "-o", "env.csv"]);
+        command.stdout(Stdio::null()).stderr(Stdio::null());
+        let names = || -> Vec<String> {
+            let found = std::fs::read_dir(folder.0.path()).expect("the folder").flatten();
+            found
+                .map(|entry| entry.file_name().to_string_lossy().into_owned())
+                .filter(|name| name.ends_with(".part"))
+                .collect()
+        };
+        let output = interrupted(command, signal, || !names().is_empty());
+        assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
+        assert!(names().is_empty() && !folder.path("env.csv").exists());
+    }
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::process::Command;
 
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::layout;
+use isotherm::gpu::one_pass_variant::OnePassVariant;
 use isotherm::gpu::pass::{Kernel, Pass, is_write};
 use isotherm::gpu::resource::Role;
 use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
@@ -86,6 +87,7 @@ fn all_shaders() -> Vec<Shader> {
     }
     all.extend(fused_variants().iter().map(FusedVariant::shader));
     all.extend(wide_variants().iter().map(WideVariant::shader));
+    all.extend(OnePassVariant::all().iter().map(OnePassVariant::shader));
     all
 }
 
@@ -147,6 +149,7 @@ fn every_word_has_a_meaning() {
         ("network_fused.comp", "lanes_64"),
         ("network_wide.comp", "first"),
         ("network_solve.comp", "update"),
+        ("one_pass.comp", "advance"),
     ]);
     let shaders = all_shaders();
     let pairs = |shader: &Shader| shader.words.iter().map(|word| (shader.entry, *word)).collect::<Vec<_>>();
@@ -237,7 +240,7 @@ pub fn bindings_of(shader: &Shader) -> BTreeMap<u32, (bool, bool)> {
         .collect()
 }
 
-fn declared(pass: &Pass) -> BTreeMap<u32, (bool, bool)> {
+pub fn declared(pass: &Pass) -> BTreeMap<u32, (bool, bool)> {
     let mut declared = BTreeMap::new();
     for access in &pass.accesses {
         if let Some(binding) = access.binding {

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use isotherm::environment::load::{albedo_flux, planet_ir_flux, solar_flux};
 use isotherm::environment::sky::{Boundary, SkyModel};
+use isotherm::files::Reach;
 use isotherm::scene::SkyScene;
 
 use super::craft::{Folder, SCENE, prepared, scene_with};
@@ -34,7 +35,7 @@ fn sky_scene(orbit: &str, time: &str, planet_radius: f64) -> String {
 fn sky(folder: &Path, text: &str) -> SkyModel {
     let path = folder.join("sky.toml");
     std::fs::write(&path, text).unwrap();
-    let scene = SkyScene::load(&path).unwrap_or_else(|error| panic!("{error}"));
+    let scene = SkyScene::load(&path, &Reach::of(&path)).unwrap_or_else(|error| panic!("{error}"));
     SkyModel::new(&scene.orbit, &scene.attitude, &scene.environment).unwrap()
 }
 

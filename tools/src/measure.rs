@@ -5,6 +5,7 @@ mod build_cost;
 #[path = "peers/clock.rs"]
 mod clock;
 mod network_cost;
+mod one_pass;
 mod shadow_error;
 mod start_up;
 
@@ -16,6 +17,7 @@ use std::time::Instant;
 use clap::Parser;
 use isotherm::bench::responses;
 use isotherm::environment::StepLoad;
+use isotherm::files::Reach;
 use isotherm::gpu::context::Context;
 use isotherm::gpu::shapes::{self, Shapes};
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
@@ -57,6 +59,21 @@ struct Arguments {
     /// Numbers of nodes of the networks; each is rounded to a square
     #[arg(long, value_delimiter = ',', default_values_t = [10_000, 100_000, 1_000_000])]
     network_nodes: Vec<usize>,
+    /// Measure only the network of the scene in one pass, at --one-pass-edges
+    #[arg(long)]
+    one_pass: bool,
+    /// Longest edges of --one-pass [m]
+    #[arg(long, value_delimiter = ',', default_values_t = [6.0])]
+    one_pass_edges: Vec<f64>,
+    /// Lengths of a step of --one-pass [s]
+    #[arg(long, value_delimiter = ',', default_values_t = [1.0, 15.43, 60.0])]
+    one_pass_lengths: Vec<f64>,
+    /// Most steps of a run of --one-pass
+    #[arg(long, default_value_t = 360)]
+    one_pass_steps: u32,
+    /// Tolerance of the integrator that --one-pass compares with [K]
+    #[arg(long, default_value_t = 0.01)]
+    one_pass_tolerance: f64,
     /// Measure only the building of the scene, at --build-edges
     #[arg(long)]
     build: bool,
@@ -102,7 +119,7 @@ fn main() -> ExitCode {
 fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     let context = Context::open(arguments.device.as_deref(), false)?;
     if let Some(edge) = arguments.build_one {
-        return build_cost::measure_one(&context, Scene::load(&arguments.scene)?, edge);
+        return build_cost::measure_one(&context, Scene::load_within(&arguments.scene, Reach::Anywhere)?, edge);
     }
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     println!("Device: {}, {}; load average {}\n", context.info.name, context.info.driver, load.trim());
@@ -118,9 +135,14 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
         let (device, before) = (arguments.device.as_deref(), arguments.before.as_deref());
         return start_up::measure(&arguments.scene, device, before, arguments.steps as usize);
     }
-    let scene = Scene::load(&arguments.scene)?;
+    let scene = Scene::load_within(&arguments.scene, Reach::Anywhere)?;
     if arguments.shadows {
         return shadow_error::measure(&context, &scene, &arguments.shadow_edges, &arguments.shadow_maps);
+    }
+    if arguments.one_pass {
+        let (edges, lengths) = (&arguments.one_pass_edges, &arguments.one_pass_lengths);
+        let (steps, tolerance) = (arguments.one_pass_steps, arguments.one_pass_tolerance);
+        return one_pass::measure(&context, &scene, edges, lengths, steps, tolerance);
     }
     if arguments.functions_only {
         return functions(arguments, &context, &scene);

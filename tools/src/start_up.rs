@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
+use isotherm::files::Reach;
 use isotherm::gpu::context::Context;
 use isotherm::scene::Scene;
 use isotherm::simulation::device_engine::DeviceEngine;
@@ -17,7 +18,7 @@ use super::AnyError;
 /// Prints median and minimum of a number of rounds. `before` is another build of `isotherm` that takes turns with the
 /// one beside this program.
 pub fn measure(scene: &Path, device: Option<&str>, before: Option<&Path>, rounds: usize) -> Result<(), AnyError> {
-    let prepared = Prepared::from_scene(Scene::load(scene)?, &mut |_| {})?;
+    let prepared = Prepared::from_scene(Scene::load_within(scene, Reach::Anywhere)?, &mut |_| {})?;
     let camera = prepared.scene.require_camera()?.clone();
     let step = prepared.scene.time.step;
     let load = prepared.loads.step_load(0.0, step);
@@ -58,7 +59,9 @@ pub fn measure(scene: &Path, device: Option<&str>, before: Option<&Path>, rounds
     let beside = scene.canonicalize()?;
     for file in std::fs::read_dir(beside.parent().ok_or("a scene is in a folder")?)? {
         let file = file?;
-        std::os::unix::fs::symlink(file.path(), folder.join(file.file_name()))?;
+        if file.file_type()?.is_file() {
+            std::fs::copy(file.path(), folder.join(file.file_name()))?;
+        }
     }
     let text = std::fs::read_to_string(scene)?;
     let cold: Vec<_> = text.lines().filter(|line| !line.starts_with("warm_up")).collect();

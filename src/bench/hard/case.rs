@@ -33,7 +33,7 @@ pub type Measure = Box<dyn Fn(&Target, Scale) -> Result<f64, String> + Send + Sy
 pub type Without = Box<dyn Fn(Scale) -> f64 + Send + Sync>;
 
 /// A hard case.
-pub struct Case {
+pub struct HardCase {
     /// Unique name.
     pub name: String,
     /// Input and expected result.
@@ -56,7 +56,7 @@ pub struct Case {
     pub without: Without,
 }
 
-impl Case {
+impl HardCase {
     /// A case with a limit and its source. The other methods complete it.
     pub(super) fn new(
         name: impl Into<String>,
@@ -126,7 +126,7 @@ pub struct HardRow {
 
 impl HardRow {
     /// A row without measurement.
-    pub fn of(case: &Case, without: f64) -> Self {
+    pub fn of(case: &HardCase, without: f64) -> Self {
         Self {
             name: case.name.clone(),
             what: case.what.clone(),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3, Vec3};
 
-use super::case::{Case, Scale, apart, worst_of};
+use super::case::{HardCase, Scale, apart, worst_of};
 use super::way::{Way, integrated};
 use crate::environment::StepLoad;
 use crate::environment::load::solar_flux;
@@ -229,6 +229,7 @@ impl Loose {
             image: None,
             shadows,
             joints: None,
+            network: None,
         }
     }
 }
@@ -262,7 +263,7 @@ fn middle_is_lit(sky: &SkyModel, time: f64) -> bool {
     sky.lit_fraction(time) > 0.5
 }
 
-fn eclipse(step: f64) -> Case {
+fn eclipse(step: f64) -> HardCase {
     let scaled = THIN_ARRAY * (step / FRAME).powi(2);
     let (limit, source) = if step == FRAME {
         (THIN_ARRAY, "docs/numerics.md 3, thin array in frames of 16.7 s".to_owned())
@@ -272,7 +273,7 @@ fn eclipse(step: f64) -> Case {
         (20e-3, "docs/numerics.md 6, default".to_owned())
     };
     let what = "a thin array (1350 J/m2K) that looks at the Sun into and out of umbra; steps of 2 ms in f64";
-    Case::new(format!("eclipse in steps of {step} s"), what, "K", (limit, source))
+    HardCase::new(format!("eclipse in steps of {step} s"), what, "K", (limit, source))
         .remedy(
             "a step's sunlight is its mean, the penumbra cut at its contacts",
             "the flux of the step's middle, the Sun a point",
@@ -298,12 +299,12 @@ fn tumbling(degrees: f64, scale: Scale) -> Result<Plates, String> {
     Ok(Plates { loads: sky(&attitude, false)?, normals, start: vec![250.0; 6], from: 0.0, step: FRAME, steps })
 }
 
-fn tumble(degrees: f64) -> Case {
+fn tumble(degrees: f64) -> HardCase {
     let turns = degrees / 360.0 * FRAME;
     let what =
         format!("six thin plates (1350 J/m2K) that turn {turns:.2} times in a step of 16.7 s; steps of 2 ms in f64");
     let limit = (THIN_ARRAY, "docs/numerics.md 3, thin array in frames of 16.7 s");
-    Case::new(format!("tumbling craft, {degrees} deg/s"), what, "K", limit)
+    HardCase::new(format!("tumbling craft, {degrees} deg/s"), what, "K", limit)
         .remedy(
             "a step's sunlight is up to eight vectors, each from the middle of a stretch of it, of a turn where it is longer",
             "the flux of the step's middle",
@@ -316,8 +317,8 @@ fn tumble(degrees: f64) -> Case {
         )
 }
 
-pub fn cases() -> Vec<Case> {
-    let mut cases: Vec<Case> = [0.01, 0.1, 1.0, 16.7, 60.0].map(eclipse).into();
+pub fn cases() -> Vec<HardCase> {
+    let mut cases: Vec<HardCase> = [0.01, 0.1, 1.0, 16.7, 60.0].map(eclipse).into();
     cases.extend([6.0, 36.0].map(tumble));
     cases
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::case::Case;
+use super::case::HardCase;
 use crate::scene::network::NetworkFile;
 use crate::scene::{Scene, targets};
 
@@ -106,10 +106,10 @@ fn taken_by_parser() -> f64 {
 }
 
 /// The cases. They use no device, so they are the same on every target.
-pub fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<HardCase> {
     let case = |name: &str, count: usize, source: &str, measure: fn() -> Result<f64, String>, without: fn() -> f64| {
         let what = format!("each number as nan, -nan, inf and -inf, {count} in all: refused, naming the key");
-        Case::new(format!("non-finite input, {name}"), what, "accepted", (0.0, source))
+        HardCase::new(format!("non-finite input, {name}"), what, "accepted", (0.0, source))
             .remedy("every number has a range, in which it must lie", "what the file format takes for a number")
             .measured(move |_, _| measure(), move |_| without())
     };

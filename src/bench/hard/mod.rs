@@ -18,10 +18,10 @@ mod plain;
 mod transitions;
 mod way;
 
-pub use case::{Case, HardRow, Scale};
+pub use case::{HardCase, HardRow, Scale};
 
 /// All cases.
-pub fn all() -> Vec<Case> {
+pub fn all() -> Vec<HardCase> {
     let lists = [
         transitions::cases(),
         networks::residual::cases(),
@@ -37,13 +37,19 @@ pub fn all() -> Vec<Case> {
 }
 
 /// The errors of all cases without their remedies, in order. They are the same for every target.
-pub fn without(cases: &[Case], scale: Scale) -> Vec<f64> {
+pub fn without(cases: &[HardCase], scale: Scale) -> Vec<f64> {
     cases.par_iter().map(|case| (case.without)(scale)).collect()
 }
 
 /// Measures every case on a target. `says` gets each name beforehand.
-pub fn measure(target: &Target, cases: &[Case], without: &[f64], scale: Scale, says: &dyn Fn(&str)) -> Vec<HardRow> {
-    let one = |(case, without): (&Case, &f64)| {
+pub fn measure(
+    target: &Target,
+    cases: &[HardCase],
+    without: &[f64],
+    scale: Scale,
+    says: &dyn Fn(&str),
+) -> Vec<HardRow> {
+    let one = |(case, without): (&HardCase, &f64)| {
         says(&case.name);
         let began = Instant::now();
         let found = match target {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::case::{Case, Scale, apart, worst_of};
+use super::case::{HardCase, Scale, apart, worst_of};
 use super::exact::curve;
 use super::plain::{self, Omission};
 use crate::simulation::target::{Target, respond_f64};
@@ -142,16 +142,16 @@ fn ramp() -> Commanded {
 }
 
 /// A case with the largest error of several nodes.
-fn commanded(case: Case, nodes: fn(Scale) -> Vec<Commanded>, without: fn(&Commanded) -> f64) -> Case {
+fn commanded(case: HardCase, nodes: fn(Scale) -> Vec<Commanded>, without: fn(&Commanded) -> f64) -> HardCase {
     let worst = move |target: &Target, scale| {
         nodes(scale).iter().try_fold(0.0, |worst, node| Ok(worst_of(worst, node.error(target)?)))
     };
     case.measured(worst, move |scale| nodes(scale).iter().map(without).fold(0.0, worst_of))
 }
 
-pub fn cases() -> Vec<Case> {
-    let case = |name: &str, what: &str, limit| Case::new(name, what, "K", limit);
-    let of_reference = |name, what, limit| Case { expects_reference: true, ..case(name, what, limit) };
+pub fn cases() -> Vec<HardCase> {
+    let case = |name: &str, what: &str, limit| HardCase::new(name, what, "K", limit);
+    let of_reference = |name, what, limit| HardCase { expects_reference: true, ..case(name, what, limit) };
     vec![
         commanded(
             case(

@@ -181,7 +181,7 @@ fn the_sun_along_the_axis_asks_for_nothing() {
 /// Joints under the sky of an orbit, from `periods` before time 0. The first is walked with the shortcut for a periodic sky, the second in full.
 fn walked_both_ways(joints: &[Joint], periods: f64) -> (Joints, Joints) {
     let span = [-periods * PERIOD - 5.0, 3000.0];
-    let short = Joints::under_a_sky(joints.to_vec(), span, 15.0, Some(PERIOD), sun_of_orbit());
+    let short = Joints::under_a_sky(joints.to_vec(), span, 15.0, Some(PERIOD), sun_of_orbit()).unwrap();
     let whole = Joints::new(joints.to_vec(), span, short.walks_by(), sun_of_orbit());
     (short, whole)
 }
@@ -254,6 +254,7 @@ fn a_long_warm_up_is_not_walked() {
     let span = |periods: f64| [-periods * PERIOD - 5.0, 3000.0];
     let walked = |periods: f64| {
         Joints::under_a_sky(vec![joint(None, panel.clone())], span(periods), 15.0, Some(PERIOD), sun_of_orbit())
+            .unwrap()
     };
     let (long, short) = (walked(1e5), walked(100.0));
     assert_eq!(long.kept(), short.kept());

@@ -18,6 +18,21 @@ const SAME: f64 = 1e-12;
 /// Periods in which a repetition is looked for. A joint that is too slow to follow its target may never repeat.
 const MOST_PERIODS: usize = 64;
 
+/// Most positions that a walk holds: 4 GiB.
+const MOST_POSITIONS: f64 = (1u64 << 29) as f64;
+
+/// A walk that would hold too many positions.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("{steps:.3e} steps of {joints} joints to {time} s are more than {MOST_POSITIONS:e} positions")]
+pub struct LongWalk {
+    /// Steps of the walk.
+    pub steps: f64,
+    /// Joints of the craft.
+    pub joints: usize,
+    /// End of the walk [s].
+    pub time: f64,
+}
+
 /// All joints of a craft. A joint stands after its parent.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Joints {
@@ -36,7 +51,8 @@ struct Walk {
 #[derive(Debug, Clone, PartialEq)]
 struct Stretch {
     start: f64,
-    positions: Vec<Vec<f64>>,
+    /// Those of each joint, time after time.
+    positions: Vec<f64>,
     /// Period with which the end of the stretch repeats [s]. It is 0 for the last stretch.
     cycle: f64,
 }
@@ -94,57 +110,73 @@ impl Joints {
 
     /// Joints of a craft, each after its parent. Joints with a rate start at their target and are walked over `span` [s] in steps of
     /// `step` [s]. `sun` is the unit vector to the Sun at a time, body frame.
-    pub fn new(joints: Vec<Joint>, span: [f64; 2], step: f64, sun: impl Fn(f64) -> DVec3) -> Self {
-        Self::under_a_sky(joints, span, step, None, sun)
+    #[cfg(test)]
+    pub(super) fn new(joints: Vec<Joint>, span: [f64; 2], step: f64, sun: impl Fn(f64) -> DVec3) -> Self {
+        Self::under_a_sky(joints, span, step, None, sun).unwrap_or_default()
     }
 
     /// The same under a sky that repeats after `period` [s]. Where the joints repeat as well, periods before time 0 are not walked. The step is the longest
     /// up to `step` that divides the period. Angles of joints without limits may differ from those of the full walk by whole turns.
+    ///
+    /// # Errors
+    /// A walk that would hold too many positions. It does not begin.
     pub fn under_a_sky(
         joints: Vec<Joint>,
         [from, to]: [f64; 2],
         step: f64,
         period: Option<f64>,
         sun: impl Fn(f64) -> DVec3,
-    ) -> Self {
+    ) -> Result<Self, LongWalk> {
         let any = joints.iter().any(|joint| joint.rate().is_some());
         let mut all = Self { joints, walk: Walk { step, stretches: Vec::new() } };
         if any {
             let first = all.evaluate(from, sun(from), |_, target| target(None)).0;
-            all.walk.stretches = vec![Stretch { start: from, positions: vec![first], cycle: 0.0 }];
+            all.walk.stretches = vec![Stretch { start: from, positions: first, cycle: 0.0 }];
             if let Some(period) = period.filter(|period| *period > 0.0) {
-                all.skip_what_repeats(to.min(0.0).min(all.steady_until()), period, &sun);
+                all.skip_what_repeats(to.min(0.0).min(all.steady_until()), period, &sun)?;
             }
-            all.walk_to(to, sun);
+            all.walk_to(to, sun)?;
         }
-        all
+        Ok(all)
     }
 
     /// Walks joints with a rate on to a time [s].
-    pub fn walk_to(&mut self, time: f64, sun: impl Fn(f64) -> DVec3) {
-        let step = self.walk.step;
-        let Some(Stretch { start, mut positions, .. }) = self.walk.stretches.pop() else { return };
-        while let Some(last) = positions.last().filter(|_| start + (positions.len() - 1) as f64 * step < time) {
-            let at = start + positions.len() as f64 * step;
-            let next = self.walk_on(last, step, at, sun(at));
-            positions.push(next);
+    ///
+    /// # Errors
+    /// A walk that would hold too many positions. It does not begin.
+    pub fn walk_to(&mut self, time: f64, sun: impl Fn(f64) -> DVec3) -> Result<(), LongWalk> {
+        let (step, joints) = (self.walk.step, self.joints.len());
+        let Some(last) = self.walk.stretches.last() else { return Ok(()) };
+        let steps = (time - last.start) / step;
+        // A NaN is no number of steps either.
+        let is_held = steps * joints as f64 <= MOST_POSITIONS;
+        if !is_held {
+            return Err(LongWalk { steps, joints, time });
+        }
+        let Some(Stretch { start, mut positions, .. }) = self.walk.stretches.pop() else { return Ok(()) };
+        while start + (positions.len() / joints - 1) as f64 * step < time {
+            let at = start + (positions.len() / joints) as f64 * step;
+            let next = self.walk_on(&positions[positions.len() - joints..], step, at, sun(at));
+            positions.extend(next);
         }
         self.walk.stretches.push(Stretch { start, positions, cycle: 0.0 });
+        Ok(())
     }
 
     /// Walks period by period until one begins as an earlier one did. The walk then continues at the last such beginning before `until` [s].
-    fn skip_what_repeats(&mut self, until: f64, period: f64, sun: &impl Fn(f64) -> DVec3) {
+    fn skip_what_repeats(&mut self, until: f64, period: f64, sun: &impl Fn(f64) -> DVec3) -> Result<(), LongWalk> {
         let from = self.walk.stretches[0].start;
         let whole = ((until - from) / period).floor();
         if !(whole.is_finite() && whole >= 3.0) {
-            return;
+            return Ok(());
         }
         let steps = (period / self.walk.step).ceil().max(1.0);
         self.walk.step = period / steps;
         let each = steps as usize;
-        let start_of = |number: usize| number * each;
+        let joints = self.joints.len();
+        let start_of = |number: usize| number * each * joints..(number * each + 1) * joints;
         for number in 1..=MOST_PERIODS.min(whole as usize) {
-            self.walk_to(from + number as f64 * period - 0.5 * self.walk.step, sun);
+            self.walk_to(from + number as f64 * period - 0.5 * self.walk.step, sun)?;
             let positions = &self.walk.stretches[0].positions;
             let now = &positions[start_of(number)];
             let Some(like) = (0..number).rev().find(|earlier| self.agree(&positions[start_of(*earlier)], now)) else {
@@ -153,13 +185,14 @@ impl Joints {
             let cycles = ((whole - number as f64) / (number - like) as f64).floor();
             if cycles >= 1.0 {
                 let cycle = (number - like) as f64 * period;
-                let again = positions[start_of(like)].clone();
+                let again = positions[start_of(like)].to_vec();
                 let start = from + number as f64 * period + cycles * cycle;
                 self.walk.stretches[0].cycle = cycle;
-                self.walk.stretches.push(Stretch { start, positions: vec![again], cycle: 0.0 });
+                self.walk.stretches.push(Stretch { start, positions: again, cycle: 0.0 });
             }
-            return;
+            return Ok(());
         }
+        Ok(())
     }
 
     /// Whether joints with a rate have equal positions. Whole turns are ignored for joints without limits.
@@ -199,11 +232,13 @@ impl Joints {
         let Walk { step, stretches } = &self.walk;
         let after = stretches.partition_point(|stretch| stretch.start <= time);
         let Stretch { start, positions, cycle } = &stretches[after.checked_sub(1)?];
-        let last = positions.len() - 1;
+        let each = self.joints.len();
+        let of = |place: usize| &positions[place * each..(place + 1) * each];
+        let last = positions.len() / each - 1;
         let mut place = (time - start) / step;
         if place >= last as f64 {
             if *cycle == 0.0 {
-                let mut now = positions[last].clone();
+                let mut now = of(last).to_vec();
                 let mut at = start + last as f64 * step;
                 while at < time {
                     let length = step.min(time - at);
@@ -219,7 +254,7 @@ impl Joints {
         let (before, share) = ((place.floor() as usize).min(last - 1), place);
         let share = share - before as f64;
         let between = |(a, b): (&f64, &f64)| a + share * (b - a);
-        Some(positions[before].iter().zip(&positions[before + 1]).map(between).collect())
+        Some(of(before).iter().zip(of(before + 1)).map(between).collect())
     }
 
     /// Positions after another `length` [s].
@@ -237,7 +272,7 @@ impl Joints {
     /// Number of positions that are stored.
     #[cfg(test)]
     pub(super) fn kept(&self) -> usize {
-        self.walk.stretches.iter().map(|stretch| stretch.positions.len()).sum()
+        self.walk.stretches.iter().map(|stretch| stretch.positions.len() / self.joints.len()).sum()
     }
 
     /// Step of the walk [s].

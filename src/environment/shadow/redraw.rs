@@ -4,6 +4,7 @@ use glam::{DAffine3, DQuat, DVec3};
 
 use super::depth_map::{SunView, corners_of};
 use crate::environment::StepLoad;
+use crate::saved::{Saved, SavedError};
 
 /// A turn below this is rounding [rad]. With an angle of 0, shadows are found anew at every greater turn. It is four millionths of a texel on a map of 4096
 /// texels.
@@ -43,6 +44,28 @@ impl Redraw {
             let turned = last.cross(sun).length().atan2(last.dot(sun));
             turned <= self.angle.max(STILL) && !self.has_moved(poses, &load.joints)
         })
+    }
+
+    /// The light and the poses for which shadows were last found.
+    pub fn save(&self) -> Saved {
+        let mut saved = Saved::default();
+        if let Some((sun, poses)) = &self.found_for {
+            saved.put("sun", &sun.to_array());
+            saved.put("poses", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
+        }
+        saved
+    }
+
+    /// What `save` told.
+    ///
+    /// # Errors
+    /// Lists of another kind.
+    pub fn found_for(saved: &Saved) -> Result<Option<(DVec3, Vec<DAffine3>)>, SavedError> {
+        if !saved.has("sun") {
+            return Ok(None);
+        }
+        let poses: Vec<[f64; 12]> = saved.list("poses")?;
+        Ok(Some((DVec3::from_array(saved.array("sun")?), poses.iter().map(DAffine3::from_cols_array).collect())))
     }
 
     /// Corners of the boxes as placed by the joints.

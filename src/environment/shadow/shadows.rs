@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::{DepthMap, Occluders, Redraw};
 use crate::environment::StepLoad;
+use crate::saved::{Saved, SavedError};
 
 /// Method that finds the visibility of the Sun.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,6 +79,20 @@ impl Shadows {
             shadows.tree = Some(shadows.casters.occluders(&[]));
         }
         shadows
+    }
+
+    /// What is needed to go on later, apart from the visibility that was found.
+    pub fn save(&self) -> Saved {
+        self.redraw.save()
+    }
+
+    /// Takes what `save` gave.
+    ///
+    /// # Errors
+    /// Lists of another kind.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+        self.redraw.found_for = Redraw::found_for(saved)?;
+        Ok(())
     }
 
     fn needs_tree(&self) -> bool {

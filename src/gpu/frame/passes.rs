@@ -103,7 +103,12 @@ pub(super) fn thermal_pass(range: StepRange) -> Pass {
     bind(loaded, 6, Resource::NormalY, &[COMPUTE_READ]);
     bind(loaded, 7, Resource::NormalZ, &[COMPUTE_READ]);
     bind(moves, 8, Resource::Target, if commands { &[COMPUTE_READ, COMPUTE_WRITE] } else { &[COMPUTE_READ] });
-    bind(moves, 9, Resource::Span, if commands { &[COMPUTE_READ, COMPUTE_WRITE] } else { &[COMPUTE_READ] });
+    bind(
+        moves,
+        9,
+        Resource::Span,
+        if commands || variant.curve != Curve::Power { &[COMPUTE_READ, COMPUTE_WRITE] } else { &[COMPUTE_READ] },
+    );
     bind(moves, 10, Resource::Elapsed, &[COMPUTE_READ, COMPUTE_WRITE]);
     bind(true, 11, Resource::Temperature, &[COMPUTE_WRITE]);
     bind(variant.shadow, 13, Resource::Visibility, &[COMPUTE_READ]);

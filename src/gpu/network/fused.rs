@@ -106,6 +106,11 @@ impl Fused {
         self.counts
     }
 
+    /// Takes up work counts of an earlier part of the run.
+    pub fn set_counts(&mut self, counts: WorkCounts) {
+        self.counts = counts;
+    }
+
     /// Sets the heat of every node [W] and its slope [W/s].
     pub fn set_heat(&mut self, heat: &[[f32; 2]]) -> Result<(), GpuError> {
         self.resources.write(Resource::SmallHeat, 0, heat)

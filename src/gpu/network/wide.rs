@@ -22,6 +22,7 @@ use crate::gpu::pass::Said;
 use crate::gpu::resource::Resource;
 use crate::gpu::resources::Planned;
 use crate::gpu::store::{Region, Resources};
+use crate::saved::{Saved, SavedError};
 use crate::thermal::network::Network;
 use crate::thermal::network::stepper::{Attempt, Method, WorkCounts};
 
@@ -155,6 +156,23 @@ impl Wide {
     /// Work so far.
     pub fn counts(&self) -> WorkCounts {
         self.counts
+    }
+
+    /// The recorded iterations, and the work so far.
+    pub fn save(&self) -> Saved {
+        let mut saved = Saved::default();
+        saved.put("budgets", &self.budgets.map(Budget::words));
+        saved
+    }
+
+    /// Takes what `save` gave, and work counts.
+    ///
+    /// # Errors
+    /// Lists of another length.
+    pub fn restore(&mut self, saved: &Saved, counts: WorkCounts) -> Result<(), SavedError> {
+        self.budgets = saved.array::<_, 3>("budgets")?.map(Budget::from_words);
+        self.counts = counts;
+        Ok(())
     }
 
     /// Sets the heat of every node [W] and its slope [W/s].

@@ -68,6 +68,33 @@ impl Culling {
         due
     }
 
+    /// The views of the last culling and of the last image of each run, each after a view whose margin tells whether there is one.
+    pub fn save(&self) -> Vec<View> {
+        let told = |view: &Option<View>| {
+            let known = View { margin: f32::from(u8::from(view.is_some())), ..View::default() };
+            [known, view.unwrap_or_default()]
+        };
+        self.runs.iter().flat_map(|run| told(&run.culled).into_iter().chain(told(&run.last))).collect()
+    }
+
+    /// Takes what `save` gave.
+    pub fn restore(&mut self, saved: &[View]) {
+        for (run, views) in self.runs.iter_mut().zip(saved.chunks_exact(4)) {
+            let view = |at: usize| (views[at].margin > 0.0).then_some(views[at + 1]);
+            (run.culled, run.last) = (view(0), view(2));
+        }
+    }
+
+    /// The views of the last cullings, one for each of the joints, and their runs. `None` where nothing was culled.
+    pub fn last_culled(&self, joints: u32) -> Option<(Vec<View>, Vec<TriangleRun>)> {
+        let culled: Vec<(View, TriangleRun)> = self.runs.iter().filter_map(|run| Some((run.culled?, run.of))).collect();
+        let mut views = vec![culled.first()?.0; joints as usize];
+        for (view, run) in &culled {
+            *views.get_mut(run.joint as usize)? = *view;
+        }
+        Some((views, culled.into_iter().map(|(_, run)| run).collect()))
+    }
+
     /// Forgets the last culling of all runs.
     pub fn forget(&mut self) {
         self.runs.iter_mut().for_each(|run| run.culled = None);

@@ -11,7 +11,7 @@ use crate::gpu::resources::SceneData;
 /// Shadow casters and the Sun of the last update; empty if the craft does not shadow itself.
 pub(super) struct Shadows {
     /// When to update.
-    redraw: Option<Redraw>,
+    pub redraw: Option<Redraw>,
     /// Triangles of the shadow map.
     pub occluders: Vec<TriangleRun>,
     /// Transforms of the next frame's shadow map, one for each joint.

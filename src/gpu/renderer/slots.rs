@@ -11,6 +11,7 @@ use crate::gpu::frame::Frame;
 use crate::gpu::once::command_buffers;
 use crate::gpu::record::Recorder;
 use crate::gpu::resource::{Resource, SLOTS};
+use crate::gpu::samples::Samples;
 use crate::gpu::timing::{DeviceFrame, PassTimes, Timing};
 
 /// A frame in flight or a completed one.
@@ -33,6 +34,8 @@ pub(super) struct Slots {
     next: usize,
     /// Device time of every pass so far [ms], by name.
     pub times: PassTimes,
+    /// Most samples of a pass that are kept.
+    pub most_times: usize,
     /// Measured times of the frames since the last take, if they are kept.
     pub frames: Option<Vec<DeviceFrame>>,
 }
@@ -42,7 +45,7 @@ impl Slots {
     pub fn new(context: &Arc<Context>, passes: usize) -> Result<Self, GpuError> {
         let (pool, commands) = command_buffers(context, SLOTS as u32)?;
         let (context, times) = (Arc::clone(context), PassTimes::new());
-        let mut slots = Self { context, pool, slots: Vec::new(), next: 0, times, frames: None };
+        let mut slots = Self { context, pool, slots: Vec::new(), next: 0, times, most_times: usize::MAX, frames: None };
         for commands in commands {
             let timing = Timing::new(&slots.context, passes)?;
             let create = vk::FenceCreateInfo::default();
@@ -104,7 +107,8 @@ impl Slots {
             slot.pending = false;
             let passes = slot.timing.collect()?;
             for (name, _, length) in &passes {
-                self.times.entry(name.clone()).or_default().push(length * 1e-6);
+                let times = self.times.entry(name.clone()).or_insert_with(|| Samples::at_most(self.most_times));
+                times.push(length * 1e-6);
             }
             if let Some(frames) = &mut self.frames {
                 frames.push(DeviceFrame { submitted: slot.submitted, done: Instant::now(), passes });

@@ -86,6 +86,11 @@ pub(crate) fn read_attitude(
     Ok(Arc::new(history))
 }
 
+/// Largest angle [deg], rate [deg/s] or component of a quaternion in a message.
+const LARGEST_NUMBER: f64 = 1e9;
+/// Latest time of a table [s].
+const LATEST: f64 = 1e11;
+
 /// The AEM segments of the wanted object, as rotations over scene time.
 fn message(
     path: &Path,
@@ -131,6 +136,10 @@ fn by_time(
         let at = FileLine { path, line: row.line };
         let epoch = parse_epoch(&row.epoch, scale).map_err(|message| at.error("epoch", message))?;
         ends = Some((ends.map_or(epoch, |(first, _)| first), epoch));
+        if let Some(number) = row.numbers.iter().find(|number| number.abs() > LARGEST_NUMBER) {
+            let message = format!("{number:e} is beyond {LARGEST_NUMBER:e}, which no angle or rate reaches");
+            return Err(at.error(&format!("epoch {}", row.epoch), message));
+        }
         let (quaternion, derivative, spin) = rotation(segment, &row.numbers);
         let sample =
             RotationSample { time: seconds_between(start, epoch), frame_from_body: quaternion, derivative, spin };
@@ -197,7 +206,10 @@ fn table(
         let at = FileLine { path, line: row.0 };
         let time = match (number(&epoch), options.start) {
             // Seconds always count from time 0.
-            (Some(seconds), _) => seconds,
+            (Some(seconds), _) if seconds.abs() <= LATEST => seconds,
+            (Some(seconds), _) => {
+                return Err(at.error("time", format!("{seconds:e} s is beyond {LATEST:e} s from time 0")));
+            }
             (None, Some(start)) => {
                 let known = Options { start: Some(start), ..Options::default() };
                 let epoch = state_epoch(&epoch, scale, &known).map_err(|message| at.error("time", message))?;

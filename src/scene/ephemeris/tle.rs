@@ -30,6 +30,9 @@ pub(super) fn is_tle(text: &str) -> bool {
 const MOST_LINES: usize = 100;
 const SHORTEST: usize = 40;
 
+/// Index of the checksum in a line.
+const CHECKSUM: usize = 68;
+
 fn said(text: &str) -> impl Iterator<Item = (usize, &str)> {
     text.lines()
         .enumerate()
@@ -66,6 +69,27 @@ fn sets<'a>(path: &Path, text: &'a str) -> Result<Vec<Set<'a>>, SceneError> {
     Ok(sets)
 }
 
+/// Refuses elements that no craft around the Earth has. The crate reads `NaN` and `inf` as numbers, and SGP4 propagates them.
+fn check_elements(elements: &sgp4::Elements) -> Result<(), String> {
+    let fields = [
+        ("inclination [deg]", elements.inclination, 0.0..=180.0),
+        ("right ascension [deg]", elements.right_ascension, 0.0..=360.0),
+        ("eccentricity", elements.eccentricity, 0.0..=0.999_999_9),
+        ("argument of perigee [deg]", elements.argument_of_perigee, 0.0..=360.0),
+        ("mean anomaly [deg]", elements.mean_anomaly, 0.0..=360.0),
+        ("mean motion [revolutions a day]", elements.mean_motion, 1e-3..=20.0),
+        ("first derivative of the mean motion", elements.mean_motion_dot, -10.0..=10.0),
+        ("second derivative of the mean motion", elements.mean_motion_ddot, -10.0..=10.0),
+        ("drag term", elements.drag_term, -10.0..=10.0),
+    ];
+    match fields.into_iter().find(|(_, value, range)| !range.contains(value)) {
+        Some((name, value, range)) => {
+            Err(format!("the {name} must be from {} to {}, found {value}", range.start(), range.end()))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Reads the wanted element set. A file with several sets needs the scene to name one.
 pub(super) fn read(
     path: &Path,
@@ -97,8 +121,18 @@ pub(super) fn read(
     };
     let at = FileLine { path, line: set.line };
     let wrong = |message: String| at.error("TLE", message);
+    // The crate subtracts '0' from the last column without a look at it.
+    let unchecked = |line: &&str| line.as_bytes().get(CHECKSUM).is_some_and(|byte| !byte.is_ascii_digit());
+    if let Some(line) = [set.first, set.second].into_iter().find(unchecked) {
+        return Err(wrong(format!("the checksum of '{line}' in column {} is no digit", CHECKSUM + 1)));
+    }
+    // The crate cuts the lines at fixed bytes.
+    if let Some(line) = [set.first, set.second].into_iter().find(|line| !line.is_ascii()) {
+        return Err(wrong(format!("'{line}' has letters that element sets do not have")));
+    }
     let elements = sgp4::Elements::from_tle(Some(set.name.clone()), set.first.as_bytes(), set.second.as_bytes())
         .map_err(|error| wrong(error.to_string()))?;
+    check_elements(&elements).map_err(&wrong)?;
     // Element sets use the constants of WGS 72 (Vallado et al. 2006, AIAA 2006-6753).
     let degrees = f64::to_radians;
     let constants = sgp4::Orbit::from_kozai_elements(

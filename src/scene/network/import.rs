@@ -3,6 +3,9 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use crate::files;
+use crate::text::plain;
+
 const CELSIUS: f64 = 273.15;
 
 /// A network file, and notes about what it lacks.
@@ -38,7 +41,7 @@ pub fn import(folder: &Path) -> Result<Imported, String> {
     let loads = loads(folder, &nodes)?;
     let mut text = "# From the thermal CSV files of s2e-core.\n".to_owned();
     for (node, load) in nodes.iter().zip(&loads) {
-        let _ = write!(text, "\n[[node]]\nlabel = {:?}\nkind = \"{}\"\n", node.label, node.kind);
+        let _ = write!(text, "\n[[node]]\nlabel = {}\nkind = \"{}\"\n", quoted(&node.label), node.kind);
         if node.kind == "diffusive" {
             let _ = writeln!(text, "capacitance = {:?}", node.capacity);
         }
@@ -69,8 +72,8 @@ pub fn import(folder: &Path) -> Result<Imported, String> {
                     ));
                 }
                 if value != 0.0 {
-                    let (a, b) = (&nodes[a].label, &nodes[b].label);
-                    let _ = write!(text, "\n[[{section}]]\nnodes = [{a:?}, {b:?}]\n{key} = {value:?}\n");
+                    let (a, b) = (quoted(&nodes[a].label), quoted(&nodes[b].label));
+                    let _ = write!(text, "\n[[{section}]]\nnodes = [{a}, {b}]\n{key} = {value:?}\n");
                 }
             }
         }
@@ -80,10 +83,10 @@ pub fn import(folder: &Path) -> Result<Imported, String> {
             let path = folder.join("heaters.csv");
             return Err(format!("{}: has no heater {}, which '{}' names", path.display(), node.heater, node.label));
         };
-        let (label, on, off) = (&node.label, lower + CELSIUS, upper + CELSIUS);
+        let (label, name, on, off) = (&node.label, quoted(&node.label), lower + CELSIUS, upper + CELSIUS);
         let _ = write!(
             text,
-            "\n[[thermostat]]\nnode = {label:?}\nsensor = {label:?}\npower = {power:?}\non_below = {on:?}\n\
+            "\n[[thermostat]]\nnode = {name}\nsensor = {name}\npower = {power:?}\non_below = {on:?}\n\
              off_above = {off:?}\ninitially_on = false\n"
         );
         notes.push(format!(
@@ -93,19 +96,21 @@ pub fn import(folder: &Path) -> Result<Imported, String> {
     Ok(Imported { text, notes })
 }
 
+/// A string as TOML writes it.
+fn quoted(text: &str) -> toml::Value {
+    toml::Value::String(text.to_owned())
+}
+
 /// The records of a file after its header, each with its line. `None` if there is no such file.
 fn records(folder: &Path, file: &str) -> Result<Option<Vec<(u64, csv::StringRecord)>>, String> {
     let path = folder.join(file);
     if !path.exists() {
         return Ok(None);
     }
+    let text = files::read_text(&path).map_err(|fault| format!("{}: cannot be read: {fault}", path.display()))?;
     let wrong = |error: csv::Error| format!("{}: {error}", path.display());
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .trim(csv::Trim::All)
-        .flexible(true)
-        .from_path(&path)
-        .map_err(wrong)?;
+    let mut reader =
+        csv::ReaderBuilder::new().has_headers(false).trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
     let rows = reader.records().map(|record| {
         let record = record.map_err(wrong)?;
         Ok((record.position().map_or(0, csv::Position::line), record))
@@ -151,7 +156,7 @@ fn nodes(folder: &Path) -> Result<Vec<Node>, String> {
                 return Err(format!("{}:{line}: node type {other} is none of 0, 1, 2", folder.join(file).display()));
             }
         };
-        let text = |column: usize| record.get(column).unwrap_or("").to_owned();
+        let text = |column: usize| plain(record.get(column).unwrap_or("")).into_owned();
         nodes.push(Node {
             id: text(id),
             label: text(label),
@@ -188,7 +193,7 @@ fn loads(folder: &Path, nodes: &[Node]) -> Result<Vec<Load>, String> {
     };
     let times = values(*line, header)?;
     for (line, record) in rows.iter().skip(1) {
-        let id = record.get(0).unwrap_or("");
+        let id = &*plain(record.get(0).unwrap_or(""));
         let Some(at) = nodes.iter().position(|node| node.id == id) else {
             return Err(format!("{}:{line}: node.csv has no node {id}", folder.join(file).display()));
         };

@@ -6,10 +6,11 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use super::error::SceneError;
-use super::file::{SourceFile, read_text};
+use super::file::{SourceFile, unreadable};
 use super::keys::suggestion;
 use super::quantity::Quantity;
 use super::section::Section;
+use crate::files::{self, Reach};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
@@ -39,12 +40,13 @@ pub struct NetworkFile {
 }
 
 impl NetworkFile {
-    /// Reads and checks a network file.
+    /// Reads and checks a network file, which may be a pipe.
     ///
     /// # Errors
     /// A file that cannot be read, and everything that [`NetworkFile::parse`] refuses.
     pub fn load(path: &Path) -> Result<Self, SceneError> {
-        Self::parse(&read_text(path)?, path)
+        let text = files::read_text_or_pipe(path).map_err(|fault| unreadable(path, &fault))?;
+        Self::parse(&text, path)
     }
 
     /// Checks the text of a network file as if it lay at `path`.
@@ -52,7 +54,8 @@ impl NetworkFile {
     /// # Errors
     /// The first error, with file, line and key: see [`SceneError`].
     pub fn parse(text: &str, path: &Path) -> Result<Self, SceneError> {
-        let file = SourceFile::new(path, text);
+        let reach = Reach::of(path);
+        let file = SourceFile::new(path, text, &reach);
         let table = file.parse()?;
         let root = Section::root(&file, &table, ROOT)?;
         let mut assumptions = Vec::new();
@@ -142,8 +145,8 @@ impl Nodes<'_> {
     }
 
     fn named(&self, section: &Section, key: &str, what: &str) -> Result<u32, SceneError> {
-        let label = section.string(key)?;
-        self.number(section, key, section.required(key, label, what)?)
+        let label = section.name(key)?;
+        self.number(section, key, &section.required(key, label, what)?)
     }
 
     fn pair(&self, section: &Section) -> Result<[u32; 2], SceneError> {
@@ -161,8 +164,8 @@ impl Nodes<'_> {
     fn thermostat(&self, section: &Section, assumptions: &mut Vec<String>) -> Result<Thermostat, SceneError> {
         let node = self.named(section, "node", "the label of the heated node")?;
         let label = &self.labels[node as usize];
-        let sensor = match section.string("sensor")? {
-            Some(sensor) => self.number(section, "sensor", sensor)?,
+        let sensor = match section.name("sensor")? {
+            Some(sensor) => self.number(section, "sensor", &sensor)?,
             None => {
                 assumptions.push(format!("The thermostat of '{label}' senses that node itself (sensor is absent)."));
                 node
@@ -197,7 +200,7 @@ fn space(root: &Section, network: &Network, assumptions: &mut Vec<String>) -> Re
 }
 
 fn times(section: &Section) -> Result<Vec<f64>, SceneError> {
-    let times = section.list("times")?;
+    let times = section.list("times", Quantity::any("s"))?;
     let times = section.required("times", times, "the times of output [s]")?;
     if let Some(early) = times.iter().find(|time| **time < 0.0) {
         return Err(section.error("times", format!("must not lie before the start, time 0, found {early}")));

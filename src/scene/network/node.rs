@@ -24,8 +24,8 @@ pub(super) struct Node {
 }
 
 pub(super) fn read(section: &Section) -> Result<Node, SceneError> {
-    let label = section.string("label")?;
-    let label = section.required("label", label, "the name of the node")?.to_owned();
+    let label = section.name("label")?;
+    let label = section.required("label", label, "the name of the node")?;
     if label == "time" {
         return Err(section.error("label", "'time' is the first column of the series: choose another name"));
     }
@@ -76,8 +76,8 @@ pub(in crate::scene) fn heat_table(section: &Section, key: &str) -> Result<Optio
         return Ok(section.number(key, Quantity::any("W"))?.map(HeatTable::constant));
     }
     let Some(table) = section.table(key, HEAT)? else { return Ok(None) };
-    let times = table.required("time", table.list("time")?, "the times of the table [s]")?;
-    let powers = table.required("power", table.list("power")?, "the heat at each time [W]")?;
+    let times = table.required("time", table.list("time", Quantity::any("s"))?, "the times of the table [s]")?;
+    let powers = table.required("power", table.list("power", Quantity::any("W"))?, "the heat at each time [W]")?;
     if times.is_empty() {
         return Err(table.error("time", "must not be empty"));
     }

@@ -8,7 +8,8 @@ use crate::model::Model;
 use crate::scene::{ContactRule, Scene};
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::material::{Material, Response};
-use crate::thermal::network::control::{FLOOR, Settings};
+use crate::thermal::network::control::{FLOOR, Integrator, Settings};
+use crate::thermal::network::one_pass::{Plan, Unfit};
 use crate::thermal::network::schedule::Thermostat;
 use crate::thermal::shell::{Contact, NO_NODE, Selection, Shell, ShellMaterial, Surface};
 
@@ -70,14 +71,15 @@ fn contact(
 }
 
 impl SceneNetwork {
-    /// Connects a shell to the device nodes and to the heaters of the scene.
+    /// Connects a shell to the device nodes and to the heaters of the scene. `hottest` [K] is the temperature that no node of each
+    /// material is expected to exceed.
     pub(in crate::simulation) fn new(
         shell: Shell,
         scene: &Scene,
         parts: &[String],
         nodes: &Nodes,
         probes: &[usize],
-        horizon: f64,
+        hottest: &[f64],
     ) -> Result<Self, PrepareError> {
         let of_slot = |vertex: &u32| if *vertex == PADDING { NO_NODE } else { shell.node_of_vertex[*vertex as usize] };
         let area = |vertex: &u32| if *vertex == PADDING { 0.0 } else { shell.load_areas[*vertex as usize] };
@@ -119,7 +121,10 @@ impl SceneNetwork {
                     })
                 }
             };
-            heated.push(Heated { shares, power: heater.power.clone(), thermostat });
+            let probe = heater.thermostat.as_ref().map(|thermostat| &scene.probes[thermostat.probe].name);
+            let sensed = probe.map_or(String::new(), |probe| format!(", sensed at probe '{probe}',"));
+            let name = format!("heater of '{}'{sensed}", heater.parts.join("', '"));
+            heated.push(Heated { name, shares, power: heater.power.clone(), thermostat });
         }
         if let Some(node) = shell.network.unbalanced_node() {
             let message = format!("node {node} of the network stores no heat and has no path to a sink");
@@ -127,6 +132,20 @@ impl SceneNetwork {
         }
         let settings =
             Settings { integrator: scene.network.integrator, tolerance: scene.network.tolerance, floor: FLOOR };
-        Ok(Self { shell, settings, node_of_slot, load_areas, heated, horizon })
+        let mut hottest_of_node = vec![hottest.iter().copied().fold(0.0, f64::max); shell.network.len()];
+        for (slot, vertex) in nodes.vertex_of_node.iter().enumerate().filter(|(_, vertex)| **vertex != PADDING) {
+            let node = shell.node_of_vertex[*vertex as usize];
+            if node != NO_NODE {
+                hottest_of_node[node as usize] =
+                    hottest[nodes.group_material[slot / crate::gpu::nodes::GROUP] as usize];
+            }
+        }
+        let one_pass = (settings.integrator == Integrator::OnePass).then(|| {
+            let switches = heated.iter().any(|heated: &Heated| heated.thermostat.is_some());
+            if switches { Err(Unfit::Thermostat) } else { Plan::new(&shell.network, scene.time.step, &hottest_of_node) }
+        });
+        let (step, horizon) = (scene.time.step, scene.orbit.period());
+        let padding = nodes.vertex_of_node.iter().position(|vertex| *vertex == PADDING).map(|slot| slot as u32);
+        Ok(Self { shell, settings, node_of_slot, load_areas, heated, one_pass, padding, step, horizon })
     }
 }

@@ -8,10 +8,13 @@ use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::memory::Buffer;
 use crate::gpu::network::NetworkStepper;
+use crate::gpu::samples::Samples;
+use crate::saved::Saved;
 use crate::simulation::engine_error::EngineError;
 use crate::simulation::stepper::AnyStepper;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::control::{ControlError, Leg, Settings, Use, integrate_leg};
+use crate::thermal::network::one_pass::OnePass;
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::steady::{SteadyError, steady};
 use crate::thermal::network::stepper::Stepper;
@@ -39,9 +42,15 @@ pub struct NetworkRun {
     uses: [Option<Use>; 3],
     rejected: u64,
     switches: u64,
+    /// The network in one pass in f64, where the processor steps it so.
+    one_pass: Option<OnePass>,
+    /// The device whose frames step the network, with the free buffers of the scene. It lends itself to find a steady state.
+    lender: Option<(Arc<Context>, Vec<Arc<Buffer>>)>,
+    /// Whether the device wrote to free buffers of the scene while it was lent.
+    wrote_spare: bool,
     /// Why the device does not integrate although it was asked to.
     refused: Option<String>,
-    costs: Vec<StepCost>,
+    costs: Samples<StepCost>,
     /// Start of the step under way, and the device's clock at that time [ms].
     began: (Instant, Option<f64>),
 }
@@ -49,12 +58,13 @@ pub struct NetworkRun {
 impl NetworkRun {
     /// A network that the processor integrates in f64.
     pub fn reference(scene: &Arc<SceneNetwork>) -> Self {
-        Self::new(scene, AnyStepper::reference(scene.network(), &scene.sensors()))
+        let one_pass = scene.plan().map(OnePass::new);
+        Self { one_pass, ..Self::new(scene, AnyStepper::reference(scene.network(), &scene.sensors())) }
     }
 
-    /// A network that the processor integrates in f64 at a tenth of the tolerance, as the reference for errors of sub-steps.
+    /// A network that the processor integrates in f64 at a tenth of the tolerance and never in one pass, as the reference for errors of sub-steps.
     pub fn tight(scene: &Arc<SceneNetwork>) -> Self {
-        let mut run = Self::reference(scene);
+        let mut run = Self { one_pass: None, ..Self::reference(scene) };
         run.settings.tolerance *= TIGHT;
         run
     }
@@ -68,6 +78,10 @@ impl NetworkRun {
         scene: &Arc<SceneNetwork>,
         spare: Vec<Arc<Buffer>>,
     ) -> Result<Self, GpuError> {
+        if scene.plan().is_some() {
+            let lender = Some((Arc::clone(context), spare));
+            return Ok(Self { lender, ..Self::new(scene, AnyStepper::reference(scene.network(), &scene.sensors())) });
+        }
         match NetworkStepper::beside(context, scene.network(), &scene.sensors(), spare) {
             Ok(stepper) => Ok(Self::new(scene, AnyStepper::Device(Box::new(stepper)))),
             Err(GpuError::UnsupportedNetwork { reason }) => {
@@ -87,10 +101,18 @@ impl NetworkRun {
             uses: [None; 3],
             rejected: 0,
             switches: 0,
+            one_pass: None,
+            lender: None,
+            wrote_spare: false,
             refused: None,
-            costs: Vec::new(),
+            costs: Samples::default(),
             began: (Instant::now(), None),
         }
+    }
+
+    /// Whether the frames of a device step the network. Its temperatures are then those of the frames.
+    pub fn is_in_frames(&self) -> bool {
+        self.lender.is_some()
     }
 
     /// Begins a step. The work until `step_ends` is its cost.
@@ -109,7 +131,7 @@ impl NetworkRun {
     pub fn wrote_spare(&mut self) -> bool {
         match &mut self.worker {
             AnyStepper::Device(stepper) => stepper.wrote_spare(),
-            AnyStepper::Reference(_) => false,
+            AnyStepper::Reference(_) => std::mem::take(&mut self.wrote_spare),
         }
     }
 
@@ -121,6 +143,59 @@ impl NetworkRun {
     /// Cost of every step so far.
     pub fn costs(&self) -> &[StepCost] {
         &self.costs
+    }
+
+    /// Forgets the costs of the steps so far, and bounds how many are kept.
+    pub fn keep_few_costs(&mut self, most: usize) {
+        self.costs = Samples::at_most(most);
+    }
+
+    /// The state between two steps.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn save(&mut self) -> Result<Saved, EngineError> {
+        let mut saved = Saved::default();
+        saved.put_all("worker", self.worker.save()?);
+        saved.put("step", &[self.step]);
+        saved.put_flags("on", &self.on);
+        for (number, used) in self.uses.iter().enumerate() {
+            if let Some(Use { sub_steps, time, range, stages }) = used {
+                saved.put(format!("use.{number}"), &[*sub_steps, u64::from(stages[0]), u64::from(stages[1])]);
+                saved.put(format!("use_times.{number}"), &[*time, range[0], range[1]]);
+            }
+        }
+        saved.put("counts", &[self.rejected, self.switches]);
+        let costs: Vec<[f64; 2]> =
+            self.costs.iter().map(|cost| [cost.wall_ms, cost.device_ms.unwrap_or(f64::NAN)]).collect();
+        saved.put("costs", &costs);
+        saved.put("cost_counts", &[self.costs.count(), self.costs.every()]);
+        Ok(saved)
+    }
+
+    /// Takes what `save` gave.
+    ///
+    /// # Errors
+    /// A state of another network, or a call that fails.
+    pub fn restore(&mut self, saved: &Saved, most_costs: usize) -> Result<(), EngineError> {
+        self.worker.restore(&saved.part("worker"))?;
+        [self.step] = saved.array("step")?;
+        self.on = saved.flags("on")?;
+        for (number, used) in self.uses.iter_mut().enumerate() {
+            *used = None;
+            if saved.has(&format!("use.{number}")) {
+                let [sub_steps, fewest, most] = saved.array::<u64, 3>(&format!("use.{number}"))?;
+                let [time, short, long] = saved.array(&format!("use_times.{number}"))?;
+                *used = Some(Use { sub_steps, time, range: [short, long], stages: [fewest as u32, most as u32] });
+            }
+        }
+        [self.rejected, self.switches] = saved.array("counts")?;
+        let costs: Vec<[f64; 2]> = saved.list("costs")?;
+        let cost =
+            |[wall_ms, device_ms]: [f64; 2]| StepCost { wall_ms, device_ms: Some(device_ms).filter(|ms| !ms.is_nan()) };
+        let [count, every] = saved.array("cost_counts")?;
+        self.costs = Samples::again(costs.into_iter().map(cost).collect(), most_costs, every, count);
+        Ok(())
     }
 
     /// Sets whether steps may err by ten times the tolerance.
@@ -152,6 +227,21 @@ impl NetworkRun {
     /// # Errors
     /// A call that fails, or no steady state.
     pub fn settle(&mut self, heat: Vec<f64>, time: f64) -> Result<(), EngineError> {
+        let Some((context, spare)) = &self.lender else { return self.find_steady(heat, time) };
+        // The device holds a stepper only for this search.
+        let scene = Arc::clone(&self.scene);
+        match NetworkStepper::beside(context, scene.network(), &scene.sensors(), spare.clone()) {
+            Ok(stepper) => self.worker = AnyStepper::Device(Box::new(stepper)),
+            Err(GpuError::UnsupportedNetwork { .. }) => {}
+            Err(error) => return Err(error.into()),
+        }
+        let found = self.find_steady(heat, time).and_then(|()| self.temperatures());
+        self.wrote_spare = self.wrote_spare();
+        self.worker = AnyStepper::reference(scene.network(), &scene.sensors());
+        self.set_temperatures(&found?)
+    }
+
+    fn find_steady(&mut self, heat: Vec<f64>, time: f64) -> Result<(), EngineError> {
         // The search begins at the balance of each node alone.
         let network = self.scene.network();
         let space = network.space_temperature.powi(4);
@@ -171,7 +261,7 @@ impl NetworkRun {
             Err(SteadyError::Stepper(error)) => return Err(error.into()),
             found => found.map_err(|error| failure(time, &unsteady(&error)))?,
         };
-        self.worker.set_temperatures(&found.temperatures)?;
+        self.set_temperatures(&found.temperatures)?;
         self.on = found.on;
         Ok(())
     }
@@ -181,20 +271,32 @@ impl NetworkRun {
     /// # Errors
     /// A call that fails.
     pub fn settle_at(&mut self, temperature: f64) -> Result<(), EngineError> {
-        self.step = f64::INFINITY;
-        Ok(self.worker.set_temperatures(&vec![temperature; self.scene.network().len()])?)
+        self.set_temperatures(&vec![temperature; self.scene.network().len()])
     }
 
     /// One step from `start` [s] of `length` [s] under a constant heat of every node [W].
     ///
     /// # Errors
     /// A call that fails, or temperatures that cannot be found.
-    pub fn step(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), EngineError> {
+    pub fn step(&mut self, mut heat: Vec<f64>, start: f64, length: f64) -> Result<(), EngineError> {
+        if let Some(one_pass) = &mut self.one_pass {
+            let heaters = self.scene.heaters(start, length);
+            heat.iter_mut().zip(heaters.iter().flatten()).for_each(|(heat, heater)| *heat += heater);
+            one_pass.advance(&heat, length);
+            return match one_pass.temperatures().iter().position(|temperature| !temperature.is_finite()) {
+                Some(node) => Err(failure(start, &format!("node {node} has no temperature"))),
+                None => Ok(()),
+            };
+        }
         let schedule = self.scene.schedule(heat, &self.on, start, length);
         let leg = Leg { horizon: self.scene.horizon.max(length), step: self.step, tight_switches: false };
         let series = integrate_leg(&mut self.worker, self.scene.network(), &schedule, &self.settings, leg, |_| true)
             .map_err(|error| match error {
                 ControlError::Stepper(error) => error.into(),
+                ControlError::Chatter { time, thermostat, switches, within } => {
+                    let why = schedule.thermostats[thermostat].chatter(switches, within);
+                    failure(start + time, &format!("the {} {why}", self.scene.thermostat_name(thermostat)))
+                }
                 other => failure(start, &unfinished(&other)),
             })?;
         self.step = series.first_step.unwrap_or(series.step);
@@ -220,6 +322,9 @@ impl NetworkRun {
     /// # Errors
     /// A call that fails.
     pub fn temperatures(&mut self) -> Result<Vec<f64>, EngineError> {
+        if let Some(one_pass) = &self.one_pass {
+            return Ok(one_pass.temperatures().to_vec());
+        }
         Ok(self.worker.temperatures()?)
     }
 
@@ -229,11 +334,24 @@ impl NetworkRun {
     /// A call that fails.
     pub fn set_temperatures(&mut self, temperatures: &[f64]) -> Result<(), EngineError> {
         self.step = f64::INFINITY;
+        if let Some(one_pass) = &mut self.one_pass {
+            one_pass.set_temperatures(temperatures);
+        }
         Ok(self.worker.set_temperatures(temperatures)?)
     }
 
     /// The work so far in words, as pairs of name and value.
     pub fn description(&self) -> Vec<(String, String)> {
+        if self.is_in_frames() {
+            let integrated = "in one pass a step on the device, f32 with carried rest";
+            return vec![("integrated".to_owned(), integrated.to_owned())];
+        }
+        if let Some(one_pass) = &self.one_pass {
+            let told = one_pass.estimate();
+            let error = format!("{:.1e} K rms, at most {:.1e} K at node {}", told.rms, told.most, told.node);
+            let integrated = "in one pass a step, f64 on the processor".to_owned();
+            return vec![("integrated".to_owned(), integrated), ("estimated error".to_owned(), error)];
+        }
         let worker = match (&self.worker, &self.refused) {
             (AnyStepper::Device(_), _) => "on the device, f32 with carried residual".to_owned(),
             (AnyStepper::Reference(_), None) => "f64 on the processor".to_owned(),
@@ -294,7 +412,9 @@ pub(crate) fn unfinished<E>(error: &ControlError<E>) -> String {
         ControlError::TooHot { node, temperature, .. } => {
             format!("node {node} is hotter than the device holds, {temperature} K")
         }
-        ControlError::Chatter { thermostat, .. } => format!("thermostat {thermostat} switches without end"),
+        ControlError::Chatter { thermostat, switches, within, .. } => {
+            format!("thermostat {thermostat} switches {switches} times within {within:.1e} s")
+        }
         ControlError::Stopped => "it was stopped".to_owned(),
     }
 }

@@ -9,6 +9,8 @@ use crate::thermal::material::Domain;
 /// Number of values of t_max in the search.
 const SEARCH_T_MAX: usize = 60;
 const STARTS: usize = 4;
+/// Distance from a bound, as a share of the range, within which a number counts as being at it.
+const AT_BOUND: f64 = 1e-6;
 /// Least slope of a polynomial at its ends, so that rounded coefficients do not make it decrease.
 const STEEPNESS: f64 = 1e-5;
 /// Rate of an exponential whose end is not in the data: ln 1000, with which 0.1 % of the way is left at t_max.
@@ -144,7 +146,28 @@ impl Problem<'_> {
             target: self.target(&best.x),
         };
         let given = usize::from(self.data.target.is_some());
-        Ok(Fit::new(response, best.x.len() - given, self.data, &self.data.rows))
+        Ok(Fit::new(response, best.x.len() - given, self.data, &self.data.rows, self.at_bounds(&best.x)))
+    }
+
+    /// The numbers that lie at a bound, except where that is the form of a function: a polynomial without slope at an end, or a target of 0 K.
+    fn at_bounds(&self, x: &[f64]) -> Vec<&'static str> {
+        let bounds = self.bounds(None);
+        let at = |i: usize, side: usize| {
+            let [low, high] = bounds[i];
+            low < high && (x[i] - bounds[i][side]).abs() <= AT_BOUND * (high - low)
+        };
+        let has_rate = matches!(self.kind, Kind::Exponential | Kind::Logarithmic);
+        let mut found = Vec::new();
+        if at(0, 0) || at(0, 1) {
+            found.push("t_max is");
+        }
+        if at(1, 0) || at(1, 1) && self.target(x) > 0.0 {
+            found.push("the target is");
+        }
+        if has_rate && (at(2, 0) || at(2, 1)) {
+            found.push("the rate is");
+        }
+        found
     }
 
     fn residuals(&self, rows: &[[f64; 2]], x: &[f64]) -> Vec<f64> {

@@ -15,7 +15,7 @@ pub(super) fn fit(data: &Data, samples: &[Sample]) -> Result<Fit, FunctionError>
     let others: Vec<[f64; 2]> = data.rows.iter().step_by(2).copied().filter(|row| row[0] < data.last_time()).collect();
     // The table of all rows comes first, because its error names the row of the data.
     let whole = response(data, samples)?;
-    let half = Fit::new(response(data, &kept)?, kept.len(), data, &others);
+    let half = Fit::new(response(data, &kept)?, kept.len(), data, &others, Vec::new());
     Ok(Fit { response: whole, ..half })
 }
 

@@ -9,17 +9,19 @@ pub enum FunctionError {
     #[error("{0}")]
     Syntax(String),
     /// A rate out of range.
-    #[error("the rate of '{function}' must be above 0 and at most {largest}, found {rate}")]
+    #[error("the rate of '{function}' must be from {least:e} to {largest}, found {rate}")]
     Rate {
         /// Kind of the function.
         function: &'static str,
         /// Given value.
         rate: f64,
-        /// Allowed values.
+        /// Smallest allowed value.
+        least: f64,
+        /// Largest allowed value.
         largest: f64,
     },
     /// Coefficients that are not valid.
-    #[error("a polynomial needs finite coefficients c0, c1, ..., and one after c0 must differ from 0")]
+    #[error("a polynomial needs coefficients c0, c1, ... from -1e12 to 1e12, and one after c0 must differ from 0")]
     Coefficients,
     /// A polynomial of too high a degree.
     #[error("a polynomial has at most {most} coefficients, found {found}: use a table or an expression instead")]
@@ -66,7 +68,7 @@ pub enum FunctionError {
         s: f64,
     },
     /// A function that changes too fast for the device's pieces.
-    #[error("{function}: changes too fast near s = {s:.6} (its {pieces} pieces err by {error:.1e})", pieces = 2 * super::pieces::MOST)]
+    #[error("{function}: changes too fast near s = {s:.6} (its {pieces} pieces err by {error:.1e})", pieces = super::pieces::MOST)]
     Sharp {
         /// Kind of the function.
         function: &'static str,

@@ -7,6 +7,14 @@ use std::path::Path;
 
 use super::error::FunctionError;
 
+/// Largest time of a table in its unit, and largest temperature [K].
+const LARGEST_TIME: f64 = 1e15;
+const LARGEST_TEMPERATURE: f64 = 1e6;
+/// Shortest way of a table [K].
+const LEAST_WAY: f64 = 1e-9;
+/// Shortest distance between two points as a share of the whole time. Below it their slopes are rounding.
+const SHORTEST_STEP: f64 = 1e-12;
+
 /// A measured temperature.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
@@ -31,7 +39,13 @@ impl Measured {
     }
 
     pub(super) fn read(path: &Path, target: Option<f64>) -> Result<Self, FunctionError> {
-        let (samples, rows) = read_samples(path)?;
+        let unreadable = |reason: String| FunctionError::Unreadable { path: path.to_path_buf(), reason };
+        let text = crate::files::read_text_or_pipe(path).map_err(|fault| unreadable(fault.to_string()))?;
+        Self::parse(&text, path, target)
+    }
+
+    pub(super) fn parse(text: &str, path: &Path, target: Option<f64>) -> Result<Self, FunctionError> {
+        let (samples, rows) = read_samples(text, path)?;
         Self::checked(&samples, &rows, target, Some(path))
     }
 
@@ -64,10 +78,22 @@ impl Measured {
             if !(sample.time.is_finite() && sample.temperature.is_finite()) {
                 return Err(row_error(index, "time and temperature must be finite".to_owned()));
             }
+            if sample.time.abs() > LARGEST_TIME || sample.temperature.abs() > LARGEST_TEMPERATURE {
+                let message = format!(
+                    "a time is from -{LARGEST_TIME:e} to {LARGEST_TIME:e}, a temperature from -{LARGEST_TEMPERATURE:e} to \
+                     {LARGEST_TEMPERATURE:e} K, found {:e} and {:e} K",
+                    sample.time, sample.temperature
+                );
+                return Err(row_error(index, message));
+            }
         }
         let way = target.unwrap_or(last.temperature) - first.temperature;
         if way == 0.0 || !way.is_finite() {
             return Err(table_error("the first and the last temperature are equal: nothing moves"));
+        }
+        if !(LEAST_WAY..=LARGEST_TEMPERATURE).contains(&way.abs()) {
+            let message = format!("it moves by {way:e} K; a way has {LEAST_WAY:e} to {LARGEST_TEMPERATURE:e} K");
+            return Err(table_error(&message));
         }
         for (index, pair) in samples.windows(2).enumerate() {
             let [before, after] = [pair[0], pair[1]];
@@ -105,6 +131,14 @@ impl Measured {
         }
         let (start, end) = (first.time, times[times.len() - 1]);
         let r: Vec<f64> = times.iter().rev().map(|time| (end - time) / (end - start)).collect();
+        let are_apart = r.windows(2).all(|pair| pair[1] - pair[0] >= SHORTEST_STEP);
+        if !are_apart {
+            let message = format!(
+                "two times lie closer together than {SHORTEST_STEP:e} of the way from {start:e} to {end:e}, where the target \
+                 is reached"
+            );
+            return Err(table_error(&message));
+        }
         left.reverse();
         let slope = slopes(&r, &left);
         Ok(Self { r, left, slope })
@@ -153,10 +187,9 @@ fn slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     slopes
 }
 
-/// Rows of a CSV file with the columns `time` and `temperature`, each with its line number.
-fn read_samples(path: &Path) -> Result<(Vec<Sample>, Vec<u64>), FunctionError> {
+/// Rows of a CSV text with the columns `time` and `temperature`, each with its line number.
+fn read_samples(text: &str, path: &Path) -> Result<(Vec<Sample>, Vec<u64>), FunctionError> {
     let unreadable = |reason: String| FunctionError::Unreadable { path: path.to_path_buf(), reason };
-    let text = std::fs::read_to_string(path).map_err(|error| unreadable(error.to_string()))?;
     let mut reader =
         csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).flexible(true).from_reader(text.as_bytes());
     let headers = reader.headers().map_err(|error| unreadable(error.to_string()))?.clone();

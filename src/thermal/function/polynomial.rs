@@ -20,6 +20,9 @@ pub struct Polynomial {
     left: Vec<f64>,
 }
 
+/// Largest coefficient. Far below it the coefficients of a response function already cancel.
+const LARGEST: f64 = 1e12;
+
 impl Polynomial {
     /// Checks the ends, and that the rate is positive at its own extrema. The polynomial then increases everywhere.
     pub(super) fn new(coefficients: &[f64]) -> Result<Self, FunctionError> {
@@ -27,7 +30,9 @@ impl Polynomial {
         if coefficients.len() > MAX_COEFFICIENTS {
             return Err(FunctionError::TooManyCoefficients { found: coefficients.len(), most: MAX_COEFFICIENTS });
         }
-        if coefficients.iter().any(|c| !c.is_finite()) || coefficients.iter().skip(1).all(|c| *c == 0.0) {
+        if coefficients.iter().any(|c| !(-LARGEST..=LARGEST).contains(c))
+            || coefficients.iter().skip(1).all(|c| *c == 0.0)
+        {
             return Err(FunctionError::Coefficients);
         }
         let end: f64 = coefficients.iter().sum();

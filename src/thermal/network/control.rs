@@ -4,9 +4,10 @@
 use super::rkl2::stages_for;
 use super::schedule::Schedule;
 use super::stepper::{Method, Stepper};
-use super::switches::{SWITCH_TIME, Trace};
-use super::{LinearConductor, Network, NodeKind};
+use super::switches::{Pace, SWITCH_TIME, Trace};
+use super::{Network, NodeKind};
 
+mod rejected;
 mod switching;
 mod terms;
 
@@ -29,14 +30,10 @@ const MOST_FUSED: u32 = 16;
 const RATE_MARGIN: f64 = 1.1;
 /// Number of tries after which the fastest rate is computed again.
 const RATE_AGE: u32 = 8;
-/// A failed try above this share of a stepper's hottest temperature counts as having exceeded it.
-const NEARLY_HOTTEST: f64 = 0.999;
 /// Temperature of an arithmetic node [K] below which its radiation is negligible.
 const NO_HEAT: f64 = 0.01;
 /// Share of such a node's heat loss that f32 may lose.
 const OPEN_SHARE: f64 = 1e-3;
-/// Shortest sub-step [s].
-const SHORTEST: f64 = 1e-18;
 /// Rate of a conductor that explains why no sub-step was good [1/s]. Its nodes equalise within a thousand of the shortest sub-steps, which the first
 /// sub-steps must resolve.
 pub const STIFFEST: f64 = 1e15;
@@ -53,15 +50,21 @@ pub fn integrate<S: Stepper>(
     settings: &Settings,
     watch: impl FnMut(f64) -> bool,
 ) -> Result<Series, ControlError<S::Error>> {
+    let (series, ended) = integrate_and_keep(stepper, network, schedule, settings, watch);
+    ended.map(|()| series)
+}
+
+/// [`integrate`] that also returns what was computed before an error: the rows and switches until then.
+pub fn integrate_and_keep<S: Stepper>(
+    stepper: &mut S,
+    network: &Network,
+    schedule: &Schedule,
+    settings: &Settings,
+    watch: impl FnMut(f64) -> bool,
+) -> (Series, Result<(), ControlError<S::Error>>) {
     let horizon = schedule.times.last().copied().unwrap_or(1.0);
-    integrate_leg(
-        stepper,
-        network,
-        schedule,
-        settings,
-        Leg { horizon, step: f64::INFINITY, tight_switches: true },
-        watch,
-    )
+    let whole = Leg { horizon, step: f64::INFINITY, tight_switches: true };
+    leg_and_keep(stepper, network, schedule, settings, whole, watch)
 }
 
 /// [`integrate`] for one of many consecutive legs.
@@ -76,6 +79,18 @@ pub fn integrate_leg<S: Stepper>(
     leg: Leg,
     watch: impl FnMut(f64) -> bool,
 ) -> Result<Series, ControlError<S::Error>> {
+    let (series, ended) = leg_and_keep(stepper, network, schedule, settings, leg, watch);
+    ended.map(|()| series)
+}
+
+fn leg_and_keep<S: Stepper>(
+    stepper: &mut S,
+    network: &Network,
+    schedule: &Schedule,
+    settings: &Settings,
+    leg: Leg,
+    watch: impl FnMut(f64) -> bool,
+) -> (Series, Result<(), ControlError<S::Error>>) {
     let on: Vec<bool> = schedule.thermostats.iter().map(|thermostat| thermostat.initially_on).collect();
     let duration = leg.horizon.max(1e-9);
     let share = if schedule.thermostats.is_empty() || !leg.tight_switches {
@@ -95,7 +110,7 @@ pub fn integrate_leg<S: Stepper>(
         heat_set: 0.0,
         since: 0.0,
         sensed: Vec::new(),
-        quick: vec![(f64::NEG_INFINITY, 0); on.len()],
+        paces: vec![Pace::default(); on.len()],
         on,
         step: leg.step,
         fused: 1,
@@ -105,11 +120,11 @@ pub fn integrate_leg<S: Stepper>(
         euler_pause: 0,
         series: Series::default(),
     };
-    control.run()?;
+    let ended = control.run();
     control.series.counts = control.stepper.counts();
     control.series.on = control.on;
     control.series.step = control.step;
-    Ok(control.series)
+    (control.series, ended)
 }
 
 struct Control<'a, S: Stepper, W> {
@@ -131,8 +146,8 @@ struct Control<'a, S: Stepper, W> {
     /// Present values of the sensors.
     sensed: Vec<f64>,
     on: Vec<bool>,
-    /// Last switch of each thermostat, and the number of quick successive switches.
-    quick: Vec<(f64, u32)>,
+    /// How fast each thermostat switches.
+    paces: Vec<Pace>,
     /// Sub-step proposed by the last estimate.
     step: f64,
     fused: u32,
@@ -331,41 +346,6 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         Plan { method, step, count: count as u32 }
     }
 
-    fn reject(&mut self, plan: Plan, error: f64) -> Result<(), ControlError<S::Error>> {
-        self.series.rejected += 1;
-        self.rate_age = RATE_AGE;
-        if plan.method == Method::Euler {
-            self.euler_pause = 64;
-            return Ok(());
-        }
-        let factor = if error.is_finite() { (0.8 * (self.limit / error).cbrt()).clamp(0.05, 0.8) } else { 0.1 };
-        self.step = plan.step * factor;
-        self.fused = 1;
-        if !error.is_finite() {
-            self.check_hottest()?;
-        }
-        if self.since + self.step > self.since && self.step > SHORTEST {
-            return Ok(());
-        }
-        if let Some((rate, [a, b], conductance)) = stiffest(self.network).filter(|(rate, ..)| *rate > STIFFEST) {
-            return Err(ControlError::Stiff { time: self.now(), nodes: [a as usize, b as usize], conductance, rate });
-        }
-        let temperatures = self.stepper.temperatures()?;
-        let coldest = temperatures.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1));
-        let (node, temperature) = coldest.map_or((0, 0.0), |(node, temperature)| (node, *temperature));
-        Err(ControlError::NoStep { time: self.now(), node, temperature })
-    }
-
-    /// Fails where a node is about to leave the range. Shorter sub-steps would only approach it.
-    fn check_hottest(&mut self) -> Result<(), ControlError<S::Error>> {
-        let most = NEARLY_HOTTEST * self.stepper.hottest();
-        let temperatures = self.stepper.temperatures()?;
-        match temperatures.iter().position(|temperature| *temperature > most) {
-            Some(node) => Err(ControlError::TooHot { time: self.now(), node, temperature: temperatures[node] }),
-            None => Ok(()),
-        }
-    }
-
     /// Keeps the last try. The time is then `end` [s] since the heat was set, where the plan reaches that.
     fn keep(&mut self, plan: Plan, end: f64) -> Result<(), ControlError<S::Error>> {
         self.stepper.keep()?;
@@ -399,16 +379,4 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         self.series.first_step.get_or_insert(self.step);
         self.fused = if factor < 1.3 { (2 * self.fused).min(MOST_FUSED) } else { 1.max(self.fused / 2) };
     }
-}
-
-/// The linear conductor with the greatest GL over the capacitance of one of its nodes [1/s], with its nodes and GL [W/K].
-fn stiffest(network: &Network) -> Option<(f64, [u32; 2], f64)> {
-    let rate = |conductor: &LinearConductor| {
-        let stores = |node: &u32| network.kinds[*node as usize] == NodeKind::Diffusive;
-        let capacitances =
-            conductor.nodes.iter().filter(|node| stores(node)).map(|node| network.capacitances[*node as usize]);
-        conductor.conductance / capacitances.fold(f64::INFINITY, f64::min)
-    };
-    let rates = network.linear.iter().map(|conductor| (rate(conductor), conductor.nodes, conductor.conductance));
-    rates.max_by(|a, b| a.0.total_cmp(&b.0))
 }

@@ -30,6 +30,11 @@ impl ReferenceStepper {
         Self { system, sensors: sensors.iter().map(|sensor| *sensor as usize).collect(), tried: kept.clone(), kept }
     }
 
+    /// Takes up work counts of an earlier part of the run.
+    pub fn set_counts(&mut self, counts: WorkCounts) {
+        self.system.counts = counts;
+    }
+
     /// Takes one sub-step from `tried`. Returns the estimate of its error [K], infinite where it fails.
     fn sub_step(&mut self, method: Method, t: f64, step: f64) -> f64 {
         let state = &mut self.tried;

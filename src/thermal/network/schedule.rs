@@ -10,6 +10,20 @@ pub struct HeatTable {
 }
 
 impl HeatTable {
+    /// Mean heat from `from` to `to` [s], which is later [W].
+    pub fn mean(&self, from: f64, to: f64) -> f64 {
+        let mut ends: Vec<f64> = self.times.iter().copied().filter(|time| *time > from && *time < to).collect();
+        ends.push(to);
+        let mut begin = from;
+        let energy = ends.into_iter().map(|end| {
+            let (power, slope) = self.after(begin);
+            let span = end - begin;
+            begin = end;
+            span * (power + 0.5 * slope * span)
+        });
+        energy.sum::<f64>() / (to - from)
+    }
+
     /// Constant heat.
     pub fn constant(power: f64) -> Self {
         Self { times: vec![0.0], powers: vec![power] }
@@ -48,6 +62,16 @@ pub struct Thermostat {
 }
 
 impl Thermostat {
+    /// Why the thermostat can not go on where it makes a number of `switches` within a time [s], and what to do.
+    pub fn chatter(&self, switches: u32, within: f64) -> String {
+        let Self { on_below, off_above, power, .. } = self;
+        format!(
+            "switches {switches} times within {within:.1e} s: its band from {on_below} to {off_above} K ({:.3e} K) can not hold with \
+             {power} W; widen the band, lower the power, or sense a node that stores more heat",
+            off_above - on_below
+        )
+    }
+
     /// Distance of `sensed` [K] beyond the threshold that switches a heater in the state `on` [K].
     pub(super) fn past(&self, on: bool, sensed: f64) -> f64 {
         if on { sensed - self.off_above } else { self.on_below - sensed }
@@ -116,6 +140,14 @@ mod tests {
         assert_eq!(table.after(20.0), (7.0, -0.1));
         assert_eq!(table.after(30.0), (6.0, 0.0));
         assert_eq!(table.after(99.0), (6.0, 0.0));
+    }
+
+    #[test]
+    fn the_mean_heat_counts_slopes_and_jumps() {
+        let table = HeatTable { times: vec![10.0, 20.0, 20.0, 30.0], powers: vec![1.0, 3.0, 7.0, 6.0] };
+        for (from, to, mean) in [(0.0, 5.0, 1.0), (5.0, 15.0, 1.25), (15.0, 25.0, 4.625), (30.0, 40.0, 6.0)] {
+            assert!((table.mean(from, to) - mean).abs() < 1e-12, "{from} to {to}: {}", table.mean(from, to));
+        }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Detects thermostat switches from sensor values at the ends of sub-steps.
+//! Detects thermostat switches from sensor values at the ends of sub-steps, and thermostats that switch too fast.
 
 use super::schedule::Thermostat;
 
@@ -9,6 +9,47 @@ pub(super) const SWITCH_TIME: f64 = 1e-7;
 const NOISE: f64 = 1e-6;
 /// Factor on the extremum of a parabola through three values, beyond which the sensor is not expected.
 const MARGIN: f64 = 1.5;
+
+/// Number of switches of one thermostat, each within [`SWITCH_TIME`] of the one before, at which the run fails.
+const MOST_AT_ONCE: u32 = 6;
+/// A thermostat that switches more than this often within [`CHATTER_TIME`] chatters: its band can not hold, and the run fails. No heater switches ten times
+/// a second, and every switch costs some tries, so that such a run would not end in any useful time.
+const CHATTER_SWITCHES: u32 = 1000;
+/// See [`CHATTER_SWITCHES`] [s].
+const CHATTER_TIME: f64 = 100.0;
+
+/// How fast a thermostat switches.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Pace {
+    /// Time of the last switch [s], and the number of switches before it that are each within [`SWITCH_TIME`] of the next.
+    last: f64,
+    close: u32,
+    /// Time of the switch from which switches are counted [s], and their number after it.
+    first: f64,
+    count: u32,
+}
+
+impl Pace {
+    /// Takes a switch at a time [s]. Returns the number of switches and the time [s] that they took, where the thermostat chatters.
+    pub(super) fn take(&mut self, time: f64) -> Option<(u32, f64)> {
+        self.close = if time - self.last <= SWITCH_TIME { self.close + 1 } else { 0 };
+        self.last = time;
+        if self.close > MOST_AT_ONCE {
+            return Some((self.close, f64::from(self.close) * SWITCH_TIME));
+        }
+        if self.count == 0 {
+            self.first = time;
+        }
+        self.count += 1;
+        if self.count <= CHATTER_SWITCHES {
+            return None;
+        }
+        let (switches, within) = (self.count - 1, time - self.first);
+        // The last switch of one count is the first of the next.
+        (self.first, self.count) = (time, 1);
+        (within <= CHATTER_TIME).then_some((switches, within))
+    }
+}
 
 /// Sensor values at the start and at the end of every sub-step of a try: one row for each time, one column for each thermostat.
 pub(super) struct Trace<'a> {

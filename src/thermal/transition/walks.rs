@@ -94,8 +94,8 @@ fn walks_fail_with_wrong_rules() {
     }
 }
 
-/// Effect on T of a jitter of 1e-6 K over as many steps of a function, whose target moves on every few hundred [K].
-fn shaken(function: &Function, retarget: Retarget) -> f64 {
+/// Effect on T of a jitter of the target [K] over as many steps of a function, whose target moves on every few hundred [K].
+fn shaken(function: &Function, retarget: Retarget, jitter: f64) -> f64 {
     let mut random = Random(3);
     let profile = Profile { function: function.clone(), t_max_steps: 361.0 };
     let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain: Domain::Temperature };
@@ -108,7 +108,7 @@ fn shaken(function: &Function, retarget: Retarget) -> f64 {
         }
         let (a, b);
         (still, a) = transition_step(still, target, 1.0, &transition);
-        (jittered, b) = transition_step(jittered, target + random.between(-1e-6, 1e-6), 1.0, &transition);
+        (jittered, b) = transition_step(jittered, target + random.between(-jitter, jitter), 1.0, &transition);
         worst = worst.max((a - b).abs());
     }
     worst
@@ -117,12 +117,14 @@ fn shaken(function: &Function, retarget: Retarget) -> f64 {
 #[test]
 fn a_jitter_of_the_target_cancels_over_a_hundred_thousand_steps_of_every_function() {
     for function in functions() {
-        let moved = shaken(&function, Retarget::Merge);
+        let moved = shaken(&function, Retarget::Merge, 1e-6);
         // A way of D that begins x later is D (w(1) - w(1 - x)) shorter. At 200 K and a jitter of 1e-6 K, x is about 1e-8: nothing
         // for a finite rate at the start, and 200 K sqrt(1e-8) / 2 in the worst case for the infinite rate of sqrt(s), of which these steps show 1.3e-3 K.
         let limit = if function.to_string().contains("sqrt") { 3e-3 } else { 5e-5 };
         assert!(moved < limit, "{function}: {moved:.1e} K");
     }
-    let restarted = shaken(&Function::Quadratic, Retarget::Restart);
+    let unmoved = shaken(&Function::Quadratic, Retarget::Restart, 1e-6);
+    assert!(unmoved < 5e-6, "below the threshold nothing restarts: {unmoved} K");
+    let restarted = shaken(&Function::Quadratic, Retarget::Restart, 1e-2);
     assert!(restarted > 10.0, "a rule that starts afresh shows: {restarted} K");
 }

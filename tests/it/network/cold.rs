@@ -93,7 +93,7 @@ fn what_single_precision_does_not_hold_is_refused_by_name() {
             network("1e30", "1", "2.7"),
             "GL of 1e30 W/K; it takes 0, or 1e-30 to below 1e30 W/K, whose sums and products",
         ),
-        (network("1.0", "1e30", "2.7"), "takes 1e30 W; it takes 1e25 W at most"),
+        (network("1.0", "1e30", "2.7"), "node.heat: must be 0 or from 1e-15 to 1e12, of either sign [W], found 1e30"),
         (network("1.0", "1", "1e5"), "space is at"),
     ] {
         let folder = tempfile::tempdir().expect("a folder");

@@ -212,3 +212,83 @@ fn an_s2e_core_model_is_imported() {
     assert_eq!(ran.code, 2);
     assert!(ran.err.contains("a conductor has one value"), "{}", ran.err);
 }
+
+/// 30 tanks that cool towards a rack, each with a heater that switches every 25 s or so.
+fn thirty_heaters(days: u32) -> String {
+    let mut text =
+        "space_temperature = 0.0\n[[node]]\nlabel = \"rack\"\nkind = \"boundary\"\ntemperature = 250.0\n".to_owned();
+    for tank in 0..30 {
+        text.push_str(&format!(
+            "[[node]]\nlabel = \"tank{tank}\"\nkind = \"diffusive\"\ncapacitance = {}\ntemperature = 288.0\n\
+             [[linear_conductor]]\nnodes = [\"tank{tank}\", \"rack\"]\nconductance = 0.5\n\
+             [[thermostat]]\nnode = \"tank{tank}\"\npower = 40.0\non_below = 280.0\noff_above = 281.0\n",
+            400 + 7 * tank
+        ));
+    }
+    let times: Vec<String> = (0..=days).map(|day| (86_400 * day).to_string()).collect();
+    format!("{text}[output]\ntimes = [{}]\n", times.join(", "))
+}
+
+fn ordinary_heaters_run_on(days: u32, least: usize) {
+    let (folder, ran) = solve(&thirty_heaters(days), &["-o", "out.csv"]);
+    assert_eq!(ran.code, 0, "{}", ran.err);
+    let lines = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("a file").lines().count();
+    assert_eq!(lines("out.csv"), days as usize + 2);
+    assert!(lines("out.events.csv") > least, "{} switches", lines("out.events.csv"));
+}
+
+#[test]
+fn ordinary_heaters_switch_as_often_as_they_need() {
+    ordinary_heaters_run_on(2, 100_000);
+}
+
+#[test]
+#[ignore = "long: tools/test --all"]
+fn ordinary_heaters_switch_for_a_month() {
+    ordinary_heaters_run_on(30, 1_500_000);
+}
+
+/// Bands of 1 mK and 1e-7 K, and the heater of a foil without capacitance.
+#[test]
+fn a_band_that_can_not_hold_ends_the_run_and_keeps_what_was_computed() {
+    let times = FILE.replace("[0, 100, 400]", "[1e6, 100, 0]");
+    let foil = times
+        .replace("capacitance = 400.0\ntemperature = 290.0", "capacitance = 400.0\ntemperature = 290.0\n[[node]]\nlabel = \"foil\"\nkind = \"arithmetic\"")
+        .replace("[[thermostat]]\nnode = \"tank, left\"", "[[linear_conductor]]\nnodes = [\"tank, left\", \"foil\"]\nconductance = 0.1\n[[thermostat]]\nnode = \"foil\"");
+    for (text, node, band) in [
+        (times.replace("off_above = 285.0", "off_above = 280.001"), "tank, left", "280.001"),
+        (times.replace("off_above = 285.0", "off_above = 280.0000001"), "tank, left", "280.0000001"),
+        (foil, "foil", "285"),
+    ] {
+        let (folder, ran) = solve(&text, &["-o", "out.csv", "--plot", "out.svg"]);
+        assert_eq!(ran.code, 2, "{}", ran.err);
+        // The tank reaches the band after 800 ln(40 / 30) = 230.1 s.
+        for part in [
+            "at 2",
+            &format!("thermostat of '{node}'"),
+            " times within ",
+            &format!("from 280 to {band} K"),
+            "30 W",
+            "widen",
+        ] {
+            assert!(ran.err.contains(part), "{part}: {}", ran.err);
+        }
+        let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("a file");
+        let series = read("out.csv");
+        let rows: Vec<&str> = series.lines().skip(1).map(|line| line.split(',').next().unwrap_or_default()).collect();
+        assert_eq!(rows, ["100", "0"], "the rows that were reached, in the order asked for");
+        assert!(read("out.events.csv").lines().nth(1).is_some_and(|line| line.starts_with("230.14")));
+        assert!(read("out.svg").contains("<svg"));
+        let (_folder, ran) = solve(&text, &[]);
+        assert_eq!((ran.code, ran.out.lines().count()), (2, 3), "{}", ran.err);
+    }
+    // An error before the first row leaves the file of an earlier run.
+    let (folder, _) = solve(FILE, &["-o", "out.csv"]);
+    let cold =
+        FILE.replace("temperature = 290.0", "temperature = 290.0\nheat = -1e9").replace("[0, 100, 400]", "[100]");
+    std::fs::write(folder.path().join("net.toml"), cold).expect("written");
+    let before = std::fs::read(folder.path().join("out.csv")).expect("a file");
+    let ran = run(folder.path(), &["network", "net.toml", "--device", "cpu", "-o", "out.csv"]);
+    assert_eq!(ran.code, 2, "{}", ran.err);
+    assert_eq!(std::fs::read(folder.path().join("out.csv")).expect("a file"), before);
+}

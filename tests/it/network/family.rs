@@ -70,10 +70,10 @@ fn random_networks_are_within_their_tolerances() {
     assert!(switches > 100, "the family must switch");
 }
 
-/// The device in f32: the first two networks with thermostats.
+/// The device in f32: the first network with thermostats.
 #[test]
-fn two_random_networks_are_within_their_tolerances_on_the_device() {
-    on_the_device((0..60).filter(|seed| case(*seed, 14).name.contains("thermostats")).take(2), 1);
+fn a_random_network_is_within_its_tolerances_on_the_device() {
+    on_the_device((0..60).filter(|seed| case(*seed, 14).name.contains("thermostats")).take(1), 1);
 }
 
 /// All kinds of small networks, slivers, arithmetic nodes and thermostats among them.

@@ -52,7 +52,7 @@ fn a_scene_file_that_cannot_be_read_is_named() {
     let message = |path: &Path| Scene::load(path).unwrap_err().to_string();
     let absent = folder.path("absent.toml");
     assert!(message(&absent).starts_with(&format!("{}: cannot be read: No such file", absent.display())));
-    assert!(message(folder.0.path()).contains("cannot be read: Is a directory"));
+    assert!(message(folder.0.path()).contains("cannot be read: it is a directory"));
     let binary = folder.path("binary.toml");
     std::fs::write(&binary, [0xff, 0xfe, 0x00]).unwrap();
     assert!(message(&binary).contains("UTF-8"));

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 use serde_json::{Value, json};
 
+use isotherm::files::Reach;
 use isotherm::gpu::context::Context;
 use isotherm::scene::{Camera, Scene};
 use isotherm::simulation::device_engine::DeviceEngine;
@@ -32,7 +33,7 @@ pub fn measure(
     scales: &[u32],
     frames: usize,
 ) -> Result<Value, AnyError> {
-    let prepared = Prepared::from_scene(Scene::load(scene)?, &mut |_| {})?;
+    let prepared = Prepared::from_scene(Scene::load_within(scene, Reach::Anywhere)?, &mut |_| {})?;
     let own = prepared.scene.require_camera()?.clone();
     let pose = pose_at(&prepared, 0.0).ok_or("the scene has no camera")?;
     std::fs::create_dir_all(output)?;

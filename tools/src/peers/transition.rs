@@ -14,7 +14,7 @@ use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::gpu::resources::SceneData;
 use isotherm::gpu::shapes::Shapes;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
-use isotherm::paper::cube::{ALTITUDES, ALUMINIUM, Case as Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};
+use isotherm::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP, STEPS};
 use isotherm::thermal::function::Function;
 use isotherm::thermal::incident::{IncidentFunction, incident};
 use isotherm::thermal::material::{Bulk, Domain, Material, Optics, Profile, Response, Retarget, Sides, Transition};
@@ -114,6 +114,7 @@ impl Work {
             image: None,
             shadows: None,
             joints: None,
+            network: None,
         };
         let mut renderer = Renderer::new(context, &data)?;
         renderer.settle(start)?;
@@ -204,7 +205,7 @@ fn timed(context: &Arc<Context>, work: &Work, nodes: usize, steps: usize) -> Res
 /// Device time of all thermal passes so far [ms].
 fn step_ms(renderer: &Renderer) -> f64 {
     let steps = renderer.pass_times().iter().filter(|(name, _)| name.starts_with("thermal_step"));
-    steps.flat_map(|(_, samples)| samples).sum()
+    steps.flat_map(|(_, samples)| samples.iter()).sum()
 }
 
 /// Errors of device and loops against the f64 twin [K], over all steps of one orbit.

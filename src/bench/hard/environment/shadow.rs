@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 
 use super::Loose;
-use crate::bench::hard::case::{Case, Scale};
+use crate::bench::hard::case::{HardCase, Scale};
 use crate::environment::shadow::{Jointed, Method, Occluders, Redraw, Shadows};
 use crate::environment::{StepLoad, SunSample};
 use crate::gpu::context::Context;
@@ -118,9 +118,9 @@ fn on_device(context: &Arc<Context>, method: Method, scale: Scale) -> Result<f64
 }
 
 /// The case by depth map and by rays.
-pub fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<HardCase> {
     let case = |name: &str, method: Method| {
-        Case::new(
+        HardCase::new(
             format!("moving shadow edge, {name}"),
             "a disc 2 m above a plate of 128 x 128 nodes, whose shadow moves off its edge; area of the part of a disc",
             "% of the shadow",

@@ -1,7 +1,7 @@
 //! Hard cases of cold: bodies that cool to space, and bodies that lose all their heat.
 
 use super::{Built, DEFAULT};
-use crate::bench::hard::case::{Case, apart};
+use crate::bench::hard::case::{HardCase, apart};
 use crate::bench::hard::plain::{self, Step};
 use crate::bench::hard::way::{Way, integrated};
 use crate::simulation::network::unfinished;
@@ -48,9 +48,9 @@ impl Cooling {
     }
 }
 
-fn free_cooling(integrator: Integrator, limit: (f64, &'static str)) -> Case {
+fn free_cooling(integrator: Integrator, limit: (f64, &'static str)) -> HardCase {
     let name = format!("free cooling from 1000 K to 2.8 K, {integrator}");
-    Case::new(name, "a body that radiates to 2.7 K, looked at 61 times; its closed form", "K", limit)
+    HardCase::new(name, "a body that radiates to 2.7 K, looked at 61 times; its closed form", "K", limit)
         .remedy(
             "the sub-step follows an estimate of its error, and the bound of stability only picks the method",
             "Euler at the bound of its stability",
@@ -113,8 +113,8 @@ impl Empties {
     }
 }
 
-fn below_zero(name: &str, what: &str, limit: (f64, &str), empties: fn() -> Empties) -> Case {
-    Case::new(name, what, "s", limit)
+fn below_zero(name: &str, what: &str, limit: (f64, &str), empties: fn() -> Empties) -> HardCase {
+    HardCase::new(name, what, "s", limit)
         .remedy(
             "no sub-step may leave the range of temperatures, and what cannot go on ends with node and time",
             "Euler goes on below 0 K and says nothing",
@@ -122,7 +122,7 @@ fn below_zero(name: &str, what: &str, limit: (f64, &str), empties: fn() -> Empti
         .measured(move |target, _| Way::worst(target, |way| empties().refused(way)), move |_| empties().unrefused())
 }
 
-pub fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<HardCase> {
     vec![
         free_cooling(Integrator::Default, DEFAULT),
         free_cooling(Integrator::Accurate, ACCURATE),

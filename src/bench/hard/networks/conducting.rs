@@ -1,7 +1,7 @@
 //! Hard cases of conduction: extreme capacitances and conductances, slivers, and a chain without capacitance.
 
 use super::{Built, DEFAULT, FRAME, rows_apart};
-use crate::bench::hard::case::{Case, Scale, apart, worst_of};
+use crate::bench::hard::case::{HardCase, Scale, apart, worst_of};
 use crate::bench::hard::exact::Modes;
 use crate::bench::hard::plain::{self, Step};
 use crate::bench::hard::way::{Way, integrated};
@@ -48,7 +48,7 @@ impl Problem {
     }
 }
 
-fn conducting(case: Case, problem: fn(Scale) -> Problem, without: fn(&Problem) -> f64) -> Case {
+fn conducting(case: HardCase, problem: fn(Scale) -> Problem, without: fn(&Problem) -> f64) -> HardCase {
     let error = move |target: &Target, scale| {
         let problem = problem(scale);
         Way::worst(target, |way| problem.error(way, Integrator::Default))
@@ -160,8 +160,8 @@ fn chain(_: Scale) -> Problem {
     Problem { network: built.0, heat, times, expected: expected.unwrap_or_default() }
 }
 
-pub fn cases() -> Vec<Case> {
-    let case = |name: &str, what: &str| Case::new(name, what, "K", DEFAULT);
+pub fn cases() -> Vec<HardCase> {
+    let case = |name: &str, what: &str| HardCase::new(name, what, "K", DEFAULT);
     vec![
         conducting(
             case(

@@ -1,7 +1,7 @@
 //! Hard case: a node without heat capacity.
 
 use super::{Built, DEFAULT};
-use crate::bench::hard::case::{Case, apart};
+use crate::bench::hard::case::{HardCase, apart};
 use crate::bench::hard::exact::root_of_falling;
 use crate::bench::hard::way::{Way, integrated};
 use crate::simulation::network::unfinished;
@@ -63,13 +63,13 @@ impl Foil {
 }
 
 /// The case of C = 0.
-pub fn no_capacitance() -> Case {
+pub fn no_capacitance() -> HardCase {
     let error = |way: Way<'_>, kind, capacitance, integrator| {
         let series = integrated(way, &Foil::network(kind, capacitance), &Foil::schedule(), integrator);
         Ok(Foil::error(&series.map_err(|error| unfinished(&error))?.rows))
     };
     let what = "a foil between 290 K and space whose heat ramps and jumps; the root of its balance";
-    Case::new("C = 0", what, "K", DEFAULT)
+    HardCase::new("C = 0", what, "K", DEFAULT)
         .remedy(
             "its balance is solved by Newton's method at every stage, with that stage's heat",
             "10 J/K in place of none",

@@ -1,7 +1,7 @@
 //! Hard cases of additions below f32 resolution: slow heating at 10 to 1000 Hz, and a day of the paper's cube.
 
 use super::{Built, rows_apart};
-use crate::bench::hard::case::{Case, Scale};
+use crate::bench::hard::case::{HardCase, Scale};
 use crate::bench::hard::plain;
 use crate::bench::hard::way::{Way, fixed_euler};
 use crate::paper::cube::{self, ALTITUDES, ALUMINIUM, Loads, SOLAR_CONSTANTS};
@@ -12,7 +12,7 @@ use crate::thermal::network::stepper::{Method, Stepper};
 const SMALL_STEPS: (f64, &str) = (2e-3, "docs/numerics.md 6, the cube at 10 and 100 Hz");
 
 /// The paper's aluminium cube without radiation. Its panels gain 2e-5 to 1.2e-4 K/s.
-fn slow_heating(rate: u32) -> Case {
+fn slow_heating(rate: u32) -> HardCase {
     let panels = || {
         let mut built = Built::default();
         (0..6).for_each(|_| {
@@ -58,8 +58,8 @@ fn slow_heating(rate: u32) -> Case {
     )
 }
 
-fn small_steps(name: &str, what: &str) -> Case {
-    Case::new(name, what, "K", SMALL_STEPS).remedy(
+fn small_steps(name: &str, what: &str) -> HardCase {
+    HardCase::new(name, what, "K", SMALL_STEPS).remedy(
         "a temperature is a multiple of 1/256 K and a small rest, which the step is added to",
         "Euler in plain f32",
     )
@@ -75,7 +75,7 @@ impl Day {
     fn problem() -> Result<cube::Problem, String> {
         let [solar_constant, _] = SOLAR_CONSTANTS;
         let [_, altitude] = ALTITUDES;
-        let case = cube::Case { panel: ALUMINIUM, conducting: true, loads: Loads::All, solar_constant, altitude };
+        let case = cube::Cube { panel: ALUMINIUM, conducting: true, loads: Loads::All, solar_constant, altitude };
         case.problem().map_err(|error| error.to_string())
     }
 
@@ -101,7 +101,7 @@ impl Day {
     }
 }
 
-fn day() -> Case {
+fn day() -> HardCase {
     let what = "864,000 steps of Euler (an orbit in --quick), aluminium, conducting; RKL2 in f64 with steps of 0.26 s";
     small_steps("a day of the paper's cube at 10 Hz", what).measured(
         |target, scale| {
@@ -119,6 +119,6 @@ fn day() -> Case {
     )
 }
 
-pub fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<HardCase> {
     [10, 100, 1000].map(slow_heating).into_iter().chain([day()]).collect()
 }

@@ -1,7 +1,7 @@
 //! Hard cases of thermostats: forty switches with exact times, and a heater that would switch without end.
 
 use super::{Built, DEFAULT, FRAME};
-use crate::bench::hard::case::{Case, apart};
+use crate::bench::hard::case::{HardCase, apart};
 use crate::bench::hard::way::{Way, integrated};
 use crate::simulation::network::unfinished;
 use crate::thermal::network::control::{ControlError, Integrator, Series};
@@ -130,10 +130,10 @@ fn asked_every_millisecond() -> f64 {
     f64::from(switches)
 }
 
-pub fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<HardCase> {
     let crossing = "sub-steps end where a sensor crosses its threshold";
     vec![
-        Case::new(
+        HardCase::new(
             "thermostat, temperatures",
             "a tank between 280 and 285 K through 40 switches; exponentials between them",
             "K",
@@ -147,7 +147,7 @@ pub fn cases() -> Vec<Case> {
             },
             |_| apart(&Tank::asked_once_a_frame().0, &Tank::expected()),
         ),
-        Case::new(
+        HardCase::new(
             "thermostat, switching times",
             "the same tank: none of 40 switches lost; exponentials between them",
             "s",
@@ -161,7 +161,7 @@ pub fn cases() -> Vec<Case> {
             },
             |_| Tank::late(&Tank::asked_once_a_frame().1),
         ),
-        Case::new(
+        HardCase::new(
             "thermostat chatter",
             "a heater that moves its own sensor of C = 0 across the band: refused, not switched without end",
             "switches",

@@ -30,6 +30,16 @@ impl Budget {
         Self { newtons, gradients, most_newtons, idle: 0, needed: [0; 2] }
     }
 
+    /// All numbers as words.
+    pub(super) fn words(self) -> [u32; 6] {
+        [self.newtons, self.gradients, self.most_newtons, self.idle, self.needed[0], self.needed[1]]
+    }
+
+    /// From its words.
+    pub(super) fn from_words([newtons, gradients, most_newtons, idle, a, b]: [u32; 6]) -> Self {
+        Self { newtons, gradients, most_newtons, idle, needed: [a, b] }
+    }
+
     /// For the arithmetic nodes at a stage.
     pub(super) fn balance() -> Self {
         Self::new(2, 8, MOST_NEWTONS_FAR)

@@ -5,11 +5,6 @@ use crate::thermal::network::rkl2::stages_for;
 use crate::thermal::network::stepper::{Method, Stepper};
 use crate::thermal::network::switches::{SWITCH_TIME, crossed, straight_crossing};
 
-/// Number of switches of one thermostat, each within [`SWITCH_TIME`] of the one before, at which the run fails.
-const MOST_AT_ONCE: u32 = 6;
-/// Number of switches of all thermostats at which the run fails.
-const MOST_SWITCHES: usize = 100_000;
-
 impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
     pub(super) fn sense(&mut self) -> Result<Vec<f64>, ControlError<S::Error>> {
         if self.schedule.thermostats.is_empty() {
@@ -39,11 +34,8 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
             self.on[thermostat] = !self.on[thermostat];
             let switch = Switch { time, thermostat, on: self.on[thermostat] };
             self.series.switches.push(switch);
-            let (last, close) = &mut self.quick[thermostat];
-            *close = if time - *last <= SWITCH_TIME { *close + 1 } else { 0 };
-            *last = time;
-            if *close > MOST_AT_ONCE || self.series.switches.len() > MOST_SWITCHES {
-                return Err(ControlError::Chatter { time, thermostat });
+            if let Some((switches, within)) = self.paces[thermostat].take(time) {
+                return Err(ControlError::Chatter { time, thermostat, switches, within });
             }
         }
         Ok(())

@@ -14,13 +14,15 @@ pub enum Integrator {
     Cheap,
     /// TR-BDF2 at a tenth of the default's tolerance. RKL2 at that tolerance where it needs few stages.
     Accurate,
+    /// One pass a step ([`super::super::one_pass`]), for the network of a scene. The default where a network does not fit.
+    OnePass,
 }
 
 impl Integrator {
     /// Default tolerance [K].
     pub fn tolerance(self) -> f64 {
         match self {
-            Self::Default => 5e-3,
+            Self::Default | Self::OnePass => 5e-3,
             Self::Cheap => 5e-2,
             Self::Accurate => 5e-4,
         }
@@ -147,12 +149,16 @@ pub enum ControlError<E> {
         /// Its temperature [K].
         temperature: f64,
     },
-    /// A thermostat that does not stop switching.
+    /// A thermostat whose band can not hold: it switches too fast.
     Chatter {
         /// Time [s].
         time: f64,
         /// Number of the thermostat.
         thermostat: usize,
+        /// Number of its last switches.
+        switches: u32,
+        /// Time that they took [s].
+        within: f64,
     },
     /// A stop requested by the caller.
     Stopped,
@@ -170,6 +176,7 @@ impl fmt::Display for Integrator {
             Self::Default => "default",
             Self::Cheap => "cheap",
             Self::Accurate => "accurate",
+            Self::OnePass => "one_pass",
         })
     }
 }

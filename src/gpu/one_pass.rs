@@ -1,0 +1,319 @@
+//! A thermal network that is stepped in one pass within a scene's frames: its tables in the device's order.
+//!
+//! Nodes come in groups of four, which one invocation handles. A unit is a block of nodes that conduct to each other, filled to whole groups with nodes that
+//! have no block. Two blocks of two nodes make one unit. Units of like matrices stand beside each other, because these share their weights. Nodes without
+//! conductors that are drawn once keep the groups of the drawn nodes. The other nodes are sorted by the length of their rows within windows. Nodes that
+//! radiate to each other stand apart, because only they pay for it.
+
+pub mod frame;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use self::frame::{OnePassShape, SECTIONS};
+use super::nodes::GROUP;
+use super::resource::Count;
+use crate::thermal::STEFAN_BOLTZMANN;
+use crate::thermal::network::one_pass::Plan;
+
+/// A place without a node.
+const NONE: u32 = u32::MAX;
+/// Nodes of a window, within which nodes outside blocks are sorted. It is small enough to keep neighbours close.
+const WINDOW: usize = 512;
+/// Area that stands for no drawn node.
+const NOT_DRAWN: f32 = -1.0;
+/// Weights of four nodes in a tile: four columns of drives and four of temperatures.
+const COLUMNS: usize = 8;
+
+/// Where drawn nodes heat a network: the network's node of each drawn node, or `NO_NODE`, and the area [m2].
+#[derive(Debug, Clone, Copy)]
+pub struct Drawn<'a> {
+    /// Node of the network.
+    pub nodes: &'a [u32],
+    /// Area over which its flux heats the node [m2].
+    pub areas: &'a [f64],
+    /// A drawn node that nobody sees, if there is one.
+    pub padding: Option<u32>,
+}
+
+/// Places of a group.
+const PLACES: [usize; GROUP] = [0, 1, 2, 3];
+
+/// Blocks that share a run of groups.
+struct Unit {
+    /// Matrices, and whether two blocks have them.
+    kind: (u32, bool),
+    /// Nodes of the groups.
+    nodes: Vec<u32>,
+    /// Whether some of them radiate to other nodes.
+    radiates: bool,
+}
+
+/// The tables of a network.
+#[derive(Debug, Clone)]
+pub struct OnePassTables {
+    /// The plan of the scene's step.
+    pub plan: Arc<Plan>,
+    /// Length of a step of the scene [s].
+    pub step: f64,
+    /// What the frame lists depend on.
+    pub shape: OnePassShape,
+    /// Place of each node.
+    pub slot_of_node: Vec<u32>,
+    /// 1 / C and emission of each group.
+    pub(super) nodes: Vec<[f32; 4]>,
+    /// Range of the links and of the sources of each group.
+    pub(super) rows: Vec<[u32; 4]>,
+    /// Neighbours and conductances.
+    pub(super) links: Vec<[u32; 4]>,
+    /// Drawn nodes and areas.
+    pub(super) sources: Vec<[u32; 4]>,
+    /// Range of the unit of each group in blocks, its first weight, and the factors of its nodes.
+    pub(super) units: Vec<[u32; 4]>,
+    /// Kinds of units in the order of their weights.
+    kinds: Vec<(u32, bool)>,
+    weights: usize,
+}
+
+impl OnePassTables {
+    /// The tables of a plan. `heated` tells whether the host gives heat in addition to the drawn nodes.
+    pub fn new(plan: &Arc<Plan>, step: f64, drawn: Drawn<'_>, heated: bool) -> Self {
+        let count = plan.network().len();
+        let mut sources = vec![Vec::new(); count];
+        for (slot, (node, area)) in drawn.nodes.iter().zip(drawn.areas).enumerate() {
+            // Drawn nodes outside the network heat nothing.
+            if let Some(sources) = sources.get_mut(*node as usize) {
+                sources.push((slot as u32, *area as f32));
+            }
+        }
+        let radiates: Vec<bool> =
+            (0..count).map(|node| plan.weak_of(node).iter().any(|link| link.exchange_area > 0.0)).collect();
+        let mut free = vec![true; count];
+        plan.blocks().iter().flat_map(|block| &block.nodes).for_each(|node| free[*node as usize] = false);
+        let (alone, groups_alone) = alone(plan, drawn, &sources, &mut free);
+        let mut singles = [Vec::new(), Vec::new()];
+        (0..count).filter(|node| free[*node]).for_each(|node| singles[usize::from(!radiates[node])].push(node as u32));
+        let units = units(plan, &mut singles[1], &radiates);
+        let mut node_of_slot: Vec<u32> = Vec::with_capacity(count);
+        let mut ends = [0; SECTIONS.len()];
+        for (section, radiative) in [true, false].into_iter().enumerate() {
+            let of_section = units.iter().filter(|unit| unit.radiates == radiative);
+            node_of_slot.extend(of_section.flat_map(|unit| unit.nodes.iter().copied()));
+            ends[section] = (node_of_slot.len() / GROUP) as u32;
+        }
+        for (section, mut singles) in (2..).zip(singles) {
+            for window in singles.chunks_mut(WINDOW) {
+                let lengths = |node: u32| (plan.weak_of(node as usize).len(), sources[node as usize].len());
+                window.sort_by_key(|node| std::cmp::Reverse(lengths(*node)));
+            }
+            node_of_slot.extend(singles);
+            node_of_slot.resize(node_of_slot.len().next_multiple_of(GROUP), NONE);
+            ends[section] = (node_of_slot.len() / GROUP) as u32;
+        }
+        node_of_slot.extend(alone);
+        ends[SECTIONS.len() - 1] = (node_of_slot.len() / GROUP) as u32;
+        let mut slot_of_node = vec![0; count];
+        for (slot, node) in node_of_slot.iter().enumerate().filter(|(_, node)| **node != NONE) {
+            slot_of_node[*node as usize] = slot as u32;
+        }
+        let (fine, masked) = (plan.local_steps() > 2, drawn.padding.is_none());
+        let shape = OnePassShape { ends, heated, fine, masked };
+        let (plan, nothing) = (Arc::clone(plan), Vec::new);
+        let mut tables = Self {
+            plan,
+            step,
+            shape,
+            slot_of_node,
+            nodes: Vec::with_capacity(2 * shape.groups() as usize),
+            rows: Vec::with_capacity(shape.groups() as usize),
+            links: nothing(),
+            sources: nothing(),
+            units: nothing(),
+            kinds: Vec::new(),
+            weights: 0,
+        };
+        let missing = drawn.padding.map_or((0, NOT_DRAWN), |slot| (slot, 0.0));
+        let first_alone = ends[SECTIONS.len() - 2] as usize;
+        for (number, group) in node_of_slot.chunks(GROUP).enumerate() {
+            let radiative = number < ends[0] as usize || (ends[1] as usize..ends[2] as usize).contains(&number);
+            match number.checked_sub(first_alone) {
+                Some(place) => tables.take_alone(group, &sources, groups_alone[place]),
+                None => tables.take_group(group, &sources, radiative, missing),
+            }
+        }
+        tables.take_units(&units);
+        // An empty table also needs a buffer to bind.
+        for table in [&mut tables.links, &mut tables.sources] {
+            table.resize(table.len().max(1), [0; 4]);
+        }
+        tables
+    }
+
+    fn take_nodes(&mut self, group: &[u32]) {
+        let plan = Arc::clone(&self.plan);
+        let network = plan.network();
+        let of_node = |value: &dyn Fn(usize) -> f64| {
+            PLACES.map(|place| if group[place] == NONE { 0.0 } else { value(group[place] as usize) as f32 })
+        };
+        self.nodes.push(of_node(&|node| 1.0 / network.capacitances[node]));
+        self.nodes.push(of_node(&|node| STEFAN_BOLTZMANN * network.emissive_areas[node]));
+    }
+
+    /// Takes nodes without conductors that are those of a group of drawn nodes.
+    fn take_alone(&mut self, group: &[u32], sources: &[Vec<(u32, f32)>], drawn: u32) {
+        self.take_nodes(group);
+        let area = |place: usize| if group[place] == NONE { 0.0 } else { sources[group[place] as usize][0].1 };
+        self.rows.push([0, 0, self.sources.len() as u32, drawn]);
+        self.sources.push(PLACES.map(|place| area(place).to_bits()));
+    }
+
+    /// Takes nodes with their links and sources. `missing` stands for a source of a node that has fewer than others of its group.
+    fn take_group(&mut self, group: &[u32], sources: &[Vec<(u32, f32)>], radiative: bool, missing: (u32, f32)) {
+        self.take_nodes(group);
+        let plan = Arc::clone(&self.plan);
+        let begin = [self.links.len(), self.sources.len()];
+        let links = |place: usize| if group[place] == NONE { &[][..] } else { plan.weak_of(group[place] as usize) };
+        let sources = |place: usize| if group[place] == NONE { &[][..] } else { &sources[group[place] as usize][..] };
+        let itself = |place: usize| if group[place] == NONE { 0 } else { self.slot_of_node[group[place] as usize] };
+        for at in 0..PLACES.map(|place| links(place).len()).into_iter().max().unwrap_or(0) {
+            let link = |place: usize| links(place).get(at);
+            let slot = |place| link(place).map_or(itself(place), |link| self.slot_of_node[link.neighbour as usize]);
+            let bits = |value: f64| (value as f32).to_bits();
+            self.links.push(PLACES.map(slot));
+            self.links.push(PLACES.map(|place| bits(link(place).map_or(0.0, |link| link.conductance))));
+            if radiative {
+                let exchange = |place| link(place).map_or(0.0, |link| STEFAN_BOLTZMANN * link.exchange_area);
+                self.links.push(PLACES.map(|place| bits(exchange(place))));
+            }
+        }
+        for at in 0..PLACES.map(|place| sources(place).len()).into_iter().max().unwrap_or(0) {
+            let source = |place: usize| sources(place).get(at).copied().unwrap_or(missing);
+            self.sources.push(PLACES.map(|place| source(place).0));
+            self.sources.push(PLACES.map(|place| source(place).1.to_bits()));
+        }
+        let end = [self.links.len(), self.sources.len()];
+        self.rows.push([begin[0], end[0], begin[1], end[1]].map(|at| at as u32));
+    }
+
+    fn take_units(&mut self, units: &[Unit]) {
+        let plan = Arc::clone(&self.plan);
+        let network = plan.network();
+        let mut factors = vec![0.0f32; network.len()];
+        for block in plan.blocks() {
+            for node in &block.nodes {
+                factors[*node as usize] = (block.capacitance / network.capacitances[*node as usize]) as f32;
+            }
+        }
+        let mut known = BTreeMap::new();
+        let mut first = 0;
+        for unit in
+            [true, false].into_iter().flat_map(|radiates| units.iter().filter(move |unit| unit.radiates == radiates))
+        {
+            let groups = unit.nodes.len() / GROUP;
+            let weights = *known.entry(unit.kind).or_insert_with(|| {
+                self.kinds.push(unit.kind);
+                let begin = self.weights;
+                self.weights += COLUMNS * groups * groups;
+                begin
+            });
+            for (row, nodes) in unit.nodes.chunks(GROUP).enumerate() {
+                let weight = weights + COLUMNS * groups * row;
+                self.units.push([first as u32, (first + groups) as u32, weight as u32, 0]);
+                let factor = |place: usize| if nodes[place] == NONE { 0.0 } else { factors[nodes[place] as usize] };
+                self.units.push(PLACES.map(|place| factor(place).to_bits()));
+            }
+            first += groups;
+        }
+    }
+
+    /// Weights of all kinds of units for a plan of any length of step.
+    pub(super) fn weights(&self, plan: &Plan) -> Vec<[f32; 4]> {
+        let mut weights = Vec::with_capacity(self.weights);
+        for (conduction, twice) in &self.kinds {
+            let conduction = &plan.conductions()[*conduction as usize];
+            let size = conduction.size;
+            let count = if *twice { 2 } else { 1 };
+            let groups = (count * size).div_ceil(GROUP);
+            // Places of different blocks, and filled places, exchange nothing.
+            let at = |row: usize, column: usize| {
+                let joined = row / size == column / size && row / size < count && row != column;
+                joined.then_some(row % size * size + column % size)
+            };
+            for (row, column) in (0..groups * groups).map(|tile| (GROUP * (tile / groups), GROUP * (tile % groups))) {
+                for matrix in [&conduction.drive, &conduction.start] {
+                    let value = |row, column| at(row, column).map_or(0.0, |at| matrix[at] as f32);
+                    weights.extend((0..GROUP).map(|k| PLACES.map(|place| value(row + place, column + k))));
+                }
+            }
+        }
+        weights
+    }
+
+    /// Number of elements for a `count`.
+    pub(super) fn count(&self, count: Count) -> usize {
+        match count {
+            Count::OnePassGroups => self.shape.groups() as usize,
+            Count::OnePassBlockGroups => self.shape.in_blocks() as usize,
+            Count::OnePassLinks => self.links.len(),
+            Count::OnePassSources => self.sources.len(),
+            Count::OnePassWeights => self.weights,
+            Count::OnePassHeat if self.shape.heated => self.shape.groups() as usize,
+            _ => 0,
+        }
+    }
+
+    /// Values of the nodes in the order of the device.
+    pub(super) fn in_slots(&self, values: impl Iterator<Item = f32>) -> Vec<f32> {
+        let mut slots = vec![0.0; GROUP * self.shape.groups() as usize];
+        for (slot, value) in self.slot_of_node.iter().zip(values) {
+            slots[*slot as usize] = value;
+        }
+        slots
+    }
+}
+
+/// Nodes without conductors, in the groups of the drawn nodes that are theirs alone, and the numbers of these groups. They are no longer `free`.
+fn alone(plan: &Plan, drawn: Drawn<'_>, sources: &[Vec<(u32, f32)>], free: &mut [bool]) -> (Vec<u32>, Vec<u32>) {
+    let (mut nodes, mut groups) = (Vec::new(), Vec::new());
+    for (number, group) in drawn.nodes.chunks(GROUP).enumerate() {
+        let is_alone = |node: &u32| match sources.get(*node as usize) {
+            Some(sources) => free[*node as usize] && sources.len() == 1 && plan.weak_of(*node as usize).is_empty(),
+            None => true,
+        };
+        let is_node = |node: &u32| (*node as usize) < sources.len();
+        if group.len() == GROUP && group.iter().any(is_node) && group.iter().all(is_alone) {
+            groups.push(number as u32);
+            for node in group {
+                nodes.push(if is_node(node) { *node } else { NONE });
+                if is_node(node) {
+                    free[*node as usize] = false;
+                }
+            }
+        }
+    }
+    (nodes, groups)
+}
+
+/// The units of a plan, filled from `singles`.
+fn units(plan: &Plan, singles: &mut Vec<u32>, radiates: &[bool]) -> Vec<Unit> {
+    let mut of_kind: BTreeMap<(usize, u32), Vec<&[u32]>> = BTreeMap::new();
+    for block in plan.blocks() {
+        of_kind.entry((block.nodes.len(), block.conduction)).or_default().push(&block.nodes);
+    }
+    let mut units = Vec::new();
+    for ((size, conduction), blocks) in of_kind {
+        // Two pairs are one group.
+        let at_once = if 2 * size == GROUP { 2 } else { 1 };
+        for some in blocks.chunks(at_once) {
+            let mut nodes = some.concat();
+            let radiates = nodes.iter().any(|node| radiates[*node as usize]);
+            while nodes.len() % GROUP > 0 {
+                nodes.push(singles.pop().unwrap_or(NONE));
+            }
+            units.push(Unit { kind: (conduction, some.len() == 2), nodes, radiates });
+        }
+    }
+    // Invocations that run together have loops of one length.
+    units.sort_by_key(|unit| (unit.nodes.len(), unit.kind));
+    units
+}

@@ -1,0 +1,91 @@
+//! Shader variants of `one_pass.comp`, the step of a thermal network in one pass.
+
+use super::shaders::Shader;
+
+/// Work of a dispatch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum OnePassKind {
+    /// Nodes without conductors take the whole step.
+    Alone,
+    /// Other nodes outside blocks take the whole step.
+    Advance,
+    /// Computes what the nodes of blocks receive.
+    Drive,
+    /// Conduction inside the blocks.
+    Conduct,
+}
+
+/// A variant of `one_pass.comp`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct OnePassVariant {
+    /// Work.
+    pub kind: OnePassKind,
+    /// Whether the temperatures stay, because the step is taken to learn its change.
+    pub trial: bool,
+    /// Whether the drawn nodes take the temperatures.
+    pub shown: bool,
+    /// Whether nodes radiate to each other.
+    pub radiative: bool,
+    /// Whether the host gives heat.
+    pub heated: bool,
+    /// Whether a local step has more than two Runge-Kutta steps.
+    pub fine: bool,
+    /// Whether no drawn node is free to take what nobody sees.
+    pub masked: bool,
+}
+
+impl OnePassVariant {
+    /// The variant without switches that its work does not depend on.
+    pub fn lean(self) -> Self {
+        let (drives, conducts) = (self.kind == OnePassKind::Drive, self.kind == OnePassKind::Conduct);
+        let alone = self.kind == OnePassKind::Alone;
+        let shown = self.shown && !drives && !self.trial;
+        Self {
+            trial: self.trial && !drives,
+            shown,
+            radiative: self.radiative && !conducts && !alone,
+            heated: self.heated && !conducts,
+            fine: self.fine && !conducts,
+            masked: self.masked && !alone && (shown || !conducts),
+            ..self
+        }
+    }
+
+    /// Every variant in any scene.
+    pub fn all() -> Vec<Self> {
+        let kinds = [OnePassKind::Alone, OnePassKind::Advance, OnePassKind::Drive, OnePassKind::Conduct];
+        let mut all: Vec<Self> = kinds
+            .into_iter()
+            .flat_map(|kind| {
+                (0..64).map(move |bits| {
+                    let is = |bit: u32| bits >> bit & 1 == 1;
+                    let [trial, shown, radiative, heated, fine, masked] = [0, 1, 2, 3, 4, 5].map(is);
+                    Self { kind, trial, shown, radiative, heated, fine, masked }.lean()
+                })
+            })
+            .collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// Its shader, such as `one_pass.advance.shown.radiative`.
+    pub fn shader(&self) -> Shader {
+        let kind = match self.kind {
+            OnePassKind::Alone => "alone",
+            OnePassKind::Advance => "advance",
+            OnePassKind::Drive => "drive",
+            OnePassKind::Conduct => "conduct",
+        };
+        let words = [
+            (true, kind),
+            (self.trial, "trial"),
+            (self.shown, "shown"),
+            (self.radiative, "radiative"),
+            (self.heated, "heated"),
+            (self.fine, "fine"),
+            (self.masked, "masked"),
+        ];
+        Shader::new("one_pass.comp", words.into_iter().filter_map(|(is, word)| is.then_some(word)).collect())
+    }
+}

@@ -1,0 +1,154 @@
+//! The state of a scene on the device that a run needs to go on later, bit for bit.
+
+use super::super::error::GpuError;
+use super::super::frame::{Frame, Wanted};
+use super::super::layout;
+use super::super::load::DeviceLoad;
+use super::super::resource::Resource;
+use super::super::samples::Samples;
+use super::super::timing::PassTimes;
+use super::{Renderer, Request};
+use crate::environment::shadow::Redraw;
+use crate::saved::{Saved, SavedError};
+
+/// Buffers with the state of the nodes, one value for each node.
+const NODE_STATE: [(Resource, &str); 5] = [
+    (Resource::Temperature, "temperature"),
+    (Resource::Target, "target"),
+    (Resource::Span, "span"),
+    (Resource::Elapsed, "elapsed"),
+    (Resource::Visibility, "visibility"),
+];
+
+impl Renderer {
+    /// The state between two steps. No frame is in flight afterwards.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn save(&mut self) -> Result<Saved, GpuError> {
+        self.wait()?;
+        let mut saved = Saved::default();
+        for (resource, name) in NODE_STATE {
+            if self.resources.get(resource).is_some() {
+                let values: Vec<f32> = self.resources.download(&mut self.once, resource, self.nodes)?;
+                saved.put(name, &values);
+            }
+        }
+        if let Some(network) = &self.one_pass {
+            for (resource, name, count) in network.state() {
+                if self.resources.get(resource).is_some() {
+                    let values: Vec<f32> = self.resources.download(&mut self.once, resource, count)?;
+                    saved.put(name, &values);
+                }
+            }
+            saved.put_flags("one_pass.flags", &[network.odd, network.started]);
+            saved.put("one_pass.step", &[network.plan.step()]);
+        }
+        if let Some(load) = &self.commanded {
+            saved.put_all("commanded", load.save());
+        }
+        if let Some(redraw) = &self.shadows.redraw {
+            saved.put_all("shadows", redraw.save());
+        }
+        saved.put("culled", &self.culling.save());
+        saved.put("fused_steps", &[self.fused_steps]);
+        saved.put("pass_names", self.pass_times().keys().cloned().collect::<Vec<_>>().join("\n").as_bytes());
+        for (number, times) in self.pass_times().values().enumerate() {
+            saved.put(format!("pass.{number}"), times);
+            saved.put(format!("pass_counts.{number}"), &[times.count(), times.every()]);
+        }
+        Ok(saved)
+    }
+
+    /// Takes a saved state.
+    ///
+    /// # Errors
+    /// A state of another scene, or a call that fails.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), GpuError> {
+        self.wait()?;
+        let mut lists = Vec::new();
+        for (resource, name) in NODE_STATE {
+            if self.resources.get(resource).is_some() {
+                lists.push((resource, saved.list_of::<f32>(name, self.nodes)?));
+            }
+        }
+        if let Some(network) = &mut self.one_pass {
+            for (resource, name, count) in network.state() {
+                if self.resources.get(resource).is_some() {
+                    lists.push((resource, saved.list_of::<f32>(name, count)?));
+                }
+            }
+            let [step] = saved.array("one_pass.step")?;
+            network.plan = network.plans.over(step).0;
+            let weights = network.tables.weights(&network.plan);
+            self.resources.upload(&mut self.once, Resource::OnePassWeights, &weights)?;
+            let flags = saved.flags("one_pass.flags")?;
+            (network.odd, network.started) = (flags.first() == Some(&true), flags.get(1) == Some(&true));
+        }
+        for (resource, values) in lists {
+            self.resources.upload(&mut self.once, resource, &values)?;
+        }
+        self.resources.free_staging();
+        self.restore_host(saved)?;
+        self.cull_again()?;
+        self.slots.times = times_of(saved, self.slots.most_times)?;
+        Ok(())
+    }
+
+    fn restore_host(&mut self, saved: &Saved) -> Result<(), SavedError> {
+        let commanded = saved.part("commanded");
+        self.commanded = if saved.has("commanded.steps") { Some(DeviceLoad::restore(&commanded)?) } else { None };
+        if let Some(redraw) = &mut self.shadows.redraw {
+            *redraw = Redraw { found_for: Redraw::found_for(&saved.part("shadows"))?, ..redraw.clone() };
+        }
+        self.culling.restore(&saved.list("culled")?);
+        [self.fused_steps] = saved.array("fused_steps")?;
+        Ok(())
+    }
+
+    /// Culls the triangles anew from the views of the last culling, whose result lies on the device only. The image of this frame is not used.
+    fn cull_again(&mut self) -> Result<(), GpuError> {
+        let Some((views, culled)) = self.culling.last_culled(self.joints) else { return Ok(()) };
+        let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
+        let wanted = Wanted { image: true, cull, temperatures: false };
+        let frame = Frame::default().then(Frame::step_in_runs(&[], wanted, &culled));
+        let submitted = self.send(&frame, Request { views: &views, ..Request::default() })?;
+        self.collect(submitted).map(|_| ())
+    }
+
+    /// Bounds the measured times that are kept of each pass.
+    pub fn keep_few_times(&mut self, most: usize) {
+        self.slots.most_times = most;
+        self.slots.times.values_mut().for_each(|times| times.bound(most));
+    }
+}
+
+fn times_of(saved: &Saved, most: usize) -> Result<PassTimes, SavedError> {
+    let names = saved.text("pass_names")?;
+    let one = |(number, name): (usize, &str)| {
+        let [count, every] = saved.array(&format!("pass_counts.{number}"))?;
+        let times = Samples::again(saved.list(&format!("pass.{number}"))?, most, every, count);
+        Ok((name.to_owned(), times))
+    };
+    names.lines().enumerate().map(one).collect()
+}
+
+impl DeviceLoad {
+    fn save(&self) -> Saved {
+        let mut saved = Saved::default();
+        saved.put("steps", &self.steps);
+        saved.put("samples", &self.samples);
+        if let Some(albedo) = &self.albedo {
+            saved.put("albedo", albedo);
+        }
+        saved
+    }
+
+    fn restore(saved: &Saved) -> Result<Self, SavedError> {
+        Ok(Self {
+            steps: saved.list::<layout::Step>("steps")?,
+            samples: saved.list("samples")?,
+            albedo: if saved.has("albedo") { Some(saved.list("albedo")?) } else { None },
+        })
+    }
+}

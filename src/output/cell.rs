@@ -1,0 +1,54 @@
+//! A cell of a CSV file that a spreadsheet shows as what it is: a number or text, never a formula.
+
+use std::borrow::Cow;
+
+use crate::text::plain;
+
+/// What a spreadsheet takes for the start of a formula, in plain and in wide form.
+const FORMULA: [char; 8] = ['=', '+', '-', '@', '＝', '＋', '－', '＠'];
+
+/// What makes a cell need quotes. The semicolon separates cells where a comma separates decimals.
+const SEPARATORS: [char; 3] = [',', ';', '"'];
+
+/// A cell as it stands in the file, with its quotes.
+///
+/// Numbers stay as they are. In other text hidden characters are escaped. Text that a spreadsheet would compute gets an apostrophe in front, which
+/// spreadsheets take for the mark of text, and quotes. Quotes alone do not help, because a spreadsheet removes them before it looks.
+pub(super) fn cell(text: &str) -> Cow<'_, str> {
+    let shown = plain(text);
+    let computed = shown.trim_start().starts_with(FORMULA) && shown.parse::<f64>().is_err();
+    if !computed && !shown.contains(SEPARATORS) {
+        return shown;
+    }
+    let guard = if computed { "'" } else { "" };
+    Cow::Owned(format!("\"{guard}{}\"", shown.replace('"', "\"\"")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::cell;
+
+    #[test]
+    fn numbers_stay_and_formulas_become_text() {
+        for same in ["", "-1.5", "+2e3", "0", "time", "part:+X:min", "it's", "a b", "Größe", "2026-11-22T00:00:00Z"] {
+            assert_eq!(cell(same), same);
+        }
+        let told = [
+            ("=1+1", "\"'=1+1\""),
+            ("+X panel", "\"'+X panel\""),
+            ("-Y", "\"'-Y\""),
+            ("@SUM(A1)", "\"'@SUM(A1)\""),
+            ("  =1", "\"'  =1\""),
+            ("＝1", "\"'＝1\""),
+            ("=\"a\",b", "\"'=\"\"a\"\",b\""),
+            ("\t=1", "\\t=1"),
+            ("\r=1", "\\r=1"),
+            ("a;=1", "\"a;=1\""),
+            ("a\nb", "a\\nb"),
+            ("a,b", "\"a,b\""),
+        ];
+        for (text, expected) in told {
+            assert_eq!(cell(text), expected);
+        }
+    }
+}

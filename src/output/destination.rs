@@ -1,0 +1,220 @@
+//! Where a command writes one file: standard output, something that takes bytes as they come, or a file that appears whole.
+
+use std::cell::Cell;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use super::OutputError;
+use super::console;
+use super::folder::{check_writable, write_atomic, write_rows};
+
+/// The name of standard output on a command line.
+pub const STANDARD_OUTPUT: &str = "-";
+
+/// Most links that are followed to a file. Linux has the same limit.
+const MOST_LINKS: usize = 40;
+
+/// Where the bytes of one file go.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Destination {
+    /// Standard output.
+    StandardOutput,
+    /// A device, a pipe or a socket. It is opened and written, never replaced.
+    Stream(PathBuf),
+    /// A regular file, or none yet. Links are resolved. The file appears whole or not at all.
+    File(PathBuf),
+}
+
+impl Destination {
+    /// What stands at a path: `-` and `/dev/stdout` are standard output, links lead to their targets, and what is no regular file is a stream.
+    ///
+    /// # Errors
+    /// The path is a folder, or cannot be resolved.
+    pub fn at(path: &Path) -> Result<Self, OutputError> {
+        if path == Path::new(STANDARD_OUTPUT) {
+            return Ok(Self::StandardOutput);
+        }
+        let found = fs::metadata(path);
+        if found.as_ref().map_or(names_a_folder(path), fs::Metadata::is_dir) {
+            return Err(OutputError::NotAFile(path.to_path_buf()));
+        }
+        match follow(path).map_err(|source| OutputError::write(path, source))? {
+            End::Descriptor(1) => Ok(Self::StandardOutput),
+            End::Path(target) if found.map_or(true, |found| found.is_file()) => Ok(Self::File(target)),
+            _ => Ok(Self::Stream(path.to_path_buf())),
+        }
+    }
+
+    /// Writes what `content` writes.
+    ///
+    /// # Errors
+    /// Those of `content`, or the destination takes no more. A file is then as it was. If standard output takes no more, the command goes on with what else it
+    /// writes, and tells it at its end.
+    pub fn write<F>(&self, content: F) -> Result<(), OutputError>
+    where
+        F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,
+    {
+        match self {
+            Self::File(path) => write_atomic(path, content),
+            Self::Stream(path) => {
+                let stream = open_stream(path).map_err(|source| OutputError::write(path, source))?;
+                self.write_through(stream, content)
+            }
+            Self::StandardOutput => match self.write_through(console::standard_output(), content) {
+                Err(OutputError::StandardOutput(error)) => {
+                    console::lose(error);
+                    Ok(())
+                }
+                other => other,
+            },
+        }
+    }
+
+    fn write_through<F>(&self, stream: impl Write, content: F) -> Result<(), OutputError>
+    where
+        F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,
+    {
+        let mut writer = BufWriter::with_capacity(1 << 16, stream);
+        content(&mut writer)?;
+        writer.flush().map_err(|source| self.failed(source))
+    }
+
+    /// Writes bytes.
+    ///
+    /// # Errors
+    /// As [`Destination::write`].
+    pub fn write_bytes(&self, bytes: &[u8]) -> Result<(), OutputError> {
+        self.write(|writer| writer.write_all(bytes).map_err(|source| self.failed(source)))
+    }
+
+    /// Writes CSV with a header. All rows have the header's length.
+    ///
+    /// # Errors
+    /// As [`Destination::write`].
+    pub fn write_csv<C: AsRef<str>>(
+        &self,
+        rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
+    ) -> Result<(), OutputError> {
+        self.write(|writer| write_rows(writer, rows).map_err(|source| self.failed(source)))
+    }
+
+    /// Writes CSV with a header, up to the first row that is an error.
+    ///
+    /// # Errors
+    /// As [`Destination::write`], and that of the row. A file is then as it was.
+    pub fn write_checked_csv(
+        &self,
+        rows: impl IntoIterator<Item = Result<Vec<String>, OutputError>>,
+    ) -> Result<(), OutputError> {
+        let broken = Cell::new(None);
+        let rows = rows.into_iter().map_while(|row| row.map_err(|error| broken.set(Some(error))).ok());
+        self.write(|writer| {
+            write_rows(writer, rows).map_err(|source| self.failed(source))?;
+            broken.take().map_or(Ok(()), Err)
+        })
+    }
+
+    fn failed(&self, source: io::Error) -> OutputError {
+        match self {
+            Self::StandardOutput => OutputError::StandardOutput(source),
+            Self::Stream(path) | Self::File(path) => OutputError::write(path, source),
+        }
+    }
+}
+
+/// The destinations of a command, before it works. Standard output that carries a file takes no messages from here on.
+///
+/// # Errors
+/// A path is a folder or cannot be written, or two paths lead to the same place.
+pub fn destinations<const N: usize>(paths: [Option<&Path>; N]) -> Result<[Option<Destination>; N], OutputError> {
+    let mut found = [const { None }; N];
+    for (number, path) in paths.iter().enumerate() {
+        let Some(path) = path else { continue };
+        let destination = Destination::at(path)?;
+        if let Destination::File(target) = &destination {
+            check_writable(target)?;
+        }
+        // A device takes any number of files.
+        let once = !matches!(destination, Destination::Stream(_));
+        let same = |earlier: &usize| once && found[*earlier].as_ref() == Some(&destination);
+        if let Some(earlier) = (0..number).find(same) {
+            let earlier = paths[earlier].unwrap_or(path);
+            return Err(OutputError::Twice(earlier.to_path_buf(), path.to_path_buf()));
+        }
+        found[number] = Some(destination);
+    }
+    if found.contains(&Some(Destination::StandardOutput)) {
+        console::claim();
+    }
+    Ok(found)
+}
+
+/// Whether further files can stand beside this one, which needs a regular file.
+///
+/// # Errors
+/// As [`Destination::at`].
+pub fn has_neighbours(path: &Path) -> Result<bool, OutputError> {
+    Ok(matches!(Destination::at(path)?, Destination::File(_)))
+}
+
+/// The end of a chain of links.
+enum End {
+    /// A path that is no link. It may not exist.
+    Path(PathBuf),
+    /// An open file of a process, such as `/dev/stdout` and `/dev/fd/3`, with its number if the process is this one, otherwise 0. It must not be replaced,
+    /// because the process holds the file itself, not its path.
+    Descriptor(u32),
+}
+
+/// Follows links by hand, because a link whose target is missing cannot be resolved as a whole.
+fn follow(path: &Path) -> io::Result<End> {
+    let mut path = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        if let Some(number) = descriptor(&path) {
+            return Ok(End::Descriptor(number));
+        }
+        match fs::read_link(&path) {
+            Ok(link) => path = path.parent().unwrap_or(Path::new("")).join(link),
+            Err(_) => return Ok(End::Path(path)),
+        }
+    }
+    Err(io::Error::other("too many links, one after the other"))
+}
+
+/// The number in [`End::Descriptor`] of a path such as `/dev/fd/3` or `/proc/self/fd/3`.
+fn descriptor(path: &Path) -> Option<u32> {
+    let number = path.file_name()?.to_str()?.parse().ok()?;
+    let folder = fs::canonicalize(path.parent()?).ok()?;
+    let is = |other: &str| fs::canonicalize(other).is_ok_and(|other| other == folder);
+    match ["/proc/self/fd", "/proc/thread-self/fd", "/dev/fd"].into_iter().any(is) {
+        true => Some(number),
+        false => (folder.starts_with("/proc") && folder.ends_with("fd")).then_some(0),
+    }
+}
+
+/// Whether a path ends as only the path of a folder does.
+fn names_a_folder(path: &Path) -> bool {
+    let text = path.as_os_str().as_encoded_bytes();
+    [&b"/"[..], b"/.", std::path::MAIN_SEPARATOR_STR.as_bytes()].into_iter().any(|end| text.ends_with(end))
+}
+
+/// Opens what is no regular file, or what a process has open, for writing.
+fn open_stream(path: &Path) -> io::Result<Box<dyn Write>> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if fs::metadata(path)?.file_type().is_socket() && descriptor(path).is_none() {
+            return Ok(Box::new(std::os::unix::net::UnixStream::connect(path)?));
+        }
+    }
+    // A regular file that a process has open may hold what that process wrote.
+    let file: File = match fs::metadata(path)?.is_file() {
+        true => OpenOptions::new().append(true).open(path)?,
+        false => OpenOptions::new().write(true).open(path)?,
+    };
+    Ok(Box::new(file))
+}
+
+#[cfg(all(test, unix))]
+mod tests;

@@ -1,0 +1,134 @@
+//! The lines of the plots of a run, read from its growing tables in a stream, so that memory does not grow with the steps.
+
+use std::io::Read;
+
+use super::OutputError;
+use super::clock::Clock;
+use super::plot::Line;
+use super::series::Series;
+use super::thinned::Thinned;
+
+/// Most lines in one plot.
+const MOST_LINES: usize = 10;
+
+/// Lines of one kind: materials, parts or probes.
+pub struct Kind {
+    /// Lines that have values.
+    pub count: usize,
+    /// Those with the widest swing, thinned.
+    pub lines: Vec<Line>,
+}
+
+/// The lines of `series.csv`.
+pub struct SeriesLines {
+    /// Unit of the times.
+    pub clock: Clock,
+    /// Materials.
+    pub materials: Kind,
+    /// Parts.
+    pub parts: Kind,
+    /// Probes.
+    pub probes: Kind,
+}
+
+/// A line in the table: its name, the column of its mean, and whether the least and the greatest value stand beside it.
+struct Column {
+    name: String,
+    at: usize,
+    with_band: bool,
+}
+
+impl SeriesLines {
+    /// Reads the table twice, with the columns of `series`. `open` opens it.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn read<R: Read>(
+        series: &Series,
+        mut open: impl FnMut() -> Result<R, OutputError>,
+    ) -> Result<Self, OutputError> {
+        let summaries = |names: &[String], first: usize| -> Vec<Column> {
+            let one =
+                |(i, name): (usize, &String)| Column { name: name.clone(), at: first + 3 * i + 1, with_band: true };
+            names.iter().enumerate().map(one).collect()
+        };
+        let parts = summaries(series.parts(), 1);
+        let after = 1 + 3 * parts.len();
+        let materials = summaries(series.materials(), after);
+        let after = after + 3 * materials.len() + 3;
+        let probe = |(i, name): (usize, &String)| Column { name: name.clone(), at: after + i, with_band: false };
+        let probes: Vec<Column> = series.probes().iter().enumerate().map(probe).collect();
+
+        let columns: Vec<&Column> = parts.iter().chain(&materials).chain(&probes).collect();
+        let mut swings = vec![[f64::INFINITY, f64::NEG_INFINITY]; columns.len()];
+        let mut present = vec![false; columns.len()];
+        let (mut rows, mut until) = (0, 0.0f64);
+        each_row(open()?, |cell| {
+            rows += 1;
+            until = until.max(cell(0).map_or(0.0, f64::abs));
+            for ((column, swing), present) in columns.iter().zip(&mut swings).zip(&mut present) {
+                if let Some(value) = cell(column.at) {
+                    *present = true;
+                    if value.is_finite() {
+                        *swing = [swing[0].min(value), swing[1].max(value)];
+                    }
+                }
+            }
+        })?;
+        let clock = Clock::until(until);
+        let ranges = [0..parts.len(), parts.len()..parts.len() + materials.len()];
+        let [of_parts, of_materials] = ranges.map(|range| widest(range, &present, &swings));
+        let of_probes = widest(parts.len() + materials.len()..columns.len(), &present, &swings);
+
+        let chosen: Vec<usize> =
+            [&of_parts, &of_materials, &of_probes].into_iter().flat_map(|kind| kind.1.clone()).collect();
+        let mut lines: Vec<[Thinned; 2]> = chosen.iter().map(|_| [Thinned::of(rows), Thinned::of(rows)]).collect();
+        each_row(open()?, |cell| {
+            let Some(time) = cell(0).map(|time| clock.time(time)) else { return };
+            for (index, [points, band]) in chosen.iter().zip(&mut lines) {
+                let Column { at, with_band, .. } = *columns[*index];
+                if let Some(mean) = cell(at) {
+                    points.push([time, mean, mean], 0);
+                    if let Some((least, greatest)) = cell(at - 1).zip(cell(at + 1)).filter(|_| with_band) {
+                        band.push([time, least, greatest], 0);
+                    }
+                }
+            }
+        })?;
+        let mut made = chosen.iter().zip(lines).map(|(index, [points, band])| Line {
+            name: columns[*index].name.clone(),
+            points: points.points().iter().map(|[time, mean, _]| [*time, *mean]).collect(),
+            band: band.points(),
+            ..Line::default()
+        });
+        let mut kind =
+            |(count, chosen): (usize, Vec<usize>)| Kind { count, lines: made.by_ref().take(chosen.len()).collect() };
+        let (parts, materials, probes) = (kind(of_parts), kind(of_materials), kind(of_probes));
+        Ok(Self { clock, materials, parts, probes })
+    }
+}
+
+/// How many columns have values, and those with the widest swing, at most [`MOST_LINES`], in order.
+fn widest(range: std::ops::Range<usize>, present: &[bool], swings: &[[f64; 2]]) -> (usize, Vec<usize>) {
+    let mut there: Vec<usize> = range.filter(|index| present[*index]).collect();
+    let count = there.len();
+    let swing = |index: usize| swings[index][1] - swings[index][0];
+    there.sort_by(|a, b| swing(*b).total_cmp(&swing(*a)).then(a.cmp(b)));
+    there.truncate(MOST_LINES);
+    there.sort_unstable();
+    (count, there)
+}
+
+/// Calls a function for each row of a table with its cells as numbers. An empty cell has none.
+pub(super) fn each_row(
+    table: impl Read,
+    mut row: impl FnMut(&dyn Fn(usize) -> Option<f64>),
+) -> Result<(), OutputError> {
+    let mut reader = csv::Reader::from_reader(table);
+    let mut record = csv::ByteRecord::new();
+    let failed = |error: csv::Error| OutputError::Mismatch(format!("a table of the run cannot be read: {error}"));
+    while reader.read_byte_record(&mut record).map_err(failed)? {
+        row(&|at| std::str::from_utf8(record.get(at)?).ok()?.parse().ok());
+    }
+    Ok(())
+}

@@ -1,0 +1,120 @@
+//! The tables of a run: temperatures and joints of every step, appended as it goes.
+
+use rayon::prelude::*;
+
+use super::OutputError;
+use super::folder::Folder;
+use super::growing::Growing;
+use super::joints::JointColumns;
+use super::report::PlotEntry;
+use super::series::{Series, SeriesRow};
+use super::series_lines::SeriesLines;
+use super::statistics::Groups;
+use super::temperature_plots::{Eclipses, temperature_plots};
+use crate::gpu::nodes::GROUP;
+use crate::simulation::prepare::Prepared;
+
+/// Temperatures over time.
+pub const SERIES: &str = "series.csv";
+/// Positions of joints over time.
+pub const JOINTS: &str = "joints.csv";
+
+/// The growing tables of a run.
+pub(super) struct Tables<'a> {
+    groups: NodeGroups,
+    columns: Series,
+    series: Growing<'a>,
+    joint_columns: JointColumns,
+    joints: Option<Growing<'a>>,
+}
+
+impl<'a> Tables<'a> {
+    pub fn begin(prepared: &Prepared, folder: &'a Folder) -> Result<Self, OutputError> {
+        let begin = |name: &str, head: Vec<String>, _: usize| Growing::begin(folder, name, head);
+        Self::new(prepared, begin)
+    }
+
+    /// Goes on with the tables of an earlier part of the run, which had these lengths [bytes].
+    pub fn again(prepared: &Prepared, folder: &'a Folder, lengths: [u64; 2]) -> Result<Self, OutputError> {
+        Self::new(prepared, |name, _, number| Growing::again(folder, name, lengths[number]))
+    }
+
+    fn new(
+        prepared: &Prepared,
+        open: impl Fn(&str, Vec<String>, usize) -> Result<Growing<'a>, OutputError>,
+    ) -> Result<Self, OutputError> {
+        let names: Vec<String> = prepared.materials.iter().map(|material| material.name.clone()).collect();
+        let probes: Vec<String> = prepared.scene.probes.iter().map(|probe| probe.name.clone()).collect();
+        let columns = Series::new(&prepared.parts, &names, &probes);
+        let joints = prepared.loads.joints().joints();
+        let joint_columns = JointColumns::new(joints.iter().map(|joint| (joint.name.clone(), joint.turns())));
+        Ok(Self {
+            groups: NodeGroups::new(prepared)?,
+            series: open(SERIES, columns.column_names(), 0)?,
+            joints: (!joint_columns.is_empty()).then(|| open(JOINTS, joint_columns.head(), 1)).transpose()?,
+            columns,
+            joint_columns,
+        })
+    }
+
+    pub fn add(&mut self, prepared: &Prepared, time: f64, temperatures: &[f32]) -> Result<(), OutputError> {
+        let row = self.groups.row(time, temperatures, &prepared.probes)?;
+        self.series.push(self.columns.cells(&row)?)?;
+        match &mut self.joints {
+            Some(joints) => joints.push(self.joint_columns.cells(time, &prepared.loads.joints_at(time).0)),
+            None => Ok(()),
+        }
+    }
+
+    /// Brings the tables to the disk. Returns their lengths [bytes].
+    pub fn sync(&mut self) -> Result<[u64; 2], OutputError> {
+        let joints = self.joints.as_mut().map_or(Ok(0), Growing::sync)?;
+        Ok([self.series.sync()?, joints])
+    }
+
+    pub fn plots(&mut self, eclipses: &Eclipses) -> Result<Vec<PlotEntry>, OutputError> {
+        let series = &mut self.series;
+        let mut plots = temperature_plots(SeriesLines::read(&self.columns, || series.reader())?, eclipses)?;
+        if let Some(joints) = &mut self.joints {
+            plots.extend(self.joint_columns.plots(|| joints.reader(), eclipses)?);
+        }
+        Ok(plots)
+    }
+}
+
+/// Nodes grouped by part, by material and all together, for the series.
+pub(crate) struct NodeGroups {
+    parts: Groups,
+    materials: Groups,
+    all: Groups,
+    /// Device index of each vertex. Padding nodes have no vertex, so they do not affect minima.
+    node_of_vertex: Vec<u32>,
+}
+
+impl NodeGroups {
+    pub(crate) fn new(prepared: &Prepared) -> Result<Self, OutputError> {
+        let nodes = &prepared.nodes;
+        let node_of_vertex = nodes.node_of_vertex.clone();
+        let areas: Vec<f64> = node_of_vertex.iter().map(|node| nodes.areas[*node as usize]).collect();
+        let of =
+            |groups: &[u32]| node_of_vertex.iter().map(|node| groups[*node as usize / GROUP]).collect::<Vec<u32>>();
+        Ok(Self {
+            parts: Groups::new(areas.clone(), of(&nodes.group_part), prepared.parts.len())?,
+            materials: Groups::new(areas.clone(), of(&nodes.group_material), prepared.materials.len())?,
+            all: Groups::all(areas),
+            node_of_vertex,
+        })
+    }
+
+    /// The series row of a step. `device` has the temperatures in device order [K], `probes` the nodes of the probes.
+    pub(crate) fn row(&self, time: f64, device: &[f32], probes: &[usize]) -> Result<SeriesRow, OutputError> {
+        let temperatures: Vec<f32> = self.node_of_vertex.par_iter().map(|node| device[*node as usize]).collect();
+        Ok(SeriesRow {
+            time,
+            all: self.all.summaries(&temperatures)?.pop().flatten(),
+            parts: self.parts.summaries(&temperatures)?,
+            materials: self.materials.summaries(&temperatures)?,
+            probes: probes.iter().map(|node| device[*node]).collect(),
+        })
+    }
+}

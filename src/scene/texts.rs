@@ -1,0 +1,52 @@
+//! Checks the text of one file that a scene can name, without the scene.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use hifitime::{Epoch, TimeScale};
+
+use super::ephemeris::{self, AttitudeOptions, Options, read_attitude};
+use super::epoch::parse_epoch;
+use super::error::SceneError;
+use super::table::MaterialTable;
+use crate::environment::rotation_history::{HistoryFrame, RotationHistory};
+use crate::environment::trajectory::Trajectory;
+use crate::files::Reach;
+
+/// Time 0 of a table whose times are seconds.
+fn start() -> Option<Epoch> {
+    parse_epoch("2023-10-29T00:00:00", TimeScale::UTC).ok()
+}
+
+/// The number of entries of a materials table.
+///
+/// # Errors
+/// The first error, with its line and key.
+pub fn materials(text: &str, path: &Path) -> Result<usize, SceneError> {
+    MaterialTable::parse(text, path, &Reach::of(path), 1.0).map(|table| table.len())
+}
+
+/// A trajectory: two-line elements, an OEM as KVN or XML, or a table in ITRF.
+///
+/// # Errors
+/// The first error, with its line and key.
+pub fn trajectory(text: &str, path: &Path) -> Result<Arc<Trajectory>, SceneError> {
+    let is_table = text.trim_start().starts_with("time");
+    let options = Options {
+        frame: is_table.then(|| "ITRF".to_owned()),
+        time_system: is_table.then(|| "UTC".to_owned()),
+        start: start().filter(|_| is_table),
+        ..Options::default()
+    };
+    ephemeris::read(path, text, &options, &mut Vec::new())
+}
+
+/// An attitude: an AEM as KVN or XML, or a table of quaternions in the inertial frame.
+///
+/// # Errors
+/// The first error, with its line and key.
+pub fn attitude(text: &str, path: &Path) -> Result<Arc<RotationHistory>, SceneError> {
+    let frame = text.trim_start().starts_with("time").then_some(HistoryFrame::Inertial);
+    let options = AttitudeOptions { frame, start: start(), ..AttitudeOptions::default() };
+    read_attitude(path, text, &options, &mut Vec::new())
+}

@@ -1,0 +1,71 @@
+//! Bounds on the work that a scene asks for. They are checked where the values are read, before anything is stepped.
+
+use super::error::SceneError;
+use super::section::Section;
+use super::{Camera, Draw, Time};
+use crate::environment::Orbit;
+
+/// Most steps of a run or of a warm-up: a hundred days at 100 Hz, rounded up.
+pub const MOST_STEPS: f64 = 1e9;
+/// Latest time of a scene [s], 3000 years. Sun and planets are not known better beyond.
+pub const LATEST: f64 = 1e11;
+/// Most orbits of a run. Each has its eclipses, which are found and drawn.
+pub const MOST_ORBITS: f64 = 1e6;
+/// Most bytes of images, before compression.
+const MOST_IMAGE_BYTES: f64 = 1e13;
+/// Bytes of a pixel: radiance, temperature, depth, part and material.
+const PIXEL_BYTES: f64 = 20.0;
+
+/// Why a time is too late for a scene with this step and orbit. `None` if it is not.
+pub fn too_late(time: f64, step: f64, orbit: &Orbit) -> Option<String> {
+    let (steps, orbits) = (time / step, time / orbit.period());
+    if steps > MOST_STEPS {
+        return Some(format!("{time} s are {steps:.3e} steps of {step} s; the limit is {MOST_STEPS:e} steps"));
+    }
+    if time > LATEST {
+        return Some(format!("{time:.3e} s lie beyond the limit of {LATEST:e} s"));
+    }
+    (orbits > MOST_ORBITS).then(|| format!("{time} s are {orbits:.3e} orbits; the limit is {MOST_ORBITS:e} orbits"))
+}
+
+/// Checks the steps of `[time]`.
+pub(super) fn check_steps(section: &Section, time: &Time, orbit: &Orbit) -> Result<(), SceneError> {
+    let end = f64::from(time.steps) * time.step;
+    if let Some(reason) = too_late(end, time.step, orbit) {
+        return Err(section.error("steps", format!("asks for too much work: {reason}")));
+    }
+    // A periodic warm-up ends where an orbit repeats the one before, so its number of orbits says little.
+    let orbits = if time.periodic.is_some() { time.warm_up_orbits.min(1.0) } else { time.warm_up_orbits };
+    if orbits > 0.0
+        && let Some(reason) = too_late(orbits * orbit.period(), time.step, orbit)
+    {
+        let key = if section.has("warm_up_orbits") { "warm_up_orbits" } else { "step" };
+        return Err(section.error(key, format!("asks for too much work: a warm-up of {reason}")));
+    }
+    Ok(())
+}
+
+/// Checks the images that the steps draw.
+pub(super) fn check_images(section: &Section, time: &Time, camera: Option<&Camera>) -> Result<(), SceneError> {
+    let Some(camera) = camera else { return Ok(()) };
+    let images = images(time);
+    let bytes = images as f64 * f64::from(camera.width) * f64::from(camera.height) * PIXEL_BYTES;
+    if bytes <= MOST_IMAGE_BYTES {
+        return Ok(());
+    }
+    let key = if section.has("draw_steps") { "draw_steps" } else { "draw_every" };
+    let message = format!(
+        "asks for too much work: {images} images of {} x {} pixels are {bytes:.1e} bytes; the limit is {MOST_IMAGE_BYTES:e}",
+        camera.width, camera.height
+    );
+    Err(section.error(key, message))
+}
+
+/// Number of images that the steps of a run draw.
+pub fn images(time: &Time) -> u64 {
+    match &time.draw {
+        Draw::None => 0,
+        Draw::Every(stride) => u64::from(time.steps / stride) + 1,
+        Draw::Steps(steps) => steps.len() as u64,
+    }
+}

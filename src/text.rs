@@ -1,0 +1,89 @@
+//! Makes text from files and arguments safe to show: characters that steer a terminal, reorder a line or break XML become visible.
+
+use std::borrow::Cow;
+use std::fmt::Write;
+
+/// Whether a character must not reach a terminal, a page or a drawing as it is: a control character (C0, DEL, C1), a line or paragraph separator, a mark
+/// that changes the direction of text, or a code point that XML forbids.
+pub fn is_hidden(character: char) -> bool {
+    character.is_control()
+        || matches!(
+            character,
+            '\u{61C}'
+                | '\u{200E}'
+                | '\u{200F}'
+                | '\u{2028}'..='\u{202E}'
+                | '\u{2066}'..='\u{2069}'
+                | '\u{FEFF}'
+                | '\u{FFF9}'..='\u{FFFB}'
+                | '\u{FFFE}'
+                | '\u{FFFF}'
+        )
+}
+
+/// The text with hidden characters as Rust writes them: `\n`, `\t`, `\u{1b}`. It is one line. A backslash stays as it is.
+pub fn plain(text: &str) -> Cow<'_, str> {
+    shown(text, is_hidden)
+}
+
+/// As [`plain`], but line feeds stay.
+pub fn plain_lines(text: &str) -> Cow<'_, str> {
+    shown(text, |character| character != '\n' && is_hidden(character))
+}
+
+/// A JSON text of the same value in which hidden characters are `\u001b` or the like. Line feeds outside strings stay.
+pub fn plain_json(json: &str) -> Cow<'_, str> {
+    let hidden = |character: char| character != '\n' && is_hidden(character);
+    if !json.contains(hidden) {
+        return Cow::Borrowed(json);
+    }
+    let mut shown = String::with_capacity(json.len());
+    for character in json.chars() {
+        match hidden(character) {
+            // Every hidden character lies in the first plane, so one escape of four digits holds it.
+            true => drop(write!(shown, "\\u{:04x}", u32::from(character))),
+            false => shown.push(character),
+        }
+    }
+    Cow::Owned(shown)
+}
+
+fn shown(text: &str, hidden: impl Fn(char) -> bool) -> Cow<'_, str> {
+    let Some(first) = text.find(&hidden) else {
+        return Cow::Borrowed(text);
+    };
+    let mut shown = text[..first].to_owned();
+    for character in text[first..].chars() {
+        match hidden(character) {
+            true => shown.extend(character.escape_default()),
+            false => shown.push(character),
+        }
+    }
+    Cow::Owned(shown)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_steers_a_terminal_becomes_visible_and_all_else_stays() {
+        for harmless in ["", "skin", "+X panel", "Größe 2 µm", "名前", "a\\nb", "👩‍🚀"] {
+            assert!(matches!(plain(harmless), Cow::Borrowed(same) if same == harmless));
+        }
+        assert_eq!(plain("a\x1b[31mb\x07\n"), "a\\u{1b}[31mb\\u{7}\\n");
+        assert_eq!(plain("\u{7f}\u{9b}31m\u{202e}gnp\u{2066}"), "\\u{7f}\\u{9b}31m\\u{202e}gnp\\u{2066}");
+        assert_eq!(plain_lines("one\ntwo\r\n"), "one\ntwo\\r\n");
+        let every = (0..=0x2_0000).filter_map(char::from_u32).collect::<String>();
+        assert!(!plain(&every).contains(is_hidden));
+    }
+
+    #[test]
+    fn json_keeps_its_value() {
+        let value = serde_json::json!({ "name": "\u{9b}31m\u{202e}\u{7f}\n\u{1b}" });
+        let text = format!("{value:#}");
+        let shown = plain_json(&text);
+        assert!(!shown.contains(|character: char| character != '\n' && is_hidden(character)));
+        assert_eq!(serde_json::from_str::<serde_json::Value>(&shown).unwrap(), value);
+    }
+}

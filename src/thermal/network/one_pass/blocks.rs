@@ -1,0 +1,213 @@
+//! Finds what a step can not take explicitly: blocks of nodes joined by strong conductors.
+//!
+//! A conductor is strong where it moves more than [`STRONG`] of the difference of its nodes in a step. A node whose weak conductors move more than
+//! [`CROWDED`] of its difference to its neighbours has strong conductors only. Nodes joined by strong conductors are a block.
+
+use std::fmt;
+
+use crate::thermal::network::{Network, NodeKind, radiative_slope};
+
+/// Share of a difference that a weak conductor moves at most in a step.
+const STRONG: f64 = 0.3;
+/// Share that all weak conductors of a node move at most.
+const CROWDED: f64 = 0.5;
+/// Most nodes of a block.
+pub const BLOCK_AT_MOST: usize = 128;
+/// Most time constants of radiation in a step. With more, the conduction of the last step is no guide to the present one.
+const FADED: f64 = 3.0;
+
+/// The reason why a network is not stepped in one pass.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Unfit {
+    /// An arithmetic node.
+    Arithmetic {
+        /// The node.
+        node: usize,
+    },
+    /// A boundary node.
+    Boundary {
+        /// The node.
+        node: usize,
+    },
+    /// A thermostat.
+    Thermostat,
+    /// Radiative conductors that move too much of a difference in a step.
+    Radiative {
+        /// A node that they join.
+        node: usize,
+        /// The share that they move.
+        share: f64,
+    },
+    /// A block of too many nodes.
+    Large {
+        /// Number of its nodes.
+        nodes: usize,
+    },
+    /// A node that radiates away its heat too fast.
+    Fast {
+        /// The node.
+        node: usize,
+        /// Number of its time constants in a step.
+        ratio: f64,
+    },
+}
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Arithmetic { node } => write!(out, "node {node} stores no heat"),
+            Self::Boundary { node } => write!(out, "node {node} is a boundary"),
+            Self::Thermostat => write!(out, "a heater has a thermostat"),
+            Self::Radiative { node, share } => write!(
+                out,
+                "the radiative conductors of node {node} move {share:.2} of a difference in a step, which is more than \
+                 {CROWDED}"
+            ),
+            Self::Large { nodes } => write!(
+                out,
+                "{nodes} nodes are joined by conductors that are fast beside the step; it takes {BLOCK_AT_MOST}"
+            ),
+            Self::Fast { node, ratio } => {
+                write!(out, "node {node} has {ratio:.1} time constants of its radiation in a step; it takes {FADED:.0}")
+            }
+        }
+    }
+}
+
+/// The conductors of a network, divided.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Division {
+    /// Nodes of each block, ascending.
+    pub blocks: Vec<Vec<u32>>,
+    /// Whether each linear conductor lies inside a block.
+    pub inside: Vec<bool>,
+}
+
+impl Division {
+    /// Divides a network for a step [s]. No node is expected to be hotter than its value in `hottest` [K].
+    ///
+    /// # Errors
+    /// See [`Unfit`].
+    pub fn new(network: &Network, step: f64, hottest: &[f64]) -> Result<Self, Unfit> {
+        if let Some(node) = network.kinds.iter().position(|kind| *kind != NodeKind::Diffusive) {
+            let arithmetic = network.kinds[node] == NodeKind::Arithmetic;
+            return Err(if arithmetic { Unfit::Arithmetic { node } } else { Unfit::Boundary { node } });
+        }
+        let slope = |node: u32| radiative_slope(hottest[node as usize]);
+        let share = |node: u32, conductance: f64| step * conductance / network.capacitances[node as usize];
+        let ratio = |node: usize| share(node as u32, slope(node as u32) * network.emissive_areas[node]);
+        if let Some(node) = (0..network.len()).find(|node| ratio(*node) > FADED) {
+            return Err(Unfit::Fast { node, ratio: ratio(node) });
+        }
+        let mut sums = vec![0.0; network.len()];
+        for conductor in &network.radiative {
+            let [a, b] = conductor.nodes;
+            let steepest = slope(a).max(slope(b));
+            for node in conductor.nodes {
+                sums[node as usize] += share(node, steepest * conductor.exchange_area);
+            }
+        }
+        if let Some(node) = (0..sums.len()).find(|node| sums[*node] > CROWDED) {
+            return Err(Unfit::Radiative { node, share: sums[node] });
+        }
+        let moved = |[a, b]: [u32; 2], conductance: f64| share(a, conductance) + share(b, conductance);
+        let strong = network.linear.iter().map(|one| moved(one.nodes, one.conductance) > STRONG);
+        let mut strong: Vec<bool> = strong.collect();
+        for (conductor, _) in network.linear.iter().zip(&strong).filter(|(_, strong)| !**strong) {
+            for node in conductor.nodes {
+                sums[node as usize] += share(node, conductor.conductance);
+            }
+        }
+        for (conductor, strong) in network.linear.iter().zip(&mut strong) {
+            *strong |= conductor.nodes.iter().any(|node| sums[*node as usize] > CROWDED);
+        }
+        let mut sets = Sets((0..network.len() as u32).collect());
+        for (conductor, _) in network.linear.iter().zip(&strong).filter(|(_, strong)| **strong) {
+            sets.join(conductor.nodes);
+        }
+        let mut members = vec![Vec::new(); network.len()];
+        (0..network.len() as u32).for_each(|node| members[sets.root(node) as usize].push(node));
+        let blocks: Vec<Vec<u32>> = members.into_iter().filter(|members| members.len() > 1).collect();
+        if let Some(block) = blocks.iter().find(|block| block.len() > BLOCK_AT_MOST) {
+            return Err(Unfit::Large { nodes: block.len() });
+        }
+        let inside = network.linear.iter().map(|one| sets.root(one.nodes[0]) == sets.root(one.nodes[1])).collect();
+        Ok(Self { blocks, inside })
+    }
+}
+
+/// Disjoint sets of nodes. The smallest node represents its set.
+struct Sets(Vec<u32>);
+
+impl Sets {
+    fn root(&mut self, mut node: u32) -> u32 {
+        while self.0[node as usize] != node {
+            self.0[node as usize] = self.0[self.0[node as usize] as usize];
+            node = self.0[node as usize];
+        }
+        node
+    }
+
+    fn join(&mut self, nodes: [u32; 2]) {
+        let [a, b] = nodes.map(|node| self.root(node));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::thermal::network::LinearConductor;
+
+    fn chain(conductances: &[f64]) -> Network {
+        let count = conductances.len() + 1;
+        let join = |(at, conductance): (usize, &f64)| LinearConductor {
+            nodes: [at as u32, at as u32 + 1],
+            conductance: *conductance,
+        };
+        Network {
+            kinds: vec![NodeKind::Diffusive; count],
+            capacitances: vec![1.0; count],
+            emissive_areas: vec![0.0; count],
+            temperatures: vec![300.0; count],
+            linear: conductances.iter().enumerate().map(join).collect(),
+            ..Network::default()
+        }
+    }
+
+    #[test]
+    fn strong_conductors_make_blocks() {
+        let division = Division::new(&chain(&[0.01, 0.2, 0.2, 0.01, 5.0]), 1.0, &[300.0; 6]).expect("a chain");
+        assert_eq!(division.blocks, [vec![1, 2, 3], vec![4, 5]]);
+        assert_eq!(division.inside, [false, true, true, false, true]);
+        let finer = Division::new(&chain(&[0.01, 0.2, 0.2, 0.01, 5.0]), 0.5, &[300.0; 6]).expect("a chain");
+        assert_eq!(finer.blocks, [vec![4, 5]], "with half the step only one conductor is strong");
+    }
+
+    #[test]
+    fn many_weak_conductors_of_a_node_are_strong_together() {
+        // A star: each conductor moves 0.2 of a difference, six of them 0.6 of the centre's.
+        let mut network = chain(&[0.0; 6]);
+        network.linear = (1..7).map(|node| LinearConductor { nodes: [0, node], conductance: 0.1 }).collect();
+        let division = Division::new(&network, 1.0, &[300.0; 7]).expect("a star");
+        assert_eq!(division.blocks, [vec![0, 1, 2, 3, 4, 5, 6]]);
+        network.linear.truncate(4);
+        assert_eq!(Division::new(&network, 1.0, &[300.0; 7]).expect("a star").blocks, Vec::<Vec<u32>>::new());
+    }
+
+    #[test]
+    fn what_does_not_fit_is_named() {
+        let refused = |network: &Network| Division::new(network, 1.0, &[300.0; 129]).expect_err("a refusal");
+        assert_eq!(refused(&chain(&[1.0; 128])), Unfit::Large { nodes: 129 });
+        assert!(Division::new(&chain(&[1.0; 127]), 1.0, &[300.0; 128]).is_ok());
+        let mut network = chain(&[0.1]);
+        network.emissive_areas[1] = 3.1 / radiative_slope(300.0);
+        assert!(matches!(refused(&network), Unfit::Fast { node: 1, .. }));
+        network.emissive_areas[1] = 0.0;
+        let exchange_area = 0.6 / radiative_slope(300.0);
+        network.radiative.push(crate::thermal::network::RadiativeConductor { nodes: [1, 0], exchange_area });
+        assert!(matches!(refused(&network), Unfit::Radiative { node: 0, .. }));
+        network.kinds[1] = NodeKind::Arithmetic;
+        assert_eq!(refused(&network), Unfit::Arithmetic { node: 1 });
+    }
+}

@@ -1,0 +1,277 @@
+//! What the one pass needs of a network for one length of step: weak conductors by node, and the matrices of the blocks.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::blocks::{Division, Unfit};
+use super::exponential::exponentials;
+use super::local;
+use crate::thermal::network::{Network, radiative_slope};
+
+/// Excess of a length over whole steps that is rounding.
+const ROUNDING: f64 = 1e-6;
+/// Most plans that are kept.
+const PLANS_AT_MOST: usize = 4;
+/// Relative difference up to which two blocks are copies of each other.
+const ALIKE: f64 = 1e-5;
+
+/// A weak exchange of a node with a neighbour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weak {
+    /// The neighbour.
+    pub neighbour: u32,
+    /// Linear conductance [W/K].
+    pub conductance: f64,
+    /// Radiative conductance [m2].
+    pub exchange_area: f64,
+}
+
+/// Nodes that conduct to each other exactly.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Block {
+    /// The nodes, ascending.
+    pub nodes: Vec<u32>,
+    /// Number of its matrices.
+    pub conduction: u32,
+    /// Mean capacitance of its nodes [J/K].
+    pub capacitance: f64,
+}
+
+/// The matrices of blocks that are copies of each other, row after row. Both are symmetric, times a node's capacitance over the block's mean. A matrix with
+/// the differences to a node in its row gives the change of that node.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Conduction {
+    /// Number of nodes.
+    pub size: usize,
+    /// What a node gets of what another received in the step.
+    pub drive: Vec<f64>,
+    /// What a node gets of the temperature of another at the start.
+    pub start: Vec<f64>,
+}
+
+/// The parts of a plan that do not depend on the length of a step.
+#[derive(Debug)]
+struct Shape {
+    network: Network,
+    /// Longest step [s].
+    longest: f64,
+    blocks: Vec<Block>,
+    kinds: Vec<Kind>,
+    /// First weak exchange of each node, and one number at the end.
+    starts: Vec<u32>,
+    weak: Vec<Weak>,
+    /// Greatest rate of radiation [1/s].
+    fading: f64,
+}
+
+/// What defines the matrices of blocks that are copies of each other.
+#[derive(Debug)]
+struct Kind {
+    /// Capacitance of each node over their mean.
+    shares: Vec<f64>,
+    /// Conductors: two places in the block, and the conductance over the mean capacitance [1/s].
+    rates: Vec<([u32; 2], f64)>,
+}
+
+/// A network ready for steps of one length.
+#[derive(Debug)]
+pub struct Plan {
+    shape: Arc<Shape>,
+    step: f64,
+    conductions: Vec<Conduction>,
+}
+
+impl Plan {
+    /// Prepares a network for steps of at most `step` [s]. No node is expected to be hotter than its value in `hottest`
+    /// [K].
+    ///
+    /// # Errors
+    /// The reason why one pass can not take the network.
+    pub fn new(network: &Network, step: f64, hottest: &[f64]) -> Result<Arc<Self>, Unfit> {
+        let division = Division::new(network, step, hottest)?;
+        let (starts, weak) = weak_rows(network, &division);
+        let (blocks, kinds) = kinds(network, &division);
+        let rate =
+            |node: usize| network.emissive_areas[node] * radiative_slope(hottest[node]) / network.capacitances[node];
+        let fading = (0..network.len()).map(rate).fold(0.0, f64::max);
+        let shape = Shape { network: network.clone(), longest: step, blocks, kinds, starts, weak, fading };
+        Ok(Self::of_shape(&Arc::new(shape), step))
+    }
+
+    fn of_shape(shape: &Arc<Shape>, step: f64) -> Arc<Self> {
+        let conductions = shape.kinds.iter().map(|kind| conduction(kind, step));
+        Arc::new(Self { shape: Arc::clone(shape), step, conductions: conductions.collect() })
+    }
+
+    /// The network.
+    pub fn network(&self) -> &Network {
+        &self.shape.network
+    }
+
+    /// Length of a step [s].
+    pub fn step(&self) -> f64 {
+        self.step
+    }
+
+    /// The longest step for which the blocks were found [s].
+    pub fn longest(&self) -> f64 {
+        self.shape.longest
+    }
+
+    /// Runge-Kutta steps in a local step.
+    pub fn local_steps(&self) -> u32 {
+        (self.step * self.shape.fading / local::SHARE).ceil().max(2.0) as u32
+    }
+
+    /// The blocks.
+    pub fn blocks(&self) -> &[Block] {
+        &self.shape.blocks
+    }
+
+    /// The matrices of the blocks.
+    pub fn conductions(&self) -> &[Conduction] {
+        &self.conductions
+    }
+
+    /// The weak exchanges of a node.
+    pub fn weak_of(&self, node: usize) -> &[Weak] {
+        &self.shape.weak[self.shape.starts[node] as usize..self.shape.starts[node + 1] as usize]
+    }
+
+    /// Whether nodes radiate to each other.
+    pub fn radiates(&self) -> bool {
+        self.shape.weak.iter().any(|link| link.exchange_area > 0.0)
+    }
+
+    /// Number of weights of all blocks, with copies.
+    pub fn weights(&self) -> usize {
+        self.blocks().iter().map(|block| block.nodes.len().pow(2)).sum()
+    }
+
+    /// The change of each node by conduction inside its block [K], from the differences of drives and of temperatures to a node that `differences` gives.
+    pub(super) fn conduct(&self, differences: impl Fn(usize, usize) -> [f64; 2], out: &mut [f64]) {
+        for block in self.blocks() {
+            let conduction = &self.conductions[block.conduction as usize];
+            for (row, node) in block.nodes.iter().enumerate() {
+                let mut sum = 0.0;
+                for (column, other) in block.nodes.iter().enumerate() {
+                    let at = row * conduction.size + column;
+                    let [drive, start] = differences(*node as usize, *other as usize);
+                    sum += conduction.drive[at] * drive + conduction.start[at] * start;
+                }
+                out[*node as usize] = sum * block.capacitance / self.network().capacitances[*node as usize];
+            }
+        }
+    }
+}
+
+/// A plan, and those of other lengths of step that were used last.
+#[derive(Debug, Clone)]
+pub struct Plans(Vec<Arc<Plan>>);
+
+impl Plans {
+    /// The plan of the longest step.
+    pub fn new(plan: &Arc<Plan>) -> Self {
+        Self(vec![Arc::clone(plan)])
+    }
+
+    /// Divides a length [s] into equal steps that are not longer than the longest. Returns the plan of these steps and their number.
+    pub fn over(&mut self, length: f64) -> (Arc<Plan>, u32) {
+        let count = (length / self.0[0].longest() - ROUNDING).ceil().max(1.0);
+        let step = length / count;
+        let known = self.0.iter().find(|plan| (plan.step / step - 1.0).abs() < ROUNDING).map(Arc::clone);
+        let plan = known.unwrap_or_else(|| {
+            // The plan of the longest step stays.
+            self.0.truncate(PLANS_AT_MOST - 1);
+            self.0.insert(1, Plan::of_shape(&self.0[0].shape, step));
+            Arc::clone(&self.0[1])
+        });
+        (plan, count as u32)
+    }
+}
+
+/// Weak exchanges sorted by node, each in the rows of both its ends. Parallel ones are one.
+fn weak_rows(network: &Network, division: &Division) -> (Vec<u32>, Vec<Weak>) {
+    let linear = network.linear.iter().zip(&division.inside).filter(|(one, inside)| !**inside && one.conductance > 0.0);
+    let linear = linear.map(|(one, _)| (one.nodes, one.conductance, 0.0));
+    let radiative = network.radiative.iter().map(|one| (one.nodes, 0.0, one.exchange_area));
+    let mut rows = vec![Vec::new(); network.len()];
+    for ([a, b], conductance, exchange_area) in linear.chain(radiative).filter(|([a, b], ..)| a != b) {
+        for (node, neighbour) in [(a, b), (b, a)] {
+            rows[node as usize].push(Weak { neighbour, conductance, exchange_area });
+        }
+    }
+    for row in &mut rows {
+        row.sort_by_key(|link| link.neighbour);
+        row.dedup_by(|next, kept| {
+            let same = next.neighbour == kept.neighbour;
+            if same {
+                kept.conductance += next.conductance;
+                kept.exchange_area += next.exchange_area;
+            }
+            same
+        });
+    }
+    let mut starts = vec![0];
+    starts.extend(rows.iter().scan(0, |end, row| {
+        *end += row.len() as u32;
+        Some(*end)
+    }));
+    (starts, rows.into_iter().flatten().collect())
+}
+
+/// The blocks, and their kinds.
+fn kinds(network: &Network, division: &Division) -> (Vec<Block>, Vec<Kind>) {
+    let mut place = vec![(u32::MAX, 0u32); network.len()];
+    for (number, nodes) in division.blocks.iter().enumerate() {
+        nodes.iter().enumerate().for_each(|(at, node)| place[*node as usize] = (number as u32, at as u32));
+    }
+    let mut inside = vec![Vec::new(); division.blocks.len()];
+    for (conductor, _) in network.linear.iter().zip(&division.inside).filter(|(_, inside)| **inside) {
+        let [a, b] = conductor.nodes.map(|node| place[node as usize]);
+        if a.0 != u32::MAX && a.1 != b.1 {
+            inside[a.0 as usize].push(([a.1.min(b.1), a.1.max(b.1)], conductor.conductance));
+        }
+    }
+    let mut known = HashMap::new();
+    let (mut blocks, mut kinds) = (Vec::new(), Vec::new());
+    for (nodes, mut rates) in division.blocks.iter().zip(inside) {
+        let capacitances = nodes.iter().map(|node| network.capacitances[*node as usize]);
+        let capacitance = capacitances.clone().sum::<f64>() / nodes.len() as f64;
+        let shares: Vec<f64> = capacitances.map(|one| one / capacitance).collect();
+        rates.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        rates.iter_mut().for_each(|(_, rate)| *rate /= capacitance);
+        let rounded = |value: &f64| (value.ln() / ALIKE).round() as i64;
+        let key: (Vec<i64>, Vec<([u32; 2], i64)>) =
+            (shares.iter().map(rounded).collect(), rates.iter().map(|(pair, rate)| (*pair, rounded(rate))).collect());
+        let conduction = *known.entry(key).or_insert_with(|| {
+            kinds.push(Kind { shares, rates });
+            kinds.len() as u32 - 1
+        });
+        blocks.push(Block { nodes: nodes.clone(), conduction, capacitance });
+    }
+    (blocks, kinds)
+}
+
+/// The matrices of a kind of block over a step [s].
+fn conduction(Kind { shares, rates }: &Kind, step: f64) -> Conduction {
+    let size = shares.len();
+    // With temperatures times the root of the capacitance, the matrix of the rates is symmetric.
+    let roots: Vec<f64> = shares.iter().map(|share| share.sqrt()).collect();
+    let mut matrix = vec![0.0; size * size];
+    for ([a, b], rate) in rates {
+        let [a, b] = [*a, *b].map(|at| at as usize);
+        let moved = step * rate;
+        matrix[a * size + a] += moved / shares[a];
+        matrix[b * size + b] += moved / shares[b];
+        matrix[a * size + b] -= moved / (roots[a] * roots[b]);
+        matrix[b * size + a] -= moved / (roots[a] * roots[b]);
+    }
+    let [drive, start] = exponentials(&matrix, size).map(|mut values| {
+        for (at, value) in values.iter_mut().enumerate() {
+            *value *= roots[at / size] * roots[at % size];
+        }
+        values
+    });
+    Conduction { size, drive, start }
+}

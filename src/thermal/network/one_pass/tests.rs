@@ -1,0 +1,236 @@
+//! The one pass against the accurate integrator, its conservation and its order.
+
+use super::*;
+use crate::thermal::network::control::{Integrator, Leg, Settings, integrate_leg};
+use crate::thermal::network::reference::ReferenceStepper;
+use crate::thermal::network::schedule::Schedule;
+use crate::thermal::network::stepper::Stepper;
+use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
+
+const HOTTEST: f64 = 400.0;
+
+/// A number between 0 and 1 that depends on `n` without a pattern.
+fn scattered(n: usize) -> f64 {
+    (n as f64 * 0.618_033_988_75 + (n * n) as f64 * 0.414_213_562).fract()
+}
+
+/// A sheet of `side` x `side` cells. Conductors are slow, but every seventh is `fast` times faster.
+fn sheet(side: usize, fast: f64) -> Network {
+    let count = side * side;
+    let mut linear = Vec::new();
+    for at in 0..count {
+        for (other, inside) in [(at + 1, at % side + 1 < side), (at + side, at + side < count)] {
+            if inside {
+                let rate = 0.004 * (0.5 + scattered(linear.len()));
+                let conductance = if linear.len() % 7 == 3 { fast * rate } else { rate };
+                linear.push(LinearConductor { nodes: [at as u32, other as u32], conductance: 1000.0 * conductance });
+            }
+        }
+    }
+    Network {
+        space_temperature: 2.7,
+        kinds: vec![NodeKind::Diffusive; count],
+        capacitances: (0..count).map(|at| 1000.0 * (0.5 + scattered(3 * at))).collect(),
+        emissive_areas: (0..count).map(|at| 0.3 * (0.2 + scattered(5 * at))).collect(),
+        temperatures: vec![280.0; count],
+        linear,
+        ..Network::default()
+    }
+}
+
+/// Heat of a node [W]: sunlight that turns over it in an orbit of 6000 s, as a mean from `from` to `to` [s].
+fn sunlight(node: usize, from: f64, to: f64) -> f64 {
+    let turn = std::f64::consts::TAU / 6000.0;
+    let phase = 0.4 * scattered(7 * node);
+    80.0 + 60.0 * ((turn * from + phase).cos() - (turn * to + phase).cos()) / (turn * (to - from))
+}
+
+fn heat(network: &Network, from: f64, to: f64) -> Vec<f64> {
+    (0..network.len()).map(|node| sunlight(node, from, to) * network.emissive_areas[node] / 0.3).collect()
+}
+
+/// Temperatures after `time` [s] by the accurate integrator, with the heat of steps of `step` [s].
+fn accurate(network: &Network, time: f64, step: f64) -> Vec<f64> {
+    let mut stepper = ReferenceStepper::new(network.clone(), &[]);
+    let settings = Settings { tolerance: 1e-4, ..Settings::of(Integrator::Accurate) };
+    let mut first = f64::INFINITY;
+    for number in 0..(time / step).round() as u32 {
+        let from = f64::from(number) * step;
+        let schedule =
+            Schedule { constant: heat(network, from, from + step), times: vec![step], ..Schedule::default() };
+        let leg = Leg { horizon: time, step: first, tight_switches: false };
+        let series = integrate_leg(&mut stepper, network, &schedule, &settings, leg, |_| true).expect("no failure");
+        first = series.first_step.unwrap_or(series.step);
+    }
+    let Ok(temperatures) = stepper.temperatures();
+    temperatures
+}
+
+fn one_pass(network: &Network, time: f64, step: f64) -> OnePass {
+    let plan = Plan::new(network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+    let mut one_pass = OnePass::new(&plan);
+    for number in 0..(time / step).round() as u32 {
+        let from = f64::from(number) * step;
+        one_pass.advance(&heat(network, from, from + step), step);
+    }
+    one_pass
+}
+
+fn rms(a: &[f64], b: &[f64]) -> f64 {
+    (a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / a.len() as f64).sqrt()
+}
+
+/// Also the estimate is of the size of the error.
+#[test]
+fn a_sheet_with_strong_conductors_is_near_the_accurate_integrator() {
+    let network = sheet(9, 400.0);
+    let truth = accurate(&network, 3000.0, 15.0);
+    let stepped = one_pass(&network, 3000.0, 15.0);
+    assert!(!stepped.plan.blocks().is_empty());
+    let error = rms(stepped.temperatures(), &truth);
+    assert!(error < 4e-3, "{error} K");
+    let told = stepped.estimate().rms;
+    assert!(told > 0.3 * error && told < 30.0 * error.max(1e-4), "{told} for {error}");
+}
+
+#[test]
+fn the_error_falls_with_the_square_of_the_step() {
+    for fast in [1.0, 50.0] {
+        let network = sheet(6, fast);
+        let truth = accurate(&network, 2400.0, 2.5);
+        let error = |step| rms(one_pass(&network, 2400.0, step).temperatures(), &truth);
+        let [coarse, fine] = [20.0, 10.0].map(error);
+        let order = (coarse / fine).log2();
+        println!(
+            "strong conductors {fast} times faster: {coarse:.2e} K at 20 s, {fine:.2e} K at 10 s, order {order:.2}"
+        );
+        assert!(order > 1.7, "order {order} from {coarse} to {fine} K");
+    }
+}
+
+/// Each part of the scheme is needed: the conduction inside blocks in the local step, the last change in the weak conduction, and the loads in the local
+/// step.
+#[test]
+fn a_part_left_out_shows() {
+    let step = 15.0;
+    let run = |fast: f64, time: f64, change: fn(&mut OnePass), loads_outside: bool| {
+        let mut network = sheet(9, fast);
+        if fast > 1.0 {
+            network.capacitances.iter_mut().for_each(|capacitance| *capacitance *= 0.2);
+        } else {
+            // Neighbours that warm differently.
+            network.temperatures.iter_mut().enumerate().for_each(|(node, t)| *t += 60.0 * scattered(node));
+        }
+        let truth = accurate(&network, time, step);
+        let plan = Plan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+        let mut stepped = OnePass::new(&plan);
+        for number in 0..(time / step).round() as u32 {
+            let from = f64::from(number) * step;
+            let heat = heat(&network, from, from + step);
+            change(&mut stepped);
+            if loads_outside {
+                stepped.advance(&vec![0.0; network.len()], step);
+                for (node, heat) in heat.iter().enumerate() {
+                    stepped.temperatures[node] += step * heat / network.capacitances[node];
+                }
+            } else {
+                stepped.advance(&heat, step);
+            }
+        }
+        rms(stepped.temperatures(), &truth)
+    };
+    type Part = (&'static str, f64, f64, fn(&mut OnePass), bool);
+    let parts: [Part; 3] = [
+        ("the conduction inside blocks", 400.0, 1800.0, |stepped| stepped.coupling.fill(0.0), false),
+        ("the last change", 1.0, 300.0, |stepped| stepped.last.fill(0.0), false),
+        ("loads in the local step", 400.0, 1800.0, |_| (), true),
+    ];
+    for (part, fast, time, change, loads_outside) in parts {
+        let (whole, without) = (run(fast, time, |_| (), false), run(fast, time, change, loads_outside));
+        println!("without {part}: {without:.1e} K, with it {whole:.1e} K");
+        assert!(without > 3.0 * whole, "without {part}: {without} K, with it {whole} K");
+    }
+}
+
+/// Without loads and radiation, conduction moves heat but does not make it.
+#[test]
+fn heat_is_conserved() {
+    let mut network = sheet(8, 1e4);
+    network.emissive_areas.fill(0.0);
+    for (node, temperature) in network.temperatures.iter_mut().enumerate() {
+        *temperature = 200.0 + 200.0 * scattered(11 * node);
+    }
+    let plan = Plan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+    let mut stepped = OnePass::new(&plan);
+    let stored = |temperatures: &[f64]| network.capacitances.iter().zip(temperatures).map(|(c, t)| c * t).sum::<f64>();
+    let before = stored(stepped.temperatures());
+    for _ in 0..500 {
+        stepped.advance(&vec![0.0; network.len()], 15.0);
+    }
+    let after = stored(stepped.temperatures());
+    assert!((after / before - 1.0).abs() < 1e-12, "{before} J became {after} J");
+    let mean = before / network.capacitances.iter().sum::<f64>();
+    assert!(
+        stepped.temperatures().iter().all(|temperature| (temperature - mean).abs() < 20.0),
+        "the nodes approach each other"
+    );
+}
+
+/// A thin blanket over a structure, which radiate to each other.
+#[test]
+fn a_blanket_over_a_structure_is_near_the_accurate_integrator() {
+    let mut network = sheet(5, 30.0);
+    let structures = network.len();
+    for node in 0..structures {
+        network.kinds.push(NodeKind::Diffusive);
+        network.capacitances.push(140.0);
+        network.emissive_areas.push(network.emissive_areas[node]);
+        network.temperatures.push(280.0);
+        let nodes = [node as u32, (structures + node) as u32];
+        network.radiative.push(RadiativeConductor { nodes, exchange_area: 0.03 * 0.3 });
+    }
+    network.emissive_areas[..structures].fill(0.0);
+    let truth = accurate(&network, 3000.0, 15.0);
+    let stepped = one_pass(&network, 3000.0, 15.0);
+    let error = rms(stepped.temperatures(), &truth);
+    assert!(error < 1e-2, "{error} K");
+}
+
+/// A step of another length restarts, and long ones are divided.
+#[test]
+fn steps_of_other_lengths_keep_the_accuracy() {
+    let network = sheet(6, 50.0);
+    let plan = Plan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+    let mut stepped = OnePass::new(&plan);
+    let (mut now, end) = (0.0, 1806.0);
+    for length in [15.0, 7.0, 60.0, 15.0, 31.0].into_iter().cycle() {
+        let length = f64::min(length, end - now);
+        if length <= 0.0 {
+            break;
+        }
+        stepped.advance(&heat(&network, now, now + length), length);
+        now += length;
+    }
+    let error = rms(stepped.temperatures(), &accurate(&network, end, 3.0));
+    assert!(error < 0.03, "{error} K");
+}
+
+/// Copies of a block share their matrices, and a small difference makes another kind.
+#[test]
+fn copies_share_their_matrices() {
+    let join = |a: u32, b: u32, conductance: f64| LinearConductor { nodes: [a, b], conductance };
+    let mut network = Network {
+        kinds: vec![NodeKind::Diffusive; 9],
+        capacitances: vec![2.0; 9],
+        emissive_areas: vec![0.1; 9],
+        temperatures: vec![300.0; 9],
+        linear: (0..3)
+            .flat_map(|block| [join(3 * block, 3 * block + 1, 1.0), join(3 * block + 1, 3 * block + 2, 2.0)])
+            .collect(),
+        ..Network::default()
+    };
+    let kinds = |network: &Network| Plan::new(network, 1.0, &[300.0; 9]).expect("three blocks").conductions().len();
+    assert_eq!(kinds(&network), 1);
+    network.linear[0].conductance = 1.001;
+    assert_eq!(kinds(&network), 2);
+}

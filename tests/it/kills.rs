@@ -1,0 +1,56 @@
+//! Runs that are killed at random moments and resumed leave the files of an undisturbed run.
+
+#[path = "../../tools/src/kills/craft.rs"]
+mod craft;
+#[path = "../../tools/src/kills/trial.rs"]
+mod trial;
+
+use std::path::Path;
+
+use trial::{NETWORK, Random, TRANSITION, Trial};
+
+fn kill(scene: &str, device: Option<&str>, steps: u32, kills: u32, first: u32) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let program = Path::new(env!("CARGO_BIN_EXE_isotherm"));
+    let trial = Trial::new(program, folder.path(), scene, steps, device).expect("an undisturbed run");
+    let seed = 0x5DEE_CE66 + u64::from(first);
+    let met = trial.run(kills, first, &mut Random(seed)).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+    assert!(met.files > 10 && met.kills.values().sum::<u32>() == kills);
+}
+
+#[test]
+fn a_transition_with_joints_survives_a_kill_and_a_signal() {
+    kill(TRANSITION, Some("cpu"), 150, 2, 0);
+}
+
+#[test]
+fn a_network_with_thermostats_survives_a_kill_on_the_device() {
+    kill(NETWORK, None, 100, 1, 0);
+}
+
+/// The network without its thermostats, stepped in one pass.
+fn one_pass() -> String {
+    let (before, rest) = NETWORK.split_once("[[heater]]").expect("heaters");
+    let (_, after) = rest.split_once("[[probe]]").expect("a probe after them");
+    format!("{before}[[probe]]{after}\n[network]\nintegrator = \"one_pass\"\n")
+}
+
+#[test]
+fn a_network_in_one_pass_survives_a_kill_on_the_device() {
+    kill(&one_pass(), None, 100, 2, 0);
+}
+
+#[test]
+#[ignore = "long: tools/test --all"]
+fn every_kind_of_scene_survives_many_kills_on_every_engine() {
+    let one_pass = one_pass();
+    for (first, scene, device) in [
+        (0, TRANSITION, Some("cpu")),
+        (1, TRANSITION, None),
+        (2, NETWORK, Some("cpu")),
+        (0, NETWORK, None),
+        (1, &one_pass, None),
+    ] {
+        kill(scene, device, 300, 6, first);
+    }
+}

@@ -1,0 +1,3 @@
+//! What several tools use.
+
+pub mod section;
