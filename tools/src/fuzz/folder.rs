@@ -1,6 +1,7 @@
 //! The files that cases name.
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 pub const TABLE: &str = "\
 [paint]
@@ -38,8 +39,11 @@ pub struct Folder(PathBuf);
 
 impl Folder {
     pub fn new(name: &str) -> std::io::Result<Self> {
-        let folder = std::env::temp_dir().join(format!("isotherm_fuzz_{}_{name}", std::process::id()));
-        std::fs::create_dir_all(&folder)?;
+        // Two tests of one process run at a time: the first to end would remove the files of the other.
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let folder = std::env::temp_dir().join(format!("isotherm_fuzz_{}_{number}_{name}", std::process::id()));
+        std::fs::create_dir(&folder)?;
         let tle = include_str!("../../../models/iss.tle");
         let files: [(&str, &[u8]); 8] = [
             ("craft.glb", b""),
