@@ -74,6 +74,7 @@ fn stated(case: &NetworkCase, scheme: Scheme) -> Option<f64> {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn the_work_of_each_scheme_is_what_it_was_and_its_error_below_what_is_stated() {
     let mut counts = String::new();
     let on_processor = context().info.kind == "cpu";

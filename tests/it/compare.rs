@@ -53,6 +53,7 @@ fn column(folder: &Folder, file: &str, name: &str) -> Vec<f64> {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn three_responses_of_one_craft() {
     let folder = Folder::new(&scene(BULK));
     let said = succeed(folder.0.path(), &["compare", "scene.toml", "-o", "out"]);
@@ -114,6 +115,7 @@ fn three_responses_of_one_craft() {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn the_reference_agrees_with_the_device() {
     let folder = Folder::new(&scene(BULK));
     for (device, name) in [(None, "device"), (Some("cpu"), "cpu")] {
@@ -172,6 +174,7 @@ fn a_scene_that_draws_nothing_is_compared_in_numbers() {
 
 /// 2 m of aluminium takes days to warm, far longer than the run, and its warm-up can not become periodic.
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_fit_and_a_warm_up_that_are_not_to_be_trusted_are_told() {
     let thick = BULK.replace("0.002", "2");
     let periodic = "step = 60\nwarm_up = \"periodic\"\nwarm_up_tolerance = 1e-6\nwarm_up_orbits = 2\n";

@@ -59,6 +59,7 @@ fn dispatches(engine: &dyn Engine, fused: bool) -> usize {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn many_steps_in_a_dispatch_leave_what_they_leave_one_by_one() {
     let prepared = prepared("");
     let (one_by_one, separate) = state(&prepared, 1, 1.0);
@@ -80,6 +81,7 @@ fn many_steps_in_a_dispatch_leave_what_they_leave_one_by_one() {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn shadows_found_anew_end_a_dispatch() {
     let prepared = prepared("[shadows]\nredraw_angle_deg = 10\nresolution = 256\n");
     let (one_by_one, _) = state(&prepared, 1, 1.0);

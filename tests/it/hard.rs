@@ -38,6 +38,7 @@ fn the_device_holds_every_limit() {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn the_reference_holds_every_limit() {
     check(&Target::Reference);
 }

@@ -74,6 +74,7 @@ fn each_pixel(camera: &Camera, pose: &DAffine3, image: &Pixels, mut visit: impl 
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn radiance_of_a_plate_at_one_temperature() {
     let context = context();
     for [lower, upper] in [[8.0, 14.0], [3.0, 5.0], [1.0, 50.0], [10.3, 11.3]] {

@@ -106,6 +106,7 @@ fn pixels_apart(a: &[Pixels], b: &[Pixels], apart: f32) -> usize {
 
 /// A wing rotated by 30 degrees about its X and a mast moved by 0.4 m along its -Z: by joints, and in the file.
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_joint_that_stands_is_a_model_made_so() {
     let turn = |degrees: f64| {
         let q = DQuat::from_rotation_x(degrees.to_radians());
@@ -261,6 +262,7 @@ fn a_contact_holds_across_a_joint_at_any_angle() {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn an_animation_in_the_file_is_played() {
     let animate = |maker: &mut Maker| {
         let times: Vec<u8> = [0.0f32, 600.0].iter().flat_map(|time| time.to_le_bytes()).collect();

@@ -24,6 +24,7 @@ fn a_transition_with_joints_survives_a_kill_and_a_signal() {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_network_with_thermostats_survives_a_kill_on_the_device() {
     kill(NETWORK, None, 100, 1, 0);
 }
@@ -36,6 +37,7 @@ fn one_pass() -> String {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_network_in_one_pass_survives_a_kill_on_the_device() {
     kill(&one_pass(), None, 100, 2, 0);
 }

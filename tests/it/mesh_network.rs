@@ -105,6 +105,7 @@ fn device_and_twin_agree_on_a_mixed_scene_with_a_blanket_heater_and_contact() {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_periodic_warm_up_ends_where_an_orbit_changes_nothing() {
     let scene = scene_with(&[
         (TRANSITION, SKIN),

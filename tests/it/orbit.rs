@@ -144,6 +144,7 @@ fn orbit(attitude: &Attitude, steps: u32) -> Vec<StepLoad> {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn merge_over_an_orbit() {
     let nadir = Attitude::Nadir { nadir_axis: DVec3::Z, forward_axis: DVec3::X };
     let inertial = Attitude::Inertial { inertial_from_body: glam::DQuat::from_rotation_x(0.4) };

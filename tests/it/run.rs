@@ -147,6 +147,7 @@ fn frame(path: &Path) -> Frame {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn render_gives_the_frame_of_the_run_at_that_time() {
     let folder = Folder::new(SCENE);
     succeed(folder.0.path(), &["run", "scene.toml", "-o", "out"]);
@@ -368,6 +369,7 @@ fn a_signal_leaves_what_was_computed_and_the_run_goes_on_from_there() {
 
 #[cfg(unix)]
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_finished_run_is_not_resumed_and_a_stopped_one_ends_as_an_undisturbed_one() {
     let scene = scene_with(&[("steps = 12", "steps = 3000"), ("draw_every = 4", "draw_every = 1000")]);
     let folder = Folder::new(&scene);

@@ -91,6 +91,7 @@ fn reflecting(field: &AlbedoField, ratio: f64, sun_zenith: f64) -> Option<StepLo
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn albedo_flux_agrees() {
     let albedo = Present { sun: true, albedo: true, planet_ir: false };
     let plates = directions(3000, 3);

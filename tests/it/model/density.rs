@@ -168,6 +168,7 @@ fn sharp_edges_and_what_is_long_stay() {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_part_with_its_own_shortest_edge_is_the_only_one_that_changes() {
     let whole = box_of_two_parts();
     let model = whole.clone().subdivide(0.1, usize::MAX, &mut |_| {}).unwrap();

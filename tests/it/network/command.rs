@@ -238,6 +238,7 @@ fn ordinary_heaters_run_on(days: u32, least: usize) {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn ordinary_heaters_switch_as_often_as_they_need() {
     ordinary_heaters_run_on(2, 100_000);
 }

@@ -169,6 +169,7 @@ fn tiny_steps_do_not_stagnate() {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn both_paths_are_silent() {
     let Some(context) = validated_context() else { return };
     for (_, network) in networks().into_iter().take(2) {
