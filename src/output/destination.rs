@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use super::OutputError;
 use super::console;
-use super::folder::{check_writable, write_atomic, write_rows};
+use super::csv_rows::write_rows;
+use super::whole_file::{check_writable, write_atomic};
 
 /// The name of standard output on a command line.
 pub const STANDARD_OUTPUT: &str = "-";
