@@ -16,28 +16,7 @@ mod responses;
 /// A folder with an empty model, whose existence is enough, and a table.
 struct Folder(tempfile::TempDir);
 
-const TABLE: &str = "\
-[paint]
-finish = 'white paint'
-absorptivity = 0.26
-emissivity = 0.83
-optics_source = 'Fortescue 11.3'
-
-[metal]
-finish = 'Al 6061'
-conductivity = 167
-density = 2770
-specific_heat = 896
-bulk_source = 'AcubeSAT'
-
-[array]
-finish = 'array sheet'
-absorptivity = 0.88
-emissivity = 0.80
-optics_source = 'Fortescue 11.3'
-back = { absorptivity = 0.40, emissivity = 0.63 }
-back_source = 'composed'
-";
+const TABLE: &str = include_str!("scene/surfaces.toml");
 
 impl Folder {
     fn new() -> Self {
