@@ -274,8 +274,8 @@ fn representable(value: f64) -> bool {
 /// The error for a value that is not [`representable`].
 fn beyond(what: &str, value: f64, unit: &str) -> GpuError {
     unsupported(format!(
-        "{what} of {value:e} {unit}; it takes 0, or {LEAST:e} to below {MOST:e} {unit}, whose sums and products single \
-         precision holds"
+        "{what} of {value:e} {unit}; it takes 0, or {LEAST:e} to below {MOST:e} {unit}. Sums and products of other numbers \
+         leave the range of single precision"
     ))
 }
 

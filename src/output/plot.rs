@@ -81,7 +81,7 @@ pub struct Shade {
 pub struct Plot {
     /// First line, bold.
     pub title: String,
-    /// Second line: what the plot shows and leaves out.
+    /// Second line: the quantity that the plot shows, and which lines are not drawn.
     pub subtitle: String,
     /// Horizontal axis.
     pub x: Axis,
