@@ -73,7 +73,8 @@ enum Path {
 impl NetworkStepper {
     /// Uploads a network. Every attempt reports the temperatures of the nodes `sensors`.
     ///
-    /// # Errors The device or single precision can not hold the network, or a Vulkan call fails.
+    /// # Errors
+    /// The device or single precision can not hold the network, or a Vulkan call fails.
     pub fn new(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
         Self::beside(context, network, sensors, Vec::new())
     }

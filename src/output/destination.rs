@@ -50,8 +50,8 @@ impl Destination {
     /// Writes what `content` writes.
     ///
     /// # Errors
-    /// Those of `content`, or the destination takes no more. A file is then as it was. If standard output takes no more, the command goes on with what else it
-    /// writes, and tells it at its end.
+    /// Those of `content`, or the destination takes no more. A file is then as it was. If standard output takes no more, the command still writes its other
+    /// files and fails at its end.
     pub fn write<F>(&self, content: F) -> Result<(), OutputError>
     where
         F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,

@@ -79,7 +79,8 @@ pub struct Prepared {
 impl Prepared {
     /// Loads and checks everything that the scene names. `progress` is called for each stage.
     ///
-    /// # Errors The first problem that keeps the scene from running.
+    /// # Errors
+    /// The first problem that keeps the scene from running.
     pub fn new(path: &Path, progress: &mut dyn FnMut(Stage)) -> Result<Self, PrepareError> {
         Self::from_scene(Scene::load(path)?, progress)
     }
