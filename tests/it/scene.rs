@@ -87,7 +87,7 @@ fn every_value_of_a_full_scene_arrives() {
     assert_relative_eq!(shadows.redraw_angle, 0.5f64.to_radians(), epsilon = 1e-15);
     // The table's entries do not state the sides of the default. The other sentence says what shadows leave out.
     let [left_out, sides] = scene.assumptions.as_slice() else { panic!("{:?}", scene.assumptions) };
-    assert!(left_out.contains("[shadows] is about sunlight"), "{left_out}");
+    assert!(left_out.contains("[shadows] covers sunlight only"), "{left_out}");
     assert_eq!(sides, "Surfaces exchange heat on their outside only (sides is absent): materials.default.");
 
     let camera = scene.require_camera().unwrap();
