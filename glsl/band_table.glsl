@@ -1,6 +1,6 @@
 // Blackbody radiance in a band from a table (docs/numerics.md, section 5). The table has ln(L e^x / T) over v = T / (T
 // + 400 K), with x = c2 / (longest wavelength x T). The including shader defines its binding as BAND_BINDING. Twin:
-// src/thermal/radiance_f32.rs.
+// src/thermal/radiance.rs and src/thermal/brightness.rs.
 
 const float BAND_INTERVALS = 1024.0;
 const float MIDDLE_TEMPERATURE = 400.0; // K, at v = 1/2

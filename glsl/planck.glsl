@@ -1,5 +1,5 @@
 // Arithmetic of the band radiance from + - * / and bit masks only. A device's exp and log, or a division with an error
-// of 2.5 ulp, would each cost 2e-5 of the radiance. Twin: src/thermal/radiance_f32.rs.
+// of 2.5 ulp, would each cost 2e-5 of the radiance. Twin: src/thermal/radiance.rs.
 
 const float LN2_HIGH = 0.693359375; // 355/512, so that its product with a small integer is exact
 const float LN2_LOW = -2.1219444e-4;

@@ -83,9 +83,9 @@ fn frames(rows: &[FrameRow]) -> Option<Plot> {
             push(&mut lines, &format!("{}, {shadows}, worst", row.scene), [row.nodes as f64, worst]);
         }
     }
-    let title = "A whole step: step, shadows, image of 640 x 512 and its way to the host".to_owned();
+    let title = "A whole step: temperatures, shadows, and an image of 640 x 512 that the host has read".to_owned();
     let subtitle =
-        "median step, with shadows the worst too, at longest edges of 2 to 0.25 m, by the host's clock".to_owned();
+        "median time by the host's clock, with shadows the worst too; longest edges of 2 to 0.25 m".to_owned();
     lines_of(title, subtitle, ["nodes", "time of a step [ms]"], lines)
 }
 

@@ -112,8 +112,8 @@ pub fn responses(measured: &Measured) -> Option<Table> {
         head: heads(&["response", "nodes", "ns a node: median (10 to 90 %)", "bytes a node", "GB/s", "share of copy"]),
         rows: measured.responses.iter().map(row).collect(),
         notes: vec![
-            "Sun, infrared and albedo on every node, whose target moves every step, but for a constant target, where time \
-             alone passes. Bytes count every array that a step reads or writes once, neighbours' temperatures from the cache."
+            "Sun, infrared and albedo act on every node, and its target moves at every step. With a constant target only time \
+             passes. Bytes count every array that a step reads or writes once. Temperatures of neighbours come from the cache."
                 .to_owned(),
         ],
     })
@@ -162,9 +162,9 @@ pub fn frames(measured: &Measured) -> Option<Table> {
         rows: measured.frames.iter().map(row).collect(),
         head,
         notes: vec![format!(
-            "Medians over {} steps of about {} s, in which the Sun moves little: shadows are found anew only in the steps said. \
-             Passes by the device's clock; steps by the host's, from one image in host memory to the next, while the host prepares \
-             the step that follows. The first image culls all triangles, later ones those of joints that have moved since.",
+            "Medians over {} steps of about {} s, in which the Sun moves little: shadows are found anew only in the steps given. \
+             Passes are timed by the device's clock. Steps are timed by the host's, from one image in host memory to the next, while \
+             the host prepares the next step. The first image culls all triangles, later images cull those of joints that have moved.",
             first.steps,
             significant(first.step_s)
         )],
@@ -195,9 +195,10 @@ pub fn models(measured: &Measured) -> Option<Table> {
     let mut notes = vec![format!(
         "Scene '{}', {} nodes, {} steps of {} s. The first row is the base; every other row changes one thing. Differences of \
          temperatures are weighted with area, over all steps; those of radiance are over the craft's pixels in an image every \
-         {DRAW_EVERY} steps, with their share of its mean. A network is what the others approximate, from its periodic state \
-         where the whole is measured; the others step {MOST_ORBITS} orbits towards it at most. Not in the program: the craft's own \
-         infrared onto itself, what it hides from itself of the planet, the reflected term, and a sensor.",
+         {DRAW_EVERY} steps, with their share of its mean. The other responses approximate the network. The network starts from its \
+         periodic state if everything is measured. The others warm up for {MOST_ORBITS} orbits at most. The program does not \
+         model infrared and reflections between the surfaces of the craft, the part of the planet that one part hides from another, \
+         and a sensor.",
         models.scene,
         models.nodes,
         models.steps,
@@ -205,8 +206,8 @@ pub fn models(measured: &Measured) -> Option<Table> {
     )];
     if let Some(wrong) = models.choices.iter().find_map(|row| row.wrong_shadows) {
         notes.push(format!(
-            "Shadows by depth against rays: {:.2} % of the nodes that face the Sun, {:.2} % of their area, see more than \
-             {WRONG_SHARE} of it too much or too little.",
+            "Shadows by depth against rays: {:.2} % of the nodes that face the Sun, {:.2} % of their area, see a share of the Sun that \
+             is wrong by more than {WRONG_SHARE}.",
             1e2 * wrong.nodes,
             1e2 * wrong.area
         ));

@@ -39,7 +39,7 @@ use crate::simulation::target::Target;
 #[command(after_help = "Examples:\n  isotherm bench -o out/bench\n  \
 isotherm bench -o out/bench --quick --only integrators --device llvmpipe\n  isotherm bench --hard --quick")]
 pub struct Arguments {
-    /// Output folder, which must be empty or absent
+    /// Output folder. Without --force it must be empty or absent
     #[arg(short, long, value_name = "DIR", required_unless_present = "hard")]
     output: Option<PathBuf>,
     /// Run the hard cases alone; exit code 1 if one exceeds its limit
@@ -58,7 +58,7 @@ pub struct Arguments {
     /// Use fewer schemes, nodes and frames: within 90 s on lavapipe
     #[arg(long)]
     quick: bool,
-    /// Overwrite the files of an earlier `isotherm bench` in the output folder
+    /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
     #[arg(long)]
     force: bool,
     #[command(flatten)]

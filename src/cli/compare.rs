@@ -35,10 +35,10 @@ isotherm compare models/station_network.toml -o out/compare --force --device cpu
 pub struct Arguments {
     /// Scene file (TOML; docs/scene.md says what it holds)
     scene: PathBuf,
-    /// Output folder, which must be empty or absent
+    /// Output folder. Without --force it must be empty or absent
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Overwrite the files of an earlier `isotherm compare` in the output folder
+    /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
     #[arg(long)]
     force: bool,
     #[command(flatten)]

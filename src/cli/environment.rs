@@ -17,8 +17,8 @@ use crate::output::OutputError;
 use crate::output::console::{answer, say};
 use crate::output::destination::{Destination, destinations, has_neighbours};
 use crate::output::finite::finite;
-use crate::output::folder::keep_inputs;
-use crate::scene::SkyScene;
+use crate::output::inputs::keep_inputs;
+use crate::scene::{AXES, SkyScene};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -62,16 +62,6 @@ pub struct Arguments {
 enum Command {
     Plate(environment_plate::Arguments),
 }
-
-/// The faces of the cube.
-const FACES: [(&str, DVec3); 6] = [
-    ("+X", DVec3::X),
-    ("-X", DVec3::NEG_X),
-    ("+Y", DVec3::Y),
-    ("-Y", DVec3::NEG_Y),
-    ("+Z", DVec3::Z),
-    ("-Z", DVec3::NEG_Z),
-];
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     match arguments {
@@ -142,7 +132,7 @@ fn utc(orbit: &Orbit, time: f64) -> String {
 
 fn header() -> Vec<String> {
     let plain = "time_s,utc,x_m,y_m,z_m,sun_x,sun_y,sun_z,planet_x,planet_y,planet_z,sun_distance_m,lit_fraction,solar_flux_w_m2";
-    let of_faces = |what: &'static str| FACES.iter().map(move |(face, _)| format!("{what}_{face}_w_m2"));
+    let of_faces = |what: &'static str| AXES.iter().map(move |(face, _)| format!("{what}_{face}_w_m2"));
     let faces = ["solar", "planet_ir", "albedo"].into_iter().flat_map(of_faces);
     plain.split(',').map(str::to_owned).chain(faces).collect()
 }
@@ -153,7 +143,7 @@ fn row(scene: &SkyScene, sky: &SkyModel, time: f64) -> Result<Vec<String>, Outpu
     let environment = &scene.environment;
     let solar = environment.solar_constant.unwrap_or(0.0) * now.solar_scale;
     let radius = ApparentRadius::new(now.distance_ratio);
-    let faces = FACES.map(|(_, normal)| {
+    let faces = AXES.map(|(_, normal)| {
         let direct = solar * now.lit_fraction * normal.dot(now.sun_direction).max(0.0);
         let view = plate_view_factor(normal.dot(now.nadir_direction), radius);
         let albedo = environment.albedo.map_or(0.0, |albedo| albedo * solar * factor(&now, normal));

@@ -11,7 +11,7 @@ use super::progress::{spinner, stop_flag};
 use crate::output::console::say;
 use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations, has_neighbours};
 use crate::output::finite::finite;
-use crate::output::folder::keep_inputs;
+use crate::output::inputs::keep_inputs;
 use crate::output::plot::{Line, Plot};
 use crate::output::plot_axis::Axis;
 use crate::scene::network::NetworkFile;

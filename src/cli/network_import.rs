@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::error::CliError;
 use crate::output::console::say;
 use crate::output::destination::{Destination, destinations};
-use crate::output::folder::keep_inputs;
+use crate::output::inputs::keep_inputs;
 use crate::scene::network::import::import;
 
 /// Convert the thermal CSV files of s2e-core to a network file.

@@ -45,10 +45,10 @@ const STATION: [(&str, &[u8]); 2] = [
 isotherm paper -o out/paper --force --device cpu\n  \
 isotherm paper -o out/paper --scene models/station.toml --time 1200")]
 pub struct Arguments {
-    /// Output folder, which must be empty or absent
+    /// Output folder. Without --force it must be empty or absent
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Overwrite the files of an earlier `isotherm paper` in the output folder
+    /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
     #[arg(long)]
     force: bool,
     /// Scene for figure 7 [default: the station of models/station.toml, which the program carries]

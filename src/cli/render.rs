@@ -11,8 +11,8 @@ use super::run::{prepare_with_progress, say_size};
 use crate::output::console::{self, answer, say};
 use crate::output::destination::{Destination, destinations};
 use crate::output::exr::encode;
-use crate::output::folder::keep_inputs;
 use crate::output::frame_maker::FrameMaker;
+use crate::output::inputs::keep_inputs;
 use crate::simulation;
 use crate::simulation::device_data::DeviceData;
 

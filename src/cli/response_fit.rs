@@ -7,7 +7,7 @@ use super::progress::spinner;
 use crate::files;
 use crate::output::console::{answer, say};
 use crate::output::destination::destinations;
-use crate::output::folder::keep_inputs;
+use crate::output::inputs::keep_inputs;
 use crate::output::plot::{Line, Mark, Plot};
 use crate::output::plot_axis::Axis;
 use crate::thermal::fit::{Fit, Fits, Sample, fit};

@@ -9,7 +9,7 @@ use super::progress::spinner;
 use crate::output::console::say;
 use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations};
 use crate::output::finite::finite;
-use crate::output::folder::keep_inputs;
+use crate::output::inputs::keep_inputs;
 use crate::output::plot::{Line, Mark, Plot};
 use crate::output::plot_axis::Axis;
 use crate::scene::targets::{self, MAX_STEPS};

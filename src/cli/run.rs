@@ -15,7 +15,8 @@ use crate::gpu::resources::{Planned, check_plan, device_bytes};
 use crate::gpu::samples::Samples;
 use crate::output::console::{answer, say};
 use crate::output::destination::destinations;
-use crate::output::folder::{Folder, keep_inputs};
+use crate::output::folder::Folder;
+use crate::output::inputs::keep_inputs;
 use crate::output::job::{Done, FILES, Job, Outcome, REPORT_HTML, REPORT_JSON, SaveEvery, run_into};
 use crate::output::report::{
     BufferSize, Device, FileEntry, ModelSize, PassTime, Report, SettingGroup, SourceFile, Speed,
@@ -42,10 +43,10 @@ pub struct Arguments {
     /// Scene file (TOML, described in docs/scene.md)
     #[arg(required_unless_present = "resume")]
     scene: Option<PathBuf>,
-    /// Output folder, which must be empty or absent
+    /// Output folder. Without --force it must be empty or absent
     #[arg(short, long, value_name = "DIR", required_unless_present = "resume")]
     output: Option<PathBuf>,
-    /// Replace the files that the manifest of the output folder lists. A file that was changed since is refused
+    /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
     #[arg(long)]
     force: bool,
     /// Go on with a run that was ended, from the state that it saved (DIR/.isotherm/state). The files are those of an undisturbed run
@@ -105,7 +106,7 @@ pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Target) {
         let all = plan.iter().map(|planned| planned.bytes).sum::<u64>() + of_network.device + of_network.host;
         let of_nodes = device_bytes(plan) + of_network.device;
         say!(
-            "device memory: {:.1} bytes a node; {:.1} MiB in all, with images and what the host reads, of {} MiB free",
+            "device memory: {:.1} bytes a node; {:.1} MiB in all, images and buffers for the host included, of {} MiB free",
             of_nodes as f64 / nodes.max(1) as f64,
             all as f64 / f64::from(1 << 20),
             context.free_memory() >> 20
@@ -355,8 +356,8 @@ fn print_summary(report: &Report, folder: &Folder) {
         answer!("a thermal step takes {step:.2} ms, {node:.2} ns a node");
         match (speed.network_ms, speed.network_wall_ms) {
             (Some(own), Some(wall)) => answer!(
-                "of it {own:.2} ms are the passes of the thermal network, whose wall time is {wall:.2} ms with loads, \
-                 transfers and control"
+                "the passes of the thermal network take {own:.2} ms of it; their wall time is {wall:.2} ms, loads, transfers and \
+                 control included"
             ),
             (None, Some(_)) => answer!("that is the wall time of the thermal network, which the processor integrates"),
             (_, None) => {}

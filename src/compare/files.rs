@@ -10,8 +10,8 @@ use crate::output::OutputError;
 use crate::output::colour::ColourScale;
 use crate::output::comparison::{Legend, panel, sheet};
 use crate::output::comparison_plots::{MOST_PLOTS, NamedSeries, differences, temperatures};
+use crate::output::eclipses::Eclipses;
 use crate::output::folder::Folder;
-use crate::output::job::eclipses;
 use crate::output::report::{Picture, write_plots};
 
 pub const PAGE: &str = "compare.html";
@@ -71,7 +71,7 @@ pub fn write(folder: &Folder, runs: &Runs, page: &Page, pictured: &(dyn Fn() + S
         pictures.extend(panels.collect::<Result<Vec<_>, OutputError>>()?);
     }
 
-    let shades = eclipses(&network.prepared);
+    let shades = Eclipses::of(&network.prepared);
     let lines = [INSTANT, TRANSITION].map(|run| {
         let steps = &runs.ran[run].differences.steps;
         (RESPONSES[run], steps.iter().map(|step| [step.time, step.rms]).collect())

@@ -102,7 +102,8 @@ impl SkyModel {
 
     /// Checks that trajectory and attitude cover an interval [s] and that the craft is above the ground.
     ///
-    /// # Errors The first value that is missing, and what is covered instead.
+    /// # Errors
+    /// The first value that is missing, and what is covered instead.
     pub fn check(&self, from: f64, to: f64) -> Result<(), SkyError> {
         let Some(trajectory) = self.orbit.trajectory() else {
             return self.check_attitude(from, to, |time| format!("{time} s"));

@@ -57,7 +57,8 @@ impl StepLoads {
     /// The loads of a scene. Builds the albedo field of a circular orbit where there is a Sun and an albedo above 0. The fields of a trajectory are built
     /// when needed.
     ///
-    /// # Errors Those of [`SkyModel::new`].
+    /// # Errors
+    /// Those of [`SkyModel::new`].
     pub fn new(orbit: impl Into<Orbit>, attitude: &Attitude, environment: &Environment) -> Result<Self, SkyError> {
         let sky = SkyModel::new(orbit, attitude, environment)?;
         let albedo = (reflected(environment) > 0.0).then(|| match sky.constant_distance_ratio() {
@@ -102,8 +103,8 @@ impl StepLoads {
 
     /// The load of the step from `start` to `end` [s]. It is that of the instant `start` where `end` is not later.
     ///
-    /// The sun samples contain all light of the step. Eclipses are cut at their contacts. The only approximation concerns plates whose horizon the Sun
-    /// crosses (see [`SWEEP_PER_SAMPLE`]). In a long step [`MAX_SUN_SAMPLES`] samples sweep greater angles, and the error of such a plate grows in
+    /// The sun samples contain all light of the step. Eclipses are cut at their contacts. The only approximation concerns plates on which the Sun rises or
+    /// sets (see [`SWEEP_PER_SAMPLE`]). In a long step [`MAX_SUN_SAMPLES`] samples sweep greater angles, and the error of such a plate grows in
     /// proportion: up to 1.5 W/m2 in a step of 700 s and 18 W/m2 in a step of an orbit or more, in low orbit. Under a spinning craft the errors of steps
     /// are larger but cancel over its turns. Planet infrared, albedo and the poses of joints are those of the middle of the step. In steps of more than a
     /// few minutes they differ from the mean.

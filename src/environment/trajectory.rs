@@ -84,7 +84,8 @@ pub enum TrajectoryError {
 impl Trajectory {
     /// A trajectory from a source of positions, with times since `start`.
     ///
-    /// # Errors There is no state at time 0.
+    /// # Errors
+    /// There is no state at time 0.
     pub fn new(description: String, start: Epoch, source: Source) -> Result<Self, TrajectoryError> {
         // Seconds are added to this epoch. TAI has no leap seconds.
         let start = start.to_time_scale(TimeScale::TAI);
@@ -149,7 +150,8 @@ impl Trajectory {
 
     /// Checks that the trajectory covers an interval [s].
     ///
-    /// # Errors A time that is not covered, with the ranges that are. A time at which SGP4 fails (tried every minute).
+    /// # Errors
+    /// A time that is not covered, with the ranges that are. A time at which SGP4 fails (tried every minute).
     pub fn check(&self, from: f64, to: f64) -> Result<(), TrajectoryError> {
         match &self.source {
             Source::Elements { constants, epoch } => {

@@ -46,7 +46,8 @@ impl Buffer {
 
     /// Writes values from the start of a host-visible buffer.
     ///
-    /// # Panics The buffer is not host-visible, or is shorter than the values. This is a bug.
+    /// # Panics
+    /// The buffer is not host-visible, or is shorter than the values. This is a bug.
     pub fn write<T: Pod>(&mut self, values: &[T]) {
         let bytes = bytemuck::cast_slice(values);
         let mapped = self.allocation.as_mut().and_then(Allocation::mapped_slice_mut).expect("a host-visible buffer");

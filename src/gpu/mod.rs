@@ -25,6 +25,7 @@ pub mod pipeline;
 mod record;
 pub mod renderer;
 pub mod resource;
+pub mod resource_row;
 pub mod resources;
 pub mod response;
 pub mod samples;

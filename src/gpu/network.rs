@@ -73,7 +73,8 @@ enum Path {
 impl NetworkStepper {
     /// Uploads a network. Every attempt reports the temperatures of the nodes `sensors`.
     ///
-    /// # Errors The device or single precision can not hold the network, or a Vulkan call fails.
+    /// # Errors
+    /// The device or single precision can not hold the network, or a Vulkan call fails.
     pub fn new(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
         Self::beside(context, network, sensors, Vec::new())
     }
@@ -274,8 +275,8 @@ fn representable(value: f64) -> bool {
 /// The error for a value that is not [`representable`].
 fn beyond(what: &str, value: f64, unit: &str) -> GpuError {
     unsupported(format!(
-        "{what} of {value:e} {unit}; it takes 0, or {LEAST:e} to below {MOST:e} {unit}, whose sums and products single \
-         precision holds"
+        "{what} of {value:e} {unit}; it takes 0, or {LEAST:e} to below {MOST:e} {unit}. Sums and products of other numbers \
+         leave the range of single precision"
     ))
 }
 

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use self::frame::{OnePassShape, SECTIONS};
 use super::nodes::GROUP;
-use super::resource::Count;
+use super::resource_row::Count;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::one_pass::Plan;
 

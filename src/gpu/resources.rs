@@ -12,7 +12,8 @@ use super::layout::{self, FUSED_STEPS};
 use super::memory::Buffer;
 use super::once::Once;
 use super::one_pass::OnePassTables;
-use super::resource::{Count, Pieces, Resource};
+use super::resource::Resource;
+use super::resource_row::{Count, Pieces};
 use super::shapes::Shapes;
 use super::store::Resources;
 use super::variant::{StepKind, ThermalVariant};
@@ -187,7 +188,8 @@ pub fn device_bytes(plan: &[Planned]) -> u64 {
 
 /// Checks that the device can hold a plan, before anything is allocated. `beside` is other memory in use [bytes].
 ///
-/// # Errors The plan needs more memory than the device has, or the image is larger than the device can draw.
+/// # Errors
+/// The plan needs more memory than the device has, or the image is larger than the device can draw.
 pub fn check_plan(context: &Context, plan: &[Planned], beside: u64, image: Option<[u32; 2]>) -> Result<(), GpuError> {
     let info = &context.info;
     let needed = plan.iter().map(|planned| planned.bytes).sum::<u64>() + beside;

@@ -10,7 +10,8 @@ use super::context::Context;
 use super::error::GpuError;
 use super::layout;
 use super::memory::{Buffer, Image};
-use super::resource::{Resource, Role};
+use super::resource::Resource;
+use super::resource_row::Role;
 
 /// A part of a buffer, or a whole buffer.
 #[derive(Clone)]

@@ -296,8 +296,8 @@ impl<'a> Assembly<'a> {
         if computed > 0 {
             let vertices = if computed == 1 { "1 vertex".to_owned() } else { format!("{computed} vertices") };
             notes.push(format!(
-                "normals computed for {vertices} of part {part}, whose own are zero or not finite: mean of the \
-                 triangles around, weighted by area"
+                "normals computed for {vertices} of part {part}, because their own are zero or not finite: mean of \
+                 the triangles around, weighted by area"
             ));
         }
         if inward > 0 {

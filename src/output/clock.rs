@@ -1,19 +1,11 @@
-//! Plots over time: the unit of the times, and the eclipses behind the lines.
+//! Plots over time: the unit of the times, and eclipses as shades.
 
 use super::OutputError;
+use super::eclipses::Eclipses;
 use super::plot::{Line, Plot, Shade};
 use super::plot_axis::Axis;
 use super::report::PlotEntry;
 use super::series::SeriesRow;
-
-/// Eclipses: start and end of each [s].
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Eclipses {
-    /// The planet hides the whole Sun.
-    pub umbra: Vec<(f64, f64)>,
-    /// The planet hides a part of the Sun.
-    pub penumbra: Vec<(f64, f64)>,
-}
 
 /// The unit of displayed times.
 #[derive(Debug, Clone, Copy, PartialEq)]

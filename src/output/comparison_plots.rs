@@ -1,10 +1,11 @@
 //! Plots of one scene under several responses: differences, part temperatures and probe temperatures over time.
 
 use super::OutputError;
+use super::clock::Clock;
+use super::eclipses::Eclipses;
 use super::plot::{Line, Mark};
 use super::report::PlotEntry;
 use super::series::{Series, SeriesRow};
-use super::temperature_plots::{Clock, Eclipses};
 
 /// Most parts with a plot, and most probes with a plot.
 pub const MOST_PLOTS: usize = 6;

@@ -50,7 +50,7 @@ pub(crate) fn lose(error: io::Error) {
     lost().get_or_insert(error);
 }
 
-/// Flushes standard output, and tells whether anything was lost.
+/// Flushes standard output, and says whether anything was lost.
 ///
 /// # Errors
 /// The first failure of standard output.

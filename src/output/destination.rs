@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use super::OutputError;
 use super::console;
-use super::folder::{check_writable, write_atomic, write_rows};
+use super::csv_rows::write_rows;
+use super::whole_file::{check_writable, write_atomic};
 
 /// The name of standard output on a command line.
 pub const STANDARD_OUTPUT: &str = "-";
@@ -49,8 +50,8 @@ impl Destination {
     /// Writes what `content` writes.
     ///
     /// # Errors
-    /// Those of `content`, or the destination takes no more. A file is then as it was. If standard output takes no more, the command goes on with what else it
-    /// writes, and tells it at its end.
+    /// Those of `content`, or the destination takes no more. A file is then as it was. If standard output takes no more, the command still writes its other
+    /// files and fails at its end.
     pub fn write<F>(&self, content: F) -> Result<(), OutputError>
     where
         F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,

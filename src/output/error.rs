@@ -14,8 +14,8 @@ pub enum OutputError {
 
     /// The output folder has files but no manifest.
     #[error(
-        "output folder {} is not empty and has no manifest of isotherm, so nothing in it is replaced; name another folder, \
-         or empty this one yourself",
+        "output folder {} has files, but no manifest says which of them isotherm wrote (older versions wrote none), so --force \
+         removes nothing; empty the folder yourself, or name another",
         .0.display()
     )]
     NoManifest(PathBuf),

@@ -17,8 +17,8 @@ use ::exr::prelude::{
 
 use super::OutputError;
 use super::exr_header::{Attributes, header_attributes, text};
-use super::folder::write_bytes;
 use super::frame::{Frame, FrameHeader};
+use super::whole_file::write_atomic;
 
 /// Writes a frame to `path`. The file appears whole or not at all.
 ///
@@ -29,7 +29,7 @@ pub fn write_exr(path: &Path, frame: &Frame, header: &FrameHeader) -> Result<(),
         OutputError::Encode(_, reason) => OutputError::exr(path, reason),
         other => other,
     })?;
-    write_bytes(path, &bytes)
+    write_atomic(path, |writer| writer.write_all(&bytes).map_err(|source| OutputError::write(path, source)))
 }
 
 /// The bytes of the EXR file of a frame.

@@ -1,4 +1,4 @@
-//! The output folder: file names, overwrite rules, and files that appear whole or not at all.
+//! The output folder of a command: its file names, what it may overwrite, and its files, which appear whole or not at all.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -6,15 +6,12 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use tempfile::NamedTempFile;
-
 use super::OutputError;
-use super::cell::cell;
+use super::csv_rows::write_rows;
+use super::inputs::real;
 use super::manifest::{HOME, Listing, Manifest};
 use super::temporary::Unfinished;
-
-/// Prefix of unfinished files. A killed process may leave one.
-const TEMPORARY_PREFIX: &str = ".isotherm-";
+use super::whole_file::check_folder;
 
 /// Prefix of unfinished files of a folder. They lie beside its manifest.
 const PART: &str = "part-";
@@ -119,7 +116,7 @@ impl Folder {
         for path in self.folders() {
             fs::create_dir_all(&path).map_err(|source| OutputError::CreateFolder(path.clone(), source))?;
             // Permission bits do not show read-only mounts or quotas, so this tries to write.
-            temporary_in(&path).map_err(|source| OutputError::NotWritable(path, source))?;
+            check_folder(&path).map_err(|source| OutputError::NotWritable(path, source))?;
         }
         Ok(())
     }
@@ -376,130 +373,6 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, OutputError> {
         .map_err(read)?;
     paths.sort();
     Ok(paths)
-}
-
-fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMPORARY_PREFIX).suffix(".part");
-    #[cfg(unix)]
-    {
-        // tempfile creates files with mode 0600. 0666 gets the umask, like any other file.
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    builder.tempfile_in(folder)
-}
-
-/// A path with links resolved. A path that does not exist stays as it is.
-fn real(path: &Path) -> PathBuf {
-    fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
-}
-
-/// Refuses an output that would replace one of the inputs.
-///
-/// # Errors
-/// [`OutputError::Overwrites`].
-pub fn keep_inputs<'a>(output: &Path, inputs: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), OutputError> {
-    let output_file = real(output);
-    match inputs.into_iter().any(|input| real(input) == output_file) {
-        true => Err(OutputError::Overwrites(output.to_path_buf())),
-        false => Ok(()),
-    }
-}
-
-/// Checks early that [`write_atomic`] will be able to write the file.
-///
-/// # Errors
-/// As [`write_atomic`].
-pub fn check_writable(path: &Path) -> Result<(), OutputError> {
-    temporary_beside(path).map(|_| ())
-}
-
-/// Writes a temporary file and renames it to `path` if `content` succeeds. Others see the old file or the whole new
-/// one. After an error the old file is unchanged and no temporary file is left.
-///
-/// # Errors
-/// Those of `content`, or [`OutputError::Write`] if the folder is missing or not writable or the disk is full.
-pub fn write_atomic<F>(path: &Path, content: F) -> Result<(), OutputError>
-where
-    F: FnOnce(&mut dyn Write) -> Result<(), OutputError>,
-{
-    let mut file = temporary_beside(path)?;
-    let _unfinished = Unfinished::new(file.path());
-    let failed = |source| OutputError::write(path, source);
-    keep_access(path, file.as_file()).map_err(failed)?;
-    let mut writer = BufWriter::with_capacity(1 << 16, file.as_file_mut());
-    content(&mut writer)?;
-    writer.flush().map_err(failed)?;
-    drop(writer);
-    file.persist(path).map_err(|error| failed(error.error))?;
-    Ok(())
-}
-
-/// Gives a file the permission bits of the one that it replaces, and its owner where the system allows that.
-fn keep_access(replaced: &Path, file: &fs::File) -> io::Result<()> {
-    #[cfg(unix)]
-    if let Ok(found) = fs::metadata(replaced) {
-        use std::os::unix::fs::{MetadataExt, PermissionsExt, fchown};
-        // Only an administrator may give a file away.
-        let _ = fchown(file, Some(found.uid()), Some(found.gid()));
-        file.set_permissions(fs::Permissions::from_mode(found.permissions().mode() & 0o777))?;
-    }
-    Ok(())
-}
-
-/// Creates a temporary file in the folder of a path.
-fn temporary_beside(path: &Path) -> Result<NamedTempFile, OutputError> {
-    if path.is_dir() {
-        return Err(OutputError::NotAFile(path.to_path_buf()));
-    }
-    let folder = match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
-    temporary_in(folder).map_err(|source| {
-        // The user knows the folder, not the temporary name.
-        let source = io::Error::new(source.kind(), format!("in folder {}: {}", folder.display(), source.kind()));
-        OutputError::write(path, source)
-    })
-}
-
-/// Writes `bytes` as [`write_atomic`] does.
-pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), OutputError> {
-    write_atomic(path, |writer| writer.write_all(bytes).map_err(|source| OutputError::write(path, source)))
-}
-
-/// Writes a CSV file with a header as [`write_atomic`] does. All rows have the header's length.
-pub fn write_csv<C: AsRef<str>>(
-    path: &Path,
-    rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
-) -> Result<(), OutputError> {
-    write_atomic(path, |writer| write_rows(writer, rows).map_err(|source| OutputError::write(path, source)))
-}
-
-/// Writes CSV with a header. All rows have the header's length. A cell that a spreadsheet would compute gets an apostrophe in front.
-pub fn write_rows<C: AsRef<str>>(
-    writer: impl Write,
-    rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
-) -> io::Result<()> {
-    let mut csv = csv::WriterBuilder::new().quote_style(csv::QuoteStyle::Never).from_writer(writer);
-    let failed = |error: csv::Error| match error.into_kind() {
-        csv::ErrorKind::Io(error) => error,
-        other => io::Error::other(format!("{other:?}")),
-    };
-    for row in rows {
-        for text in row {
-            csv.write_field(cell(text.as_ref()).as_bytes()).map_err(failed)?;
-        }
-        csv.write_record(None::<&[u8]>).map_err(failed)?;
-    }
-    csv.flush()
-}
-
-/// Writes a structure as JSON. Numbers that are not finite become `null`.
-pub fn write_json(path: &Path, value: &impl serde::Serialize) -> Result<(), OutputError> {
-    let failed = |error: serde_json::Error| OutputError::write(path, error.into());
-    write_bytes(path, format!("{}\n", serde_json::to_string_pretty(value).map_err(failed)?).as_bytes())
 }
 
 #[cfg(test)]

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::OutputError;
-use super::folder::{Folder, write_rows};
+use super::csv_rows::write_rows;
+use super::folder::Folder;
 use super::manifest::Place;
 
 /// Longest time for which a line waits while others follow.

@@ -1,4 +1,4 @@
-//! Runs a scene: steps the engine, writes the results to the output folder, and writes the report.
+//! Runs a scene into a folder: steps the engine, writes frames, tables, pictures and plots, and saves the state of the run.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{SyncSender, sync_channel};
@@ -8,16 +8,15 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use super::OutputError;
-use super::colour::ColourScale;
-use super::exr::{encode, read_exr};
+use super::eclipses::Eclipses;
+use super::exr::encode;
 use super::folder::Folder;
 use super::frame::{Frame, FrameHeader};
 use super::frame_maker::FrameMaker;
-use super::picture::{Tile, contact_sheet, picture};
 use super::report::{FrameEntry, Picture, PlotEntry, write_plots};
+use super::run_pictures::{CONTACT_SHEET, WrittenFrame, draw_pictures, frame_file};
 use super::state_file;
 use super::tables::{JOINTS, SERIES, Tables};
-use super::temperature_plots::Eclipses;
 use crate::gpu::nodes::GROUP;
 use crate::saved::{Saved, SavedError};
 use crate::simulation::check::{Accuracy, Check};
@@ -29,8 +28,6 @@ use crate::simulation::state::{MOST_TIMES, capture, periodic as periodic_of, put
 use crate::simulation::{Consumer, StepResult, run_from, start};
 use crate::trace::{Trace, Track};
 
-/// Small pictures of several steps.
-const CONTACT_SHEET: &str = "contact_sheet.png";
 /// The report as JSON.
 pub const REPORT_JSON: &str = "report.json";
 /// The report as a page.
@@ -51,10 +48,6 @@ pub const FILES: [&str; 12] = [
     REPORT_HTML,
 ];
 
-/// Most pictures on the contact sheet.
-const MOST_TILES: usize = 12;
-/// Width of a picture on the contact sheet [px].
-const TILE_WIDTH: u32 = 320;
 /// Most frames that wait for the writer.
 const WAITING_FRAMES: usize = 2;
 
@@ -67,7 +60,7 @@ pub enum JobError {
     /// The output folder.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// The thread that writes files has ended, whose error tells why.
+    /// The thread that writes files has ended. Its own error says why.
     #[error("the files could not be written")]
     Writer,
     /// A temperature is not finite.
@@ -244,12 +237,9 @@ pub fn run_into(
     let stepping_s = done.seconds[1] + stepping_began.elapsed().as_secs_f64();
 
     let draws = trace.span(Track::Host, "pictures and plots");
-    let scale = match prepared.scene.colour_range {
-        Some(range) => ColourScale::new(range),
-        None => ColourScale::covering(written.iter().filter_map(|frame| frame.range)),
-    };
-    let (frames, pictures) = draw_pictures(prepared, folder, &written, &scale, progress)?;
-    let plots = tables.plots(&eclipses(prepared))?;
+    let eclipses = Eclipses::of(prepared);
+    let (frames, pictures) = draw_pictures(&prepared.scene, &eclipses, folder, &written, &|| progress(Done::Picture))?;
+    let plots = tables.plots(&eclipses)?;
     write_plots(folder, &plots)?;
     drop(draws);
     let accuracy = check.map(|check| check.accuracy(prepared));
@@ -260,11 +250,6 @@ pub fn run_into(
 
 fn lock(written: &Mutex<Vec<WrittenFrame>>) -> MutexGuard<'_, Vec<WrittenFrame>> {
     written.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// File of a drawn step.
-fn frame_file(step: u32, kind: &str) -> String {
-    format!("frames/step_{step:06}.{kind}")
 }
 
 /// What an earlier part of a run did.
@@ -380,77 +365,4 @@ pub(crate) fn check_finite(prepared: &Prepared, step: u32, temperatures: &[f32])
             })
         }
     }
-}
-
-struct WrittenFrame {
-    step: u32,
-    range: Option<[f32; 2]>,
-}
-
-/// Draws a PNG for each frame on one scale, and the contact sheet.
-fn draw_pictures(
-    prepared: &Prepared,
-    folder: &Folder,
-    written: &[WrittenFrame],
-    scale: &ColourScale,
-    progress: &(dyn Fn(Done) + Sync),
-) -> Result<(Vec<FrameEntry>, Vec<Picture>), OutputError> {
-    let name = &prepared.scene.name;
-    let band = &prepared.scene.band;
-    let band = format!("{:.4} to {:.4} um", band.lower * 1e6, band.upper * 1e6);
-    let chosen = |index: usize| {
-        let tiles = written.len().min(MOST_TILES);
-        (0..tiles).any(|tile| tile * written.len() / tiles == index)
-    };
-    let drawn: Vec<(FrameEntry, Option<Tile>)> = written
-        .par_iter()
-        .enumerate()
-        .map(|(index, one)| {
-            let time = f64::from(one.step) * prepared.scene.time.step;
-            let exr = frame_file(one.step, "exr");
-            let (frame, _) = read_exr(&folder.file(&exr))?;
-            let details = format!("step {}, t = {time:.1} s, band {band}", one.step);
-            let file = frame_file(one.step, "png");
-            folder.write_bytes(&file, &picture(&frame, scale, name, &details)?.png()?)?;
-            let caption = format!("t = {time:.0} s");
-            let tile = chosen(index).then(|| Tile::new(&frame, scale, &caption, TILE_WIDTH)).transpose()?;
-            progress(Done::Picture);
-            let entry = FrameEntry { step: one.step, time_s: time, file: exr, picture: Some(file) };
-            Ok((entry, tile))
-        })
-        .collect::<Result<_, OutputError>>()?;
-    let (frames, tiles): (Vec<FrameEntry>, Vec<Option<Tile>>) = drawn.into_iter().unzip();
-    let tiles: Vec<Tile> = tiles.into_iter().flatten().collect();
-    if tiles.is_empty() {
-        return Ok((frames, Vec::new()));
-    }
-    let details = format!("{} of {} images", tiles.len(), written.len());
-    let png = contact_sheet(&tiles, 4, scale, name, &details).png()?;
-    folder.write_bytes(CONTACT_SHEET, &png)?;
-    let title = "Surface temperature through the run".to_owned();
-    let sheet = Picture { title, file: CONTACT_SHEET.to_owned(), png };
-    Ok((frames, vec![sheet]))
-}
-
-/// Umbra and penumbra intervals, clipped to the run.
-pub(crate) fn eclipses(prepared: &Prepared) -> Eclipses {
-    let time = &prepared.scene.time;
-    let end = f64::from(time.steps) * time.step;
-    let sky = prepared.loads.sky_model();
-    let mut borders = vec![0.0];
-    borders.extend(sky.contacts(0.0, end));
-    borders.push(end);
-    let mut eclipses = Eclipses::default();
-    if prepared.scene.environment.solar_constant.is_none() {
-        return eclipses;
-    }
-    for pair in borders.windows(2) {
-        let lit = sky.lit_fraction(0.5 * (pair[0] + pair[1]));
-        if lit <= 0.0 {
-            eclipses.umbra.push((pair[0], pair[1]));
-        } else if lit < 1.0 {
-            eclipses.penumbra.push((pair[0], pair[1]));
-        }
-    }
-    eclipses
 }

@@ -3,11 +3,12 @@
 use std::io::Read;
 
 use super::OutputError;
+use super::clock::Clock;
+use super::eclipses::Eclipses;
 use super::plot::Line;
 use super::report::PlotEntry;
 use super::series::unique;
 use super::series_lines::each_row;
-use super::temperature_plots::{Clock, Eclipses};
 use super::thinned::Thinned;
 
 /// The table of joint positions: angles [deg] of turning joints, distances [m] of sliding joints.

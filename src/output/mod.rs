@@ -7,13 +7,16 @@
 //! goes on, and [`state_file`] holds what it needs to go on after its end. [`destination`] decides where a single output goes.
 
 pub mod canvas;
-mod cell;
 pub mod clock;
 pub mod colour;
+mod colour_bar;
 pub mod comparison;
 pub mod comparison_plots;
 pub(crate) mod console;
+mod csv_rows;
 pub mod destination;
+pub mod difference_scale;
+pub mod eclipses;
 pub mod error;
 pub mod exr;
 mod exr_header;
@@ -23,6 +26,7 @@ pub mod frame;
 pub mod frame_maker;
 pub mod growing;
 pub(crate) mod html;
+pub mod inputs;
 pub mod job;
 pub mod joints;
 pub mod manifest;
@@ -33,6 +37,7 @@ pub mod plot_axis;
 mod polyline;
 pub mod report;
 pub mod report_html;
+mod run_pictures;
 pub mod series;
 pub mod series_lines;
 pub mod settings;
@@ -43,5 +48,7 @@ pub mod temperature_plots;
 pub mod temporary;
 mod thinned;
 pub mod ticks;
+pub mod views;
+mod whole_file;
 
 pub use error::OutputError;

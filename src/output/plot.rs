@@ -81,7 +81,7 @@ pub struct Shade {
 pub struct Plot {
     /// First line, bold.
     pub title: String,
-    /// Second line: what the plot shows and leaves out.
+    /// Second line: the quantity that the plot shows, and which lines are not drawn.
     pub subtitle: String,
     /// Horizontal axis.
     pub x: Axis,
@@ -255,7 +255,7 @@ pub(super) fn document(
     drawn.map_err(|reason| OutputError::Encode(format!("plot \"{name}\""), reason))?;
     let fine = format!(r#"<svg width="{}" height="{}""#, width * FINE, height * FINE);
     let shown = format!(r#"<svg role="img" width="{width}" height="{height}""#);
-    // Only texts hold hidden characters, some of which XML forbids.
+    // Only texts hold hidden characters. XML forbids some of them.
     Ok(plain_lines(&svg.replacen(&fine, &shown, 1)).into_owned())
 }
 

@@ -214,7 +214,7 @@ pub struct FileEntry {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::output::folder::write_json;
+    use crate::output::folder::Folder;
 
     fn pairs(list: &[(&str, &str)]) -> Vec<(String, String)> {
         list.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect()
@@ -319,12 +319,13 @@ pub(crate) mod tests {
 
     #[test]
     fn the_json_has_the_figures_and_not_the_pictures() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("report.json");
+        let root = tempfile::tempdir().unwrap();
+        let folder = Folder::new(root.path(), &["report.json"]).prepare(false, &[]).unwrap();
         let mut report = full();
         report.speed.step_ms = Some(f64::NAN);
-        write_json(&path, &report).unwrap();
-        let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+        folder.write_json("report.json", &report).unwrap();
+        let json: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(folder.file("report.json")).unwrap()).unwrap();
         assert_eq!(json["accuracy"]["max_k"], 1.13e-3);
         assert_eq!(json["passes"][1]["name"], "thermal_step");
         assert_eq!(json["frames"][35]["file"], "frames/step_000350.exr");

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::io::{self, Write};
 
 use super::OutputError;
-use super::folder::write_rows;
+use super::csv_rows::write_rows;
 use super::statistics::Summary;
 
 /// Temperatures of one step.

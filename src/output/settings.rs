@@ -96,7 +96,7 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
                 ("focal length", format!("{:.3} x {:.3} pixels", camera.focal[0], camera.focal[1])),
                 ("frame", format!("{:?}", camera.frame).to_lowercase()),
                 ("position", format!("{} m", camera.position)),
-                ("band", format!("{:.4} to {:.4} um", scene.band.lower * 1e6, scene.band.upper * 1e6)),
+                ("band", scene.band.to_string()),
             ],
         );
     }

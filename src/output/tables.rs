@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::OutputError;
+use super::eclipses::Eclipses;
 use super::folder::Folder;
 use super::growing::Growing;
 use super::joints::JointColumns;
@@ -10,7 +11,7 @@ use super::report::PlotEntry;
 use super::series::{Series, SeriesRow};
 use super::series_lines::SeriesLines;
 use super::statistics::Groups;
-use super::temperature_plots::{Eclipses, temperature_plots};
+use super::temperature_plots::temperature_plots;
 use crate::gpu::nodes::GROUP;
 use crate::simulation::prepare::Prepared;
 

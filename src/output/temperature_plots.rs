@@ -1,7 +1,7 @@
 //! Plots of a run: temperatures of materials, parts and probes over time, with eclipses shaded.
 
 use super::OutputError;
-pub use super::clock::{Clock, Eclipses};
+use super::eclipses::Eclipses;
 use super::report::PlotEntry;
 use super::series_lines::{Kind, SeriesLines};
 
@@ -42,6 +42,7 @@ pub fn temperature_plots(series: SeriesLines, eclipses: &Eclipses) -> Result<Vec
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::output::clock::Clock;
     use crate::output::series::Series;
     use crate::output::series::SeriesRow;
     use crate::output::series::tests::{orbit, text};

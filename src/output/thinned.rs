@@ -25,7 +25,7 @@ struct Point {
 }
 
 impl Thinned {
-    /// A line of which so many points will come.
+    /// A line that will get so many points.
     pub fn of(points: u64) -> Self {
         let stretch = if points <= MOST_ROWS { 1 } else { points.div_ceil(STRETCHES) };
         Self { stretch, came: 0, first: None, least: None, greatest: None, last: None, kept: Vec::new() }

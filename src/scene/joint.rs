@@ -143,7 +143,7 @@ fn joint(section: &Section, files: &mut Vec<PathBuf>, assumptions: &mut Vec<Stri
     let rate = section.number(words.rate, Quantity::positive(words.rate_unit))?;
     if rate.is_none() && mode != Mode::Fixed {
         let key = words.rate;
-        assumptions.push(format!("The joint '{title}' is at once where it is asked to be (joint.{key} is absent)."));
+        assumptions.push(format!("The joint '{title}' follows without delay (joint.{key} is absent)."));
     }
     if rate.is_some() {
         assumptions.push(format!("The joint '{title}' starts where it is asked to be, and follows at its rate."));

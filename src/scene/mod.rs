@@ -50,6 +50,7 @@ pub use material::{MaterialRule, MaterialRules};
 pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, Owners};
 pub use shadows::ShadowSettings;
 pub use sky_scene::SkyScene;
+pub use vector::AXES;
 pub use view::{Initial, Probe};
 
 /// A checked scene. `assumptions` lists every default that was used.

@@ -19,8 +19,8 @@ enum Range {
     Between(f64, f64),
 }
 
-/// The sizes that a number of each unit may have, unless it is 0: from far below to far above what craft, orbits and materials have. Numbers within
-/// them, their squares and their usual products lie in the range of an f32; of conductors a network says itself what the device holds.
+/// The sizes that a number of each unit may have, unless it is 0. They reach from far below to far above those of craft, orbits and materials. Numbers
+/// within them, their squares and their usual products lie in the range of an f32. A network on a device checks its conductors once more.
 const SIZES: [(&str, f64, f64); 18] = [
     ("m", 1e-12, 1e13),
     ("m2", 1e-15, 1e15),

@@ -47,8 +47,8 @@ pub(super) fn read(
         return Err(section.error("resolution", "rays have none: it belongs to method = \"depth\""));
     }
     assumptions.push(
-        "What the craft takes from itself of the planet's infrared and albedo, and what it reflects onto itself, is \
-         left out: [shadows] is about sunlight."
+        "[shadows] covers sunlight only: no part hides the planet's infrared and albedo from another, and none reflects \
+         onto another."
             .to_owned(),
     );
     Ok(Some(ShadowSettings {

@@ -6,7 +6,8 @@ use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
 
-const AXES: [(&str, DVec3); 6] = [
+/// The axes of a frame with their names. They are also the normals of a cube.
+pub const AXES: [(&str, DVec3); 6] = [
     ("+X", DVec3::X),
     ("-X", DVec3::NEG_X),
     ("+Y", DVec3::Y),

@@ -259,7 +259,7 @@ impl Check {
             network.after(done);
             self.notes.push(format!(
                 "The thermal network has more than {LARGEST_IN_WARM_UP} drawn nodes: its reference starts from the \
-                 temperatures of the device at time 0, so that what the warm-up left is not in these figures."
+                 temperatures of the device at time 0. These figures do not have the error of the warm-up."
             ));
         }
     }

@@ -13,7 +13,8 @@ const HOST_BYTES_A_NETWORK_NODE: usize = 400;
 
 /// Merges edges below the scene's shortest edge length. Returns what was merged, where the scene has such lengths.
 ///
-/// # Errors A length that is not valid.
+/// # Errors
+/// A length that is not valid.
 pub(super) fn merge(scene: &Scene, model: Model) -> Result<(Model, Option<Merged>), ModelError> {
     let shortest = scene.density.min_edges(&model);
     if shortest.iter().all(|edge| *edge == 0.0) {

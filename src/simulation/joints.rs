@@ -18,7 +18,8 @@ const DISTORTION: f64 = 1e-6;
 
 /// The joints of a scene, each after its parent, and the joint of each part (0 is the body, `i + 1` is joint `i`).
 ///
-/// # Errors A node that does not exist, that has two joints, or that can not move as the scene asks.
+/// # Errors
+/// A node that does not exist, that has two joints, or that can not move as the scene asks.
 pub(super) fn joints(scene: &Scene, model: &Model) -> Result<(Vec<Joint>, Vec<u32>), PrepareError> {
     let mut rule_of: Vec<Option<&JointRule>> = vec![None; model.tree.len()];
     for rule in &scene.joints {

@@ -48,7 +48,7 @@ impl Periodic {
             0 => String::new(),
             coarse => format!(" ({coarse} of them coarse)"),
         };
-        format!("{} orbits{coarse}, the last of which changed a node by {:.1e} K", self.orbits, self.change)
+        format!("{} orbits{coarse}; the last one changed a node by up to {:.1e} K", self.orbits, self.change)
     }
 
     /// What to tell the user of a warm-up of the run `of` that missed its tolerance.

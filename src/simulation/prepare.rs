@@ -27,7 +27,7 @@ use crate::thermal::material::{Material, Response};
 const RUN: usize = 64;
 
 /// Remark for readers of a scene with joints.
-const JOINTS: &str = "What a step does to a part that moves is what it does to its pose in the middle of the step; an \
+const JOINTS: &str = "Loads and shadows of a moving part in a step are those of its pose in the middle of the step; an \
                       image shows the pose at its own time. Probes and contacts are found in the file's pose, and \
                       Sun-tracking goes on in eclipse.";
 
@@ -79,7 +79,8 @@ pub struct Prepared {
 impl Prepared {
     /// Loads and checks everything that the scene names. `progress` is called for each stage.
     ///
-    /// # Errors The first problem that keeps the scene from running.
+    /// # Errors
+    /// The first problem that keeps the scene from running.
     pub fn new(path: &Path, progress: &mut dyn FnMut(Stage)) -> Result<Self, PrepareError> {
         Self::from_scene(Scene::load(path)?, progress)
     }

@@ -41,7 +41,8 @@ impl Target {
 
     /// An engine for a scene. It draws where `camera` is given.
     ///
-    /// # Errors An error of the device.
+    /// # Errors
+    /// An error of the device.
     pub fn engine(&self, prepared: &Prepared, camera: Option<&Camera>) -> Result<Box<dyn Engine>, GpuError> {
         Ok(match self {
             Self::Device(context) => Box::new(DeviceEngine::new(context, prepared, camera)?),
@@ -62,7 +63,8 @@ impl Target {
 
     /// Temperatures [K] after every step of a node that starts at rest and receives one target in each step.
     ///
-    /// # Errors An error of the device.
+    /// # Errors
+    /// An error of the device.
     pub fn respond(&self, transition: &Transition, initial: f64, targets: &[f64]) -> Result<Vec<f64>, GpuError> {
         let Self::Device(context) = self else { return Ok(respond_f64(transition, initial, targets)) };
         let run = Run { initial: initial as f32, targets: targets.iter().map(|target| *target as f32).collect() };

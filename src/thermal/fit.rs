@@ -36,7 +36,8 @@ pub struct Fits {
 
 /// Fits every kind in both domains. A table is fitted only in T, because in T^4 it differs only between its rows.
 ///
-/// # Errors Data that are not a step response, or a target [K] that contradicts them.
+/// # Errors
+/// Data that are not a step response, or a target [K] that contradicts them.
 pub fn fit(samples: &[Sample], target: Option<f64>) -> Result<Fits, FitError> {
     let data = Data::new(samples, target)?;
     let mut fits = Fits { best: Vec::new(), left_out: Vec::new() };

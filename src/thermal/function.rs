@@ -73,7 +73,8 @@ pub enum Kind {
 impl Function {
     /// The polynomial f = c0 + c1 s + c2 s^2 + ...
     ///
-    /// # Errors A sum that does not lead from 0 to 1, or that decreases in between.
+    /// # Errors
+    /// A sum that does not lead from 0 to 1, or that decreases in between.
     pub fn polynomial(coefficients: &[f64]) -> Result<Self, FunctionError> {
         Self::shaped(Kind::Polynomial(Polynomial::new(coefficients)?))
     }
@@ -99,7 +100,8 @@ impl Function {
     /// A table of measured samples, normalised in time and in temperature. Where the measurement ends before its `target` [K], it continues at its last
     /// rate until it reaches the target.
     ///
-    /// # Errors The first sample that is not valid, with its row.
+    /// # Errors
+    /// The first sample that is not valid, with its row.
     pub fn table(samples: &[Sample], target: Option<f64>) -> Result<Self, FunctionError> {
         Self::shaped(Kind::Table(Measured::new(samples, target)?))
     }
@@ -122,7 +124,8 @@ impl Function {
 
     /// An expression from GLSL text of `s`, compiled by naga.
     ///
-    /// # Errors Text that does not parse, that contains more than arithmetic, or that is not a response function.
+    /// # Errors
+    /// Text that does not parse, that contains more than arithmetic, or that is not a response function.
     pub fn expression(text: &str) -> Result<Self, FunctionError> {
         Self::shaped(Kind::Expression(Expression::new(text)?))
     }

@@ -3,6 +3,8 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
+use std::fmt::{self, Display, Formatter};
+
 /// A rectangular spectral band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Band {
@@ -10,6 +12,14 @@ pub struct Band {
     pub lower: f64,
     /// Upper wavelength [m].
     pub upper: f64,
+}
+
+/// `8 to 14 um`, to 1e-4 um.
+impl Display for Band {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
+        let [lower, upper] = [self.lower, self.upper].map(|wavelength| (wavelength * 1e10).round() / 1e4);
+        write!(formatter, "{lower} to {upper} um")
+    }
 }
 
 /// Planck constant [J s], exact (SI 2019).

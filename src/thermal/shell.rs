@@ -138,7 +138,8 @@ pub struct Shell {
 impl ShellMaterial {
     /// The shell of a material.
     ///
-    /// # Errors [`ShellError::Lacks`] where a value is missing that the network needs.
+    /// # Errors
+    /// [`ShellError::Lacks`] where a value is missing that the network needs.
     pub fn of(material: &Material) -> Result<Self, ShellError> {
         let bulk = &material.bulk;
         let sheet = |thickness: Option<f64>,

@@ -79,7 +79,8 @@ impl Plate {
     /// The transition that fits the plate best between two balance temperatures [K], with heating and cooling in one domain. `step` [s] converts its times
     /// to steps. Temperatures closer than `LEAST_STEP` are moved apart. A plate without capacitance gets an immediate response.
     ///
-    /// # Errors A response that no function fits.
+    /// # Errors
+    /// A response that no function fits.
     pub fn fit(&self, between: [f64; 2], step: f64) -> Result<Fitted, FitError> {
         let between = apart(between);
         let [cold, hot] = between;

@@ -6,7 +6,8 @@ use isotherm::thermal::planck::Band;
 use isotherm::thermal::planck::band_radiance_exact;
 use isotherm::thermal::radiance::RadianceTable;
 
-use super::device::{Random, Worst, assert_silent, context};
+use super::device::{Worst, assert_silent, context};
+use super::random::Random;
 
 /// Bands of cameras, the narrowest, widest and shortest within 1 to 50 um, and some unusual ones.
 const BANDS_UM: [[f64; 2]; 15] = [
@@ -29,7 +30,7 @@ const BANDS_UM: [[f64; 2]; 15] = [
 
 /// 30 to 1000 K, evenly spread over the logarithm with small random shifts.
 fn temperatures() -> Vec<f32> {
-    let mut random = Random::new(31);
+    let mut random = Random(31);
     let count = 3000;
     let mut all: Vec<f32> = (0..count)
         .map(|i| {

@@ -18,6 +18,8 @@ use isotherm::thermal::material::{
 };
 use isotherm::thermal::reference::ReferenceNode;
 
+use crate::random::Random;
+
 /// Whether `ISOTHERM_VALIDATION=1` asks for the validation layer, as `tools/test` does.
 pub fn validation_is_asked_for() -> bool {
     std::env::var_os("ISOTHERM_VALIDATION").is_some_and(|value| value == "1")
@@ -45,24 +47,7 @@ pub fn assert_silent(context: &Context) {
     assert_eq!(context.validation_messages(), Vec::<String>::new());
 }
 
-/// Uniform random numbers, the same in every run (splitmix64: Steele, Lea & Flood 2014).
-pub struct Random(u64);
-
 impl Random {
-    pub fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    /// The next number in [low, high).
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut bits = self.0;
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        bits ^= bits >> 31;
-        low + (high - low) * ((bits >> 11) as f64 / (1u64 << 53) as f64)
-    }
-
     /// A random direction, uniform over the sphere.
     pub fn direction(&mut self) -> DVec3 {
         let (z, azimuth) = (self.between(-1.0, 1.0), self.between(0.0, std::f64::consts::TAU));

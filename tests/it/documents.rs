@@ -1,4 +1,4 @@
-//! The documents: links are valid, the README stays short, and `tools/benchmarks` replaces its tables.
+//! The documents: links and names of files are valid, the README stays short, and `tools/benchmarks` replaces its tables.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -33,6 +33,30 @@ fn every_link_leads_to_a_file() {
         let text = std::fs::read_to_string(page).expect("text");
         assert_eq!(broken(page, &text), [""; 0], "{}", page.display());
         assert_eq!(broken(page, &format!("{text} [a](nowhere.md)")), ["nowhere.md"]);
+    }
+}
+
+/// Files of the repository that a text names and that do not exist.
+fn absent(text: &str) -> Vec<&str> {
+    let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || "/._-".contains(c)));
+    let words = words.map(|word| word.trim_end_matches('.'));
+    let named = words.filter(|word| {
+        let folders = ["docs", "glsl", "models", "spirv", "src", "tests", "tools"];
+        word.split_once('/').is_some_and(|(folder, rest)| folders.contains(&folder) && rest.contains('.'))
+    });
+    named.filter(|name| !repository().join(name).exists()).collect()
+}
+
+/// Pages and shaders name the files that explain them. The changelog also names files of the past.
+#[test]
+fn every_file_that_a_page_or_a_shader_names_exists() {
+    let shaders = std::fs::read_dir(repository().join("glsl")).expect("a folder");
+    let shaders = shaders.map(|file| file.expect("a file").path());
+    let pages = pages().into_iter().filter(|page| !page.ends_with("CHANGELOG.md"));
+    for file in pages.chain(shaders) {
+        let text = std::fs::read_to_string(&file).expect("text");
+        assert_eq!(absent(&text), [""; 0], "{}", file.display());
+        assert_eq!(absent(&format!("{text} (see src/nowhere.rs).")), ["src/nowhere.rs"]);
     }
 }
 

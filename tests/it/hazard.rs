@@ -10,7 +10,8 @@ use ash::vk::{AccessFlags2, ImageLayout, PipelineStageFlags2};
 
 use isotherm::gpu::frame::Frame;
 use isotherm::gpu::pass::{Access, Barrier, Entry, Scope, is_write, writes};
-use isotherm::gpu::resource::{Resource, Role};
+use isotherm::gpu::resource::Resource;
+use isotherm::gpu::resource_row::Role;
 
 /// Kind of a missing dependency.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -463,7 +463,7 @@ fn what_is_assumed_of_joints_is_printed() {
     let scene = prepared(&folder.path("scene.toml")).scene;
     for sentence in [
         "'wing_starboard' starts where it is asked to be",
-        "'wing_port' is at once where",
+        "'wing_port' follows without delay",
         "pose in the middle of the step",
     ] {
         assert!(scene.assumptions.iter().any(|said| said.contains(sentence)), "{sentence}: {:?}", scene.assumptions);

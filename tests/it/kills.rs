@@ -7,14 +7,16 @@ mod trial;
 
 use std::path::Path;
 
-use trial::{NETWORK, Random, TRANSITION, Trial};
+use super::random::Random;
+use trial::{NETWORK, TRANSITION, Trial};
 
 fn kill(scene: &str, device: Option<&str>, steps: u32, kills: u32, first: u32) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let program = Path::new(env!("CARGO_BIN_EXE_isotherm"));
     let trial = Trial::new(program, folder.path(), scene, steps, device).expect("an undisturbed run");
     let seed = 0x5DEE_CE66 + u64::from(first);
-    let met = trial.run(kills, first, &mut Random(seed)).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+    let mut random = Random(seed);
+    let met = trial.run(kills, first, &mut || random.unit()).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
     assert!(met.files > 10 && met.kills.values().sum::<u32>() == kills);
 }
 

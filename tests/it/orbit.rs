@@ -11,7 +11,8 @@ use isotherm::thermal::material::{Material, Optics, Response, Retarget, Sides};
 use isotherm::thermal::reference::{Reference, ReferenceNode, commanded_temperature};
 use isotherm::thermal::transition::{TransitionState, temperature, transition_step};
 
-use super::device::{ALL, LooseNodes, Random, Worst, assert_silent, context, material, transition};
+use super::device::{ALL, LooseNodes, Worst, assert_silent, context, material, transition};
+use super::random::Random;
 
 /// Below this temperature [K] the balance is ill-conditioned, so radiated fluxes are compared. See `simulation::check`.
 const COLD: f64 = 85.0;
@@ -40,7 +41,7 @@ fn materials(retarget: Retarget) -> Vec<Material> {
 
 /// Many directions, including the axes.
 fn plates() -> Vec<DVec3> {
-    let mut random = Random::new(21);
+    let mut random = Random(21);
     let axes = [DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
     axes.into_iter().chain(std::iter::repeat_with(|| random.direction())).take(60).collect()
 }

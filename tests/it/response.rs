@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::random::Random;
 use isotherm::gpu::context::Context;
 use isotherm::gpu::response::{Run, respond};
 use isotherm::thermal::function::{Function, Sample};
@@ -10,23 +11,6 @@ use isotherm::thermal::transition::{TransitionState, transition_step};
 
 fn device() -> Arc<Context> {
     Context::open(None, false).expect("a Vulkan device")
-}
-
-/// Numbers in [0, 1) that are the same in every run (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
 }
 
 /// The f64 answer to what the device was given.
@@ -53,7 +37,7 @@ fn noisy_table(rows: usize) -> Function {
     let mut temperature = 300.0;
     let points: Vec<(f64, f64)> = (0..rows)
         .map(|row| {
-            temperature -= if row == 0 { 0.0 } else { random.next().powi(3) * (-3.0 * row as f64 / rows as f64).exp() };
+            temperature -= if row == 0 { 0.0 } else { random.unit().powi(3) * (-3.0 * row as f64 / rows as f64).exp() };
             (row as f64, temperature)
         })
         .collect();
@@ -108,7 +92,7 @@ fn runs(steps: usize, low: f64, high: f64, each: u64, random: &mut Random) -> Ve
         let mut level = to;
         let mut rng = Random(number);
         add("steps", from, &mut |_| {
-            if rng.next() < 8.0 / steps as f64 {
+            if rng.unit() < 8.0 / steps as f64 {
                 level = rng.between(low, high);
             }
             level
@@ -122,7 +106,7 @@ fn runs(steps: usize, low: f64, high: f64, each: u64, random: &mut Random) -> Ve
         add("jitter", from, &mut |_| (to + size * rng.between(-1.0, 1.0)).clamp(low, high));
         add("ramp", from, &mut |step| from + (to - from) * step as f64 / steps as f64);
         let periods = random.between(0.5, 6.0);
-        let phase = random.next();
+        let phase = random.unit();
         add("sine", from, &mut |step| {
             let turn = std::f64::consts::TAU * (phase + periods * step as f64 / steps as f64);
             0.5 * (low + high) + 0.5 * span * turn.sin()

@@ -295,7 +295,7 @@ fn an_existing_folder_is_not_touched() {
     let line = refused(&["run", "scene.toml", "-o", "out"]);
     assert!(line.contains("out is not empty") && line.contains("--force"), "{line}");
     let line = refused(&["run", "scene.toml", "-o", "out", "--force"]);
-    assert!(line.contains("out is not empty and has no manifest"), "{line}");
+    assert!(line.contains("out has files, but no manifest"), "{line}");
     assert_eq!(files(&folder.path("out")), before);
 
     succeed(folder.0.path(), &["run", "scene.toml", "-o", "own"]);

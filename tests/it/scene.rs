@@ -16,28 +16,7 @@ mod responses;
 /// A folder with an empty model, whose existence is enough, and a table.
 struct Folder(tempfile::TempDir);
 
-const TABLE: &str = "\
-[paint]
-finish = 'white paint'
-absorptivity = 0.26
-emissivity = 0.83
-optics_source = 'Fortescue 11.3'
-
-[metal]
-finish = 'Al 6061'
-conductivity = 167
-density = 2770
-specific_heat = 896
-bulk_source = 'AcubeSAT'
-
-[array]
-finish = 'array sheet'
-absorptivity = 0.88
-emissivity = 0.80
-optics_source = 'Fortescue 11.3'
-back = { absorptivity = 0.40, emissivity = 0.63 }
-back_source = 'composed'
-";
+const TABLE: &str = include_str!("scene/surfaces.toml");
 
 impl Folder {
     fn new() -> Self {
@@ -108,7 +87,7 @@ fn every_value_of_a_full_scene_arrives() {
     assert_relative_eq!(shadows.redraw_angle, 0.5f64.to_radians(), epsilon = 1e-15);
     // The table's entries do not state the sides of the default. The other sentence says what shadows leave out.
     let [left_out, sides] = scene.assumptions.as_slice() else { panic!("{:?}", scene.assumptions) };
-    assert!(left_out.contains("[shadows] is about sunlight"), "{left_out}");
+    assert!(left_out.contains("[shadows] covers sunlight only"), "{left_out}");
     assert_eq!(sides, "Surfaces exchange heat on their outside only (sides is absent): materials.default.");
 
     let camera = scene.require_camera().unwrap();

@@ -8,71 +8,20 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use super::craft::{Folder, SCENE, scene_with};
+use super::network;
 use super::program::{end, isotherm, stderr};
 
-const NETWORK: &str = r#"
-[[node]]
-label = "panel"
-kind = "diffusive"
-capacitance = 120.0
-temperature = 285.0
-heat = 2.0
-[[node]]
-label = "wall"
-kind = "boundary"
-temperature = 280.0
-[[linear_conductor]]
-nodes = ["panel", "wall"]
-conductance = 0.35
-[[thermostat]]
-node = "panel"
-power = 2.5
-on_below = 286.0
-off_above = 287.0
-initially_on = true
-[output]
-times = [0, 1000, 2000]
-"#;
-
 /// Every command that writes a single file. The file's path comes last.
-const COMMANDS: [&[&str]; 9] = [
-    &["network", "net.toml", "--device", "cpu", "-o"],
-    &["network", "net.toml", "--device", "cpu", "-o", "other.csv", "--plot"],
-    &["network", "import", "s2e", "-o"],
-    &["environment", "scene.toml", "-o"],
-    &["render", "short.toml", "--time", "0", "--device", "cpu", "-o"],
-    &[
-        "response",
-        "--heating",
-        "quadratic:9",
-        "--cooling",
-        "linear:9",
-        "--initial",
-        "3",
-        "--targets",
-        "targets.csv",
-        "--device",
-        "cpu",
-        "-o",
-    ],
-    &[
-        "response",
-        "--heating",
-        "quadratic:9",
-        "--cooling",
-        "linear:9",
-        "--initial",
-        "3",
-        "--targets",
-        "targets.csv",
-        "--device",
-        "cpu",
-        "-o",
-        "other.csv",
-        "--plot",
-    ],
-    &["response", "fit", "data.csv", "--plot"],
-    &["run", "short.toml", "-o", "out", "--force", "--device", "cpu", "--trace"],
+const COMMANDS: [&str; 9] = [
+    "network net.toml --device cpu -o",
+    "network net.toml --device cpu -o other.csv --plot",
+    "network import s2e -o",
+    "environment scene.toml -o",
+    "render short.toml --time 0 --device cpu -o",
+    "response --heating quadratic:9 --cooling linear:9 --initial 3 --targets targets.csv --device cpu -o",
+    "response --heating quadratic:9 --cooling linear:9 --initial 3 --targets targets.csv --device cpu -o other.csv --plot",
+    "response fit data.csv --plot",
+    "run short.toml -o out --force --device cpu --trace",
 ];
 
 /// A folder with an input for every command.
@@ -80,7 +29,7 @@ fn inputs() -> Folder {
     let folder = Folder::new(SCENE);
     let short = [("steps = 12", "steps = 1"), ("draw_every = 4", "draw_every = 0"), ("max_edge = 0.7", "max_edge = 3")];
     folder.write("short.toml", &scene_with(&short));
-    folder.write("net.toml", NETWORK);
+    folder.write("net.toml", network::command::FILE);
     folder.write("targets.csv", "step,target\n1,300\n9,200\n20,200\n");
     let rows = (0..=150).map(|step| {
         let rest = 1.0 - f64::from(step.min(100)) / 100.0;
@@ -95,8 +44,8 @@ fn inputs() -> Folder {
     folder
 }
 
-fn command(folder: &Folder, arguments: &[&str], output: &str) -> Command {
-    isotherm(folder.0.path(), &[arguments, &[output]].concat())
+fn command(folder: &Folder, arguments: &str, output: &str) -> Command {
+    isotherm(folder.0.path(), &arguments.split(' ').chain([output]).collect::<Vec<_>>())
 }
 
 fn succeed(command: Command) -> Output {
@@ -133,7 +82,10 @@ fn one_output_goes_where_its_path_leads() {
         let expected = fs::read(at("plain")).expect("written");
         // A trace and its run hold times, which differ.
         let same = |found: &[u8], what: &str| {
-            assert!(!found.is_empty() && (arguments[0] == "run" || found == expected), "{arguments:?} to {what}");
+            assert!(
+                !found.is_empty() && (arguments.starts_with("run") || found == expected),
+                "{arguments:?} to {what}"
+            );
         };
         // A link without its target, then with it. The permissions stay.
         let _ = fs::remove_file(at("target"));
@@ -176,7 +128,7 @@ fn one_output_goes_where_its_path_leads() {
 #[test]
 fn two_outputs_of_a_command_do_not_share_standard_output() {
     let folder = inputs();
-    let refused = end(command(&folder, &["network", "net.toml", "--device", "cpu", "--plot"], "-"));
+    let refused = end(command(&folder, "network net.toml --device cpu --plot", "-"));
     assert_eq!(refused.status.code(), Some(2));
     assert!(refused.stdout.is_empty() && stderr(&refused).contains("same output"), "{}", stderr(&refused));
     let events = succeed(command(&folder, COMMANDS[0], "-"));

@@ -7,13 +7,12 @@ use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::renderer::Request;
 use isotherm::gpu::variant::{StepKind, ThermalVariant};
+use isotherm::simulation::target::respond_f64;
 use isotherm::thermal::material::Function::{Linear, Quadratic};
 use isotherm::thermal::material::{Function, Response, Retarget, Sides};
-use isotherm::thermal::transition::{TransitionState, transition_step};
 
-use super::device::{
-    LooseNodes, Present, Random, Worst, assert_silent, context, dark, material, temperatures, transition,
-};
+use super::device::{LooseNodes, Present, Worst, assert_silent, context, dark, material, temperatures, transition};
+use super::random::Random;
 
 const NOTHING: Present = Present { sun: false, planet_ir: false, albedo: false };
 
@@ -40,13 +39,7 @@ fn response(context: &Arc<Context>, response: &Response, initial: f64, targets: 
 /// The same in f64.
 fn twin_response(response: &Response, initial: f64, targets: &[f64]) -> Vec<f64> {
     let Response::Transition(transition) = response else { panic!("a transition") };
-    let mut state = TransitionState::settled(initial, transition);
-    let step = |target: &f64| {
-        let (next, temperature) = transition_step(state, *target, 1.0, transition);
-        state = next;
-        temperature
-    };
-    targets.iter().map(step).collect()
+    respond_f64(transition, initial, targets)
 }
 
 /// Step and temperature [K].
@@ -128,7 +121,7 @@ fn targets_that_move() {
 #[test]
 fn random_targets() {
     let context = context();
-    let mut random = Random::new(11);
+    let mut random = Random(11);
     let (mut worst, mut wrong) = (Worst::none(), Worst::none());
     for (index, t_max) in [0.0, 1.0, 7.5, 100.0, 361.0, 1000.0].into_iter().enumerate() {
         for retarget in [Retarget::Merge, Retarget::Restart] {

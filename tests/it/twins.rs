@@ -12,14 +12,15 @@ use isotherm::thermal::material::{Material, Optics, Response, Sides};
 use isotherm::thermal::reference::commanded_temperature;
 
 use super::device::{
-    ALL, LooseNodes, Present, Random, Worst, assert_silent, black, context, dark, material, planet, settled, sunlight,
+    ALL, LooseNodes, Present, Worst, assert_silent, black, context, dark, material, planet, settled, sunlight,
 };
+use super::random::Random;
 
 /// Orbit radii over Earth's radius: lowest orbits, ISS, the paper's orbit, geostationary, and the Moon.
 const RATIOS: [f64; 6] = [1.0157, 1.0352, 1.0640, 1.1212, 6.617, 60.3];
 
 fn directions(count: usize, seed: u64) -> Vec<DVec3> {
-    let mut random = Random::new(seed);
+    let mut random = Random(seed);
     // Includes the axes, where components vanish and plates lie along the tangents of their loads.
     let axes = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
     axes.into_iter().chain(std::iter::repeat_with(|| random.direction())).take(count).collect()
@@ -41,7 +42,7 @@ fn flux_difference(present: Present, load: &StepLoad, twin: impl Fn(DVec3) -> f6
 #[test]
 fn solar_flux_agrees() {
     let sun = Present { sun: true, ..Present::default() };
-    let mut random = Random::new(1);
+    let mut random = Random(1);
     let plates = directions(2000, 2);
     for count in [0, 1, 4, MAX_SUN_SAMPLES] {
         let samples: Vec<_> = (0..count).map(|_| (random.direction(), 1361.0 / count as f64)).collect();
@@ -115,7 +116,7 @@ fn albedo_flux_agrees() {
 
 /// Materials with many optics, one- and two-sided.
 fn materials(count: usize, seed: u64) -> Vec<Material> {
-    let mut random = Random::new(seed);
+    let mut random = Random(seed);
     let mut materials = Vec::new();
     for index in 0..count {
         let mut optics = || Optics { absorptivity: random.between(0.0, 1.0), emissivity: random.between(0.02, 1.0) };
@@ -138,7 +139,7 @@ fn balance_temperature_agrees() {
     let plates = directions(400, 5);
     let nodes = LooseNodes::new(ALL, materials(12, 6), &plates);
     let mut renderer = nodes.renderer(&context, &[]);
-    let mut random = Random::new(7);
+    let mut random = Random(7);
     let (mut worst, mut worst_flux, mut perturbed) = (Worst::none(), Worst::none(), Worst::none());
     for ratio in [1.0352, 1.0640, 1.1212] {
         let field = AlbedoField::new(ratio);

@@ -10,6 +10,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, LogLocator
 
 from peer_bench.record import Comparison, Row, Spread
 
@@ -60,6 +61,12 @@ def point(axes: Axes, row: Row, x: Spread, y: float, colour: str, marker: str, l
 
 def finish(axes: Axes, x: str, y: str) -> None:
     axes.set(xscale="log", yscale="log", xlabel=x, ylabel=y)
+    for axis in (axes.xaxis, axes.yaxis):
+        # Labels at all minor marks of a short axis would run into each other.
+        low, high = axis.get_view_interval()
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 200.0 * low else (1.0,)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(FuncFormatter(lambda *_: ""))
     axes.grid(True, which="both", color="0.9", linewidth=0.6)
     axes.set_axisbelow(True)
 

@@ -1,4 +1,4 @@
-//! Measures the numbers in README: the thermal pass, whole steps, stages of large networks, start-up, and shadow
+//! Measures figures of docs/benchmarks.md: the thermal pass, whole steps, stages of large networks, start-up, and shadow
 //! errors.
 
 mod build_cost;
@@ -30,6 +30,8 @@ use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::viewpoint::camera_from_body;
 use isotherm::thermal::function::{Function, Sample};
 use isotherm::thermal::material::{Domain, Profile, Response, Retarget, Transition};
+
+use isotherm_tools::exit_code;
 
 type AnyError = Box<dyn std::error::Error>;
 
@@ -107,13 +109,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match measure(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    exit_code(measure(&Arguments::parse()))
 }
 
 fn measure(arguments: &Arguments) -> Result<(), AnyError> {

@@ -172,8 +172,8 @@ fn least(samples: &[f64], of: usize) -> f64 {
     sorted.get(sorted.len() / of).copied().unwrap_or(f64::NAN)
 }
 
-/// Device time of a step in passes whose names begin so: the least tenth of each, times its number in a step [ns]. A step that is tried at a start does
-/// not count.
+/// Device time of a step in the passes with names that begin with `start` [ns]. For each pass it is the time that nine tenths of the samples exceed, times
+/// the number of such passes in a step. The trial of a first step does not count.
 fn ns(engine: &DeviceEngine, start: &str, steps: u32) -> f64 {
     let passes = engine.pass_times().into_iter().flatten();
     let passes = passes.filter(|(name, _)| name.starts_with(start) && !name.contains(".trial"));

@@ -3,7 +3,8 @@
 use super::frame::SUB_STEPS_AT_MOST;
 use super::sliced::{SLICE, Sizes};
 use super::uses::WORKGROUP;
-use crate::gpu::resource::{Count, Resource, Role};
+use crate::gpu::resource::Resource;
+use crate::gpu::resource_row::{Count, Role};
 use crate::gpu::resources::Planned;
 use crate::thermal::network::Network;
 

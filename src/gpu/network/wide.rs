@@ -56,7 +56,8 @@ pub struct Wide {
 impl Wide {
     /// Uploads the network.
     ///
-    /// # Errors The device can not hold the network, or a Vulkan call fails.
+    /// # Errors
+    /// The device can not hold the network, or a Vulkan call fails.
     pub fn new(
         context: &Arc<Context>,
         network: &Network,

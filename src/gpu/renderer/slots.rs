@@ -10,7 +10,8 @@ use crate::gpu::error::{During as _, GpuError};
 use crate::gpu::frame::Frame;
 use crate::gpu::once::command_buffers;
 use crate::gpu::record::Recorder;
-use crate::gpu::resource::{Resource, SLOTS};
+use crate::gpu::resource::Resource;
+use crate::gpu::resource_row::SLOTS;
 use crate::gpu::samples::Samples;
 use crate::gpu::timing::{DeviceFrame, PassTimes, Timing};
 

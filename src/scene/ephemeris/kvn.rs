@@ -52,7 +52,7 @@ pub(super) fn check_version(path: &Path, text: &str, key: &str) -> Result<(), Sc
     match lines(text).next() {
         Some((_, Line::Pair(first, _))) if first == key => Ok(()),
         Some((line, _)) => {
-            Err(FileLine { path, line }.error(key, "must be the first line of the message but for comments"))
+            Err(FileLine { path, line }.error(key, "must be the first line of the message, apart from comments"))
         }
         None => Err(FileLine { path, line: 1 }.error(key, "is missing: the file is empty")),
     }

@@ -225,7 +225,7 @@ pub(super) fn interpret(
     let inverted = a_to_b != body_is_b;
     if inverted && kind.shape == Shape::Spin {
         let (line, _) = metadata.get("ATTITUDE_DIR").or(metadata.get("REF_FRAME_A")).unwrap_or((metadata.line, ""));
-        let message = "a spin axis is stated in the frame outside the body: the direction must be to the body's frame";
+        let message = "the axis of a spin is stated in the outer frame, so the rotation must lead to the body's frame";
         return Err(FileLine { path, line }.error("ATTITUDE_DIR", message));
     }
     let (line, system) = metadata.required(path, "TIME_SYSTEM")?;
@@ -358,8 +358,9 @@ fn sequence(path: &Path, metadata: &Metadata) -> Result<[usize; 3], SceneError> 
     match axes.as_deref() {
         Some([first, second, third]) if first != second && second != third => Ok([*first, *second, *third]),
         _ => {
-            let message =
-                format!("'{stated}' is no sequence of three axes, none the same as the one before, as 321 or ZYX");
+            let message = format!(
+                "'{stated}' is not a sequence of three axes such as 321 or ZYX, each different from the one before"
+            );
             Err(FileLine { path, line }.error("EULER_ROT_SEQ", message))
         }
     }

@@ -45,7 +45,8 @@ impl<'a> Columns<'a> {
         };
         let known = |cell: &&&str| required.iter().chain(optional).any(|name| name.eq_ignore_ascii_case(cell));
         if !header.iter().any(|cell| known(&cell)) {
-            let message = format!("is no header of a table, {all}, nor the start of anything else that is read here");
+            let message =
+                format!("begins neither with the header of a table, {all}, nor as another format that is read here");
             return Err(at.error("the file", message));
         }
         if let Some(other) = header.iter().find(|cell| !known(cell)) {

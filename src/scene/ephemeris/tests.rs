@@ -212,7 +212,7 @@ fn what_is_no_trajectory_is_told_for_what_it_is() {
     let fortran = good.replacen(" 7000.000000000 ", " 0.7000000000000D+04 ", 1);
     assert!(fortran.contains("D+04"));
     assert_eq!(loaded(&fortran).state(0.0), loaded(&good).state(0.0));
-    assert!(refusal("hello\nworld\n").contains("nor the start of anything else"));
+    assert!(refusal("hello\nworld\n").contains("nor as another format"));
 
     let lines: Vec<&str> = TLE.lines().collect();
     let [first, second] = [lines[lines.len() - 2], lines[lines.len() - 1]];

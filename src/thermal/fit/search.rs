@@ -71,7 +71,8 @@ impl Shape {
 
     /// The checked function.
     ///
-    /// # Errors Parameters that the function's own checks refuse.
+    /// # Errors
+    /// Parameters that the function's own checks refuse.
     pub fn function(&self) -> Result<Function, FunctionError> {
         match self {
             Self::Linear => Ok(Function::Linear),
@@ -93,7 +94,8 @@ pub(super) struct Problem<'a> {
 impl Problem<'_> {
     /// The best fit of the kind.
     ///
-    /// # Errors A function that its own checks refuse.
+    /// # Errors
+    /// A function that its own checks refuse.
     pub fn solve(&self) -> Result<Fit, FunctionError> {
         let data = self.data;
         let rows = data.thinned();

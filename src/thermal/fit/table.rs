@@ -7,7 +7,8 @@ use crate::thermal::material::Domain;
 
 /// The table of all rows. Its errors are those of a table of every second row at the other rows, because a table meets its own rows exactly.
 ///
-/// # Errors Data from which no table can be made: noise that changes direction, or a last rate that never leads to a given target.
+/// # Errors
+/// Data from which no table can be made: noise that changes direction, or a last rate that never leads to a given target.
 pub(super) fn fit(data: &Data, samples: &[Sample]) -> Result<Fit, FunctionError> {
     let last = samples.len() - 1;
     let kept: Vec<Sample> =

@@ -10,7 +10,8 @@ pub const KINDS: [&str; 7] = ["linear", "quadratic", "polynomial", "exponential"
 impl Function {
     /// Parses a function. The file of a table is relative to the working directory.
     ///
-    /// # Errors An unknown name, a missing or unexpected value, or an error of the kind itself.
+    /// # Errors
+    /// An unknown name, a missing or unexpected value, or an error of the kind itself.
     pub fn parse(text: &str) -> Result<Self, FunctionError> {
         let (name, value) = match text.split_once('=') {
             Some((name, value)) => (name.trim(), Some(value.trim())),

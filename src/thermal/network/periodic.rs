@@ -29,7 +29,8 @@ pub const MOST_ORBITS: u32 = 60;
 /// for the temperatures at which a heat balances. Returns the result when a start is known to `tolerance` [K]. Returns `None` after [`MOST_ORBITS`], or
 /// where a balance was not found.
 ///
-/// # Errors Those of `orbit` and `balance`.
+/// # Errors
+/// Those of `orbit` and `balance`.
 pub fn settle<S, E>(
     network: &Network,
     period: f64,

@@ -24,8 +24,8 @@ impl Shell {
     /// The network of a surface. `materials` is `None` for materials with other responses. All nodes start at `temperature` [K]. Pairs faster than
     /// `merge_rate` [1/s] are merged (see [`MERGE_RATE`]).
     ///
-    /// # Errors A contact that is not valid.
-    /// A contact that is none.
+    /// # Errors
+    /// A contact that is not valid.
     pub fn new(
         surface: &Surface,
         materials: &[Option<ShellMaterial>],

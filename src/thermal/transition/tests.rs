@@ -4,6 +4,11 @@ use super::*;
 use crate::thermal::function::{Function, Sample};
 use crate::thermal::material::Domain;
 
+#[path = "../../../tests/it/random.rs"]
+mod random;
+
+pub(super) use random::Random;
+
 const QUADRATIC: fn(f64) -> Profile = |t_max_steps| Profile { function: Function::Quadratic, t_max_steps };
 const LINEAR: fn(f64) -> Profile = |t_max_steps| Profile { function: Function::Linear, t_max_steps };
 
@@ -315,24 +320,9 @@ fn changes_of_the_target_cancel_and_add_up() {
     }
 }
 
-/// Numbers in [0, 1) that are the same in every run (splitmix64).
-pub(super) struct Random(pub u64);
-
 impl Random {
-    pub fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-
     pub fn one_of<T: Clone>(&mut self, choices: &[T]) -> T {
-        choices[(self.next() * choices.len() as f64) as usize].clone()
+        choices[(self.unit() * choices.len() as f64) as usize].clone()
     }
 
     pub fn t_max(&mut self) -> f64 {
@@ -342,7 +332,7 @@ impl Random {
 
     /// What the target does next: holds, jitters by an ulp, creeps, or jumps.
     pub fn target(&mut self, before: f64) -> f64 {
-        let change = match (10.0 * self.next()) as u32 {
+        let change = match (10.0 * self.unit()) as u32 {
             0..4 => 0.0,
             4..6 => self.one_of(&[before.next_up() - before, before.next_down() - before]),
             6..9 => self.between(-1.0, 1.0),

@@ -89,10 +89,7 @@ fn what_single_precision_does_not_hold_is_refused_by_name() {
             network("1e-50", "1", "2.7"),
             "nodes 0 and 1 of the file's order have a GL of 1e-50 W/K; it takes 0, or 1e-30 to",
         ),
-        (
-            network("1e30", "1", "2.7"),
-            "GL of 1e30 W/K; it takes 0, or 1e-30 to below 1e30 W/K, whose sums and products",
-        ),
+        (network("1e30", "1", "2.7"), "GL of 1e30 W/K; it takes 0, or 1e-30 to below 1e30 W/K. Sums and products"),
         (network("1.0", "1e30", "2.7"), "node.heat: must be 0 or from 1e-15 to 1e12, of either sign [W], found 1e30"),
         (network("1.0", "1", "1e5"), "space is at"),
     ] {

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use crate::program::{Ran, run};
 
-const FILE: &str = r#"
+/// A tank that cools, and the thermostat that warms it before the file ends.
+pub const FILE: &str = r#"
 space_temperature = 0.0
 [[node]]
 label = "tank, left"

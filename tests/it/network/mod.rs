@@ -3,7 +3,7 @@
 pub mod barriers;
 mod closed;
 mod cold;
-mod command;
+pub mod command;
 mod device;
 mod esatan;
 mod exact;

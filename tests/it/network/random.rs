@@ -3,23 +3,9 @@
 use isotherm::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use isotherm::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
-/// Numbers that are the same in every run (splitmix64).
-pub struct Random(pub u64);
+pub use crate::random::Random;
 
 impl Random {
-    /// In [0, 1).
-    pub fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
     /// A number with a uniform logarithm.
     pub fn scale(&mut self, low: f64, high: f64) -> f64 {
         self.between(low.ln(), high.ln()).exp()

@@ -3,28 +3,8 @@
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-pub const TABLE: &str = "\
-[paint]
-finish = 'white paint'
-absorptivity = 0.26
-emissivity = 0.83
-optics_source = 'Fortescue 11.3'
-
-[metal]
-finish = 'Al 6061'
-conductivity = 167
-density = 2770
-specific_heat = 896
-bulk_source = 'AcubeSAT'
-
-[array]
-finish = 'array sheet'
-absorptivity = 0.88
-emissivity = 0.80
-optics_source = 'Fortescue 11.3'
-back = { absorptivity = 0.40, emissivity = 0.63 }
-back_source = 'composed'
-";
+/// The materials table of the tests.
+pub const TABLE: &str = include_str!("../../../tests/it/scene/surfaces.toml");
 
 /// The buffer of a tetrahedron: four corners, then the indices of four triangles.
 pub fn tetrahedron() -> Vec<u8> {

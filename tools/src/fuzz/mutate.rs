@@ -1,19 +1,17 @@
 //! Makes cases from valid seeds: numbers, lines, bytes and pieces of other seeds replaced, or noise.
 
-/// Random numbers (splitmix64, Steele et al. 2014). The same seed gives the same cases everywhere.
-pub struct Random(u64);
+use isotherm_tools::random;
+
+/// Random choices. The same seed gives the same cases everywhere.
+pub struct Random(random::Random);
 
 impl Random {
     pub fn new(seed: u64) -> Self {
-        Self(seed)
+        Self(random::Random(seed))
     }
 
     pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
+        self.0.bits()
     }
 
     /// A number below `end`, or 0 where `end` is 0.

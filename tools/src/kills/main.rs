@@ -8,8 +8,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
-use isotherm_tools::section;
-use trial::{NETWORK, Random, TRANSITION, Trial};
+use isotherm_tools::random::Random;
+use isotherm_tools::{exit_code, section};
+use trial::{NETWORK, TRANSITION, Trial};
 
 /// Kill runs at random moments with SIGKILL, SIGTERM and SIGINT in turn, resume them until they are done, and compare all files.
 #[derive(Parser)]
@@ -35,18 +36,12 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match work(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    exit_code(work(&Arguments::parse()))
 }
 
 fn work(arguments: &Arguments) -> Result<(), String> {
     let program = section::program(arguments.program.clone())?;
-    let mut random = Random(arguments.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
+    let mut random = Random(arguments.seed);
     let mut rows = Vec::new();
     let mut done = 0;
     let kinds = [
@@ -64,7 +59,7 @@ fn work(arguments: &Arguments) -> Result<(), String> {
         let (mut kills, mut runs, mut files, mut early) = (BTreeMap::new(), 0, 0, 0);
         while done < until {
             let some = arguments.each.min(until - done);
-            let met = trial.run(some, done, &mut random)?;
+            let met = trial.run(some, done, &mut || random.unit())?;
             done += some;
             met.kills.iter().for_each(|(name, count)| *kills.entry(*name).or_insert(0) += count);
             (runs, files, early) = (runs + met.runs, files + met.files, early + met.before_a_state);

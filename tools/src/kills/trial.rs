@@ -46,19 +46,6 @@ impl Signal {
     }
 }
 
-/// Random numbers (xorshift, Marsaglia 2003).
-pub struct Random(pub u64);
-
-impl Random {
-    /// A number in [0, 1).
-    pub fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
-
 /// A scene on a device, in a folder of its own, with the undisturbed run.
 pub struct Trial {
     /// The built program.
@@ -114,7 +101,7 @@ impl Trial {
     ///
     /// # Errors
     /// The program fails, or a file differs.
-    pub fn run(&self, kills: u32, first: u32, random: &mut Random) -> Result<Met, String> {
+    pub fn run(&self, kills: u32, first: u32, random: &mut dyn FnMut() -> f64) -> Result<Met, String> {
         let torn = self.folder.join("torn");
         let _ = fs::remove_dir_all(&torn);
         let mut met = Met::default();
@@ -122,7 +109,7 @@ impl Trial {
         while number < first + kills {
             let signal = Signal::ALL[number as usize % Signal::ALL.len()];
             let running = self.go_on(&torn, &mut met)?;
-            let pause = self.took.mul_f64(0.03 + 0.4 * random.next());
+            let pause = self.took.mul_f64(0.03 + 0.4 * random());
             std::thread::sleep(pause);
             signal.send(&running.child);
             let (status, said) = running.wait()?;

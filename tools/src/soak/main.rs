@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use isotherm::output::plot::{Line, Plot};
 use isotherm::output::plot_axis::Axis;
-use isotherm_tools::section;
+use isotherm_tools::{exit_code, section};
 
 const SCENE: &str = include_str!("soak.toml");
 /// Time between two samples.
@@ -41,13 +41,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match work(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    exit_code(work(&Arguments::parse()))
 }
 
 /// Lines of a growing file, counted as they come.
@@ -137,21 +131,13 @@ fn work(arguments: &Arguments) -> Result<(), String> {
 
 fn draw(path: &Path, samples: &[[f64; 2]], arguments: &Arguments) -> Result<(), String> {
     let most = samples.iter().map(|sample| sample[1]).fold(0.0, f64::max);
-    let floor = [[0.0, 0.0], [f64::from(arguments.steps), 0.0]];
     let points = samples.iter().map(|[step, memory]| [step / 1e3, *memory]).collect();
     let plot = Plot {
         title: format!("Memory over {} steps", arguments.steps),
         subtitle: format!("resident memory of `isotherm run` on {}, at most {most:.0} MiB", arguments.device),
         x: Axis::linear("steps [thousands]"),
-        y: Axis::linear("memory [MiB]"),
-        series: vec![
-            Line { name: "memory".to_owned(), points, ..Line::default() },
-            Line {
-                name: "nothing".to_owned(),
-                points: floor.iter().map(|[x, y]| [x / 1e3, *y]).collect(),
-                ..Line::default()
-            },
-        ],
+        y: Axis { range: Some([0.0, 1.05 * most]), ..Axis::linear("memory [MiB]") },
+        series: vec![Line { name: "memory".to_owned(), points, ..Line::default() }],
         ..Plot::default()
     };
     let svg = plot.svg().map_err(|error| error.to_string())?;

@@ -421,7 +421,7 @@ fn what_is_wrong_is_said_with_its_line() {
         (aem("2.0", &of_type("SPIN/NUTATION"), one), "made.aem:13: ATTITUDE_TYPE: 'SPIN/NUTATION' is not read"),
         (
             aem("1.0", &format!("{}ATTITUDE_DIR = B2A\n", of_type("SPIN")), one),
-            "made.aem:14: ATTITUDE_DIR: a spin axis",
+            "made.aem:14: ATTITUDE_DIR: the axis of a spin",
         ),
         (aem("1.0", &format!("{quaternion}ATTITUDE_DIR = A\n"), one), "made.aem:14: ATTITUDE_DIR: 'A' is not one of"),
         (

@@ -77,7 +77,8 @@ pub struct Program {
 impl Program {
     /// Compiles GLSL text of `s`.
     ///
-    /// # Errors A message of naga, or an operation other than arithmetic.
+    /// # Errors
+    /// A message of naga, or an operation other than arithmetic.
     pub fn compile(text: &str) -> Result<Self, String> {
         check_text(text)?;
         // The text has a line of its own, so that naga's messages show only the text.

@@ -1,6 +1,7 @@
-//! A cell of a CSV file that a spreadsheet shows as what it is: a number or text, never a formula.
+//! Rows of a CSV file. A spreadsheet shows each cell as what it is: a number or text, never a formula.
 
 use std::borrow::Cow;
+use std::io::{self, Write};
 
 use crate::text::plain;
 
@@ -10,11 +11,30 @@ const FORMULA: [char; 8] = ['=', '+', '-', '@', '＝', '＋', '－', '＠'];
 /// What makes a cell need quotes. The semicolon separates cells where a comma separates decimals.
 const SEPARATORS: [char; 3] = [',', ';', '"'];
 
+/// Writes CSV with a header. All rows have the header's length. A cell that a spreadsheet would compute gets an apostrophe in front.
+pub(super) fn write_rows<C: AsRef<str>>(
+    writer: impl Write,
+    rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
+) -> io::Result<()> {
+    let mut csv = csv::WriterBuilder::new().quote_style(csv::QuoteStyle::Never).from_writer(writer);
+    let failed = |error: csv::Error| match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
+    };
+    for row in rows {
+        for text in row {
+            csv.write_field(cell(text.as_ref()).as_bytes()).map_err(failed)?;
+        }
+        csv.write_record(None::<&[u8]>).map_err(failed)?;
+    }
+    csv.flush()
+}
+
 /// A cell as it stands in the file, with its quotes.
 ///
 /// Numbers stay as they are. In other text hidden characters are escaped. Text that a spreadsheet would compute gets an apostrophe in front, which
 /// spreadsheets take for the mark of text, and quotes. Quotes alone do not help, because a spreadsheet removes them before it looks.
-pub(super) fn cell(text: &str) -> Cow<'_, str> {
+fn cell(text: &str) -> Cow<'_, str> {
     let shown = plain(text);
     let computed = shown.trim_start().starts_with(FORMULA) && shown.parse::<f64>().is_err();
     if !computed && !shown.contains(SEPARATORS) {

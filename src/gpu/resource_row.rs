@@ -1,0 +1,248 @@
+//! What the table of resources says of each buffer and image: size, memory, usage and binding.
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use vk::BufferUsageFlags as U;
+
+/// Rule for the number of elements of a resource.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Count {
+    /// Always one.
+    Once,
+    /// Steps of a fused dispatch.
+    FusedSteps,
+    /// Directions in the albedo table.
+    Albedo,
+    /// Directions in the albedo tables of a fused dispatch.
+    FusedAlbedo,
+    /// Materials.
+    Materials,
+    /// Straight pieces of the shaped response functions.
+    Shapes,
+    /// Groups of four nodes.
+    Groups,
+    /// Groups, if a load depends on the normal of a node.
+    LoadedGroups,
+    /// Groups, if nodes keep a state between steps.
+    MovingGroups,
+    /// Groups, if anything is drawn or casts a shadow.
+    PlacedGroups,
+    /// Groups, if an image is drawn.
+    DrawnGroups,
+    /// Groups, if the craft shadows itself.
+    ShadowedGroups,
+    /// Triangles of an image.
+    Triangles,
+    /// Draws of an image.
+    Draws,
+    /// Values in the band table.
+    Band,
+    /// One, if shadows use a shadow map.
+    SunView,
+    /// Triangles that are drawn into the shadow map.
+    Occluders,
+    /// Texels of the shadow map.
+    SunTexels,
+    /// Boxes of the tree for shadow rays.
+    Boxes,
+    /// Triangles of the tree for shadow rays.
+    Traced,
+    /// Pixels of the image.
+    Pixels,
+    /// Groups of four nodes of a large network.
+    NetworkGroups,
+    /// Slices of a large network's rows, plus one.
+    NetworkSlices,
+    /// Entries of linear conductors, four nodes each.
+    NetworkLinear,
+    /// Entries of radiative conductors, four nodes each.
+    NetworkRadiative,
+    /// Nodes plus one, if some have more conductors than a row holds.
+    NetworkTails,
+    /// Conductors beyond the rows.
+    NetworkLinks,
+    /// None.
+    NetworkAll,
+    /// Groups with an arithmetic node.
+    NetworkArithmetic,
+    /// Groups with a node that is not a boundary.
+    NetworkFree,
+    /// Sensors.
+    NetworkSensors,
+    /// Sensors times sub-steps of a submission.
+    NetworkSensed,
+    /// Workgroups of the largest pass.
+    NetworkWorkgroups,
+    /// One, if the network is large.
+    NetworkOnce,
+    /// Groups of a network that is stepped in one pass.
+    OnePassGroups,
+    /// Those of its groups that are in blocks.
+    OnePassBlockGroups,
+    /// Words of its links.
+    OnePassLinks,
+    /// Words of its sources.
+    OnePassSources,
+    /// Weights of four nodes for its blocks.
+    OnePassWeights,
+    /// Its groups, if the host gives heat.
+    OnePassHeat,
+    /// A number that the code gives at creation.
+    Given,
+}
+
+impl Count {
+    /// Whether the number grows with the nodes or triangles of a scene.
+    pub fn grows_with_nodes(self) -> bool {
+        matches!(
+            self,
+            Self::Groups
+                | Self::LoadedGroups
+                | Self::MovingGroups
+                | Self::PlacedGroups
+                | Self::DrawnGroups
+                | Self::ShadowedGroups
+                | Self::Triangles
+                | Self::Draws
+                | Self::OnePassGroups
+                | Self::OnePassBlockGroups
+                | Self::OnePassLinks
+                | Self::OnePassSources
+                | Self::OnePassWeights
+                | Self::OnePassHeat
+        )
+    }
+}
+
+/// Use of a resource, which decides its memory and Vulkan usage flags.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Role {
+    /// The host writes, and all invocations read the same address. lavapipe reads a uniform once, but each scalar of a
+    /// storage buffer costs every invocation 0.5 ns.
+    Uniform,
+    /// The host writes and shaders read.
+    FromHost,
+    /// Shaders and copies read and write.
+    Storage,
+    /// Shaders and copies write. The host reads and writes between submissions.
+    ToHost,
+    /// Copies write and the host reads.
+    Readback,
+    /// The host writes and copies read.
+    Staging,
+    /// Copies write, and draws read indices.
+    Indices,
+    /// Copies and shaders write, and draws read indices.
+    WrittenIndices,
+    /// Shaders and copies write, and indirect draws read commands.
+    Commands,
+    /// A colour attachment.
+    Colour(vk::Format),
+    /// A depth attachment.
+    Depth,
+}
+
+impl Role {
+    /// Whether it is an image.
+    pub fn is_image(self) -> bool {
+        matches!(self, Self::Colour(_) | Self::Depth)
+    }
+
+    /// Memory of a buffer. Images are in device memory.
+    pub fn location(self) -> MemoryLocation {
+        match self {
+            Self::Uniform | Self::FromHost | Self::Staging => MemoryLocation::CpuToGpu,
+            Self::ToHost | Self::Readback => MemoryLocation::GpuToCpu,
+            _ => MemoryLocation::GpuOnly,
+        }
+    }
+
+    /// Usage flags of a buffer, empty for an image.
+    pub fn usage(self) -> U {
+        match self {
+            Self::Uniform => U::UNIFORM_BUFFER,
+            Self::FromHost | Self::Storage | Self::ToHost => U::STORAGE_BUFFER | U::TRANSFER_DST | U::TRANSFER_SRC,
+            Self::Readback => U::TRANSFER_DST,
+            Self::Staging => U::TRANSFER_SRC,
+            Self::Indices => U::INDEX_BUFFER | U::TRANSFER_DST,
+            Self::WrittenIndices => U::INDEX_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_DST,
+            Self::Commands => U::INDIRECT_BUFFER | U::STORAGE_BUFFER | U::TRANSFER_DST,
+            Self::Colour(_) | Self::Depth => U::empty(),
+        }
+    }
+
+    /// Descriptor type.
+    pub fn descriptor(self) -> vk::DescriptorType {
+        if self == Self::Uniform { vk::DescriptorType::UNIFORM_BUFFER } else { vk::DescriptorType::STORAGE_BUFFER }
+    }
+}
+
+/// When every pass binds only a part of a buffer. The buffer may then be longer than the largest binding of the device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pieces {
+    /// Never, because some pass binds it whole.
+    Never,
+    /// In scenes without an image, because drawing reads the whole buffer.
+    WithoutImage,
+    /// Always.
+    Always,
+}
+
+/// Properties of a resource.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Row {
+    /// Size of an element [bytes]. Ranges of nodes, triangles and draws count elements.
+    pub element: usize,
+    /// Number of elements.
+    pub count: Count,
+    /// Use.
+    pub role: Role,
+    /// Whether each frame in flight has its own copy. A fence then orders the accesses of the host.
+    pub per_slot: bool,
+    /// Whether every joint has its own slice, with vectors in the joint's frame.
+    pub per_joint: bool,
+    /// When passes bind only parts.
+    pub pieces: Pieces,
+    /// GLSL blocks that it is bound to, without the suffix `Block`. It is empty if no shader uses the resource.
+    pub blocks: &'static str,
+}
+
+impl Row {
+    /// With a copy for each frame in flight.
+    pub(super) const fn each_slot(self) -> Self {
+        Self { per_slot: true, ..self }
+    }
+
+    /// With a slice for every joint.
+    pub(super) const fn each_joint(self) -> Self {
+        Self { per_joint: true, ..self }
+    }
+
+    /// Bound in parts.
+    pub(super) const fn in_pieces(self, pieces: Pieces) -> Self {
+        Self { pieces, ..self }
+    }
+
+    /// Whether its size on the device grows with the number of nodes. Buffers that only the host reads do not count.
+    pub fn grows_with_nodes(&self) -> bool {
+        self.count.grows_with_nodes() && self.role != Role::Readback
+    }
+
+    /// Number of copies of the buffer.
+    pub fn copies(&self) -> usize {
+        if self.per_slot { SLOTS } else { 1 }
+    }
+}
+
+/// A resource that shaders use, with one copy for all slots and joints.
+pub(super) const fn row(element: usize, count: Count, role: Role, blocks: &'static str) -> Row {
+    Row { element, count, role, per_slot: false, per_joint: false, pieces: Pieces::Never, blocks }
+}
+
+/// A resource that no shader uses.
+pub(super) const fn unbound(element: usize, count: Count, role: Role) -> Row {
+    row(element, count, role, "")
+}
+
+/// Frames in flight. The device works on one while the host reads the other.
+pub const SLOTS: usize = 2;
