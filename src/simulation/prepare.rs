@@ -105,6 +105,7 @@ impl Prepared {
         let mut model = Model::load_within(&scene.model_path, &scene.reach)?.weld();
         let mut materials = scene.materials.resolve(&model, &mut scene.files)?;
         change(&mut materials);
+        steps::check_functions(&scene, &materials)?;
         let (hash, file_hashes) = steps::hashes(&scene.files)?;
         let mut warnings = steps::model_warnings(&scene, &mut model);
         let Dense { mut model, merged, occluders } = steps::at_density(&mut scene, model, &materials, progress)?;

@@ -222,6 +222,21 @@ pub(super) fn probe_nodes(scene: &Scene, parts: &[String], nodes: &Nodes) -> Res
     Ok(found)
 }
 
+/// Refuses response functions whose pieces do not follow them. Almost all such functions were refused where they were read.
+pub(super) fn check_functions(scene: &Scene, materials: &[Material]) -> Result<(), PrepareError> {
+    for material in materials {
+        let Response::Transition(transition) = &material.response else { continue };
+        for profile in [&transition.heating, &transition.cooling] {
+            profile.function.check().map_err(|source| PrepareError::Function {
+                path: scene.source.clone(),
+                material: material.name.clone(),
+                source,
+            })?;
+        }
+    }
+    Ok(())
+}
+
 /// Balance temperature of each material of the network in full sunlight [K].
 fn hottest(scene: &Scene, materials: &[Material]) -> Vec<f64> {
     let environment = &scene.environment;
