@@ -67,7 +67,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if !(arguments.time >= 0.0 && arguments.time.is_finite()) {
         return Err(CliError::Usage(format!("--time is finite and not below 0 s, not {}", arguments.time)));
     }
-    let mut prepared = match &arguments.scene {
+    let prepared = match &arguments.scene {
         Some(scene) => prepare_with_progress(scene, arguments.reach)?,
         None => station(arguments.reach)?,
     };

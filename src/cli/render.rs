@@ -43,7 +43,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if output == Destination::StandardOutput && console::is_seen() {
         return Err(CliError::Usage("an image is no text for a terminal: name a file, or redirect it".to_owned()));
     }
-    let mut prepared = prepare_with_progress(&arguments.scene, arguments.reach)?;
+    let prepared = prepare_with_progress(&arguments.scene, arguments.reach)?;
     keep_inputs(&arguments.output, &prepared.scene.files)?;
     prepared.cover(arguments.time)?;
     let camera = prepared.scene.require_camera().map_err(simulation::prepare_error::PrepareError::from)?.clone();
