@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+use super::arguments::folder;
 use super::device::{DeviceArguments, check_validation};
 use super::digits::nine_digits;
 use super::error::CliError;
@@ -46,7 +47,7 @@ isotherm paper -o out/paper --force --device cpu\n  \
 isotherm paper -o out/paper --scene models/station.toml --time 1200")]
 pub struct Arguments {
     /// Output folder, which must be empty or absent
-    #[arg(short, long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", value_parser = folder())]
     output: PathBuf,
     /// Overwrite the files of an earlier `isotherm paper` in the output folder
     #[arg(long)]

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 
-use super::arguments::command_line;
+use super::arguments::{command_line, folder};
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::progress::{building_bar, progress_bar, show_stage, stop_flag};
@@ -43,7 +43,7 @@ pub struct Arguments {
     #[arg(required_unless_present = "resume")]
     scene: Option<PathBuf>,
     /// Output folder, which must be empty or absent
-    #[arg(short, long, value_name = "DIR", required_unless_present = "resume")]
+    #[arg(short, long, value_name = "DIR", required_unless_present = "resume", value_parser = folder())]
     output: Option<PathBuf>,
     /// Replace the files that the manifest of the output folder lists. A file that was changed since is refused
     #[arg(long)]
