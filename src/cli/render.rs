@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         say!("warning: {warning}");
     }
     let maker = FrameMaker::new(&prepared, &camera, &engine.device_name());
-    if let Some((frame, header)) = maker.frame(result) {
+    if let Some((frame, header)) = maker.frame(result)? {
         output.write_bytes(&encode(&frame, &header)?)?;
         if output != Destination::StandardOutput {
             answer!("{}", arguments.output.display());

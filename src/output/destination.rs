@@ -1,13 +1,12 @@
 //! Where a command writes one file: standard output, something that takes bytes as they come, or a file that appears whole.
 
-use std::cell::Cell;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::OutputError;
 use super::console;
-use super::folder::{check_writable, write_atomic, write_rows};
+use super::folder::{check_writable, write_atomic, write_checked_rows, write_rows};
 
 /// The name of standard output on a command line.
 pub const STANDARD_OUTPUT: &str = "-";
@@ -107,12 +106,7 @@ impl Destination {
         &self,
         rows: impl IntoIterator<Item = Result<Vec<String>, OutputError>>,
     ) -> Result<(), OutputError> {
-        let broken = Cell::new(None);
-        let rows = rows.into_iter().map_while(|row| row.map_err(|error| broken.set(Some(error))).ok());
-        self.write(|writer| {
-            write_rows(writer, rows).map_err(|source| self.failed(source))?;
-            broken.take().map_or(Ok(()), Err)
-        })
+        self.write(|writer| write_checked_rows(writer, rows, |source| self.failed(source)))
     }
 
     fn failed(&self, source: io::Error) -> OutputError {

@@ -1,5 +1,6 @@
 //! The output folder: file names, overwrite rules, and files that appear whole or not at all.
 
+use std::cell::Cell;
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -284,6 +285,20 @@ impl Folder {
         })
     }
 
+    /// Writes a CSV file with a header, up to the first row that is an error. The file is then as it was.
+    ///
+    /// # Errors
+    /// As [`Folder::write`], and that of the row.
+    pub fn write_checked_csv(
+        &self,
+        name: &str,
+        rows: impl IntoIterator<Item = Result<Vec<String>, OutputError>>,
+    ) -> Result<(), OutputError> {
+        self.write(name, |writer| {
+            write_checked_rows(writer, rows, |source| OutputError::write(&self.file(name), source))
+        })
+    }
+
     /// Writes a structure as JSON as [`Folder::write`] does. Numbers that are not finite become `null`.
     ///
     /// # Errors
@@ -475,6 +490,21 @@ pub fn write_csv<C: AsRef<str>>(
     rows: impl IntoIterator<Item = impl IntoIterator<Item = C>>,
 ) -> Result<(), OutputError> {
     write_atomic(path, |writer| write_rows(writer, rows).map_err(|source| OutputError::write(path, source)))
+}
+
+/// Writes CSV as [`write_rows`] does, up to the first row that is an error. `failed` tells of a destination that takes no more.
+///
+/// # Errors
+/// That of the row, or of the destination.
+pub fn write_checked_rows(
+    writer: &mut dyn Write,
+    rows: impl IntoIterator<Item = Result<Vec<String>, OutputError>>,
+    failed: impl FnOnce(std::io::Error) -> OutputError,
+) -> Result<(), OutputError> {
+    let broken = Cell::new(None);
+    let rows = rows.into_iter().map_while(|row| row.map_err(|error| broken.set(Some(error))).ok());
+    write_rows(writer, rows).map_err(failed)?;
+    broken.take().map_or(Ok(()), Err)
 }
 
 /// Writes CSV with a header. All rows have the header's length. A cell that a spreadsheet would compute gets an apostrophe in front.

@@ -293,7 +293,7 @@ struct Recorder<'a, 'b> {
     job: &'a Job<'a>,
     folder: &'a Folder,
     trace: &'a Trace,
-    maker: Option<&'a FrameMaker>,
+    maker: Option<&'a FrameMaker<'a>>,
     tables: &'a mut Tables<'b>,
     frames: SyncSender<Work>,
     written: &'a Mutex<Vec<WrittenFrame>>,
@@ -313,7 +313,8 @@ impl Consumer<JobError> for Recorder<'_, '_> {
             check_finite(self.prepared, result.step, &temperatures)?;
             self.tables.add(self.prepared, result.time, &temperatures)?;
         }
-        if let Some(frame) = self.maker.and_then(|maker| maker.frame(result)) {
+        let frame = self.maker.map(|maker| maker.frame(result)).transpose()?.flatten();
+        if let Some(frame) = frame {
             self.frames.send(Work::Frame(Box::new(frame))).map_err(|_| JobError::Writer)?;
         }
         (self.progress)(Done::Step);
