@@ -10,6 +10,7 @@ pub mod device_data;
 pub mod device_engine;
 pub mod engine;
 mod engine_error;
+pub mod forecast;
 pub mod forward;
 pub mod joints;
 pub mod network;

@@ -15,6 +15,7 @@ use crate::output::folder::keep_inputs;
 use crate::output::frame_maker::FrameMaker;
 use crate::simulation;
 use crate::simulation::device_data::DeviceData;
+use crate::simulation::forecast::{Forecast, Rate};
 
 /// Render one image after stepping the scene to its time.
 #[derive(clap::Args)]
@@ -52,6 +53,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let stop = stop_flag();
     say!("device: {}", chosen.name());
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
+    let still =
+        Forecast { steps: (arguments.time / prepared.scene.time.step).ceil() as u64, ..Forecast::of(&prepared) };
+    say!("{}", still.of_one_image().sentence(Rate::of(&chosen)));
     let mut engine = chosen.engine(&prepared, Some(&camera))?;
     let bar = progress_bar(steps, "stepping");
     let periodic = simulation::start(&prepared, &mut *engine, None, &stop, &mut || bar.inc(1))?;
