@@ -10,8 +10,10 @@ pub mod device_data;
 pub mod device_engine;
 pub mod engine;
 mod engine_error;
+pub mod forecast;
 pub mod forward;
 pub mod joints;
+pub mod keep;
 pub mod network;
 pub mod periodic;
 pub mod prepare;
@@ -23,13 +25,17 @@ pub mod stepper;
 pub mod target;
 pub mod viewpoint;
 
+use crate::gpu::layout::FUSED_STEPS;
+use crate::saved::{Saved, SavedError};
 use crate::scene::{Draw, Initial};
 use crate::trace::Track;
 use check::Check;
 use engine::{Delivered, Engine, EngineError, Order, Step};
 use forward::{Passing, forward};
+use keep::{Keep, KeepNothing};
 use periodic::Periodic;
 use prepare::Prepared;
+use state::restore;
 use viewpoint::camera_from_body;
 
 /// The results of a step.
@@ -44,6 +50,9 @@ pub struct StepResult {
     pub delivered: Delivered,
 }
 
+/// Steps of a warm-up after which its state may be saved, a multiple of those of a dispatch. Steps of a network take longer.
+const WARM_UP_STEPS: [u32; 2] = [4 * FUSED_STEPS as u32, 4];
+
 /// Brings the engine, and the check where there is one, to the state at time 0. Returns the result of a periodic warm-up.
 ///
 /// # Errors
@@ -51,11 +60,45 @@ pub struct StepResult {
 pub fn start(
     prepared: &Prepared,
     engine: &mut dyn Engine,
-    mut check: Option<&mut Check>,
+    check: Option<&mut Check>,
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
 ) -> Result<Option<Periodic>, EngineError> {
-    let went = warm_up(prepared, engine, check.as_deref_mut(), stop, progress)?;
+    start_from(prepared, engine, check, None, stop, progress, &mut KeepNothing)
+}
+
+/// The same from a state that `keep` took in an earlier part of the run. `keep` takes states on the way, the last one where `stop` ends the warm-up.
+///
+/// # Errors
+/// A call that fails, or what `keep` returns.
+pub fn start_from<E: From<EngineError>>(
+    prepared: &Prepared,
+    engine: &mut dyn Engine,
+    mut check: Option<&mut Check>,
+    earlier: Option<&Saved>,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(),
+    keep: &mut dyn Keep<E>,
+) -> Result<Option<Periodic>, E> {
+    let first = match earlier {
+        Some(saved) => restore(saved, engine, check.as_deref_mut())?,
+        None => {
+            settle(prepared, engine, check.as_deref_mut())?;
+            0
+        }
+    };
+    let went = match prepared.scene.time.periodic {
+        Some(tolerance) => {
+            let lost = |error: SavedError| E::from(error.into());
+            let own = earlier.map(|saved| periodic::Way::of(&saved.part("own"))).transpose().map_err(lost)?;
+            periodic::warm_up(prepared, engine, check.as_deref_mut(), tolerance, own, stop, progress, keep)?
+        }
+        None => {
+            (0..first).for_each(|_| progress());
+            warm_up(prepared, engine, check.as_deref_mut(), first, stop, progress, keep)?;
+            None
+        }
+    };
     if let Some(check) = check
         && let Some(temperatures) = engine.network_temperatures()?
         && let Some(network) = engine.network()
@@ -65,37 +108,66 @@ pub fn start(
     Ok(went)
 }
 
-fn warm_up(
-    prepared: &Prepared,
-    engine: &mut dyn Engine,
-    mut check: Option<&mut Check>,
-    stop: &AtomicBool,
-    progress: &mut dyn FnMut(),
-) -> Result<Option<Periodic>, EngineError> {
-    let step = prepared.scene.time.step;
-    let steps = prepared.warm_up_steps();
-    let time = |number: u32| step * (f64::from(number) - f64::from(steps));
+/// Time at which a step of the warm-up begins [s].
+fn warm_up_time(prepared: &Prepared, number: u32) -> f64 {
+    prepared.scene.time.step * (f64::from(number) - f64::from(prepared.warm_up_steps()))
+}
+
+/// Brings every node to the scene's initial state.
+fn settle(prepared: &Prepared, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<(), EngineError> {
     match prepared.scene.initial {
         Initial::Balance => {
-            let load = prepared.loads.step_load(time(0), time(1));
-            engine.settle(&load, time(0))?;
-            if let Some(check) = check.as_deref_mut() {
-                check.settle(&load, time(0));
+            let [from, to] = [0, 1].map(|number| warm_up_time(prepared, number));
+            let load = prepared.loads.step_load(from, to);
+            engine.settle(&load, from)?;
+            if let Some(check) = check {
+                check.settle(&load, from);
             }
         }
         Initial::Temperature(temperature) => {
             engine.settle_at(temperature, prepared.nodes.vertex_of_node.len())?;
-            if let Some(check) = check.as_deref_mut() {
+            if let Some(check) = check {
                 check.settle_at(temperature);
             }
         }
     }
-    if let Some(tolerance) = prepared.scene.time.periodic {
-        return periodic::warm_up(prepared, engine, check, tolerance, stop, progress);
+    Ok(())
+}
+
+/// Steps a warm-up of a fixed number of steps, from `first` on.
+fn warm_up<E: From<EngineError>>(
+    prepared: &Prepared,
+    engine: &mut dyn Engine,
+    mut check: Option<&mut Check>,
+    first: u32,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(),
+    keep: &mut dyn Keep<E>,
+) -> Result<(), E> {
+    let steps = prepared.warm_up_steps();
+    let at_once = WARM_UP_STEPS[usize::from(prepared.network.is_some())];
+    let time = |number| warm_up_time(prepared, number);
+    let mut done = first;
+    while done < steps {
+        let end = done.saturating_add(at_once).min(steps);
+        let passing = (done..end).map(|number| Passing { start: time(number), end: time(number + 1), steps: 1.0 });
+        let mut count = 0;
+        let mut told = || {
+            count += 1;
+            progress();
+        };
+        let went = forward(prepared, engine, check.as_deref_mut(), passing, stop, &mut told)?;
+        done += count;
+        if !went || (done < steps && keep.wants(done)) {
+            engine.wait()?;
+            keep.take(done, Saved::default(), engine, check.as_deref_mut())?;
+            keep.save()?;
+        }
+        if !went {
+            return Ok(());
+        }
     }
-    let passing = (0..steps).map(|number| Passing { start: time(number), end: time(number + 1), steps: 1.0 });
-    forward(prepared, engine, check, passing, stop, progress)?;
-    Ok(None)
+    Ok(())
 }
 
 /// What takes the results of a run.

@@ -1,6 +1,24 @@
 //! The arguments of the process as text. They need not be UTF-8.
 
+use std::path::{Path, PathBuf};
+
+use clap::builder::{PathBufValueParser, TypedValueParser};
+
+use crate::output::destination::STANDARD_OUTPUT;
 use crate::text::is_hidden;
+
+/// The parser of the folder that a command writes. Standard output takes one file, and no folder.
+pub(super) fn folder() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| {
+        if path == Path::new(STANDARD_OUTPUT) {
+            return Err(
+                "standard output takes one file, and this command writes a folder of files: name a folder, such as \
+                        out/run, or ./- for one that is called -",
+            );
+        }
+        Ok(path)
+    })
+}
 
 /// The command line, with the program's name.
 pub(super) fn command_line() -> String {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressDrawTarget};
 
-use super::arguments::command_line;
+use super::arguments::{command_line, folder};
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::progress::tell;
@@ -40,7 +40,7 @@ use crate::simulation::target::Target;
 isotherm bench -o out/bench --quick --only integrators --device llvmpipe\n  isotherm bench --hard --quick")]
 pub struct Arguments {
     /// Output folder. Without --force it must be empty or absent
-    #[arg(short, long, value_name = "DIR", required_unless_present = "hard")]
+    #[arg(short, long, value_name = "DIR", required_unless_present = "hard", value_parser = folder())]
     output: Option<PathBuf>,
     /// Run the hard cases alone; exit code 1 if one exceeds its limit
     #[arg(long, conflicts_with = "only")]

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::arguments::command_line;
+use super::arguments::{command_line, folder};
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::progress::{building_bar, progress_bar, show_stage, stop_flag};
@@ -36,7 +36,7 @@ pub struct Arguments {
     /// Scene file (TOML; docs/scene.md says what it holds)
     scene: PathBuf,
     /// Output folder. Without --force it must be empty or absent
-    #[arg(short, long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", value_parser = folder())]
     output: PathBuf,
     /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
     #[arg(long)]

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::device::DeviceArguments;
 use super::error::CliError;
 use super::reach::ReachArguments;
-use super::run::prepare_with_progress;
+use super::run::{device_memory, prepare_with_progress};
 use crate::gpu::context;
 use crate::gpu::frame::{Frame, Wanted};
 use crate::gpu::pass::Entry;
@@ -17,6 +17,7 @@ use crate::output::console::answer;
 use crate::output::console::say;
 use crate::scene::Draw;
 use crate::simulation::device_data::DeviceData;
+use crate::simulation::forecast::{Forecast, Rate};
 use crate::simulation::joints;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
@@ -119,7 +120,8 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     ));
     let plan = data.plan();
     let of_network = prepared.network_bytes(&plan);
-    let bytes = plan.iter().map(|planned| planned.bytes).sum::<u64>() + of_network.device + of_network.host;
+    let bytes = device_memory(&prepared, &plan);
+    let forecast = Forecast::of(&prepared).entries(&[Rate::REFERENCE, Rate::PROCESSOR, Rate::GPU], Some(bytes));
     let node_bytes = device_bytes(&plan) + of_network.device;
     let a_node = node_bytes as f64 / prepared.nodes.count.max(1) as f64;
     let switched_off = prepared.switched_off();
@@ -146,6 +148,10 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
         text.push_str("\nThermal network\n");
     }
     for (name, value) in &network {
+        text.push_str(&format!("  {name:<40} {value}\n"));
+    }
+    text.push_str("\nForecast of a run\n");
+    for (name, value) in &forecast {
         text.push_str(&format!("  {name:<40} {value}\n"));
     }
     text.push_str("\nBytes on the device\n");
@@ -193,6 +199,7 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
             "name": format!("{:?}", planned.resource), "bytes": planned.bytes })).collect::<Vec<_>>(),
         "frame": steps,
         "network": network.into_iter().collect::<std::collections::BTreeMap<_, _>>(),
+        "forecast": forecast.into_iter().collect::<std::collections::BTreeMap<_, _>>(),
         "switched_off": switched_off,
     });
     Ok((value, text))

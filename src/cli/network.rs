@@ -15,9 +15,12 @@ use crate::output::inputs::keep_inputs;
 use crate::output::plot::{Line, Plot};
 use crate::output::plot_axis::Axis;
 use crate::scene::network::NetworkFile;
+use crate::simulation::forecast::bytes;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::stepper::AnyStepper;
-use crate::thermal::network::control::{ControlError, Integrator, Series, Settings, integrate_and_keep};
+use crate::thermal::network::control::{
+    ControlError, Integrator, MOST_SUB_STEPS, Series, Settings, integrate_and_keep,
+};
 use crate::thermal::network::steady::steady;
 use crate::thermal::network::stepper::Stepper;
 
@@ -131,6 +134,7 @@ fn solve_with(
     }
     let tolerance = arguments.tolerance.unwrap_or(arguments.integrator.tolerance());
     let settings = Settings { integrator: arguments.integrator, tolerance, floor: stepper.floor() };
+    say!("{}", forecast(file));
     let stop = stop_flag();
     let bar = spinner("time [s]");
     let watch = |now: f64| {
@@ -159,6 +163,22 @@ fn solve_with(
         }
     }
     write_series(&series, file, path, outputs, device)
+}
+
+/// What is known of the work before it begins. The error decides on the sub-steps, so only their least and most are known.
+fn forecast(file: &NetworkFile) -> String {
+    let (schedule, nodes) = (&file.schedule, file.labels.len());
+    let rows = file.times.len();
+    // A temperature has nine decimals.
+    let size = rows as f64 * (20.0 + 14.0 * nodes as f64);
+    format!(
+        "forecast: {rows} output times to {} s for {nodes} nodes and {} thermostats; at most {} of CSV; from {} to {MOST_SUB_STEPS:e} \
+         sub-steps, which the error decides",
+        schedule.times.last().copied().unwrap_or(0.0),
+        schedule.thermostats.len(),
+        bytes(size),
+        schedule.fewest_sub_steps()
+    )
 }
 
 /// Writes temperatures, switches and the plot of the output times that were reached.

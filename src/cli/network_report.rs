@@ -6,7 +6,7 @@ use super::error::CliError;
 use crate::gpu::error::GpuError;
 use crate::output::console::say;
 use crate::scene::network::NetworkFile;
-use crate::thermal::network::control::{ControlError, STIFFEST, Series, Settings, Use};
+use crate::thermal::network::control::{ControlError, MOST_SUB_STEPS, STIFFEST, Series, Settings, Use};
 use crate::thermal::network::steady::{Steady, SteadyError};
 use crate::thermal::network::stepper::WorkCounts;
 
@@ -97,6 +97,10 @@ pub(super) fn control_error(error: ControlError<GpuError>, file: &NetworkFile, p
             "at {time} s node '{}' is at {temperature:.0} K, the hottest that this device holds; --device cpu has no such \
              limit",
             label(node)
+        ),
+        ControlError::TooLong { time, step } => format!(
+            "asks for too much work: at {time} s {MOST_SUB_STEPS:e} sub-steps were done, the most of a run; the last was {step:.1e} s \
+             long; use a larger --tolerance, or earlier output.times"
         ),
         ControlError::Chatter { time, thermostat, switches, within } => {
             let thermostat = &file.schedule.thermostats[thermostat];

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
+use super::arguments::folder;
 use super::device::{DeviceArguments, check_validation};
 use super::digits::nine_digits;
 use super::error::CliError;
@@ -11,8 +12,10 @@ use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
 use super::run::prepare_with_progress;
 use crate::gpu::error::GpuError;
+use crate::output::OutputError;
 use crate::output::colour::ColourScale;
 use crate::output::console::{answer, say};
+use crate::output::finite::finite;
 use crate::output::folder::Folder;
 use crate::output::frame_maker::FrameMaker;
 use crate::output::picture::beside;
@@ -46,7 +49,7 @@ isotherm paper -o out/paper --force --device cpu\n  \
 isotherm paper -o out/paper --scene models/station.toml --time 1200")]
 pub struct Arguments {
     /// Output folder. Without --force it must be empty or absent
-    #[arg(short, long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", value_parser = folder())]
     output: PathBuf,
     /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
     #[arg(long)]
@@ -67,7 +70,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if !(arguments.time >= 0.0 && arguments.time.is_finite()) {
         return Err(CliError::Usage(format!("--time is finite and not below 0 s, not {}", arguments.time)));
     }
-    let mut prepared = match &arguments.scene {
+    let prepared = match &arguments.scene {
         Some(scene) => prepare_with_progress(scene, arguments.reach)?,
         None => station(arguments.reach)?,
     };
@@ -88,7 +91,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut plots = Vec::new();
     for figure in orbit_figures::figures(&orbits, &device)? {
         for table in &figure.tables {
-            folder.write_csv(table.file, rows(&table.columns, table.rows.iter().map(Vec::as_slice)))?;
+            folder.write_checked_csv(table.file, rows(&table.columns, table.rows.iter().map(Vec::as_slice)))?;
         }
         folder.write_bytes(&plot_name(figure.number), figure.svg.as_bytes())?;
         plots.push((figure.number, figure.svg));
@@ -101,7 +104,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let mut values = Vec::new();
     for one in &computed {
         let temperatures = one.quadratic.iter().map(std::slice::from_ref);
-        folder.write_csv(&series_name(&one.jump), rows(&["temperature".to_owned()], temperatures))?;
+        folder.write_checked_csv(&series_name(&one.jump), rows(&["temperature".to_owned()], temperatures))?;
         values.extend(one.checks());
     }
     for figure in [5, 6] {
@@ -144,16 +147,19 @@ fn station(reach: ReachArguments) -> Result<Prepared, CliError> {
     prepare_with_progress(&folder.path().join(STATION[0].0), reach)
 }
 
-/// The rows of a table: the step and its temperatures.
+/// The rows of a table: the step and its temperatures, which must be finite.
 fn rows<'a>(
     columns: &'a [String],
     temperatures: impl Iterator<Item = &'a [f64]> + 'a,
-) -> impl Iterator<Item = Vec<String>> + 'a {
+) -> impl Iterator<Item = Result<Vec<String>, OutputError>> + 'a {
     let head = std::iter::once("step".to_owned()).chain(columns.iter().cloned()).collect();
-    let row = |(step, row): (usize, &[f64])| {
-        std::iter::once(step.to_string()).chain(row.iter().map(|t| nine_digits(*t))).collect()
+    let row = move |(step, row): (usize, &'a [f64])| {
+        let cell = |(value, column): (&f64, &String)| {
+            Ok(nine_digits(finite(*value, || format!("step {step}: the column '{column}'"))?))
+        };
+        std::iter::once(Ok(step.to_string())).chain(row.iter().zip(columns).map(cell)).collect()
     };
-    std::iter::once(head).chain(temperatures.enumerate().map(row))
+    std::iter::once(Ok(head)).chain(temperatures.enumerate().map(row))
 }
 
 /// The PNG of figure 7 and its caption. `None` after Ctrl-C.
@@ -169,7 +175,7 @@ fn figure_7(chosen: &Target, prepared: &Prepared, time: f64) -> Result<Option<(V
     let Some(result) = still.filter(|_| !stop.load(Ordering::Relaxed)) else { return Ok(None) };
     let Some(pose) = result.pose else { return Ok(None) };
     let maker = FrameMaker::new(prepared, camera, &engine.device_name());
-    let Some((frame, _)) = maker.frame(result) else { return Ok(None) };
+    let Some((frame, _)) = maker.frame(result)? else { return Ok(None) };
 
     let sky = prepared.loads.sky_model().sky(time);
     let sunlight = if prepared.scene.environment.solar_constant.is_some() { sky.lit_fraction } else { 0.0 };
@@ -187,4 +193,21 @@ fn figure_7(chosen: &Target, prepared: &Prepared, time: f64) -> Result<Option<(V
     let png = beside((&visible, shading), (&frame, "false-colour temperature"), &scale, &title, &details)?.png()?;
     let caption = format!("{title}; {shading}");
     Ok(Some((png, caption)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_holds_finite_numbers_only() {
+        let columns = ["mean".to_owned(), "facing the Sun".to_owned()];
+        let table = |last: f64| {
+            let values = [[300.0, 310.0], [301.0, last]];
+            rows(&columns, values.iter().map(<[f64; 2]>::as_slice)).collect::<Result<Vec<_>, _>>()
+        };
+        assert_eq!(table(311.0).unwrap().len(), 3);
+        let error = table(f64::NAN).unwrap_err().to_string();
+        assert!(error.contains("step 1: the column 'facing the Sun' is NaN"), "{error}");
+    }
 }

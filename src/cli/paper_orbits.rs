@@ -58,6 +58,7 @@ fn told(error: ControlError<GpuError>, case: &Cube, output: &Path) -> CliError {
         ControlError::NoStep { time, .. }
         | ControlError::Stiff { time, .. }
         | ControlError::TooHot { time, .. }
+        | ControlError::TooLong { time, .. }
         | ControlError::Chatter { time, .. } => {
             CliError::Solver(format!("{case}: no sub-step is short enough at {time} s"))
         }

@@ -15,6 +15,7 @@ use crate::output::frame_maker::FrameMaker;
 use crate::output::inputs::keep_inputs;
 use crate::simulation;
 use crate::simulation::device_data::DeviceData;
+use crate::simulation::forecast::{Forecast, Rate};
 
 /// Render one image after stepping the scene to its time.
 #[derive(clap::Args)]
@@ -43,7 +44,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if output == Destination::StandardOutput && console::is_seen() {
         return Err(CliError::Usage("an image is no text for a terminal: name a file, or redirect it".to_owned()));
     }
-    let mut prepared = prepare_with_progress(&arguments.scene, arguments.reach)?;
+    let prepared = prepare_with_progress(&arguments.scene, arguments.reach)?;
     keep_inputs(&arguments.output, &prepared.scene.files)?;
     prepared.cover(arguments.time)?;
     let camera = prepared.scene.require_camera().map_err(simulation::prepare_error::PrepareError::from)?.clone();
@@ -52,6 +53,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let stop = stop_flag();
     say!("device: {}", chosen.name());
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
+    let still =
+        Forecast { steps: (arguments.time / prepared.scene.time.step).ceil() as u64, ..Forecast::of(&prepared) };
+    say!("{}", still.of_one_image().sentence(Rate::of(&chosen)));
     let mut engine = chosen.engine(&prepared, Some(&camera))?;
     let bar = progress_bar(steps, "stepping");
     let periodic = simulation::start(&prepared, &mut *engine, None, &stop, &mut || bar.inc(1))?;
@@ -65,7 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         say!("warning: {warning}");
     }
     let maker = FrameMaker::new(&prepared, &camera, &engine.device_name());
-    if let Some((frame, header)) = maker.frame(result) {
+    if let Some((frame, header)) = maker.frame(result)? {
         output.write_bytes(&encode(&frame, &header)?)?;
         if output != Destination::StandardOutput {
             answer!("{}", arguments.output.display());

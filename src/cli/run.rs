@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 
-use super::arguments::command_line;
+use super::arguments::{command_line, folder};
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::progress::{building_bar, progress_bar, show_stage, stop_flag};
@@ -27,7 +27,7 @@ use crate::scene::Draw;
 use crate::simulation::check::{Accuracy, SAMPLE};
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
-use crate::simulation::is_drawn;
+use crate::simulation::forecast::{Forecast, Rate};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
 use crate::trace::{Trace, Track};
@@ -44,7 +44,7 @@ pub struct Arguments {
     #[arg(required_unless_present = "resume")]
     scene: Option<PathBuf>,
     /// Output folder. Without --force it must be empty or absent
-    #[arg(short, long, value_name = "DIR", required_unless_present = "resume")]
+    #[arg(short, long, value_name = "DIR", required_unless_present = "resume", value_parser = folder())]
     output: Option<PathBuf>,
     /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
     #[arg(long)]
@@ -97,13 +97,19 @@ pub(super) fn prepare_with_progress(path: &Path, reach: ReachArguments) -> Resul
     Ok(prepared)
 }
 
+/// Memory of a run on the device, with images and what the host reads [bytes].
+pub(super) fn device_memory(prepared: &Prepared, plan: &[Planned]) -> u64 {
+    let of_network = prepared.network_bytes(plan);
+    plan.iter().map(|planned| planned.bytes).sum::<u64>() + of_network.device + of_network.host
+}
+
 /// Prints the number of nodes and triangles, and their memory on the device.
 pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Target) {
     let nodes = prepared.nodes.count;
     say!("{}: {nodes} nodes, {} triangles on {}", prepared.scene.name, prepared.triangle_count(), chosen.name());
     if let Target::Device(context) = chosen {
         let of_network = prepared.network_bytes(plan);
-        let all = plan.iter().map(|planned| planned.bytes).sum::<u64>() + of_network.device + of_network.host;
+        let all = device_memory(prepared, plan);
         let of_nodes = device_bytes(plan) + of_network.device;
         say!(
             "device memory: {:.1} bytes a node; {:.1} MiB in all, images and buffers for the host included, of {} MiB free",
@@ -187,17 +193,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
             (folder.prepare(arguments.force, &prepared.scene.files)?, None)
         }
     };
+    let forecast = Forecast::of(&prepared);
+    say!("{}", forecast.sentence(Rate::of(&chosen)));
     let stop = stop_flag();
     let mut engine = chosen.engine(&prepared, camera)?;
     engine.record(trace.clone());
     let start_up_s = began.elapsed().as_secs_f64();
 
     let time = &prepared.scene.time;
-    let images = (0..=time.steps).filter(|step| is_drawn(&time.draw, *step)).count() as u64;
     let bars = [
-        progress_bar(u64::from(prepared.warm_up_steps()), "warm-up"),
+        progress_bar(if forecast.warm_up_is_most { 0 } else { forecast.warm_up }, "warm-up"),
         progress_bar(u64::from(time.steps) + 1, "steps"),
-        progress_bar(images, "pictures"),
+        progress_bar(forecast.images, "pictures"),
     ];
     let job = Job { check: sample, save_every: arguments.save_every, identity: &identity, earlier: state.as_ref() };
     let outcome = run_into(&prepared, &mut *engine, &folder, &job, &stop, &|done: Done| bars[done as usize].inc(1));
@@ -211,7 +218,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         buffers: if with_check { buffers.collect() } else { Vec::new() },
         speed: speed(&prepared, &*engine, &outcome, wall_s),
         command_line,
-        ..report(&prepared, &chosen, &*engine, outcome, start_up_s)
+        ..report(&prepared, &plan, &chosen, &*engine, outcome, start_up_s)
     };
     folder.write_json(REPORT_JSON, &report)?;
     folder.write_bytes(REPORT_HTML, report_html::page(&report).as_bytes())?;
@@ -271,7 +278,14 @@ fn pass_times(engine: &dyn Engine) -> Vec<PassTime> {
     times.filter_map(of).collect()
 }
 
-fn report(prepared: &Prepared, chosen: &Target, engine: &dyn Engine, outcome: Outcome, start_up_s: f64) -> Report {
+fn report(
+    prepared: &Prepared,
+    plan: &[Planned],
+    chosen: &Target,
+    engine: &dyn Engine,
+    outcome: Outcome,
+    start_up_s: f64,
+) -> Report {
     let device = match chosen {
         Target::Device(context) => Device {
             name: context.info.name.clone(),
@@ -309,6 +323,9 @@ fn report(prepared: &Prepared, chosen: &Target, engine: &dyn Engine, outcome: Ou
         (!outcome.plots.is_empty(), "plots/", "the plots as SVG"),
     ];
     let files = files.into_iter().filter(|(there, ..)| *there);
+    let memory = chosen.device().map(|_| device_memory(prepared, plan));
+    let forecast = Forecast::of(prepared).entries(&[Rate::of(chosen)], memory);
+    let forecast = SettingGroup { title: "Forecast before the first step".to_owned(), entries: forecast };
     let mut warnings = prepared.warnings.clone();
     let mut details_of_warm_up = Vec::new();
     if let Some(periodic) = outcome.periodic {
@@ -336,7 +353,11 @@ fn report(prepared: &Prepared, chosen: &Target, engine: &dyn Engine, outcome: Ou
             nodes_by_response,
         },
         passes: pass_times(engine),
-        settings: settings::groups(prepared).into_iter().chain(network_section(prepared, engine)).collect(),
+        settings: settings::groups(prepared)
+            .into_iter()
+            .chain(network_section(prepared, engine))
+            .chain([forecast])
+            .collect(),
         assumptions: prepared.scene.assumptions.clone(),
         warnings,
         switched_off: prepared.switched_off(),

@@ -11,9 +11,10 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use keys::Keys;
 
 pub mod keys;
+mod track;
 mod walk;
 
-pub use walk::{Joints, LongWalk};
+pub use walk::Joints;
 
 /// Sine of the angle between axis and Sun below which the Sun does not define a position.
 const ALONG: f64 = 1e-9;

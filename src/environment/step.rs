@@ -11,7 +11,7 @@ use glam::{DAffine3, DVec3};
 
 use super::albedo::AlbedoTable;
 use super::albedo_field::{AlbedoField, AlbedoFields};
-use super::joints::{Joint, Joints, LongWalk};
+use super::joints::{Joint, Joints};
 use super::quadrature::GaussLegendre;
 use super::sky::{SkyError, SkyModel};
 use super::{MAX_SUN_SAMPLES, PlanetLoad, StepLoad, SunSample};
@@ -68,22 +68,11 @@ impl StepLoads {
         Ok(Self { sky, environment: environment.clone(), albedo, joints: Joints::default() })
     }
 
-    /// Adds joints to the craft. Joints with a rate are walked through `span` [s] in steps of `step` [s].
-    ///
-    /// # Errors
-    /// A walk that is too long.
-    pub fn with_joints(mut self, joints: Vec<Joint>, span: [f64; 2], step: f64) -> Result<Self, LongWalk> {
+    /// Adds joints to the craft. Joints with a rate are walked from the time `from` [s] on in steps of `step` [s].
+    pub fn with_joints(mut self, joints: Vec<Joint>, from: f64, step: f64) -> Self {
         let sun = |time: f64| self.sky.sun_direction(time);
-        self.joints = Joints::under_a_sky(joints, span, step, self.sky.repeats_after(), sun)?;
-        Ok(self)
-    }
-
-    /// Walks joints with a rate on to a time [s].
-    ///
-    /// # Errors
-    /// A walk that is too long.
-    pub fn walk_joints_to(&mut self, time: f64) -> Result<(), LongWalk> {
-        self.joints.walk_to(time, |time| self.sky.sun_direction(time))
+        self.joints = Joints::under_a_sky(joints, from, step, self.sky.repeats_after(), sun);
+        self
     }
 
     /// The joints.

@@ -1,8 +1,10 @@
 //! Rows of a CSV file. A spreadsheet shows each cell as what it is: a number or text, never a formula.
 
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::io::{self, Write};
 
+use super::OutputError;
 use crate::text::plain;
 
 /// What a spreadsheet takes for the start of a formula, in plain and in wide form.
@@ -10,6 +12,21 @@ const FORMULA: [char; 8] = ['=', '+', '-', '@', '＝', '＋', '－', '＠'];
 
 /// What makes a cell need quotes. The semicolon separates cells where a comma separates decimals.
 const SEPARATORS: [char; 3] = [',', ';', '"'];
+
+/// Writes CSV as [`write_rows`] does, up to the first row that is an error. `failed` tells of a destination that takes no more.
+///
+/// # Errors
+/// That of the row, or of the destination.
+pub(super) fn write_checked_rows(
+    writer: &mut dyn Write,
+    rows: impl IntoIterator<Item = Result<Vec<String>, OutputError>>,
+    failed: impl FnOnce(io::Error) -> OutputError,
+) -> Result<(), OutputError> {
+    let broken = Cell::new(None);
+    let rows = rows.into_iter().map_while(|row| row.map_err(|error| broken.set(Some(error))).ok());
+    write_rows(writer, rows).map_err(failed)?;
+    broken.take().map_or(Ok(()), Err)
+}
 
 /// Writes CSV with a header. All rows have the header's length. A cell that a spreadsheet would compute gets an apostrophe in front.
 pub(super) fn write_rows<C: AsRef<str>>(

@@ -1,13 +1,12 @@
 //! Where a command writes one file: standard output, something that takes bytes as they come, or a file that appears whole.
 
-use std::cell::Cell;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::OutputError;
 use super::console;
-use super::csv_rows::write_rows;
+use super::csv_rows::{write_checked_rows, write_rows};
 use super::whole_file::{check_writable, write_atomic};
 
 /// The name of standard output on a command line.
@@ -108,12 +107,7 @@ impl Destination {
         &self,
         rows: impl IntoIterator<Item = Result<Vec<String>, OutputError>>,
     ) -> Result<(), OutputError> {
-        let broken = Cell::new(None);
-        let rows = rows.into_iter().map_while(|row| row.map_err(|error| broken.set(Some(error))).ok());
-        self.write(|writer| {
-            write_rows(writer, rows).map_err(|source| self.failed(source))?;
-            broken.take().map_or(Ok(()), Err)
-        })
+        self.write(|writer| write_checked_rows(writer, rows, |source| self.failed(source)))
     }
 
     fn failed(&self, source: io::Error) -> OutputError {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::OutputError;
-use super::csv_rows::write_rows;
+use super::csv_rows::{write_checked_rows, write_rows};
 use super::inputs::real;
 use super::manifest::{HOME, Listing, Manifest};
 use super::temporary::Unfinished;
@@ -278,6 +278,20 @@ impl Folder {
     ) -> Result<(), OutputError> {
         self.write(name, |writer| {
             write_rows(writer, rows).map_err(|source| OutputError::write(&self.file(name), source))
+        })
+    }
+
+    /// Writes a CSV file with a header, up to the first row that is an error. The file is then as it was.
+    ///
+    /// # Errors
+    /// As [`Folder::write`], and that of the row.
+    pub fn write_checked_csv(
+        &self,
+        name: &str,
+        rows: impl IntoIterator<Item = Result<Vec<String>, OutputError>>,
+    ) -> Result<(), OutputError> {
+        self.write(name, |writer| {
+            write_checked_rows(writer, rows, |source| OutputError::write(&self.file(name), source))
         })
     }
 

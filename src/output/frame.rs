@@ -44,12 +44,19 @@ impl Frame {
     /// # Errors
     /// [`OutputError::NotFinite`] with step, pixel and part.
     pub fn check_finite(&self) -> Result<(), OutputError> {
+        self.check_finite_of(|pixel| format!("part number {}", self.part.get(pixel).copied().unwrap_or(0)))
+    }
+
+    /// The same. `shown` says what a pixel shows.
+    ///
+    /// # Errors
+    /// [`OutputError::NotFinite`] with step, pixel and what it shows.
+    pub fn check_finite_of(&self, shown: impl Fn(usize) -> String) -> Result<(), OutputError> {
         for (what, values) in [("radiance", &self.radiance), ("temperature", &self.temperature), ("depth", &self.depth)]
         {
             if let Some(pixel) = values.iter().position(|value| !value.is_finite()) {
                 let (x, y) = (pixel % self.width.max(1) as usize, pixel / self.width.max(1) as usize);
-                let part = self.part.get(pixel).copied().unwrap_or(0);
-                let name = || format!("step {}: the {what} in pixel ({x}, {y}) of part number {part}", self.step);
+                let name = || format!("step {}: the {what} in pixel ({x}, {y}) of {}", self.step, shown(pixel));
                 finite(f64::from(values[pixel]), name)?;
             }
         }

@@ -1,20 +1,23 @@
 //! Makes frames and their headers from the results of the engine.
 
-use glam::DMat4;
+use glam::{DAffine3, DMat4, DVec3};
 
+use super::OutputError;
 use super::frame::{Frame, FrameHeader};
+use crate::gpu::nodes::GROUP;
 use crate::scene::Camera;
 use crate::simulation::StepResult;
 use crate::simulation::prepare::Prepared;
 
 /// Makes the frames of one run. It holds the metadata that all steps share.
-pub struct FrameMaker {
+pub struct FrameMaker<'a> {
+    prepared: &'a Prepared,
     header: FrameHeader,
 }
 
-impl FrameMaker {
+impl<'a> FrameMaker<'a> {
     /// A maker for the frames of a scene on a device.
-    pub fn new(prepared: &Prepared, camera: &Camera, device: &str) -> Self {
+    pub fn new(prepared: &'a Prepared, camera: &Camera, device: &str) -> Self {
         let header = FrameHeader {
             scene: prepared.scene.name.clone(),
             scene_sha256: prepared.hash.clone(),
@@ -26,12 +29,15 @@ impl FrameMaker {
             parts: prepared.parts.clone(),
             materials: prepared.materials.iter().map(|material| material.name.clone()).collect(),
         };
-        Self { header }
+        Self { prepared, header }
     }
 
     /// The frame of a step. `None` if the step was not drawn.
-    pub fn frame(&self, result: StepResult) -> Option<(Frame, FrameHeader)> {
-        let (pose, pixels) = (result.pose?, result.delivered.pixels?);
+    ///
+    /// # Errors
+    /// A number that is not finite, with the step, the pixel, the part and the nearest node.
+    pub fn frame(&self, result: StepResult) -> Result<Option<(Frame, FrameHeader)>, OutputError> {
+        let (Some(pose), Some(pixels)) = (result.pose, result.delivered.pixels) else { return Ok(None) };
         let channel = |i: usize| pixels.radiance_temperature_depth.iter().map(|pixel| pixel[i]).collect();
         let label = |i: usize| pixels.identity.iter().map(|pixel| pixel[i]).collect();
         let frame = Frame {
@@ -45,6 +51,26 @@ impl FrameMaker {
             part: label(0),
             material: label(1),
         };
-        Some((frame, FrameHeader { camera_from_body: DMat4::from(pose), ..self.header.clone() }))
+        frame.check_finite_of(|pixel| self.shown(&frame, pixel, &pose))?;
+        Ok(Some((frame, FrameHeader { camera_from_body: DMat4::from(pose), ..self.header.clone() })))
+    }
+
+    /// The part that a pixel shows, and the node of it that is nearest to what the pixel shows. Without a depth it is the one nearest to the line of sight.
+    fn shown(&self, frame: &Frame, pixel: usize, pose: &DAffine3) -> String {
+        let Some(part) = frame.part[pixel].checked_sub(1) else { return "the background".to_owned() };
+        let camera = &self.header.camera;
+        let place = [pixel % frame.width as usize, pixel / frame.width as usize].map(|place| place as f64 + 0.5);
+        let [x, y] = [0, 1].map(|axis| (place[axis] - camera.centre[axis]) / camera.focal[axis]);
+        let depth = f64::from(frame.depth[pixel]);
+        let nodes = self.prepared.nodes_at(frame.time);
+        let distance = |node: &u32| {
+            let seen = pose.transform_point3(nodes.positions[*node as usize].as_dvec3());
+            let there = DVec3::new(x, y, 1.0) * if depth.is_finite() { depth } else { seen.z };
+            seen.distance(there)
+        };
+        let of_part = nodes.node_of_vertex.iter().filter(|node| nodes.group_part[**node as usize / GROUP] == part);
+        let node = of_part.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let name = self.header.parts.get(part as usize).map_or("", String::as_str);
+        format!("part {name}, node {}", node.copied().unwrap_or(0))
     }
 }

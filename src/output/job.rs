@@ -21,11 +21,12 @@ use crate::gpu::nodes::GROUP;
 use crate::saved::{Saved, SavedError};
 use crate::simulation::check::{Accuracy, Check};
 use crate::simulation::engine::{Engine, EngineError};
+use crate::simulation::keep::Keep;
 use crate::simulation::network::StepCost;
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::state::{MOST_TIMES, capture, periodic as periodic_of, put_periodic, restore};
-use crate::simulation::{Consumer, StepResult, run_from, start};
+use crate::simulation::{Consumer, StepResult, run_from, start_from};
 use crate::trace::{Trace, Track};
 
 /// The report as JSON.
@@ -171,12 +172,28 @@ pub fn run_into(
             )
         }
         None => {
-            state_file::write(&folder.state(), job.identity)?;
+            let in_warm_up = job.earlier.filter(|saved| saved.has("warm_up.next"));
+            let mut done = Earlier::default();
+            match in_warm_up {
+                Some(saved) => done.seconds = saved.array("seconds").map_err(lost)?,
+                None => state_file::write(&folder.state(), job.identity)?,
+            }
             let warms_up = trace.span(Track::Host, "settle and warm up");
-            let periodic = start(prepared, engine, check.as_mut(), stop, &mut || progress(Done::WarmUp))?;
+            let of_warm_up = in_warm_up.map(|saved| saved.part("warm_up"));
+            let mut keeper = Keeper {
+                job,
+                folder,
+                state: Saved::default(),
+                saved: (0, Instant::now()),
+                began,
+                before: done.seconds,
+            };
+            let mut told = || progress(Done::WarmUp);
+            let check = check.as_mut();
+            let periodic = start_from(prepared, engine, check, of_warm_up.as_ref(), stop, &mut told, &mut keeper)?;
             drop(warms_up);
             engine.keep_few_times(MOST_TIMES);
-            (0, periodic, Tables::begin(prepared, folder)?, Earlier::default())
+            (0, periodic, Tables::begin(prepared, folder)?, done)
         }
     };
     (0..first).for_each(|_| progress(Done::Step));
@@ -215,7 +232,7 @@ pub fn run_into(
             frames,
             written,
             periodic,
-            // The state of a warm-up that was stopped is not kept. The run then begins anew.
+            // A warm-up that was stopped has saved its own state.
             saves: earlier.is_some() || !stop.load(Ordering::Relaxed),
             saved: Instant::now(),
             began,
@@ -272,13 +289,58 @@ impl Earlier {
     }
 }
 
+/// Saves the state of the warm-up.
+struct Keeper<'a> {
+    job: &'a Job<'a>,
+    folder: &'a Folder,
+    /// The state that was taken last.
+    state: Saved,
+    /// Steps before the last state that was saved, and when it was saved.
+    saved: (u32, Instant),
+    began: Instant,
+    before: [f64; 2],
+}
+
+impl Keep<JobError> for Keeper<'_> {
+    fn take(
+        &mut self,
+        done: u32,
+        own: Saved,
+        engine: &mut dyn Engine,
+        check: Option<&mut Check>,
+    ) -> Result<(), JobError> {
+        self.state = capture(done, engine, check)?;
+        self.state.put_all("own", own);
+        Ok(())
+    }
+
+    fn wants(&self, done: u32) -> bool {
+        let (steps, time) = self.saved;
+        match self.job.save_every {
+            SaveEvery::Time(every) => !every.is_zero() && time.elapsed() >= every,
+            SaveEvery::Steps(every) => done - steps >= every,
+        }
+    }
+
+    fn save(&mut self) -> Result<(), JobError> {
+        let mut saved = self.job.identity.clone();
+        let [done] = self.state.array("next").map_err(EngineError::from)?;
+        saved.put_all("warm_up", self.state.clone());
+        let [wall, stepping] = self.before;
+        saved.put("seconds", &[wall + self.began.elapsed().as_secs_f64(), stepping]);
+        state_file::write(&self.folder.state(), &saved)?;
+        self.saved = (done, Instant::now());
+        Ok(())
+    }
+}
+
 /// Takes the results of the steps to the files, and saves the state.
 struct Recorder<'a, 'b> {
     prepared: &'a Prepared,
     job: &'a Job<'a>,
     folder: &'a Folder,
     trace: &'a Trace,
-    maker: Option<&'a FrameMaker>,
+    maker: Option<&'a FrameMaker<'a>>,
     tables: &'a mut Tables<'b>,
     frames: SyncSender<Work>,
     written: &'a Mutex<Vec<WrittenFrame>>,
@@ -298,7 +360,8 @@ impl Consumer<JobError> for Recorder<'_, '_> {
             check_finite(self.prepared, result.step, &temperatures)?;
             self.tables.add(self.prepared, result.time, &temperatures)?;
         }
-        if let Some(frame) = self.maker.and_then(|maker| maker.frame(result)) {
+        let frame = self.maker.map(|maker| maker.frame(result)).transpose()?.flatten();
+        if let Some(frame) = frame {
             self.frames.send(Work::Frame(Box::new(frame))).map_err(|_| JobError::Writer)?;
         }
         (self.progress)(Done::Step);

@@ -1,6 +1,7 @@
 //! The paper's numbers next to isotherm's, as rows of `checks.csv`.
 
 use crate::output::OutputError;
+use crate::output::finite::finite;
 use crate::output::folder::Folder;
 
 /// Largest difference at which two numbers agree, in the unit of the check.
@@ -67,10 +68,13 @@ impl Check {
 pub fn write(folder: &Folder, name: &str, checks: &[Check]) -> Result<(), OutputError> {
     let head = ["statement", "expected", "computed", "difference", "agrees"].map(str::to_owned);
     let row = |check: &Check| {
+        for value in [check.expected, check.computed] {
+            finite(value, || format!("a number of '{}'", check.statement))?;
+        }
         let [expected, computed, difference] = check.numbers();
-        [check.statement_with_unit(), expected, computed, difference, check.agrees().to_string()]
+        Ok(vec![check.statement_with_unit(), expected, computed, difference, check.agrees().to_string()])
     };
-    folder.write_csv(name, std::iter::once(head).chain(checks.iter().map(row)))
+    folder.write_checked_csv(name, std::iter::once(Ok(head.to_vec())).chain(checks.iter().map(row)))
 }
 
 #[cfg(test)]

@@ -34,8 +34,8 @@ pub(super) fn check_steps(section: &Section, time: &Time, orbit: &Orbit) -> Resu
     if let Some(reason) = too_late(end, time.step, orbit) {
         return Err(section.error("steps", format!("asks for too much work: {reason}")));
     }
-    // A periodic warm-up ends where an orbit repeats the one before, so its number of orbits says little.
-    let orbits = if time.periodic.is_some() { time.warm_up_orbits.min(1.0) } else { time.warm_up_orbits };
+    // A periodic warm-up may end with its second orbit, but nobody knows before.
+    let orbits = warm_up_orbits(time);
     if orbits > 0.0
         && let Some(reason) = too_late(orbits * orbit.period(), time.step, orbit)
     {
@@ -43,6 +43,21 @@ pub(super) fn check_steps(section: &Section, time: &Time, orbit: &Orbit) -> Resu
         return Err(section.error(key, format!("asks for too much work: a warm-up of {reason}")));
     }
     Ok(())
+}
+
+/// Most orbits of the warm-up. A periodic one has whole orbits.
+fn warm_up_orbits(time: &Time) -> f64 {
+    if time.periodic.is_some() { time.warm_up_orbits.ceil() } else { time.warm_up_orbits }
+}
+
+/// Most steps of the warm-up. A periodic one begins each orbit anew, and may be done earlier.
+pub fn warm_up_steps(time: &Time, orbit: &Orbit) -> f64 {
+    let orbits = warm_up_orbits(time);
+    if orbits == 0.0 {
+        return 0.0;
+    }
+    let each = orbit.period() / time.step;
+    if time.periodic.is_some() { orbits * each.ceil() } else { (orbits * each).round() }
 }
 
 /// Checks the images that the steps draw.

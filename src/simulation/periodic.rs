@@ -9,7 +9,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::check::Check;
 use super::engine::{Engine, EngineError, Order};
 use super::forward::{Passing, forward};
+use super::keep::Keep;
 use super::prepare::Prepared;
+use crate::saved::{Saved, SavedError};
 use crate::thermal::network::periodic::SlowModes;
 
 /// Orbits that an extrapolation uses.
@@ -63,30 +65,96 @@ impl Periodic {
     }
 }
 
-/// Steps orbits that end at time 0, until the largest change over an orbit is at most `tolerance` [K] or the scene's warm-up orbits are used up.
-pub(super) fn warm_up(
+/// How far a periodic warm-up is, between two orbits.
+#[derive(Debug)]
+pub(super) struct Way {
+    done: Periodic,
+    history: History,
+    /// Whether the next orbit is coarse.
+    coarse: bool,
+    /// Change of the last orbit [K].
+    last: f64,
+}
+
+impl Way {
+    fn new(tolerance: f64, coarse: bool) -> Self {
+        let done = Periodic { orbits: 0, coarse: 0, change: f64::INFINITY, tolerance };
+        Self { done, history: History::default(), coarse, last: f64::INFINITY }
+    }
+
+    /// Takes what `save` gave.
+    ///
+    /// # Errors
+    /// A list that is absent or of another length.
+    pub fn of(saved: &Saved) -> Result<Self, SavedError> {
+        let [orbits, coarse, known] = saved.array::<u32, 3>("orbits")?;
+        let [change, tolerance, last] = saved.array("changes")?;
+        let lists =
+            |name: &str| (0..known).map(|number| saved.list(&format!("{name}.{number}"))).collect::<Result<_, _>>();
+        let history = History { ends: lists("end")?, changes: lists("change")? };
+        let done = Periodic { orbits, coarse, change, tolerance };
+        Ok(Self { done, history, coarse: saved.flags("coarse")?.first() == Some(&true), last })
+    }
+
+    fn save(&self) -> Saved {
+        let mut saved = Saved::default();
+        saved.put("orbits", &[self.done.orbits, self.done.coarse, self.history.ends.len() as u32]);
+        saved.put("changes", &[self.done.change, self.done.tolerance, self.last]);
+        saved.put_flags("coarse", &[self.coarse]);
+        for (number, (end, change)) in self.history.ends.iter().zip(&self.history.changes).enumerate() {
+            saved.put(format!("end.{number}"), end);
+            saved.put(format!("change.{number}"), change);
+        }
+        saved
+    }
+}
+
+/// Steps orbits that end at time 0, until the largest change over an orbit is at most `tolerance` [K] or the scene's warm-up orbits are used up. It goes on
+/// from `earlier`, where there is one. `keep` takes the state between two orbits.
+#[expect(clippy::too_many_arguments, reason = "the state of a run is in as many places")]
+pub(super) fn warm_up<E: From<EngineError>>(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     mut check: Option<&mut Check>,
     tolerance: f64,
+    earlier: Option<Way>,
     stop: &AtomicBool,
     progress: &mut dyn FnMut(),
-) -> Result<Option<Periodic>, EngineError> {
+    keep: &mut dyn Keep<E>,
+) -> Result<Option<Periodic>, E> {
     let most = prepared.scene.time.warm_up_orbits.ceil() as u32;
-    let mut done = Periodic { orbits: 0, coarse: 0, change: f64::INFINITY, tolerance };
-    let mut history = History::default();
+    let each = (prepared.scene.orbit.period() / prepared.scene.time.step).ceil() as u32;
     let network = prepared.network.as_ref().map(|scene| scene.network());
     let mut slow = network
         .filter(|network| network.len() <= MOST_SOLVED)
         .map(|network| SlowModes::new(network, prepared.scene.orbit.period()));
-    let (mut coarse, mut last) = (network.is_some(), f64::INFINITY);
-    while done.orbits < most && !done.is_met() && !stop.load(Ordering::Relaxed) {
+    let Way { mut done, mut history, mut coarse, mut last } =
+        earlier.unwrap_or_else(|| Way::new(tolerance, network.is_some()));
+    (0..done.orbits).for_each(|_| progress());
+    while done.orbits < most && !done.is_met() {
+        let steps = done.orbits.saturating_mul(each);
+        let way = Way { done, history, coarse, last };
+        keep.take(steps, way.save(), engine, check.as_deref_mut())?;
+        Way { history, .. } = way;
+        let stopped = stop.load(Ordering::Relaxed);
+        if stopped || keep.wants(steps) {
+            keep.save()?;
+        }
+        if stopped {
+            return Ok(None);
+        }
         // Two fine orbits are needed, so that the change over the second can be measured.
         coarse &= done.orbits + 2 < most;
         engine.set_coarse(coarse);
         let from = engine.network_temperatures()?;
         let before = all(engine)?;
         let mean = orbit(prepared, engine, check.as_deref_mut(), coarse, stop)?;
+        if stop.load(Ordering::Relaxed) {
+            // The orbit may not be whole, so the run goes on from its start.
+            keep.save()?;
+            engine.set_coarse(false);
+            return Ok(None);
+        }
         let (to, after) = (engine.network_temperatures()?, all(engine)?);
         done.orbits += 1;
         done.coarse += u32::from(coarse);
@@ -98,7 +166,6 @@ pub(super) fn warm_up(
         if let (Some(from), Some(to)) = (from, to)
             && !done.is_met()
             && done.orbits < most
-            && !stop.load(Ordering::Relaxed)
         {
             let ahead = slow.as_mut().and_then(|slow| slow.ahead(&from, &to, &mean)).unwrap_or_else(|| to.clone());
             let guess = history.extrapolate(&from, &ahead).unwrap_or(ahead);

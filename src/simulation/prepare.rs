@@ -106,6 +106,7 @@ impl Prepared {
         let mut model = Model::load_within(&scene.model_path, &scene.reach)?.weld();
         let mut materials = scene.materials.resolve(&model, &mut scene.files)?;
         change(&mut materials);
+        steps::check_functions(&scene, &materials)?;
         let (hash, file_hashes) = steps::hashes(&scene.files)?;
         let mut warnings = steps::model_warnings(&scene, &mut model);
         let Dense { mut model, merged, occluders } = steps::at_density(&mut scene, model, &materials, progress)?;
@@ -259,15 +260,15 @@ impl Prepared {
         self.triangle_runs.iter().map(|run| (run.triangles.1 - run.triangles.0) as usize).sum()
     }
 
-    /// Prepares for a time [s] that may lie beyond the scene's steps: checks the work, and walks joints with a rate up to it.
+    /// Checks the work up to a time [s] that may lie beyond the scene's steps.
     ///
     /// # Errors
-    /// More steps, time or orbits than a run may have, or a walk that is too long.
-    pub fn cover(&mut self, time: f64) -> Result<(), PrepareError> {
-        if let Some(reason) = too_late(time, self.scene.time.step, &self.scene.orbit) {
-            return Err(PrepareError::Late { path: self.scene.source.clone(), reason });
+    /// More steps, time or orbits than a run may have.
+    pub fn cover(&self, time: f64) -> Result<(), PrepareError> {
+        match too_late(time, self.scene.time.step, &self.scene.orbit) {
+            Some(reason) => Err(PrepareError::Late { path: self.scene.source.clone(), reason }),
+            None => Ok(()),
         }
-        self.loads.walk_joints_to(time).map_err(|walk| steps::long_walk(&self.scene, walk))
     }
 
     /// Steps of the warm-up: its orbits in whole steps. 0 where it ends at the periodic state.

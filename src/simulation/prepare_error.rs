@@ -7,6 +7,7 @@ use crate::environment::sky::SkyError;
 use crate::files::FileFault;
 use crate::model::ModelError;
 use crate::scene::{JointRule, Scene, SceneError};
+use crate::thermal::function::FunctionError;
 
 /// A stage of preparing a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,6 +89,16 @@ pub enum PrepareError {
         triangles: usize,
         /// Boxes of the tree.
         boxes: usize,
+    },
+    /// A response function that changes too fast, which only its pieces have shown.
+    #[error("{path}: material '{material}': {source}")]
+    Function {
+        /// The scene file.
+        path: PathBuf,
+        /// Name of the material.
+        material: String,
+        /// The cause.
+        source: FunctionError,
     },
     /// An error in a joint.
     #[error("{path}:{line}: joint: {message}")]

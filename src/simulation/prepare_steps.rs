@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::density;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, Stage};
-use crate::environment::joints::{Guided, Joint, LongWalk};
+use crate::environment::joints::Joint;
 use crate::environment::orbit::period_disagreement;
 use crate::environment::shadow::{LARGEST_TREE, Method, Occluders, tree_boxes};
 use crate::environment::sky::SkyError;
@@ -19,7 +19,7 @@ use crate::files;
 use crate::gpu::frame::TriangleRun;
 use crate::gpu::nodes::Nodes;
 use crate::model::{Merged, Model};
-use crate::scene::{JointMotion, JointRule, Scene, ShadowSettings, file_hash, scene_hash};
+use crate::scene::{Scene, ShadowSettings, file_hash, scene_hash};
 use crate::thermal::balance::{balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response, Sides};
 use crate::thermal::shell::Shell;
@@ -161,18 +161,7 @@ pub(super) fn loads(scene: &Scene, moving: Vec<Joint>) -> Result<StepLoads, Prep
     let slack = if before > 0.0 { scene.time.step } else { 0.0 };
     let span = [-before - slack, f64::from(scene.time.steps) * scene.time.step];
     loads.sky_model().check(span[0], span[1]).map_err(failed)?;
-    loads.with_joints(moving, span, scene.time.step / WALKS_A_STEP).map_err(|walk| long_walk(scene, walk))
-}
-
-/// The error of a joint whose walk is too long. It names the first joint with a rate.
-pub(super) fn long_walk(scene: &Scene, walk: LongWalk) -> PrepareError {
-    let rated = |rule: &&JointRule| matches!(&rule.motion, JointMotion::Guided(Guided { rate: Some(_), .. }));
-    let message =
-        format!("its rate asks for too much work: {walk}; use fewer steps (time.steps), or longer ones (time.step)");
-    match scene.joints.iter().find(rated) {
-        Some(rule) => PrepareError::joint(scene, rule, message),
-        None => PrepareError::Late { path: scene.source.clone(), reason: message },
-    }
+    Ok(loads.with_joints(moving, span[0], scene.time.step / WALKS_A_STEP))
 }
 
 /// Refuses a series that no disk would hold.
@@ -220,6 +209,21 @@ pub(super) fn probe_nodes(scene: &Scene, parts: &[String], nodes: &Nodes) -> Res
         found.push(nearest.map_or(0, |node| *node as usize));
     }
     Ok(found)
+}
+
+/// Refuses response functions whose pieces do not follow them. Almost all such functions were refused where they were read.
+pub(super) fn check_functions(scene: &Scene, materials: &[Material]) -> Result<(), PrepareError> {
+    for material in materials {
+        let Response::Transition(transition) = &material.response else { continue };
+        for profile in [&transition.heating, &transition.cooling] {
+            profile.function.check().map_err(|source| PrepareError::Function {
+                path: scene.source.clone(),
+                material: material.name.clone(),
+                source,
+            })?;
+        }
+    }
+    Ok(())
 }
 
 /// Balance temperature of each material of the network in full sunlight [K].

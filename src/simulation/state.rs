@@ -7,6 +7,7 @@
 //! | `next` | number of the next step (u32) |
 //! | `engine.*` | nodes, shadows, network and counts of the engine: `DeviceEngine::save`, `ReferenceEngine::save` |
 //! | `check.*` | the reference of the sample and the differences so far: `Check::save`; absent without a check |
+//! | `own.*` | in a periodic warm-up: orbits and changes so far, from which it is extrapolated; absent otherwise |
 //! | `periodic` | orbits, coarse orbits, change [K] and tolerance [K] of a periodic warm-up (f64); absent without one |
 //!
 //! Joints, loads and poses follow from the time, so they are computed anew.

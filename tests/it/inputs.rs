@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 
 use super::craft::{Folder, SCENE, scene_with};
 use super::model::make::Maker;
-use super::program::{end, isotherm, refusal, succeed};
+use super::program::{end, isotherm, refusal, stderr, succeed};
 
 const TLE: &str = include_str!("../../models/iss.tle");
 
@@ -307,11 +307,10 @@ fn work_without_bounds_is_refused_before_it_begins() {
         ),
         (
             scene_with(&[
-                ("steps = 12", "steps = 900000000"),
+                ("steps = 12", "steps = 12\nwarm_up = 'periodic'\nwarm_up_orbits = 1e6"),
                 ("step = 60\n", "step = 1\n"),
-                ("draw_every = 4", "draw_every = 0"),
-            ]) + rated,
-            "joint: its rate asks for too much work",
+            ]),
+            "time.warm_up_orbits: asks for too much work: a warm-up of",
         ),
     ];
     for (scene, said) in cases {
@@ -326,13 +325,59 @@ fn work_without_bounds_is_refused_before_it_begins() {
         let (code, message) = refusal(&end(isotherm(folder.0.path(), &arguments)));
         assert!(code == Some(2) && message.contains("the limit is"), "{message}");
     }
-    // A million steps of a small scene, and 100,000 orbits before them that end at the first that repeats.
+    // A joint with a rate is walked as the run goes on, and not before: 9e8 steps, and 10,000 orbits before them that end at the first that repeats.
     let scene = scene_with(&[
-        ("steps = 12", "steps = 1000000\nwarm_up_orbits = 100000"),
+        ("steps = 12", "steps = 900000000\nwarm_up_orbits = 10000"),
         ("draw_every = 4", "draw_every = 0"),
-        ("step = 60\n", "step = 10\n"),
+        ("step = 60\n", "step = 1\n"),
     ]);
+    let began = Instant::now();
     Prepared::new(&folder.write("long.toml", &(scene + rated)), &mut |_| ()).unwrap();
+    assert!(began.elapsed().as_secs_f64() < 5.0, "{:?}", began.elapsed());
+}
+
+/// 93 steps an orbit; 72 x 96 pixels of 23 bytes; rows of 3 x (1 + 4 parts + 3 materials) + 1 numbers of 11 bytes and a time.
+#[test]
+fn the_work_of_a_run_is_told_before_its_first_step() {
+    let folder = Folder::new(&scene_with(&[("steps = 12", "steps = 12\nwarm_up_orbits = 2")]));
+    let told = "forecast: 185 steps of warm-up, 12 steps and 4 images; at most 639.7 kB of files; about 1 s (a rough rate of the f64 reference)";
+    let said = stderr(&end(isotherm(folder.0.path(), &["run", "scene.toml", "-o", "out", "--device", "cpu"])));
+    assert!(said.contains(told), "{said}");
+    let report = std::fs::read_to_string(folder.path("out/report.html")).unwrap();
+    assert!(report.contains("Forecast before the first step"));
+    let periodic = scene_with(&[("steps = 12", "steps = 12\nwarm_up = 'periodic'\nwarm_up_orbits = 30")]);
+    folder.write("scene.toml", &periodic);
+    let info = succeed(folder.0.path(), &["info", "scene.toml"]);
+    for (name, value) in [("steps of the warm-up", "at most 2790"), ("images", "4"), ("files", "at most 639.7 kB")] {
+        let row =
+            info.lines().find(|line| line.trim_start().starts_with(name)).unwrap_or_else(|| panic!("{name}: {info}"));
+        assert!(row.trim_end().ends_with(value), "{row}");
+    }
+    folder.write(
+        "net.toml",
+        "[[node]]\nlabel = 'a'\nkind = 'diffusive'\ncapacitance = 100\ntemperature = 300\nheat = { time = [0, 10, 50], power = [1, 2, 2] }\n\
+         [output]\ntimes = [0, 20, 60]\n",
+    );
+    let said = stderr(&end(isotherm(folder.0.path(), &["network", "net.toml", "--device", "cpu"])));
+    let told = "forecast: 3 output times to 60 s for 1 nodes and 0 thermostats; at most 102 bytes of CSV; from 4 to 1e10 sub-steps";
+    assert!(said.contains(told), "{said}");
+}
+
+/// A jump of 4e-5 that the function makes up for between two of the places that a quick look takes.
+#[test]
+fn a_function_that_hides_its_jump_is_refused_when_the_scene_is_prepared() {
+    let text = "s < 0.233785 ? s : max(s, min(0.233825, s + 4e8*(s-0.233785)))";
+    assert!(Function::expression(text).is_ok(), "the quick look does not find it");
+    let folder = Folder::new(&scene_with(&[(
+        "heating = { function = \"quadratic\", t_max_steps = 20 }",
+        &format!("heating = {{ function = 'expression', text = '{text}', t_max_steps = 20 }}"),
+    )]));
+    let (code, line) = refusal(&end(isotherm(folder.0.path(), &["run", "scene.toml", "-o", "out", "--device", "cpu"])));
+    assert!(
+        code == Some(2) && line.contains("material 'skin': expression: changes too fast near s = 0.2337"),
+        "{line}"
+    );
+    assert!(!folder.path("out").exists());
 }
 
 #[test]

@@ -10,7 +10,8 @@ use std::path::Path;
 use super::random::Random;
 use trial::{NETWORK, TRANSITION, Trial};
 
-fn kill(scene: &str, device: Option<&str>, steps: u32, kills: u32, first: u32) {
+/// Returns how many kills fell into the warm-up.
+fn kill(scene: &str, device: Option<&str>, steps: u32, kills: u32, first: u32) -> u32 {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let program = Path::new(env!("CARGO_BIN_EXE_isotherm"));
     let trial = Trial::new(program, folder.path(), scene, steps, device).expect("an undisturbed run");
@@ -18,6 +19,7 @@ fn kill(scene: &str, device: Option<&str>, steps: u32, kills: u32, first: u32) {
     let mut random = Random(seed);
     let met = trial.run(kills, first, &mut || random.unit()).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
     assert!(met.files > 10 && met.kills.values().sum::<u32>() == kills);
+    met.in_warm_up
 }
 
 #[test]
@@ -29,6 +31,23 @@ fn a_transition_with_joints_survives_a_kill_and_a_signal() {
 #[ignore = "long: tools/test --all"]
 fn a_network_with_thermostats_survives_a_kill_on_the_device() {
     kill(NETWORK, None, 100, 1, 0);
+}
+
+/// Nine tenths of this run are its warm-up.
+#[test]
+fn a_warm_up_goes_on_after_kills() {
+    let long = TRANSITION.replace("warm_up_orbits = 2", "warm_up_orbits = 3");
+    assert!(kill(&long, Some("cpu"), 40, 3, 0) > 0, "no kill fell into the warm-up");
+}
+
+/// A periodic warm-up goes on from the start of the orbit.
+#[test]
+fn a_periodic_warm_up_goes_on_after_a_kill() {
+    let periodic = one_pass().replace("\n[network]\nintegrator = \"one_pass\"\n", "");
+    let orbits = "warm_up = \"periodic\"\nwarm_up_tolerance = 1e-6\nwarm_up_orbits = 6";
+    let periodic = periodic.replace("warm_up_orbits = 1.5", orbits);
+    assert!(periodic.contains("periodic"));
+    assert!(kill(&periodic, Some("cpu"), 40, 3, 0) > 0, "no kill fell into the warm-up");
 }
 
 /// The network without its thermostats, stepped in one pass.

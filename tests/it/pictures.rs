@@ -147,7 +147,7 @@ fn the_golden_picture() {
     let found = result.delivered.pixels.clone().expect("a picture");
     if std::env::var_os("ISOTHERM_KEEP_PICTURES").is_some_and(|value| value == "1") {
         let maker = FrameMaker::new(&prepared, &camera, &engine.device_name());
-        let (frame, header) = maker.frame(result).expect("a picture");
+        let (frame, header) = maker.frame(result).expect("finite").expect("a picture");
         write_exr(&golden(), &frame, &header).expect("tests/golden can be written");
     }
     let (frame, header) = read_exr(&golden()).expect("the golden picture");
@@ -165,4 +165,25 @@ fn the_golden_picture() {
     let later = picture(&prepared, &mut engine, 242.0).delivered.pixels.expect("a picture");
     let wrong = compare(&later, &kept, camera.width as usize);
     assert!(wrong.radiance.difference > 1e-4 * grid, "two seconds later must show: {:?}", wrong.radiance);
+}
+
+/// A radiance that is not finite is told with its step, pixel, part and node. The camera looks at the craft, so the middle of the image shows it.
+#[test]
+fn a_pixel_that_is_not_finite_names_its_node() {
+    let prepared = Folder::new(SCENE).prepared();
+    let camera = prepared.scene.camera.clone().expect("a camera");
+    let mut engine = ReferenceEngine::new(&prepared, Some(&camera));
+    let mut result = picture(&prepared, &mut engine, 240.0);
+    let pixels = result.delivered.pixels.as_mut().expect("a picture");
+    let pixel = (0..pixels.identity.len()).find(|pixel| pixels.identity[*pixel][0] != 0).expect("a surface");
+    pixels.radiance_temperature_depth[pixel][0] = f32::NAN;
+    let part = prepared.parts[pixels.identity[pixel][0] as usize - 1].clone();
+    let maker = FrameMaker::new(&prepared, &camera, "cpu");
+    let error = maker.frame(result).expect_err("a NaN").to_string();
+    let (x, y) = (pixel % camera.width as usize, pixel / camera.width as usize);
+    let said = format!("the radiance in pixel ({x}, {y}) of part {part}, node ");
+    let (_, rest) = error.split_once(&said).unwrap_or_else(|| panic!("{error} lacks {said}"));
+    let node: usize = rest.split(' ').next().and_then(|node| node.parse().ok()).expect("a number");
+    let group = prepared.nodes.group_part[node / 4] as usize;
+    assert!(prepared.parts[group] == part && rest.contains("is NaN"), "{error}");
 }

@@ -420,3 +420,48 @@ fn as_many_nodes_as_asked_are_checked_and_the_error_stands_beside_the_speed() {
     let (code, said) = refusal(&end(isotherm(folder.0.path(), &["run", "scene.toml", "-o", "none", "--check=0"])));
     assert!(code == Some(2) && said.contains("--check"), "{said}");
 }
+
+/// A folder named `-` was made, where every other command writes to standard output.
+#[test]
+fn a_folder_can_not_go_to_standard_output() {
+    let folder = Folder::new(SCENE);
+    for command in [&["run", "scene.toml"][..], &["compare", "scene.toml"], &["paper"], &["bench"]] {
+        let output = end(isotherm(folder.0.path(), &[command, &["-o", "-"]].concat()));
+        assert_eq!(output.status.code(), Some(2), "{command:?}");
+        assert!(stderr(&output).contains("name a folder, such as out/run"), "{}", stderr(&output));
+        assert!(!folder.path("-").exists(), "{command:?}");
+    }
+    succeed(folder.0.path(), &["run", "scene.toml", "-o", "./-", "--device", "cpu"]);
+    assert!(folder.path("-/series.csv").exists());
+}
+
+/// A limit on the size of files acts as a full disk does: a write fails.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_names_the_file_keeps_what_is_whole_and_the_run_goes_on() {
+    let scene = scene_with(&[("steps = 12", "steps = 900"), ("draw_every = 4", "draw_every = 300")]);
+    let folder = Folder::new(&scene);
+    succeed(folder.0.path(), &["run", "scene.toml", "-o", "whole", "--device", "cpu"]);
+    // Blocks of 512 bytes in sh, 1024 in some. The shell hands on that the signal is ignored.
+    let mut command = Command::new("sh");
+    let program = env!("CARGO_BIN_EXE_isotherm");
+    command.args(["-c", &format!("trap '' XFSZ; ulimit -f 160; exec {program} run scene.toml -o out --device cpu")]);
+    let output = end({
+        command.current_dir(folder.0.path()).stdin(Stdio::null());
+        command
+    });
+    let (code, line) = refusal(&output);
+    assert!(code == Some(2) && line.contains("cannot write out/series.csv"), "{}", stderr(&output));
+    let left = files(&folder.path("out"));
+    let text = String::from_utf8(left["series.csv"].clone()).expect("text");
+    assert!(text.lines().count() > 50, "{} rows were kept", text.lines().count());
+    for name in left.keys().filter(|name| name.ends_with(".exr")) {
+        read_exr(&folder.path(&format!("out/{name}"))).expect("every frame is whole");
+    }
+    succeed(folder.0.path(), &["run", "--resume", "out"]);
+    let (whole, again) = (files(&folder.path("whole")), files(&folder.path("out")));
+    assert!(whole.keys().eq(again.keys()), "{:?} and {:?}", whole.keys(), again.keys());
+    for (name, bytes) in whole.iter().filter(|(name, _)| !name.starts_with("report.")) {
+        assert!(again[name] == *bytes, "{name}");
+    }
+}

@@ -44,8 +44,7 @@ fn times() -> impl Iterator<Item = f64> {
 #[test]
 fn two_axes_hold_a_panel_to_the_sun() {
     let sun = sun_of_orbit();
-    let joints =
-        Joints::new(vec![joint(None, facing(DVec3::Y)), joint(Some(0), facing(DVec3::X))], [0.0, 1.0], 1.0, &sun);
+    let joints = Joints::new(vec![joint(None, facing(DVec3::Y)), joint(Some(0), facing(DVec3::X))], 0.0, 1.0, &sun);
     for time in times() {
         let (_, poses) = joints.at(time, &sun);
         let cosine = (poses[2].matrix3 * -DVec3::Z).dot(sun(time));
@@ -59,7 +58,7 @@ fn two_axes_hold_a_panel_to_the_sun() {
 #[test]
 fn one_axis_leaves_the_cosine_of_the_suns_elevation() {
     let sun = sun_of_orbit();
-    let joints = Joints::new(vec![joint(None, facing(DVec3::Y))], [0.0, 1.0], 1.0, &sun);
+    let joints = Joints::new(vec![joint(None, facing(DVec3::Y))], 0.0, 1.0, &sun);
     for time in times() {
         let normal = joints.at(time, &sun).1[1].matrix3 * -DVec3::Z;
         let expected = (1.0 - sun(time).y.powi(2)).sqrt();
@@ -73,7 +72,7 @@ fn a_rate_makes_a_joint_lag_and_never_jump() {
     // The Sun is at -Z and from 100 s on at X. The joint must turn by a right angle about Y at 0.01 rad/s.
     let sun = |time: f64| if time < 100.0 { -DVec3::Z } else { DVec3::X };
     let slow = Guided { rate: Some(0.01), ..facing(DVec3::Y) };
-    let joints = Joints::new(vec![joint(None, slow.clone())], [-50.0, 200.0], 2.0, sun);
+    let joints = Joints::new(vec![joint(None, slow.clone())], -50.0, 2.0, sun);
     let angle = |time: f64| joints.at(time, &sun).0[0];
     assert_eq!(angle(-60.0), 0.0);
     assert_eq!(angle(50.0), 0.0, "it starts where it is asked to be");
@@ -88,7 +87,7 @@ fn a_rate_makes_a_joint_lag_and_never_jump() {
     }
     // It begins to turn in the step of the walk that ends at 100 s.
     assert!((angle(150.0).abs() - 0.52).abs() < 1e-9, "{}", angle(150.0));
-    let fast = Joints::new(vec![joint(None, Guided { rate: None, ..slow })], [0.0, 1.0], 1.0, sun);
+    let fast = Joints::new(vec![joint(None, Guided { rate: None, ..slow })], 0.0, 1.0, sun);
     assert!((fast.at(100.0, &sun).0[0].abs() - FRAC_PI_2).abs() < 1e-12);
 }
 
@@ -98,12 +97,12 @@ fn without_limits_a_joint_goes_round_and_with_them_it_goes_back() {
     let turn = |time: f64| TAU * time / 100.0;
     let sun = move |time: f64| DMat3::from_rotation_y(turn(time)) * -DVec3::Z;
     let free = Guided { rate: Some(0.1), ..facing(DVec3::Y) };
-    let joints = Joints::new(vec![joint(None, free.clone())], [0.0, 300.0], 0.5, sun);
+    let joints = Joints::new(vec![joint(None, free.clone())], 0.0, 0.5, sun);
     for time in [10.0, 60.0, 120.0, 290.0] {
         assert!((joints.at(time, &sun).0[0] - turn(time)).abs() < 1e-9, "{time} s");
     }
     let limited = Guided { limits: Some([-2.0, 2.0]), rate: None, ..free };
-    let joints = Joints::new(vec![joint(None, limited)], [0.0, 1.0], 0.5, sun);
+    let joints = Joints::new(vec![joint(None, limited)], 0.0, 0.5, sun);
     for time in times() {
         let angle = joints.at(time, &sun).0[0];
         let wanted = (turn(time) + PI).rem_euclid(TAU) - PI;
@@ -118,7 +117,7 @@ fn a_schedule_goes_straight_and_a_slide_shifts() {
     let turn = guided(Kind::Rotation, DVec3::Z, Drive::Fixed(FRAC_PI_2));
     let turn = Guided { origin: DVec3::new(1.0, 0.0, 0.0), ..turn };
     let sun = |_: f64| DVec3::X;
-    let joints = Joints::new(vec![joint(None, turn), joint(Some(0), slide)], [0.0, 1.0], 1.0, sun);
+    let joints = Joints::new(vec![joint(None, turn), joint(Some(0), slide)], 0.0, 1.0, sun);
     for (time, position) in [(-5.0, 1.0), (0.0, 1.0), (5.0, 2.0), (10.0, 5.0), (100.0, 5.0)] {
         let (positions, poses) = joints.at(time, &sun);
         assert!((positions[1] - position).abs() < 1e-12, "{time} s");
@@ -156,7 +155,7 @@ fn an_animation_is_the_schedule_that_says_the_same() {
     let sun = |_: f64| DVec3::X;
     let of = |motion: Motion| {
         let joint = Joint { name: "node".to_owned(), parent: None, motion };
-        Joints::new(vec![joint], [0.0, 1.0], 1.0, sun)
+        Joints::new(vec![joint], 0.0, 1.0, sun)
     };
     let again = of(Motion::Played(Box::new(Played { repeats: true, ..played.clone() })));
     let (played, scheduled) = (of(Motion::Played(Box::new(played))), of(Motion::Guided(scheduled)));
@@ -174,15 +173,15 @@ fn an_animation_is_the_schedule_that_says_the_same() {
 #[test]
 fn the_sun_along_the_axis_asks_for_nothing() {
     let sun = |_: f64| DVec3::Y;
-    let joints = Joints::new(vec![joint(None, facing(DVec3::Y))], [0.0, 1.0], 1.0, sun);
+    let joints = Joints::new(vec![joint(None, facing(DVec3::Y))], 0.0, 1.0, sun);
     assert_eq!(joints.at(0.0, &sun).0[0], 0.0);
 }
 
 /// Joints under the sky of an orbit, from `periods` before time 0. The first is walked with the shortcut for a periodic sky, the second in full.
 fn walked_both_ways(joints: &[Joint], periods: f64) -> (Joints, Joints) {
-    let span = [-periods * PERIOD - 5.0, 3000.0];
-    let short = Joints::under_a_sky(joints.to_vec(), span, 15.0, Some(PERIOD), sun_of_orbit()).unwrap();
-    let whole = Joints::new(joints.to_vec(), span, short.walks_by(), sun_of_orbit());
+    let from = -periods * PERIOD - 5.0;
+    let short = Joints::under_a_sky(joints.to_vec(), from, 15.0, Some(PERIOD), sun_of_orbit());
+    let whole = Joints::new(joints.to_vec(), from, short.walks_by(), sun_of_orbit());
     (short, whole)
 }
 
@@ -226,12 +225,12 @@ fn what_repeats_is_where_the_whole_walk_has_it() {
         ("a start that does not come again", vec![joint(None, behind.clone())], 6),
         ("limits beyond a turn", vec![joint(None, wide)], 5),
         ("on a schedule", vec![joint(None, scheduled), joint(Some(0), slow(2.0, DVec3::Y))], 6),
-        ("too slow to follow", vec![joint(None, slow(0.4, DVec3::Y))], 32),
+        ("too slow to follow", vec![joint(None, slow(0.4, DVec3::Y))], 0),
     ] {
         let (short, whole) = walked_both_ways(&joints, periods);
         let difference = largest_difference(&short, &whole, periods);
         assert!(difference < 1e-12, "{name}: {difference:e}");
-        assert!(short.kept() <= most * each, "{name}: {} of {} positions", short.kept(), whole.kept());
+        assert!((most.min(1)..=most * each).contains(&short.kept()), "{name}: {} positions", short.kept());
     }
 }
 
@@ -251,10 +250,9 @@ fn a_joint_repeats_a_period_after_it_has_caught_up() {
 #[test]
 fn a_long_warm_up_is_not_walked() {
     let panel = Guided { rate: Some(3.0 * ORBITAL), ..facing(DVec3::Y) };
-    let span = |periods: f64| [-periods * PERIOD - 5.0, 3000.0];
     let walked = |periods: f64| {
-        Joints::under_a_sky(vec![joint(None, panel.clone())], span(periods), 15.0, Some(PERIOD), sun_of_orbit())
-            .unwrap()
+        let from = -periods * PERIOD - 5.0;
+        Joints::under_a_sky(vec![joint(None, panel.clone())], from, 15.0, Some(PERIOD), sun_of_orbit())
     };
     let (long, short) = (walked(1e5), walked(100.0));
     assert_eq!(long.kept(), short.kept());
@@ -290,5 +288,21 @@ fn what_rides_on_an_animation_is_walked_through() {
     assert_eq!(short, whole);
     let once = Played { repeats: false, ..played };
     let (short, whole) = walked_both_ways(&[carrier(once), panel], 10.0);
-    assert!(short.kept() < whole.kept() / 2 && largest_difference(&short, &whole, 10.0) < 1e-12);
+    let all = (10.0 * PERIOD / short.walks_by()) as usize;
+    assert!((1..all / 2).contains(&short.kept()) && largest_difference(&short, &whole, 10.0) < 1e-12);
+}
+
+/// A run of 100,000 steps reads four positions a step. What is kept of them stays below two blocks and the marks of `track`.
+#[test]
+fn a_long_run_keeps_no_more_of_its_walk() {
+    let sun = sun_of_orbit();
+    let panel = Guided { rate: Some(0.7 * ORBITAL), ..facing(DVec3::Y) };
+    let joints = Joints::new(vec![joint(None, panel)], -5.0, 0.25, &sun);
+    let (mut early, mut late) = (0, 0);
+    for step in 0..100_000 {
+        joints.at(f64::from(step), &sun);
+        let stored = joints.stored();
+        if step < 10_000 { early = stored.max(early) } else { late = stored.max(late) }
+    }
+    assert!(late < 2 * 1025 + 2049 && late < early + 400, "{early} numbers at first, {late} later");
 }

@@ -1,7 +1,9 @@
 //! Positions of all joints of a craft over time. Joints with a rate limit are integrated (*walked*) in even steps, because their position
 //! depends on the one before.
 //!
-//! Under a sky that repeats, the walk stops early. Its step divides the period of the sky, so one map takes the positions at the start of
+//! The walk is made as it is asked for, and little of it is kept (`track`). So its memory does not grow with the steps of a run.
+//!
+//! Under a sky that repeats, the walk before time 0 is cut short. Its step divides the period of the sky, so one map takes the positions at the start of
 //! a period to those at its end. A period that begins with the positions of an earlier one is therefore followed by the same periods. The
 //! walk looks for such a repetition. A joint of rate r whose target moves at most at v < r reaches it after at most a turn over r - v, and
 //! then repeats. Joints that hang on it repeat one period later.
@@ -10,6 +12,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DVec3};
 
+use super::track::Track;
 use super::{Drive, Guided, Joint, Motion};
 
 /// Largest difference between positions at the starts of two periods that counts as rounding [rad or m].
@@ -18,20 +21,8 @@ const SAME: f64 = 1e-12;
 /// Periods in which a repetition is looked for. A joint that is too slow to follow its target may never repeat.
 const MOST_PERIODS: usize = 64;
 
-/// Most positions that a walk holds: 4 GiB.
-const MOST_POSITIONS: f64 = (1u64 << 29) as f64;
-
-/// A walk that would hold too many positions.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("{steps:.3e} steps of {joints} joints to {time} s are more than {MOST_POSITIONS:e} positions")]
-pub struct LongWalk {
-    /// Steps of the walk.
-    pub steps: f64,
-    /// Joints of the craft.
-    pub joints: usize,
-    /// End of the walk [s].
-    pub time: f64,
-}
+/// Most numbers that are kept while a repetition is looked for: 128 MiB. Beyond it the whole walk is made.
+const MOST_KEPT: usize = 1 << 24;
 
 /// All joints of a craft. A joint stands after its parent.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -44,16 +35,19 @@ pub struct Joints {
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Walk {
     step: f64,
-    /// In order of time. Between the end of one stretch and the start of the next the last periods repeat.
-    stretches: Vec<Stretch>,
+    /// The first periods, where they repeat.
+    lead: Option<Lead>,
+    /// The walk from the start, or from where the repetition ends. `None` where no joint has a rate.
+    track: Option<Track>,
 }
 
+/// The first periods of a walk, of which the last ones repeat.
 #[derive(Debug, Clone, PartialEq)]
-struct Stretch {
+struct Lead {
     start: f64,
     /// Those of each joint, time after time.
     positions: Vec<f64>,
-    /// Period with which the end of the stretch repeats [s]. It is 0 for the last stretch.
+    /// Period with which the end repeats [s].
     cycle: f64,
 }
 
@@ -108,76 +102,56 @@ impl Joints {
         (positions, poses)
     }
 
-    /// Joints of a craft, each after its parent. Joints with a rate start at their target and are walked over `span` [s] in steps of
+    /// Joints of a craft, each after its parent. Joints with a rate start at their target at the time `from` [s] and are walked from there in steps of
     /// `step` [s]. `sun` is the unit vector to the Sun at a time, body frame.
     #[cfg(test)]
-    pub(super) fn new(joints: Vec<Joint>, span: [f64; 2], step: f64, sun: impl Fn(f64) -> DVec3) -> Self {
-        Self::under_a_sky(joints, span, step, None, sun).unwrap_or_default()
+    pub(super) fn new(joints: Vec<Joint>, from: f64, step: f64, sun: impl Fn(f64) -> DVec3) -> Self {
+        Self::under_a_sky(joints, from, step, None, sun)
     }
 
     /// The same under a sky that repeats after `period` [s]. Where the joints repeat as well, periods before time 0 are not walked. The step is the longest
     /// up to `step` that divides the period. Angles of joints without limits may differ from those of the full walk by whole turns.
-    ///
-    /// # Errors
-    /// A walk that would hold too many positions. It does not begin.
     pub fn under_a_sky(
         joints: Vec<Joint>,
-        [from, to]: [f64; 2],
+        from: f64,
         step: f64,
         period: Option<f64>,
         sun: impl Fn(f64) -> DVec3,
-    ) -> Result<Self, LongWalk> {
+    ) -> Self {
         let any = joints.iter().any(|joint| joint.rate().is_some());
-        let mut all = Self { joints, walk: Walk { step, stretches: Vec::new() } };
+        let mut all = Self { joints, walk: Walk { step, ..Walk::default() } };
         if any {
             let first = all.evaluate(from, sun(from), |_, target| target(None)).0;
-            all.walk.stretches = vec![Stretch { start: from, positions: first, cycle: 0.0 }];
-            if let Some(period) = period.filter(|period| *period > 0.0) {
-                all.skip_what_repeats(to.min(0.0).min(all.steady_until()), period, &sun)?;
+            match period.filter(|period| *period > 0.0) {
+                Some(period) => all.skip_what_repeats(from, first, period, &sun),
+                None => all.walk.track = Some(Track::new(from, first)),
             }
-            all.walk_to(to, sun)?;
         }
-        Ok(all)
+        all
     }
 
-    /// Walks joints with a rate on to a time [s].
-    ///
-    /// # Errors
-    /// A walk that would hold too many positions. It does not begin.
-    pub fn walk_to(&mut self, time: f64, sun: impl Fn(f64) -> DVec3) -> Result<(), LongWalk> {
-        let (step, joints) = (self.walk.step, self.joints.len());
-        let Some(last) = self.walk.stretches.last() else { return Ok(()) };
-        let steps = (time - last.start) / step;
-        // A NaN is no number of steps either.
-        let is_held = steps * joints as f64 <= MOST_POSITIONS;
-        if !is_held {
-            return Err(LongWalk { steps, joints, time });
-        }
-        let Some(Stretch { start, mut positions, .. }) = self.walk.stretches.pop() else { return Ok(()) };
-        while start + (positions.len() / joints - 1) as f64 * step < time {
-            let at = start + (positions.len() / joints) as f64 * step;
-            let next = self.walk_on(&positions[positions.len() - joints..], step, at, sun(at));
-            positions.extend(next);
-        }
-        self.walk.stretches.push(Stretch { start, positions, cycle: 0.0 });
-        Ok(())
-    }
-
-    /// Walks period by period until one begins as an earlier one did. The walk then continues at the last such beginning before `until` [s].
-    fn skip_what_repeats(&mut self, until: f64, period: f64, sun: &impl Fn(f64) -> DVec3) -> Result<(), LongWalk> {
-        let from = self.walk.stretches[0].start;
-        let whole = ((until - from) / period).floor();
-        if !(whole.is_finite() && whole >= 3.0) {
-            return Ok(());
-        }
+    /// Walks period by period until one begins as an earlier one did. The walk then continues at the last such beginning before time 0 and before anything
+    /// else than the Sun moves the joints.
+    fn skip_what_repeats(&mut self, from: f64, first: Vec<f64>, period: f64, sun: &impl Fn(f64) -> DVec3) {
+        let whole = ((self.steady_until().min(0.0) - from) / period).floor();
         let steps = (period / self.walk.step).ceil().max(1.0);
-        self.walk.step = period / steps;
-        let each = steps as usize;
         let joints = self.joints.len();
+        let mut positions = first.clone();
+        if whole.is_finite() && whole >= 3.0 {
+            self.walk.step = period / steps;
+        }
+        let most = if whole.is_finite() && whole >= 3.0 { MOST_PERIODS.min(whole as usize) } else { 0 };
+        let each = steps as usize;
         let start_of = |number: usize| number * each * joints..(number * each + 1) * joints;
-        for number in 1..=MOST_PERIODS.min(whole as usize) {
-            self.walk_to(from + number as f64 * period - 0.5 * self.walk.step, sun)?;
-            let positions = &self.walk.stretches[0].positions;
+        for number in 1..=most {
+            if start_of(number).end > MOST_KEPT {
+                break;
+            }
+            for place in positions.len() / joints..=number * each {
+                let at = from + place as f64 * self.walk.step;
+                let next = self.walk_on(&positions[positions.len() - joints..], self.walk.step, at, sun(at));
+                positions.extend(next);
+            }
             let now = &positions[start_of(number)];
             let Some(like) = (0..number).rev().find(|earlier| self.agree(&positions[start_of(*earlier)], now)) else {
                 continue;
@@ -187,12 +161,13 @@ impl Joints {
                 let cycle = (number - like) as f64 * period;
                 let again = positions[start_of(like)].to_vec();
                 let start = from + number as f64 * period + cycles * cycle;
-                self.walk.stretches[0].cycle = cycle;
-                self.walk.stretches.push(Stretch { start, positions: again, cycle: 0.0 });
+                self.walk.track = Some(Track::new(start, again));
+                self.walk.lead = Some(Lead { start: from, positions, cycle });
+                return;
             }
-            return Ok(());
+            break;
         }
-        Ok(())
+        self.walk.track = Some(Track::new(from, first));
     }
 
     /// Whether joints with a rate have equal positions. Whole turns are ignored for joints without limits.
@@ -227,34 +202,32 @@ impl Joints {
         those.map(|(joint, _)| begins(joint)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Positions at a time by the walk. Before its start they are the targets. Beyond its end it is walked on.
+    /// Positions at a time by the walk. Before its start they are the targets.
     fn walked(&self, time: f64, sun: &dyn Fn(f64) -> DVec3) -> Option<Vec<f64>> {
-        let Walk { step, stretches } = &self.walk;
-        let after = stretches.partition_point(|stretch| stretch.start <= time);
-        let Stretch { start, positions, cycle } = &stretches[after.checked_sub(1)?];
+        let Walk { step, lead, track } = &self.walk;
+        let track = track.as_ref()?;
+        if time >= track.start() {
+            let place = (time - track.start()) / step;
+            let before = place.floor();
+            let next = |number: u64, last: &[f64]| {
+                let at = track.start() + number as f64 * step;
+                self.walk_on(last, *step, at, sun(at))
+            };
+            let [a, b] = track.pair(before as u64, &next);
+            return Some(between(&a, &b, place - before));
+        }
+        let Lead { start, positions, cycle } = lead.as_ref().filter(|lead| lead.start <= time)?;
         let each = self.joints.len();
         let of = |place: usize| &positions[place * each..(place + 1) * each];
         let last = positions.len() / each - 1;
         let mut place = (time - start) / step;
         if place >= last as f64 {
-            if *cycle == 0.0 {
-                let mut now = of(last).to_vec();
-                let mut at = start + last as f64 * step;
-                while at < time {
-                    let length = step.min(time - at);
-                    at += length;
-                    now = self.walk_on(&now, length, at, sun(at));
-                }
-                return Some(now);
-            }
             let cycle = cycle / step;
             place -= ((place - last as f64) / cycle).floor().max(0.0) * cycle + cycle;
             place = place.clamp(0.0, last as f64);
         }
-        let (before, share) = ((place.floor() as usize).min(last - 1), place);
-        let share = share - before as f64;
-        let between = |(a, b): (&f64, &f64)| a + share * (b - a);
-        Some(of(before).iter().zip(of(before + 1)).map(between).collect())
+        let before = (place.floor() as usize).min(last - 1);
+        Some(between(of(before), of(before + 1), place - before as f64))
     }
 
     /// Positions after another `length` [s].
@@ -269,10 +242,17 @@ impl Joints {
         self.evaluate(time, sun, step).0
     }
 
-    /// Number of positions that are stored.
+    /// Number of positions of the lead.
     #[cfg(test)]
     pub(super) fn kept(&self) -> usize {
-        self.walk.stretches.iter().map(|stretch| stretch.positions.len() / self.joints.len()).sum()
+        self.walk.lead.as_ref().map_or(0, |lead| lead.positions.len() / self.joints.len())
+    }
+
+    /// Numbers that the walk keeps at present.
+    #[cfg(test)]
+    pub(super) fn stored(&self) -> usize {
+        let lead = self.walk.lead.as_ref().map_or(0, |lead| lead.positions.len());
+        lead + self.walk.track.as_ref().map_or(0, Track::stored)
     }
 
     /// Step of the walk [s].
@@ -280,4 +260,9 @@ impl Joints {
     pub(super) fn walks_by(&self) -> f64 {
         self.walk.step
     }
+}
+
+/// Positions at a share of the way from the ones to the others.
+fn between(a: &[f64], b: &[f64], share: f64) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect()
 }

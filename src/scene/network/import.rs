@@ -32,6 +32,35 @@ struct Node {
 /// # Errors
 /// A message with file and line if a file is missing or invalid.
 pub fn import(folder: &Path) -> Result<Imported, String> {
+    let read = |file: &str| {
+        let path = folder.join(file);
+        if !path.exists() {
+            return Ok(None);
+        }
+        files::read_text(&path).map(Some).map_err(|fault| format!("{}: cannot be read: {fault}", path.display()))
+    };
+    convert(&Files { folder, read: &read })
+}
+
+/// The files of a folder, by name. A file that is absent has no text.
+pub struct Files<'a> {
+    /// The folder that messages name.
+    pub folder: &'a Path,
+    /// Text of a file.
+    pub read: &'a dyn Fn(&str) -> Result<Option<String>, String>,
+}
+
+impl Files<'_> {
+    fn path(&self, file: &str) -> String {
+        self.folder.join(file).display().to_string()
+    }
+}
+
+/// Converts the texts of the files.
+///
+/// # Errors
+/// As for [`import`].
+pub fn convert(folder: &Files) -> Result<Imported, String> {
     let mut notes = vec![
         "Solar heat on node normals (alpha, area) is left out: add it as heat tables.".to_owned(),
         "Output times are left for you to add: [output] times.".to_owned(),
@@ -65,7 +94,7 @@ pub fn import(folder: &Path) -> Result<Imported, String> {
                 if value != matrix[b][a] {
                     return Err(format!(
                         "{}: '{}' to '{}' is {value}, the way back {}: a conductor has one value",
-                        folder.join(file).display(),
+                        folder.path(file),
                         nodes[a].label,
                         nodes[b].label,
                         matrix[b][a]
@@ -80,8 +109,8 @@ pub fn import(folder: &Path) -> Result<Imported, String> {
     }
     for node in nodes.iter().filter(|node| node.heater > 0) {
         let Some([power, lower, upper]) = heaters.get(node.heater - 1) else {
-            let path = folder.join("heaters.csv");
-            return Err(format!("{}: has no heater {}, which '{}' names", path.display(), node.heater, node.label));
+            let path = folder.path("heaters.csv");
+            return Err(format!("{}: has no heater {}, which '{}' names", path, node.heater, node.label));
         };
         let (label, name, on, off) = (&node.label, quoted(&node.label), lower + CELSIUS, upper + CELSIUS);
         let _ = write!(
@@ -102,13 +131,9 @@ fn quoted(text: &str) -> toml::Value {
 }
 
 /// The records of a file after its header, each with its line. `None` if there is no such file.
-fn records(folder: &Path, file: &str) -> Result<Option<Vec<(u64, csv::StringRecord)>>, String> {
-    let path = folder.join(file);
-    if !path.exists() {
-        return Ok(None);
-    }
-    let text = files::read_text(&path).map_err(|fault| format!("{}: cannot be read: {fault}", path.display()))?;
-    let wrong = |error: csv::Error| format!("{}: {error}", path.display());
+fn records(folder: &Files, file: &str) -> Result<Option<Vec<(u64, csv::StringRecord)>>, String> {
+    let Some(text) = (folder.read)(file)? else { return Ok(None) };
+    let wrong = |error: csv::Error| format!("{}: {error}", folder.path(file));
     let mut reader =
         csv::ReaderBuilder::new().has_headers(false).trim(csv::Trim::All).flexible(true).from_reader(text.as_bytes());
     let rows = reader.records().map(|record| {
@@ -118,21 +143,21 @@ fn records(folder: &Path, file: &str) -> Result<Option<Vec<(u64, csv::StringReco
     rows.collect::<Result<Vec<_>, String>>().map(Some)
 }
 
-fn needed(folder: &Path, file: &str) -> Result<Vec<(u64, csv::StringRecord)>, String> {
-    records(folder, file)?
-        .ok_or_else(|| format!("{}: cannot be read: there is no such file", folder.join(file).display()))
+fn needed(folder: &Files, file: &str) -> Result<Vec<(u64, csv::StringRecord)>, String> {
+    records(folder, file)?.ok_or_else(|| format!("{}: cannot be read: there is no such file", folder.path(file)))
 }
 
-fn number(folder: &Path, file: &str, line: u64, record: &csv::StringRecord, column: usize) -> Result<f64, String> {
+fn number(folder: &Files, file: &str, line: u64, record: &csv::StringRecord, column: usize) -> Result<f64, String> {
     let cell = record.get(column).unwrap_or("");
-    cell.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| {
-        format!("{}:{line}: column {}: '{cell}' is not a number", folder.join(file).display(), column + 1)
-    })
+    cell.parse::<f64>()
+        .ok()
+        .filter(|value| value.is_finite())
+        .ok_or_else(|| format!("{}:{line}: column {}: '{cell}' is not a number", folder.path(file), column + 1))
 }
 
 /// node.csv: a header, then id, label, type (0 diffusive, 1 boundary, 2 arithmetic), heater, capacity, alpha, epsilon,
 /// area, normal, temperature.
-fn nodes(folder: &Path) -> Result<Vec<Node>, String> {
+fn nodes(folder: &Files) -> Result<Vec<Node>, String> {
     let file = "node.csv";
     let rows = needed(folder, file)?;
     let header = rows.first().map(|(_, header)| header.iter().map(str::to_lowercase).collect::<Vec<_>>());
@@ -141,7 +166,7 @@ fn nodes(folder: &Path) -> Result<Vec<Node>, String> {
         header
             .iter()
             .position(|name| name.contains(part))
-            .ok_or_else(|| format!("{}:1: no column of the header is named like '{part}'", folder.join(file).display()))
+            .ok_or_else(|| format!("{}:1: no column of the header is named like '{part}'", folder.path(file)))
     };
     let (id, label, kind) = (column("node_id")?, column("label")?, column("node_type")?);
     let (heater, capacity, temperature) = (column("heater")?, column("capacity")?, column("temperature")?);
@@ -153,7 +178,7 @@ fn nodes(folder: &Path) -> Result<Vec<Node>, String> {
             1.0 => "boundary",
             2.0 => "arithmetic",
             other => {
-                return Err(format!("{}:{line}: node type {other} is none of 0, 1, 2", folder.join(file).display()));
+                return Err(format!("{}:{line}: node type {other} is none of 0, 1, 2", folder.path(file)));
             }
         };
         let text = |column: usize| plain(record.get(column).unwrap_or("")).into_owned();
@@ -170,7 +195,7 @@ fn nodes(folder: &Path) -> Result<Vec<Node>, String> {
 }
 
 /// heaters.csv: id, power [W], lower and upper threshold [degC]. Row n is heater n.
-fn heaters(folder: &Path) -> Result<Vec<[f64; 3]>, String> {
+fn heaters(folder: &Files) -> Result<Vec<[f64; 3]>, String> {
     let file = "heaters.csv";
     let rows = records(folder, file)?.unwrap_or_default();
     let row = |(line, record): &(u64, csv::StringRecord)| {
@@ -183,7 +208,7 @@ fn heaters(folder: &Path) -> Result<Vec<[f64; 3]>, String> {
 type Load = Option<(Vec<f64>, Vec<f64>)>;
 
 /// heatload.csv: times in the header, then a row of powers [W] for each node.
-fn loads(folder: &Path, nodes: &[Node]) -> Result<Vec<Load>, String> {
+fn loads(folder: &Files, nodes: &[Node]) -> Result<Vec<Load>, String> {
     let file = "heatload.csv";
     let mut loads: Vec<Load> = nodes.iter().map(|_| None).collect();
     let rows = records(folder, file)?.unwrap_or_default();
@@ -195,7 +220,7 @@ fn loads(folder: &Path, nodes: &[Node]) -> Result<Vec<Load>, String> {
     for (line, record) in rows.iter().skip(1) {
         let id = &*plain(record.get(0).unwrap_or(""));
         let Some(at) = nodes.iter().position(|node| node.id == id) else {
-            return Err(format!("{}:{line}: node.csv has no node {id}", folder.join(file).display()));
+            return Err(format!("{}:{line}: node.csv has no node {id}", folder.path(file)));
         };
         loads[at] = Some((times.clone(), values(*line, record)?));
     }
@@ -203,11 +228,11 @@ fn loads(folder: &Path, nodes: &[Node]) -> Result<Vec<Load>, String> {
 }
 
 /// cij.csv [W/K] and rij.csv [m2]: a square of values below a header and beside a column of labels.
-fn matrix(folder: &Path, file: &str, size: usize) -> Result<Vec<Vec<f64>>, String> {
+fn matrix(folder: &Files, file: &str, size: usize) -> Result<Vec<Vec<f64>>, String> {
     let rows = needed(folder, file)?;
     if rows.len() != size + 1 {
         let found = rows.len().saturating_sub(1);
-        return Err(format!("{}: has {found} rows for {size} nodes", folder.join(file).display()));
+        return Err(format!("{}: has {found} rows for {size} nodes", folder.path(file)));
     }
     let row = |(line, record): &(u64, csv::StringRecord)| {
         (1..=size).map(|column| number(folder, file, *line, record, column)).collect()

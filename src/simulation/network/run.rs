@@ -13,7 +13,7 @@ use crate::saved::Saved;
 use crate::simulation::engine_error::EngineError;
 use crate::simulation::stepper::AnyStepper;
 use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::network::control::{ControlError, Leg, Settings, Use, integrate_leg};
+use crate::thermal::network::control::{ControlError, Leg, MOST_SUB_STEPS, Settings, Use, integrate_leg};
 use crate::thermal::network::one_pass::OnePass;
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::steady::{SteadyError, steady};
@@ -414,6 +414,9 @@ pub(crate) fn unfinished<E>(error: &ControlError<E>) -> String {
         }
         ControlError::Chatter { thermostat, switches, within, .. } => {
             format!("thermostat {thermostat} switches {switches} times within {within:.1e} s")
+        }
+        ControlError::TooLong { step, .. } => {
+            format!("it took {MOST_SUB_STEPS:e} sub-steps, the most of a run; the last was {step:.1e} s long")
         }
         ControlError::Stopped => "it was stopped".to_owned(),
     }

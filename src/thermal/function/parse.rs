@@ -40,6 +40,7 @@ impl Function {
             "expression" => Self::expression(needs("GLSL text of s: expression=s*s")?),
             _ => Err(FunctionError::Syntax(format!("'{name}' is no function; there are {}", KINDS.join(", ")))),
         }
+        .and_then(|function| function.check().map(|()| function))
     }
 }
 

@@ -19,6 +19,10 @@ const DEEPEST: u32 = 2;
 pub const MOST: usize = 1 << 20;
 /// Places in a piece at which its error is measured.
 const LOOKED_AT: [f64; 3] = [0.25, 0.5, 0.75];
+/// Number of pieces in a stretch over which [`are_plain`] compares a function with a line.
+const STRETCH: usize = 16;
+/// Places in a stretch at which it is compared. They lie at uneven distances, so that no function that repeats is met at its zeros.
+const COMPARED_AT: [f64; 4] = [0.137, 0.381, 0.618, 0.853];
 
 /// The pieces of a function, and their error.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,6 +99,28 @@ impl Pieces {
         let small = (value + t * rise).abs();
         if start == (value >= 0.0) { 1.0 - small } else { small }
     }
+}
+
+/// Whether a function needs no pieces to show that they would follow it: it follows lines that are [`STRETCH`] times as long as a piece. This takes a
+/// twentieth of the values that pieces take. A function that never decreases keeps each jump until its end, so a jump or a corner shows between any two of
+/// the places that are looked at, but for one that the function makes up for within a twentieth of a stretch.
+pub fn are_plain(remaining: &dyn Fn(f64) -> f64) -> bool {
+    [true, false].into_iter().all(|start| {
+        let side = Side { start, remaining };
+        let count = SIDE / STRETCH;
+        let mut before = side.left(0.0);
+        (0..count).all(|number| {
+            let [near, far] = [number as f64, (number + 1) as f64].map(|number| number / count as f64);
+            let after = side.left(far);
+            let follows = |t: f64| {
+                let left = side.left(near + t * (far - near));
+                (before + t * (after - before) - left).abs() <= SMALL_ERROR
+            };
+            let all = COMPARED_AT.into_iter().all(follows);
+            before = after;
+            all
+        })
+    })
 }
 
 /// One side of a function.

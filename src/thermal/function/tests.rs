@@ -160,3 +160,50 @@ fn a_function_that_reaches_its_target_early_says_so() {
         assert_eq!(whole.active(), 1.0, "{whole}");
     }
 }
+
+/// What the full set of pieces refuses is refused when the function is made, in the same words; what it takes is taken.
+#[test]
+fn a_quick_look_refuses_what_the_pieces_refuse() {
+    let corner =
+        |place: f64, jump: f64| format!("s < {place} ? s : min(1.0, s + {jump}*clamp((s-{place})*1e8, 0.0, 1.0))");
+    let mut texts: Vec<String> =
+        ["s", "s*s*s*s", "sqrt(s)", "tanh(20.0*s)/tanh(20.0)", "pow(s, 0.2)", "min(1.0, 2.0*s)"]
+            .map(str::to_owned)
+            .into();
+    for place in [0.001, 0.123_456_7, 0.3, 0.499_999, 0.777_77, 0.999] {
+        texts.extend([1e-7, 5e-6, 1.5e-5, 3e-5, 6e-5, 9e-5].map(|jump| corner(place, jump)));
+    }
+    let (mut refused, mut lazy) = (0, 0);
+    for text in &texts {
+        let found = Function::expression(text);
+        let Ok(whole) = Expression::new(text) else {
+            assert!(found.is_err());
+            continue;
+        };
+        let kind = Kind::Expression(whole);
+        let active = 1.0 - idle_share(&kind);
+        let eager = Shape { kind, active, pieces: OnceLock::new() };
+        assert_eq!(found.as_ref().err(), eager.check().err().as_ref(), "{text}");
+        refused += u32::from(found.is_err());
+        lazy += u32::from(matches!(found, Ok(Function::Shaped(shape)) if shape.pieces.get().is_none()));
+    }
+    assert!(refused >= 12 && lazy >= 3, "{refused} refused, {lazy} without pieces");
+}
+
+/// A table of materials has many functions that a scene does not use, and pieces take a millisecond or more.
+#[test]
+fn pieces_are_made_when_they_are_asked_for() {
+    let points = [(0.0, 300.0), (10.0, 290.0), (30.0, 275.0), (90.0, 262.0), (200.0, 260.0)];
+    for function in [
+        Function::exponential(500.0),
+        Function::logarithmic(1e4),
+        Function::polynomial(&[0.0, 0.0, 3.0, -2.0]),
+        Function::expression("s*s*(3.0-2.0*s)"),
+        Function::table(&samples(&points), None),
+    ] {
+        let Ok(Function::Shaped(shape)) = function else { panic!("{function:?}") };
+        assert!(shape.pieces.get().is_none(), "{}", shape.kind.name());
+        assert_eq!(shape.check(), Ok(()));
+        assert!(shape.pieces.get().is_some(), "{}", shape.kind.name());
+    }
+}

@@ -38,6 +38,9 @@ const OPEN_SHARE: f64 = 1e-3;
 /// sub-steps must resolve.
 pub const STIFFEST: f64 = 1e15;
 
+/// Most sub-steps of a stepper, over all its integrations: hours of the smallest network.
+pub const MOST_SUB_STEPS: u64 = 10_000_000_000;
+
 /// Integrates from time 0 to the last output time. `stepper` holds the network at its start and reports the schedule's sensors. `watch` receives the time
 /// reached and returns whether to continue.
 ///
@@ -255,6 +258,9 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
             if !(self.watch)(now) {
                 return Err(ControlError::Stopped);
             }
+            if self.stepper.counts().sub_steps >= MOST_SUB_STEPS {
+                return Err(ControlError::TooLong { time: now, step: self.step });
+            }
             self.forward(end - self.heat_set)?;
         }
         Ok(())
@@ -378,5 +384,39 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         self.step = if cut { self.step.max(plan.step * factor) } else { plan.step * factor };
         self.series.first_step.get_or_insert(self.step);
         self.fused = if factor < 1.3 { (2 * self.fused).min(MOST_FUSED) } else { 1.max(self.fused / 2) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::reference::ReferenceStepper;
+    use super::super::stepper::WorkCounts;
+    use super::super::{LinearConductor, NodeKind};
+    use super::*;
+
+    /// A stepper that is 200 sub-steps short of the bound. What it computed until then is kept.
+    #[test]
+    fn an_integration_ends_at_the_bound_on_sub_steps() {
+        let network = Network {
+            space_temperature: 0.0,
+            kinds: vec![NodeKind::Diffusive, NodeKind::Boundary],
+            capacitances: vec![1.0, 0.0],
+            emissive_areas: vec![0.0; 2],
+            temperatures: vec![200.0, 300.0],
+            linear: vec![LinearConductor { nodes: [0, 1], conductance: 1.0 }],
+            radiative: Vec::new(),
+        };
+        let schedule = Schedule { times: (0..1000).map(f64::from).collect(), ..Schedule::default() };
+        let ended = |left: u64| {
+            let mut stepper = ReferenceStepper::new(network.clone(), &[]);
+            stepper.set_counts(WorkCounts { sub_steps: MOST_SUB_STEPS - left, ..WorkCounts::default() });
+            integrate_and_keep(&mut stepper, &network, &schedule, &Settings::of(Integrator::Default), |_| true)
+        };
+        let (series, end) = ended(200);
+        assert!(matches!(end, Err(ControlError::TooLong { .. })), "{end:?}");
+        assert!((2..999).contains(&series.rows.len()), "{} rows", series.rows.len());
+        let (whole, end) = ended(MOST_SUB_STEPS);
+        assert!(end.is_ok() && whole.rows.len() == 1000);
+        assert_eq!(whole.rows[..series.rows.len()], series.rows);
     }
 }

@@ -99,6 +99,17 @@ impl Schedule {
         self.thermostats.iter().map(|thermostat| thermostat.sensor).collect()
     }
 
+    /// Fewest sub-steps of an integration: one for each stretch between output times and breaks of the heat.
+    pub fn fewest_sub_steps(&self) -> u64 {
+        let end = self.times.last().copied().unwrap_or(0.0);
+        let breaks = self.breaks();
+        let mut ends: Vec<f64> =
+            self.times.iter().chain(&breaks).copied().filter(|time| *time > 0.0 && *time <= end).collect();
+        ends.sort_unstable_by(f64::total_cmp);
+        ends.dedup();
+        ends.len() as u64
+    }
+
     /// Times after 0 at which the heat has a break [s], ascending.
     pub(super) fn breaks(&self) -> Vec<f64> {
         let all = self.heat.iter().flat_map(|(_, table)| table.times.iter().copied());

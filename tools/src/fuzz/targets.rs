@@ -7,6 +7,7 @@ use isotherm::environment::sky::SkyModel;
 use isotherm::files::Reach;
 use isotherm::model::Model;
 use isotherm::scene::network::NetworkFile;
+use isotherm::scene::network::import::{Files, convert};
 use isotherm::scene::{Scene, targets, texts};
 use isotherm::thermal::function::Function;
 
@@ -21,7 +22,7 @@ pub struct Target {
     pub read: fn(&[u8], &Folder) -> Result<(), String>,
 }
 
-pub const TARGETS: [Target; 9] = [
+pub const TARGETS: [Target; 10] = [
     Target { name: "scene", seeds: scenes, read: read_scene },
     Target { name: "materials", seeds: material_tables, read: read_materials },
     Target { name: "network", seeds: networks, read: read_network },
@@ -30,6 +31,7 @@ pub const TARGETS: [Target; 9] = [
     Target { name: "oem", seeds: || texts(&[OEM, OEM_XML]), read: read_trajectory },
     Target { name: "aem", seeds: || texts(&[AEM, AEM_XML]), read: read_attitude },
     Target { name: "csv", seeds: || texts(&CSV), read: read_csv },
+    Target { name: "import", seeds: || texts(&[include_str!("seeds/import.txt")]), read: read_import },
     Target { name: "expression", seeds: || texts(&EXPRESSIONS), read: read_expression },
 ];
 
@@ -175,6 +177,19 @@ fn read_network(case: &[u8], _: &Folder) -> Result<(), String> {
     let file = NetworkFile::parse(&text(case), Path::new("network.toml")).map_err(told)?;
     assert!(file.network.temperatures.iter().chain(&file.schedule.times).all(|value| value.is_finite()));
     Ok(())
+}
+
+/// The files of a folder stand in one text, each after a line with its name.
+fn read_import(case: &[u8], _: &Folder) -> Result<(), String> {
+    let text = text(case);
+    let parts: Vec<(&str, &str)> = text.split("== ").filter_map(|part| part.split_once('\n')).collect();
+    let read = |file: &str| Ok(parts.iter().find(|(name, _)| name.trim() == file).map(|(_, text)| (*text).to_owned()));
+    let imported = convert(&Files { folder: Path::new("folder"), read: &read })?;
+    // Values may be refused, but what is written is TOML.
+    if let Err(error) = imported.text.parse::<toml::Table>() {
+        panic!("the network file is not TOML: {error}");
+    }
+    NetworkFile::parse(&imported.text, Path::new("network.toml")).map(|_| ()).map_err(told)
 }
 
 fn read_model(case: &[u8], folder: &Folder) -> Result<(), String> {

@@ -56,18 +56,19 @@ fn work(arguments: &Arguments) -> Result<(), String> {
         let trial = Trial::new(&program, &folder, scene, arguments.steps, device)?;
         // The last kind takes what is left.
         let until = arguments.count * (number as u32 + 1) / kinds.len() as u32;
-        let (mut kills, mut runs, mut files, mut early) = (BTreeMap::new(), 0, 0, 0);
+        let (mut kills, mut runs, mut files, mut early, mut warm) = (BTreeMap::new(), 0, 0, 0, 0);
         while done < until {
             let some = arguments.each.min(until - done);
             let met = trial.run(some, done, &mut || random.unit())?;
             done += some;
             met.kills.iter().for_each(|(name, count)| *kills.entry(*name).or_insert(0) += count);
             (runs, files, early) = (runs + met.runs, files + met.files, early + met.before_a_state);
+            warm += met.in_warm_up;
             eprintln!("{what} on {}: {done} of {} kills", device.unwrap_or("the device"), arguments.count);
         }
         let of = |name: &str| kills.get(name).copied().unwrap_or(0);
         rows.push(format!(
-            "| {what} | {} | {runs} | {} | {} | {} | {early} | {files} | 0 |",
+            "| {what} | {} | {runs} | {} | {} | {} | {early} | {warm} | {files} | 0 |",
             device.unwrap_or("best Vulkan device"),
             of("KILL"),
             of("TERM"),
@@ -80,8 +81,8 @@ fn work(arguments: &Arguments) -> Result<(), String> {
          Runs of {} steps were ended at random moments, at most {} times each, and resumed until they were done. A run that was killed before it \
          saved a state began anew. All files were compared with those of an undisturbed run, byte for byte: EXR, PNG, CSV, SVG, and the report \
          without its wall-clock times.\n\n\
-         | scene | device | runs | SIGKILL | SIGTERM | SIGINT | before a state | files compared | files that differ |\n\
-         |---|---|---|---|---|---|---|---|---|\n{}\n",
+         | scene | device | runs | SIGKILL | SIGTERM | SIGINT | before a state | in the warm-up | files compared | files that differ |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n{}\n",
         section::PROFILE,
         arguments.count,
         arguments.seed,

@@ -64,6 +64,8 @@ pub struct Met {
     pub kills: BTreeMap<&'static str, u32>,
     /// Kills before a state was saved. The run was begun anew.
     pub before_a_state: u32,
+    /// Kills after which the run went on with its warm-up.
+    pub in_warm_up: u32,
     /// Files that were compared.
     pub files: usize,
     /// Runs that were done.
@@ -152,6 +154,10 @@ impl Trial {
         let manifest = fs::read_to_string(torn.join(".isotherm/manifest")).unwrap_or_default();
         let finished = manifest.contains("\"finished\":true");
         if finished || torn.join(".isotherm/state").exists() {
+            // The state names its lists in plain text.
+            let state = fs::read(torn.join(".isotherm/state")).unwrap_or_default();
+            let of_warm_up = b"warm_up.next";
+            met.in_warm_up += u32::from(state.windows(of_warm_up.len()).any(|bytes| bytes == of_warm_up));
             return self.start(&["run", "--resume", "torn", "--save-every", "40steps"]);
         }
         met.before_a_state += u32::from(torn.exists());

@@ -160,6 +160,13 @@ pub enum ControlError<E> {
         /// Time that they took [s].
         within: f64,
     },
+    /// As many sub-steps as an integration may take.
+    TooLong {
+        /// Time that was reached [s].
+        time: f64,
+        /// Sub-step at that time [s].
+        step: f64,
+    },
     /// A stop requested by the caller.
     Stopped,
 }

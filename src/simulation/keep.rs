@@ -1,0 +1,40 @@
+//! What keeps the state of a warm-up, so that it can go on after it was ended.
+
+use super::check::Check;
+use super::engine::Engine;
+use crate::saved::Saved;
+
+/// Keeps states of a warm-up.
+pub trait Keep<E> {
+    /// Takes the state between two steps. `own` is what the warm-up itself goes on from, `done` the number of steps before it.
+    ///
+    /// # Errors
+    /// A call that fails.
+    fn take(&mut self, done: u32, own: Saved, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<(), E>;
+
+    /// Whether a state is to be saved after so many steps.
+    fn wants(&self, done: u32) -> bool;
+
+    /// Saves the state that was taken last.
+    ///
+    /// # Errors
+    /// What ends the run.
+    fn save(&mut self) -> Result<(), E>;
+}
+
+/// Keeps nothing.
+pub struct KeepNothing;
+
+impl<E> Keep<E> for KeepNothing {
+    fn take(&mut self, _: u32, _: Saved, _: &mut dyn Engine, _: Option<&mut Check>) -> Result<(), E> {
+        Ok(())
+    }
+
+    fn wants(&self, _: u32) -> bool {
+        false
+    }
+
+    fn save(&mut self) -> Result<(), E> {
+        Ok(())
+    }
+}
