@@ -68,7 +68,8 @@ impl Contact {
         materials: &[Option<ShellMaterial>],
         node: &[u32],
     ) -> Result<Vec<LinearConductor>, ShellError> {
-        let sides = self.between.each_ref().map(|selection| Side::new(surface, materials, node, selection));
+        let side = |selection: &Selection| Side::new(surface, materials, node, |vertex| selection.has(surface, vertex));
+        let sides = self.between.each_ref().map(side);
         for (selection, side) in self.between.iter().zip(&sides) {
             if side.corners.is_empty() {
                 return Err(ShellError::NotInNetwork { contact: self.name.clone(), side: selection.name.clone() });

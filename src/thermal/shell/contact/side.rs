@@ -6,7 +6,6 @@ use glam::DVec3;
 
 use super::super::areas::corner_dots;
 use super::super::{NO_NODE, ShellMaterial, Surface};
-use super::Selection;
 use crate::environment::shadow::Tree;
 
 /// Part and material of a triangle.
@@ -51,15 +50,15 @@ pub(super) struct Side {
 }
 
 impl Side {
-    /// The triangles of a selection that belong to the network.
+    /// The triangles of the network whose vertices are chosen.
     pub(super) fn new(
         surface: &Surface,
         materials: &[Option<ShellMaterial>],
         node: &[u32],
-        selection: &Selection,
+        chosen: impl Fn(u32) -> bool,
     ) -> Self {
         let belongs = |triangle: &[u32; 3]| {
-            selection.has(surface, triangle[0]) && triangle.iter().all(|vertex| node[*vertex as usize] != NO_NODE)
+            chosen(triangle[0]) && triangle.iter().all(|vertex| node[*vertex as usize] != NO_NODE)
         };
         let numbers: Vec<u32> = (0..surface.triangles.len() as u32)
             .filter(|number| belongs(&surface.triangles[*number as usize]))
