@@ -29,6 +29,7 @@ mod pictures;
 mod program;
 mod properties;
 mod quads;
+mod quantized;
 mod resources;
 mod response;
 mod response_fit;
