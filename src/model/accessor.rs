@@ -1,6 +1,7 @@
 //! Reads glTF accessors: typed values from buffers, with sparse values and checked bounds (glTF 2.0, 3.6.2).
 
 use std::borrow::Cow;
+use std::cell::OnceCell;
 
 use gltf::json::Accessor;
 use gltf::json::accessor::{ComponentType, Type, sparse::Sparse};
@@ -9,6 +10,7 @@ use gltf::json::validation::Checked;
 use super::Fault;
 use super::document::Document;
 use super::error::label;
+use super::meshopt_filter::Filter;
 
 /// Most elements of an accessor without a buffer view. The file size does not bound them.
 const MAX_ZERO_ELEMENTS: usize = 1 << 24;
@@ -26,6 +28,8 @@ pub(super) enum Use {
 pub(super) struct Accessors<'a> {
     document: &'a Document<'a>,
     buffers: &'a [Cow<'a, [u8]>],
+    /// The decoded bytes of compressed buffer views, each from its first use on.
+    decoded: Vec<OnceCell<Result<Vec<u8>, String>>>,
 }
 
 /// Elements of equal size at equal distances in a byte slice.
@@ -45,7 +49,7 @@ impl Strided<'_> {
 impl<'a> Accessors<'a> {
     /// Joins a document and its buffers.
     pub fn new(document: &'a Document<'a>, buffers: &'a [Cow<'a, [u8]>]) -> Self {
-        Self { document, buffers }
+        Self { document, buffers, decoded: document.views.iter().map(|_| OnceCell::new()).collect() }
     }
 
     /// Reads positions or normals as f64. The `normalized` flag decides the conversion of integers.
@@ -75,6 +79,22 @@ impl<'a> Accessors<'a> {
         })
     }
 
+    /// Error that rounding may have left in unit vectors of an accessor, as a length. 0 for floats.
+    pub fn rounding(&self, index: usize) -> f64 {
+        let Some(accessor) = self.document.accessors.get(index) else { return 0.0 };
+        let Checked::Valid(component) = &accessor.component_type else { return 0.0 };
+        let largest = match component.0 {
+            ComponentType::I8 => f64::from(i8::MAX),
+            ComponentType::I16 => f64::from(i16::MAX),
+            _ => return 0.0,
+        };
+        let view = accessor.buffer_view.and_then(|view| self.document.compressed.get(view.value())?.as_ref());
+        let is_octahedral = view.is_some_and(|view| view.filter == Filter::Octahedral);
+        // Half a unit in each of three components. The filter rounds twice.
+        let units = if is_octahedral { 2.0 } else { 0.5 * 3.0_f64.sqrt() };
+        units / largest
+    }
+
     /// Reads vertex indices.
     pub fn indices(&self, index: usize) -> Result<Vec<u32>, Fault> {
         let (accessor, component) = self.typed(index, Type::Scalar)?;
@@ -85,9 +105,9 @@ impl<'a> Accessors<'a> {
         self.read(index, accessor, component, |bytes| unsigned(component, bytes))
     }
 
-    /// Reads animation keys of `N` numbers each: 1 is a scalar, 3 or 4 a vector. Integers must be normalized (glTF 2.0,
-    /// 3.11).
-    pub fn keys<const N: usize>(&self, index: usize) -> Result<Vec<[f64; N]>, Fault> {
+    /// Reads elements of `N` numbers each: 1 is a scalar, 3 or 4 a vector. Integers must be normalized (glTF 2.0, 3.11). `holder` says what they are, for
+    /// messages.
+    pub fn keys<const N: usize>(&self, index: usize, holder: &str) -> Result<Vec<[f64; N]>, Fault> {
         let wanted = match N {
             1 => Type::Scalar,
             3 => Type::Vec3,
@@ -96,7 +116,7 @@ impl<'a> Accessors<'a> {
         let (accessor, component) = self.typed(index, wanted)?;
         let normalized = accessor.normalized;
         if component != ComponentType::F32 && !(normalized && component != ComponentType::U32) {
-            let problem = format!("holds {}, which keys of an animation may not be", component_name(component));
+            let problem = format!("holds {}, which {holder} may not be", component_name(component));
             return Err(Fault::element(self.document.accessor_label(index), problem));
         }
         self.read(index, accessor, component, |bytes| {
@@ -207,9 +227,11 @@ impl<'a> Accessors<'a> {
         count: usize,
         size: usize,
         may_stride: bool,
-    ) -> Result<Strided<'a>, String> {
+    ) -> Result<Strided<'_>, String> {
         let (bytes, stride) = self.view(view)?;
-        let stride = stride.filter(|_| may_stride).unwrap_or(size);
+        // Decoded elements lie as far apart as they were compressed.
+        let is_decoded = self.document.compressed.get(view).is_some_and(Option::is_some);
+        let stride = stride.filter(|_| may_stride || is_decoded).unwrap_or(size);
         if stride < size {
             return Err(format!("has elements of {size} bytes in buffer view {view} with a stride of {stride}"));
         }
@@ -224,26 +246,36 @@ impl<'a> Accessors<'a> {
         Ok(Strided { bytes, stride, size })
     }
 
-    fn view(&self, index: usize) -> Result<(&'a [u8], Option<usize>), String> {
+    /// The bytes of a buffer view, and the distance between its elements, where it is stated.
+    fn view(&self, index: usize) -> Result<(&[u8], Option<usize>), String> {
         let views = &self.document.views;
         let view =
             views.get(index).ok_or_else(|| format!("refers to buffer view {index}, the file has {}", views.len()))?;
-        let label = label("buffer view", index, view.name.as_deref());
-        let number = view.buffer.value();
-        let buffer = self.buffers.get(number).ok_or_else(|| {
-            format!("refers to {label}, which refers to buffer {number}; the file has {}", self.buffers.len())
-        })?;
+        if let Some(compressed) = &self.document.compressed[index] {
+            let bytes = self.decoded[index].get_or_init(|| {
+                let (buffer, offset, length) = (compressed.buffer, compressed.offset, compressed.length);
+                let decoded = self.bytes(buffer, offset, length).and_then(|bytes| compressed.decode(bytes));
+                decoded.map_err(|problem| format!("refers to compressed buffer view {index}, which {problem}"))
+            });
+            return Ok((bytes.as_ref().map_err(String::clone)?, Some(compressed.stride)));
+        }
         let offset = view.byte_offset.unwrap_or_default().0;
-        let range = usize::try_from(offset).ok().zip(usize::try_from(view.byte_length.0).ok());
-        let bytes = range.and_then(|(offset, length)| buffer.get(offset..offset.checked_add(length)?));
-        let bytes = bytes.ok_or_else(|| {
-            format!(
-                "refers to {label}, whose {} bytes from byte {offset} on pass the end of buffer {number} ({} bytes)",
-                view.byte_length.0,
-                buffer.len()
-            )
-        })?;
+        let bytes = self.bytes(view.buffer.value(), offset, view.byte_length.0);
+        let label = label("buffer view", index, view.name.as_deref());
+        let bytes = bytes.map_err(|problem| format!("refers to {label}, which {problem}"))?;
         Ok((bytes, view.byte_stride.map(|stride| stride.0)))
+    }
+
+    /// Bytes of a buffer.
+    fn bytes(&self, buffer: usize, offset: u64, length: u64) -> Result<&'a [u8], String> {
+        let found = self.buffers.get(buffer);
+        let bytes = found.ok_or_else(|| format!("refers to buffer {buffer}; the file has {}", self.buffers.len()))?;
+        let range = usize::try_from(offset).ok().zip(usize::try_from(length).ok());
+        let found = range.and_then(|(offset, length)| bytes.get(offset..offset.checked_add(length)?));
+        found.ok_or_else(|| {
+            let has = bytes.len();
+            format!("has {length} bytes from byte {offset} on, past the end of buffer {buffer} ({has} bytes)")
+        })
     }
 }
 

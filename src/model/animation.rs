@@ -10,6 +10,9 @@ use super::{Animation, NodeMotion};
 use crate::environment::joints::keys::{KeyInterpolation, Keys};
 use crate::text::plain;
 
+/// What an animation's numbers are, for messages.
+const KEYS: &str = "keys of an animation";
+
 /// Every animation of a file. An invalid one is a message.
 pub(super) fn read(document: &Document, accessors: &Accessors) -> Vec<Result<Animation, String>> {
     let one = |(index, value): (usize, &Value)| {
@@ -81,8 +84,9 @@ fn keys<const N: usize>(sampler: &Value, accessors: &Accessors) -> Result<Keys<N
         Some(other) => return Err(format!("has a sampler with interpolation {other:?}")),
     };
     let fault = |fault: super::Fault| fault.to_string();
-    let times: Vec<f64> = accessors.keys::<1>(accessor("input")?).map_err(fault)?.into_iter().map(|[t]| t).collect();
-    let values = accessors.keys::<N>(accessor("output")?).map_err(fault)?;
+    let times: Vec<f64> =
+        accessors.keys::<1>(accessor("input")?, KEYS).map_err(fault)?.into_iter().map(|[t]| t).collect();
+    let values = accessors.keys::<N>(accessor("output")?, KEYS).map_err(fault)?;
     let each = if interpolation == KeyInterpolation::CubicSpline { 3 } else { 1 };
     if values.len() != each * times.len() {
         return Err(format!("has {} values for {} keys", values.len(), times.len()));

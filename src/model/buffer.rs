@@ -32,6 +32,7 @@ pub(super) fn load<'a>(
     for (index, buffer) in document.buffers.iter().enumerate() {
         let fail = |problem: String| Fault::element(label("buffer", index, buffer.name.as_deref()), problem);
         let bytes = match (&buffer.uri, binary) {
+            (None, _) if buffer.is_fallback => Cow::Borrowed(&[][..]),
             (Some(uri), _) => Cow::Owned(resolve(uri.get(), buffer, folder, reach).map_err(fail)?),
             (None, Some(binary)) if index == 0 => {
                 // A chunk is padded to a multiple of four.

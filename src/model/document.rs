@@ -9,6 +9,8 @@ use serde_json::value::RawValue;
 use serde_json::{Map, Value};
 
 use super::error::{counted, label};
+use super::meshopt::{Compressed, Mode};
+use super::meshopt_filter::Filter;
 use super::{Fault, ModelMaterial, Skipped};
 use crate::text::plain;
 
@@ -30,10 +32,16 @@ const HARMLESS_EXTENSIONS: &[&str] = &[
 ];
 /// Prefix of extensions that only change the appearance.
 const MATERIAL_EXTENSIONS: &str = "KHR_materials_";
-/// The only extension whose geometry is supported.
+/// Integer positions and normals.
 const QUANTIZATION: &str = "KHR_mesh_quantization";
-/// Extensions of compressed geometry, with the tools that undo the compression.
-const COMPRESSION: &[&str] = &["EXT_meshopt_compression", "KHR_draco_mesh_compression", "KHR_meshopt_compression"];
+/// Copies of a mesh.
+const INSTANCING: &str = "EXT_mesh_gpu_instancing";
+/// Compressed buffer views.
+const MESHOPT: &str = "EXT_meshopt_compression";
+/// The extensions with geometry that are read.
+const SUPPORTED: &[&str] = &[QUANTIZATION, INSTANCING, MESHOPT];
+/// Extensions of compressed geometry that are not read. A tool can undo the compression.
+const COMPRESSION: &[&str] = &["KHR_draco_mesh_compression", "KHR_meshopt_compression"];
 
 /// A node. The type of the `gltf` crate has f32 transforms, which would be micrometres off on a station.
 #[derive(Debug, Default, Deserialize)]
@@ -50,6 +58,27 @@ pub(super) struct Node {
     /// Unit quaternion, scalar last.
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
+    #[serde(default)]
+    extensions: NodeExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+struct NodeExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    copies: Option<Copies>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Copies {
+    /// Accessors of the places.
+    attributes: BTreeMap<String, usize>,
+}
+
+impl Node {
+    /// Accessors of the places of the copies of its mesh, by attribute. `None` where it has its mesh once.
+    pub fn copies(&self) -> Option<&BTreeMap<String, usize>> {
+        self.extensions.copies.as_ref().map(|copies| &copies.attributes)
+    }
 }
 
 /// A glTF scene.
@@ -65,12 +94,16 @@ pub(super) struct Buffer<'a> {
     pub name: Option<String>,
     pub uri: Option<&'a RawValue>,
     pub byte_length: u64,
+    /// Whether it only stands for decoded bytes, and has none of its own.
+    pub is_fallback: bool,
 }
 
 /// The used part of a glTF document. Its indices are unchecked.
 pub(super) struct Document<'a> {
     pub accessors: Vec<Accessor>,
     pub views: Vec<View>,
+    /// How each buffer view is compressed, if it is.
+    pub compressed: Vec<Option<Compressed>>,
     pub buffers: Vec<Buffer<'a>>,
     pub meshes: Vec<Mesh>,
     pub nodes: Vec<Node>,
@@ -102,6 +135,7 @@ impl<'a> Document<'a> {
         Ok(Self {
             accessors: elements(&root, "accessors", "accessor")?,
             views: elements(&root, "bufferViews", "buffer view")?,
+            compressed: compressed(&root)?,
             buffers: read_buffers(buffers)?,
             meshes: elements(&root, "meshes", "mesh")?,
             nodes: elements(&root, "nodes", "node")?,
@@ -193,6 +227,7 @@ struct StatedBuffer<'a> {
     #[serde(rename = "byteLength")]
     byte_length: Option<Value>,
     name: Option<Value>,
+    extensions: Option<Value>,
 }
 
 fn read_buffers(text: Option<&RawValue>) -> Result<Vec<Buffer<'_>>, Fault> {
@@ -212,7 +247,49 @@ fn read_buffer(index: usize, text: &RawValue) -> Result<Buffer<'_>, Fault> {
         let problem = format!("byteLength is to be a whole number of bytes, found {length}");
         Fault::element(label("buffer", index, name.as_deref()), problem)
     })?;
-    Ok(Buffer { name, uri: stated.uri, byte_length })
+    let fallback = stated.extensions.as_ref().and_then(|all| all.get(MESHOPT)?.get("fallback")?.as_bool());
+    Ok(Buffer { name, uri: stated.uri, byte_length, is_fallback: fallback == Some(true) })
+}
+
+/// The compressed buffer view of the extension.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct StatedCompression {
+    buffer: usize,
+    #[serde(default)]
+    byte_offset: u64,
+    byte_length: u64,
+    byte_stride: usize,
+    count: usize,
+    mode: String,
+    filter: Option<String>,
+}
+
+fn compressed(root: &Map<String, Value>) -> Result<Vec<Option<Compressed>>, Fault> {
+    let read = |(index, view): (usize, &Value)| {
+        let Some(stated) = view.get("extensions").and_then(|all| all.get(MESHOPT)) else { return Ok(None) };
+        let fail = |problem: String| {
+            Fault::element(label("buffer view", index, view.get("name").and_then(Value::as_str)), problem)
+        };
+        let stated = StatedCompression::deserialize(stated).map_err(|error| fail(format!("{MESHOPT}: {error}")))?;
+        let mode = match stated.mode.as_str() {
+            "ATTRIBUTES" => Mode::Attributes,
+            "TRIANGLES" => Mode::Triangles,
+            "INDICES" => Mode::Indices,
+            other => return Err(fail(format!("{MESHOPT}: mode {other:?} is not supported"))),
+        };
+        let filter = match stated.filter.as_deref() {
+            None | Some("NONE") => Filter::None,
+            Some("OCTAHEDRAL") => Filter::Octahedral,
+            Some("QUATERNION") => Filter::Quaternion,
+            Some("EXPONENTIAL") => Filter::Exponential,
+            Some(other) => return Err(fail(format!("{MESHOPT}: filter {other:?} is not supported"))),
+        };
+        let StatedCompression { buffer, byte_offset: offset, byte_length: length, byte_stride: stride, count, .. } =
+            stated;
+        Ok(Some(Compressed { buffer, offset, length, stride, count, mode, filter }))
+    };
+    array(root, "bufferViews")?.iter().enumerate().map(read).collect()
 }
 
 fn check_version(root: &Map<String, Value>) -> Result<(), Fault> {
@@ -232,7 +309,7 @@ fn check_version(root: &Map<String, Value>) -> Result<(), Fault> {
 
 fn check_required(required: &[String]) -> Result<(), Fault> {
     let names: Vec<String> =
-        required.iter().filter(|name| *name != QUANTIZATION && !is_harmless(name)).cloned().collect();
+        required.iter().filter(|name| !SUPPORTED.contains(&name.as_str()) && !is_harmless(name)).cloned().collect();
     if names.is_empty() {
         return Ok(());
     }
@@ -267,7 +344,7 @@ fn unused(root: &Map<String, Value>, used: &[String]) -> Result<Vec<Skipped>, Fa
     skip(array(root, "skins")?.len(), "skin", "skinned meshes stay as their nodes place them");
     let others = array(root, "scenes")?.len().saturating_sub(1);
     skip(others, "other scene", "only the default scene is drawn");
-    for name in used.iter().filter(|name| *name != QUANTIZATION && *name != "KHR_lights_punctual") {
+    for name in used.iter().filter(|name| !SUPPORTED.contains(&name.as_str()) && *name != "KHR_lights_punctual") {
         let why =
             if is_harmless(name) { "moves no triangle" } else { "not supported, and the file does not require it" };
         skipped.push(Skipped { what: format!("extension {name}"), why: why.to_owned() });

@@ -19,6 +19,8 @@ pub(super) struct Instance {
     pub place: usize,
     /// Index of its mesh. It is in range.
     pub mesh: usize,
+    /// Number of the copy, where the node states copies of its mesh.
+    pub copy: Option<usize>,
     pub body_from_part: DMat4,
 }
 
@@ -68,7 +70,7 @@ pub(super) fn walk(document: &Document) -> Result<Graph, Fault> {
             if mesh >= document.meshes.len() {
                 return Err(fail(format!("refers to mesh {mesh}, the file has {}", document.meshes.len())));
             }
-            graph.instances.push(Instance { node: index, place, mesh, body_from_part });
+            graph.instances.push(Instance { node: index, place, mesh, copy: None, body_from_part });
         }
         stack.extend(node.children.iter().rev().map(|child| (*child, Some(place))));
     }
@@ -135,17 +137,26 @@ fn own_translation_and_rotation(node: &Node) -> (DVec3, DQuat) {
     (node.translation.map_or(DVec3::ZERO, DVec3::from_array), rotation.normalize())
 }
 
+/// Translation x rotation x scale. What is not stated does nothing.
+pub(super) fn transform(
+    scale: Option<[f64; 3]>,
+    rotation: Option<[f64; 4]>,
+    translation: Option<[f64; 3]>,
+) -> Result<DMat4, String> {
+    let rotation = rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
+    let length = rotation.length();
+    if !length.is_finite() || (length - 1.0).abs() > UNIT_TOLERANCE {
+        return Err(format!("its rotation is a quaternion of length {length}, not of length 1"));
+    }
+    let scale = scale.map_or(DVec3::ONE, DVec3::from_array);
+    let translation = translation.map_or(DVec3::ZERO, DVec3::from_array);
+    Ok(DMat4::from_scale_rotation_translation(scale, rotation.normalize(), translation))
+}
+
 /// A node's own transform: its matrix, or translation x rotation x scale (glTF 2.0, 3.5.3).
 fn local_transform(node: &Node) -> Result<DMat4, String> {
-    let scale = node.scale.map_or(DVec3::ONE, DVec3::from_array);
-    let translation = node.translation.map_or(DVec3::ZERO, DVec3::from_array);
-    let rotation = node.rotation.map_or(DQuat::IDENTITY, DQuat::from_array);
     let Some(matrix) = node.matrix else {
-        let length = rotation.length();
-        if (length - 1.0).abs() > UNIT_TOLERANCE {
-            return Err(format!("its rotation is a quaternion of length {length}, not of length 1"));
-        }
-        return Ok(DMat4::from_scale_rotation_translation(scale, rotation.normalize(), translation));
+        return transform(node.scale, node.rotation, node.translation);
     };
     if node.scale.is_some() || node.translation.is_some() || node.rotation.is_some() {
         return Err("has a matrix and also a translation, rotation or scale".to_owned());

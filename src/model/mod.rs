@@ -16,8 +16,11 @@ mod container;
 mod document;
 mod error;
 mod graph;
+mod instances;
 mod load;
 mod measure;
+mod meshopt;
+mod meshopt_filter;
 mod primitive;
 mod subdivide;
 mod summary;
@@ -39,9 +42,10 @@ pub struct ModelMaterial {
 /// An instance of a mesh: a glTF node with triangles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
-    /// Name of the glTF node, or `node_N`. A repeated name gets a suffix like `#2`.
+    /// Name of the glTF node, or `node_N`. Copies of its mesh by EXT_mesh_gpu_instancing are `NAME[0]`, `NAME[1]` and so on. A repeated name gets a suffix
+    /// like `#2`.
     pub name: String,
-    /// Transform of the node in the default scene.
+    /// Transform of the node, or of the copy, in the default scene.
     pub body_from_part: DMat4,
 }
 

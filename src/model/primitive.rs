@@ -17,6 +17,8 @@ pub(super) struct Geometry {
     pub positions: Vec<DVec3>,
     /// Normals of the file, one for each position. They have any length and may not be finite.
     pub normals: Option<Vec<DVec3>>,
+    /// Error that rounding may have left in the normals, as a length of unit vectors. 0 for floats.
+    pub rounding: f64,
     /// Indices into `positions`, in range, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -98,7 +100,9 @@ fn read_primitive(
         let problem = format!("refers to material {material}, the file has {}", document.materials.len());
         return Err(Fault::element(name, problem));
     }
-    let normals = match primitive.attributes.get(&Checked::Valid(Semantic::Normals)) {
+    let stated = primitive.attributes.get(&Checked::Valid(Semantic::Normals));
+    let rounding = stated.map_or(0.0, |index| accessors.rounding(index.value()));
+    let normals = match stated {
         None => None,
         Some(index) => {
             let normals = accessors.vectors(index.value(), Use::Normal)?;
@@ -123,7 +127,7 @@ fn read_primitive(
         }
     };
     let triangles = assemble(mode, &corners);
-    Ok((corners.len(), Geometry { material, positions, normals, triangles }))
+    Ok((corners.len(), Geometry { material, positions, normals, rounding, triangles }))
 }
 
 /// Triangles from a list of corners, with the winding of glTF 2.0, 3.7.2.1.

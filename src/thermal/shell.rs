@@ -1,8 +1,8 @@
 //! Builds a thermal network from a triangulated surface: nodes, capacitances and linear conductances of shells (docs/numerics.md 3).
 //!
-//! Where a material conducts, coincident vertices of one part and material are one node. Elsewhere every drawn vertex is its own node. A node's area is its
-//! mixed Voronoi area. The conductances are cotangent weights of an intrinsic Delaunay triangulation. A layered material has two nodes at a place: the
-//! visible outer node, and the node of the structure below it.
+//! Where a material conducts, coincident vertices of one part and material are one node. Elsewhere every drawn vertex is its own node. A node's area is what
+//! the corners of the drawn triangles have there: capacity, emission, load and contact all take it. The conductances are cotangent weights of an intrinsic
+//! Delaunay triangulation. A layered material has two nodes at a place: the visible outer node, and the node of the structure below it.
 
 use glam::DVec3;
 
@@ -10,6 +10,7 @@ use super::balance::emissivity_sum;
 use super::material::Material;
 use super::network::Network;
 
+mod areas;
 mod assemble;
 mod conductance;
 mod contact;
@@ -74,7 +75,7 @@ pub enum ShellError {
         key: String,
     },
     /// A contact whose sides are too far apart.
-    #[error("contact {contact}: no node of one side lies within {distance} m of the other side")]
+    #[error("contact {contact}: nothing of one side lies within {distance} m of the other side")]
     Apart {
         /// The contact, as the scene describes it.
         contact: String,

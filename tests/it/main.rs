@@ -29,6 +29,7 @@ mod pictures;
 mod program;
 mod properties;
 mod quads;
+mod quantized;
 mod random;
 mod resources;
 mod response;

@@ -3,6 +3,7 @@
 mod bad_input;
 mod density;
 mod geometry;
+mod instances;
 pub mod make;
 pub mod shared_files;
 mod subdivision;

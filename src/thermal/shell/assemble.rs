@@ -1,5 +1,6 @@
 //! Assembles a thermal network: nodes and conductors of outer sheets and structures, contacts, merging.
 
+use super::areas::vertex_areas;
 use super::conductance::Weights;
 use super::contact::Contact;
 use super::intrinsic::Intrinsic;
@@ -51,18 +52,17 @@ impl Shell {
                 places += 1;
             }
         }
-        let mut weights = assembly.weights(&place, conducting);
-        let mut areas = std::mem::take(&mut weights.areas);
-        let drawn = drawn_areas(surface);
-        areas.resize(places, 0.0);
-        for (vertex, place) in place.iter().enumerate() {
-            if *place != NO_NODE && *place as usize >= conducting {
-                areas[*place as usize] = drawn[vertex];
+        let mut load_areas = vertex_areas(surface);
+        let mut areas = vec![0.0; places];
+        for (place, area) in place.iter().zip(&mut load_areas) {
+            if *place == NO_NODE {
+                *area = 0.0;
+            } else {
+                areas[*place as usize] += *area;
             }
         }
-        adopt_bare_places(surface, &mut place, &areas);
-        let load_areas = load_areas(&place, &areas, &drawn);
-        drop(drawn);
+        let mut weights = assembly.weights(&place, conducting);
+        weights.rename(&adopt_bare_places(surface, &mut place, &areas));
 
         // Without conduction the vertices of the outer sheet stay single, even over a structure that conducts.
         let outer = assembly.outer_layer(&place, &areas, &load_areas, conducting, &weights);
@@ -114,7 +114,7 @@ impl Assembly<'_> {
         drop(whole);
         intrinsic.make_delaunay();
         intrinsic.forget_twins();
-        let weights = Weights::new(&intrinsic, conducting);
+        let weights = Weights::new(&intrinsic);
         let total: f64 = weights.pairs.iter().map(|pair| pair.1).sum();
         self.summary.flips = intrinsic.flips;
         self.summary.non_manifold = intrinsic.non_manifold;
@@ -230,40 +230,13 @@ impl Assembly<'_> {
     }
 }
 
-/// Area of each vertex: a third of every adjoining triangle [m2].
-fn drawn_areas(surface: &Surface) -> Vec<f64> {
-    let mut areas = vec![0.0; surface.positions.len()];
-    for triangle in surface.triangles {
-        let [a, b, c] = triangle.map(|vertex| surface.positions[vertex as usize]);
-        let share = (b - a).cross(c - a).length() / 6.0;
-        for vertex in triangle {
-            areas[*vertex as usize] += share;
-        }
-    }
-    areas
-}
-
-/// Shares out the area of every place to its vertices in proportion to their own areas [m2].
-fn load_areas(place: &[u32], areas: &[f64], drawn: &[f64]) -> Vec<f64> {
-    let mut sums = vec![0.0; areas.len()];
-    for (place, drawn) in place.iter().zip(drawn).filter(|(place, _)| **place != NO_NODE) {
-        sums[*place as usize] += drawn;
-    }
-    let share = |(place, drawn): (&u32, &f64)| {
-        if *place == NO_NODE || *drawn <= 0.0 {
-            return 0.0;
-        }
-        areas[*place as usize] * drawn / sums[*place as usize]
-    };
-    place.iter().zip(drawn).map(share).collect()
-}
-
 /// Moves vertices whose place has no area to the place of the nearest corner with area, because a node without area could not balance. Without such a
-/// corner they get a place of their material, or no place.
-fn adopt_bare_places(surface: &Surface, place: &mut [u32], areas: &[f64]) {
+/// corner they get a place of their material, or no place. Returns the new place of every place.
+fn adopt_bare_places(surface: &Surface, place: &mut [u32], areas: &[f64]) -> Vec<u32> {
+    let mut renamed: Vec<u32> = (0..areas.len() as u32).collect();
     let bare = |place: u32| place != NO_NODE && areas[place as usize] <= 0.0;
     if !place.iter().any(|place| bare(*place)) {
-        return;
+        return renamed;
     }
     let mut nearest: Vec<(f64, u32)> = vec![(f64::INFINITY, NO_NODE); areas.len()];
     for triangle in surface.triangles.iter().filter(|triangle| place[triangle[0] as usize] != NO_NODE) {
@@ -286,7 +259,10 @@ fn adopt_bare_places(surface: &Surface, place: &mut [u32], areas: &[f64]) {
         if bare(place[vertex]) {
             let found = nearest[place[vertex] as usize].1;
             let key = (surface.parts[vertex], surface.materials[vertex]);
-            place[vertex] = if found == NO_NODE { of_material.get(&key).copied().unwrap_or(NO_NODE) } else { found };
+            let found = if found == NO_NODE { of_material.get(&key).copied().unwrap_or(NO_NODE) } else { found };
+            renamed[place[vertex] as usize] = found;
+            place[vertex] = found;
         }
     }
+    renamed
 }

@@ -1,20 +1,18 @@
-//! Cotangent weights and mixed Voronoi areas of an intrinsic triangulation.
+//! Cotangent weights of an intrinsic triangulation.
 //!
-//! GL = k h (cot a + cot b) / 2 for the angles a, b opposite to an edge (Pinkall & Polthier, Experimental Mathematics 2, 1993). Areas follow Meyer,
-//! Desbrun, Schroeder & Barr, Visualization and Mathematics III, 2003, section 3.3.
+//! GL = k h (cot a + cot b) / 2 for the angles a, b opposite to an edge (Pinkall & Polthier, Experimental Mathematics 2, 1993).
 
-use super::intrinsic::{Intrinsic, next, previous};
+use super::NO_NODE;
+use super::intrinsic::Intrinsic;
 
 /// Ratio of area to squared longest edge below which a triangle is too flat for cotangents.
 const DEGENERATE: f64 = 1e-12;
 
-/// Weights (conductance per k h) and areas of a surface.
+/// Weights (conductance per k h) of a surface.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Weights {
     /// Pairs of nodes with their positive weight. The lower node is first, and each pair occurs once.
     pub(super) pairs: Vec<([u32; 2], f64)>,
-    /// Area of every node [m2].
-    pub(super) areas: Vec<f64>,
     /// Number of pairs whose negative weight was set to 0.
     pub(super) clamped: usize,
     /// Sum of the absolute values of the negative weights.
@@ -24,9 +22,9 @@ pub(super) struct Weights {
 }
 
 impl Weights {
-    /// Weights and areas of `nodes` nodes.
-    pub(super) fn new(surface: &Intrinsic, nodes: usize) -> Self {
-        let mut weights = Self { areas: vec![0.0; nodes], ..Self::default() };
+    /// Weights of the pairs of nodes.
+    pub(super) fn new(surface: &Intrinsic) -> Self {
+        let mut weights = Self::default();
         // Area of a triangle [m2]. 0 where it is too flat to conduct.
         let mut conducting = vec![0.0; surface.faces()];
         for (face, conducting) in conducting.iter_mut().enumerate() {
@@ -38,10 +36,6 @@ impl Weights {
                 continue;
             }
             *conducting = area;
-            let shares = corner_areas(surface, face, area);
-            for (h, share) in corner.into_iter().zip(shares) {
-                weights.areas[surface.tail[h] as usize] += share;
-            }
         }
         let weight_of = |h: u32| surface.opening(h as usize) / (8.0 * conducting[h as usize / 3]);
         let (starts, mut sides) = surface.by_lower_node();
@@ -71,20 +65,14 @@ impl Weights {
         weights.pairs.shrink_to_fit();
         weights
     }
-}
 
-/// Shares of a triangle's area for the tails of its half-edges [m2].
-fn corner_areas(surface: &Intrinsic, face: usize, area: f64) -> [f64; 3] {
-    let corners = [3 * face, 3 * face + 1, 3 * face + 2];
-    // The angle at the tail of a half-edge is opposite to the next half-edge.
-    let obtuse = corners.map(|h| surface.opening(next(h)) < 0.0);
-    if obtuse.contains(&true) {
-        return obtuse.map(|here| if here { 0.5 * area } else { 0.25 * area });
+    /// Gives every node a new number. Pairs that become one node, and those with a node that is left out, vanish.
+    pub(super) fn rename(&mut self, new: &[u32]) {
+        for (pair, _) in &mut self.pairs {
+            *pair = pair.map(|node| new[node as usize]);
+        }
+        self.pairs.retain(|([a, b], _)| a != b && *a != NO_NODE && *b != NO_NODE);
     }
-    corners.map(|h| {
-        let (out, back) = (surface.length[h], surface.length[previous(h)]);
-        (out * out * surface.opening(h) + back * back * surface.opening(previous(h))) / (32.0 * area)
-    })
 }
 
 #[cfg(test)]
@@ -94,7 +82,7 @@ mod tests {
 
     fn weights(points: &[[f64; 2]], triangles: &[[u32; 3]]) -> Weights {
         let positions: Vec<DVec3> = points.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0)).collect();
-        Weights::new(&Intrinsic::new(triangles, &positions, |vertex| vertex), positions.len())
+        Weights::new(&Intrinsic::new(triangles, &positions, |vertex| vertex))
     }
 
     #[test]
@@ -103,7 +91,6 @@ mod tests {
         assert_eq!(found.pairs.len(), 3);
         let half_cotangent = 0.5 / 3.0_f64.sqrt();
         assert!(found.pairs.iter().all(|(_, weight)| (weight - half_cotangent).abs() < 1e-15));
-        assert!(found.areas.iter().all(|area| (area - 0.75_f64.sqrt() / 6.0).abs() < 1e-15));
     }
 
     #[test]
@@ -111,7 +98,6 @@ mod tests {
         let found = weights(&[[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]], &[[0, 1, 2], [0, 2, 3]]);
         assert_eq!(found.pairs.len(), 4, "the diagonal's weight is zero");
         assert!(found.pairs.iter().all(|(pair, weight)| pair != &[0, 2] && (weight - 0.5).abs() < 1e-15));
-        assert!(found.areas.iter().all(|area| (area - 1.0).abs() < 1e-15));
         assert_eq!((found.clamped, found.degenerate), (0, 0));
     }
 
@@ -121,8 +107,6 @@ mod tests {
         assert_eq!((found.clamped, found.pairs.len()), (1, 2));
         // Cotangent at the apex between (-0.5, -0.1) and (0.5, -0.1): -0.24 / 0.1.
         assert!((found.clamped_weight - 1.2).abs() < 1e-12);
-        assert!((found.areas.iter().sum::<f64>() - 0.05).abs() < 1e-16);
-        assert!((found.areas[2] - 0.025).abs() < 1e-16, "half the area is the obtuse corner's");
     }
 
     #[test]

@@ -266,6 +266,94 @@ fn drawn_vertices_share_a_node_where_a_material_conducts() {
     assert!(massless.network.kinds.iter().all(|kind| *kind == NodeKind::Arithmetic));
 }
 
+/// Two panels of a metal at a right angle, each with its own corners on the fold: `n` cells from the fold, `m` along it.
+fn fold(n: usize, m: usize, in_turn: bool) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let mut positions = Vec::new();
+    let mut triangles = Vec::new();
+    for [across, normal] in [[DVec3::X, DVec3::Z], [DVec3::Z, DVec3::X]] {
+        let first = positions.len() as u32;
+        for j in 0..=m {
+            for i in 0..=n {
+                positions.push(across * (0.4 * i as f64 / n as f64) + DVec3::Y * (j as f64 / m as f64));
+            }
+        }
+        let at = |i: usize, j: usize| first + (j * (n + 1) + i) as u32;
+        for (i, j) in (0..m).flat_map(|j| (0..n).map(move |i| (i, j))) {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            let other = if in_turn { (i + j) % 2 == 1 } else { normal == DVec3::X };
+            triangles.extend(if other { [[a, b, d], [b, c, d]] } else { [[a, b, c], [a, c, d]] });
+        }
+    }
+    (positions, triangles)
+}
+
+#[test]
+fn a_load_on_one_panel_of_a_fold_warms_both_ends_alike() {
+    use crate::thermal::network::reference::ReferenceStepper;
+    use crate::thermal::network::stepper::Stepper;
+    let metal = ShellMaterial {
+        outer: Sheet { capacitance: 2430.0, conductance: 0.05, thickness: 0.001 },
+        emissivity: 0.8,
+        over: None,
+    };
+    // Nothing changes along the fold, so neither may the temperature. Returns its largest difference along any line parallel to it [K], and its mean.
+    let spread = |(n, m, in_turn): (usize, usize, bool), fluxes: [f64; 2], change: &dyn Fn(&mut Shell)| {
+        let (positions, triangles) = fold(n, m, in_turn);
+        let owners = vec![0; positions.len()];
+        let surface = Surface { positions: &positions, triangles: &triangles, parts: &owners, materials: &owners };
+        let mut shell = Shell::new(&surface, &[Some(metal)], &[], MERGE_RATE, 0.0).unwrap();
+        let sum: f64 = shell.load_areas.iter().sum();
+        assert!((sum - 0.8).abs() < 1e-13, "all of the area is loaded");
+        for (node, capacitance) in shell.network.capacitances.iter().enumerate() {
+            let of_node = shell.node_of_vertex.iter().zip(&shell.load_areas).filter(|(one, _)| **one == node as u32);
+            let area: f64 = of_node.map(|(_, area)| area).sum();
+            assert!((metal.outer.capacitance * area / capacitance - 1.0).abs() < 1e-13, "node {node}");
+        }
+        change(&mut shell);
+        let mut network = shell.network.clone();
+        network.temperatures.fill(330.0);
+        let mut heat = vec![0.0; network.len()];
+        shell.gather(|vertex| fluxes[usize::from(2 * vertex >= positions.len())], &mut heat);
+        let mut stepper = ReferenceStepper::new(network, &[]);
+        stepper.set_heat(&heat, &vec![0.0; heat.len()]).unwrap();
+        assert!(stepper.steady(0.0).unwrap());
+        let found = stepper.temperatures().unwrap();
+        let at = |vertex: usize| found[shell.node_of_vertex[vertex] as usize];
+        let half = positions.len() / 2;
+        let mut largest = 0.0_f64;
+        for line in 0..=n {
+            for along in 1..=m {
+                for first in [line, half + line] {
+                    largest = largest.max((at(first + along * (n + 1)) - at(first)).abs());
+                }
+            }
+        }
+        (largest, at(0))
+    };
+    let thirds = |shell: &mut Shell| {
+        // The ends of the fold by thirds of triangles: one panel has one triangle there, the other two.
+        let end = shell.node_of_vertex[0];
+        let here: Vec<usize> = (0..shell.load_areas.len()).filter(|v| shell.node_of_vertex[*v] == end).collect();
+        let sum: f64 = here.iter().map(|vertex| shell.load_areas[*vertex]).sum();
+        here.iter().zip([2.0, 1.0]).for_each(|(vertex, share)| shell.load_areas[*vertex] = sum * share / 3.0);
+    };
+    for density in [(1, 1), (1, 4), (3, 5), (4, 4), (9, 13)] {
+        for in_turn in [false, true] {
+            let case = (density.0, density.1, in_turn);
+            let (one, crease) = spread(case, [1300.0, 0.0], &|_| ());
+            // With one flux on both panels the balance is that of a plate: q = e sigma T^4.
+            let (both, even) = spread(case, [500.0; 2], &|_| ());
+            let exact = (500.0 / (0.8 * crate::thermal::STEFAN_BOLTZMANN)).powf(0.25);
+            println!("{case:?}: {one:.1e} K along the fold at {crease:.3} K; {both:.1e} K");
+            assert!(one < 1e-7 && both < 1e-7 && (even - exact).abs() < 1e-7, "{case:?}: {one} {both} {even} {exact}");
+            if density.1 > 1 {
+                let (wrong, _) = spread(case, [1300.0, 0.0], &thirds);
+                assert!(wrong > 0.1, "thirds of triangles would be seen: {wrong}");
+            }
+        }
+    }
+}
+
 #[test]
 fn bad_triangles_do_not_break_a_network() {
     let mut mesh = Mesh::jittered(8, 0.2);

@@ -148,7 +148,11 @@ fn required_extensions() {
     let require = |names: Value| message(|maker| maker.json["extensionsRequired"] = names);
     let draco = require(json!(["KHR_mesh_quantization", "KHR_draco_mesh_compression"]));
     assert!(draco.contains("requires KHR_draco_mesh_compression,") && draco.contains("without compression"), "{draco}");
-    assert!(require(json!(["EXT_mesh_gpu_instancing"])).contains("EXT_mesh_gpu_instancing"));
+    let meshopt = require(json!(["EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_mesh_gpu_instancing"]));
+    assert!(
+        meshopt.contains("requires KHR_meshopt_compression,") && meshopt.contains("without compression"),
+        "{meshopt}"
+    );
     assert!(require(json!([1])).contains("extensionsRequired"));
     let mut harmless = Maker::cube();
     harmless.json["extensionsRequired"] =

@@ -1,0 +1,247 @@
+//! Areas of contact between triangles: where two surfaces lie over each other within the contact's distance, corner by corner.
+//!
+//! Two triangles are compared in their contact plane, midway between their own planes. There the area of contact is what lies in both and where the
+//! gap is small enough. It belongs to a pair of nodes as far as it lies in the parts of both corners. Surfaces that lie in layers touch only
+//! where nothing of either side lies between them.
+
+use std::collections::HashSet;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::polygon::{Line, Polygon};
+use super::side::{Owners, Side, owners};
+
+/// Cosine of the largest angle between two triangles in contact: 45 deg. What stands steeper touches along an edge.
+const STEEPEST: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Gaps closer than this share of the contact's distance are the same.
+const SAME_GAP: f64 = 1e-6;
+
+/// An overlap above this share of the smaller triangle is a contact of faces. Below it may be the rounding of two that lie side by side.
+const CLEAR: f64 = 1e-3;
+
+/// Area of contact of two nodes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Touch {
+    /// The nodes.
+    pub(super) nodes: [u32; 2],
+    /// Whose they are.
+    pub(super) owners: Owners,
+    /// Area [m2].
+    pub(super) area: f64,
+}
+
+/// What was found of a contact.
+#[derive(Debug, Default)]
+pub(super) struct Found {
+    /// The areas of contact. A pair of nodes may occur many times.
+    pub(super) touches: Vec<Touch>,
+    /// Parts and materials whose faces lie over each other beyond doubt, be it with others between.
+    pub(super) met: HashSet<Owners>,
+}
+
+/// The contact plane of two triangles.
+struct Frame {
+    origin: DVec3,
+    x: DVec3,
+    y: DVec3,
+    normal: DVec3,
+}
+
+impl Frame {
+    /// The plane between two planes with these unit normals. `None` where they are too steep against each other.
+    fn between(origin: DVec3, first: DVec3, second: DVec3) -> Option<Self> {
+        let cosine = first.dot(second);
+        if cosine.abs() < STEEPEST {
+            return None;
+        }
+        let normal = (first + second * cosine.signum()).normalize_or_zero();
+        let (x, y) = normal.any_orthonormal_pair();
+        Some(Self { origin, x, y, normal })
+    }
+
+    fn flat(&self, point: DVec3) -> DVec2 {
+        let from = point - self.origin;
+        DVec2::new(from.dot(self.x), from.dot(self.y))
+    }
+
+    /// A triangle in this plane, counter-clockwise.
+    fn polygon(&self, corners: [DVec3; 3], normal: DVec3) -> Polygon {
+        let mut corners = corners.map(|corner| self.flat(corner));
+        if normal.dot(self.normal) < 0.0 {
+            corners.swap(1, 2);
+        }
+        Polygon { corners: corners.to_vec() }
+    }
+
+    /// Height of the plane through a point over this plane [m].
+    fn height(&self, point: DVec3, normal: DVec3) -> Line {
+        let up = normal.dot(self.normal);
+        let slope = DVec2::new(normal.dot(self.x), normal.dot(self.y)) / -up;
+        Line { slope, origin: (point - self.origin).dot(self.normal) - slope.dot(self.flat(point)) }
+    }
+
+    /// The value (p - point) . towards where the point p has this height.
+    fn along(&self, point: DVec3, towards: DVec3, height: &Line) -> Line {
+        let up = towards.dot(self.normal);
+        Line {
+            slope: DVec2::new(towards.dot(self.x), towards.dot(self.y)) + height.slope * up,
+            origin: (self.origin - point).dot(towards) + height.origin * up,
+        }
+    }
+
+    /// The point with this height.
+    fn raised(&self, point: DVec2, height: &Line) -> DVec3 {
+        self.origin + self.x * point.x + self.y * point.y + self.normal * height.at(point)
+    }
+}
+
+/// The difference of two heights [m].
+fn gap(from: &Line, to: &Line) -> Line {
+    Line { slope: to.slope - from.slope, origin: to.origin - from.origin }
+}
+
+/// Two sides of a contact, and its greatest distance [m].
+pub(super) struct Faces<'a> {
+    pub(super) sides: [&'a Side; 2],
+    pub(super) distance: f64,
+}
+
+impl Faces<'_> {
+    /// The areas of contact of all pairs of triangles.
+    pub(super) fn find(&self) -> Found {
+        let [first, second] = self.sides;
+        let of_triangle = |mut found: Found, a: usize| {
+            let [p, q, r] = first.corners[a];
+            let [low, high] = [p.min(q).min(r) - self.distance, p.max(q).max(r) + self.distance];
+            second.near(low, high, |b| {
+                if self.are_pair(a, b) {
+                    self.touch(a, b, &mut found);
+                }
+            });
+            found
+        };
+        let both = |mut found: Found, more: Found| {
+            found.touches.extend(more.touches);
+            found.met.extend(more.met);
+            found
+        };
+        (0..first.corners.len()).into_par_iter().fold(Found::default, of_triangle).reduce(Found::default, both)
+    }
+
+    /// Whether two triangles can be in contact. Those of one part and material conduct through their mesh. Where both belong to both sides, one order counts.
+    fn are_pair(&self, a: usize, b: usize) -> bool {
+        let [first, second] = self.sides;
+        let twice = || first.has(second.numbers[b]) && second.has(first.numbers[a]);
+        first.groups[a] != second.groups[b] && (first.numbers[a] < second.numbers[b] || !twice())
+    }
+
+    /// Adds the areas of contact of two triangles.
+    fn touch(&self, a: usize, b: usize, found: &mut Found) {
+        let [first, second] = self.sides;
+        let normals = [first.normals[a], second.normals[b]];
+        let corners = [first.corners[a], second.corners[b]];
+        let Some(frame) = Frame::between(corners[0][0], normals[0], normals[1]) else { return };
+        let [lower, upper] = [0, 1].map(|side| frame.height(corners[side][0], normals[side]));
+        let apart = gap(&lower, &upper);
+        let flat = [0, 1].map(|side| frame.polygon(corners[side], normals[side]));
+        let common = flat[0].within(&flat[1].sides());
+        let common = common.within(&[apart.above(-self.distance), apart.reversed().above(-self.distance)]);
+        if common.area() <= 0.0 {
+            return;
+        }
+        let owners = owners(first.groups[a], second.groups[b]);
+        if common.area() > CLEAR * flat[0].area().min(flat[1].area()) {
+            found.met.insert(owners);
+        }
+        let same = SAME_GAP * self.distance;
+        let is_above = common.corners.iter().all(|corner| apart.at(*corner) >= -same);
+        let is_below = common.corners.iter().all(|corner| apart.at(*corner) <= same);
+        // The second lies on one side of the first, or crosses it.
+        let halves = match (is_above, is_below) {
+            (true, _) => vec![(common, 1.0)],
+            (_, true) => vec![(common, -1.0)],
+            _ => vec![(common.clipped(&apart), 1.0), (common.clipped(&apart.reversed()), -1.0)],
+        };
+        for (half, sign) in halves {
+            for open in self.open(&frame, [a, b], [&lower, &upper], half, sign) {
+                self.share(&frame, [a, b], [&lower, &upper], &open, |nodes, area| {
+                    found.touches.push(Touch { nodes, owners, area });
+                });
+            }
+        }
+    }
+
+    /// What of the common part of two triangles has nothing of either side between. `sign` says on which side of the first triangle the second lies.
+    fn open(&self, frame: &Frame, pair: [usize; 2], heights: [&Line; 2], common: Polygon, sign: f64) -> Vec<Polygon> {
+        let same = SAME_GAP * self.distance;
+        let corners = || common.corners.iter().flat_map(|corner| heights.map(|height| frame.raised(*corner, height)));
+        let low = corners().fold(DVec3::INFINITY, DVec3::min) - same;
+        let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max) + same;
+        let mut open = vec![common];
+        for side in [0, 1] {
+            let (own, other) = (self.sides[1 - side], self.sides[side]);
+            let [seen_from, beyond] = [pair[1 - side], pair[side]];
+            // Gaps count from the triangle of the other side.
+            let base = heights[1 - side];
+            let sign = if side == 1 { sign } else { -sign };
+            let toward = |line: Line| if sign < 0.0 { line.reversed() } else { line };
+            let full = toward(gap(base, heights[side]));
+            other.near(low, high, |layer| {
+                if layer == beyond || other.groups[layer] == own.groups[seen_from] {
+                    return;
+                }
+                let normal = other.normals[layer];
+                if normal.dot(own.normals[seen_from]).abs() < STEEPEST || normal.dot(frame.normal).abs() < STEEPEST {
+                    return;
+                }
+                let height = frame.height(other.corners[layer][0], normal);
+                let here = toward(gap(base, &height));
+                let earlier = other.numbers[layer] < other.numbers[beyond];
+                let nearer = gap(&here, &full).above(if earlier { -same } else { same });
+                let mut lines = frame.polygon(other.corners[layer], normal).sides();
+                lines.extend([here.above(-same), nearer]);
+                open = std::mem::take(&mut open).into_iter().flat_map(|part| part.without(&lines)).collect();
+            });
+        }
+        open
+    }
+
+    /// Calls a function with the pairs of nodes in whose corners' parts a polygon lies, and the area of each [m2].
+    fn share(
+        &self,
+        frame: &Frame,
+        [a, b]: [usize; 2],
+        heights: [&Line; 2],
+        polygon: &Polygon,
+        mut add: impl FnMut([u32; 2], f64),
+    ) {
+        let [first, second] = self.sides;
+        for (corner, part) in self.parts(frame, 0, a, heights[0], polygon) {
+            for (other, part) in self.parts(frame, 1, b, heights[1], &part) {
+                add([first.nodes[a][corner], second.nodes[b][other]], part.area());
+            }
+        }
+    }
+
+    /// The parts of a polygon that lie in the parts of a triangle's corners.
+    fn parts(
+        &self,
+        frame: &Frame,
+        side: usize,
+        triangle: usize,
+        height: &Line,
+        polygon: &Polygon,
+    ) -> impl Iterator<Item = (usize, Polygon)> {
+        let dividers = self.sides[side].dividers(triangle);
+        (0..3).filter_map(move |corner| {
+            let mut part = polygon.clone();
+            for divider in dividers.clone().filter(|divider| divider.corners.contains(&corner)) {
+                let line = frame.along(divider.point, divider.towards, height);
+                part = part.clipped(&if divider.corners[1] == corner { line } else { line.reversed() });
+            }
+            (part.area() > 0.0).then_some((corner, part))
+        })
+    }
+}

@@ -1,0 +1,143 @@
+//! One side of a contact: its triangles, their planes, their nodes, and where each corner's part of a triangle ends.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::super::areas::corner_dots;
+use super::super::{NO_NODE, ShellMaterial, Surface};
+use crate::environment::shadow::Tree;
+
+/// Part and material of a triangle.
+pub(super) type Group = [u32; 2];
+
+/// The two groups of a contact, the lower first.
+pub(super) type Owners = [Group; 2];
+
+/// The two groups in their order.
+pub(super) fn owners(first: Group, second: Group) -> Owners {
+    [first.min(second), first.max(second)]
+}
+
+/// The border between the parts of two corners in a triangle: a plane.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Divider {
+    /// The two corners.
+    pub(super) corners: [usize; 2],
+    /// A point of the border [m].
+    pub(super) point: DVec3,
+    /// Direction from the first corner's part to the second's.
+    pub(super) towards: DVec3,
+}
+
+/// One side of a contact.
+pub(super) struct Side {
+    /// Corners of each triangle [m].
+    pub(super) corners: Vec<[DVec3; 3]>,
+    /// Unit normals. 0 for triangles without area.
+    pub(super) normals: Vec<DVec3>,
+    /// Nodes of the corners.
+    pub(super) nodes: Vec<[u32; 3]>,
+    /// Number of each triangle in the surface.
+    pub(super) numbers: Vec<u32>,
+    /// Part and material of each triangle.
+    pub(super) groups: Vec<Group>,
+    /// Thickness of the sheet of each triangle [m].
+    pub(super) thickness: Vec<f64>,
+    /// Triangles by their number in the surface.
+    by_number: HashMap<u32, u32>,
+    tree: Tree,
+}
+
+impl Side {
+    /// The triangles of the network whose vertices are chosen.
+    pub(super) fn new(
+        surface: &Surface,
+        materials: &[Option<ShellMaterial>],
+        node: &[u32],
+        chosen: impl Fn(u32) -> bool,
+    ) -> Self {
+        let belongs = |triangle: &[u32; 3]| {
+            chosen(triangle[0]) && triangle.iter().all(|vertex| node[*vertex as usize] != NO_NODE)
+        };
+        let numbers: Vec<u32> = (0..surface.triangles.len() as u32)
+            .filter(|number| belongs(&surface.triangles[*number as usize]))
+            .collect();
+        let of = |number: &u32| surface.triangles[*number as usize];
+        let triangles: Vec<[u32; 3]> = numbers.iter().map(of).collect();
+        let at = |vertex: u32| surface.positions[vertex as usize];
+        let corners: Vec<[DVec3; 3]> = triangles.iter().map(|triangle| triangle.map(at)).collect();
+        let owner = |triangle: &[u32; 3]| triangle[0] as usize;
+        let thickness = |triangle: &[u32; 3]| {
+            let material = materials[surface.materials[owner(triangle)] as usize];
+            material.map_or(0.0, |material| material.over.map_or(material.outer, |over| over.0).thickness)
+        };
+        Self {
+            normals: corners.iter().map(|[a, b, c]| (b - a).cross(c - a).normalize_or_zero()).collect(),
+            nodes: triangles.iter().map(|triangle| triangle.map(|vertex| node[vertex as usize])).collect(),
+            groups: triangles.iter().map(|one| [surface.parts[owner(one)], surface.materials[owner(one)]]).collect(),
+            thickness: triangles.iter().map(thickness).collect(),
+            by_number: numbers.iter().enumerate().map(|(index, number)| (*number, index as u32)).collect(),
+            tree: Tree::new(surface.positions, &triangles),
+            corners,
+            numbers,
+        }
+    }
+
+    /// Whether a triangle of the surface belongs to this side.
+    pub(super) fn has(&self, number: u32) -> bool {
+        self.by_number.contains_key(&number)
+    }
+
+    /// Calls a function with the triangles whose boxes touch a box [m].
+    pub(super) fn near(&self, low: DVec3, high: DVec3, mut found: impl FnMut(usize)) {
+        let mut at = 0;
+        while let Some(node) = self.tree.nodes.get(at) {
+            let touches = node.low.cmple(high).all() && node.high.cmpge(low).all();
+            if !touches {
+                at = node.skip as usize;
+                continue;
+            }
+            at += 1;
+            let leaf = node.first as usize..(node.first + node.count) as usize;
+            for triangle in &self.tree.order[leaf] {
+                let [a, b, c] = self.corners[*triangle as usize];
+                if a.min(b).min(c).cmple(high).all() && a.max(b).max(c).cmpge(low).all() {
+                    found(*triangle as usize);
+                }
+            }
+        }
+    }
+
+    /// The borders between the corners' parts of a triangle. The parts have the areas of `corner_areas`.
+    pub(super) fn dividers(&self, triangle: usize) -> impl Iterator<Item = Divider> + Clone + use<> {
+        let corners = self.corners[triangle];
+        let obtuse = corner_dots(corners).iter().position(|dot| *dot < 0.0);
+        [[0, 1], [1, 2], [2, 0]].into_iter().filter_map(move |[first, second]| {
+            let [a, b] = [corners[first], corners[second]];
+            let towards = match obtuse {
+                // Half the area is the obtuse corner's: a parallelogram with a corner in the middle of each side.
+                Some(wide) if wide == first || wide == second => {
+                    let other = if wide == first { second } else { first };
+                    let along = corners[3 - first - second] - corners[wide];
+                    let across = corners[other] - corners[wide];
+                    let across = across - along * (across.dot(along) / along.length_squared());
+                    if wide == first { across } else { -across }
+                }
+                Some(_) => return None,
+                None => b - a,
+            };
+            Some(Divider { corners: [first, second], point: 0.5 * (a + b), towards })
+        })
+    }
+
+    /// The corner whose part of a triangle holds a point.
+    pub(super) fn corner_at(&self, triangle: usize, point: DVec3) -> usize {
+        let mut lost = [false; 3];
+        for divider in self.dividers(triangle) {
+            let beyond = (point - divider.point).dot(divider.towards) > 0.0;
+            lost[divider.corners[usize::from(!beyond)]] = true;
+        }
+        lost.iter().position(|lost| !lost).unwrap_or_default()
+    }
+}
