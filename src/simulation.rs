@@ -56,11 +56,13 @@ pub fn start(
     progress: &mut dyn FnMut(),
 ) -> Result<Option<Periodic>, EngineError> {
     let went = warm_up(prepared, engine, check.as_deref_mut(), stop, progress)?;
-    if let Some(check) = check
-        && let Some(temperatures) = engine.network_temperatures()?
-        && let Some(network) = engine.network()
-    {
-        check.start_network(&temperatures, network.on());
+    if let Some(check) = check {
+        if let Some(temperatures) = engine.network_temperatures()?
+            && let Some(network) = engine.network()
+        {
+            check.start_network(&temperatures, network.on());
+        }
+        check.begin_halves()?;
     }
     Ok(went)
 }

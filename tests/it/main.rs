@@ -37,6 +37,7 @@ mod run;
 mod scene;
 mod shaders;
 mod shadows;
+mod step_length;
 #[cfg(unix)]
 mod streams;
 mod trace;
