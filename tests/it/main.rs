@@ -2,6 +2,7 @@
 
 mod band_radiance;
 mod bench;
+mod blankets;
 mod commands;
 mod compare;
 mod craft;
