@@ -136,9 +136,11 @@ TransitionState retarget_restart(TransitionState state, vec4 commanded, Material
     vec4 number = places.number + residue / vec4(128.0);
     vec4 whole = round(number);
     ivec4 rest = clamp(ivec4(round((number - whole) * vec4(128.0))), ivec4(-64), ivec4(63)) & ivec4(RESIDUE);
-    bvec4 early = lessThan(done, vec4(0.5));
+    // By the share that remains, which is 0 for an immediate response. Nothing of such a branch counts as done either.
+    vec4 share = remaining_span(time.left, branch.power);
+    bvec4 early = greaterThan(share, vec4(0.5));
 
-    vec4 late = state.span * remaining_span(time.left, branch.power) + change;
+    vec4 late = state.span * share + change;
     bvec4 unchanged = equal(change, vec4(0.0));
     return TransitionState(
         commanded,

@@ -99,11 +99,13 @@ pub fn start_from<E: From<EngineError>>(
             None
         }
     };
-    if let Some(check) = check
-        && let Some(temperatures) = engine.network_temperatures()?
-        && let Some(network) = engine.network()
-    {
-        check.start_network(&temperatures, network.on());
+    if let Some(check) = check {
+        if let Some(temperatures) = engine.network_temperatures()?
+            && let Some(network) = engine.network()
+        {
+            check.start_network(&temperatures, network.on());
+        }
+        check.begin_halves()?;
     }
     Ok(went)
 }

@@ -392,6 +392,14 @@ fn print_summary(report: &Report, folder: &Folder) {
             accuracy.nodes,
             accuracy.steps
         );
+        if let Some(error) = &accuracy.step_length {
+            answer!(
+                "error of the step length: at most {:.1e} K, rms {:.1e} K ({} nodes that store heat, twice the difference to steps of half the length)",
+                error.max_k,
+                error.rms_k,
+                error.nodes
+            );
+        }
         for note in &accuracy.notes {
             answer!("{note}");
         }

@@ -383,7 +383,7 @@ impl SunView {
             texel_from_body_x: x,
             texel_from_body_y: y,
             texel_from_body_z: z,
-            sun: with(view.sun, view.lift()),
+            sun: with(view.sun, view.lift),
             right: with(view.right, view.texel_depth()),
             down: with(view.down, f64::from(view.resolution)),
         }

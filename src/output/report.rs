@@ -215,6 +215,7 @@ pub struct FileEntry {
 pub(crate) mod tests {
     use super::*;
     use crate::output::folder::Folder;
+    use crate::simulation::check::StepLengthError;
 
     fn pairs(list: &[(&str, &str)]) -> Vec<(String, String)> {
         list.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect()
@@ -259,6 +260,13 @@ pub(crate) mod tests {
                 worst_node: "node 48213, part Array_3, material solar_cell".into(),
                 worst_step: 212,
                 worst_time_s: 3286.0,
+                step_length: Some(StepLengthError {
+                    nodes: 1830,
+                    max_k: 0.9,
+                    rms_k: 0.02,
+                    worst_node: "node 48213, part Array_3, material solar_cell".into(),
+                    worst_time_s: 3286.0,
+                }),
                 notes: strings(&["12 nodes below 3 K in grazing sun are compared in absorbed flux: 2e-6 relative"]),
             }),
             model: ModelSize {
@@ -327,6 +335,7 @@ pub(crate) mod tests {
         let json: serde_json::Value =
             serde_json::from_slice(&std::fs::read(folder.file("report.json")).unwrap()).unwrap();
         assert_eq!(json["accuracy"]["max_k"], 1.13e-3);
+        assert_eq!(json["accuracy"]["step_length"]["max_k"], 0.9);
         assert_eq!(json["passes"][1]["name"], "thermal_step");
         assert_eq!(json["frames"][35]["file"], "frames/step_000350.exr");
         assert_eq!(json["model"]["nodes_by_response"][1][1], 479_090);

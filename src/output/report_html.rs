@@ -79,6 +79,18 @@ fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
             row("sample", sample),
         ],
     );
+    if let Some(error) = &accuracy.step_length {
+        html.table(
+            &["Error of the step length", "temperature"],
+            [
+                row("largest", kelvin_text(error.max_k)),
+                row("at", format!("{}, {} s", error.worst_node, error.worst_time_s)),
+                row("rms", kelvin_text(error.rms_k)),
+                row("sample", format!("{} nodes that store heat", thousands(error.nodes))),
+                row("measure", "twice the difference in f64 to steps of half the length".to_owned()),
+            ],
+        );
+    }
     accuracy.notes.iter().for_each(|note| html.element("p", note));
 }
 

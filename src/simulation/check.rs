@@ -2,11 +2,17 @@
 //!
 //! A network is stepped whole in f64, at a tenth of its tolerance. Up to 20,000 drawn nodes this includes the warm-up. Up to 100,000 drawn nodes it starts
 //! at time 0 from the state of the device.
+//!
+//! The sample also takes every step of the run in two halves, which tells what the length of the step costs.
 
-use std::collections::HashMap;
+mod halves;
+mod network;
 
+pub use self::halves::StepLengthError;
+
+use self::halves::Halves;
+use self::network::{NetworkCheck, joints};
 use super::engine::EngineError;
-use super::network::NetworkRun;
 use super::prepare::Prepared;
 use crate::environment::StepLoad;
 use crate::environment::shadow::Shadows;
@@ -51,6 +57,8 @@ pub struct Accuracy {
     pub worst_step: u64,
     /// Time of that step [s].
     pub worst_time_s: f64,
+    /// What the length of the step costs. `None` where no node of the sample stores heat, or their network is too large.
+    pub step_length: Option<StepLengthError>,
     /// Remark for the user: nodes whose absorbed flux was compared.
     pub notes: Vec<String>,
 }
@@ -77,6 +85,8 @@ pub struct Check {
     shadows: Option<Shadows>,
     /// The whole network of the scene in f64. `None` where it is too large.
     network: Option<NetworkCheck>,
+    /// The sample at half the step.
+    halves: Halves,
     /// Nodes of a network that is too large for the reference.
     left_out: bool,
     notes: Vec<String>,
@@ -89,83 +99,12 @@ pub struct Check {
     steps: u64,
 }
 
-/// The network in f64, with the loads of all its nodes.
-struct NetworkCheck {
-    run: NetworkRun,
-    loads: Reference<IncidentFunction>,
-    shadows: Option<Shadows>,
-    slots: Vec<usize>,
-    /// Temperatures of the sample's network nodes [K], by slot.
-    temperatures: HashMap<usize, f64>,
-    /// Whether it waits for the state of the device at time 0.
-    waits: bool,
-    failed: Option<String>,
-}
-
-impl NetworkCheck {
-    fn heat(&mut self, load: &StepLoad) -> Vec<f64> {
-        self.loads.find_shadows(&mut self.shadows, load);
-        let absorbed: HashMap<usize, f64> = self.slots.iter().copied().zip(self.loads.absorbed(load)).collect();
-        self.run.scene().heat(|slot| absorbed[&slot])
-    }
-
-    fn save(&mut self) -> Result<Saved, EngineError> {
-        let mut saved = Saved::default();
-        saved.put_all("run", self.run.save()?);
-        saved.put_all("loads", self.loads.save());
-        if let Some(shadows) = &self.shadows {
-            saved.put_all("shadows", shadows.save());
-        }
-        let mut known: Vec<(u64, f64)> = self.temperatures.iter().map(|(slot, t)| (*slot as u64, *t)).collect();
-        known.sort_unstable_by_key(|(slot, _)| *slot);
-        saved.put("slots", &known.iter().map(|(slot, _)| *slot).collect::<Vec<_>>());
-        saved.put("temperatures", &known.iter().map(|(_, temperature)| *temperature).collect::<Vec<_>>());
-        saved.put_flags("waits", &[self.waits]);
-        if let Some(reason) = &self.failed {
-            saved.put_text("failed", reason);
-        }
-        Ok(saved)
-    }
-
-    fn restore(&mut self, saved: &Saved) -> Result<(), EngineError> {
-        self.run.restore(&saved.part("run"), usize::MAX)?;
-        self.loads.restore(&saved.part("loads"))?;
-        if let Some(shadows) = &mut self.shadows {
-            shadows.restore(&saved.part("shadows"))?;
-        }
-        let slots: Vec<u64> = saved.list("slots")?;
-        let temperatures: Vec<f64> = saved.list_of("temperatures", slots.len())?;
-        self.temperatures = slots.into_iter().map(|slot| slot as usize).zip(temperatures).collect();
-        self.waits = saved.flags("waits")?.first() == Some(&true);
-        self.failed = if saved.has("failed") { Some(saved.text("failed")?) } else { None };
-        Ok(())
-    }
-
-    fn after(&mut self, done: Result<(), EngineError>) {
-        let found = done.and_then(|()| self.run.temperatures());
-        match found {
-            Ok(temperatures) => {
-                let known = &mut self.temperatures;
-                self.run.scene().scatter(&temperatures, |slot, temperature| {
-                    known.insert(slot, temperature);
-                });
-            }
-            Err(error) => self.failed = Some(error.to_string()),
-        }
-    }
-}
-
 impl Check {
     /// A sample of nodes, evenly spread.
     pub fn new(prepared: &Prepared, sample: usize) -> Self {
         let nodes = &prepared.nodes;
         let mut real: Vec<usize> =
             (0..nodes.vertex_of_node.len()).filter(|slot| nodes.vertex_of_node[*slot] != PADDING).collect();
-        let reference_node = |slot: &usize| nodes.reference_node(*slot);
-        let joints = |slots: &[usize]| match prepared.joints() {
-            1 => Vec::new(),
-            _ => prepared.joints_of(slots.iter().copied()),
-        };
         let mut network = None;
         let mut left_out = false;
         if let Some(scene) = &prepared.network {
@@ -175,26 +114,18 @@ impl Check {
                 real.retain(|slot| !scene.has(*slot));
             } else {
                 let waits = slots.len() > LARGEST_IN_WARM_UP;
-                let loads = slots.iter().map(reference_node).collect();
-                network = Some(NetworkCheck {
-                    run: NetworkRun::tight(scene),
-                    loads: Reference::new(loads, prepared.materials.clone(), incident as IncidentFunction)
-                        .with_joints(joints(&slots)),
-                    shadows: prepared.shadows(slots.iter().copied()),
-                    slots,
-                    temperatures: HashMap::new(),
-                    waits,
-                    failed: None,
-                });
+                network = Some(NetworkCheck { waits, ..NetworkCheck::new(prepared, scene, slots) });
             }
         }
         let count = real.len().min(sample);
         let slots: Vec<usize> = (0..count).map(|i| real[i * real.len() / count]).collect();
-        let sample = slots.iter().map(reference_node).collect();
+        let sample = slots.iter().map(|slot| nodes.reference_node(*slot)).collect();
+        let reference = Reference::new(sample, prepared.materials.clone(), incident as IncidentFunction)
+            .with_joints(joints(prepared, &slots));
         Self {
             shadows: prepared.shadows(slots.iter().copied()),
-            reference: Reference::new(sample, prepared.materials.clone(), incident as IncidentFunction)
-                .with_joints(joints(&slots)),
+            halves: Halves::new(prepared, &reference, &slots, network.is_some()),
+            reference,
             slots,
             network,
             left_out,
@@ -234,10 +165,22 @@ impl Check {
         self.reference.find_shadows(&mut self.shadows, load);
         self.reference.step(load, steps);
         if let Some(network) = self.network.as_mut().filter(|network| network.failed.is_none() && !network.waits) {
-            let heat = network.heat(load);
-            let done = network.run.step(heat, start, length);
-            network.after(done);
+            network.step(load, start, length);
         }
+        if self.halves.has_begun() {
+            let network = self.network.as_ref().map(|network| &network.loads);
+            self.halves.step(&self.reference, network, steps, [start, length]);
+            let whole = self.temperatures();
+            self.halves.compare(&whole, start + length);
+        }
+    }
+
+    /// Begins the steps in halves, from the present state.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub(super) fn begin_halves(&mut self) -> Result<(), EngineError> {
+        self.halves.begin(&self.reference, self.network.as_mut())
     }
 
     /// Adds values [K] to the temperatures of the network's nodes.
@@ -306,6 +249,7 @@ impl Check {
         if let Some(network) = &mut self.network {
             saved.put_all("network", network.save()?);
         }
+        saved.put_all("halves", self.halves.save()?);
         saved.put_text("notes", &self.notes.join("\n"));
         saved.put("sums", &[self.sum_of_squares, self.largest, self.worst.2, self.largest_cold_flux]);
         let (slot, step, _) = self.worst;
@@ -325,6 +269,7 @@ impl Check {
         if let Some(network) = &mut self.network {
             network.restore(&saved.part("network"))?;
         }
+        self.halves.restore(&saved.part("halves"))?;
         self.notes = saved.text("notes")?.lines().map(str::to_owned).collect();
         let [sum_of_squares, largest, worst_time, largest_cold_flux] = saved.array("sums")?;
         let [compared, cold, steps, slot, step] = saved.array::<u64, 5>("counts")?;
@@ -338,9 +283,13 @@ impl Check {
     pub fn accuracy(&self, prepared: &Prepared) -> Accuracy {
         let (slot, step, time) = self.worst;
         let nodes = &prepared.nodes;
-        let group = slot / GROUP;
-        let part = nodes.group_part.get(group).map_or("", |part| &prepared.parts[*part as usize]);
-        let material = nodes.group_material.get(group).map_or("", |index| &prepared.materials[*index as usize].name);
+        let named = |slot: usize| {
+            let group = slot / GROUP;
+            let part = nodes.group_part.get(group).map_or("", |part| &prepared.parts[*part as usize]);
+            let material =
+                nodes.group_material.get(group).map_or("", |index| &prepared.materials[*index as usize].name);
+            format!("node {slot}, part {part}, material {material}")
+        };
         let mut notes = vec![
             "The reference has the same loads as the device, so these figures leave out the error of the loads. That is at most \
              0.05 W/m2 of sunlight, on a plate where the Sun rises or sets during a step of 17 s, and 1e-4 of the albedo's flux."
@@ -359,6 +308,7 @@ impl Check {
         if let Some(reason) = self.network.as_ref().and_then(|network| network.failed.as_ref()) {
             notes.push(format!("The f64 network could not be stepped along: {reason}"));
         }
+        notes.extend(self.halves.remark());
         if self.cold > 0 {
             notes.push(format!(
                 "{} comparisons of nodes below {COLD} K, where the balance is ill-conditioned, were made in radiated \
@@ -372,9 +322,10 @@ impl Check {
             steps: self.steps,
             max_k: self.largest,
             rms_k: (self.sum_of_squares / self.compared.max(1) as f64).sqrt(),
-            worst_node: format!("node {slot}, part {part}, material {material}"),
+            worst_node: named(slot),
             worst_step: u64::from(step),
             worst_time_s: time,
+            step_length: self.halves.error(named),
             notes,
         }
     }

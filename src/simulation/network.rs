@@ -70,6 +70,11 @@ impl SceneNetwork {
         self.node_of_slot[slot] != NO_NODE
     }
 
+    /// Whether a node of the device belongs to the network and stores heat there.
+    pub fn stores_heat(&self, slot: usize) -> bool {
+        self.has(slot) && self.network().kinds[self.node_of_slot[slot] as usize] == NodeKind::Diffusive
+    }
+
     /// Number of nodes of a kind.
     pub fn nodes_of(&self, kind: NodeKind) -> usize {
         self.network().kinds.iter().filter(|one| **one == kind).count()

@@ -72,6 +72,11 @@ impl<F: IncidentFlux> Reference<F> {
         self.visibility = visibility;
     }
 
+    /// Share of the Sun that each node sees.
+    pub fn visibility(&self) -> &[f64] {
+        &self.visibility
+    }
+
     /// Finds the shadows of a load where the last ones no longer hold.
     pub fn find_shadows(&mut self, shadows: &mut Option<Shadows>, load: &StepLoad) {
         if let Some(visibility) = shadows.as_mut().and_then(|shadows| shadows.visibility(load)) {

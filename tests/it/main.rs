@@ -2,6 +2,7 @@
 
 mod band_radiance;
 mod bench;
+mod blankets;
 mod commands;
 mod compare;
 mod craft;
@@ -39,6 +40,7 @@ mod run;
 mod scene;
 mod shaders;
 mod shadows;
+mod step_length;
 #[cfg(unix)]
 mod streams;
 mod trace;

@@ -16,7 +16,7 @@ pub const TRANSITION: &str = "response = \"transition\"\nretarget = \"merge\"\nh
                           cooling = { function = \"linear\", t_max_steps = 30 }\n";
 pub const SKIN: &str =
     "response = \"network\"\nthickness = 0.002\ndensity = 2700\nspecific_heat = 900\nconductivity = 160\n";
-const CELLS: &str = "response = \"transition\"\nretarget = \"merge\"\nheating = { function = \"quadratic\", t_max_steps = 4 }\n\
+pub const CELLS: &str = "response = \"transition\"\nretarget = \"merge\"\nheating = { function = \"quadratic\", t_max_steps = 4 }\n\
                      cooling = { function = \"quadratic\", t_max_steps = 6 }\n";
 
 /// Temperatures of all nodes [K] at every step.

@@ -222,6 +222,64 @@ fn powers_follow_their_twin() {
     check(&powers, Domain::Temperature, 37.5, 300, [2.7, 1000.0], 5e-4);
 }
 
+/// Targets that are held for 1 to 12 steps, so that most moves reverse a transition under way.
+fn reversals(steps: usize, [low, high]: [f64; 2], random: &mut Random) -> Run {
+    let mut targets = Vec::new();
+    while targets.len() < steps {
+        let held = random.between(1.0, 13.0) as usize;
+        targets.extend(vec![random.between(low, high) as f32; held]);
+    }
+    targets.truncate(steps);
+    Run { initial: random.between(low, high) as f32, targets }
+}
+
+/// A branch with a t_max of 0 follows its target at once. Under `restart` the device once kept the closed gap of such a branch: up to 822 K too much.
+#[test]
+fn a_branch_that_is_immediate_follows_its_twin() {
+    let context = device();
+    let powers = [Function::Linear, Function::Quadratic];
+    let shaped = shaped();
+    let cases = [
+        (&powers[..], Domain::Temperature, [2.7, 1000.0], 5e-4),
+        (&powers[..], Domain::FourthPower, [150.0, 450.0], 5e-3),
+        (&shaped[..], Domain::Temperature, [2.7, 302.7], 5e-3),
+    ];
+    let mut over = Vec::new();
+    for (functions, domain, range, limit) in cases {
+        let mut random = Random(3);
+        let runs: Vec<Run> = (0..8).map(|_| reversals(240, range, &mut random)).collect();
+        let apart = |kind: &Transition, found: &[Vec<f32>]| {
+            let one = |(run, found): (&Run, &Vec<f32>)| {
+                let exact = reference(kind, run);
+                exact.iter().zip(found).map(|(a, b)| (a - f64::from(*b)).abs()).fold(0.0, f64::max)
+            };
+            runs.iter().zip(found).map(one).fold(0.0, f64::max)
+        };
+        for (retarget, cools) in [Retarget::Merge, Retarget::Restart].into_iter().flat_map(|r| [(r, false), (r, true)])
+        {
+            for function in functions {
+                let with = |t_max: f64| {
+                    let whole = transition(function, 37.5, retarget, domain);
+                    let short = Profile { function: function.clone(), t_max_steps: t_max };
+                    if cools { Transition { cooling: short, ..whole } } else { Transition { heating: short, ..whole } }
+                };
+                let kind = with(0.0);
+                let found = respond(&context, &kind, &runs).expect("the device responds");
+                let error = apart(&kind, &found);
+                if error.is_nan() || error >= limit {
+                    over.push(format!("{function}, {domain:?}, {retarget:?}, cooling at once {cools}: {error:.1e} K"));
+                }
+                let slower = apart(&with(3.0), &found);
+                assert!(
+                    slower > 2.0 * limit,
+                    "{function}, {domain:?}, {retarget:?}: 3 steps must show: {slower:.1e} K"
+                );
+            }
+        }
+    }
+    assert!(over.is_empty(), "{}", over.join("\n"));
+}
+
 /// The tolerances that are stated for long transitions.
 #[test]
 #[ignore = "long: tools/test --all"]

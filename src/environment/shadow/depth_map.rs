@@ -1,8 +1,9 @@
 //! Shadow map: the depth of the parts as seen from the Sun, and the visibility that a node reads from it. Twin of the device's passes.
 //!
-//! The filter compares each of its 16 texels with the plane of the node's own surface. The plane is lifted by 0.75 texels against rounding and smoothed
-//! normals. An occluder nearer to the surface than this lift casts no shadow: at 2048 texels 3.7 to 5.2 cm on a craft of 100 m. The device copies the depth
-//! to a buffer first, which lavapipe reads faster than an image.
+//! The filter compares each of its 16 texels with the plane of the node's own surface, which is lifted a little against rounding. An occluder nearer to
+//! the surface than this lift casts no shadow. The lift is therefore the same length in every view: an eighth of a texel of the largest view, 6 mm at
+//! 2048 texels on a craft with a diagonal of 100 m. If it followed the texel of each view, it would pass the gap between two layers as the Sun turns, and the
+//! rear layer would light up in one step. The device copies the depth to a buffer first, which lavapipe reads faster than an image.
 
 use glam::{DAffine3, DVec3};
 
@@ -10,8 +11,12 @@ use super::{Occluders, lit_side};
 
 /// Empty texels around the craft, so that a filter at its silhouette stays inside the map.
 const MARGIN: f64 = 3.0;
-/// Distance by which a node is lifted off its surface before it is looked up [texels]. It covers rounding and normals that are smoothed over an edge.
-const LIFT: f64 = 0.75;
+/// Distance by which a node is lifted off its surface before it is looked up, in texels of the largest view. Rounding needs a third of it: a rasteriser moves
+/// corners by at most 1/32 texel each way, which moves a surface by at most 0.045 texels along its normal. The rest is for normals that are smoothed over an
+/// edge.
+const LIFT: f64 = 0.125;
+/// The least distance in texels of the present view. It counts on a craft that joints have made twice as large as it is in its file.
+const LEAST_LIFT: f64 = 0.0625;
 /// Least cosine of incidence from which a surface's slope is computed. Surfaces at flatter incidence receive almost nothing.
 const LEAST_COSINE: f64 = 0.01;
 
@@ -32,16 +37,18 @@ pub struct SunView {
     pub resolution: u32,
     /// Distance between depth 0 and depth 1 [m].
     pub range: f64,
+    /// Distance by which a node is lifted off its surface before it is looked up [m].
+    pub lift: f64,
 }
 
 impl SunView {
     /// A view that contains all corners of a box (lower and upper corner [m]).
     pub fn new(sun: DVec3, bounds: [DVec3; 2], resolution: u32) -> Self {
-        Self::around(sun, corners_of(bounds), resolution)
+        Self::around(sun, corners_of(bounds), resolution, bounds[0].distance(bounds[1]))
     }
 
-    /// A view that contains all points [m].
-    pub fn around(sun: DVec3, points: impl Iterator<Item = DVec3>, resolution: u32) -> Self {
+    /// A view that contains all points [m]. `size` is the size of the craft [m], the same in all of its views.
+    pub fn around(sun: DVec3, points: impl Iterator<Item = DVec3>, resolution: u32, size: f64) -> Self {
         let away = -sun;
         let right = away.any_orthonormal_vector();
         let down = away.cross(right);
@@ -52,14 +59,16 @@ impl SunView {
             least = least.min(seen);
             most = most.max(seen);
         }
-        let size = most - least;
-        let side = size.x.max(size.y).max(f64::MIN_POSITIVE);
-        let texel = side / (f64::from(resolution) - 2.0 * MARGIN);
+        let extent = most - least;
+        let side = extent.x.max(extent.y).max(f64::MIN_POSITIVE);
+        let texels = f64::from(resolution) - 2.0 * MARGIN;
+        let texel = side / texels;
         let margin = MARGIN * texel;
         // Some depth in front and behind, so that a flat craft has a range as well.
-        let reach = 0.01 * side + size.z;
+        let reach = 0.01 * side + extent.z;
         let corner = DVec3::new(least.x - margin, least.y - margin, least.z - 0.01 * side);
-        Self { sun, right, down, corner, texel, resolution, range: reach + 0.01 * side }
+        let lift = (LIFT * size / texels).max(LEAST_LIFT * texel);
+        Self { sun, right, down, corner, texel, resolution, range: reach + 0.01 * side, lift }
     }
 
     /// This view in the frame in which the nodes of a joint do not move.
@@ -102,11 +111,6 @@ impl SunView {
         let along = |axis: DVec3, corner: f64, texels: f64| axis * (corner + texels * self.texel);
         along(self.right, self.corner.x, column + 0.5) + along(self.down, self.corner.y, row + 0.5)
             - self.sun * self.corner.z
-    }
-
-    /// Distance by which a node is lifted off its surface [m].
-    pub fn lift(&self) -> f64 {
-        LIFT * self.texel
     }
 
     /// Depth that corresponds to the side of a texel.
@@ -176,7 +180,7 @@ impl<'a> DepthMap<'a> {
     pub fn solar_visibility(&self, position: DVec3, normal: DVec3) -> f64 {
         let view = &self.view;
         let side = lit_side(normal, view.sun);
-        let at = view.texel_from_body(position + side * view.lift());
+        let at = view.texel_from_body(position + side * view.lift);
         let cosine = side.dot(view.sun).max(LEAST_COSINE);
         let slope = |along: DVec3| side.dot(along) / cosine * view.texel_depth();
         let (across, along) = (slope(view.right), slope(view.down));

@@ -33,7 +33,7 @@ impl Redraw {
         }
         let sun = sun_of(load)?;
         self.found_for = Some((sun, load.joints.clone()));
-        Some(SunView::around(sun, self.corners(&load.joints), self.resolution))
+        Some(SunView::around(sun, self.corners(&load.joints), self.resolution, self.size(&[])))
     }
 
     /// Whether the last shadows still hold for a load.
@@ -76,11 +76,16 @@ impl Redraw {
         })
     }
 
-    fn has_moved(&self, before: &[DAffine3], now: &[DAffine3]) -> bool {
+    /// Diagonal of the box around the craft as placed by the joints [m]. No poses are those of the file.
+    fn size(&self, poses: &[DAffine3]) -> f64 {
         let [low, high] = self
-            .corners(now)
+            .corners(poses)
             .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], corner| [low.min(corner), high.max(corner)]);
-        let size = (high - low).length();
+        (high - low).length()
+    }
+
+    fn has_moved(&self, before: &[DAffine3], now: &[DAffine3]) -> bool {
+        let size = self.size(now);
         self.bounds.iter().any(|(joint, [low, high])| {
             let (Some(before), Some(now)) = (before.get(*joint as usize), now.get(*joint as usize)) else {
                 return before.len() != now.len();

@@ -1,0 +1,217 @@
+//! The sample of the check in steps of half the length, which tells what the length of the step costs.
+//!
+//! Both runs begin in the same state at time 0 and are in f64. Both see the shadows of whole steps, which follow the Sun by an angle of their own.
+
+use super::network::NetworkCheck;
+use crate::environment::step::StepLoads;
+use crate::saved::Saved;
+use crate::simulation::engine::EngineError;
+use crate::simulation::prepare::Prepared;
+use crate::thermal::incident::IncidentFunction;
+use crate::thermal::material::{Material, Response};
+use crate::thermal::reference::Reference;
+
+/// Most drawn nodes of a network that is stepped in halves. In f64 its two halves cost twice what its whole steps cost.
+const LARGEST_NETWORK: usize = 5_000;
+
+/// From the difference between steps and half steps to the error of steps: exact for an error in proportion to the step.
+const ERROR_OF_DIFFERENCE: f64 = 2.0;
+
+/// Error of the step length: what averaging the load over a step costs, and what the response makes of it. It is twice the difference in f64 between steps
+/// and steps of half the length, from the same state at time 0. For an error in proportion to the step this is the error, and for one in proportion to
+/// its square 3/2 of it. Where the Sun comes or goes inside a step it is 1 to 2 times the error. Nodes that follow their load at once are not in these figures,
+/// because their temperature is by definition that of the mean load.
+#[derive(Debug, Clone, PartialEq, Default, serde::Serialize)]
+pub struct StepLengthError {
+    /// Nodes of the sample that store heat.
+    pub nodes: u64,
+    /// Largest error [K].
+    pub max_k: f64,
+    /// Root mean square error [K].
+    pub rms_k: f64,
+    /// Node of the largest error: its number, part and material in words.
+    pub worst_node: String,
+    /// Time of the largest error [s].
+    pub worst_time_s: f64,
+}
+
+/// The sample at half the step, and its differences so far.
+pub(super) struct Halves {
+    loads: StepLoads,
+    reference: Reference<IncidentFunction>,
+    network: Option<NetworkCheck>,
+    /// Device node of each node of the sample that stores heat. `None` where its temperature follows the load at once.
+    stores: Vec<Option<usize>>,
+    /// Drawn nodes of a network that is too large.
+    too_large: Option<usize>,
+    begun: bool,
+    compared: u64,
+    sum_of_squares: f64,
+    largest: f64,
+    worst: (usize, f64),
+}
+
+impl Halves {
+    /// A sample at half the step, not yet begun. `slots` are the device nodes of `reference`. `network` tells whether the check steps a network.
+    pub fn new(prepared: &Prepared, reference: &Reference<IncidentFunction>, slots: &[usize], network: bool) -> Self {
+        let scene = prepared.network.as_ref().filter(|_| network);
+        let drawn = scene.map_or_else(Vec::new, |scene| {
+            (0..prepared.nodes.vertex_of_node.len()).filter(|slot| scene.has(*slot)).collect()
+        });
+        let too_large = Some(drawn.len()).filter(|count| *count > LARGEST_NETWORK);
+        let network = scene.filter(|_| too_large.is_none()).map(|scene| NetworkCheck {
+            // The shares of the Sun are those of the whole steps.
+            shadows: None,
+            ..NetworkCheck::new(prepared, scene, drawn)
+        });
+        let stores = |(slot, node): (&usize, &crate::thermal::reference::ReferenceNode)| {
+            let own = match &prepared.network {
+                Some(scene) if scene.has(*slot) => network.is_some() && scene.stores_heat(*slot),
+                _ => has_memory(&prepared.materials[node.material as usize]),
+            };
+            own.then_some(*slot)
+        };
+        Self {
+            loads: prepared.loads.clone(),
+            stores: slots.iter().zip(reference.nodes()).map(stores).collect(),
+            reference: reference.clone(),
+            network,
+            too_large,
+            begun: false,
+            compared: 0,
+            sum_of_squares: 0.0,
+            largest: 0.0,
+            worst: (0, 0.0),
+        }
+    }
+
+    /// Whether the steps have begun, and any node stores heat.
+    pub fn has_begun(&self) -> bool {
+        self.begun && self.stores.iter().any(Option::is_some)
+    }
+
+    /// Begins in the state of the whole steps.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn begin(
+        &mut self,
+        reference: &Reference<IncidentFunction>,
+        network: Option<&mut NetworkCheck>,
+    ) -> Result<(), EngineError> {
+        self.begun = true;
+        self.reference = reference.clone();
+        if let (Some(own), Some(network)) = (&mut self.network, network) {
+            let temperatures = network.run.temperatures()?;
+            let done = own.run.start_from(&temperatures, network.run.on());
+            own.after(done);
+        }
+        Ok(())
+    }
+
+    /// Advances by `steps` steps from `start` [s] for `length` [s], in two halves. `whole` and `network` have the shares of the Sun.
+    pub fn step(
+        &mut self,
+        whole: &Reference<IncidentFunction>,
+        network: Option<&Reference<IncidentFunction>>,
+        steps: f64,
+        [start, length]: [f64; 2],
+    ) {
+        self.reference.shade(whole.visibility().to_vec());
+        if let (Some(own), Some(network)) = (&mut self.network, network) {
+            own.loads.shade(network.visibility().to_vec());
+        }
+        let half = 0.5 * length;
+        for from in [start, start + half] {
+            let load = self.loads.step_load(from, from + half);
+            self.reference.step(&load, 0.5 * steps);
+            if let Some(network) = self.network.as_mut().filter(|network| network.failed.is_none()) {
+                network.step(&load, from, half);
+            }
+        }
+    }
+
+    /// Compares with the temperatures of the sample after the whole step [K], which ended at `time` [s].
+    pub fn compare(&mut self, whole: &[f64], time: f64) {
+        let known = |slot: &usize| self.network.as_ref().and_then(|network| network.temperatures.get(slot)).copied();
+        let nodes = self.stores.iter().zip(whole.iter().zip(self.reference.temperatures()));
+        for (slot, (whole, own)) in nodes.filter_map(|(slot, both)| Some((slot.as_ref()?, both))) {
+            let error = ERROR_OF_DIFFERENCE * (whole - known(slot).unwrap_or(*own)).abs();
+            self.compared += 1;
+            self.sum_of_squares += error * error;
+            // A NaN must count as the largest error.
+            if error > self.largest || error.is_nan() {
+                self.largest = error;
+                self.worst = (*slot, time);
+            }
+        }
+    }
+
+    /// The error so far. `named` names a device node.
+    pub fn error(&self, named: impl Fn(usize) -> String) -> Option<StepLengthError> {
+        (self.compared > 0).then(|| StepLengthError {
+            nodes: self.stores.iter().flatten().count() as u64,
+            max_k: self.largest,
+            rms_k: (self.sum_of_squares / self.compared as f64).sqrt(),
+            worst_node: named(self.worst.0),
+            worst_time_s: self.worst.1,
+        })
+    }
+
+    /// Why a network is not in the error of the step length.
+    pub fn remark(&self) -> Option<String> {
+        let failed = self.network.as_ref().and_then(|network| network.failed.as_ref());
+        match (self.too_large, failed) {
+            (Some(count), _) => Some(format!(
+                "The thermal network has {count} drawn nodes, more than {LARGEST_NETWORK}: its nodes are not in the error of the step length."
+            )),
+            (None, Some(reason)) => Some(format!(
+                "The f64 network could not be stepped at half the step, so the error of the step length is incomplete: {reason}"
+            )),
+            (None, None) => None,
+        }
+    }
+
+    /// The state and the differences so far.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn save(&mut self) -> Result<Saved, EngineError> {
+        let mut saved = Saved::default();
+        saved.put_all("nodes", self.reference.save());
+        if let Some(network) = &mut self.network {
+            saved.put_all("network", network.save()?);
+        }
+        saved.put_flags("begun", &[self.begun]);
+        saved.put("sums", &[self.sum_of_squares, self.largest, self.worst.1]);
+        saved.put("counts", &[self.compared, self.worst.0 as u64]);
+        Ok(saved)
+    }
+
+    /// Takes what `save` gave.
+    ///
+    /// # Errors
+    /// A state of another scene or sample.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), EngineError> {
+        self.reference.restore(&saved.part("nodes"))?;
+        if let Some(network) = &mut self.network {
+            network.restore(&saved.part("network"))?;
+        }
+        self.begun = saved.flags("begun")?.first() == Some(&true);
+        let [sum_of_squares, largest, time] = saved.array("sums")?;
+        let [compared, slot] = saved.array::<u64, 2>("counts")?;
+        (self.sum_of_squares, self.largest, self.compared) = (sum_of_squares, largest, compared);
+        self.worst = (slot as usize, time);
+        Ok(())
+    }
+}
+
+/// Whether the temperature of a node depends on its past.
+fn has_memory(material: &Material) -> bool {
+    match &material.response {
+        Response::Instant | Response::Network => false,
+        Response::Transition(transition) => {
+            [&transition.heating, &transition.cooling].iter().all(|profile| profile.t_max_steps > 0.0)
+        }
+    }
+}
