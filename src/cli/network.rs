@@ -165,7 +165,7 @@ fn solve_with(
     write_series(&series, file, path, outputs, device)
 }
 
-/// What is known of the work before it begins. The error decides on the sub-steps, so only their least and most are known.
+/// What is known of the work before it begins. The estimated error decides on the sub-steps, so only their least and most are known.
 fn forecast(file: &NetworkFile) -> String {
     let (schedule, nodes) = (&file.schedule, file.labels.len());
     let rows = file.times.len();
@@ -173,7 +173,7 @@ fn forecast(file: &NetworkFile) -> String {
     let size = rows as f64 * (20.0 + 14.0 * nodes as f64);
     format!(
         "forecast: {rows} output times to {} s for {nodes} nodes and {} thermostats; at most {} of CSV; from {} to {MOST_SUB_STEPS:e} \
-         sub-steps, which the error decides",
+         sub-steps, as the tolerance needs",
         schedule.times.last().copied().unwrap_or(0.0),
         schedule.thermostats.len(),
         bytes(size),

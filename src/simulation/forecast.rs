@@ -1,8 +1,8 @@
 //! How much work a run is, before its first step: steps, images, bytes of files and a rough time.
 //!
-//! The time comes from the rates below and not from a measurement, so it is good to a factor of three or so. They were taken on two processors of an Intel
-//! Xeon with a release build (`docs/benchmarks.md`); the rate of a GPU is a guess on the slow side. While a run goes on, its progress tells the time that is
-//! left from what was measured.
+//! The time comes from the rates below and not from a measurement, so it is good to a factor of three or so. A node's rates on a processor are those of two
+//! cores of an Intel Xeon: of `docs/benchmarks.md`, and of the station without images in f64. The others are estimates, and those of a GPU lie on the slow
+//! side. While a run goes on, its progress tells the time that is left from what was measured.
 
 use super::prepare::Prepared;
 use super::target::Target;
@@ -30,7 +30,7 @@ pub struct Rate {
 
 impl Rate {
     /// The f64 reference.
-    pub const REFERENCE: Self = Self { of: "the f64 reference", node: 600e-9, pixel: 1e-6, step: 60e-6 };
+    pub const REFERENCE: Self = Self { of: "the f64 reference", node: 150e-9, pixel: 1e-6, step: 60e-6 };
     /// A Vulkan driver that computes on the processor.
     pub const PROCESSOR: Self =
         Self { of: "a Vulkan driver on the processor", node: 60e-9, pixel: 400e-9, step: 400e-6 };
@@ -159,7 +159,7 @@ pub fn duration(seconds: f64) -> String {
 mod tests {
     use super::*;
 
-    /// 10 steps of warm-up and 90 steps of 1000 nodes at 600 ns and 60 us; 2 images of 100 pixels at 1 us.
+    /// 10 steps of warm-up and 90 steps of 1000 nodes at 150 ns and 60 us; 2 images of 100 pixels at 1 us.
     #[test]
     fn the_time_is_the_sum_of_its_rates() {
         let forecast = Forecast {
@@ -173,7 +173,7 @@ mod tests {
             network: false,
         };
         let seconds = forecast.seconds(Rate::REFERENCE);
-        assert!((seconds - (100.0 * (60e-6 + 600e-6) + 200e-6)).abs() < 1e-12, "{seconds}");
+        assert!((seconds - (100.0 * (60e-6 + 150e-6) + 200e-6)).abs() < 1e-12, "{seconds}");
         let said = forecast.sentence(Rate::REFERENCE);
         assert!(
             said.starts_with(

@@ -36,7 +36,7 @@ fn a_network_with_thermostats_survives_a_kill_on_the_device() {
 /// Nine tenths of this run are its warm-up.
 #[test]
 fn a_warm_up_goes_on_after_kills() {
-    let long = TRANSITION.replace("warm_up_orbits = 2", "warm_up_orbits = 3");
+    let long = TRANSITION.replace("warm_up_orbits = 0.6", "warm_up_orbits = 3");
     assert!(kill(&long, Some("cpu"), 40, 3, 0) > 0, "no kill fell into the warm-up");
 }
 
@@ -45,7 +45,7 @@ fn a_warm_up_goes_on_after_kills() {
 fn a_periodic_warm_up_goes_on_after_a_kill() {
     let periodic = one_pass().replace("\n[network]\nintegrator = \"one_pass\"\n", "");
     let orbits = "warm_up = \"periodic\"\nwarm_up_tolerance = 1e-6\nwarm_up_orbits = 6";
-    let periodic = periodic.replace("warm_up_orbits = 1.5", orbits);
+    let periodic = periodic.replace("warm_up_orbits = 0.6", orbits);
     assert!(periodic.contains("periodic"));
     assert!(kill(&periodic, Some("cpu"), 40, 3, 0) > 0, "no kill fell into the warm-up");
 }
