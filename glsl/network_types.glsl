@@ -86,6 +86,14 @@ struct NetworkSolver {
     float largest_move;
 };
 
+struct HeaterStep {
+    uint heaters;
+    uint first;
+    uint trial;
+    float start;
+    float step;
+};
+
 struct NetworkStep {
     uint first;
     uint end;

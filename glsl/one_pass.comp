@@ -3,8 +3,8 @@
 // f64 twin is src/thermal/network/one_pass.rs. Variants: ADVANCE or none: nodes outside blocks take the whole step.
 // ALONE: so do nodes without conductors, four of a group of drawn nodes. DRIVE: what the nodes of blocks receive.
 // CONDUCT: conduction inside the blocks. TRIAL: the step is taken to learn its change, and the temperatures stay. SHOWN:
-// the drawn nodes take the temperatures. RADIATIVE: nodes radiate to each other. HEATED: the host gives heat. FINE: a
-// local step has more than two Runge-Kutta steps. MASKED: no drawn node is free to take what nobody sees.
+// the drawn nodes take the temperatures. RADIATIVE: nodes radiate to each other. FINE: a local step has more than two
+// Runge-Kutta steps. MASKED: some sources are no drawn nodes.
 
 #include "network_types.glsl"
 #include "network.glsl"
@@ -23,9 +23,6 @@ layout(set = 0, binding = 0) readonly buffer NodeBlock { vec4 nodes[]; };
 // radiative conductances [W/K4].
 layout(set = 0, binding = 2) readonly buffer LinkBlock { uvec4 links[]; };
 layout(set = 0, binding = 5) readonly buffer GatheredBlock { vec2 gathered[]; };
-#endif
-#ifdef HEATED
-layout(set = 0, binding = 13) readonly buffer HeatBlock { vec4 heats[]; };
 #endif
 #endif
 // Rests of the temperatures [K].
@@ -71,8 +68,9 @@ layout(set = 0, binding = 7) buffer RestBlock { vec4 rests[]; };
 // For each group: first word of its links and the one after the last, first word of its sources and the one after the
 // last. ALONE: the third is its word of areas, and the fourth its group of drawn nodes.
 layout(set = 0, binding = 1) readonly buffer RowBlock { uvec4 rows[]; };
-// Sources: the drawn nodes of four nodes, then the bits of the areas [m2] over which they heat them. MASKED: a negative
-// area stands for no drawn node. Otherwise such a place has area 0, and a drawn node that nobody sees.
+// Sources: the drawn nodes of four nodes, then the bits of the areas [m2] over which they heat them. MASKED: UNDRAWN is
+// set where nothing is drawn, as for heaters, whose power [W] stands behind the drawn nodes. Otherwise a place without a
+// source has area 0, and a drawn node that nobody sees.
 layout(set = 0, binding = 3) readonly buffer SourceBlock { uvec4 sources[]; };
 // Flux that the drawn nodes absorb [W/m2]. SHOWN: then their temperatures [K].
 #ifdef ALONE
@@ -92,6 +90,8 @@ layout(set = 0, binding = 10) readonly buffer TemperatureBlock { float temperatu
 #endif
 #endif
 #endif
+
+const uint UNDRAWN = 0x80000000u;
 
 vec4 first_of(vec4 a, vec4 b) {
     return vec4(a.x, a.z, b.x, b.z);
@@ -135,9 +135,6 @@ vec4 local_change(vec4 here, vec4 start, vec4 emission) {
 // Heat into a group by loads and weak conductors [W].
 vec4 heat_into(uint group, vec4 base, vec4 mean_rest) {
     vec4 into = vec4(0.0);
-#ifdef HEATED
-    into = heats[group];
-#endif
     uvec4 row = rows[group];
 #ifdef ALONE
     return into + uintBitsToFloat(sources[row.z]) * drawn[row.w];
@@ -147,7 +144,7 @@ vec4 heat_into(uint group, vec4 base, vec4 mean_rest) {
         uvec4 at = sources[k];
         vec4 area = uintBitsToFloat(sources[k + 1u]);
 #ifdef MASKED
-        area = max(area, vec4(0.0));
+        at &= uvec4(UNDRAWN - 1u);
 #endif
         into += area * vec4(temperature[at.x], temperature[at.y], temperature[at.z], temperature[at.w]);
     }
@@ -196,17 +193,16 @@ void show(uint group, vec4 reached) {
         temperature[at.w] = reached.w;
 #endif
 #ifdef MASKED
-        vec4 area = uintBitsToFloat(sources[k + 1u]);
-        if (area.x >= 0.0) {
+        if (at.x < UNDRAWN) {
             temperature[at.x] = reached.x;
         }
-        if (area.y >= 0.0) {
+        if (at.y < UNDRAWN) {
             temperature[at.y] = reached.y;
         }
-        if (area.z >= 0.0) {
+        if (at.z < UNDRAWN) {
             temperature[at.z] = reached.z;
         }
-        if (area.w >= 0.0) {
+        if (at.w < UNDRAWN) {
             temperature[at.w] = reached.w;
         }
 #endif

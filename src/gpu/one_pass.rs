@@ -6,6 +6,7 @@
 //! radiate to each other stand apart, because only they pay for it.
 
 pub mod frame;
+pub(super) mod heaters;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,14 +15,14 @@ use self::frame::{OnePassShape, SECTIONS};
 use super::nodes::GROUP;
 use super::resource::Count;
 use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::network::one_pass::Plan;
+use crate::thermal::network::one_pass::{Heater, Plan};
 
 /// A place without a node.
 const NONE: u32 = u32::MAX;
 /// Nodes of a window, within which nodes outside blocks are sorted. It is small enough to keep neighbours close.
 const WINDOW: usize = 512;
-/// Area that stands for no drawn node.
-const NOT_DRAWN: f32 = -1.0;
+/// Set in the place of a source that is no drawn node.
+const UNDRAWN: u32 = 1 << 31;
 /// Weights of four nodes in a tile: four columns of drives and four of temperatures.
 const COLUMNS: usize = 8;
 
@@ -73,17 +74,28 @@ pub struct OnePassTables {
     /// Kinds of units in the order of their weights.
     kinds: Vec<(u32, bool)>,
     weights: usize,
+    /// Heaters.
+    pub(super) heaters: Vec<Heater>,
+    /// Place of the first heater's power among the temperatures of drawn nodes.
+    first_power: u32,
 }
 
 impl OnePassTables {
-    /// The tables of a plan. `heated` tells whether the host gives heat in addition to the drawn nodes.
-    pub fn new(plan: &Arc<Plan>, step: f64, drawn: Drawn<'_>, heated: bool) -> Self {
+    /// The tables of a plan.
+    pub fn new(plan: &Arc<Plan>, step: f64, drawn: Drawn<'_>, heaters: Vec<Heater>) -> Self {
         let count = plan.network().len();
         let mut sources = vec![Vec::new(); count];
         for (slot, (node, area)) in drawn.nodes.iter().zip(drawn.areas).enumerate() {
             // Drawn nodes outside the network heat nothing.
             if let Some(sources) = sources.get_mut(*node as usize) {
                 sources.push((slot as u32, *area as f32));
+            }
+        }
+        // The power of a heater stands behind the temperatures of the drawn nodes.
+        let first_power = drawn.nodes.len() as u32;
+        for (number, heater) in heaters.iter().enumerate() {
+            for (node, share) in &heater.shares {
+                sources[*node as usize].push(((first_power + number as u32) | UNDRAWN, *share as f32));
             }
         }
         let radiates: Vec<bool> =
@@ -116,8 +128,8 @@ impl OnePassTables {
         for (slot, node) in node_of_slot.iter().enumerate().filter(|(_, node)| **node != NONE) {
             slot_of_node[*node as usize] = slot as u32;
         }
-        let (fine, masked) = (plan.local_steps() > 2, drawn.padding.is_none());
-        let shape = OnePassShape { ends, heated, fine, masked };
+        let (fine, masked) = (plan.local_steps() > 2, drawn.padding.is_none() || !heaters.is_empty());
+        let shape = OnePassShape { ends, heaters: heaters.len() as u32, fine, masked };
         let (plan, nothing) = (Arc::clone(plan), Vec::new);
         let mut tables = Self {
             plan,
@@ -131,8 +143,10 @@ impl OnePassTables {
             units: nothing(),
             kinds: Vec::new(),
             weights: 0,
+            heaters,
+            first_power,
         };
-        let missing = drawn.padding.map_or((0, NOT_DRAWN), |slot| (slot, 0.0));
+        let missing = (drawn.padding.unwrap_or(UNDRAWN), 0.0);
         let first_alone = ends[SECTIONS.len() - 2] as usize;
         for (number, group) in node_of_slot.chunks(GROUP).enumerate() {
             let radiative = number < ends[0] as usize || (ends[1] as usize..ends[2] as usize).contains(&number);
@@ -249,6 +263,11 @@ impl OnePassTables {
         weights
     }
 
+    /// The table of the heaters for a plan of any length of step.
+    pub(super) fn heater_words(&self, plan: &Plan) -> Vec<[u32; 4]> {
+        heaters::words(&self.heaters, plan, |node| self.slot_of_node[node as usize], self.first_power)
+    }
+
     /// Number of elements for a `count`.
     pub(super) fn count(&self, count: Count) -> usize {
         match count {
@@ -257,7 +276,7 @@ impl OnePassTables {
             Count::OnePassLinks => self.links.len(),
             Count::OnePassSources => self.sources.len(),
             Count::OnePassWeights => self.weights,
-            Count::OnePassHeat if self.shape.heated => self.shape.groups() as usize,
+            Count::OnePassHeaters => self.heaters.len(),
             _ => 0,
         }
     }
@@ -277,7 +296,7 @@ fn alone(plan: &Plan, drawn: Drawn<'_>, sources: &[Vec<(u32, f32)>], free: &mut 
     let (mut nodes, mut groups) = (Vec::new(), Vec::new());
     for (number, group) in drawn.nodes.chunks(GROUP).enumerate() {
         let is_alone = |node: &u32| match sources.get(*node as usize) {
-            Some(sources) => free[*node as usize] && sources.len() == 1 && plan.weak_of(*node as usize).is_empty(),
+            Some(sources) => free[*node as usize] && matches!(sources[..], [(at, _)] if at < UNDRAWN) && plan.weak_of(*node as usize).is_empty(),
             None => true,
         };
         let is_node = |node: &u32| (*node as usize) < sources.len();

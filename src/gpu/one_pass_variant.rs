@@ -26,8 +26,6 @@ pub struct OnePassVariant {
     pub shown: bool,
     /// Whether nodes radiate to each other.
     pub radiative: bool,
-    /// Whether the host gives heat.
-    pub heated: bool,
     /// Whether a local step has more than two Runge-Kutta steps.
     pub fine: bool,
     /// Whether no drawn node is free to take what nobody sees.
@@ -44,7 +42,6 @@ impl OnePassVariant {
             trial: self.trial && !drives,
             shown,
             radiative: self.radiative && !conducts && !alone,
-            heated: self.heated && !conducts,
             fine: self.fine && !conducts,
             masked: self.masked && !alone && (shown || !conducts),
             ..self
@@ -57,10 +54,10 @@ impl OnePassVariant {
         let mut all: Vec<Self> = kinds
             .into_iter()
             .flat_map(|kind| {
-                (0..64).map(move |bits| {
+                (0..32).map(move |bits| {
                     let is = |bit: u32| bits >> bit & 1 == 1;
-                    let [trial, shown, radiative, heated, fine, masked] = [0, 1, 2, 3, 4, 5].map(is);
-                    Self { kind, trial, shown, radiative, heated, fine, masked }.lean()
+                    let [trial, shown, radiative, fine, masked] = [0, 1, 2, 3, 4].map(is);
+                    Self { kind, trial, shown, radiative, fine, masked }.lean()
                 })
             })
             .collect();
@@ -82,7 +79,6 @@ impl OnePassVariant {
             (self.trial, "trial"),
             (self.shown, "shown"),
             (self.radiative, "radiative"),
-            (self.heated, "heated"),
             (self.fine, "fine"),
             (self.masked, "masked"),
         ];

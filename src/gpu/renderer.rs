@@ -11,6 +11,7 @@ mod slots;
 use std::sync::Arc;
 
 use culling::Culling;
+pub use network::Heating;
 use one_pass::{OnePass, is_of_network};
 use shadows::Shadows;
 use slots::Slots;
@@ -41,8 +42,8 @@ pub struct Request<'a> {
     pub views: &'a [layout::View],
     /// Whether the host reads the temperatures of all nodes.
     pub temperatures: bool,
-    /// Heat of the nodes of a network that the frame steps, in addition to that of the drawn nodes [W].
-    pub heat: Option<&'a [f64]>,
+    /// Heaters of a network that the frame steps.
+    pub heating: Option<Heating<'a>>,
     /// A list to submit instead of the usual one for this request. Tests use it to leave a barrier out.
     pub list: Option<&'a Frame>,
 }
@@ -191,7 +192,7 @@ impl Renderer {
         let mut network = Frame::default();
         if let Some((load, steps)) = request.step {
             frame = self.shadows(load)?;
-            network = self.network_frame(steps, request.heat)?;
+            network = self.network_frame(steps, request.heating)?;
             // If the load is unchanged, a cheaper variant continues the transitions.
             let load = Some(DeviceLoad::new(load, self.joints));
             if frame.entries.is_empty() && self.commanded == load {
@@ -280,6 +281,10 @@ impl Renderer {
                 let constants = |network: &OnePass| bytemuck::bytes_of(&network.constants(first, end)).to_vec();
                 self.one_pass.as_ref().map(constants).unwrap_or_default()
             }
+            Said::Heaters { number, first, trial } => {
+                let constants = |one: &OnePass| bytemuck::bytes_of(&one.heater_constants(number, first, trial)).to_vec();
+                self.one_pass.as_ref().map(constants).unwrap_or_default()
+            }
             Said::Nothing | Said::Network(_) => Vec::new(),
         };
         let (context, bindings) = (self.resources.context.as_ref(), Some(&self.bindings));
@@ -294,6 +299,7 @@ impl Renderer {
     pub fn collect(&mut self, submitted: Submitted) -> Result<Collected<'_>, GpuError> {
         let number = submitted.0;
         self.slots.finish(number)?;
+        self.read_log(number);
         let left = |resource| self.slots.left(number, resource);
         let (resources, readback) = (&self.resources, Resource::RadianceReadback);
         Ok(Collected {
@@ -307,7 +313,11 @@ impl Renderer {
 
     /// Waits for all frames in flight.
     pub fn wait(&mut self) -> Result<(), GpuError> {
-        self.slots.wait()
+        self.slots.wait()?;
+        // The frame of the next slot is the older one.
+        let older = self.slots.free()?;
+        (0..SLOTS).for_each(|later| self.read_log((older + later) % SLOTS));
+        Ok(())
     }
 
     /// Device time of every pass so far [ms], by name.

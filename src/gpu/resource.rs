@@ -88,8 +88,10 @@ pub enum Count {
     OnePassSources,
     /// Weights of four nodes for its blocks.
     OnePassWeights,
-    /// Its groups, if the host gives heat.
-    OnePassHeat,
+    /// Its heaters.
+    OnePassHeaters,
+    /// Groups of nodes, and of the heaters of a network that is stepped in one pass.
+    HeatedGroups,
     /// A number that the code gives at creation.
     Given,
 }
@@ -112,7 +114,7 @@ impl Count {
                 | Self::OnePassLinks
                 | Self::OnePassSources
                 | Self::OnePassWeights
-                | Self::OnePassHeat
+                | Self::HeatedGroups
         )
     }
 }
@@ -250,6 +252,8 @@ pub const SLOTS: usize = 2;
 const GROUP: usize = 16;
 /// Size of two floats for each node of a group [bytes].
 const PAIRS: usize = 32;
+/// Words of the log of a heater: its switches in a frame, and the times of the first ones.
+pub const LOGGED: usize = 16;
 /// Size of the three indices of a triangle [bytes].
 const CORNERS: usize = 12;
 /// Size of the Sun samples of a step [bytes].
@@ -329,8 +333,8 @@ table! {
     Span: row(GROUP, MovingGroups, Storage, "Span").in_pieces(Always);
     /// Time since the transition of every node began [steps].
     Elapsed: row(GROUP, MovingGroups, Storage, "Elapsed").in_pieces(Always);
-    /// Temperature of every node [K].
-    Temperature: row(GROUP, Groups, Storage, "Temperature").in_pieces(WithoutImage);
+    /// Temperature of every node [K], then the power of every heater of a network in one pass [W].
+    Temperature: row(GROUP, HeatedGroups, Storage, "Temperature").in_pieces(WithoutImage);
     /// Transform of the shadow map, written by the host.
     SunView: row(size_of::<layout::SunView>(), Count::SunView, Uniform, "SunView").each_slot().each_joint();
     /// Node indices of the triangles that cast shadows.
@@ -380,8 +384,14 @@ table! {
     OnePassDrives: row(PAIRS, OnePassBlockGroups, Storage, "Drive");
     /// Change by conduction inside blocks in the last step [K].
     OnePassCouplings: row(GROUP, OnePassBlockGroups, Storage, "Coupling");
-    /// Heat of every node in addition to that of the drawn nodes [W], written by the host.
-    OnePassHeat: row(GROUP, Count::OnePassHeat, FromHost, "Heat").each_slot();
+    /// Sensor, place, thresholds and gain of every heater.
+    OnePassHeaters: row(PAIRS, Count::OnePassHeaters, Storage, "Heater");
+    /// Power of every heater while it is on [W], written by the host.
+    OnePassPowers: row(4, Count::OnePassHeaters, FromHost, "Power").each_slot();
+    /// State of the thermostat of every heater.
+    OnePassSwitches: row(16, Count::OnePassHeaters, Storage, "Switch");
+    /// Switches of every heater in a frame.
+    OnePassLog: row(4 * LOGGED, Count::OnePassHeaters, ToHost, "Log").each_slot();
 
     /// 1 / C and emission of the nodes of a large network.
     NetworkRows: row(PAIRS, NetworkGroups, Storage, "Row");

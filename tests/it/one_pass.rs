@@ -7,6 +7,7 @@ use isotherm::gpu::one_pass_variant::OnePassVariant;
 use isotherm::gpu::pass::Kernel;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::simulation::device_engine::DeviceEngine;
+use isotherm::simulation::engine::{Engine, Order, Step};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::reference_engine::ReferenceEngine;
 
@@ -25,7 +26,7 @@ fn shapes() -> Vec<OnePassShape> {
     for ends in [[0, 0, 0, 0, 300], [0, 0, 0, 300, 300], [300; 5], [0, 300, 300, 300, 300], [100, 150, 200, 250, 300]] {
         for switches in 0..8 {
             let is = |bit: u32| switches >> bit & 1 == 1;
-            shapes.push(OnePassShape { ends, heated: is(0), fine: is(1), masked: is(2) });
+            shapes.push(OnePassShape { ends, heaters: u32::from(is(0)), fine: is(1), masked: is(2) });
         }
     }
     shapes
@@ -109,6 +110,8 @@ const LAYERS: &str = "response = \"network\"\nthickness = 0.0003\ndensity = 1420
                       over = { effective_emittance = 0.05, thickness = 0.002, density = 2700, specific_heat = 900, \
                       conductivity = 160 }\n";
 const CONTACT: &str = "[[contact]]\nbetween = [\"body\", \"mast\"]\nconductance = 0.5\n";
+const SWITCHED: &str = "[[heater]]\npart = \"body\"\npower = 3000\nprobe = \"side\"\non_below = 281\noff_above = 281.6\n\
+                        [[probe]]\nname = \"side\"\nposition = [1, 0, 0]\npart = \"body\"\n";
 const HEATER: &str = "[[heater]]\npart = \"mast\"\npower = { time = [0, 300, 300], power = [0, 5, 1] }\n";
 
 /// Scenes for one pass: a skin, blankets over structure, a contact, a heater, and a finer mesh in short and long steps.
@@ -122,6 +125,17 @@ fn cases() -> Vec<(&'static str, String)> {
         ("contact", scene(&[skin, mast], CONTACT)),
         ("layers and a heater", scene(&[(TRANSITION, LAYERS), mast], &format!("{CONTACT}{HEATER}{warm}"))),
         ("fine mesh", scene(&[skin, mast, ("max_edge = 0.7", "max_edge = 0.2"), ("step = 60", "step = 20")], CONTACT)),
+        (
+            "thermostat",
+            scene(&[(TRANSITION, LAYERS), mast, ("steps = 12", "steps = 90")], &format!("{CONTACT}{HEATER}{SWITCHED}{warm}")),
+        ),
+        (
+            "thermostat in a block",
+            scene(
+                &[skin, mast, ("max_edge = 0.7", "max_edge = 0.2"), ("step = 60", "step = 20"), ("steps = 12", "steps = 90")],
+                &format!("{CONTACT}{SWITCHED}{warm}"),
+            ),
+        ),
         ("short steps", scene(&[skin, mast, ("step = 60", "step = 0.1"), ("steps = 12", "steps = 200")], CONTACT)),
     ]
 }
@@ -150,6 +164,81 @@ fn one_pass_is_near_the_default_integrator() {
     }
 }
 
+/// Times [s] and states of all switches that an engine kept, after a run.
+fn switches(prepared: &Prepared, engine: &mut dyn Engine) -> Vec<(f64, bool)> {
+    history(prepared, engine);
+    let network = engine.network().expect("a network");
+    network.located().map(|switch| (switch.time, switch.on)).collect()
+}
+
+/// Switching times are found within steps, alike on the device and in f64. Another threshold shows.
+#[test]
+fn thermostats_switch_alike_on_device_and_twin() {
+    let context = context();
+    for (name, scene) in cases().into_iter().filter(|(name, _)| name.contains("thermostat")) {
+        let prepared = Folder::new(&scene).prepared();
+        let engine = DeviceEngine::new(&context, &prepared, None).expect("a small scene");
+        let device = switches(&prepared, &mut { engine });
+        let twin = switches(&prepared, &mut ReferenceEngine::new(&prepared, None));
+        assert!(twin.len() >= 4, "{name}: {twin:?}");
+        assert!(twin.iter().any(|(time, _)| (time / 20.0).fract() > 0.1), "{name}: {twin:?}");
+        let agree = |a: &[(f64, bool)], b: &[(f64, bool)]| {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a.0 - b.0).abs() < 0.2 && a.1 == b.1)
+        };
+        assert!(agree(&device, &twin), "{name}: {device:?} {twin:?}");
+        let other = Folder::new(&scene.replace("on_below = 281", "on_below = 281.1")).prepared();
+        assert!(!agree(&device, &switches(&other, &mut ReferenceEngine::new(&other, None))), "{name}");
+        let counts = |prepared: &Prepared| {
+            let mut engine = ReferenceEngine::new(prepared, None);
+            history(prepared, &mut engine);
+            let lines = engine.network_description();
+            let line = lines.into_iter().find(|(name, _)| name == "switches of thermostats").expect("thermostats");
+            line.1.parse::<usize>().expect("a count")
+        };
+        let accurate = counts(&Folder::new(&scene.replace("one_pass", "accurate")).prepared());
+        println!("{name}: {} switches, {accurate} by the accurate integrator", twin.len());
+        assert!(accurate.abs_diff(twin.len()) <= 1, "{name}: {accurate} and {}", twin.len());
+    }
+    assert_silent(&context);
+}
+
+/// A device that goes on from a saved state has the same temperatures and switches, bit for bit.
+#[test]
+fn a_saved_state_goes_on_bit_for_bit() {
+    let context = context();
+    let cases = cases();
+    let (_, scene) = cases.iter().find(|(name, _)| *name == "thermostat").expect("a case");
+    let prepared = Folder::new(scene).prepared();
+    let engine = || DeviceEngine::new(&context, &prepared, None).expect("a small scene");
+    let advance = |engine: &mut DeviceEngine, steps: std::ops::Range<u32>| {
+        for number in steps {
+            let (from, to) = (60.0 * f64::from(number), 60.0 * f64::from(number + 1));
+            let load = prepared.loads.step_load(from, to);
+            let step = Step { load: &load, steps: 1.0, start: from, length: 60.0 };
+            engine.submit(Some(step), Order::default()).expect("a step");
+            engine.deliver().expect("a step");
+        }
+    };
+    let end = |engine: &mut DeviceEngine| {
+        let temperatures = engine.network_temperatures().expect("a download").expect("a network");
+        let switches: Vec<_> = engine.network().expect("a network").located().copied().collect();
+        (temperatures, switches, engine.network_description())
+    };
+    let mut whole = engine();
+    whole.settle_at(282.0, prepared.nodes.vertex_of_node.len()).expect("a start");
+    advance(&mut whole, 0..31);
+    let saved = whole.save().expect("a state");
+    advance(&mut whole, 31..70);
+    let mut resumed = engine();
+    resumed.keep_few_times(100);
+    resumed.restore(&saved, 100).expect("its own state");
+    advance(&mut resumed, 31..70);
+    let (whole, resumed) = (end(&mut whole), end(&mut resumed));
+    assert_eq!(whole.0, resumed.0);
+    assert_eq!(whole.2, resumed.2);
+    assert!(!resumed.1.is_empty() && whole.1.ends_with(&resumed.1), "{:?} {:?}", whole.1, resumed.1);
+}
+
 /// Slow heating is not lost in f32: 2000 steps of 10 ms move a node by less than a thousandth of its rounding each.
 #[test]
 fn slow_heating_is_not_lost() {
@@ -169,10 +258,8 @@ fn slow_heating_is_not_lost() {
 #[test]
 fn a_network_that_does_not_fit_is_stepped_by_the_default_integrator() {
     let massless = LAYERS.replace("density = 1420", "density = 0");
-    let switched = "[[heater]]\npart = \"body\"\npower = 300\nprobe = \"side\"\non_below = 281\noff_above = 283\n\
-                    [[probe]]\nname = \"side\"\nposition = [1, 0, 0]\npart = \"body\"\n";
-    for (reason, skin, tail) in [("stores no heat", massless.as_str(), ""), ("thermostat", SKIN, switched)] {
-        let scene = scene_with(&[(TRANSITION, skin)]) + ONE_PASS + tail;
+    for (reason, skin) in [("stores no heat", massless.as_str())] {
+        let scene = scene_with(&[(TRANSITION, skin)]) + ONE_PASS;
         let prepared = Folder::new(&scene).prepared();
         let network = prepared.network.as_ref().expect("a network");
         assert!(network.plan().is_none());

@@ -21,8 +21,8 @@ const COMPUTE: Scope =
 pub struct OnePassShape {
     /// Group of four nodes after the last one of each of the [`SECTIONS`].
     pub ends: [u32; SECTIONS.len()],
-    /// Whether the host gives heat.
-    pub heated: bool,
+    /// Number of heaters.
+    pub heaters: u32,
     /// Whether a local step has more than two Runge-Kutta steps.
     pub fine: bool,
     /// Whether no drawn node is free to take what nobody sees.
@@ -43,6 +43,8 @@ const BLOCKS: usize = 2;
 /// Place of a step among those of a frame.
 #[derive(Clone, Copy)]
 struct Place {
+    /// Its number. A trial has that of the step that it is for.
+    number: u32,
     first: bool,
     /// Whether its temperatures are not kept.
     trial: bool,
@@ -64,31 +66,50 @@ impl OnePassShape {
         let steps = (0..all).flat_map(|number| {
             let trial = tried && number == 0;
             let after_trial = tried && number == 1;
-            let place = Place { first: number == 0, trial, after_trial, shown: number + 1 == all };
+            let place = Place {
+                number: number.saturating_sub(u32::from(tried)),
+                first: number == 0,
+                trial,
+                after_trial,
+                shown: number + 1 == all,
+            };
             self.step(place, odd ^ (number % 2 == 1))
         });
-        (Frame { entries: steps.collect() }, odd ^ (all % 2 == 1))
+        let mut entries: Vec<Entry> = steps.collect();
+        if self.heaters > 0 {
+            let to_host = scope(S::HOST, A::HOST_READ);
+            entries.push(Entry::Barriers(vec![barrier(Resource::OnePassLog, COMPUTE_WRITE, to_host)]));
+        }
+        (Frame { entries }, odd ^ (all % 2 == 1))
     }
 
     /// One step. Blocks come first, because nodes outside them write the same buffers.
     fn step(&self, place: Place, odd: bool) -> Vec<Entry> {
-        let Place { first, trial, after_trial, shown } = place;
+        let Place { first, trial, after_trial, shown, .. } = place;
         let blocks = self.in_blocks() > 0;
         let pass = |kind, radiative, groups| {
             let variant = OnePassVariant { trial, shown, radiative, ..self.variant(kind) };
             self.pass(variant.lean(), odd, groups)
         };
-        let mut before =
-            vec![barrier(means(odd), COMPUTE_WRITE, COMPUTE_READ), barrier(means(!odd), COMPUTE_WRITE, COMPUTE_WRITE)];
-        if first {
-            before.push(barrier(Resource::Temperature, COMPUTE_WRITE, COMPUTE));
-        } else if shown && !blocks {
-            before.push(barrier(Resource::Temperature, COMPUTE_READ, COMPUTE_WRITE));
-        }
-        if !(blocks && after_trial) {
-            before.push(barrier(Resource::OnePassRests, COMPUTE_WRITE, COMPUTE));
-        }
         let mut entries = Vec::new();
+        let mut before = vec![barrier(means(!odd), COMPUTE_WRITE, COMPUTE_WRITE)];
+        if self.heaters > 0 {
+            entries.extend(self.heat(place, odd));
+            before.push(barrier(Resource::Temperature, COMPUTE_WRITE, COMPUTE));
+            if !(blocks || trial) {
+                before.push(barrier(Resource::OnePassRests, COMPUTE_READ, COMPUTE_WRITE));
+            }
+        } else {
+            before.push(barrier(means(odd), COMPUTE_WRITE, COMPUTE_READ));
+            if first {
+                before.push(barrier(Resource::Temperature, COMPUTE_WRITE, COMPUTE));
+            } else if shown && !blocks {
+                before.push(barrier(Resource::Temperature, COMPUTE_READ, COMPUTE_WRITE));
+            }
+            if !(blocks && after_trial) {
+                before.push(barrier(Resource::OnePassRests, COMPUTE_WRITE, COMPUTE));
+            }
+        }
         if blocks {
             before.push(barrier(Resource::OnePassDrives, COMPUTE_WRITE, COMPUTE_WRITE));
             before.push(barrier(Resource::OnePassCouplings, COMPUTE_WRITE, COMPUTE_READ));
@@ -110,6 +131,34 @@ impl OnePassShape {
             before = self.after_writes(place, odd);
         }
         entries
+    }
+
+    /// The power of the heaters in a step.
+    fn heat(&self, Place { number, first, trial, after_trial, .. }: Place, odd: bool) -> [Entry; 2] {
+        use Resource as R;
+        let mut before = vec![
+            barrier(means(odd), COMPUTE_WRITE, COMPUTE_READ),
+            barrier(R::Temperature, if first { COMPUTE_WRITE } else { COMPUTE_READ }, COMPUTE_WRITE),
+            barrier(R::OnePassSwitches, COMPUTE_WRITE, COMPUTE),
+        ];
+        before.extend((!first).then_some(barrier(R::OnePassLog, COMPUTE_WRITE, COMPUTE)));
+        before.extend((!after_trial).then_some(barrier(R::OnePassRests, COMPUTE_WRITE, COMPUTE)));
+        let bound = |binding, resource, scope| Access { binding: Some(binding), ..access(resource, scope) };
+        let accesses = vec![
+            bound(0, R::OnePassHeaters, COMPUTE_READ),
+            bound(1, R::OnePassPowers, COMPUTE_READ),
+            bound(2, R::OnePassSwitches, COMPUTE_READ),
+            bound(2, R::OnePassSwitches, COMPUTE_WRITE),
+            bound(3, R::OnePassLog, COMPUTE_READ),
+            bound(3, R::OnePassLog, COMPUTE_WRITE),
+            bound(5, means(odd), COMPUTE_READ),
+            bound(7, R::OnePassRests, COMPUTE_READ),
+            bound(10, R::Temperature, COMPUTE_WRITE),
+        ];
+        let said = Said::Heaters { number, first, trial };
+        let workgroups = self.heaters.div_ceil(WORKGROUP);
+        let work = Work::Dispatch { kernel: Kernel::Heaters, workgroups, set: u32::from(odd), said };
+        [Entry::Barriers(before), Entry::Pass(Pass { name: "one_pass_heaters".to_owned(), work, accesses })]
     }
 
     /// Barriers between two passes that write the temperatures of their sections.
@@ -138,8 +187,8 @@ impl OnePassShape {
     }
 
     fn variant(&self, kind: OnePassKind) -> OnePassVariant {
-        let Self { heated, fine, masked, .. } = *self;
-        OnePassVariant { kind, trial: false, shown: false, radiative: false, heated, fine, masked }
+        let Self { fine, masked, .. } = *self;
+        OnePassVariant { kind, trial: false, shown: false, radiative: false, fine, masked }
     }
 
     fn pass(&self, variant: OnePassVariant, odd: bool, (first, end): (u32, u32)) -> Entry {
@@ -158,9 +207,6 @@ impl OnePassShape {
             if variant.kind != OnePassKind::Alone {
                 bind(2, R::OnePassLinks, true, false);
                 bind(5, means(odd), true, false);
-            }
-            if variant.heated {
-                bind(13, R::OnePassHeat, true, false);
             }
         }
         if conducts {

@@ -6,7 +6,18 @@ use super::Renderer;
 use crate::gpu::error::GpuError;
 use crate::gpu::frame::Frame;
 use crate::gpu::nodes::GROUP;
-use crate::gpu::resource::Resource;
+use crate::gpu::one_pass::heaters;
+use crate::gpu::resource::{LOGGED, Resource};
+use crate::thermal::network::control::Switch;
+
+/// The heaters of a network over a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Heating<'a> {
+    /// Start of the step [s].
+    pub start: f64,
+    /// Mean power of each heater while it is on [W].
+    pub powers: &'a [f64],
+}
 
 impl Renderer {
     /// Whether network nodes are stepped within the frames.
@@ -14,25 +25,49 @@ impl Renderer {
         self.one_pass.is_some()
     }
 
-    /// The passes that step the network over `steps` steps of the scene. `heat` is the heat of every node in addition to that of the drawn nodes [W].
-    pub(super) fn network_frame(&mut self, steps: f64, heat: Option<&[f64]>) -> Result<Frame, GpuError> {
+    /// The passes that step the network over `steps` steps of the scene.
+    pub(super) fn network_frame(&mut self, steps: f64, heating: Option<Heating<'_>>) -> Result<Frame, GpuError> {
         let Some(network) = &mut self.one_pass else { return Ok(Frame::default()) };
         let (plan, count) = network.plans.over(steps * network.tables.step);
         if !Arc::ptr_eq(&plan, &network.plan) {
             // Frames in flight may still read the old weights.
             self.slots.wait()?;
             self.resources.upload(&mut self.once, Resource::OnePassWeights, &network.tables.weights(&plan))?;
+            self.resources.upload(&mut self.once, Resource::OnePassHeaters, &network.tables.heater_words(&plan))?;
             self.resources.free_staging();
             (network.plan, network.started) = (plan, false);
         }
-        if let Some(heat) = heat {
+        if !network.tables.heaters.is_empty() {
             let slot = self.slots.free()?;
-            let heat = network.tables.in_slots(heat.iter().map(|heat| *heat as f32));
-            self.resources.write(Resource::OnePassHeat, slot, &heat)?;
+            self.read_log(slot);
+            let Some(network) = &mut self.one_pass else { return Ok(Frame::default()) };
+            let Heating { start, powers } = heating.unwrap_or(Heating { start: 0.0, powers: &[] });
+            let powers: Vec<f32> = powers.iter().map(|power| *power as f32).collect();
+            self.resources.write(Resource::OnePassPowers, slot, &powers)?;
+            network.unread[slot] = Some([start, steps * network.tables.step]);
         }
+        let Some(network) = &mut self.one_pass else { return Ok(Frame::default()) };
         let (frame, odd) = network.tables.shape.steps(count, !network.started, network.odd);
         (network.odd, network.started) = (odd, true);
         Ok(frame)
+    }
+
+    /// Reads the log of the heaters that the last frame of a slot left. The frame is complete.
+    pub(super) fn read_log(&mut self, slot: usize) {
+        let Some(network) = &mut self.one_pass else { return };
+        let Some([start, length]) = network.unread[slot].take() else { return };
+        let heaters = &network.tables.heaters;
+        let log = self.resources.read(Resource::OnePassLog, slot, LOGGED * heaters.len());
+        let switches = heaters::switches(heaters, log, &network.on, start, length);
+        for switch in &switches {
+            network.on[switch.thermostat] = switch.on;
+        }
+        network.switches.extend(switches);
+    }
+
+    /// The switches of thermostats since the last call, in frames that are collected.
+    pub fn take_switches(&mut self) -> Vec<Switch> {
+        self.one_pass.as_mut().map(|network| std::mem::take(&mut network.switches)).unwrap_or_default()
     }
 
     /// Temperatures of the network's nodes [K]. `None` where the frames do not step them.
@@ -50,14 +85,15 @@ impl Renderer {
         Ok(Some(network.tables.slot_of_node.iter().map(of).collect()))
     }
 
-    /// Replaces the temperatures of the network's nodes [K]. The drawn nodes take them after the next step.
+    /// Replaces the temperatures of the network's nodes [K] and the states of its thermostats. The drawn nodes take the temperatures after the next step.
     ///
     /// # Errors
     /// A call that fails.
-    pub fn set_network_temperatures(&mut self, temperatures: &[f64]) -> Result<(), GpuError> {
+    pub fn set_network(&mut self, temperatures: &[f64], on: &[bool]) -> Result<(), GpuError> {
         self.wait()?;
         let Some(network) = &mut self.one_pass else { return Ok(()) };
-        (network.odd, network.started) = (false, false);
+        (network.odd, network.started, network.on) = (false, false, on.to_vec());
+        let states = heaters::states(&network.tables.heaters, on);
         let pairs = temperatures.iter().map(|temperature| crate::gpu::network::split(*temperature));
         let bases = network.tables.in_slots(pairs.clone().map(|[base, _]| base));
         let rests = network.tables.in_slots(pairs.map(|[_, rest]| rest));
@@ -66,6 +102,7 @@ impl Renderer {
         self.resources.upload(&mut self.once, Resource::OnePassMeanEven, &means)?;
         self.resources.upload(&mut self.once, Resource::OnePassRests, &rests)?;
         self.resources.upload(&mut self.once, Resource::OnePassCouplings, &nothing)?;
+        self.resources.upload(&mut self.once, Resource::OnePassSwitches, &states)?;
         self.resources.free_staging();
         Ok(())
     }

@@ -42,6 +42,7 @@ impl Renderer {
                 }
             }
             saved.put_flags("one_pass.flags", &[network.odd, network.started]);
+            saved.put_flags("one_pass.on", &network.on);
             saved.put("one_pass.step", &[network.plan.step()]);
         }
         if let Some(load) = &self.commanded {
@@ -82,6 +83,9 @@ impl Renderer {
             network.plan = network.plans.over(step).0;
             let weights = network.tables.weights(&network.plan);
             self.resources.upload(&mut self.once, Resource::OnePassWeights, &weights)?;
+            let heaters = network.tables.heater_words(&network.plan);
+            self.resources.upload(&mut self.once, Resource::OnePassHeaters, &heaters)?;
+            network.on = saved.flags("one_pass.on")?;
             let flags = saved.flags("one_pass.flags")?;
             (network.odd, network.started) = (flags.first() == Some(&true), flags.get(1) == Some(&true));
         }

@@ -10,14 +10,36 @@ mod blocks;
 mod exponential;
 mod local;
 mod plan;
+mod switching;
 
 use std::sync::Arc;
 
 pub use blocks::{BLOCK_AT_MOST, Unfit};
 pub use plan::{Block, Conduction, Plan, Plans, Weak};
+pub use switching::SWITCHES_AT_MOST;
 
+use self::switching::{Sensed, State};
+use super::control::Switch;
+use super::schedule::Thermostat;
 use super::{radiated, radiative_slope};
 use crate::thermal::STEFAN_BOLTZMANN;
+
+/// A heater of a network in one pass.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Heater {
+    /// Heated nodes with their shares of its power.
+    pub shares: Vec<(u32, f64)>,
+    /// What switches it. Without a thermostat it is always on.
+    pub thermostat: Option<Thermostat>,
+}
+
+impl Heater {
+    /// Change of the sensor in a step of a plan by the heater [K].
+    pub fn gain(&self, plan: &Plan) -> f64 {
+        let gain = |one: &Thermostat| one.power * plan.response(one.sensor as usize, &self.shares);
+        self.thermostat.as_ref().map_or(0.0, gain)
+    }
+}
 
 /// A network that is stepped in one pass.
 #[derive(Debug, Clone)]
@@ -36,6 +58,11 @@ pub struct OnePass {
     started: bool,
     /// Sum of the squares of all estimates, their number, the largest one and its node.
     told: (f64, u64, f64, usize),
+    heaters: Vec<Heater>,
+    /// State of the thermostat of each heater.
+    states: Vec<State>,
+    /// Change of each heater's sensor in a step by the heater [K].
+    gains: Vec<f64>,
 }
 
 /// The estimated error of a run.
@@ -50,10 +77,12 @@ pub struct Estimate {
 }
 
 impl OnePass {
-    /// A network at its temperatures.
-    pub fn new(plan: &Arc<Plan>) -> Self {
+    /// A network at its temperatures, with heaters.
+    pub fn new(plan: &Arc<Plan>, heaters: Vec<Heater>) -> Self {
         let nothing = vec![0.0; plan.network().len()];
+        let gains = heaters.iter().map(|one| one.gain(plan)).collect();
         Self {
+            gains,
             temperatures: plan.network().temperatures.clone(),
             last: nothing.clone(),
             coupling: nothing.clone(),
@@ -62,6 +91,8 @@ impl OnePass {
             plan: Arc::clone(plan),
             started: false,
             told: Default::default(),
+            states: heaters.iter().map(|one| State::new(one.thermostat.as_ref())).collect(),
+            heaters,
         }
     }
 
@@ -79,22 +110,66 @@ impl OnePass {
         self.started = false;
     }
 
-    /// Advances by `length` [s] under a constant heat of every node [W], in equal steps that are not longer than the plan's.
-    pub fn advance(&mut self, heat: &[f64], length: f64) {
+    /// Replaces the states of the thermostats.
+    pub fn set_on(&mut self, on: &[bool]) {
+        let switched = self.states.iter_mut().zip(&self.heaters).filter(|(_, heater)| heater.thermostat.is_some());
+        for ((state, _), on) in switched.zip(on) {
+            *state = State { on: *on, ..State::default() };
+        }
+    }
+
+    /// Whether the heater of each thermostat is on.
+    pub fn on(&self) -> Vec<bool> {
+        let switched = self.states.iter().zip(&self.heaters).filter(|(_, heater)| heater.thermostat.is_some());
+        switched.map(|(state, _)| state.on).collect()
+    }
+
+    /// Advances from `start` [s] by `length` [s] under a constant heat of every node and a constant power of every heater [W], in equal steps that are
+    /// not longer than the plan's. Returns the switches of thermostats.
+    pub fn advance(&mut self, heat: &[f64], powers: &[f64], start: f64, length: f64) -> Vec<Switch> {
         let (plan, count) = self.plans.over(length);
-        self.started &= Arc::ptr_eq(&plan, &self.plan);
-        self.plan = plan;
-        for _ in 0..count {
+        if !Arc::ptr_eq(&plan, &self.plan) {
+            self.gains = self.heaters.iter().map(|one| one.gain(&plan)).collect();
+            (self.plan, self.started) = (plan, false);
+        }
+        let mut switches = Vec::new();
+        for number in 0..count {
+            let start = start + f64::from(number) * self.plan.step();
             if !self.started {
                 // What the last change would have been is not known. The step is therefore taken twice.
                 let (before, error) = (self.temperatures.clone(), self.error.clone());
-                self.step(heat);
+                let heat = self.with_heaters(heat, powers, start, &mut switches);
+                self.step(&heat);
                 (self.temperatures, self.error) = (before, error);
                 self.started = true;
             }
-            self.step(heat);
+            let heat = self.with_heaters(heat, powers, start, &mut switches);
+            self.step(&heat);
             self.tell();
         }
+        switches
+    }
+
+    /// Heat of every node with that of the heaters [W], in a step from `start` [s].
+    fn with_heaters(&mut self, heat: &[f64], powers: &[f64], start: f64, switches: &mut Vec<Switch>) -> Vec<f64> {
+        let mut heat = heat.to_vec();
+        let mut thermostats = 0;
+        for (number, (Heater { shares, thermostat }, power)) in self.heaters.iter().zip(powers).enumerate() {
+            let mut duty = 1.0;
+            if let Some(thermostat) = thermostat {
+                let sensor = thermostat.sensor as usize;
+                let last = self.started.then_some(self.last[sensor]);
+                let sensed = Sensed { here: self.temperatures[sensor], last, gain: self.gains[number] };
+                let mut on = self.states[number].on;
+                duty = self.states[number].duty(thermostat, sensed, |place| {
+                    on = !on;
+                    switches.push(Switch { time: start + place * self.plan.step(), thermostat: thermostats, on });
+                });
+                thermostats += 1;
+            }
+            shares.iter().for_each(|(node, share)| heat[*node as usize] += duty * share * power);
+        }
+        heat
     }
 
     /// Estimated error of all steps so far.

@@ -29,8 +29,6 @@ pub enum Unfit {
         /// The node.
         node: usize,
     },
-    /// A thermostat.
-    Thermostat,
     /// Radiative conductors that move too much of a difference in a step.
     Radiative {
         /// A node that they join.
@@ -57,7 +55,6 @@ impl fmt::Display for Unfit {
         match self {
             Self::Arithmetic { node } => write!(out, "node {node} stores no heat"),
             Self::Boundary { node } => write!(out, "node {node} is a boundary"),
-            Self::Thermostat => write!(out, "a heater has a thermostat"),
             Self::Radiative { node, share } => write!(
                 out,
                 "the radiative conductors of node {node} move {share:.2} of a difference in a step, which is more than \

@@ -138,6 +138,27 @@ impl Plan {
         &self.shape.weak[self.shape.starts[node] as usize..self.shape.starts[node + 1] as usize]
     }
 
+    /// Change of a node in a step [K] by 1 W that goes to nodes by their shares. It counts the node's own heat and that inside its block.
+    pub fn response(&self, node: usize, shares: &[(u32, f64)]) -> f64 {
+        let direct = |node: usize, share: f64| self.step * share / self.network().capacitances[node];
+        let own = shares.iter().filter(|(heated, _)| *heated as usize == node);
+        let own: f64 = own.map(|(_, share)| direct(node, *share)).sum();
+        let Some(block) = self.blocks().iter().find(|block| block.nodes.binary_search(&(node as u32)).is_ok()) else {
+            return own;
+        };
+        let conduction = &self.conductions[block.conduction as usize];
+        let place = |node: u32| block.nodes.binary_search(&node).ok();
+        let row = place(node as u32).map_or(0, |place| place * conduction.size);
+        let factor = block.capacitance / self.network().capacitances[node];
+        // The change by conduction acts on differences to the node.
+        let gained: f64 = shares.iter().filter_map(|(heated, share)| {
+            let place = place(*heated)?;
+            Some(conduction.drive[row + place] * direct(*heated as usize, *share))
+        }).sum();
+        let all: f64 = conduction.drive[row..row + conduction.size].iter().sum();
+        own + factor * (gained - own * all)
+    }
+
     /// Whether nodes radiate to each other.
     pub fn radiates(&self) -> bool {
         self.shape.weak.iter().any(|link| link.exchange_area > 0.0)

@@ -3,7 +3,7 @@
 use super::*;
 use crate::thermal::network::control::{Integrator, Leg, Settings, integrate_leg};
 use crate::thermal::network::reference::ReferenceStepper;
-use crate::thermal::network::schedule::Schedule;
+use crate::thermal::network::schedule::{Schedule, Thermostat};
 use crate::thermal::network::stepper::Stepper;
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
@@ -68,10 +68,10 @@ fn accurate(network: &Network, time: f64, step: f64) -> Vec<f64> {
 
 fn one_pass(network: &Network, time: f64, step: f64) -> OnePass {
     let plan = Plan::new(network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-    let mut one_pass = OnePass::new(&plan);
+    let mut one_pass = OnePass::new(&plan, Vec::new());
     for number in 0..(time / step).round() as u32 {
         let from = f64::from(number) * step;
-        one_pass.advance(&heat(network, from, from + step), step);
+        one_pass.advance(&heat(network, from, from + step), &[], from, step);
     }
     one_pass
 }
@@ -123,18 +123,18 @@ fn a_part_left_out_shows() {
         }
         let truth = accurate(&network, time, step);
         let plan = Plan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-        let mut stepped = OnePass::new(&plan);
+        let mut stepped = OnePass::new(&plan, Vec::new());
         for number in 0..(time / step).round() as u32 {
             let from = f64::from(number) * step;
             let heat = heat(&network, from, from + step);
             change(&mut stepped);
             if loads_outside {
-                stepped.advance(&vec![0.0; network.len()], step);
+                stepped.advance(&vec![0.0; network.len()], &[], from, step);
                 for (node, heat) in heat.iter().enumerate() {
                     stepped.temperatures[node] += step * heat / network.capacitances[node];
                 }
             } else {
-                stepped.advance(&heat, step);
+                stepped.advance(&heat, &[], from, step);
             }
         }
         rms(stepped.temperatures(), &truth)
@@ -161,11 +161,11 @@ fn heat_is_conserved() {
         *temperature = 200.0 + 200.0 * scattered(11 * node);
     }
     let plan = Plan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-    let mut stepped = OnePass::new(&plan);
+    let mut stepped = OnePass::new(&plan, Vec::new());
     let stored = |temperatures: &[f64]| network.capacitances.iter().zip(temperatures).map(|(c, t)| c * t).sum::<f64>();
     let before = stored(stepped.temperatures());
     for _ in 0..500 {
-        stepped.advance(&vec![0.0; network.len()], 15.0);
+        stepped.advance(&vec![0.0; network.len()], &[], 0.0, 15.0);
     }
     let after = stored(stepped.temperatures());
     assert!((after / before - 1.0).abs() < 1e-12, "{before} J became {after} J");
@@ -201,14 +201,14 @@ fn a_blanket_over_a_structure_is_near_the_accurate_integrator() {
 fn steps_of_other_lengths_keep_the_accuracy() {
     let network = sheet(6, 50.0);
     let plan = Plan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-    let mut stepped = OnePass::new(&plan);
+    let mut stepped = OnePass::new(&plan, Vec::new());
     let (mut now, end) = (0.0, 1806.0);
     for length in [15.0, 7.0, 60.0, 15.0, 31.0].into_iter().cycle() {
         let length = f64::min(length, end - now);
         if length <= 0.0 {
             break;
         }
-        stepped.advance(&heat(&network, now, now + length), length);
+        stepped.advance(&heat(&network, now, now + length), &[], now, length);
         now += length;
     }
     let error = rms(stepped.temperatures(), &accurate(&network, end, 3.0));
@@ -233,4 +233,76 @@ fn copies_share_their_matrices() {
     assert_eq!(kinds(&network), 1);
     network.linear[0].conductance = 1.001;
     assert_eq!(kinds(&network), 2);
+}
+
+/// A heater of node 40 and its neighbours in a sheet, sensed at node 40, with a band in which it cycles.
+fn heated() -> Heater {
+    let shares = vec![(40, 0.5), (39, 0.25), (41, 0.25)];
+    let thermostat =
+        Thermostat { node: 40, sensor: 40, power: 150.0, on_below: 291.0, off_above: 293.0, initially_on: false };
+    Heater { thermostat: Some(thermostat), shares }
+}
+
+/// Switching times [s] and temperatures of the accurate integrator.
+fn accurately_switched(network: &Network, heater: &Heater, time: f64, step: f64) -> (Vec<(f64, bool)>, Vec<f64>) {
+    let thermostat = heater.thermostat.as_ref().expect("a thermostat");
+    let sensors = [thermostat.sensor];
+    let mut stepper = ReferenceStepper::new(network.clone(), &sensors);
+    let settings = Settings { tolerance: 1e-4, ..Settings::of(Integrator::Accurate) };
+    let (mut first, mut on, mut switches) = (f64::INFINITY, false, Vec::new());
+    for number in 0..(time / step).round() as u32 {
+        let from = f64::from(number) * step;
+        let schedule = Schedule {
+            constant: heat(network, from, from + step),
+            thermostats: vec![Thermostat { initially_on: on, ..thermostat.clone() }],
+            spread: vec![heater.shares.clone()],
+            times: vec![step],
+            ..Schedule::default()
+        };
+        let leg = Leg { horizon: time, step: first, tight_switches: true };
+        let series = integrate_leg(&mut stepper, network, &schedule, &settings, leg, |_| true).expect("no failure");
+        switches.extend(series.switches.iter().map(|switch| (from + switch.time, switch.on)));
+        (first, on) = (series.first_step.unwrap_or(series.step), series.on[0]);
+    }
+    let Ok(temperatures) = stepper.temperatures();
+    (switches, temperatures)
+}
+
+/// The sensor stands in a block (`fast`) or alone. Each switch of the accurate integrator is found, near its time. Where the sensor is read at the
+/// start of a step only, times are up to a step late.
+#[test]
+fn thermostats_switch_when_the_accurate_integrator_says() {
+    for (fast, step) in [(1.0, 15.0), (400.0, 15.0), (400.0, 5.0)] {
+        let network = sheet(9, fast);
+        let (truth, end) = accurately_switched(&network, &heated(), 6000.0, step);
+        let run = |blind: bool| {
+            let plan = Plan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+            let mut one_pass = OnePass::new(&plan, vec![heated()]);
+            let mut switches = Vec::new();
+            for number in 0..(6000.0 / step) as u32 {
+                let from = f64::from(number) * step;
+                if blind {
+                    // The same rate with and without the heater, and none.
+                    one_pass.gains[0] = 0.0;
+                    one_pass.last[40] = 0.0;
+                }
+                switches.extend(one_pass.advance(&heat(&network, from, from + step), &[150.0], from, step));
+            }
+            let off = |(switch, (time, on)): (&Switch, &(f64, bool))| {
+                assert_eq!(switch.on, *on);
+                (switch.time - time).abs()
+            };
+            let latest = switches.iter().zip(&truth).map(off).fold(0.0, f64::max);
+            (switches.len(), latest, rms(one_pass.temperatures(), &end))
+        };
+        let [(found, late, error), (_, blind, _)] = [false, true].map(run);
+        println!(
+            "{fast}, {step} s: {found} of {} switches, at most {late:.2} s off, {error:.4} K rms at the end; read at the start {blind:.2} s",
+            truth.len()
+        );
+        assert!(truth.len() >= 10, "{} switches", truth.len());
+        assert_eq!(found, truth.len());
+        assert!(late < 0.2 * step, "{late} s");
+        assert!(blind > 2.0 * late, "{blind} s, and {late} s with the last change");
+    }
 }
