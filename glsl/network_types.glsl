@@ -98,6 +98,7 @@ struct NetworkStep {
     uint first;
     uint end;
     uint count;
+    uint age;
     float step;
     float space_temperature_4;
 };

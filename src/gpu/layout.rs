@@ -301,8 +301,10 @@ shared! {
         pub first: u32,
         /// Group after the last.
         pub end: u32,
-        /// Runge-Kutta steps in a local step.
+        /// Runge-Kutta steps in a local step of a fast node.
         pub count: u32,
+        /// Steps of this length so far.
+        pub age: u32,
         /// Length [s].
         pub step: f32,
         /// Fourth power of the radiative temperature of space [K4].

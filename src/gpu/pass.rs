@@ -128,8 +128,15 @@ pub enum Said {
     Ray(u32, u32),
     /// Times and weights of a network pass.
     Network(NetworkWork),
-    /// First group of a network in one pass, and the group after the last.
-    OnePass(u32, u32),
+    /// A part of a step of a network in one pass.
+    OnePass {
+        /// First group.
+        first: u32,
+        /// Group after the last.
+        end: u32,
+        /// Steps of the same length before it.
+        age: u32,
+    },
     /// A step of heaters.
     Heaters {
         /// Number of the step in the frame. A trial has that of the step that it is for.

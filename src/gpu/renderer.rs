@@ -11,7 +11,6 @@ mod slots;
 use std::sync::Arc;
 
 use culling::Culling;
-pub use network::Heating;
 use one_pass::{OnePass, is_of_network};
 use shadows::Shadows;
 use slots::Slots;
@@ -31,6 +30,15 @@ use super::resources::SceneData;
 use super::store::Resources;
 use super::timing::{DeviceFrame, PassTimes};
 use crate::environment::StepLoad;
+
+/// The heaters of a network over a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Heating<'a> {
+    /// Start of the step [s].
+    pub start: f64,
+    /// Mean power of each heater while it is on [W].
+    pub powers: &'a [f64],
+}
 
 /// Work and outputs of a frame.
 #[derive(Default, Clone, Copy)]
@@ -277,12 +285,13 @@ impl Renderer {
         let told = |said: Said| match said {
             Said::Triangle(first) => first.to_le_bytes().to_vec(),
             Said::Ray(ray, joint) => self.shadows.ray(ray, joint),
-            Said::OnePass(first, end) => {
-                let constants = |network: &OnePass| bytemuck::bytes_of(&network.constants(first, end)).to_vec();
+            Said::OnePass { first, end, age } => {
+                let constants = |one: &OnePass| bytemuck::bytes_of(&one.constants(first, end, age)).to_vec();
                 self.one_pass.as_ref().map(constants).unwrap_or_default()
             }
             Said::Heaters { number, first, trial } => {
-                let constants = |one: &OnePass| bytemuck::bytes_of(&one.heater_constants(number, first, trial)).to_vec();
+                let constants =
+                    |one: &OnePass| bytemuck::bytes_of(&one.heater_constants(number, first, trial)).to_vec();
                 self.one_pass.as_ref().map(constants).unwrap_or_default()
             }
             Said::Nothing | Said::Network(_) => Vec::new(),

@@ -82,6 +82,8 @@ pub enum Count {
     OnePassGroups,
     /// Those of its groups that are in blocks.
     OnePassBlockGroups,
+    /// Those of its groups whose error is estimated.
+    OnePassEstimated,
     /// Words of its links.
     OnePassLinks,
     /// Words of its sources.
@@ -111,6 +113,7 @@ impl Count {
                 | Self::Draws
                 | Self::OnePassGroups
                 | Self::OnePassBlockGroups
+                | Self::OnePassEstimated
                 | Self::OnePassLinks
                 | Self::OnePassSources
                 | Self::OnePassWeights
@@ -384,6 +387,12 @@ table! {
     OnePassDrives: row(PAIRS, OnePassBlockGroups, Storage, "Drive");
     /// Change by conduction inside blocks in the last step [K].
     OnePassCouplings: row(GROUP, OnePassBlockGroups, Storage, "Coupling");
+    /// What the estimate of the error keeps from step to step: four numbers of every node.
+    OnePassMemory: row(4 * GROUP, OnePassEstimated, Storage, "Memory");
+    /// Error of the nodes of blocks before it spreads, and that of the step [K].
+    OnePassErrors: row(PAIRS, OnePassBlockGroups, Storage, "Error");
+    /// Sum of the squares of the estimated errors of every group [K2], the largest [K], and its place.
+    OnePassTold: row(GROUP, OnePassEstimated, Storage, "Told");
     /// Sensor, place, thresholds and gain of every heater.
     OnePassHeaters: row(PAIRS, Count::OnePassHeaters, Storage, "Heater");
     /// Power of every heater while it is on [W], written by the host.

@@ -234,6 +234,14 @@ impl Engine for DeviceEngine {
         }
     }
 
+    fn network_description(&mut self) -> Vec<(String, String)> {
+        // A device that is lost by now leaves the estimate out.
+        let told = self.renderer.network_estimate().ok().flatten();
+        let Some(network) = &mut self.network else { return Vec::new() };
+        network.take_estimate(told);
+        network.description()
+    }
+
     fn set_network_temperatures(&mut self, temperatures: &[f64]) -> Result<(), EngineError> {
         let Some(network) = &mut self.network else { return Ok(()) };
         network.set_temperatures(temperatures)?;

@@ -9,7 +9,7 @@ mod run;
 
 pub(super) use build::shell;
 pub(crate) use run::unfinished;
-pub use run::{NetworkRun, StepCost};
+pub use run::{BEYOND, ESTIMATED, NetworkRun, StepCost};
 
 use std::sync::Arc;
 
@@ -103,7 +103,7 @@ impl SceneNetwork {
     /// The tables with which a device steps the network in one pass.
     pub(super) fn tables(&self) -> Option<OnePassTables> {
         let drawn = Drawn { nodes: &self.node_of_slot, areas: &self.load_areas, padding: self.padding };
-        self.plan().map(|plan| OnePassTables::new(plan, self.step, drawn, self.heaters()))
+        self.plan().map(|plan| OnePassTables::new(plan, self.step, drawn, self.heaters(), self.settings.tolerance))
     }
 
     /// Mean power of every heater [W] over a step from `start` [s] of `length` [s]. Thermostats are taken as on.
@@ -112,8 +112,7 @@ impl SceneNetwork {
     }
 
     fn heaters(&self) -> Vec<Heater> {
-        let heater =
-            |heated: &Heated| Heater { shares: heated.shares.clone(), thermostat: heated.thermostat.clone() };
+        let heater = |heated: &Heated| Heater { shares: heated.shares.clone(), thermostat: heated.thermostat.clone() };
         self.heated.iter().map(heater).collect()
     }
 
@@ -224,6 +223,6 @@ fn described(plan: &Plan) -> Vec<(String, String)> {
             format!("{} of {nodes} nodes, at most {largest} in one", plan.blocks().len()),
         ),
         entry("kinds of blocks", format!("{} with {own} weights, in place of {}", kinds.len(), plan.weights())),
-        entry("steps of a local step", plan.local_steps().to_string()),
+        entry("fast nodes", (0..plan.network().len()).filter(|node| plan.is_fast(*node)).count().to_string()),
     ]
 }

@@ -12,7 +12,8 @@ pub fn words(heaters: &[Heater], plan: &Plan, slot: impl Fn(u32) -> u32, first: 
     let words = |(number, heater): (usize, &Heater)| {
         let place = first + number as u32;
         let Some(one) = &heater.thermostat else { return [[NO_SENSOR, place, 0, 0], [0; 4]] };
-        let [low, high, gain] = [one.on_below, one.off_above - one.on_below, heater.gain(plan)].map(|value| value as f32);
+        let [low, high, gain] =
+            [one.on_below, one.off_above - one.on_below, heater.gain(plan)].map(|value| value as f32);
         [[slot(one.sensor), place, 0, 0], [low.to_bits(), high.to_bits(), gain.to_bits(), 0]]
     };
     heaters.iter().enumerate().flat_map(words).collect()

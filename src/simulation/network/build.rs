@@ -140,9 +140,8 @@ impl SceneNetwork {
                     hottest[nodes.group_material[slot / crate::gpu::nodes::GROUP] as usize];
             }
         }
-        let one_pass = (settings.integrator == Integrator::OnePass).then(|| {
-            Plan::new(&shell.network, scene.time.step, &hottest_of_node)
-        });
+        let one_pass = (settings.integrator == Integrator::OnePass)
+            .then(|| Plan::new(&shell.network, scene.time.step, &hottest_of_node));
         let (step, horizon) = (scene.time.step, scene.orbit.period());
         let padding = nodes.vertex_of_node.iter().position(|vertex| *vertex == PADDING).map(|slot| slot as u32);
         Ok(Self { shell, settings, node_of_slot, load_areas, heated, one_pass, padding, step, horizon })

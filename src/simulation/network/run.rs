@@ -15,7 +15,7 @@ use crate::simulation::engine_error::EngineError;
 use crate::simulation::stepper::AnyStepper;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::control::{ControlError, Leg, Settings, Switch, Use, integrate_leg};
-use crate::thermal::network::one_pass::{OnePass, SWITCHES_AT_MOST};
+use crate::thermal::network::one_pass::{Estimate, Halving, OnePass, SWITCHES_AT_MOST};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::steady::{SteadyError, steady};
 use crate::thermal::network::stepper::Stepper;
@@ -29,6 +29,10 @@ pub struct StepCost {
     pub device_ms: Option<f64>,
 }
 
+/// Name of the estimated error of a network in one pass, in a description.
+pub const ESTIMATED: &str = "estimated error";
+/// Name of the remark that this error is beyond the tolerance.
+pub const BEYOND: &str = "beyond the tolerance";
 /// Most switches in steps of one pass that are kept.
 pub const LOCATED_AT_MOST: usize = 64;
 
@@ -47,6 +51,8 @@ pub struct NetworkRun {
     rejected: u64,
     switches: u64,
     located: VecDeque<Switch>,
+    /// The estimated error of the steps in the frames of a device, and how often they are halved.
+    told: Option<(Estimate, Halving)>,
     /// The network in one pass in f64, where the processor steps it so.
     one_pass: Option<OnePass>,
     /// The device whose frames step the network, with the free buffers of the scene. It lends itself to find a steady state.
@@ -63,7 +69,7 @@ pub struct NetworkRun {
 impl NetworkRun {
     /// A network that the processor integrates in f64.
     pub fn reference(scene: &Arc<SceneNetwork>) -> Self {
-        let one_pass = scene.plan().map(|plan| OnePass::new(plan, scene.heaters()));
+        let one_pass = scene.plan().map(|plan| OnePass::new(plan, scene.heaters(), scene.settings.tolerance));
         Self { one_pass, ..Self::new(scene, AnyStepper::reference(scene.network(), &scene.sensors())) }
     }
 
@@ -107,6 +113,7 @@ impl NetworkRun {
             rejected: 0,
             switches: 0,
             located: VecDeque::new(),
+            told: None,
             one_pass: None,
             lender: None,
             wrote_spare: false,
@@ -340,11 +347,16 @@ impl NetworkRun {
             let mut own = switches.iter().filter(|switch| switch.thermostat == number);
             let (first, count) = (own.next().map_or(0.0, |first| first.time), 1 + own.clone().count() as u32);
             if count >= SWITCHES_AT_MOST {
-                let why = thermostat.chatter(count, own.last().map_or(0.0, |last| last.time - first));
+                let why = thermostat.chatter(count, own.next_back().map_or(0.0, |last| last.time - first));
                 return Err(failure(first, &format!("the {} {why}", self.scene.thermostat_name(number))));
             }
         }
         Ok(())
+    }
+
+    /// Takes the estimated error of the steps in the frames of a device, and how often they are halved.
+    pub fn take_estimate(&mut self, told: Option<(Estimate, Halving)>) {
+        self.told = told;
     }
 
     /// The last switches of thermostats in steps of one pass, at most [`LOCATED_AT_MOST`].
@@ -381,14 +393,14 @@ impl NetworkRun {
         if self.is_in_frames() {
             let integrated = "in one pass a step on the device, f32 with carried rest";
             let mut lines = vec![("integrated".to_owned(), integrated.to_owned())];
+            lines.extend(self.told.iter().flat_map(|(estimate, halving)| told(estimate, halving)));
             lines.extend(self.switches_line());
             return lines;
         }
         if let Some(one_pass) = &self.one_pass {
-            let told = one_pass.estimate();
-            let error = format!("{:.1e} K rms, at most {:.1e} K at node {}", told.rms, told.most, told.node);
             let integrated = "in one pass a step, f64 on the processor".to_owned();
-            let mut lines = vec![("integrated".to_owned(), integrated), ("estimated error".to_owned(), error)];
+            let mut lines = vec![("integrated".to_owned(), integrated)];
+            lines.extend(told(&one_pass.estimate(), one_pass.halving()));
             lines.extend(self.switches_line());
             return lines;
         }
@@ -421,6 +433,24 @@ impl NetworkRun {
     fn switches_line(&self) -> Option<(String, String)> {
         (!self.on.is_empty()).then(|| ("switches of thermostats".to_owned(), self.switches.to_string()))
     }
+}
+
+/// The estimated error of steps in one pass, in words.
+fn told(estimate: &Estimate, halving: &Halving) -> Vec<(String, String)> {
+    let Estimate { rms, most, node } = estimate;
+    let mut lines = vec![(ESTIMATED.to_owned(), format!("{rms:.1e} K rms, at most {most:.1e} K at node {node}"))];
+    if halving.most > 0 {
+        let name = "steps of a step of the scene".to_owned();
+        lines.push((name, format!("{} now, {} at most", halving.parts(), 1 << halving.most)));
+    }
+    if halving.exceeded > 0 {
+        let beyond = format!(
+            "the estimate exceeds {} K at an eighth of the step; integrator = \"default\" follows its tolerance",
+            halving.tolerance
+        );
+        lines.push((BEYOND.to_owned(), beyond));
+    }
+    lines
 }
 
 fn failure(time: f64, reason: &str) -> EngineError {
