@@ -86,10 +86,19 @@ struct NetworkSolver {
     float largest_move;
 };
 
+struct HeaterStep {
+    uint heaters;
+    uint first;
+    uint trial;
+    float start;
+    float step;
+};
+
 struct NetworkStep {
     uint first;
     uint end;
     uint count;
+    uint age;
     float step;
     float space_temperature_4;
 };

@@ -28,6 +28,7 @@ use crate::simulation::check::{Accuracy, SAMPLE};
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
 use crate::simulation::forecast::{Forecast, Rate};
+use crate::simulation::network::{BEYOND, ESTIMATED};
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
 use crate::trace::{Trace, Track};
@@ -218,7 +219,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         buffers: if with_check { buffers.collect() } else { Vec::new() },
         speed: speed(&prepared, &*engine, &outcome, wall_s),
         command_line,
-        ..report(&prepared, &plan, &chosen, &*engine, outcome, start_up_s)
+        ..report(&prepared, &plan, &chosen, &mut *engine, outcome, start_up_s)
     };
     folder.write_json(REPORT_JSON, &report)?;
     folder.write_bytes(REPORT_HTML, report_html::page(&report).as_bytes())?;
@@ -264,7 +265,7 @@ fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f6
 }
 
 /// The settings and integration of the thermal network.
-fn network_section(prepared: &Prepared, engine: &dyn Engine) -> Option<SettingGroup> {
+fn network_section(prepared: &Prepared, engine: &mut dyn Engine) -> Option<SettingGroup> {
     let network = prepared.network.as_ref()?;
     let entries = network.description().into_iter().chain(engine.network_description()).collect();
     Some(SettingGroup { title: "Thermal network".to_owned(), entries })
@@ -282,7 +283,7 @@ fn report(
     prepared: &Prepared,
     plan: &[Planned],
     chosen: &Target,
-    engine: &dyn Engine,
+    engine: &mut dyn Engine,
     outcome: Outcome,
     start_up_s: f64,
 ) -> Report {
@@ -334,7 +335,13 @@ fn report(
     }
     let missed = outcome.periodic.and_then(|periodic| periodic.warning(""));
     let off = outcome.accuracy.as_ref().and_then(Accuracy::warning);
-    for warning in missed.into_iter().chain(off) {
+    let network = network_section(prepared, engine);
+    let said = |name: &str| network.iter().flat_map(|group| &group.entries).find(|(entry, _)| entry == name);
+    if let Some((name, value)) = said(ESTIMATED) {
+        say!("network in one pass: {name} {value}");
+    }
+    let beyond = said(BEYOND).map(|(_, value)| format!("the network in one pass: {value}"));
+    for warning in missed.into_iter().chain(off).chain(beyond) {
         say!("warning: {warning}");
         warnings.push(warning);
     }
@@ -353,11 +360,7 @@ fn report(
             nodes_by_response,
         },
         passes: pass_times(engine),
-        settings: settings::groups(prepared)
-            .into_iter()
-            .chain(network_section(prepared, engine))
-            .chain([forecast])
-            .collect(),
+        settings: settings::groups(prepared).into_iter().chain(network).chain([forecast]).collect(),
         assumptions: prepared.scene.assumptions.clone(),
         warnings,
         switched_off: prepared.switched_off(),

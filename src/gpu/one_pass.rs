@@ -6,22 +6,24 @@
 //! radiate to each other stand apart, because only they pay for it.
 
 pub mod frame;
+pub(super) mod heaters;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use self::frame::{OnePassShape, SECTIONS};
+use self::frame::{OnePassShape, SECTIONS, Section};
 use super::nodes::GROUP;
+use super::one_pass_variant::OnePassKind;
 use super::resource_row::Count;
 use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::network::one_pass::Plan;
+use crate::thermal::network::one_pass::{Heater, Plan};
 
 /// A place without a node.
 const NONE: u32 = u32::MAX;
 /// Nodes of a window, within which nodes outside blocks are sorted. It is small enough to keep neighbours close.
 const WINDOW: usize = 512;
-/// Area that stands for no drawn node.
-const NOT_DRAWN: f32 = -1.0;
+/// Set in the place of a source that is no drawn node.
+const UNDRAWN: u32 = 1 << 31;
 /// Weights of four nodes in a tile: four columns of drives and four of temperatures.
 const COLUMNS: usize = 8;
 
@@ -47,6 +49,8 @@ struct Unit {
     nodes: Vec<u32>,
     /// Whether some of them radiate to other nodes.
     radiates: bool,
+    /// Whether some of them are fast.
+    fast: bool,
 }
 
 /// The tables of a network.
@@ -73,11 +77,17 @@ pub struct OnePassTables {
     /// Kinds of units in the order of their weights.
     kinds: Vec<(u32, bool)>,
     weights: usize,
+    /// Estimated error above which the step is halved [K].
+    pub tolerance: f64,
+    /// Heaters.
+    pub(super) heaters: Vec<Heater>,
+    /// Place of the first heater's power among the temperatures of drawn nodes.
+    first_power: u32,
 }
 
 impl OnePassTables {
-    /// The tables of a plan. `heated` tells whether the host gives heat in addition to the drawn nodes.
-    pub fn new(plan: &Arc<Plan>, step: f64, drawn: Drawn<'_>, heated: bool) -> Self {
+    /// The tables of a plan.
+    pub fn new(plan: &Arc<Plan>, step: f64, drawn: Drawn<'_>, heaters: Vec<Heater>, tolerance: f64) -> Self {
         let count = plan.network().len();
         let mut sources = vec![Vec::new(); count];
         for (slot, (node, area)) in drawn.nodes.iter().zip(drawn.areas).enumerate() {
@@ -86,38 +96,62 @@ impl OnePassTables {
                 sources.push((slot as u32, *area as f32));
             }
         }
+        // The power of a heater stands behind the temperatures of the drawn nodes.
+        let first_power = drawn.nodes.len() as u32;
+        for (number, heater) in heaters.iter().enumerate() {
+            for (node, share) in &heater.shares {
+                sources[*node as usize].push(((first_power + number as u32) | UNDRAWN, *share as f32));
+            }
+        }
         let radiates: Vec<bool> =
             (0..count).map(|node| plan.weak_of(node).iter().any(|link| link.exchange_area > 0.0)).collect();
-        let mut free = vec![true; count];
+        let mut free: Vec<bool> = (0..count).map(|node| !plan.is_massless(node)).collect();
         plan.blocks().iter().flat_map(|block| &block.nodes).for_each(|node| free[*node as usize] = false);
-        let (alone, groups_alone) = alone(plan, drawn, &sources, &mut free);
-        let mut singles = [Vec::new(), Vec::new()];
-        (0..count).filter(|node| free[*node]).for_each(|node| singles[usize::from(!radiates[node])].push(node as u32));
-        let units = units(plan, &mut singles[1], &radiates);
+        let alone = alone(plan, drawn, &sources, &mut free);
+        let mut singles: Vec<u32> = (0..count as u32).filter(|node| free[*node as usize]).collect();
+        let is = |node: &u32| (radiates[*node as usize], plan.is_fast(*node as usize));
+        let units = units(plan, &mut singles, is);
         let mut node_of_slot: Vec<u32> = Vec::with_capacity(count);
         let mut ends = [0; SECTIONS.len()];
-        for (section, radiative) in [true, false].into_iter().enumerate() {
-            let of_section = units.iter().filter(|unit| unit.radiates == radiative);
-            node_of_slot.extend(of_section.flat_map(|unit| unit.nodes.iter().copied()));
-            ends[section] = (node_of_slot.len() / GROUP) as u32;
-        }
-        for (section, mut singles) in (2..).zip(singles) {
-            for window in singles.chunks_mut(WINDOW) {
-                let lengths = |node: u32| (plan.weak_of(node as usize).len(), sources[node as usize].len());
-                window.sort_by_key(|node| std::cmp::Reverse(lengths(*node)));
+        // Numbers of the groups of drawn nodes that are alone, in their order.
+        let mut drawn_groups = Vec::new();
+        for (Section { kind, radiative, fast }, end) in SECTIONS.into_iter().zip(&mut ends) {
+            match kind {
+                OnePassKind::Drive | OnePassKind::Conduct => {
+                    let own = units.iter().filter(|unit| (unit.radiates, unit.fast) == (radiative, fast));
+                    node_of_slot.extend(own.flat_map(|unit| unit.nodes.iter().copied()));
+                }
+                OnePassKind::Advance => {
+                    let mut own: Vec<u32> =
+                        singles.iter().copied().filter(|node| is(node) == (radiative, fast)).collect();
+                    for window in own.chunks_mut(WINDOW) {
+                        let lengths = |node: u32| (plan.weak_of(node as usize).len(), sources[node as usize].len());
+                        window.sort_by_key(|node| std::cmp::Reverse(lengths(*node)));
+                    }
+                    node_of_slot.extend(own);
+                }
+                OnePassKind::Alone => {
+                    let own = alone.iter().filter(|(nodes, _)| {
+                        fast == nodes.iter().any(|node| *node != NONE && plan.is_fast(*node as usize))
+                    });
+                    for (nodes, group) in own {
+                        node_of_slot.extend(nodes);
+                        drawn_groups.push(*group);
+                    }
+                }
+                OnePassKind::Balance => {
+                    node_of_slot.extend((0..count as u32).filter(|node| plan.is_massless(*node as usize)));
+                }
             }
-            node_of_slot.extend(singles);
             node_of_slot.resize(node_of_slot.len().next_multiple_of(GROUP), NONE);
-            ends[section] = (node_of_slot.len() / GROUP) as u32;
+            *end = (node_of_slot.len() / GROUP) as u32;
         }
-        node_of_slot.extend(alone);
-        ends[SECTIONS.len() - 1] = (node_of_slot.len() / GROUP) as u32;
         let mut slot_of_node = vec![0; count];
         for (slot, node) in node_of_slot.iter().enumerate().filter(|(_, node)| **node != NONE) {
             slot_of_node[*node as usize] = slot as u32;
         }
-        let (fine, masked) = (plan.local_steps() > 2, drawn.padding.is_none());
-        let shape = OnePassShape { ends, heated, fine, masked };
+        let masked = drawn.padding.is_none() || !heaters.is_empty();
+        let shape = OnePassShape { ends, heaters: heaters.len() as u32, masked };
         let (plan, nothing) = (Arc::clone(plan), Vec::new);
         let mut tables = Self {
             plan,
@@ -131,14 +165,20 @@ impl OnePassTables {
             units: nothing(),
             kinds: Vec::new(),
             weights: 0,
+            tolerance,
+            heaters,
+            first_power,
         };
-        let missing = drawn.padding.map_or((0, NOT_DRAWN), |slot| (slot, 0.0));
-        let first_alone = ends[SECTIONS.len() - 2] as usize;
-        for (number, group) in node_of_slot.chunks(GROUP).enumerate() {
-            let radiative = number < ends[0] as usize || (ends[1] as usize..ends[2] as usize).contains(&number);
-            match number.checked_sub(first_alone) {
-                Some(place) => tables.take_alone(group, &sources, groups_alone[place]),
-                None => tables.take_group(group, &sources, radiative, missing),
+        let missing = (drawn.padding.unwrap_or(UNDRAWN), 0.0);
+        let mut groups = node_of_slot.chunks(GROUP);
+        let mut drawn_groups = drawn_groups.into_iter();
+        for (section, groups_end) in SECTIONS.iter().zip(ends) {
+            let left = groups_end as usize - tables.rows.len();
+            for group in groups.by_ref().take(left) {
+                match section.kind {
+                    OnePassKind::Alone => tables.take_alone(group, &sources, drawn_groups.next().unwrap_or(0)),
+                    _ => tables.take_group(group, &sources, section.radiative, missing),
+                }
             }
         }
         tables.take_units(&units);
@@ -155,7 +195,8 @@ impl OnePassTables {
         let of_node = |value: &dyn Fn(usize) -> f64| {
             PLACES.map(|place| if group[place] == NONE { 0.0 } else { value(group[place] as usize) as f32 })
         };
-        self.nodes.push(of_node(&|node| 1.0 / network.capacitances[node]));
+        let inverse = |node: usize| if plan.is_massless(node) { 0.0 } else { 1.0 / network.capacitances[node] };
+        self.nodes.push(of_node(&inverse));
         self.nodes.push(of_node(&|node| STEFAN_BOLTZMANN * network.emissive_areas[node]));
     }
 
@@ -206,9 +247,11 @@ impl OnePassTables {
         }
         let mut known = BTreeMap::new();
         let mut first = 0;
-        for unit in
-            [true, false].into_iter().flat_map(|radiates| units.iter().filter(move |unit| unit.radiates == radiates))
-        {
+        let blocks = SECTIONS.into_iter().filter(|section| section.kind == OnePassKind::Drive);
+        let of = |section: Section| {
+            units.iter().filter(move |unit| (unit.radiates, unit.fast) == (section.radiative, section.fast))
+        };
+        for unit in blocks.flat_map(of) {
             let groups = unit.nodes.len() / GROUP;
             let weights = *known.entry(unit.kind).or_insert_with(|| {
                 self.kinds.push(unit.kind);
@@ -249,15 +292,21 @@ impl OnePassTables {
         weights
     }
 
+    /// The table of the heaters for a plan of any length of step.
+    pub(super) fn heater_words(&self, plan: &Plan) -> Vec<[u32; 4]> {
+        heaters::words(&self.heaters, plan, |node| self.slot_of_node[node as usize], self.first_power)
+    }
+
     /// Number of elements for a `count`.
     pub(super) fn count(&self, count: Count) -> usize {
         match count {
             Count::OnePassGroups => self.shape.groups() as usize,
             Count::OnePassBlockGroups => self.shape.in_blocks() as usize,
+            Count::OnePassEstimated => self.shape.estimated() as usize,
             Count::OnePassLinks => self.links.len(),
             Count::OnePassSources => self.sources.len(),
             Count::OnePassWeights => self.weights,
-            Count::OnePassHeat if self.shape.heated => self.shape.groups() as usize,
+            Count::OnePassHeaters => self.heaters.len(),
             _ => 0,
         }
     }
@@ -272,47 +321,52 @@ impl OnePassTables {
     }
 }
 
-/// Nodes without conductors, in the groups of the drawn nodes that are theirs alone, and the numbers of these groups. They are no longer `free`.
-fn alone(plan: &Plan, drawn: Drawn<'_>, sources: &[Vec<(u32, f32)>], free: &mut [bool]) -> (Vec<u32>, Vec<u32>) {
-    let (mut nodes, mut groups) = (Vec::new(), Vec::new());
+/// Groups of drawn nodes whose nodes are theirs alone and have no conductors: the nodes, and the number of the group. These nodes are no longer `free`.
+fn alone(plan: &Plan, drawn: Drawn<'_>, sources: &[Vec<(u32, f32)>], free: &mut [bool]) -> Vec<([u32; GROUP], u32)> {
+    let mut groups = Vec::new();
     for (number, group) in drawn.nodes.chunks(GROUP).enumerate() {
         let is_alone = |node: &u32| match sources.get(*node as usize) {
-            Some(sources) => free[*node as usize] && sources.len() == 1 && plan.weak_of(*node as usize).is_empty(),
+            Some(sources) => {
+                let own = matches!(sources[..], [(at, _)] if at < UNDRAWN);
+                free[*node as usize] && own && plan.weak_of(*node as usize).is_empty()
+            }
             None => true,
         };
-        let is_node = |node: &u32| (*node as usize) < sources.len();
-        if group.len() == GROUP && group.iter().any(is_node) && group.iter().all(is_alone) {
-            groups.push(number as u32);
-            for node in group {
-                nodes.push(if is_node(node) { *node } else { NONE });
-                if is_node(node) {
-                    free[*node as usize] = false;
-                }
-            }
+        let is_node = |node: u32| (node as usize) < sources.len();
+        if let Ok(group) = <[u32; GROUP]>::try_from(group)
+            && group.iter().any(|node| is_node(*node))
+            && group.iter().all(is_alone)
+        {
+            group.iter().filter(|node| is_node(**node)).for_each(|node| free[*node as usize] = false);
+            groups.push((group.map(|node| if is_node(node) { node } else { NONE }), number as u32));
         }
     }
-    (nodes, groups)
+    groups
 }
 
-/// The units of a plan, filled from `singles`.
-fn units(plan: &Plan, singles: &mut Vec<u32>, radiates: &[bool]) -> Vec<Unit> {
+/// The units of a plan, filled from slow `singles` that do not radiate to others. `is` tells whether a node does, and whether it is fast.
+fn units(plan: &Plan, singles: &mut Vec<u32>, is: impl Fn(&u32) -> (bool, bool)) -> Vec<Unit> {
     let mut of_kind: BTreeMap<(usize, u32), Vec<&[u32]>> = BTreeMap::new();
     for block in plan.blocks() {
         of_kind.entry((block.nodes.len(), block.conduction)).or_default().push(&block.nodes);
     }
+    let (mut fill, others): (Vec<u32>, Vec<u32>) = singles.iter().partition(|node| is(node) == (false, false));
     let mut units = Vec::new();
     for ((size, conduction), blocks) in of_kind {
         // Two pairs are one group.
         let at_once = if 2 * size == GROUP { 2 } else { 1 };
         for some in blocks.chunks(at_once) {
             let mut nodes = some.concat();
-            let radiates = nodes.iter().any(|node| radiates[*node as usize]);
+            let radiates = nodes.iter().any(|node| is(node).0);
+            let fast = nodes.iter().any(|node| is(node).1);
             while nodes.len() % GROUP > 0 {
-                nodes.push(singles.pop().unwrap_or(NONE));
+                nodes.push(fill.pop().unwrap_or(NONE));
             }
-            units.push(Unit { kind: (conduction, some.len() == 2), nodes, radiates });
+            units.push(Unit { kind: (conduction, some.len() == 2), nodes, radiates, fast });
         }
     }
+    *singles = others;
+    singles.append(&mut fill);
     // Invocations that run together have loops of one length.
     units.sort_by_key(|unit| (unit.nodes.len(), unit.kind));
     units

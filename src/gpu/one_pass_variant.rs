@@ -7,6 +7,8 @@ use super::shaders::Shader;
 pub enum OnePassKind {
     /// Nodes without conductors take the whole step.
     Alone,
+    /// Nodes without capacity take the temperatures of their balance.
+    Balance,
     /// Other nodes outside blocks take the whole step.
     Advance,
     /// Computes what the nodes of blocks receive.
@@ -26,10 +28,8 @@ pub struct OnePassVariant {
     pub shown: bool,
     /// Whether nodes radiate to each other.
     pub radiative: bool,
-    /// Whether the host gives heat.
-    pub heated: bool,
-    /// Whether a local step has more than two Runge-Kutta steps.
-    pub fine: bool,
+    /// Whether the local step takes the closed form.
+    pub fast: bool,
     /// Whether no drawn node is free to take what nobody sees.
     pub masked: bool,
 }
@@ -38,14 +38,13 @@ impl OnePassVariant {
     /// The variant without switches that its work does not depend on.
     pub fn lean(self) -> Self {
         let (drives, conducts) = (self.kind == OnePassKind::Drive, self.kind == OnePassKind::Conduct);
-        let alone = self.kind == OnePassKind::Alone;
+        let (alone, balances) = (self.kind == OnePassKind::Alone, self.kind == OnePassKind::Balance);
         let shown = self.shown && !drives && !self.trial;
         Self {
-            trial: self.trial && !drives,
+            trial: self.trial && !balances,
             shown,
-            radiative: self.radiative && !conducts && !alone,
-            heated: self.heated && !conducts,
-            fine: self.fine && !conducts,
+            radiative: self.radiative && !conducts && !alone || balances,
+            fast: self.fast && !conducts && !balances,
             masked: self.masked && !alone && (shown || !conducts),
             ..self
         }
@@ -53,14 +52,15 @@ impl OnePassVariant {
 
     /// Every variant in any scene.
     pub fn all() -> Vec<Self> {
-        let kinds = [OnePassKind::Alone, OnePassKind::Advance, OnePassKind::Drive, OnePassKind::Conduct];
+        let kinds =
+            [OnePassKind::Alone, OnePassKind::Balance, OnePassKind::Advance, OnePassKind::Drive, OnePassKind::Conduct];
         let mut all: Vec<Self> = kinds
             .into_iter()
             .flat_map(|kind| {
-                (0..64).map(move |bits| {
+                (0..32).map(move |bits| {
                     let is = |bit: u32| bits >> bit & 1 == 1;
-                    let [trial, shown, radiative, heated, fine, masked] = [0, 1, 2, 3, 4, 5].map(is);
-                    Self { kind, trial, shown, radiative, heated, fine, masked }.lean()
+                    let [trial, shown, radiative, fast, masked] = [0, 1, 2, 3, 4].map(is);
+                    Self { kind, trial, shown, radiative, fast, masked }.lean()
                 })
             })
             .collect();
@@ -73,6 +73,7 @@ impl OnePassVariant {
     pub fn shader(&self) -> Shader {
         let kind = match self.kind {
             OnePassKind::Alone => "alone",
+            OnePassKind::Balance => "balance",
             OnePassKind::Advance => "advance",
             OnePassKind::Drive => "drive",
             OnePassKind::Conduct => "conduct",
@@ -82,8 +83,7 @@ impl OnePassVariant {
             (self.trial, "trial"),
             (self.shown, "shown"),
             (self.radiative, "radiative"),
-            (self.heated, "heated"),
-            (self.fine, "fine"),
+            (self.fast, "fast"),
             (self.masked, "masked"),
         ];
         Shader::new("one_pass.comp", words.into_iter().filter_map(|(is, word)| is.then_some(word)).collect())

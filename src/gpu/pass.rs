@@ -76,6 +76,8 @@ pub enum Kernel {
     Fused(FusedVariant),
     /// The step of a network in one pass.
     OnePass(OnePassVariant),
+    /// Power of the heaters of a network in one pass.
+    Heaters,
     /// Response of nodes to given targets.
     Response(ResponseVariant),
     /// Radiance of a blackbody in a band.
@@ -101,6 +103,7 @@ impl Kernel {
             Self::Fused(variant) => vec![variant.shader()],
             Self::Wide(variant) => vec![variant.shader()],
             Self::OnePass(variant) => vec![variant.shader()],
+            Self::Heaters => plain("one_pass_heaters.comp"),
             Self::SunDepth => plain("solar_depth.vert"),
             Self::Visibility => plain("solar_visibility.comp"),
             Self::SunRay { first: true } => vec![Shader::new("solar_rays.comp", vec!["first"])],
@@ -125,8 +128,24 @@ pub enum Said {
     Ray(u32, u32),
     /// Times and weights of a network pass.
     Network(NetworkWork),
-    /// First group of a network in one pass, and the group after the last.
-    OnePass(u32, u32),
+    /// A part of a step of a network in one pass.
+    OnePass {
+        /// First group.
+        first: u32,
+        /// Group after the last.
+        end: u32,
+        /// Steps of the same length before it.
+        age: u32,
+    },
+    /// A step of heaters.
+    Heaters {
+        /// Number of the step in the frame. A trial has that of the step that it is for.
+        number: u32,
+        /// Whether it is the first pass of the frame.
+        first: bool,
+        /// Whether the step is taken to learn its change.
+        trial: bool,
+    },
 }
 
 /// Work of a pass.

@@ -32,6 +32,15 @@ use super::store::Resources;
 use super::timing::{DeviceFrame, PassTimes};
 use crate::environment::StepLoad;
 
+/// The heaters of a network over a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Heating<'a> {
+    /// Start of the step [s].
+    pub start: f64,
+    /// Mean power of each heater while it is on [W].
+    pub powers: &'a [f64],
+}
+
 /// Work and outputs of a frame.
 #[derive(Default, Clone, Copy)]
 pub struct Request<'a> {
@@ -42,8 +51,8 @@ pub struct Request<'a> {
     pub views: &'a [layout::View],
     /// Whether the host reads the temperatures of all nodes.
     pub temperatures: bool,
-    /// Heat of the nodes of a network that the frame steps, in addition to that of the drawn nodes [W].
-    pub heat: Option<&'a [f64]>,
+    /// Heaters of a network that the frame steps.
+    pub heating: Option<Heating<'a>>,
     /// A list to submit instead of the usual one for this request. Tests use it to leave a barrier out.
     pub list: Option<&'a Frame>,
 }
@@ -192,7 +201,7 @@ impl Renderer {
         let mut network = Frame::default();
         if let Some((load, steps)) = request.step {
             frame = self.shadows(load)?;
-            network = self.network_frame(steps, request.heat)?;
+            network = self.network_frame(steps, request.heating)?;
             // If the load is unchanged, a cheaper variant continues the transitions.
             let load = Some(DeviceLoad::new(load, self.joints));
             if frame.entries.is_empty() && self.commanded == load {
@@ -277,8 +286,13 @@ impl Renderer {
         let told = |said: Said| match said {
             Said::Triangle(first) => first.to_le_bytes().to_vec(),
             Said::Ray(ray, joint) => self.shadows.ray(ray, joint),
-            Said::OnePass(first, end) => {
-                let constants = |network: &OnePass| bytemuck::bytes_of(&network.constants(first, end)).to_vec();
+            Said::OnePass { first, end, age } => {
+                let constants = |one: &OnePass| bytemuck::bytes_of(&one.constants(first, end, age)).to_vec();
+                self.one_pass.as_ref().map(constants).unwrap_or_default()
+            }
+            Said::Heaters { number, first, trial } => {
+                let constants =
+                    |one: &OnePass| bytemuck::bytes_of(&one.heater_constants(number, first, trial)).to_vec();
                 self.one_pass.as_ref().map(constants).unwrap_or_default()
             }
             Said::Nothing | Said::Network(_) => Vec::new(),
@@ -295,6 +309,7 @@ impl Renderer {
     pub fn collect(&mut self, submitted: Submitted) -> Result<Collected<'_>, GpuError> {
         let number = submitted.0;
         self.slots.finish(number)?;
+        self.read_log(number);
         let left = |resource| self.slots.left(number, resource);
         let (resources, readback) = (&self.resources, Resource::RadianceReadback);
         Ok(Collected {
@@ -308,7 +323,11 @@ impl Renderer {
 
     /// Waits for all frames in flight.
     pub fn wait(&mut self) -> Result<(), GpuError> {
-        self.slots.wait()
+        self.slots.wait()?;
+        // The frame of the next slot is the older one.
+        let older = self.slots.free()?;
+        (0..SLOTS).for_each(|later| self.read_log((older + later) % SLOTS));
+        Ok(())
     }
 
     /// Device time of every pass so far [ms], by name.

@@ -10,6 +10,8 @@ use crate::environment::MAX_SUN_SAMPLES;
 const GROUP: usize = 16;
 /// Size of two floats for each node of a group [bytes].
 const PAIRS: usize = 32;
+/// Words of the log of a heater: its switches in a frame, and the times of the first ones.
+pub const LOGGED: usize = 16;
 /// Size of the three indices of a triangle [bytes].
 const CORNERS: usize = 12;
 /// Size of the Sun samples of a step [bytes].
@@ -89,8 +91,8 @@ table! {
     Span: row(GROUP, MovingGroups, Storage, "Span").in_pieces(Always);
     /// Time since the transition of every node began [steps].
     Elapsed: row(GROUP, MovingGroups, Storage, "Elapsed").in_pieces(Always);
-    /// Temperature of every node [K].
-    Temperature: row(GROUP, Groups, Storage, "Temperature").in_pieces(WithoutImage);
+    /// Temperature of every node [K], then the power of every heater of a network in one pass [W].
+    Temperature: row(GROUP, HeatedGroups, Storage, "Temperature").in_pieces(WithoutImage);
     /// Transform of the shadow map, written by the host.
     SunView: row(size_of::<layout::SunView>(), Count::SunView, Uniform, "SunView").each_slot().each_joint();
     /// Node indices of the triangles that cast shadows.
@@ -140,8 +142,20 @@ table! {
     OnePassDrives: row(PAIRS, OnePassBlockGroups, Storage, "Drive");
     /// Change by conduction inside blocks in the last step [K].
     OnePassCouplings: row(GROUP, OnePassBlockGroups, Storage, "Coupling");
-    /// Heat of every node in addition to that of the drawn nodes [W], written by the host.
-    OnePassHeat: row(GROUP, Count::OnePassHeat, FromHost, "Heat").each_slot();
+    /// What the estimate of the error keeps from step to step: four numbers of every node.
+    OnePassMemory: row(4 * GROUP, OnePassEstimated, Storage, "Memory");
+    /// Error of the nodes of blocks before it spreads, and that of the step [K].
+    OnePassErrors: row(PAIRS, OnePassBlockGroups, Storage, "Error");
+    /// Sum of the squares of the estimated errors of every group [K2], the largest [K], and its place.
+    OnePassTold: row(GROUP, OnePassEstimated, Storage, "Told");
+    /// Sensor, place, thresholds and gain of every heater.
+    OnePassHeaters: row(PAIRS, Count::OnePassHeaters, Storage, "Heater");
+    /// Power of every heater while it is on [W], written by the host.
+    OnePassPowers: row(4, Count::OnePassHeaters, FromHost, "Power").each_slot();
+    /// State of the thermostat of every heater.
+    OnePassSwitches: row(16, Count::OnePassHeaters, Storage, "Switch");
+    /// Switches of every heater in a frame.
+    OnePassLog: row(4 * LOGGED, Count::OnePassHeaters, ToHost, "Log").each_slot();
 
     /// 1 / C and emission of the nodes of a large network.
     NetworkRows: row(PAIRS, NetworkGroups, Storage, "Row");

@@ -79,14 +79,18 @@ pub enum Count {
     OnePassGroups,
     /// Those of its groups that are in blocks.
     OnePassBlockGroups,
+    /// Those of its groups whose error is estimated.
+    OnePassEstimated,
     /// Words of its links.
     OnePassLinks,
     /// Words of its sources.
     OnePassSources,
     /// Weights of four nodes for its blocks.
     OnePassWeights,
-    /// Its groups, if the host gives heat.
-    OnePassHeat,
+    /// Its heaters.
+    OnePassHeaters,
+    /// Groups of nodes, and of the heaters of a network that is stepped in one pass.
+    HeatedGroups,
     /// A number that the code gives at creation.
     Given,
 }
@@ -106,10 +110,11 @@ impl Count {
                 | Self::Draws
                 | Self::OnePassGroups
                 | Self::OnePassBlockGroups
+                | Self::OnePassEstimated
                 | Self::OnePassLinks
                 | Self::OnePassSources
                 | Self::OnePassWeights
-                | Self::OnePassHeat
+                | Self::HeatedGroups
         )
     }
 }

@@ -151,6 +151,7 @@ impl SceneData<'_> {
             Count::Materials => self.materials.len(),
             Count::Shapes => self.shapes.values.len(),
             Count::Groups => groups,
+            Count::HeatedGroups => groups + self.network.map_or(0, |network| network.heaters.len().div_ceil(GROUP)),
             Count::LoadedGroups => only(of_ranges(|variant| variant.sun || variant.planet_ir), groups),
             Count::MovingGroups => only(of_ranges(|variant| variant.kind.has_state()), groups),
             Count::PlacedGroups => only(drawn || self.shadows.is_some(), groups),
@@ -257,6 +258,7 @@ impl Resources {
             self.upload(once, Resource::OnePassSources, &network.sources)?;
             self.upload(once, Resource::OnePassUnits, &network.units)?;
             self.upload(once, Resource::OnePassWeights, &network.weights(&network.plan))?;
+            self.upload(once, Resource::OnePassHeaters, &network.heater_words(&network.plan))?;
         }
         self.upload(once, Resource::BandTable, data.band_table)?;
         for (axis, resource) in [Resource::NormalX, Resource::NormalY, Resource::NormalZ].into_iter().enumerate() {

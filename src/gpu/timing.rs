@@ -33,7 +33,7 @@ pub struct DeviceFrame {
 pub type PassTimes = BTreeMap<String, Samples<f64>>;
 
 impl Timing {
-    /// Makes queries for up to `passes` passes.
+    /// Makes queries for up to `passes` passes. Later ones of a frame are not measured.
     pub fn new(context: &Arc<Context>, passes: usize) -> Result<Self, GpuError> {
         let capacity = u32::try_from(2 * passes).unwrap_or(u32::MAX).max(2);
         let pool = if context.info.timestamp_period > 0.0 {
@@ -64,8 +64,8 @@ impl Timing {
     }
 
     fn stamp(&self, commands: vk::CommandBuffer, query: usize) {
-        if let Some(pool) = self.pool {
-            let query = u32::try_from(query).unwrap_or(u32::MAX);
+        let query = u32::try_from(query).unwrap_or(u32::MAX);
+        if let Some(pool) = self.pool.filter(|_| query < self.capacity) {
             // SAFETY: the pool has two queries for each pass and was reset at the start of the frame.
             unsafe {
                 self.context.device.cmd_write_timestamp2(commands, vk::PipelineStageFlags2::ALL_COMMANDS, pool, query);
@@ -80,7 +80,7 @@ impl Timing {
         if self.names.is_empty() {
             return Ok(Vec::new());
         }
-        let mut stamps = vec![0u64; 2 * self.names.len()];
+        let mut stamps = vec![0u64; (2 * self.names.len()).min(self.capacity as usize)];
         // SAFETY: the frame that wrote the timestamps is complete.
         unsafe {
             self.context.device.get_query_pool_results(

@@ -14,7 +14,7 @@ use crate::environment::StepLoad;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
-use crate::gpu::renderer::{Renderer, Request, Submitted};
+use crate::gpu::renderer::{Heating, Renderer, Request, Submitted};
 use crate::gpu::resources::check_plan;
 use crate::gpu::timing::PassTimes;
 use crate::saved::Saved;
@@ -75,6 +75,12 @@ impl DeviceEngine {
         Ok(())
     }
 
+    /// Takes the switches of thermostats in frames that step the network.
+    fn take_switches(&mut self) -> Result<(), EngineError> {
+        let switches = self.renderer.take_switches();
+        self.network.as_mut().map_or(Ok(()), |network| network.take_switches(&switches))
+    }
+
     /// The camera pose against the body and against each joint.
     fn views(&self, order: &Order<'_>) -> Option<Vec<layout::View>> {
         let (pose, camera) = order.pose.as_ref().zip(self.camera.as_ref())?;
@@ -106,13 +112,13 @@ impl Engine for DeviceEngine {
         let mut values = self.renderer.absorbed(load)?;
         network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
         put(&mut self.renderer, network, &mut values)?;
-        Ok(self.renderer.set_network_temperatures(&network.temperatures()?)?)
+        Ok(self.renderer.set_network(&network.temperatures()?, network.on())?)
     }
 
     fn settle_at(&mut self, temperature: f64, nodes: usize) -> Result<(), EngineError> {
         if let Some(network) = &mut self.network {
             network.settle_at(temperature)?;
-            self.renderer.set_network_temperatures(&network.temperatures()?)?;
+            self.renderer.set_network(&network.temperatures()?, network.on())?;
         }
         Ok(self.renderer.settle_at(&vec![temperature as f32; nodes])?)
     }
@@ -121,10 +127,10 @@ impl Engine for DeviceEngine {
         let trace = self.trace.clone();
         let _submits = trace.span(Track::Host, "submit");
         self.steps += u64::from(step.is_some());
-        let mut heat = None;
+        let mut powers = None;
         match (&step, &self.network) {
             (Some(step), Some(network)) if network.is_in_frames() => {
-                heat = network.scene().heaters(step.start, step.length);
+                powers = Some((step.start, network.scene().heater_powers(step.start, step.length)));
             }
             (Some(step), Some(_)) => self.step_network(step)?,
             _ => {}
@@ -134,7 +140,7 @@ impl Engine for DeviceEngine {
             step: step.map(|step| (step.load, step.steps)),
             views: views.as_deref().unwrap_or_default(),
             temperatures: order.temperatures,
-            heat: heat.as_deref(),
+            heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             list: None,
         })?);
         Ok(())
@@ -148,6 +154,7 @@ impl Engine for DeviceEngine {
         let waits = self.trace.span(Track::Host, "wait for the device");
         let delivered = collect(&mut self.renderer, submitted)?;
         drop(waits);
+        self.take_switches()?;
         self.renderer.take_frames().into_iter().for_each(|frame| self.trace.frame(frame));
         Ok(delivered)
     }
@@ -194,6 +201,7 @@ impl Engine for DeviceEngine {
         let mut saved = Saved::default();
         saved.put("steps", &[self.steps]);
         saved.put_all("scene", self.renderer.save()?);
+        self.take_switches()?;
         if let Some(network) = &mut self.network {
             saved.put_all("network", network.save()?);
         }
@@ -218,16 +226,26 @@ impl Engine for DeviceEngine {
     }
 
     fn network_temperatures(&mut self) -> Result<Option<Vec<f64>>, EngineError> {
-        match self.renderer.network_temperatures()? {
+        let found = self.renderer.network_temperatures()?;
+        self.take_switches()?;
+        match found {
             Some(temperatures) => Ok(Some(temperatures)),
             None => self.network.as_mut().map(NetworkRun::temperatures).transpose(),
         }
     }
 
+    fn network_description(&mut self) -> Vec<(String, String)> {
+        // A device that is lost by now leaves the estimate out.
+        let told = self.renderer.network_estimate().ok().flatten();
+        let Some(network) = &mut self.network else { return Vec::new() };
+        network.take_estimate(told);
+        network.description()
+    }
+
     fn set_network_temperatures(&mut self, temperatures: &[f64]) -> Result<(), EngineError> {
         let Some(network) = &mut self.network else { return Ok(()) };
         network.set_temperatures(temperatures)?;
-        Ok(self.renderer.set_network_temperatures(temperatures)?)
+        Ok(self.renderer.set_network(temperatures, network.on())?)
     }
 }
 

@@ -186,7 +186,7 @@ pub trait Engine {
     }
 
     /// How the network was integrated, in words. Empty without a network.
-    fn network_description(&self) -> Vec<(String, String)> {
+    fn network_description(&mut self) -> Vec<(String, String)> {
         self.network().map(NetworkRun::description).unwrap_or_default()
     }
 }

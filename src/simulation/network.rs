@@ -9,13 +9,13 @@ mod run;
 
 pub(super) use build::shell;
 pub(crate) use run::unfinished;
-pub use run::{NetworkRun, StepCost};
+pub use run::{BEYOND, ESTIMATED, NetworkRun, StepCost};
 
 use std::sync::Arc;
 
 use crate::gpu::one_pass::{Drawn, OnePassTables};
 use crate::thermal::network::control::{Integrator, Settings};
-use crate::thermal::network::one_pass::{Plan, Unfit};
+use crate::thermal::network::one_pass::{Heater, Plan, Unfit};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{Network, NodeKind};
 use crate::thermal::shell::{NO_NODE, Shell};
@@ -108,20 +108,17 @@ impl SceneNetwork {
     /// The tables with which a device steps the network in one pass.
     pub(super) fn tables(&self) -> Option<OnePassTables> {
         let drawn = Drawn { nodes: &self.node_of_slot, areas: &self.load_areas, padding: self.padding };
-        self.plan().map(|plan| OnePassTables::new(plan, self.step, drawn, !self.heated.is_empty()))
+        self.plan().map(|plan| OnePassTables::new(plan, self.step, drawn, self.heaters(), self.settings.tolerance))
     }
 
-    /// Mean heat of every node by heaters [W] over a step from `start` [s] of `length` [s]. `None` where there are no heaters.
-    pub(super) fn heaters(&self, start: f64, length: f64) -> Option<Vec<f64>> {
-        if self.heated.is_empty() {
-            return None;
-        }
-        let mut heat = vec![0.0; self.network().len()];
-        for heated in &self.heated {
-            let power = heated.power.mean(start, start + length);
-            heated.shares.iter().for_each(|(node, share)| heat[*node as usize] += share * power);
-        }
-        Some(heat)
+    /// Mean power of every heater [W] over a step from `start` [s] of `length` [s]. Thermostats are taken as on.
+    pub(super) fn heater_powers(&self, start: f64, length: f64) -> Vec<f64> {
+        self.heated.iter().map(|heated| heated.power.mean(start, start + length)).collect()
+    }
+
+    fn heaters(&self) -> Vec<Heater> {
+        let heater = |heated: &Heated| Heater { shares: heated.shares.clone(), thermostat: heated.thermostat.clone() };
+        self.heated.iter().map(heater).collect()
     }
 
     /// Remarks for the user.
@@ -231,6 +228,6 @@ fn described(plan: &Plan) -> Vec<(String, String)> {
             format!("{} of {nodes} nodes, at most {largest} in one", plan.blocks().len()),
         ),
         entry("kinds of blocks", format!("{} with {own} weights, in place of {}", kinds.len(), plan.weights())),
-        entry("steps of a local step", plan.local_steps().to_string()),
+        entry("fast nodes", (0..plan.network().len()).filter(|node| plan.is_fast(*node)).count().to_string()),
     ]
 }

@@ -2,11 +2,14 @@
 
 use std::sync::Arc;
 
-use super::Renderer;
+use super::{Heating, Renderer};
 use crate::gpu::error::GpuError;
 use crate::gpu::frame::Frame;
 use crate::gpu::nodes::GROUP;
-use crate::gpu::resource::Resource;
+use crate::gpu::one_pass::heaters;
+use crate::gpu::resource::{LOGGED, Resource};
+use crate::thermal::network::control::Switch;
+use crate::thermal::network::one_pass::{Estimate, Halving, Told};
 
 impl Renderer {
     /// Whether network nodes are stepped within the frames.
@@ -14,25 +17,81 @@ impl Renderer {
         self.one_pass.is_some()
     }
 
-    /// The passes that step the network over `steps` steps of the scene. `heat` is the heat of every node in addition to that of the drawn nodes [W].
-    pub(super) fn network_frame(&mut self, steps: f64, heat: Option<&[f64]>) -> Result<Frame, GpuError> {
+    /// The passes that step the network over `steps` steps of the scene.
+    pub(super) fn network_frame(&mut self, steps: f64, heating: Option<Heating<'_>>) -> Result<Frame, GpuError> {
+        if self.one_pass.as_mut().is_some_and(|network| network.halving.is_due()) {
+            self.slots.wait()?;
+            let recent = self.recent()?;
+            let Some(network) = &mut self.one_pass else { return Ok(Frame::default()) };
+            network.halving.take(recent.estimate());
+            (network.told, network.told_steps) = (network.told.and(recent), 0);
+            let nothing = vec![[0.0f32; 4]; network.tables.shape.estimated() as usize];
+            self.resources.upload(&mut self.once, Resource::OnePassTold, &nothing)?;
+            self.resources.free_staging();
+        }
         let Some(network) = &mut self.one_pass else { return Ok(Frame::default()) };
-        let (plan, count) = network.plans.over(steps * network.tables.step);
+        let (plan, count) = network.plans.over(steps * network.tables.step, network.halving.parts());
         if !Arc::ptr_eq(&plan, &network.plan) {
             // Frames in flight may still read the old weights.
             self.slots.wait()?;
             self.resources.upload(&mut self.once, Resource::OnePassWeights, &network.tables.weights(&plan))?;
+            self.resources.upload(&mut self.once, Resource::OnePassHeaters, &network.tables.heater_words(&plan))?;
             self.resources.free_staging();
-            (network.plan, network.started) = (plan, false);
+            (network.plan, network.age) = (plan, 0);
         }
-        if let Some(heat) = heat {
+        if !network.tables.heaters.is_empty() {
             let slot = self.slots.free()?;
-            let heat = network.tables.in_slots(heat.iter().map(|heat| *heat as f32));
-            self.resources.write(Resource::OnePassHeat, slot, &heat)?;
+            self.read_log(slot);
+            let Some(network) = &mut self.one_pass else { return Ok(Frame::default()) };
+            let Heating { start, powers } = heating.unwrap_or(Heating { start: 0.0, powers: &[] });
+            let powers: Vec<f32> = powers.iter().map(|power| *power as f32).collect();
+            self.resources.write(Resource::OnePassPowers, slot, &powers)?;
+            network.unread[slot] = Some([start, steps * network.tables.step]);
         }
-        let (frame, odd) = network.tables.shape.steps(count, !network.started, network.odd);
-        (network.odd, network.started) = (odd, true);
+        let Some(network) = &mut self.one_pass else { return Ok(Frame::default()) };
+        let (frame, odd) = network.tables.shape.steps(count, network.age, network.odd);
+        (network.odd, network.age) = (odd, network.age.saturating_add(count));
+        network.told_steps += u64::from(count);
         Ok(frame)
+    }
+
+    /// The estimated error that the device keeps. No frame is in flight.
+    fn recent(&mut self) -> Result<Told, GpuError> {
+        let Some(network) = &self.one_pass else { return Ok(Told::default()) };
+        let groups = network.tables.shape.estimated() as usize;
+        if groups == 0 {
+            return Ok(network.told(&[]));
+        }
+        let kept: Vec<[f32; 4]> = self.resources.download(&mut self.once, Resource::OnePassTold, groups)?;
+        Ok(network.told(&kept))
+    }
+
+    /// Estimated error of all steps of the network so far, and how often its step is halved. `None` where the frames do not step it.
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn network_estimate(&mut self) -> Result<Option<(Estimate, Halving)>, GpuError> {
+        self.wait()?;
+        let recent = self.recent()?;
+        Ok(self.one_pass.as_ref().map(|network| (network.told.and(recent).estimate(), network.halving)))
+    }
+
+    /// Reads the log of the heaters that the last frame of a slot left. The frame is complete.
+    pub(super) fn read_log(&mut self, slot: usize) {
+        let Some(network) = &mut self.one_pass else { return };
+        let Some([start, length]) = network.unread[slot].take() else { return };
+        let heaters = &network.tables.heaters;
+        let log = self.resources.read(Resource::OnePassLog, slot, LOGGED * heaters.len());
+        let switches = heaters::switches(heaters, log, &network.on, start, length);
+        for switch in &switches {
+            network.on[switch.thermostat] = switch.on;
+        }
+        network.switches.extend(switches);
+    }
+
+    /// The switches of thermostats since the last call, in frames that are collected.
+    pub fn take_switches(&mut self) -> Vec<Switch> {
+        self.one_pass.as_mut().map(|network| std::mem::take(&mut network.switches)).unwrap_or_default()
     }
 
     /// Temperatures of the network's nodes [K]. `None` where the frames do not step them.
@@ -50,14 +109,16 @@ impl Renderer {
         Ok(Some(network.tables.slot_of_node.iter().map(of).collect()))
     }
 
-    /// Replaces the temperatures of the network's nodes [K]. The drawn nodes take them after the next step.
+    /// Replaces the temperatures of the network's nodes [K] and the states of its thermostats. The drawn nodes take the temperatures after the next step.
     ///
     /// # Errors
     /// A call that fails.
-    pub fn set_network_temperatures(&mut self, temperatures: &[f64]) -> Result<(), GpuError> {
+    pub fn set_network(&mut self, temperatures: &[f64], on: &[bool]) -> Result<(), GpuError> {
         self.wait()?;
         let Some(network) = &mut self.one_pass else { return Ok(()) };
-        (network.odd, network.started) = (false, false);
+        (network.odd, network.age, network.on) = (false, 0, on.to_vec());
+        let memory = vec![[[0.0f32; 4]; 4]; network.tables.shape.estimated() as usize];
+        let states = heaters::states(&network.tables.heaters, on);
         let pairs = temperatures.iter().map(|temperature| crate::gpu::network::split(*temperature));
         let bases = network.tables.in_slots(pairs.clone().map(|[base, _]| base));
         let rests = network.tables.in_slots(pairs.map(|[_, rest]| rest));
@@ -66,6 +127,8 @@ impl Renderer {
         self.resources.upload(&mut self.once, Resource::OnePassMeanEven, &means)?;
         self.resources.upload(&mut self.once, Resource::OnePassRests, &rests)?;
         self.resources.upload(&mut self.once, Resource::OnePassCouplings, &nothing)?;
+        self.resources.upload(&mut self.once, Resource::OnePassMemory, &memory)?;
+        self.resources.upload(&mut self.once, Resource::OnePassSwitches, &states)?;
         self.resources.free_staging();
         Ok(())
     }

@@ -3,15 +3,17 @@
 use std::sync::Arc;
 
 use crate::gpu::frame::Frame;
-use crate::gpu::layout::NetworkStep;
+use crate::gpu::layout::{HeaterStep, NetworkStep};
 use crate::gpu::nodes::GROUP;
 use crate::gpu::one_pass::OnePassTables;
 use crate::gpu::resource::Resource;
+use crate::gpu::resource_row::SLOTS;
 use crate::gpu::variant::StepKind;
-use crate::thermal::network::one_pass::{Plan, Plans};
+use crate::thermal::network::control::Switch;
+use crate::thermal::network::one_pass::{HALVINGS_AT_MOST, Halving, Plan, Plans, Told};
 
-/// Most steps of a network in a frame whose passes are timed.
-pub(super) const STEPS_AT_MOST: u32 = 8;
+/// Most steps of a network in a frame whose passes are timed: a coarse step of a warm-up has six of the scene, each halved three times.
+pub(super) const STEPS_AT_MOST: u32 = 6 << HALVINGS_AT_MOST;
 
 /// State of a network between frames.
 pub(super) struct OnePass {
@@ -21,40 +23,96 @@ pub(super) struct OnePass {
     pub plan: Arc<Plan>,
     /// Whether the mean temperatures are in the odd buffer.
     pub odd: bool,
-    /// Whether the last step had the same length.
-    pub started: bool,
+    /// Number of steps of the present length so far.
+    pub age: u32,
+    pub halving: Halving,
+    /// The estimate of the error before what the device keeps.
+    pub told: Told,
+    /// Steps since the device keeps its estimate.
+    pub told_steps: u64,
+    /// Whether the heater of each thermostat is on, as far as the logs were read.
+    pub on: Vec<bool>,
+    /// Start and length [s] of the frame of each slot whose log is to be read.
+    pub unread: [Option<[f64; 2]>; SLOTS],
+    /// Switches that were read.
+    pub switches: Vec<Switch>,
 }
 
 impl OnePass {
     pub fn new(tables: &OnePassTables) -> Self {
         let plan = Arc::clone(&tables.plan);
-        Self { tables: tables.clone(), plans: Plans::new(&plan), plan, odd: false, started: false }
+        let on = tables.heaters.iter().filter_map(|heater| heater.thermostat.as_ref()).map(|one| one.initially_on);
+        Self {
+            tables: tables.clone(),
+            plans: Plans::new(&plan),
+            plan,
+            odd: false,
+            age: 0,
+            halving: Halving::new(tables.tolerance),
+            told: Told::default(),
+            told_steps: 0,
+            on: on.collect(),
+            unread: [None; SLOTS],
+            switches: Vec::new(),
+        }
     }
 
     /// Every list of a step, so that pipelines exist before a run.
     pub fn frames(&self) -> Vec<Frame> {
-        let of = |odd| self.tables.shape.steps(STEPS_AT_MOST, true, odd).0;
+        let of = |odd| self.tables.shape.steps(STEPS_AT_MOST, 0, odd).0;
         vec![of(false), of(true)]
     }
 
     /// Buffers with the state between two steps: name, and count of numbers.
-    pub fn state(&self) -> [(Resource, &'static str, usize); 4] {
+    pub fn state(&self) -> [(Resource, &'static str, usize); 7] {
         let nodes = GROUP * self.tables.shape.groups() as usize;
+        let estimated = GROUP * self.tables.shape.estimated() as usize;
         let in_blocks = GROUP * self.tables.shape.in_blocks() as usize;
         [
             (Resource::OnePassMeanEven, "one_pass.mean_even", 2 * nodes),
             (Resource::OnePassMeanOdd, "one_pass.mean_odd", 2 * nodes),
             (Resource::OnePassRests, "one_pass.rests", nodes),
             (Resource::OnePassCouplings, "one_pass.couplings", in_blocks),
+            (Resource::OnePassMemory, "one_pass.memory", 4 * estimated),
+            (Resource::OnePassTold, "one_pass.told", estimated),
+            (Resource::OnePassSwitches, "one_pass.switches", 4 * self.tables.heaters.len()),
         ]
     }
 
+    /// The estimate of the error in what the device keeps.
+    pub fn told(&self, kept: &[[f32; 4]]) -> Told {
+        let tables = &self.tables;
+        let mut told = Told { count: self.told_steps * tables.slot_of_node.len() as u64, ..Told::default() };
+        let mut largest = None;
+        for (group, [squares, most, place, _]) in kept.iter().enumerate() {
+            told.squares += f64::from(*squares);
+            if f64::from(*most) > told.most {
+                (told.most, largest) = (f64::from(*most), Some((GROUP * group) as u32 + *place as u32));
+            }
+        }
+        let node = tables.slot_of_node.iter().position(|slot| Some(*slot) == largest);
+        Told { node: node.unwrap_or(0), ..told }
+    }
+
+    /// Push constants of a pass of the heaters.
+    pub fn heater_constants(&self, number: u32, first: bool, trial: bool) -> HeaterStep {
+        let step = self.plan.step();
+        HeaterStep {
+            heaters: self.tables.heaters.len() as u32,
+            first: u32::from(first),
+            trial: u32::from(trial),
+            start: (f64::from(number) * step) as f32,
+            step: step as f32,
+        }
+    }
+
     /// Push constants over a range of groups.
-    pub fn constants(&self, first: u32, end: u32) -> NetworkStep {
+    pub fn constants(&self, first: u32, end: u32, age: u32) -> NetworkStep {
         NetworkStep {
             first,
             end,
             count: self.plan.local_steps(),
+            age,
             step: self.plan.step() as f32,
             space_temperature_4: self.plan.network().space_temperature.powi(4) as f32,
         }

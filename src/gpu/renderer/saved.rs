@@ -10,6 +10,7 @@ use super::super::timing::PassTimes;
 use super::{Renderer, Request};
 use crate::environment::shadow::Redraw;
 use crate::saved::{Saved, SavedError};
+use crate::thermal::network::one_pass::{HALVINGS_AT_MOST, Halving, Told};
 
 /// Buffers with the state of the nodes, one value for each node.
 const NODE_STATE: [(Resource, &str); 5] = [
@@ -41,7 +42,13 @@ impl Renderer {
                     saved.put(name, &values);
                 }
             }
-            saved.put_flags("one_pass.flags", &[network.odd, network.started]);
+            saved.put_flags("one_pass.flags", &[network.odd]);
+            let Halving { count, since, exceeded, most, .. } = network.halving;
+            saved.put("one_pass.counts", &[network.age, count, since, exceeded, most]);
+            let Told { squares, count, most, node } = network.told;
+            saved.put("one_pass.told_before", &[squares, most]);
+            saved.put("one_pass.told_counts", &[count, node as u64, network.told_steps]);
+            saved.put_flags("one_pass.on", &network.on);
             saved.put("one_pass.step", &[network.plan.step()]);
         }
         if let Some(load) = &self.commanded {
@@ -79,11 +86,22 @@ impl Renderer {
                 }
             }
             let [step] = saved.array("one_pass.step")?;
-            network.plan = network.plans.over(step).0;
+            network.plan = network.plans.over(step, 1).0;
             let weights = network.tables.weights(&network.plan);
             self.resources.upload(&mut self.once, Resource::OnePassWeights, &weights)?;
+            let heaters = network.tables.heater_words(&network.plan);
+            self.resources.upload(&mut self.once, Resource::OnePassHeaters, &heaters)?;
+            network.on = saved.flags("one_pass.on")?;
             let flags = saved.flags("one_pass.flags")?;
-            (network.odd, network.started) = (flags.first() == Some(&true), flags.get(1) == Some(&true));
+            network.odd = flags.first() == Some(&true);
+            let halving = &mut network.halving;
+            [network.age, halving.count, halving.since, halving.exceeded, halving.most] =
+                saved.array("one_pass.counts")?;
+            halving.count = halving.count.min(HALVINGS_AT_MOST);
+            let [squares, most] = saved.array("one_pass.told_before")?;
+            let [count, node, steps] = saved.array::<u64, 3>("one_pass.told_counts")?;
+            network.told = Told { squares, count, most, node: node as usize };
+            network.told_steps = steps;
         }
         for (resource, values) in lists {
             self.resources.upload(&mut self.once, resource, &values)?;

@@ -9,7 +9,7 @@ use crate::scene::{ContactRule, Scene};
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::material::{Material, Response};
 use crate::thermal::network::control::{FLOOR, Integrator, Settings};
-use crate::thermal::network::one_pass::{Plan, Unfit};
+use crate::thermal::network::one_pass::Plan;
 use crate::thermal::network::schedule::Thermostat;
 use crate::thermal::shell::{Contact, NO_NODE, Selection, Shell, ShellMaterial, Surface};
 
@@ -140,10 +140,8 @@ impl SceneNetwork {
                     hottest[nodes.group_material[slot / crate::gpu::nodes::GROUP] as usize];
             }
         }
-        let one_pass = (settings.integrator == Integrator::OnePass).then(|| {
-            let switches = heated.iter().any(|heated: &Heated| heated.thermostat.is_some());
-            if switches { Err(Unfit::Thermostat) } else { Plan::new(&shell.network, scene.time.step, &hottest_of_node) }
-        });
+        let one_pass = (settings.integrator == Integrator::OnePass)
+            .then(|| Plan::new(&shell.network, scene.time.step, &hottest_of_node));
         let (step, horizon) = (scene.time.step, scene.orbit.period());
         let padding = nodes.vertex_of_node.iter().position(|vertex| *vertex == PADDING).map(|slot| slot as u32);
         Ok(Self { shell, settings, node_of_slot, load_areas, heated, one_pass, padding, step, horizon })

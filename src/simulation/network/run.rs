@@ -1,5 +1,6 @@
 //! Runs a scene's network: steady state, then integration step by step.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -13,8 +14,8 @@ use crate::saved::Saved;
 use crate::simulation::engine_error::EngineError;
 use crate::simulation::stepper::AnyStepper;
 use crate::thermal::STEFAN_BOLTZMANN;
-use crate::thermal::network::control::{ControlError, Leg, MOST_SUB_STEPS, Settings, Use, integrate_leg};
-use crate::thermal::network::one_pass::OnePass;
+use crate::thermal::network::control::{ControlError, Leg, MOST_SUB_STEPS, Settings, Switch, Use, integrate_leg};
+use crate::thermal::network::one_pass::{Estimate, Halving, OnePass, SWITCHES_AT_MOST};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::steady::{SteadyError, steady};
 use crate::thermal::network::stepper::Stepper;
@@ -27,6 +28,13 @@ pub struct StepCost {
     /// Device time of the network's submissions [ms]. `None` where the processor integrates.
     pub device_ms: Option<f64>,
 }
+
+/// Name of the estimated error of a network in one pass, in a description.
+pub const ESTIMATED: &str = "estimated error";
+/// Name of the remark that this error is beyond the tolerance.
+pub const BEYOND: &str = "beyond the tolerance";
+/// Most switches in steps of one pass that are kept.
+pub const LOCATED_AT_MOST: usize = 64;
 
 const COARSE: f64 = 10.0;
 /// Tolerance of the reference as a share of the scene's tolerance.
@@ -42,6 +50,9 @@ pub struct NetworkRun {
     uses: [Option<Use>; 3],
     rejected: u64,
     switches: u64,
+    located: VecDeque<Switch>,
+    /// The estimated error of the steps in the frames of a device, and how often they are halved.
+    told: Option<(Estimate, Halving)>,
     /// The network in one pass in f64, where the processor steps it so.
     one_pass: Option<OnePass>,
     /// The device whose frames step the network, with the free buffers of the scene. It lends itself to find a steady state.
@@ -58,7 +69,7 @@ pub struct NetworkRun {
 impl NetworkRun {
     /// A network that the processor integrates in f64.
     pub fn reference(scene: &Arc<SceneNetwork>) -> Self {
-        let one_pass = scene.plan().map(OnePass::new);
+        let one_pass = scene.plan().map(|plan| OnePass::new(plan, scene.heaters(), scene.settings.tolerance));
         Self { one_pass, ..Self::new(scene, AnyStepper::reference(scene.network(), &scene.sensors())) }
     }
 
@@ -101,6 +112,8 @@ impl NetworkRun {
             uses: [None; 3],
             rejected: 0,
             switches: 0,
+            located: VecDeque::new(),
+            told: None,
             one_pass: None,
             lender: None,
             wrote_spare: false,
@@ -261,9 +274,8 @@ impl NetworkRun {
             Err(SteadyError::Stepper(error)) => return Err(error.into()),
             found => found.map_err(|error| failure(time, &unsteady(&error)))?,
         };
-        self.set_temperatures(&found.temperatures)?;
         self.on = found.on;
-        Ok(())
+        self.set_temperatures(&found.temperatures)
     }
 
     /// Sets every node to a temperature [K]. Arithmetic nodes balance at the first step.
@@ -278,11 +290,12 @@ impl NetworkRun {
     ///
     /// # Errors
     /// A call that fails, or temperatures that cannot be found.
-    pub fn step(&mut self, mut heat: Vec<f64>, start: f64, length: f64) -> Result<(), EngineError> {
+    pub fn step(&mut self, heat: Vec<f64>, start: f64, length: f64) -> Result<(), EngineError> {
         if let Some(one_pass) = &mut self.one_pass {
-            let heaters = self.scene.heaters(start, length);
-            heat.iter_mut().zip(heaters.iter().flatten()).for_each(|(heat, heater)| *heat += heater);
-            one_pass.advance(&heat, length);
+            let switches = one_pass.advance(&heat, &self.scene.heater_powers(start, length), start, length);
+            self.on = one_pass.on();
+            self.take_switches(&switches)?;
+            let Some(one_pass) = &self.one_pass else { return Ok(()) };
             return match one_pass.temperatures().iter().position(|temperature| !temperature.is_finite()) {
                 Some(node) => Err(failure(start, &format!("node {node} has no temperature"))),
                 None => Ok(()),
@@ -317,6 +330,40 @@ impl NetworkRun {
         Ok(())
     }
 
+    /// Takes the switches of a step in one pass.
+    ///
+    /// # Errors
+    /// A thermostat whose band can not hold.
+    pub fn take_switches(&mut self, switches: &[Switch]) -> Result<(), EngineError> {
+        self.switches += switches.len() as u64;
+        for switch in switches {
+            self.on[switch.thermostat] = switch.on;
+            if self.located.len() == LOCATED_AT_MOST {
+                self.located.pop_front();
+            }
+            self.located.push_back(*switch);
+        }
+        for (number, thermostat) in self.scene.thermostats().into_iter().enumerate() {
+            let mut own = switches.iter().filter(|switch| switch.thermostat == number);
+            let (first, count) = (own.next().map_or(0.0, |first| first.time), 1 + own.clone().count() as u32);
+            if count >= SWITCHES_AT_MOST {
+                let why = thermostat.chatter(count, own.next_back().map_or(0.0, |last| last.time - first));
+                return Err(failure(first, &format!("the {} {why}", self.scene.thermostat_name(number))));
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes the estimated error of the steps in the frames of a device, and how often they are halved.
+    pub fn take_estimate(&mut self, told: Option<(Estimate, Halving)>) {
+        self.told = told;
+    }
+
+    /// The last switches of thermostats in steps of one pass, at most [`LOCATED_AT_MOST`].
+    pub fn located(&self) -> impl Iterator<Item = &Switch> {
+        self.located.iter()
+    }
+
     /// Temperatures of the nodes [K].
     ///
     /// # Errors
@@ -336,6 +383,7 @@ impl NetworkRun {
         self.step = f64::INFINITY;
         if let Some(one_pass) = &mut self.one_pass {
             one_pass.set_temperatures(temperatures);
+            one_pass.set_on(&self.on);
         }
         Ok(self.worker.set_temperatures(temperatures)?)
     }
@@ -344,13 +392,17 @@ impl NetworkRun {
     pub fn description(&self) -> Vec<(String, String)> {
         if self.is_in_frames() {
             let integrated = "in one pass a step on the device, f32 with carried rest";
-            return vec![("integrated".to_owned(), integrated.to_owned())];
+            let mut lines = vec![("integrated".to_owned(), integrated.to_owned())];
+            lines.extend(self.told.iter().flat_map(|(estimate, halving)| told(estimate, halving)));
+            lines.extend(self.switches_line());
+            return lines;
         }
         if let Some(one_pass) = &self.one_pass {
-            let told = one_pass.estimate();
-            let error = format!("{:.1e} K rms, at most {:.1e} K at node {}", told.rms, told.most, told.node);
             let integrated = "in one pass a step, f64 on the processor".to_owned();
-            return vec![("integrated".to_owned(), integrated), ("estimated error".to_owned(), error)];
+            let mut lines = vec![("integrated".to_owned(), integrated)];
+            lines.extend(told(&one_pass.estimate(), one_pass.halving()));
+            lines.extend(self.switches_line());
+            return lines;
         }
         let worker = match (&self.worker, &self.refused) {
             (AnyStepper::Device(_), _) => "on the device, f32 with carried residual".to_owned(),
@@ -374,11 +426,31 @@ impl NetworkRun {
         lines.push(("sub-steps taken back".to_owned(), self.rejected.to_string()));
         lines.push(("stages".to_owned(), counts.stages.to_string()));
         lines.push(("dispatches".to_owned(), counts.dispatches.to_string()));
-        if !self.on.is_empty() {
-            lines.push(("switches of thermostats".to_owned(), self.switches.to_string()));
-        }
+        lines.extend(self.switches_line());
         lines
     }
+
+    fn switches_line(&self) -> Option<(String, String)> {
+        (!self.on.is_empty()).then(|| ("switches of thermostats".to_owned(), self.switches.to_string()))
+    }
+}
+
+/// The estimated error of steps in one pass, in words.
+fn told(estimate: &Estimate, halving: &Halving) -> Vec<(String, String)> {
+    let Estimate { rms, most, node } = estimate;
+    let mut lines = vec![(ESTIMATED.to_owned(), format!("{rms:.1e} K rms, at most {most:.1e} K at node {node}"))];
+    if halving.most > 0 {
+        let name = "steps of a step of the scene".to_owned();
+        lines.push((name, format!("{} now, {} at most", halving.parts(), 1 << halving.most)));
+    }
+    if halving.exceeded > 0 {
+        let beyond = format!(
+            "the estimate exceeds {} K at an eighth of the step; integrator = \"default\" follows its tolerance",
+            halving.tolerance
+        );
+        lines.push((BEYOND.to_owned(), beyond));
+    }
+    lines
 }
 
 fn failure(time: f64, reason: &str) -> EngineError {

@@ -13,13 +13,13 @@ const STRONG: f64 = 0.3;
 const CROWDED: f64 = 0.5;
 /// Most nodes of a block.
 pub const BLOCK_AT_MOST: usize = 128;
-/// Most time constants of radiation in a step. With more, the conduction of the last step is no guide to the present one.
+/// Most time constants of radiation in a step, in a block. With more, the conduction of the last step is no guide to the present one.
 const FADED: f64 = 3.0;
 
 /// The reason why a network is not stepped in one pass.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Unfit {
-    /// An arithmetic node.
+    /// An arithmetic node that exchanges heat with another one, or too fast with others.
     Arithmetic {
         /// The node.
         node: usize,
@@ -29,8 +29,6 @@ pub enum Unfit {
         /// The node.
         node: usize,
     },
-    /// A thermostat.
-    Thermostat,
     /// Radiative conductors that move too much of a difference in a step.
     Radiative {
         /// A node that they join.
@@ -43,7 +41,7 @@ pub enum Unfit {
         /// Number of its nodes.
         nodes: usize,
     },
-    /// A node that radiates away its heat too fast.
+    /// A node of a block that radiates away its heat too fast.
     Fast {
         /// The node.
         node: usize,
@@ -55,9 +53,10 @@ pub enum Unfit {
 impl fmt::Display for Unfit {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Arithmetic { node } => write!(out, "node {node} stores no heat"),
+            Self::Arithmetic { node } => {
+                write!(out, "node {node} stores no heat, and conducts to another such node or fast beside the step")
+            }
             Self::Boundary { node } => write!(out, "node {node} is a boundary"),
-            Self::Thermostat => write!(out, "a heater has a thermostat"),
             Self::Radiative { node, share } => write!(
                 out,
                 "the radiative conductors of node {node} move {share:.2} of a difference in a step, which is more than \
@@ -68,7 +67,11 @@ impl fmt::Display for Unfit {
                 "{nodes} nodes are joined by conductors that are fast beside the step; it takes {BLOCK_AT_MOST}"
             ),
             Self::Fast { node, ratio } => {
-                write!(out, "node {node} has {ratio:.1} time constants of its radiation in a step; it takes {FADED:.0}")
+                write!(
+                    out,
+                    "node {node}, which conducts fast beside the step, has {ratio:.1} time constants of its radiation in a step; \
+                     it takes {FADED:.0}"
+                )
             }
         }
     }
@@ -89,16 +92,20 @@ impl Division {
     /// # Errors
     /// See [`Unfit`].
     pub fn new(network: &Network, step: f64, hottest: &[f64]) -> Result<Self, Unfit> {
-        if let Some(node) = network.kinds.iter().position(|kind| *kind != NodeKind::Diffusive) {
-            let arithmetic = network.kinds[node] == NodeKind::Arithmetic;
-            return Err(if arithmetic { Unfit::Arithmetic { node } } else { Unfit::Boundary { node } });
+        if let Some(node) = network.kinds.iter().position(|kind| *kind == NodeKind::Boundary) {
+            return Err(Unfit::Boundary { node });
+        }
+        let massless = |node: u32| network.kinds[node as usize] == NodeKind::Arithmetic;
+        let pairs = || network.linear.iter().map(|one| one.nodes).chain(network.radiative.iter().map(|one| one.nodes));
+        if let Some([node, _]) = pairs().find(|[a, b]| a != b && massless(*a) && massless(*b)) {
+            return Err(Unfit::Arithmetic { node: node as usize });
         }
         let slope = |node: u32| radiative_slope(hottest[node as usize]);
-        let share = |node: u32, conductance: f64| step * conductance / network.capacitances[node as usize];
+        // A node without capacity follows its neighbours.
+        let share = |node: u32, conductance: f64| {
+            if massless(node) { 0.0 } else { step * conductance / network.capacitances[node as usize] }
+        };
         let ratio = |node: usize| share(node as u32, slope(node as u32) * network.emissive_areas[node]);
-        if let Some(node) = (0..network.len()).find(|node| ratio(*node) > FADED) {
-            return Err(Unfit::Fast { node, ratio: ratio(node) });
-        }
         let mut sums = vec![0.0; network.len()];
         for conductor in &network.radiative {
             let [a, b] = conductor.nodes;
@@ -128,8 +135,18 @@ impl Division {
         let mut members = vec![Vec::new(); network.len()];
         (0..network.len() as u32).for_each(|node| members[sets.root(node) as usize].push(node));
         let blocks: Vec<Vec<u32>> = members.into_iter().filter(|members| members.len() > 1).collect();
-        if let Some(block) = blocks.iter().find(|block| block.len() > BLOCK_AT_MOST) {
-            return Err(Unfit::Large { nodes: block.len() });
+        for block in &blocks {
+            if block.len() > BLOCK_AT_MOST {
+                return Err(Unfit::Large { nodes: block.len() });
+            }
+            for node in block.iter().map(|node| *node as usize) {
+                if massless(node as u32) {
+                    return Err(Unfit::Arithmetic { node });
+                }
+                if ratio(node) > FADED {
+                    return Err(Unfit::Fast { node, ratio: ratio(node) });
+                }
+            }
         }
         let inside = network.linear.iter().map(|one| sets.root(one.nodes[0]) == sets.root(one.nodes[1])).collect();
         Ok(Self { blocks, inside })
@@ -200,14 +217,24 @@ mod tests {
         let refused = |network: &Network| Division::new(network, 1.0, &[300.0; 129]).expect_err("a refusal");
         assert_eq!(refused(&chain(&[1.0; 128])), Unfit::Large { nodes: 129 });
         assert!(Division::new(&chain(&[1.0; 127]), 1.0, &[300.0; 128]).is_ok());
-        let mut network = chain(&[0.1]);
+        let mut network = chain(&[0.1, 5.0]);
+        network.emissive_areas[0] = 9.0 / radiative_slope(300.0);
+        assert!(Division::new(&network, 1.0, &[300.0; 3]).is_ok(), "it conducts slowly");
         network.emissive_areas[1] = 3.1 / radiative_slope(300.0);
         assert!(matches!(refused(&network), Unfit::Fast { node: 1, .. }));
-        network.emissive_areas[1] = 0.0;
+        let mut network = chain(&[0.1]);
         let exchange_area = 0.6 / radiative_slope(300.0);
         network.radiative.push(crate::thermal::network::RadiativeConductor { nodes: [1, 0], exchange_area });
         assert!(matches!(refused(&network), Unfit::Radiative { node: 0, .. }));
-        network.kinds[1] = NodeKind::Arithmetic;
+        network.radiative.clear();
+        (network.kinds[1], network.capacitances[1]) = (NodeKind::Arithmetic, 0.0);
+        assert!(Division::new(&network, 1.0, &[300.0; 2]).is_ok(), "a node without capacity that conducts slowly");
+        network.linear[0].conductance = 0.4;
         assert_eq!(refused(&network), Unfit::Arithmetic { node: 1 });
+        network.linear[0].conductance = 0.1;
+        (network.kinds[0], network.capacitances[0]) = (NodeKind::Arithmetic, 0.0);
+        assert_eq!(refused(&network), Unfit::Arithmetic { node: 0 });
+        network.kinds[1] = NodeKind::Boundary;
+        assert_eq!(refused(&network), Unfit::Boundary { node: 1 });
     }
 }

@@ -1,9 +1,19 @@
-//! The local step of the one pass: a node under constant power that radiates, dT/dt = (power - emission T^4) / C, over a step.
+//! The local step of the one pass: a node under constant power that radiates, dT/dt = power - emission T^4, over a step.
 //!
-//! Classical Runge-Kutta steps on the change of the temperature. Differences of fourth powers are products, so nothing cancels.
+//! A slow node takes two classical Runge-Kutta steps on the change of its temperature. Differences of fourth powers are products, so nothing cancels. A fast
+//! node takes the closed form: with x = T / Te and Te the temperature of balance, artanh(d / (1 - x0 x1)) + atan(d / (1 + x0 x1)) = 2 emission Te^3 for the
+//! change d of x, which holds below and above the balance.
 
 /// Share of a node's time constant that a Runge-Kutta step spans at most.
 pub const SHARE: f64 = 0.175;
+/// Runge-Kutta steps of a slow node.
+pub const SLOW_STEPS: u32 = 2;
+/// Share of the emission at the start below which a power has no closed form here: the temperature of balance is too far away.
+const WEAK: f64 = 1.0 / 1296.0;
+/// Newton iterations of the closed form. They leave 1e-5 K at three time constants and 4e-4 K at eleven.
+const ITERATIONS: u32 = 4;
+/// artanh beyond which a node is in balance.
+const IN_BALANCE: f64 = 9.0;
 
 /// Change of a temperature [K] over a step. `start` is the change at the rate of the start [K], and `emission` [1/K3] the change that the emission at 1 K
 /// causes. A step is `count` steps of Runge-Kutta.
@@ -23,6 +33,32 @@ pub fn local_change(temperature: f64, start: f64, emission: f64, count: u32) -> 
         change += (a + 2.0 * (b + c) + d) / 6.0;
     }
     change
+}
+
+/// The same change of a fast node, in closed form. Where hardly any power is left, it takes `count` Runge-Kutta steps.
+pub fn fast_change(temperature: f64, start: f64, emission: f64, count: u32) -> f64 {
+    let emitted = emission * temperature.powi(4);
+    let power = start + emitted;
+    if power <= WEAK * emitted || power <= 0.0 {
+        return local_change(temperature, start, emission, count);
+    }
+    let balance = (power / emission).sqrt().sqrt();
+    let from = temperature / balance;
+    // 1 - x0^2, which does not cancel.
+    let distance = start / (power * (1.0 + from * from));
+    let goal = 2.0 * emission * balance.powi(3);
+    let change = |reached: f64| {
+        let ratio = reached.clamp(0.0, IN_BALANCE).tanh();
+        distance * ratio / (1.0 + from * ratio)
+    };
+    let mut reached = 0.5 * goal * (1.0 + from * from);
+    for _ in 0..ITERATIONS {
+        reached = reached.clamp(0.0, IN_BALANCE);
+        let moved = change(reached);
+        let to = from + moved;
+        reached -= 0.5 * (1.0 + to * to) * (reached + (moved / (1.0 + from * to)).atan() - goal);
+    }
+    balance * change(reached)
 }
 
 #[cfg(test)]
@@ -52,5 +88,27 @@ mod tests {
         assert!((change - exact).abs() < 1e-3, "{change} {exact}");
         let few = local_change(temperature, -emission * temperature.powi(4), emission, 2);
         assert!((few - exact).abs() > 0.1, "two steps would be too few: {few} {exact}");
+        let fast = fast_change(temperature, -emission * temperature.powi(4), emission, count);
+        assert_eq!(fast, change, "without power there is no balance to use");
+    }
+
+    /// The closed form against many Runge-Kutta steps: heating from a hundredth of the balance, cooling from five times it, and near it.
+    #[test]
+    fn the_closed_form_is_exact_for_fast_nodes() {
+        for (slope, error) in [(0.01, 2e-9), (0.35, 1e-9), (3.0, 2e-5), (11.0, 5e-4)] {
+            for (temperature, balance) in [(3.0, 300.0), (100.0, 330.0), (299.0, 300.0), (301.0, 300.0), (400.0, 80.0)]
+            {
+                let emission = slope / (4.0 * f64::max(temperature, balance).powi(3));
+                let start = emission * (balance.powi(4) - f64::powi(temperature, 4));
+                let exact = local_change(temperature, start, emission, 4000);
+                let found = fast_change(temperature, start, emission, 1);
+                assert!((found - exact).abs() < error, "{slope}, {temperature} to {balance} K: {found} {exact}");
+            }
+        }
+        // Far beyond its time constant a node is in balance, whatever it starts from.
+        for temperature in [10.0, 290.0, 900.0] {
+            let start = 1e-5 * (300f64.powi(4) - f64::powi(temperature, 4));
+            assert!((temperature + fast_change(temperature, start, 1e-5, 1) - 300.0).abs() < 1e-4);
+        }
     }
 }

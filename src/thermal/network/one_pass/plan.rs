@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::blocks::{Division, Unfit};
 use super::exponential::exponentials;
 use super::local;
-use crate::thermal::network::{Network, radiative_slope};
+use crate::thermal::network::{Network, NodeKind, radiative_slope};
 
 /// Excess of a length over whole steps that is rounding.
 const ROUNDING: f64 = 1e-6;
@@ -60,8 +60,8 @@ struct Shape {
     /// First weak exchange of each node, and one number at the end.
     starts: Vec<u32>,
     weak: Vec<Weak>,
-    /// Greatest rate of radiation [1/s].
-    fading: f64,
+    /// Greatest rate of radiation of each node [1/s]. 0 without a capacity.
+    fading: Vec<f64>,
 }
 
 /// What defines the matrices of blocks that are copies of each other.
@@ -91,9 +91,13 @@ impl Plan {
         let division = Division::new(network, step, hottest)?;
         let (starts, weak) = weak_rows(network, &division);
         let (blocks, kinds) = kinds(network, &division);
-        let rate =
-            |node: usize| network.emissive_areas[node] * radiative_slope(hottest[node]) / network.capacitances[node];
-        let fading = (0..network.len()).map(rate).fold(0.0, f64::max);
+        let rate = |node: usize| match network.kinds[node] {
+            NodeKind::Diffusive => {
+                network.emissive_areas[node] * radiative_slope(hottest[node]) / network.capacitances[node]
+            }
+            NodeKind::Arithmetic | NodeKind::Boundary => 0.0,
+        };
+        let fading = (0..network.len()).map(rate).collect();
         let shape = Shape { network: network.clone(), longest: step, blocks, kinds, starts, weak, fading };
         Ok(Self::of_shape(&Arc::new(shape), step))
     }
@@ -118,9 +122,20 @@ impl Plan {
         self.shape.longest
     }
 
-    /// Runge-Kutta steps in a local step.
+    /// Runge-Kutta steps in a local step of the fastest node.
     pub fn local_steps(&self) -> u32 {
-        (self.step * self.shape.fading / local::SHARE).ceil().max(2.0) as u32
+        let fastest = self.shape.fading.iter().copied().fold(0.0, f64::max);
+        (self.step * fastest / local::SHARE).ceil().max(f64::from(local::SLOW_STEPS)) as u32
+    }
+
+    /// Whether a node takes the closed form in its local step, because Runge-Kutta steps would not do for the longest step.
+    pub fn is_fast(&self, node: usize) -> bool {
+        self.shape.longest * self.shape.fading[node] > f64::from(local::SLOW_STEPS) * local::SHARE
+    }
+
+    /// Whether a node stores no heat.
+    pub fn is_massless(&self, node: usize) -> bool {
+        self.network().kinds[node] == NodeKind::Arithmetic
     }
 
     /// The blocks.
@@ -136,6 +151,33 @@ impl Plan {
     /// The weak exchanges of a node.
     pub fn weak_of(&self, node: usize) -> &[Weak] {
         &self.shape.weak[self.shape.starts[node] as usize..self.shape.starts[node + 1] as usize]
+    }
+
+    /// Change of a node in a step [K] by 1 W that goes to nodes by their shares. It counts the node's own heat and that inside its block.
+    pub fn response(&self, node: usize, shares: &[(u32, f64)]) -> f64 {
+        let direct = |node: usize, share: f64| match self.network().capacitances[node] {
+            0.0 => 0.0,
+            capacitance => self.step * share / capacitance,
+        };
+        let own = shares.iter().filter(|(heated, _)| *heated as usize == node);
+        let own: f64 = own.map(|(_, share)| direct(node, *share)).sum();
+        let Some(block) = self.blocks().iter().find(|block| block.nodes.binary_search(&(node as u32)).is_ok()) else {
+            return own;
+        };
+        let conduction = &self.conductions[block.conduction as usize];
+        let place = |node: u32| block.nodes.binary_search(&node).ok();
+        let row = place(node as u32).map_or(0, |place| place * conduction.size);
+        let factor = block.capacitance / self.network().capacitances[node];
+        // The change by conduction acts on differences to the node.
+        let gained: f64 = shares
+            .iter()
+            .filter_map(|(heated, share)| {
+                let place = place(*heated)?;
+                Some(conduction.drive[row + place] * direct(*heated as usize, *share))
+            })
+            .sum();
+        let all: f64 = conduction.drive[row..row + conduction.size].iter().sum();
+        own + factor * (gained - own * all)
     }
 
     /// Whether nodes radiate to each other.
@@ -175,9 +217,10 @@ impl Plans {
         Self(vec![Arc::clone(plan)])
     }
 
-    /// Divides a length [s] into equal steps that are not longer than the longest. Returns the plan of these steps and their number.
-    pub fn over(&mut self, length: f64) -> (Arc<Plan>, u32) {
-        let count = (length / self.0[0].longest() - ROUNDING).ceil().max(1.0);
+    /// Divides a length [s] into equal steps that are not longer than the longest, and each of these into `parts`. Returns the plan of these steps and
+    /// their number.
+    pub fn over(&mut self, length: f64, parts: u32) -> (Arc<Plan>, u32) {
+        let count = (length / self.0[0].longest() - ROUNDING).ceil().max(1.0) * f64::from(parts);
         let step = length / count;
         let known = self.0.iter().find(|plan| (plan.step / step - 1.0).abs() < ROUNDING).map(Arc::clone);
         let plan = known.unwrap_or_else(|| {

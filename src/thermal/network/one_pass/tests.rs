@@ -3,7 +3,7 @@
 use super::*;
 use crate::thermal::network::control::{Integrator, Leg, Settings, integrate_leg};
 use crate::thermal::network::reference::ReferenceStepper;
-use crate::thermal::network::schedule::Schedule;
+use crate::thermal::network::schedule::{Schedule, Thermostat};
 use crate::thermal::network::stepper::Stepper;
 use crate::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
@@ -68,10 +68,10 @@ fn accurate(network: &Network, time: f64, step: f64) -> Vec<f64> {
 
 fn one_pass(network: &Network, time: f64, step: f64) -> OnePass {
     let plan = Plan::new(network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-    let mut one_pass = OnePass::new(&plan);
+    let mut one_pass = OnePass::new(&plan, Vec::new(), f64::INFINITY);
     for number in 0..(time / step).round() as u32 {
         let from = f64::from(number) * step;
-        one_pass.advance(&heat(network, from, from + step), step);
+        one_pass.advance(&heat(network, from, from + step), &[], from, step);
     }
     one_pass
 }
@@ -123,18 +123,18 @@ fn a_part_left_out_shows() {
         }
         let truth = accurate(&network, time, step);
         let plan = Plan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-        let mut stepped = OnePass::new(&plan);
+        let mut stepped = OnePass::new(&plan, Vec::new(), f64::INFINITY);
         for number in 0..(time / step).round() as u32 {
             let from = f64::from(number) * step;
             let heat = heat(&network, from, from + step);
             change(&mut stepped);
             if loads_outside {
-                stepped.advance(&vec![0.0; network.len()], step);
+                stepped.advance(&vec![0.0; network.len()], &[], from, step);
                 for (node, heat) in heat.iter().enumerate() {
                     stepped.temperatures[node] += step * heat / network.capacitances[node];
                 }
             } else {
-                stepped.advance(&heat, step);
+                stepped.advance(&heat, &[], from, step);
             }
         }
         rms(stepped.temperatures(), &truth)
@@ -161,11 +161,11 @@ fn heat_is_conserved() {
         *temperature = 200.0 + 200.0 * scattered(11 * node);
     }
     let plan = Plan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-    let mut stepped = OnePass::new(&plan);
+    let mut stepped = OnePass::new(&plan, Vec::new(), f64::INFINITY);
     let stored = |temperatures: &[f64]| network.capacitances.iter().zip(temperatures).map(|(c, t)| c * t).sum::<f64>();
     let before = stored(stepped.temperatures());
     for _ in 0..500 {
-        stepped.advance(&vec![0.0; network.len()], 15.0);
+        stepped.advance(&vec![0.0; network.len()], &[], 0.0, 15.0);
     }
     let after = stored(stepped.temperatures());
     assert!((after / before - 1.0).abs() < 1e-12, "{before} J became {after} J");
@@ -196,19 +196,65 @@ fn a_blanket_over_a_structure_is_near_the_accurate_integrator() {
     assert!(error < 1e-2, "{error} K");
 }
 
+/// A blanket that stores no heat over a structure, which also conducts to it. Another exchange shows.
+#[test]
+fn a_blanket_without_capacity_is_near_the_accurate_integrator() {
+    let covered = |emittance: f64| {
+        let mut network = sheet(5, 30.0);
+        let structures = network.len();
+        for node in 0..structures {
+            network.kinds.push(NodeKind::Arithmetic);
+            network.capacitances.push(0.0);
+            network.emissive_areas.push(network.emissive_areas[node]);
+            network.temperatures.push(280.0);
+            let nodes = [node as u32, (structures + node) as u32];
+            network.radiative.push(RadiativeConductor { nodes, exchange_area: emittance * 0.3 });
+            network.linear.push(LinearConductor { nodes, conductance: 0.02 });
+        }
+        network.emissive_areas[..structures].fill(0.0);
+        network
+    };
+    let truth = accurate(&covered(0.05), 3000.0, 15.0);
+    let error = |emittance: f64| rms(one_pass(&covered(emittance), 3000.0, 15.0).temperatures(), &truth);
+    let (found, other) = (error(0.05), error(0.06));
+    println!("{found:.1e} K rms, {other:.1e} K with another exchange");
+    assert!(found < 1e-2, "{found} K");
+    assert!(other > 10.0 * found, "{other} K with another exchange, {found} K");
+}
+
+/// Thin sheets, with up to twelve time constants in a step, weakly joined to a structure. With Runge-Kutta steps for slow nodes they would be lost.
+#[test]
+fn a_thin_sheet_is_near_the_accurate_integrator() {
+    let mut network = sheet(5, 1.0);
+    for node in 0..network.len() {
+        if node % 2 == 0 {
+            network.capacitances[node] = 15.0 * network.emissive_areas[node] * radiative_slope(330.0) / 12.0;
+        }
+    }
+    network.linear.retain(|one| one.nodes.iter().all(|node| node % 2 == 1));
+    let truth = accurate(&network, 1500.0, 15.0);
+    let stepped = one_pass(&network, 1500.0, 15.0);
+    assert!((0..network.len()).filter(|node| stepped.plan.is_fast(*node)).count() >= network.len() / 2);
+    let error = rms(stepped.temperatures(), &truth);
+    assert!(error < 5e-3, "{error} K");
+    let slow = local::local_change(330.0, 100.0, 12.0 / (4.0 * 330f64.powi(3)), local::SLOW_STEPS);
+    let fast = local::fast_change(330.0, 100.0, 12.0 / (4.0 * 330f64.powi(3)), 100);
+    assert!((slow - fast).abs() > 1.0, "{slow} {fast}");
+}
+
 /// A step of another length restarts, and long ones are divided.
 #[test]
 fn steps_of_other_lengths_keep_the_accuracy() {
     let network = sheet(6, 50.0);
     let plan = Plan::new(&network, 15.0, &vec![HOTTEST; network.len()]).expect("a network for one pass");
-    let mut stepped = OnePass::new(&plan);
+    let mut stepped = OnePass::new(&plan, Vec::new(), f64::INFINITY);
     let (mut now, end) = (0.0, 1806.0);
     for length in [15.0, 7.0, 60.0, 15.0, 31.0].into_iter().cycle() {
         let length = f64::min(length, end - now);
         if length <= 0.0 {
             break;
         }
-        stepped.advance(&heat(&network, now, now + length), length);
+        stepped.advance(&heat(&network, now, now + length), &[], now, length);
         now += length;
     }
     let error = rms(stepped.temperatures(), &accurate(&network, end, 3.0));
@@ -233,4 +279,76 @@ fn copies_share_their_matrices() {
     assert_eq!(kinds(&network), 1);
     network.linear[0].conductance = 1.001;
     assert_eq!(kinds(&network), 2);
+}
+
+/// A heater of node 40 and its neighbours in a sheet, sensed at node 40, with a band in which it cycles.
+fn heated() -> Heater {
+    let shares = vec![(40, 0.5), (39, 0.25), (41, 0.25)];
+    let thermostat =
+        Thermostat { node: 40, sensor: 40, power: 400.0, on_below: 270.0, off_above: 273.0, initially_on: false };
+    Heater { thermostat: Some(thermostat), shares }
+}
+
+/// Switching times [s] and temperatures of the accurate integrator.
+fn accurately_switched(network: &Network, heater: &Heater, time: f64, step: f64) -> (Vec<(f64, bool)>, Vec<f64>) {
+    let thermostat = heater.thermostat.as_ref().expect("a thermostat");
+    let sensors = [thermostat.sensor];
+    let mut stepper = ReferenceStepper::new(network.clone(), &sensors);
+    let settings = Settings { tolerance: 1e-4, ..Settings::of(Integrator::Accurate) };
+    let (mut first, mut on, mut switches) = (f64::INFINITY, false, Vec::new());
+    for number in 0..(time / step).round() as u32 {
+        let from = f64::from(number) * step;
+        let schedule = Schedule {
+            constant: heat(network, from, from + step),
+            thermostats: vec![Thermostat { initially_on: on, ..thermostat.clone() }],
+            spread: vec![heater.shares.clone()],
+            times: vec![step],
+            ..Schedule::default()
+        };
+        let leg = Leg { horizon: time, step: first, tight_switches: true };
+        let series = integrate_leg(&mut stepper, network, &schedule, &settings, leg, |_| true).expect("no failure");
+        switches.extend(series.switches.iter().map(|switch| (from + switch.time, switch.on)));
+        (first, on) = (series.first_step.unwrap_or(series.step), series.on[0]);
+    }
+    let Ok(temperatures) = stepper.temperatures();
+    (switches, temperatures)
+}
+
+/// The sensor stands in a block (`fast`) or alone. Each switch of the accurate integrator is found, near its time. Where the sensor is read at the
+/// start of a step only, times are up to a step late.
+#[test]
+fn thermostats_switch_when_the_accurate_integrator_says() {
+    for (fast, step) in [(1.0, 5.0), (400.0, 5.0), (400.0, 2.5)] {
+        let network = sheet(9, fast);
+        let (truth, end) = accurately_switched(&network, &heated(), 6000.0, step);
+        let run = |blind: bool| {
+            let plan = Plan::new(&network, step, &vec![HOTTEST; network.len()]).expect("a network for one pass");
+            let mut one_pass = OnePass::new(&plan, vec![heated()], f64::INFINITY);
+            let mut switches = Vec::new();
+            for number in 0..(6000.0 / step) as u32 {
+                let from = f64::from(number) * step;
+                if blind {
+                    // The same rate with and without the heater, and none.
+                    one_pass.gains[0] = 0.0;
+                    one_pass.last[40] = 0.0;
+                }
+                switches.extend(one_pass.advance(&heat(&network, from, from + step), &[400.0], from, step));
+            }
+            let off = |(switch, (time, on)): (&Switch, &(f64, bool))| {
+                assert_eq!(switch.on, *on);
+                (switch.time - time).abs()
+            };
+            let late = switches.iter().zip(&truth).map(off).sum::<f64>() / truth.len() as f64;
+            (switches.len(), late, rms(one_pass.temperatures(), &end))
+        };
+        let [(found, late, error), (_, blind, _)] = [false, true].map(run);
+        println!(
+            "{fast}, {step} s: {found} of {} switches, {late:.2} s off in the mean, {error:.4} K rms at the end; read at the start {blind:.2} s",
+            truth.len()
+        );
+        assert!(truth.len() >= 8, "{} switches", truth.len());
+        assert_eq!(found, truth.len());
+        assert!(late < 0.5 * step, "{late} s");
+        assert!(blind > 2.0 * late, "{blind} s, and {late} s with the last change");
+    }
 }

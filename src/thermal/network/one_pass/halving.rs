@@ -1,0 +1,94 @@
+//! How often the step of the one pass is halved: the estimated error decides, after every sixteen steps of the scene.
+
+use super::told::Estimate;
+
+/// Steps of the scene after which the estimate decides.
+const CHECKED: u32 = 16;
+/// Greatest number of halvings.
+pub const HALVINGS_AT_MOST: u32 = 3;
+/// Share of the bounds below which a halving is taken back. Twice the step has four times the error.
+const RELAXED: f64 = 1.0 / 16.0;
+/// Least bound of the error of a single node [K], and that bound over the tolerance.
+const NODE_BOUND: (f64, f64) = (1.0, 10.0);
+
+/// Halvings of the step, and when to decide on them again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Halving {
+    /// Largest root mean square error that is accepted [K].
+    pub tolerance: f64,
+    /// Halvings of the step of the scene.
+    pub count: u32,
+    /// Steps of the scene since the last decision.
+    pub since: u32,
+    /// Decisions at which the error exceeded the tolerance with the most halvings.
+    pub exceeded: u32,
+    /// Greatest number of halvings so far.
+    pub most: u32,
+}
+
+impl Halving {
+    /// No halving yet.
+    pub fn new(tolerance: f64) -> Self {
+        Self { tolerance, count: 0, since: 0, exceeded: 0, most: 0 }
+    }
+
+    /// Steps in a step of the scene.
+    pub fn parts(&self) -> u32 {
+        1 << self.count
+    }
+
+    /// Counts a step of the scene. Returns whether the estimate is to be taken before it.
+    pub fn is_due(&mut self) -> bool {
+        let due = self.since == CHECKED;
+        self.since = if due { 1 } else { self.since + 1 };
+        due
+    }
+
+    /// Decides by the estimate since the last decision.
+    pub fn take(&mut self, recent: Estimate) {
+        let most = (NODE_BOUND.1 * self.tolerance).max(NODE_BOUND.0);
+        let within = |share: f64| recent.rms <= share * self.tolerance && recent.most <= share * most;
+        if !within(1.0) {
+            if self.count < HALVINGS_AT_MOST {
+                self.count += 1;
+            } else {
+                self.exceeded += 1;
+            }
+        } else if within(RELAXED) {
+            self.count = self.count.saturating_sub(1);
+        }
+        self.most = self.most.max(self.count);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_are_halved_above_the_tolerance_and_doubled_far_below_it() {
+        let mut halving = Halving::new(0.1);
+        let told = |rms, most| Estimate { rms, most, node: 0 };
+        for (estimate, parts) in [
+            (told(0.09, 0.9), 1),
+            (told(0.11, 0.9), 2),
+            (told(0.03, 0.9), 2),
+            (told(0.03, 1.1), 4),
+            (told(0.2, 0.1), 8),
+            (told(f64::NAN, 0.1), 8),
+            (told(0.006, 0.06), 4),
+            (told(0.006, 0.07), 4),
+        ] {
+            halving.take(estimate);
+            assert_eq!(halving.parts(), parts, "{estimate:?}");
+        }
+        assert_eq!((halving.exceeded, halving.most), (1, 3));
+    }
+
+    #[test]
+    fn the_estimate_is_due_after_sixteen_steps() {
+        let mut halving = Halving::new(0.1);
+        let due: Vec<u32> = (0..40).filter(|_| halving.is_due()).collect();
+        assert_eq!(due, [16, 32]);
+    }
+}

@@ -1,0 +1,43 @@
+//! What the one pass tells of its error.
+
+/// Estimated errors that are added up.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Told {
+    /// Sum of their squares [K2].
+    pub squares: f64,
+    /// Their number.
+    pub count: u64,
+    /// The largest [K].
+    pub most: f64,
+    /// Its node.
+    pub node: usize,
+}
+
+impl Told {
+    /// With other errors.
+    pub fn and(self, other: Self) -> Self {
+        let largest = if other.most > self.most { other } else { self };
+        Self {
+            squares: self.squares + other.squares,
+            count: self.count + other.count,
+            most: largest.most,
+            node: largest.node,
+        }
+    }
+
+    /// Their root mean square and the largest.
+    pub fn estimate(self) -> Estimate {
+        Estimate { rms: (self.squares / self.count.max(1) as f64).sqrt(), most: self.most, node: self.node }
+    }
+}
+
+/// The estimated error of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Estimate {
+    /// Root mean square over all nodes and steps [K].
+    pub rms: f64,
+    /// Largest [K].
+    pub most: f64,
+    /// The node with the largest.
+    pub node: usize,
+}
