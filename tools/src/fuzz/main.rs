@@ -210,9 +210,11 @@ mod tests {
         }
         let failures: Vec<&String> = outcomes.iter().flat_map(|(_, outcome)| &outcome.failures).collect();
         assert_eq!(failures, Vec::<&String>::new());
+        // A line of elements has a checksum: one changed case in sixty is valid. Other readers accept twice as many at least.
         for (target, outcome) in &outcomes {
+            let one_in = if target.name == "tle" { 100 } else { 50 };
             assert!(
-                outcome.accepted * 50 > cases,
+                outcome.accepted * one_in > cases,
                 "{}: only {} of {cases} cases are valid",
                 target.name,
                 outcome.accepted
