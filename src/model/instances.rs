@@ -9,7 +9,8 @@ use super::graph::{Instance, transform};
 
 /// Replaces every instance whose node states copies by those copies.
 ///
-/// # Errors Attributes that are missing, of unequal count, or no transforms.
+/// # Errors
+/// Attributes that are missing, of unequal count, or no transforms.
 pub(super) fn copied(
     document: &Document,
     accessors: &Accessors,

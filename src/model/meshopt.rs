@@ -44,7 +44,8 @@ pub(super) struct Compressed {
 impl Compressed {
     /// The elements, one after the other.
     ///
-    /// # Errors Bytes that are no such stream, in words.
+    /// # Errors
+    /// Bytes that are no such stream, in words.
     pub(super) fn decode(&self, bytes: &[u8]) -> Result<Vec<u8>, String> {
         let (stride, count) = (self.stride, self.count);
         if count.checked_mul(stride).is_none() {

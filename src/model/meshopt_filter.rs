@@ -17,7 +17,8 @@ pub(super) enum Filter {
 impl Filter {
     /// Turns filtered elements of `stride` bytes into what they stand for.
     ///
-    /// # Errors A stride that the filter does not have, in words.
+    /// # Errors
+    /// A stride that the filter does not have, in words.
     pub(super) fn apply(self, elements: &mut [u8], stride: usize) -> Result<(), String> {
         match (self, stride) {
             (Self::None, _) => {}

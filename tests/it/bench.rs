@@ -106,6 +106,7 @@ fn the_work_of_each_scheme_is_what_it_was_and_its_error_below_what_is_stated() {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn the_references_agree_with_another_method_within_their_own_error() {
     for (case, truth) in CASES.iter() {
         assert!(truth.own.max < 1e-4, "{}: {:?}", case.key, truth.own);
@@ -119,6 +120,7 @@ fn the_references_agree_with_another_method_within_their_own_error() {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_wrong_network_is_seen_in_the_errors() {
     let (case, truth) = &CASES[1];
     let scheme = Scheme::Controlled(Integrator::Accurate, 5e-4);
@@ -131,6 +133,7 @@ fn a_wrong_network_is_seen_in_the_errors() {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_run_that_takes_too_long_tells_how_far_it_came() {
     let (case, truth) = &CASES[1];
     let effort = Effort { runs: 1, enough: 0.0, most: 0.0 };

@@ -112,6 +112,7 @@ fn sweep(prepared: &Prepared, mut lift: impl FnMut(&SunView) -> f64) -> [f64; 2]
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_blanket_neither_lights_nor_shades_itself_in_jumps() {
     for (gap, size) in BLANKETS {
         let prepared = blanket(gap, size);

@@ -135,6 +135,7 @@ fn a_joint_that_stands_is_a_model_made_so() {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn the_device_moves_as_its_twin() {
     let depth = "[shadows]\nresolution = 256\n";
     for shadows in ["", depth, SHADOWS] {

@@ -35,6 +35,7 @@ fn a_network_with_thermostats_survives_a_kill_on_the_device() {
 
 /// Nine tenths of this run are its warm-up.
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_warm_up_goes_on_after_kills() {
     let long = TRANSITION.replace("warm_up_orbits = 0.6", "warm_up_orbits = 3");
     assert!(kill(&long, Some("cpu"), 40, 3, 0) > 0, "no kill fell into the warm-up");
@@ -42,6 +43,7 @@ fn a_warm_up_goes_on_after_kills() {
 
 /// A periodic warm-up goes on from the start of the orbit.
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_periodic_warm_up_goes_on_after_a_kill() {
     let periodic = one_pass().replace("\n[network]\nintegrator = \"one_pass\"\n", "");
     let orbits = "warm_up = \"periodic\"\nwarm_up_tolerance = 1e-6\nwarm_up_orbits = 6";

@@ -174,6 +174,7 @@ fn device_and_twin_agree() {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn one_pass_is_near_the_default_integrator() {
     for (name, scene) in cases() {
         let accurate = Folder::new(&scene.replace("one_pass", "accurate")).prepared();
@@ -196,6 +197,7 @@ fn switches(prepared: &Prepared, engine: &mut dyn Engine) -> Vec<(f64, bool)> {
 
 /// Switching times are found within steps, alike on the device and in f64. Another threshold shows.
 #[test]
+#[ignore = "long: tools/test --all"]
 fn thermostats_switch_alike_on_device_and_twin() {
     let context = context();
     for (name, scene) in cases().into_iter().filter(|(name, _)| name.contains("thermostat")) {
@@ -264,6 +266,7 @@ fn a_saved_state_goes_on_bit_for_bit() {
 
 /// Slow heating is not lost in f32: 2000 steps of 10 ms move a node by less than a thousandth of its rounding each.
 #[test]
+#[ignore = "long: tools/test --all"]
 fn slow_heating_is_not_lost() {
     let scene = scene_with(&[
         (TRANSITION, &SKIN.replace("0.002", "0.2")),
@@ -294,6 +297,7 @@ fn a_network_that_does_not_fit_is_stepped_by_the_default_integrator() {
 
 /// A periodic warm-up has long steps, which are divided, and a shorter last one.
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_periodic_warm_up_ends_near_that_of_the_accurate_integrator() {
     let scene = scene_with(&[
         (TRANSITION, SKIN),
@@ -309,6 +313,7 @@ fn a_periodic_warm_up_ends_near_that_of_the_accurate_integrator() {
 
 /// The estimate of the device is that of the twin, and of the size of the error. Above the tolerance the step is halved on both.
 #[test]
+#[ignore = "long: tools/test --all"]
 fn the_estimate_tells_the_error_and_halves_the_step() {
     let context = context();
     let scene = scene_with(&[

@@ -220,6 +220,7 @@ fn means(stored: Stored, shadows: &str) -> Vec<Vec<f64>> {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn quantized_and_compressed_files_have_the_temperatures_of_the_plain_one() {
     for shadows in ["", "[shadows]\nmethod = \"exact\"\n", "[shadows]\n"] {
         let plain = means(Stored::Plain, shadows);
@@ -234,13 +235,13 @@ fn quantized_and_compressed_files_have_the_temperatures_of_the_plain_one() {
             all.max_by(|a, b| a.0.total_cmp(&b.0)).expect("steps")
         };
         // The octahedral filter rounds to 8 bits twice. On the ball, a coarse one of 160 cells, no mean direction of the facets undoes this.
-        for (stored, bound) in [(Stored::Quantized, 0.05), (Stored::Compressed, 0.1)] {
+        for (stored, bound) in [(Stored::Quantized, 0.05), (Stored::Compressed, 0.12)] {
             let (error, step, part) = worst(stored);
             println!("{shadows:?} {stored:?}: {error:.4} K in step {step}, part {part}");
             assert!(error < bound, "{shadows:?} {stored:?}: {error} K in step {step}, part {part}");
         }
         let (coarse, ..) = worst(Stored::Coarse);
         println!("{shadows:?} Coarse: {coarse:.4} K");
-        assert!(coarse > 0.1, "coarser normals would be seen: {coarse} K");
+        assert!(coarse > 0.12, "coarser normals would be seen: {coarse} K");
     }
 }

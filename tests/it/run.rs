@@ -317,6 +317,7 @@ fn an_existing_folder_is_not_touched() {
 
 #[cfg(unix)]
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_signal_leaves_what_was_computed_and_the_run_goes_on_from_there() {
     let scene = scene_with(&[("steps = 12", "steps = 4000"), ("draw_every = 4", "draw_every = 1000")]);
     let folder = Folder::new(&scene);
@@ -409,6 +410,7 @@ fn a_signal_to_a_command_without_steps_leaves_no_unfinished_file() {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn as_many_nodes_as_asked_are_checked_and_the_error_stands_beside_the_speed() {
     let folder = Folder::new(SCENE);
     let said = succeed(folder.0.path(), &["run", "--check", "scene.toml", "-o", "usual"]);
@@ -438,6 +440,7 @@ fn a_folder_can_not_go_to_standard_output() {
 /// A limit on the size of files acts as a full disk does: a write fails.
 #[cfg(unix)]
 #[test]
+#[ignore = "long: tools/test --all"]
 fn a_full_disk_names_the_file_keeps_what_is_whole_and_the_run_goes_on() {
     let scene = scene_with(&[("steps = 12", "steps = 900"), ("draw_every = 4", "draw_every = 300")]);
     let folder = Folder::new(&scene);

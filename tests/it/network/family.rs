@@ -46,6 +46,7 @@ fn compare(case: &Case, found: &Series, exact: &Solution, slowest: f64) -> (f64,
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn random_networks_are_within_their_tolerances() {
     let all = [(Integrator::Default, 20e-3), (Integrator::Accurate, 2e-3), (Integrator::Cheap, 0.2)];
     let mut worst = [[0.0_f64; 2]; 3];

@@ -38,6 +38,7 @@ fn sheet(side: usize, slivers: bool) -> Network {
 }
 
 #[test]
+#[ignore = "long: tools/test --all"]
 fn some_small_networks_agree_with_the_twin_on_the_wide_path() {
     agree_on_the_wide_path(6);
 }
@@ -83,6 +84,7 @@ fn agree_on_the_wide_path(most: usize) {
 
 /// Sheets too large for one workgroup. Stiff ones need hundreds of stages of RKL2 or one step of TR-BDF2.
 #[test]
+#[ignore = "long: tools/test --all"]
 fn stiff_sheets_agree_with_the_twin() {
     let context = context();
     for slivers in [false, true] {
