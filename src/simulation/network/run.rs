@@ -359,7 +359,7 @@ impl NetworkRun {
         self.told = told;
     }
 
-    /// The last switches of thermostats in steps of one pass, at most [`LOCATED_AT_MOST`].
+    /// The last switches of thermostats in steps of one pass, at most `LOCATED_AT_MOST`.
     pub fn located(&self) -> impl Iterator<Item = &Switch> {
         self.located.iter()
     }

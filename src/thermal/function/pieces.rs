@@ -101,7 +101,7 @@ impl Pieces {
     }
 }
 
-/// Whether a function needs no pieces to show that they would follow it: it follows lines that are [`STRETCH`] times as long as a piece. This takes a
+/// Whether a function needs no pieces to show that they would follow it: it follows lines that are `STRETCH` times as long as a piece. This takes a
 /// twentieth of the values that pieces take. A function that never decreases keeps each jump until its end, so a jump or a corner shows between any two of
 /// the places that are looked at, but for one that the function makes up for within a twentieth of a stretch.
 pub fn are_plain(remaining: &dyn Fn(f64) -> f64) -> bool {

@@ -248,8 +248,8 @@ fn corners_converge_where_a_plate_covers_a_part_of_another() {
     };
     let found = [1, 2, 4, 8].map(|cells| corners(cells, 20.0));
     println!("corners: {found:?}");
-    for corner in 0..3 {
-        let moves = [0, 1, 2].map(|at: usize| (found[at + 1][corner] - found[at][corner]).abs());
+    let moves = |corner: usize| [0, 1, 2].map(|at: usize| (found[at + 1][corner] - found[at][corner]).abs());
+    for (corner, moves) in [0, 1, 2].map(moves).into_iter().enumerate() {
         assert!(moves[1] < moves[0] && moves[2] < 0.45 * moves[1], "corner {corner}: {moves:?}");
         assert!(moves[2] < 0.8, "corner {corner}: {moves:?}");
     }
