@@ -157,14 +157,13 @@ impl Choice {
         scene
     }
 
-    /// The transitions with another retarget rule or another domain.
+    /// The transitions with another retarget rule or another domain. A fit may be in either domain, and the base is in T.
     fn transitions(self, of: &[OfMaterial]) -> Vec<OfMaterial> {
         let mut of = of.to_vec();
         for transition in of.iter_mut().filter_map(|one| one.transition.as_mut()) {
-            match self {
-                Self::Restart => transition.retarget = Retarget::Restart,
-                Self::FourthPower => transition.domain = Domain::FourthPower,
-                _ => transition.domain = Domain::Temperature,
+            transition.domain = if self == Self::FourthPower { Domain::FourthPower } else { Domain::Temperature };
+            if self == Self::Restart {
+                transition.retarget = Retarget::Restart;
             }
         }
         of

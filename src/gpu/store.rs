@@ -69,7 +69,9 @@ impl Resources {
     ) -> Result<(), GpuError> {
         let (name, row) = (format!("{resource:?}"), resource.row());
         let limit = self.context.info.max_storage_buffer_range;
-        if row.role.usage().contains(vk::BufferUsageFlags::STORAGE_BUFFER) && bytes > limit && !in_pieces {
+        // A buffer that only copies touch is never bound.
+        let is_bound = row.role.usage().contains(vk::BufferUsageFlags::STORAGE_BUFFER) && !row.blocks.is_empty();
+        if is_bound && bytes > limit && !in_pieces {
             let device = self.context.info.name.clone();
             return Err(GpuError::BufferTooLong { buffer: name, bytes, device, limit });
         }

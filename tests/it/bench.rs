@@ -223,3 +223,15 @@ fn differences_are_over_all_nodes_and_frames() {
     let found = FrameError::between(&rows([[1.0, 2.0], [3.0, 4.0]]), &rows([[1.0, 2.0], [3.0, 6.0]]));
     assert_eq!(found, FrameError { rms: 1.0, max: 2.0 });
 }
+
+#[test]
+fn a_copy_may_be_longer_than_a_binding() {
+    let context = context();
+    let longer = context.info.max_storage_buffer_range + 4;
+    if longer > 1 << 30 {
+        println!("not tried: {} binds more than 1 GiB", context.info.name);
+        return;
+    }
+    let samples = isotherm::gpu::limits::copies(&context, longer, 1).expect("no shader binds what is copied");
+    assert_eq!(samples.wall_ms.len(), 1);
+}
