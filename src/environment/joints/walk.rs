@@ -41,7 +41,7 @@ struct Walk {
     track: Option<Track>,
 }
 
-/// The first periods of a walk, of which the last ones repeat.
+/// The first periods of a walk. The last of them repeat.
 #[derive(Debug, Clone, PartialEq)]
 struct Lead {
     start: f64,

@@ -1,8 +1,8 @@
 //! Areas of contact between triangles: where two surfaces lie over each other within the contact's distance, corner by corner.
 //!
 //! Two triangles are compared in their contact plane, midway between their own planes. There the area of contact is what lies in both and where the
-//! gap is small enough. It belongs to a pair of nodes as far as it lies in the parts of both corners. Surfaces that lie in layers touch only
-//! where nothing of either side lies between them.
+//! gap is small enough. Each node owns a part of its triangle around its corner. A pair of nodes gets the area that lies in the parts of both. Surfaces
+//! in layers touch only where nothing of either side lies between them.
 
 use std::collections::HashSet;
 
