@@ -75,6 +75,11 @@ struct Band {
     float edge_low;
 };
 
+struct HeatPass {
+    uint first;
+    float background_temperature_4;
+};
+
 struct Steps {
     uint count;
     uint groups;

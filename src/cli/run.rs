@@ -353,6 +353,7 @@ fn report(
         inputs: inputs.collect(),
         device,
         accuracy: outcome.accuracy,
+        energy: outcome.energy,
         model: ModelSize {
             nodes: prepared.nodes.count as u64,
             triangles: prepared.triangle_count() as u64,
@@ -406,6 +407,9 @@ fn print_summary(report: &Report, folder: &Folder) {
         for note in &accuracy.notes {
             answer!("{note}");
         }
+    }
+    if let Some(closure) = report.energy.as_ref().and_then(|energy| energy.closure) {
+        answer!("the energy balance of the network closes to {closure:.1e}");
     }
     answer!("report: {}", folder.file(REPORT_HTML).display());
 }

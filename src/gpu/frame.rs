@@ -12,7 +12,7 @@ pub use passes::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
 use passes::{DEPTH, DEPTH_WRITE, cull_pass, radiance_pass, ray_pass, solar_depth_pass, thermal_pass, visibility_pass};
 
 use super::pass::{
-    CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Pass, Work, barrier, clear_pass, copy_pass,
+    CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Pass, barrier, clear_pass, copy_pass,
     is_write, scope, to_host, transition,
 };
 use super::resource::Resource;
@@ -167,9 +167,13 @@ impl Frame {
         })
     }
 
-    /// Destinations of the copies.
-    pub fn copied_to(&self) -> impl Iterator<Item = Resource> {
-        self.passes().filter_map(|pass| if let Work::Copy { to, .. } = pass.work { Some(to) } else { None })
+    /// Resources that the host may read after the list.
+    pub fn left_to_host(&self) -> impl Iterator<Item = Resource> {
+        let barriers = self.entries.iter().flat_map(|entry| match entry {
+            Entry::Barriers(barriers) => barriers.as_slice(),
+            Entry::Pass(_) => &[],
+        });
+        barriers.filter(|barrier| barrier.after.stage.contains(S::HOST)).map(|barrier| barrier.resource)
     }
 }
 

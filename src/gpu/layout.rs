@@ -176,6 +176,14 @@ shared! {
         pub edge_low: f32,
     }
 
+    /// Push constants of a dispatch that sums absorbed heat.
+    pub struct HeatPass {
+        /// First run of nodes.
+        pub first: u32,
+        /// Fourth power of the radiative temperature of space [K4].
+        pub background_temperature_4: f32,
+    }
+
     /// Size of a response dispatch.
     pub struct Steps {
         /// Number of steps.

@@ -9,6 +9,8 @@ pub mod context;
 mod drivers;
 pub mod error;
 pub mod frame;
+pub mod heat;
+mod heat_source;
 mod host_heap;
 pub mod layout;
 pub mod limits;

@@ -2,6 +2,7 @@
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
+use super::heat_source::HeatOf;
 use super::one_pass_variant::OnePassVariant;
 use super::resource::Resource;
 use super::shaders::Shader;
@@ -78,6 +79,8 @@ pub enum Kernel {
     OnePass(OnePassVariant),
     /// Power of the heaters of a network in one pass.
     Heaters,
+    /// Sums the absorbed heat of runs of nodes.
+    Heat(HeatOf),
     /// Response of nodes to given targets.
     Response(ResponseVariant),
     /// Radiance of a blackbody in a band.
@@ -104,6 +107,7 @@ impl Kernel {
             Self::Wide(variant) => vec![variant.shader()],
             Self::OnePass(variant) => vec![variant.shader()],
             Self::Heaters => plain("one_pass_heaters.comp"),
+            Self::Heat(of) => vec![of.shader()],
             Self::SunDepth => plain("solar_depth.vert"),
             Self::Visibility => plain("solar_visibility.comp"),
             Self::SunRay { first: true } => vec![Shader::new("solar_rays.comp", vec!["first"])],
@@ -136,6 +140,11 @@ pub enum Said {
         end: u32,
         /// Steps of the same length before it.
         age: u32,
+    },
+    /// Sums of absorbed heat.
+    Heat {
+        /// First run of nodes.
+        first: u32,
     },
     /// A step of heaters.
     Heaters {

@@ -19,7 +19,8 @@ use super::bindings::Bindings;
 use super::context::Context;
 use super::error::GpuError;
 use super::frame::{Frame, StepRange, TriangleRun, Wanted};
-use super::layout;
+use super::heat::{HeatOf, HeatTables, absorbed_heat};
+use super::layout::{self, HeatPass};
 use super::load::DeviceLoad;
 use super::memory::Buffer;
 use super::once::Once;
@@ -51,6 +52,8 @@ pub struct Request<'a> {
     pub views: &'a [layout::View],
     /// Whether the host reads the temperatures of all nodes.
     pub temperatures: bool,
+    /// Whether the host reads the heat that every run of nodes absorbs.
+    pub absorbed: bool,
     /// Heaters of a network that the frame steps.
     pub heating: Option<Heating<'a>>,
     /// A list to submit instead of the usual one for this request. Tests use it to leave a barrier out.
@@ -78,6 +81,8 @@ pub struct Collected<'a> {
     pub identity: Option<&'a [[u32; 2]]>,
     /// Temperature of every node [K].
     pub temperatures: Option<&'a [f32]>,
+    /// Heat that every run of nodes absorbs in the step [W].
+    pub absorbed: Option<&'a [f32]>,
 }
 
 /// A submitted frame, to be passed to `collect`.
@@ -89,6 +94,8 @@ pub struct Submitted(usize);
 pub struct Renderer {
     ranges: Vec<StepRange>,
     nodes: usize,
+    /// Runs of nodes whose absorbed heat is summed.
+    runs: usize,
     pixels: usize,
     triangles: Vec<TriangleRun>,
     culling: Culling,
@@ -101,6 +108,8 @@ pub struct Renderer {
     shadows: Shadows,
     /// The network, if the frames step it.
     one_pass: Option<OnePass>,
+    /// Runs of nodes whose absorbed heat is summed, by the place where it is found.
+    heat: Vec<(HeatOf, (u32, u32))>,
     /// The load whose balance is the target of every node, if known.
     commanded: Option<DeviceLoad>,
     /// The frames in flight. The field is dropped first, because its destructor waits for the device.
@@ -127,9 +136,12 @@ impl Renderer {
         let found = shadows.frame(&data.ranges);
         let one_pass = data.network.map(OnePass::new);
         let stepped = one_pass.as_ref().map(OnePass::frames).unwrap_or_default();
+        let heat = data.heat.map(HeatTables::sections).unwrap_or_default();
         let most = |frames: &[Frame]| frames.iter().map(|frame| frame.passes().count()).max().unwrap_or(0);
         let passes = most(&frames) + most(&stepped) + found.passes().count();
-        frames.push(found);
+        let summed = absorbed_heat(&heat);
+        let passes = passes + summed.passes().count();
+        frames.extend([found, summed]);
         frames.extend(stepped);
         let joints = data.joints.as_ref().map_or(1, |joints| joints.count);
         let mut bindings = Bindings::new(context, joints, SLOTS);
@@ -137,6 +149,7 @@ impl Renderer {
         Ok(Self {
             ranges: data.ranges.clone(),
             nodes: data.normals.len(),
+            runs: data.heat.map_or(0, |heat| heat.runs.len()),
             pixels: data.image.map_or(0, |[width, height]| width as usize * height as usize),
             culling: Culling::new(&triangles, data.triangles, data.positions),
             triangles,
@@ -145,6 +158,7 @@ impl Renderer {
             fused_steps: 0,
             shadows,
             one_pass,
+            heat,
             commanded: None,
             slots: Slots::new(context, passes)?,
             bindings,
@@ -199,9 +213,13 @@ impl Renderer {
         ranges.retain(|range| !is_of_network(range.variant.kind));
         let mut frame = Frame::default();
         let mut network = Frame::default();
+        let mut summed = Frame::default();
         if let Some((load, steps)) = request.step {
             frame = self.shadows(load)?;
             network = self.network_frame(steps, request.heating)?;
+            if request.absorbed {
+                summed = self.summed();
+            }
             // If the load is unchanged, a cheaper variant continues the transitions.
             let load = Some(DeviceLoad::new(load, self.joints));
             if frame.entries.is_empty() && self.commanded == load {
@@ -211,12 +229,18 @@ impl Renderer {
             }
         }
         ranges.extend(loaded);
-        let frame = frame.then(Frame::step(&ranges, Wanted::default())).then(network).then(Frame::step_in_runs(
-            &[],
-            wanted,
-            &culled,
-        ));
+        let frame = frame
+            .then(Frame::step(&ranges, Wanted::default()))
+            .then(summed)
+            .then(network)
+            .then(Frame::step_in_runs(&[], wanted, &culled));
         self.send(&frame, Request { views: &views, ..request })
+    }
+
+    /// The passes that sum absorbed heat. Where the host steps the network, temperatures stand in the place of its flux.
+    fn summed(&self) -> Frame {
+        let of_frame = |(of, _): &&(HeatOf, (u32, u32))| *of != HeatOf::Flux || self.steps_network();
+        absorbed_heat(&self.heat.iter().filter(of_frame).copied().collect::<Vec<_>>())
     }
 
     /// Flux absorbed by the nodes of thermal networks [W/m2], and temperature of all other nodes [K], one value for
@@ -295,6 +319,10 @@ impl Renderer {
                     |one: &OnePass| bytemuck::bytes_of(&one.heater_constants(number, first, trial)).to_vec();
                 self.one_pass.as_ref().map(constants).unwrap_or_default()
             }
+            Said::Heat { first } => {
+                let space = request.step.map_or(0.0, |(load, _)| load.background_temperature);
+                bytemuck::bytes_of(&HeatPass { first, background_temperature_4: space.powi(4) as f32 }).to_vec()
+            }
             Said::Nothing | Said::Network(_) => Vec::new(),
         };
         let (context, bindings) = (self.resources.context.as_ref(), Some(&self.bindings));
@@ -316,6 +344,7 @@ impl Renderer {
             radiance: left(readback).then(|| resources.read(readback, number, self.pixels)),
             identity: left(Resource::IdentityReadback)
                 .then(|| resources.read(Resource::IdentityReadback, number, self.pixels)),
+            absorbed: left(Resource::AbsorbedHeat).then(|| resources.read(Resource::AbsorbedHeat, number, self.runs)),
             temperatures: left(Resource::TemperatureReadback)
                 .then(|| resources.read(Resource::TemperatureReadback, number, self.nodes)),
         })

@@ -93,6 +93,12 @@ table! {
     Elapsed: row(GROUP, MovingGroups, Storage, "Elapsed").in_pieces(Always);
     /// Temperature of every node [K], then the power of every heater of a network in one pass [W].
     Temperature: row(GROUP, HeatedGroups, Storage, "Temperature").in_pieces(WithoutImage);
+    /// Groups and emission of every run of nodes whose absorbed heat is summed.
+    HeatRuns: row(16, Count::HeatRuns, Storage, "Run");
+    /// Area over which every node absorbs [m2].
+    HeatAreas: row(GROUP, HeatGroups, Storage, "Area");
+    /// Heat that every run absorbs in a step [W].
+    AbsorbedHeat: row(4, Count::HeatRuns, ToHost, "Absorbed").each_slot();
     /// Transform of the shadow map, written by the host.
     SunView: row(size_of::<layout::SunView>(), Count::SunView, Uniform, "SunView").each_slot().each_joint();
     /// Node indices of the triangles that cast shadows.

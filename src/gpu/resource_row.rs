@@ -91,6 +91,10 @@ pub enum Count {
     OnePassHeaters,
     /// Groups of nodes, and of the heaters of a network that is stepped in one pass.
     HeatedGroups,
+    /// Runs of nodes whose absorbed heat is summed.
+    HeatRuns,
+    /// Groups, if absorbed heat is summed.
+    HeatGroups,
     /// A number that the code gives at creation.
     Given,
 }
@@ -115,6 +119,7 @@ impl Count {
                 | Self::OnePassSources
                 | Self::OnePassWeights
                 | Self::HeatedGroups
+                | Self::HeatGroups
         )
     }
 }

@@ -8,6 +8,7 @@ use glam::Vec3;
 use super::context::Context;
 use super::error::GpuError;
 use super::frame::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
+use super::heat::HeatTables;
 use super::layout::{self, FUSED_STEPS};
 use super::memory::Buffer;
 use super::once::Once;
@@ -52,6 +53,8 @@ pub struct SceneData<'a> {
     pub joints: Option<JointData<'a>>,
     /// Thermal network that the frames step in one pass.
     pub network: Option<&'a OnePassTables>,
+    /// Runs of nodes whose absorbed heat is summed, if it is.
+    pub heat: Option<&'a HeatTables>,
 }
 
 /// Triangles of each joint.
@@ -167,6 +170,8 @@ impl SceneData<'_> {
             Count::Boxes => tree.map_or(0, |tree| tree.tree.nodes.len()),
             Count::Traced => tree.map_or(0, |tree| tree.triangles.len()),
             Count::Pixels => self.image.map_or(0, |[width, height]| width as usize * height as usize),
+            Count::HeatRuns => self.heat.map_or(0, |heat| heat.runs.len()),
+            Count::HeatGroups => only(self.heat.is_some(), groups),
             other => self.network.map_or(0, |network| network.count(other)),
         }
     }
@@ -259,6 +264,11 @@ impl Resources {
             self.upload(once, Resource::OnePassUnits, &network.units)?;
             self.upload(once, Resource::OnePassWeights, &network.weights(&network.plan))?;
             self.upload(once, Resource::OnePassHeaters, &network.heater_words(&network.plan))?;
+        }
+        if let Some(heat) = data.heat {
+            let areas: Vec<f32> = heat.areas.iter().map(|area| *area as f32).collect();
+            self.upload(once, Resource::HeatRuns, &heat.words())?;
+            self.upload(once, Resource::HeatAreas, &areas)?;
         }
         self.upload(once, Resource::BandTable, data.band_table)?;
         for (axis, resource) in [Resource::NormalX, Resource::NormalY, Resource::NormalZ].into_iter().enumerate() {

@@ -20,6 +20,7 @@ use super::tables::{JOINTS, SERIES, Tables};
 use crate::gpu::nodes::GROUP;
 use crate::saved::{Saved, SavedError};
 use crate::simulation::check::{Accuracy, Check};
+use crate::simulation::energy::{Account, EnergyBalance};
 use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::keep::Keep;
 use crate::simulation::network::StepCost;
@@ -103,6 +104,8 @@ pub struct Outcome {
     pub plots: Vec<PlotEntry>,
     /// Error of the device against the f64 reference, if requested.
     pub accuracy: Option<Accuracy>,
+    /// The energy balance, if the scene keeps it.
+    pub energy: Option<EnergyBalance>,
     /// Convergence of a periodic warm-up, if requested.
     pub periodic: Option<Periodic>,
     /// Cost of the network in every step after the warm-up.
@@ -197,11 +200,15 @@ pub fn run_into(
         }
     };
     (0..first).for_each(|_| progress(Done::Step));
+    let mut account = prepared.scene.energy_balance.then(|| Account::open(prepared, engine)).transpose()?;
+    if let (Some(account), Some(saved)) = (&mut account, earlier) {
+        account.restore(&saved.part("energy")).map_err(lost)?;
+    }
 
     let maker = prepared.scene.camera.as_ref().map(|camera| FrameMaker::new(prepared, camera, &engine.device_name()));
     let stepping_began = Instant::now();
     let written = Mutex::new(done.frames);
-    let (complete, wrote) = std::thread::scope(|scope| {
+    let (complete, wrote, steps) = std::thread::scope(|scope| {
         // A thread writes files while the next steps are computed.
         let (frames, waiting) = sync_channel::<Work>(WAITING_FRAMES);
         let (files, written) = (trace.clone(), &written);
@@ -229,6 +236,8 @@ pub fn run_into(
             trace: &trace,
             maker: maker.as_ref(),
             tables: &mut tables,
+            account: account.as_mut(),
+            steps: first,
             frames,
             written,
             periodic,
@@ -244,12 +253,15 @@ pub fn run_into(
             recorder.save(0, engine, check.as_mut())?;
         }
         let complete = run_from(prepared, engine, check.as_mut(), first, stop, &mut recorder);
+        let steps = recorder.steps;
         drop(recorder);
         let wrote = writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        Ok::<_, JobError>((complete, wrote))
+        Ok::<_, JobError>((complete, wrote, steps))
     })?;
     wrote?;
     let complete = complete?;
+    let end = f64::from(steps) * prepared.scene.time.step;
+    let energy = account.map(|account| account.close(prepared, engine, end)).transpose()?;
     let written = written.into_inner().unwrap_or_else(PoisonError::into_inner);
     let stepping_s = done.seconds[1] + stepping_began.elapsed().as_secs_f64();
 
@@ -262,7 +274,18 @@ pub fn run_into(
     let accuracy = check.map(|check| check.accuracy(prepared));
     let network_costs = engine.network_costs().to_vec();
     let wall_before_s = done.seconds[0];
-    Ok(Outcome { complete, frames, pictures, plots, accuracy, periodic, network_costs, stepping_s, wall_before_s })
+    Ok(Outcome {
+        complete,
+        frames,
+        pictures,
+        plots,
+        accuracy,
+        energy,
+        periodic,
+        network_costs,
+        stepping_s,
+        wall_before_s,
+    })
 }
 
 fn lock(written: &Mutex<Vec<WrittenFrame>>) -> MutexGuard<'_, Vec<WrittenFrame>> {
@@ -342,6 +365,9 @@ struct Recorder<'a, 'b> {
     trace: &'a Trace,
     maker: Option<&'a FrameMaker<'a>>,
     tables: &'a mut Tables<'b>,
+    account: Option<&'a mut Account>,
+    /// The last step that was taken.
+    steps: u32,
     frames: SyncSender<Work>,
     written: &'a Mutex<Vec<WrittenFrame>>,
     periodic: Option<Periodic>,
@@ -359,7 +385,11 @@ impl Consumer<JobError> for Recorder<'_, '_> {
         if let Some(temperatures) = result.delivered.temperatures.take() {
             check_finite(self.prepared, result.step, &temperatures)?;
             self.tables.add(self.prepared, result.time, &temperatures)?;
+            if let Some(account) = &mut self.account {
+                account.take(&temperatures, result.delivered.absorbed.as_deref());
+            }
         }
+        self.steps = result.step;
         let frame = self.maker.map(|maker| maker.frame(result)).transpose()?.flatten();
         if let Some(frame) = frame {
             self.frames.send(Work::Frame(Box::new(frame))).map_err(|_| JobError::Writer)?;
@@ -384,6 +414,9 @@ impl Consumer<JobError> for Recorder<'_, '_> {
         put_periodic(&mut of_loop, self.periodic);
         let mut saved = self.job.identity.clone();
         saved.put_all("loop", of_loop);
+        if let Some(account) = &self.account {
+            saved.put_all("energy", account.save());
+        }
         saved.put("tables", &self.tables.sync()?);
         // The state names the frames before it, so they are written first.
         let (tell, told) = sync_channel(1);

@@ -7,6 +7,7 @@ use super::folder::Folder;
 use super::plot::Plot;
 use super::statistics::Spread;
 use crate::simulation::check::Accuracy;
+use crate::simulation::energy::EnergyBalance;
 
 /// Everything that a run reports. Empty lists and absent options are not shown.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
@@ -27,6 +28,8 @@ pub struct Report {
     pub speed: Speed,
     /// Error against the f64 reference. `None` if nothing was compared, as in a run of the reference itself.
     pub accuracy: Option<Accuracy>,
+    /// Energy balance of the run. `None` if the scene does not keep it.
+    pub energy: Option<EnergyBalance>,
     /// Size of the model.
     pub model: ModelSize,
     /// Buffers on the device.
@@ -216,6 +219,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::output::folder::Folder;
     use crate::simulation::check::StepLengthError;
+    use crate::simulation::energy::PartEnergy;
 
     fn pairs(list: &[(&str, &str)]) -> Vec<(String, String)> {
         list.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect()
@@ -268,6 +272,17 @@ pub(crate) mod tests {
                     worst_time_s: 3286.0,
                 }),
                 notes: strings(&["12 nodes below 3 K in grazing sun are compared in absorbed flux: 2e-6 relative"]),
+            }),
+            energy: Some(EnergyBalance {
+                all: PartEnergy {
+                    part: "all".into(),
+                    absorbed_j: 2.1e9,
+                    emitted_j: 2.0e9,
+                    stored_j: 1e8,
+                    ..PartEnergy::default()
+                },
+                parts: vec![PartEnergy { part: "Array_3".into(), absorbed_j: 1.2e7, ..PartEnergy::default() }],
+                closure: Some(3.1e-5),
             }),
             model: ModelSize {
                 nodes: 499_213,

@@ -3,6 +3,10 @@
 use super::html::{Html, bytes, escape, kelvin, kelvin_text, link, significant, thousands};
 use super::report::{Report, SourceFile};
 use crate::simulation::check::Accuracy;
+use crate::simulation::energy::{EnergyBalance, PartEnergy};
+
+/// Most parts in the table of the energy balance. `report.json` has all of them.
+const MOST_PARTS: usize = 20;
 
 /// The page of a report.
 pub fn page(report: &Report) -> String {
@@ -22,6 +26,7 @@ pub fn page(report: &Report) -> String {
         html.figure(&plot.svg, &plot.title, &plot.file);
     }
     accuracy(&mut html, report.accuracy.as_ref());
+    energy(&mut html, report.energy.as_ref());
     costs(&mut html, report);
     settings(&mut html, report);
     files(&mut html, report);
@@ -92,6 +97,41 @@ fn accuracy(html: &mut Html, accuracy: Option<&Accuracy>) {
         );
     }
     accuracy.notes.iter().for_each(|note| html.element("p", note));
+}
+
+fn energy(html: &mut Html, balance: Option<&EnergyBalance>) {
+    let Some(balance) = balance else { return };
+    html.element("h2", "Energy over the run");
+    if let Some(closure) = balance.closure {
+        html.element(
+            "p",
+            &format!(
+                "The energy balance of the network closes to {closure:.1e} of the heat that it took. Emission between two steps \
+                 is the mean of its values at both, so the rest also shows the error of the step length."
+            ),
+        );
+    }
+    if balance.all.unstored_j != 0.0 {
+        html.element(
+            "p",
+            "Surfaces with the response instant or transition store no heat. The last column is what they absorbed less what \
+             they emitted: heat that a transition loses or, with a minus, makes.",
+        );
+    }
+    let mut parts: Vec<&PartEnergy> = balance.parts.iter().collect();
+    parts.sort_by(|a, b| b.absorbed_j.total_cmp(&a.absorbed_j));
+    let rows = std::iter::once(&balance.all).chain(parts.into_iter().take(MOST_PARTS)).map(|part| {
+        let joules = [part.absorbed_j, part.heated_j, part.received_j, part.emitted_j, part.stored_j, part.unstored_j];
+        std::iter::once(part.part.clone()).chain(joules.map(|joules| significant(joules / 1e3))).collect()
+    });
+    html.table(
+        &["part", "absorbed [kJ]", "heaters [kJ]", "received [kJ]", "emitted [kJ]", "stored [kJ]", "not stored [kJ]"],
+        rows,
+    );
+    if balance.parts.len() > MOST_PARTS {
+        let rest = balance.parts.len() - MOST_PARTS;
+        html.element("p", &format!("{rest} parts that absorb less are in report.json."));
+    }
 }
 
 fn costs(html: &mut Html, report: &Report) {

@@ -71,6 +71,7 @@ impl Scene {
         let initial = view::initial(root.table("initial", keys::INITIAL)?.as_ref(), &mut assumptions)?;
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
         let colour_range = view::colour_range(root.table("output", keys::OUTPUT)?.as_ref())?;
+        let energy_balance = view::energy_balance(root.table("output", keys::OUTPUT)?.as_ref())?;
         let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref())?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
@@ -95,6 +96,7 @@ impl Scene {
             contacts,
             heaters,
             colour_range,
+            energy_balance,
             files,
             sky_files,
             assumptions,

@@ -96,6 +96,8 @@ pub struct Scene {
     pub heaters: Vec<Heater>,
     /// Temperature range of the false-colour pictures [K]. `None` takes the range of the run.
     pub colour_range: Option<[f64; 2]>,
+    /// Whether a run keeps the balance of the heat of each part.
+    pub energy_balance: bool,
     /// All files of the scene: scene, model, trajectory, attitude, materials table and function tables. Files that glTF
     /// `extras` name join when the model is known.
     pub files: Vec<PathBuf>,

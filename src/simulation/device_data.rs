@@ -1,7 +1,9 @@
 //! Scene data rounded to f32 for the device: materials, response functions and the band.
 
+use super::energy::heat_tables;
 use super::prepare::Prepared;
 use crate::gpu::blackbody::band_table;
+use crate::gpu::heat::HeatTables;
 use crate::gpu::layout;
 use crate::gpu::one_pass::OnePassTables;
 use crate::gpu::resources::{JointData, SceneData, ShadowData};
@@ -16,6 +18,8 @@ pub struct DeviceData {
     shapes: Shapes,
     band_table: Vec<f32>,
     network: Option<OnePassTables>,
+    /// Runs of nodes whose absorbed heat is summed.
+    pub heat: Option<HeatTables>,
 }
 
 impl DeviceData {
@@ -25,7 +29,13 @@ impl DeviceData {
         let shapes = Shapes::of(&prepared.materials);
         let materials = prepared.materials.iter().map(|material| device_material(material, &shapes)).collect();
         let network = prepared.network.as_ref().and_then(|network| network.tables());
-        Self { materials, shapes, band_table: band_table(&table), network }
+        Self {
+            materials,
+            shapes,
+            band_table: band_table(&table),
+            network,
+            heat: prepared.scene.energy_balance.then(|| heat_tables(prepared)),
+        }
     }
 
     /// The scene as plain numbers for the device.
@@ -53,6 +63,7 @@ impl DeviceData {
                 casters: prepared.shadow_tree.as_ref().map(|_| prepared.casters()),
             }),
             network: self.network.as_ref(),
+            heat: self.heat.as_ref(),
         }
     }
 }

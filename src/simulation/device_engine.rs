@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::device_data::DeviceData;
+use super::energy::absorbed_heat;
 use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
@@ -13,6 +14,7 @@ use super::viewpoint::device_view;
 use crate::environment::StepLoad;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
+use crate::gpu::heat::{HeatOf, HeatTables};
 use crate::gpu::layout;
 use crate::gpu::renderer::{Heating, Renderer, Request, Submitted};
 use crate::gpu::resources::check_plan;
@@ -21,14 +23,23 @@ use crate::saved::Saved;
 use crate::scene::Camera;
 use crate::trace::{Trace, Track};
 
+/// A frame under way.
+struct Flying {
+    submitted: Submitted,
+    /// Heat that each run of network nodes absorbs in the step [W], where the host steps the network.
+    heat: Option<Vec<f64>>,
+}
+
 /// A scene on a device. Results are delivered in the order of the steps.
 pub struct DeviceEngine {
     /// The device state that steps and draws.
     pub renderer: Renderer,
-    flying: VecDeque<Submitted>,
+    flying: VecDeque<Flying>,
     /// Results that were fetched early because a network needed the device.
     ready: VecDeque<Delivered>,
     network: Option<NetworkRun>,
+    /// Runs of nodes whose absorbed heat is summed.
+    heat: Option<HeatTables>,
     steps: u64,
     /// Intrinsics for the projection.
     camera: Option<Camera>,
@@ -51,6 +62,7 @@ impl DeviceEngine {
         let network = prepared.network.as_ref().map(|scene| NetworkRun::on_device(context, scene, renderer.spare()));
         Ok(Self {
             network: network.transpose()?,
+            heat: device.heat,
             renderer,
             flying: VecDeque::new(),
             ready: VecDeque::new(),
@@ -62,17 +74,19 @@ impl DeviceEngine {
     }
 
     /// Steps the network under the load of a step. The host integrates between the loads and the temperatures, so frames under way must end first.
-    fn step_network(&mut self, step: &Step<'_>) -> Result<(), EngineError> {
-        let Some(network) = &mut self.network else { return Ok(()) };
-        while let Some(submitted) = self.flying.pop_front() {
-            self.ready.push_back(collect(&mut self.renderer, submitted)?);
+    fn step_network(&mut self, step: &Step<'_>, absorbed: bool) -> Result<Option<Vec<f64>>, EngineError> {
+        while let Some(flying) = self.flying.pop_front() {
+            self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref())?);
         }
+        let Some(network) = &mut self.network else { return Ok(None) };
         network.step_begins();
         let mut values = self.renderer.absorbed(step.load)?;
         network.step(network.scene().heat(|slot| f64::from(values[slot])), step.start, step.length)?;
+        let tables = self.heat.as_ref().filter(|_| absorbed);
+        let heat = tables.map(|tables| absorbed_heat(tables, |slot| f64::from(values[slot])));
         put(&mut self.renderer, network, &mut values)?;
         network.step_ends();
-        Ok(())
+        Ok(heat)
     }
 
     /// Takes the switches of thermostats in frames that step the network.
@@ -127,22 +141,24 @@ impl Engine for DeviceEngine {
         let trace = self.trace.clone();
         let _submits = trace.span(Track::Host, "submit");
         self.steps += u64::from(step.is_some());
-        let mut powers = None;
+        let (mut powers, mut heat) = (None, None);
         match (&step, &self.network) {
             (Some(step), Some(network)) if network.is_in_frames() => {
                 powers = Some((step.start, network.scene().heater_powers(step.start, step.length)));
             }
-            (Some(step), Some(_)) => self.step_network(step)?,
+            (Some(step), Some(_)) => heat = self.step_network(step, order.absorbed)?,
             _ => {}
         }
         let views = self.views(&order);
-        self.flying.push_back(self.renderer.submit(Request {
+        let submitted = self.renderer.submit(Request {
             step: step.map(|step| (step.load, step.steps)),
             views: views.as_deref().unwrap_or_default(),
             temperatures: order.temperatures,
+            absorbed: order.absorbed,
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             list: None,
-        })?);
+        })?;
+        self.flying.push_back(Flying { submitted, heat });
         Ok(())
     }
 
@@ -150,9 +166,9 @@ impl Engine for DeviceEngine {
         if let Some(delivered) = self.ready.pop_front() {
             return Ok(delivered);
         }
-        let Some(submitted) = self.flying.pop_front() else { return Ok(Delivered::default()) };
+        let Some(flying) = self.flying.pop_front() else { return Ok(Delivered::default()) };
         let waits = self.trace.span(Track::Host, "wait for the device");
-        let delivered = collect(&mut self.renderer, submitted)?;
+        let delivered = collect(&mut self.renderer, flying, self.heat.as_ref())?;
         drop(waits);
         self.take_switches()?;
         self.renderer.take_frames().into_iter().for_each(|frame| self.trace.frame(frame));
@@ -250,13 +266,21 @@ impl Engine for DeviceEngine {
 }
 
 /// Converts a frame to the result of a step.
-fn collect(renderer: &mut Renderer, submitted: Submitted) -> Result<Delivered, GpuError> {
-    let collected = renderer.collect(submitted)?;
+fn collect(renderer: &mut Renderer, flying: Flying, tables: Option<&HeatTables>) -> Result<Delivered, GpuError> {
+    let collected = renderer.collect(flying.submitted)?;
+    let mut absorbed: Option<Vec<f64>> =
+        collected.absorbed.map(|heat| heat.iter().map(|watts| f64::from(*watts)).collect());
+    if let (Some(tables), Some(of_network)) = (tables, flying.heat) {
+        let absorbed = absorbed.get_or_insert_with(|| vec![0.0; tables.runs.len()]);
+        for (number, _) in tables.runs.iter().enumerate().filter(|(_, run)| run.of == HeatOf::Flux) {
+            absorbed[number] = of_network[number];
+        }
+    }
     let pixels = collected.radiance.zip(collected.identity).map(|(radiance, identity)| Pixels {
         radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
         identity: identity.to_vec(),
     });
-    Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec) })
+    Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec), absorbed })
 }
 
 /// Writes a network's temperatures over the fluxes in `values`, from which the device draws.

@@ -31,6 +31,8 @@ pub struct Order<'a> {
     pub joints: &'a [DAffine3],
     /// Whether all temperatures are needed.
     pub temperatures: bool,
+    /// Whether the absorbed heat is needed.
+    pub absorbed: bool,
 }
 
 /// Pixels of an image, row after row from the top.
@@ -49,6 +51,8 @@ pub struct Delivered {
     pub pixels: Option<Pixels>,
     /// Temperatures of all nodes in device order, padding included [K].
     pub temperatures: Option<Vec<f32>>,
+    /// Heat that each run of nodes absorbed in the step [W] (see `energy::heat_tables`), where it was asked for.
+    pub absorbed: Option<Vec<f64>>,
 }
 
 /// A scene on a Vulkan device or on the f64 reference.

@@ -5,6 +5,7 @@
 //! stages.
 
 mod build;
+mod given;
 mod run;
 
 pub(super) use build::shell;
@@ -13,6 +14,7 @@ pub use run::{BEYOND, ESTIMATED, NetworkRun, StepCost};
 
 use std::sync::Arc;
 
+use crate::gpu::nodes::{GROUP, Nodes, PADDING};
 use crate::gpu::one_pass::{Drawn, OnePassTables};
 use crate::thermal::network::control::{Integrator, Settings};
 use crate::thermal::network::one_pass::{Heater, Plan, Unfit};
@@ -89,6 +91,62 @@ impl SceneNetwork {
             }
         }
         heat
+    }
+
+    /// Area over which a device node heats its network node [m2]. `None` where it belongs to no network.
+    pub(super) fn load_area(&self, slot: usize) -> Option<f64> {
+        self.has(slot).then(|| self.load_areas[slot])
+    }
+
+    /// Part of every network node. `nodes` are those of the device.
+    pub(super) fn parts(&self, nodes: &Nodes) -> Vec<u32> {
+        let mut parts = vec![0; self.network().len()];
+        for (slot, vertex) in nodes.vertex_of_node.iter().enumerate().filter(|(_, vertex)| **vertex != PADDING) {
+            let part = nodes.group_part[slot / GROUP];
+            for of_vertex in [&self.shell.node_of_vertex, &self.shell.structure_of_vertex] {
+                // A vertex outside the network has no node.
+                if let Some(own) = parts.get_mut(of_vertex[*vertex as usize] as usize) {
+                    *own = part;
+                }
+            }
+        }
+        parts
+    }
+
+    /// For each of `count` parts, the lowest of the parts that conductors join to it.
+    pub(super) fn bodies(&self, part_of_node: &[u32], count: usize) -> Vec<usize> {
+        fn lowest(bodies: &[usize], mut part: usize) -> usize {
+            while bodies[part] != part {
+                part = bodies[part];
+            }
+            part
+        }
+        let mut bodies: Vec<usize> = (0..count).collect();
+        let network = self.network();
+        let linear = network.linear.iter().map(|conductor| conductor.nodes);
+        for nodes in linear.chain(network.radiative.iter().map(|conductor| conductor.nodes)) {
+            let [a, b] = nodes.map(|node| lowest(&bodies, part_of_node[node as usize] as usize));
+            bodies[a.max(b)] = a.min(b);
+        }
+        (0..count).map(|part| lowest(&bodies, part)).collect()
+    }
+
+    /// Nodes that a heater heats, with their shares.
+    pub(super) fn heated_nodes(&self, heater: usize) -> &[(u32, f64)] {
+        &self.heated[heater].shares
+    }
+
+    /// Whether each heater is on, from the states of the thermostats.
+    fn heaters_on(&self, thermostats: &[bool]) -> Vec<bool> {
+        let mut thermostats = thermostats.iter();
+        let on = |heated: &Heated| heated.thermostat.is_none() || thermostats.next() == Some(&true);
+        self.heated.iter().map(on).collect()
+    }
+
+    /// Number of the heater that a thermostat switches.
+    fn heater_of(&self, thermostat: usize) -> Option<usize> {
+        let mut switched = (0..self.heated.len()).filter(|number| self.heated[*number].thermostat.is_some());
+        switched.nth(thermostat)
     }
 
     /// Calls a function with every device node in the network and its temperature [K].

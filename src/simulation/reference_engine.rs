@@ -3,12 +3,14 @@
 use std::collections::VecDeque;
 
 use super::device_data::back_optics;
+use super::energy::{absorbed_heat, heat_tables};
 use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::viewpoint::raster_view;
 use crate::environment::StepLoad;
 use crate::environment::shadow::{Jointed, Shadows};
+use crate::gpu::heat::HeatTables;
 use crate::gpu::nodes::{GROUP, PADDING};
 use crate::raster::{self, Surface, rasterise};
 use crate::saved::Saved;
@@ -30,6 +32,7 @@ pub struct ReferenceEngine {
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
     network: Option<NetworkRun>,
+    heat: HeatTables,
     steps: u64,
     camera: Option<Camera>,
     table: RadianceTable,
@@ -71,6 +74,7 @@ impl ReferenceEngine {
                 .map(|material| [material.front.emissivity, back_optics(material).emissivity])
                 .collect(),
             network: prepared.network.as_ref().map(NetworkRun::reference),
+            heat: heat_tables(prepared),
             steps: 0,
             camera: camera.cloned(),
             table: RadianceTable::new(prepared.scene.band),
@@ -82,12 +86,17 @@ impl ReferenceEngine {
     /// Heat of the network's nodes [W]. Empty without a network.
     fn heat(&self, load: &StepLoad) -> Vec<f64> {
         let Some(network) = &self.network else { return Vec::new() };
-        let absorbed = self.reference.absorbed(load);
+        let flux = self.flux(load);
+        network.scene().heat(|slot| flux[slot])
+    }
+
+    /// Flux that every node of the device absorbs [W/m2].
+    fn flux(&self, load: &StepLoad) -> Vec<f64> {
         let mut of_slot = vec![0.0; self.slots];
-        for (slot, absorbed) in self.node_of_slot.iter().zip(absorbed) {
+        for (slot, absorbed) in self.node_of_slot.iter().zip(self.reference.absorbed(load)) {
             of_slot[*slot as usize] = absorbed;
         }
-        network.scene().heat(|slot| of_slot[slot])
+        of_slot
     }
 
     fn take_network(&mut self) -> Result<(), EngineError> {
@@ -136,10 +145,15 @@ impl Engine for ReferenceEngine {
     fn submit(&mut self, step: Option<Step<'_>>, order: Order<'_>) -> Result<(), EngineError> {
         let trace = self.trace.clone();
         let _computes = trace.span(Track::Host, "f64 reference");
+        let mut absorbed = None;
         if let Some(step) = step {
             self.steps += 1;
             self.reference.find_shadows(&mut self.shadows, step.load);
             self.reference.step(step.load, step.steps);
+            if order.absorbed {
+                let flux = self.flux(step.load);
+                absorbed = Some(absorbed_heat(&self.heat, |slot| flux[slot]));
+            }
             if let Some(network) = &mut self.network {
                 network.step_begins();
             }
@@ -183,7 +197,7 @@ impl Engine for ReferenceEngine {
             }
         });
         let temperatures = order.temperatures.then(|| temperatures.iter().map(|t| *t as f32).collect());
-        self.delivered.push_back(Delivered { pixels, temperatures });
+        self.delivered.push_back(Delivered { pixels, temperatures, absorbed });
         Ok(())
     }
 

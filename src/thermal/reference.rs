@@ -125,9 +125,6 @@ impl<F: IncidentFlux> Reference<F> {
     pub fn absorbed(&self, load: &StepLoad) -> Vec<f64> {
         let absorbed = |node: usize| {
             let material = &self.materials[self.nodes[node].material as usize];
-            if material.response != Response::Network {
-                return 0.0;
-            }
             let shaded = Shaded { incident: &self.incident, visibility: self.visibility[node] };
             let normal = self.turned(node, load).normal;
             let front = shaded.incident(load, normal);

@@ -2,6 +2,7 @@
 
 use isotherm::environment::shadow::Method;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
+use isotherm::gpu::heat::{HeatOf, absorbed_heat};
 use isotherm::gpu::lists;
 use isotherm::gpu::pass::{Entry, Kernel};
 use isotherm::gpu::resource::Resource;
@@ -48,6 +49,8 @@ fn with_shadow(range: StepRange) -> StepRange {
     StepRange { variant: ThermalVariant { shadow: true, ..range.variant }, ..range }
 }
 
+const DRAWN: Wanted = Wanted { image: true, cull: 100, temperatures: true };
+
 fn wanted() -> Vec<Wanted> {
     let mut all = Vec::new();
     for (image, cull) in [(false, 0), (true, 0), (true, 100), (true, 5_000_000)] {
@@ -62,6 +65,19 @@ fn fused(ranges: &[StepRange]) -> Vec<StepRange> {
     ranges.iter().map(|range| StepRange { variant: variant(range.variant), ..*range }).collect()
 }
 
+/// Where the absorbed heat of ranges is found, with a run of nodes for each.
+fn heat(ranges: &[StepRange]) -> Vec<(HeatOf, (u32, u32))> {
+    let of = |range: &StepRange| match range.variant.kind {
+        StepKind::Instant => HeatOf::Balance,
+        StepKind::Absorb => HeatOf::Flux,
+        _ => HeatOf::Target,
+    };
+    let mut found: Vec<HeatOf> = ranges.iter().map(of).collect();
+    found.sort_unstable();
+    found.dedup();
+    (0..).zip(found).map(|(number, of)| (of, (number, number + 1))).collect()
+}
+
 /// Every frame that a run submits: settling, steps, many steps at once, and an image of the current state.
 fn frames(ranges: &[StepRange]) -> Vec<Frame> {
     let mut frames = vec![Frame::settle(ranges), Frame::step(&fused(ranges), Wanted::default())];
@@ -71,9 +87,11 @@ fn frames(ranges: &[StepRange]) -> Vec<Frame> {
             continue;
         }
         frames.push(shadows.clone().then(Frame::settle(ranges)));
-        let drawn = Wanted { image: true, cull: 100, temperatures: true };
-        frames.push(shadows.then(Frame::step(ranges, drawn)));
+        frames.push(shadows.then(Frame::step(ranges, DRAWN)));
     }
+    let summed = absorbed_heat(&heat(ranges));
+    frames.push(Frame::step(ranges, Wanted::default()).then(summed.clone()).then(Frame::step(&[], DRAWN)));
+    frames.push(summed);
     frames.extend(wanted().into_iter().map(|wanted| Frame::step(ranges, wanted)));
     frames.extend(wanted().into_iter().map(|wanted| Frame::step(&[], wanted)));
     frames

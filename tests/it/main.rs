@@ -9,6 +9,7 @@ mod craft;
 mod cull;
 mod device;
 mod documents;
+mod energy;
 mod functions;
 mod fused;
 mod hard;

@@ -94,6 +94,7 @@ impl Quads {
             shadows: None,
             joints: None,
             network: None,
+            heat: None,
         };
         let mut renderer = Renderer::new(context, &data).expect("a small scene");
         let mut temperatures = self.temperatures.clone();

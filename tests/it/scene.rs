@@ -81,7 +81,7 @@ fn every_value_of_a_full_scene_arrives() {
     assert_eq!(scene.probes.len(), 2);
     assert_eq!((scene.probes[0].name.as_str(), scene.probes[0].position), ("tip", DVec3::new(1.0, -2.5, 3.0)));
     assert_eq!((scene.probes[0].part.as_deref(), scene.probes[1].part.as_deref()), (Some("wing"), None));
-    assert_eq!(scene.colour_range, Some([150.0, 350.0]));
+    assert_eq!((scene.colour_range, scene.energy_balance), (Some([150.0, 350.0]), false));
     let shadows = scene.shadows.expect("the scene has shadows");
     assert_eq!((shadows.method, shadows.resolution), (Method::Depth, 1024));
     assert_relative_eq!(shadows.redraw_angle, 0.5f64.to_radians(), epsilon = 1e-15);
@@ -106,7 +106,7 @@ fn a_short_scene_says_what_it_assumes() {
     let folder = Folder::new();
     let scene = folder.parse(SHORT).unwrap();
     assert_eq!(scene.name, "scene");
-    assert_eq!((scene.density.model.max, scene.colour_range), (None, None));
+    assert_eq!((scene.density.model.max, scene.colour_range, scene.energy_balance), (None, None, true));
     assert_eq!((scene.time.warm_up_orbits, &scene.time.draw), (0.0, &Draw::Every(1)));
     assert_eq!(scene.attitude, Attitude::Nadir { nadir_axis: DVec3::Z, forward_axis: DVec3::X });
     assert_eq!(scene.initial, Initial::Balance);

@@ -22,7 +22,7 @@ struct Slot {
     timing: Timing,
     pending: bool,
     submitted: Instant,
-    /// Host-visible resources that its list copied to.
+    /// Resources that its list left to the host.
     left: Vec<Resource>,
 }
 
@@ -87,11 +87,11 @@ impl Slots {
             device.queue_submit2(self.context.queue, &submit, slot.fence).during("submitting a frame")?;
         }
         slot.pending = true;
-        slot.left = list.copied_to().collect();
+        slot.left = list.left_to_host().collect();
         Ok(number)
     }
 
-    /// Whether the last list of a slot copied to a resource.
+    /// Whether the last list of a slot left a resource to the host.
     pub fn left(&self, number: usize, resource: Resource) -> bool {
         self.slots[number].left.contains(&resource)
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::SceneNetwork;
+use super::given::Given;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::memory::Buffer;
@@ -50,6 +51,7 @@ pub struct NetworkRun {
     uses: [Option<Use>; 3],
     rejected: u64,
     switches: u64,
+    given: Given,
     located: VecDeque<Switch>,
     /// The estimated error of the steps in the frames of a device, and how often they are halved.
     told: Option<(Estimate, Halving)>,
@@ -112,6 +114,7 @@ impl NetworkRun {
             uses: [None; 3],
             rejected: 0,
             switches: 0,
+            given: Given::default(),
             located: VecDeque::new(),
             told: None,
             one_pass: None,
@@ -153,6 +156,25 @@ impl NetworkRun {
         self.worker.device()?.device_bytes()
     }
 
+    /// Begins to count the heat of the heaters at time 0.
+    pub fn count_heat(&mut self) {
+        self.given = Given::at(0.0, &self.scene.heaters_on(&self.on));
+    }
+
+    /// Heat that every heater has given from time 0 until a time [J].
+    pub fn given(&self, time: f64) -> Vec<f64> {
+        (0..self.scene.heated.len())
+            .map(|heater| self.given.until(heater, &self.scene.heated[heater].power, time))
+            .collect()
+    }
+
+    /// Counts the heat of a heater at its switch.
+    fn count_switch(&mut self, switch: &Switch) {
+        if let Some(heater) = self.scene.heater_of(switch.thermostat) {
+            self.given.switch(heater, &self.scene.heated[heater].power, switch.time, switch.on);
+        }
+    }
+
     /// Cost of every step so far.
     pub fn costs(&self) -> &[StepCost] {
         &self.costs
@@ -178,6 +200,7 @@ impl NetworkRun {
                 saved.put(format!("use_times.{number}"), &[*time, range[0], range[1]]);
             }
         }
+        saved.put_all("given", self.given.save());
         saved.put("counts", &[self.rejected, self.switches]);
         let costs: Vec<[f64; 2]> =
             self.costs.iter().map(|cost| [cost.wall_ms, cost.device_ms.unwrap_or(f64::NAN)]).collect();
@@ -202,6 +225,7 @@ impl NetworkRun {
                 *used = Some(Use { sub_steps, time, range: [short, long], stages: [fewest as u32, most as u32] });
             }
         }
+        self.given.restore(&saved.part("given"))?;
         [self.rejected, self.switches] = saved.array("counts")?;
         let costs: Vec<[f64; 2]> = saved.list("costs")?;
         let cost =
@@ -316,6 +340,9 @@ impl NetworkRun {
         self.on = series.on;
         self.rejected += series.rejected;
         self.switches += series.switches.len() as u64;
+        for switch in &series.switches {
+            self.count_switch(&Switch { time: start + switch.time, ..*switch });
+        }
         for (sum, new) in self.uses.iter_mut().zip(series.uses) {
             *sum = match (*sum, new) {
                 (Some(a), Some(b)) => Some(Use {
@@ -338,6 +365,7 @@ impl NetworkRun {
         self.switches += switches.len() as u64;
         for switch in switches {
             self.on[switch.thermostat] = switch.on;
+            self.count_switch(switch);
             if self.located.len() == LOCATED_AT_MOST {
                 self.located.pop_front();
             }
