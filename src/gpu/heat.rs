@@ -74,7 +74,13 @@ pub fn absorbed_heat(sections: &[(HeatOf, (u32, u32))]) -> Frame {
         barriers.push(barrier(Resource::Target, writers, COMPUTE_READ));
     }
     let mut entries = vec![Entry::Barriers(barriers)];
-    entries.extend(sections.iter().map(|(of, runs)| Entry::Pass(pass(*of, *runs))));
+    for (number, (of, runs)) in sections.iter().enumerate() {
+        if number > 0 {
+            // Sections write different places of one buffer.
+            entries.push(Entry::Barriers(vec![barrier(Resource::AbsorbedHeat, COMPUTE_WRITE, COMPUTE_WRITE)]));
+        }
+        entries.push(Entry::Pass(pass(*of, *runs)));
+    }
     let to_host = scope(S::HOST, A::HOST_READ);
     entries.push(Entry::Barriers(vec![barrier(Resource::AbsorbedHeat, COMPUTE_WRITE, to_host)]));
     Frame { entries }

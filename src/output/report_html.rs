@@ -106,8 +106,8 @@ fn energy(html: &mut Html, balance: Option<&EnergyBalance>) {
         html.element(
             "p",
             &format!(
-                "The energy balance of the network closes to {closure:.1e} of the heat that it took. Emission between two steps \
-                 is the mean of its values at both, so the rest also shows the error of the step length."
+                "The energy balance of the network closes to {closure:.1e} of the heat that it took. Emission is \
+                 found from the temperatures at the steps, so the rest also shows the error of the step length."
             ),
         );
     }

@@ -1,7 +1,7 @@
 //! The energy balance of a run: the heat that each part absorbs, emits, stores and gives to other parts.
 //!
-//! The device sums the absorbed heat of every step (`gpu/heat.rs`). The host sums the rest in f64 from the temperatures of every step. Emission between two
-//! steps is the mean of its values at both, so the balance also shows an error of the step length. Heat from space counts as emission below zero.
+//! The device sums the absorbed heat of every step (`gpu/heat.rs`). The host sums the rest in f64 from the temperatures of every step. Emission in a
+//! step is the integral of a parabola through its values at the last three steps, so the balance also shows an error of the step length. Heat from space counts as emission below zero.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -97,8 +97,11 @@ pub struct Account {
     /// Absorbed and emitted heat of each run [J].
     absorbed: Vec<f64>,
     emitted: Vec<f64>,
-    /// Emission of each run at the last step [W].
+    /// Emission of each run at the last step, and at the one before [W].
     last: Vec<f64>,
+    before: Vec<f64>,
+    /// Steps that were taken.
+    steps: u64,
     /// Temperatures of the network's nodes at the start [K].
     start: Vec<f64>,
 }
@@ -119,7 +122,9 @@ impl Account {
             space: prepared.scene.environment.background_temperature.unwrap_or(0.0).powi(4),
             absorbed: nothing.clone(),
             emitted: nothing.clone(),
-            last: nothing,
+            last: nothing.clone(),
+            before: nothing,
+            steps: 0,
             start: engine.network_temperatures()?.unwrap_or_default(),
             tables,
         })
@@ -135,12 +140,19 @@ impl Account {
         let now: Vec<f64> = tables.runs.par_iter().map(of).collect();
         if let Some(absorbed) = absorbed {
             for (number, run) in tables.runs.iter().enumerate() {
-                let before = if run.of == HeatOf::Balance { now[number] } else { self.last[number] };
+                let [now, last, before] = [now[number], self.last[number], self.before[number]];
+                let emitted = match (run.of, self.steps) {
+                    (HeatOf::Balance, _) => now,
+                    (_, 0) => 0.5 * (now + last),
+                    // Adams-Moulton: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, III.1.
+                    _ => (5.0 * now + 8.0 * last - before) / 12.0,
+                };
                 self.absorbed[number] += self.step * absorbed[number];
-                self.emitted[number] += 0.5 * self.step * (before + now[number]);
+                self.emitted[number] += self.step * emitted;
             }
+            self.steps += 1;
         }
-        self.last = now;
+        self.before = std::mem::replace(&mut self.last, now);
     }
 
     /// The balance at a time [s].
@@ -189,11 +201,16 @@ impl Account {
     /// The sums, for a run that goes on later.
     pub fn save(&self) -> Saved {
         let mut saved = Saved::default();
-        for (name, values) in
-            [("absorbed", &self.absorbed), ("emitted", &self.emitted), ("last", &self.last), ("start", &self.start)]
-        {
+        for (name, values) in [
+            ("absorbed", &self.absorbed),
+            ("emitted", &self.emitted),
+            ("last", &self.last),
+            ("before", &self.before),
+            ("start", &self.start),
+        ] {
             saved.put(name, values);
         }
+        saved.put("steps", &[self.steps]);
         saved
     }
 
@@ -206,6 +223,8 @@ impl Account {
         self.absorbed = saved.list_of("absorbed", runs)?;
         self.emitted = saved.list_of("emitted", runs)?;
         self.last = saved.list_of("last", runs)?;
+        self.before = saved.list_of("before", runs)?;
+        [self.steps] = saved.array("steps")?;
         self.start = saved.list_of("start", self.start.len())?;
         Ok(())
     }

@@ -60,7 +60,7 @@ fn a_network_closes_and_a_wrong_load_does_not() {
         let closure = found.closure.expect("a network");
         assert!(closure < 1e-4, "{integrator}: {closure}");
         let all = &found.all;
-        assert!(all.absorbed_j > 1e6 && all.emitted_j > 1e6 && all.unstored_j == 0.0, "{all:?}");
+        assert!(all.absorbed_j > 1e6 && all.emitted_j > 1e6 && all.unstored_j.abs() < 1e-6 * all.absorbed_j, "{all:?}");
         // The second heater is always on: 20 W over 720 s.
         let wing = found.parts.iter().find(|part| part.part == "wing_starboard").expect("a wing");
         assert!((wing.heated_j - 14_400.0).abs() < 1e-6, "{wing:?}");

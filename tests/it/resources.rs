@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use isotherm::environment::shadow::Method;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
+use isotherm::gpu::heat::{HeatOf, absorbed_heat};
 use isotherm::gpu::lists;
 use isotherm::gpu::network::small_frame::{Unknowns, dispatched};
 use isotherm::gpu::pass::Kernel;
@@ -39,6 +40,8 @@ fn all_lists() -> Vec<Frame> {
             all.extend([false, true].map(|odd| dispatched(variant, unknowns, odd)));
         }
     }
+    let places = [HeatOf::Balance, HeatOf::Target, HeatOf::Flux];
+    all.push(absorbed_heat(&places.map(|of| (of, (0, 1)))));
     all.extend(lists_of_all_plans());
     all.extend(lists_of_all_shapes());
     all
