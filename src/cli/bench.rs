@@ -52,7 +52,7 @@ pub struct Arguments {
     /// present]
     #[arg(long, value_name = "SCENE")]
     scene: Vec<PathBuf>,
-    /// Scene for `models`; its materials need network values [default: models/station_network.toml if present]
+    /// Scene for `models`; its materials need network values [default: models/station.toml if present]
     #[arg(long, value_name = "SCENE")]
     model_scene: Option<PathBuf>,
     /// Use fewer schemes, nodes and frames: within 90 s on lavapipe
@@ -170,7 +170,7 @@ fn scenes(asked: &[PathBuf], reach: ReachArguments) -> Result<Vec<Scene>, CliErr
 
 /// The given scene, or the one of this repository if present.
 fn model_scene(asked: Option<&Path>, reach: ReachArguments) -> Result<Option<Scene>, CliError> {
-    match (asked, reach.scene(asked.unwrap_or(Path::new("models/station_network.toml")))) {
+    match (asked, reach.scene(asked.unwrap_or(Path::new("models/station.toml")))) {
         (_, Ok(scene)) => Ok(Some(scene)),
         (Some(_), Err(error)) => Err(error),
         (None, Err(error)) => {

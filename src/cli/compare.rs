@@ -30,8 +30,8 @@ use crate::output::statistics::Spread;
 /// panels/ (temperatures and differences from the network), plots/ and series_RESPONSE.csv. The pictures show at most
 /// six of the drawn steps, and fewer for very large images.
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  isotherm compare models/station_network.toml -o out/compare\n  \
-isotherm compare models/station_network.toml -o out/compare --force --device cpu")]
+#[command(after_help = "Examples:\n  isotherm compare models/station.toml -o out/compare\n  \
+isotherm compare models/station.toml -o out/compare --force --device cpu")]
 pub struct Arguments {
     /// Scene file (TOML; docs/scene.md says what it holds)
     scene: PathBuf,

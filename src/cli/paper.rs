@@ -32,7 +32,7 @@ use crate::simulation::viewpoint::raster_view;
 
 /// Scene of figure 7 and its model.
 const STATION: [(&str, &[u8]); 2] = [
-    ("station.toml", include_bytes!("../../models/station.toml")),
+    ("station_transition.toml", include_bytes!("../../models/station_transition.toml")),
     ("station.glb", include_bytes!("../../models/station.glb")),
 ];
 
@@ -46,7 +46,7 @@ const STATION: [(&str, &[u8]); 2] = [
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isotherm paper -o out/paper\n  \
 isotherm paper -o out/paper --force --device cpu\n  \
-isotherm paper -o out/paper --scene models/station.toml --time 1200")]
+isotherm paper -o out/paper --scene models/station_transition.toml --time 1200")]
 pub struct Arguments {
     /// Output folder. Without --force it must be empty or absent
     #[arg(short, long, value_name = "DIR", value_parser = folder())]
@@ -54,7 +54,7 @@ pub struct Arguments {
     /// Replace the files that isotherm wrote into the output folder, and keep all others. It refuses a file that was changed since
     #[arg(long)]
     force: bool,
-    /// Scene for figure 7 [default: the station of models/station.toml, which the program carries]
+    /// Scene for figure 7 [default: the station of models/station_transition.toml, which the program carries]
     #[arg(long, value_name = "SCENE.toml")]
     scene: Option<PathBuf>,
     /// Time of figure 7 since the start of the scene [s]

@@ -19,7 +19,7 @@ type Pixels = (Vec<[u32; 4]>, Vec<[u32; 2]>);
 
 /// The station without joints, and its camera in an image so small that most triangles cover no pixel's centre.
 fn small() -> (Prepared, Camera) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/station.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/station_transition.toml");
     let mut scene = Scene::load(&path).expect("the station of models/");
     // No joints: a joint needs its own runs of triangles, and half a list would break them.
     scene.joints.clear();

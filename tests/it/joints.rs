@@ -347,7 +347,7 @@ fn without_splitting(path: &std::path::Path) -> Prepared {
 #[test]
 fn the_arrays_of_both_models_face_the_sun_all_the_way_round() {
     let models = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let station = without_splitting(&models.join("station.toml"));
+    let station = without_splitting(&models.join("station_transition.toml"));
     assert_eq!(station.joints(), 1 + 2 + 8);
     let round = |prepared: &Prepared| {
         let period = prepared.scene.orbit.period();
@@ -357,7 +357,7 @@ fn the_arrays_of_both_models_face_the_sun_all_the_way_round() {
         let cosine = cosine(&station, |part| part.starts_with("array_wing"), "solar_cells", -DVec3::Z, time);
         assert!(cosine > 1.0 - 1e-6, "station at {time} s: {cosine}");
     }
-    let iss = models.join("iss.toml");
+    let iss = models.join("iss_transition.toml");
     if !models.join("../../shared/data/models/ISS_42.glb").exists() {
         println!("skipped: ../shared/data/models/ISS_42.glb is not there");
         return;

@@ -116,7 +116,7 @@ fn the_craft_on_the_device_and_by_the_rasteriser() {
 #[test]
 fn the_station_on_the_device_and_by_the_rasteriser() {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let text = std::fs::read_to_string(models.join("station.toml")).expect("models/station.toml");
+    let text = std::fs::read_to_string(models.join("station_transition.toml")).expect("models/station_transition.toml");
     // The original triangles, a small picture and no warm-up, because only pixels are compared.
     let changed = text
         .replace("max_edge = 1.0\n", "")

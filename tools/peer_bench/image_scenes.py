@@ -53,11 +53,11 @@ up = [0, 0, -1]
 
 
 def station(edge: float | None) -> Callable[[Path], str]:
-    """models/station.toml at its start without memory and joints, its triangles as in the file or up to an edge [m]."""
+    """models/station_transition.toml at its start without memory and joints, its triangles as in the file or up to an edge [m]."""
 
     def write(_: Path) -> str:
         kept, skip = [], False
-        for line in (ROOT / "models" / "station.toml").read_text(encoding="utf-8").splitlines():
+        for line in (ROOT / "models" / "station_transition.toml").read_text(encoding="utf-8").splitlines():
             if line.startswith("["):
                 skip = line in ("[[joint]]", "[[probe]]")
             if not skip:
@@ -71,7 +71,7 @@ def station(edge: float | None) -> Callable[[Path], str]:
             ("height = 768", f"height = {HEIGHT}"),
         ):
             if old not in text:
-                raise Unavailable(f"models/station.toml no longer has `{old.strip()}`")
+                raise Unavailable(f"models/station_transition.toml no longer has `{old.strip()}`")
             text = text.replace(old, new)
         return text
 

@@ -18,7 +18,7 @@ struct Arguments {
     /// Commit of the earlier program.
     commit: String,
     /// Scenes to run.
-    #[arg(long, default_values = ["models/station.toml", "models/station_network.toml", "models/iss.toml"])]
+    #[arg(long, default_values = ["models/station.toml", "models/station_transition.toml", "models/iss.toml"])]
     scenes: Vec<PathBuf>,
     /// Folder for the earlier program and the runs.
     #[arg(long, default_value = "target/same_outputs")]

@@ -39,7 +39,7 @@ fn skin() -> Prepared {
 /// has 77 bytes.
 #[test]
 fn a_network_of_a_mesh_takes_less_than_160_bytes_a_node() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/station_network.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/station.toml");
     let mut scene = Scene::load(&path).expect("a scene of this repository");
     scene.density = Density { model: Edges { max: Some(1.5), min: scene.density.model.min }, parts: Vec::new() };
     let prepared = Prepared::from_scene(scene, &mut |_| ()).expect("a scene that can run");
