@@ -19,8 +19,8 @@ const CONTACT_DISTANCE: f64 = 1e-3;
 pub struct NetworkSettings {
     /// The integration methods.
     pub integrator: Integrator,
-    /// Target error [K].
-    pub tolerance: f64,
+    /// Target error [K]. `None` is the default of what steps the network.
+    pub tolerance: Option<f64>,
     /// Nodes that exchange heat faster than this are merged [1/s].
     pub merge_rate: f64,
 }
@@ -92,12 +92,12 @@ pub(super) fn settings(section: Option<&Section>) -> Result<NetworkSettings, Sce
     let choices: Vec<(&str, Integrator)> = names.iter().map(String::as_str).zip(all).collect();
     let Some(section) = section else {
         let integrator = Integrator::Default;
-        return Ok(NetworkSettings { integrator, tolerance: integrator.tolerance(), merge_rate: MERGE_RATE });
+        return Ok(NetworkSettings { integrator, tolerance: None, merge_rate: MERGE_RATE });
     };
     let integrator = section.choice("integrator", &choices)?.unwrap_or(Integrator::Default);
     let tolerance = section.number("tolerance", Quantity::within(1e-9, 10.0, "K"))?;
     let merge_rate = section.number("merge_rate", Quantity::positive("1/s"))?.unwrap_or(MERGE_RATE);
-    Ok(NetworkSettings { integrator, tolerance: tolerance.unwrap_or(integrator.tolerance()), merge_rate })
+    Ok(NetworkSettings { integrator, tolerance, merge_rate })
 }
 
 pub(super) fn contacts(sections: &[Section], assumptions: &mut Vec<String>) -> Result<Vec<ContactRule>, SceneError> {

@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use crate::gpu::nodes::{GROUP, Nodes, PADDING};
 use crate::gpu::one_pass::{Drawn, OnePassTables};
-use crate::thermal::network::control::{Integrator, Settings};
+use crate::thermal::network::control::Settings;
 use crate::thermal::network::one_pass::{Heater, Plan, Unfit};
 use crate::thermal::network::schedule::{HeatTable, Schedule, Thermostat};
 use crate::thermal::network::{Network, NodeKind};
@@ -51,7 +51,7 @@ pub struct SceneNetwork {
     /// Area over which a device node heats its network node [m2].
     load_areas: Vec<f64>,
     heated: Vec<Heated>,
-    /// The network in one pass, or why it is not stepped so. `None` where the scene does not ask for it.
+    /// The network in one pass, or why it is not stepped so. `None` where the scene asks for sub-steps.
     one_pass: Option<Result<Arc<Plan>, Unfit>>,
     /// A device node that nobody sees.
     padding: Option<u32>,
@@ -158,7 +158,7 @@ impl SceneNetwork {
         }
     }
 
-    /// The network in one pass, where the scene asks for it and the network fits.
+    /// The network in one pass, where the network fits and the scene does not ask for sub-steps.
     pub fn plan(&self) -> Option<&Arc<Plan>> {
         self.one_pass.as_ref()?.as_ref().ok()
     }
@@ -184,11 +184,7 @@ impl SceneNetwork {
         let summary = &self.shell.summary;
         let mut remarks = Vec::new();
         if let Some(Err(unfit)) = &self.one_pass {
-            remarks.push(format!(
-                "network.integrator = '{}' does not take this network: {unfit}. The integrator '{}' steps it",
-                Integrator::OnePass,
-                Integrator::Default
-            ));
+            remarks.push(format!("one pass a step does not take the network, which takes sub-steps instead: {unfit}"));
         }
         if summary.merged > 0 {
             remarks.push(format!(

@@ -7,12 +7,14 @@ use isotherm::gpu::one_pass_variant::{OnePassKind, OnePassVariant};
 use isotherm::gpu::pass::Kernel;
 use isotherm::gpu::shaders::Shader;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
+use isotherm::simulation::check::Check;
 use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Order, Step};
+use isotherm::simulation::engine::{Engine, EngineError, Order, Step};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::reference_engine::ReferenceEngine;
+use isotherm::simulation::{run, start};
 
-use super::craft::{Folder, scene_with};
+use super::craft::{Folder, never, scene_with};
 use super::device::{Worst, assert_silent, context};
 use super::hazard::{hazards, unread_by_host};
 use super::hazards::each_barrier_is_needed;
@@ -20,6 +22,8 @@ use super::mesh_network::{SKIN, TRANSITION, history};
 use super::shaders::{bindings_of, declared};
 
 const ONE_PASS: &str = "[network]\nintegrator = \"one_pass\"\n";
+/// Sub-steps as by default where one pass does not take a network.
+const SUB_STEPS: &str = "[network]\nintegrator = \"cheap\"\ntolerance = 0.005\n";
 
 /// Shapes with each section alone, with none of blocks, and with all of them, with and without heaters.
 fn shapes() -> Vec<OnePassShape> {
@@ -175,7 +179,7 @@ fn device_and_twin_agree() {
 
 #[test]
 #[ignore = "long: tools/test --all"]
-fn one_pass_is_near_the_default_integrator() {
+fn one_pass_is_near_the_accurate_integrator() {
     for (name, scene) in cases() {
         let accurate = Folder::new(&scene.replace("one_pass", "accurate")).prepared();
         let one_pass = Folder::new(&scene).prepared();
@@ -282,7 +286,7 @@ fn slow_heating_is_not_lost() {
 
 /// What one pass does not take is stepped as before, and the user is told.
 #[test]
-fn a_network_that_does_not_fit_is_stepped_by_the_default_integrator() {
+fn a_network_that_does_not_fit_is_stepped_in_sub_steps() {
     let conducts = LAYERS.replace("density = 1420", "density = 0\nconductivity = 200");
     let reason = "stores no heat";
     let scene = scene_with(&[(TRANSITION, conducts.as_str())]) + ONE_PASS;
@@ -291,8 +295,31 @@ fn a_network_that_does_not_fit_is_stepped_by_the_default_integrator() {
     assert!(network.plan().is_none());
     assert!(prepared.warnings.iter().any(|text| text.contains(reason)), "{:?}", prepared.warnings);
     assert!(network.description().iter().any(|(_, value)| value.contains(reason)));
-    let other = Folder::new(&scene.replace(ONE_PASS, "")).prepared();
-    assert_eq!(twin(&prepared), twin(&other));
+    for other in ["", SUB_STEPS] {
+        let other = Folder::new(&scene.replace(ONE_PASS, other)).prepared();
+        assert_eq!(other.warnings.is_empty(), !other.scene.network.integrator.takes_one_pass());
+        assert_eq!(twin(&prepared), twin(&other));
+    }
+}
+
+/// A scene that does not choose takes one pass, and its reference takes sub-steps.
+#[test]
+fn one_pass_is_the_default_where_it_fits() {
+    let scene = scene_with(&[(TRANSITION, SKIN)]);
+    let [free, asked, sub_steps] =
+        ["", ONE_PASS, SUB_STEPS].map(|section| Folder::new(&(scene.clone() + section)).prepared());
+    let (free_ran, asked_ran, sub_steps_ran) = (twin(&free), twin(&asked), twin(&sub_steps));
+    assert_eq!(free_ran, asked_ran);
+    let apart = Worst::of(&free_ran, &sub_steps_ran, |node| format!("value {node}")).difference;
+    assert!(apart > 1e-6 && apart < 0.05, "{apart} K");
+    let network = free.network.as_ref().expect("a network");
+    assert_eq!((network.settings.tolerance, network.plan().is_some()), (0.05, true));
+    let mut check = Check::new(&free, usize::MAX);
+    let mut engine = ReferenceEngine::new(&free, None);
+    start(&free, &mut engine, Some(&mut check), &never(), &mut || ()).expect("the engine starts");
+    run::<EngineError>(&free, &mut engine, Some(&mut check), &never(), &mut |_| Ok(())).expect("the engine runs");
+    let stated = check.accuracy(&free).max_k;
+    assert!((stated / apart - 1.0).abs() < 0.3, "{stated} K stated, {apart} K against sub-steps");
 }
 
 /// A periodic warm-up has long steps, which are divided, and a shorter last one.

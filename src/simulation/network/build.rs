@@ -8,7 +8,7 @@ use crate::model::Model;
 use crate::scene::{ContactRule, Scene};
 use crate::simulation::prepare_error::PrepareError;
 use crate::thermal::material::{Material, Response};
-use crate::thermal::network::control::{FLOOR, Integrator, Settings};
+use crate::thermal::network::control::{FLOOR, ONE_PASS_TOLERANCE, Settings};
 use crate::thermal::network::one_pass::Plan;
 use crate::thermal::network::schedule::Thermostat;
 use crate::thermal::shell::{Contact, NO_NODE, Selection, Shell, ShellMaterial, Surface};
@@ -130,8 +130,6 @@ impl SceneNetwork {
             let message = format!("node {node} of the network stores no heat and has no path to a sink");
             return Err(PrepareError::network(scene, message));
         }
-        let settings =
-            Settings { integrator: scene.network.integrator, tolerance: scene.network.tolerance, floor: FLOOR };
         let mut hottest_of_node = vec![hottest.iter().copied().fold(0.0, f64::max); shell.network.len()];
         for (slot, vertex) in nodes.vertex_of_node.iter().enumerate().filter(|(_, vertex)| **vertex != PADDING) {
             let node = shell.node_of_vertex[*vertex as usize];
@@ -140,8 +138,11 @@ impl SceneNetwork {
                     hottest[nodes.group_material[slot / crate::gpu::nodes::GROUP] as usize];
             }
         }
-        let one_pass = (settings.integrator == Integrator::OnePass)
-            .then(|| Plan::new(&shell.network, scene.time.step, &hottest_of_node));
+        let integrator = scene.network.integrator;
+        let one_pass =
+            integrator.takes_one_pass().then(|| Plan::new(&shell.network, scene.time.step, &hottest_of_node));
+        let usual = if matches!(one_pass, Some(Ok(_))) { ONE_PASS_TOLERANCE } else { integrator.tolerance() };
+        let settings = Settings { integrator, tolerance: scene.network.tolerance.unwrap_or(usual), floor: FLOOR };
         let (step, horizon) = (scene.time.step, scene.orbit.period());
         let padding = nodes.vertex_of_node.iter().position(|vertex| *vertex == PADDING).map(|slot| slot as u32);
         Ok(Self { shell, settings, node_of_slot, load_areas, heated, one_pass, padding, step, horizon })

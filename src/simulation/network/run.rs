@@ -192,6 +192,9 @@ impl NetworkRun {
     pub fn save(&mut self) -> Result<Saved, EngineError> {
         let mut saved = Saved::default();
         saved.put_all("worker", self.worker.save()?);
+        if let Some(one_pass) = &self.one_pass {
+            saved.put_all("one_pass", one_pass.save());
+        }
         saved.put("step", &[self.step]);
         saved.put_flags("on", &self.on);
         for (number, used) in self.uses.iter().enumerate() {
@@ -215,6 +218,9 @@ impl NetworkRun {
     /// A state of another network, or a call that fails.
     pub fn restore(&mut self, saved: &Saved, most_costs: usize) -> Result<(), EngineError> {
         self.worker.restore(&saved.part("worker"))?;
+        if let Some(one_pass) = &mut self.one_pass {
+            one_pass.restore(&saved.part("one_pass"))?;
+        }
         [self.step] = saved.array("step")?;
         self.on = saved.flags("on")?;
         for (number, used) in self.uses.iter_mut().enumerate() {
@@ -473,7 +479,7 @@ fn told(estimate: &Estimate, halving: &Halving) -> Vec<(String, String)> {
     }
     if halving.exceeded > 0 {
         let beyond = format!(
-            "the estimate exceeds {} K at an eighth of the step; integrator = \"default\" follows its tolerance",
+            "the estimate exceeds {} K at an eighth of the step; integrator = \"accurate\" follows its tolerance",
             halving.tolerance
         );
         lines.push((BEYOND.to_owned(), beyond));

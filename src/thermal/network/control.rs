@@ -11,7 +11,7 @@ mod rejected;
 mod switching;
 mod terms;
 
-pub use terms::{ControlError, FLOOR, Integrator, Leg, Series, Settings, Switch, Use};
+pub use terms::{ControlError, FLOOR, Integrator, Leg, ONE_PASS_TOLERANCE, Series, Settings, Switch, Use};
 
 /// Greatest number of RKL2 stages before TR-BDF2 is cheaper, and the number below which RKL2 is used again.
 const MOST_STAGES: [u32; 2] = [41, 25];

@@ -12,6 +12,7 @@ mod exponential;
 mod halving;
 mod local;
 mod plan;
+mod saved;
 mod switching;
 mod told;
 

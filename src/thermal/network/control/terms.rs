@@ -7,25 +7,34 @@ use crate::thermal::network::stepper::WorkCounts;
 /// Choice of methods and of the default tolerance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Integrator {
-    /// Euler where it is allowed and good enough, RKL2 otherwise, TR-BDF2 where RKL2 would need too many stages.
+    /// Euler where it is allowed and good enough, RKL2 otherwise, TR-BDF2 where RKL2 would need too many stages. The network of a scene takes one pass a step
+    /// where it fits.
     #[default]
     Default,
     /// The default at ten times its tolerance, with Euler wherever it is stable and accurate enough.
     Cheap,
     /// TR-BDF2 at a tenth of the default's tolerance. RKL2 at that tolerance where it needs few stages.
     Accurate,
-    /// One pass a step ([`super::super::one_pass`]), for the network of a scene. The default where a network does not fit.
+    /// One pass a step ([`super::super::one_pass`]), for the network of a scene. Sub-steps of the default where it does not fit.
     OnePass,
 }
 
+/// Default tolerance of the network of a scene in one pass [K].
+pub const ONE_PASS_TOLERANCE: f64 = 5e-2;
+
 impl Integrator {
-    /// Default tolerance [K].
+    /// Default tolerance of sub-steps [K].
     pub fn tolerance(self) -> f64 {
         match self {
             Self::Default | Self::OnePass => 5e-3,
             Self::Cheap => 5e-2,
             Self::Accurate => 5e-4,
         }
+    }
+
+    /// Whether the network of a scene takes one pass a step where it fits.
+    pub fn takes_one_pass(self) -> bool {
+        matches!(self, Self::Default | Self::OnePass)
     }
 }
 
