@@ -10,8 +10,8 @@ use crate::thermal::network::control::FLOOR;
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
 
-/// Most nodes of a network that the processor integrates in f64 although there is a device. On lavapipe the processor was 2 to 700 times
-/// faster at 16 to 1,058 nodes, and 0.7 to 7 times as fast at 4,096 (docs/benchmarks.md), because each stage is a dispatch.
+/// Most nodes of a network that the processor integrates in f64 although there is a device. On lavapipe, where each stage is a dispatch too, the processor
+/// was 2 to 8000 times as fast at 16 to 1,058 nodes, and 0.7 to 12 times at 4,096 (docs/benchmarks.md, small networks).
 pub const ON_PROCESSOR_AT_MOST: usize = 1024;
 
 /// Whether the processor integrates a network of `nodes` although there is a device.

@@ -17,9 +17,12 @@ pub use terms::{ControlError, FLOOR, Integrator, Leg, Series, Settings, Switch, 
 const MOST_STAGES: [u32; 2] = [41, 25];
 /// These numbers for the accurate integrator. At a tenth of the tolerance RKL2 is as accurate where it needs few stages.
 const MOST_STAGES_ACCURATE: [u32; 2] = [15, 9];
-/// Greatest error of one sub-step as a share of the tolerance. Errors of a slow node add up over its time constant. The errors of a method of order 2
-/// then grow as this share to the power 2/3 (docs/network.md has them).
+/// Greatest error of one sub-step as a share of the tolerance, at the default tolerance or below. Errors of a slow node add up over its time constant.
 const SHARE: f64 = 7.5e-3;
+/// The tolerance from which this share grows as its square root [K], and the greatest share. With a method of order 2 the errors of sub-steps that err by E
+/// add up to a number in proportion to E^(2/3), so that their sum is then in proportion to the tolerance.
+const GROWS_FROM: f64 = 5e-3;
+const MOST_SHARE: f64 = 0.1;
 /// This share for a network with thermostats in a run of at most [`SHORT_RUN`]. A thermostat turns kelvins into seconds. In a longer run the share falls in
 /// proportion to the length, because errors of switching times add up from cycle to cycle.
 const SHARE_THERMOSTAT: f64 = 1e-5;
@@ -99,7 +102,7 @@ fn leg_and_keep<S: Stepper>(
     let on: Vec<bool> = schedule.thermostats.iter().map(|thermostat| thermostat.initially_on).collect();
     let duration = leg.horizon.max(1e-9);
     let share = if schedule.thermostats.is_empty() || !leg.tight_switches {
-        SHARE
+        share_of(settings.tolerance)
     } else {
         SHARE_THERMOSTAT * (SHORT_RUN / duration).min(1.0)
     };
@@ -129,6 +132,11 @@ fn leg_and_keep<S: Stepper>(
     control.series.on = control.on;
     control.series.step = control.step;
     (control.series, ended)
+}
+
+/// Greatest error of one sub-step as a share of a tolerance [K].
+fn share_of(tolerance: f64) -> f64 {
+    (SHARE * (tolerance / GROWS_FROM).sqrt()).clamp(SHARE, MOST_SHARE)
 }
 
 struct Control<'a, S: Stepper, W> {
