@@ -47,21 +47,3 @@ float warmest_balance(float heat, float gross, float conductance, float emission
     float by_radiation = emission > 0.0 ? sqrt(sqrt(most / emission)) : 1e30;
     return min(by_conduction, by_radiation);
 }
-
-// Solves into - conductance d - emission ((T + d)^4 - T^4) = 0 for the temperature change d [K] by Newton's method.
-// From above it does not overshoot, so a start below is raised to at most `warmest_balance`. Changes are summed,
-// because temperatures would round the result to 3e-5 K.
-float balancing_change(float into, float conductance, float emission, float temperature) {
-    float radiating = emission * temperature * temperature * temperature * temperature;
-    float warm = conductance * temperature + radiating;
-    float most = warmest_balance(into + warm, abs(into) + warm, conductance, emission) - temperature;
-    float change = min(0.0, most);
-    for (int i = 0; i < 12; i++) {
-        float next = temperature + change;
-        float left = into - conductance * change - emission * radiated(change, next, temperature);
-        // A node that only radiates has no slope at 0 K.
-        float slope = max(conductance + emission * radiative_slope(next), 1e-30);
-        change = min(change + max(left / slope, -0.75 * next), most);
-    }
-    return change;
-}

@@ -1,10 +1,10 @@
-// Nodes and conductors of a large network, four nodes at a time. Rows of conductors lie in slices of some groups, each
+// Nodes and conductors of a network, four nodes at a time. Rows of conductors lie in slices of some groups, each
 // as long as its longest row up to a limit. A tail has the conductors beyond the limit. Linear and radiative conductors
 // have separate rows, because most nodes of a surface radiate to no other node. On lavapipe the cost is the number of
 // loads, not of loaded components.
 
 layout(push_constant) uniform PassBlock { NetworkPass pass; };
-// For each group: 1 / C and emission (see NetworkNode).
+// For each group: 1 / C and emission [K/J, W/K4].
 layout(set = 0, binding = 0) readonly buffer RowBlock { vec4 rows[]; };
 // First linear and first radiative entry of each slice.
 layout(set = 0, binding = 1) readonly buffer SliceBlock { uvec2 slices[]; };

@@ -1,5 +1,5 @@
 #version 450
-// Passes of Newton's method for a large network, with Jacobi-preconditioned conjugate gradients and one reduction for
+// Passes of Newton's method for a network, with Jacobi-preconditioned conjugate gradients and one reduction for
 // each iteration (Chronopoulos & Gear, J. Comput. Appl. Math. 25, 1989, 153). Each dispatch is one pass, with four
 // nodes an invocation. The barriers are in src/gpu/network/solve_frame.rs. Variants: START: starts a sub-step of
 // TR-BDF2. BALANCE, RESIDUAL: right-hand side and diagonal, of a balance and of a stage. PRODUCT: matrix times z.

@@ -1,55 +1,9 @@
 // Structures of thermal networks shared with Rust. Their twins in src/gpu/layout.rs document the members.
 
-struct NetworkNode {
-    float inverse_capacitance;
-    float capacitance;
-    float emission;
-    float conductance_sum;
-    float emission_sum;
-    uint links_begin;
-    uint links_end;
-};
-
 struct NetworkLink {
     uint neighbour;
     float conductance;
     float exchange;
-};
-
-struct NetworkStage {
-    float mu;
-    float nu;
-    float mu_step;
-    float gamma_step;
-    float time;
-};
-
-struct NetworkAttempt {
-    uint nodes;
-    uint count;
-    uint stages;
-    uint sensors;
-    uint lone;
-    float time;
-    float step;
-    float space_temperature;
-    float error_end;
-    float error_start;
-    float error_change;
-    uint loops_sub_step;
-    uint loops_iteration;
-    uint unknowns;
-    uint levels;
-    uint nodes_at;
-    uint entries_at;
-    uint levels_at;
-    uint targets_at;
-    uint terms_at;
-    uint pivots_at;
-    uint uppers_at;
-    uint fill_begin;
-    uint fill_end;
-    uint right_at;
 };
 
 struct NetworkPass {

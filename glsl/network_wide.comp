@@ -1,5 +1,5 @@
 #version 450
-// Passes over a large network by an explicit method. Each dispatch is one pass, with four nodes an invocation. The
+// Passes over a network by an explicit method. Each dispatch is one pass, with four nodes an invocation. The
 // barriers are in src/gpu/network/frame.rs. Variants: BEGIN: rates at the start. FIRST or none: rebases, and computes
 // the first stage. STAGE: a later stage. LONE: balances arithmetic nodes. LAST: end rates and error. SENSE: sensors.
 

@@ -55,8 +55,7 @@ pub struct Run {
     pub scheme: String,
     /// Method.
     pub family: String,
-    /// `workgroup` if one workgroup does all stages of a dispatch, `dispatches` if each stage is one, `f64` on the
-    /// processor.
+    /// `dispatches` on a device, where each stage is one, `f64` on the processor.
     pub path: String,
     /// Work of one run. A slow run has fewer frames than the case.
     pub work: Option<Work>,
@@ -95,7 +94,6 @@ pub struct Work {
 /// The path of a stepper: see [`Run::path`].
 fn path(stepper: &AnyStepper) -> &'static str {
     match stepper.device() {
-        Some(device) if device.is_fused() => "workgroup",
         Some(_) => "dispatches",
         None => "f64",
     }

@@ -274,7 +274,7 @@ fn filled(row: ResponseRow, samples_ms: &[f64], moved: f64, bandwidth: Option<f6
 /// that begin and end a sub-step are divided between its stages.
 fn stages(context: &Arc<Context>, edge: usize, samples: usize) -> Result<(Vec<f64>, f64), GpuError> {
     let network = square(edge);
-    let mut stepper = NetworkStepper::wide(context, &network, &[])?;
+    let mut stepper = NetworkStepper::new(context, &network, &[])?;
     stepper.set_heat(&vec![1.0; network.len()], &vec![0.0; network.len()])?;
     let method = Method::Rkl2 { stages: STAGES };
     let step = 20.0 / network.fastest_rate(&network.temperatures);
@@ -286,10 +286,9 @@ fn stages(context: &Arc<Context>, edge: usize, samples: usize) -> Result<(Vec<f6
         times.extend(stepper.device_ms().map(|now| (now - before) / f64::from(STAGES * SUB_STEPS)));
     }
     let links = 2.0 * network.linear.len() as f64 / network.len() as f64;
-    // A node's description, links, heat and slope; base, rest before and after; work read and written
-    // (glsl/network_wide.comp).
-    let bytes = size_of::<layout::NetworkNode>() as f64 + links * size_of::<layout::NetworkLink>() as f64;
-    Ok((times, bytes + 8.0 + 3.0 * 4.0 + 2.0 * 16.0))
+    // 1 / C and emission; neighbour and conductance of every link; heat and slope; base and rest of this stage, of the
+    // next before and after; rest and rate at the start (glsl/network_wide.comp).
+    Ok((times, 8.0 + 8.0 * links + 8.0 + 3.0 * 8.0 + 8.0))
 }
 
 /// Diffusive nodes in a square, each joined to its four neighbours.

@@ -19,7 +19,6 @@ use super::{hard, models};
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::host::ProcessorTime;
-use crate::simulation::stepper::AnyStepper;
 use crate::simulation::target::Target;
 
 /// An error that stops all measurements. The error of a single measurement is in its row.
@@ -170,23 +169,9 @@ struct Setting<'a> {
 }
 
 impl Setting<'_> {
-    /// Runs all schemes. Some also run with a dispatch for every stage if one workgroup did all stages.
-    fn all_schemes(&self) -> Vec<Run> {
-        let network = &self.case.network;
-        let mut runs = self.schemes(|| self.target.stepper(network, &[]), &Scheme::all(self.case, self.plan.quick));
-        if let Some(context) = self.target.device().filter(|_| runs.iter().any(|run| run.path == "workgroup")) {
-            let again = self.schemes(|| AnyStepper::wide(context, network, &[]), &Scheme::SEPARATE);
-            runs.extend(again.into_iter().map(|run| Run {
-                scheme: format!("{}, separate", run.scheme),
-                family: format!("{}, separate", run.family),
-                ..run
-            }));
-        }
-        runs
-    }
-
     /// Makes a new stepper for each scheme, because a stepper may keep state from earlier schemes.
-    fn schemes(&self, make: impl Fn() -> Result<AnyStepper, GpuError>, schemes: &[Scheme]) -> Vec<Run> {
+    fn all_schemes(&self) -> Vec<Run> {
+        let schemes = Scheme::all(self.case, self.plan.quick);
         let one = |(number, scheme): (usize, &Scheme)| {
             (self.says)(&format!("{}: {}, {scheme}", self.target.name(), self.case.key));
             let failed = |reason: String| Run {
@@ -202,7 +187,7 @@ impl Setting<'_> {
             let left = schemes.len() - number + (self.cases_left - 1) * schemes.len();
             let effort = self.plan.effort();
             let effort = Effort { most: self.deadline.share(left, effort.most), ..effort };
-            match make() {
+            match self.target.stepper(&self.case.network, &[]) {
                 Ok(mut stepper) => measure(&mut stepper, self.case, &self.truth.rows, *scheme, effort),
                 Err(error) => failed(error.to_string()),
             }

@@ -36,10 +36,6 @@ pub const ABSENT: [(&str, &str); 3] = [
 const MOST_EULER: f64 = 2000.0;
 
 impl Scheme {
-    /// Schemes that also run with a dispatch for every stage.
-    pub const SEPARATE: [Self; 3] =
-        [Self::Fixed(Fixed::Rkl2, 1), Self::Fixed(Fixed::Rkl2, 4), Self::Controlled(Integrator::Default, 5e-3)];
-
     /// The schemes for a case. `quick` keeps only the ends of each family.
     pub fn all(case: &NetworkCase, quick: bool) -> Vec<Self> {
         let stable = (case.stiffness().floor() + 1.0) as u32;

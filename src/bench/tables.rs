@@ -274,8 +274,8 @@ const PASSES: [&str; 8] = [
 /// The integrators on a case.
 pub fn integrators(measured: &Measured, integrated: &Integrated, case: &CaseSummary) -> Table {
     let mut notes = vec![format!(
-        "{} nodes ({} of them arithmetic), {} conductors, stiffness {} (docs/numerics.md 3: {}); {} frames of {:.2} s. Path: 'workgroup' \
-         is one that takes all stages of a dispatch, 'dispatches' a dispatch for every stage.",
+        "{} nodes ({} of them arithmetic), {} conductors, stiffness {} (docs/numerics.md 3: {}); {} frames of {:.2} s. Path: \
+         'dispatches' is a dispatch for every stage.",
         case.nodes,
         case.arithmetic,
         case.conductors,

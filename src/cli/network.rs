@@ -17,7 +17,8 @@ use crate::output::plot_axis::Axis;
 use crate::scene::network::NetworkFile;
 use crate::simulation::forecast::bytes;
 use crate::simulation::prepare_error::PrepareError;
-use crate::simulation::stepper::AnyStepper;
+use crate::simulation::stepper::{AnyStepper, is_small, why_on_processor};
+use crate::simulation::target::Target;
 use crate::thermal::network::control::{
     ControlError, Integrator, MOST_SUB_STEPS, Series, Settings, integrate_and_keep,
 };
@@ -31,7 +32,7 @@ const PLOTTED: usize = 12;
 ///
 /// The file holds nodes, linear and radiative conductors, heat and thermostats (docs/network.md). The CSV has a row for
 /// each output time of the file. Method, sub-steps and work go to standard error. Switching times of thermostats go to
-/// OUT.events.csv.
+/// OUT.events.csv. Without --device, a network of at most 1024 nodes is integrated in f64 on the processor.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct Arguments {
@@ -111,7 +112,13 @@ fn solve(arguments: &Solve) -> Result<(), CliError> {
     for assumption in &file.assumptions {
         say!("assumed: {assumption}");
     }
-    let chosen = arguments.device.open()?;
+    let nodes = file.network.len();
+    let chosen = if arguments.device.device.is_none() && is_small(nodes) {
+        say!("integrated: in f64 on the processor, because {}; --device NAME uses a device", why_on_processor(nodes));
+        Target::Reference
+    } else {
+        arguments.device.open()?
+    };
     say!("device: {}", chosen.name());
     let mut stepper = chosen.stepper(&file.network, &file.schedule.sensors())?;
     solve_with(&mut stepper, &file, path, arguments, outputs, &chosen.name())?;

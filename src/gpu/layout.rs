@@ -192,24 +192,6 @@ shared! {
         pub groups: u32,
     }
 
-    /// A node of a small thermal network.
-    pub struct NetworkNode {
-        /// 1 / C [K/J]; 0 if the node stores no heat.
-        pub inverse_capacitance: f32,
-        /// Heat capacitance C [J/K].
-        pub capacitance: f32,
-        /// Stefan-Boltzmann constant x emissivity x area to space [W/K4].
-        pub emission: f32,
-        /// Sum of the linear conductors GL [W/K].
-        pub conductance_sum: f32,
-        /// Stefan-Boltzmann constant x (sum of radiative conductors GR + emissivity x area) [W/K4].
-        pub emission_sum: f32,
-        /// Index of its first link.
-        pub links_begin: u32,
-        /// Index after its last link.
-        pub links_end: u32,
-    }
-
     /// Heat exchange of a node with one neighbour.
     pub struct NetworkLink {
         /// Number of the neighbour.
@@ -218,75 +200,6 @@ shared! {
         pub conductance: f32,
         /// Stefan-Boltzmann constant x radiative conductor GR [W/K4].
         pub exchange: f32,
-    }
-
-    /// One stage of RKL2: change = mu x previous change + nu x change before that + mu_step x previous
-    /// rate + gamma_step x start rate.
-    pub struct NetworkStage {
-        /// Weight of the previous stage.
-        pub mu: f32,
-        /// Weight of the stage before the previous one.
-        pub nu: f32,
-        /// Weight of the rate at the previous stage [s].
-        pub mu_step: f32,
-        /// Weight of the rate at the start of the sub-step [s].
-        pub gamma_step: f32,
-        /// Time since the start of the sub-step [s].
-        pub time: f32,
-    }
-
-    /// Parameters of the dispatches over a small network.
-    pub struct NetworkAttempt {
-        /// Number of nodes.
-        pub nodes: u32,
-        /// Number of sub-steps, or of Newton iterations when balancing.
-        pub count: u32,
-        /// Number of stages of a sub-step.
-        pub stages: u32,
-        /// Number of sensors.
-        pub sensors: u32,
-        /// Number of arithmetic nodes without an arithmetic neighbour.
-        pub lone: u32,
-        /// Start time since the heat was set [s].
-        pub time: f32,
-        /// Length of a sub-step [s].
-        pub step: f32,
-        /// Radiative temperature of space [K].
-        pub space_temperature: f32,
-        /// Weight of the end rates in the error estimate of a sub-step [s].
-        pub error_end: f32,
-        /// Weight of the start rates in the error estimate [s].
-        pub error_start: f32,
-        /// Weight of the temperature change in the error estimate.
-        pub error_change: f32,
-        /// Loop iterations of a sub-step.
-        pub loops_sub_step: u32,
-        /// Loop iterations of one Newton iteration.
-        pub loops_iteration: u32,
-        /// Number of unknowns in the elimination.
-        pub unknowns: u32,
-        /// Number of levels in the elimination.
-        pub levels: u32,
-        /// Index of the first unknown in the schedule.
-        pub nodes_at: u32,
-        /// Index of the first matrix entry of the links.
-        pub entries_at: u32,
-        /// Index of the first level.
-        pub levels_at: u32,
-        /// Index of the first target.
-        pub targets_at: u32,
-        /// Index of the first term.
-        pub terms_at: u32,
-        /// Index of the first pivot.
-        pub pivots_at: u32,
-        /// Index of the first entry right of a pivot.
-        pub uppers_at: u32,
-        /// Index of the first matrix entry that is nonzero only during the elimination.
-        pub fill_begin: u32,
-        /// Index after the last such entry.
-        pub fill_end: u32,
-        /// Index of the first entry of the right-hand side.
-        pub right_at: u32,
     }
 
     /// A step of the heaters of a network in one pass.
@@ -319,7 +232,7 @@ shared! {
         pub space_temperature_4: f32,
     }
 
-    /// Push constants of a pass over a large network.
+    /// Push constants of a pass over a network.
     pub struct NetworkPass {
         /// Number of active invocations. A solver decision reads this number of partial sums instead.
         pub count: u32,
@@ -346,7 +259,7 @@ shared! {
         pub accuracy: f32,
     }
 
-    /// State of the solver of a large network.
+    /// State of the solver of a network.
     pub struct NetworkSolver {
         /// Product of residual and preconditioned residual [W K].
         pub gamma: f32,

@@ -3,27 +3,21 @@
 //! A temperature is the sum of a base, a multiple of 1/256 K, and a rest of at most 1/512 K. Small changes are thus not
 //! lost to rounding.
 //!
-//! A small network runs in one workgroup (`fused`), where a dispatch takes many sub-steps. A larger network takes a
-//! dispatch for each stage (`wide`). So does a small one whose elimination needs too many products. Newton's method for
-//! an arithmetic node starts at most at the temperature that each term of the balance alone would allow. From above it
-//! can not overshoot, but from below it can reach millions of kelvin.
+//! Each stage is a dispatch over all nodes (`wide`). Newton's method for an arithmetic node starts at most at the
+//! temperature that each term of the balance alone would allow. From above it can not overshoot, but from below it can
+//! reach millions of kelvin.
 
 mod bytes;
 pub mod frame;
-mod fused;
 mod rows;
-mod schedule;
 mod sliced;
-pub mod small_frame;
 mod solve_frame;
-mod tables;
 pub mod uses;
 mod weights;
 mod wide;
 
 use std::sync::Arc;
 
-use fused::Fused;
 use sliced::GROUP;
 use wide::Wide;
 
@@ -53,21 +47,7 @@ pub const ESTIMATE_FLOOR: f64 = 1e-8;
 
 /// A thermal network with its state on the device.
 pub struct NetworkStepper {
-    path: Path,
-    /// The network, kept to build the wide path if the fused one can not go on; empty otherwise.
-    network: Network,
-    sensors: Vec<u32>,
-    heat: Vec<[f32; 2]>,
-    spare: Vec<Arc<Buffer>>,
-    context: Arc<Context>,
-}
-
-/// Method of execution.
-enum Path {
-    /// One workgroup.
-    Fused(Box<Fused>),
-    /// A dispatch for each stage.
-    Wide(Box<Wide>),
+    wide: Wide,
 }
 
 impl NetworkStepper {
@@ -88,80 +68,31 @@ impl NetworkStepper {
         spare: Vec<Arc<Buffer>>,
     ) -> Result<Self, GpuError> {
         check(network, sensors)?;
-        let path = match Fused::new(context, network, sensors)? {
-            Some(fused) => Path::Fused(Box::new(fused)),
-            None => Path::Wide(Box::new(wide_path(context, network, sensors, spare.clone())?)),
-        };
-        Self::of(context, path, network, sensors, spare)
-    }
-
-    /// Uploads a network of any size for a dispatch for each stage.
-    pub fn wide(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
-        check(network, sensors)?;
-        let wide = wide_path(context, network, sensors, Vec::new())?;
-        Self::of(context, Path::Wide(Box::new(wide)), network, sensors, Vec::new())
-    }
-
-    fn of(
-        context: &Arc<Context>,
-        path: Path,
-        network: &Network,
-        sensors: &[u32],
-        spare: Vec<Arc<Buffer>>,
-    ) -> Result<Self, GpuError> {
-        let kept = if matches!(path, Path::Fused(_)) { network.clone() } else { Network::default() };
-        let heat = vec![[0.0; 2]; kept.len()];
-        let (sensors, context) = (sensors.to_vec(), Arc::clone(context));
-        let mut stepper = Self { path, network: kept, sensors, heat, spare, context };
+        let mut stepper = Self { wide: Wide::new(context, network, sensors, spare)? };
         stepper.set_temperatures(&network.temperatures)?;
         Ok(stepper)
     }
 
-    /// Changes to a dispatch for each stage, when the work is too much for a fused dispatch.
-    fn widen(&mut self) -> Result<(), GpuError> {
-        let mut wide = wide_path(&self.context, &self.network, &self.sensors, self.spare.clone())?;
-        wide.set_state(&self.state())?;
-        wide.set_heat(&self.heat)?;
-        self.path = Path::Wide(Box::new(wide));
-        Ok(())
-    }
-
-    /// Whether one workgroup takes all sub-steps of an attempt.
-    pub fn is_fused(&self) -> bool {
-        matches!(self.path, Path::Fused(_))
-    }
-
     /// Device time of all submissions so far [ms]; `None` without timestamps.
     pub fn device_ms(&self) -> Option<f64> {
-        match &self.path {
-            Path::Fused(fused) => fused.device_ms(),
-            Path::Wide(wide) => wide.device_ms(),
-        }
+        self.wide.device_ms()
     }
 
     /// Whether the spare buffers were written since the last call.
     pub fn wrote_spare(&mut self) -> bool {
-        match &mut self.path {
-            Path::Fused(_) => false,
-            Path::Wide(wide) => wide.wrote_spare(),
-        }
+        self.wide.wrote_spare()
     }
 
-    /// Allocated device memory in bytes, without spare buffers and host-visible buffers; `None` for a small network.
-    pub fn device_bytes(&self) -> Option<u64> {
-        match &self.path {
-            Path::Fused(_) => None,
-            Path::Wide(wide) => Some(wide.device_bytes()),
-        }
+    /// Allocated device memory in bytes, without spare buffers and host-visible buffers.
+    pub fn device_bytes(&self) -> u64 {
+        self.wide.device_bytes()
     }
 
     /// The state that a run needs to go on later, bit for bit, without the work counts.
     pub fn save(&self) -> Saved {
         let mut saved = Saved::default();
-        saved.put("state", &self.state());
-        if let Path::Wide(wide) = &self.path {
-            saved.put_all("wide", wide.save());
-        }
+        saved.put("state", &self.wide.state().collect::<Vec<_>>());
+        saved.put_all("wide", self.wide.save());
         saved
     }
 
@@ -170,51 +101,10 @@ impl NetworkStepper {
     /// # Errors
     /// A state of another network, or a call that fails.
     pub fn restore(&mut self, saved: &Saved, counts: WorkCounts) -> Result<(), GpuError> {
-        let wide = saved.has("wide.budgets");
-        if wide && self.is_fused() {
-            self.widen()?;
-        }
-        let state: Vec<[f32; 2]> = saved.list_of("state", self.state().len())?;
-        match &mut self.path {
-            Path::Fused(fused) => {
-                fused.set_state(&state)?;
-                fused.set_counts(counts);
-                Ok(())
-            }
-            Path::Wide(wide) => {
-                wide.set_state(&state)?;
-                Ok(wide.restore(&saved.part("wide"), counts)?)
-            }
-        }
+        let state: Vec<[f32; 2]> = saved.list_of("state", self.wide.state().count())?;
+        self.wide.set_state(&state)?;
+        Ok(self.wide.restore(&saved.part("wide"), counts)?)
     }
-
-    fn state(&self) -> Vec<[f32; 2]> {
-        match &self.path {
-            Path::Fused(fused) => fused.state().to_vec(),
-            Path::Wide(wide) => wide.state().collect(),
-        }
-    }
-}
-
-fn wide_path(
-    context: &Arc<Context>,
-    network: &Network,
-    sensors: &[u32],
-    spare: Vec<Arc<Buffer>>,
-) -> Result<Wide, GpuError> {
-    if network.len() > wide::NODES_AT_MOST {
-        return Err(unsupported(format!("it has more than {} nodes", wide::NODES_AT_MOST)));
-    }
-    // One invocation handles the conductors of a whole group.
-    if let Some(first) = crowded_group(network) {
-        return Err(unsupported(format!(
-            "nodes {first} to {} of the file's order have more than {} ends of conductors in total; move one of them to \
-             another place in the file, or use --device cpu",
-            (first + GROUP).min(network.len()) - 1,
-            wide::LINKS_AT_MOST
-        )));
-    }
-    Wide::new(context, network, sensors, spare)
 }
 
 /// First node of a group with more conductor ends than one invocation handles. Nodes with rows this long keep their
@@ -241,6 +131,18 @@ fn check(network: &Network, sensors: &[u32]) -> Result<(), GpuError> {
     let ends = ends.chain(network.radiative.iter().map(|conductor| conductor.nodes)).flatten();
     if let Some(node) = ends.chain(sensors.iter().copied()).find(|node| *node >= nodes) {
         return Err(unsupported(format!("a conductor or a sensor names node {node} of {nodes}")));
+    }
+    if network.len() > NODES_AT_MOST {
+        return Err(unsupported(format!("it has more than {NODES_AT_MOST} nodes")));
+    }
+    // One invocation handles the conductors of a whole group.
+    if let Some(first) = crowded_group(network) {
+        return Err(unsupported(format!(
+            "nodes {first} to {} of the file's order have more than {} ends of conductors in total; move one of them to \
+             another place in the file, or use --device cpu",
+            (first + GROUP).min(network.len()) - 1,
+            wide::LINKS_AT_MOST
+        )));
     }
     // 1 / C and the sums must be finite in f32, and small values must not become zero.
     let linear = network.linear.iter().map(|one| (one.nodes, "GL", one.conductance, "W/K"));
@@ -308,68 +210,33 @@ impl Stepper for NetworkStepper {
         }
         let heat: Vec<[f32; 2]> =
             power.iter().zip(slope).map(|(power, slope)| [*power as f32, *slope as f32]).collect();
-        match &mut self.path {
-            Path::Fused(fused) => {
-                fused.set_heat(&heat)?;
-                self.heat = heat;
-                Ok(())
-            }
-            Path::Wide(wide) => wide.set_heat(&heat),
-        }
+        self.wide.set_heat(&heat)
     }
 
     fn balance(&mut self, t: f64) -> Result<bool, GpuError> {
-        match &mut self.path {
-            Path::Fused(fused) => fused.balance(t),
-            Path::Wide(wide) => wide.balance(t),
-        }
+        self.wide.balance(t)
     }
 
     fn attempt(&mut self, method: Method, t: f64, step: f64, count: u32) -> Result<Attempt, GpuError> {
-        loop {
-            match &mut self.path {
-                Path::Wide(wide) => return wide.attempt(method, t, step, count),
-                Path::Fused(fused) => match fused.attempt(method, t, step, count)? {
-                    Some(attempt) => return Ok(attempt),
-                    None => self.widen()?,
-                },
-            }
-        }
+        self.wide.attempt(method, t, step, count)
     }
 
     fn keep(&mut self) -> Result<(), GpuError> {
-        match &mut self.path {
-            Path::Fused(fused) => {
-                fused.keep();
-                Ok(())
-            }
-            Path::Wide(wide) => wide.keep(),
-        }
+        self.wide.keep()
     }
 
     fn temperatures(&mut self) -> Result<Vec<f64>, GpuError> {
-        Ok(self.state().iter().map(|[base, rest]| f64::from(*base) + f64::from(*rest)).collect())
+        Ok(self.wide.state().map(|[base, rest]| f64::from(base) + f64::from(rest)).collect())
     }
 
     fn set_temperatures(&mut self, temperatures: &[f64]) -> Result<(), GpuError> {
         check_temperatures(temperatures)?;
         let state: Vec<[f32; 2]> = temperatures.iter().map(|temperature| split(*temperature)).collect();
-        match &mut self.path {
-            Path::Fused(fused) => fused.set_state(&state),
-            Path::Wide(wide) => wide.set_state(&state),
-        }
+        self.wide.set_state(&state)
     }
 
     fn steady(&mut self, t: f64) -> Result<bool, GpuError> {
-        loop {
-            match &mut self.path {
-                Path::Wide(wide) => return wide.steady(t),
-                Path::Fused(fused) => match fused.steady(t)? {
-                    Some(found) => return Ok(found),
-                    None => self.widen()?,
-                },
-            }
-        }
+        self.wide.steady(t)
     }
 
     fn hottest(&self) -> f64 {
@@ -377,9 +244,6 @@ impl Stepper for NetworkStepper {
     }
 
     fn counts(&self) -> WorkCounts {
-        match &self.path {
-            Path::Fused(fused) => fused.counts(),
-            Path::Wide(wide) => wide.counts(),
-        }
+        self.wide.counts()
     }
 }

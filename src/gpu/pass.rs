@@ -6,7 +6,7 @@ use super::heat_source::HeatOf;
 use super::one_pass_variant::OnePassVariant;
 use super::resource::Resource;
 use super::shaders::Shader;
-use super::variant::{FusedVariant, ResponseVariant, ThermalVariant};
+use super::variant::{ResponseVariant, ThermalVariant};
 use super::wide_variant::{WideKind, WideVariant};
 
 /// Pipeline stages and their memory accesses.
@@ -71,10 +71,8 @@ pub enum Kernel {
     Cull,
     /// Draws the remaining triangles as radiance.
     Radiance,
-    /// A pass over a large network.
+    /// A pass over a network, of one stage or of its solver.
     Wide(WideVariant),
-    /// Sub-steps of a small network.
-    Fused(FusedVariant),
     /// The step of a network in one pass.
     OnePass(OnePassVariant),
     /// Power of the heaters of a network in one pass.
@@ -103,7 +101,6 @@ impl Kernel {
         match self {
             Self::Thermal(variant) => vec![variant.shader()],
             Self::Response(variant) => vec![variant.shader()],
-            Self::Fused(variant) => vec![variant.shader()],
             Self::Wide(variant) => vec![variant.shader()],
             Self::OnePass(variant) => vec![variant.shader()],
             Self::Heaters => plain("one_pass_heaters.comp"),

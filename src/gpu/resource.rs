@@ -163,7 +163,7 @@ table! {
     /// Switches of every heater in a frame.
     OnePassLog: row(4 * LOGGED, Count::OnePassHeaters, ToHost, "Log").each_slot();
 
-    /// 1 / C and emission of the nodes of a large network.
+    /// 1 / C and emission of the nodes of a network.
     NetworkRows: row(PAIRS, NetworkGroups, Storage, "Row");
     /// First entries of every slice of rows.
     NetworkSlices: row(8, Count::NetworkSlices, Storage, "Slice");
@@ -187,7 +187,7 @@ table! {
     NetworkFree: row(4, Count::NetworkFree, Storage, "List");
     /// Node of each sensor.
     NetworkSensors: row(4, Count::NetworkSensors, Storage, "List");
-    /// Accepted temperatures of a large network: base and rest of every node [K].
+    /// Accepted temperatures of a network: base and rest of every node [K].
     NetworkKept: unbound(PAIRS, NetworkGroups, ToHost);
     /// Temperatures of every other stage of an attempt.
     NetworkEven: row(PAIRS, NetworkGroups, Storage, "Present Gathered Next");
@@ -217,35 +217,6 @@ table! {
     SolverProduct: row(GROUP, NetworkGroups, Storage, "Product");
     /// Diagonal of the matrix [W/K].
     SolverDiagonal: row(GROUP, NetworkGroups, Storage, "Diagonal");
-
-    /// Parameters of the dispatches over a small network.
-    SmallAttempt: row(size_of::<layout::NetworkAttempt>(), Given, FromHost, "Attempt");
-    /// Nodes of a small network.
-    SmallNodes: row(size_of::<layout::NetworkNode>(), Given, FromHost, "Node");
-    /// Conductors of a small network.
-    SmallLinks: row(size_of::<layout::NetworkLink>(), Given, FromHost, "Link");
-    /// Heat of every node [W] and its slope [W/s].
-    SmallHeat: row(8, Given, FromHost, "Heat");
-    /// Weights of the stages of a sub-step.
-    SmallStages: row(size_of::<layout::NetworkStage>(), Given, FromHost, "Stage");
-    /// Sensors, then arithmetic nodes without an arithmetic neighbour.
-    SmallLists: row(4, Given, FromHost, "List");
-    /// Base and rest of every node [K], accepted or of the attempt.
-    SmallEven: row(8, Given, ToHost, "State");
-    /// The other one of the accepted and attempted temperatures.
-    SmallOdd: row(8, Given, ToHost, "State");
-    /// Intermediate values of the stages.
-    SmallWork: row(16, Given, Storage, "Work");
-    /// Progress, largest error and sensor temperatures.
-    SmallResult: row(4, Given, ToHost, "Result");
-    /// Elimination order for the balances of arithmetic nodes.
-    BalanceSchedule: row(4, Given, FromHost, "Schedule");
-    /// Matrix of these balances.
-    BalanceMatrix: row(4, Given, Storage, "Matrix");
-    /// Elimination order for the balances of all nodes.
-    StepSchedule: row(4, Given, FromHost, "Schedule");
-    /// Matrix of these balances.
-    StepMatrix: row(4, Given, Storage, "Matrix");
 
     /// Size of a response dispatch.
     ResponseSteps: row(size_of::<layout::Steps>(), Given, FromHost, "Steps");

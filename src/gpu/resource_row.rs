@@ -49,9 +49,9 @@ pub enum Count {
     Traced,
     /// Pixels of the image.
     Pixels,
-    /// Groups of four nodes of a large network.
+    /// Groups of four nodes of a network.
     NetworkGroups,
-    /// Slices of a large network's rows, plus one.
+    /// Slices of a network's rows, plus one.
     NetworkSlices,
     /// Entries of linear conductors, four nodes each.
     NetworkLinear,

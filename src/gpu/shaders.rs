@@ -19,7 +19,7 @@ macro_rules! entry_points {
 
 /// Entry points of `glsl/`, each with its SPIR-V without words.
 pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
-    "absorbed_heat.comp" "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp" "network_fused.comp" "network_solve.comp"
+    "absorbed_heat.comp" "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp" "network_solve.comp"
     "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "radiance.frag" "radiance.vert" "response.comp"
     "solar_depth.vert" "solar_rays.comp" "solar_visibility.comp" "thermal_step.comp"
 ];
@@ -28,7 +28,7 @@ pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
 const TEXTS: &[(&str, &str)] = texts![
     "absorbed_heat.comp" "albedo.glsl" "balance.glsl" "band_table.glsl" "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp"
     "network.glsl"
-    "network_elimination.glsl" "network_fused.comp" "network_rows.glsl" "network_solve.comp" "network_types.glsl"
+    "network_rows.glsl" "network_solve.comp" "network_types.glsl"
     "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "planck.glsl" "planet.glsl" "radiance.frag" "radiance.vert" "response.comp"
     "shaped_transition.glsl" "solar_depth.vert" "solar_rays.comp"
     "solar_visibility.comp" "solar_visibility.glsl" "thermal_step.comp" "transition.glsl" "types.glsl"

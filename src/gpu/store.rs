@@ -168,6 +168,6 @@ mod tests {
         drop(held);
         resources.write(Resource::NetworkHeat, 0, &[2.0f32; 4]).expect("nobody else holds it");
         assert_eq!(resources.read::<f32>(Resource::NetworkHeat, 0, 4), [2.0; 4]);
-        resources.write(Resource::SmallHeat, 0, &[2.0f32]).expect("there is no such buffer");
+        resources.write(Resource::NetworkRows, 0, &[2.0f32]).expect("there is no such buffer");
     }
 }

@@ -1,4 +1,4 @@
-//! Shader variants of the thermal step, of responses and of small networks. A variant compiles only what it needs.
+//! Shader variants of the thermal step and of responses. A variant compiles only what it needs.
 
 use super::shaders::Shader;
 
@@ -64,52 +64,6 @@ impl ResponseVariant {
     pub fn shader(&self) -> Shader {
         let words = [self.kind.word()].into_iter().chain(self.curve.words().iter().copied());
         Shader::new("response.comp", words.collect())
-    }
-}
-
-/// Work of a small network's dispatch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum FusedKind {
-    /// Sub-steps by Euler or RKL2.
-    Explicit {
-        /// Whether nodes exchange heat by radiation.
-        radiative: bool,
-        /// Whether arithmetic nodes are coupled to each other.
-        elimination: bool,
-    },
-    /// Sub-steps by TR-BDF2.
-    Implicit,
-    /// Balancing of nodes.
-    Settle,
-}
-
-/// A variant of `network_fused.comp`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct FusedVariant {
-    /// Work.
-    pub kind: FusedKind,
-    /// Invocations of the workgroup, one of [`FusedVariant::LANES`].
-    pub lanes: u32,
-}
-
-impl FusedVariant {
-    /// Possible workgroup sizes.
-    pub const LANES: [u32; 3] = [8, 64, 256];
-
-    /// Its shader.
-    pub fn shader(&self) -> Shader {
-        let (word, radiative, elimination) = match self.kind {
-            FusedKind::Explicit { radiative, elimination } => ("explicit", radiative, elimination),
-            FusedKind::Implicit => ("implicit", false, false),
-            FusedKind::Settle => ("settle", false, false),
-        };
-        let lanes = match self.lanes {
-            8 => "lanes_8",
-            64 => "lanes_64",
-            _ => "lanes_256",
-        };
-        let words = [(true, word), (radiative, "radiative"), (elimination, "elimination"), (true, lanes)];
-        Shader::new("network_fused.comp", present(&words).collect())
     }
 }
 

@@ -1,8 +1,8 @@
-//! Shader variants of `network_wide.comp` and `network_solve.comp`, the passes over a large network.
+//! Shader variants of `network_wide.comp` and `network_solve.comp`, the passes over a network.
 
 use super::shaders::Shader;
 
-/// Work of a pass over a large network.
+/// Work of a pass over a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum WideKind {
     /// Computes the rates at the start.
@@ -37,7 +37,7 @@ pub enum WideKind {
     Estimate,
 }
 
-/// A variant of the shaders for large networks.
+/// A variant of the shaders for networks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct WideVariant {
     /// Work.

@@ -10,6 +10,7 @@ use super::joints;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, Stage};
 use super::prepare_steps::{self as steps, Dense};
+use super::stepper::is_small;
 use crate::environment::shadow::{Jointed, Occluders, Redraw, Shadows};
 use crate::environment::step::StepLoads;
 use crate::gpu::frame::{StepRange, TriangleRun};
@@ -194,8 +195,9 @@ impl Prepared {
     pub fn network_bytes(&self, plan: &[Planned]) -> NetworkBytes {
         let of =
             |scene: &Arc<SceneNetwork>| NetworkBytes::of(scene.network(), scene.sensors().len(), &spare_bytes(plan));
-        // The tables of a network in one pass are in the plan.
-        self.network.as_ref().filter(|network| network.plan().is_none()).map(of).unwrap_or_default()
+        // The tables of a network in one pass are in the plan, and the processor integrates a small network.
+        let own = |scene: &&Arc<SceneNetwork>| scene.plan().is_none() && !is_small(scene.network().len());
+        self.network.as_ref().filter(own).map(of).unwrap_or_default()
     }
 
     /// When shadows are found anew, and from which view. `None` where the craft does not shadow itself.

@@ -1,9 +1,7 @@
 //! Stepper of a thermal network: a device in f32, or the f64 twin.
 
 use std::convert::Infallible;
-use std::sync::Arc;
 
-use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
 use crate::saved::Saved;
@@ -11,6 +9,20 @@ use crate::thermal::network::Network;
 use crate::thermal::network::control::FLOOR;
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::stepper::{Attempt, Method, Stepper, WorkCounts};
+
+/// Most nodes of a network that the processor integrates in f64 although there is a device. On lavapipe, where each stage is a dispatch too, the processor
+/// was 2 to 8000 times as fast at 16 to 1,058 nodes, and 0.7 to 12 times at 4,096 (docs/benchmarks.md, small networks).
+pub const ON_PROCESSOR_AT_MOST: usize = 1024;
+
+/// Whether the processor integrates a network of `nodes` although there is a device.
+pub fn is_small(nodes: usize) -> bool {
+    nodes <= ON_PROCESSOR_AT_MOST
+}
+
+/// Why the processor integrates a small network of `nodes`, in words.
+pub fn why_on_processor(nodes: usize) -> String {
+    format!("{nodes} nodes are at most {ON_PROCESSOR_AT_MOST}, which a device would integrate more slowly")
+}
 
 /// A stepper of a thermal network.
 pub enum AnyStepper {
@@ -24,14 +36,6 @@ impl AnyStepper {
     /// A stepper in f64 on the processor.
     pub fn reference(network: &Network, sensors: &[u32]) -> Self {
         Self::Reference(Box::new(ReferenceStepper::new(network.clone(), sensors)))
-    }
-
-    /// A stepper on a device. It uses one dispatch for each stage, even where one workgroup could take all stages.
-    ///
-    /// # Errors
-    /// An error of the device.
-    pub fn wide(context: &Arc<Context>, network: &Network, sensors: &[u32]) -> Result<Self, GpuError> {
-        Ok(Self::Device(Box::new(NetworkStepper::wide(context, network, sensors)?)))
     }
 
     /// Estimates of an error below this are rounding [K].

@@ -23,7 +23,7 @@ const EFFORT: Effort = Effort { runs: 1, enough: 0.0, most: 600.0 };
 /// Sub-steps a frame of the references: 0.26 s.
 const FINE: u32 = 64;
 
-/// The four cases at small size, around the entry into the planet's shadow. The cube is too large for one workgroup.
+/// The four cases at small size, around the entry into the planet's shadow.
 static CASES: LazyLock<Vec<(NetworkCase, Truth)>> = LazyLock::new(|| {
     let size = Size { cube: 14, sheet: 8, blanket: 6, frames: 92..104 };
     let cases = cases::all(&size).expect("the cases");
@@ -91,7 +91,7 @@ fn the_work_of_each_scheme_is_what_it_was_and_its_error_below_what_is_stated() {
             if let Some(limit) = stated(case, scheme) {
                 assert!(error.max <= limit, "{key}: {name}: {} K", error.max);
             }
-            // The controller depends on the last bits of estimates, and the workgroup size depends on the device.
+            // The controller depends on the last bits of estimates.
             if on_processor {
                 let (path, stages, sub_steps) = (&run.path, work.stages, work.sub_steps);
                 let dispatches = work.dispatches;

@@ -6,13 +6,12 @@ use isotherm::environment::shadow::Method;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::heat::{HeatOf, absorbed_heat};
 use isotherm::gpu::lists;
-use isotherm::gpu::network::small_frame::{Unknowns, dispatched};
 use isotherm::gpu::pass::Kernel;
 use isotherm::gpu::resource::Resource;
 
 use crate::network::barriers::lists_of_all_plans;
 use crate::one_pass::lists_of_all_shapes;
-use crate::shaders::{CURVES, fused_variants, reflect, response_variants, thermal_variants};
+use crate::shaders::{CURVES, reflect, response_variants, thermal_variants};
 
 /// Name of a variable's block. The compiler wraps blocks that do not end in a runtime array.
 fn block_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> String {
@@ -35,11 +34,6 @@ fn all_lists() -> Vec<Frame> {
         }
     }
     all.extend(CURVES.into_iter().flat_map(response_variants).map(|variant| lists::respond(variant, 1)));
-    for variant in fused_variants() {
-        for unknowns in [Unknowns::Arithmetic, Unknowns::Free] {
-            all.extend([false, true].map(|odd| dispatched(variant, unknowns, odd)));
-        }
-    }
     let places = [HeatOf::Balance, HeatOf::Target, HeatOf::Flux];
     all.push(absorbed_heat(&places.map(|of| (of, (0, 1)))));
     all.extend(lists_of_all_plans());

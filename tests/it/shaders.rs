@@ -10,7 +10,7 @@ use isotherm::gpu::one_pass_variant::OnePassVariant;
 use isotherm::gpu::pass::{Kernel, Pass, is_write};
 use isotherm::gpu::resource_row::Role;
 use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
-use isotherm::gpu::variant::{Curve, FusedKind, FusedVariant, ResponseVariant, StepKind, ThermalVariant};
+use isotherm::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
 use isotherm::gpu::wide_variant::{WideKind, WideVariant};
 use naga::front::spv;
 
@@ -68,15 +68,6 @@ pub fn response_variants(curve: Curve) -> [ResponseVariant; 2] {
     [StepKind::Merge, StepKind::Restart].map(|kind| ResponseVariant { kind, curve })
 }
 
-/// Every variant of the fused kernels of a network.
-pub fn fused_variants() -> Vec<FusedVariant> {
-    let mut kinds = vec![FusedKind::Implicit, FusedKind::Settle];
-    for radiative in [false, true] {
-        kinds.extend([false, true].map(|elimination| FusedKind::Explicit { radiative, elimination }));
-    }
-    kinds.into_iter().flat_map(|kind| FusedVariant::LANES.map(|lanes| FusedVariant { kind, lanes })).collect()
-}
-
 /// Every shader in any scene.
 fn all_shaders() -> Vec<Shader> {
     let mut all: Vec<_> = ENTRY_POINTS.iter().map(|(entry, _)| Shader::new(entry, Vec::new())).collect();
@@ -85,7 +76,6 @@ fn all_shaders() -> Vec<Shader> {
         all.extend(thermal_variants(curve).iter().map(ThermalVariant::shader));
         all.extend(response_variants(curve).iter().map(ResponseVariant::shader));
     }
-    all.extend(fused_variants().iter().map(FusedVariant::shader));
     all.extend(wide_variants().iter().map(WideVariant::shader));
     all.extend(OnePassVariant::all().iter().map(OnePassVariant::shader));
     all
@@ -145,8 +135,6 @@ fn every_word_has_a_meaning() {
     let mut meant = BTreeSet::from([
         ("thermal_step.comp", "instant"),
         ("response.comp", "merge"),
-        ("network_fused.comp", "explicit"),
-        ("network_fused.comp", "lanes_64"),
         ("network_wide.comp", "first"),
         ("network_solve.comp", "update"),
         ("one_pass.comp", "advance"),

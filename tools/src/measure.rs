@@ -61,6 +61,12 @@ struct Arguments {
     /// Numbers of nodes of the networks; each is rounded to a square
     #[arg(long, value_delimiter = ',', default_values_t = [10_000, 100_000, 1_000_000])]
     network_nodes: Vec<usize>,
+    /// Measure only whole networks on the processor and on the device, at --small-nodes
+    #[arg(long)]
+    small_networks: bool,
+    /// Numbers of nodes of --small-networks
+    #[arg(long, value_delimiter = ',', default_values_t = [16, 256, 1024, 4096])]
+    small_nodes: Vec<usize>,
     /// Measure only the network of the scene in one pass, at --one-pass-edges
     #[arg(long)]
     one_pass: bool,
@@ -119,6 +125,9 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     }
     let load = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
     println!("Device: {}, {}; load average {}\n", context.info.name, context.info.driver, load.trim());
+    if arguments.small_networks {
+        return network_cost::compare(&context, &arguments.small_nodes);
+    }
     if arguments.network_only {
         return network_cost::measure(&context, &arguments.network_nodes);
     }

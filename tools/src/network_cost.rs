@@ -1,13 +1,16 @@
-//! Measures the cost of a stage of a large network by number of nodes: square shells of conducting, radiating cells.
+//! Measures networks by number of nodes: the cost of a stage on a device, and the number up to which the processor in f64 is faster.
 
 use std::sync::Arc;
 use std::time::Instant;
 
 use isotherm::gpu::context::Context;
-use isotherm::gpu::network::NetworkStepper;
+use isotherm::gpu::network::{ESTIMATE_FLOOR, NetworkStepper};
+use isotherm::thermal::network::control::{FLOOR, Integrator, Series, Settings, integrate};
+use isotherm::thermal::network::reference::ReferenceStepper;
 use isotherm::thermal::network::rkl2::stable_product;
+use isotherm::thermal::network::schedule::{HeatTable, Schedule};
 use isotherm::thermal::network::stepper::{Method, Stepper};
-use isotherm::thermal::network::{LinearConductor, Network, NodeKind};
+use isotherm::thermal::network::{LinearConductor, Network, NodeKind, RadiativeConductor};
 
 use super::AnyError;
 
@@ -28,7 +31,7 @@ pub fn measure(context: &Arc<Context>, nodes: &[usize]) -> Result<(), AnyError> 
     for &count in nodes {
         let network = shell((count as f64).sqrt().round() as usize);
         let began = Instant::now();
-        let mut stepper = NetworkStepper::wide(context, &network, &[])?;
+        let mut stepper = NetworkStepper::new(context, &network, &[])?;
         let built = began.elapsed().as_secs_f64();
         let power: Vec<f64> = (0..network.len()).map(|node| 0.02 + 0.01 * (node as f64 * 0.001).sin()).collect();
         stepper.set_heat(&power, &vec![0.0; network.len()])?;
@@ -63,6 +66,85 @@ pub fn measure(context: &Arc<Context>, nodes: &[usize]) -> Result<(), AnyError> 
     }
     println!();
     Ok(())
+}
+
+/// Length of an integration [s], and the times at which the heat of every node changes.
+const DURATION: f64 = 300.0;
+const CHANGES: [f64; 2] = [75.0, 175.0];
+
+/// Prints the time of a whole integration on the processor in f64 and on the device, by number of nodes.
+pub fn compare(context: &Arc<Context>, nodes: &[usize]) -> Result<(), AnyError> {
+    println!(
+        "Networks over {DURATION} s on the processor (f64) and on the device (f32), with the building of the stepper\n"
+    );
+    println!(
+        "| network | nodes | integrator | processor [ms] | device [ms] | device over processor | stages | iterations |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    for &count in nodes {
+        for (kind, network) in kinds(count) {
+            for integrator in [Integrator::Default, Integrator::Accurate] {
+                let schedule = schedule(&network);
+                let began = Instant::now();
+                let mut stepper = ReferenceStepper::new(network.clone(), &[]);
+                let settings = |floor| Settings { floor, ..Settings::of(integrator) };
+                let done = |ended: Result<Series, String>| ended.map_err(AnyError::from);
+                let series = integrate(&mut stepper, &network, &schedule, &settings(FLOOR), |_| true);
+                let on_processor = done(series.map_err(|error| format!("{error:?}")))?;
+                let processor = began.elapsed().as_secs_f64();
+                let began = Instant::now();
+                let mut stepper = NetworkStepper::new(context, &network, &[])?;
+                let series = integrate(&mut stepper, &network, &schedule, &settings(ESTIMATE_FLOOR), |_| true);
+                done(series.map_err(|error| format!("{error:?}")))?;
+                let device = began.elapsed().as_secs_f64();
+                println!(
+                    "| {kind} | {} | {integrator} | {:.2} | {:.1} | {:.2} | {} | {} |",
+                    network.len(),
+                    processor * 1e3,
+                    device * 1e3,
+                    device / processor,
+                    on_processor.counts.stages,
+                    on_processor.counts.iterations
+                );
+            }
+        }
+    }
+    println!();
+    Ok(())
+}
+
+/// A square sheet, the same under a blanket without capacitance, and the same with every second row without capacitance.
+fn kinds(count: usize) -> [(&'static str, Network); 3] {
+    let side = (count as f64).sqrt().round().max(2.0) as usize;
+    let sheet = shell(side);
+    let half = shell(((0.5 * count as f64).sqrt().round().max(2.0)) as usize);
+    let mut blanket = half.clone();
+    for node in 0..half.len() {
+        blanket.kinds.push(NodeKind::Arithmetic);
+        blanket.capacitances.push(0.0);
+        blanket.emissive_areas.push(0.8e-4);
+        blanket.temperatures.push(290.0);
+        blanket.emissive_areas[node] = 0.0;
+        let nodes = [node as u32, (half.len() + node) as u32];
+        blanket.radiative.push(RadiativeConductor { nodes, exchange_area: 0.02e-4 });
+    }
+    let mut rows = sheet.clone();
+    for node in (0..sheet.len()).filter(|node| (node / side) % 2 == 1) {
+        rows.kinds[node] = NodeKind::Arithmetic;
+        rows.capacitances[node] = 0.0;
+    }
+    [("sheet", sheet), ("blanket, lone massless nodes", blanket), ("sheet, coupled massless rows", rows)]
+}
+
+/// A heat that differs from node to node and jumps.
+fn schedule(network: &Network) -> Schedule {
+    let table = |node: usize| {
+        let (low, high) = (0.01, 0.05 + 0.01 * (node as f64 * 0.1).sin());
+        let [on, off] = CHANGES;
+        HeatTable { times: vec![on, on, off, off], powers: vec![low, high, high, low] }
+    };
+    let heat = (0..network.len()).map(|node| (node as u32, table(node))).collect();
+    Schedule { heat, times: vec![DURATION], ..Schedule::default() }
 }
 
 /// Processor time of this program [s], which does not depend on other programs (proc(5), `/proc/self/stat`: fields 14

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3, Vec3};
 
 use super::case::{HardCase, Scale, apart, worst_of};
-use super::way::{Way, integrated};
+use super::way::integrated;
 use crate::environment::StepLoad;
 use crate::environment::load::solar_flux;
 use crate::environment::sky::SkyModel;
@@ -155,7 +155,7 @@ impl Plates {
             times: (1..=self.steps).map(|step| self.step * step as f64).collect(),
             ..Schedule::default()
         };
-        let series = integrated(Way::own(target), &network, &schedule, Integrator::Default);
+        let series = integrated(target, &network, &schedule, Integrator::Default);
         Ok(series.map_err(|error| unfinished(&error))?.rows)
     }
 

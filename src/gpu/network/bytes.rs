@@ -1,4 +1,4 @@
-//! Memory plan of a large network, and its use of the scene's spare buffers.
+//! Memory plan of a network, and its use of the scene's spare buffers.
 
 use super::frame::SUB_STEPS_AT_MOST;
 use super::sliced::{SLICE, Sizes};
@@ -32,7 +32,7 @@ pub fn plan(sizes: &Sizes, sensors: usize) -> Vec<Planned> {
     Resource::ALL.iter().filter_map(planned).collect()
 }
 
-/// Number of elements for a `count`; `None` if a large network has no such elements.
+/// Number of elements for a `count`; `None` if a network has no such elements.
 fn count(sizes: &Sizes, sensors: usize, count: Count) -> Option<usize> {
     Some(match count {
         Count::NetworkGroups => sizes.groups,
@@ -70,7 +70,7 @@ pub fn lodgings(spare: &[u64], vector: u64) -> [Option<(usize, u64)>; SOLVER.len
     SOLVER.map(|_| places.next())
 }
 
-/// Memory of a large network.
+/// Memory of a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct NetworkBytes {
     /// Device memory [bytes], with the solver's vectors, which steady states and stiff networks need.

@@ -1,4 +1,4 @@
-//! Frame lists of a large network: passes over its nodes and the barriers between them.
+//! Frame lists of a network: passes over its nodes and the barriers between them.
 
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 

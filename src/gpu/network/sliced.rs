@@ -1,4 +1,4 @@
-//! Layout of a large network for its shaders: groups of four nodes whose rows of conductors lie in slices.
+//! Layout of a network for its shaders: groups of four nodes whose rows of conductors lie in slices.
 //!
 //! The format is sliced ELLPACK (Monakov, Lokhmotov & Avetisyan, HiPEAC 2010, 111). Within a window, nodes with rows of
 //! similar length are neighbours, as in SELL-C-sigma (Kreutzer, Hager, Wellein, Fehske & Bishop, SIAM J. Sci. Comput.
@@ -9,7 +9,6 @@
 //! hub does not lengthen its slice.
 
 use super::rows::{Link, Rows};
-use super::tables::is_coupled;
 use crate::gpu::layout::NetworkLink;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::{Network, NodeKind};
@@ -26,6 +25,17 @@ const WINDOW: usize = 32 * SLICE;
 const HUB: u32 = 256;
 /// Most conductors of a row. The others go to the node's tail.
 const ROW_AT_MOST: usize = 16;
+
+/// Whether a row contains an arithmetic node.
+fn is_coupled(network: &Network, row: &[Link]) -> bool {
+    row.iter().any(|link| network.kinds[link.neighbour as usize] == NodeKind::Arithmetic)
+}
+
+impl From<&Link> for NetworkLink {
+    fn from(link: &Link) -> Self {
+        Self { neighbour: link.neighbour, conductance: link.conductance as f32, exchange: link.exchange as f32 }
+    }
+}
 
 /// Lengths of the arrays of a network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,4 +1,4 @@
-//! Frame lists of the linear solver of a large network: Newton's method with conjugate gradients.
+//! Frame lists of the linear solver of a network: Newton's method with conjugate gradients.
 //!
 //! The conjugate gradients use Jacobi's preconditioner and one reduction for each iteration. The host records as many
 //! iterations as the last attempts needed, and records more if an attempt had too few. The device stops after

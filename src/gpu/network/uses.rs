@@ -1,4 +1,4 @@
-//! Bindings of each pass over a large network, as numbered in glsl/network_wide.comp and glsl/network_solve.comp.
+//! Bindings of each pass over a network, as numbered in glsl/network_wide.comp and glsl/network_solve.comp.
 
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 

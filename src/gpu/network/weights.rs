@@ -1,19 +1,34 @@
 //! Weights of the stages of each integration method, rounded to f32 (docs/numerics.md, section 3).
 
-use crate::gpu::layout::NetworkStage;
 use crate::thermal::network::rkl2;
 use crate::thermal::network::stepper::Method;
 use crate::thermal::network::tr_bdf2::{DIAGONAL, GAMMA};
 
+/// One stage of RKL2: change = mu x previous change + nu x change before that + mu_step x previous rate + gamma_step x
+/// start rate.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Stage {
+    /// Weight of the previous stage.
+    pub(super) mu: f32,
+    /// Weight of the stage before the previous one.
+    pub(super) nu: f32,
+    /// Weight of the rate at the previous stage [s].
+    pub(super) mu_step: f32,
+    /// Weight of the rate at the start of the sub-step [s].
+    pub(super) gamma_step: f32,
+    /// Time since the start of the sub-step [s].
+    pub(super) time: f32,
+}
+
 /// Weights of `count` stages for a sub-step of `step` [s]. One stage is forward Euler.
-pub(super) fn device_stages(count: u32, step: f64) -> Vec<NetworkStage> {
+pub(super) fn device_stages(count: u32, step: f64) -> Vec<Stage> {
     if count == 1 {
         let step = step as f32;
-        return vec![NetworkStage { mu: 0.0, nu: 0.0, mu_step: 0.0, gamma_step: step, time: step }];
+        return vec![Stage { mu: 0.0, nu: 0.0, mu_step: 0.0, gamma_step: step, time: step }];
     }
-    let mut stages: Vec<NetworkStage> = rkl2::coefficients(count)
+    let mut stages: Vec<Stage> = rkl2::coefficients(count)
         .iter()
-        .map(|stage| NetworkStage {
+        .map(|stage| Stage {
             mu: stage.mu as f32,
             nu: stage.nu as f32,
             mu_step: (stage.mu_rate * step) as f32,
@@ -22,7 +37,7 @@ pub(super) fn device_stages(count: u32, step: f64) -> Vec<NetworkStage> {
         })
         .collect();
     // The first stage uses only the rate at the start.
-    stages[0] = NetworkStage { gamma_step: stages[0].mu_step, mu_step: 0.0, ..stages[0] };
+    stages[0] = Stage { gamma_step: stages[0].mu_step, mu_step: 0.0, ..stages[0] };
     stages
 }
 
@@ -58,9 +73,9 @@ pub(super) fn implicit_weights() -> [[f32; 4]; 3] {
 mod tests {
     use super::*;
 
-    /// Compares the weights with the constants of glsl/network_fused.comp.
+    /// 1 / (gamma (2 - gamma)) and the sum of both weights of the change, worked out by hand for gamma = 2 - sqrt 2.
     #[test]
-    fn the_weights_are_those_of_the_fused_kernel() {
+    fn the_weights_of_tr_bdf2_are_those_of_its_paper() {
         let [_, second, estimate] = implicit_weights();
         assert!((second[3] - 1.207_106_8).abs() < 1e-6, "{}", second[3]);
         assert!((estimate[2] * (1.0 - GAMMA as f32) + 0.276_142_4).abs() < 1e-6, "{}", estimate[2]);

@@ -1,4 +1,4 @@
-//! Execution of a large network: each stage is a dispatch over all nodes.
+//! Execution of a network: each stage is a dispatch over all nodes.
 
 mod budget;
 mod constants;
@@ -33,7 +33,7 @@ pub const LINKS_AT_MOST: usize = 60_000;
 /// Number of passes after which a submission ends.
 const PASSES_AT_MOST: u32 = 4_000;
 
-/// A large network with its buffers and pipelines. Fields are dropped in order.
+/// A network with its buffers and pipelines. Fields are dropped in order.
 pub struct Wide {
     once: Once,
     bindings: Bindings,

@@ -13,7 +13,7 @@ use crate::gpu::network::NetworkStepper;
 use crate::gpu::samples::Samples;
 use crate::saved::Saved;
 use crate::simulation::engine_error::EngineError;
-use crate::simulation::stepper::AnyStepper;
+use crate::simulation::stepper::{AnyStepper, is_small, why_on_processor};
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::network::control::{ControlError, Leg, MOST_SUB_STEPS, Settings, Switch, Use, integrate_leg};
 use crate::thermal::network::one_pass::{Estimate, Halving, OnePass, SWITCHES_AT_MOST};
@@ -61,8 +61,8 @@ pub struct NetworkRun {
     lender: Option<(Arc<Context>, Vec<Arc<Buffer>>)>,
     /// Whether the device wrote to free buffers of the scene while it was lent.
     wrote_spare: bool,
-    /// Why the device does not integrate although it was asked to.
-    refused: Option<String>,
+    /// Why the processor integrates although there is a device.
+    reason: Option<String>,
     costs: Samples<StepCost>,
     /// Start of the step under way, and the device's clock at that time [ms].
     began: (Instant, Option<f64>),
@@ -82,7 +82,8 @@ impl NetworkRun {
         run
     }
 
-    /// A network on a device, which also uses free buffers of the scene. The processor integrates in f64 where the device does not take the network.
+    /// A network on a device, which also uses free buffers of the scene. The processor integrates in f64 where the device does not take the network,
+    /// and where the network is small.
     ///
     /// # Errors
     /// A call that fails.
@@ -95,10 +96,14 @@ impl NetworkRun {
             let lender = Some((Arc::clone(context), spare));
             return Ok(Self { lender, ..Self::new(scene, AnyStepper::reference(scene.network(), &scene.sensors())) });
         }
+        let nodes = scene.network().len();
+        if is_small(nodes) {
+            return Ok(Self { reason: Some(why_on_processor(nodes)), ..Self::reference(scene) });
+        }
         match NetworkStepper::beside(context, scene.network(), &scene.sensors(), spare) {
             Ok(stepper) => Ok(Self::new(scene, AnyStepper::Device(Box::new(stepper)))),
             Err(GpuError::UnsupportedNetwork { reason }) => {
-                Ok(Self { refused: Some(reason), ..Self::reference(scene) })
+                Ok(Self { reason: Some(format!("of the device: {reason}")), ..Self::reference(scene) })
             }
             Err(error) => Err(error),
         }
@@ -120,7 +125,7 @@ impl NetworkRun {
             one_pass: None,
             lender: None,
             wrote_spare: false,
-            refused: None,
+            reason: None,
             costs: Samples::default(),
             began: (Instant::now(), None),
         }
@@ -151,9 +156,9 @@ impl NetworkRun {
         }
     }
 
-    /// Allocated device memory in addition to the scene's [bytes]. `None` for a small network, and where the processor integrates.
+    /// Allocated device memory in addition to the scene's [bytes]. `None` where the processor integrates.
     pub fn device_bytes(&self) -> Option<u64> {
-        self.worker.device()?.device_bytes()
+        Some(self.worker.device()?.device_bytes())
     }
 
     /// Begins to count the heat of the heaters at time 0.
@@ -270,7 +275,8 @@ impl NetworkRun {
     /// # Errors
     /// A call that fails, or no steady state.
     pub fn settle(&mut self, heat: Vec<f64>, time: f64) -> Result<(), EngineError> {
-        let Some((context, spare)) = &self.lender else { return self.find_steady(heat, time) };
+        let lender = self.lender.as_ref().filter(|_| !is_small(self.scene.network().len()));
+        let Some((context, spare)) = lender else { return self.find_steady(heat, time) };
         // The device holds a stepper only for this search.
         let scene = Arc::clone(&self.scene);
         match NetworkStepper::beside(context, scene.network(), &scene.sensors(), spare.clone()) {
@@ -295,7 +301,7 @@ impl NetworkRun {
         let schedule = self.scene.schedule(heat, &self.on, time, 0.0);
         let network = self.scene.network();
         let found = match steady(&mut self.worker, network, &schedule) {
-            // The device steps a large network but does not solve it as a whole.
+            // The device steps a network but does not solve it as a whole.
             Err(SteadyError::Stepper(GpuError::UnsupportedNetwork { .. })) => {
                 let mut stepper = ReferenceStepper::new(network.clone(), &self.scene.sensors());
                 let Ok(()) = stepper.set_temperatures(&vec![common; network.len()]);
@@ -438,11 +444,11 @@ impl NetworkRun {
             lines.extend(self.switches_line());
             return lines;
         }
-        let worker = match (&self.worker, &self.refused) {
+        let worker = match (&self.worker, &self.reason) {
             (AnyStepper::Device(_), _) => "on the device, f32 with carried residual".to_owned(),
             (AnyStepper::Reference(_), None) => "f64 on the processor".to_owned(),
             (AnyStepper::Reference(_), Some(reason)) => {
-                format!("f64 on the processor, because of the device: {reason}")
+                format!("f64 on the processor, because {reason}")
             }
         };
         let mut lines = vec![("integrated".to_owned(), worker)];

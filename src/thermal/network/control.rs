@@ -17,15 +17,20 @@ pub use terms::{ControlError, FLOOR, Integrator, Leg, ONE_PASS_TOLERANCE, Series
 const MOST_STAGES: [u32; 2] = [41, 25];
 /// These numbers for the accurate integrator. At a tenth of the tolerance RKL2 is as accurate where it needs few stages.
 const MOST_STAGES_ACCURATE: [u32; 2] = [15, 9];
-/// Greatest error of one sub-step as a share of the tolerance. Errors of a slow node add up over its time constant.
-const SHARE: f64 = 5e-3;
+/// Greatest error of one sub-step as a share of the tolerance, at the default tolerance or below. Errors of a slow node add up over its time constant.
+const SHARE: f64 = 7.5e-3;
+/// The tolerance from which this share grows as its square root [K], and the greatest share. With a method of order 2 the errors of sub-steps that err by E
+/// add up to a number in proportion to E^(2/3), so that their sum is then in proportion to the tolerance.
+const GROWS_FROM: f64 = 5e-3;
+const MOST_SHARE: f64 = 0.1;
 /// This share for a network with thermostats in a run of at most [`SHORT_RUN`]. A thermostat turns kelvins into seconds. In a longer run the share falls in
 /// proportion to the length, because errors of switching times add up from cycle to cycle.
 const SHARE_THERMOSTAT: f64 = 1e-5;
 const SHORT_RUN: f64 = 2e4;
 /// Greatest error of Euler over the whole schedule as a share of the tolerance.
 const EULER_SHARE: f64 = 0.1;
-const MOST_FUSED: u32 = 16;
+/// Most sub-steps of Euler in one try.
+const MOST_EULER: u32 = 16;
 /// Safety factor on the fastest rate, because temperatures change within a try.
 const RATE_MARGIN: f64 = 1.1;
 /// Number of tries after which the fastest rate is computed again.
@@ -97,7 +102,7 @@ fn leg_and_keep<S: Stepper>(
     let on: Vec<bool> = schedule.thermostats.iter().map(|thermostat| thermostat.initially_on).collect();
     let duration = leg.horizon.max(1e-9);
     let share = if schedule.thermostats.is_empty() || !leg.tight_switches {
-        SHARE
+        share_of(settings.tolerance)
     } else {
         SHARE_THERMOSTAT * (SHORT_RUN / duration).min(1.0)
     };
@@ -116,7 +121,6 @@ fn leg_and_keep<S: Stepper>(
         paces: vec![Pace::default(); on.len()],
         on,
         step: leg.step,
-        fused: 1,
         rate: 0.0,
         rate_age: RATE_AGE,
         implicit: settings.integrator == Integrator::Accurate,
@@ -128,6 +132,11 @@ fn leg_and_keep<S: Stepper>(
     control.series.on = control.on;
     control.series.step = control.step;
     (control.series, ended)
+}
+
+/// Greatest error of one sub-step as a share of a tolerance [K].
+fn share_of(tolerance: f64) -> f64 {
+    (SHARE * (tolerance / GROWS_FROM).sqrt()).clamp(SHARE, MOST_SHARE)
 }
 
 struct Control<'a, S: Stepper, W> {
@@ -153,7 +162,6 @@ struct Control<'a, S: Stepper, W> {
     paces: Vec<Pace>,
     /// Sub-step proposed by the last estimate.
     step: f64,
-    fused: u32,
     /// Bound of the fastest rate, with its safety factor.
     rate: f64,
     rate_age: u32,
@@ -208,7 +216,6 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         self.since = 0.0;
         self.rate_age = RATE_AGE;
         self.euler_pause = 0;
-        self.fused = 1;
         let found = self.stepper.balance(0.0)?;
         self.heat = [power, slope];
         if found {
@@ -331,19 +338,17 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         let least: f64 = if self.schedule.thermostats.is_empty() { 1.0 } else { 2.0 };
         let stable = (remaining * self.rate).ceil().max(least);
         let euler = self.integrator != Integrator::Accurate && self.euler_pause == 0;
-        if euler && stable <= f64::from(MOST_FUSED) {
+        if euler && stable <= f64::from(MOST_EULER) {
             return Plan { method: Method::Euler, step: remaining / stable, count: stable as u32 };
         }
-        let fused = f64::from(self.fused).max(least);
         let whole = (remaining / self.step).ceil().max(1.0);
-        let (step, count) = if whole <= fused {
-            let count = whole.max(least);
-            (remaining / count, count)
-        } else if whole <= 2.0 * fused {
+        let (step, count) = if whole <= least {
+            (remaining / least, least)
+        } else if whole <= 2.0 * least {
             // Two equal tries rather than a long one and a short one.
             (remaining / whole, (0.5 * whole).ceil())
         } else {
-            (self.step, fused)
+            (self.step, least)
         };
         let stages = stages_for(step * self.rate);
         let most = if self.integrator == Integrator::Accurate { MOST_STAGES_ACCURATE } else { MOST_STAGES };
@@ -383,7 +388,6 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         let cut = self.since >= end && plan.step < self.step;
         self.step = if cut { self.step.max(plan.step * factor) } else { plan.step * factor };
         self.series.first_step.get_or_insert(self.step);
-        self.fused = if factor < 1.3 { (2 * self.fused).min(MOST_FUSED) } else { 1.max(self.fused / 2) };
     }
 }
 

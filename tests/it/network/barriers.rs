@@ -4,13 +4,12 @@ use std::collections::BTreeMap;
 
 use isotherm::gpu::frame::Frame;
 use isotherm::gpu::network::frame::WidePlan;
-use isotherm::gpu::network::small_frame::{Unknowns, dispatched};
 use isotherm::gpu::network::uses::uses;
 use isotherm::gpu::pass::Entry;
 
 use crate::hazard::{hazards, unread_by_host};
 use crate::hazards::each_barrier_is_needed;
-use crate::shaders::{bindings_of, fused_variants, wide_variants};
+use crate::shaders::{bindings_of, wide_variants};
 
 /// Every list of every plan.
 pub fn lists_of_all_plans() -> Vec<Frame> {
@@ -88,17 +87,6 @@ fn each_barrier_of_a_network_that_is_taken_away_is_missed() {
     for plan in plans() {
         // From the second attempt on. The first was accepted.
         each_barrier_is_needed(&frames(plan), 6);
-    }
-}
-
-#[test]
-fn each_barrier_of_a_small_network_that_is_taken_away_is_missed() {
-    for variant in fused_variants() {
-        for unknowns in [Unknowns::Arithmetic, Unknowns::Free] {
-            // Three attempts. The first two are accepted.
-            let odd = [false, false, true, true, false];
-            each_barrier_is_needed(&odd.map(|odd| dispatched(variant, unknowns, odd)), 0);
-        }
     }
 }
 

@@ -8,7 +8,7 @@ fn both(text: &str) -> [Vec<Vec<f64>>; 2] {
     ["device", "cpu"].map(|device| {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join("net.toml"), text).expect("written");
-        let on_device = ["network", "net.toml", "-o", "out.csv"];
+        let on_device = ["network", "net.toml", "-o", "out.csv", "--device", ""];
         let on_processor = ["network", "net.toml", "-o", "out.csv", "--device", "cpu"];
         let ran = run(folder.path(), if device == "cpu" { &on_processor } else { &on_device });
         assert_eq!(ran.code, 0, "{device}: {}", ran.err);
@@ -95,7 +95,7 @@ fn what_single_precision_does_not_hold_is_refused_by_name() {
     ] {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join("net.toml"), &text).expect("written");
-        let ran = run(folder.path(), &["network", "net.toml", "-o", "out.csv"]);
+        let ran = run(folder.path(), &["network", "net.toml", "-o", "out.csv", "--device", ""]);
         assert_ne!(ran.code, 0, "{text}");
         assert!(ran.err.contains(word), "{word}: {}", ran.err);
     }

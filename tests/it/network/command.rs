@@ -36,7 +36,7 @@ fn solve(text: &str, arguments: &[&str]) -> (tempfile::TempDir, Ran) {
     (folder, ran)
 }
 
-/// Like `solve`, but on the best device unless `device` names one.
+/// Like `solve`, but on the device that `device` names, or without any name.
 fn solve_on(text: &str, device: &[&str]) -> (tempfile::TempDir, Ran) {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("net.toml"), text).expect("written");
@@ -119,6 +119,29 @@ fn rows_come_in_the_order_asked_for() {
     assert!(rows[0] == rows[2] && rows[0][3..] != rows[3][3..], "{}", ran.out);
 }
 
+/// Without a name the processor takes a small network, and it says why. A named device is obeyed; every name contains the empty text.
+#[test]
+fn a_small_network_is_integrated_on_the_processor_unless_a_device_is_named() {
+    let (_folder, small) = solve_on(FILE, &[]);
+    assert_eq!(small.code, 0, "{}", small.err);
+    assert!(
+        small.err.contains("integrated: in f64 on the processor, because 2 nodes are at most 1024"),
+        "{}",
+        small.err
+    );
+    assert!(small.err.contains("work: 0 dispatches"), "{}", small.err);
+    let (_folder, named) = solve_on(FILE, &["--device", ""]);
+    assert_eq!(named.code, 0, "{}", named.err);
+    assert!(!named.err.contains("integrated:") && !named.err.contains("work: 0 dispatches"), "{}", named.err);
+    let mut large = FILE.to_owned();
+    for node in 0..1023 {
+        large += &format!("[[node]]\nlabel = \"{node}\"\nkind = \"boundary\"\ntemperature = 250.0\n");
+    }
+    let (_folder, large) = solve_on(&large, &[]);
+    assert_eq!(large.code, 0, "{}", large.err);
+    assert!(!large.err.contains("integrated:") && !large.err.contains("work: 0 dispatches"), "{}", large.err);
+}
+
 /// Space at 0 K and an arithmetic node. Without heat it is at 0 K. Negative heat has no balance.
 #[test]
 fn a_node_without_heat_is_at_0_k_and_one_below_is_refused() {
@@ -128,13 +151,13 @@ fn a_node_without_heat_is_at_0_k_and_one_below_is_refused() {
              [output]\ntimes = [0, 60, 100]\n"
         )
     };
-    for device in [&[][..], &["--device", "cpu"]] {
-        let (_folder, ran) = solve_on(&text("{ time = [50, 50], power = [10, 0] }"), device);
+    for device in [["--device", ""], ["--device", "cpu"]] {
+        let (_folder, ran) = solve_on(&text("{ time = [50, 50], power = [10, 0] }"), &device);
         assert_eq!(ran.code, 0, "{}", ran.err);
         let last: f64 = ran.out.trim_end().rsplit(',').next().and_then(|cell| cell.parse().ok()).expect("a number");
         assert!(last.abs() < 1e-6, "{}", ran.out);
         for heat in ["-1", "{ time = [50, 60], power = [10, -1] }"] {
-            let (_folder, ran) = solve_on(&text(heat), device);
+            let (_folder, ran) = solve_on(&text(heat), &device);
             assert_eq!(ran.code, 2, "{heat}, {device:?}: {}", ran.out);
             assert!(ran.err.contains("node 'foil'"), "{}", ran.err);
         }
@@ -157,8 +180,8 @@ fn switching_times_hold_over_days() {
         let last = exact[exact.len() - 1];
         exact.push(last + if exact.len() % 2 == 1 { way(262.0, 268.0, 600.0) } else { way(268.0, 262.0, 200.0) });
     }
-    for device in [&[][..], &["--device", "cpu"]] {
-        let (_folder, ran) = solve_on(text, device);
+    for device in [["--device", ""], ["--device", "cpu"]] {
+        let (_folder, ran) = solve_on(text, &device);
         assert_eq!(ran.code, 0, "{}", ran.err);
         let lines = ran.err.lines().filter_map(|line| line.strip_prefix("switch: ")?.split(' ').next()?.parse().ok());
         let found: Vec<f64> = lines.collect();

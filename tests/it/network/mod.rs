@@ -11,4 +11,4 @@ mod family;
 mod memory;
 mod published;
 mod random;
-mod wide;
+mod sheets;

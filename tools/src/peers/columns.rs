@@ -89,7 +89,7 @@ pub fn measure(
     let case: Case = serde_json::from_str(&std::fs::read_to_string(case)?)?;
     let method = if stages == 1 { Method::Euler } else { Method::Rkl2 { stages } };
     let network = case.network();
-    let mut stepper = NetworkStepper::wide(context, &network, &[])?;
+    let mut stepper = NetworkStepper::new(context, &network, &[])?;
     let heat: Vec<Vec<f64>> = (0..case.frames).map(|frame| case.heat(frame)).collect();
     let slope = vec![0.0; network.len()];
     let step = case.frame_s / f64::from(sub_steps);

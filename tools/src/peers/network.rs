@@ -1,4 +1,4 @@
-//! Solves a network file on the device as `isotherm network` does, and times the solution alone.
+//! Solves a network file on the device as `isotherm network --device NAME` does, and times the solution alone.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -4,7 +4,7 @@ use super::{Built, DEFAULT, FRAME, rows_apart};
 use crate::bench::hard::case::{HardCase, Scale, apart, worst_of};
 use crate::bench::hard::exact::Modes;
 use crate::bench::hard::plain::{self, Step};
-use crate::bench::hard::way::{Way, integrated};
+use crate::bench::hard::way::integrated;
 use crate::simulation::network::unfinished;
 use crate::simulation::target::Target;
 use crate::thermal::network::control::Integrator;
@@ -29,9 +29,9 @@ impl Problem {
         Self { network, heat, times, expected }
     }
 
-    fn error(&self, way: Way<'_>, integrator: Integrator) -> Result<f64, String> {
+    fn error(&self, target: &Target, integrator: Integrator) -> Result<f64, String> {
         let schedule = Schedule { constant: self.heat.clone(), times: self.times.clone(), ..Schedule::default() };
-        let series = integrated(way, &self.network, &schedule, integrator).map_err(|error| unfinished(&error))?;
+        let series = integrated(target, &self.network, &schedule, integrator).map_err(|error| unfinished(&error))?;
         Ok(rows_apart(&series.rows, &self.expected))
     }
 
@@ -51,7 +51,7 @@ impl Problem {
 fn conducting(case: HardCase, problem: fn(Scale) -> Problem, without: fn(&Problem) -> f64) -> HardCase {
     let error = move |target: &Target, scale| {
         let problem = problem(scale);
-        Way::worst(target, |way| problem.error(way, Integrator::Default))
+        problem.error(target, Integrator::Default)
     };
     case.measured(error, move |scale| without(&problem(scale)))
 }

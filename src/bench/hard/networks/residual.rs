@@ -3,7 +3,7 @@
 use super::{Built, rows_apart};
 use crate::bench::hard::case::{HardCase, Scale};
 use crate::bench::hard::plain;
-use crate::bench::hard::way::{Way, fixed_euler};
+use crate::bench::hard::way::fixed_euler;
 use crate::paper::cube::{self, ALTITUDES, ALUMINIUM, Loads, SOLAR_CONSTANTS};
 use crate::thermal::network::reference::ReferenceStepper;
 use crate::thermal::network::stepper::{Method, Stepper};
@@ -40,15 +40,8 @@ fn slow_heating(rate: u32) -> HardCase {
     small_steps(&format!("heating too small for f32 at {rate} Hz"), &what).measured(
         move |target, scale| {
             let count = frames(scale);
-            let error = |way: Way<'_>, count: usize| {
-                let found = fixed_euler(way, &panels(), &mut std::iter::repeat_n(heat(), count), frame, steps)?;
-                Ok(rows_apart(&found, &expected(count)))
-            };
-            // Dispatching every step is slow, so only the run at 10 Hz does it, for a minute.
-            if rate == 10 {
-                return Way::worst(target, |way| error(way, if way.is_wide() { 6 } else { count }));
-            }
-            error(Way::own(target), count)
+            let found = fixed_euler(target, &panels(), &mut std::iter::repeat_n(heat(), count), frame, steps)?;
+            Ok(rows_apart(&found, &expected(count)))
         },
         move |scale| {
             let count = frames(scale);
@@ -107,7 +100,7 @@ fn day() -> HardCase {
         |target, scale| {
             let (problem, frames) = (Day::problem()?, Day::frames(scale));
             let heat = &mut Day::heat(&problem, frames);
-            let found = fixed_euler(Way::own(target), &problem.network, heat, cube::STEP, Day::STEPS)?;
+            let found = fixed_euler(target, &problem.network, heat, cube::STEP, Day::STEPS)?;
             Ok(rows_apart(&found, &Day::expected(&problem, frames)))
         },
         |scale| {

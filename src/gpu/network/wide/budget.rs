@@ -1,4 +1,4 @@
-//! Number of recorded iterations of a large network's solver.
+//! Number of recorded iterations of a network's solver.
 
 use crate::gpu::layout::NetworkSolver;
 

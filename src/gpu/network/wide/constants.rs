@@ -1,9 +1,9 @@
-//! Push constants of the passes over a large network: times and weights.
+//! Push constants of the passes over a network: times and weights.
 
-use crate::gpu::layout::{NetworkPass, NetworkStage};
+use crate::gpu::layout::NetworkPass;
 use crate::gpu::network::frame::AT_START;
 use crate::gpu::network::solve_frame::GRADIENTS;
-use crate::gpu::network::weights::{device_stages, error_weights, implicit_weights};
+use crate::gpu::network::weights::{Stage, device_stages, error_weights, implicit_weights};
 use crate::gpu::pass::NetworkWork;
 use crate::gpu::wide_variant::WideKind;
 use crate::thermal::network::stepper::Method;
@@ -23,7 +23,7 @@ const NEWTON_RADIATIVE: (f32, f32) = (3e-7, 16.0);
 /// Times and weights of an attempt.
 #[derive(Clone)]
 pub(super) struct Constants {
-    stages: Vec<NetworkStage>,
+    stages: Vec<Stage>,
     error: [f32; 3],
     implicit: [[f32; 4]; 3],
     method: Method,
@@ -100,7 +100,7 @@ impl Constants {
             }
             _ => {
                 let stage = self.stages[(work.stage as usize).min(self.stages.len() - 1)];
-                let NetworkStage { mu, nu, mu_step, gamma_step, .. } = stage;
+                let Stage { mu, nu, mu_step, gamma_step, .. } = stage;
                 NetworkPass { mu, nu, mu_step, gamma_step, ..said }
             }
         }

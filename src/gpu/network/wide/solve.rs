@@ -1,4 +1,4 @@
-//! Balancing of a large network's nodes: the arithmetic ones, or all.
+//! Balancing of a network's nodes: the arithmetic ones, or all.
 
 use super::Wide;
 use super::budget::Budget;

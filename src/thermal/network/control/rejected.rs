@@ -19,7 +19,6 @@ impl<S: Stepper, W: FnMut(f64) -> bool> Control<'_, S, W> {
         }
         let factor = if error.is_finite() { (0.8 * (self.limit / error).cbrt()).clamp(0.05, 0.8) } else { 0.1 };
         self.step = plan.step * factor;
-        self.fused = 1;
         if !error.is_finite() {
             self.check_hottest()?;
         }
