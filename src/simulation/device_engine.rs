@@ -29,6 +29,8 @@ pub struct DeviceEngine {
     /// Results that were fetched early because a network needed the device.
     ready: VecDeque<Delivered>,
     network: Option<NetworkRun>,
+    /// Nodes with a structure below them.
+    structures: Vec<usize>,
     steps: u64,
     /// Intrinsics for the projection.
     camera: Option<Camera>,
@@ -51,6 +53,7 @@ impl DeviceEngine {
         let network = prepared.network.as_ref().map(|scene| NetworkRun::on_device(context, scene, renderer.spare()));
         Ok(Self {
             network: network.transpose()?,
+            structures: prepared.structures(),
             renderer,
             flying: VecDeque::new(),
             ready: VecDeque::new(),
@@ -215,6 +218,18 @@ impl Engine for DeviceEngine {
         self.renderer.restore(&saved.part("scene"))?;
         [self.steps] = saved.array("steps")?;
         Ok(())
+    }
+
+    fn structures(&mut self) -> Result<Vec<f64>, EngineError> {
+        if self.structures.is_empty() {
+            return Ok(Vec::new());
+        }
+        let of_nodes = self.renderer.structures()?;
+        Ok(self.structures.iter().map(|node| f64::from(of_nodes[*node])).collect())
+    }
+
+    fn set_structures(&mut self, temperatures: &[f64]) -> Result<(), EngineError> {
+        Ok(self.renderer.set_structures(&self.structures, temperatures)?)
     }
 
     fn network(&self) -> Option<&NetworkRun> {
