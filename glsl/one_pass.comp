@@ -141,42 +141,9 @@ vec4 second_of(vec4 a, vec4 b) {
 }
 
 #ifndef CONDUCT
-// Change at a rate that radiation has changed [K].
-vec4 local_rate(vec4 start, vec4 emission, vec4 here, vec4 change) {
-    vec4 reached = here + change;
-    return start - emission * change * (reached + here) * (reached * reached + here * here);
-}
+#include "local_step.glsl"
 
-// One Runge-Kutta step over a share of the local step.
-vec4 local_part(float share, vec4 start, vec4 emission, vec4 here, vec4 change) {
-    vec4 a = share * local_rate(start, emission, here, change);
-    vec4 b = share * local_rate(start, emission, here, change + 0.5 * a);
-    vec4 c = share * local_rate(start, emission, here, change + 0.5 * b);
-    vec4 d = share * local_rate(start, emission, here, change + c);
-    return change + (a + 2.0 * (b + c) + d) * (1.0 / 6.0);
-}
-
-#ifdef FAST
-// atan within 1e-7, for |x| <= 1 (Cephes).
-vec4 small_arctangent(vec4 x) {
-    vec4 size = abs(x);
-    bvec4 large = greaterThan(size, vec4(0.41421356));
-    vec4 r = mix(size, (size - 1.0) / (size + 1.0), large);
-    vec4 z = r * r;
-    vec4 odd = (((8.05374449538e-2 * z - 1.38776856032e-1) * z + 1.99777106478e-1) * z - 3.33329491539e-1) * z * r + r;
-    return sign(x) * mix(odd, odd + 0.785398163, large);
-}
-
-// tanh of x >= 0. Its difference of exponentials would cancel where x is small.
-vec4 hyperbolic_tangent(vec4 x) {
-    vec4 z = x * x;
-    vec4 series = x * (1.0 + z * (-0.333333333 + z * (0.133333333 + z * -0.053968254)));
-    vec4 falling = exp(-2.0 * x);
-    return mix((1.0 - falling) / (1.0 + falling), series, lessThan(x, vec4(0.3)));
-}
-#endif
-
-// Twins: `local_change` and, with FAST, `fast_change` of src/thermal/network/one_pass/local.rs.
+// Twins: `local_change` and, with FAST, `fast_change` of src/thermal/local_step.rs.
 vec4 local_change(vec4 here, vec4 start, vec4 emission) {
 #ifdef FAST
     vec4 squared = here * here;
@@ -187,26 +154,14 @@ vec4 local_change(vec4 here, vec4 start, vec4 emission) {
     bvec4 closed = bvec4(radiates.x && lasts.x, radiates.y && lasts.y, radiates.z && lasts.z, radiates.w && lasts.w);
     // Another value where the form does not hold, so that nothing overflows.
     power = mix(emitted + 1.0, power, closed);
-    vec4 balance = sqrt(sqrt(power / max(emission, vec4(1e-30))));
-    vec4 from = here / balance;
-    vec4 distance = start / (power * (1.0 + from * from));
-    vec4 goal = 2.0 * emission * balance * balance * balance;
-    vec4 reached = 0.5 * goal * (1.0 + from * from);
-    vec4 moved = vec4(0.0);
-    for (uint i = 0u; i <= 4u; i++) {
-        reached = clamp(reached, vec4(0.0), vec4(9.0));
-        vec4 ratio = hyperbolic_tangent(reached);
-        moved = distance * ratio / (1.0 + from * ratio);
-        vec4 to = from + moved;
-        reached -= 0.5 * (1.0 + to * to) * (reached + small_arctangent(moved / (1.0 + from * to)) - goal);
-    }
+    vec4 moved = closed_change(here, start, power, emission);
     vec4 change = vec4(0.0);
     uint count = all(closed) ? 0u : pass.count;
     float share = 1.0 / float(pass.count);
     for (uint i = 0u; i < count; i++) {
         change = local_part(share, start, emission, here, change);
     }
-    return mix(change, balance * moved, closed);
+    return mix(change, moved, closed);
 #endif
 #ifndef FAST
     return local_part(0.5, start, emission, here, local_part(0.5, start, emission, here, vec4(0.0)));

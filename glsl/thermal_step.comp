@@ -1,8 +1,8 @@
 #version 450
-// Thermal step of a range of nodes: load, balance temperature and transition. Four nodes an invocation. Variants
+// Thermal step of a range of nodes: load, balance temperature and response. Four nodes an invocation. Variants
 // (src/gpu/variant.rs): INSTANT or none: balance temperature. MERGE, RESTART: transition. ADVANCE: transition with an
-// unchanged target and no load. ABSORB: flux absorbed by a thermal network. FUSED: many steps, each with its own load.
-// It writes the temperatures of the last step.
+// unchanged target and no load. RADIATIVE: energy balance of the node by itself. ABSORB: flux absorbed by a thermal
+// network. FUSED: many steps, each with its own load. It writes the temperatures of the last step.
 
 #if defined(MERGE) || defined(RESTART) || defined(ADVANCE)
 #define TRANSITION
@@ -10,11 +10,18 @@
 #ifndef ADVANCE
 #define COMMAND
 #endif
+#if !defined(TRANSITION) && !defined(RADIATIVE)
+#define FOLLOWS
+#endif
 
 #include "types.glsl"
 #include "balance.glsl"
+#ifdef RADIATIVE
+#include "radiative.glsl"
+#else
 #ifndef SHAPED
 #include "transition.glsl"
+#endif
 #endif
 #ifdef PLANET_IR
 #include "planet.glsl"
@@ -56,6 +63,15 @@ layout(set = 0, binding = 13) readonly buffer VisibilityBlock { vec4 visibility[
 layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
 layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
 layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
+#endif
+#ifdef RADIATIVE
+// What the temperatures leave out [K].
+layout(set = 0, binding = 9) buffer SpanBlock { vec4 span[]; };
+#ifdef OVER
+// Temperature of the structures [K], and their words.
+layout(set = 0, binding = 8) buffer TargetBlock { vec4 target[]; };
+layout(set = 0, binding = 10) buffer ElapsedBlock { ivec4 elapsed[]; };
+#endif
 #endif
 #ifdef SHAPED
 layout(set = 0, binding = 12) readonly buffer ShapeBlock { vec2 shapes[]; };
@@ -129,7 +145,11 @@ vec4 absorbed_flux(uint number, float absorptivity, float emissivity, vec4 nx, v
 #endif
 
 #ifdef COMMAND
-// Balance temperature of a step [K], or the absorbed flux for a thermal network [W/m2].
+#if defined(ABSORB) || defined(RADIATIVE)
+#define FLUX
+#endif
+
+// Balance temperature of a step [K]. FLUX: absorbed flux [W/m2].
 vec4 commanded_by(uint number, Material material, vec4 nx, vec4 ny, vec4 nz, vec4 seen) {
     vec4 absorbed = vec4(0.0);
     float emissivity = material.emissivity;
@@ -140,12 +160,22 @@ vec4 commanded_by(uint number, Material material, vec4 nx, vec4 ny, vec4 nz, vec
     emissivity += material.back_emissivity;
 #endif
 #endif
-#ifdef ABSORB
-    // The host reads the flux before it writes the temperatures.
+#ifdef FLUX
+    // ABSORB: the host reads the flux before it writes the temperatures.
     return absorbed;
 #else
     return balance_temperature(absorbed, emissivity, steps[number].background_temperature_4);
 #endif
+}
+#endif
+
+#ifdef RADIATIVE
+// One step of a plate: twin `radiative_step` of src/thermal/radiative.rs.
+Carried plate_step(Carried outside, Material material, float length, vec4 power) {
+    vec4 here = outside.value;
+    vec4 squared = here * here;
+    vec4 emission = vec4(length * material.share * material.emission);
+    return carried(outside, outside_change(here, power - emission * squared * squared, power, emission));
 }
 #endif
 
@@ -223,7 +253,52 @@ void main() {
 #else
     temperature[group] = transition_temperature(TransitionState(own_target, own_span, own_elapsed), material);
 #endif
+#endif
+#ifdef RADIATIVE
+    Carried outside = Carried(temperature[group], span[group]);
+#ifdef OVER
+    Structure structure = structure_of(target[group], elapsed[group]);
+#endif
+#ifdef FUSED
+    uint count = uint(steps[0].count);
+    for (uint number = 0u; number < count; number++) {
 #else
+    const uint number = 0u;
+    {
+#endif
+        vec4 into = commanded_by(number, material, nx, ny, nz, seen)
+            + vec4(material.own_emission * steps[number].background_temperature_4);
+        float length = steps[number].length;
+#ifdef OVER
+        length /= material.parts;
+        uint parts = uint(material.parts);
+        for (uint part = 0u; part < parts; part++) {
+            vec4 held = structure.temperature.value + 0.5 * length * structure.trend;
+            vec4 held_squared = held * held;
+            vec4 power = length * material.share * (into + material.exchange * held_squared * held_squared);
+            vec4 here = outside.value;
+            vec4 squared = here * here;
+            vec4 emission = vec4(length * material.share * material.emission);
+            vec4 start = power - emission * squared * squared;
+            vec4 change = outside_change(here, start, power, emission);
+            // Mean of the outside's T^4 less that of the structure. What the outside did not store it has emitted.
+            vec4 hotter = (here - held) * (here + held) * (squared + held_squared) + (start - change) / emission;
+            vec4 moved = length * material.structure_share * material.exchange * hotter;
+            outside = carried(outside, change);
+            structure = Structure(carried(structure.temperature, moved), moved / length);
+        }
+#else
+        outside = plate_step(outside, material, length, length * material.share * into);
+#endif
+    }
+#ifdef OVER
+    target[group] = structure.temperature.value;
+    elapsed[group] = word_of(structure);
+#endif
+    span[group] = outside.rest;
+    temperature[group] = outside.value;
+#endif
+#ifdef FOLLOWS
     temperature[group] = commanded_by(0u, material, nx, ny, nz, seen);
 #endif
 }

@@ -9,6 +9,12 @@ struct Material {
     float heating_t_max;
     float cooling_function;
     float cooling_t_max;
+    float share;
+    float emission;
+    float own_emission;
+    float exchange;
+    float structure_share;
+    float parts;
 };
 
 struct Step {

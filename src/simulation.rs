@@ -23,6 +23,7 @@ mod prepare_steps;
 pub mod reference_engine;
 pub mod state;
 pub mod stepper;
+mod structures;
 pub mod target;
 pub mod viewpoint;
 

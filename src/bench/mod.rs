@@ -11,6 +11,7 @@ mod clock;
 mod drivers;
 pub mod files;
 mod frames;
+mod frontier;
 pub mod hard;
 pub mod integrators;
 mod limits;

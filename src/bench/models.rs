@@ -93,7 +93,7 @@ pub struct Moved {
 }
 
 /// An error of a choice.
-type Failed = Box<dyn std::error::Error>;
+pub(super) type Failed = Box<dyn std::error::Error>;
 
 /// A choice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -180,7 +180,7 @@ impl Choice {
 }
 
 /// The results of a run.
-struct Ran {
+pub(super) struct Ran {
     /// Temperatures of the vertices at every step [K].
     temperatures: Vec<Vec<f32>>,
     /// Radiance of the drawn steps [W m-2 sr-1].
@@ -188,29 +188,41 @@ struct Ran {
     /// Visible share of the Sun of each vertex at every step, if shadows are on. `None` if the vertex faces away.
     visibility: Vec<Vec<Option<f32>>>,
     /// Median device time of a step [ms], including the network.
-    step_ms: Option<f64>,
+    pub(super) step_ms: Option<f64>,
 }
 
-/// Measures all choices of a scene whose materials state network values. `quick` leaves the network out.
-///
-/// # Errors
-/// The scene cannot be prepared, or the device fails. If only one choice fails, its row states the reason.
-pub fn measure(
-    context: &Arc<Context>,
-    scene: &Scene,
-    quick: bool,
-    deadline: Deadline,
-    says: &dyn Fn(&str),
-) -> Result<Models, Failed> {
-    let base = one_orbit(scene, quick);
-    // The fitted transitions need the network's values.
-    let network = responses::network(&base, &mut |_| ())?;
-    says("model choices: what transitions are fitted to");
-    let instant = run(context, &responses::instant(&Choice::Instant.scene(&base), &mut |_| ())?)?;
-    let of = responses::transitions(&network, &swings(&network, &instant))?;
-    let areas: Vec<f64> = network.nodes.node_of_vertex.iter().map(|node| network.nodes.areas[*node as usize]).collect();
-    let nodes = network.nodes.count;
-    drop(network);
+/// What the choices have in common.
+pub struct Basis {
+    /// One orbit of the scene in long steps, with shadows.
+    pub(super) scene: Scene,
+    /// The transition of each material.
+    pub(super) of: Vec<OfMaterial>,
+    /// Areas of the vertices [m2].
+    pub(super) areas: Vec<f64>,
+    /// Number of nodes.
+    nodes: usize,
+}
+
+impl Basis {
+    /// The orbit of a scene whose materials state network values, and the transitions that fit them. `quick` takes a part of an orbit.
+    ///
+    /// # Errors
+    /// The scene cannot be prepared, or the device fails.
+    pub fn new(context: &Arc<Context>, scene: &Scene, quick: bool, says: &dyn Fn(&str)) -> Result<Self, Failed> {
+        let base = one_orbit(scene, quick);
+        // The fitted transitions need the network's values.
+        let network = responses::network(&base, &mut |_| ())?;
+        says("model choices: what transitions are fitted to");
+        let instant = run(context, &responses::instant(&Choice::Instant.scene(&base), &mut |_| ())?)?;
+        let of = responses::transitions(&network, &swings(&network, &instant))?;
+        let areas = network.nodes.node_of_vertex.iter().map(|node| network.nodes.areas[*node as usize]).collect();
+        Ok(Self { scene: base, of, areas, nodes: network.nodes.count })
+    }
+}
+
+/// Measures all choices of a scene. `quick` leaves the network out. If a choice fails, its row states the reason.
+pub fn measure(context: &Arc<Context>, basis: &Basis, quick: bool, deadline: Deadline, says: &dyn Fn(&str)) -> Models {
+    let Basis { scene: base, of, areas, nodes } = basis;
     let mut base_run = None;
     let mut network_run = None;
     let mut rows: Vec<(ChoiceRow, Option<Ran>)> = Vec::new();
@@ -225,7 +237,7 @@ pub fn measure(
             continue;
         }
         says(&format!("model choices: {}", choice.name()));
-        let ran = choice.prepared(&base, &of).and_then(|prepared| Ok(run(context, &prepared)?));
+        let ran = choice.prepared(base, of).and_then(|prepared| Ok(run(context, &prepared)?));
         match ran {
             Err(error) => rows.push((ChoiceRow { failed: Some(error.to_string()), ..row }, None)),
             Ok(ran) => {
@@ -240,7 +252,7 @@ pub fn measure(
     }
     let moved = |ran: &Ran, from: Option<usize>, own: usize| -> Option<Moved> {
         let from = from.filter(|from| *from != own)?;
-        rows[from].1.as_ref().map(|from| ran.moved(from, &areas))
+        rows[from].1.as_ref().map(|from| ran.moved(from, areas))
     };
     let choices = rows.iter().enumerate().map(|(own, (row, ran))| match ran {
         None => row.clone(),
@@ -250,17 +262,17 @@ pub fn measure(
             wrong_shadows: base_run
                 .and_then(|base| rows[base].1.as_ref())
                 .filter(|_| row.choice == Choice::ExactShadows.name())
-                .and_then(|base| wrong_shadows(&base.visibility, &ran.visibility, &areas)),
+                .and_then(|base| wrong_shadows(&base.visibility, &ran.visibility, areas)),
             ..row.clone()
         },
     });
-    Ok(Models {
+    Models {
         scene: base.name.clone(),
-        nodes,
+        nodes: *nodes,
         step_s: base.time.step,
         steps: base.time.steps,
         choices: choices.collect(),
-    })
+    }
 }
 
 /// The scene through one orbit of long steps with shadows. It starts from the periodic state if the scene asks for it,
@@ -280,7 +292,7 @@ fn one_orbit(scene: &Scene, quick: bool) -> Scene {
     base
 }
 
-fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, EngineError> {
+pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, EngineError> {
     let camera = prepared.scene.camera.as_ref();
     let mut engine = DeviceEngine::new(context, prepared, camera)?;
     start(prepared, &mut engine, None, &AtomicBool::new(false), &mut || ())?;
@@ -345,7 +357,7 @@ fn swings(prepared: &Prepared, instant: &Ran) -> Vec<[f64; 2]> {
 }
 
 impl Ran {
-    fn moved(&self, from: &Self, areas: &[f64]) -> Moved {
+    pub(super) fn moved(&self, from: &Self, areas: &[f64]) -> Moved {
         let whole: f64 = areas.iter().sum::<f64>() * self.temperatures.len() as f64;
         let of_step = |(own, other): (&Vec<f32>, &Vec<f32>)| {
             let differences = own.iter().zip(other).map(|(a, b)| f64::from(*a) - f64::from(*b));

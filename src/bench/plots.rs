@@ -1,6 +1,7 @@
 //! Plots of times against numbers of nodes or errors.
 
 use super::frames::FrameRow;
+use super::frontier::FrontierRow;
 use super::integrators::Integrated;
 use super::models::Models;
 use super::record::{Bench, Measured};
@@ -19,6 +20,11 @@ pub fn all(bench: &Bench) -> Result<Vec<PlotEntry>, OutputError> {
             ("responses", "nanoseconds a node and step", responses(&measured.responses)),
             ("frames", "whole steps", frames(&measured.frames)),
             ("models", "choices of a model", measured.models.as_ref().and_then(models)),
+            (
+                "frontier",
+                "milliseconds against kelvin",
+                measured.models.as_ref().and_then(|of| frontier(&measured.frontier, of)),
+            ),
         ];
         for (name, title, plot) in own {
             let Some(plot) = plot else { continue };
@@ -104,6 +110,23 @@ fn models(models: &Models) -> Option<Plot> {
     let title = format!("What each choice costs and changes: {}", models.scene);
     let subtitle = format!("{} nodes; against '{}'{cost}", models.nodes, base.map_or("", |row| &row.choice));
     let labels = ["thermal, shadow and network passes of a step [ms]", "change of temperature, rms [K]"];
+    lines_of(title, subtitle, labels, lines)
+}
+
+/// Two points for each response, with and without shadows: cost against error. The accurate network with shadows has no error and no point.
+fn frontier(rows: &[FrontierRow], models: &Models) -> Option<Plot> {
+    let mut lines = Vec::new();
+    for row in rows {
+        if let (Some(cost), Some(rms)) = (row.step_ms, row.rms_k.filter(|rms| *rms > 0.0)) {
+            let shadows = if row.shadows { "shadows" } else { "no shadows" };
+            push(&mut lines, &format!("{}, {shadows}", row.response), [cost, rms]);
+        }
+    }
+    let exact = rows.iter().find(|row| row.rms_k == Some(0.0)).and_then(|row| row.step_ms);
+    let cost = exact.map_or(String::new(), |ms| format!(", at {ms:.2} ms a step"));
+    let title = format!("Milliseconds against kelvin: {}", models.scene);
+    let subtitle = format!("{} nodes; error against the accurate network with shadows{cost}", models.nodes);
+    let labels = ["thermal, shadow and network passes of a step [ms]", "error of the temperature, rms [K]"];
     lines_of(title, subtitle, labels, lines)
 }
 

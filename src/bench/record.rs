@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::drivers::DriverRow;
 use super::frames::FrameRow;
+use super::frontier::FrontierRow;
 use super::hard::HardRow;
 use super::integrators::Integrated;
 use super::limits::Limits;
@@ -54,6 +55,8 @@ pub struct Measured {
     pub frames: Vec<FrameRow>,
     /// Cost and effect of each model choice.
     pub models: Option<Models>,
+    /// Cost and error of each response, with and without shadows.
+    pub frontier: Vec<FrontierRow>,
     /// Cost and error of integrators, for each case.
     pub integrators: Vec<Integrated>,
     /// The hard cases.

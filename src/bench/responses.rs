@@ -21,7 +21,7 @@ use crate::output::report::PassTime;
 use crate::output::statistics::Spread;
 use crate::paper::cube::{ALTITUDES, ALUMINIUM, Cube, Loads, SOLAR_CONSTANTS, STEP};
 use crate::thermal::function::{Function, FunctionError};
-use crate::thermal::material::{Domain, Profile, Retarget, Transition};
+use crate::thermal::material::{Below, Domain, Profile, Radiative, Retarget, Transition};
 use crate::thermal::network::stepper::{Method, Stepper};
 use crate::thermal::network::{LinearConductor, Network, NodeKind};
 
@@ -103,6 +103,7 @@ pub fn time_pass(
         heating_t_max: T_MAX_STEPS as f32,
         cooling_function: power,
         cooling_t_max: T_MAX_STEPS as f32,
+        ..plate_material(variant)
     };
     let data = SceneData {
         ranges: vec![StepRange { variant, groups: (0, groups as u32), joint: 0 }],
@@ -150,6 +151,17 @@ pub fn time_pass(
         bytes_a_node: bytes as f64 / nodes as f64,
         moved_a_node: moved as f64 / nodes as f64 / at_once,
     })
+}
+
+/// The values of a plate: 2 kg/m2 of aluminium and, over a structure of 20 kg/m2, a blanket.
+fn plate_material(variant: ThermalVariant) -> layout::Material {
+    let mut material = layout::Material::default();
+    if let StepKind::Radiative { over, .. } = variant.kind {
+        let below = Below { capacity: 18_000.0, effective_emittance: 0.02 };
+        let (over, capacity) = (over.then_some(below), 1800.0);
+        material.set_plate(&Radiative { capacity, over, step: STEP, hottest: 330.0 }, 0.8);
+    }
+    material
 }
 
 /// Directions spread evenly over the sphere (Fibonacci lattice).
@@ -204,6 +216,10 @@ fn subjects() -> Result<Vec<Subject>, FunctionError> {
             shapes: Shapes::one(&shaped),
             fuses: false,
         },
+        plain("radiative", StepKind::Radiative { over: false, fast: false }, 0.0),
+        plain("radiative, fast", StepKind::Radiative { over: false, fast: true }, 0.0),
+        plain("radiative, over a structure", StepKind::Radiative { over: true, fast: false }, 0.0),
+        plain("radiative, fast, over a structure", StepKind::Radiative { over: true, fast: true }, 0.0),
         Subject { fuses: true, ..plain("transition, quadratic, 32 steps a dispatch", StepKind::Merge, 2.0) },
     ])
 }

@@ -15,7 +15,7 @@ use super::record::{Bench, Measured, load_average};
 use super::responses::{self, ResponseError};
 use super::schemes::Scheme;
 use super::truth::{CaseSummary, Truth};
-use super::{hard, models};
+use super::{frontier, hard, models};
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::host::ProcessorTime;
@@ -111,8 +111,11 @@ fn on(
             measured.frames = whole_ticks(plan, context, deadline(Measurement::Frames), says);
         }
         if let Some(scene) = &plan.model_scene {
-            let found = models::measure(context, scene, plan.quick, deadline(Measurement::Models), says);
-            measured.models = Some(found.map_err(|error| BenchError::Models(error.to_string()))?);
+            let basis = models::Basis::new(context, scene, plan.quick, says);
+            let basis = basis.map_err(|error| BenchError::Models(error.to_string()))?;
+            let deadline = deadline(Measurement::Models);
+            measured.models = Some(models::measure(context, &basis, plan.quick, deadline, says));
+            measured.frontier = frontier::measure(context, &basis, plan.quick, deadline, says);
         }
     }
     let deadline = deadline(Measurement::Integrators);

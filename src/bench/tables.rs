@@ -2,6 +2,7 @@
 
 use super::drivers::DriverRow;
 use super::frames::{FrameRow, IMAGE};
+use super::frontier::FrontierRow;
 use super::hard::HardRow;
 use super::integrators::{Integrated, Run};
 use super::models::{ChoiceRow, DRAW_EVERY, MOST_ORBITS, Moved, WRONG_SHARE};
@@ -229,6 +230,25 @@ pub fn models(measured: &Measured) -> Option<Table> {
     })
 }
 
+/// Cost and error of each response, with and without shadows.
+pub fn frontier(measured: &Measured) -> Option<Table> {
+    let row = |row: &FrontierRow| {
+        let mut cells = vec![row.response.clone(), if row.shadows { "yes" } else { "no" }.to_owned()];
+        if let Some(reason) = &row.failed {
+            return not_run(cells, reason, 5);
+        }
+        let kelvins = |value: Option<f64>| value.map_or(dash(), kelvin_text);
+        cells.extend([number(row.step_ms), kelvins(row.rms_k), kelvins(row.max_k)]);
+        cells
+    };
+    (!measured.frontier.is_empty()).then(|| Table {
+        title: format!("Milliseconds against kelvin on {}", measured.name),
+        head: heads(&["response", "shadows", "ms a step", "from the accurate network with shadows: rms", "largest"]),
+        rows: measured.frontier.iter().map(row).collect(),
+        notes: vec!["Every run starts as the scene states, in the steps of the table of model choices.".to_owned()],
+    })
+}
+
 /// Differences between devices.
 pub fn drivers(bench: &Bench) -> Option<Table> {
     let row = |row: &DriverRow| {
@@ -404,6 +424,7 @@ pub fn all(bench: &Bench) -> Vec<Table> {
             .chain(responses(measured))
             .chain(frames(measured))
             .chain(models(measured))
+            .chain(frontier(measured))
             .collect();
         let with_case = measured.integrators.iter().zip(&bench.cases);
         tables.extend(with_case.map(|(integrated, case)| integrators(measured, integrated, case)));

@@ -13,7 +13,7 @@ use crate::compare::files::{PAGE, own_files, write};
 use crate::compare::page::Page;
 use crate::compare::responses::{self, Origin};
 use crate::compare::runs::{Progress, Runs, all};
-use crate::compare::{INSTANT, NETWORK, RESPONSES, TRANSITION};
+use crate::compare::{INSTANT, NETWORK, PERIODIC_START, RESPONSES, TRANSITION};
 use crate::output::console::{answer, say};
 use crate::output::folder::Folder;
 use crate::output::statistics::Spread;
@@ -24,7 +24,8 @@ use crate::output::statistics::Spread;
 /// the scene. If a material states none, they are fitted to the step response of a plate of the material. The step is
 /// between the mean coldest and mean hottest balance temperature of its nodes. `network` solves the energy balance, so
 /// every material must state thickness, density, specific_heat and conductivity. A material with response = "instant"
-/// and none of the first three stays instant in all runs. Contacts and heaters act in the network only.
+/// and none of the first three stays instant in all runs. Contacts and heaters act in the network only. If the scene states
+/// no warm-up, each run starts from its own periodic state; warm_up_orbits = 0 keeps the cold start.
 ///
 /// Writes compare.html, compare.csv (rms and largest difference by part), differences.csv (over time), comparison.png,
 /// panels/ (temperatures and differences from the network), plots/ and series_RESPONSE.csv. The pictures show at most
@@ -49,7 +50,7 @@ pub struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
-    let scene = arguments.reach.scene(&arguments.scene)?;
+    let scene = arguments.reach.scene(&arguments.scene)?.periodic_unless_stated(PERIODIC_START);
     let bar = building_bar();
     let network = responses::network(&scene, &mut |stage| show_stage(&bar, stage));
     bar.finish_and_clear();

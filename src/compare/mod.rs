@@ -27,6 +27,10 @@ pub const TRANSITION: usize = 1;
 /// Index of the run with the energy balance.
 pub const NETWORK: usize = 2;
 
+/// Remark for readers of a comparison of a scene that states no warm-up.
+pub const PERIODIC_START: &str = "Each run starts from its own periodic state, because the scene states no warm-up: \
+                                  warm_up_orbits = 0 keeps the cold start.";
+
 /// An error that prevents a comparison.
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
@@ -60,6 +64,21 @@ pub enum CompareError {
         material: String,
         /// The reason.
         source: FitError,
+    },
+    /// The best transition of a material does not follow its step response.
+    #[error(
+        "material '{material}': no transition fits its step response between {:.0} and {:.0} K: {reason}. State heating and cooling in \
+         its [[material]]; they may stand beside response = 'network'",
+        between[0],
+        between[1]
+    )]
+    NoFit {
+        /// The material.
+        material: String,
+        /// The temperatures of the step [K].
+        between: [f64; 2],
+        /// What is wrong.
+        reason: String,
     },
     /// A run failed.
     #[error(transparent)]

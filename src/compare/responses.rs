@@ -7,7 +7,7 @@ use crate::scene::Scene;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::{PrepareError, Stage};
 use crate::thermal::function::{Function, Kind};
-use crate::thermal::material::{Bulk, Domain, Material, Profile, Response, Sides, Transition};
+use crate::thermal::material::{Bulk, Domain, Material, Profile, Radiative, Response, Sides, Transition};
 use crate::thermal::shell::{ShellError, ShellMaterial};
 use crate::thermal::step_response::{Fitted, Plate};
 
@@ -48,6 +48,17 @@ pub fn transition(scene: &Scene, of: &[OfMaterial], progress: &mut dyn FnMut(Sta
     let change = |materials: &mut [Material]| {
         for (material, of) in materials.iter_mut().zip(of) {
             material.response = of.transition.clone().map_or(Response::Instant, Response::Transition);
+        }
+    };
+    Prepared::with_materials(without_network(scene), change, progress)
+}
+
+/// The scene with every material that stores heat `radiative`. A material that stores none follows its load at once.
+pub fn radiative(scene: &Scene, progress: &mut dyn FnMut(Stage)) -> Result<Prepared, PrepareError> {
+    let change = |materials: &mut [Material]| {
+        for material in materials.iter_mut() {
+            let plate = Radiative::of(&material.bulk, scene.time.step).ok();
+            material.response = plate.map_or(Response::Instant, Response::Radiative);
         }
     };
     Prepared::with_materials(without_network(scene), change, progress)
@@ -122,6 +133,10 @@ pub fn transitions(network: &Prepared, swings: &[[f64; 2]]) -> Result<Vec<OfMate
                 let fitted = plate(material)
                     .fit(*between, network.scene.time.step)
                     .map_err(|source| CompareError::Fit { material: material.name.clone(), source })?;
+                if let Some(reason) = is_none(&fitted, network.scene.time.step, network.scene.orbit.period()) {
+                    let (material, between) = (material.name.clone(), fitted.between);
+                    return Err(CompareError::NoFit { material, between, reason });
+                }
                 (Some(fitted.transition.clone()), Origin::Fitted(Box::new(fitted)))
             }
             _ => (None, Origin::Kept),
@@ -129,6 +144,33 @@ pub fn transitions(network: &Prepared, swings: &[[f64; 2]]) -> Result<Vec<OfMate
         Ok(OfMaterial { name: material.name.clone(), transition, origin })
     };
     network.materials.iter().zip(swings).map(of).collect()
+}
+
+/// Most orbits that a fitted transition may take. In orbit the target of a longer one turns back long before it comes near.
+const LONGEST_ORBITS: f64 = 10.0;
+/// Largest root mean square difference of a fit from its step response, as a share of the step. A constant in the middle of the data errs by a quarter or so.
+const LARGEST_SHARE: f64 = 0.1;
+
+/// Why a fit is none, in a scene with steps of `step` [s] and orbits of `period` [s].
+fn is_none(fitted: &Fitted, step: f64, period: f64) -> Option<String> {
+    let Fitted { transition, between: [cold, hot], .. } = fitted;
+    let branches =
+        [("heating", &transition.heating, fitted.heating[0]), ("cooling", &transition.cooling, fitted.cooling[0])];
+    branches.into_iter().find_map(|(branch, profile, rms)| {
+        let (t_max, share) = (profile.t_max_steps * step, rms / (hot - cold));
+        if share > LARGEST_SHARE || share.is_nan() {
+            return Some(format!(
+                "the best {branch} is {rms:.1} K rms off the data, {:.0} % of the step",
+                100.0 * share
+            ));
+        }
+        (t_max > LONGEST_ORBITS * period).then(|| {
+            format!(
+                "the best {branch} takes {t_max:.0} s, {:.0} orbits, so it would hardly move in one",
+                t_max / period
+            )
+        })
+    })
 }
 
 /// The plate of a material, without the structure below its outer layer.

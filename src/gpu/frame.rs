@@ -56,11 +56,7 @@ impl Frame {
                 scope(S::COMPUTE_SHADER | S::COPY | S::CLEAR, A::SHADER_STORAGE_WRITE | A::TRANSFER_WRITE);
             let compute = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE);
             let mut barriers = vec![barrier(Resource::Temperature, readers, compute)];
-            if has_state(ranges) {
-                barriers.push(barrier(Resource::Target, state_writers, compute));
-                barriers.push(barrier(Resource::Span, state_writers, compute));
-                barriers.push(barrier(Resource::Elapsed, state_writers, compute));
-            }
+            barriers.extend(state_of(ranges).map(|resource| barrier(resource, state_writers, compute)));
             entries.push(Entry::Barriers(barriers));
             entries.extend(ranges.iter().map(|range| Entry::Pass(thermal_pass(*range))));
         }
@@ -125,15 +121,20 @@ impl Frame {
         if has_state(ranges) {
             // A run may restart, so the barriers also wait for the steps of the last run.
             let stepped = scope(S::COMPUTE_SHADER | S::COPY | S::CLEAR, A::SHADER_STORAGE_WRITE | A::TRANSFER_WRITE);
-            frame.entries.push(Entry::Barriers(vec![
-                barrier(Resource::Temperature, COMPUTE_WRITE, COPY_READ),
-                barrier(Resource::Target, stepped, COPY_WRITE),
-                barrier(Resource::Span, stepped, CLEAR_WRITE),
-                barrier(Resource::Elapsed, stepped, CLEAR_WRITE),
-            ]));
-            frame.entries.push(Entry::Pass(copy_pass("settle target", Resource::Temperature, Resource::Target)));
-            frame.entries.push(Entry::Pass(clear_pass("settle span", Resource::Span)));
-            frame.entries.push(Entry::Pass(clear_pass("settle elapsed", Resource::Elapsed)));
+            let after = |resource| if resource == Resource::Target { COPY_WRITE } else { CLEAR_WRITE };
+            let mut barriers: Vec<_> =
+                state_of(ranges).map(|resource| barrier(resource, stepped, after(resource))).collect();
+            if has_full_state(ranges) {
+                barriers.push(barrier(Resource::Temperature, COMPUTE_WRITE, COPY_READ));
+            }
+            frame.entries.push(Entry::Barriers(barriers));
+            frame.entries.extend(state_of(ranges).map(|resource| {
+                Entry::Pass(match resource {
+                    Resource::Target => copy_pass("settle target", Resource::Temperature, Resource::Target),
+                    Resource::Span => clear_pass("settle span", Resource::Span),
+                    other => clear_pass("settle elapsed", other),
+                })
+            }));
         }
         frame
     }
@@ -213,6 +214,18 @@ impl std::fmt::Display for Frame {
 /// Whether nodes of the ranges keep a state between steps.
 fn has_state(ranges: &[StepRange]) -> bool {
     ranges.iter().any(|range| range.variant.kind.has_state())
+}
+
+/// Whether that state has three numbers.
+fn has_full_state(ranges: &[StepRange]) -> bool {
+    ranges.iter().any(|range| range.variant.kind.has_full_state())
+}
+
+/// The resources of that state, without the temperature.
+fn state_of(ranges: &[StepRange]) -> impl Iterator<Item = Resource> {
+    let (any, full) = (has_state(ranges), has_full_state(ranges));
+    let all = [(full, Resource::Target), (any, Resource::Span), (full, Resource::Elapsed)];
+    all.into_iter().filter_map(|(present, resource)| present.then_some(resource))
 }
 
 /// Shadows by shadow map: draws the depth as the Sun sees it, copies it to a buffer, and looks up every node.

@@ -5,7 +5,8 @@ use bytemuck::{Pod, Zeroable};
 
 use super::shapes::Shapes;
 use crate::environment::shadow::Occluders;
-use crate::thermal::material::{Profile, Transition};
+use crate::thermal::STEFAN_BOLTZMANN;
+use crate::thermal::material::{Profile, Radiative, Transition};
 
 /// A member of a structure, for the comparison with the SPIR-V.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,6 +59,18 @@ shared! {
         pub cooling_function: f32,
         /// Duration of the transition on cooling [steps].
         pub cooling_t_max: f32,
+        /// Change of a plate in a step by a flux of 1 W/m2 [K m2/W].
+        pub share: f32,
+        /// Emission of a plate to space and to its structure [W/(m2 K4)].
+        pub emission: f32,
+        /// Emission of a plate to space [W/(m2 K4)].
+        pub own_emission: f32,
+        /// Radiative conductance between a plate and its structure [W/(m2 K4)].
+        pub exchange: f32,
+        /// Change of the structure in a step by a flux of 1 W/m2 [K m2/W].
+        pub structure_share: f32,
+        /// Parts of a step in which the structure is held.
+        pub parts: f32,
     }
 
     /// Load of one step, common to all nodes.
@@ -308,6 +321,19 @@ impl Material {
         [self.heating_function, self.cooling_function] = [function(&transition.heating), function(&transition.cooling)];
         self.heating_t_max = transition.heating.duration() as f32;
         self.cooling_t_max = transition.cooling.duration() as f32;
+    }
+}
+
+impl Material {
+    /// Sets the values of a plate whose faces have this sum of emissivities.
+    pub fn set_plate(&mut self, plate: &Radiative, emissivity: f64) {
+        let own = STEFAN_BOLTZMANN * emissivity;
+        self.share = plate.share() as f32;
+        self.emission = (own + plate.exchange()) as f32;
+        self.own_emission = own as f32;
+        self.exchange = plate.exchange() as f32;
+        self.structure_share = plate.structure_share() as f32;
+        self.parts = plate.parts() as f32;
     }
 }
 

@@ -12,6 +12,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::model::Model;
+use crate::thermal::balance::emissivity_sum;
 use crate::thermal::material::{Domain, Material, Response, Retarget, Sides};
 use crate::thermal::reference::ReferenceNode;
 
@@ -35,6 +36,13 @@ pub enum RangeResponse {
         domain: Domain,
         /// Whether the curve is not a power of the remaining time.
         shaped: bool,
+    },
+    /// Energy balance of the node by itself.
+    Radiative {
+        /// Whether there is a structure below.
+        over: bool,
+        /// Whether the outside is fast compared with the step.
+        fast: bool,
     },
     /// Thermal network. The range computes the absorbed flux for it.
     Network,
@@ -60,6 +68,9 @@ impl RangeKind {
                 domain: transition.domain,
                 shaped: !transition.is_power(),
             },
+            Response::Radiative(plate) => {
+                RangeResponse::Radiative { over: plate.over.is_some(), fast: plate.is_fast(emissivity_sum(material)) }
+            }
             Response::Network => RangeResponse::Network,
         };
         Self { response, both_sides: matches!(material.sides, Sides::Both { .. }) }
@@ -72,7 +83,8 @@ impl RangeKind {
             RangeResponse::Transition { retarget, domain, shaped } => {
                 (1, self.both_sides, retarget == Retarget::Restart, domain == Domain::FourthPower, shaped)
             }
-            RangeResponse::Network => (2, self.both_sides, false, false, false),
+            RangeResponse::Radiative { over, fast } => (2, self.both_sides, over, fast, false),
+            RangeResponse::Network => (3, self.both_sides, false, false, false),
         }
     }
 }
@@ -86,6 +98,10 @@ impl std::fmt::Display for RangeKind {
                 let curve = if shaped { "shaped" } else { "power" };
                 let moved = if domain == Domain::FourthPower { " of T4" } else { "" };
                 write!(out, "transition{moved} ({rule}, {curve})")?;
+            }
+            RangeResponse::Radiative { over, fast } => {
+                let curve = if fast { "fast" } else { "slow" };
+                write!(out, "radiative ({curve}{})", if over { ", over a structure" } else { "" })?;
             }
             RangeResponse::Network => write!(out, "network")?,
         }

@@ -7,6 +7,7 @@ mod one_pass;
 mod saved;
 mod shadows;
 mod slots;
+mod structures;
 
 use std::sync::Arc;
 

@@ -85,12 +85,13 @@ table! {
     Draws: row(size_of::<layout::DrawCommand>(), Count::Draws, Commands, "Draw").in_pieces(Always);
     /// Table of the band's radiance.
     BandTable: row(4, Band, Storage, "BandTable");
-    /// Target temperature of every node [K].
-    Target: row(GROUP, MovingGroups, Storage, "Target").in_pieces(Always);
-    /// Target minus old temperature of every node [K]. Along a shaped function it is target minus present temperature.
+    /// Target temperature of every node [K]. Under a plate it is the temperature of the structure.
+    Target: row(GROUP, TargetGroups, Storage, "Target").in_pieces(Always);
+    /// Target minus old temperature of every node [K]. Along a shaped function it is target minus present temperature. Of a
+    /// plate it is what f32 does not hold of its temperature.
     Span: row(GROUP, MovingGroups, Storage, "Span").in_pieces(Always);
-    /// Time since the transition of every node began [steps].
-    Elapsed: row(GROUP, MovingGroups, Storage, "Elapsed").in_pieces(Always);
+    /// Time since the transition of every node began [steps]. Under a plate it is the rest and the trend of the structure.
+    Elapsed: row(GROUP, TargetGroups, Storage, "Elapsed").in_pieces(Always);
     /// Temperature of every node [K], then the power of every heater of a network in one pass [W].
     Temperature: row(GROUP, HeatedGroups, Storage, "Temperature").in_pieces(WithoutImage);
     /// Groups and emission of every run of nodes whose absorbed heat is summed.

@@ -25,6 +25,8 @@ pub enum Count {
     LoadedGroups,
     /// Groups, if nodes keep a state between steps.
     MovingGroups,
+    /// Groups, if this state has three numbers.
+    TargetGroups,
     /// Groups, if anything is drawn or casts a shadow.
     PlacedGroups,
     /// Groups, if an image is drawn.
@@ -107,6 +109,7 @@ impl Count {
             Self::Groups
                 | Self::LoadedGroups
                 | Self::MovingGroups
+                | Self::TargetGroups
                 | Self::PlacedGroups
                 | Self::DrawnGroups
                 | Self::ShadowedGroups

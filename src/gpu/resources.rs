@@ -157,6 +157,7 @@ impl SceneData<'_> {
             Count::HeatedGroups => groups + self.network.map_or(0, |network| network.heaters.len().div_ceil(GROUP)),
             Count::LoadedGroups => only(of_ranges(|variant| variant.sun || variant.planet_ir), groups),
             Count::MovingGroups => only(of_ranges(|variant| variant.kind.has_state()), groups),
+            Count::TargetGroups => only(of_ranges(|variant| variant.kind.has_full_state()), groups),
             Count::PlacedGroups => only(drawn || self.shadows.is_some(), groups),
             Count::DrawnGroups => only(drawn, groups),
             Count::ShadowedGroups => only(self.shadows.is_some(), groups),

@@ -27,10 +27,9 @@ pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
 /// Name and text of each file in `glsl/`.
 const TEXTS: &[(&str, &str)] = texts![
     "absorbed_heat.comp" "albedo.glsl" "balance.glsl" "band_table.glsl" "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp"
-    "network.glsl"
-    "network_rows.glsl" "network_solve.comp" "network_types.glsl"
-    "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "planck.glsl" "planet.glsl" "radiance.frag" "radiance.vert" "response.comp"
-    "shaped_transition.glsl" "solar_depth.vert" "solar_rays.comp"
+    "local_step.glsl" "network.glsl" "network_rows.glsl" "network_solve.comp" "network_types.glsl"
+    "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "planck.glsl" "planet.glsl" "radiance.frag" "radiance.vert"
+    "radiative.glsl" "response.comp" "shaped_transition.glsl" "solar_depth.vert" "solar_rays.comp"
     "solar_visibility.comp" "solar_visibility.glsl" "thermal_step.comp" "transition.glsl" "types.glsl"
 ];
 

@@ -13,6 +13,13 @@ pub enum StepKind {
     Restart,
     /// Transition with an unchanged target. It reads no load.
     Advance,
+    /// Energy balance of the node by itself.
+    Radiative {
+        /// Whether there is a structure below.
+        over: bool,
+        /// Whether the outside takes the closed form of its local step.
+        fast: bool,
+    },
     /// Computes the flux absorbed by a thermal network [W/m2] instead of a temperature.
     Absorb,
 }
@@ -62,24 +69,38 @@ pub struct ResponseVariant {
 impl ResponseVariant {
     /// Its shader.
     pub fn shader(&self) -> Shader {
-        let words = [self.kind.word()].into_iter().chain(self.curve.words().iter().copied());
+        let words = self.kind.words().iter().copied().chain(self.curve.words().iter().copied());
         Shader::new("response.comp", words.collect())
     }
 }
 
 impl StepKind {
-    /// Whether nodes keep the state of a transition between steps.
+    /// Whether nodes keep a state between steps.
     pub fn has_state(self) -> bool {
         !matches!(self, Self::Instant | Self::Absorb)
     }
 
-    fn word(self) -> &'static str {
+    /// Whether that state has three numbers, not only the rest of the temperature.
+    pub fn has_full_state(self) -> bool {
+        self.has_state() && !matches!(self, Self::Radiative { over: false, .. })
+    }
+
+    /// Whether the nodes follow a transition.
+    pub fn is_transition(self) -> bool {
+        matches!(self, Self::Merge | Self::Restart | Self::Advance)
+    }
+
+    fn words(self) -> &'static [&'static str] {
         match self {
-            Self::Instant => "instant",
-            Self::Merge => "merge",
-            Self::Restart => "restart",
-            Self::Advance => "advance",
-            Self::Absorb => "absorb",
+            Self::Instant => &["instant"],
+            Self::Merge => &["merge"],
+            Self::Restart => &["restart"],
+            Self::Advance => &["advance"],
+            Self::Radiative { over: false, fast: false } => &["radiative"],
+            Self::Radiative { over: false, fast: true } => &["radiative", "fast"],
+            Self::Radiative { over: true, fast: false } => &["radiative", "over"],
+            Self::Radiative { over: true, fast: true } => &["radiative", "over", "fast"],
+            Self::Absorb => &["absorb"],
         }
     }
 }
@@ -110,7 +131,8 @@ impl ThermalVariant {
             (self.shadow, "shadow"),
             (self.both_sides, "both_sides"),
         ];
-        let words = [self.kind.word()].into_iter().chain(self.curve.words().iter().copied()).chain(present(&switches));
+        let words =
+            self.kind.words().iter().copied().chain(self.curve.words().iter().copied()).chain(present(&switches));
         Shader::new("thermal_step.comp", words.collect())
     }
 
@@ -124,12 +146,13 @@ impl ThermalVariant {
     /// The fused variant. It is `None` without a state, where only the last step counts, and for variants without a
     /// load.
     pub fn fused(self) -> Option<Self> {
-        matches!(self.kind, StepKind::Merge | StepKind::Restart).then_some(Self { fused: true, ..self })
+        let loaded = self.kind.has_state() && self.kind != StepKind::Advance;
+        loaded.then_some(Self { fused: true, ..self })
     }
 
-    /// The variant for a step whose load has not changed.
+    /// The variant for a step whose load has not changed. A plate needs its load in every step.
     pub fn idle(&self) -> Self {
-        Self::advance(self.curve)
+        if self.kind.is_transition() { Self::advance(self.curve) } else { *self }
     }
 
     /// A variant that advances time without a load.

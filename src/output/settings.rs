@@ -108,6 +108,14 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
         let response = match &material.response {
             Response::Instant => "instant".to_owned(),
             Response::Network => "network".to_owned(),
+            Response::Radiative(plate) => format!(
+                "radiative, {:.4} J/(m2 K){}",
+                plate.capacity,
+                plate.over.map_or(String::new(), |over| format!(
+                    " over {:.4} J/(m2 K), effective emittance {}",
+                    over.capacity, over.effective_emittance
+                ))
+            ),
             Response::Transition(transition) => format!(
                 "transition of {}, heating {}, cooling {}, {}",
                 match transition.domain {

@@ -102,7 +102,7 @@ macro_rules! material_keys {
 
 material_keys! {
     optics: "absorptivity" "emissivity";
-    bulk: "thickness" "density" "specific_heat" "conductivity";
+    bulk: "thickness" "density" "specific_heat" "heat_capacity_per_area" "conductivity";
     over: "effective_emittance" "thickness" "density" "specific_heat" "conductivity";
     response: "retarget" "domain";
     profile: "function" "rate" "coefficients" "file" "target" "text" "t_max" "t_max_steps";

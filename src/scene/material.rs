@@ -132,7 +132,7 @@ fn default(
     let (entries, description) = context.table.combine(&names).map_err(|message| section.error("default", message))?;
     let complete = entries
         .or(&context.common)
-        .complete()
+        .complete(context.step)
         .map_err(|Incomplete { message, .. }| section.error("default", message))?;
     assumed.note(&complete, "materials.default");
     let source = format!("{} materials.default; {description}", file_name(&context.scene));
@@ -180,7 +180,7 @@ fn settle(
         source.push_str(&description);
     }
     let located = |Incomplete { key, message }| place.error(key, message);
-    let complete = values.or(&context.common).complete().map_err(located)?;
+    let complete = values.or(&context.common).complete(context.step).map_err(located)?;
     own.check_back_is_used(&complete).map_err(located)?;
     Ok(Settled { complete, source })
 }

@@ -118,6 +118,8 @@ pub struct Time {
     pub steps: u32,
     /// Number of orbits before time 0.
     pub warm_up_orbits: f64,
+    /// Whether the scene states no warm-up, so that `warm_up_orbits` is 0.
+    pub warm_up_assumed: bool,
     /// Change over an orbit [K] below which the warm-up ends early. `None` always runs all orbits.
     pub periodic: Option<f64>,
     /// Which steps are drawn.

@@ -126,7 +126,7 @@ mod tests {
         ] {
             let entry = table.get(name).unwrap();
             let settled = entry.values.clone().or(&instant());
-            assert_eq!(settled.complete().unwrap().front, Optics { absorptivity, emissivity }, "{name}");
+            assert_eq!(settled.complete(1.0).unwrap().front, Optics { absorptivity, emissivity }, "{name}");
         }
         assert!(table.get("white_silicon_paint").unwrap_err().contains("did you mean 'white_silicone_paint'?"));
     }

@@ -6,13 +6,16 @@ use super::epoch::parse_epoch;
 use super::error::SceneError;
 use super::quantity::Quantity;
 use super::section::Section;
-use super::{Draw, Time};
+use super::{Draw, Scene, Time};
 
 /// Default change over an orbit below which a state counts as periodic [K].
 const PERIODIC_TOLERANCE: f64 = 0.01;
 
 /// Default limit on the orbits of a periodic warm-up.
 const MOST_ORBITS: f64 = 100.0;
+
+/// Remark for readers of a scene that states no warm-up.
+const COLD: &str = "No orbit is stepped before time 0 (time.warm_up_orbits is absent).";
 
 pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<Time, SceneError> {
     let step = section.number("step", Quantity::within(1e-6, 1e7, "s"))?;
@@ -23,15 +26,29 @@ pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<T
         if section.has("warm_up") {
             return MOST_ORBITS;
         }
-        assumptions.push("No orbit is stepped before time 0 (time.warm_up_orbits is absent).".to_string());
+        assumptions.push(COLD.to_string());
         0.0
     });
+    let warm_up_assumed = !section.has("warm_up_orbits") && !section.has("warm_up");
     let periodic = periodic(section)?;
     let start = match section.string("start")? {
         Some(text) => Some(parse_epoch(text, TimeScale::UTC).map_err(|message| section.error("start", message))?),
         None => None,
     };
-    Ok(Time { start, step, steps, warm_up_orbits, periodic, draw: draw(section, steps)? })
+    Ok(Time { start, step, steps, warm_up_orbits, warm_up_assumed, periodic, draw: draw(section, steps)? })
+}
+
+impl Scene {
+    /// The scene with a periodic warm-up, where it states no warm-up and its orbit repeats. Otherwise it is as stated.
+    pub fn periodic_unless_stated(&self, assumption: &str) -> Self {
+        let mut scene = self.clone();
+        if self.time.warm_up_assumed && self.orbit.period().is_finite() {
+            (scene.time.periodic, scene.time.warm_up_orbits) = (Some(PERIODIC_TOLERANCE), MOST_ORBITS);
+            scene.assumptions.retain(|one| one != COLD);
+            scene.assumptions.push(assumption.to_owned());
+        }
+        scene
+    }
 }
 
 /// Tolerance of `warm_up = "periodic"` [K].

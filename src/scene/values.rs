@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::thermal::material::{Bulk, Domain, Optics, Response, Retarget, Sides, Structure, Transition};
+use crate::thermal::material::{
+    Bulk, Domain, NoPlate, Optics, Radiative, Response, Retarget, Sides, Structure, Transition,
+};
 
 use super::error::SceneError;
 use super::keys;
@@ -26,11 +28,16 @@ enum SidesKind {
 enum ResponseKind {
     Instant,
     Transition,
+    Radiative,
     Network,
 }
 
-const RESPONSES: [(&str, ResponseKind); 3] =
-    [("instant", ResponseKind::Instant), ("transition", ResponseKind::Transition), ("network", ResponseKind::Network)];
+const RESPONSES: [(&str, ResponseKind); 4] = [
+    ("instant", ResponseKind::Instant),
+    ("transition", ResponseKind::Transition),
+    ("radiative", ResponseKind::Radiative),
+    ("network", ResponseKind::Network),
+];
 
 /// Reads `over = { .. }`: the structure below a layer.
 fn structure(over: &impl ValueSource) -> Result<Structure, SceneError> {
@@ -128,6 +135,7 @@ impl Values {
                 // The paper gives no density and no specific heat for multi-layer insulation, so 0 is valid.
                 density: source.number("density", Quantity::non_negative("kg/m3"))?,
                 specific_heat: source.number("specific_heat", Quantity::non_negative("J/(kg K)"))?,
+                heat_capacity_per_area: source.number("heat_capacity_per_area", Quantity::non_negative("J/(m2 K)"))?,
                 conductivity: source.number("conductivity", Quantity::non_negative("W/(m K)"))?,
                 over: source.group("over", keys::OVER)?.map(|over| structure(&over)).transpose()?,
             },
@@ -152,6 +160,7 @@ impl Values {
                 thickness: self.bulk.thickness.or(fallback.bulk.thickness),
                 density: self.bulk.density.or(fallback.bulk.density),
                 specific_heat: self.bulk.specific_heat.or(fallback.bulk.specific_heat),
+                heat_capacity_per_area: self.bulk.heat_capacity_per_area.or(fallback.bulk.heat_capacity_per_area),
                 conductivity: self.bulk.conductivity.or(fallback.bulk.conductivity),
                 over: self.bulk.over.or(fallback.bulk.over),
             },
@@ -177,8 +186,8 @@ impl Values {
         self.bulk != Bulk::default()
     }
 
-    /// The complete set of values. The error names the first missing value, or optics without a balance temperature.
-    pub(super) fn complete(&self) -> Result<Complete, Incomplete> {
+    /// The complete set of values for a scene with steps of `step` [s]. The error names the first missing value, or optics without a balance temperature.
+    pub(super) fn complete(&self, step: f64) -> Result<Complete, Incomplete> {
         let missing = |key, name: &str| {
             Incomplete::new(key, format!("{name} is missing: state it, or name an entry of the table with 'use'"))
         };
@@ -201,7 +210,7 @@ impl Values {
             }
         };
         check_emits(front, sides)?;
-        let response = self.response()?;
+        let response = self.response(step)?;
         let moves = matches!(response, Response::Transition(_));
         let stated = [&self.heating, &self.cooling].into_iter().flatten().filter(|_| moves);
         let files = stated.filter_map(|stated| stated.file.clone()).collect();
@@ -218,12 +227,13 @@ impl Values {
         })
     }
 
-    fn response(&self) -> Result<Response, Incomplete> {
-        let message = "response is missing: state 'network', 'transition' or 'instant' here, in the table's entry or \
+    fn response(&self, step: f64) -> Result<Response, Incomplete> {
+        let message = "response is missing: state 'network', 'radiative', 'transition' or 'instant' here, in the table's entry or \
                        in [materials]";
         match self.response.ok_or_else(|| Incomplete::new("response", message))? {
             ResponseKind::Instant => Ok(Response::Instant),
             ResponseKind::Network => Ok(Response::Network),
+            ResponseKind::Radiative => self.plate(step).map(Response::Radiative),
             ResponseKind::Transition => {
                 let missing = |key| {
                     let message = format!(
@@ -240,6 +250,28 @@ impl Values {
                 self.transition().map(Response::Transition).ok_or_else(|| missing("heating"))
             }
         }
+    }
+
+    /// The plate of a material with response 'radiative', in steps of `step` [s].
+    fn plate(&self, step: f64) -> Result<Radiative, Incomplete> {
+        Radiative::of(&self.bulk, step).map_err(|reason| match reason {
+            NoPlate::Lacks(key) => {
+                let message = format!(
+                    "response = 'radiative' needs {key}: state thickness, density and specific_heat, or \
+                     heat_capacity_per_area [J/(m2 K)], here or in the table's entry"
+                );
+                Incomplete::new(key, message)
+            }
+            NoPlate::StoresNothing => Incomplete::new(
+                "response",
+                "response = 'radiative' stores heat, and this material stores none: state response = 'instant', or an 'over' \
+                 that stores heat",
+            ),
+            NoPlate::EmptyStructure => Incomplete::new(
+                "over",
+                "response = 'radiative' needs a structure that stores heat: density and specific_heat above 0",
+            ),
+        })
     }
 
     /// The transition if both profiles are stated.

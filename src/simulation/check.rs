@@ -83,6 +83,8 @@ pub struct Check {
     reference: Reference<IncidentFunction>,
     /// The craft's shadow on the sample.
     shadows: Option<Shadows>,
+    /// Place of each node of the sample among the structures below plates. `None` without one.
+    structures: Vec<Option<usize>>,
     /// The whole network of the scene in f64. `None` where it is too large.
     network: Option<NetworkCheck>,
     /// The sample at half the step.
@@ -120,11 +122,13 @@ impl Check {
         let count = real.len().min(sample);
         let slots: Vec<usize> = (0..count).map(|i| real[i * real.len() / count]).collect();
         let sample = slots.iter().map(|slot| nodes.reference_node(*slot)).collect();
+        let structures = prepared.structures();
         let reference = Reference::new(sample, prepared.materials.clone(), incident as IncidentFunction)
             .with_joints(joints(prepared, &slots));
         Self {
             shadows: prepared.shadows(slots.iter().copied()),
             halves: Halves::new(prepared, &reference, &slots, network.is_some()),
+            structures: slots.iter().map(|slot| structures.binary_search(slot).ok()).collect(),
             reference,
             slots,
             network,
@@ -191,6 +195,16 @@ impl Check {
                 network.run.set_temperatures(&temperatures)
             });
             network.after(done);
+        }
+    }
+
+    /// Adds values [K] to the temperatures of the structures below plates.
+    pub(super) fn move_structures(&mut self, by: &[f64]) {
+        let present: Vec<Option<f64>> = self.reference.structures().collect();
+        for (node, (place, present)) in self.structures.iter().zip(present).enumerate() {
+            if let (Some(place), Some(present)) = (place, present) {
+                self.reference.set_structure(node, present + by[*place]);
+            }
         }
     }
 

@@ -9,6 +9,7 @@ use crate::gpu::one_pass::OnePassTables;
 use crate::gpu::resources::{JointData, SceneData, ShadowData};
 use crate::gpu::shapes::Shapes;
 use crate::scene::Camera;
+use crate::thermal::balance::emissivity_sum;
 use crate::thermal::material::{Material, Optics, Response, Sides};
 use crate::thermal::radiance::RadianceTable;
 
@@ -78,8 +79,10 @@ pub fn device_material(material: &Material, shapes: &Shapes) -> layout::Material
         back_emissivity: back.emissivity as f32,
         ..bytemuck::Zeroable::zeroed()
     };
-    if let Response::Transition(transition) = &material.response {
-        device.set_transition(transition, shapes);
+    match &material.response {
+        Response::Transition(transition) => device.set_transition(transition, shapes),
+        Response::Radiative(plate) => device.set_plate(plate, emissivity_sum(material)),
+        Response::Instant | Response::Network => {}
     }
     device
 }

@@ -40,6 +40,8 @@ pub struct DeviceEngine {
     network: Option<NetworkRun>,
     /// Runs of nodes whose absorbed heat is summed.
     heat: Option<HeatTables>,
+    /// Nodes with a structure below them.
+    structures: Vec<usize>,
     steps: u64,
     /// Intrinsics for the projection.
     camera: Option<Camera>,
@@ -63,6 +65,7 @@ impl DeviceEngine {
         Ok(Self {
             network: network.transpose()?,
             heat: device.heat,
+            structures: prepared.structures(),
             renderer,
             flying: VecDeque::new(),
             ready: VecDeque::new(),
@@ -231,6 +234,18 @@ impl Engine for DeviceEngine {
         self.renderer.restore(&saved.part("scene"))?;
         [self.steps] = saved.array("steps")?;
         Ok(())
+    }
+
+    fn structures(&mut self) -> Result<Vec<f64>, EngineError> {
+        if self.structures.is_empty() {
+            return Ok(Vec::new());
+        }
+        let of_nodes = self.renderer.structures()?;
+        Ok(self.structures.iter().map(|node| f64::from(of_nodes[*node])).collect())
+    }
+
+    fn set_structures(&mut self, temperatures: &[f64]) -> Result<(), EngineError> {
+        Ok(self.renderer.set_structures(&self.structures, temperatures)?)
     }
 
     fn network(&self) -> Option<&NetworkRun> {

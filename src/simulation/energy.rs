@@ -68,6 +68,8 @@ pub fn heat_tables(prepared: &Prepared) -> HeatTables {
                 Response::Instant => HeatOf::Balance,
                 Response::Transition(_) => HeatOf::Target,
                 Response::Network => HeatOf::Flux,
+                // The heat that it absorbs is not kept.
+                Response::Radiative(_) => continue,
             };
             let emission = STEFAN_BOLTZMANN * emissivity_sum(material);
             let group = group as u32;

@@ -189,6 +189,18 @@ pub trait Engine {
         self.network_mut().map_or(Ok(()), |network| network.set_temperatures(temperatures))
     }
 
+    /// Temperatures of the structures below plates [K], in the order of `Prepared::structures`.
+    ///
+    /// # Errors
+    /// A call that fails.
+    fn structures(&mut self) -> Result<Vec<f64>, EngineError>;
+
+    /// Replaces these temperatures [K].
+    ///
+    /// # Errors
+    /// A call that fails.
+    fn set_structures(&mut self, temperatures: &[f64]) -> Result<(), EngineError>;
+
     /// How the network was integrated, in words. Empty without a network.
     fn network_description(&mut self) -> Vec<(String, String)> {
         self.network().map(NetworkRun::description).unwrap_or_default()

@@ -2,7 +2,7 @@
 //!
 //! Slow nodes need many orbits. After each orbit a network is therefore moved towards the periodic state of its slow modes
 //! (`thermal::network::periodic::SlowModes`). Anderson's method (J. ACM 12, 1965) then extrapolates: it combines the last orbits so that their changes
-//! cancel best. Orbits have coarse steps until one meets the tolerance or the change no longer falls. Then they have the steps of the run.
+//! cancel best. The structures below plates are moved one by one (`structures`). Orbits have coarse steps until one meets the tolerance or the change no longer falls. Then they have the steps of the run.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -11,6 +11,7 @@ use super::engine::{Engine, EngineError, Order};
 use super::forward::{Passing, forward};
 use super::keep::Keep;
 use super::prepare::Prepared;
+use super::structures::Structures;
 use crate::saved::{Saved, SavedError};
 use crate::thermal::network::periodic::SlowModes;
 
@@ -70,6 +71,7 @@ impl Periodic {
 pub(super) struct Way {
     done: Periodic,
     history: History,
+    structures: Structures,
     /// Whether the next orbit is coarse.
     coarse: bool,
     /// Change of the last orbit [K].
@@ -79,7 +81,7 @@ pub(super) struct Way {
 impl Way {
     fn new(tolerance: f64, coarse: bool) -> Self {
         let done = Periodic { orbits: 0, coarse: 0, change: f64::INFINITY, tolerance };
-        Self { done, history: History::default(), coarse, last: f64::INFINITY }
+        Self { done, history: History::default(), structures: Structures::default(), coarse, last: f64::INFINITY }
     }
 
     /// Takes what `save` gave.
@@ -93,7 +95,8 @@ impl Way {
             |name: &str| (0..known).map(|number| saved.list(&format!("{name}.{number}"))).collect::<Result<_, _>>();
         let history = History { ends: lists("end")?, changes: lists("change")? };
         let done = Periodic { orbits, coarse, change, tolerance };
-        Ok(Self { done, history, coarse: saved.flags("coarse")?.first() == Some(&true), last })
+        let structures = Structures::of(saved)?;
+        Ok(Self { done, history, structures, coarse: saved.flags("coarse")?.first() == Some(&true), last })
     }
 
     fn save(&self) -> Saved {
@@ -101,6 +104,7 @@ impl Way {
         saved.put("orbits", &[self.done.orbits, self.done.coarse, self.history.ends.len() as u32]);
         saved.put("changes", &[self.done.change, self.done.tolerance, self.last]);
         saved.put_flags("coarse", &[self.coarse]);
+        self.structures.save(&mut saved);
         for (number, (end, change)) in self.history.ends.iter().zip(&self.history.changes).enumerate() {
             saved.put(format!("end.{number}"), end);
             saved.put(format!("change.{number}"), change);
@@ -128,14 +132,14 @@ pub(super) fn warm_up<E: From<EngineError>>(
     let mut slow = network
         .filter(|network| network.len() <= MOST_SOLVED)
         .map(|network| SlowModes::new(network, prepared.scene.orbit.period()));
-    let Way { mut done, mut history, mut coarse, mut last } =
+    let Way { mut done, mut history, mut structures, mut coarse, mut last } =
         earlier.unwrap_or_else(|| Way::new(tolerance, network.is_some()));
     (0..done.orbits).for_each(|_| progress());
     while done.orbits < most && !done.is_met() {
         let steps = done.orbits.saturating_mul(each);
-        let way = Way { done, history, coarse, last };
+        let way = Way { done, history, structures, coarse, last };
         keep.take(steps, way.save(), engine, check.as_deref_mut())?;
-        Way { history, .. } = way;
+        Way { history, structures, .. } = way;
         let stopped = stop.load(Ordering::Relaxed);
         if stopped || keep.wants(steps) {
             keep.save()?;
@@ -146,7 +150,7 @@ pub(super) fn warm_up<E: From<EngineError>>(
         // Two fine orbits are needed, so that the change over the second can be measured.
         coarse &= done.orbits + 2 < most;
         engine.set_coarse(coarse);
-        let from = engine.network_temperatures()?;
+        let (from, below_from) = (engine.network_temperatures()?, engine.structures()?);
         let before = all(engine)?;
         let mean = orbit(prepared, engine, check.as_deref_mut(), coarse, stop)?;
         if stop.load(Ordering::Relaxed) {
@@ -162,7 +166,17 @@ pub(super) fn warm_up<E: From<EngineError>>(
         let drawn = |slot: &usize| prepared.network.as_ref().is_none_or(|network| !network.has(*slot));
         let others = (0..before.len()).filter(drawn).map(|slot| f64::from((before[slot] - after[slot]).abs()));
         let own = from.iter().flatten().zip(to.iter().flatten()).map(|(from, to)| (from - to).abs());
-        done.change = others.chain(own).fold(0.0, f64::max);
+        let below_to = engine.structures()?;
+        let below = below_from.iter().zip(&below_to).map(|(from, to)| (from - to).abs());
+        done.change = others.chain(own).chain(below).fold(0.0, f64::max);
+        if !done.is_met() && done.orbits < most {
+            move_structures(
+                &mut structures,
+                [below_from.as_slice(), below_to.as_slice()],
+                engine,
+                check.as_deref_mut(),
+            )?;
+        }
         if let (Some(from), Some(to)) = (from, to)
             && !done.is_met()
             && done.orbits < most
@@ -177,13 +191,29 @@ pub(super) fn warm_up<E: From<EngineError>>(
         }
         if coarse && (done.change <= tolerance || done.change > STALLED * last) {
             // The map of a fine orbit differs from that of a coarse orbit.
-            (coarse, history) = (false, History::default());
+            (coarse, history, structures) = (false, History::default(), Structures::default());
         }
         last = done.change;
         progress();
     }
     engine.set_coarse(false);
     Ok(Some(done))
+}
+
+/// Moves the structures below plates towards their periodic state, after an orbit between two temperatures of each [K].
+fn move_structures(
+    structures: &mut Structures,
+    [from, to]: [&[f64]; 2],
+    engine: &mut dyn Engine,
+    check: Option<&mut Check>,
+) -> Result<(), EngineError> {
+    let Some(ahead) = structures.ahead(from, to).filter(|ahead| !ahead.is_empty()) else { return Ok(()) };
+    engine.set_structures(&ahead)?;
+    if let Some(check) = check {
+        let moved: Vec<f64> = ahead.iter().zip(to).map(|(ahead, to)| ahead - to).collect();
+        check.move_structures(&moved);
+    }
+    Ok(())
 }
 
 fn all(engine: &mut dyn Engine) -> Result<Vec<f32>, EngineError> {

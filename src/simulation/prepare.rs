@@ -15,7 +15,7 @@ use crate::environment::shadow::{Jointed, Occluders, Redraw, Shadows};
 use crate::environment::step::StepLoads;
 use crate::gpu::frame::{StepRange, TriangleRun};
 use crate::gpu::network::NetworkBytes;
-use crate::gpu::nodes::{Nodes, RangeResponse};
+use crate::gpu::nodes::{GROUP, Nodes, PADDING, RangeResponse};
 use crate::gpu::resources::{Planned, spare_bytes};
 use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
@@ -108,6 +108,7 @@ impl Prepared {
         let mut materials = scene.materials.resolve(&model, &mut scene.files)?;
         change(&mut materials);
         steps::check_functions(&scene, &materials)?;
+        steps::set_hottest(&scene, &mut materials)?;
         let (hash, file_hashes) = steps::hashes(&scene.files)?;
         let mut warnings = steps::model_warnings(&scene, &mut model);
         let Dense { mut model, merged, occluders } = steps::at_density(&mut scene, model, &materials, progress)?;
@@ -169,6 +170,7 @@ impl Prepared {
             let material = &self.materials[self.nodes.group_material[range.first_group] as usize];
             let (kind, curve) = match (&material.response, range.kind.response) {
                 (Response::Transition(transition), RangeResponse::Transition { .. }) => shapes::curve(transition),
+                (_, RangeResponse::Radiative { over, fast }) => (StepKind::Radiative { over, fast }, Curve::Power),
                 (Response::Network, _) => (StepKind::Absorb, Curve::Power),
                 _ => (StepKind::Instant, Curve::Power),
             };
@@ -225,6 +227,16 @@ impl Prepared {
         let joints = if self.joints() > 1 { self.joints_of(slots.iter().copied()) } else { Vec::new() };
         let nodes = slots.into_iter().map(node).collect();
         Some(Shadows::new(nodes, joints, self.casters(), self.redraw()?, settings.method))
+    }
+
+    /// Nodes with a structure below them that is no node of the network.
+    pub fn structures(&self) -> Vec<usize> {
+        let nodes = &self.nodes;
+        let has = |slot: &usize| {
+            let material = nodes.group_material[slot / GROUP] as usize;
+            nodes.vertex_of_node[*slot] != PADDING && self.materials[material].has_own_structure()
+        };
+        (0..nodes.vertex_of_node.len()).filter(has).collect()
     }
 
     /// The nodes as placed by the joints at a time [s].

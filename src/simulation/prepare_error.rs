@@ -77,6 +77,20 @@ pub enum PrepareError {
         /// The cause.
         message: String,
     },
+    /// A structure that stores too little heat for the step.
+    #[error(
+        "{}: material '{material}': the structure of 'over' stores so little heat that it follows the outside within a step of {step} s: give the outside the \
+         heat capacity of both, leave 'over' out, or state a shorter step",
+        path.display()
+    )]
+    LightStructure {
+        /// The scene file.
+        path: PathBuf,
+        /// The material.
+        material: String,
+        /// Length of a step [s].
+        step: f64,
+    },
     /// More triangles than the tree for rays can hold.
     #[error(
         "{path}: shadows.method: {triangles} triangles make a tree of {boxes} boxes; rays take at most {LARGEST_TREE}: \

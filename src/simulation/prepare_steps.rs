@@ -19,9 +19,10 @@ use crate::files;
 use crate::gpu::frame::TriangleRun;
 use crate::gpu::nodes::Nodes;
 use crate::model::{Merged, Model};
-use crate::scene::{Scene, ShadowSettings, file_hash, scene_hash};
+use crate::scene::{Initial, Scene, ShadowSettings, file_hash, scene_hash};
 use crate::thermal::balance::{balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response, Sides};
+use crate::thermal::radiative::PARTS_AT_MOST;
 use crate::thermal::shell::Shell;
 
 /// Number of remarks about the model that are printed. `isotherm info MODEL` prints all.
@@ -221,6 +222,27 @@ pub(super) fn check_functions(scene: &Scene, materials: &[Material]) -> Result<(
                 material: material.name.clone(),
                 source,
             })?;
+        }
+    }
+    Ok(())
+}
+
+/// Tells plates how hot they get. Refuses structures that store too little heat for the step.
+pub(super) fn set_hottest(scene: &Scene, materials: &mut [Material]) -> Result<(), PrepareError> {
+    let start = match scene.initial {
+        Initial::Balance => 0.0,
+        Initial::Temperature(temperature) => temperature,
+    };
+    let hottest = hottest(scene, materials);
+    for (material, hottest) in materials.iter_mut().zip(hottest) {
+        let Response::Radiative(plate) = &mut material.response else { continue };
+        plate.hottest = hottest.max(start);
+        if plate.parts() > PARTS_AT_MOST {
+            return Err(PrepareError::LightStructure {
+                path: scene.source.clone(),
+                material: material.name.clone(),
+                step: scene.time.step,
+            });
         }
     }
     Ok(())

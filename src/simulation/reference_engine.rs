@@ -234,6 +234,17 @@ impl Engine for ReferenceEngine {
         Ok(())
     }
 
+    fn structures(&mut self) -> Result<Vec<f64>, EngineError> {
+        Ok(self.reference.structures().flatten().collect())
+    }
+
+    fn set_structures(&mut self, temperatures: &[f64]) -> Result<(), EngineError> {
+        let own: Vec<usize> =
+            self.reference.structures().enumerate().filter_map(|(node, own)| own.map(|_| node)).collect();
+        own.iter().zip(temperatures).for_each(|(node, temperature)| self.reference.set_structure(*node, *temperature));
+        Ok(())
+    }
+
     fn network(&self) -> Option<&NetworkRun> {
         self.network.as_ref()
     }

@@ -113,6 +113,59 @@ impl Transition {
     }
 }
 
+/// A plate by itself: the energy balance of a node without conduction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Radiative {
+    /// Heat capacity per area [J/(m2 K)]. 0 is in balance at every step.
+    pub capacity: f64,
+    /// The structure below.
+    pub over: Option<Below>,
+    /// Length of a step of the scene [s].
+    pub step: f64,
+    /// Temperature that no node of the material is expected to exceed [K]. It is infinite where it is not known.
+    pub hottest: f64,
+}
+
+/// Why a material can not be a plate by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoPlate {
+    /// A value is missing; its key.
+    Lacks(&'static str),
+    /// It stores no heat, and neither does anything below it.
+    StoresNothing,
+    /// The structure below stores no heat.
+    EmptyStructure,
+}
+
+impl Radiative {
+    /// The plate of a material, in steps of `step` [s].
+    ///
+    /// # Errors
+    /// Values that are missing, or no heat that is stored.
+    pub fn of(bulk: &Bulk, step: f64) -> Result<Self, NoPlate> {
+        let capacity = bulk.capacity_per_area().map_err(NoPlate::Lacks)?;
+        let below = |over: Structure| Below {
+            capacity: over.capacity_per_area(),
+            effective_emittance: over.effective_emittance,
+        };
+        let over = bulk.over.map(below);
+        match over {
+            None if capacity <= 0.0 => Err(NoPlate::StoresNothing),
+            Some(over) if over.capacity <= 0.0 => Err(NoPlate::EmptyStructure),
+            over => Ok(Self { capacity, over, step, hottest: f64::INFINITY }),
+        }
+    }
+}
+
+/// A structure below a plate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Below {
+    /// Heat capacity per area [J/(m2 K)], above 0.
+    pub capacity: f64,
+    /// Radiative conductance per area between the two, divided by the Stefan-Boltzmann constant.
+    pub effective_emittance: f64,
+}
+
 /// Thermal response of a node.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Response {
@@ -120,6 +173,8 @@ pub enum Response {
     Instant,
     /// A transition.
     Transition(Transition),
+    /// The energy balance of the node by itself.
+    Radiative(Radiative),
     /// The energy balance of the node in a thermal network, from the bulk properties.
     Network,
 }
@@ -133,10 +188,37 @@ pub struct Bulk {
     pub density: Option<f64>,
     /// Specific heat [J/(kg K)].
     pub specific_heat: Option<f64>,
+    /// Heat capacity per area [J/(m2 K)]. Where it is stated, density and specific heat are not needed.
+    pub heat_capacity_per_area: Option<f64>,
     /// Conductivity [W/(m K)].
     pub conductivity: Option<f64>,
     /// The structure below a layered material.
     pub over: Option<Structure>,
+}
+
+impl Bulk {
+    /// Heat capacity per area [J/(m2 K)]: as stated, else thickness x density x specific heat. `Err` has the first missing key.
+    ///
+    /// # Errors
+    /// The key of a value that is missing.
+    pub fn capacity_per_area(&self) -> Result<f64, &'static str> {
+        if let Some(stated) = self.heat_capacity_per_area {
+            return Ok(stated);
+        }
+        // The product is 0 if one factor is 0, even where another is missing.
+        if self.density == Some(0.0) || self.specific_heat == Some(0.0) {
+            return Ok(0.0);
+        }
+        let thickness = self.thickness.ok_or("thickness")?;
+        Ok(thickness * self.density.ok_or("density")? * self.specific_heat.ok_or("specific_heat")?)
+    }
+}
+
+impl Structure {
+    /// Heat capacity per area [J/(m2 K)].
+    pub fn capacity_per_area(&self) -> f64 {
+        self.thickness * self.density * self.specific_heat
+    }
 }
 
 /// A sheet behind the visible one that exchanges heat with it by radiation, such as the structure below an MLI blanket.
@@ -171,4 +253,11 @@ pub struct Material {
     pub transition: Option<Transition>,
     /// Source of the values, for the report: "scene.toml, rule 3; table white_paint (Fortescue 11.3)".
     pub source: String,
+}
+
+impl Material {
+    /// Whether its nodes have a structure below them that is no node of a network.
+    pub fn has_own_structure(&self) -> bool {
+        matches!(self.response, Response::Radiative(Radiative { over: Some(_), .. }))
+    }
 }

@@ -8,6 +8,7 @@ use crate::environment::shadow::Shadows;
 use crate::saved::{Saved, SavedError};
 use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response};
+use crate::thermal::radiative::{PlateLoad, PlateState, radiative_step};
 use crate::thermal::transition::{TransitionState, transition_step};
 
 /// Incident fluxes on a plate with a unit normal (body frame) during a step.
@@ -100,10 +101,20 @@ impl<F: IncidentFlux> Reference<F> {
     /// Advances by `steps_dt` steps with the balance temperature of the mean load as the target.
     pub fn step(&mut self, load: &StepLoad, steps_dt: f64) {
         self.each_node(|all, node, material, state| {
-            let commanded = all.commanded(node, material, load);
+            let commanded = || all.commanded(node, material, load);
             match &material.response {
-                Response::Instant => (settled(commanded, material), commanded),
-                Response::Transition(transition) => transition_step(state, commanded, steps_dt, transition),
+                Response::Instant => {
+                    let temperature = commanded();
+                    (settled(temperature, material), temperature)
+                }
+                Response::Transition(transition) => transition_step(state, commanded(), steps_dt, transition),
+                Response::Radiative(plate) => {
+                    let absorbed = all.absorbed_by(node, material, load);
+                    let (emissivity, background) = (emissivity_sum(material), load.background_temperature);
+                    let load = PlateLoad { absorbed, emissivity, background };
+                    let state = radiative_step(plate_of(state), load, steps_dt, plate);
+                    (kept(state), state.outside)
+                }
                 // Its temperature comes from the network.
                 Response::Network => (state, state.target),
             }
@@ -116,6 +127,25 @@ impl<F: IncidentFlux> Reference<F> {
         commanded_temperature(&shaded, &self.turned(node, load), material, load)
     }
 
+    /// Flux that a node absorbs in a step [W/m2].
+    fn absorbed_by(&self, node: usize, material: &Material, load: &StepLoad) -> f64 {
+        let shaded = Shaded { incident: &self.incident, visibility: self.visibility[node] };
+        let normal = self.turned(node, load).normal;
+        let front = shaded.incident(load, normal);
+        absorbed_flux(material, front, || shaded.incident(load, -normal))
+    }
+
+    /// Temperatures of the structures below plates [K], in the order of the nodes. `None` for a node without a structure.
+    pub fn structures(&self) -> impl Iterator<Item = Option<f64>> {
+        let has = |node: &ReferenceNode| self.materials[node.material as usize].has_own_structure();
+        self.nodes.iter().zip(&self.states).map(move |(node, state)| has(node).then_some(plate_of(*state).structure))
+    }
+
+    /// Replaces the temperature of the structure below a plate [K].
+    pub fn set_structure(&mut self, node: usize, temperature: f64) {
+        self.states[node] = kept(PlateState { structure: temperature, trend: 0.0, ..plate_of(self.states[node]) });
+    }
+
     /// Temperatures [K] in the order of the nodes.
     pub fn temperatures(&self) -> &[f64] {
         &self.temperatures
@@ -125,10 +155,7 @@ impl<F: IncidentFlux> Reference<F> {
     pub fn absorbed(&self, load: &StepLoad) -> Vec<f64> {
         let absorbed = |node: usize| {
             let material = &self.materials[self.nodes[node].material as usize];
-            let shaded = Shaded { incident: &self.incident, visibility: self.visibility[node] };
-            let normal = self.turned(node, load).normal;
-            let front = shaded.incident(load, normal);
-            absorbed_flux(material, front, || shaded.incident(load, -normal))
+            self.absorbed_by(node, material, load)
         };
         (0..self.nodes.len()).into_par_iter().map(absorbed).collect()
     }
@@ -213,7 +240,17 @@ fn settled(temperature: f64, material: &Material) -> TransitionState {
     match &material.response {
         Response::Instant | Response::Network => TransitionState { target: temperature, span: 0.0, elapsed: 0.0 },
         Response::Transition(transition) => TransitionState::settled(temperature, transition),
+        Response::Radiative(_) => kept(PlateState::settled(temperature)),
     }
+}
+
+/// The three numbers of a plate, in the places of those of a transition.
+fn kept(state: PlateState) -> TransitionState {
+    TransitionState { target: state.outside, span: state.structure, elapsed: state.trend }
+}
+
+fn plate_of(state: TransitionState) -> PlateState {
+    PlateState { outside: state.target, structure: state.span, trend: state.elapsed }
 }
 
 #[cfg(test)]

@@ -143,36 +143,25 @@ impl ShellMaterial {
     /// [`ShellError::Lacks`] where a value is missing that the network needs.
     pub fn of(material: &Material) -> Result<Self, ShellError> {
         let bulk = &material.bulk;
-        let sheet = |thickness: Option<f64>,
-                     density: Option<f64>,
-                     specific_heat: Option<f64>,
-                     conductivity: Option<f64>,
-                     of: &str| {
-            let lacks = |key: &str| ShellError::Lacks { material: material.name.clone(), key: format!("{key}{of}") };
-            // The product is 0 if one factor is 0, even where another is missing.
-            let stores_nothing = density == Some(0.0) || specific_heat == Some(0.0);
-            let conducts = conductivity.is_some_and(|conductivity| conductivity > 0.0);
-            let thickness = match thickness {
-                None if stores_nothing && !conducts => 0.0,
-                thickness => thickness.ok_or_else(|| lacks("thickness [m]"))?,
+        let lacks = |key: &str| {
+            let unit = match key {
+                "thickness" => "m",
+                "density" => "kg/m3",
+                _ => "J/(kg K)",
             };
-            let capacitance = if stores_nothing {
-                0.0
-            } else {
-                let density = density.ok_or_else(|| lacks("density [kg/m3]"))?;
-                thickness * density * specific_heat.ok_or_else(|| lacks("specific_heat [J/(kg K)]"))?
-            };
-            Ok::<_, ShellError>(Sheet { capacitance, conductance: thickness * conductivity.unwrap_or(0.0), thickness })
+            ShellError::Lacks { material: material.name.clone(), key: format!("{key} [{unit}]") }
         };
-        let outer = sheet(bulk.thickness, bulk.density, bulk.specific_heat, bulk.conductivity, "")?;
-        let over = bulk
-            .over
-            .map(|over| {
-                let [thickness, density, specific_heat] = [over.thickness, over.density, over.specific_heat].map(Some);
-                let below = sheet(thickness, density, specific_heat, Some(over.conductivity), " of 'over'")?;
-                Ok::<_, ShellError>((below, over.effective_emittance))
-            })
-            .transpose()?;
+        let capacitance = bulk.capacity_per_area().map_err(lacks)?;
+        let conductivity = bulk.conductivity.unwrap_or(0.0);
+        let thickness = match bulk.thickness {
+            None if conductivity <= 0.0 => 0.0,
+            thickness => thickness.ok_or_else(|| lacks("thickness"))?,
+        };
+        let outer = Sheet { capacitance, conductance: thickness * conductivity, thickness };
+        let over = bulk.over.map(|over| {
+            let (capacitance, thickness) = (over.capacity_per_area(), over.thickness);
+            (Sheet { capacitance, conductance: thickness * over.conductivity, thickness }, over.effective_emittance)
+        });
         Ok(Self { outer, emissivity: emissivity_sum(material), over })
     }
 

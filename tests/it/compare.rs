@@ -172,11 +172,50 @@ fn a_scene_that_draws_nothing_is_compared_in_numbers() {
     assert!(page.contains("there are no pictures"));
 }
 
-/// 2 m of aluminium takes days to warm, far longer than the run, and its warm-up can not become periodic.
+/// A fit that takes days, or that follows nothing, is none. What the scene states is taken as it is.
+#[test]
+fn a_fit_that_is_none_is_refused() {
+    let thick = scene(&BULK.replace("0.002", "2")).replace("steps = 12", "steps = 1\nwarm_up_orbits = 0");
+    let folder = Folder::new(&thick);
+    let output = end(isotherm(folder.0.path(), &["compare", "scene.toml", "-o", "out", "--device", "cpu"]));
+    let (_, line) = refusal(&output);
+    for text in ["material 'cells'", "orbits, so it would hardly move", "State heating and cooling"] {
+        assert!(line.contains(text), "{text}: {line}");
+    }
+    assert!(!folder.path("out/compare.csv").exists());
+    // The cells of this scene have the rule with `network`.
+    let stated = "response = \"network\"\nheating = { function = \"quadratic\", t_max = 2e5 }\n\
+                  cooling = { function = \"quadratic\", t_max = 2e5 }\n";
+    folder.write("scene.toml", &thick.replace("response = \"network\"\n", stated));
+    succeed(folder.0.path(), &["compare", "scene.toml", "-o", "out", "--device", "cpu"]);
+}
+
+/// Without a warm-up in the scene each run starts where an orbit ends as it began. `warm_up_orbits = 0` keeps the cold start, 62 K or so away.
+#[test]
+fn runs_start_from_their_own_periodic_states() {
+    let own = scene(BULK).replace("draw_every = 4", "draw_every = 0").replace("steps = 12", "steps = 1");
+    let folder = Folder::new(&own);
+    let said = succeed(folder.0.path(), &["compare", "scene.toml", "-o", "own", "--device", "cpu"]);
+    assert!(said.contains("its own periodic state") && !said.contains("No orbit is stepped"), "{said}");
+    folder.write("scene.toml", &own.replace("steps = 1", "steps = 1\nwarm_up = \"periodic\""));
+    let said = succeed(folder.0.path(), &["compare", "scene.toml", "-o", "periodic", "--device", "cpu"]);
+    assert!(!said.contains("its own periodic state"), "{said}");
+    folder.write("scene.toml", &own.replace("steps = 1", "steps = 1\nwarm_up_orbits = 0"));
+    succeed(folder.0.path(), &["compare", "scene.toml", "-o", "cold", "--device", "cpu"]);
+    let of = |run: &str, name: &str| column(&folder, &format!("{run}/series_{name}.csv"), "part:wing_port:mean")[0];
+    for name in ["instant", "transition", "network"] {
+        let [own, periodic, cold] = ["own", "periodic", "cold"].map(|run| of(run, name));
+        println!("{name}: {own} K periodic, {cold} K cold");
+        assert_eq!(own, periodic, "{name}");
+        assert!(name == "instant" || (own - cold).abs() > 1.0, "{name}: {own} K and {cold} K");
+    }
+}
+
+/// 2 cm of aluminium takes longer to warm than the run, and its warm-up can not become periodic.
 #[test]
 #[ignore = "long: tools/test --all"]
 fn a_fit_and_a_warm_up_that_are_not_to_be_trusted_are_told() {
-    let thick = BULK.replace("0.002", "2");
+    let thick = BULK.replace("0.002", "0.02");
     let periodic = "step = 60\nwarm_up = \"periodic\"\nwarm_up_tolerance = 1e-6\nwarm_up_orbits = 2\n";
     let folder = Folder::new(&scene(&thick).replace("step = 60\n", periodic).replace("steps = 12", "steps = 2"));
     let output = end(isotherm(folder.0.path(), &["compare", "scene.toml", "-o", "out", "--device", "cpu"]));

@@ -13,6 +13,7 @@ use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
 use isotherm::gpu::shapes::Shapes;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
 use isotherm::simulation::device_data::device_material;
+use isotherm::thermal::balance::emissivity_sum;
 use isotherm::thermal::material::{
     Bulk, Domain, Function, Material, Optics, Profile, Response, Retarget, Sides, Transition,
 };
@@ -130,6 +131,9 @@ impl LooseNodes {
             let kind = match &material.response {
                 Response::Instant => StepKind::Instant,
                 Response::Network => StepKind::Absorb,
+                Response::Radiative(plate) => {
+                    StepKind::Radiative { over: plate.over.is_some(), fast: plate.is_fast(emissivity_sum(material)) }
+                }
                 Response::Transition(Transition { retarget: Retarget::Merge, .. }) => StepKind::Merge,
                 Response::Transition(Transition { retarget: Retarget::Restart, .. }) => StepKind::Restart,
             };

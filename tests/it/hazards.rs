@@ -27,11 +27,22 @@ fn range(kind: StepKind, both_sides: bool, groups: (u32, u32)) -> StepRange {
     StepRange { variant: variant(kind, both_sides), groups, joint: 0 }
 }
 
+/// A plate by itself, and one over a structure.
+const PLATE: StepKind = StepKind::Radiative { over: false, fast: false };
+const OVER: StepKind = StepKind::Radiative { over: true, fast: true };
+
 /// Scenes with one kind of node and with several.
 fn scenes() -> Vec<Vec<StepRange>> {
     vec![
         vec![range(StepKind::Merge, false, (0, 64))],
         vec![range(StepKind::Instant, false, (0, 64))],
+        vec![range(PLATE, false, (0, 64))],
+        vec![range(OVER, true, (0, 64))],
+        vec![
+            range(StepKind::Merge, false, (0, 64)),
+            range(PLATE, true, (64, 128)),
+            with_shadow(range(OVER, false, (128, 192))),
+        ],
         vec![
             range(StepKind::Instant, false, (0, 64)),
             range(StepKind::Merge, false, (64, 192)),

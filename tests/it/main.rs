@@ -28,6 +28,7 @@ mod one_pass;
 mod orbit;
 mod paper;
 mod pictures;
+mod plates;
 mod program;
 mod properties;
 mod quads;

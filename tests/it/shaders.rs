@@ -34,7 +34,10 @@ pub fn thermal_variants(curve: Curve) -> Vec<ThermalVariant> {
     };
     let mut all = vec![bare(StepKind::Advance)];
     let stateless: &[StepKind] = if curve == Curve::Power { &[StepKind::Instant, StepKind::Absorb] } else { &[] };
-    for kind in stateless.iter().copied().chain([StepKind::Merge, StepKind::Restart]) {
+    let plate = |over, fast| StepKind::Radiative { over, fast };
+    let plates = [plate(false, false), plate(false, true), plate(true, false), plate(true, true)];
+    let plates = plates.into_iter().filter(|_| curve == Curve::Power);
+    for kind in stateless.iter().copied().chain([StepKind::Merge, StepKind::Restart]).chain(plates) {
         for both_sides in [false, true] {
             for (sun, planet_ir, albedo) in [
                 (false, false, false),

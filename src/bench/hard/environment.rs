@@ -199,6 +199,12 @@ const MATERIAL: layout::Material = layout::Material {
     heating_t_max: 0.0,
     cooling_function: 1.0,
     cooling_t_max: 0.0,
+    share: 0.0,
+    emission: 0.0,
+    own_emission: 0.0,
+    exchange: 0.0,
+    structure_share: 0.0,
+    parts: 0.0,
 };
 /// Material and part of each group, with enough entries for any case.
 static ZEROS: [u32; 8192] = [0; 8192];

@@ -77,7 +77,9 @@ pub(super) fn thermal_pass(range: StepRange) -> Pass {
     let StepRange { variant, groups, joint } = range;
     let loaded = variant.sun || variant.planet_ir;
     let commands = variant.kind != StepKind::Advance;
-    let moves = variant.kind.has_state();
+    let moves = variant.kind.is_transition();
+    let plate = matches!(variant.kind, StepKind::Radiative { .. });
+    let full = variant.kind.has_full_state();
     let (step, sun_samples, albedo_values) = if variant.fused {
         (Resource::FusedSteps, Resource::FusedSunSamples, Resource::FusedAlbedoValues)
     } else {
@@ -102,15 +104,15 @@ pub(super) fn thermal_pass(range: StepRange) -> Pass {
     bind(loaded, 5, Resource::NormalX, &[COMPUTE_READ]);
     bind(loaded, 6, Resource::NormalY, &[COMPUTE_READ]);
     bind(loaded, 7, Resource::NormalZ, &[COMPUTE_READ]);
-    bind(moves, 8, Resource::Target, if commands { &[COMPUTE_READ, COMPUTE_WRITE] } else { &[COMPUTE_READ] });
+    bind(full, 8, Resource::Target, if commands { &[COMPUTE_READ, COMPUTE_WRITE] } else { &[COMPUTE_READ] });
     bind(
-        moves,
+        variant.kind.has_state(),
         9,
         Resource::Span,
         if commands || variant.curve != Curve::Power { &[COMPUTE_READ, COMPUTE_WRITE] } else { &[COMPUTE_READ] },
     );
-    bind(moves, 10, Resource::Elapsed, &[COMPUTE_READ, COMPUTE_WRITE]);
-    bind(true, 11, Resource::Temperature, &[COMPUTE_WRITE]);
+    bind(full, 10, Resource::Elapsed, &[COMPUTE_READ, COMPUTE_WRITE]);
+    bind(true, 11, Resource::Temperature, if plate { &[COMPUTE_READ, COMPUTE_WRITE] } else { &[COMPUTE_WRITE] });
     bind(variant.shadow, 13, Resource::Visibility, &[COMPUTE_READ]);
     bind(moves && variant.curve != Curve::Power, 12, Resource::Shapes, &[COMPUTE_READ]);
     let work = over(Kernel::Thermal(variant), groups, RANGE_GROUPS as u32, Said::Nothing);

@@ -3,14 +3,13 @@
 //! A step splits the exchange of heat in three (docs/numerics.md 3):
 //! - Weak conductors act on M = T + half of the last change, explicitly. What leaves a node enters its neighbour, so heat is conserved.
 //! - Each node then takes its loads, its weak conduction and the conduction inside its block of the last step as constant power, and radiates. This change
-//!   is exact (`local`).
+//!   is exact (`thermal::local_step`).
 //! - Each block conducts exactly, with what its nodes received in the step as a constant source (`exponential`).
 
 mod balance;
 mod blocks;
 mod exponential;
 mod halving;
-mod local;
 mod plan;
 mod saved;
 mod switching;
@@ -30,6 +29,7 @@ use super::control::Switch;
 use super::schedule::Thermostat;
 use super::{radiated, radiative_slope};
 use crate::thermal::STEFAN_BOLTZMANN;
+use crate::thermal::local_step as local;
 
 /// A heater of a network in one pass.
 #[derive(Debug, Clone, PartialEq)]

@@ -378,6 +378,7 @@ fn a_material_says_what_it_lacks() {
         thickness: Some(0.002),
         density: Some(2700.0),
         specific_heat: Some(900.0),
+        heat_capacity_per_area: None,
         conductivity: Some(200.0),
         over: None,
     };

@@ -100,6 +100,7 @@ impl Work {
             heating_t_max: T_MAX as f32,
             cooling_function: self.power as f32,
             cooling_t_max: T_MAX as f32,
+            ..layout::Material::default()
         };
         let data = SceneData {
             ranges: vec![StepRange { variant: self.variant(), groups: (0, groups as u32), joint: 0 }],

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::blocks::{Division, Unfit};
 use super::exponential::exponentials;
-use super::local;
+use crate::thermal::local_step as local;
 use crate::thermal::network::{Network, NodeKind, radiative_slope};
 
 /// Excess of a length over whole steps that is rounding.

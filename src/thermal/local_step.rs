@@ -1,4 +1,4 @@
-//! The local step of the one pass: a node under constant power that radiates, dT/dt = power - emission T^4, over a step.
+//! The local step of a node: it radiates under constant power, dT/dt = power - emission T^4, over a step.
 //!
 //! A slow node takes two classical Runge-Kutta steps on the change of its temperature. Differences of fourth powers are products, so nothing cancels. A fast
 //! node takes the closed form: with x = T / Te and Te the temperature of balance, artanh(d / (1 - x0 x1)) + atan(d / (1 + x0 x1)) = 2 emission Te^3 for the
@@ -42,6 +42,11 @@ pub fn fast_change(temperature: f64, start: f64, emission: f64, count: u32) -> f
     if power <= WEAK * emitted || power <= 0.0 {
         return local_change(temperature, start, emission, count);
     }
+    closed_change(temperature, start, power, emission)
+}
+
+/// The same change in closed form. `power` [K] is the change that the power alone would cause, and is above 0.
+fn closed_change(temperature: f64, start: f64, power: f64, emission: f64) -> f64 {
     let balance = (power / emission).sqrt().sqrt();
     let from = temperature / balance;
     // 1 - x0^2, which does not cancel.
@@ -61,9 +66,69 @@ pub fn fast_change(temperature: f64, start: f64, emission: f64, count: u32) -> f
     balance * change(reached)
 }
 
+/// A node whose power is weak cools almost freely until it is so many times as hot as its balance.
+const NEAR: f64 = 5.0;
+
+/// The same change for any power that is not negative, and any step. `power` [K] is the change that the power alone would cause. A node that is far hotter
+/// than its balance first cools freely, T = (T0^-3 + 3 k t)^(-1/3), with its power as a perturbation of first order, and takes the closed form for what is
+/// left of the step.
+pub fn whole_change(temperature: f64, start: f64, power: f64, emission: f64) -> f64 {
+    let emitted = emission * temperature.powi(4);
+    if power > WEAK * emitted {
+        return closed_change(temperature, start, power, emission);
+    }
+    if emitted <= 0.0 {
+        return 0.0;
+    }
+    let steep = emission * temperature.powi(3);
+    let balance = (power / emission).sqrt().sqrt();
+    let near = (temperature / (NEAR * balance)).min(FARTHEST);
+    // Lengths of time times k T0^3.
+    let taken = steep.min((near.powi(3) - 1.0) / 3.0);
+    let cooled = 1.0 + 3.0 * taken;
+    let share = cooled.powf(-1.0 / 3.0);
+    let fallen = temperature * (1.0 - cooled) / (cooled * (share * share + share + 1.0));
+    let first = fallen + power / (7.0 * steep) * (cooled - share.powi(4));
+    let left = 1.0 - taken / steep;
+    if left <= 0.0 {
+        return first;
+    }
+    let here = temperature + first;
+    first + closed_change(here, left * (power - emission * here.powi(4)), left * power, left * emission)
+}
+
+/// Most times that a node is taken to be as hot as `NEAR` balances.
+const FARTHEST: f64 = 1e6;
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Cooling far above the balance, without power at all, and over steps of up to a hundred thousand time constants.
+    #[test]
+    fn any_step_is_exact() {
+        for (temperature, balance) in
+            [(400.0, 0.0), (400.0, 2.7), (690.0, 100.0), (300.0, 51.0), (2.7, 690.0), (300.0, 299.9), (20.0, 80.0)]
+        {
+            for slope in [1e-3, 0.1, 0.35, 3.0, 11.0, 40.0] {
+                let emission = slope / (4.0 * f64::max(temperature, balance).powi(3));
+                let power = emission * f64::powi(balance, 4);
+                let start = power - emission * f64::powi(temperature, 4);
+                let exact = local_change(temperature, start, emission, 40_000);
+                let found = whole_change(temperature, start, power, emission);
+                assert!((found - exact).abs() < 7e-4, "{slope}, {temperature} to {balance} K: {found} {exact}");
+            }
+            if balance < 50.0 {
+                continue;
+            }
+            let emission = 1e5 / (4.0 * f64::max(temperature, balance).powi(3));
+            let power = emission * f64::powi(balance, 4);
+            let start = power - emission * f64::powi(temperature, 4);
+            let found = temperature + whole_change(temperature, start, power, emission);
+            assert!((found - balance).abs() < 7e-4, "{temperature} to {balance} K: {found}");
+        }
+        assert_eq!(whole_change(0.0, 0.0, 0.0, 1e-9), 0.0);
+    }
 
     /// A node that only radiates cools as (T0^-3 + 3 k t)^(-1/3).
     #[test]

@@ -1,0 +1,140 @@
+//! Milliseconds against kelvin: every response with and without shadows, against the accurate network with shadows.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::clock::{Deadline, OUT_OF_TIME};
+use super::models::{Basis, Failed, Ran, run};
+use crate::compare::responses::{self, OfMaterial};
+use crate::gpu::context::Context;
+use crate::scene::Scene;
+use crate::simulation::prepare::Prepared;
+use crate::thermal::material::Domain;
+use crate::thermal::network::control::Integrator;
+
+/// A response, with or without shadows.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct FrontierRow {
+    /// The response.
+    pub response: String,
+    /// Whether the craft shadows itself.
+    pub shadows: bool,
+    /// Median device time of the thermal, shadow and network passes of a step [ms].
+    pub step_ms: Option<f64>,
+    /// Root mean square difference from the accurate network with shadows, over area and steps [K].
+    pub rms_k: Option<f64>,
+    /// The largest difference [K].
+    pub max_k: Option<f64>,
+    /// The reason if there are no numbers.
+    pub failed: Option<String>,
+}
+
+/// What moves the temperatures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Way {
+    Accurate,
+    Default,
+    Radiative,
+    Fitted,
+    FourthPower,
+    Temperature,
+    Instant,
+}
+
+impl Way {
+    /// The reference comes first.
+    const ALL: [Self; 7] = [
+        Self::Accurate,
+        Self::Default,
+        Self::Radiative,
+        Self::Fitted,
+        Self::FourthPower,
+        Self::Temperature,
+        Self::Instant,
+    ];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Accurate => "network, accurate",
+            Self::Default => "network, default",
+            Self::Radiative => "radiative",
+            Self::Fitted => "transition, fitted",
+            Self::FourthPower => "transition in T4",
+            Self::Temperature => "transition in T",
+            Self::Instant => "instant",
+        }
+    }
+
+    fn prepared(self, base: &Scene, of: &[OfMaterial], shadows: bool) -> Result<Prepared, Failed> {
+        let mut scene = base.clone();
+        if !shadows {
+            scene.shadows = None;
+        }
+        let in_domain = |domain: Domain| {
+            let mut of = of.to_vec();
+            of.iter_mut().filter_map(|one| one.transition.as_mut()).for_each(|one| one.domain = domain);
+            of
+        };
+        let quiet = &mut |_| ();
+        Ok(match self {
+            Self::Instant => responses::instant(&scene, quiet)?,
+            Self::Temperature => responses::transition(&scene, &in_domain(Domain::Temperature), quiet)?,
+            Self::FourthPower => responses::transition(&scene, &in_domain(Domain::FourthPower), quiet)?,
+            Self::Fitted => responses::transition(&scene, of, quiet)?,
+            Self::Radiative => responses::radiative(&scene, quiet)?,
+            Self::Default | Self::Accurate => {
+                let integrator = if self == Self::Accurate { Integrator::Accurate } else { Integrator::Default };
+                (scene.network.integrator, scene.network.tolerance) = (integrator, None);
+                responses::network(&scene, quiet)?
+            }
+        })
+    }
+}
+
+/// Runs every response with and without shadows through the orbit of `basis`. Without the accurate network there are times only.
+pub fn measure(
+    context: &Arc<Context>,
+    basis: &Basis,
+    quick: bool,
+    deadline: Deadline,
+    says: &dyn Fn(&str),
+) -> Vec<FrontierRow> {
+    let mut truth: Option<Ran> = None;
+    let mut rows = Vec::new();
+    for way in Way::ALL {
+        for shadows in [true, false] {
+            let row = FrontierRow { response: way.name().to_owned(), shadows, ..FrontierRow::default() };
+            let left_out = if deadline.is_past() {
+                Some(OUT_OF_TIME)
+            } else if quick && matches!(way, Way::Accurate | Way::Default) {
+                Some("left out by --quick")
+            } else {
+                None
+            };
+            if let Some(reason) = left_out {
+                rows.push(FrontierRow { failed: Some(reason.to_owned()), ..row });
+                continue;
+            }
+            says(&format!("frontier: {}, {}", way.name(), if shadows { "shadows" } else { "no shadows" }));
+            let ran = way.prepared(&basis.scene, &basis.of, shadows).and_then(|prepared| Ok(run(context, &prepared)?));
+            match ran {
+                Err(error) => rows.push(FrontierRow { failed: Some(error.to_string()), ..row }),
+                Ok(ran) if way == Way::Accurate && shadows => {
+                    rows.push(FrontierRow { step_ms: ran.step_ms, rms_k: Some(0.0), max_k: Some(0.0), ..row });
+                    truth = Some(ran);
+                }
+                Ok(ran) => {
+                    let moved = truth.as_ref().map(|truth| ran.moved(truth, &basis.areas));
+                    rows.push(FrontierRow {
+                        step_ms: ran.step_ms,
+                        rms_k: moved.map(|moved| moved.rms_k),
+                        max_k: moved.map(|moved| moved.max_k),
+                        ..row
+                    });
+                }
+            }
+        }
+    }
+    rows
+}
