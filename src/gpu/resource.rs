@@ -93,6 +93,10 @@ table! {
     Elapsed: row(GROUP, MovingGroups, Storage, "Elapsed").in_pieces(Always);
     /// Temperature of every node [K], then the power of every heater of a network in one pass [W].
     Temperature: row(GROUP, HeatedGroups, Storage, "Temperature").in_pieces(WithoutImage);
+    /// Temperature of every node before the last step [K], where images lie between steps.
+    EarlierTemperature: row(GROUP, BetweenGroups, Storage, "Earlier");
+    /// Temperature of every node at the time of an image between steps [K].
+    BetweenTemperature: row(GROUP, BetweenGroups, Storage, "Between Temperature");
     /// Transform of the shadow map, written by the host.
     SunView: row(size_of::<layout::SunView>(), Count::SunView, Uniform, "SunView").each_slot().each_joint();
     /// Node indices of the triangles that cast shadows.

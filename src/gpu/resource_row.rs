@@ -29,6 +29,8 @@ pub enum Count {
     PlacedGroups,
     /// Groups, if an image is drawn.
     DrawnGroups,
+    /// Groups, if images lie between steps.
+    BetweenGroups,
     /// Groups, if the craft shadows itself.
     ShadowedGroups,
     /// Triangles of an image.
@@ -105,6 +107,7 @@ impl Count {
                 | Self::MovingGroups
                 | Self::PlacedGroups
                 | Self::DrawnGroups
+                | Self::BetweenGroups
                 | Self::ShadowedGroups
                 | Self::Triangles
                 | Self::Draws

@@ -13,6 +13,7 @@ use super::exr::encode;
 use super::folder::Folder;
 use super::frame::{Frame, FrameHeader};
 use super::frame_maker::FrameMaker;
+use super::image_index::{IMAGES, write_index};
 use super::report::{FrameEntry, Picture, PlotEntry, write_plots};
 use super::run_pictures::{CONTACT_SHEET, WrittenFrame, draw_pictures, frame_file};
 use super::state_file;
@@ -26,7 +27,9 @@ use crate::simulation::network::StepCost;
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::state::{MOST_TIMES, capture, periodic as periodic_of, put_periodic, restore};
+use crate::simulation::thermal_state::{begin_from, take};
 use crate::simulation::{Consumer, StepResult, run_from, start_from};
+use crate::thermal::between::between_error;
 use crate::trace::{Trace, Track};
 
 /// The report as JSON.
@@ -34,9 +37,12 @@ pub const REPORT_JSON: &str = "report.json";
 /// The report as a page.
 pub const REPORT_HTML: &str = "report.html";
 /// All files of a run.
-pub const FILES: [&str; 12] = [
+pub const FILES: [&str; 15] = [
     "frames/step_#.exr",
     "frames/step_#.png",
+    "frames/image_#.exr",
+    "frames/image_#.png",
+    IMAGES,
     "plots/materials.svg",
     "plots/parts.svg",
     "plots/probes.svg",
@@ -103,6 +109,10 @@ pub struct Outcome {
     pub plots: Vec<PlotEntry>,
     /// Error of the device against the f64 reference, if requested.
     pub accuracy: Option<Accuracy>,
+    /// Estimated error of the temperatures between steps [K], where images lie there.
+    pub between: Option<f64>,
+    /// The thermal state that was asked for, where its step was reached.
+    pub state: Option<Saved>,
     /// Convergence of a periodic warm-up, if requested.
     pub periodic: Option<Periodic>,
     /// Cost of the network in every step after the warm-up.
@@ -123,6 +133,10 @@ pub struct Job<'a> {
     pub identity: &'a Saved,
     /// The state of an earlier part of the run.
     pub earlier: Option<&'a Saved>,
+    /// The thermal state at time 0, instead of a warm-up.
+    pub begin: Option<&'a Saved>,
+    /// The step after which the thermal state is taken.
+    pub take_after: Option<u32>,
 }
 
 /// How often the state of a run is saved. It is saved after the warm-up, after the last step and when the run is stopped in any case.
@@ -171,6 +185,11 @@ pub fn run_into(
                 Earlier::of(saved).map_err(lost)?,
             )
         }
+        None if job.begin.is_some() => {
+            let took = job.begin.map(|state| begin_from(state, engine, check.as_mut())).transpose()?;
+            check = check.filter(|_| took == Some(true));
+            (0, None, Tables::begin(prepared, folder)?, Earlier::default())
+        }
         None => {
             let in_warm_up = job.earlier.filter(|saved| saved.has("warm_up.next"));
             let mut done = Earlier::default();
@@ -201,7 +220,7 @@ pub fn run_into(
     let maker = prepared.scene.camera.as_ref().map(|camera| FrameMaker::new(prepared, camera, &engine.device_name()));
     let stepping_began = Instant::now();
     let written = Mutex::new(done.frames);
-    let (complete, wrote) = std::thread::scope(|scope| {
+    let (complete, wrote, (between, state)) = std::thread::scope(|scope| {
         // A thread writes files while the next steps are computed.
         let (frames, waiting) = sync_channel::<Work>(WAITING_FRAMES);
         let (files, written) = (trace.clone(), &written);
@@ -216,9 +235,9 @@ pub fn run_into(
                     }
                 };
                 let _writes = files.span(Track::Writer, "write EXR");
-                let (file, range) = (frame_file(frame.step, "exr"), frame.range());
+                let (file, range) = (frame_file(frame.step, frame.image, "exr"), frame.range());
                 folder.write_bytes(&file, &encode(&frame, &header)?)?;
-                lock(written).push(WrittenFrame { step: frame.step, range });
+                lock(written).push(WrittenFrame { step: frame.step, image: frame.image, range });
             }
             Ok::<_, OutputError>(())
         });
@@ -232,6 +251,8 @@ pub fn run_into(
             frames,
             written,
             periodic,
+            between: done.between,
+            state: None,
             // A warm-up that was stopped has saved its own state.
             saves: earlier.is_some() || !stop.load(Ordering::Relaxed),
             saved: Instant::now(),
@@ -244,9 +265,10 @@ pub fn run_into(
             recorder.save(0, engine, check.as_mut())?;
         }
         let complete = run_from(prepared, engine, check.as_mut(), first, stop, &mut recorder);
+        let between = (recorder.between.error, recorder.state.take());
         drop(recorder);
         let wrote = writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        Ok::<_, JobError>((complete, wrote))
+        Ok::<_, JobError>((complete, wrote, between))
     })?;
     wrote?;
     let complete = complete?;
@@ -256,13 +278,16 @@ pub fn run_into(
     let draws = trace.span(Track::Host, "pictures and plots");
     let eclipses = Eclipses::of(prepared);
     let (frames, pictures) = draw_pictures(&prepared.scene, &eclipses, folder, &written, &|| progress(Done::Picture))?;
+    if let Some(camera) = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw.is_between_steps()) {
+        write_index(folder, &prepared.scene.time, camera, &written)?;
+    }
     let plots = tables.plots(&eclipses)?;
     write_plots(folder, &plots)?;
     drop(draws);
     let accuracy = check.map(|check| check.accuracy(prepared));
     let network_costs = engine.network_costs().to_vec();
     let wall_before_s = done.seconds[0];
-    Ok(Outcome { complete, frames, pictures, plots, accuracy, periodic, network_costs, stepping_s, wall_before_s })
+    Ok(Outcome { complete, frames, pictures, plots, accuracy, between, state, periodic, network_costs, stepping_s, wall_before_s })
 }
 
 fn lock(written: &Mutex<Vec<WrittenFrame>>) -> MutexGuard<'_, Vec<WrittenFrame>> {
@@ -275,17 +300,63 @@ struct Earlier {
     frames: Vec<WrittenFrame>,
     /// Wall time of the whole run and of its steps [s].
     seconds: [f64; 2],
+    between: Between,
+}
+
+/// Number that stands for no image in a saved list.
+const NO_IMAGE: u32 = u32::MAX;
+
+fn image_of(saved: u32) -> Option<u32> {
+    (saved != NO_IMAGE).then_some(saved)
+}
+
+/// Error of the temperatures between steps, where images lie there.
+#[derive(Default)]
+struct Between {
+    /// Temperatures at the last two steps [K].
+    before: Vec<Vec<f32>>,
+    /// Largest error so far [K].
+    error: Option<f64>,
+}
+
+impl Between {
+    fn of(saved: &Saved) -> Result<Self, SavedError> {
+        let error: Vec<f64> = saved.list("between.error")?;
+        let names = ["between.0", "between.1"].into_iter().filter(|name| saved.has(name));
+        Ok(Self { before: names.map(|name| saved.list(name)).collect::<Result<_, _>>()?, error: error.first().copied() })
+    }
+
+    fn save(&self, saved: &mut Saved) {
+        saved.put("between.error", self.error.as_slice());
+        for (number, temperatures) in self.before.iter().enumerate() {
+            saved.put(format!("between.{number}"), temperatures);
+        }
+    }
+
+    /// Takes the temperatures at the end of a step [K].
+    fn take(&mut self, prepared: &Prepared, step: u32, temperatures: Vec<f32>) {
+        let time = &prepared.scene.time;
+        if let [first, second] = self.before.as_slice() {
+            let near = (step - 1..=step).any(|step| !time.draw.in_step(step, time.step).is_empty());
+            let error = near.then(|| between_error([first, second, &temperatures]));
+            self.error = error.into_iter().chain(self.error).reduce(f64::max);
+            self.before.remove(0);
+        }
+        self.before.push(temperatures);
+    }
 }
 
 impl Earlier {
     fn of(saved: &Saved) -> Result<Self, SavedError> {
         let steps: Vec<u32> = saved.list("frames")?;
         let ranges: Vec<[f32; 2]> = saved.list_of("frame_ranges", steps.len())?;
-        let frame = |(step, range): (u32, [f32; 2])| {
+        let images: Vec<u32> = saved.list_of("frame_images", steps.len())?;
+        let frame = |((step, image), range): ((u32, u32), [f32; 2])| {
             let range = Some(range).filter(|range| !range[0].is_nan());
-            WrittenFrame { step, range }
+            WrittenFrame { step, image: image_of(image), range }
         };
-        Ok(Self { frames: steps.into_iter().zip(ranges).map(frame).collect(), seconds: saved.array("seconds")? })
+        let frames = steps.into_iter().zip(images).zip(ranges).map(frame).collect();
+        Ok(Self { frames, seconds: saved.array("seconds")?, between: Between::of(saved)? })
     }
 }
 
@@ -345,6 +416,8 @@ struct Recorder<'a, 'b> {
     frames: SyncSender<Work>,
     written: &'a Mutex<Vec<WrittenFrame>>,
     periodic: Option<Periodic>,
+    between: Between,
+    state: Option<Saved>,
     saves: bool,
     saved: Instant,
     began: Instant,
@@ -359,16 +432,25 @@ impl Consumer<JobError> for Recorder<'_, '_> {
         if let Some(temperatures) = result.delivered.temperatures.take() {
             check_finite(self.prepared, result.step, &temperatures)?;
             self.tables.add(self.prepared, result.time, &temperatures)?;
+            if self.prepared.scene.time.draw.is_between_steps() {
+                self.between.take(self.prepared, result.step, temperatures);
+            }
         }
+        let is_step = result.image.is_none();
         let frame = self.maker.map(|maker| maker.frame(result)).transpose()?.flatten();
         if let Some(frame) = frame {
             self.frames.send(Work::Frame(Box::new(frame))).map_err(|_| JobError::Writer)?;
         }
-        (self.progress)(Done::Step);
+        if is_step {
+            (self.progress)(Done::Step);
+        }
         Ok(())
     }
 
     fn wants_state(&self, next: u32) -> bool {
+        if self.job.take_after.is_some_and(|step| step + 1 == next) {
+            return true;
+        }
         match self.job.save_every {
             SaveEvery::Time(time) => !time.is_zero() && self.saved.elapsed() >= time,
             SaveEvery::Steps(steps) => next.is_multiple_of(steps.max(1)),
@@ -380,6 +462,11 @@ impl Consumer<JobError> for Recorder<'_, '_> {
             return Ok(());
         }
         let _saves = self.trace.span(Track::Host, "save the state");
+        let mut check = check;
+        if let Some(step) = self.job.take_after.filter(|step| step + 1 == next) {
+            let time = f64::from(step) * self.prepared.scene.time.step;
+            self.state = Some(take(self.prepared, engine, check.as_deref_mut(), time)?);
+        }
         let mut of_loop = capture(next, engine, check)?;
         put_periodic(&mut of_loop, self.periodic);
         let mut saved = self.job.identity.clone();
@@ -391,6 +478,9 @@ impl Consumer<JobError> for Recorder<'_, '_> {
         told.recv().map_err(|_| JobError::Writer)?;
         let written = lock(self.written);
         saved.put("frames", &written.iter().map(|frame| frame.step).collect::<Vec<_>>());
+        let images: Vec<u32> = written.iter().map(|frame| frame.image.unwrap_or(NO_IMAGE)).collect();
+        saved.put("frame_images", &images);
+        self.between.save(&mut saved);
         saved
             .put("frame_ranges", &written.iter().map(|frame| frame.range.unwrap_or([f32::NAN; 2])).collect::<Vec<_>>());
         drop(written);
@@ -408,8 +498,12 @@ impl Consumer<JobError> for Recorder<'_, '_> {
 /// # Errors
 /// A list is absent.
 pub fn frames_of(saved: &Saved) -> Result<Vec<String>, SavedError> {
-    let steps: Vec<u32> = if saved.has("frames") { saved.list("frames")? } else { Vec::new() };
-    Ok(steps.into_iter().map(|step| frame_file(step, "exr")).collect())
+    if !saved.has("frames") {
+        return Ok(Vec::new());
+    }
+    let steps: Vec<u32> = saved.list("frames")?;
+    let images: Vec<u32> = saved.list_of("frame_images", steps.len())?;
+    Ok(steps.into_iter().zip(images).map(|(step, image)| frame_file(step, image_of(image), "exr")).collect())
 }
 
 /// Refuses temperatures that are not finite. The error names the first such node.

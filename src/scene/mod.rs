@@ -42,6 +42,7 @@ mod vector;
 mod view;
 pub mod work;
 
+pub use camera::{CameraPath, Motion, Poses, read_poses};
 pub use density::{Density, Edges, PartRule};
 pub use error::SceneError;
 pub use joint::{JointMotion, JointRule};
@@ -114,16 +115,18 @@ pub struct Time {
     pub step: f64,
     /// Number of steps.
     pub steps: u32,
+    /// Length of a step of the warm-up [s].
+    pub warm_up_step: f64,
     /// Number of orbits before time 0.
     pub warm_up_orbits: f64,
     /// Change over an orbit [K] below which the warm-up ends early. `None` always runs all orbits.
     pub periodic: Option<f64>,
-    /// Which steps are drawn.
+    /// Which steps are drawn, or the times of the images.
     pub draw: Draw,
 }
 
-/// Which steps are drawn. Step 0 is the initial state.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// What is drawn. Step 0 is the initial state.
+#[derive(Debug, Clone, PartialEq)]
 pub enum Draw {
     /// No step.
     None,
@@ -131,7 +134,27 @@ pub enum Draw {
     Every(u32),
     /// The listed steps.
     Steps(Vec<u32>),
+    /// Images at these times [s], whatever the step. They do not decrease.
+    Times(Vec<f64>),
 }
+
+impl Draw {
+    /// Whether images have their own times.
+    pub fn is_between_steps(&self) -> bool {
+        matches!(self, Self::Times(_))
+    }
+
+    /// The images at their own times that lie in the interval of a step [s], by number. Step 0 has those of time 0.
+    pub fn in_step(&self, step: u32, length: f64) -> std::ops::Range<usize> {
+        let Self::Times(times) = self else { return 0..0 };
+        let before = |number: f64| times.partition_point(|time| time / length <= number + STEP_SLACK);
+        let first = if step == 0 { 0 } else { before(f64::from(step) - 1.0) };
+        first..before(f64::from(step)).max(first)
+    }
+}
+
+/// Share of a step by which the time of an image may be rounded.
+const STEP_SLACK: f64 = 1e-9;
 
 /// The frame of the camera's pose. Its origin is the origin of the craft's body frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -155,11 +178,13 @@ pub struct Camera {
     pub focal: [f64; 2],
     /// Principal point [px]. The centre of the upper left pixel is (0.5, 0.5).
     pub centre: [f64; 2],
+    /// How the pose changes with time.
+    pub motion: Motion,
     /// The frame of the pose.
     pub frame: CameraFrame,
-    /// Position in that frame [m].
+    /// Position in that frame [m]. Of a camera that moves it is that of the path's first sample.
     pub position: DVec3,
-    /// Rotates camera axes into that frame.
+    /// Rotates camera axes into that frame. Of a camera that moves it is that of the path's first sample.
     pub frame_from_camera: DQuat,
     /// Distance of the near plane [m].
     pub near: f64,

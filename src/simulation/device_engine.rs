@@ -61,11 +61,14 @@ impl DeviceEngine {
         })
     }
 
-    /// Steps the network under the load of a step. The host integrates between the loads and the temperatures, so frames under way must end first.
-    fn step_network(&mut self, step: &Step<'_>) -> Result<(), EngineError> {
+    /// Steps the network under the load of a step, and before it keeps the temperatures where `keep` says so. The host integrates between the loads and the temperatures, so frames under way must end first.
+    fn step_network(&mut self, step: &Step<'_>, keep: bool) -> Result<(), EngineError> {
         let Some(network) = &mut self.network else { return Ok(()) };
         while let Some(submitted) = self.flying.pop_front() {
             self.ready.push_back(collect(&mut self.renderer, submitted)?);
+        }
+        if keep {
+            self.renderer.keep_temperatures()?;
         }
         network.step_begins();
         let mut values = self.renderer.absorbed(step.load)?;
@@ -128,11 +131,12 @@ impl Engine for DeviceEngine {
         let _submits = trace.span(Track::Host, "submit");
         self.steps += u64::from(step.is_some());
         let mut powers = None;
+        let mut keep = order.keep;
         match (&step, &self.network) {
             (Some(step), Some(network)) if network.is_in_frames() => {
                 powers = Some((step.start, network.scene().heater_powers(step.start, step.length)));
             }
-            (Some(step), Some(_)) => self.step_network(step)?,
+            (Some(step), Some(_)) => self.step_network(step, std::mem::take(&mut keep))?,
             _ => {}
         }
         let views = self.views(&order);
@@ -141,6 +145,8 @@ impl Engine for DeviceEngine {
             views: views.as_deref().unwrap_or_default(),
             temperatures: order.temperatures,
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
+            keep,
+            between: order.between.map(|share| share as f32),
             list: None,
         })?);
         Ok(())
