@@ -28,7 +28,7 @@ pub mod viewpoint;
 
 use crate::gpu::layout::FUSED_STEPS;
 use crate::saved::{Saved, SavedError};
-use crate::scene::{Draw, Initial, Time};
+use crate::scene::{Draw, Initial};
 use crate::trace::Track;
 use check::Check;
 use engine::{Delivered, Engine, EngineError, Order, Step};
@@ -272,8 +272,8 @@ pub fn run_from<E: From<EngineError>>(
         if let Some(last) = waiting.replace(Waiting { step, image: None, time: now, pose, reference }) {
             hand_over(engine, check.as_deref_mut(), last, consumer)?;
         }
-        for number in images {
-            let image = submit_image(prepared, engine, step, number)?;
+        for image in images {
+            let image = submit_image(prepared, engine, step, image)?;
             if let Some(last) = waiting.replace(image) {
                 hand_over(engine, check.as_deref_mut(), last, consumer)?;
             }
@@ -296,22 +296,20 @@ struct Waiting {
     reference: Option<Vec<f64>>,
 }
 
-/// Submits an image at its own time, in the interval of a step that was submitted before.
+/// Submits an image at its own time [s], in the interval of a step that was submitted before.
 fn submit_image(
     prepared: &Prepared,
     engine: &mut dyn Engine,
     step: u32,
-    number: usize,
+    (number, time): (u32, f64),
 ) -> Result<Waiting, EngineError> {
-    let Time { step: length, draw, .. } = &prepared.scene.time;
-    let Draw::Times(times) = draw else { unreachable!("only images at their own times have a number") };
-    let (time, image) = (times[number], Some(number as u32));
-    let share = if step == 0 { 1.0 } else { (time / length - (f64::from(step) - 1.0)).clamp(0.0, 1.0) };
-    let pose = pose_of(prepared, time, image);
+    let passed = time / prepared.scene.time.step - (f64::from(step) - 1.0);
+    let share = if step == 0 { 1.0 } else { passed.clamp(0.0, 1.0) };
+    let pose = pose_of(prepared, time, Some(number));
     let joints = prepared.loads.joints_at(time).1;
     let order = Order { pose, joints: &joints, between: Some(share), ..Order::default() };
     engine.submit(None, order)?;
-    Ok(Waiting { step, image, time, pose, reference: None })
+    Ok(Waiting { step, image: Some(number), time, pose, reference: None })
 }
 
 /// Advances the state from time 0 to `time` [s] without results on the way, and returns the image there.

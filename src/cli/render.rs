@@ -97,7 +97,9 @@ fn begin(
 /// Draws an image for each pose of a table.
 fn render_poses(arguments: &Arguments, poses: &Path) -> Result<(), CliError> {
     if arguments.output == Path::new(STANDARD_OUTPUT) {
-        return Err(CliError::Usage("standard output takes one file, and --poses writes a folder: name a folder".to_owned()));
+        return Err(CliError::Usage(
+            "standard output takes one file, and --poses writes a folder: name a folder".to_owned(),
+        ));
     }
     let mut scene = arguments.reach.scene(&arguments.scene)?;
     scene.require_camera().map_err(PrepareError::from)?;
@@ -161,8 +163,7 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     let stop = stop_flag();
     say!("device: {}", chosen.name());
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
-    let still =
-        Forecast { steps: (time / prepared.scene.time.step).ceil() as u64, warm_up, ..Forecast::of(&prepared) };
+    let still = Forecast { steps: (time / prepared.scene.time.step).ceil() as u64, warm_up, ..Forecast::of(&prepared) };
     say!("{}", still.of_one_image().sentence(Rate::of(&chosen)));
     let mut engine = chosen.engine(&prepared, Some(&camera))?;
     let bar = progress_bar(steps, "stepping");

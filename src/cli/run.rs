@@ -23,10 +23,10 @@ use crate::output::job::{Done, FILES, Job, Outcome, REPORT_HTML, REPORT_JSON, Sa
 use crate::output::report::{
     BufferSize, Device, FileEntry, ModelSize, PassTime, Report, SettingGroup, SourceFile, Speed,
 };
-use crate::output::tables::{JOINTS, SERIES};
 use crate::output::state_file::encode;
+use crate::output::tables::{JOINTS, SERIES};
 use crate::output::{report_html, settings};
-use crate::scene::{Draw, Scene, Time};
+use crate::scene::{Draw, Scene};
 use crate::simulation::check::{Accuracy, SAMPLE};
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
@@ -82,19 +82,6 @@ pub struct Arguments {
     reach: ReachArguments,
     #[command(flatten)]
     device: DeviceArguments,
-}
-
-/// The step of `--save-state-at`, or the last one.
-fn step_of_state(at: Option<f64>, time: &Time) -> Result<u32, CliError> {
-    let Some(at) = at else { return Ok(time.steps) };
-    let number = at / time.step;
-    let whole = number.round();
-    if !((0.0..=f64::from(time.steps)).contains(&whole) && (number - whole).abs() < 1e-6) {
-        let end = f64::from(time.steps) * time.step;
-        let message = format!("--save-state-at is the time of a step, a multiple of {} s from 0 to {end} s, not {at}", time.step);
-        return Err(CliError::Usage(message));
-    }
-    Ok(whole as u32)
 }
 
 fn parse_interval(text: &str) -> Result<SaveEvery, String> {
@@ -185,7 +172,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     for path in [&arguments.trace, &arguments.save_state].into_iter().flatten() {
         keep_inputs(path, prepared.scene.files.iter().chain(&arguments.from_state))?;
     }
-    let at = step_of_state(arguments.save_state_at, &prepared.scene.time)?;
+    let at = thermal_state::step_of_state(arguments.save_state_at, &prepared.scene.time)?;
     let take_after = arguments.save_state.as_ref().map(|_| at);
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let device = match (&arguments.device.device, &earlier) {
@@ -257,7 +244,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         destination.write_bytes(&encode(state))?;
     }
     if begin.is_some() && sample.is_some() && outcome.accuracy.is_none() {
-        say!("warning: nothing was compared with the f64 reference: the state was saved without it, or with another --check");
+        say!(
+            "warning: nothing was compared with the f64 reference: the state was saved without it, or with another --check"
+        );
     }
 
     let buffers =

@@ -139,9 +139,7 @@ mod tests {
     use approx::assert_abs_diff_eq;
 
     use super::*;
-    use crate::environment::rotation_history::{
-        HistoryFrame, RotationInterpolation, RotationSample, RotationSegment,
-    };
+    use crate::environment::rotation_history::{HistoryFrame, RotationInterpolation, RotationSample, RotationSegment};
 
     #[test]
     fn axes_of_a_look_at_are_right_down_and_forward() {
@@ -188,6 +186,9 @@ mod tests {
         let mount = DQuat::from_rotation_x(0.7);
         let (_, rotation) = path(Turns::History(history), mount).pose(0.5).expect("covered");
         let expected = DQuat::from_rotation_z(0.2) * mount;
-        assert!(rotation.angle_between(expected) < 1e-7 && rotation.angle_between(mount * DQuat::from_rotation_z(0.2)) > 0.05);
+        assert!(
+            rotation.angle_between(expected) < 1e-7
+                && rotation.angle_between(mount * DQuat::from_rotation_z(0.2)) > 0.05
+        );
     }
 }

@@ -119,7 +119,9 @@ mod tests {
         let times = [0.0, 1.0, 2.0, 3.0, 50.0, 51.0, 52.0, 53.0];
         let line = history(&times, |t| DVec3::X * t);
         assert_eq!(line.coverage(), [(0.0, 3.0), (50.0, 53.0)]);
-        for (time, there) in [(-0.1, false), (0.0, true), (3.0 + 1e-9, true), (20.0, false), (53.0, true), (53.1, false)] {
+        for (time, there) in
+            [(-0.1, false), (0.0, true), (3.0 + 1e-9, true), (20.0, false), (53.0, true), (53.1, false)]
+        {
             assert_eq!(line.position(time).is_some(), there, "{time}");
         }
         assert_eq!(history(&[4.0], |_| DVec3::Y).position(4.0), Some(DVec3::Y));

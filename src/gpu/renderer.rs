@@ -225,18 +225,19 @@ impl Renderer {
             }
         }
         ranges.extend(loaded);
-        let shown = self.image(wanted, &culled);
+        let shown = self.image(wanted, &culled, request.between);
         let frame = frame.then(Frame::step(&ranges, Wanted::default())).then(network).then(shown);
         self.send(&frame, Request { views: &views, ..request })
     }
 
-    /// The list of an image, and of the readback.
-    fn image(&self, wanted: Wanted, culled: &[TriangleRun]) -> Frame {
-        if self.between && wanted.image {
-            Frame::between(&self.ranges, wanted, culled)
-        } else {
-            Frame::step_in_runs(&[], wanted, culled)
+    /// The list of an image and of the readback. The image lies `between` two steps, or shows the present temperatures.
+    fn image(&self, wanted: Wanted, culled: &[TriangleRun], between: Option<f32>) -> Frame {
+        if !self.between || !wanted.image {
+            return Frame::step_in_runs(&[], wanted, culled);
         }
+        // The present temperatures lie between themselves.
+        let kept = if between.is_none() { Frame::keep() } else { Frame::default() };
+        kept.then(Frame::between(&self.ranges, wanted, culled))
     }
 
     /// Keeps the temperatures before a step that the host takes for its network. Collect the frames in flight before.

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use super::OutputError;
+use super::between::Between;
 use super::eclipses::Eclipses;
 use super::exr::encode;
 use super::folder::Folder;
@@ -29,7 +30,6 @@ use crate::simulation::prepare::Prepared;
 use crate::simulation::state::{MOST_TIMES, capture, periodic as periodic_of, put_periodic, restore};
 use crate::simulation::thermal_state::{begin_from, take};
 use crate::simulation::{Consumer, StepResult, run_from, start_from};
-use crate::thermal::between::between_error;
 use crate::trace::{Trace, Track};
 
 /// The report as JSON.
@@ -287,7 +287,19 @@ pub fn run_into(
     let accuracy = check.map(|check| check.accuracy(prepared));
     let network_costs = engine.network_costs().to_vec();
     let wall_before_s = done.seconds[0];
-    Ok(Outcome { complete, frames, pictures, plots, accuracy, between, state, periodic, network_costs, stepping_s, wall_before_s })
+    Ok(Outcome {
+        complete,
+        frames,
+        pictures,
+        plots,
+        accuracy,
+        between,
+        state,
+        periodic,
+        network_costs,
+        stepping_s,
+        wall_before_s,
+    })
 }
 
 fn lock(written: &Mutex<Vec<WrittenFrame>>) -> MutexGuard<'_, Vec<WrittenFrame>> {
@@ -308,42 +320,6 @@ const NO_IMAGE: u32 = u32::MAX;
 
 fn image_of(saved: u32) -> Option<u32> {
     (saved != NO_IMAGE).then_some(saved)
-}
-
-/// Error of the temperatures between steps, where images lie there.
-#[derive(Default)]
-struct Between {
-    /// Temperatures at the last two steps [K].
-    before: Vec<Vec<f32>>,
-    /// Largest error so far [K].
-    error: Option<f64>,
-}
-
-impl Between {
-    fn of(saved: &Saved) -> Result<Self, SavedError> {
-        let error: Vec<f64> = saved.list("between.error")?;
-        let names = ["between.0", "between.1"].into_iter().filter(|name| saved.has(name));
-        Ok(Self { before: names.map(|name| saved.list(name)).collect::<Result<_, _>>()?, error: error.first().copied() })
-    }
-
-    fn save(&self, saved: &mut Saved) {
-        saved.put("between.error", self.error.as_slice());
-        for (number, temperatures) in self.before.iter().enumerate() {
-            saved.put(format!("between.{number}"), temperatures);
-        }
-    }
-
-    /// Takes the temperatures at the end of a step [K].
-    fn take(&mut self, prepared: &Prepared, step: u32, temperatures: Vec<f32>) {
-        let time = &prepared.scene.time;
-        if let [first, second] = self.before.as_slice() {
-            let near = (step - 1..=step).any(|step| !time.draw.in_step(step, time.step).is_empty());
-            let error = near.then(|| between_error([first, second, &temperatures]));
-            self.error = error.into_iter().chain(self.error).reduce(f64::max);
-            self.before.remove(0);
-        }
-        self.before.push(temperatures);
-    }
 }
 
 impl Earlier {

@@ -6,6 +6,7 @@
 //! join everything on one page. [`folder`] writes each file whole or not at all and lists it in a [`manifest`]. [`growing`] appends to tables while a run
 //! goes on, and [`state_file`] holds what it needs to go on after its end. [`destination`] decides where a single output goes.
 
+mod between;
 pub mod canvas;
 pub mod clock;
 pub mod colour;

@@ -159,4 +159,3 @@ fn ends(times: &[f64]) -> String {
         [] => String::new(),
     }
 }
-

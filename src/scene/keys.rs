@@ -25,8 +25,7 @@ pub(super) const ROOT: &[&str] = &[
 
 pub(super) const MODEL: &[&str] = &["path", "max_edge", "min_edge"];
 pub(super) const PART: &[&str] = &["match", "max_edge", "min_edge"];
-pub(super) const TIME: &[&str] =
-    &[
+pub(super) const TIME: &[&str] = &[
     "start",
     "step",
     "steps",

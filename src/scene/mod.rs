@@ -144,12 +144,13 @@ impl Draw {
         matches!(self, Self::Times(_))
     }
 
-    /// The images at their own times that lie in the interval of a step [s], by number. Step 0 has those of time 0.
-    pub fn in_step(&self, step: u32, length: f64) -> std::ops::Range<usize> {
-        let Self::Times(times) = self else { return 0..0 };
+    /// Number and time [s] of the images at their own times that lie in the interval of a step of this length [s]. Step 0 has those of time 0.
+    pub fn in_step(&self, step: u32, length: f64) -> Vec<(u32, f64)> {
+        let Self::Times(times) = self else { return Vec::new() };
         let before = |number: f64| times.partition_point(|time| time / length <= number + STEP_SLACK);
         let first = if step == 0 { 0 } else { before(f64::from(step) - 1.0) };
-        first..before(f64::from(step)).max(first)
+        let end = before(f64::from(step)).max(first);
+        (first as u32..).zip(times[first..end].iter().copied()).collect()
     }
 }
 

@@ -18,7 +18,7 @@ use super::prepare::Prepared;
 use super::state::{capture, restore};
 use crate::saved::{Saved, SavedError};
 use crate::scene::file_hash;
-use crate::thermal::material::Response;
+use crate::thermal::material::{Material, Response};
 
 /// The kinds of engines.
 const KINDS: [&str; 2] = ["reference", "device"];
@@ -34,10 +34,10 @@ fn identity(prepared: &Prepared, on_device: bool) -> Saved {
         bytemuck::cast_slice(&nodes.positions),
         bytemuck::cast_slice(&nodes.normals),
     ];
-    let materials = prepared
-        .materials
-        .iter()
-        .map(|material| format!("{} {}", file_hash(format!("{material:?}").as_bytes()), material.name));
+    let materials = prepared.materials.iter().map(|Material { name, front, sides, bulk, response, .. }| {
+        let values = format!("{front:?} {sides:?} {bulk:?} {response:?}");
+        format!("{} {name}", file_hash(values.as_bytes()))
+    });
     let has_network = prepared.network.is_some();
     let network = format!("{:?} {:?} {:?}", scene.network, scene.contacts, scene.heaters);
     let moves = prepared.materials.iter().any(|material| matches!(material.response, Response::Transition(_)));
@@ -130,7 +130,10 @@ pub fn differences(saved: &Saved, prepared: &Prepared, on_device: bool) -> Resul
     let gone = then.iter().filter(|(name, _)| !is.iter().any(|(known, _)| known == name));
     found.extend(gone.map(|(name, _)| format!("the material '{name}' is gone")));
     for (name, what) in [
-        ("of.nodes", "the order of the nodes is another (model.max_edge, [[part]], [[joint]] or the response of a material)"),
+        (
+            "of.nodes",
+            "the order of the nodes is another (model.max_edge, [[part]], [[joint]] or the response of a material)",
+        ),
         ("of.network", "the thermal network is another ([network], [[contact]], [[heater]])"),
         ("of.shadows", "[shadows] is another"),
     ] {

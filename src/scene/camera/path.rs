@@ -6,10 +6,10 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use hifitime::{Epoch, TimeScale};
 
-use super::super::epoch::parse_epoch;
 use super::super::ephemeris::{
     self, AttitudeOptions, Columns, FileLine, LENGTH_TOLERANCE, Options, number, one_line_end, read_attitude, read_file,
 };
+use super::super::epoch::parse_epoch;
 use super::super::error::SceneError;
 use super::super::file::read_text;
 use super::super::section::Section;
@@ -159,7 +159,8 @@ impl Reader<'_, '_> {
     /// The trajectory of the craft that carries the camera.
     fn chaser(&mut self, path: &Path, text: &str) -> Result<Places, SceneError> {
         let Orbit::Trajectory(craft) = self.around.orbit else {
-            let message = "is a trajectory in GCRF, and the orbit of the scene is circular, without a date: it needs orbit.file";
+            let message =
+                "is a trajectory in GCRF, and the orbit of the scene is circular, without a date: it needs orbit.file";
             return Err(self.section.error("path", message));
         };
         let options =
@@ -237,7 +238,8 @@ impl Reader<'_, '_> {
         if frame != CameraFrame::Inertial || self.around.orbit.trajectory().is_none() {
             return Err(wrong("turns from GCRF, so camera.frame must be 'inertial' and the scene needs orbit.file"));
         }
-        let options = AttitudeOptions { object: self.object()?, start: self.around.start, ..AttitudeOptions::default() };
+        let options =
+            AttitudeOptions { object: self.object()?, start: self.around.start, ..AttitudeOptions::default() };
         let history = read_attitude(file, &text, &options, self.assumptions)?;
         if history.frame != HistoryFrame::Inertial {
             return Err(wrong("turns from the orbit frame of its own craft; state it in EME2000, ICRF or GCRF"));

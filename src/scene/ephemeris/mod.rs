@@ -37,8 +37,8 @@ use span::{Span, check_span, usable_times};
 pub(super) use stated::Options;
 use stated::{Stated, reference_frame, state_epoch, stated_degree};
 pub(super) use table::Columns;
-pub(super) use text::{FileLine, number, one_line_end, read_file};
 use text::name_of;
+pub(super) use text::{FileLine, number, one_line_end, read_file};
 
 /// Whether a text is a message with states or rotations, or two-line elements, and no table.
 pub(super) fn is_message(text: &str) -> bool {

@@ -54,7 +54,8 @@ impl<'a> Columns<'a> {
                 })
                 .collect::<Result<Vec<_>, _>>()
         };
-        let known = |cell: &&&str| required.iter().chain(optional).chain(beside).any(|name| name.eq_ignore_ascii_case(cell));
+        let known =
+            |cell: &&&str| required.iter().chain(optional).chain(beside).any(|name| name.eq_ignore_ascii_case(cell));
         if !header.iter().any(|cell| known(&cell)) {
             let message =
                 format!("begins neither with the header of a table, {all}, nor as another format that is read here");
