@@ -14,7 +14,9 @@ use super::vector::point;
 use super::{Camera, CameraFrame};
 
 pub(super) use path::Around;
-pub use path::{CameraPath, Motion, Poses, read_poses};
+pub use path::{Poses, read_poses};
+
+use super::motion::Motion;
 
 /// Largest image side [px]. Vulkan devices commonly allow this much.
 const MOST_PIXELS: u32 = 16384;

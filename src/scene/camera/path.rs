@@ -12,6 +12,7 @@ use super::super::ephemeris::{
 use super::super::epoch::parse_epoch;
 use super::super::error::SceneError;
 use super::super::file::read_text;
+use super::super::motion::{CameraPath, Motion};
 use super::super::section::Section;
 use super::super::vector::{point, quaternion};
 use super::super::{Camera, CameraFrame};
@@ -23,34 +24,6 @@ use crate::environment::rotation_history::{
     HistoryFrame, RotationHistory, RotationInterpolation, RotationSample, RotationSegment,
 };
 use crate::environment::trajectory::seconds_between;
-
-/// How the pose of a camera changes with time.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Motion {
-    /// It does not.
-    Still,
-    /// It follows a path.
-    Path(Arc<CameraPath>),
-    /// Each image has its own pose: position [m] and rotation of camera axes into the camera's frame.
-    Listed(Arc<[(DVec3, DQuat)]>),
-}
-
-/// A path from a file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CameraPath {
-    /// The file, for errors.
-    pub file: PathBuf,
-    /// Poses over time.
-    pub poses: PosePath,
-}
-
-impl CameraPath {
-    /// Position [m] and rotation at the first time that has a pose; the frame's origin where none has.
-    pub(super) fn first(&self) -> (DVec3, DQuat) {
-        let found = self.poses.start().and_then(|time| self.poses.pose(time).ok());
-        found.unwrap_or((DVec3::ZERO, DQuat::IDENTITY))
-    }
-}
 
 impl Camera {
     /// The camera at a time [s], with the pose that it has then. `image` is the number of an image at its own time.
