@@ -25,6 +25,7 @@ pub mod state;
 pub mod stepper;
 mod structures;
 pub mod target;
+pub mod thermal_state;
 pub mod viewpoint;
 
 use crate::gpu::layout::FUSED_STEPS;
@@ -42,8 +43,10 @@ use viewpoint::camera_from_body;
 
 /// The results of a step.
 pub struct StepResult {
-    /// Number of the step; 0 is the initial state.
+    /// Number of the step; 0 is the initial state. An image at its own time lies in the interval of this step.
     pub step: u32,
+    /// Number of an image at its own time. `None` at the end of a step.
+    pub image: Option<u32>,
     /// Time since the start [s].
     pub time: f64,
     /// Pose of the camera, where the step was drawn.
@@ -114,7 +117,7 @@ pub fn start_from<E: From<EngineError>>(
 
 /// Time at which a step of the warm-up begins [s].
 fn warm_up_time(prepared: &Prepared, number: u32) -> f64 {
-    prepared.scene.time.step * (f64::from(number) - f64::from(prepared.warm_up_steps()))
+    prepared.scene.time.warm_up_step * (f64::from(number) - f64::from(prepared.warm_up_steps()))
 }
 
 /// Brings every node to the scene's initial state.
@@ -151,10 +154,11 @@ fn warm_up<E: From<EngineError>>(
     let steps = prepared.warm_up_steps();
     let at_once = WARM_UP_STEPS[usize::from(prepared.network.is_some())];
     let time = |number| warm_up_time(prepared, number);
+    let length = prepared.scene.time.warm_up_step / prepared.scene.time.step;
     let mut done = first;
     while done < steps {
         let end = done.saturating_add(at_once).min(steps);
-        let passing = (done..end).map(|number| Passing { start: time(number), end: time(number + 1), steps: 1.0 });
+        let passing = (done..end).map(|number| Passing { start: time(number), end: time(number + 1), steps: length });
         let mut count = 0;
         let mut told = || {
             count += 1;
@@ -234,8 +238,8 @@ pub fn run_from<E: From<EngineError>>(
     consumer: &mut dyn Consumer<E>,
 ) -> Result<bool, E> {
     let time = &prepared.scene.time;
-    // The last step, which is still on the device, with the temperatures of the reference at that step.
-    let mut waiting: Option<(u32, Option<DAffine3>, Option<Vec<f64>>)> = None;
+    // What was submitted last, and is still on the device.
+    let mut waiting: Option<Waiting> = None;
     let trace = engine.trace();
     let (mut next, mut complete) = (first, true);
     for step in first..=time.steps {
@@ -245,7 +249,7 @@ pub fn run_from<E: From<EngineError>>(
         }
         if step > first && consumer.wants_state(step) {
             if let Some(last) = waiting.take() {
-                hand_over(prepared, engine, check.as_deref_mut(), last, consumer)?;
+                hand_over(engine, check.as_deref_mut(), last, consumer)?;
             }
             consumer.save(step, engine, check.as_deref_mut())?;
         }
@@ -254,10 +258,19 @@ pub fn run_from<E: From<EngineError>>(
         let prepares = trace.span(Track::Host, "loads of the step");
         let load = (step > 0).then(|| prepared.loads.step_load(now - time.step, now));
         drop(prepares);
+        let images = time.draw.in_step(step, time.step);
         let pose = is_drawn(&time.draw, step).then(|| pose_at(prepared, now)).flatten();
         let advance = load.as_ref().map(|load| Step { load, steps: 1.0, start: now - time.step, length: time.step });
         let joints = pose.map(|_| prepared.loads.joints_at(now).1).unwrap_or_default();
-        engine.submit(advance, Order { pose, joints: &joints, temperatures: true, absorbed: true })?;
+        let order = Order {
+            pose,
+            joints: &joints,
+            keep: !images.is_empty(),
+            between: None,
+            temperatures: true,
+            absorbed: true,
+        };
+        engine.submit(advance, order)?;
         let reference = check.as_deref_mut().map(|check| {
             let _checks = trace.span(Track::Host, "f64 reference of the sample");
             if let Some(load) = &load {
@@ -265,15 +278,47 @@ pub fn run_from<E: From<EngineError>>(
             }
             check.temperatures()
         });
-        if let Some(last) = waiting.replace((step, pose, reference)) {
-            hand_over(prepared, engine, check.as_deref_mut(), last, consumer)?;
+        if let Some(last) = waiting.replace(Waiting { step, image: None, time: now, pose, reference }) {
+            hand_over(engine, check.as_deref_mut(), last, consumer)?;
+        }
+        for image in images {
+            let image = submit_image(prepared, engine, step, image)?;
+            if let Some(last) = waiting.replace(image) {
+                hand_over(engine, check.as_deref_mut(), last, consumer)?;
+            }
         }
     }
     if let Some(last) = waiting {
-        hand_over(prepared, engine, check.as_deref_mut(), last, consumer)?;
+        hand_over(engine, check.as_deref_mut(), last, consumer)?;
     }
     consumer.save(next, engine, check)?;
     Ok(complete)
+}
+
+/// Work that was submitted and not yet delivered.
+struct Waiting {
+    step: u32,
+    image: Option<u32>,
+    time: f64,
+    pose: Option<DAffine3>,
+    /// Temperatures of the reference at the end of a step.
+    reference: Option<Vec<f64>>,
+}
+
+/// Submits an image at its own time [s], in the interval of a step that was submitted before.
+fn submit_image(
+    prepared: &Prepared,
+    engine: &mut dyn Engine,
+    step: u32,
+    (number, time): (u32, f64),
+) -> Result<Waiting, EngineError> {
+    let passed = time / prepared.scene.time.step - (f64::from(step) - 1.0);
+    let share = if step == 0 { 1.0 } else { passed.clamp(0.0, 1.0) };
+    let pose = pose_of(prepared, time, Some(number));
+    let joints = prepared.loads.joints_at(time).1;
+    let order = Order { pose, joints: &joints, between: Some(share), ..Order::default() };
+    engine.submit(None, order)?;
+    Ok(Waiting { step, image: Some(number), time, pose, reference: None })
 }
 
 /// Advances the state from time 0 to `time` [s] without results on the way, and returns the image there.
@@ -303,34 +348,37 @@ pub fn still(
     let advance = load.as_ref().map(|load| Step { load, steps: rest, start: whole * length, length: rest * length });
     engine.submit(advance, Order { pose, joints: &prepared.loads.joints_at(time).1, ..Order::default() })?;
     let delivered = engine.deliver()?;
-    Ok(Some(StepResult { step: whole as u32, time, pose, delivered }))
+    Ok(Some(StepResult { step: whole as u32, image: None, time, pose, delivered }))
 }
 
 fn hand_over<E: From<EngineError>>(
-    prepared: &Prepared,
     engine: &mut dyn Engine,
     check: Option<&mut Check>,
-    (step, pose, reference): (u32, Option<DAffine3>, Option<Vec<f64>>),
+    Waiting { step, image, time, pose, reference }: Waiting,
     consumer: &mut dyn Consumer<E>,
 ) -> Result<(), E> {
-    let time = f64::from(step) * prepared.scene.time.step;
     let delivered = engine.deliver()?;
     if let (Some(check), Some(reference), Some(device)) = (check, reference, &delivered.temperatures) {
         check.compare(step, time, &reference, device);
     }
-    consumer.take(StepResult { step, time, pose, delivered })
+    consumer.take(StepResult { step, image, time, pose, delivered })
 }
 
-/// Pose of the camera at a time [s]; `None` where the scene has none.
+/// Pose of the camera at a time [s]; `None` where the scene has no camera, or its path has no pose then.
 pub fn pose_at(prepared: &Prepared, time: f64) -> Option<DAffine3> {
-    let camera = prepared.scene.camera.as_ref()?;
-    Some(camera_from_body(camera, &prepared.loads.sky_model().sky(time)))
+    pose_of(prepared, time, None)
+}
+
+/// The same for an image at its own time.
+fn pose_of(prepared: &Prepared, time: f64, image: Option<u32>) -> Option<DAffine3> {
+    let camera = prepared.scene.camera.as_ref()?.at(time, image).ok()?;
+    Some(camera_from_body(&camera, &prepared.loads.sky_model().sky(time)))
 }
 
 /// Whether a step is drawn.
 pub fn is_drawn(draw: &Draw, step: u32) -> bool {
     match draw {
-        Draw::None => false,
+        Draw::None | Draw::Times(_) => false,
         Draw::Every(n) => step.is_multiple_of(*n),
         Draw::Steps(steps) => steps.binary_search(&step).is_ok(),
     }

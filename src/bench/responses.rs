@@ -116,6 +116,7 @@ pub fn time_pass(
         shapes,
         band_table: &[],
         image: None,
+        between: false,
         shadows: None,
         joints: None,
         network: None,

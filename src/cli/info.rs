@@ -113,11 +113,14 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     let data = device_data.scene_data(&prepared, camera);
     let network = data.network.map(|network| network.shape.steps(1, 1, false).0).unwrap_or_default();
     let wanted = Wanted { image: camera.is_some(), cull: prepared.triangles.len() as u32, temperatures: true };
-    let frame = Frame::step(&data.ranges, Wanted::default()).then(network).then(Frame::step_in_runs(
-        &[],
-        wanted,
-        &prepared.triangle_runs,
-    ));
+    let stepped = Frame::step(&data.ranges, Wanted::default()).then(network);
+    let frame = if data.between {
+        let read = Frame::step(&[], Wanted { image: false, ..wanted });
+        let image = Frame::between(&data.ranges, Wanted { temperatures: false, ..wanted }, &prepared.triangle_runs);
+        Frame::keep().then(stepped).then(read).then(image)
+    } else {
+        stepped.then(Frame::step_in_runs(&[], wanted, &prepared.triangle_runs))
+    };
     let plan = data.plan();
     let of_network = prepared.network_bytes(&plan);
     let bytes = device_memory(&prepared, &plan);

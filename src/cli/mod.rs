@@ -32,6 +32,7 @@ mod response_fit;
 mod response_targets;
 mod resume;
 mod run;
+mod thermal_state;
 
 const AFTER_HELP: &str = "\
 Start with: isotherm run models/station.toml -o out/station

@@ -1,34 +1,60 @@
-//! `isotherm render`: draws one image of a scene.
+//! `isotherm render`: draws one image of a scene, or one for each pose of a table.
 
-use std::path::PathBuf;
-use std::sync::atomic::Ordering;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use indicatif::ProgressBar;
 
 use super::device::{DeviceArguments, check_validation};
 use super::error::CliError;
 use super::progress::{progress_bar, stop_flag};
 use super::reach::ReachArguments;
-use super::run::{prepare_with_progress, say_size};
+use super::run::{prepare_scene, prepare_with_progress, say_size};
+use super::thermal_state;
+use crate::environment::trajectory::Trajectory;
 use crate::output::console::{self, answer, say};
-use crate::output::destination::{Destination, destinations};
+use crate::output::destination::{Destination, STANDARD_OUTPUT, destinations};
 use crate::output::exr::encode;
+use crate::output::folder::Folder;
 use crate::output::frame_maker::FrameMaker;
 use crate::output::inputs::keep_inputs;
+use crate::output::pose_images::{FILES, write_pose_images};
+use crate::saved::Saved;
+use crate::scene::work::too_late;
+use crate::scene::{Draw, Motion, Poses, read_poses};
 use crate::simulation;
 use crate::simulation::device_data::DeviceData;
+use crate::simulation::engine::Engine;
 use crate::simulation::forecast::{Forecast, Rate};
+use crate::simulation::prepare::Prepared;
+use crate::simulation::prepare_error::PrepareError;
+use crate::simulation::target::Target;
+use crate::simulation::thermal_state::begin_from;
 
-/// Render one image after stepping the scene to its time.
+/// Render one image after stepping the scene to its time, or one image for each pose of a table.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  isotherm render models/station.toml --time 1200 -o station.exr")]
+#[command(after_help = "Examples:\n  isotherm render models/station.toml --time 1200 -o station.exr\n  \
+isotherm render models/station.toml --poses poses.csv -o out/poses\n  \
+isotherm render models/station.toml --poses poses.csv -o out/poses --from-state out/warm.state")]
 pub struct Arguments {
     /// Scene file (TOML, described in docs/scene.md)
     scene: PathBuf,
     /// Time since the start [s]; the last step is shorter if this is no multiple of the scene's step
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
-    time: f64,
-    /// Image to write, or - for standard output: float32 EXR with radiance, temperature, depth, part and material
-    #[arg(short, long, value_name = "FILE.exr")]
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, required_unless_present = "poses")]
+    time: Option<f64>,
+    /// Table of poses in the camera's frame (CSV: time,x,y,z,qw,qx,qy,qz), one image for each row. Times may be equal. The scene is stepped once
+    #[arg(long, value_name = "FILE", conflicts_with = "time")]
+    poses: Option<PathBuf>,
+    /// Image to write, or - for standard output: float32 EXR with radiance, temperature, depth, part and material. With --poses it is a folder, which
+    /// must be empty or absent without --force
+    #[arg(short, long, value_name = "FILE.exr|DIR")]
     output: PathBuf,
+    /// With --poses: replace the files that isotherm wrote into the output folder, and keep all others
+    #[arg(long, requires = "poses")]
+    force: bool,
+    /// Begin time 0 with a state of isotherm run --save-state, instead of a warm-up
+    #[arg(long, value_name = "FILE")]
+    from_state: Option<PathBuf>,
     #[command(flatten)]
     reach: ReachArguments,
     #[command(flatten)]
@@ -36,8 +62,89 @@ pub struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
-    if !(arguments.time >= 0.0 && arguments.time.is_finite()) {
-        return Err(CliError::Usage(format!("--time is finite and not below 0 s, not {}", arguments.time)));
+    match (&arguments.poses, arguments.time) {
+        (Some(poses), _) => render_poses(arguments, poses),
+        (None, time) => render_one(arguments, time.unwrap_or(0.0)),
+    }
+}
+
+impl Arguments {
+    /// The state of `--from-state`. One that does not fit is refused before anything is written.
+    fn state(&self, prepared: &Prepared, chosen: &Target) -> Result<Option<Saved>, CliError> {
+        self.from_state.as_ref().map(|path| thermal_state::read(path, prepared, chosen)).transpose()
+    }
+}
+
+/// Brings the engine to time 0: from a state, or by the warm-up.
+fn begin(
+    state: Option<&Saved>,
+    prepared: &Prepared,
+    engine: &mut dyn Engine,
+    stop: &AtomicBool,
+    progress: &mut dyn FnMut(),
+) -> Result<(), CliError> {
+    if let Some(state) = state {
+        begin_from(state, engine, None)?;
+        return Ok(());
+    }
+    let periodic = simulation::start(prepared, engine, None, stop, progress)?;
+    if let Some(warning) = periodic.and_then(|periodic| periodic.warning("")) {
+        say!("warning: {warning}");
+    }
+    Ok(())
+}
+
+/// Draws an image for each pose of a table.
+fn render_poses(arguments: &Arguments, poses: &Path) -> Result<(), CliError> {
+    if arguments.output == Path::new(STANDARD_OUTPUT) {
+        return Err(CliError::Usage(
+            "standard output takes one file, and --poses writes a folder: name a folder".to_owned(),
+        ));
+    }
+    let mut scene = arguments.reach.scene(&arguments.scene)?;
+    scene.require_camera().map_err(PrepareError::from)?;
+    let start = scene.orbit.trajectory().map(Trajectory::start).or(scene.time.start);
+    let Poses { times, poses: listed } = read_poses(poses, start).map_err(PrepareError::from)?;
+    let last = times.iter().copied().fold(0.0, f64::max);
+    if let Some(reason) = too_late(last, scene.time.step, &scene.orbit) {
+        return Err(PrepareError::Late { path: poses.to_path_buf(), reason }.into());
+    }
+    scene.files.push(poses.to_path_buf());
+    scene.time.steps = ((last / scene.time.step - 1e-9).ceil() as u32).max(1);
+    scene.time.draw = Draw::Times(times);
+    if let Some(camera) = &mut scene.camera {
+        camera.motion = Motion::Listed(listed.into());
+    }
+    let prepared = prepare_scene(scene)?;
+    let camera = prepared.scene.require_camera().map_err(PrepareError::from)?.clone();
+    let folder = Folder::new(&arguments.output, &FILES);
+    let inputs: Vec<PathBuf> = prepared.scene.files.iter().chain(&arguments.from_state).cloned().collect();
+    folder.keep_inputs(&inputs)?;
+    let chosen = arguments.device.open()?;
+    let state = arguments.state(&prepared, &chosen)?;
+    let stop = stop_flag();
+    say!("device: {}", chosen.name());
+    say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
+    let forecast = Forecast::of(&prepared);
+    let forecast = if arguments.from_state.is_some() { forecast.without_warm_up() } else { forecast };
+    say!("{}", forecast.sentence(Rate::of(&chosen)));
+    let mut engine = chosen.engine(&prepared, Some(&camera))?;
+    let folder = folder.prepare(arguments.force, &inputs)?;
+    let bars = [progress_bar(forecast.warm_up, "warm-up"), progress_bar(forecast.images, "images")];
+    begin(state.as_ref(), &prepared, &mut *engine, &stop, &mut || bars[0].inc(1))?;
+    let complete = write_pose_images(&prepared, &mut *engine, &folder, &stop, &mut || bars[1].inc(1));
+    bars.iter().for_each(ProgressBar::finish_and_clear);
+    if !complete? || stop.load(Ordering::Relaxed) {
+        return Err(CliError::Stopped(arguments.output.clone()));
+    }
+    folder.finish()?;
+    answer!("{} images in {}", forecast.images, arguments.output.display());
+    check_validation(&chosen)
+}
+
+fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
+    if !(time >= 0.0 && time.is_finite()) {
+        return Err(CliError::Usage(format!("--time is finite and not below 0 s, not {time}")));
     }
     let [output] = destinations([Some(&*arguments.output)])?;
     let output = output.unwrap_or(Destination::StandardOutput);
@@ -46,28 +153,27 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let prepared = prepare_with_progress(&arguments.scene, arguments.reach)?;
     keep_inputs(&arguments.output, &prepared.scene.files)?;
-    prepared.cover(arguments.time)?;
-    let camera = prepared.scene.require_camera().map_err(simulation::prepare_error::PrepareError::from)?.clone();
-    let steps = u64::from(prepared.warm_up_steps()) + (arguments.time / prepared.scene.time.step) as u64;
+    prepared.cover(time)?;
+    let camera = prepared.scene.require_camera().map_err(PrepareError::from)?.clone();
+    camera.check_times(std::iter::once(time)).map_err(PrepareError::from)?;
+    let warm_up = if arguments.from_state.is_some() { 0 } else { u64::from(prepared.warm_up_steps()) };
+    let steps = warm_up + (time / prepared.scene.time.step) as u64;
     let chosen = arguments.device.open()?;
+    let state = arguments.state(&prepared, &chosen)?;
     let stop = stop_flag();
     say!("device: {}", chosen.name());
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
-    let still =
-        Forecast { steps: (arguments.time / prepared.scene.time.step).ceil() as u64, ..Forecast::of(&prepared) };
+    let still = Forecast { steps: (time / prepared.scene.time.step).ceil() as u64, warm_up, ..Forecast::of(&prepared) };
     say!("{}", still.of_one_image().sentence(Rate::of(&chosen)));
     let mut engine = chosen.engine(&prepared, Some(&camera))?;
     let bar = progress_bar(steps, "stepping");
-    let periodic = simulation::start(&prepared, &mut *engine, None, &stop, &mut || bar.inc(1))?;
-    let still = simulation::still(&prepared, &mut *engine, arguments.time, &stop, &mut || bar.inc(1))?;
+    begin(state.as_ref(), &prepared, &mut *engine, &stop, &mut || bar.inc(1))?;
+    let still = simulation::still(&prepared, &mut *engine, time, &stop, &mut || bar.inc(1))?;
     bar.finish_and_clear();
     let result = match still {
         Some(result) if !stop.load(Ordering::Relaxed) => result,
         _ => return Err(CliError::StoppedBefore),
     };
-    if let Some(warning) = periodic.and_then(|periodic| periodic.warning("")) {
-        say!("warning: {warning}");
-    }
     let maker = FrameMaker::new(&prepared, &camera, &engine.device_name());
     if let Some((frame, header)) = maker.frame(result)? {
         output.write_bytes(&encode(&frame, &header)?)?;

@@ -11,19 +11,22 @@ use super::error::CliError;
 use super::progress::{building_bar, progress_bar, show_stage, stop_flag};
 use super::reach::ReachArguments;
 use super::resume::{Earlier, identity};
+use super::thermal_state;
 use crate::gpu::resources::{Planned, check_plan, device_bytes};
 use crate::gpu::samples::Samples;
 use crate::output::console::{answer, say};
 use crate::output::destination::destinations;
 use crate::output::folder::Folder;
+use crate::output::image_index::IMAGES;
 use crate::output::inputs::keep_inputs;
 use crate::output::job::{Done, FILES, Job, Outcome, REPORT_HTML, REPORT_JSON, SaveEvery, run_into};
 use crate::output::report::{
     BufferSize, Device, FileEntry, ModelSize, PassTime, Report, SettingGroup, SourceFile, Speed,
 };
+use crate::output::state_file::encode;
 use crate::output::tables::{JOINTS, SERIES};
 use crate::output::{report_html, settings};
-use crate::scene::Draw;
+use crate::scene::{Draw, Scene};
 use crate::simulation::check::{Accuracy, SAMPLE};
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
@@ -39,7 +42,9 @@ use crate::trace::{Trace, Track};
 isotherm run models/station.toml -o out/reference --device cpu\n  \
 isotherm run models/station.toml -o out/checked --check=5000\n  \
 isotherm run models/station.toml -o out/traced --trace out/traced.json\n  \
-isotherm run --resume out/station")]
+isotherm run --resume out/station\n  \
+isotherm run models/station.toml -o out/warm --save-state out/warm.state --save-state-at 0\n  \
+isotherm run models/station.toml -o out/again --from-state out/warm.state")]
 pub struct Arguments {
     /// Scene file (TOML, described in docs/scene.md)
     #[arg(required_unless_present = "resume")]
@@ -64,6 +69,15 @@ pub struct Arguments {
     /// Write a timeline of host and device for ui.perfetto.dev or chrome://tracing, or - for standard output
     #[arg(long, value_name = "FILE.json")]
     trace: Option<PathBuf>,
+    /// Write the thermal state at the end of the run, from which another run begins with --from-state
+    #[arg(long, value_name = "FILE")]
+    save_state: Option<PathBuf>,
+    /// Write that state as it is at a step of the run instead; 0 is the state after the warm-up
+    #[arg(long, value_name = "SECONDS", requires = "save_state")]
+    save_state_at: Option<f64>,
+    /// Begin time 0 with a state of --save-state, instead of a warm-up. It is refused where model, materials or the order of the nodes differ
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    from_state: Option<PathBuf>,
     #[command(flatten)]
     reach: ReachArguments,
     #[command(flatten)]
@@ -84,8 +98,12 @@ fn parse_interval(text: &str) -> Result<SaveEvery, String> {
 
 /// Loads a scene and prints its warnings.
 pub(super) fn prepare_with_progress(path: &Path, reach: ReachArguments) -> Result<Prepared, CliError> {
+    prepare_scene(reach.scene(path)?)
+}
+
+/// Prepares a scene and prints its warnings.
+pub(super) fn prepare_scene(scene: Scene) -> Result<Prepared, CliError> {
     let bar = building_bar();
-    let scene = reach.scene(path)?;
     let prepared = Prepared::from_scene(scene, &mut |stage| show_stage(&bar, stage));
     bar.finish_and_clear();
     let prepared = prepared?;
@@ -123,7 +141,7 @@ pub(super) fn say_size(prepared: &Prepared, plan: &[Planned], chosen: &Target) {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
-    let [timeline] = destinations([arguments.trace.as_deref()])?;
+    let [timeline, of_state] = destinations([arguments.trace.as_deref(), arguments.save_state.as_deref()])?;
     let trace = if timeline.is_some() { Trace::recording() } else { Trace::default() };
     let earlier = match &arguments.resume {
         None => None,
@@ -151,9 +169,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(folder) = &fresh {
         folder.keep_inputs(&prepared.scene.files)?;
     }
-    if let Some(path) = &arguments.trace {
-        keep_inputs(path, &prepared.scene.files)?;
+    for path in [&arguments.trace, &arguments.save_state].into_iter().flatten() {
+        keep_inputs(path, prepared.scene.files.iter().chain(&arguments.from_state))?;
     }
+    let at = thermal_state::step_of_state(arguments.save_state_at, &prepared.scene.time)?;
+    let take_after = arguments.save_state.as_ref().map(|_| at);
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let device = match (&arguments.device.device, &earlier) {
         (None, Some(earlier)) => DeviceArguments { device: Some(earlier.device()?) },
@@ -176,6 +196,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(earlier) = &earlier {
         earlier.compare(&identity)?;
     }
+    let begin = arguments.from_state.as_ref().map(|path| thermal_state::read(path, &prepared, &chosen)).transpose()?;
     let device_data = DeviceData::new(&prepared);
     let data = device_data.scene_data(&prepared, camera);
     let plan = data.plan();
@@ -195,6 +216,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         }
     };
     let forecast = Forecast::of(&prepared);
+    let forecast = if begin.is_some() { forecast.without_warm_up() } else { forecast };
     say!("{}", forecast.sentence(Rate::of(&chosen)));
     let stop = stop_flag();
     let mut engine = chosen.engine(&prepared, camera)?;
@@ -207,10 +229,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         progress_bar(u64::from(time.steps) + 1, "steps"),
         progress_bar(forecast.images, "pictures"),
     ];
-    let job = Job { check: sample, save_every: arguments.save_every, identity: &identity, earlier: state.as_ref() };
+    let job = Job {
+        check: sample,
+        save_every: arguments.save_every,
+        identity: &identity,
+        earlier: state.as_ref(),
+        begin: begin.as_ref(),
+        take_after,
+    };
     let outcome = run_into(&prepared, &mut *engine, &folder, &job, &stop, &|done: Done| bars[done as usize].inc(1));
     bars.iter().for_each(ProgressBar::finish_and_clear);
     let outcome = outcome?;
+    if let (Some(destination), Some(state)) = (&of_state, &outcome.state) {
+        destination.write_bytes(&encode(state))?;
+    }
+    if begin.is_some() && sample.is_some() && outcome.accuracy.is_none() {
+        say!(
+            "warning: nothing was compared with the f64 reference: the state was saved without it, or with another --check"
+        );
+    }
 
     let buffers =
         plan.iter().map(|planned| BufferSize { name: format!("{:?}", planned.resource), bytes: planned.bytes });
@@ -320,7 +357,8 @@ fn report(
         (true, SERIES, "temperatures over time"),
         (true, REPORT_JSON, "this report as JSON"),
         (prepared.joints() > 1, JOINTS, "joints over time"),
-        (!outcome.frames.is_empty(), "frames/", "EXR and PNG of every drawn step"),
+        (!outcome.frames.is_empty(), "frames/", "EXR and PNG of every image"),
+        (prepared.scene.time.draw.is_between_steps(), IMAGES, "time and pose of every image"),
         (!outcome.plots.is_empty(), "plots/", "the plots as SVG"),
     ];
     let files = files.into_iter().filter(|(there, ..)| *there);
@@ -328,10 +366,15 @@ fn report(
     let forecast = Forecast::of(prepared).entries(&[Rate::of(chosen)], memory);
     let forecast = SettingGroup { title: "Forecast before the first step".to_owned(), entries: forecast };
     let mut warnings = prepared.warnings.clone();
-    let mut details_of_warm_up = Vec::new();
+    let mut details_of_run = Vec::new();
     if let Some(periodic) = outcome.periodic {
         say!("warm-up: {}", periodic.summary());
-        details_of_warm_up.push(("periodic warm-up".to_owned(), periodic.summary()));
+        details_of_run.push(("periodic warm-up".to_owned(), periodic.summary()));
+    }
+    if let Some(error) = outcome.between {
+        let error = format!("up to {error:.1e} K (an eighth of the second difference over the steps beside an image)");
+        answer!("temperatures between steps are off by {error}");
+        details_of_run.push(("temperatures of images between steps".to_owned(), format!("off by {error}")));
     }
     let missed = outcome.periodic.and_then(|periodic| periodic.warning(""));
     let off = outcome.accuracy.as_ref().and_then(Accuracy::warning);
@@ -345,7 +388,7 @@ fn report(
         say!("warning: {warning}");
         warnings.push(warning);
     }
-    let device = Device { details: device.details.into_iter().chain(details_of_warm_up).collect(), ..device };
+    let device = Device { details: device.details.into_iter().chain(details_of_run).collect(), ..device };
     Report {
         title: prepared.scene.name.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),

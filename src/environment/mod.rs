@@ -17,6 +17,8 @@ pub mod joints;
 pub mod load;
 pub mod orbit;
 pub mod orbit_point;
+pub mod pose_path;
+pub mod position_history;
 pub mod quadrature;
 pub mod rotation_history;
 pub mod shadow;

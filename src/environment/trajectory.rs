@@ -87,10 +87,7 @@ impl Trajectory {
     /// # Errors
     /// There is no state at time 0.
     pub fn new(description: String, start: Epoch, source: Source) -> Result<Self, TrajectoryError> {
-        // Seconds are added to this epoch. TAI has no leap seconds.
-        let start = start.to_time_scale(TimeScale::TAI);
-        let start_centuries = tt_centuries(start);
-        let mut trajectory = Self { description, start, start_centuries, source, period: f64::INFINITY };
+        let mut trajectory = Self::elsewhere(description, start, source);
         trajectory.check(0.0, 0.0)?;
         if let Some(State { position, velocity }) = trajectory.state(0.0) {
             // The vis-viva equation. An open orbit has no period.
@@ -100,6 +97,21 @@ impl Trajectory {
             }
         }
         Ok(trajectory)
+    }
+
+    /// A trajectory that need not cover time 0. It has no period.
+    pub fn elsewhere(description: String, start: Epoch, source: Source) -> Self {
+        // Seconds are added to this epoch. TAI has no leap seconds.
+        let start = start.to_time_scale(TimeScale::TAI);
+        Self { description, start, start_centuries: tt_centuries(start), source, period: f64::INFINITY }
+    }
+
+    /// Intervals of time that an ephemeris covers [s]. `None` for elements.
+    pub fn coverage(&self) -> Option<Vec<(f64, f64)>> {
+        match &self.source {
+            Source::Elements { .. } => None,
+            Source::Ephemeris(ephemeris) => Some(ephemeris.coverage()),
+        }
     }
 
     /// Time 0 of the scene.

@@ -157,6 +157,7 @@ fn pipeline(context: &Arc<Context>, kernel: Kernel, types: &[(u32, vk::Descripto
         Kernel::Heat(_) => size_of::<HeatPass>(),
         Kernel::Heaters => size_of::<HeaterStep>(),
         Kernel::Cull => size_of::<u32>(),
+        Kernel::Between => size_of::<f32>(),
         Kernel::SunRay { .. } => size_of::<SunRay>() + size_of::<[[f32; 4]; 3]>(),
         _ => 0,
     };

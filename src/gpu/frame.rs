@@ -9,7 +9,10 @@ use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
 pub use passes::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
 
-use passes::{DEPTH, DEPTH_WRITE, cull_pass, radiance_pass, ray_pass, solar_depth_pass, thermal_pass, visibility_pass};
+use passes::{
+    DEPTH, DEPTH_WRITE, between_pass, cull_pass, radiance_pass, ray_pass, solar_depth_pass, thermal_pass,
+    visibility_pass,
+};
 
 use super::pass::{
     CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Pass, barrier, clear_pass, copy_pass,
@@ -47,6 +50,38 @@ impl Frame {
 
     /// One step of a craft with joints. `culled` are the triangles to cull before drawing.
     pub fn step_in_runs(ranges: &[StepRange], wanted: Wanted, culled: &[TriangleRun]) -> Self {
+        Self::step_shown(ranges, wanted, culled, Resource::Temperature)
+    }
+
+    /// Keeps the temperatures before a step, for images between them and those after it.
+    pub fn keep() -> Self {
+        // The passes of the last image may still read the temperatures that this frame replaces.
+        let readers = scope(S::COMPUTE_SHADER | S::COPY, A::TRANSFER_WRITE);
+        Self {
+            entries: vec![
+                Entry::Barriers(vec![
+                    barrier(Resource::Temperature, COMPUTE_WRITE, COPY_READ),
+                    barrier(Resource::EarlierTemperature, readers, COPY_WRITE),
+                ]),
+                Entry::Pass(copy_pass("keep temperatures", Resource::Temperature, Resource::EarlierTemperature)),
+            ],
+        }
+    }
+
+    /// An image between two steps: temperatures of its time, then the image. `culled` are the triangles to cull before drawing.
+    pub fn between(ranges: &[StepRange], wanted: Wanted, culled: &[TriangleRun]) -> Self {
+        let drawn = scope(S::VERTEX_SHADER, A::NONE);
+        let mut entries = vec![Entry::Barriers(vec![
+            barrier(Resource::Temperature, COMPUTE_WRITE, COMPUTE_READ),
+            barrier(Resource::EarlierTemperature, COPY_WRITE, COMPUTE_READ),
+            barrier(Resource::BetweenTemperature, drawn, COMPUTE_WRITE),
+        ])];
+        entries.extend(ranges.iter().map(|range| Entry::Pass(between_pass(range))));
+        Self { entries }.then(Self::step_shown(&[], wanted, culled, Resource::BetweenTemperature))
+    }
+
+    /// A step whose image shows the temperatures in the buffer `shown`.
+    fn step_shown(ranges: &[StepRange], wanted: Wanted, culled: &[TriangleRun], shown: Resource) -> Self {
         let mut entries = Vec::new();
 
         if !ranges.is_empty() {
@@ -81,12 +116,12 @@ impl Frame {
             let (undefined, attachment) = (ImageLayout::UNDEFINED, ImageLayout::ATTACHMENT_OPTIMAL);
             let source = ImageLayout::TRANSFER_SRC_OPTIMAL;
             entries.push(Entry::Barriers(vec![
-                barrier(Resource::Temperature, COMPUTE_WRITE, vertex_read),
+                barrier(shown, COMPUTE_WRITE, vertex_read),
                 transition(Resource::RadianceImage, copied, colour, undefined, attachment),
                 transition(Resource::IdentityImage, copied, colour, undefined, attachment),
                 transition(Resource::DepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),
             ]));
-            entries.push(Entry::Pass(radiance_pass()));
+            entries.push(Entry::Pass(radiance_pass(shown)));
             entries.push(Entry::Barriers(vec![
                 transition(Resource::RadianceImage, colour, COPY_READ, attachment, source),
                 transition(Resource::IdentityImage, colour, COPY_READ, attachment, source),

@@ -67,6 +67,8 @@ pub enum Kernel {
         /// Whether it is the first ray, which sets the share instead of adding to it.
         first: bool,
     },
+    /// Finds the temperatures of an image between two steps.
+    Between,
     /// Culls triangles that cover no pixel centre.
     Cull,
     /// Draws the remaining triangles as radiance.
@@ -109,6 +111,7 @@ impl Kernel {
             Self::Visibility => plain("solar_visibility.comp"),
             Self::SunRay { first: true } => vec![Shader::new("solar_rays.comp", vec!["first"])],
             Self::SunRay { first: false } => plain("solar_rays.comp"),
+            Self::Between => plain("between.comp"),
             Self::Cull => plain("cull.comp"),
             Self::Radiance => ["radiance.vert", "radiance.frag"].map(|entry| Shader::new(entry, Vec::new())).to_vec(),
             Self::Blackbody => plain("blackbody.comp"),
@@ -123,6 +126,8 @@ impl Kernel {
 pub enum Said {
     /// None.
     Nothing,
+    /// Share of the step that has passed at the image's time.
+    Share,
     /// Index of the first triangle.
     Triangle(u32),
     /// Number of the point on the Sun's disc, and joint of the nodes.

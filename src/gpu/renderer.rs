@@ -57,6 +57,10 @@ pub struct Request<'a> {
     pub absorbed: bool,
     /// Heaters of a network that the frame steps.
     pub heating: Option<Heating<'a>>,
+    /// Whether the temperatures before the step are kept, for images between them and those after it.
+    pub keep: bool,
+    /// Share of the last step that has passed at the image's time. `None` shows the present temperatures.
+    pub between: Option<f32>,
     /// A list to submit instead of the usual one for this request. Tests use it to leave a barrier out.
     pub list: Option<&'a Frame>,
 }
@@ -100,6 +104,8 @@ pub struct Renderer {
     pixels: usize,
     triangles: Vec<TriangleRun>,
     culling: Culling,
+    /// Whether images lie between steps.
+    between: bool,
     /// Number of joints, counting the body.
     joints: u32,
     /// Whether one dispatch may take many steps.
@@ -130,9 +136,14 @@ impl Renderer {
         let mut frames = Vec::new();
         for (has_sun, has_albedo) in [(true, true), (true, false), (false, false)] {
             let ranges = ranges_of_step(&data.ranges, has_sun, has_albedo);
+            let wanted = Wanted { image: wanted.image && !data.between, ..wanted };
             frames.extend([Frame::step_in_runs(&ranges, wanted, &triangles), Frame::settle(&ranges)]);
         }
-        frames.push(Frame::step_in_runs(&idle(&data.ranges), wanted, &triangles));
+        let drawn = if data.between { Wanted { image: false, ..wanted } } else { wanted };
+        frames.push(Frame::step_in_runs(&idle(&data.ranges), drawn, &triangles));
+        if data.between {
+            frames.push(Frame::keep().then(Frame::between(&data.ranges, wanted, &triangles)));
+        }
         let shadows = Shadows::new(data);
         let found = shadows.frame(&data.ranges);
         let one_pass = data.network.map(OnePass::new);
@@ -154,6 +165,7 @@ impl Renderer {
             pixels: data.image.map_or(0, |[width, height]| width as usize * height as usize),
             culling: Culling::new(&triangles, data.triangles, data.positions),
             triangles,
+            between: data.between,
             joints,
             fuses: data.fuses(),
             fused_steps: 0,
@@ -212,29 +224,28 @@ impl Renderer {
         }
         // The other ranges of a network have temperatures that the host has already written.
         ranges.retain(|range| !is_of_network(range.variant.kind));
-        let mut frame = Frame::default();
+        let mut frame = if request.keep { Frame::keep() } else { Frame::default() };
         let mut network = Frame::default();
         let mut summed = Frame::default();
         if let Some((load, steps)) = request.step {
-            frame = self.shadows(load)?;
+            let shadows = self.shadows(load)?;
+            let still_shaded = shadows.entries.is_empty();
+            frame = frame.then(shadows);
             network = self.network_frame(steps, request.heating)?;
             if request.absorbed {
                 summed = self.summed();
             }
             // If the load is unchanged, a cheaper variant continues the transitions.
             let load = Some(DeviceLoad::new(load, self.joints));
-            if frame.entries.is_empty() && self.commanded == load {
+            if still_shaded && self.commanded == load {
                 ranges = idle(&ranges);
             } else {
                 self.commanded = load;
             }
         }
         ranges.extend(loaded);
-        let frame = frame
-            .then(Frame::step(&ranges, Wanted::default()))
-            .then(summed)
-            .then(network)
-            .then(Frame::step_in_runs(&[], wanted, &culled));
+        let shown = self.image(wanted, &culled, request.between);
+        let frame = frame.then(Frame::step(&ranges, Wanted::default())).then(summed).then(network).then(shown);
         self.send(&frame, Request { views: &views, ..request })
     }
 
@@ -242,6 +253,22 @@ impl Renderer {
     fn summed(&self) -> Frame {
         let of_frame = |(of, _): &&(HeatOf, (u32, u32))| *of != HeatOf::Flux || self.steps_network();
         absorbed_heat(&self.heat.iter().filter(of_frame).copied().collect::<Vec<_>>())
+    }
+
+    /// The list of an image and of the readback. The image lies `between` two steps, or shows the present temperatures.
+    fn image(&self, wanted: Wanted, culled: &[TriangleRun], between: Option<f32>) -> Frame {
+        if !self.between || !wanted.image {
+            return Frame::step_in_runs(&[], wanted, culled);
+        }
+        // The present temperatures lie between themselves.
+        let kept = if between.is_none() { Frame::keep() } else { Frame::default() };
+        kept.then(Frame::between(&self.ranges, wanted, culled))
+    }
+
+    /// Keeps the temperatures before a step that the host takes for its network. Collect the frames in flight before.
+    pub fn keep_temperatures(&mut self) -> Result<(), GpuError> {
+        let submitted = self.send(&Frame::keep(), Request::default())?;
+        self.collect(submitted).map(|_| ())
     }
 
     /// Flux absorbed by the nodes of thermal networks [W/m2], and temperature of all other nodes [K], one value for
@@ -309,6 +336,7 @@ impl Renderer {
         self.resources.write_slices(Resource::View, slot, request.views)?;
         self.resources.write_slices(Resource::SunView, slot, &std::mem::take(&mut self.shadows.views))?;
         let told = |said: Said| match said {
+            Said::Share => request.between.unwrap_or(1.0).to_le_bytes().to_vec(),
             Said::Triangle(first) => first.to_le_bytes().to_vec(),
             Said::Ray(ray, joint) => self.shadows.ray(ray, joint),
             Said::OnePass { first, end, age } => {

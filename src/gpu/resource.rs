@@ -100,6 +100,10 @@ table! {
     HeatAreas: row(GROUP, HeatGroups, Storage, "Area");
     /// Heat that every run absorbs in a step [W].
     AbsorbedHeat: row(4, Count::HeatRuns, ToHost, "Absorbed").each_slot();
+    /// Temperature of every node before the last step [K], where images lie between steps.
+    EarlierTemperature: row(GROUP, BetweenGroups, Storage, "Earlier");
+    /// Temperature of every node at the time of an image between steps [K].
+    BetweenTemperature: row(GROUP, BetweenGroups, Storage, "Between Temperature");
     /// Transform of the shadow map, written by the host.
     SunView: row(size_of::<layout::SunView>(), Count::SunView, Uniform, "SunView").each_slot().each_joint();
     /// Node indices of the triangles that cast shadows.

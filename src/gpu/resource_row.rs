@@ -31,6 +31,8 @@ pub enum Count {
     PlacedGroups,
     /// Groups, if an image is drawn.
     DrawnGroups,
+    /// Groups, if images lie between steps.
+    BetweenGroups,
     /// Groups, if the craft shadows itself.
     ShadowedGroups,
     /// Triangles of an image.
@@ -112,6 +114,7 @@ impl Count {
                 | Self::TargetGroups
                 | Self::PlacedGroups
                 | Self::DrawnGroups
+                | Self::BetweenGroups
                 | Self::ShadowedGroups
                 | Self::Triangles
                 | Self::Draws

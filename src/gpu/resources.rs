@@ -47,6 +47,8 @@ pub struct SceneData<'a> {
     pub band_table: &'a [f32],
     /// Width and height of the image [px]; `None` without an image.
     pub image: Option<[u32; 2]>,
+    /// Whether images lie between steps, so that their temperatures are interpolated.
+    pub between: bool,
     /// Shadows; `None` if the craft does not shadow itself.
     pub shadows: Option<ShadowData<'a>>,
     /// Joints; `None` if no part moves.
@@ -160,6 +162,7 @@ impl SceneData<'_> {
             Count::TargetGroups => only(of_ranges(|variant| variant.kind.has_full_state()), groups),
             Count::PlacedGroups => only(drawn || self.shadows.is_some(), groups),
             Count::DrawnGroups => only(drawn, groups),
+            Count::BetweenGroups => only(drawn && self.between, groups),
             Count::ShadowedGroups => only(self.shadows.is_some(), groups),
             Count::Triangles => only(drawn, self.triangles.len()),
             Count::Draws => only(drawn, self.runs().iter().map(|run| run.draws().1 as usize).max().unwrap_or(0)),

@@ -51,6 +51,10 @@ pub enum OutputError {
     #[error("the saved state {} {}; begin anew with --force", .0.display(), .1)]
     State(PathBuf, String),
 
+    /// A thermal state cannot be used: the file and the reason.
+    #[error("the thermal state {} {}", .0.display(), .1)]
+    ThermalState(PathBuf, String),
+
     /// The output folder is a file.
     #[error("output folder {} is a file; name another folder", .0.display())]
     NotAFolder(PathBuf),

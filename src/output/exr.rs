@@ -96,7 +96,8 @@ pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
     let (part, material) = (label("part")?, label("material")?);
     let step = attributes.integer("isotherm_step")?;
     let time = attributes.doubles::<1>("isotherm_time_s")?[0];
-    let frame = Frame { width, height, step, time, radiance, temperature, depth, part, material };
+    let image = attributes.optional_integer("isotherm_image")?;
+    let frame = Frame { width, height, step, image, time, radiance, temperature, depth, part, material };
     Ok((frame, attributes.header(width, height)?))
 }
 

@@ -8,7 +8,7 @@ use glam::{DMat4, DQuat, DVec3};
 
 use super::OutputError;
 use super::frame::{Frame, FrameHeader};
-use crate::scene::{Camera, CameraFrame};
+use crate::scene::{Camera, CameraFrame, Motion};
 use crate::thermal::planck::Band;
 
 const RADIANCE_UNIT: &str = "W.m^-2.sr^-1";
@@ -24,7 +24,8 @@ pub(super) fn header_attributes(frame: &Frame, header: &FrameHeader) -> Vec<(&'s
         CameraFrame::Orbit => "orbit",
         CameraFrame::Inertial => "inertial",
     };
-    vec![
+    let image = frame.image.map(|image| ("isotherm_image", AttributeValue::I32(image.cast_signed())));
+    let mut attributes = vec![
         ("isotherm_version", string(&header.version)),
         ("isotherm_device", string(&header.device)),
         ("isotherm_scene", string(&header.scene)),
@@ -50,7 +51,9 @@ pub(super) fn header_attributes(frame: &Frame, header: &FrameHeader) -> Vec<(&'s
         // OpenEXR has no type for four doubles, so this is text. The scalar comes first.
         ("isotherm_frame_from_camera_wxyz", string(&format!("{} {} {} {}", pose.w, pose.x, pose.y, pose.z))),
         ("isotherm_camera_from_body", doubles("m44d", &camera_from_body)),
-    ]
+    ];
+    attributes.extend(image);
+    attributes
 }
 
 /// Metres in micrometres, without the rounding error of 14e-6 * 1e6.
@@ -117,6 +120,11 @@ impl Attributes<'_> {
         }
     }
 
+    /// A number that frames may lack.
+    pub fn optional_integer(&self, name: &str) -> Result<Option<u32>, OutputError> {
+        if self.attributes.other.contains_key(&text(name)) { self.integer(name).map(Some) } else { Ok(None) }
+    }
+
     pub fn doubles<const N: usize>(&self, name: &str) -> Result<[f64; N], OutputError> {
         match self.get(name)? {
             AttributeValue::F64(value) if N == 1 => Ok([*value; N]),
@@ -157,6 +165,7 @@ impl Attributes<'_> {
                 height,
                 focal: self.doubles("isotherm_camera_focal_px")?,
                 centre: self.doubles("isotherm_camera_centre_px")?,
+                motion: Motion::Still,
                 frame,
                 position: DVec3::from_array(self.doubles("isotherm_camera_position_m")?),
                 frame_from_camera,

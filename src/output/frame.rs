@@ -16,8 +16,10 @@ pub struct Frame {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Number of the step; 0 is the initial state.
+    /// Number of the step; 0 is the initial state. An image at its own time lies in the interval of this step.
     pub step: u32,
+    /// Number of an image at its own time. `None` at the end of a step.
+    pub image: Option<u32>,
     /// Time since the start [s].
     pub time: f64,
     /// Radiance in the band [W m-2 sr-1].
@@ -115,7 +117,7 @@ pub struct FrameHeader {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::scene::CameraFrame;
+    use crate::scene::{CameraFrame, Motion};
     use glam::{DQuat, DVec3};
 
     /// A lit sphere. Temperature falls with the cosine from 350 K to 180 K on the night side.
@@ -125,6 +127,7 @@ pub(crate) mod tests {
             width,
             height,
             step,
+            image: None,
             time: f64::from(step) * 15.5,
             radiance: vec![0.0; pixels],
             temperature: vec![0.0; pixels],
@@ -166,6 +169,7 @@ pub(crate) mod tests {
                 height,
                 focal: [1_234.567_89, 1230.1],
                 centre: [f64::from(width) / 2.0, f64::from(height) / 2.0 + 0.25],
+                motion: Motion::Still,
                 frame: CameraFrame::Orbit,
                 position: DVec3::new(-100.0, 1e-3, 1.0 / 3.0),
                 frame_from_camera: rotation,

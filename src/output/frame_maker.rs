@@ -44,6 +44,7 @@ impl<'a> FrameMaker<'a> {
             width: self.header.camera.width,
             height: self.header.camera.height,
             step: result.step,
+            image: result.image,
             time: result.time,
             radiance: channel(0),
             temperature: channel(1),
@@ -52,7 +53,9 @@ impl<'a> FrameMaker<'a> {
             material: label(1),
         };
         frame.check_finite_of(|pixel| self.shown(&frame, pixel, &pose))?;
-        Ok(Some((frame, FrameHeader { camera_from_body: DMat4::from(pose), ..self.header.clone() })))
+        // A frame was drawn, so the camera has a pose.
+        let camera = self.header.camera.at(frame.time, frame.image).unwrap_or_else(|_| self.header.camera.clone());
+        Ok(Some((frame, FrameHeader { camera, camera_from_body: DMat4::from(pose), ..self.header.clone() })))
     }
 
     /// The part that a pixel shows, and the node of it that is nearest to what the pixel shows. Without a depth it is the one nearest to the line of sight.

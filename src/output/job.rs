@@ -8,11 +8,13 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use super::OutputError;
+use super::between::Between;
 use super::eclipses::Eclipses;
 use super::exr::encode;
 use super::folder::Folder;
 use super::frame::{Frame, FrameHeader};
 use super::frame_maker::FrameMaker;
+use super::image_index::{IMAGES, write_index};
 use super::report::{FrameEntry, Picture, PlotEntry, write_plots};
 use super::run_pictures::{CONTACT_SHEET, WrittenFrame, draw_pictures, frame_file};
 use super::state_file;
@@ -27,6 +29,7 @@ use crate::simulation::network::StepCost;
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::state::{MOST_TIMES, capture, periodic as periodic_of, put_periodic, restore};
+use crate::simulation::thermal_state::{begin_from, take};
 use crate::simulation::{Consumer, StepResult, run_from, start_from};
 use crate::trace::{Trace, Track};
 
@@ -35,9 +38,12 @@ pub const REPORT_JSON: &str = "report.json";
 /// The report as a page.
 pub const REPORT_HTML: &str = "report.html";
 /// All files of a run.
-pub const FILES: [&str; 12] = [
+pub const FILES: [&str; 15] = [
     "frames/step_#.exr",
     "frames/step_#.png",
+    "frames/image_#.exr",
+    "frames/image_#.png",
+    IMAGES,
     "plots/materials.svg",
     "plots/parts.svg",
     "plots/probes.svg",
@@ -106,6 +112,10 @@ pub struct Outcome {
     pub accuracy: Option<Accuracy>,
     /// The energy balance, if the scene keeps it.
     pub energy: Option<EnergyBalance>,
+    /// Estimated error of the temperatures between steps [K], where images lie there.
+    pub between: Option<f64>,
+    /// The thermal state that was asked for, where its step was reached.
+    pub state: Option<Saved>,
     /// Convergence of a periodic warm-up, if requested.
     pub periodic: Option<Periodic>,
     /// Cost of the network in every step after the warm-up.
@@ -126,6 +136,10 @@ pub struct Job<'a> {
     pub identity: &'a Saved,
     /// The state of an earlier part of the run.
     pub earlier: Option<&'a Saved>,
+    /// The thermal state at time 0, instead of a warm-up.
+    pub begin: Option<&'a Saved>,
+    /// The step after which the thermal state is taken.
+    pub take_after: Option<u32>,
 }
 
 /// How often the state of a run is saved. It is saved after the warm-up, after the last step and when the run is stopped in any case.
@@ -174,6 +188,11 @@ pub fn run_into(
                 Earlier::of(saved).map_err(lost)?,
             )
         }
+        None if job.begin.is_some() => {
+            let took = job.begin.map(|state| begin_from(state, engine, check.as_mut())).transpose()?;
+            check = check.filter(|_| took == Some(true));
+            (0, None, Tables::begin(prepared, folder)?, Earlier::default())
+        }
         None => {
             let in_warm_up = job.earlier.filter(|saved| saved.has("warm_up.next"));
             let mut done = Earlier::default();
@@ -208,7 +227,7 @@ pub fn run_into(
     let maker = prepared.scene.camera.as_ref().map(|camera| FrameMaker::new(prepared, camera, &engine.device_name()));
     let stepping_began = Instant::now();
     let written = Mutex::new(done.frames);
-    let (complete, wrote, steps) = std::thread::scope(|scope| {
+    let (complete, wrote, (steps, between, state)) = std::thread::scope(|scope| {
         // A thread writes files while the next steps are computed.
         let (frames, waiting) = sync_channel::<Work>(WAITING_FRAMES);
         let (files, written) = (trace.clone(), &written);
@@ -223,9 +242,9 @@ pub fn run_into(
                     }
                 };
                 let _writes = files.span(Track::Writer, "write EXR");
-                let (file, range) = (frame_file(frame.step, "exr"), frame.range());
+                let (file, range) = (frame_file(frame.step, frame.image, "exr"), frame.range());
                 folder.write_bytes(&file, &encode(&frame, &header)?)?;
-                lock(written).push(WrittenFrame { step: frame.step, range });
+                lock(written).push(WrittenFrame { step: frame.step, image: frame.image, range });
             }
             Ok::<_, OutputError>(())
         });
@@ -241,6 +260,8 @@ pub fn run_into(
             frames,
             written,
             periodic,
+            between: done.between,
+            state: None,
             // A warm-up that was stopped has saved its own state.
             saves: earlier.is_some() || !stop.load(Ordering::Relaxed),
             saved: Instant::now(),
@@ -253,10 +274,10 @@ pub fn run_into(
             recorder.save(0, engine, check.as_mut())?;
         }
         let complete = run_from(prepared, engine, check.as_mut(), first, stop, &mut recorder);
-        let steps = recorder.steps;
+        let left = (recorder.steps, recorder.between.error, recorder.state.take());
         drop(recorder);
         let wrote = writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        Ok::<_, JobError>((complete, wrote, steps))
+        Ok::<_, JobError>((complete, wrote, left))
     })?;
     wrote?;
     let complete = complete?;
@@ -268,6 +289,9 @@ pub fn run_into(
     let draws = trace.span(Track::Host, "pictures and plots");
     let eclipses = Eclipses::of(prepared);
     let (frames, pictures) = draw_pictures(&prepared.scene, &eclipses, folder, &written, &|| progress(Done::Picture))?;
+    if let Some(camera) = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw.is_between_steps()) {
+        write_index(folder, &prepared.scene.time, camera, &written)?;
+    }
     let plots = tables.plots(&eclipses)?;
     write_plots(folder, &plots)?;
     drop(draws);
@@ -281,6 +305,8 @@ pub fn run_into(
         plots,
         accuracy,
         energy,
+        between,
+        state,
         periodic,
         network_costs,
         stepping_s,
@@ -298,17 +324,27 @@ struct Earlier {
     frames: Vec<WrittenFrame>,
     /// Wall time of the whole run and of its steps [s].
     seconds: [f64; 2],
+    between: Between,
+}
+
+/// Number that stands for no image in a saved list.
+const NO_IMAGE: u32 = u32::MAX;
+
+fn image_of(saved: u32) -> Option<u32> {
+    (saved != NO_IMAGE).then_some(saved)
 }
 
 impl Earlier {
     fn of(saved: &Saved) -> Result<Self, SavedError> {
         let steps: Vec<u32> = saved.list("frames")?;
         let ranges: Vec<[f32; 2]> = saved.list_of("frame_ranges", steps.len())?;
-        let frame = |(step, range): (u32, [f32; 2])| {
+        let images: Vec<u32> = saved.list_of("frame_images", steps.len())?;
+        let frame = |((step, image), range): ((u32, u32), [f32; 2])| {
             let range = Some(range).filter(|range| !range[0].is_nan());
-            WrittenFrame { step, range }
+            WrittenFrame { step, image: image_of(image), range }
         };
-        Ok(Self { frames: steps.into_iter().zip(ranges).map(frame).collect(), seconds: saved.array("seconds")? })
+        let frames = steps.into_iter().zip(images).zip(ranges).map(frame).collect();
+        Ok(Self { frames, seconds: saved.array("seconds")?, between: Between::of(saved)? })
     }
 }
 
@@ -371,6 +407,8 @@ struct Recorder<'a, 'b> {
     frames: SyncSender<Work>,
     written: &'a Mutex<Vec<WrittenFrame>>,
     periodic: Option<Periodic>,
+    between: Between,
+    state: Option<Saved>,
     saves: bool,
     saved: Instant,
     began: Instant,
@@ -388,17 +426,26 @@ impl Consumer<JobError> for Recorder<'_, '_> {
             if let Some(account) = &mut self.account {
                 account.take(&temperatures, result.delivered.absorbed.as_deref());
             }
+            if self.prepared.scene.time.draw.is_between_steps() {
+                self.between.take(self.prepared, result.step, temperatures);
+            }
         }
         self.steps = result.step;
+        let is_step = result.image.is_none();
         let frame = self.maker.map(|maker| maker.frame(result)).transpose()?.flatten();
         if let Some(frame) = frame {
             self.frames.send(Work::Frame(Box::new(frame))).map_err(|_| JobError::Writer)?;
         }
-        (self.progress)(Done::Step);
+        if is_step {
+            (self.progress)(Done::Step);
+        }
         Ok(())
     }
 
     fn wants_state(&self, next: u32) -> bool {
+        if self.job.take_after.is_some_and(|step| step + 1 == next) {
+            return true;
+        }
         match self.job.save_every {
             SaveEvery::Time(time) => !time.is_zero() && self.saved.elapsed() >= time,
             SaveEvery::Steps(steps) => next.is_multiple_of(steps.max(1)),
@@ -410,6 +457,11 @@ impl Consumer<JobError> for Recorder<'_, '_> {
             return Ok(());
         }
         let _saves = self.trace.span(Track::Host, "save the state");
+        let mut check = check;
+        if let Some(step) = self.job.take_after.filter(|step| step + 1 == next) {
+            let time = f64::from(step) * self.prepared.scene.time.step;
+            self.state = Some(take(self.prepared, engine, check.as_deref_mut(), time)?);
+        }
         let mut of_loop = capture(next, engine, check)?;
         put_periodic(&mut of_loop, self.periodic);
         let mut saved = self.job.identity.clone();
@@ -424,6 +476,9 @@ impl Consumer<JobError> for Recorder<'_, '_> {
         told.recv().map_err(|_| JobError::Writer)?;
         let written = lock(self.written);
         saved.put("frames", &written.iter().map(|frame| frame.step).collect::<Vec<_>>());
+        let images: Vec<u32> = written.iter().map(|frame| frame.image.unwrap_or(NO_IMAGE)).collect();
+        saved.put("frame_images", &images);
+        self.between.save(&mut saved);
         saved
             .put("frame_ranges", &written.iter().map(|frame| frame.range.unwrap_or([f32::NAN; 2])).collect::<Vec<_>>());
         drop(written);
@@ -441,8 +496,12 @@ impl Consumer<JobError> for Recorder<'_, '_> {
 /// # Errors
 /// A list is absent.
 pub fn frames_of(saved: &Saved) -> Result<Vec<String>, SavedError> {
-    let steps: Vec<u32> = if saved.has("frames") { saved.list("frames")? } else { Vec::new() };
-    Ok(steps.into_iter().map(|step| frame_file(step, "exr")).collect())
+    if !saved.has("frames") {
+        return Ok(Vec::new());
+    }
+    let steps: Vec<u32> = saved.list("frames")?;
+    let images: Vec<u32> = saved.list_of("frame_images", steps.len())?;
+    Ok(steps.into_iter().zip(images).map(|(step, image)| frame_file(step, image_of(image), "exr")).collect())
 }
 
 /// Refuses temperatures that are not finite. The error names the first such node.

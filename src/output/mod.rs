@@ -6,6 +6,7 @@
 //! join everything on one page. [`folder`] writes each file whole or not at all and lists it in a [`manifest`]. [`growing`] appends to tables while a run
 //! goes on, and [`state_file`] holds what it needs to go on after its end. [`destination`] decides where a single output goes.
 
+mod between;
 pub mod canvas;
 pub mod clock;
 pub mod colour;
@@ -26,6 +27,7 @@ pub mod frame;
 pub mod frame_maker;
 pub mod growing;
 pub(crate) mod html;
+pub mod image_index;
 pub mod inputs;
 pub mod job;
 pub mod joints;
@@ -35,6 +37,7 @@ pub mod picture;
 pub mod plot;
 pub mod plot_axis;
 mod polyline;
+pub mod pose_images;
 pub mod report;
 pub mod report_html;
 mod run_pictures;

@@ -9,7 +9,7 @@ use super::exr::read_exr;
 use super::folder::Folder;
 use super::picture::{Tile, contact_sheet, picture};
 use super::report::{FrameEntry, Picture};
-use crate::scene::Scene;
+use crate::scene::{Draw, Scene, Time};
 
 /// Small pictures of several steps.
 pub(super) const CONTACT_SHEET: &str = "contact_sheet.png";
@@ -22,13 +22,33 @@ const TILE_WIDTH: u32 = 320;
 pub(super) struct WrittenFrame {
     /// Its step.
     pub step: u32,
+    /// Its number, where it has its own time.
+    pub image: Option<u32>,
     /// Its smallest and largest temperature [K].
     pub range: Option<[f32; 2]>,
 }
 
-/// File of a drawn step.
-pub(super) fn frame_file(step: u32, kind: &str) -> String {
-    format!("frames/step_{step:06}.{kind}")
+impl WrittenFrame {
+    /// Its file.
+    pub(super) fn file(&self, kind: &str) -> String {
+        frame_file(self.step, self.image, kind)
+    }
+
+    /// Its time [s].
+    pub(super) fn time(&self, time: &Time) -> f64 {
+        match (&time.draw, self.image) {
+            (Draw::Times(times), Some(image)) => times[image as usize],
+            _ => f64::from(self.step) * time.step,
+        }
+    }
+}
+
+/// File of a drawn step, or of an image at its own time.
+pub(super) fn frame_file(step: u32, image: Option<u32>, kind: &str) -> String {
+    match image {
+        None => format!("frames/step_{step:06}.{kind}"),
+        Some(image) => format!("frames/image_{image:06}.{kind}"),
+    }
 }
 
 /// Draws a PNG for each frame on one scale, and the contact sheet. `drawn` is called after each picture.
@@ -53,14 +73,21 @@ pub(super) fn draw_pictures(
         .par_iter()
         .enumerate()
         .map(|(index, one)| {
-            let time = f64::from(one.step) * scene.time.step;
-            let exr = frame_file(one.step, "exr");
+            let time = one.time(&scene.time);
+            let exr = one.file("exr");
             let (frame, _) = read_exr(&folder.file(&exr))?;
             let light = eclipses.at(time).map_or(String::new(), |name| format!(", {name}"));
-            let details = format!("step {}, t = {time:.1} s{light}, band {band}", one.step);
-            let file = frame_file(one.step, "png");
+            let name_of_frame = match one.image {
+                Some(image) => format!("image {image}, t = {time:.3} s"),
+                None => format!("step {}, t = {time:.1} s", one.step),
+            };
+            let details = format!("{name_of_frame}{light}, band {band}");
+            let file = one.file("png");
             folder.write_bytes(&file, &picture(&frame, &scale, name, &details)?.png()?)?;
-            let caption = format!("t = {time:.0} s{light}");
+            let caption = match one.image {
+                Some(_) => format!("t = {time:.2} s{light}"),
+                None => format!("t = {time:.0} s{light}"),
+            };
             let tile = chosen(index).then(|| Tile::new(&frame, &scale, &caption, TILE_WIDTH)).transpose()?;
             drawn();
             let entry = FrameEntry { step: one.step, time_s: time, file: exr, picture: Some(file) };

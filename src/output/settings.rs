@@ -35,6 +35,7 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
             ("step", format!("{} s", scene.time.step)),
             ("steps", scene.time.steps.to_string()),
             ("warm-up", format!("{} orbits, {} steps", scene.time.warm_up_orbits, prepared.warm_up_steps())),
+            ("step of the warm-up", format!("{} s", scene.time.warm_up_step)),
             (
                 "drawn",
                 match &scene.time.draw {
@@ -42,6 +43,7 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
                     Draw::Every(1) => "every step".to_owned(),
                     Draw::Every(n) => format!("every {n} steps"),
                     Draw::Steps(steps) => format!("steps {steps:?}"),
+                    Draw::Times(times) => format!("{} images at their own times, {}", times.len(), ends(times)),
                 },
             ),
             (
@@ -156,4 +158,12 @@ fn min_edge(edge: Option<f64>) -> String {
 
 fn profile(profile: &Profile) -> String {
     format!("{} in {:.1} steps", profile.function, profile.t_max_steps)
+}
+/// The first and the last of some times [s], in words.
+fn ends(times: &[f64]) -> String {
+    match times {
+        [first, .., last] => format!("{first} to {last} s"),
+        [only] => format!("{only} s"),
+        [] => String::new(),
+    }
 }

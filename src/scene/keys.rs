@@ -25,8 +25,19 @@ pub(super) const ROOT: &[&str] = &[
 
 pub(super) const MODEL: &[&str] = &["path", "max_edge", "min_edge"];
 pub(super) const PART: &[&str] = &["match", "max_edge", "min_edge"];
-pub(super) const TIME: &[&str] =
-    &["start", "step", "steps", "warm_up_orbits", "warm_up", "warm_up_tolerance", "draw_every", "draw_steps"];
+pub(super) const TIME: &[&str] = &[
+    "start",
+    "step",
+    "steps",
+    "warm_up_orbits",
+    "warm_up",
+    "warm_up_tolerance",
+    "warm_up_step",
+    "draw_every",
+    "draw_steps",
+    "images",
+];
+pub(super) const IMAGES: &[&str] = &["start", "stop", "rate_hz"];
 pub(super) const ORBIT: &[&str] = &[
     "altitude",
     "period",
@@ -123,6 +134,11 @@ pub(super) const CAMERA: &[&str] = &[
     "look_at",
     "up",
     "quaternion",
+    "path",
+    "path_relative_to",
+    "attitude",
+    "object",
+    "mount",
     "near",
 ];
 pub(super) const INITIAL: &[&str] = &["temperature"];

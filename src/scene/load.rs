@@ -8,6 +8,7 @@ use super::error::SceneError;
 use super::file::{SourceFile, read_text};
 use super::section::Section;
 use super::{Camera, Draw, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, shadows, view, work};
+use crate::environment::trajectory::Trajectory;
 use crate::files::Reach;
 
 impl Scene {
@@ -48,7 +49,7 @@ impl Scene {
         files.push(model_path.clone());
         let density = density::read(&model, &root.tables("part", keys::PART)?, &mut assumptions)?;
         let sky = SkyScene::read(&root, path, &mut files, &mut assumptions)?;
-        let sky_files = files[2..].to_vec();
+        let mut sky_files = files[2..].to_vec();
         let time = sky.time.clone();
         let shadows = shadows::read(root.table("shadows", keys::SHADOWS)?.as_ref(), &mut assumptions)?;
         if let (Some(_), Some(section), None) =
@@ -66,7 +67,14 @@ impl Scene {
             &mut assumptions,
         )?;
         let band = view::band(root.table("radiance", keys::RADIANCE)?.as_ref(), &mut assumptions)?;
-        let camera = optional_camera(&root, &time.draw, &mut assumptions)?;
+        let before = files.len();
+        let start = sky.orbit.trajectory().map(Trajectory::start).or(time.start);
+        let around = camera::Around { orbit: &sky.orbit, planet_radius: sky.environment.planet_radius, start };
+        let camera = optional_camera(&root, &time.draw, &around, &mut files, &mut assumptions)?;
+        sky_files.extend_from_slice(&files[before..]);
+        if let Some(camera) = &camera {
+            camera.check_times(work::image_times(&time))?;
+        }
         work::check_images(&root.required_table("time", keys::TIME)?, &time, camera.as_ref())?;
         let initial = view::initial(root.table("initial", keys::INITIAL)?.as_ref(), &mut assumptions)?;
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
@@ -122,9 +130,15 @@ fn model_path(section: &Section) -> Result<PathBuf, SceneError> {
 }
 
 /// The camera. A scene that draws nothing may have none.
-fn optional_camera(root: &Section, draw: &Draw, assumptions: &mut Vec<String>) -> Result<Option<Camera>, SceneError> {
+fn optional_camera(
+    root: &Section,
+    draw: &Draw,
+    around: &camera::Around<'_>,
+    files: &mut Vec<PathBuf>,
+    assumptions: &mut Vec<String>,
+) -> Result<Option<Camera>, SceneError> {
     match root.table("camera", keys::CAMERA)? {
-        Some(section) => camera::read(&section, assumptions).map(Some),
+        Some(section) => camera::read(&section, around, files, assumptions).map(Some),
         None if *draw == Draw::None => Ok(None),
         None => {
             let message = "is missing: a section [camera] is needed to draw (time.draw_every = 0 draws nothing)";

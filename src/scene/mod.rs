@@ -25,6 +25,7 @@ mod keys;
 mod load;
 mod material;
 mod mesh_network;
+mod motion;
 pub mod network;
 mod orbit;
 mod profile;
@@ -42,12 +43,14 @@ mod vector;
 mod view;
 pub mod work;
 
+pub use camera::{Poses, read_poses};
 pub use density::{Density, Edges, PartRule};
 pub use error::SceneError;
 pub use joint::{JointMotion, JointRule};
 pub use load::{file_hash, scene_hash};
 pub use material::{MaterialRule, MaterialRules};
 pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, Owners};
+pub use motion::{CameraPath, Motion};
 pub use shadows::ShadowSettings;
 pub use sky_scene::SkyScene;
 pub use vector::AXES;
@@ -116,18 +119,20 @@ pub struct Time {
     pub step: f64,
     /// Number of steps.
     pub steps: u32,
+    /// Length of a step of the warm-up [s].
+    pub warm_up_step: f64,
     /// Number of orbits before time 0.
     pub warm_up_orbits: f64,
     /// Whether the scene states no warm-up, so that `warm_up_orbits` is 0.
     pub warm_up_assumed: bool,
     /// Change over an orbit [K] below which the warm-up ends early. `None` always runs all orbits.
     pub periodic: Option<f64>,
-    /// Which steps are drawn.
+    /// Which steps are drawn, or the times of the images.
     pub draw: Draw,
 }
 
-/// Which steps are drawn. Step 0 is the initial state.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// What is drawn. Step 0 is the initial state.
+#[derive(Debug, Clone, PartialEq)]
 pub enum Draw {
     /// No step.
     None,
@@ -135,7 +140,28 @@ pub enum Draw {
     Every(u32),
     /// The listed steps.
     Steps(Vec<u32>),
+    /// Images at these times [s], whatever the step. They do not decrease.
+    Times(Vec<f64>),
 }
+
+impl Draw {
+    /// Whether images have their own times.
+    pub fn is_between_steps(&self) -> bool {
+        matches!(self, Self::Times(_))
+    }
+
+    /// Number and time [s] of the images at their own times that lie in the interval of a step of this length [s]. Step 0 has those of time 0.
+    pub fn in_step(&self, step: u32, length: f64) -> Vec<(u32, f64)> {
+        let Self::Times(times) = self else { return Vec::new() };
+        let before = |number: f64| times.partition_point(|time| time / length <= number + STEP_SLACK);
+        let first = if step == 0 { 0 } else { before(f64::from(step) - 1.0) };
+        let end = before(f64::from(step)).max(first);
+        (first as u32..).zip(times[first..end].iter().copied()).collect()
+    }
+}
+
+/// Share of a step by which the time of an image may be rounded.
+const STEP_SLACK: f64 = 1e-9;
 
 /// The frame of the camera's pose. Its origin is the origin of the craft's body frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -159,11 +185,13 @@ pub struct Camera {
     pub focal: [f64; 2],
     /// Principal point [px]. The centre of the upper left pixel is (0.5, 0.5).
     pub centre: [f64; 2],
+    /// How the pose changes with time.
+    pub motion: Motion,
     /// The frame of the pose.
     pub frame: CameraFrame,
-    /// Position in that frame [m].
+    /// Position in that frame [m]. Of a camera that moves it is that of the path's first sample.
     pub position: DVec3,
-    /// Rotates camera axes into that frame.
+    /// Rotates camera axes into that frame. Of a camera that moves it is that of the path's first sample.
     pub frame_from_camera: DQuat,
     /// Distance of the near plane [m].
     pub near: f64,

@@ -60,6 +60,7 @@ pub(super) fn read(
             .map(str::to_owned),
         degree: section.whole("degree", 1..=HIGHEST_DEGREE as u32)?,
         start,
+        elsewhere: false,
     };
     let trajectory = ephemeris::read(&path, &text, &options, assumptions)?;
     Ok(Orbit::Trajectory(trajectory))

@@ -37,9 +37,9 @@ pub(super) fn check_steps(section: &Section, time: &Time, orbit: &Orbit) -> Resu
     // A periodic warm-up may end with its second orbit, but nobody knows before.
     let orbits = warm_up_orbits(time);
     if orbits > 0.0
-        && let Some(reason) = too_late(orbits * orbit.period(), time.step, orbit)
+        && let Some(reason) = too_late(orbits * orbit.period(), time.warm_up_step, orbit)
     {
-        let key = if section.has("warm_up_orbits") { "warm_up_orbits" } else { "step" };
+        let key = ["warm_up_orbits", "warm_up_step"].into_iter().find(|key| section.has(key)).unwrap_or("step");
         return Err(section.error(key, format!("asks for too much work: a warm-up of {reason}")));
     }
     Ok(())
@@ -56,7 +56,7 @@ pub fn warm_up_steps(time: &Time, orbit: &Orbit) -> f64 {
     if orbits == 0.0 {
         return 0.0;
     }
-    let each = orbit.period() / time.step;
+    let each = orbit.period() / time.warm_up_step;
     if time.periodic.is_some() { orbits * each.ceil() } else { (orbits * each).round() }
 }
 
@@ -68,7 +68,7 @@ pub(super) fn check_images(section: &Section, time: &Time, camera: Option<&Camer
     if bytes <= MOST_IMAGE_BYTES {
         return Ok(());
     }
-    let key = if section.has("draw_steps") { "draw_steps" } else { "draw_every" };
+    let key = ["draw_steps", "images"].into_iter().find(|key| section.has(key)).unwrap_or("draw_every");
     let message = format!(
         "asks for too much work: {images} images of {} x {} pixels are {bytes:.1e} bytes; the limit is {MOST_IMAGE_BYTES:e}",
         camera.width, camera.height
@@ -82,5 +82,17 @@ pub fn images(time: &Time) -> u64 {
         Draw::None => 0,
         Draw::Every(stride) => u64::from(time.steps / stride) + 1,
         Draw::Steps(steps) => steps.len() as u64,
+        Draw::Times(times) => times.len() as u64,
+    }
+}
+
+/// Times of the images of a run [s].
+pub(super) fn image_times(time: &Time) -> Box<dyn Iterator<Item = f64> + '_> {
+    let of_step = |step: u32| f64::from(step) * time.step;
+    match &time.draw {
+        Draw::None => Box::new(std::iter::empty()),
+        Draw::Every(stride) => Box::new((0..=time.steps).step_by(*stride as usize).map(of_step)),
+        Draw::Steps(steps) => Box::new(steps.iter().map(move |step| of_step(*step))),
+        Draw::Times(times) => Box::new(times.iter().copied()),
     }
 }

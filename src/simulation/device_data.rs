@@ -52,6 +52,7 @@ impl DeviceData {
             shapes: &self.shapes,
             band_table: &self.band_table,
             image: camera.map(|camera| [camera.width, camera.height]),
+            between: prepared.scene.time.draw.is_between_steps(),
             shadows: prepared.redraw().map(|redraw| ShadowData {
                 occluders: &prepared.occluders,
                 redraw,

@@ -76,16 +76,20 @@ impl DeviceEngine {
         })
     }
 
-    /// Steps the network under the load of a step. The host integrates between the loads and the temperatures, so frames under way must end first.
-    fn step_network(&mut self, step: &Step<'_>, absorbed: bool) -> Result<Option<Vec<f64>>, EngineError> {
+    /// Steps the network under the load of a step, and before it keeps the temperatures where the order says so. The host integrates between the loads and
+    /// the temperatures, so frames under way must end first.
+    fn step_network(&mut self, step: &Step<'_>, order: &Order<'_>) -> Result<Option<Vec<f64>>, EngineError> {
         while let Some(flying) = self.flying.pop_front() {
             self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref())?);
+        }
+        if order.keep && self.network.is_some() {
+            self.renderer.keep_temperatures()?;
         }
         let Some(network) = &mut self.network else { return Ok(None) };
         network.step_begins();
         let mut values = self.renderer.absorbed(step.load)?;
         network.step(network.scene().heat(|slot| f64::from(values[slot])), step.start, step.length)?;
-        let tables = self.heat.as_ref().filter(|_| absorbed);
+        let tables = self.heat.as_ref().filter(|_| order.absorbed);
         let heat = tables.map(|tables| absorbed_heat(tables, |slot| f64::from(values[slot])));
         put(&mut self.renderer, network, &mut values)?;
         network.step_ends();
@@ -145,11 +149,15 @@ impl Engine for DeviceEngine {
         let _submits = trace.span(Track::Host, "submit");
         self.steps += u64::from(step.is_some());
         let (mut powers, mut heat) = (None, None);
+        let mut keep = order.keep;
         match (&step, &self.network) {
             (Some(step), Some(network)) if network.is_in_frames() => {
                 powers = Some((step.start, network.scene().heater_powers(step.start, step.length)));
             }
-            (Some(step), Some(_)) => heat = self.step_network(step, order.absorbed)?,
+            (Some(step), Some(_)) => {
+                heat = self.step_network(step, &order)?;
+                keep = false;
+            }
             _ => {}
         }
         let views = self.views(&order);
@@ -159,6 +167,8 @@ impl Engine for DeviceEngine {
             temperatures: order.temperatures,
             absorbed: order.absorbed,
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
+            keep,
+            between: order.between.map(|share| share as f32),
             list: None,
         })?;
         self.flying.push_back(Flying { submitted, heat });

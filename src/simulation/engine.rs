@@ -29,6 +29,10 @@ pub struct Order<'a> {
     pub pose: Option<DAffine3>,
     /// Poses of the body and of the joints in the image. Empty where nothing moves.
     pub joints: &'a [DAffine3],
+    /// Whether the temperatures before the step are kept, for images between them and those after it.
+    pub keep: bool,
+    /// Share of the last step that has passed at the image's time, in a scene whose images have their own times.
+    pub between: Option<f64>,
     /// Whether all temperatures are needed.
     pub temperatures: bool,
     /// Whether the absorbed heat is needed.

@@ -91,6 +91,11 @@ impl Forecast {
         }
     }
 
+    /// The same without a warm-up.
+    pub fn without_warm_up(self) -> Self {
+        Self { warm_up: 0, warm_up_is_most: false, ..self }
+    }
+
     /// The same steps with one image, and no series.
     pub fn of_one_image(self) -> Self {
         Self { images: 1, file_bytes: self.pixels as f64 * PIXEL_BYTES, ..self }

@@ -127,7 +127,7 @@ pub(super) fn warm_up<E: From<EngineError>>(
     keep: &mut dyn Keep<E>,
 ) -> Result<Option<Periodic>, E> {
     let most = prepared.scene.time.warm_up_orbits.ceil() as u32;
-    let each = (prepared.scene.orbit.period() / prepared.scene.time.step).ceil() as u32;
+    let each = (prepared.scene.orbit.period() / prepared.scene.time.warm_up_step).ceil() as u32;
     let network = prepared.network.as_ref().map(|scene| scene.network());
     let mut slow = network
         .filter(|network| network.len() <= MOST_SOLVED)
@@ -230,7 +230,8 @@ fn orbit(
     coarse: bool,
     stop: &AtomicBool,
 ) -> Result<Vec<f64>, EngineError> {
-    let (step, period) = (prepared.scene.time.step, prepared.scene.orbit.period());
+    let (step, period) = (prepared.scene.time.warm_up_step, prepared.scene.orbit.period());
+    let unit = prepared.scene.time.step;
     let mut last = engine.network_temperatures()?.unwrap_or_default();
     let mut mean = vec![0.0; last.len()];
     // The steps are counted from the start of the orbit, so that those of every orbit are equal.
@@ -241,7 +242,7 @@ fn orbit(
         let length = (ahead * step).min(-start);
         let goes_on = done < whole - 1e-9;
         done += ahead;
-        goes_on.then_some(Passing { start, end: start + length, steps: length / step })
+        goes_on.then_some(Passing { start, end: start + length, steps: length / unit })
     });
     if last.is_empty() {
         forward(prepared, engine, check, passing, stop, &mut || ())?;

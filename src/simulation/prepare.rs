@@ -291,7 +291,7 @@ impl Prepared {
         if time.periodic.is_some() {
             return 0;
         }
-        (time.warm_up_orbits * self.scene.orbit.period() / time.step).round() as u32
+        (time.warm_up_orbits * self.scene.orbit.period() / time.warm_up_step).round() as u32
     }
 
     /// Effects that the scene leaves out or that isotherm does not model, in words.

@@ -159,7 +159,7 @@ pub(super) fn loads(scene: &Scene, moving: Vec<Joint>) -> Result<StepLoads, Prep
         return Err(failed(SkyError::NotFinite { what: "the warm-up of an orbit that is not closed", value: before }));
     }
     // One more step at both ends, because the lengths of a warm-up and of a shorter last step are rounded.
-    let slack = if before > 0.0 { scene.time.step } else { 0.0 };
+    let slack = if before > 0.0 { scene.time.step.max(scene.time.warm_up_step) } else { 0.0 };
     let span = [-before - slack, f64::from(scene.time.steps) * scene.time.step];
     loads.sky_model().check(span[0], span[1]).map_err(failed)?;
     Ok(loads.with_joints(moving, span[0], scene.time.step / WALKS_A_STEP))

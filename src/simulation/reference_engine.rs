@@ -15,6 +15,7 @@ use crate::gpu::nodes::{GROUP, PADDING};
 use crate::raster::{self, Surface, rasterise};
 use crate::saved::Saved;
 use crate::scene::Camera;
+use crate::thermal::between::between;
 use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::reference::Reference;
@@ -26,6 +27,8 @@ pub struct ReferenceEngine {
     shadows: Option<Shadows>,
     node_of_slot: Vec<u32>,
     slots: usize,
+    /// Temperatures before the last step, where images lie between steps [K].
+    earlier: Vec<f64>,
     /// The surface that is drawn, in the file's pose.
     surface: Jointed,
     parts: Vec<u32>,
@@ -60,6 +63,7 @@ impl ReferenceEngine {
                 .with_joints(joints),
             shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),
             slots: nodes.vertex_of_node.len(),
+            earlier: Vec::new(),
             node_of_slot,
             surface: Jointed {
                 positions: nodes.positions.iter().map(|position| position.as_dvec3()).collect(),
@@ -97,6 +101,15 @@ impl ReferenceEngine {
             of_slot[*slot as usize] = absorbed;
         }
         of_slot
+    }
+
+    /// Temperatures of all nodes in device order [K], 0 for padding.
+    fn temperatures(&self) -> Vec<f64> {
+        let mut temperatures = vec![0.0; self.slots];
+        for (slot, temperature) in self.node_of_slot.iter().zip(self.reference.temperatures()) {
+            temperatures[*slot as usize] = *temperature;
+        }
+        temperatures
     }
 
     fn take_network(&mut self) -> Result<(), EngineError> {
@@ -146,6 +159,9 @@ impl Engine for ReferenceEngine {
         let trace = self.trace.clone();
         let _computes = trace.span(Track::Host, "f64 reference");
         let mut absorbed = None;
+        if order.keep {
+            self.earlier = self.temperatures();
+        }
         if let Some(step) = step {
             self.steps += 1;
             self.reference.find_shadows(&mut self.shadows, step.load);
@@ -166,9 +182,10 @@ impl Engine for ReferenceEngine {
                 network.step_ends();
             }
         }
-        let mut temperatures = vec![0.0f64; self.slots];
-        for (slot, temperature) in self.node_of_slot.iter().zip(self.reference.temperatures()) {
-            temperatures[*slot as usize] = *temperature;
+        let mut temperatures = self.temperatures();
+        if let Some(share) = order.between {
+            let pairs = self.earlier.iter().zip(temperatures);
+            temperatures = pairs.map(|(earlier, later)| between(*earlier, later, share)).collect();
         }
         let pixels = order.pose.as_ref().zip(self.camera.as_ref()).map(|(pose, camera)| {
             let placed;

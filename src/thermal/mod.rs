@@ -3,6 +3,7 @@
 //! This room does not use Vulkan or files. Every function that also runs on the device has the same name in `glsl/`.
 
 pub mod balance;
+pub mod between;
 pub mod brightness;
 pub mod fit;
 pub mod function;

@@ -167,6 +167,7 @@ impl LooseNodes {
             shapes: &shapes,
             band_table: &[0.0],
             image: None,
+            between: false,
             shadows: None,
             joints: None,
             network: None,

@@ -1,7 +1,7 @@
 //! The hazard check finds nothing in complete frames, and something if any barrier is missing.
 
 use isotherm::environment::shadow::Method;
-use isotherm::gpu::frame::{Frame, StepRange, Wanted};
+use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
 use isotherm::gpu::heat::{HeatOf, absorbed_heat};
 use isotherm::gpu::lists;
 use isotherm::gpu::pass::{Entry, Kernel};
@@ -105,7 +105,14 @@ fn frames(ranges: &[StepRange]) -> Vec<Frame> {
     frames.push(summed);
     frames.extend(wanted().into_iter().map(|wanted| Frame::step(ranges, wanted)));
     frames.extend(wanted().into_iter().map(|wanted| Frame::step(&[], wanted)));
+    frames.push(Frame::keep().then(Frame::step(ranges, Wanted { temperatures: true, ..Wanted::default() })));
+    frames.extend(wanted().into_iter().filter(|wanted| wanted.image).map(|wanted| between(ranges, wanted)));
     frames
+}
+
+/// An image between two steps.
+fn between(ranges: &[StepRange], wanted: Wanted) -> Frame {
+    Frame::between(ranges, wanted, &[TriangleRun { joint: 0, triangles: (0, wanted.cull) }])
 }
 
 #[test]

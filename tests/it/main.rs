@@ -3,6 +3,7 @@
 mod band_radiance;
 mod bench;
 mod blankets;
+mod camera_path;
 mod commands;
 mod compare;
 mod craft;
@@ -45,6 +46,7 @@ mod shadows;
 mod step_length;
 #[cfg(unix)]
 mod streams;
+mod thermal_state;
 mod trace;
 mod trajectory;
 mod transitions;

@@ -60,6 +60,8 @@ fn frames(shape: OnePassShape) -> Vec<Frame> {
         frames.push(Frame::step(&ranges, Wanted::default()).then(steps));
     }
     frames.push(Frame::step(&[], Wanted { temperatures: true, ..Wanted::default() }));
+    let (steps, _) = shape.steps(1, 0, odd);
+    frames.push(Frame::keep().then(Frame::step(&ranges, Wanted::default())).then(steps));
     frames
 }
 

@@ -10,7 +10,7 @@ use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
 use isotherm::gpu::shapes::Shapes;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
-use isotherm::scene::{Camera, CameraFrame};
+use isotherm::scene::{Camera, CameraFrame, Motion};
 use isotherm::simulation::device_data::device_material;
 use isotherm::simulation::engine::Pixels;
 use isotherm::simulation::viewpoint::device_view;
@@ -91,6 +91,7 @@ impl Quads {
             shapes: &shapes,
             band_table: &band_table(&RadianceTable::new(self.band)),
             image: Some([camera.width, camera.height]),
+            between: false,
             shadows: None,
             joints: None,
             network: None,
@@ -125,6 +126,7 @@ pub fn camera(width: u32, height: u32, focal: f64) -> Camera {
         height,
         focal: [focal, focal],
         centre: [0.5 * f64::from(width), 0.5 * f64::from(height)],
+        motion: Motion::Still,
         frame: CameraFrame::Body,
         position: DVec3::ZERO,
         frame_from_camera: glam::DQuat::IDENTITY,

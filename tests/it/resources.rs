@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use isotherm::environment::shadow::Method;
-use isotherm::gpu::frame::{Frame, StepRange, Wanted};
+use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
 use isotherm::gpu::heat::{HeatOf, absorbed_heat};
 use isotherm::gpu::lists;
 use isotherm::gpu::pass::Kernel;
@@ -26,7 +26,9 @@ fn block_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> String {
 fn all_lists() -> Vec<Frame> {
     let drawn = Wanted { image: true, cull: 9, temperatures: true };
     let mut all = vec![lists::radiation(Kernel::Blackbody, 1), lists::radiation(Kernel::Brightness, 1)];
+    let whole = TriangleRun { joint: 0, triangles: (0, 9) };
     for variant in CURVES.into_iter().flat_map(thermal_variants) {
+        all.push(Frame::between(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn, &[whole]));
         all.push(Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn));
         if variant.shadow {
             let range = [StepRange { variant, groups: (0, 64), joint: 0 }];

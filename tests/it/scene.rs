@@ -64,6 +64,7 @@ fn every_value_of_a_full_scene_arrives() {
         ((Some(0.25), Some(0.02)), (Some(0.25), Some(0.02)), (Some(1.5), Some(0.0)))
     );
     assert_eq!((scene.time.step, scene.time.steps, scene.time.warm_up_orbits), (15.5, 360, 0.5));
+    assert_eq!(scene.time.warm_up_step, 31.0);
     assert_eq!(scene.time.draw, Draw::Steps(vec![0, 90, 360]));
     let Orbit::Circular(orbit) = &scene.orbit else { panic!("a circular orbit") };
     assert_eq!((orbit.altitude, orbit.period), (772e3, 6017.0));

@@ -254,6 +254,11 @@ fn passes_declare_what_their_shaders_touch() {
     let cull = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Cull)).expect("a cull pass");
     assert_eq!(declared(cull), bindings_of(&plain("cull.comp")));
     let radiance = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Radiance)).expect("a radiance pass");
+    let range = StepRange { variant: thermal_variants(CURVES[0])[0], groups: (0, 64), joint: 0 };
+    let image = Wanted { image: true, cull: 9, temperatures: false };
+    let frame = Frame::between(&[range], image, &[]);
+    let between = frame.passes().next().expect("a pass between steps");
+    assert_eq!(declared(between), bindings_of(&plain("between.comp")));
     let mut shaders = bindings_of(&plain("radiance.vert"));
     shaders.extend(bindings_of(&plain("radiance.frag")));
     assert_eq!(declared(radiance), shaders);

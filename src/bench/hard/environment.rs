@@ -233,6 +233,7 @@ impl Loose {
             shapes,
             band_table: &[0.0],
             image: None,
+            between: false,
             shadows,
             joints: None,
             network: None,

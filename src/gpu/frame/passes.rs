@@ -183,6 +183,17 @@ pub(super) fn visibility_pass(range: &StepRange) -> Pass {
     Pass { name: "solar_visibility".to_owned(), work, accesses }
 }
 
+pub(super) fn between_pass(range: &StepRange) -> Pass {
+    let of_nodes = of_range(range.groups);
+    let accesses = vec![
+        of_nodes(0, Resource::EarlierTemperature, COMPUTE_READ),
+        of_nodes(1, Resource::Temperature, COMPUTE_READ),
+        of_nodes(2, Resource::BetweenTemperature, COMPUTE_WRITE),
+    ];
+    let work = over(Kernel::Between, range.groups, RANGE_GROUPS as u32, Said::Share);
+    Pass { name: "between".to_owned(), work, accesses }
+}
+
 pub(super) fn cull_pass(run: TriangleRun) -> Pass {
     let TriangleRun { joint, triangles } = run;
     let mut accesses = vec![Access { slice: joint, ..bound(0, Resource::View, COMPUTE_UNIFORM) }];
@@ -196,7 +207,8 @@ pub(super) fn cull_pass(run: TriangleRun) -> Pass {
     Pass { name: "cull".to_owned(), work, accesses }
 }
 
-pub(super) fn radiance_pass() -> Pass {
+/// The draw of an image with the temperatures in a buffer.
+pub(super) fn radiance_pass(temperature: Resource) -> Pass {
     let vertex = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
     let fragment = scope(S::FRAGMENT_SHADER, A::SHADER_STORAGE_READ);
     let colour = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
@@ -207,7 +219,7 @@ pub(super) fn radiance_pass() -> Pass {
     ];
     accesses.extend(places(vertex));
     accesses.extend([
-        bound(4, Resource::Temperature, vertex),
+        bound(4, temperature, vertex),
         bound(5, Resource::GroupMaterial, vertex),
         bound(6, Resource::GroupPart, vertex),
         bound(7, Resource::Materials, fragment),

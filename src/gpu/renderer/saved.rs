@@ -1,7 +1,7 @@
 //! The state of a scene on the device that a run needs to go on later, bit for bit.
 
 use super::super::error::GpuError;
-use super::super::frame::{Frame, Wanted};
+use super::super::frame::Wanted;
 use super::super::layout;
 use super::super::load::DeviceLoad;
 use super::super::resource::Resource;
@@ -129,7 +129,7 @@ impl Renderer {
         let Some((views, culled)) = self.culling.last_culled(self.joints) else { return Ok(()) };
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
         let wanted = Wanted { image: true, cull, temperatures: false };
-        let frame = Frame::default().then(Frame::step_in_runs(&[], wanted, &culled));
+        let frame = self.image(wanted, &culled, None);
         let submitted = self.send(&frame, Request { views: &views, ..Request::default() })?;
         self.collect(submitted).map(|_| ())
     }

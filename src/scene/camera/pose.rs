@@ -1,11 +1,12 @@
 //! The fixed pose of a camera: its rotation.
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DQuat, DVec3};
 
 use super::super::CameraFrame;
 use super::super::error::SceneError;
 use super::super::section::Section;
 use super::super::vector::{direction, parallel, point, quaternion};
+use crate::environment::pose_path::look;
 
 /// Rotation from camera axes to the camera's frame. The file states it as `quaternion`, or as `look_at` and `up`.
 pub(super) fn rotation(
@@ -24,15 +25,7 @@ pub(super) fn rotation(
     let Some(forward) = (target - position).try_normalize() else {
         return Err(section.error("look_at", "is the camera's own position: there is no direction to look in"));
     };
-    let up = direction(section, "up")?.unwrap_or_else(|| {
-        // +Z of the orbit frame points to nadir, so up is -Z.
-        let (up, name) = match frame {
-            CameraFrame::Orbit => (DVec3::NEG_Z, "[0, 0, -1]"),
-            CameraFrame::Body | CameraFrame::Inertial => (DVec3::Z, "[0, 0, 1]"),
-        };
-        assumptions.push(format!("Up in the image is {name} of the camera's frame (camera.up is absent)."));
-        up
-    });
+    let up = up(section, frame, assumptions)?;
     if parallel(forward, up) {
         let message = format!("{up} is parallel to the view from position to look_at: state another up");
         return Err(section.error("up", message));
@@ -40,27 +33,15 @@ pub(super) fn rotation(
     Ok(look(forward, up))
 }
 
-/// Rotation from OpenCV camera axes (+X right, +Y down, +Z forward). `up` must not be parallel to `forward`.
-fn look(forward: DVec3, up: DVec3) -> DQuat {
-    let right = forward.cross(up).normalize();
-    DQuat::from_mat3(&DMat3::from_cols(right, forward.cross(right), forward)).normalize()
-}
-
-#[cfg(test)]
-mod tests {
-    use approx::assert_abs_diff_eq;
-    use glam::DVec3;
-
-    use super::look;
-
-    #[test]
-    fn axes_of_a_look_at_are_right_down_and_forward() {
-        let rotation = look(DVec3::X, DVec3::new(0.3, 0.0, 1.0));
-        // A camera that looks along +X with +Z up has +Y at its left.
-        for (camera, frame) in [(DVec3::X, DVec3::NEG_Y), (DVec3::Y, DVec3::NEG_Z), (DVec3::Z, DVec3::X)] {
-            assert_abs_diff_eq!((rotation * camera - frame).length(), 0.0, epsilon = 1e-15);
-        }
-        let upside_down = look(DVec3::X, DVec3::NEG_Z);
-        assert!((upside_down * DVec3::X - DVec3::NEG_Y).length() > 1.0);
-    }
+/// The direction that is up in the image, in the camera's frame.
+pub(super) fn up(section: &Section, frame: CameraFrame, assumptions: &mut Vec<String>) -> Result<DVec3, SceneError> {
+    Ok(direction(section, "up")?.unwrap_or_else(|| {
+        // +Z of the orbit frame points to nadir, so up is -Z.
+        let (up, name) = match frame {
+            CameraFrame::Orbit => (DVec3::NEG_Z, "[0, 0, -1]"),
+            CameraFrame::Body | CameraFrame::Inertial => (DVec3::Z, "[0, 0, 1]"),
+        };
+        assumptions.push(format!("Up in the image is {name} of the camera's frame (camera.up is absent)."));
+        up
+    }))
 }

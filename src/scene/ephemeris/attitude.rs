@@ -35,7 +35,7 @@ pub(crate) struct AttitudeOptions {
 }
 
 /// Largest error of a quaternion's length. A larger error is a mistake in the file.
-const LENGTH_TOLERANCE: f64 = 1e-2;
+pub(in crate::scene) const LENGTH_TOLERANCE: f64 = 1e-2;
 
 /// Turn between two samples above which the user gets a warning [rad]. The reader assumes the shorter arc.
 const LARGE_TURN: f64 = 1.57;

@@ -31,13 +31,22 @@ mod text;
 mod tle;
 mod xml;
 
-pub(super) use attitude::{AttitudeOptions, read_attitude};
+pub(super) use attitude::{AttitudeOptions, LENGTH_TOLERANCE, read_attitude};
 use object::matches;
 use span::{Span, check_span, usable_times};
 pub(super) use stated::Options;
 use stated::{Stated, reference_frame, state_epoch, stated_degree};
-pub(super) use text::read_file;
-use text::{FileLine, name_of, one_line_end};
+pub(super) use table::Columns;
+use text::name_of;
+pub(super) use text::{FileLine, number, one_line_end, read_file};
+
+/// Whether a text is a message with states or rotations, or two-line elements, and no table.
+pub(super) fn is_message(text: &str) -> bool {
+    let whole_lines = one_line_end(text);
+    let text = whole_lines.as_ref();
+    let head = text.trim_start_matches('\u{feff}').trim_start();
+    head.starts_with('<') || kvn::is_message(text) || tle::is_tle(text)
+}
 
 /// A segment in GCRF with its absolute times.
 struct Absolute {
@@ -151,6 +160,9 @@ fn from_segments(
     }
     let called = if object.0.is_empty() { String::new() } else { format!(" of {}", object.0) };
     let description = format!("{states} states{called} in {count} segment(s), {name}");
+    if options.elsewhere {
+        return Ok(Arc::new(Trajectory::elsewhere(description, start, Source::Ephemeris(ephemeris))));
+    }
     Trajectory::new(description, start, Source::Ephemeris(ephemeris))
         .map(Arc::new)
         .map_err(|error| wrong(error.to_string()))

@@ -27,6 +27,8 @@ pub(in crate::scene) struct Options {
     pub(in crate::scene) degree: Option<u32>,
     /// Time 0 of the scene.
     pub(in crate::scene) start: Option<Epoch>,
+    /// Whether the trajectory may begin after time 0.
+    pub(in crate::scene) elsewhere: bool,
 }
 
 /// A segment in the words of the file.

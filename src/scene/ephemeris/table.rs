@@ -9,8 +9,8 @@ use super::stated::{Options, StateLine, Stated};
 use super::text::{FileLine, number};
 
 /// Rows with their line numbers, and the positions of the named columns. The optional columns may all be missing.
-pub(super) struct Columns<'a> {
-    pub(super) rows: Vec<(usize, Vec<&'a str>)>,
+pub(in crate::scene) struct Columns<'a> {
+    pub(in crate::scene) rows: Vec<(usize, Vec<&'a str>)>,
     required: Vec<usize>,
     optional: Option<Vec<usize>>,
 }
@@ -21,6 +21,17 @@ type Cells = (String, Vec<f64>, Option<Vec<f64>>);
 impl<'a> Columns<'a> {
     /// Reads a comma-separated table with a header. Lines that start with `#` are comments.
     pub(super) fn read(path: &Path, text: &'a str, required: &[&str], optional: &[&str]) -> Result<Self, SceneError> {
+        Self::read_beside(path, text, required, optional, &[])
+    }
+
+    /// The same of a table that may also have the columns `beside`, which are not read.
+    pub(in crate::scene) fn read_beside(
+        path: &Path,
+        text: &'a str,
+        required: &[&str],
+        optional: &[&str],
+        beside: &[&str],
+    ) -> Result<Self, SceneError> {
         let mut lines = text
             .lines()
             .enumerate()
@@ -43,7 +54,8 @@ impl<'a> Columns<'a> {
                 })
                 .collect::<Result<Vec<_>, _>>()
         };
-        let known = |cell: &&&str| required.iter().chain(optional).any(|name| name.eq_ignore_ascii_case(cell));
+        let known =
+            |cell: &&&str| required.iter().chain(optional).chain(beside).any(|name| name.eq_ignore_ascii_case(cell));
         if !header.iter().any(|cell| known(&cell)) {
             let message =
                 format!("begins neither with the header of a table, {all}, nor as another format that is read here");
@@ -65,7 +77,7 @@ impl<'a> Columns<'a> {
         Ok(columns)
     }
 
-    pub(super) fn cells(&self, path: &Path, (line, row): &(usize, Vec<&str>)) -> Result<Cells, SceneError> {
+    pub(in crate::scene) fn cells(&self, path: &Path, (line, row): &(usize, Vec<&str>)) -> Result<Cells, SceneError> {
         let time = row[self.required[0]].to_owned();
         let numbers = |places: &[usize]| {
             let read = |place: &usize| {

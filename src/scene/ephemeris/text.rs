@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use super::super::error::SceneError;
 use super::super::file::read_text;
 
-pub(super) struct FileLine<'a> {
-    pub(super) path: &'a Path,
-    pub(super) line: usize,
+pub(in crate::scene) struct FileLine<'a> {
+    pub(in crate::scene) path: &'a Path,
+    pub(in crate::scene) line: usize,
 }
 
 impl FileLine<'_> {
     /// An error at this line.
-    pub(super) fn error(&self, key: &str, message: impl ToString) -> SceneError {
+    pub(in crate::scene) fn error(&self, key: &str, message: impl ToString) -> SceneError {
         SceneError::Value {
             path: self.path.to_path_buf(),
             line: self.line,
@@ -29,7 +29,7 @@ pub(super) fn name_of(path: &Path) -> String {
 }
 
 /// Replaces the single carriage returns of old Macintosh files by line feeds.
-pub(super) fn one_line_end(text: &str) -> Cow<'_, str> {
+pub(in crate::scene) fn one_line_end(text: &str) -> Cow<'_, str> {
     if text.contains('\r') && !text.contains('\n') { Cow::Owned(text.replace('\r', "\n")) } else { Cow::Borrowed(text) }
 }
 
@@ -43,7 +43,7 @@ pub(in crate::scene) fn read_file(path: PathBuf, files: &mut Vec<PathBuf>) -> Re
 }
 
 /// Parses a number. Fortran writes the exponent with a D.
-pub(super) fn number(text: &str) -> Option<f64> {
+pub(in crate::scene) fn number(text: &str) -> Option<f64> {
     let text = text.trim();
     let number = match text.find(['D', 'd']) {
         Some(at) if at > 0 => format!("{}E{}", &text[..at], &text[at + 1..]).parse::<f64>(),

@@ -87,7 +87,7 @@ fn timed(
         pose.translation.z += MOVE * number as f64;
         let before = device_ms(engine);
         let clock = Clock::start();
-        engine.submit(None, Order { pose: Some(pose), joints: &[], ..Order::default() })?;
+        engine.submit(None, Order { pose: Some(pose), ..Order::default() })?;
         last = engine.deliver()?.pixels;
         let time = clock.stop();
         if number < frames {

@@ -113,6 +113,7 @@ impl Work {
             shapes: &Shapes::default(),
             band_table: &[],
             image: None,
+            between: false,
             shadows: None,
             joints: None,
             network: None,

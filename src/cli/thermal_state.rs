@@ -1,0 +1,46 @@
+//! `--save-state` and `--from-state`: when a thermal state is taken, and which one a run begins with.
+
+use std::path::Path;
+
+use super::error::CliError;
+use crate::files;
+use crate::output::OutputError;
+use crate::output::console::say;
+use crate::output::state_file::decode;
+use crate::saved::{Saved, SavedError};
+use crate::scene::Time;
+use crate::simulation::prepare::Prepared;
+use crate::simulation::target::Target;
+use crate::simulation::thermal_state::{differences, origin};
+
+/// The state in a file, which fits the scene and the place of computation.
+pub(super) fn read(path: &Path, prepared: &Prepared, chosen: &Target) -> Result<Saved, CliError> {
+    let refused = |reason: String| CliError::from(OutputError::ThermalState(path.to_path_buf(), reason));
+    let absent = |error: SavedError| refused(format!("is no thermal state of --save-state: {error}"));
+    let bytes = files::read(path).map_err(|fault| refused(format!("cannot be read: {fault}")))?;
+    let saved = decode(&bytes).map_err(refused)?;
+    let found = differences(&saved, prepared, chosen.device().is_some()).map_err(absent)?;
+    if !found.is_empty() {
+        return Err(refused(format!("is of another craft: {}", found.join("; "))));
+    }
+    let origin = origin(&saved).map_err(absent)?;
+    say!(
+        "assumed: The state at time 0 is that of {} ({origin}). There is no warm-up, and [initial] is not used.",
+        path.display()
+    );
+    Ok(saved)
+}
+
+/// The step of `--save-state-at`, or the last one.
+pub(super) fn step_of_state(at: Option<f64>, time: &Time) -> Result<u32, CliError> {
+    let Some(at) = at else { return Ok(time.steps) };
+    let number = at / time.step;
+    let whole = number.round();
+    if !((0.0..=f64::from(time.steps)).contains(&whole) && (number - whole).abs() < 1e-6) {
+        let end = f64::from(time.steps) * time.step;
+        let message =
+            format!("--save-state-at is the time of a step, a multiple of {} s from 0 to {end} s, not {at}", time.step);
+        return Err(CliError::Usage(message));
+    }
+    Ok(whole as u32)
+}

@@ -1,0 +1,326 @@
+//! The path of a camera: a table of poses, or the trajectory and the attitude of the craft that carries it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+use hifitime::{Epoch, TimeScale};
+
+use super::super::ephemeris::{
+    self, AttitudeOptions, Columns, FileLine, LENGTH_TOLERANCE, Options, number, one_line_end, read_attitude, read_file,
+};
+use super::super::epoch::parse_epoch;
+use super::super::error::SceneError;
+use super::super::file::read_text;
+use super::super::motion::{CameraPath, Motion};
+use super::super::section::Section;
+use super::super::vector::{point, quaternion};
+use super::super::{Camera, CameraFrame};
+use super::pose;
+use crate::environment::Orbit;
+use crate::environment::pose_path::{NoPose, Places, PosePath, Turns};
+use crate::environment::position_history::PositionHistory;
+use crate::environment::rotation_history::{
+    HistoryFrame, RotationHistory, RotationInterpolation, RotationSample, RotationSegment,
+};
+use crate::environment::trajectory::seconds_between;
+
+impl Camera {
+    /// The camera at a time [s], with the pose that it has then. `image` is the number of an image at its own time.
+    ///
+    /// # Errors
+    /// A path that does not cover the time, or a view without a direction.
+    pub fn at(&self, time: f64, image: Option<u32>) -> Result<Self, NoPose> {
+        let (position, frame_from_camera) = match &self.motion {
+            Motion::Still => (self.position, self.frame_from_camera),
+            Motion::Path(path) => path.poses.pose(time)?,
+            Motion::Listed(poses) => poses[image.unwrap_or(0) as usize],
+        };
+        Ok(Self { position, frame_from_camera, motion: Motion::Still, ..self.clone() })
+    }
+
+    /// Checks that the camera has a pose at each of some times [s].
+    ///
+    /// # Errors
+    /// The first time without one, with the file and the times that it covers.
+    pub fn check_times(&self, mut times: impl Iterator<Item = f64>) -> Result<(), SceneError> {
+        let Motion::Path(path) = &self.motion else { return Ok(()) };
+        match times.find_map(|time| path.poses.pose(time).err()) {
+            Some(fault) => Err(FileLine { path: &path.file, line: 1 }.error("camera.path", fault)),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The orbit that a path is relative to, and time 0 where it has a date.
+pub(in crate::scene) struct Around<'a> {
+    pub orbit: &'a Orbit,
+    pub planet_radius: f64,
+    pub start: Option<Epoch>,
+}
+
+/// What the positions of a path are counted from.
+#[derive(Clone, Copy, PartialEq)]
+enum Origin {
+    Craft,
+    Planet,
+}
+
+/// The frame of a path, and what its positions are counted from. `None` where the scene states neither.
+fn frame_of(section: &Section, stated: Option<CameraFrame>) -> Result<(Option<CameraFrame>, Origin), SceneError> {
+    let words = [("orbit", (CameraFrame::Orbit, Origin::Craft)), ("inertial", (CameraFrame::Inertial, Origin::Planet))];
+    let Some((frame, origin)) = section.choice("path_relative_to", &words)? else {
+        return Ok((stated, Origin::Craft));
+    };
+    if stated.is_some_and(|stated| stated != frame) {
+        let name = if frame == CameraFrame::Orbit { "orbit" } else { "inertial" };
+        let message = format!("says that the path is in the frame '{name}', and camera.frame is another");
+        return Err(section.error("path_relative_to", message));
+    }
+    Ok((Some(frame), origin))
+}
+
+/// Reads `camera.path`. Returns the frame and the path.
+pub(super) fn read(
+    section: &Section,
+    stated: Option<CameraFrame>,
+    around: &Around<'_>,
+    files: &mut Vec<PathBuf>,
+    assumptions: &mut Vec<String>,
+) -> Result<Option<(Option<CameraFrame>, CameraPath)>, SceneError> {
+    let of_path = ["path_relative_to", "attitude", "object", "mount"];
+    let Some(path) = section.path("path")? else {
+        return match of_path.iter().find(|key| section.has(key)) {
+            Some(key) => Err(section.error(key, "belongs to camera.path, which is missing")),
+            None => Ok(None),
+        };
+    };
+    section.exclusive("path", "position")?;
+    section.exclusive("path", "quaternion")?;
+    let (mut frame, origin) = frame_of(section, stated)?;
+    let text = read_file(path.clone(), files).map_err(|error| section.error("path", error))?;
+    let mut reader = Reader { section, around, files, assumptions };
+    let (places, rotations) = if ephemeris::is_message(&text) {
+        if frame.is_some_and(|frame| frame != CameraFrame::Inertial) {
+            let message = "is a trajectory round the planet, so camera.frame and path_relative_to are 'inertial'";
+            return Err(section.error("path", message));
+        }
+        frame = Some(CameraFrame::Inertial);
+        (reader.chaser(&path, &text)?, None)
+    } else {
+        let table = table(&path, &text, around.start, Order::Rising)?;
+        reader.places(&path, table, origin)?
+    };
+    let turns = reader.turns(rotations, frame.unwrap_or(CameraFrame::Body))?;
+    let mount = quaternion(section, "mount", assumptions)?.unwrap_or(DQuat::IDENTITY);
+    Ok(Some((frame, CameraPath { file: path, poses: PosePath { places, turns, mount } })))
+}
+
+/// What the parts of a path are read with.
+struct Reader<'a, 'b> {
+    section: &'a Section<'a>,
+    around: &'a Around<'a>,
+    files: &'b mut Vec<PathBuf>,
+    assumptions: &'b mut Vec<String>,
+}
+
+impl Reader<'_, '_> {
+    fn object(&self) -> Result<Option<String>, SceneError> {
+        Ok(self.section.string("object")?.map(str::to_owned))
+    }
+
+    /// The trajectory of the craft that carries the camera.
+    fn chaser(&mut self, path: &Path, text: &str) -> Result<Places, SceneError> {
+        let Orbit::Trajectory(craft) = self.around.orbit else {
+            let message =
+                "is a trajectory in GCRF, and the orbit of the scene is circular, without a date: it needs orbit.file";
+            return Err(self.section.error("path", message));
+        };
+        let options =
+            Options { object: self.object()?, start: self.around.start, elsewhere: true, ..Options::default() };
+        let trajectory = ephemeris::read(path, text, &options, self.assumptions)?;
+        Ok(Places::Chaser { trajectory, craft: Arc::clone(craft) })
+    }
+
+    /// Positions and rotations of a table. Positions from the planet's centre become those from the craft, before anything is interpolated.
+    fn places(
+        &mut self,
+        path: &Path,
+        table: Vec<PathRow>,
+        origin: Origin,
+    ) -> Result<(Places, Option<Arc<RotationHistory>>), SceneError> {
+        let mut samples = Vec::with_capacity(table.len());
+        for row in &table {
+            let from = match origin {
+                Origin::Craft => DVec3::ZERO,
+                Origin::Planet => {
+                    let craft = self.around.orbit.point(row.time, self.around.planet_radius);
+                    let missing = || {
+                        let message = format!("{} s: the trajectory of the craft has no position then", row.time);
+                        FileLine { path, line: row.line }.error("time", message)
+                    };
+                    craft.ok_or_else(missing)?.position
+                }
+            };
+            samples.push((row.time, row.position - from));
+        }
+        let sample = |row: &PathRow| {
+            let (derivative, spin) = (None, None);
+            row.rotation.map(|rotation| RotationSample { time: row.time, frame_from_body: rotation, derivative, spin })
+        };
+        let rotations: Vec<RotationSample> = table.iter().filter_map(sample).collect();
+        let history = || {
+            let usable = (f64::NEG_INFINITY, f64::INFINITY);
+            let segment = RotationSegment { samples: rotations, interpolation: RotationInterpolation::Arc, usable };
+            // The frame is that of the camera, so this one is not read.
+            Arc::new(RotationHistory::new(path.display().to_string(), HistoryFrame::Inertial, vec![segment]))
+        };
+        let rotated = table.iter().any(|row| row.rotation.is_some());
+        Ok((Places::Samples(PositionHistory::new(&samples)), rotated.then(history)))
+    }
+
+    /// The rotations of a path: of its table, of an attitude file, or towards a point.
+    fn turns(&mut self, of_table: Option<Arc<RotationHistory>>, frame: CameraFrame) -> Result<Turns, SceneError> {
+        let section = self.section;
+        section.exclusive("attitude", "look_at")?;
+        if let Some(history) = of_table {
+            if let Some(key) = ["attitude", "look_at", "up"].iter().find(|key| section.has(key)) {
+                return Err(section.error(key, "cannot be combined with the quaternions of camera.path"));
+            }
+            return Ok(Turns::History(history));
+        }
+        if let Some(file) = section.path("attitude")? {
+            section.exclusive("attitude", "up")?;
+            return self.attitude(&file, frame);
+        }
+        if section.has("mount") {
+            return Err(section.error("mount", "turns the camera on its carrier, and the path states no rotations"));
+        }
+        let what = "the point that the camera looks at, because camera.path states no rotations (or camera.attitude)";
+        let target = section.required("look_at", point(section, "look_at")?, what)?;
+        Ok(Turns::LookAt(target, pose::up(section, frame, self.assumptions)?))
+    }
+
+    /// The rotations of a CCSDS AEM.
+    fn attitude(&mut self, file: &Path, frame: CameraFrame) -> Result<Turns, SceneError> {
+        let wrong = |message: &str| self.section.error("attitude", message);
+        let text = read_file(file.to_path_buf(), self.files).map_err(|error| self.section.error("attitude", error))?;
+        if !ephemeris::is_message(&text) {
+            return Err(wrong("is no CCSDS AEM; a table has its quaternions in camera.path itself"));
+        }
+        if frame != CameraFrame::Inertial || self.around.orbit.trajectory().is_none() {
+            return Err(wrong("turns from GCRF, so camera.frame must be 'inertial' and the scene needs orbit.file"));
+        }
+        let options =
+            AttitudeOptions { object: self.object()?, start: self.around.start, ..AttitudeOptions::default() };
+        let history = read_attitude(file, &text, &options, self.assumptions)?;
+        if history.frame != HistoryFrame::Inertial {
+            return Err(wrong("turns from the orbit frame of its own craft; state it in EME2000, ICRF or GCRF"));
+        }
+        Ok(Turns::History(history))
+    }
+}
+
+/// A row of a table of poses.
+struct PathRow {
+    line: usize,
+    /// Since time 0 [s].
+    time: f64,
+    position: DVec3,
+    rotation: Option<DQuat>,
+}
+
+/// The order of the rows of a table.
+#[derive(Clone, Copy, PartialEq)]
+enum Order {
+    Rising,
+    NotFalling,
+}
+
+/// Latest time [s] and largest coordinate [m] of a table.
+const LATEST: f64 = 1e11;
+const FARTHEST: f64 = 1e13;
+
+/// Reads and checks a table of poses.
+fn table(path: &Path, text: &str, start: Option<Epoch>, order: Order) -> Result<Vec<PathRow>, SceneError> {
+    let whole_lines = one_line_end(text);
+    let text = whole_lines.as_ref();
+    let rotation = ["qw", "qx", "qy", "qz"];
+    let columns = Columns::read_beside(path, text, &["time", "x", "y", "z"], &rotation, &["image", "file"])?;
+    let mut rows: Vec<PathRow> = Vec::with_capacity(columns.rows.len());
+    for row in &columns.rows {
+        let (time, position, rotation) = columns.cells(path, row)?;
+        let at = FileLine { path, line: row.0 };
+        let wrong = |message: String| at.error(&format!("time {time}"), message);
+        let seconds = match (number(&time), start) {
+            (Some(seconds), _) => seconds,
+            (None, Some(start)) => {
+                let epoch = parse_epoch(&time, TimeScale::UTC).map_err(|message| at.error("time", message))?;
+                seconds_between(start, epoch)
+            }
+            (None, None) => {
+                let message = format!("'{time}' is no number of seconds, and for a date the scene needs time.start");
+                return Err(at.error("time", message));
+            }
+        };
+        if seconds.abs() > LATEST {
+            return Err(wrong(format!("lies beyond {LATEST:e} s from time 0")));
+        }
+        let before = rows.last().map(|last: &PathRow| last.time);
+        if order == Order::Rising && before.is_some_and(|before| before >= seconds) {
+            return Err(wrong("does not come after the time of the row above: times must increase".to_owned()));
+        }
+        if before.is_some_and(|before| before > seconds) {
+            return Err(wrong("lies before the time of the row above: times must not decrease".to_owned()));
+        }
+        if let Some(far) = position.iter().find(|coordinate| coordinate.abs() > FARTHEST) {
+            return Err(wrong(format!("a coordinate of {far:e} m is beyond {FARTHEST:e} m")));
+        }
+        let rotation = rotation.as_deref().map(|q| unit(q).map_err(&wrong)).transpose()?;
+        rows.push(PathRow { line: row.0, time: seconds, position: DVec3::from_slice(&position), rotation });
+    }
+    if rows.is_empty() {
+        return Err(FileLine { path, line: 1 }.error("camera.path", "has no rows"));
+    }
+    Ok(rows)
+}
+
+/// The rotation of four numbers, scalar first.
+fn unit(q: &[f64]) -> Result<DQuat, String> {
+    let rotation = DQuat::from_xyzw(q[1], q[2], q[3], q[0]);
+    let length = rotation.length();
+    if (length - 1.0).abs() > LENGTH_TOLERANCE || !length.is_finite() {
+        return Err(format!("a quaternion has length 1 to within {LENGTH_TOLERANCE}, not {length}"));
+    }
+    Ok(rotation.normalize())
+}
+
+/// Poses of a table, in the order of their times.
+pub struct Poses {
+    /// Times of the poses [s], which do not decrease.
+    pub times: Vec<f64>,
+    /// Position [m] and rotation of camera axes, in the camera's frame.
+    pub poses: Vec<(DVec3, DQuat)>,
+}
+
+/// Reads a table of poses that a command names. It has the columns `time,x,y,z,qw,qx,qy,qz`. Times may be equal, and do
+/// not decrease.
+///
+/// # Errors
+/// A file that cannot be read, a value that no pose can have, or a time before 0, with file and line.
+pub fn read_poses(path: &Path, start: Option<Epoch>) -> Result<Poses, SceneError> {
+    let rows = table(path, &read_text(path)?, start, Order::NotFalling)?;
+    let mut all = Poses { times: Vec::new(), poses: Vec::new() };
+    for row in rows {
+        let at = FileLine { path, line: row.line };
+        let Some(rotation) = row.rotation else {
+            return Err(at.error("qw", "is missing in the header; a table has time,x,y,z,qw,qx,qy,qz"));
+        };
+        if row.time < 0.0 {
+            return Err(at.error("time", format!("{} s lies before time 0", row.time)));
+        }
+        all.times.push(row.time);
+        all.poses.push((row.position, rotation));
+    }
+    Ok(all)
+}

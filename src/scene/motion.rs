@@ -1,0 +1,36 @@
+//! How the pose of a camera changes with time.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+
+use crate::environment::pose_path::PosePath;
+
+/// How the pose of a camera changes with time.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Motion {
+    /// It does not.
+    Still,
+    /// It follows a path.
+    Path(Arc<CameraPath>),
+    /// Each image has its own pose: position [m] and rotation of camera axes into the camera's frame.
+    Listed(Arc<[(DVec3, DQuat)]>),
+}
+
+/// A path from a file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CameraPath {
+    /// The file, for errors.
+    pub file: PathBuf,
+    /// Poses over time.
+    pub poses: PosePath,
+}
+
+impl CameraPath {
+    /// Position [m] and rotation at the first time that has a pose; the frame's origin where none has.
+    pub(super) fn first(&self) -> (DVec3, DQuat) {
+        let found = self.poses.start().and_then(|time| self.poses.pose(time).ok());
+        found.unwrap_or((DVec3::ZERO, DQuat::IDENTITY))
+    }
+}
