@@ -172,7 +172,7 @@ fn slow_heating_does_not_stand_still() {
             of_nodes[1] - own[1].expect("a structure")
         );
         assert!((found[0] - reference.temperatures()[0]).abs() < error);
-        assert!((of_nodes[1] - own[1].expect("a structure")).abs() < error);
+        assert!((of_nodes[1] - own[1].expect("a structure")).abs() < 5e-5 && warmed > 4e-3);
         // In plain f32 the slower one would not move at all at 1000 Hz.
         let lost = (200.0f32 + (warmed / f64::from(steps)) as f32) - 200.0;
         assert!(rate < 1000.0 || lost == 0.0, "{lost}");
@@ -184,17 +184,16 @@ const SKIN: &str = "response = \"radiative\"\nheat_capacity_per_area = 60\nover 
                     density = 2700, specific_heat = 900, conductivity = 0 }\n";
 const CELLS: &str = "response = \"radiative\"\nthickness = 0.002\ndensity = 2700\nspecific_heat = 900\n";
 
-/// The craft with a blanket and sheets, shadows, and a periodic warm-up.
+/// The craft with a blanket and sheets, and a periodic warm-up.
 fn craft() -> String {
     let quadratic = "response = \"transition\"\nretarget = \"merge\"\nheating = { function = \"quadratic\", t_max_steps = 4 }\n\
                      cooling = { function = \"quadratic\", t_max_steps = 6 }\n";
     let slow = "response = \"transition\"\nretarget = \"merge\"\nheating = { function = \"quadratic\", t_max_steps = 20 }\n\
                 cooling = { function = \"linear\", t_max_steps = 30 }\n";
     scene_with(&[(quadratic, CELLS), (slow, SKIN), ("step = 60\n", "step = 60\nwarm_up = \"periodic\"\n")])
-        + "[shadows]\nmethod = \"exact\"\n"
 }
 
-/// A run from its periodic state on the device, checked in f64: images, eclipse, shadows, structures. The warm-up finds slow structures by their secant.
+/// A run from its periodic state on the device, checked in f64: images, eclipse, structures. The warm-up finds slow structures by their secant.
 #[test]
 fn a_craft_of_plates_runs_from_its_periodic_state() {
     let folder = Folder::new(&craft());
