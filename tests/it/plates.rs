@@ -219,7 +219,7 @@ fn a_craft_of_plates_runs_from_its_periodic_state() {
     assert!(accuracy.max_k < 0.01, "{accuracy:?}");
     assert!(accuracy.step_length.expect("nodes that store heat").max_k > 0.0);
 
-    // Another orbit hardly moves the structures, and forty plain orbits do not come nearer.
+    // Two more orbits hardly move the structures, and forty plain orbits from 250 K are still far away.
     let period = prepared.scene.orbit.period();
     let mut plain = ReferenceEngine::new(&prepared, None);
     plain.settle_at(250.0, prepared.nodes.vertex_of_node.len()).expect("the reference settles");
@@ -241,7 +241,7 @@ fn a_craft_of_plates_runs_from_its_periodic_state() {
     let near = plain.structures().expect("structures");
     let most = |other: &[f64]| below.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     println!("two more orbits move a structure by {:.1e} K; plain ones are {:.1e} K away", most(&near), most(&far));
-    assert!(most(&near) < 0.05 && most(&far) < 2.0);
+    assert!(most(&near) < 1e-3 && most(&far) > 1.0);
 }
 
 /// The saved state goes on bit for bit.
