@@ -32,24 +32,29 @@ vec4 rest_unit(vec4 value) {
     return uintBitsToFloat(floatBitsToUint(value) & uvec4(0x7f800000u)) * (1.0 / 2199023255552.0);
 }
 
-// The rest is in the upper 20 bits of a word. The trend is a half without its 4 lowest bits.
+// Upper bits of the smallest trend that is kept, 2^-25 K: its exponent, and 6 bits of its mantissa.
+const int LEAST_TREND = 6528;
+// Sign of a trend, above 5 bits of its exponent and 6 of its mantissa.
+const int NEGATIVE = 0x800;
+
+// The rest is in the upper 20 bits of a word, the trend in the others.
 Structure structure_of(vec4 value, ivec4 word) {
     vec4 rest = vec4(word >> uvec4(12u)) * rest_unit(value);
-    uvec4 trend = uvec4(word & ivec4(0xfff)) << uvec4(4u);
-    vec2 first = unpackHalf2x16(trend.x | trend.y << 16u);
-    vec2 second = unpackHalf2x16(trend.z | trend.w << 16u);
-    return Structure(Carried(value, rest), vec4(first, second));
+    ivec4 size = word & ivec4(NEGATIVE - 1);
+    vec4 held = intBitsToFloat((size + ivec4(LEAST_TREND)) << uvec4(17u));
+    vec4 trend = mix(vec4(0.0), held, greaterThan(size, ivec4(0)));
+    bvec4 falls = notEqual(word & ivec4(NEGATIVE), ivec4(0));
+    return Structure(Carried(value, rest), mix(trend, -trend, falls));
 }
 
-// The word of a structure. A trend beyond what a half holds is a guess that is never needed.
+// The word of a structure. A trend of 128 K and more is a guess that is never needed.
 ivec4 word_of(Structure structure) {
     vec4 parts = structure.temperature.rest / max(rest_unit(structure.temperature.value), vec4(1e-37));
     ivec4 rest = ivec4(round(clamp(parts, vec4(-524288.0), vec4(524287.0))));
-    vec4 trend = clamp(structure.trend, vec4(-60000.0), vec4(60000.0));
-    uint first = packHalf2x16(trend.xy);
-    uint second = packHalf2x16(trend.zw);
-    uvec4 halves = uvec4(first & 0xffffu, first >> 16u, second & 0xffffu, second >> 16u);
-    return (rest << uvec4(12u)) | ivec4((halves + 8u) >> uvec4(4u));
+    ivec4 bits = (floatBitsToInt(abs(structure.trend)) + ivec4(0x10000)) >> uvec4(17u);
+    ivec4 size = clamp(bits - ivec4(LEAST_TREND), ivec4(0), ivec4(NEGATIVE - 1));
+    ivec4 negative = mix(ivec4(0), ivec4(NEGATIVE), lessThan(structure.trend, vec4(0.0)));
+    return (rest << uvec4(12u)) | negative | size;
 }
 #endif
 

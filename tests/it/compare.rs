@@ -195,13 +195,18 @@ fn a_fit_that_is_none_is_refused() {
 fn runs_start_from_their_own_periodic_states() {
     let own = scene(BULK).replace("draw_every = 4", "draw_every = 0").replace("steps = 12", "steps = 1");
     let folder = Folder::new(&own);
-    let said = succeed(folder.0.path(), &["compare", "scene.toml", "-o", "own", "--device", "cpu"]);
+    let told = |run: &str| {
+        let output = end(isotherm(folder.0.path(), &["compare", "scene.toml", "-o", run, "--device", "cpu"]));
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output)
+    };
+    let said = told("own");
     assert!(said.contains("its own periodic state") && !said.contains("No orbit is stepped"), "{said}");
     folder.write("scene.toml", &own.replace("steps = 1", "steps = 1\nwarm_up = \"periodic\""));
-    let said = succeed(folder.0.path(), &["compare", "scene.toml", "-o", "periodic", "--device", "cpu"]);
+    let said = told("periodic");
     assert!(!said.contains("its own periodic state"), "{said}");
     folder.write("scene.toml", &own.replace("steps = 1", "steps = 1\nwarm_up_orbits = 0"));
-    succeed(folder.0.path(), &["compare", "scene.toml", "-o", "cold", "--device", "cpu"]);
+    told("cold");
     let of = |run: &str, name: &str| column(&folder, &format!("{run}/series_{name}.csv"), "part:wing_port:mean")[0];
     for name in ["instant", "transition", "network"] {
         let [own, periodic, cold] = ["own", "periodic", "cold"].map(|run| of(run, name));

@@ -36,13 +36,6 @@ fn scenes() -> Vec<Vec<StepRange>> {
     vec![
         vec![range(StepKind::Merge, false, (0, 64))],
         vec![range(StepKind::Instant, false, (0, 64))],
-        vec![range(PLATE, false, (0, 64))],
-        vec![range(OVER, true, (0, 64))],
-        vec![
-            range(StepKind::Merge, false, (0, 64)),
-            range(PLATE, true, (64, 128)),
-            with_shadow(range(OVER, false, (128, 192))),
-        ],
         vec![
             range(StepKind::Instant, false, (0, 64)),
             range(StepKind::Merge, false, (64, 192)),
@@ -52,6 +45,13 @@ fn scenes() -> Vec<Vec<StepRange>> {
         vec![
             with_shadow(range(StepKind::Merge, false, (0, 64))),
             with_shadow(range(StepKind::Absorb, true, (64, 128))),
+        ],
+        vec![range(PLATE, false, (0, 64))],
+        vec![range(OVER, true, (0, 64))],
+        vec![
+            range(StepKind::Merge, false, (0, 64)),
+            range(PLATE, true, (64, 128)),
+            with_shadow(range(OVER, false, (128, 192))),
         ],
     ]
 }

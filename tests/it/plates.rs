@@ -172,7 +172,7 @@ fn slow_heating_does_not_stand_still() {
             of_nodes[1] - own[1].expect("a structure")
         );
         assert!((found[0] - reference.temperatures()[0]).abs() < error);
-        assert!((of_nodes[1] - own[1].expect("a structure")).abs() < error);
+        assert!((of_nodes[1] - own[1].expect("a structure")).abs() < 5e-5 && warmed > 4e-3);
         // In plain f32 the slower one would not move at all at 1000 Hz.
         let lost = (200.0f32 + (warmed / f64::from(steps)) as f32) - 200.0;
         assert!(rate < 1000.0 || lost == 0.0, "{lost}");
@@ -184,17 +184,16 @@ const SKIN: &str = "response = \"radiative\"\nheat_capacity_per_area = 60\nover 
                     density = 2700, specific_heat = 900, conductivity = 0 }\n";
 const CELLS: &str = "response = \"radiative\"\nthickness = 0.002\ndensity = 2700\nspecific_heat = 900\n";
 
-/// The craft with a blanket and sheets, shadows, and a periodic warm-up.
+/// The craft with a blanket and sheets, and a periodic warm-up.
 fn craft() -> String {
     let quadratic = "response = \"transition\"\nretarget = \"merge\"\nheating = { function = \"quadratic\", t_max_steps = 4 }\n\
                      cooling = { function = \"quadratic\", t_max_steps = 6 }\n";
     let slow = "response = \"transition\"\nretarget = \"merge\"\nheating = { function = \"quadratic\", t_max_steps = 20 }\n\
                 cooling = { function = \"linear\", t_max_steps = 30 }\n";
     scene_with(&[(quadratic, CELLS), (slow, SKIN), ("step = 60\n", "step = 60\nwarm_up = \"periodic\"\n")])
-        + "[shadows]\nmethod = \"exact\"\n"
 }
 
-/// A run from its periodic state on the device, checked in f64: images, eclipse, shadows, structures. The warm-up finds slow structures by their secant.
+/// A run from its periodic state on the device, checked in f64: images, eclipse, structures. The warm-up finds slow structures by their secant.
 #[test]
 fn a_craft_of_plates_runs_from_its_periodic_state() {
     let folder = Folder::new(&craft());
@@ -220,7 +219,7 @@ fn a_craft_of_plates_runs_from_its_periodic_state() {
     assert!(accuracy.max_k < 0.01, "{accuracy:?}");
     assert!(accuracy.step_length.expect("nodes that store heat").max_k > 0.0);
 
-    // Another orbit hardly moves the structures, and forty plain orbits do not come nearer.
+    // Two more orbits hardly move the structures, and forty plain orbits from 250 K are still far away.
     let period = prepared.scene.orbit.period();
     let mut plain = ReferenceEngine::new(&prepared, None);
     plain.settle_at(250.0, prepared.nodes.vertex_of_node.len()).expect("the reference settles");
@@ -242,7 +241,7 @@ fn a_craft_of_plates_runs_from_its_periodic_state() {
     let near = plain.structures().expect("structures");
     let most = |other: &[f64]| below.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     println!("two more orbits move a structure by {:.1e} K; plain ones are {:.1e} K away", most(&near), most(&far));
-    assert!(most(&near) < 0.05 && most(&far) < 2.0);
+    assert!(most(&near) < 1e-3 && most(&far) > 1.0);
 }
 
 /// The saved state goes on bit for bit.
