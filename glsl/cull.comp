@@ -26,7 +26,12 @@ layout(set = 0, binding = 6) buffer DrawBlock { DrawCommand draws[]; };
 shared uint drawn_by[LANES];
 
 // Rasterisers round corners to a grid of at least 1/16 pixel (Vulkan: subPixelPrecisionBits >= 4).
+#ifdef SAMPLED
+// Samples are up to half a pixel from the centre along each axis.
+const float SNAP = 0.0625 + 0.7072;
+#else
 const float SNAP = 0.0625;
+#endif
 
 // Pixel coordinates and depth [m] of a node.
 vec3 pixel_of(uint node) {

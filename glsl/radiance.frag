@@ -8,11 +8,22 @@
 
 layout(set = 0, binding = 7) readonly buffer MaterialBlock { Material materials[]; };
 
+#ifdef SAMPLED
+// Where a triangle covers only some samples of a pixel, its temperature is that of a place within it.
+layout(location = 0) centroid in vec2 temperature_depth;
+#else
 layout(location = 0) in vec2 temperature_depth;
+#endif
 layout(location = 1) flat in uvec3 first_corner;
 
+#ifdef SAMPLED
+// The first is averaged over the samples. The second keeps one of them, so its floats are bits.
+layout(location = 0) out vec2 radiance_coverage;
+layout(location = 1) out uvec4 surface;
+#else
 layout(location = 0) out vec4 radiance_temperature_depth;
 layout(location = 1) out uvec2 identity;
+#endif
 
 // Perspective interpolation has an error of up to 1.3e-6 of the temperature (lavapipe), which is 3e-5 of the radiance
 // at 40 K. A temperature within this error of that of the triangle's first node is replaced by it.
@@ -31,7 +42,12 @@ void main() {
         temperature = corner_temperature;
     }
     float radiance = emissivity * band_radiance(temperature);
-    radiance_temperature_depth = vec4(radiance, temperature, temperature_depth.y, 1.0);
     // 0 is the background.
+#ifdef SAMPLED
+    radiance_coverage = vec2(radiance, 1.0);
+    surface = uvec4(part + 1u, material + 1u, floatBitsToUint(temperature), floatBitsToUint(temperature_depth.y));
+#else
+    radiance_temperature_depth = vec4(radiance, temperature, temperature_depth.y, 1.0);
     identity = uvec2(part + 1u, material + 1u);
+#endif
 }

@@ -34,6 +34,15 @@ struct View {
     float margin;
 };
 
+struct Sampling {
+    uint width;
+    uint height;
+    uint source_width;
+    uint source_height;
+    uint columns;
+    uint rows;
+};
+
 struct DrawCommand {
     uint index_count;
     uint instance_count;

@@ -20,6 +20,7 @@ pub mod prepare;
 pub mod prepare_error;
 mod prepare_steps;
 pub mod reference_engine;
+pub mod sampling;
 pub mod state;
 pub mod stepper;
 pub mod target;

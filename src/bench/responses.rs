@@ -115,6 +115,7 @@ pub fn time_pass(
         shapes,
         band_table: &[],
         image: None,
+        sampling: None,
         shadows: None,
         joints: None,
         network: None,

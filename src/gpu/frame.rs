@@ -9,13 +9,17 @@ use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
 pub use passes::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
 
-use passes::{DEPTH, DEPTH_WRITE, cull_pass, radiance_pass, ray_pass, solar_depth_pass, thermal_pass, visibility_pass};
+use passes::{
+    DEPTH, DEPTH_WRITE, cull_pass, radiance_pass, ray_pass, resample_pass, samples_pass, solar_depth_pass, thermal_pass,
+    visibility_pass,
+};
 
 use super::pass::{
-    CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Pass, Work, barrier, clear_pass, copy_pass,
+    CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Kernel, Pass, Scope, Work, barrier, clear_pass, copy_pass,
     is_write, scope, to_host, transition,
 };
 use super::resource::Resource;
+use super::sampling::Sampled;
 use crate::environment::shadow::{Method, SUN_RAYS};
 
 /// Most groups of one dispatch of shadow rays: 65,535 workgroups of 64 nodes, rounded down to whole ranges.
@@ -26,6 +30,8 @@ const TRACED_AT_ONCE: u32 = 65_535 / 4 * 64;
 pub struct Wanted {
     /// Whether an image is drawn.
     pub image: bool,
+    /// How the image is made from a finer one. `None` if it is drawn directly.
+    pub sampled: Option<Sampled>,
     /// Triangles to cull before drawing. It is 0 if the view of the craft has not changed since the last image.
     pub cull: u32,
     /// Whether the host reads the temperatures of all nodes.
@@ -72,33 +78,21 @@ impl Frame {
                 barrier(Resource::VisibleTriangles, indices, COMPUTE_WRITE),
                 barrier(Resource::Draws, commands, COMPUTE_WRITE),
             ]));
-            entries.extend(culled.iter().flat_map(|run| run.pieces()).map(|run| Entry::Pass(cull_pass(run))));
+            let kernel = if wanted.sampled.is_some_and(|sampled| sampled.each > 1) {
+                Kernel::CullSamples
+            } else {
+                Kernel::Cull
+            };
+            entries.extend(culled.iter().flat_map(|run| run.pieces()).map(|run| Entry::Pass(cull_pass(run, kernel))));
             entries.push(Entry::Barriers(vec![
                 barrier(Resource::VisibleTriangles, COMPUTE_WRITE, scope(S::INDEX_INPUT, A::INDEX_READ)),
                 barrier(Resource::Draws, COMPUTE_WRITE, scope(S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ)),
             ]));
         }
-        if wanted.image {
-            let vertex_read = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
-            let colour = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
-            let copied = scope(S::COPY, A::NONE);
-            let (undefined, attachment) = (ImageLayout::UNDEFINED, ImageLayout::ATTACHMENT_OPTIMAL);
-            let source = ImageLayout::TRANSFER_SRC_OPTIMAL;
-            entries.push(Entry::Barriers(vec![
-                barrier(Resource::Temperature, COMPUTE_WRITE, vertex_read),
-                transition(Resource::RadianceImage, copied, colour, undefined, attachment),
-                transition(Resource::IdentityImage, copied, colour, undefined, attachment),
-                transition(Resource::DepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),
-            ]));
-            entries.push(Entry::Pass(radiance_pass()));
-            entries.push(Entry::Barriers(vec![
-                transition(Resource::RadianceImage, colour, COPY_READ, attachment, source),
-                transition(Resource::IdentityImage, colour, COPY_READ, attachment, source),
-            ]));
-            entries.push(Entry::Pass(copy_pass("read radiance", Resource::RadianceImage, Resource::RadianceReadback)));
-            entries.push(Entry::Pass(copy_pass("read identity", Resource::IdentityImage, Resource::IdentityReadback)));
-            entries
-                .push(Entry::Barriers(vec![to_host(Resource::RadianceReadback), to_host(Resource::IdentityReadback)]));
+        match wanted.sampled {
+            Some(sampled) if wanted.image => entries.extend(sampled_image(sampled)),
+            None if wanted.image => entries.extend(drawn_image()),
+            _ => {}
         }
         if wanted.temperatures {
             entries.push(Entry::Barriers(vec![barrier(Resource::Temperature, COMPUTE_WRITE, COPY_READ)]));
@@ -204,6 +198,79 @@ impl std::fmt::Display for Frame {
         }
         Ok(())
     }
+}
+
+/// Nodes are read by vertices.
+const VERTEX_READ: Scope = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
+/// Write of a colour attachment.
+const COLOUR: Scope = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
+/// End of the copies, which only read.
+const COPIED: Scope = scope(S::COPY, A::NONE);
+
+/// An image that is drawn directly, and copied to the host.
+fn drawn_image() -> Vec<Entry> {
+    let (undefined, attachment) = (ImageLayout::UNDEFINED, ImageLayout::ATTACHMENT_OPTIMAL);
+    let source = ImageLayout::TRANSFER_SRC_OPTIMAL;
+    vec![
+        Entry::Barriers(vec![
+            barrier(Resource::Temperature, COMPUTE_WRITE, VERTEX_READ),
+            transition(Resource::RadianceImage, COPIED, COLOUR, undefined, attachment),
+            transition(Resource::IdentityImage, COPIED, COLOUR, undefined, attachment),
+            transition(Resource::DepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),
+        ]),
+        Entry::Pass(radiance_pass()),
+        Entry::Barriers(vec![
+            transition(Resource::RadianceImage, COLOUR, COPY_READ, attachment, source),
+            transition(Resource::IdentityImage, COLOUR, COPY_READ, attachment, source),
+        ]),
+        Entry::Pass(copy_pass("read radiance", Resource::RadianceImage, Resource::RadianceReadback)),
+        Entry::Pass(copy_pass("read identity", Resource::IdentityImage, Resource::IdentityReadback)),
+        Entry::Barriers(vec![to_host(Resource::RadianceReadback), to_host(Resource::IdentityReadback)]),
+    ]
+}
+
+/// An image that is made from a finer one, and copied to the host.
+fn sampled_image(sampled: Sampled) -> Vec<Entry> {
+    let (undefined, attachment) = (ImageLayout::UNDEFINED, ImageLayout::ATTACHMENT_OPTIMAL);
+    let source = ImageLayout::TRANSFER_SRC_OPTIMAL;
+    let mut before = vec![
+        barrier(Resource::Temperature, COMPUTE_WRITE, VERTEX_READ),
+        transition(Resource::SourceRadianceImage, COPIED, COLOUR, undefined, attachment),
+        transition(Resource::SourceSurfaceImage, COPIED, COLOUR, undefined, attachment),
+        transition(Resource::SourceDepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),
+    ];
+    if sampled.each > 1 {
+        // Only draws use these images.
+        before.push(transition(Resource::MultiRadianceImage, COLOUR, COLOUR, undefined, attachment));
+        before.push(transition(Resource::MultiSurfaceImage, COLOUR, COLOUR, undefined, attachment));
+    }
+    let looked_up = scope(S::COMPUTE_SHADER, A::NONE);
+    vec![
+        Entry::Barriers(before),
+        Entry::Pass(samples_pass(sampled.each)),
+        Entry::Barriers(vec![
+            transition(Resource::SourceRadianceImage, COLOUR, COPY_READ, attachment, source),
+            transition(Resource::SourceSurfaceImage, COLOUR, COPY_READ, attachment, source),
+            barrier(Resource::SourceRadiance, looked_up, COPY_WRITE),
+            barrier(Resource::SourceSurface, looked_up, COPY_WRITE),
+        ]),
+        Entry::Pass(copy_pass("copy radiance", Resource::SourceRadianceImage, Resource::SourceRadiance)),
+        Entry::Pass(copy_pass("copy surface", Resource::SourceSurfaceImage, Resource::SourceSurface)),
+        Entry::Barriers(vec![
+            barrier(Resource::SourceRadiance, COPY_WRITE, COMPUTE_READ),
+            barrier(Resource::SourceSurface, COPY_WRITE, COMPUTE_READ),
+            barrier(Resource::ImageRadiance, COPIED, COMPUTE_WRITE),
+            barrier(Resource::ImageIdentity, COPIED, COMPUTE_WRITE),
+        ]),
+        Entry::Pass(resample_pass(sampled)),
+        Entry::Barriers(vec![
+            barrier(Resource::ImageRadiance, COMPUTE_WRITE, COPY_READ),
+            barrier(Resource::ImageIdentity, COMPUTE_WRITE, COPY_READ),
+        ]),
+        Entry::Pass(copy_pass("read radiance", Resource::ImageRadiance, Resource::RadianceReadback)),
+        Entry::Pass(copy_pass("read identity", Resource::ImageIdentity, Resource::IdentityReadback)),
+        Entry::Barriers(vec![to_host(Resource::RadianceReadback), to_host(Resource::IdentityReadback)]),
+    ]
 }
 
 /// Whether nodes of the ranges keep a state between steps.

@@ -104,6 +104,22 @@ shared! {
         pub margin: f32,
     }
 
+    /// Sizes of an image that is made from a finer one.
+    pub struct Sampling {
+        /// Width of the image [px].
+        pub width: u32,
+        /// Height of the image [px].
+        pub height: u32,
+        /// Width of the source [texels].
+        pub source_width: u32,
+        /// Height of the source [texels].
+        pub source_height: u32,
+        /// Lookups along the width of a pixel.
+        pub columns: u32,
+        /// Lookups along the height of a pixel.
+        pub rows: u32,
+    }
+
     /// An indexed indirect draw command (VkDrawIndexedIndirectCommand).
     pub struct DrawCommand {
         /// Three for each triangle.

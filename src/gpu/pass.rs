@@ -68,8 +68,17 @@ pub enum Kernel {
     },
     /// Culls triangles that cover no pixel centre.
     Cull,
+    /// Culls triangles that cover no sample of a pixel.
+    CullSamples,
     /// Draws the remaining triangles as radiance.
     Radiance,
+    /// Draws them as the source of another image, with this number of samples of a texel.
+    Samples(u32),
+    /// Makes the image from its source.
+    Resample {
+        /// Whether the lens distorts.
+        lens: bool,
+    },
     /// A pass over a large network.
     Wide(WideVariant),
     /// Sub-steps of a small network.
@@ -91,7 +100,7 @@ pub enum Kernel {
 impl Kernel {
     /// Whether it draws the triangles of all joints in turn.
     pub fn draws(self) -> bool {
-        matches!(self, Self::Radiance | Self::SunDepth)
+        matches!(self, Self::Radiance | Self::Samples(_) | Self::SunDepth)
     }
 
     /// Shader of a dispatch. For a draw, the vertex shader and the fragment shader, if it has one.
@@ -109,6 +118,12 @@ impl Kernel {
             Self::SunRay { first: true } => vec![Shader::new("solar_rays.comp", vec!["first"])],
             Self::SunRay { first: false } => plain("solar_rays.comp"),
             Self::Cull => plain("cull.comp"),
+            Self::CullSamples => vec![Shader::new("cull.comp", vec!["sampled"])],
+            Self::Samples(_) => {
+                vec![Shader::new("radiance.vert", Vec::new()), Shader::new("radiance.frag", vec!["sampled"])]
+            }
+            Self::Resample { lens: false } => plain("resample.comp"),
+            Self::Resample { lens: true } => vec![Shader::new("resample.comp", vec!["lens"])],
             Self::Radiance => ["radiance.vert", "radiance.frag"].map(|entry| Shader::new(entry, Vec::new())).to_vec(),
             Self::Blackbody => plain("blackbody.comp"),
             Self::Brightness => plain("brightness.comp"),

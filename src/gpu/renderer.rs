@@ -28,6 +28,7 @@ use super::record::Recorder;
 use super::resource::Resource;
 use super::resource_row::SLOTS;
 use super::resources::SceneData;
+use super::sampling::Sampled;
 use super::store::Resources;
 use super::timing::{DeviceFrame, PassTimes};
 use crate::environment::StepLoad;
@@ -72,7 +73,8 @@ impl<'a> Request<'a> {
 /// Outputs of a frame.
 #[derive(Default)]
 pub struct Collected<'a> {
-    /// Radiance [W m-2 sr-1], temperature [K], depth [m] and 1 for every pixel; 0 for the background.
+    /// Radiance [W m-2 sr-1], temperature [K], depth [m] and coverage of every pixel; 0 for the background. Without
+    /// several samples the coverage is 1 where a surface is.
     pub radiance: Option<&'a [[f32; 4]]>,
     /// Part and material index of every pixel, each plus 1; 0 for the background.
     pub identity: Option<&'a [[u32; 2]]>,
@@ -90,6 +92,8 @@ pub struct Renderer {
     ranges: Vec<StepRange>,
     nodes: usize,
     pixels: usize,
+    /// How images are made from finer ones, if they are.
+    sampled: Option<Sampled>,
     triangles: Vec<TriangleRun>,
     culling: Culling,
     /// Number of joints, counting the body.
@@ -115,7 +119,9 @@ impl Renderer {
     pub fn new(context: &Arc<Context>, data: &SceneData<'_>) -> Result<Self, GpuError> {
         let mut once = Once::new(context)?;
         let resources = Resources::of_scene(context, &mut once, data)?;
-        let wanted = Wanted { image: data.image.is_some(), cull: data.triangles.len() as u32, temperatures: true };
+        let sampled = data.sampled();
+        let cull = data.triangles.len() as u32;
+        let wanted = Wanted { image: data.image.is_some(), sampled, cull, temperatures: true };
         let triangles = data.runs();
         let mut frames = Vec::new();
         for (has_sun, has_albedo) in [(true, true), (true, false), (false, false)] {
@@ -138,6 +144,7 @@ impl Renderer {
             ranges: data.ranges.clone(),
             nodes: data.normals.len(),
             pixels: data.image.map_or(0, |[width, height]| width as usize * height as usize),
+            sampled,
             culling: Culling::new(&triangles, data.triangles, data.positions),
             triangles,
             joints,
@@ -189,7 +196,8 @@ impl Renderer {
         let mut views = request.views.to_vec();
         let culled = self.culling.due(&mut views);
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
-        let wanted = Wanted { image: !views.is_empty(), cull, temperatures: request.temperatures };
+        let (image, temperatures) = (!views.is_empty(), request.temperatures);
+        let wanted = Wanted { image, sampled: self.sampled, cull, temperatures };
         let mut ranges = request.step.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
         let mut loaded = Vec::new();
         if self.steps_network() {

@@ -49,6 +49,20 @@ pub enum Count {
     Traced,
     /// Pixels of the image.
     Pixels,
+    /// Pixels of an image that is drawn directly.
+    DrawnPixels,
+    /// Pixels of an image that is made from a finer one.
+    SampledPixels,
+    /// Texels of that finer image.
+    SourceTexels,
+    /// Samples of its texels.
+    SourceSamples,
+    /// Samples of its texels, if there are several of each.
+    MultiSamples,
+    /// Corners of the pixels of an image with distortion.
+    LensCorners,
+    /// One, if the image is made from a finer one.
+    SampledOnce,
     /// Groups of four nodes of a large network.
     NetworkGroups,
     /// Slices of a large network's rows, plus one.
@@ -116,6 +130,19 @@ impl Count {
                 | Self::OnePassWeights
                 | Self::HeatedGroups
         )
+    }
+}
+
+impl Count {
+    /// Whether the number grows with the size of the image.
+    pub fn is_of_images(self) -> bool {
+        matches!(self, Self::Pixels | Self::DrawnPixels | Self::SampledPixels | Self::SourceTexels | Self::LensCorners)
+            || self.is_multiple()
+    }
+
+    /// Whether the elements of an image are the samples of its texels.
+    pub fn is_multiple(self) -> bool {
+        matches!(self, Self::SourceSamples | Self::MultiSamples)
     }
 }
 

@@ -14,6 +14,7 @@ use super::once::Once;
 use super::one_pass::OnePassTables;
 use super::resource::Resource;
 use super::resource_row::{Count, Pieces};
+use super::sampling::{Sampled, Sampling};
 use super::shapes::Shapes;
 use super::store::Resources;
 use super::variant::{StepKind, ThermalVariant};
@@ -46,6 +47,8 @@ pub struct SceneData<'a> {
     pub band_table: &'a [f32],
     /// Width and height of the image [px]; `None` without an image.
     pub image: Option<[u32; 2]>,
+    /// How the image is made from a finer one; `None` if it is drawn directly.
+    pub sampling: Option<Sampling>,
     /// Shadows; `None` if the craft does not shadow itself.
     pub shadows: Option<ShadowData<'a>>,
     /// Joints; `None` if no part moves.
@@ -133,6 +136,21 @@ impl SceneData<'_> {
         Resource::ALL.iter().filter_map(planned).collect()
     }
 
+    /// A number of an image that is made from a finer one, or 0.
+    fn of_sampling(&self, number: impl Fn(&Sampling) -> usize) -> usize {
+        self.sampling.as_ref().map_or(0, number)
+    }
+
+    /// What the passes of the image depend on, if it is made from a finer one.
+    pub fn sampled(&self) -> Option<Sampled> {
+        Some(self.sampling.as_ref()?.passes(self.image?))
+    }
+
+    /// Width and height of the largest image that is drawn [px].
+    pub fn drawn(&self) -> Option<[u32; 2]> {
+        self.sampling.as_ref().map(|sampling| sampling.source).or(self.image)
+    }
+
     /// Number of elements for a `count`; 0 if no scene has such elements.
     fn count(&self, count: Count) -> usize {
         let groups = self.normals.len() / GROUP;
@@ -166,10 +184,25 @@ impl SceneData<'_> {
             // A tree that is rebuilt for moved parts has the same number of boxes.
             Count::Boxes => tree.map_or(0, |tree| tree.tree.nodes.len()),
             Count::Traced => tree.map_or(0, |tree| tree.triangles.len()),
-            Count::Pixels => self.image.map_or(0, |[width, height]| width as usize * height as usize),
+            Count::Pixels => self.image.map_or(0, area),
+            Count::DrawnPixels => self.image.filter(|_| self.sampling.is_none()).map_or(0, area),
+            Count::SampledPixels => self.image.filter(|_| self.sampling.is_some()).map_or(0, area),
+            Count::SourceTexels => self.of_sampling(|sampling| area(sampling.source)),
+            Count::SourceSamples => self.of_sampling(|sampling| area(sampling.source) * sampling.each as usize),
+            Count::MultiSamples => self.of_sampling(|sampling| match sampling.each {
+                0 | 1 => 0,
+                each => area(sampling.source) * each as usize,
+            }),
+            Count::LensCorners => self.of_sampling(|sampling| sampling.map.len()),
+            Count::SampledOnce => self.of_sampling(|_| 1),
             other => self.network.map_or(0, |network| network.count(other)),
         }
     }
+}
+
+/// Number of pixels of an image.
+fn area([width, height]: [u32; 2]) -> usize {
+    width as usize * height as usize
 }
 
 /// Resources of a scene that its thermal network may overwrite. The culled triangles are found again before an image,
@@ -196,7 +229,7 @@ pub fn check_plan(context: &Context, plan: &[Planned], beside: u64, image: Optio
     let needed = plan.iter().map(|planned| planned.bytes).sum::<u64>() + beside;
     let available = context.free_memory();
     if needed > available {
-        let of_images = plan.iter().filter(|planned| planned.resource.row().count == Count::Pixels);
+        let of_images = plan.iter().filter(|planned| planned.resource.row().count.is_of_images());
         let images = of_images.map(|planned| planned.bytes).sum();
         return Err(GpuError::OutOfMemory { needed, images, device: info.name.clone(), available });
     }
@@ -212,16 +245,17 @@ impl Resources {
     /// Makes and fills all resources of a scene.
     pub fn of_scene(context: &Arc<Context>, once: &mut Once, data: &SceneData<'_>) -> Result<Self, GpuError> {
         let plan = data.plan();
-        check_plan(context, &plan, 0, data.image)?;
+        check_plan(context, &plan, 0, data.drawn())?;
         let mut resources = Self::new(context);
         for Planned { resource, bytes } in plan {
             let row = resource.row();
             if row.role.is_image() {
                 let size = match &data.shadows {
                     Some(shadows) if row.count == Count::SunTexels => [shadows.redraw.resolution; 2],
-                    _ => data.image.expect("images are planned where something is drawn"),
+                    _ => data.drawn().expect("images are planned where something is drawn"),
                 };
-                resources.make_image(resource, size)?;
+                let each = data.sampling.as_ref().filter(|_| row.count.is_multiple()).map_or(1, |one| one.each);
+                resources.make_image(resource, size, each)?;
                 continue;
             }
             let in_pieces = match row.pieces {
@@ -259,6 +293,10 @@ impl Resources {
             self.upload(once, Resource::OnePassUnits, &network.units)?;
             self.upload(once, Resource::OnePassWeights, &network.weights(&network.plan))?;
             self.upload(once, Resource::OnePassHeaters, &network.heater_words(&network.plan))?;
+        }
+        if let (Some(sampling), Some(image)) = (&data.sampling, data.image) {
+            self.write(Resource::Sampling, 0, &[sampling.sizes(image)])?;
+            self.upload(once, Resource::LensMap, &sampling.map)?;
         }
         self.upload(once, Resource::BandTable, data.band_table)?;
         for (axis, resource) in [Resource::NormalX, Resource::NormalY, Resource::NormalZ].into_iter().enumerate() {

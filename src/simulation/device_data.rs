@@ -1,6 +1,7 @@
 //! Scene data rounded to f32 for the device: materials, response functions and the band.
 
 use super::prepare::Prepared;
+use super::sampling::{ALWAYS, sampling};
 use crate::gpu::blackbody::band_table;
 use crate::gpu::layout;
 use crate::gpu::one_pass::OnePassTables;
@@ -28,8 +29,18 @@ impl DeviceData {
         Self { materials, shapes, band_table: band_table(&table), network }
     }
 
-    /// The scene as plain numbers for the device.
+    /// The scene as plain numbers for any device.
     pub fn scene_data<'a>(&'a self, prepared: &'a Prepared, camera: Option<&Camera>) -> SceneData<'a> {
+        self.scene_data_with(prepared, camera, ALWAYS)
+    }
+
+    /// The same for a device whose images may have these numbers of samples of a texel, as a sum of powers of two.
+    pub fn scene_data_with<'a>(
+        &'a self,
+        prepared: &'a Prepared,
+        camera: Option<&Camera>,
+        counts: u32,
+    ) -> SceneData<'a> {
         SceneData {
             ranges: prepared.step_ranges(),
             group_material: &prepared.nodes.group_material,
@@ -41,6 +52,7 @@ impl DeviceData {
             shapes: &self.shapes,
             band_table: &self.band_table,
             image: camera.map(|camera| [camera.width, camera.height]),
+            sampling: camera.and_then(|camera| sampling(camera, counts)),
             shadows: prepared.redraw().map(|redraw| ShadowData {
                 occluders: &prepared.occluders,
                 redraw,

@@ -9,13 +9,14 @@ use super::device_data::DeviceData;
 use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
-use super::viewpoint::device_view;
+use super::viewpoint::{device_view, source_view};
 use crate::environment::StepLoad;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::layout;
 use crate::gpu::renderer::{Heating, Renderer, Request, Submitted};
 use crate::gpu::resources::check_plan;
+use crate::gpu::sampling::Sampling;
 use crate::gpu::timing::PassTimes;
 use crate::saved::Saved;
 use crate::scene::Camera;
@@ -32,6 +33,8 @@ pub struct DeviceEngine {
     steps: u64,
     /// Intrinsics for the projection.
     camera: Option<Camera>,
+    /// The finer image from which the camera's is made, without its map.
+    sampling: Option<Sampling>,
     trace: Trace,
     context: Arc<Context>,
 }
@@ -43,10 +46,10 @@ impl DeviceEngine {
     /// A scene beyond the device, or a call that fails.
     pub fn new(context: &Arc<Context>, prepared: &Prepared, camera: Option<&Camera>) -> Result<Self, GpuError> {
         let device = DeviceData::new(prepared);
-        let data = device.scene_data(prepared, camera);
+        let data = device.scene_data_with(prepared, camera, context.info.sample_counts);
         let plan = data.plan();
         let of_network = prepared.network_bytes(&plan);
-        check_plan(context, &plan, of_network.device + of_network.host, data.image)?;
+        check_plan(context, &plan, of_network.device + of_network.host, data.drawn())?;
         let renderer = Renderer::new(context, &data)?;
         let network = prepared.network.as_ref().map(|scene| NetworkRun::on_device(context, scene, renderer.spare()));
         Ok(Self {
@@ -56,6 +59,7 @@ impl DeviceEngine {
             ready: VecDeque::new(),
             steps: 0,
             camera: camera.cloned(),
+            sampling: data.sampling.map(|sampling| Sampling { map: Vec::new(), ..sampling }),
             trace: Trace::default(),
             context: Arc::clone(context),
         })
@@ -63,9 +67,10 @@ impl DeviceEngine {
 
     /// Steps the network under the load of a step. The host integrates between the loads and the temperatures, so frames under way must end first.
     fn step_network(&mut self, step: &Step<'_>) -> Result<(), EngineError> {
+        let averaged = self.averages();
         let Some(network) = &mut self.network else { return Ok(()) };
         while let Some(submitted) = self.flying.pop_front() {
-            self.ready.push_back(collect(&mut self.renderer, submitted)?);
+            self.ready.push_back(collect(&mut self.renderer, submitted, averaged)?);
         }
         network.step_begins();
         let mut values = self.renderer.absorbed(step.load)?;
@@ -81,12 +86,21 @@ impl DeviceEngine {
         self.network.as_mut().map_or(Ok(()), |network| network.take_switches(&switches))
     }
 
+    /// Whether a pixel has several samples.
+    fn averages(&self) -> bool {
+        self.camera.as_ref().is_some_and(|camera| camera.samples > 1)
+    }
+
     /// The camera pose against the body and against each joint.
     fn views(&self, order: &Order<'_>) -> Option<Vec<layout::View>> {
         let (pose, camera) = order.pose.as_ref().zip(self.camera.as_ref())?;
         let still = [DAffine3::IDENTITY];
         let joints = if order.joints.is_empty() { &still } else { order.joints };
-        Some(joints.iter().map(|joint| device_view(camera, &(*pose * *joint))).collect())
+        let view = |joint: &DAffine3| match &self.sampling {
+            Some(sampling) => source_view(sampling, camera.near, &(*pose * *joint)),
+            None => device_view(camera, &(*pose * *joint)),
+        };
+        Some(joints.iter().map(view).collect())
     }
 }
 
@@ -152,7 +166,8 @@ impl Engine for DeviceEngine {
         }
         let Some(submitted) = self.flying.pop_front() else { return Ok(Delivered::default()) };
         let waits = self.trace.span(Track::Host, "wait for the device");
-        let delivered = collect(&mut self.renderer, submitted)?;
+        let averaged = self.averages();
+        let delivered = collect(&mut self.renderer, submitted, averaged)?;
         drop(waits);
         self.take_switches()?;
         self.renderer.take_frames().into_iter().for_each(|frame| self.trace.frame(frame));
@@ -249,12 +264,13 @@ impl Engine for DeviceEngine {
     }
 }
 
-/// Converts a frame to the result of a step.
-fn collect(renderer: &mut Renderer, submitted: Submitted) -> Result<Delivered, GpuError> {
+/// Converts a frame to the result of a step. `averaged` tells whether a pixel has several samples.
+fn collect(renderer: &mut Renderer, submitted: Submitted, averaged: bool) -> Result<Delivered, GpuError> {
     let collected = renderer.collect(submitted)?;
     let pixels = collected.radiance.zip(collected.identity).map(|(radiance, identity)| Pixels {
         radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
         identity: identity.to_vec(),
+        coverage: if averaged { radiance.iter().map(|[.., coverage]| *coverage).collect() } else { Vec::new() },
     });
     Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec) })
 }

@@ -40,6 +40,8 @@ pub struct Pixels {
     pub radiance_temperature_depth: Vec<[f32; 3]>,
     /// Part and material, each plus 1. 0 where no surface is.
     pub identity: Vec<[u32; 2]>,
+    /// Share of the samples of a pixel that show a surface. Empty with one sample of a pixel.
+    pub coverage: Vec<f32>,
 }
 
 /// The results of a step.

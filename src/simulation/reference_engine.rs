@@ -174,12 +174,16 @@ impl Engine for ReferenceEngine {
             };
             let drawn = rasterise(&surface, &raster_view(camera, pose), |t| band_radiance(&self.table, t));
             let value = |pixel: &raster::Pixel| match pixel.part {
-                0 => [0.0; 3],
+                0 => [pixel.radiance as f32, 0.0, 0.0],
                 _ => [pixel.radiance as f32, pixel.temperature as f32, pixel.depth as f32],
             };
             Pixels {
                 radiance_temperature_depth: drawn.iter().map(value).collect(),
                 identity: drawn.iter().map(|pixel| [pixel.part, pixel.material]).collect(),
+                coverage: match camera.samples {
+                    1 => Vec::new(),
+                    _ => drawn.iter().map(|pixel| pixel.coverage as f32).collect(),
+                },
             }
         });
         let temperatures = order.temperatures.then(|| temperatures.iter().map(|t| *t as f32).collect());

@@ -4,6 +4,7 @@ use glam::{DAffine3, DMat3};
 
 use crate::environment::Sky;
 use crate::gpu::layout;
+use crate::gpu::sampling::Sampling;
 use crate::raster;
 use crate::scene::{Camera, CameraFrame};
 
@@ -18,21 +19,31 @@ pub fn camera_from_body(camera: &Camera, sky: &Sky) -> DAffine3 {
     DAffine3::from_mat3_translation(rotation, body_from_frame * camera.position).inverse()
 }
 
-/// The pose and intrinsics for the device. A pixel at u right and v down looks along ((u - centre.x) / focal.x, (v - centre.y) / focal.y, 1).
+/// The pose and intrinsics for a device that draws the camera's image directly.
 pub fn device_view(camera: &Camera, pose: &DAffine3) -> layout::View {
+    view([camera.width, camera.height], camera.lens.focal, camera.lens.centre, camera.near, pose)
+}
+
+/// The same for the finer image from which the camera's is made.
+pub fn source_view(sampling: &Sampling, near: f64, pose: &DAffine3) -> layout::View {
+    view(sampling.source, sampling.focal, sampling.centre, near, pose)
+}
+
+/// A pixel at u right and v down looks along ((u - centre.x) / focal.x, (v - centre.y) / focal.y, 1).
+fn view(size: [u32; 2], focal: [f64; 2], centre: [f64; 2], near: f64, pose: &DAffine3) -> layout::View {
     let row = |i: usize| {
         let rotation = pose.matrix3.row(i);
         [rotation.x as f32, rotation.y as f32, rotation.z as f32, pose.translation[i] as f32]
     };
-    let size = [f64::from(camera.width), f64::from(camera.height)];
+    let size = size.map(f64::from);
     layout::View {
         camera_from_body_x: row(0),
         camera_from_body_y: row(1),
         camera_from_body_z: row(2),
-        clip_scale: [0, 1].map(|i| (2.0 * camera.focal[i] / size[i]) as f32),
-        clip_offset: [0, 1].map(|i| (2.0 * camera.centre[i] / size[i] - 1.0) as f32),
+        clip_scale: [0, 1].map(|i| (2.0 * focal[i] / size[i]) as f32),
+        clip_offset: [0, 1].map(|i| (2.0 * centre[i] / size[i] - 1.0) as f32),
         size: size.map(|side| side as f32),
-        near: camera.near as f32,
+        near: near as f32,
         margin: 0.0,
     }
 }
@@ -43,8 +54,8 @@ pub fn raster_view(camera: &Camera, pose: &DAffine3) -> raster::View {
         camera_from_body: *pose,
         width: camera.width,
         height: camera.height,
-        focal: camera.focal,
-        centre: camera.centre,
+        lens: camera.lens,
+        samples: camera.samples,
         near: camera.near,
     }
 }

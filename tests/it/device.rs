@@ -163,6 +163,7 @@ impl LooseNodes {
             shapes: &shapes,
             band_table: &[0.0],
             image: None,
+            sampling: None,
             shadows: None,
             joints: None,
             network: None,

@@ -19,6 +19,7 @@ mod image;
 mod inputs;
 mod joints;
 mod kills;
+mod lens;
 mod mesh_network;
 mod model;
 mod names;

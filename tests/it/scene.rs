@@ -92,8 +92,8 @@ fn every_value_of_a_full_scene_arrives() {
 
     let camera = scene.require_camera().unwrap();
     assert_eq!((camera.width, camera.height, camera.near), (640, 512, 0.5));
-    assert_eq!(camera.focal, [0.018 / 12e-6; 2]);
-    assert_eq!(camera.centre, [320.0, 256.0]);
+    assert_eq!(camera.lens.focal, [0.018 / 12e-6; 2]);
+    assert_eq!(camera.lens.centre, [320.0, 256.0]);
     assert_eq!((camera.frame, camera.position), (CameraFrame::Orbit, DVec3::new(-50.0, 0.0, 0.0)));
     // From behind, along +X of the orbit frame with -Z up: right is +Y (against the orbit normal), down is nadir.
     for (axis, expected) in [(DVec3::X, DVec3::Y), (DVec3::Y, DVec3::Z), (DVec3::Z, DVec3::X)] {
@@ -118,7 +118,7 @@ fn a_short_scene_says_what_it_assumes() {
     assert_relative_eq!(scene.orbit.period(), 5554.684945512347, epsilon = 1e-9);
     let camera = scene.require_camera().unwrap();
     // tan 45 deg = 1: the focal length is half the width.
-    assert_relative_eq!(camera.focal[0], 50.0, epsilon = 1e-12);
+    assert_relative_eq!(camera.lens.focal[0], 50.0, epsilon = 1e-12);
     assert_eq!((camera.frame, camera.near), (CameraFrame::Body, 0.1));
     let expected = [
         "(model.max_edge is absent)",
@@ -165,7 +165,7 @@ fn attitudes_cameras_and_times_have_their_other_forms() {
     let scene = with("mode = \"nadir\"", "mode = \"sun\"\nsun_axis = \"+Z\"\nnorth_axis = [-7, 0, 0]");
     assert_eq!(scene.attitude, Attitude::Sun { sun_axis: DVec3::Z, north_axis: DVec3::NEG_X });
 
-    assert_eq!(with("fov_deg = 90", "focal_px = 800").camera.unwrap().focal, [800.0; 2]);
+    assert_eq!(with("fov_deg = 90", "focal_px = 800").camera.unwrap().lens.focal, [800.0; 2]);
     let camera = with("look_at = [0, 0, 0]", "quaternion = [1, 0, 0, 0]").camera.unwrap();
     assert_eq!(camera.frame_from_camera, DQuat::IDENTITY);
 

@@ -81,6 +81,8 @@ pub fn fused_variants() -> Vec<FusedVariant> {
 fn all_shaders() -> Vec<Shader> {
     let mut all: Vec<_> = ENTRY_POINTS.iter().map(|(entry, _)| Shader::new(entry, Vec::new())).collect();
     all.push(Shader::new("solar_rays.comp", vec!["first"]));
+    all.extend(["cull.comp", "radiance.frag"].map(|entry| Shader::new(entry, vec!["sampled"])));
+    all.push(Shader::new("resample.comp", vec!["lens"]));
     for curve in CURVES {
         all.extend(thermal_variants(curve).iter().map(ThermalVariant::shader));
         all.extend(response_variants(curve).iter().map(ResponseVariant::shader));
@@ -259,7 +261,7 @@ fn passes_declare_what_their_shaders_touch() {
         assert_eq!(declared(pass), bindings_of(&variant.shader()), "{}", pass.name);
     }
     let plain = |entry| Shader::new(entry, Vec::new());
-    let frame = Frame::step(&[], Wanted { image: true, cull: 9, temperatures: false });
+    let frame = Frame::step(&[], Wanted { image: true, sampled: None, cull: 9, temperatures: false });
     let cull = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Cull)).expect("a cull pass");
     assert_eq!(declared(cull), bindings_of(&plain("cull.comp")));
     let radiance = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Radiance)).expect("a radiance pass");

@@ -227,6 +227,7 @@ impl Loose {
             shapes,
             band_table: &[0.0],
             image: None,
+            sampling: None,
             shadows,
             joints: None,
             network: None,

@@ -7,6 +7,8 @@ use crate::gpu::pass::{
     Access, COMPUTE_READ, COMPUTE_UNIFORM, COMPUTE_WRITE, Kernel, Pass, Said, Scope, Work, access, scope,
 };
 use crate::gpu::resource::Resource;
+use crate::gpu::resource_row::Role;
+use crate::gpu::sampling::Sampled;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 
 /// A range of nodes with one pipeline.
@@ -181,7 +183,8 @@ pub(super) fn visibility_pass(range: &StepRange) -> Pass {
     Pass { name: "solar_visibility".to_owned(), work, accesses }
 }
 
-pub(super) fn cull_pass(run: TriangleRun) -> Pass {
+/// Culls for a kernel: of pixel centres or of all samples.
+pub(super) fn cull_pass(run: TriangleRun, kernel: Kernel) -> Pass {
     let TriangleRun { joint, triangles } = run;
     let mut accesses = vec![Access { slice: joint, ..bound(0, Resource::View, COMPUTE_UNIFORM) }];
     accesses.extend(places(COMPUTE_READ));
@@ -190,11 +193,40 @@ pub(super) fn cull_pass(run: TriangleRun) -> Pass {
         of_range(triangles)(5, Resource::VisibleTriangles, COMPUTE_WRITE),
         of_range(run.draws())(6, Resource::Draws, COMPUTE_WRITE),
     ]);
-    let work = over(Kernel::Cull, triangles, TRIANGLES_A_DRAW, Said::Triangle(triangles.0));
+    let work = over(kernel, triangles, TRIANGLES_A_DRAW, Said::Triangle(triangles.0));
     Pass { name: "cull".to_owned(), work, accesses }
 }
 
 pub(super) fn radiance_pass() -> Pass {
+    let images = [Resource::RadianceImage, Resource::IdentityImage, Resource::DepthImage];
+    draw_pass("radiance", Kernel::Radiance, &images)
+}
+
+/// Draws the source of another image. With several samples of a texel they are resolved at its end.
+pub(super) fn samples_pass(each: u32) -> Pass {
+    let multiple: &[Resource] =
+        if each > 1 { &[Resource::MultiRadianceImage, Resource::MultiSurfaceImage] } else { &[] };
+    let whole = [Resource::SourceRadianceImage, Resource::SourceSurfaceImage, Resource::SourceDepthImage];
+    draw_pass("samples", Kernel::Samples(each), &[multiple, &whole].concat())
+}
+
+/// Makes the image from its source.
+pub(super) fn resample_pass(sampled: Sampled) -> Pass {
+    let mut accesses = vec![
+        bound(0, Resource::Sampling, COMPUTE_UNIFORM),
+        bound(1, Resource::SourceRadiance, COMPUTE_READ),
+        bound(2, Resource::SourceSurface, COMPUTE_READ),
+        bound(3, Resource::ImageRadiance, COMPUTE_WRITE),
+        bound(4, Resource::ImageIdentity, COMPUTE_WRITE),
+    ];
+    accesses.extend(sampled.lens.then(|| bound(5, Resource::LensMap, COMPUTE_READ)));
+    let kernel = Kernel::Resample { lens: sampled.lens };
+    let work = Work::Dispatch { kernel, workgroups: sampled.rows, set: 0, said: Said::Nothing };
+    Pass { name: "resample".to_owned(), work, accesses }
+}
+
+/// Draws the triangles that culling kept into images, the last of which is the depth buffer.
+fn draw_pass(name: &str, kernel: Kernel, images: &[Resource]) -> Pass {
     let vertex = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
     let fragment = scope(S::FRAGMENT_SHADER, A::SHADER_STORAGE_READ);
     let colour = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
@@ -210,11 +242,10 @@ pub(super) fn radiance_pass() -> Pass {
         bound(6, Resource::GroupPart, vertex),
         bound(7, Resource::Materials, fragment),
         bound(8, Resource::BandTable, fragment),
-        drawn(Resource::RadianceImage, colour),
-        drawn(Resource::IdentityImage, colour),
-        drawn(Resource::DepthImage, DEPTH),
     ]);
-    Pass { name: "radiance".to_owned(), work: Work::Draw(Kernel::Radiance), accesses }
+    let is_depth = |image: Resource| image.row().role == Role::Depth;
+    accesses.extend(images.iter().map(|image| drawn(*image, if is_depth(*image) { DEPTH } else { colour })));
+    Pass { name: name.to_owned(), work: Work::Draw(kernel), accesses }
 }
 
 #[cfg(test)]

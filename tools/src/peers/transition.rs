@@ -112,6 +112,7 @@ impl Work {
             shapes: &Shapes::default(),
             band_table: &[],
             image: None,
+            sampling: None,
             shadows: None,
             joints: None,
             network: None,

@@ -1,0 +1,297 @@
+//! Images through distorting lenses and with several samples of a pixel: the device against the f64 rasteriser and against closed forms.
+
+use glam::{DAffine3, DVec3};
+use isotherm::lens::{Distortion, Lens};
+use isotherm::scene::Camera;
+use isotherm::simulation::device_engine::DeviceEngine;
+use isotherm::simulation::engine::{Engine, Order, Pixels};
+use isotherm::simulation::reference_engine::ReferenceEngine;
+use isotherm::simulation::sampling::sampling;
+use isotherm::simulation::{pose_at, start};
+use isotherm::thermal::material::{Response, Sides};
+use isotherm::thermal::planck::band_radiance_exact;
+
+use super::craft::{Folder, never, scene_with};
+use super::device::{Worst, assert_silent, context, material};
+use super::quads::{Quads, camera, looking};
+use super::random::Random;
+
+const BARREL: Distortion =
+    Distortion::BrownConrady([-0.31, 0.12, 0.0011, -0.0007, -0.021, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+const FISHEYE: Distortion = Distortion::Fisheye([-0.013, 0.0042, -0.0019, 0.0002]);
+
+fn lenses() -> Vec<(&'static str, Lens)> {
+    let lens = |focal: [f64; 2], skew, distortion| Lens { focal, centre: [79.2, 61.4], skew, distortion };
+    let prism = [-0.2, 0.05, 0.001, 0.0005, 0.0, 0.0, 0.0, 0.0, 0.004, -0.001, -0.003, 0.002];
+    let rational = [1.21, 0.43, -0.0004, 0.0006, 0.017, 1.57, 0.66, 0.09, 0.0, 0.0, 0.0, 0.0];
+    vec![
+        ("skew", lens([128.0, 127.0], 3.0, Distortion::None)),
+        ("5 numbers", lens([128.0, 127.0], 0.0, BARREL)),
+        ("8 numbers", lens([128.0, 127.0], 0.0, Distortion::BrownConrady(rational))),
+        ("12 numbers", lens([128.0, 127.0], -1.0, Distortion::BrownConrady(prism))),
+        ("fisheye", lens([105.0, 104.0], 0.0, FISHEYE)),
+        ("wide fisheye", lens([80.0, 80.0], 0.0, FISHEYE)),
+    ]
+}
+
+/// A warm wall with a gradient, and plates before it.
+fn room() -> Quads {
+    let paint = material(0.5, 0.8, Sides::Outside, Response::Instant);
+    let mut quads = Quads::new(vec![paint]);
+    quads.add(Quads::square(DVec3::Z * 9.0, DVec3::Y, DVec3::X, 60.0), 0, 0, |at| 260.0 + 0.4 * at.x - 0.3 * at.y);
+    for (number, (x, y)) in [(-3.0, -2.0), (0.2, -1.4), (3.1, 0.3), (-1.5, 1.9), (1.7, 2.2)].into_iter().enumerate() {
+        let (across, down) = (DVec3::new(0.8, 0.6, 0.1).normalize(), DVec3::new(-0.6, 0.8, 0.0));
+        let corners = Quads::square(DVec3::new(x, y, 6.0), down, across, 0.6);
+        quads.add(corners, number as u32 + 1, 0, |at| 320.0 + 9.0 * (at.x - x));
+    }
+    quads
+}
+
+/// Whether all neighbours of a pixel show its part.
+fn is_inside(parts: &[u32], width: usize, pixel: usize) -> bool {
+    let (x, y) = (pixel % width, pixel / width);
+    let height = parts.len() / width;
+    (x > 0 && y > 0 && x + 1 < width && y + 1 < height)
+        && (y - 1..=y + 1).all(|row| (x - 1..=x + 1).all(|column| parts[row * width + column] == parts[pixel]))
+}
+
+#[test]
+fn an_image_through_a_lens_is_that_of_the_reference() {
+    let context = context();
+    let (room, pose) = (room(), DAffine3::IDENTITY);
+    for (name, lens) in lenses() {
+        let camera = Camera { lens, ..camera(160, 120, 1.0) };
+        let image = room.draw(&context, &camera, &pose);
+        let exact = room.rasterised(&camera, &pose);
+        let other = room.rasterised(&Camera { lens: Lens { focal: lens.focal.map(|f| 1.02 * f), ..lens }, ..camera.clone() }, &pose);
+        let parts: Vec<u32> = exact.iter().map(|pixel| pixel.part).collect();
+        let [mut temperature, mut radiance, mut depth, mut changed] = [(); 4].map(|()| Worst::none());
+        let (mut seen, mut elsewhere) = (0, 0);
+        for (pixel, exact) in exact.iter().enumerate() {
+            elsewhere += usize::from(image.identity[pixel][0] != exact.part);
+            if exact.part == 0 || !is_inside(&parts, 160, pixel) {
+                continue;
+            }
+            seen += 1;
+            assert_eq!(image.identity[pixel], [exact.part, exact.material], "{name}: pixel {pixel}");
+            // A lookup is off by at most a quarter of a pixel along each axis, and by the bend of the map within a pixel. At the rim of the image a pixel is
+            // as wide as the rays of its corners differ.
+            let corner = |x: f64, y: f64| {
+                let place = glam::DVec2::new((pixel % 160) as f64 + x, (pixel / 160) as f64 + y);
+                lens.unproject(place).expect("a ray")
+            };
+            let wide = (corner(1.0, 0.5) - corner(0.0, 0.5)).abs() + (corner(0.5, 1.0) - corner(0.5, 0.0)).abs();
+            let off = 0.27 * exact.depth * wide.max_element();
+            // The plates are tilted by a tenth.
+            let gradient = if exact.part == 1 { 0.7 } else { 10.5 };
+            let [l, t, z] = image.radiance_temperature_depth[pixel].map(f64::from);
+            let at = || format!("{name}: pixel {pixel}");
+            temperature.see((t - exact.temperature) / (gradient * off), 0.0, at);
+            changed.see((t - other[pixel].temperature) / (gradient * off), 0.0, at);
+            depth.see((z - exact.depth) / off, 0.0, at);
+            // About 2 % for a kelvin.
+            radiance.see((l / exact.radiance - 1.0) / (0.02 * gradient * off), 0.0, at);
+        }
+        assert!(seen > 9_000, "{name}: {seen} pixels");
+        assert!(elsewhere < 250, "{name}: {elsewhere} pixels at edges show another part");
+        temperature.within(1.0, "of what a quarter of a pixel makes", &format!("{name}: temperature"));
+        depth.within(1.0, "of a quarter of a pixel", &format!("{name}: depth"));
+        radiance.within(1.0, "of what a quarter of a pixel makes", &format!("{name}: radiance"));
+        assert!(changed.difference > 2.0, "{name}: two per cent of the focal length must show");
+    }
+    assert_silent(&context);
+}
+
+#[test]
+fn what_is_not_distorted_has_no_passes_for_it() {
+    let plain = camera(160, 120, 90.0);
+    assert_eq!(sampling(&plain, 5), None);
+    let bent = Camera { lens: Lens { distortion: BARREL, ..plain.lens }, ..plain.clone() };
+    assert!(sampling(&bent, 5).is_some_and(|sampling| !sampling.map.is_empty() && sampling.each == 1));
+    let sampled = Camera { samples: 4, ..plain };
+    assert!(sampling(&sampled, 5).is_some_and(|sampling| sampling.map.is_empty() && sampling.each == 4));
+}
+
+/// On a device whose texels have four samples, at the places of the reference.
+#[test]
+fn the_mean_of_four_samples_is_that_of_the_reference() {
+    let context = context();
+    let (room, pose) = (room(), looking(DVec3::new(0.3, 0.2, 0.1), DVec3::new(0.1, 0.2, 9.0), DVec3::Y));
+    let camera = Camera { samples: 4, ..camera(160, 120, 110.0) };
+    let image = room.draw(&context, &camera, &pose);
+    let exact = room.rasterised(&camera, &pose);
+    let (mut border, mut apart, mut radiance) = (0, 0, Worst::none());
+    let mut sums = [0.0; 2];
+    for (pixel, exact) in exact.iter().enumerate() {
+        let [l, t, _] = image.radiance_temperature_depth[pixel].map(f64::from);
+        sums[0] += l;
+        sums[1] += exact.radiance;
+        let mixed = (l / exact.radiance - 1.0).abs() > 0.02;
+        apart += usize::from(mixed || image.identity[pixel] != [exact.part, exact.material]);
+        border += usize::from((exact.coverage - 1.0).abs() < 1e-9 && !is_inside(&parts(&image), 160, pixel));
+        if !mixed && image.identity[pixel][0] == exact.part {
+            radiance.see(l / exact.radiance, 1.0, || format!("pixel {pixel} at {t} K"));
+        }
+    }
+    assert!(border > 300, "{border} pixels at edges");
+    // Corners are rounded to 1/256 of a pixel, so that a sample in a hundred of those at edges is on the other side.
+    assert!(apart <= 6, "{apart} pixels differ");
+    // The device shades a triangle once in a pixel.
+    radiance.within(0.02, "relative", "radiance of a pixel");
+    assert!((sums[0] / sums[1] - 1.0).abs() < 2e-4, "{sums:?}");
+    let other = room.rasterised(&Camera { samples: 1, ..camera }, &pose);
+    let mixed = other.iter().zip(&exact).filter(|(a, b)| (a.radiance / b.radiance - 1.0).abs() > 0.02).count();
+    assert!(mixed > 100, "{mixed} pixels show that they have several samples");
+    assert_silent(&context);
+}
+
+fn parts(image: &Pixels) -> Vec<u32> {
+    image.identity.iter().map(|pixel| pixel[0]).collect()
+}
+
+/// Strips much narrower than a pixel, whose temperature changes by 100 K along them. A place outside the triangle would have another temperature.
+#[test]
+fn no_temperature_lies_outside_that_of_its_triangle() {
+    let context = context();
+    let paint = material(0.5, 0.8, Sides::Outside, Response::Instant);
+    let mut quads = Quads::new(vec![paint]);
+    for number in 0..40 {
+        let x = 0.017 * f64::from(number) - 0.35;
+        // 0.2 px wide, and 300 K at one side and 400 K at the other.
+        let corners = [(0.0, -0.3), (0.002, -0.3), (0.002, 0.3), (0.0, 0.3)].map(|(u, v)| DVec3::new(x + u, v, 1.0));
+        quads.add(corners, 0, 0, |at| if at.x > x + 0.001 { 400.0 } else { 300.0 });
+    }
+    for samples in [4, 8, 16] {
+        let camera = Camera { samples, ..camera(80, 64, 100.0) };
+        let image = quads.draw(&context, &camera, &DAffine3::IDENTITY);
+        let mut seen = 0;
+        for (pixel, [radiance, temperature, _]) in image.radiance_temperature_depth.iter().enumerate() {
+            let coverage = image.coverage[pixel];
+            assert!((0.0..=1.0).contains(&coverage));
+            assert_eq!(coverage == 0.0, *radiance == 0.0, "pixel {pixel}");
+            if coverage > 0.0 {
+                seen += 1;
+                let own = f64::from(radiance / coverage) / 0.8;
+                let [least, most] = [300.0, 400.0].map(|t| band_radiance_exact(quads.band, t));
+                assert!(own > least * 0.999 && own < most * 1.001, "{samples} samples, pixel {pixel}: {own}");
+            }
+            if image.identity[pixel][0] > 0 {
+                assert!((299.99..400.01).contains(temperature), "{samples} samples, pixel {pixel}: {temperature} K");
+            }
+        }
+        assert!(seen > 500, "{samples} samples: {seen} pixels");
+    }
+    assert_silent(&context);
+}
+
+/// Plates of a third of a pixel, each alone: what the image receives of each against its area in the image.
+#[test]
+fn plates_smaller_than_a_pixel_give_their_radiance() {
+    let context = context();
+    let mut random = Random(16);
+    let mut quads = Quads::new(vec![material(0.5, 0.8, Sides::Outside, Response::Instant)]);
+    // One in each block of 5 x 5 pixels, at any place in its pixel, turned at random. The focal length is 100 px, so 1 m is 1 px.
+    let (width, height, half) = (200, 160, 0.3);
+    for row in 0..height / 5 {
+        for column in 0..width / 5 {
+            let mut place = |block: u32, side: u32| {
+                f64::from(5 * block) + 2.0 + random.unit() - 0.5 * f64::from(side)
+            };
+            let centre = DVec3::new(place(column, width), place(row, height), 100.0);
+            let turn = std::f64::consts::TAU * random.unit();
+            let (across, down) = (DVec3::new(turn.cos(), turn.sin(), 0.0), DVec3::new(-turn.sin(), turn.cos(), 0.0));
+            quads.add(Quads::square(centre, down, across, half), 0, 0, |_| 300.0);
+        }
+    }
+    let expected = 0.8 * band_radiance_exact(quads.band, 300.0) * (2.0 * half).powi(2);
+    // Standard deviation of one plate, and error of the sum over all 1280.
+    let mut figures = Vec::new();
+    for samples in [1, 4, 8, 16] {
+        let camera = Camera { samples, ..camera(width, height, 100.0) };
+        let mut per_plate = Vec::new();
+        for image in [
+            quads.draw(&context, &camera, &DAffine3::IDENTITY).radiance_temperature_depth.iter().map(|p| f64::from(p[0])).collect::<Vec<_>>(),
+            quads.rasterised(&camera, &DAffine3::IDENTITY).iter().map(|pixel| pixel.radiance).collect(),
+        ] {
+            let mut sums = vec![0.0; (width * height / 25) as usize];
+            for (pixel, radiance) in image.iter().enumerate() {
+                let (x, y) = (pixel as u32 % width, pixel as u32 / width);
+                sums[(y / 5 * (width / 5) + x / 5) as usize] += radiance / expected - 1.0 / 25.0;
+            }
+            let count = sums.len() as f64;
+            let spread = (sums.iter().map(|error| error * error).sum::<f64>() / count).sqrt();
+            per_plate.push((spread, sums.iter().sum::<f64>() / count));
+        }
+        println!("{samples} samples: spread and mean error on the device and in f64 {per_plate:.3?}");
+        figures.push(per_plate);
+    }
+    // A sample meets a plate of 0.36 px with that chance: the spread of one sample is sqrt(0.64 / 0.36) = 1.33.
+    let limits = [(1.2..1.5, 0.12), (0.0..0.65, 0.06), (0.0..0.5, 0.04), (0.0..0.35, 0.03)];
+    for (figures, (spreads, mean)) in figures.iter().zip(limits) {
+        for (spread, error) in figures {
+            assert!(spreads.contains(spread) && error.abs() < mean, "{figures:?} against {spreads:?} and {mean}");
+        }
+    }
+    assert_silent(&context);
+}
+
+/// The same plate as two triangles and as 20,000 far smaller than a pixel.
+#[test]
+fn a_mesh_finer_than_the_pixels_has_the_radiance_of_the_plate() {
+    let context = context();
+    let mut fine = Quads::new(vec![material(0.5, 0.8, Sides::Outside, Response::Instant)]);
+    // 30 m in the plane at 100 m, with 1 px for 1 m, turned by a tenth.
+    let (across, down) = (DVec3::new(1.0, 0.1, 0.0).normalize(), DVec3::new(-0.1, 1.0, 0.0).normalize());
+    for i in 0..100 {
+        for j in 0..100 {
+            let at = |place: i32| 0.3 * (f64::from(place) + 0.5) - 15.0;
+            let centre = DVec3::Z * 100.0 + at(i) * across + at(j) * down;
+            fine.add(Quads::square(centre, down, across, 0.15), 0, 0, |_| 300.0);
+        }
+    }
+    let exact = 900.0 * 0.8 * band_radiance_exact(fine.band, 300.0);
+    for (samples, limit) in [(1, 6e-3), (4, 3e-3), (16, 1.5e-3)] {
+        let camera = Camera { samples, ..camera(64, 64, 100.0) };
+        let image = fine.draw(&context, &camera, &DAffine3::IDENTITY);
+        let sum: f64 = image.radiance_temperature_depth.iter().map(|pixel| f64::from(pixel[0])).sum();
+        println!("{samples} samples: {:.2e} of the plate's radiance", sum / exact - 1.0);
+        assert!((sum / exact - 1.0).abs() < limit, "{samples} samples: {sum} of {exact}");
+        // Inside the plate no sample is missed between the triangles.
+        let [radiance, temperature, _] = image.radiance_temperature_depth[32 * 64 + 32].map(f64::from);
+        assert!((radiance * 900.0 / exact - 1.0).abs() < 2e-5 && (temperature - 300.0).abs() < 1e-3);
+        assert_eq!(image.coverage[32 * 64 + 32], 1.0);
+    }
+    assert_silent(&context);
+}
+
+/// A scene with a lens and samples, from its file to the images of both engines.
+#[test]
+fn a_scene_with_a_calibrated_camera_is_drawn_alike_on_device_and_reference() {
+    let keys = "fx = 116.1\nfy = 115.3\ncx = 47.1\ncy = 36.8\nskew = 0.4\ndistortion = [-0.31, 0.12, 0.0011, -0.0007, -0.021]\nsamples = 16";
+    let folder = Folder::new(&scene_with(&[("fov_deg = 45", keys)]));
+    let prepared = folder.prepared();
+    let camera = prepared.scene.camera.as_ref();
+    assert_eq!(camera.map(|camera| (camera.lens.centre, camera.samples)), Some(([47.1, 36.8], 16)));
+    let context = context();
+    let draw = |engine: &mut dyn Engine| {
+        start(&prepared, engine, None, &never(), &mut || ()).expect("a start");
+        let joints = prepared.loads.joints_at(0.0).1;
+        let order = Order { pose: pose_at(&prepared, 0.0), joints: &joints, ..Order::default() };
+        engine.submit(None, order).expect("a drawing");
+        engine.deliver().expect("an image").pixels.expect("an image")
+    };
+    let device = draw(&mut DeviceEngine::new(&context, &prepared, camera).expect("a small scene"));
+    let exact = draw(&mut ReferenceEngine::new(&prepared, camera));
+    let mut apart = 0.0;
+    let mut partly = 0;
+    for (pixel, (a, b)) in device.coverage.iter().zip(&exact.coverage).enumerate() {
+        partly += usize::from(*b > 0.0 && *b < 1.0);
+        apart += f64::from((a - b).abs());
+        assert!((a - b).abs() <= 0.45, "pixel {pixel}: coverage {a} and {b}");
+    }
+    assert!(partly > 100, "{partly} pixels are covered in part");
+    assert!(apart / (partly as f64) < 0.1, "coverage differs by {} in the mean", apart / partly as f64);
+    let sum = |image: &Pixels| image.radiance_temperature_depth.iter().map(|pixel| f64::from(pixel[0])).sum::<f64>();
+    assert!((sum(&device) / sum(&exact) - 1.0).abs() < 2e-3, "{} and {}", sum(&device), sum(&exact));
+    assert_silent(&context);
+}
