@@ -22,6 +22,11 @@ layout(set = 0, binding = 4) readonly buffer TriangleBlock { uint triangles[]; }
 layout(set = 0, binding = 5) buffer VisibleTriangleBlock { uint visible_triangles[]; };
 layout(set = 0, binding = 6) buffer DrawBlock { DrawCommand draws[]; };
 
+#ifdef ROLLING
+#define SHUTTER_BINDING 7
+#include "shutter.glsl"
+#endif
+
 // Triangles that each lane keeps.
 shared uint drawn_by[LANES];
 
@@ -41,6 +46,9 @@ vec3 pixel_of(uint node) {
         dot(view.camera_from_body_y, position),
         dot(view.camera_from_body_z, position)
     );
+#ifdef ROLLING
+    camera = rolled(position, camera);
+#endif
     vec2 ndc = view.clip_scale * camera.xy / camera.z + view.clip_offset;
     return vec3((0.5 * ndc + vec2(0.5)) * view.size, camera.z);
 }

@@ -8,7 +8,7 @@
 
 layout(set = 0, binding = 7) readonly buffer MaterialBlock { Material materials[]; };
 
-#ifdef SAMPLED
+#ifdef MEAN
 // Where a triangle covers only some samples of a pixel, its temperature is that of a place within it.
 layout(location = 0) centroid in vec2 temperature_depth;
 #else
@@ -16,10 +16,9 @@ layout(location = 0) in vec2 temperature_depth;
 #endif
 layout(location = 1) flat in uvec3 first_corner;
 
-#ifdef SAMPLED
-// The first is averaged over the samples. The second keeps one of them, so its floats are bits.
+#ifdef MEAN
+// Averaged over the samples.
 layout(location = 0) out vec2 radiance_coverage;
-layout(location = 1) out uvec4 surface;
 #else
 layout(location = 0) out vec4 radiance_temperature_depth;
 layout(location = 1) out uvec2 identity;
@@ -42,12 +41,11 @@ void main() {
         temperature = corner_temperature;
     }
     float radiance = emissivity * band_radiance(temperature);
-    // 0 is the background.
-#ifdef SAMPLED
+#ifdef MEAN
     radiance_coverage = vec2(radiance, 1.0);
-    surface = uvec4(part + 1u, material + 1u, floatBitsToUint(temperature), floatBitsToUint(temperature_depth.y));
 #else
     radiance_temperature_depth = vec4(radiance, temperature, temperature_depth.y, 1.0);
+    // 0 is the background.
     identity = uvec2(part + 1u, material + 1u);
 #endif
 }

@@ -184,8 +184,11 @@ impl Lens {
     /// Distortion that folds the image within the frame, or between it and the principal point; a frame that looks beyond [`WIDEST`].
     pub fn field(&self, [width, height]: [u32; 2]) -> Result<Field, LensError> {
         let [width, height] = [width, height].map(f64::from);
-        let mut field =
-            Field { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY, finest: largest_stretch(self.slopes(DVec2::ZERO)) };
+        let mut field = Field {
+            low: DVec2::INFINITY,
+            high: DVec2::NEG_INFINITY,
+            finest: largest_stretch(self.slopes(DVec2::ZERO)),
+        };
         let centre = DVec2::from(self.centre);
         let along = (0..SPOKES).map(|spoke| f64::from(spoke) / f64::from(SPOKES));
         let border = along.flat_map(|share| {
@@ -270,7 +273,8 @@ mod tests {
         for lens in all() {
             for ray in [DVec2::new(0.21, -0.33), DVec2::new(-0.4, 0.1), DVec2::ZERO] {
                 let step = 1e-6;
-                let by = |axis: DVec2| (lens.project(ray + step * axis) - lens.project(ray - step * axis)) / (2.0 * step);
+                let by =
+                    |axis: DVec2| (lens.project(ray + step * axis) - lens.project(ray - step * axis)) / (2.0 * step);
                 let expected = DMat2::from_cols(by(DVec2::X), by(DVec2::Y));
                 let slopes = lens.slopes(ray);
                 assert!(slopes.abs_diff_eq(expected, 1e-5), "{lens:?} at {ray}: {slopes} against {expected}");
@@ -321,8 +325,11 @@ mod tests {
 
     #[test]
     fn a_frame_beyond_one_plane_is_refused() {
-        let equidistant = |focal: f64| {
-            Lens { focal: [focal; 2], centre: [320.0, 256.0], skew: 0.0, distortion: Distortion::Fisheye([0.0; 4]) }
+        let equidistant = |focal: f64| Lens {
+            focal: [focal; 2],
+            centre: [320.0, 256.0],
+            skew: 0.0,
+            distortion: Distortion::Fisheye([0.0; 4]),
         };
         // The corner is 409.8 px from the centre: 75 deg with a focal length of 313.1 px.
         assert!(equidistant(314.0).field([640, 512]).is_ok());

@@ -44,7 +44,7 @@ pub struct View {
     pub near: f64,
 }
 
-/// One pixel. Temperature, depth and identity are those of its first sample.
+/// One pixel. Temperature, depth and identity are those at its centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pixel {
     /// Emissivity times the blackbody's radiance in the band [W m-2 sr-1], in the mean of the samples. 0 where no surface is.
@@ -62,7 +62,8 @@ pub struct Pixel {
 }
 
 /// A pixel that no triangle covers.
-pub const EMPTY: Pixel = Pixel { radiance: 0.0, coverage: 0.0, temperature: 0.0, depth: f64::INFINITY, part: 0, material: 0 };
+pub const EMPTY: Pixel =
+    Pixel { radiance: 0.0, coverage: 0.0, temperature: 0.0, depth: f64::INFINITY, part: 0, material: 0 };
 
 /// A triangle in camera axes.
 struct Projected {
@@ -140,13 +141,18 @@ pub fn places(samples: u32) -> &'static [[f64; 2]] {
     }
 }
 
-/// The rays of the samples of a row, pixel after pixel. Where the lens has none, the ray is no number and meets nothing.
+/// The places of the samples, and then the centre of the pixel. With one sample both are the same.
+fn places_and_centre(samples: u32) -> impl Iterator<Item = [f64; 2]> + Clone {
+    let centre = (samples > 1).then_some([0.5, 0.5]);
+    places(samples).iter().copied().chain(centre)
+}
+
+/// The rays of the samples of a row and of the centres, pixel after pixel. Where the lens has none, the ray is no number and meets nothing.
 fn rays_of_row(view: &View, row: u32) -> Vec<DVec2> {
-    let places = places(view.samples);
+    let places = places_and_centre(view.samples);
     let mut near = None;
-    let pixels = (0..view.width).flat_map(|column| {
-        places.iter().map(move |[x, y]| DVec2::new(f64::from(column) + x, f64::from(row) + y))
-    });
+    let pixels = (0..view.width)
+        .flat_map(|column| places.clone().map(move |[x, y]| DVec2::new(f64::from(column) + x, f64::from(row) + y)));
     let ray = |pixel| {
         near = match near {
             Some(ray) if view.lens.distortion != Distortion::None => view.lens.unproject_from(ray, pixel),
@@ -164,7 +170,8 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
     let projected: Vec<Projected> =
         surface.triangles.par_iter().filter_map(|&triangle| project(surface, view, triangle)).collect();
     let mut pixels = vec![EMPTY; view.width as usize * view.height as usize];
-    let each = places(view.samples).len();
+    let counted = places(view.samples).len();
+    let each = places_and_centre(view.samples).count();
     pixels.par_chunks_mut(view.width.max(1) as usize).enumerate().for_each(|(row, pixels)| {
         let rays = rays_of_row(view, row as u32);
         let around = |rays: &[DVec2]| rays.iter().fold(Bounds::NONE, |bounds, ray| bounds.with(*ray));
@@ -179,12 +186,12 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
         }
         for (pixel, samples) in pixels.iter_mut().zip(samples.chunks(each)) {
             // The field held the emissivity so far, so that only visible samples are converted.
-            let seen = samples.iter().filter(|sample| sample.part > 0);
+            let seen = samples[..counted].iter().filter(|sample| sample.part > 0);
             let sum: f64 = seen.clone().map(|sample| sample.radiance * radiance(sample.temperature)).sum();
             *pixel = Pixel {
-                radiance: sum / each as f64,
-                coverage: seen.count() as f64 / each as f64,
-                ..samples[0]
+                radiance: sum / counted as f64,
+                coverage: seen.count() as f64 / counted as f64,
+                ..samples[each - 1]
             };
         }
     });

@@ -31,7 +31,7 @@ use crate::saved::{Saved, SavedError};
 use crate::scene::{Draw, Initial};
 use crate::trace::Track;
 use check::Check;
-use engine::{Delivered, Engine, EngineError, Order, Step};
+use engine::{Delivered, Engine, EngineError, Moment, Order, Rows, Step};
 use forward::{Passing, forward};
 use keep::{Keep, KeepNothing};
 use periodic::Periodic;
@@ -256,7 +256,9 @@ pub fn run_from<E: From<EngineError>>(
         let pose = is_drawn(&time.draw, step).then(|| pose_at(prepared, now)).flatten();
         let advance = load.as_ref().map(|load| Step { load, steps: 1.0, start: now - time.step, length: time.step });
         let joints = pose.map(|_| prepared.loads.joints_at(now).1).unwrap_or_default();
-        engine.submit(advance, Order { pose, joints: &joints, temperatures: true })?;
+        let moments = moments(prepared, now);
+        let rows = moments.as_ref().filter(|_| pose.is_some()).map(|moments| Rows(moments));
+        engine.submit(advance, Order { pose, joints: &joints, rows, temperatures: true })?;
         let reference = check.as_deref_mut().map(|check| {
             let _checks = trace.span(Track::Host, "f64 reference of the sample");
             if let Some(load) = &load {
@@ -300,7 +302,9 @@ pub fn still(
     let load = (rest > 1e-9).then(|| prepared.loads.step_load(whole * length, time));
     let pose = pose_at(prepared, time);
     let advance = load.as_ref().map(|load| Step { load, steps: rest, start: whole * length, length: rest * length });
-    engine.submit(advance, Order { pose, joints: &prepared.loads.joints_at(time).1, temperatures: false })?;
+    let moments = moments(prepared, time);
+    let rows = moments.as_ref().map(|moments| Rows(moments));
+    engine.submit(advance, Order { pose, joints: &prepared.loads.joints_at(time).1, rows, temperatures: false })?;
     let delivered = engine.deliver()?;
     Ok(Some(StepResult { step: whole as u32, time, pose, delivered }))
 }
@@ -324,6 +328,16 @@ fn hand_over<E: From<EngineError>>(
 pub fn pose_at(prepared: &Prepared, time: f64) -> Option<DAffine3> {
     let camera = prepared.scene.camera.as_ref()?;
     Some(camera_from_body(camera, &prepared.loads.sky_model().sky(time)))
+}
+
+/// Moments of the rows of an image at a time [s]; `None` where all rows see one pose.
+pub fn moments(prepared: &Prepared, time: f64) -> Option<impl Fn(f64) -> Moment + '_> {
+    let line_time = prepared.scene.camera.as_ref()?.line_time;
+    let moment = move |row: f64| {
+        let at = time + row * line_time;
+        Moment { pose: pose_at(prepared, at).unwrap_or_default(), joints: prepared.loads.joints_at(at).1 }
+    };
+    (line_time > 0.0).then_some(moment)
 }
 
 /// Whether a step is drawn.

@@ -83,7 +83,7 @@ fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, Box<dyn std::error
         let last = number + 1 == STEPS;
         let joints = prepared.loads.joints_at(end).1;
         let pose = if last { pose_at(&prepared, end) } else { None };
-        let order = Order { pose, joints: &joints, temperatures: last };
+        let order = Order { pose, joints: &joints, rows: None, temperatures: last };
         engine.submit(Some(Step { load: &load, steps: 1.0, start, length: step }), order)?;
         delivered = engine.deliver()?;
     }

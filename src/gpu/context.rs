@@ -35,7 +35,7 @@ pub struct DeviceInfo {
     pub max_framebuffer_side: u32,
     /// Size of the largest device-local heap [bytes].
     pub memory: u64,
-    /// Numbers of samples of a texel that images of all kinds may have, as the sum of the powers of two.
+    /// Numbers of samples of a texel that images of floats and depths may have, as the sum of the powers of two.
     pub sample_counts: u32,
     /// Bits of sub-pixel precision of the rasteriser.
     pub sub_pixel_bits: u32,
@@ -284,12 +284,10 @@ fn rank_devices(instance: &ash::Instance) -> Result<Vec<Ranked>, GpuError> {
 
 fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ranked) {
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
-    let mut vulkan_12 = vk::PhysicalDeviceVulkan12Properties::default();
-    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut vulkan_12);
+    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
     // SAFETY: the physical device belongs to the instance. A device below Vulkan 1.2 ignores the structures of 1.2.
     unsafe { instance.get_physical_device_properties2(physical, &mut properties) };
     let core = properties.properties;
-    let integers = vulkan_12.framebuffer_integer_color_sample_counts;
     let mut vulkan_13 = vk::PhysicalDeviceVulkan13Features::default();
     let has_13 = core.api_version >= vk::API_VERSION_1_3;
     let mut draws_many = false;
@@ -347,9 +345,7 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ran
         max_workgroups: core.limits.max_compute_work_group_count[0],
         max_framebuffer_side: core.limits.max_framebuffer_width.min(core.limits.max_framebuffer_height),
         memory: largest_heap.map(|heap| heap.size).max().unwrap_or(0),
-        sample_counts: (core.limits.framebuffer_color_sample_counts
-            & core.limits.framebuffer_depth_sample_counts
-            & integers)
+        sample_counts: (core.limits.framebuffer_color_sample_counts & core.limits.framebuffer_depth_sample_counts)
             .as_raw(),
         sub_pixel_bits: core.limits.sub_pixel_precision_bits,
         timestamp_period: match family {

@@ -10,13 +10,13 @@ use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 pub use passes::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
 
 use passes::{
-    DEPTH, DEPTH_WRITE, cull_pass, radiance_pass, ray_pass, resample_pass, samples_pass, solar_depth_pass, thermal_pass,
+    DEPTH, DEPTH_WRITE, cull_pass, mean_pass, radiance_pass, ray_pass, resample_pass, solar_depth_pass, thermal_pass,
     visibility_pass,
 };
 
 use super::pass::{
-    CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Kernel, Pass, Scope, Work, barrier, clear_pass, copy_pass,
-    is_write, scope, to_host, transition,
+    CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Kernel, Pass, Scope, Work, barrier,
+    clear_pass, copy_pass, is_write, scope, to_host, transition,
 };
 use super::resource::Resource;
 use super::sampling::Sampled;
@@ -30,7 +30,7 @@ const TRACED_AT_ONCE: u32 = 65_535 / 4 * 64;
 pub struct Wanted {
     /// Whether an image is drawn.
     pub image: bool,
-    /// How the image is made from a finer one. `None` if it is drawn directly.
+    /// How the image is made. `None` if it is simply drawn.
     pub sampled: Option<Sampled>,
     /// Triangles to cull before drawing. It is 0 if the view of the craft has not changed since the last image.
     pub cull: u32,
@@ -78,10 +78,11 @@ impl Frame {
                 barrier(Resource::VisibleTriangles, indices, COMPUTE_WRITE),
                 barrier(Resource::Draws, commands, COMPUTE_WRITE),
             ]));
-            let kernel = if wanted.sampled.is_some_and(|sampled| sampled.each > 1) {
-                Kernel::CullSamples
-            } else {
-                Kernel::Cull
+            let kernel = match wanted.sampled {
+                Some(Sampled { mean, shutter, .. }) if mean.is_some() || shutter.is_some() => {
+                    Kernel::CullSamples { several: mean.is_some(), shutter }
+                }
+                _ => Kernel::Cull,
             };
             entries.extend(culled.iter().flat_map(|run| run.pieces()).map(|run| Entry::Pass(cull_pass(run, kernel))));
             entries.push(Entry::Barriers(vec![
@@ -89,10 +90,8 @@ impl Frame {
                 barrier(Resource::Draws, COMPUTE_WRITE, scope(S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ)),
             ]));
         }
-        match wanted.sampled {
-            Some(sampled) if wanted.image => entries.extend(sampled_image(sampled)),
-            None if wanted.image => entries.extend(drawn_image()),
-            _ => {}
+        if wanted.image {
+            entries.extend(image(wanted.sampled));
         }
         if wanted.temperatures {
             entries.push(Entry::Barriers(vec![barrier(Resource::Temperature, COMPUTE_WRITE, COPY_READ)]));
@@ -207,70 +206,74 @@ const COLOUR: Scope = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRIT
 /// End of the copies, which only read.
 const COPIED: Scope = scope(S::COPY, A::NONE);
 
-/// An image that is drawn directly, and copied to the host.
-fn drawn_image() -> Vec<Entry> {
+/// Draws an image, computes another from it where one is wanted, and copies it to the host.
+fn image(sampled: Option<Sampled>) -> Vec<Entry> {
     let (undefined, attachment) = (ImageLayout::UNDEFINED, ImageLayout::ATTACHMENT_OPTIMAL);
     let source = ImageLayout::TRANSFER_SRC_OPTIMAL;
-    vec![
-        Entry::Barriers(vec![
-            barrier(Resource::Temperature, COMPUTE_WRITE, VERTEX_READ),
-            transition(Resource::RadianceImage, COPIED, COLOUR, undefined, attachment),
-            transition(Resource::IdentityImage, COPIED, COLOUR, undefined, attachment),
-            transition(Resource::DepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),
-        ]),
-        Entry::Pass(radiance_pass()),
-        Entry::Barriers(vec![
-            transition(Resource::RadianceImage, COLOUR, COPY_READ, attachment, source),
-            transition(Resource::IdentityImage, COLOUR, COPY_READ, attachment, source),
-        ]),
-        Entry::Pass(copy_pass("read radiance", Resource::RadianceImage, Resource::RadianceReadback)),
-        Entry::Pass(copy_pass("read identity", Resource::IdentityImage, Resource::IdentityReadback)),
-        Entry::Barriers(vec![to_host(Resource::RadianceReadback), to_host(Resource::IdentityReadback)]),
-    ]
-}
-
-/// An image that is made from a finer one, and copied to the host.
-fn sampled_image(sampled: Sampled) -> Vec<Entry> {
-    let (undefined, attachment) = (ImageLayout::UNDEFINED, ImageLayout::ATTACHMENT_OPTIMAL);
-    let source = ImageLayout::TRANSFER_SRC_OPTIMAL;
+    let shutter = sampled.and_then(|sampled| sampled.shutter);
+    let mean = sampled.and_then(|sampled| sampled.mean);
     let mut before = vec![
         barrier(Resource::Temperature, COMPUTE_WRITE, VERTEX_READ),
-        transition(Resource::SourceRadianceImage, COPIED, COLOUR, undefined, attachment),
-        transition(Resource::SourceSurfaceImage, COPIED, COLOUR, undefined, attachment),
-        transition(Resource::SourceDepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),
+        transition(Resource::RadianceImage, COPIED, COLOUR, undefined, attachment),
+        transition(Resource::IdentityImage, COPIED, COLOUR, undefined, attachment),
+        transition(Resource::DepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),
     ];
-    if sampled.each > 1 {
-        // Only draws use these images.
-        before.push(transition(Resource::MultiRadianceImage, COLOUR, COLOUR, undefined, attachment));
-        before.push(transition(Resource::MultiSurfaceImage, COLOUR, COLOUR, undefined, attachment));
+    let mut drawn = vec![
+        transition(Resource::RadianceImage, COLOUR, COPY_READ, attachment, source),
+        transition(Resource::IdentityImage, COLOUR, COPY_READ, attachment, source),
+    ];
+    let mut passes = vec![Entry::Pass(radiance_pass(shutter))];
+    if let Some(each) = mean {
+        before.push(transition(Resource::MeanImage, COPIED, COLOUR, undefined, attachment));
+        before.push(transition(Resource::MeanDepthImage, DEPTH_WRITE, DEPTH, undefined, attachment));
+        if each > 1 {
+            // Only draws use this image.
+            before.push(transition(Resource::MultiImage, COLOUR, COLOUR, undefined, attachment));
+        }
+        passes.push(Entry::Pass(mean_pass(each, shutter)));
+        drawn.push(transition(Resource::MeanImage, COLOUR, COPY_READ, attachment, source));
     }
+    let mut entries = vec![Entry::Barriers(before)];
+    entries.extend(passes);
+    entries.push(Entry::Barriers(drawn));
+    let [radiance, identity] = match sampled.filter(Sampled::is_resampled) {
+        Some(sampled) => {
+            entries.extend(resampled(sampled));
+            [Resource::ImageRadiance, Resource::ImageIdentity]
+        }
+        None => [Resource::RadianceImage, Resource::IdentityImage],
+    };
+    entries.extend([
+        Entry::Pass(copy_pass("read radiance", radiance, Resource::RadianceReadback)),
+        Entry::Pass(copy_pass("read identity", identity, Resource::IdentityReadback)),
+        Entry::Barriers(vec![to_host(Resource::RadianceReadback), to_host(Resource::IdentityReadback)]),
+    ]);
+    entries
+}
+
+/// Copies drawn images to buffers, and computes another image from them.
+fn resampled(sampled: Sampled) -> Vec<Entry> {
+    let mut copies = vec![
+        ("copy radiance", Resource::RadianceImage, Resource::DrawnRadiance),
+        ("copy identity", Resource::IdentityImage, Resource::DrawnIdentity),
+    ];
+    copies.extend(sampled.mean.map(|_| ("copy mean", Resource::MeanImage, Resource::Mean)));
     let looked_up = scope(S::COMPUTE_SHADER, A::NONE);
-    vec![
-        Entry::Barriers(before),
-        Entry::Pass(samples_pass(sampled.each)),
-        Entry::Barriers(vec![
-            transition(Resource::SourceRadianceImage, COLOUR, COPY_READ, attachment, source),
-            transition(Resource::SourceSurfaceImage, COLOUR, COPY_READ, attachment, source),
-            barrier(Resource::SourceRadiance, looked_up, COPY_WRITE),
-            barrier(Resource::SourceSurface, looked_up, COPY_WRITE),
-        ]),
-        Entry::Pass(copy_pass("copy radiance", Resource::SourceRadianceImage, Resource::SourceRadiance)),
-        Entry::Pass(copy_pass("copy surface", Resource::SourceSurfaceImage, Resource::SourceSurface)),
-        Entry::Barriers(vec![
-            barrier(Resource::SourceRadiance, COPY_WRITE, COMPUTE_READ),
-            barrier(Resource::SourceSurface, COPY_WRITE, COMPUTE_READ),
-            barrier(Resource::ImageRadiance, COPIED, COMPUTE_WRITE),
-            barrier(Resource::ImageIdentity, COPIED, COMPUTE_WRITE),
-        ]),
+    let written = copies.iter().map(|(_, _, to)| barrier(*to, looked_up, COPY_WRITE)).collect();
+    let mut entries = vec![Entry::Barriers(written)];
+    entries.extend(copies.iter().map(|(name, from, to)| Entry::Pass(copy_pass(name, *from, *to))));
+    let mut read: Vec<_> = copies.iter().map(|(_, _, to)| barrier(*to, COPY_WRITE, COMPUTE_READ)).collect();
+    read.push(barrier(Resource::ImageRadiance, COPIED, COMPUTE_WRITE));
+    read.push(barrier(Resource::ImageIdentity, COPIED, COMPUTE_WRITE));
+    entries.extend([
+        Entry::Barriers(read),
         Entry::Pass(resample_pass(sampled)),
         Entry::Barriers(vec![
             barrier(Resource::ImageRadiance, COMPUTE_WRITE, COPY_READ),
             barrier(Resource::ImageIdentity, COMPUTE_WRITE, COPY_READ),
         ]),
-        Entry::Pass(copy_pass("read radiance", Resource::ImageRadiance, Resource::RadianceReadback)),
-        Entry::Pass(copy_pass("read identity", Resource::ImageIdentity, Resource::IdentityReadback)),
-        Entry::Barriers(vec![to_host(Resource::RadianceReadback), to_host(Resource::IdentityReadback)]),
-    ]
+    ]);
+    entries
 }
 
 /// Whether nodes of the ranges keep a state between steps.

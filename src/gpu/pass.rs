@@ -4,6 +4,7 @@ use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
 use super::one_pass_variant::OnePassVariant;
 use super::resource::Resource;
+use super::sampling::RowOf;
 use super::shaders::Shader;
 use super::variant::{FusedVariant, ResponseVariant, ThermalVariant};
 use super::wide_variant::{WideKind, WideVariant};
@@ -68,16 +69,30 @@ pub enum Kernel {
     },
     /// Culls triangles that cover no pixel centre.
     Cull,
-    /// Culls triangles that cover no sample of a pixel.
-    CullSamples,
+    /// Culls triangles of an image with several samples of a pixel or a rolling shutter.
+    CullSamples {
+        /// Whether a pixel has several samples.
+        several: bool,
+        /// How a point finds its row with a rolling shutter.
+        shutter: Option<RowOf>,
+    },
     /// Draws the remaining triangles as radiance.
     Radiance,
-    /// Draws them as the source of another image, with this number of samples of a texel.
-    Samples(u32),
-    /// Makes the image from its source.
+    /// Draws them as radiance with a rolling shutter.
+    RadianceOfRows(RowOf),
+    /// Draws them as radiance and coverage, averaged over the samples of a texel.
+    Mean {
+        /// Samples of a texel.
+        each: u32,
+        /// How a point finds its row with a rolling shutter.
+        shutter: Option<RowOf>,
+    },
+    /// Computes the image from drawn ones.
     Resample {
         /// Whether the lens distorts.
         lens: bool,
+        /// Whether a pixel has several samples.
+        several: bool,
     },
     /// A pass over a large network.
     Wide(WideVariant),
@@ -100,7 +115,7 @@ pub enum Kernel {
 impl Kernel {
     /// Whether it draws the triangles of all joints in turn.
     pub fn draws(self) -> bool {
-        matches!(self, Self::Radiance | Self::Samples(_) | Self::SunDepth)
+        matches!(self, Self::Radiance | Self::RadianceOfRows(_) | Self::Mean { .. } | Self::SunDepth)
     }
 
     /// Shader of a dispatch. For a draw, the vertex shader and the fragment shader, if it has one.
@@ -118,18 +133,31 @@ impl Kernel {
             Self::SunRay { first: true } => vec![Shader::new("solar_rays.comp", vec!["first"])],
             Self::SunRay { first: false } => plain("solar_rays.comp"),
             Self::Cull => plain("cull.comp"),
-            Self::CullSamples => vec![Shader::new("cull.comp", vec!["sampled"])],
-            Self::Samples(_) => {
-                vec![Shader::new("radiance.vert", Vec::new()), Shader::new("radiance.frag", vec!["sampled"])]
+            Self::CullSamples { several, shutter } => {
+                let several = if several { vec!["sampled"] } else { Vec::new() };
+                vec![Shader::new("cull.comp", [several, rolling(shutter)].concat())]
             }
-            Self::Resample { lens: false } => plain("resample.comp"),
-            Self::Resample { lens: true } => vec![Shader::new("resample.comp", vec!["lens"])],
+            Self::RadianceOfRows(row_of) => {
+                vec![Shader::new("radiance.vert", row_of.words()), Shader::new("radiance.frag", Vec::new())]
+            }
+            Self::Mean { shutter, .. } => {
+                vec![Shader::new("radiance.vert", rolling(shutter)), Shader::new("radiance.frag", vec!["mean"])]
+            }
+            Self::Resample { lens, several } => {
+                let words = [(lens, "lens"), (several, "several")].into_iter().filter(|(has, _)| *has);
+                vec![Shader::new("resample.comp", words.map(|(_, word)| word).collect())]
+            }
             Self::Radiance => ["radiance.vert", "radiance.frag"].map(|entry| Shader::new(entry, Vec::new())).to_vec(),
             Self::Blackbody => plain("blackbody.comp"),
             Self::Brightness => plain("brightness.comp"),
             Self::Empty => plain("empty.comp"),
         }
     }
+}
+
+/// Words of a rolling shutter.
+fn rolling(shutter: Option<RowOf>) -> Vec<&'static str> {
+    shutter.map(RowOf::words).unwrap_or_default()
 }
 
 /// Push constants of a dispatch.

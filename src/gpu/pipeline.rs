@@ -21,10 +21,8 @@ pub struct Pipeline {
 pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 /// Format of the image with part and material of each pixel.
 pub const IDENTITY_FORMAT: vk::Format = vk::Format::R32G32_UINT;
-/// Format of the radiance and coverage of a source.
-pub const SOURCE_RADIANCE_FORMAT: vk::Format = vk::Format::R32G32_SFLOAT;
-/// Format of what a source shows.
-pub const SOURCE_SURFACE_FORMAT: vk::Format = vk::Format::R32G32B32A32_UINT;
+/// Format of the image with mean radiance and coverage.
+pub const MEAN_FORMAT: vk::Format = vk::Format::R32G32_SFLOAT;
 /// Format of the depth buffer.
 pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 
@@ -49,22 +47,25 @@ impl Pipeline {
     }
 
     /// Makes the pipeline of the radiance pass: vertices read from storage buffers, reversed depth, no face culling.
-    pub fn radiance(context: &Arc<Context>, bindings: &[(u32, vk::DescriptorType)]) -> Result<Self, GpuError> {
+    pub fn radiance(
+        context: &Arc<Context>,
+        shaders: &[Shader],
+        bindings: &[(u32, vk::DescriptorType)],
+    ) -> Result<Self, GpuError> {
         let formats = [RADIANCE_FORMAT, IDENTITY_FORMAT];
         let depth = vk::CompareOp::GREATER;
-        let shaders = ["radiance.vert", "radiance.frag"].map(|entry| Shader::new(entry, Vec::new()));
-        Self::graphics(context, "radiance", &shaders, bindings, &formats, depth, 1)
+        Self::graphics(context, "radiance", shaders, bindings, &formats, depth, 1)
     }
 
-    /// Makes the pipeline that draws the source of another image, with `each` samples of a texel.
-    pub fn samples(
+    /// Makes the pipeline of the mean radiance over `each` samples of a texel.
+    pub fn mean(
         context: &Arc<Context>,
+        shaders: &[Shader],
         bindings: &[(u32, vk::DescriptorType)],
         each: u32,
     ) -> Result<Self, GpuError> {
-        let shaders = [Shader::new("radiance.vert", Vec::new()), Shader::new("radiance.frag", vec!["sampled"])];
-        let formats = [SOURCE_RADIANCE_FORMAT, SOURCE_SURFACE_FORMAT];
-        Self::graphics(context, "samples", &shaders, bindings, &formats, vk::CompareOp::GREATER, each)
+        let formats = [MEAN_FORMAT];
+        Self::graphics(context, "mean", shaders, bindings, &formats, vk::CompareOp::GREATER, each)
     }
 
     /// Makes the pipeline of the shadow map: vertices read from storage buffers, depth only, no face culling.

@@ -184,28 +184,22 @@ impl<'a> Recorder<'a> {
         let floats = vk::ClearValue { color: vk::ClearColorValue { float32: [0.0; 4] } };
         let integers = vk::ClearValue { color: vk::ClearColorValue { uint32: [0; 4] } };
         let image = |resource| self.resources.image(resource);
-        let [radiance, surface, depth] = match pass.kernel() {
-            Some(Kernel::Samples(_)) => {
-                [Resource::SourceRadianceImage, Resource::SourceSurfaceImage, Resource::SourceDepthImage]
-            }
-            _ => [Resource::RadianceImage, Resource::IdentityImage, Resource::DepthImage],
-        }
-        .map(image);
         let (store, discard) = (vk::AttachmentStoreOp::STORE, vk::AttachmentStoreOp::DONT_CARE);
-        let colours = if let Some(Kernel::Samples(2..)) = pass.kernel() {
-            let multiple = |resource, value| cleared(image(resource), value, discard);
-            [
-                resolved(multiple(Resource::MultiRadianceImage, floats), radiance, vk::ResolveModeFlags::AVERAGE),
-                resolved(multiple(Resource::MultiSurfaceImage, integers), surface, vk::ResolveModeFlags::SAMPLE_ZERO),
-            ]
-        } else {
-            [cleared(radiance, floats, store), cleared(surface, integers, store)]
+        let (first, depth) = match pass.kernel() {
+            Some(Kernel::Mean { .. }) => (image(Resource::MeanImage), image(Resource::MeanDepthImage)),
+            _ => (image(Resource::RadianceImage), image(Resource::DepthImage)),
+        };
+        let colours = match pass.kernel() {
+            Some(Kernel::Mean { each: 2.., .. }) => {
+                vec![averaged(cleared(image(Resource::MultiImage), floats, discard), first)]
+            }
+            Some(Kernel::Mean { .. }) => vec![cleared(first, floats, store)],
+            _ => vec![cleared(first, floats, store), cleared(image(Resource::IdentityImage), integers, store)],
         };
         let depth = cleared(depth, depth_of(0.0), discard);
         let rendering = vk::RenderingInfo::default().color_attachments(&colours).depth_attachment(&depth);
         self.bind(pass, 0);
-        let size = radiance.size;
-        self.begin_drawing(rendering, size, Resource::VisibleTriangles);
+        self.begin_drawing(rendering, first.size, Resource::VisibleTriangles);
         for run in self.triangles.iter().copied() {
             self.bind(pass, run.joint);
             self.draw_visible(run);
@@ -293,14 +287,10 @@ fn cleared(image: &Image, value: vk::ClearValue, store: vk::AttachmentStoreOp) -
         .clear_value(value)
 }
 
-/// An attachment whose samples are resolved to an image at the end of the draw.
-fn resolved<'a>(
-    attachment: vk::RenderingAttachmentInfo<'a>,
-    to: &'a Image,
-    mode: vk::ResolveModeFlags,
-) -> vk::RenderingAttachmentInfo<'a> {
+/// An attachment whose samples are averaged into an image at the end of the draw.
+fn averaged<'a>(attachment: vk::RenderingAttachmentInfo<'a>, to: &'a Image) -> vk::RenderingAttachmentInfo<'a> {
     attachment
-        .resolve_mode(mode)
+        .resolve_mode(vk::ResolveModeFlags::AVERAGE)
         .resolve_image_view(to.view)
         .resolve_image_layout(vk::ImageLayout::ATTACHMENT_OPTIMAL)
 }

@@ -50,6 +50,8 @@ pub struct Request<'a> {
     /// Views of the image, one for the body and one for each joint. The view of a joint is relative to the joint's
     /// frame. Without views, nothing is drawn.
     pub views: &'a [layout::View],
+    /// The rolling shutter for each of the views, which are those of the first row. Empty if all rows see one pose.
+    pub shutters: &'a [layout::Shutter],
     /// Whether the host reads the temperatures of all nodes.
     pub temperatures: bool,
     /// Heaters of a network that the frame steps.
@@ -194,6 +196,10 @@ impl Renderer {
             return self.send(list, request);
         }
         let mut views = request.views.to_vec();
+        if self.sampled.is_some_and(|sampled| sampled.shutter.is_some()) {
+            // The view of the first row does not tell how the others moved.
+            self.culling.forget();
+        }
         let culled = self.culling.due(&mut views);
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
         let (image, temperatures) = (!views.is_empty(), request.temperatures);
@@ -290,6 +296,7 @@ impl Renderer {
             DeviceLoad::new(load, self.joints).write(&mut self.resources, slot, steps)?;
         }
         self.resources.write_slices(Resource::View, slot, request.views)?;
+        self.resources.write_slices(Resource::Shutter, slot, request.shutters)?;
         self.resources.write_slices(Resource::SunView, slot, &std::mem::take(&mut self.shadows.views))?;
         let told = |said: Said| match said {
             Said::Triangle(first) => first.to_le_bytes().to_vec(),

@@ -108,33 +108,33 @@ table! {
     /// Share of the Sun that every node sees.
     Visibility: row(GROUP, ShadowedGroups, Storage, "Visibility").in_pieces(Always);
     /// Radiance, temperature and depth of every pixel.
-    RadianceImage: unbound(16, DrawnPixels, Colour(vk::Format::R32G32B32A32_SFLOAT));
+    RadianceImage: unbound(16, DrawnTexels, Colour(vk::Format::R32G32B32A32_SFLOAT));
     /// Part and material index of every pixel.
-    IdentityImage: unbound(8, DrawnPixels, Colour(vk::Format::R32G32_UINT));
+    IdentityImage: unbound(8, DrawnTexels, Colour(vk::Format::R32G32_UINT));
     /// Depth buffer.
-    DepthImage: unbound(4, DrawnPixels, Depth);
-    /// Sizes of an image that is made from a finer one.
-    Sampling: row(size_of::<layout::Sampling>(), SampledOnce, Uniform, "Sampling");
-    /// Radiance and coverage of every texel of the finer image.
-    SourceRadianceImage: unbound(8, SourceTexels, Colour(vk::Format::R32G32_SFLOAT));
-    /// Part, material, temperature and depth of every texel of it.
-    SourceSurfaceImage: unbound(16, SourceTexels, Colour(vk::Format::R32G32B32A32_UINT));
-    /// `SourceRadianceImage` before the mean over the samples of a texel.
-    MultiRadianceImage: unbound(8, MultiSamples, Colour(vk::Format::R32G32_SFLOAT));
-    /// `SourceSurfaceImage` for every sample of a texel.
-    MultiSurfaceImage: unbound(16, MultiSamples, Colour(vk::Format::R32G32B32A32_UINT));
-    /// Depth buffer of the finer image.
-    SourceDepthImage: unbound(4, SourceSamples, Depth);
-    /// Copy of `SourceRadianceImage` that shaders read.
-    SourceRadiance: row(8, SourceTexels, Storage, "SourceRadiance");
-    /// Copy of `SourceSurfaceImage` that shaders read.
-    SourceSurface: row(16, SourceTexels, Storage, "SourceSurface");
-    /// Places of the pixels' corners in the finer image.
+    DepthImage: unbound(4, DrawnTexels, Depth);
+    /// `Shutter`, written by the host.
+    Shutter: row(size_of::<layout::Shutter>(), RollingOnce, Uniform, "Shutter").each_slot().each_joint();
+    /// Sizes of an image that is computed from drawn ones.
+    Sampling: row(size_of::<layout::Sampling>(), ComputedOnce, Uniform, "Sampling");
+    /// Copy of `RadianceImage` that shaders read.
+    DrawnRadiance: row(16, ReadTexels, Storage, "DrawnRadiance");
+    /// Copy of `IdentityImage` that shaders read.
+    DrawnIdentity: row(8, ReadTexels, Storage, "DrawnIdentity");
+    /// Mean radiance and coverage of every texel over its samples.
+    MeanImage: unbound(8, MeanTexels, Colour(vk::Format::R32G32_SFLOAT));
+    /// `MeanImage` before the mean over the samples of a texel.
+    MultiImage: unbound(8, MultiSamples, Colour(vk::Format::R32G32_SFLOAT));
+    /// Depth buffer of `MeanImage` or `MultiImage`.
+    MeanDepthImage: unbound(4, MeanSamples, Depth);
+    /// Copy of `MeanImage` that shaders read.
+    Mean: row(8, MeanTexels, Storage, "MeanRadiance");
+    /// Places of the pixels' corners in the finer image of a distorting lens.
     LensMap: row(8, LensCorners, Storage, "LensMap");
-    /// Radiance, temperature, depth and coverage of every pixel of an image that is made from a finer one.
-    ImageRadiance: row(16, SampledPixels, Storage, "ImageRadiance");
+    /// Radiance, temperature, depth and coverage of every pixel of an image that is computed from drawn ones.
+    ImageRadiance: row(16, ComputedPixels, Storage, "ImageRadiance");
     /// Part and material of every pixel of such an image.
-    ImageIdentity: row(8, SampledPixels, Storage, "ImageIdentity");
+    ImageIdentity: row(8, ComputedPixels, Storage, "ImageIdentity");
     /// Host copy of `RadianceImage` or `ImageRadiance`.
     RadianceReadback: unbound(16, Pixels, Readback).each_slot();
     /// Host copy of `IdentityImage` or `ImageIdentity`.

@@ -14,7 +14,7 @@ use super::once::Once;
 use super::one_pass::OnePassTables;
 use super::resource::Resource;
 use super::resource_row::{Count, Pieces};
-use super::sampling::{Sampled, Sampling};
+use super::sampling::{Mean, Sampled, Sampling};
 use super::shapes::Shapes;
 use super::store::Resources;
 use super::variant::{StepKind, ThermalVariant};
@@ -47,7 +47,7 @@ pub struct SceneData<'a> {
     pub band_table: &'a [f32],
     /// Width and height of the image [px]; `None` without an image.
     pub image: Option<[u32; 2]>,
-    /// How the image is made from a finer one; `None` if it is drawn directly.
+    /// How the image is made; `None` if it is simply drawn.
     pub sampling: Option<Sampling>,
     /// Shadows; `None` if the craft does not shadow itself.
     pub shadows: Option<ShadowData<'a>>,
@@ -136,19 +136,30 @@ impl SceneData<'_> {
         Resource::ALL.iter().filter_map(planned).collect()
     }
 
-    /// A number of an image that is made from a finer one, or 0.
+    /// A number of an image that is not simply drawn, or 0.
     fn of_sampling(&self, number: impl Fn(&Sampling) -> usize) -> usize {
         self.sampling.as_ref().map_or(0, number)
     }
 
-    /// What the passes of the image depend on, if it is made from a finer one.
+    /// A number of an image that is computed from drawn ones, or 0.
+    fn of_computed(&self, number: impl Fn(&Sampling) -> usize) -> usize {
+        let computed = self.sampled().is_some_and(|sampled| sampled.is_resampled());
+        self.sampling.as_ref().filter(|_| computed).map_or(0, number)
+    }
+
+    /// A number of the image from which the mean over several samples is made, or 0.
+    fn of_mean(&self, number: impl Fn(&Mean) -> usize) -> usize {
+        self.sampling.as_ref().and_then(|sampling| sampling.mean.as_ref()).map_or(0, number)
+    }
+
+    /// What the passes of the image depend on, if it is not simply drawn.
     pub fn sampled(&self) -> Option<Sampled> {
         Some(self.sampling.as_ref()?.passes(self.image?))
     }
 
     /// Width and height of the largest image that is drawn [px].
     pub fn drawn(&self) -> Option<[u32; 2]> {
-        self.sampling.as_ref().map(|sampling| sampling.source).or(self.image)
+        self.sampling.as_ref().map(Sampling::largest).or(self.image)
     }
 
     /// Number of elements for a `count`; 0 if no scene has such elements.
@@ -185,16 +196,19 @@ impl SceneData<'_> {
             Count::Boxes => tree.map_or(0, |tree| tree.tree.nodes.len()),
             Count::Traced => tree.map_or(0, |tree| tree.triangles.len()),
             Count::Pixels => self.image.map_or(0, area),
-            Count::DrawnPixels => self.image.filter(|_| self.sampling.is_none()).map_or(0, area),
-            Count::SampledPixels => self.image.filter(|_| self.sampling.is_some()).map_or(0, area),
-            Count::SourceTexels => self.of_sampling(|sampling| area(sampling.source)),
-            Count::SourceSamples => self.of_sampling(|sampling| area(sampling.source) * sampling.each as usize),
-            Count::MultiSamples => self.of_sampling(|sampling| match sampling.each {
-                0 | 1 => 0,
-                each => area(sampling.source) * each as usize,
-            }),
+            Count::DrawnTexels => {
+                self.image.map_or(0, |image| area(self.sampling.as_ref().map_or(image, |sampling| sampling.drawn)))
+            }
+            Count::ReadTexels => self.of_computed(|sampling| area(sampling.drawn)),
+            Count::ComputedPixels => self.of_computed(|_| self.image.map_or(0, area)),
+            Count::MeanTexels => self.of_mean(|mean| area(mean.size)),
+            Count::MeanSamples => self.of_mean(|mean| area(mean.size) * mean.each as usize),
+            Count::MultiSamples => {
+                self.of_mean(|mean| if mean.each > 1 { area(mean.size) * mean.each as usize } else { 0 })
+            }
             Count::LensCorners => self.of_sampling(|sampling| sampling.map.len()),
-            Count::SampledOnce => self.of_sampling(|_| 1),
+            Count::ComputedOnce => self.of_computed(|_| 1),
+            Count::RollingOnce => self.of_sampling(|sampling| usize::from(sampling.shutter.is_some())),
             other => self.network.map_or(0, |network| network.count(other)),
         }
     }
@@ -252,9 +266,14 @@ impl Resources {
             if row.role.is_image() {
                 let size = match &data.shadows {
                     Some(shadows) if row.count == Count::SunTexels => [shadows.redraw.resolution; 2],
+                    _ if row.count == Count::DrawnTexels => {
+                        let drawn = data.sampling.as_ref().map(|sampling| sampling.drawn);
+                        drawn.or(data.image).expect("images are planned where something is drawn")
+                    }
                     _ => data.drawn().expect("images are planned where something is drawn"),
                 };
-                let each = data.sampling.as_ref().filter(|_| row.count.is_multiple()).map_or(1, |one| one.each);
+                let mean = data.sampling.as_ref().and_then(|sampling| sampling.mean);
+                let each = mean.filter(|_| row.count.is_multiple()).map_or(1, |mean| mean.each);
                 resources.make_image(resource, size, each)?;
                 continue;
             }
@@ -295,6 +314,7 @@ impl Resources {
             self.upload(once, Resource::OnePassHeaters, &network.heater_words(&network.plan))?;
         }
         if let (Some(sampling), Some(image)) = (&data.sampling, data.image) {
+            // Both do nothing where the image is not computed.
             self.write(Resource::Sampling, 0, &[sampling.sizes(image)])?;
             self.upload(once, Resource::LensMap, &sampling.map)?;
         }

@@ -30,7 +30,7 @@ const TEXTS: &[(&str, &str)] = texts![
     "network.glsl"
     "network_elimination.glsl" "network_fused.comp" "network_rows.glsl" "network_solve.comp" "network_types.glsl"
     "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "planck.glsl" "planet.glsl" "radiance.frag" "radiance.vert" "resample.comp" "response.comp"
-    "shaped_transition.glsl" "solar_depth.vert" "solar_rays.comp"
+    "shaped_transition.glsl" "shutter.glsl" "solar_depth.vert" "solar_rays.comp"
     "solar_visibility.comp" "solar_visibility.glsl" "thermal_step.comp" "transition.glsl" "types.glsl"
 ];
 

@@ -43,7 +43,7 @@ pub(super) fn header_attributes(frame: &Frame, header: &FrameHeader) -> Vec<(Str
         ("isotherm_materials", names(&header.materials)),
     ];
     if !frame.coverage.is_empty() {
-        let units = "share of the pixel's samples that show a surface; L is the mean of all samples, T, Z, part and material are of one";
+        let units = "share of the pixel's samples that show a surface; L is the mean of all samples; T, Z, part and material are those of the pixel's centre";
         all.push(("isotherm_units_coverage", string(units)));
     }
     all.extend(camera_attributes(header));

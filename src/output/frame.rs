@@ -31,7 +31,7 @@ pub struct Frame {
     /// Index of the material + 1.
     pub material: Vec<u32>,
     /// Share of the samples of a pixel that show a surface. Empty with one sample of a pixel. With several, the radiance is the mean of all of them, and the
-    /// other channels are those of one.
+    /// other channels are those of the pixel's centre.
     pub coverage: Vec<f32>,
 }
 
@@ -183,7 +183,18 @@ pub(crate) mod tests {
                     centre: [f64::from(width) / 2.0, f64::from(height) / 2.0 + 0.25],
                     skew: 0.1,
                     distortion: Distortion::BrownConrady([
-                        -0.3, 0.1, 1e-3, -2e-4, 1.0 / 3.0, 0.0, 0.5, 0.0, 0.0, 0.0, 7e-5, 0.0,
+                        -0.3,
+                        0.1,
+                        1e-3,
+                        -2e-4,
+                        1.0 / 3.0,
+                        0.0,
+                        0.5,
+                        0.0,
+                        0.0,
+                        0.0,
+                        7e-5,
+                        0.0,
                     ]),
                 },
                 samples: 4,

@@ -6,8 +6,8 @@ use super::OutputError;
 use super::frame::{Frame, FrameHeader};
 use crate::gpu::nodes::GROUP;
 use crate::scene::Camera;
-use crate::simulation::{StepResult, pose_at};
 use crate::simulation::prepare::Prepared;
+use crate::simulation::{StepResult, pose_at};
 
 /// Makes the frames of one run. It holds the metadata that all steps share.
 pub struct FrameMaker<'a> {
@@ -69,7 +69,7 @@ impl<'a> FrameMaker<'a> {
         let names = loads.joints().joints().iter().map(|joint| joint.name.clone());
         let poses = loads.joints_at(time).1.into_iter().skip(1).map(DMat4::from);
         let camera = &self.header.camera;
-        let last_row = time + camera.line_time * f64::from(camera.height - 1);
+        let last_row = time + camera.shutter_time();
         FrameHeader {
             camera_from_body: DMat4::from(*pose),
             camera_from_orbit: turned(sky.body_from_orbit),

@@ -148,9 +148,10 @@ pub fn lens_lines(camera: &Camera) -> Vec<(&'static str, String)> {
     lines.extend((skew != 0.0).then(|| ("skew", format!("{skew} px"))));
     lines.extend(match distortion {
         Distortion::None => None,
-        Distortion::BrownConrady(numbers) => {
-            Some(("distortion", format!("Brown-Conrady {numbers:?} (OpenCV's order: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4)")))
-        }
+        Distortion::BrownConrady(numbers) => Some((
+            "distortion",
+            format!("Brown-Conrady {numbers:?} (OpenCV's order: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4)"),
+        )),
         Distortion::Fisheye(numbers) => Some(("distortion", format!("fisheye {numbers:?} (OpenCV's k1 k2 k3 k4)"))),
     });
     lines.extend((camera.samples > 1).then(|| ("samples", format!("{} of a pixel", camera.samples))));

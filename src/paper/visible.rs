@@ -113,7 +113,14 @@ mod tests {
         let craft = Craft { nodes: &nodes, triangles: &triangles, materials: &[material(0.25, 0.75)] };
         let camera_from_body = DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0)))
             * DAffine3::from_translation(DVec3::new(0.0, 0.0, -10.0));
-        let view = View { camera_from_body, width: 8, height: 8, lens: Lens::pinhole([8.0; 2], [4.0; 2]), samples: 1, near: 0.1 };
+        let view = View {
+            camera_from_body,
+            width: 8,
+            height: 8,
+            lens: Lens::pinhole([8.0; 2], [4.0; 2]),
+            samples: 1,
+            near: 0.1,
+        };
         let canvas = draw(&craft, &view, sun, lit_fraction);
         canvas.get(4, 4).unwrap()
     }

@@ -167,3 +167,10 @@ pub struct Camera {
     /// Distance of the near plane [m].
     pub near: f64,
 }
+
+impl Camera {
+    /// Time from the first row of an image to its last [s].
+    pub fn shutter_time(&self) -> f64 {
+        self.line_time * f64::from(self.height.saturating_sub(1))
+    }
+}

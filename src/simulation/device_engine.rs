@@ -6,10 +6,10 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::device_data::DeviceData;
-use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Step};
+use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
-use super::viewpoint::{device_view, source_view};
+use super::viewpoint::{device_view, rolling, source_view};
 use crate::environment::StepLoad;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
@@ -33,7 +33,7 @@ pub struct DeviceEngine {
     steps: u64,
     /// Intrinsics for the projection.
     camera: Option<Camera>,
-    /// The finer image from which the camera's is made, without its map.
+    /// How the camera's image is made, without the map of the lens.
     sampling: Option<Sampling>,
     trace: Trace,
     context: Arc<Context>,
@@ -102,6 +102,21 @@ impl DeviceEngine {
         };
         Some(joints.iter().map(view).collect())
     }
+
+    /// The rolling shutter against the body and against each joint. Empty if all rows see one pose.
+    fn shutters(&self, order: &Order<'_>) -> Vec<layout::Shutter> {
+        let shutter = self.sampling.as_ref().and_then(|sampling| sampling.shutter.as_ref());
+        let (Some((_, shutter)), Some(camera), Some(Rows(moment))) = (shutter, &self.camera, order.rows) else {
+            return Vec::new();
+        };
+        let last = f64::from(camera.height - 1);
+        let [middle, last] = [0.5 * last, last].map(|row| {
+            let Moment { pose, joints } = moment(row);
+            let of_joint = |joint: &DAffine3| pose * *joint;
+            if joints.is_empty() { vec![pose] } else { joints.iter().map(of_joint).collect() }
+        });
+        middle.iter().zip(&last).map(|(middle, last)| rolling(shutter, middle, last)).collect()
+    }
 }
 
 impl Engine for DeviceEngine {
@@ -150,9 +165,11 @@ impl Engine for DeviceEngine {
             _ => {}
         }
         let views = self.views(&order);
+        let shutters = self.shutters(&order);
         self.flying.push_back(self.renderer.submit(Request {
             step: step.map(|step| (step.load, step.steps)),
             views: views.as_deref().unwrap_or_default(),
+            shutters: &shutters,
             temperatures: order.temperatures,
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             list: None,

@@ -22,6 +22,25 @@ pub struct Step<'a> {
     pub length: f64,
 }
 
+/// Poses of the camera and of the joints at one instant.
+#[derive(Debug, Clone, Default)]
+pub struct Moment {
+    /// Pose of the camera.
+    pub pose: DAffine3,
+    /// Poses of the body and of the joints. Empty where nothing moves.
+    pub joints: Vec<DAffine3>,
+}
+
+/// The moment at which a row of an image is taken. Rows are counted from 0 at the top.
+#[derive(Clone, Copy)]
+pub struct Rows<'a>(pub &'a dyn Fn(f64) -> Moment);
+
+impl std::fmt::Debug for Rows<'_> {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.write_str("Rows")
+    }
+}
+
 /// The results that a step must return.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Order<'a> {
@@ -29,6 +48,8 @@ pub struct Order<'a> {
     pub pose: Option<DAffine3>,
     /// Poses of the body and of the joints in the image. Empty where nothing moves.
     pub joints: &'a [DAffine3],
+    /// Moments of the rows with a rolling shutter. `None` if all rows see one pose.
+    pub rows: Option<Rows<'a>>,
     /// Whether all temperatures are needed.
     pub temperatures: bool,
 }

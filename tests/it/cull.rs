@@ -97,7 +97,8 @@ fn culling_changes_no_pixel() {
         let submitted = renderer.submit(drawn(&view, Some(&frame))).expect("a frame");
         bits(&renderer.collect(submitted).expect("an image"))
     };
-    let culled = |triangles| Frame::step(&[], Wanted { image: true, sampled: None, cull: triangles, temperatures: false });
+    let culled =
+        |triangles| Frame::step(&[], Wanted { image: true, sampled: None, cull: triangles, temperatures: false });
     // The same list with a copy of all triangles instead of culling.
     let whole = |triangles| {
         let mut frame = culled(triangles);

@@ -5,7 +5,7 @@ use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::lists;
 use isotherm::gpu::pass::{Entry, Kernel};
 use isotherm::gpu::resource::Resource;
-use isotherm::gpu::sampling::Sampled;
+use isotherm::gpu::sampling::{RowOf, Sampled};
 use isotherm::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
 
 use super::hazard::{HazardKind, barrier_count, hazards, unread_by_host, without_barrier};
@@ -54,8 +54,14 @@ fn wanted() -> Vec<Wanted> {
     for (image, cull) in [(false, 0), (true, 0), (true, 100), (true, 5_000_000)] {
         all.extend([false, true].map(|temperatures| Wanted { image, sampled: None, cull, temperatures }));
     }
-    for (each, lens, cull) in [(1, false, 0), (1, true, 100), (4, false, 100), (4, true, 0)] {
-        let sampled = Some(Sampled { each, lens, rows: 60 });
+    for (mean, lens, shutter, cull) in [
+        (None, true, None, 100),
+        (Some(1), false, None, 0),
+        (Some(4), false, None, 100),
+        (Some(4), true, Some(RowOf::Brown), 100),
+        (None, false, Some(RowOf::Pinhole), 100),
+    ] {
+        let sampled = Some(Sampled { lens, mean, shutter, rows: 60 });
         all.push(Wanted { image: true, sampled, cull, temperatures: false });
     }
     all

@@ -8,7 +8,7 @@ use isotherm::gpu::lists;
 use isotherm::gpu::network::small_frame::{Unknowns, dispatched};
 use isotherm::gpu::pass::Kernel;
 use isotherm::gpu::resource::Resource;
-use isotherm::gpu::sampling::Sampled;
+use isotherm::gpu::sampling::{RowOf, Sampled};
 
 use crate::network::barriers::lists_of_all_plans;
 use crate::one_pass::lists_of_all_shapes;
@@ -26,8 +26,14 @@ fn block_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> String {
 /// A list for every kernel.
 fn all_lists() -> Vec<Frame> {
     let drawn = Wanted { image: true, sampled: None, cull: 9, temperatures: true };
-    let sampled = |each, lens| Wanted { sampled: Some(Sampled { each, lens, rows: 9 }), ..drawn };
-    let of_images = [(1, false), (1, true), (4, false)].map(|(each, lens)| Frame::step(&[], sampled(each, lens)));
+    let sampled = |mean, lens, shutter| Wanted { sampled: Some(Sampled { mean, lens, shutter, rows: 9 }), ..drawn };
+    let of_images = [
+        (None, true, None),
+        (Some(1), true, None),
+        (Some(4), false, Some(RowOf::Brown)),
+        (None, false, Some(RowOf::Pinhole)),
+    ]
+    .map(|(mean, lens, shutter)| Frame::step(&[], sampled(mean, lens, shutter)));
     let mut all = vec![lists::radiation(Kernel::Blackbody, 1), lists::radiation(Kernel::Brightness, 1)];
     for variant in CURVES.into_iter().flat_map(thermal_variants) {
         all.push(Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn));

@@ -9,6 +9,7 @@ use isotherm::gpu::layout;
 use isotherm::gpu::one_pass_variant::OnePassVariant;
 use isotherm::gpu::pass::{Kernel, Pass, is_write};
 use isotherm::gpu::resource_row::Role;
+use isotherm::gpu::sampling::RowOf;
 use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
 use isotherm::gpu::variant::{Curve, FusedKind, FusedVariant, ResponseVariant, StepKind, ThermalVariant};
 use isotherm::gpu::wide_variant::{WideKind, WideVariant};
@@ -81,8 +82,17 @@ pub fn fused_variants() -> Vec<FusedVariant> {
 fn all_shaders() -> Vec<Shader> {
     let mut all: Vec<_> = ENTRY_POINTS.iter().map(|(entry, _)| Shader::new(entry, Vec::new())).collect();
     all.push(Shader::new("solar_rays.comp", vec!["first"]));
-    all.extend(["cull.comp", "radiance.frag"].map(|entry| Shader::new(entry, vec!["sampled"])));
-    all.push(Shader::new("resample.comp", vec!["lens"]));
+    all.extend(
+        [("cull.comp", "sampled"), ("radiance.frag", "mean")].map(|(entry, word)| Shader::new(entry, vec![word])),
+    );
+    for words in [vec!["lens"], vec!["several"], vec!["lens", "several"]] {
+        all.push(Shader::new("resample.comp", words));
+    }
+    for row_of in [RowOf::Pinhole, RowOf::Brown, RowOf::Fisheye] {
+        all.push(Shader::new("radiance.vert", row_of.words()));
+        all.push(Shader::new("cull.comp", row_of.words()));
+        all.push(Shader::new("cull.comp", [vec!["sampled"], row_of.words()].concat()));
+    }
     for curve in CURVES {
         all.extend(thermal_variants(curve).iter().map(ThermalVariant::shader));
         all.extend(response_variants(curve).iter().map(ResponseVariant::shader));

@@ -91,6 +91,7 @@ match = "black"
 absorptivity = 0.9
 emissivity = 0.9
 sides = "both"
+back = { absorptivity = 0.9, emissivity = 0.9 }
 response = "instant"
 [initial]
 temperature = 300

@@ -103,7 +103,9 @@ fn distortion(section: &Section, assumptions: &mut Vec<String>) -> Result<Distor
             let expected = match model {
                 Some(Model::Fisheye) => "4 numbers (k1, k2, k3, k4 of a fisheye)",
                 Some(Model::BrownConrady) => "5, 8 or 12 numbers (k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4)",
-                None => "5, 8 or 12 numbers (k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4), or 4 (k1, k2, k3, k4 of a fisheye)",
+                None => {
+                    "5, 8 or 12 numbers (k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4), or 4 (k1, k2, k3, k4 of a fisheye)"
+                }
             };
             Err(section.error("distortion", format!("expected {expected}, found {}", numbers.len())))
         }

@@ -8,9 +8,9 @@ use std::sync::Arc;
 use glam::DAffine3;
 use serde_json::{Value, json};
 
-use isotherm::lens::Lens;
 use isotherm::files::Reach;
 use isotherm::gpu::context::Context;
+use isotherm::lens::Lens;
 use isotherm::scene::{Camera, Scene};
 use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, Order};
