@@ -8,9 +8,9 @@
 
 layout(set = 0, binding = 7) readonly buffer MaterialBlock { Material materials[]; };
 
-#ifdef MEAN
-// Where a triangle covers only some samples of a pixel, its temperature is that of a place within it.
-layout(location = 0) centroid in vec2 temperature_depth;
+#ifdef MULTIPLE
+// At every sample, because the centre of the texel may lie outside the triangle.
+layout(location = 0) sample in vec2 temperature_depth;
 #else
 layout(location = 0) in vec2 temperature_depth;
 #endif

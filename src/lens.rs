@@ -170,10 +170,11 @@ impl Lens {
             if !slopes.determinant().ge(&least) {
                 return None;
             }
+            // The last iteration squares the error that is left.
+            ray -= slopes.inverse() * missed;
             if missed.abs().max_element() <= tolerance {
                 return Some(ray);
             }
-            ray -= slopes.inverse() * missed;
         }
         None
     }

@@ -394,20 +394,20 @@ mod tests {
     #[test]
     fn the_mean_of_the_samples_is_that_of_the_area() {
         for samples in [4, 8, 16] {
-            let mut view = View { samples, ..view(19.0, 0.0) };
+            let mut view = View { samples, ..view(40.0, 0.0) };
             view.camera_from_body = DAffine3::from_quat(DQuat::from_rotation_z(0.3)) * view.camera_from_body;
             let mut plate = plate();
             plate.temperatures = vec![300.0; 4];
             let pixels = draw(&plate, &PLATE_TRIANGLES, &view);
             let covered: f64 = pixels.iter().map(|pixel| pixel.coverage).sum();
             let radiant: f64 = pixels.iter().map(|pixel| pixel.radiance).sum();
-            // 20 m at a distance of 19 m.
-            let exact = 400.0 * 70.0 * 72.0 / 19.0f64.powi(2);
-            // A border of about 300 pixels, each off by about 0.1 at random.
-            assert!((covered / exact - 1.0).abs() < 5e-4, "{samples} samples: {covered} of {exact} px");
+            // 20 m at a distance of 40 m.
+            let exact = 400.0 * 70.0 * 72.0 / 40.0f64.powi(2);
+            // A border of about 140 pixels, each off by about 0.1 at random.
+            assert!((covered / exact - 1.0).abs() < 3e-3, "{samples} samples: {covered} of {exact} px");
             assert!((radiant / (covered * 0.5 * radiance(300.0)) - 1.0).abs() < 1e-12);
             let border = pixels.iter().filter(|pixel| pixel.coverage > 0.0 && pixel.coverage < 1.0).count();
-            assert!(border > 200, "{border} pixels are covered in part");
+            assert!(border > 100, "{border} pixels are covered in part");
         }
     }
 

@@ -140,8 +140,9 @@ impl Kernel {
             Self::RadianceOfRows(row_of) => {
                 vec![Shader::new("radiance.vert", row_of.words()), Shader::new("radiance.frag", Vec::new())]
             }
-            Self::Mean { shutter, .. } => {
-                vec![Shader::new("radiance.vert", rolling(shutter)), Shader::new("radiance.frag", vec!["mean"])]
+            Self::Mean { each, shutter } => {
+                let words = if each > 1 { vec!["mean", "multiple"] } else { vec!["mean"] };
+                vec![Shader::new("radiance.vert", rolling(shutter)), Shader::new("radiance.frag", words)]
             }
             Self::Resample { lens, several } => {
                 let words = [(lens, "lens"), (several, "several")].into_iter().filter(|(has, _)| *has);

@@ -13,6 +13,10 @@ use crate::scene::{Camera, CameraFrame};
 use crate::thermal::planck::Band;
 
 const RADIANCE_UNIT: &str = "W.m^-2.sr^-1";
+/// Poses that not every file has.
+const FROM_ORBIT: &str = "isotherm_camera_from_orbit";
+const FROM_INERTIAL: &str = "isotherm_camera_from_inertial";
+const LAST_ROW: &str = "isotherm_camera_from_body_last_row";
 /// Names of the models of distortion, as in a scene.
 const BROWN_CONRADY: &str = "brown_conrady";
 const FISHEYE: &str = "fisheye";
@@ -93,10 +97,14 @@ fn camera_attributes(header: &FrameHeader) -> Vec<(&'static str, AttributeValue)
         // OpenEXR has no type for four doubles, so this is text. The scalar comes first.
         ("isotherm_frame_from_camera_wxyz", string(&format!("{} {} {} {}", pose.w, pose.x, pose.y, pose.z))),
         ("isotherm_camera_from_body", matrix(&header.camera_from_body)),
-        ("isotherm_camera_from_orbit", matrix(&header.camera_from_orbit)),
-        ("isotherm_camera_from_inertial", matrix(&header.camera_from_inertial)),
     ];
-    all.extend(header.last_row_from_body.as_ref().map(|pose| ("isotherm_camera_from_body_last_row", matrix(pose))));
+    for (name, pose) in [
+        (FROM_ORBIT, &header.camera_from_orbit),
+        (FROM_INERTIAL, &header.camera_from_inertial),
+        (LAST_ROW, &header.last_row_from_body),
+    ] {
+        all.extend(pose.as_ref().map(|pose| (name, matrix(pose))));
+    }
     if !header.joints.is_empty() {
         let names = header.joints.iter().map(|(name, _)| text(name)).collect();
         all.push(("isotherm_joints", AttributeValue::TextVector(names)));
@@ -181,6 +189,9 @@ impl Attributes<'_> {
 
     fn distortion(&self) -> Result<Distortion, OutputError> {
         let name = "isotherm_camera_distortion";
+        if !self.has(name) {
+            return Ok(Distortion::None);
+        }
         let numbers: Result<Vec<f64>, _> = self.string(name)?.split_whitespace().map(str::parse).collect();
         match numbers.as_deref() {
             Ok([]) => Ok(Distortion::None),
@@ -231,7 +242,12 @@ impl Attributes<'_> {
         let joints = if self.has("isotherm_joints") { self.texts("isotherm_joints")? } else { Vec::new() };
         let pose = |(number, name)| Ok((name, self.matrix(&joint_attribute(number))?));
         let joints = joints.into_iter().enumerate().map(pose).collect::<Result<_, OutputError>>()?;
-        let last_row = "isotherm_camera_from_body_last_row";
+        // Files of earlier versions have a pinhole and one pose.
+        let pose = |name: &str| self.has(name).then(|| self.matrix(name)).transpose();
+        let or = |name: &str, absent: f64| {
+            if self.has(name) { Ok(self.doubles::<1>(name)?[0]) } else { Ok::<_, OutputError>(absent) }
+        };
+        let samples = "isotherm_camera_samples";
         Ok(FrameHeader {
             scene: self.string("isotherm_scene")?,
             scene_sha256: self.string("isotherm_scene_sha256")?,
@@ -244,20 +260,20 @@ impl Attributes<'_> {
                 lens: Lens {
                     focal: self.doubles("isotherm_camera_focal_px")?,
                     centre: self.doubles("isotherm_camera_centre_px")?,
-                    skew: self.doubles::<1>("isotherm_camera_skew_px")?[0],
+                    skew: or("isotherm_camera_skew_px", 0.0)?,
                     distortion: self.distortion()?,
                 },
-                samples: self.integer("isotherm_camera_samples")?,
-                line_time: self.doubles::<1>("isotherm_camera_line_time_s")?[0],
+                samples: if self.has(samples) { self.integer(samples)? } else { 1 },
+                line_time: or("isotherm_camera_line_time_s", 0.0)?,
                 frame,
                 position: DVec3::from_array(self.doubles("isotherm_camera_position_m")?),
                 frame_from_camera,
                 near: self.doubles::<1>("isotherm_camera_near_m")?[0],
             },
             camera_from_body: self.matrix("isotherm_camera_from_body")?,
-            camera_from_orbit: self.matrix("isotherm_camera_from_orbit")?,
-            camera_from_inertial: self.matrix("isotherm_camera_from_inertial")?,
-            last_row_from_body: self.has(last_row).then(|| self.matrix(last_row)).transpose()?,
+            camera_from_orbit: pose(FROM_ORBIT)?,
+            camera_from_inertial: pose(FROM_INERTIAL)?,
+            last_row_from_body: pose(LAST_ROW)?,
             joints,
             parts: self.names("isotherm_parts")?,
             materials: self.names("isotherm_materials")?,

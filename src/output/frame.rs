@@ -110,10 +110,10 @@ pub struct FrameHeader {
     pub camera: Camera,
     /// Camera pose at this step: maps body coordinates to camera coordinates (OpenCV axes) [m].
     pub camera_from_body: DMat4,
-    /// The same for the orbit frame and the inertial frame. Their origin is that of the body frame.
-    pub camera_from_orbit: DMat4,
-    /// See `camera_from_orbit`.
-    pub camera_from_inertial: DMat4,
+    /// The same for the orbit frame. Its origin is that of the body frame. `None` in a file of an earlier version.
+    pub camera_from_orbit: Option<DMat4>,
+    /// The same for the inertial frame. Its origin is that of the body frame. `None` in a file of an earlier version.
+    pub camera_from_inertial: Option<DMat4>,
     /// Camera pose at the time of the last row. `None` if all rows see one pose.
     pub last_row_from_body: Option<DMat4>,
     /// Name and pose of each joint at this step: maps places of its parts in the model's file to body coordinates [m].
@@ -205,8 +205,8 @@ pub(crate) mod tests {
                 near: 0.1,
             },
             camera_from_body: DMat4::from_rotation_translation(rotation, DVec3::new(0.5, -0.25, 100.0)),
-            camera_from_orbit: DMat4::from_rotation_translation(rotation, DVec3::new(1.5, -0.25, 100.0)),
-            camera_from_inertial: DMat4::from_rotation_translation(rotation, DVec3::new(2.5, -0.25, 100.0)),
+            camera_from_orbit: Some(DMat4::from_rotation_translation(rotation, DVec3::new(1.5, -0.25, 100.0))),
+            camera_from_inertial: Some(DMat4::from_rotation_translation(rotation, DVec3::new(2.5, -0.25, 100.0))),
             last_row_from_body: Some(DMat4::from_rotation_x(0.3)),
             joints: vec![("wing, 左".into(), DMat4::from_rotation_y(1.0 / 3.0)), ("mast".into(), DMat4::IDENTITY)],
             parts: vec!["Hull=1; left".into(), "太陽電池".into()],

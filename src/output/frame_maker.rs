@@ -26,8 +26,8 @@ impl<'a> FrameMaker<'a> {
             band: prepared.scene.band,
             camera: camera.clone(),
             camera_from_body: DMat4::IDENTITY,
-            camera_from_orbit: DMat4::IDENTITY,
-            camera_from_inertial: DMat4::IDENTITY,
+            camera_from_orbit: None,
+            camera_from_inertial: None,
             last_row_from_body: None,
             joints: Vec::new(),
             parts: prepared.parts.clone(),
@@ -72,8 +72,8 @@ impl<'a> FrameMaker<'a> {
         let last_row = time + camera.shutter_time();
         FrameHeader {
             camera_from_body: DMat4::from(*pose),
-            camera_from_orbit: turned(sky.body_from_orbit),
-            camera_from_inertial: turned(sky.body_from_inertial),
+            camera_from_orbit: Some(turned(sky.body_from_orbit)),
+            camera_from_inertial: Some(turned(sky.body_from_inertial)),
             last_row_from_body: (camera.line_time > 0.0)
                 .then(|| pose_at(self.prepared, last_row).map(DMat4::from))
                 .flatten(),

@@ -12,7 +12,7 @@ use crate::gpu::sampling::{Mean, RowOf, Sampling};
 use crate::lens::{Distortion, Lens};
 use crate::scene::Camera;
 
-/// Numbers of samples of a texel that every device has, as a sum of powers of two.
+/// Numbers of samples of a texel that nearly every device has, as a sum of powers of two.
 pub const ALWAYS: u32 = 1 + 4;
 
 /// Texels along each side of a pixel through a distorting lens, at least.

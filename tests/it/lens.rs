@@ -257,7 +257,7 @@ fn a_mesh_finer_than_the_pixels_has_the_radiance_of_the_plate() {
         }
     }
     let exact = 900.0 * 0.8 * band_radiance_exact(fine.band, 300.0);
-    for (samples, limit) in [(1, 6e-3), (4, 3e-3), (16, 1.5e-3)] {
+    for (samples, limit) in [(1, 7e-3), (4, 5e-3), (16, 2.5e-3)] {
         let camera = Camera { samples, ..camera(64, 64, 100.0) };
         let image = fine.draw(&context, &camera, &DAffine3::IDENTITY);
         let sum: f64 = image.radiance_temperature_depth.iter().map(|pixel| f64::from(pixel[0])).sum();
@@ -310,7 +310,7 @@ fn drawn(prepared: &Prepared, engine: &mut dyn Engine) -> Pixels {
 /// A craft that turns while the rows are taken, through each kind of lens.
 #[test]
 fn each_row_of_a_rolling_shutter_sees_the_pose_of_its_time() {
-    let spin = "mode = \"spin\"\nspin_axis = [0.3, 0.2, 0.9]\nrate_deg = 4";
+    let spin = "mode = \"spin\"\nquaternion = [1, 0, 0, 0]\nspin_axis = [0.3, 0.2, 0.9]\nrate_deg = 4";
     let context = context();
     for lens in ["", "distortion = [-0.31, 0.12, 0.0011, -0.0007, -0.021]", "distortion = [-0.01, 0.004, 0, 0]"] {
         let prepared = |line_time: f64| {
@@ -360,18 +360,20 @@ fn a_header_states_the_pose_in_all_frames_and_the_joints() {
         let path = folder.path("image.exr");
         write_exr(&path, &image, &header).expect("a file");
         let (_, header) = read_exr(&path).expect("the file");
+        let (from_orbit, from_inertial) =
+            header.camera_from_orbit.zip(header.camera_from_inertial).expect("both poses");
         let own = match frame {
             "body" => header.camera_from_body,
-            "orbit" => header.camera_from_orbit,
-            _ => header.camera_from_inertial,
+            "orbit" => from_orbit,
+            _ => from_inertial,
         };
         let stated = DMat4::from_rotation_translation(camera.frame_from_camera, camera.position);
         assert!((own * stated).abs_diff_eq(DMat4::IDENTITY, 1e-9), "{frame}: {own}");
         // The axes of the orbit frame in the craft: X along the velocity and Z to nadir, as the attitude has them.
-        let body_from_orbit = header.camera_from_body.inverse() * header.camera_from_orbit;
+        let body_from_orbit = header.camera_from_body.inverse() * from_orbit;
         assert!(body_from_orbit.abs_diff_eq(DMat4::IDENTITY, 1e-9), "{frame}: {body_from_orbit}");
         // The phase is 80 deg from noon, so +Z of the inertial frame is the orbit normal, which is -Y of the orbit frame.
-        let body_from_inertial = header.camera_from_body.inverse() * header.camera_from_inertial;
+        let body_from_inertial = header.camera_from_body.inverse() * from_inertial;
         let normal = body_from_inertial.transform_vector3(DVec3::Z);
         assert!((normal - DVec3::NEG_Y).length() < 1e-9, "{frame}: {normal}");
         let up =

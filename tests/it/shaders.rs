@@ -82,6 +82,7 @@ pub fn fused_variants() -> Vec<FusedVariant> {
 fn all_shaders() -> Vec<Shader> {
     let mut all: Vec<_> = ENTRY_POINTS.iter().map(|(entry, _)| Shader::new(entry, Vec::new())).collect();
     all.push(Shader::new("solar_rays.comp", vec!["first"]));
+    all.push(Shader::new("radiance.frag", vec!["mean", "multiple"]));
     all.extend(
         [("cull.comp", "sampled"), ("radiance.frag", "mean")].map(|(entry, word)| Shader::new(entry, vec![word])),
     );

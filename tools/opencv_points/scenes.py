@@ -66,7 +66,7 @@ CAMERAS = [
     Camera("Brown-Conrady, 12 numbers", 513.7, 509.2, 323.4, 250.8, PRISM),
     Camera("12 numbers and skew, orbit frame", 513.7, 509.2, 323.4, 250.8, PRISM, skew=-3.0, frame="orbit"),
     Camera("fisheye", 420.0, 418.5, 318.2, 257.1, FISHEYE),
-    Camera("wide fisheye, inertial frame", 330.0, 330.0, 319.5, 255.5, FISHEYE, frame="inertial"),
+    Camera("wide fisheye, inertial frame", 350.0, 350.0, 319.5, 255.5, FISHEYE, frame="inertial"),
     Camera("fisheye with skew", 420.0, 418.5, 318.2, 257.1, FISHEYE, skew=2.0),
 ]
 
