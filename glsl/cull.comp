@@ -22,11 +22,21 @@ layout(set = 0, binding = 4) readonly buffer TriangleBlock { uint triangles[]; }
 layout(set = 0, binding = 5) buffer VisibleTriangleBlock { uint visible_triangles[]; };
 layout(set = 0, binding = 6) buffer DrawBlock { DrawCommand draws[]; };
 
+#ifdef ROLLING
+#define SHUTTER_BINDING 7
+#include "shutter.glsl"
+#endif
+
 // Triangles that each lane keeps.
 shared uint drawn_by[LANES];
 
 // Rasterisers round corners to a grid of at least 1/16 pixel (Vulkan: subPixelPrecisionBits >= 4).
+#ifdef SAMPLED
+// Samples are up to half a pixel from the centre along each axis.
+const float SNAP = 0.0625 + 0.7072;
+#else
 const float SNAP = 0.0625;
+#endif
 
 // Pixel coordinates and depth [m] of a node.
 vec3 pixel_of(uint node) {
@@ -36,6 +46,9 @@ vec3 pixel_of(uint node) {
         dot(view.camera_from_body_y, position),
         dot(view.camera_from_body_z, position)
     );
+#ifdef ROLLING
+    camera = rolled(position, camera);
+#endif
     vec2 ndc = view.clip_scale * camera.xy / camera.z + view.clip_offset;
     return vec3((0.5 * ndc + vec2(0.5)) * view.size, camera.z);
 }

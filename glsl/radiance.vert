@@ -11,6 +11,11 @@ layout(set = 0, binding = 4) readonly buffer TemperatureBlock { float temperatur
 layout(set = 0, binding = 5) readonly buffer GroupMaterialBlock { uint group_material[]; };
 layout(set = 0, binding = 6) readonly buffer GroupPartBlock { uint group_part[]; };
 
+#ifdef ROLLING
+#define SHUTTER_BINDING 9
+#include "shutter.glsl"
+#endif
+
 layout(location = 0) out vec2 temperature_depth;
 // Part, material, and the bits of the first corner's temperature.
 layout(location = 1) flat out uvec3 first_corner;
@@ -23,6 +28,9 @@ void main() {
         dot(view.camera_from_body_y, position),
         dot(view.camera_from_body_z, position)
     );
+#ifdef ROLLING
+    camera = rolled(position, camera);
+#endif
     // Depth is reversed, with the far plane at infinity.
     gl_Position = vec4(
         view.clip_scale.x * camera.x + view.clip_offset.x * camera.z,

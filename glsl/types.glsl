@@ -40,6 +40,30 @@ struct View {
     float margin;
 };
 
+struct Shutter {
+    vec4 middle_x;
+    vec4 middle_y;
+    vec4 middle_z;
+    vec4 last_x;
+    vec4 last_y;
+    vec4 last_z;
+    vec4 field;
+    vec4 first_numbers;
+    vec4 second_numbers;
+    vec4 third_numbers;
+    float row_scale;
+    float row_offset;
+};
+
+struct Sampling {
+    uint width;
+    uint height;
+    uint source_width;
+    uint source_height;
+    uint columns;
+    uint rows;
+};
+
 struct DrawCommand {
     uint index_count;
     uint instance_count;

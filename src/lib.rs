@@ -11,7 +11,7 @@
 //! - [`output`]: images, plots and report
 //!
 //! [`compare`] runs one scene under three responses. [`paper`] makes the figures of Vural et al. 2023. [`bench`] measures speed and error. [`trace`]
-//! records what host and device did. [`text`] makes names safe to show. [`saved`] holds what
+//! records what host and device did. [`text`] makes names safe to show. [`lens`] tells which ray a pixel sees. [`saved`] holds what
 //! a run needs to go on later.
 
 pub mod bench;
@@ -21,6 +21,7 @@ pub mod environment;
 pub mod files;
 pub mod gpu;
 pub mod host;
+pub mod lens;
 pub mod model;
 pub mod output;
 pub mod paper;

@@ -3,9 +3,12 @@
 //! For the ray d = (x, y, 1) of a pixel in camera axes it solves w_a a + w_b b + w_c c = d (Olano & Greer 1997, homogeneous rasterisation). The ray meets
 //! the triangle where all weights are positive. The camera depth is z = 1 / (w_a + w_b + w_c), and the barycentric coordinates are z w. This interpolates
 //! in perspective without dividing by the depth of a vertex. A triangle may therefore cross the camera's plane, and the near plane is a test of z alone.
+//! Every sample of a pixel has its own ray, through the distortion of the lens.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 use rayon::prelude::*;
+
+use crate::lens::{Distortion, Lens};
 
 /// Triangles with the values of their vertices. A triangle has the part and material of its first vertex.
 #[derive(Debug, Clone, Copy)]
@@ -24,7 +27,7 @@ pub struct Surface<'a> {
     pub emissivities: &'a [[f64; 2]],
 }
 
-/// A pinhole camera with OpenCV axes: +X right, +Y down, +Z forward.
+/// A camera with OpenCV axes: +X right, +Y down, +Z forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
     /// Rigid motion that takes body positions into camera axes.
@@ -33,19 +36,21 @@ pub struct View {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Focal lengths in pixels (x, y).
-    pub focal: [f64; 2],
-    /// Principal point in pixels. The centre of the upper left pixel is (0.5, 0.5).
-    pub centre: [f64; 2],
+    /// Which ray a place in the image sees.
+    pub lens: Lens,
+    /// Samples of a pixel: 1, 4, 8 or 16.
+    pub samples: u32,
     /// Distance of the near plane [m], > 0.
     pub near: f64,
 }
 
-/// One pixel.
+/// One pixel. Temperature, depth and identity are those at its centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pixel {
-    /// Emissivity times the blackbody's radiance in the band [W m-2 sr-1]. 0 where no surface is.
+    /// Emissivity times the blackbody's radiance in the band [W m-2 sr-1], in the mean of the samples. 0 where no surface is.
     pub radiance: f64,
+    /// Share of the samples that show a surface.
+    pub coverage: f64,
     /// Temperature [K]. 0 where no surface is.
     pub temperature: f64,
     /// Distance along the camera's axis [m]. Infinite where no surface is.
@@ -57,19 +62,106 @@ pub struct Pixel {
 }
 
 /// A pixel that no triangle covers.
-pub const EMPTY: Pixel = Pixel { radiance: 0.0, temperature: 0.0, depth: f64::INFINITY, part: 0, material: 0 };
+pub const EMPTY: Pixel =
+    Pixel { radiance: 0.0, coverage: 0.0, temperature: 0.0, depth: f64::INFINITY, part: 0, material: 0 };
 
 /// A triangle in camera axes.
 struct Projected {
     /// Weights of the vertices on the ray d are `planes[i] . d`.
     planes: [DVec3; 3],
     temperatures: [f64; 3],
-    /// Pixels that it may cover: ranges of columns and rows, ends excluded.
-    columns: [u32; 2],
-    rows: [u32; 2],
+    /// Rays that may meet it.
+    rays: Bounds,
     emissivity: f64,
     part: u32,
     material: u32,
+}
+
+/// A rectangle of rays.
+#[derive(Debug, Clone, Copy)]
+struct Bounds {
+    low: DVec2,
+    high: DVec2,
+}
+
+impl Bounds {
+    /// No ray.
+    const NONE: Self = Self { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY };
+
+    fn with(self, ray: DVec2) -> Self {
+        Self { low: self.low.min(ray), high: self.high.max(ray) }
+    }
+
+    fn meets(&self, other: &Self) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
+}
+
+/// Pixels of a row that are tried together.
+const BLOCK: usize = 16;
+
+/// The places of the samples in a pixel, from its upper left corner: the standard sample locations of Vulkan (chapter Rasterization,
+/// Multisampling).
+pub fn places(samples: u32) -> &'static [[f64; 2]] {
+    const ONE: [[f64; 2]; 1] = [[0.5, 0.5]];
+    const FOUR: [[f64; 2]; 4] = [[0.375, 0.125], [0.875, 0.375], [0.125, 0.625], [0.625, 0.875]];
+    const EIGHT: [[f64; 2]; 8] = [
+        [0.5625, 0.3125],
+        [0.4375, 0.6875],
+        [0.8125, 0.5625],
+        [0.3125, 0.1875],
+        [0.1875, 0.8125],
+        [0.0625, 0.4375],
+        [0.6875, 0.9375],
+        [0.9375, 0.0625],
+    ];
+    const SIXTEEN: [[f64; 2]; 16] = [
+        [0.5625, 0.5625],
+        [0.4375, 0.3125],
+        [0.3125, 0.625],
+        [0.75, 0.4375],
+        [0.1875, 0.375],
+        [0.625, 0.8125],
+        [0.8125, 0.6875],
+        [0.6875, 0.1875],
+        [0.375, 0.875],
+        [0.5, 0.0625],
+        [0.25, 0.125],
+        [0.125, 0.75],
+        [0.0, 0.5],
+        [0.9375, 0.25],
+        [0.875, 0.9375],
+        [0.0625, 0.0],
+    ];
+    match samples {
+        0..=1 => &ONE,
+        2..=4 => &FOUR,
+        5..=8 => &EIGHT,
+        _ => &SIXTEEN,
+    }
+}
+
+/// The places of the samples, and then the centre of the pixel. With one sample both are the same.
+fn places_and_centre(samples: u32) -> impl Iterator<Item = [f64; 2]> + Clone {
+    let centre = (samples > 1).then_some([0.5, 0.5]);
+    places(samples).iter().copied().chain(centre)
+}
+
+/// The rays of the samples of a row and of the centres, pixel after pixel. Where the lens has none, the ray is no number and meets nothing.
+fn rays_of_row(view: &View, row: u32) -> Vec<DVec2> {
+    let places = places_and_centre(view.samples);
+    let mut near = None;
+    let pixels = (0..view.width)
+        .flat_map(|column| places.clone().map(move |[x, y]| DVec2::new(f64::from(column) + x, f64::from(row) + y)));
+    let ray = |pixel| {
+        near = match near {
+            Some(ray) if view.lens.distortion != Distortion::None => view.lens.unproject_from(ray, pixel),
+            _ => None,
+        }
+        .or_else(|| view.lens.unproject(pixel));
+        near.unwrap_or(DVec2::NAN)
+    };
+    pixels.map(ray).collect()
 }
 
 /// Draws both faces of a surface with a depth test, rows from the top. `radiance` gives the blackbody radiance in the band [W m-2 sr-1] at a temperature
@@ -78,36 +170,44 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
     let projected: Vec<Projected> =
         surface.triangles.par_iter().filter_map(|&triangle| project(surface, view, triangle)).collect();
     let mut pixels = vec![EMPTY; view.width as usize * view.height as usize];
+    let counted = places(view.samples).len();
+    let each = places_and_centre(view.samples).count();
     pixels.par_chunks_mut(view.width.max(1) as usize).enumerate().for_each(|(row, pixels)| {
-        let row = row as u32;
-        for triangle in projected.iter().filter(|triangle| (triangle.rows[0]..triangle.rows[1]).contains(&row)) {
-            draw_row(triangle, view, row, pixels);
-        }
-        for pixel in pixels {
-            // The field held the emissivity so far, so that only visible pixels are converted.
-            if pixel.part > 0 {
-                pixel.radiance *= radiance(pixel.temperature);
+        let rays = rays_of_row(view, row as u32);
+        let around = |rays: &[DVec2]| rays.iter().fold(Bounds::NONE, |bounds, ray| bounds.with(*ray));
+        let blocks: Vec<Bounds> = rays.chunks(BLOCK * each).map(around).collect();
+        let whole = blocks.iter().fold(Bounds::NONE, |all, block| all.with(block.low).with(block.high));
+        let mut samples = vec![EMPTY; rays.len()];
+        for triangle in projected.iter().filter(|triangle| triangle.rays.meets(&whole)) {
+            let drawn = rays.chunks(BLOCK * each).zip(samples.chunks_mut(BLOCK * each)).zip(&blocks);
+            for ((rays, samples), _) in drawn.filter(|(_, block)| triangle.rays.meets(block)) {
+                draw(triangle, view.near, rays, samples);
             }
+        }
+        for (pixel, samples) in pixels.iter_mut().zip(samples.chunks(each)) {
+            // The field held the emissivity so far, so that only visible samples are converted.
+            let seen = samples[..counted].iter().filter(|sample| sample.part > 0);
+            let sum: f64 = seen.clone().map(|sample| sample.radiance * radiance(sample.temperature)).sum();
+            *pixel = Pixel {
+                radiance: sum / counted as f64,
+                coverage: seen.count() as f64 / counted as f64,
+                ..samples[each - 1]
+            };
         }
     });
     pixels
 }
 
-/// Draws one row of a triangle, with its emissivity in place of the radiance.
-fn draw_row(triangle: &Projected, view: &View, row: u32, pixels: &mut [Pixel]) {
-    for column in triangle.columns[0]..triangle.columns[1] {
-        let ray = DVec3::new(
-            (f64::from(column) + 0.5 - view.centre[0]) / view.focal[0],
-            (f64::from(row) + 0.5 - view.centre[1]) / view.focal[1],
-            1.0,
-        );
-        let weights = triangle.planes.map(|plane| plane.dot(ray));
+/// Draws the samples of a triangle, with its emissivity in place of the radiance.
+fn draw(triangle: &Projected, near: f64, rays: &[DVec2], samples: &mut [Pixel]) {
+    for (ray, sample) in rays.iter().zip(samples) {
+        let weights = triangle.planes.map(|plane| plane.dot(ray.extend(1.0)));
         let depth = 1.0 / weights.iter().sum::<f64>();
-        let pixel = &mut pixels[column as usize];
-        if weights.iter().all(|&w| w >= 0.0) && depth >= view.near && depth < pixel.depth {
+        if weights.iter().all(|&w| w >= 0.0) && depth >= near && depth < sample.depth {
             let weighted: f64 = weights.iter().zip(triangle.temperatures).map(|(w, t)| w * t).sum();
-            *pixel = Pixel {
+            *sample = Pixel {
                 radiance: triangle.emissivity,
+                coverage: 1.0,
                 temperature: weighted * depth,
                 depth,
                 part: triangle.part + 1,
@@ -117,11 +217,11 @@ fn draw_row(triangle: &Projected, view: &View, row: u32, pixels: &mut [Pixel]) {
     }
 }
 
-/// Prepares a triangle. `None` where it can not cover a pixel: behind the near plane, beside the image, or seen edge-on.
+/// Prepares a triangle. `None` where it can not cover a pixel: behind the near plane, or seen edge-on.
 fn project(surface: &Surface, view: &View, triangle: [u32; 3]) -> Option<Projected> {
     let indices = triangle.map(|vertex| vertex as usize);
     let [a, b, c] = indices.map(|vertex| view.camera_from_body.transform_point3(surface.positions[vertex]));
-    let (columns, rows) = bounds(view, [a, b, c])?;
+    let rays = bounds(view.near, [a, b, c]);
     // a . (b x c) as a product with edges, which does not cancel for a small triangle far away.
     let volume = a.dot((b - a).cross(c - a));
     if volume == 0.0 {
@@ -134,41 +234,29 @@ fn project(surface: &Surface, view: &View, triangle: [u32; 3]) -> Option<Project
     Some(Projected {
         planes,
         temperatures: indices.map(|vertex| surface.temperatures[vertex]),
-        columns,
-        rows,
+        rays,
         emissivity: surface.emissivities[material as usize][face],
         part: surface.vertex_part[indices[0]],
         material,
     })
 }
 
-/// Columns and rows that a triangle may cover, from its corners clipped at the near plane.
-fn bounds(view: &View, corners: [DVec3; 3]) -> Option<([u32; 2], [u32; 2])> {
-    let mut low = [f64::INFINITY; 2];
-    let mut high = [f64::NEG_INFINITY; 2];
-    let mut include = |point: DVec3| {
-        for (axis, value) in [point.x, point.y].into_iter().enumerate() {
-            let pixel = view.focal[axis] * value / point.z + view.centre[axis];
-            low[axis] = low[axis].min(pixel);
-            high[axis] = high[axis].max(pixel);
-        }
-    };
+/// Rays that may meet a triangle, from its corners clipped at the near plane.
+fn bounds(near: f64, corners: [DVec3; 3]) -> Bounds {
+    let mut found = Bounds::NONE;
     for i in 0..3 {
         let (from, to) = (corners[i], corners[(i + 1) % 3]);
-        if from.z >= view.near {
-            include(from);
+        if from.z >= near {
+            found = found.with(from.truncate() / from.z);
         }
-        if (from.z >= view.near) != (to.z >= view.near) {
-            include(from.lerp(to, (view.near - from.z) / (to.z - from.z)));
+        if (from.z >= near) != (to.z >= near) {
+            let clipped = from.lerp(to, (near - from.z) / (to.z - from.z));
+            found = found.with(clipped.truncate() / clipped.z);
         }
     }
-    // One more pixel on each side against rounding. The weights decide which pixels are covered.
-    let range = |axis: usize, size: u32| {
-        let first = (low[axis] - 1.5).floor().clamp(0.0, f64::from(size)) as u32;
-        let end = (high[axis] + 1.5).ceil().clamp(0.0, f64::from(size)) as u32;
-        (first < end).then_some([first, end])
-    };
-    Some((range(0, view.width)?, range(1, view.height)?))
+    // A little more on each side against rounding. The weights decide which rays meet the triangle.
+    let rounding = 1e-9 * (DVec2::ONE + found.low.abs().max(found.high.abs()));
+    Bounds { low: found.low - rounding, high: found.high + rounding }
 }
 
 #[cfg(test)]
@@ -190,7 +278,8 @@ mod tests {
         let camera_from_body = DAffine3::from_quat(DQuat::from_rotation_x(tilt))
             * DAffine3::from_mat3(down)
             * DAffine3::from_translation(DVec3::new(0.0, 0.0, -height));
-        View { camera_from_body, width: 80, height: 60, focal: [70.0, 72.0], centre: [39.3, 30.8], near: 0.1 }
+        let lens = Lens::pinhole([70.0, 72.0], [39.3, 30.8]);
+        View { camera_from_body, width: 80, height: 60, lens, samples: 1, near: 0.1 }
     }
 
     /// A square of 20 m at z = 0 whose temperature is linear in x and y.
@@ -230,11 +319,7 @@ mod tests {
     /// Point where a pixel's ray meets the plane z = 0 of the body, and its camera depth, without the rasteriser.
     fn meet(view: &View, index: usize) -> (DVec3, f64) {
         let (column, row) = (index % view.width as usize, index / view.width as usize);
-        let ray = DVec3::new(
-            (column as f64 + 0.5 - view.centre[0]) / view.focal[0],
-            (row as f64 + 0.5 - view.centre[1]) / view.focal[1],
-            1.0,
-        );
+        let ray = view.lens.unproject(DVec2::new(column as f64 + 0.5, row as f64 + 0.5)).expect("a ray").extend(1.0);
         let body_from_camera = view.camera_from_body.inverse();
         let (origin, direction) =
             (body_from_camera.transform_point3(DVec3::ZERO), body_from_camera.transform_vector3(ray));
@@ -244,8 +329,17 @@ mod tests {
 
     #[test]
     fn plate_with_a_gradient_agrees_with_the_closed_form() {
-        for (height, tilt) in [(9.0, 0.0), (6.0, 0.6), (30.0, 0.2), (0.5, 1.3)] {
-            let view = view(height, tilt);
+        let bent = Distortion::BrownConrady([-0.2, 0.04, 1e-3, -2e-3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        for (height, tilt, distortion) in [
+            (9.0, 0.0, Distortion::None),
+            (6.0, 0.6, Distortion::None),
+            (30.0, 0.2, Distortion::None),
+            (0.5, 1.3, Distortion::None),
+            (9.0, 0.3, bent),
+            (6.0, 0.6, Distortion::Fisheye([-0.01, 0.0, 0.002, 0.0])),
+        ] {
+            let mut view = view(height, tilt);
+            view.lens.distortion = distortion;
             let pixels = draw(&plate(), &PLATE_TRIANGLES, &view);
             let mut covered = 0;
             for (index, pixel) in pixels.iter().enumerate() {
@@ -294,6 +388,27 @@ mod tests {
         let centre = one[30 * 80 + 39];
         assert!((centre.temperature - 400.0).abs() < 1e-9 && (centre.depth - 8.0).abs() < 1e-12, "{centre:?}");
         assert!(one.iter().any(|pixel| (pixel.depth - 9.0).abs() < 1e-12), "and the plate shows beside it");
+    }
+
+    /// A plate whose edges cross pixels at an angle.
+    #[test]
+    fn the_mean_of_the_samples_is_that_of_the_area() {
+        for samples in [4, 8, 16] {
+            let mut view = View { samples, ..view(40.0, 0.0) };
+            view.camera_from_body = DAffine3::from_quat(DQuat::from_rotation_z(0.3)) * view.camera_from_body;
+            let mut plate = plate();
+            plate.temperatures = vec![300.0; 4];
+            let pixels = draw(&plate, &PLATE_TRIANGLES, &view);
+            let covered: f64 = pixels.iter().map(|pixel| pixel.coverage).sum();
+            let radiant: f64 = pixels.iter().map(|pixel| pixel.radiance).sum();
+            // 20 m at a distance of 40 m.
+            let exact = 400.0 * 70.0 * 72.0 / 40.0f64.powi(2);
+            // A border of about 140 pixels, each off by about 0.1 at random.
+            assert!((covered / exact - 1.0).abs() < 3e-3, "{samples} samples: {covered} of {exact} px");
+            assert!((radiant / (covered * 0.5 * radiance(300.0)) - 1.0).abs() < 1e-12);
+            let border = pixels.iter().filter(|pixel| pixel.coverage > 0.0 && pixel.coverage < 1.0).count();
+            assert!(border > 100, "{border} pixels are covered in part");
+        }
     }
 
     #[test]

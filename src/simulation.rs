@@ -21,6 +21,7 @@ pub mod prepare;
 pub mod prepare_error;
 mod prepare_steps;
 pub mod reference_engine;
+pub mod sampling;
 pub mod state;
 pub mod stepper;
 mod structures;
@@ -33,7 +34,7 @@ use crate::saved::{Saved, SavedError};
 use crate::scene::{Draw, Initial};
 use crate::trace::Track;
 use check::Check;
-use engine::{Delivered, Engine, EngineError, Order, Step};
+use engine::{Delivered, Engine, EngineError, Moment, Order, Rows, Step};
 use forward::{Passing, forward};
 use keep::{Keep, KeepNothing};
 use periodic::Periodic;
@@ -262,9 +263,12 @@ pub fn run_from<E: From<EngineError>>(
         let pose = is_drawn(&time.draw, step).then(|| pose_at(prepared, now)).flatten();
         let advance = load.as_ref().map(|load| Step { load, steps: 1.0, start: now - time.step, length: time.step });
         let joints = pose.map(|_| prepared.loads.joints_at(now).1).unwrap_or_default();
+        let moments = moments(prepared, now, None);
+        let rows = moments.as_ref().filter(|_| pose.is_some()).map(|moments| Rows(moments));
         let order = Order {
             pose,
             joints: &joints,
+            rows,
             keep: !images.is_empty(),
             between: None,
             temperatures: true,
@@ -316,7 +320,9 @@ fn submit_image(
     let share = if step == 0 { 1.0 } else { passed.clamp(0.0, 1.0) };
     let pose = pose_of(prepared, time, Some(number));
     let joints = prepared.loads.joints_at(time).1;
-    let order = Order { pose, joints: &joints, between: Some(share), ..Order::default() };
+    let moments = moments(prepared, time, Some(number));
+    let rows = moments.as_ref().map(|moments| Rows(moments));
+    let order = Order { pose, joints: &joints, rows, between: Some(share), ..Order::default() };
     engine.submit(None, order)?;
     Ok(Waiting { step, image: Some(number), time, pose, reference: None })
 }
@@ -346,7 +352,9 @@ pub fn still(
     let load = (rest > 1e-9).then(|| prepared.loads.step_load(whole * length, time));
     let pose = pose_at(prepared, time);
     let advance = load.as_ref().map(|load| Step { load, steps: rest, start: whole * length, length: rest * length });
-    engine.submit(advance, Order { pose, joints: &prepared.loads.joints_at(time).1, ..Order::default() })?;
+    let moments = moments(prepared, time, None);
+    let rows = moments.as_ref().map(|moments| Rows(moments));
+    engine.submit(advance, Order { pose, joints: &prepared.loads.joints_at(time).1, rows, ..Order::default() })?;
     let delivered = engine.deliver()?;
     Ok(Some(StepResult { step: whole as u32, image: None, time, pose, delivered }))
 }
@@ -370,9 +378,19 @@ pub fn pose_at(prepared: &Prepared, time: f64) -> Option<DAffine3> {
 }
 
 /// The same for an image at its own time.
-fn pose_of(prepared: &Prepared, time: f64, image: Option<u32>) -> Option<DAffine3> {
+pub fn pose_of(prepared: &Prepared, time: f64, image: Option<u32>) -> Option<DAffine3> {
     let camera = prepared.scene.camera.as_ref()?.at(time, image).ok()?;
     Some(camera_from_body(&camera, &prepared.loads.sky_model().sky(time)))
+}
+
+/// Moments of the rows of an image at a time [s], with its number where it has its own time; `None` where all rows see one pose.
+pub fn moments(prepared: &Prepared, time: f64, image: Option<u32>) -> Option<impl Fn(f64) -> Moment + '_> {
+    let line_time = prepared.scene.camera.as_ref()?.line_time;
+    let moment = move |row: f64| {
+        let at = time + row * line_time;
+        Moment { pose: pose_of(prepared, at, image).unwrap_or_default(), joints: prepared.loads.joints_at(at).1 }
+    };
+    (line_time > 0.0).then_some(moment)
 }
 
 /// Whether a step is drawn.

@@ -129,6 +129,7 @@ mod tests {
             pixels: Pixels {
                 radiance_temperature_depth: vec![[radiance, 300.0, 1.0], [5.0, 300.0, 1.0], [0.0; 3]],
                 identity: vec![[1, 1], [part, 1], [0, 0]],
+                coverage: Vec::new(),
             },
         };
         let row = compared(&left(300.0, 10.0, 2), &left(303.0, 11.0, 3), "scene");

@@ -108,9 +108,9 @@ fn changed(scene: &Scene, row: &FrameRow) -> Scene {
 /// Changes the image size [px] and keeps the horizontal field of view.
 pub(super) fn resize(camera: &mut Camera, [width, height]: [u32; 2]) {
     let scale = f64::from(width) / f64::from(camera.width);
-    camera.focal = camera.focal.map(|focal| focal * scale);
+    camera.lens.focal = camera.lens.focal.map(|focal| focal * scale);
     (camera.width, camera.height) = (width, height);
-    camera.centre = [f64::from(width) / 2.0, f64::from(height) / 2.0];
+    camera.lens.centre = [f64::from(width) / 2.0, f64::from(height) / 2.0];
 }
 
 fn measured(context: &Arc<Context>, scene: &Scene, row: FrameRow, effort: Effort) -> Result<FrameRow, String> {

@@ -117,6 +117,7 @@ pub fn time_pass(
         band_table: &[],
         image: None,
         between: false,
+        sampling: None,
         shadows: None,
         joints: None,
         network: None,

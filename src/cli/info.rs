@@ -15,6 +15,7 @@ use crate::gpu::resources::device_bytes;
 use crate::model::Model;
 use crate::output::console::answer;
 use crate::output::console::say;
+use crate::output::settings::lens_lines;
 use crate::scene::Draw;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::forecast::{Forecast, Rate};
@@ -112,7 +113,12 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     let device_data = DeviceData::new(&prepared);
     let data = device_data.scene_data(&prepared, camera);
     let network = data.network.map(|network| network.shape.steps(1, 1, false).0).unwrap_or_default();
-    let wanted = Wanted { image: camera.is_some(), cull: prepared.triangles.len() as u32, temperatures: true };
+    let wanted = Wanted {
+        image: camera.is_some(),
+        sampled: data.sampled(),
+        cull: prepared.triangles.len() as u32,
+        temperatures: true,
+    };
     let stepped = Frame::step(&data.ranges, Wanted::default()).then(network);
     let frame = if data.between {
         let read = Frame::step(&[], Wanted { image: false, ..wanted });
@@ -152,6 +158,12 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     }
     for (name, value) in &network {
         text.push_str(&format!("  {name:<40} {value}\n"));
+    }
+    if let Some(camera) = &prepared.scene.camera {
+        text.push_str(&format!("\nCamera, {} x {} pixels\n", camera.width, camera.height));
+        for (name, value) in lens_lines(camera) {
+            text.push_str(&format!("  {name:<40} {value}\n"));
+        }
     }
     text.push_str("\nForecast of a run\n");
     for (name, value) in &forecast {

@@ -17,11 +17,11 @@ use crate::output::statistics::Spread;
 use crate::output::tables::NodeGroups;
 use crate::output::views::Views;
 use crate::scene::{Draw, Scene};
-use crate::simulation::engine::{Engine, EngineError, Order, Step};
+use crate::simulation::engine::{Engine, EngineError, Order, Rows, Step};
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::target::Target;
-use crate::simulation::{is_drawn, pose_at, start};
+use crate::simulation::{is_drawn, moments, pose_at, start};
 
 /// Most steps that are shown as pictures.
 pub const MOST_VIEWS: usize = 6;
@@ -282,7 +282,9 @@ impl Setting<'_> {
             }
             if self.shown.binary_search(&step).is_ok() {
                 let joints = prepared.loads.joints_at(now).1;
-                let order = Order { pose: pose_at(&prepared, now), joints: &joints, ..Order::default() };
+                let moments = moments(&prepared, now, None);
+                let rows = moments.as_ref().map(|moments| Rows(moments));
+                let order = Order { pose: pose_at(&prepared, now), joints: &joints, rows, ..Order::default() };
                 let (ms, delivered) = timed(|| engine.submit(None, order).and_then(|()| engine.deliver()))?;
                 image_ms.push(ms);
                 if let Some(pixels) = delivered.pixels {

@@ -156,13 +156,14 @@ fn pipeline(context: &Arc<Context>, kernel: Kernel, types: &[(u32, vk::Descripto
         Kernel::OnePass(_) => size_of::<NetworkStep>(),
         Kernel::Heat(_) => size_of::<HeatPass>(),
         Kernel::Heaters => size_of::<HeaterStep>(),
-        Kernel::Cull => size_of::<u32>(),
+        Kernel::Cull | Kernel::CullSamples { .. } => size_of::<u32>(),
         Kernel::Between => size_of::<f32>(),
         Kernel::SunRay { .. } => size_of::<SunRay>() + size_of::<[[f32; 4]; 3]>(),
         _ => 0,
     };
     match kernel {
-        Kernel::Radiance => Pipeline::radiance(context, types),
+        Kernel::Radiance | Kernel::RadianceOfRows(_) => Pipeline::radiance(context, &kernel.shaders(), types),
+        Kernel::Mean { each, .. } => Pipeline::mean(context, &kernel.shaders(), types, each),
         Kernel::SunDepth => Pipeline::solar_depth(context, types),
         _ => Pipeline::compute(context, &kernel.shaders()[0], types, constants as u32),
     }

@@ -36,7 +36,7 @@ pub(super) fn compile(
     for function in functions.chain(module.entry_points.iter_mut().map(|entry| &mut entry.function)) {
         narrow_barriers(&mut function.body);
     }
-    let info = Validator::new(ValidationFlags::all(), Capabilities::IMMEDIATES)
+    let info = Validator::new(ValidationFlags::all(), Capabilities::IMMEDIATES | Capabilities::MULTISAMPLED_SHADING)
         .validate(&module)
         .map_err(|error| failed(error.emit_to_string(text)))?;
     let entry = spv::PipelineOptions { shader_stage: stage, entry_point: "main".to_owned() };

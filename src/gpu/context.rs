@@ -35,6 +35,9 @@ pub struct DeviceInfo {
     pub max_framebuffer_side: u32,
     /// Size of the largest device-local heap [bytes].
     pub memory: u64,
+    /// Numbers of samples of a texel that images of floats and depths may have, as a sum of powers of two. 1 if
+    /// the device cannot shade every sample.
+    pub sample_counts: u32,
     /// Bits of sub-pixel precision of the rasteriser.
     pub sub_pixel_bits: u32,
     /// Length of a timestamp unit [ns]; 0 if the queue has no timestamps.
@@ -98,7 +101,8 @@ impl Context {
         let priorities = [1.0];
         let queues =
             [vk::DeviceQueueCreateInfo::default().queue_family_index(*queue_family).queue_priorities(&priorities)];
-        let features = vk::PhysicalDeviceFeatures::default().multi_draw_indirect(true);
+        let features =
+            vk::PhysicalDeviceFeatures::default().multi_draw_indirect(true).sample_rate_shading(info.sample_counts > 1);
         let create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_features(&features)
@@ -288,12 +292,13 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ran
     let core = properties.properties;
     let mut vulkan_13 = vk::PhysicalDeviceVulkan13Features::default();
     let has_13 = core.api_version >= vk::API_VERSION_1_3;
-    let mut draws_many = false;
+    let (mut draws_many, mut shades_samples) = (false, false);
     if has_13 {
         let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan_13);
         // SAFETY: the device belongs to the instance and supports Vulkan 1.3.
         unsafe { instance.get_physical_device_features2(physical, &mut features) };
         draws_many = features.features.multi_draw_indirect == vk::TRUE;
+        shades_samples = features.features.sample_rate_shading == vk::TRUE;
     }
     // SAFETY: the physical device belongs to the instance.
     let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
@@ -343,6 +348,10 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice) -> (u32, Ran
         max_workgroups: core.limits.max_compute_work_group_count[0],
         max_framebuffer_side: core.limits.max_framebuffer_width.min(core.limits.max_framebuffer_height),
         memory: largest_heap.map(|heap| heap.size).max().unwrap_or(0),
+        sample_counts: match core.limits.framebuffer_color_sample_counts & core.limits.framebuffer_depth_sample_counts {
+            counts if shades_samples => counts.as_raw(),
+            _ => 1,
+        },
         sub_pixel_bits: core.limits.sub_pixel_precision_bits,
         timestamp_period: match family {
             Some(family) if families[family].timestamp_valid_bits > 0 => core.limits.timestamp_period,

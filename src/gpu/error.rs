@@ -50,7 +50,7 @@ pub enum GpuError {
     /// A buffer is longer than the device can bind.
     #[error(
         "buffer '{buffer}' needs {bytes} bytes, and {device} binds at most {limit} bytes at once; \
-         take a larger max_edge so that the scene has fewer nodes"
+         take a larger max_edge so that the scene has fewer nodes, or a smaller image or fewer samples"
     )]
     BufferTooLong {
         /// Name of the buffer.
@@ -84,7 +84,10 @@ pub enum GpuError {
         available: u64,
     },
     /// The image is larger than the device can draw.
-    #[error("an image of {width} x {height} is too large for {device}, which draws at most {limit} pixels a side")]
+    #[error(
+        "an image of {width} x {height} is too large for {device}, which draws at most {limit} pixels a side; with \
+         camera.samples or camera.distortion it is a multiple of the camera's: take fewer samples or a smaller image"
+    )]
     ImageTooLarge {
         /// Width in pixels.
         width: u32,

@@ -10,15 +10,16 @@ use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 pub use passes::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
 
 use passes::{
-    DEPTH, DEPTH_WRITE, between_pass, cull_pass, radiance_pass, ray_pass, solar_depth_pass, thermal_pass,
-    visibility_pass,
+    DEPTH, DEPTH_WRITE, between_pass, cull_pass, mean_pass, radiance_pass, ray_pass, resample_pass, solar_depth_pass,
+    thermal_pass, visibility_pass,
 };
 
 use super::pass::{
-    CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Pass, barrier, clear_pass, copy_pass,
-    is_write, scope, to_host, transition,
+    CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Kernel, Pass, Scope, barrier, clear_pass,
+    copy_pass, is_write, scope, to_host, transition,
 };
 use super::resource::Resource;
+use super::sampling::Sampled;
 use crate::environment::shadow::{Method, SUN_RAYS};
 
 /// Most groups of one dispatch of shadow rays: 65,535 workgroups of 64 nodes, rounded down to whole ranges.
@@ -29,6 +30,8 @@ const TRACED_AT_ONCE: u32 = 65_535 / 4 * 64;
 pub struct Wanted {
     /// Whether an image is drawn.
     pub image: bool,
+    /// How the image is made. `None` if it is simply drawn.
+    pub sampled: Option<Sampled>,
     /// Triangles to cull before drawing. It is 0 if the view of the craft has not changed since the last image.
     pub cull: u32,
     /// Whether the host reads the temperatures of all nodes.
@@ -103,33 +106,20 @@ impl Frame {
                 barrier(Resource::VisibleTriangles, indices, COMPUTE_WRITE),
                 barrier(Resource::Draws, commands, COMPUTE_WRITE),
             ]));
-            entries.extend(culled.iter().flat_map(|run| run.pieces()).map(|run| Entry::Pass(cull_pass(run))));
+            let kernel = match wanted.sampled {
+                Some(Sampled { mean, shutter, .. }) if mean.is_some() || shutter.is_some() => {
+                    Kernel::CullSamples { several: mean.is_some(), shutter }
+                }
+                _ => Kernel::Cull,
+            };
+            entries.extend(culled.iter().flat_map(|run| run.pieces()).map(|run| Entry::Pass(cull_pass(run, kernel))));
             entries.push(Entry::Barriers(vec![
                 barrier(Resource::VisibleTriangles, COMPUTE_WRITE, scope(S::INDEX_INPUT, A::INDEX_READ)),
                 barrier(Resource::Draws, COMPUTE_WRITE, scope(S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ)),
             ]));
         }
         if wanted.image {
-            let vertex_read = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
-            let colour = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
-            let copied = scope(S::COPY, A::NONE);
-            let (undefined, attachment) = (ImageLayout::UNDEFINED, ImageLayout::ATTACHMENT_OPTIMAL);
-            let source = ImageLayout::TRANSFER_SRC_OPTIMAL;
-            entries.push(Entry::Barriers(vec![
-                barrier(shown, COMPUTE_WRITE, vertex_read),
-                transition(Resource::RadianceImage, copied, colour, undefined, attachment),
-                transition(Resource::IdentityImage, copied, colour, undefined, attachment),
-                transition(Resource::DepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),
-            ]));
-            entries.push(Entry::Pass(radiance_pass(shown)));
-            entries.push(Entry::Barriers(vec![
-                transition(Resource::RadianceImage, colour, COPY_READ, attachment, source),
-                transition(Resource::IdentityImage, colour, COPY_READ, attachment, source),
-            ]));
-            entries.push(Entry::Pass(copy_pass("read radiance", Resource::RadianceImage, Resource::RadianceReadback)));
-            entries.push(Entry::Pass(copy_pass("read identity", Resource::IdentityImage, Resource::IdentityReadback)));
-            entries
-                .push(Entry::Barriers(vec![to_host(Resource::RadianceReadback), to_host(Resource::IdentityReadback)]));
+            entries.extend(image(wanted.sampled, shown));
         }
         if wanted.temperatures {
             entries.push(Entry::Barriers(vec![barrier(Resource::Temperature, COMPUTE_WRITE, COPY_READ)]));
@@ -244,6 +234,83 @@ impl std::fmt::Display for Frame {
         }
         Ok(())
     }
+}
+
+/// Nodes are read by vertices.
+const VERTEX_READ: Scope = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
+/// Write of a colour attachment.
+const COLOUR: Scope = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
+/// End of the copies, which only read.
+const COPIED: Scope = scope(S::COPY, A::NONE);
+
+/// Draws an image with the temperatures in the buffer `shown`, computes another from it where one is wanted, and copies it to the host.
+fn image(sampled: Option<Sampled>, shown: Resource) -> Vec<Entry> {
+    let (undefined, attachment) = (ImageLayout::UNDEFINED, ImageLayout::ATTACHMENT_OPTIMAL);
+    let source = ImageLayout::TRANSFER_SRC_OPTIMAL;
+    let shutter = sampled.and_then(|sampled| sampled.shutter);
+    let mean = sampled.and_then(|sampled| sampled.mean);
+    let mut before = vec![
+        barrier(shown, COMPUTE_WRITE, VERTEX_READ),
+        transition(Resource::RadianceImage, COPIED, COLOUR, undefined, attachment),
+        transition(Resource::IdentityImage, COPIED, COLOUR, undefined, attachment),
+        transition(Resource::DepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),
+    ];
+    let mut drawn = vec![
+        transition(Resource::RadianceImage, COLOUR, COPY_READ, attachment, source),
+        transition(Resource::IdentityImage, COLOUR, COPY_READ, attachment, source),
+    ];
+    let mut passes = vec![Entry::Pass(radiance_pass(shutter, shown))];
+    if let Some(each) = mean {
+        before.push(transition(Resource::MeanImage, COPIED, COLOUR, undefined, attachment));
+        before.push(transition(Resource::MeanDepthImage, DEPTH_WRITE, DEPTH, undefined, attachment));
+        if each > 1 {
+            // Only draws use this image.
+            before.push(transition(Resource::MultiImage, COLOUR, COLOUR, undefined, attachment));
+        }
+        passes.push(Entry::Pass(mean_pass(each, shutter, shown)));
+        drawn.push(transition(Resource::MeanImage, COLOUR, COPY_READ, attachment, source));
+    }
+    let mut entries = vec![Entry::Barriers(before)];
+    entries.extend(passes);
+    entries.push(Entry::Barriers(drawn));
+    let [radiance, identity] = match sampled.filter(Sampled::is_resampled) {
+        Some(sampled) => {
+            entries.extend(resampled(sampled));
+            [Resource::ImageRadiance, Resource::ImageIdentity]
+        }
+        None => [Resource::RadianceImage, Resource::IdentityImage],
+    };
+    entries.extend([
+        Entry::Pass(copy_pass("read radiance", radiance, Resource::RadianceReadback)),
+        Entry::Pass(copy_pass("read identity", identity, Resource::IdentityReadback)),
+        Entry::Barriers(vec![to_host(Resource::RadianceReadback), to_host(Resource::IdentityReadback)]),
+    ]);
+    entries
+}
+
+/// Copies drawn images to buffers, and computes another image from them.
+fn resampled(sampled: Sampled) -> Vec<Entry> {
+    let mut copies = vec![
+        ("copy radiance", Resource::RadianceImage, Resource::DrawnRadiance),
+        ("copy identity", Resource::IdentityImage, Resource::DrawnIdentity),
+    ];
+    copies.extend(sampled.mean.map(|_| ("copy mean", Resource::MeanImage, Resource::Mean)));
+    let looked_up = scope(S::COMPUTE_SHADER, A::NONE);
+    let written = copies.iter().map(|(_, _, to)| barrier(*to, looked_up, COPY_WRITE)).collect();
+    let mut entries = vec![Entry::Barriers(written)];
+    entries.extend(copies.iter().map(|(name, from, to)| Entry::Pass(copy_pass(name, *from, *to))));
+    let mut read: Vec<_> = copies.iter().map(|(_, _, to)| barrier(*to, COPY_WRITE, COMPUTE_READ)).collect();
+    read.push(barrier(Resource::ImageRadiance, COPIED, COMPUTE_WRITE));
+    read.push(barrier(Resource::ImageIdentity, COPIED, COMPUTE_WRITE));
+    entries.extend([
+        Entry::Barriers(read),
+        Entry::Pass(resample_pass(sampled)),
+        Entry::Barriers(vec![
+            barrier(Resource::ImageRadiance, COMPUTE_WRITE, COPY_READ),
+            barrier(Resource::ImageIdentity, COMPUTE_WRITE, COPY_READ),
+        ]),
+    ]);
+    entries
 }
 
 /// Whether nodes of the ranges keep a state between steps.

@@ -117,6 +117,52 @@ shared! {
         pub margin: f32,
     }
 
+    /// Camera of an image with a rolling shutter, beside the `View` of its first row.
+    pub struct Shutter {
+        /// First row of camera_from_body at the time of the middle row of the image.
+        pub middle_x: [f32; 4],
+        /// Second row of it.
+        pub middle_y: [f32; 4],
+        /// Third row of it.
+        pub middle_z: [f32; 4],
+        /// First row of camera_from_body at the time of the last row of the image.
+        pub last_x: [f32; 4],
+        /// Second row of it.
+        pub last_y: [f32; 4],
+        /// Third row of it.
+        pub last_z: [f32; 4],
+        /// Smallest x and y, and largest x and y, of the rays whose row is computed.
+        pub field: [f32; 4],
+        /// Distortion: k1, k2, p1, p2; of a fisheye k1 to k4.
+        pub first_numbers: [f32; 4],
+        /// Distortion: k3, k4, k5, k6.
+        pub second_numbers: [f32; 4],
+        /// Distortion: s1, s2, s3, s4.
+        pub third_numbers: [f32; 4],
+        /// Share of the image for a unit of the distorted y.
+        pub row_scale: f32,
+        /// Share of the image above the centre of its first row where y is 0.
+        pub row_offset: f32,
+        /// Padding to the alignment of GLSL.
+        pub unused: [f32; 2],
+    }
+
+    /// Sizes of an image that is made from a finer one.
+    pub struct Sampling {
+        /// Width of the image [px].
+        pub width: u32,
+        /// Height of the image [px].
+        pub height: u32,
+        /// Width of the source [texels].
+        pub source_width: u32,
+        /// Height of the source [texels].
+        pub source_height: u32,
+        /// Lookups along the width of a pixel.
+        pub columns: u32,
+        /// Lookups along the height of a pixel.
+        pub rows: u32,
+    }
+
     /// An indexed indirect draw command (VkDrawIndexedIndirectCommand).
     pub struct DrawCommand {
         /// Three for each triangle.

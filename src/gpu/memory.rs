@@ -82,13 +82,14 @@ pub struct Image {
 }
 
 impl Image {
-    /// Creates an image in device memory.
+    /// Creates an image in device memory with `each` samples of a texel.
     pub fn new(
         context: &Arc<Context>,
         name: &str,
         [width, height]: [u32; 2],
         format: vk::Format,
         usage: vk::ImageUsageFlags,
+        each: u32,
     ) -> Result<Self, GpuError> {
         let create = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
@@ -96,7 +97,7 @@ impl Image {
             .extent(vk::Extent3D { width, height, depth: 1 })
             .mip_levels(1)
             .array_layers(1)
-            .samples(vk::SampleCountFlags::TYPE_1)
+            .samples(vk::SampleCountFlags::from_raw(each))
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(usage);
         // SAFETY: the device is alive; the memory is bound below before any use.

@@ -31,6 +31,7 @@ pub mod resource_row;
 pub mod resources;
 pub mod response;
 pub mod samples;
+pub mod sampling;
 pub mod shaders;
 pub mod shapes;
 mod store;

@@ -5,6 +5,7 @@ use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 use super::heat_source::HeatOf;
 use super::one_pass_variant::OnePassVariant;
 use super::resource::Resource;
+use super::sampling::RowOf;
 use super::shaders::Shader;
 use super::variant::{ResponseVariant, ThermalVariant};
 use super::wide_variant::{WideKind, WideVariant};
@@ -71,8 +72,31 @@ pub enum Kernel {
     Between,
     /// Culls triangles that cover no pixel centre.
     Cull,
+    /// Culls triangles of an image with several samples of a pixel or a rolling shutter.
+    CullSamples {
+        /// Whether a pixel has several samples.
+        several: bool,
+        /// How a point finds its row with a rolling shutter.
+        shutter: Option<RowOf>,
+    },
     /// Draws the remaining triangles as radiance.
     Radiance,
+    /// Draws them as radiance with a rolling shutter.
+    RadianceOfRows(RowOf),
+    /// Draws them as radiance and coverage, averaged over the samples of a texel.
+    Mean {
+        /// Samples of a texel.
+        each: u32,
+        /// How a point finds its row with a rolling shutter.
+        shutter: Option<RowOf>,
+    },
+    /// Computes the image from drawn ones.
+    Resample {
+        /// Whether the lens distorts.
+        lens: bool,
+        /// Whether a pixel has several samples.
+        several: bool,
+    },
     /// A pass over a network, of one stage or of its solver.
     Wide(WideVariant),
     /// The step of a network in one pass.
@@ -94,7 +118,7 @@ pub enum Kernel {
 impl Kernel {
     /// Whether it draws the triangles of all joints in turn.
     pub fn draws(self) -> bool {
-        matches!(self, Self::Radiance | Self::SunDepth)
+        matches!(self, Self::Radiance | Self::RadianceOfRows(_) | Self::Mean { .. } | Self::SunDepth)
     }
 
     /// Shader of a dispatch. For a draw, the vertex shader and the fragment shader, if it has one.
@@ -113,12 +137,32 @@ impl Kernel {
             Self::SunRay { first: false } => plain("solar_rays.comp"),
             Self::Between => plain("between.comp"),
             Self::Cull => plain("cull.comp"),
+            Self::CullSamples { several, shutter } => {
+                let several = if several { vec!["sampled"] } else { Vec::new() };
+                vec![Shader::new("cull.comp", [several, rolling(shutter)].concat())]
+            }
+            Self::RadianceOfRows(row_of) => {
+                vec![Shader::new("radiance.vert", row_of.words()), Shader::new("radiance.frag", Vec::new())]
+            }
+            Self::Mean { each, shutter } => {
+                let words = if each > 1 { vec!["mean", "multiple"] } else { vec!["mean"] };
+                vec![Shader::new("radiance.vert", rolling(shutter)), Shader::new("radiance.frag", words)]
+            }
+            Self::Resample { lens, several } => {
+                let words = [(lens, "lens"), (several, "several")].into_iter().filter(|(has, _)| *has);
+                vec![Shader::new("resample.comp", words.map(|(_, word)| word).collect())]
+            }
             Self::Radiance => ["radiance.vert", "radiance.frag"].map(|entry| Shader::new(entry, Vec::new())).to_vec(),
             Self::Blackbody => plain("blackbody.comp"),
             Self::Brightness => plain("brightness.comp"),
             Self::Empty => plain("empty.comp"),
         }
     }
+}
+
+/// Words of a rolling shutter.
+fn rolling(shutter: Option<RowOf>) -> Vec<&'static str> {
+    shutter.map(RowOf::words).unwrap_or_default()
 }
 
 /// Push constants of a dispatch.

@@ -21,6 +21,8 @@ pub struct Pipeline {
 pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 /// Format of the image with part and material of each pixel.
 pub const IDENTITY_FORMAT: vk::Format = vk::Format::R32G32_UINT;
+/// Format of the image with mean radiance and coverage.
+pub const MEAN_FORMAT: vk::Format = vk::Format::R32G32_SFLOAT;
 /// Format of the depth buffer.
 pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 
@@ -45,26 +47,44 @@ impl Pipeline {
     }
 
     /// Makes the pipeline of the radiance pass: vertices read from storage buffers, reversed depth, no face culling.
-    pub fn radiance(context: &Arc<Context>, bindings: &[(u32, vk::DescriptorType)]) -> Result<Self, GpuError> {
+    pub fn radiance(
+        context: &Arc<Context>,
+        shaders: &[Shader],
+        bindings: &[(u32, vk::DescriptorType)],
+    ) -> Result<Self, GpuError> {
         let formats = [RADIANCE_FORMAT, IDENTITY_FORMAT];
         let depth = vk::CompareOp::GREATER;
-        Self::graphics(context, "radiance", &["radiance.vert", "radiance.frag"], bindings, &formats, depth)
+        Self::graphics(context, "radiance", shaders, bindings, &formats, depth, 1)
+    }
+
+    /// Makes the pipeline of the mean radiance over `each` samples of a texel.
+    pub fn mean(
+        context: &Arc<Context>,
+        shaders: &[Shader],
+        bindings: &[(u32, vk::DescriptorType)],
+        each: u32,
+    ) -> Result<Self, GpuError> {
+        let formats = [MEAN_FORMAT];
+        Self::graphics(context, "mean", shaders, bindings, &formats, vk::CompareOp::GREATER, each)
     }
 
     /// Makes the pipeline of the shadow map: vertices read from storage buffers, depth only, no face culling.
     pub fn solar_depth(context: &Arc<Context>, bindings: &[(u32, vk::DescriptorType)]) -> Result<Self, GpuError> {
-        Self::graphics(context, "solar_depth", &["solar_depth.vert"], bindings, &[], vk::CompareOp::LESS)
+        let shaders = [Shader::new("solar_depth.vert", Vec::new())];
+        Self::graphics(context, "solar_depth", &shaders, bindings, &[], vk::CompareOp::LESS, 1)
     }
 
     /// Makes a pipeline for indexed triangles without face culling. `formats` are the colour attachments, `nearer` is
-    /// the depth test, and `entries` are the vertex shader and, if there are colours, the fragment shader.
+    /// the depth test, `shaders` are the vertex shader and, if there are colours, the fragment shader, and `each` are the
+    /// samples of a texel.
     fn graphics(
         context: &Arc<Context>,
         name: &str,
-        entries: &[&'static str],
+        shaders: &[Shader],
         bindings: &[(u32, vk::DescriptorType)],
         formats: &[vk::Format],
         nearer: vk::CompareOp,
+        each: u32,
     ) -> Result<Self, GpuError> {
         let stages = if formats.is_empty() {
             vk::ShaderStageFlags::VERTEX
@@ -72,8 +92,7 @@ impl Pipeline {
             vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT
         };
         let mut pipeline = Self::layouts(context, bindings, 0, stages, vk::PipelineBindPoint::GRAPHICS)?;
-        let module = |entry: &&'static str| Module::new(context, &Shader::new(entry, Vec::new()));
-        let modules = entries.iter().map(module).collect::<Result<Vec<_>, _>>()?;
+        let modules = shaders.iter().map(|shader| Module::new(context, shader)).collect::<Result<Vec<_>, _>>()?;
         let kinds = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
         let stages: Vec<_> = modules.iter().zip(kinds).map(|(module, kind)| module.stage(kind)).collect();
 
@@ -88,8 +107,8 @@ impl Pipeline {
             .cull_mode(vk::CullModeFlags::NONE)
             .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
             .line_width(1.0);
-        let samples =
-            vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
+        let samples = vk::PipelineMultisampleStateCreateInfo::default()
+            .rasterization_samples(vk::SampleCountFlags::from_raw(each));
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
             .depth_test_enable(true)
             .depth_write_enable(true)

@@ -184,15 +184,22 @@ impl<'a> Recorder<'a> {
         let floats = vk::ClearValue { color: vk::ClearColorValue { float32: [0.0; 4] } };
         let integers = vk::ClearValue { color: vk::ClearColorValue { uint32: [0; 4] } };
         let image = |resource| self.resources.image(resource);
-        let radiance = image(Resource::RadianceImage);
-        let colours = [
-            cleared(radiance, floats, vk::AttachmentStoreOp::STORE),
-            cleared(image(Resource::IdentityImage), integers, vk::AttachmentStoreOp::STORE),
-        ];
-        let depth = cleared(image(Resource::DepthImage), depth_of(0.0), vk::AttachmentStoreOp::DONT_CARE);
+        let (store, discard) = (vk::AttachmentStoreOp::STORE, vk::AttachmentStoreOp::DONT_CARE);
+        let (first, depth) = match pass.kernel() {
+            Some(Kernel::Mean { .. }) => (image(Resource::MeanImage), image(Resource::MeanDepthImage)),
+            _ => (image(Resource::RadianceImage), image(Resource::DepthImage)),
+        };
+        let colours = match pass.kernel() {
+            Some(Kernel::Mean { each: 2.., .. }) => {
+                vec![averaged(cleared(image(Resource::MultiImage), floats, discard), first)]
+            }
+            Some(Kernel::Mean { .. }) => vec![cleared(first, floats, store)],
+            _ => vec![cleared(first, floats, store), cleared(image(Resource::IdentityImage), integers, store)],
+        };
+        let depth = cleared(depth, depth_of(0.0), discard);
         let rendering = vk::RenderingInfo::default().color_attachments(&colours).depth_attachment(&depth);
         self.bind(pass, 0);
-        self.begin_drawing(rendering, radiance.size, Resource::VisibleTriangles);
+        self.begin_drawing(rendering, first.size, Resource::VisibleTriangles);
         for run in self.triangles.iter().copied() {
             self.bind(pass, run.joint);
             self.draw_visible(run);
@@ -278,6 +285,14 @@ fn cleared(image: &Image, value: vk::ClearValue, store: vk::AttachmentStoreOp) -
         .load_op(vk::AttachmentLoadOp::CLEAR)
         .store_op(store)
         .clear_value(value)
+}
+
+/// An attachment whose samples are averaged into an image at the end of the draw.
+fn averaged<'a>(attachment: vk::RenderingAttachmentInfo<'a>, to: &'a Image) -> vk::RenderingAttachmentInfo<'a> {
+    attachment
+        .resolve_mode(vk::ResolveModeFlags::AVERAGE)
+        .resolve_image_view(to.view)
+        .resolve_image_layout(vk::ImageLayout::ATTACHMENT_OPTIMAL)
 }
 
 fn depth_of(depth: f32) -> vk::ClearValue {

@@ -30,6 +30,7 @@ use super::record::Recorder;
 use super::resource::Resource;
 use super::resource_row::SLOTS;
 use super::resources::SceneData;
+use super::sampling::Sampled;
 use super::store::Resources;
 use super::timing::{DeviceFrame, PassTimes};
 use crate::environment::StepLoad;
@@ -51,6 +52,8 @@ pub struct Request<'a> {
     /// Views of the image, one for the body and one for each joint. The view of a joint is relative to the joint's
     /// frame. Without views, nothing is drawn.
     pub views: &'a [layout::View],
+    /// The rolling shutter for each of the views, which are those of the first row. Empty if all rows see one pose.
+    pub shutters: &'a [layout::Shutter],
     /// Whether the host reads the temperatures of all nodes.
     pub temperatures: bool,
     /// Whether the host reads the heat that every run of nodes absorbs.
@@ -80,7 +83,8 @@ impl<'a> Request<'a> {
 /// Outputs of a frame.
 #[derive(Default)]
 pub struct Collected<'a> {
-    /// Radiance [W m-2 sr-1], temperature [K], depth [m] and 1 for every pixel; 0 for the background.
+    /// Radiance [W m-2 sr-1], temperature [K], depth [m] and coverage of every pixel; 0 for the background. Without
+    /// several samples the coverage is 1 where a surface is.
     pub radiance: Option<&'a [[f32; 4]]>,
     /// Part and material index of every pixel, each plus 1; 0 for the background.
     pub identity: Option<&'a [[u32; 2]]>,
@@ -102,6 +106,8 @@ pub struct Renderer {
     /// Runs of nodes whose absorbed heat is summed.
     runs: usize,
     pixels: usize,
+    /// How images are made from finer ones, if they are.
+    sampled: Option<Sampled>,
     triangles: Vec<TriangleRun>,
     culling: Culling,
     /// Whether images lie between steps.
@@ -131,7 +137,9 @@ impl Renderer {
     pub fn new(context: &Arc<Context>, data: &SceneData<'_>) -> Result<Self, GpuError> {
         let mut once = Once::new(context)?;
         let resources = Resources::of_scene(context, &mut once, data)?;
-        let wanted = Wanted { image: data.image.is_some(), cull: data.triangles.len() as u32, temperatures: true };
+        let sampled = data.sampled();
+        let cull = data.triangles.len() as u32;
+        let wanted = Wanted { image: data.image.is_some(), sampled, cull, temperatures: true };
         let triangles = data.runs();
         let mut frames = Vec::new();
         for (has_sun, has_albedo) in [(true, true), (true, false), (false, false)] {
@@ -163,6 +171,7 @@ impl Renderer {
             nodes: data.normals.len(),
             runs: data.heat.map_or(0, |heat| heat.runs.len()),
             pixels: data.image.map_or(0, |[width, height]| width as usize * height as usize),
+            sampled,
             culling: Culling::new(&triangles, data.triangles, data.positions),
             triangles,
             between: data.between,
@@ -214,9 +223,14 @@ impl Renderer {
             return self.send(list, request);
         }
         let mut views = request.views.to_vec();
+        if self.sampled.is_some_and(|sampled| sampled.shutter.is_some()) {
+            // The view of the first row does not tell how the others moved.
+            self.culling.forget();
+        }
         let culled = self.culling.due(&mut views);
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
-        let wanted = Wanted { image: !views.is_empty(), cull, temperatures: request.temperatures };
+        let (image, temperatures) = (!views.is_empty(), request.temperatures);
+        let wanted = Wanted { image, sampled: self.sampled, cull, temperatures };
         let mut ranges = request.step.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
         let mut loaded = Vec::new();
         if self.steps_network() {
@@ -334,6 +348,7 @@ impl Renderer {
             DeviceLoad::new(load, self.joints).write(&mut self.resources, slot, steps)?;
         }
         self.resources.write_slices(Resource::View, slot, request.views)?;
+        self.resources.write_slices(Resource::Shutter, slot, request.shutters)?;
         self.resources.write_slices(Resource::SunView, slot, &std::mem::take(&mut self.shadows.views))?;
         let told = |said: Said| match said {
             Said::Share => request.between.unwrap_or(1.0).to_le_bytes().to_vec(),

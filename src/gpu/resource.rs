@@ -119,14 +119,36 @@ table! {
     /// Share of the Sun that every node sees.
     Visibility: row(GROUP, ShadowedGroups, Storage, "Visibility").in_pieces(Always);
     /// Radiance, temperature and depth of every pixel.
-    RadianceImage: unbound(16, Pixels, Colour(vk::Format::R32G32B32A32_SFLOAT));
+    RadianceImage: unbound(16, DrawnTexels, Colour(vk::Format::R32G32B32A32_SFLOAT));
     /// Part and material index of every pixel.
-    IdentityImage: unbound(8, Pixels, Colour(vk::Format::R32G32_UINT));
+    IdentityImage: unbound(8, DrawnTexels, Colour(vk::Format::R32G32_UINT));
     /// Depth buffer.
-    DepthImage: unbound(4, Pixels, Depth);
-    /// Host copy of `RadianceImage`.
+    DepthImage: unbound(4, DrawnTexels, Depth);
+    /// `Shutter`, written by the host.
+    Shutter: row(size_of::<layout::Shutter>(), RollingOnce, Uniform, "Shutter").each_slot().each_joint();
+    /// Sizes of an image that is computed from drawn ones.
+    Sampling: row(size_of::<layout::Sampling>(), ComputedOnce, Uniform, "Sampling");
+    /// Copy of `RadianceImage` that shaders read.
+    DrawnRadiance: row(16, ReadTexels, Storage, "DrawnRadiance");
+    /// Copy of `IdentityImage` that shaders read.
+    DrawnIdentity: row(8, ReadTexels, Storage, "DrawnIdentity");
+    /// Mean radiance and coverage of every texel over its samples.
+    MeanImage: unbound(8, MeanTexels, Colour(vk::Format::R32G32_SFLOAT));
+    /// `MeanImage` before the mean over the samples of a texel.
+    MultiImage: unbound(8, MultiSamples, Colour(vk::Format::R32G32_SFLOAT));
+    /// Depth buffer of `MeanImage` or `MultiImage`.
+    MeanDepthImage: unbound(4, MeanSamples, Depth);
+    /// Copy of `MeanImage` that shaders read.
+    Mean: row(8, MeanTexels, Storage, "MeanRadiance");
+    /// Places of the pixels' corners in the finer image of a distorting lens.
+    LensMap: row(8, LensCorners, Storage, "LensMap");
+    /// Radiance, temperature, depth and coverage of every pixel of an image that is computed from drawn ones.
+    ImageRadiance: row(16, ComputedPixels, Storage, "ImageRadiance");
+    /// Part and material of every pixel of such an image.
+    ImageIdentity: row(8, ComputedPixels, Storage, "ImageIdentity");
+    /// Host copy of `RadianceImage` or `ImageRadiance`.
     RadianceReadback: unbound(16, Pixels, Readback).each_slot();
-    /// Host copy of `IdentityImage`.
+    /// Host copy of `IdentityImage` or `ImageIdentity`.
     IdentityReadback: unbound(8, Pixels, Readback).each_slot();
     /// Host copy of `Temperature`.
     TemperatureReadback: unbound(GROUP, Groups, Readback).each_slot();

@@ -53,6 +53,24 @@ pub enum Count {
     Traced,
     /// Pixels of the image.
     Pixels,
+    /// Texels of the image that is drawn with one sample of a pixel.
+    DrawnTexels,
+    /// The same, if another image is computed from it.
+    ReadTexels,
+    /// Pixels of an image that is computed from drawn ones.
+    ComputedPixels,
+    /// Texels of the image from which the mean over several samples is made.
+    MeanTexels,
+    /// Samples of its texels.
+    MeanSamples,
+    /// Samples of its texels, if there are several of each.
+    MultiSamples,
+    /// Corners of the pixels of an image with distortion.
+    LensCorners,
+    /// One, if the image is computed from drawn ones.
+    ComputedOnce,
+    /// One, if the image has a rolling shutter.
+    RollingOnce,
     /// Groups of four nodes of a network.
     NetworkGroups,
     /// Slices of a network's rows, plus one.
@@ -127,6 +145,26 @@ impl Count {
                 | Self::HeatedGroups
                 | Self::HeatGroups
         )
+    }
+}
+
+impl Count {
+    /// Whether the number grows with the size of the image.
+    pub fn is_of_images(self) -> bool {
+        matches!(
+            self,
+            Self::Pixels
+                | Self::DrawnTexels
+                | Self::ReadTexels
+                | Self::ComputedPixels
+                | Self::MeanTexels
+                | Self::LensCorners
+        ) || self.is_multiple()
+    }
+
+    /// Whether the elements of an image are the samples of its texels.
+    pub fn is_multiple(self) -> bool {
+        matches!(self, Self::MeanSamples | Self::MultiSamples)
     }
 }
 

@@ -15,6 +15,7 @@ use super::once::Once;
 use super::one_pass::OnePassTables;
 use super::resource::Resource;
 use super::resource_row::{Count, Pieces};
+use super::sampling::{Mean, Sampled, Sampling};
 use super::shapes::Shapes;
 use super::store::Resources;
 use super::variant::{StepKind, ThermalVariant};
@@ -49,6 +50,8 @@ pub struct SceneData<'a> {
     pub image: Option<[u32; 2]>,
     /// Whether images lie between steps, so that their temperatures are interpolated.
     pub between: bool,
+    /// How the image is made; `None` if it is simply drawn.
+    pub sampling: Option<Sampling>,
     /// Shadows; `None` if the craft does not shadow itself.
     pub shadows: Option<ShadowData<'a>>,
     /// Joints; `None` if no part moves.
@@ -138,6 +141,32 @@ impl SceneData<'_> {
         Resource::ALL.iter().filter_map(planned).collect()
     }
 
+    /// A number of an image that is not simply drawn, or 0.
+    fn of_sampling(&self, number: impl Fn(&Sampling) -> usize) -> usize {
+        self.sampling.as_ref().map_or(0, number)
+    }
+
+    /// A number of an image that is computed from drawn ones, or 0.
+    fn of_computed(&self, number: impl Fn(&Sampling) -> usize) -> usize {
+        let computed = self.sampled().is_some_and(|sampled| sampled.is_resampled());
+        self.sampling.as_ref().filter(|_| computed).map_or(0, number)
+    }
+
+    /// A number of the image from which the mean over several samples is made, or 0.
+    fn of_mean(&self, number: impl Fn(&Mean) -> usize) -> usize {
+        self.sampling.as_ref().and_then(|sampling| sampling.mean.as_ref()).map_or(0, number)
+    }
+
+    /// What the passes of the image depend on, if it is not simply drawn.
+    pub fn sampled(&self) -> Option<Sampled> {
+        Some(self.sampling.as_ref()?.passes(self.image?))
+    }
+
+    /// Width and height of the largest image that is drawn [px].
+    pub fn drawn(&self) -> Option<[u32; 2]> {
+        self.sampling.as_ref().map(Sampling::largest).or(self.image)
+    }
+
     /// Number of elements for a `count`; 0 if no scene has such elements.
     fn count(&self, count: Count) -> usize {
         let groups = self.normals.len() / GROUP;
@@ -173,12 +202,30 @@ impl SceneData<'_> {
             // A tree that is rebuilt for moved parts has the same number of boxes.
             Count::Boxes => tree.map_or(0, |tree| tree.tree.nodes.len()),
             Count::Traced => tree.map_or(0, |tree| tree.triangles.len()),
-            Count::Pixels => self.image.map_or(0, |[width, height]| width as usize * height as usize),
+            Count::Pixels => self.image.map_or(0, area),
+            Count::DrawnTexels => {
+                self.image.map_or(0, |image| area(self.sampling.as_ref().map_or(image, |sampling| sampling.drawn)))
+            }
+            Count::ReadTexels => self.of_computed(|sampling| area(sampling.drawn)),
+            Count::ComputedPixels => self.of_computed(|_| self.image.map_or(0, area)),
+            Count::MeanTexels => self.of_mean(|mean| area(mean.size)),
+            Count::MeanSamples => self.of_mean(|mean| area(mean.size) * mean.each as usize),
+            Count::MultiSamples => {
+                self.of_mean(|mean| if mean.each > 1 { area(mean.size) * mean.each as usize } else { 0 })
+            }
+            Count::LensCorners => self.of_sampling(|sampling| sampling.map.len()),
+            Count::ComputedOnce => self.of_computed(|_| 1),
+            Count::RollingOnce => self.of_sampling(|sampling| usize::from(sampling.shutter.is_some())),
             Count::HeatRuns => self.heat.map_or(0, |heat| heat.runs.len()),
             Count::HeatGroups => only(self.heat.is_some(), groups),
             other => self.network.map_or(0, |network| network.count(other)),
         }
     }
+}
+
+/// Number of pixels of an image.
+fn area([width, height]: [u32; 2]) -> usize {
+    width as usize * height as usize
 }
 
 /// Resources of a scene that its thermal network may overwrite. The culled triangles are found again before an image,
@@ -205,7 +252,7 @@ pub fn check_plan(context: &Context, plan: &[Planned], beside: u64, image: Optio
     let needed = plan.iter().map(|planned| planned.bytes).sum::<u64>() + beside;
     let available = context.free_memory();
     if needed > available {
-        let of_images = plan.iter().filter(|planned| planned.resource.row().count == Count::Pixels);
+        let of_images = plan.iter().filter(|planned| planned.resource.row().count.is_of_images());
         let images = of_images.map(|planned| planned.bytes).sum();
         return Err(GpuError::OutOfMemory { needed, images, device: info.name.clone(), available });
     }
@@ -221,16 +268,22 @@ impl Resources {
     /// Makes and fills all resources of a scene.
     pub fn of_scene(context: &Arc<Context>, once: &mut Once, data: &SceneData<'_>) -> Result<Self, GpuError> {
         let plan = data.plan();
-        check_plan(context, &plan, 0, data.image)?;
+        check_plan(context, &plan, 0, data.drawn())?;
         let mut resources = Self::new(context);
         for Planned { resource, bytes } in plan {
             let row = resource.row();
             if row.role.is_image() {
                 let size = match &data.shadows {
                     Some(shadows) if row.count == Count::SunTexels => [shadows.redraw.resolution; 2],
-                    _ => data.image.expect("images are planned where something is drawn"),
+                    _ if row.count == Count::DrawnTexels => {
+                        let drawn = data.sampling.as_ref().map(|sampling| sampling.drawn);
+                        drawn.or(data.image).expect("images are planned where something is drawn")
+                    }
+                    _ => data.drawn().expect("images are planned where something is drawn"),
                 };
-                resources.make_image(resource, size)?;
+                let mean = data.sampling.as_ref().and_then(|sampling| sampling.mean);
+                let each = mean.filter(|_| row.count.is_multiple()).map_or(1, |mean| mean.each);
+                resources.make_image(resource, size, each)?;
                 continue;
             }
             let in_pieces = match row.pieces {
@@ -273,6 +326,11 @@ impl Resources {
             let areas: Vec<f32> = heat.areas.iter().map(|area| *area as f32).collect();
             self.upload(once, Resource::HeatRuns, &heat.words())?;
             self.upload(once, Resource::HeatAreas, &areas)?;
+        }
+        if let (Some(sampling), Some(image)) = (&data.sampling, data.image) {
+            // Both do nothing where the image is not computed.
+            self.write(Resource::Sampling, 0, &[sampling.sizes(image)])?;
+            self.upload(once, Resource::LensMap, &sampling.map)?;
         }
         self.upload(once, Resource::BandTable, data.band_table)?;
         for (axis, resource) in [Resource::NormalX, Resource::NormalY, Resource::NormalZ].into_iter().enumerate() {

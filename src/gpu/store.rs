@@ -86,14 +86,15 @@ impl Resources {
         self.buffers.insert((resource, 0), region);
     }
 
-    /// Makes an image.
-    pub(super) fn make_image(&mut self, resource: Resource, size: [u32; 2]) -> Result<(), GpuError> {
+    /// Makes an image with `each` samples of a texel. An image with several cannot be copied.
+    pub(super) fn make_image(&mut self, resource: Resource, size: [u32; 2], each: u32) -> Result<(), GpuError> {
         let (format, usage) = match resource.row().role {
             Role::Colour(format) => (format, vk::ImageUsageFlags::COLOR_ATTACHMENT),
             _ => (super::pipeline::DEPTH_FORMAT, vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT),
         };
-        let usage = usage | vk::ImageUsageFlags::TRANSFER_SRC;
-        self.images.insert(resource, Image::new(&self.context, &format!("{resource:?}"), size, format, usage)?);
+        let usage = if each == 1 { usage | vk::ImageUsageFlags::TRANSFER_SRC } else { usage };
+        let image = Image::new(&self.context, &format!("{resource:?}"), size, format, usage, each)?;
+        self.images.insert(resource, image);
         Ok(())
     }
 

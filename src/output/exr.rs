@@ -1,7 +1,7 @@
 //! EXR files: frames without loss, with all metadata in the header.
 //!
 //! Channels: `L` (float, band radiance), `T` (float, temperature), `Z` (float, distance along the camera's +Z), `part`
-//! and `material` (uint). The header states units in `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
+//! and `material` (uint); with several samples of a pixel also `coverage` (float). The header states units in `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
 //! `isotherm_units_*`. The string vectors `isotherm_parts` and `isotherm_materials` are indexed by the pixel value. All
 //! types are OpenEXR's own (`v2d`, `v3d`, `m44d`, `stringvector`), so any reader shows them.
 //!
@@ -36,16 +36,19 @@ pub fn write_exr(path: &Path, frame: &Frame, header: &FrameHeader) -> Result<(),
 pub fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, OutputError> {
     frame.check()?;
     frame.check_finite()?;
-    let channels = SmallVec::from_vec(vec![
+    let mut channels = SmallVec::from_vec(vec![
         AnyChannel::new("L", FlatSamples::F32(frame.radiance.clone())),
         AnyChannel::new("T", FlatSamples::F32(frame.temperature.clone())),
         AnyChannel::new("Z", FlatSamples::F32(frame.depth.clone())),
         AnyChannel::new("part", FlatSamples::U32(frame.part.clone())),
         AnyChannel::new("material", FlatSamples::U32(frame.material.clone())),
     ]);
+    if !frame.coverage.is_empty() {
+        channels.push(AnyChannel::new("coverage", FlatSamples::F32(frame.coverage.clone())));
+    }
     let mut attributes = LayerAttributes::default();
     for (name, value) in header_attributes(frame, header) {
-        attributes.other.insert(text(name), value);
+        attributes.other.insert(text(&name), value);
     }
     // Every reader supports ZIP. Increasing block order makes the bytes independent of threads.
     let encoding =
@@ -78,6 +81,7 @@ pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
     let attributes = Attributes { path, attributes: &layer.attributes };
     let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
     let mut channels = layer.channel_data.list;
+    let has_coverage = channels.iter().any(|channel| channel.name.as_slice() == b"coverage");
     let mut take = |name: &str| {
         let found = channels.iter().position(|channel| channel.name.as_slice() == name.as_bytes());
         found
@@ -89,6 +93,7 @@ pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
         _ => Err(OutputError::exr(path, format!("channel {name} is not 32-bit float"))),
     };
     let (radiance, temperature, depth) = (float("L")?, float("T")?, float("Z")?);
+    let coverage = if has_coverage { float("coverage")? } else { Vec::new() };
     let mut label = |name: &str| match take(name)? {
         FlatSamples::U32(values) => Ok(values),
         _ => Err(OutputError::exr(path, format!("channel {name} is not 32-bit uint"))),
@@ -97,7 +102,7 @@ pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
     let step = attributes.integer("isotherm_step")?;
     let time = attributes.doubles::<1>("isotherm_time_s")?[0];
     let image = attributes.optional_integer("isotherm_image")?;
-    let frame = Frame { width, height, step, image, time, radiance, temperature, depth, part, material };
+    let frame = Frame { width, height, step, image, time, radiance, temperature, depth, part, material, coverage };
     Ok((frame, attributes.header(width, height)?))
 }
 
@@ -135,6 +140,7 @@ mod tests {
         frame.temperature[3] = f32::MAX;
         frame.radiance[4] = 1e-42;
         frame.part[5] = u32::MAX;
+        frame.coverage = (0..65 * 37).map(|pixel| pixel as f32 / 4096.0).collect();
         write_exr(&path, &frame, &header).unwrap();
         let (read, read_header) = read_exr(&path).unwrap();
         assert_eq!(read, frame);

@@ -8,24 +8,28 @@ use glam::{DMat4, DQuat, DVec3};
 
 use super::OutputError;
 use super::frame::{Frame, FrameHeader};
+use crate::lens::{Distortion, Lens};
 use crate::scene::{Camera, CameraFrame, Motion};
 use crate::thermal::planck::Band;
 
 const RADIANCE_UNIT: &str = "W.m^-2.sr^-1";
+/// Poses that not every file has.
+const FROM_ORBIT: &str = "isotherm_camera_from_orbit";
+const FROM_INERTIAL: &str = "isotherm_camera_from_inertial";
+const LAST_ROW: &str = "isotherm_camera_from_body_last_row";
+/// Names of the models of distortion, as in a scene.
+const BROWN_CONRADY: &str = "brown_conrady";
+const FISHEYE: &str = "fisheye";
 
 /// The attributes in a readable order. The file has them sorted by name.
-pub(super) fn header_attributes(frame: &Frame, header: &FrameHeader) -> Vec<(&'static str, AttributeValue)> {
-    let camera = &header.camera;
-    let pose = camera.frame_from_camera;
-    // OpenEXR stores matrices row after row.
-    let camera_from_body = header.camera_from_body.transpose().to_cols_array();
-    let frame_name = match camera.frame {
-        CameraFrame::Body => "body",
-        CameraFrame::Orbit => "orbit",
-        CameraFrame::Inertial => "inertial",
+pub(super) fn header_attributes(frame: &Frame, header: &FrameHeader) -> Vec<(String, AttributeValue)> {
+    let background = if frame.coverage.is_empty() {
+        "part = 0; there L, T, Z and material are 0 too"
+    } else {
+        "part = 0; there T, Z and material are 0 too, and L is 0 where coverage is"
     };
     let image = frame.image.map(|image| ("isotherm_image", AttributeValue::I32(image.cast_signed())));
-    let mut attributes = vec![
+    let mut all = vec![
         ("isotherm_version", string(&header.version)),
         ("isotherm_device", string(&header.device)),
         ("isotherm_scene", string(&header.scene)),
@@ -39,21 +43,75 @@ pub(super) fn header_attributes(frame: &Frame, header: &FrameHeader) -> Vec<(&'s
         ("isotherm_units_Z", string("m, along camera +Z")),
         ("isotherm_units_part", string("index into isotherm_parts")),
         ("isotherm_units_material", string("index into isotherm_materials")),
-        ("isotherm_background", string("part = 0; there L, T, Z and material are 0 too")),
+        ("isotherm_background", string(background)),
         ("isotherm_parts", names(&header.parts)),
         ("isotherm_materials", names(&header.materials)),
-        ("isotherm_camera_model", string("pinhole; +X right, +Y down, +Z forward; first pixel centre at (0.5, 0.5)")),
-        ("isotherm_camera_focal_px", doubles("v2d", &camera.focal)),
-        ("isotherm_camera_centre_px", doubles("v2d", &camera.centre)),
+    ];
+    all.extend(image);
+    if !frame.coverage.is_empty() {
+        let units = "share of the pixel's samples that show a surface; L is the mean of all samples; T, Z, part and material are those of the pixel's centre";
+        all.push(("isotherm_units_coverage", string(units)));
+    }
+    all.extend(camera_attributes(header));
+    let mut all: Vec<_> = all.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+    for (number, (_, pose)) in header.joints.iter().enumerate() {
+        all.push((joint_attribute(number), matrix(pose)));
+    }
+    all
+}
+
+/// Name of the pose of a joint.
+fn joint_attribute(number: usize) -> String {
+    format!("isotherm_body_from_joint_{}", number + 1)
+}
+
+/// Lens and poses.
+fn camera_attributes(header: &FrameHeader) -> Vec<(&'static str, AttributeValue)> {
+    let camera = &header.camera;
+    let pose = camera.frame_from_camera;
+    let frame_name = match camera.frame {
+        CameraFrame::Body => "body",
+        CameraFrame::Orbit => "orbit",
+        CameraFrame::Inertial => "inertial",
+    };
+    let Lens { focal, centre, skew, distortion } = camera.lens;
+    let (model, numbers): (_, &[f64]) = match &distortion {
+        Distortion::None => ("pinhole", &[]),
+        Distortion::BrownConrady(numbers) => (BROWN_CONRADY, numbers),
+        Distortion::Fisheye(numbers) => (FISHEYE, numbers),
+    };
+    let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
+    // OpenCV has pixel centres at whole numbers.
+    let opencv = [focal[0], skew, centre[0] - 0.5, 0.0, focal[1], centre[1] - 0.5, 0.0, 0.0, 1.0];
+    let axes = format!("{model}; +X right, +Y down, +Z forward; first pixel centre at (0.5, 0.5)");
+    let mut all = vec![
+        ("isotherm_camera_model", string(&axes)),
+        ("isotherm_camera_focal_px", doubles("v2d", &focal)),
+        ("isotherm_camera_centre_px", doubles("v2d", &centre)),
+        ("isotherm_camera_skew_px", AttributeValue::F64(skew)),
+        ("isotherm_camera_distortion", string(&numbers.join(" "))),
+        ("isotherm_camera_opencv_matrix", doubles("m33d", &opencv)),
+        ("isotherm_camera_samples", AttributeValue::I32(camera.samples.cast_signed())),
+        ("isotherm_camera_line_time_s", AttributeValue::F64(camera.line_time)),
         ("isotherm_camera_near_m", AttributeValue::F64(camera.near)),
         ("isotherm_camera_frame", string(frame_name)),
         ("isotherm_camera_position_m", doubles("v3d", &camera.position.to_array())),
         // OpenEXR has no type for four doubles, so this is text. The scalar comes first.
         ("isotherm_frame_from_camera_wxyz", string(&format!("{} {} {} {}", pose.w, pose.x, pose.y, pose.z))),
-        ("isotherm_camera_from_body", doubles("m44d", &camera_from_body)),
+        ("isotherm_camera_from_body", matrix(&header.camera_from_body)),
     ];
-    attributes.extend(image);
-    attributes
+    for (name, pose) in [
+        (FROM_ORBIT, &header.camera_from_orbit),
+        (FROM_INERTIAL, &header.camera_from_inertial),
+        (LAST_ROW, &header.last_row_from_body),
+    ] {
+        all.extend(pose.as_ref().map(|pose| (name, matrix(pose))));
+    }
+    if !header.joints.is_empty() {
+        let names = header.joints.iter().map(|(name, _)| text(name)).collect();
+        all.push(("isotherm_joints", AttributeValue::TextVector(names)));
+    }
+    all
 }
 
 /// Metres in micrometres, without the rounding error of 14e-6 * 1e6.
@@ -73,6 +131,11 @@ fn string(value: &str) -> AttributeValue {
 /// A string vector. Entry i is the name of pixel value i.
 fn names(list: &[String]) -> AttributeValue {
     AttributeValue::TextVector(std::iter::once("background").chain(list.iter().map(String::as_str)).map(text).collect())
+}
+
+/// A rigid motion. OpenEXR stores matrices row after row.
+fn matrix(pose: &DMat4) -> AttributeValue {
+    doubles("m44d", &pose.transpose().to_cols_array())
 }
 
 /// An OpenEXR type made of doubles that the exr crate does not support by name.
@@ -104,12 +167,42 @@ impl Attributes<'_> {
         }
     }
 
-    fn names(&self, name: &str) -> Result<Vec<String>, OutputError> {
+    fn has(&self, name: &str) -> bool {
+        self.attributes.other.contains_key(&text(name))
+    }
+
+    fn texts(&self, name: &str) -> Result<Vec<String>, OutputError> {
         match self.get(name)? {
             AttributeValue::TextVector(list) => {
-                Ok(list.iter().skip(1).map(|value| String::from_utf8_lossy(value.as_slice()).into_owned()).collect())
+                Ok(list.iter().map(|value| String::from_utf8_lossy(value.as_slice()).into_owned()).collect())
             }
             _ => Err(self.wrong(name)),
+        }
+    }
+
+    /// Texts without that of the background.
+    fn names(&self, name: &str) -> Result<Vec<String>, OutputError> {
+        Ok(self.texts(name)?.into_iter().skip(1).collect())
+    }
+
+    fn matrix(&self, name: &str) -> Result<DMat4, OutputError> {
+        Ok(DMat4::from_cols_array(&self.doubles::<16>(name)?).transpose())
+    }
+
+    fn distortion(&self) -> Result<Distortion, OutputError> {
+        let name = "isotherm_camera_distortion";
+        if !self.has(name) {
+            return Ok(Distortion::None);
+        }
+        let numbers: Result<Vec<f64>, _> = self.string(name)?.split_whitespace().map(str::parse).collect();
+        match numbers.as_deref() {
+            Ok([]) => Ok(Distortion::None),
+            Ok(&[k1, k2, k3, k4]) => Ok(Distortion::Fisheye([k1, k2, k3, k4])),
+            Ok(numbers) => match numbers.try_into() {
+                Ok(numbers) => Ok(Distortion::BrownConrady(numbers)),
+                Err(_) => Err(self.wrong(name)),
+            },
+            Err(_) => Err(self.wrong(name)),
         }
     }
 
@@ -153,7 +246,15 @@ impl Attributes<'_> {
             "inertial" => CameraFrame::Inertial,
             _ => return Err(self.wrong("isotherm_camera_frame")),
         };
-        let rows = self.doubles::<16>("isotherm_camera_from_body")?;
+        let joints = if self.has("isotherm_joints") { self.texts("isotherm_joints")? } else { Vec::new() };
+        let pose = |(number, name)| Ok((name, self.matrix(&joint_attribute(number))?));
+        let joints = joints.into_iter().enumerate().map(pose).collect::<Result<_, OutputError>>()?;
+        // Files of earlier versions have a pinhole and one pose.
+        let pose = |name: &str| self.has(name).then(|| self.matrix(name)).transpose();
+        let or = |name: &str, absent: f64| {
+            if self.has(name) { Ok(self.doubles::<1>(name)?[0]) } else { Ok::<_, OutputError>(absent) }
+        };
+        let samples = "isotherm_camera_samples";
         Ok(FrameHeader {
             scene: self.string("isotherm_scene")?,
             scene_sha256: self.string("isotherm_scene_sha256")?,
@@ -163,15 +264,25 @@ impl Attributes<'_> {
             camera: Camera {
                 width,
                 height,
-                focal: self.doubles("isotherm_camera_focal_px")?,
-                centre: self.doubles("isotherm_camera_centre_px")?,
+                lens: Lens {
+                    focal: self.doubles("isotherm_camera_focal_px")?,
+                    centre: self.doubles("isotherm_camera_centre_px")?,
+                    skew: or("isotherm_camera_skew_px", 0.0)?,
+                    distortion: self.distortion()?,
+                },
+                samples: if self.has(samples) { self.integer(samples)? } else { 1 },
+                line_time: or("isotherm_camera_line_time_s", 0.0)?,
                 motion: Motion::Still,
                 frame,
                 position: DVec3::from_array(self.doubles("isotherm_camera_position_m")?),
                 frame_from_camera,
                 near: self.doubles::<1>("isotherm_camera_near_m")?[0],
             },
-            camera_from_body: DMat4::from_cols_array(&rows).transpose(),
+            camera_from_body: self.matrix("isotherm_camera_from_body")?,
+            camera_from_orbit: pose(FROM_ORBIT)?,
+            camera_from_inertial: pose(FROM_INERTIAL)?,
+            last_row_from_body: pose(LAST_ROW)?,
+            joints,
             parts: self.names("isotherm_parts")?,
             materials: self.names("isotherm_materials")?,
         })

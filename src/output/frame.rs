@@ -9,7 +9,7 @@ use crate::scene::Camera;
 use crate::thermal::planck::Band;
 
 /// The camera's image at one step. Rows run from top to bottom, pixels from left to right. Pixels without a surface are
-/// 0 in every channel. `part == 0` is the test for them.
+/// 0 in every channel. `part == 0` is the test for them. With `coverage`, they may have a radiance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
     /// Width in pixels.
@@ -32,6 +32,9 @@ pub struct Frame {
     pub part: Vec<u32>,
     /// Index of the material + 1.
     pub material: Vec<u32>,
+    /// Share of the samples of a pixel that show a surface. Empty with one sample of a pixel. With several, the radiance is the mean of all of them, and the
+    /// other channels are those of the pixel's centre.
+    pub coverage: Vec<f32>,
 }
 
 impl Frame {
@@ -75,6 +78,7 @@ impl Frame {
                 ("Z", self.depth.len()),
                 ("part", self.part.len()),
                 ("material", self.material.len()),
+                ("coverage", if self.coverage.is_empty() { self.part.len() } else { self.coverage.len() }),
             ],
         )
     }
@@ -108,6 +112,14 @@ pub struct FrameHeader {
     pub camera: Camera,
     /// Camera pose at this step: maps body coordinates to camera coordinates (OpenCV axes) [m].
     pub camera_from_body: DMat4,
+    /// The same for the orbit frame. Its origin is that of the body frame. `None` in a file of an earlier version.
+    pub camera_from_orbit: Option<DMat4>,
+    /// The same for the inertial frame. Its origin is that of the body frame. `None` in a file of an earlier version.
+    pub camera_from_inertial: Option<DMat4>,
+    /// Camera pose at the time of the last row. `None` if all rows see one pose.
+    pub last_row_from_body: Option<DMat4>,
+    /// Name and pose of each joint at this step: maps places of its parts in the model's file to body coordinates [m].
+    pub joints: Vec<(String, DMat4)>,
     /// Names of the parts. The first has pixel value 1.
     pub parts: Vec<String>,
     /// Names of the materials. The first has pixel value 1.
@@ -117,6 +129,7 @@ pub struct FrameHeader {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::lens::{Distortion, Lens};
     use crate::scene::{CameraFrame, Motion};
     use glam::{DQuat, DVec3};
 
@@ -134,6 +147,7 @@ pub(crate) mod tests {
             depth: vec![0.0; pixels],
             part: vec![0; pixels],
             material: vec![0; pixels],
+            coverage: Vec::new(),
         };
         let phase = step as f32 * 0.02 + 0.5;
         let radius = 0.42 * height as f32;
@@ -167,8 +181,27 @@ pub(crate) mod tests {
             camera: Camera {
                 width,
                 height,
-                focal: [1_234.567_89, 1230.1],
-                centre: [f64::from(width) / 2.0, f64::from(height) / 2.0 + 0.25],
+                lens: Lens {
+                    focal: [1_234.567_89, 1230.1],
+                    centre: [f64::from(width) / 2.0, f64::from(height) / 2.0 + 0.25],
+                    skew: 0.1,
+                    distortion: Distortion::BrownConrady([
+                        -0.3,
+                        0.1,
+                        1e-3,
+                        -2e-4,
+                        1.0 / 3.0,
+                        0.0,
+                        0.5,
+                        0.0,
+                        0.0,
+                        0.0,
+                        7e-5,
+                        0.0,
+                    ]),
+                },
+                samples: 4,
+                line_time: 3e-5,
                 motion: Motion::Still,
                 frame: CameraFrame::Orbit,
                 position: DVec3::new(-100.0, 1e-3, 1.0 / 3.0),
@@ -176,6 +209,10 @@ pub(crate) mod tests {
                 near: 0.1,
             },
             camera_from_body: DMat4::from_rotation_translation(rotation, DVec3::new(0.5, -0.25, 100.0)),
+            camera_from_orbit: Some(DMat4::from_rotation_translation(rotation, DVec3::new(1.5, -0.25, 100.0))),
+            camera_from_inertial: Some(DMat4::from_rotation_translation(rotation, DVec3::new(2.5, -0.25, 100.0))),
+            last_row_from_body: Some(DMat4::from_rotation_x(0.3)),
+            joints: vec![("wing, 左".into(), DMat4::from_rotation_y(1.0 / 3.0)), ("mast".into(), DMat4::IDENTITY)],
             parts: vec!["Hull=1; left".into(), "太陽電池".into()],
             materials: vec!["white".into(), "black".into()],
         }

@@ -1,13 +1,13 @@
 //! Makes frames and their headers from the results of the engine.
 
-use glam::{DAffine3, DMat4, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DVec2};
 
 use super::OutputError;
 use super::frame::{Frame, FrameHeader};
 use crate::gpu::nodes::GROUP;
 use crate::scene::Camera;
-use crate::simulation::StepResult;
 use crate::simulation::prepare::Prepared;
+use crate::simulation::{StepResult, pose_of};
 
 /// Makes the frames of one run. It holds the metadata that all steps share.
 pub struct FrameMaker<'a> {
@@ -26,6 +26,10 @@ impl<'a> FrameMaker<'a> {
             band: prepared.scene.band,
             camera: camera.clone(),
             camera_from_body: DMat4::IDENTITY,
+            camera_from_orbit: None,
+            camera_from_inertial: None,
+            last_row_from_body: None,
+            joints: Vec::new(),
             parts: prepared.parts.clone(),
             materials: prepared.materials.iter().map(|material| material.name.clone()).collect(),
         };
@@ -51,11 +55,34 @@ impl<'a> FrameMaker<'a> {
             depth: channel(2),
             part: label(0),
             material: label(1),
+            coverage: pixels.coverage,
         };
         frame.check_finite_of(|pixel| self.shown(&frame, pixel, &pose))?;
+        let header = self.header_at(frame.time, frame.image, &pose);
+        Ok(Some((frame, header)))
+    }
+
+    /// The header of an image at a time [s] from a pose.
+    fn header_at(&self, time: f64, image: Option<u32>, pose: &DAffine3) -> FrameHeader {
+        let loads = &self.prepared.loads;
+        let sky = loads.sky_model().sky(time);
+        let turned = |body_from: DMat3| DMat4::from(*pose) * DMat4::from_mat3(body_from);
+        let names = loads.joints().joints().iter().map(|joint| joint.name.clone());
+        let poses = loads.joints_at(time).1.into_iter().skip(1).map(DMat4::from);
         // A frame was drawn, so the camera has a pose.
-        let camera = self.header.camera.at(frame.time, frame.image).unwrap_or_else(|_| self.header.camera.clone());
-        Ok(Some((frame, FrameHeader { camera, camera_from_body: DMat4::from(pose), ..self.header.clone() })))
+        let camera = self.header.camera.at(time, image).unwrap_or_else(|_| self.header.camera.clone());
+        let last_row = time + camera.shutter_time();
+        FrameHeader {
+            camera_from_body: DMat4::from(*pose),
+            camera_from_orbit: Some(turned(sky.body_from_orbit)),
+            camera_from_inertial: Some(turned(sky.body_from_inertial)),
+            last_row_from_body: (camera.line_time > 0.0)
+                .then(|| pose_of(self.prepared, last_row, image).map(DMat4::from))
+                .flatten(),
+            joints: names.zip(poses).collect(),
+            camera,
+            ..self.header.clone()
+        }
     }
 
     /// The part that a pixel shows, and the node of it that is nearest to what the pixel shows. Without a depth it is the one nearest to the line of sight.
@@ -63,12 +90,12 @@ impl<'a> FrameMaker<'a> {
         let Some(part) = frame.part[pixel].checked_sub(1) else { return "the background".to_owned() };
         let camera = &self.header.camera;
         let place = [pixel % frame.width as usize, pixel / frame.width as usize].map(|place| place as f64 + 0.5);
-        let [x, y] = [0, 1].map(|axis| (place[axis] - camera.centre[axis]) / camera.focal[axis]);
+        let ray = camera.lens.unproject(DVec2::from(place)).unwrap_or_default();
         let depth = f64::from(frame.depth[pixel]);
         let nodes = self.prepared.nodes_at(frame.time);
         let distance = |node: &u32| {
             let seen = pose.transform_point3(nodes.positions[*node as usize].as_dvec3());
-            let there = DVec3::new(x, y, 1.0) * if depth.is_finite() { depth } else { seen.z };
+            let there = ray.extend(1.0) * if depth.is_finite() { depth } else { seen.z };
             seen.distance(there)
         };
         let of_part = nodes.node_of_vertex.iter().filter(|node| nodes.group_part[**node as usize / GROUP] == part);

@@ -2,7 +2,8 @@
 
 use super::report::SettingGroup;
 use crate::environment::{Attitude, Orbit};
-use crate::scene::{Draw, Initial};
+use crate::lens::{Distortion, Lens};
+use crate::scene::{Camera, Draw, Initial};
 use crate::simulation::prepare::Prepared;
 use crate::thermal::material::{Domain, Profile, Response, Retarget, Sides};
 
@@ -91,16 +92,14 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
         ],
     );
     if let Some(camera) = &scene.camera {
-        section(
-            "Camera",
-            vec![
-                ("size", format!("{} x {}", camera.width, camera.height)),
-                ("focal length", format!("{:.3} x {:.3} pixels", camera.focal[0], camera.focal[1])),
-                ("frame", format!("{:?}", camera.frame).to_lowercase()),
-                ("position", format!("{} m", camera.position)),
-                ("band", scene.band.to_string()),
-            ],
-        );
+        let mut entries = vec![("size", format!("{} x {}", camera.width, camera.height))];
+        entries.extend(lens_lines(camera));
+        entries.extend([
+            ("frame", format!("{:?}", camera.frame).to_lowercase()),
+            ("position", format!("{} m", camera.position)),
+            ("band", scene.band.to_string()),
+        ]);
+        section("Camera", entries);
     }
     for material in &prepared.materials {
         let back = match material.sides {
@@ -146,6 +145,28 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
         );
     }
     sections
+}
+
+/// What tells the lens and the samples of a camera, in words.
+pub fn lens_lines(camera: &Camera) -> Vec<(&'static str, String)> {
+    let Lens { focal: [fx, fy], centre: [cx, cy], skew, distortion } = camera.lens;
+    let (x, y) = (cx - 0.5, cy - 0.5);
+    let mut lines = vec![
+        ("focal length", format!("{fx:.3} x {fy:.3} pixels")),
+        ("principal point", format!("({cx}, {cy}) px with pixel centres at +0.5; OpenCV's cx = {x}, cy = {y}")),
+    ];
+    lines.extend((skew != 0.0).then(|| ("skew", format!("{skew} px"))));
+    lines.extend(match distortion {
+        Distortion::None => None,
+        Distortion::BrownConrady(numbers) => Some((
+            "distortion",
+            format!("Brown-Conrady {numbers:?} (OpenCV's order: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4)"),
+        )),
+        Distortion::Fisheye(numbers) => Some(("distortion", format!("fisheye {numbers:?} (OpenCV's k1 k2 k3 k4)"))),
+    });
+    lines.extend((camera.samples > 1).then(|| ("samples", format!("{} of a pixel", camera.samples))));
+    lines.extend((camera.line_time > 0.0).then(|| ("line time", format!("{} s from row to row", camera.line_time))));
+    lines
 }
 
 fn max_edge(edge: Option<f64>) -> String {

@@ -78,6 +78,7 @@ mod tests {
     use glam::{DAffine3, DMat3, Vec3};
 
     use super::*;
+    use crate::lens::Lens;
     use crate::thermal::material::{Bulk, Optics, Response};
 
     fn material(front: f64, back: f64) -> Material {
@@ -112,7 +113,14 @@ mod tests {
         let craft = Craft { nodes: &nodes, triangles: &triangles, materials: &[material(0.25, 0.75)] };
         let camera_from_body = DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0)))
             * DAffine3::from_translation(DVec3::new(0.0, 0.0, -10.0));
-        let view = View { camera_from_body, width: 8, height: 8, focal: [8.0; 2], centre: [4.0; 2], near: 0.1 };
+        let view = View {
+            camera_from_body,
+            width: 8,
+            height: 8,
+            lens: Lens::pinhole([8.0; 2], [4.0; 2]),
+            samples: 1,
+            near: 0.1,
+        };
         let canvas = draw(&craft, &view, sun, lit_fraction);
         canvas.get(4, 4).unwrap()
     }

@@ -9,6 +9,7 @@ use hifitime::Epoch;
 
 use crate::environment::{Attitude, Environment, Orbit};
 use crate::files::Reach;
+use crate::lens::Lens;
 use crate::thermal::planck::Band;
 
 mod attitude;
@@ -174,17 +175,19 @@ pub enum CameraFrame {
     Inertial,
 }
 
-/// A pinhole camera with OpenCV axes: +X right, +Y down, +Z forward.
+/// A camera with OpenCV axes: +X right, +Y down, +Z forward.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Camera {
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Focal lengths (x, y) [px].
-    pub focal: [f64; 2],
-    /// Principal point [px]. The centre of the upper left pixel is (0.5, 0.5).
-    pub centre: [f64; 2],
+    /// Focal lengths, principal point, skew and distortion.
+    pub lens: Lens,
+    /// Samples of a pixel: 1, 4, 8 or 16. With more than one the radiance is their mean.
+    pub samples: u32,
+    /// Time from a row to the next one below [s]. The first row sees the pose of the image's time. 0 if all rows do.
+    pub line_time: f64,
     /// How the pose changes with time.
     pub motion: Motion,
     /// The frame of the pose.
@@ -195,4 +198,11 @@ pub struct Camera {
     pub frame_from_camera: DQuat,
     /// Distance of the near plane [m].
     pub near: f64,
+}
+
+impl Camera {
+    /// Time from the first row of an image to its last [s].
+    pub fn shutter_time(&self) -> f64 {
+        self.line_time * f64::from(self.height.saturating_sub(1))
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::energy::heat_tables;
 use super::prepare::Prepared;
+use super::sampling::{ALWAYS, sampling};
 use crate::gpu::blackbody::band_table;
 use crate::gpu::heat::HeatTables;
 use crate::gpu::layout;
@@ -39,8 +40,18 @@ impl DeviceData {
         }
     }
 
-    /// The scene as plain numbers for the device.
+    /// The scene as plain numbers for any device.
     pub fn scene_data<'a>(&'a self, prepared: &'a Prepared, camera: Option<&Camera>) -> SceneData<'a> {
+        self.scene_data_with(prepared, camera, ALWAYS)
+    }
+
+    /// The same for a device whose images may have these numbers of samples of a texel, as a sum of powers of two.
+    pub fn scene_data_with<'a>(
+        &'a self,
+        prepared: &'a Prepared,
+        camera: Option<&Camera>,
+        counts: u32,
+    ) -> SceneData<'a> {
         SceneData {
             ranges: prepared.step_ranges(),
             group_material: &prepared.nodes.group_material,
@@ -53,6 +64,7 @@ impl DeviceData {
             band_table: &self.band_table,
             image: camera.map(|camera| [camera.width, camera.height]),
             between: prepared.scene.time.draw.is_between_steps(),
+            sampling: camera.and_then(|camera| sampling(camera, counts)),
             shadows: prepared.redraw().map(|redraw| ShadowData {
                 occluders: &prepared.occluders,
                 redraw,

@@ -7,10 +7,10 @@ use glam::DAffine3;
 
 use super::device_data::DeviceData;
 use super::energy::absorbed_heat;
-use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Step};
+use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
-use super::viewpoint::device_view;
+use super::viewpoint::{device_view, rolling, source_view};
 use crate::environment::StepLoad;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
@@ -18,6 +18,7 @@ use crate::gpu::heat::{HeatOf, HeatTables};
 use crate::gpu::layout;
 use crate::gpu::renderer::{Heating, Renderer, Request, Submitted};
 use crate::gpu::resources::check_plan;
+use crate::gpu::sampling::Sampling;
 use crate::gpu::timing::PassTimes;
 use crate::saved::Saved;
 use crate::scene::Camera;
@@ -45,6 +46,8 @@ pub struct DeviceEngine {
     steps: u64,
     /// Intrinsics for the projection.
     camera: Option<Camera>,
+    /// How the camera's image is made, without the map of the lens.
+    sampling: Option<Sampling>,
     trace: Trace,
     context: Arc<Context>,
 }
@@ -56,21 +59,22 @@ impl DeviceEngine {
     /// A scene beyond the device, or a call that fails.
     pub fn new(context: &Arc<Context>, prepared: &Prepared, camera: Option<&Camera>) -> Result<Self, GpuError> {
         let device = DeviceData::new(prepared);
-        let data = device.scene_data(prepared, camera);
+        let data = device.scene_data_with(prepared, camera, context.info.sample_counts);
         let plan = data.plan();
         let of_network = prepared.network_bytes(&plan);
-        check_plan(context, &plan, of_network.device + of_network.host, data.image)?;
+        check_plan(context, &plan, of_network.device + of_network.host, data.drawn())?;
         let renderer = Renderer::new(context, &data)?;
         let network = prepared.network.as_ref().map(|scene| NetworkRun::on_device(context, scene, renderer.spare()));
         Ok(Self {
             network: network.transpose()?,
-            heat: device.heat,
+            heat: device.heat.clone(),
             structures: prepared.structures(),
             renderer,
             flying: VecDeque::new(),
             ready: VecDeque::new(),
             steps: 0,
             camera: camera.cloned(),
+            sampling: data.sampling.map(|sampling| Sampling { map: Vec::new(), ..sampling }),
             trace: Trace::default(),
             context: Arc::clone(context),
         })
@@ -79,8 +83,9 @@ impl DeviceEngine {
     /// Steps the network under the load of a step, and before it keeps the temperatures where the order says so. The host integrates between the loads and
     /// the temperatures, so frames under way must end first.
     fn step_network(&mut self, step: &Step<'_>, order: &Order<'_>) -> Result<Option<Vec<f64>>, EngineError> {
+        let averaged = self.averages();
         while let Some(flying) = self.flying.pop_front() {
-            self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref())?);
+            self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), averaged)?);
         }
         if order.keep && self.network.is_some() {
             self.renderer.keep_temperatures()?;
@@ -102,12 +107,36 @@ impl DeviceEngine {
         self.network.as_mut().map_or(Ok(()), |network| network.take_switches(&switches))
     }
 
+    /// Whether a pixel has several samples.
+    fn averages(&self) -> bool {
+        self.camera.as_ref().is_some_and(|camera| camera.samples > 1)
+    }
+
     /// The camera pose against the body and against each joint.
     fn views(&self, order: &Order<'_>) -> Option<Vec<layout::View>> {
         let (pose, camera) = order.pose.as_ref().zip(self.camera.as_ref())?;
         let still = [DAffine3::IDENTITY];
         let joints = if order.joints.is_empty() { &still } else { order.joints };
-        Some(joints.iter().map(|joint| device_view(camera, &(*pose * *joint))).collect())
+        let view = |joint: &DAffine3| match &self.sampling {
+            Some(sampling) => source_view(sampling, camera.near, &(*pose * *joint)),
+            None => device_view(camera, &(*pose * *joint)),
+        };
+        Some(joints.iter().map(view).collect())
+    }
+
+    /// The rolling shutter against the body and against each joint. Empty if all rows see one pose.
+    fn shutters(&self, order: &Order<'_>) -> Vec<layout::Shutter> {
+        let shutter = self.sampling.as_ref().and_then(|sampling| sampling.shutter.as_ref());
+        let (Some((_, shutter)), Some(camera), Some(Rows(moment))) = (shutter, &self.camera, order.rows) else {
+            return Vec::new();
+        };
+        let last = f64::from(camera.height - 1);
+        let [middle, last] = [0.5 * last, last].map(|row| {
+            let Moment { pose, joints } = moment(row);
+            let of_joint = |joint: &DAffine3| pose * *joint;
+            if joints.is_empty() { vec![pose] } else { joints.iter().map(of_joint).collect() }
+        });
+        middle.iter().zip(&last).map(|(middle, last)| rolling(shutter, middle, last)).collect()
     }
 }
 
@@ -161,9 +190,11 @@ impl Engine for DeviceEngine {
             _ => {}
         }
         let views = self.views(&order);
+        let shutters = self.shutters(&order);
         let submitted = self.renderer.submit(Request {
             step: step.map(|step| (step.load, step.steps)),
             views: views.as_deref().unwrap_or_default(),
+            shutters: &shutters,
             temperatures: order.temperatures,
             absorbed: order.absorbed,
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
@@ -181,7 +212,8 @@ impl Engine for DeviceEngine {
         }
         let Some(flying) = self.flying.pop_front() else { return Ok(Delivered::default()) };
         let waits = self.trace.span(Track::Host, "wait for the device");
-        let delivered = collect(&mut self.renderer, flying, self.heat.as_ref())?;
+        let averaged = self.averages();
+        let delivered = collect(&mut self.renderer, flying, self.heat.as_ref(), averaged)?;
         drop(waits);
         self.take_switches()?;
         self.renderer.take_frames().into_iter().for_each(|frame| self.trace.frame(frame));
@@ -290,8 +322,13 @@ impl Engine for DeviceEngine {
     }
 }
 
-/// Converts a frame to the result of a step.
-fn collect(renderer: &mut Renderer, flying: Flying, tables: Option<&HeatTables>) -> Result<Delivered, GpuError> {
+/// Converts a frame to the result of a step. `averaged` tells whether a pixel has several samples.
+fn collect(
+    renderer: &mut Renderer,
+    flying: Flying,
+    tables: Option<&HeatTables>,
+    averaged: bool,
+) -> Result<Delivered, GpuError> {
     let collected = renderer.collect(flying.submitted)?;
     let mut absorbed: Option<Vec<f64>> =
         collected.absorbed.map(|heat| heat.iter().map(|watts| f64::from(*watts)).collect());
@@ -304,6 +341,7 @@ fn collect(renderer: &mut Renderer, flying: Flying, tables: Option<&HeatTables>)
     let pixels = collected.radiance.zip(collected.identity).map(|(radiance, identity)| Pixels {
         radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
         identity: identity.to_vec(),
+        coverage: if averaged { radiance.iter().map(|[.., coverage]| *coverage).collect() } else { Vec::new() },
     });
     Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec), absorbed })
 }

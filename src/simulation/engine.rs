@@ -22,6 +22,25 @@ pub struct Step<'a> {
     pub length: f64,
 }
 
+/// Poses of the camera and of the joints at one instant.
+#[derive(Debug, Clone, Default)]
+pub struct Moment {
+    /// Pose of the camera.
+    pub pose: DAffine3,
+    /// Poses of the body and of the joints. Empty where nothing moves.
+    pub joints: Vec<DAffine3>,
+}
+
+/// The moment at which a row of an image is taken. Rows are counted from 0 at the top.
+#[derive(Clone, Copy)]
+pub struct Rows<'a>(pub &'a dyn Fn(f64) -> Moment);
+
+impl std::fmt::Debug for Rows<'_> {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.write_str("Rows")
+    }
+}
+
 /// The results that a step must return.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Order<'a> {
@@ -33,6 +52,8 @@ pub struct Order<'a> {
     pub keep: bool,
     /// Share of the last step that has passed at the image's time, in a scene whose images have their own times.
     pub between: Option<f64>,
+    /// Moments of the rows with a rolling shutter. `None` if all rows see one pose.
+    pub rows: Option<Rows<'a>>,
     /// Whether all temperatures are needed.
     pub temperatures: bool,
     /// Whether the absorbed heat is needed.
@@ -46,6 +67,8 @@ pub struct Pixels {
     pub radiance_temperature_depth: Vec<[f32; 3]>,
     /// Part and material, each plus 1. 0 where no surface is.
     pub identity: Vec<[u32; 2]>,
+    /// Share of the samples of a pixel that show a surface. Empty with one sample of a pixel.
+    pub coverage: Vec<f32>,
 }
 
 /// The results of a step.

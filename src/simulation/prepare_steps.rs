@@ -19,7 +19,7 @@ use crate::files;
 use crate::gpu::frame::TriangleRun;
 use crate::gpu::nodes::Nodes;
 use crate::model::{Merged, Model};
-use crate::scene::{Initial, Scene, ShadowSettings, file_hash, scene_hash};
+use crate::scene::{Camera, Draw, Initial, Scene, ShadowSettings, file_hash, scene_hash};
 use crate::thermal::balance::{balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response, Sides};
 use crate::thermal::radiative::PARTS_AT_MOST;
@@ -160,7 +160,9 @@ pub(super) fn loads(scene: &Scene, moving: Vec<Joint>) -> Result<StepLoads, Prep
     }
     // One more step at both ends, because the lengths of a warm-up and of a shorter last step are rounded.
     let slack = if before > 0.0 { scene.time.step.max(scene.time.warm_up_step) } else { 0.0 };
-    let span = [-before - slack, f64::from(scene.time.steps) * scene.time.step];
+    // The last rows of a rolling shutter are taken after the last step.
+    let shutter = scene.camera.as_ref().filter(|_| scene.time.draw != Draw::None).map_or(0.0, Camera::shutter_time);
+    let span = [-before - slack, f64::from(scene.time.steps) * scene.time.step + shutter];
     loads.sky_model().check(span[0], span[1]).map_err(failed)?;
     Ok(loads.with_joints(moving, span[0], scene.time.step / WALKS_A_STEP))
 }

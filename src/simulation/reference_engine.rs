@@ -2,9 +2,11 @@
 
 use std::collections::VecDeque;
 
+use glam::DAffine3;
+
 use super::device_data::back_optics;
 use super::energy::{absorbed_heat, heat_tables};
-use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Step};
+use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::viewpoint::raster_view;
@@ -112,6 +114,26 @@ impl ReferenceEngine {
         temperatures
     }
 
+    /// Draws the surface as the joints place it.
+    fn draw(&self, temperatures: &[f64], joints: &[DAffine3], view: &raster::View) -> Vec<raster::Pixel> {
+        let placed;
+        let positions = if self.surface.joints.is_empty() {
+            &self.surface.positions
+        } else {
+            placed = self.surface.placed(joints);
+            &placed
+        };
+        let surface = Surface {
+            positions,
+            triangles: &self.surface.triangles,
+            temperatures,
+            vertex_part: &self.parts,
+            vertex_material: &self.materials,
+            emissivities: &self.emissivities,
+        };
+        rasterise(&surface, view, |t| band_radiance(&self.table, t))
+    }
+
     fn take_network(&mut self) -> Result<(), EngineError> {
         let Some(network) = &mut self.network else { return Ok(()) };
         let temperatures = network.temperatures()?;
@@ -188,29 +210,30 @@ impl Engine for ReferenceEngine {
             temperatures = pairs.map(|(earlier, later)| between(*earlier, later, share)).collect();
         }
         let pixels = order.pose.as_ref().zip(self.camera.as_ref()).map(|(pose, camera)| {
-            let placed;
-            let positions = if self.surface.joints.is_empty() {
-                &self.surface.positions
-            } else {
-                placed = self.surface.placed(order.joints);
-                &placed
+            let draw = |joints: &[DAffine3], view: &raster::View| self.draw(&temperatures, joints, view);
+            let drawn = match order.rows {
+                None => draw(order.joints, &raster_view(camera, pose)),
+                Some(Rows(moment)) => {
+                    let row = |row: u32| {
+                        let Moment { pose, joints } = moment(f64::from(row));
+                        let mut view = raster_view(camera, &pose);
+                        view.lens.centre[1] -= f64::from(row);
+                        draw(&joints, &raster::View { height: 1, ..view })
+                    };
+                    (0..camera.height).flat_map(row).collect()
+                }
             };
-            let surface = Surface {
-                positions,
-                triangles: &self.surface.triangles,
-                temperatures: &temperatures,
-                vertex_part: &self.parts,
-                vertex_material: &self.materials,
-                emissivities: &self.emissivities,
-            };
-            let drawn = rasterise(&surface, &raster_view(camera, pose), |t| band_radiance(&self.table, t));
             let value = |pixel: &raster::Pixel| match pixel.part {
-                0 => [0.0; 3],
+                0 => [pixel.radiance as f32, 0.0, 0.0],
                 _ => [pixel.radiance as f32, pixel.temperature as f32, pixel.depth as f32],
             };
             Pixels {
                 radiance_temperature_depth: drawn.iter().map(value).collect(),
                 identity: drawn.iter().map(|pixel| [pixel.part, pixel.material]).collect(),
+                coverage: match camera.samples {
+                    1 => Vec::new(),
+                    _ => drawn.iter().map(|pixel| pixel.coverage as f32).collect(),
+                },
             }
         });
         let temperatures = order.temperatures.then(|| temperatures.iter().map(|t| *t as f32).collect());

@@ -4,6 +4,7 @@ use glam::{DAffine3, DMat3};
 
 use crate::environment::Sky;
 use crate::gpu::layout;
+use crate::gpu::sampling::Sampling;
 use crate::raster;
 use crate::scene::{Camera, CameraFrame};
 
@@ -18,23 +19,45 @@ pub fn camera_from_body(camera: &Camera, sky: &Sky) -> DAffine3 {
     DAffine3::from_mat3_translation(rotation, body_from_frame * camera.position).inverse()
 }
 
-/// The pose and intrinsics for the device. A pixel at u right and v down looks along ((u - centre.x) / focal.x, (v - centre.y) / focal.y, 1).
+/// The pose and intrinsics for a device that draws the camera's image directly.
 pub fn device_view(camera: &Camera, pose: &DAffine3) -> layout::View {
-    let row = |i: usize| {
-        let rotation = pose.matrix3.row(i);
-        [rotation.x as f32, rotation.y as f32, rotation.z as f32, pose.translation[i] as f32]
-    };
-    let size = [f64::from(camera.width), f64::from(camera.height)];
+    view([camera.width, camera.height], camera.lens.focal, camera.lens.centre, camera.near, pose)
+}
+
+/// The same for the images from which the camera's is made. The size is that of the largest, because all are drawn from the triangles that it may show.
+pub fn source_view(sampling: &Sampling, near: f64, pose: &DAffine3) -> layout::View {
+    let view = view(sampling.drawn, sampling.focal, sampling.centre, near, pose);
+    layout::View { size: sampling.largest().map(|side| side as f32), ..view }
+}
+
+/// A pixel at u right and v down looks along ((u - centre.x) / focal.x, (v - centre.y) / focal.y, 1).
+fn view(size: [u32; 2], focal: [f64; 2], centre: [f64; 2], near: f64, pose: &DAffine3) -> layout::View {
+    let [camera_from_body_x, camera_from_body_y, camera_from_body_z] = rows(pose);
+    let size = size.map(f64::from);
     layout::View {
-        camera_from_body_x: row(0),
-        camera_from_body_y: row(1),
-        camera_from_body_z: row(2),
-        clip_scale: [0, 1].map(|i| (2.0 * camera.focal[i] / size[i]) as f32),
-        clip_offset: [0, 1].map(|i| (2.0 * camera.centre[i] / size[i] - 1.0) as f32),
+        camera_from_body_x,
+        camera_from_body_y,
+        camera_from_body_z,
+        clip_scale: [0, 1].map(|i| (2.0 * focal[i] / size[i]) as f32),
+        clip_offset: [0, 1].map(|i| (2.0 * centre[i] / size[i] - 1.0) as f32),
         size: size.map(|side| side as f32),
-        near: camera.near as f32,
+        near: near as f32,
         margin: 0.0,
     }
+}
+
+/// The poses of the middle and of the last row, for a rolling shutter.
+pub fn rolling(shutter: &layout::Shutter, middle: &DAffine3, last: &DAffine3) -> layout::Shutter {
+    let ([middle_x, middle_y, middle_z], [last_x, last_y, last_z]) = (rows(middle), rows(last));
+    layout::Shutter { middle_x, middle_y, middle_z, last_x, last_y, last_z, ..*shutter }
+}
+
+/// The rows of a pose.
+fn rows(pose: &DAffine3) -> [[f32; 4]; 3] {
+    [0, 1, 2].map(|i| {
+        let rotation = pose.matrix3.row(i);
+        [rotation.x as f32, rotation.y as f32, rotation.z as f32, pose.translation[i] as f32]
+    })
 }
 
 /// The pose and intrinsics for the f64 rasteriser.
@@ -43,8 +66,8 @@ pub fn raster_view(camera: &Camera, pose: &DAffine3) -> raster::View {
         camera_from_body: *pose,
         width: camera.width,
         height: camera.height,
-        focal: camera.focal,
-        centre: camera.centre,
+        lens: camera.lens,
+        samples: camera.samples,
         near: camera.near,
     }
 }

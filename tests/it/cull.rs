@@ -25,8 +25,8 @@ fn small() -> (Prepared, Camera) {
     scene.joints.clear();
     let prepared = Prepared::from_scene(scene, &mut |_| {}).expect("the station of models/");
     let mut camera = prepared.scene.require_camera().expect("a camera").clone();
-    camera.focal = camera.focal.map(|focal| focal * 0.25);
-    camera.centre = camera.centre.map(|centre| centre * 0.25);
+    camera.lens.focal = camera.lens.focal.map(|focal| focal * 0.25);
+    camera.lens.centre = camera.lens.centre.map(|centre| centre * 0.25);
     (camera.width, camera.height) = (camera.width / 4, camera.height / 4);
     (prepared, camera)
 }
@@ -52,7 +52,7 @@ fn slow_motion_is_culled_ahead_of_and_changes_no_pixel() {
     let pose = camera_from_body(&camera, &prepared.loads.sky_model().sky(0.0));
     let view = |step: f64| {
         // 0.02 of a pixel a step about the camera's own axis Y.
-        let turn = DQuat::from_rotation_y(0.02 * step / camera.focal[0]);
+        let turn = DQuat::from_rotation_y(0.02 * step / camera.lens.focal[0]);
         device_view(&camera, &(DAffine3::from_quat(turn) * pose))
     };
     let renderer = || {
@@ -61,7 +61,7 @@ fn slow_motion_is_culled_ahead_of_and_changes_no_pixel() {
         renderer
     };
     let (mut creeping, mut anew) = (renderer(), renderer());
-    let image = |cull| Wanted { image: true, cull, temperatures: false };
+    let image = |cull| Wanted { image: true, sampled: None, cull, temperatures: false };
     let whole = image(data.triangles.len() as u32);
     for step in 0..9 {
         let view = view(f64::from(step));
@@ -97,7 +97,8 @@ fn culling_changes_no_pixel() {
         let submitted = renderer.submit(drawn(&view, Some(&frame))).expect("a frame");
         bits(&renderer.collect(submitted).expect("an image"))
     };
-    let culled = |triangles| Frame::step(&[], Wanted { image: true, cull: triangles, temperatures: false });
+    let culled =
+        |triangles| Frame::step(&[], Wanted { image: true, sampled: None, cull: triangles, temperatures: false });
     // The same list with a copy of all triangles instead of culling.
     let whole = |triangles| {
         let mut frame = culled(triangles);

@@ -168,6 +168,7 @@ impl LooseNodes {
             band_table: &[0.0],
             image: None,
             between: false,
+            sampling: None,
             shadows: None,
             joints: None,
             network: None,

@@ -6,6 +6,7 @@ use isotherm::gpu::heat::{HeatOf, absorbed_heat};
 use isotherm::gpu::lists;
 use isotherm::gpu::pass::{Entry, Kernel};
 use isotherm::gpu::resource::Resource;
+use isotherm::gpu::sampling::{RowOf, Sampled};
 use isotherm::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
 
 use super::hazard::{HazardKind, barrier_count, hazards, unread_by_host, without_barrier};
@@ -60,12 +61,22 @@ fn with_shadow(range: StepRange) -> StepRange {
     StepRange { variant: ThermalVariant { shadow: true, ..range.variant }, ..range }
 }
 
-const DRAWN: Wanted = Wanted { image: true, cull: 100, temperatures: true };
+const DRAWN: Wanted = Wanted { image: true, sampled: None, cull: 100, temperatures: true };
 
 fn wanted() -> Vec<Wanted> {
     let mut all = Vec::new();
     for (image, cull) in [(false, 0), (true, 0), (true, 100), (true, 5_000_000)] {
-        all.extend([false, true].map(|temperatures| Wanted { image, cull, temperatures }));
+        all.extend([false, true].map(|temperatures| Wanted { image, sampled: None, cull, temperatures }));
+    }
+    for (mean, lens, shutter, cull) in [
+        (None, true, None, 100),
+        (Some(1), false, None, 0),
+        (Some(4), false, None, 100),
+        (Some(4), true, Some(RowOf::Brown), 100),
+        (None, false, Some(RowOf::Pinhole), 100),
+    ] {
+        let sampled = Some(Sampled { lens, mean, shutter, rows: 60 });
+        all.push(Wanted { image: true, sampled, cull, temperatures: false });
     }
     all
 }
@@ -187,7 +198,7 @@ pub fn each_barrier_is_needed(row: &[Frame], first: usize) {
 #[test]
 fn what_is_submitted_once_has_all_its_barriers() {
     let ranges = &scenes()[3];
-    let drawn = Wanted { image: true, cull: 100, temperatures: true };
+    let drawn = Wanted { image: true, sampled: None, cull: 100, temperatures: true };
     for method in [Method::Depth, Method::Exact] {
         let settle = Frame::shadows(ranges, method).then(Frame::settle(ranges));
         let (bare, step) = (Frame::step(ranges, Wanted::default()), Frame::step(ranges, drawn));

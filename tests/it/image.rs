@@ -2,6 +2,7 @@
 //! plane.
 
 use glam::{DAffine3, DVec3};
+use isotherm::lens::Lens;
 use isotherm::scene::Camera;
 use isotherm::simulation::engine::Pixels;
 use isotherm::thermal::material::{Material, Optics, Response, Sides};
@@ -38,13 +39,13 @@ fn poses() -> [DAffine3; 3] {
 }
 
 fn small_camera() -> Camera {
-    Camera { centre: [49.3, 38.1], focal: [70.0, 66.0], ..camera(100, 76, 70.0) }
+    Camera { lens: Lens::pinhole([70.0, 66.0], [49.3, 38.1]), ..camera(100, 76, 70.0) }
 }
 
 /// The point where a pixel's ray meets the body's plane z = 0, and its camera depth.
 fn meet(camera: &Camera, pose: &DAffine3, index: usize) -> (DVec3, f64) {
     let (column, row) = (index % camera.width as usize, index / camera.width as usize);
-    let across = |pixel: usize, axis: usize| (pixel as f64 + 0.5 - camera.centre[axis]) / camera.focal[axis];
+    let across = |pixel: usize, axis: usize| (pixel as f64 + 0.5 - camera.lens.centre[axis]) / camera.lens.focal[axis];
     let ray = DVec3::new(across(column, 0), across(row, 1), 1.0);
     let body_from_camera = pose.inverse();
     let origin = body_from_camera.translation;
@@ -59,7 +60,7 @@ fn each_pixel(camera: &Camera, pose: &DAffine3, image: &Pixels, mut visit: impl 
     for (index, [part, material]) in image.identity.iter().enumerate() {
         let (point, depth) = meet(camera, pose, index);
         // A pixel at the edge may be on either side.
-        let margin = 2.0 * depth / camera.focal[0] / (pose.matrix3.row(2).z.abs().max(0.05));
+        let margin = 2.0 * depth / camera.lens.focal[0] / (pose.matrix3.row(2).z.abs().max(0.05));
         let inside = 10.0 - point.x.abs().max(point.y.abs());
         if depth > camera.near * 1.01 && inside > margin {
             assert_eq!([*part, *material], [7, 2], "pixel {index} shows part and material, each plus 1");

@@ -21,6 +21,7 @@ mod image;
 mod inputs;
 mod joints;
 mod kills;
+mod lens;
 mod mesh_network;
 mod model;
 mod names;

@@ -156,6 +156,7 @@ fn the_golden_picture() {
     let kept = Pixels {
         radiance_temperature_depth: channels.map(|((l, t), z)| [*l, *t, *z]).collect(),
         identity: frame.part.iter().zip(&frame.material).map(|(part, material)| [*part, *material]).collect(),
+        coverage: Vec::new(),
     };
     let apart = compare(&found, &kept, camera.width as usize);
     let grid = corner_grid(&context);

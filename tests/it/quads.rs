@@ -6,17 +6,21 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use isotherm::gpu::blackbody::band_table;
 use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::StepRange;
+use isotherm::gpu::layout::View;
 use isotherm::gpu::renderer::{Renderer, Request};
 use isotherm::gpu::resources::{NODES_PER_WORKGROUP, SceneData};
 use isotherm::gpu::shapes::Shapes;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
+use isotherm::lens::Lens;
+use isotherm::raster::{Pixel, Surface, rasterise};
 use isotherm::scene::{Camera, CameraFrame, Motion};
 use isotherm::simulation::device_data::device_material;
 use isotherm::simulation::engine::Pixels;
-use isotherm::simulation::viewpoint::device_view;
+use isotherm::simulation::sampling::sampling;
+use isotherm::simulation::viewpoint::{device_view, raster_view, source_view};
 use isotherm::thermal::material::Material;
 use isotherm::thermal::planck::Band;
-use isotherm::thermal::radiance::RadianceTable;
+use isotherm::thermal::radiance::{RadianceTable, band_radiance};
 
 /// Quads with temperatures at their corners. Each is a group of four nodes.
 pub struct Quads {
@@ -92,6 +96,7 @@ impl Quads {
             band_table: &band_table(&RadianceTable::new(self.band)),
             image: Some([camera.width, camera.height]),
             between: false,
+            sampling: sampling(camera, context.info.sample_counts),
             shadows: None,
             joints: None,
             network: None,
@@ -104,18 +109,48 @@ impl Quads {
         renderer
     }
 
+    /// The image in f64.
+    pub fn rasterised(&self, camera: &Camera, pose: &DAffine3) -> Vec<Pixel> {
+        let positions: Vec<DVec3> = self.positions.iter().map(|position| position.as_dvec3()).collect();
+        let temperatures: Vec<f64> = self.temperatures.iter().map(|temperature| f64::from(*temperature)).collect();
+        let of_nodes = |groups: &[u32]| groups.iter().flat_map(|value| [*value; 4]).collect::<Vec<_>>();
+        let emissivities = |material: &Material| {
+            let device = device_material(material, &Shapes::default());
+            [device.emissivity, device.back_emissivity].map(f64::from)
+        };
+        let surface = Surface {
+            positions: &positions,
+            triangles: &self.triangles,
+            temperatures: &temperatures,
+            vertex_part: &of_nodes(&self.group_part),
+            vertex_material: &of_nodes(&self.group_material),
+            emissivities: &self.materials.iter().map(emissivities).collect::<Vec<_>>(),
+        };
+        let table = RadianceTable::new(self.band);
+        rasterise(&surface, &raster_view(camera, pose), |temperature| band_radiance(&table, temperature))
+    }
+
     /// The image that the device draws.
     pub fn draw(&self, context: &Arc<Context>, camera: &Camera, pose: &DAffine3) -> Pixels {
         let mut renderer = self.renderer(context, camera);
         let submitted = renderer
-            .submit(Request { views: &[device_view(camera, pose)], ..Request::default() })
+            .submit(Request { views: &[seen(context, camera, pose)], ..Request::default() })
             .expect("the device draws");
         let collected = renderer.collect(submitted).expect("the device answers");
         let radiance = collected.radiance.expect("an image was asked for");
         Pixels {
             radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
             identity: collected.identity.expect("an image was asked for").to_vec(),
+            coverage: radiance.iter().map(|[.., coverage]| *coverage).collect(),
         }
+    }
+}
+
+/// The view of a camera on a device.
+fn seen(context: &Context, camera: &Camera, pose: &DAffine3) -> View {
+    match sampling(camera, context.info.sample_counts) {
+        Some(sampling) => source_view(&sampling, camera.near, pose),
+        None => device_view(camera, pose),
     }
 }
 
@@ -124,8 +159,9 @@ pub fn camera(width: u32, height: u32, focal: f64) -> Camera {
     Camera {
         width,
         height,
-        focal: [focal, focal],
-        centre: [0.5 * f64::from(width), 0.5 * f64::from(height)],
+        lens: Lens::pinhole([focal, focal], [0.5 * f64::from(width), 0.5 * f64::from(height)]),
+        samples: 1,
+        line_time: 0.0,
         motion: Motion::Still,
         frame: CameraFrame::Body,
         position: DVec3::ZERO,

@@ -8,6 +8,7 @@ use isotherm::gpu::heat::{HeatOf, absorbed_heat};
 use isotherm::gpu::lists;
 use isotherm::gpu::pass::Kernel;
 use isotherm::gpu::resource::Resource;
+use isotherm::gpu::sampling::{RowOf, Sampled};
 
 use crate::network::barriers::lists_of_all_plans;
 use crate::one_pass::lists_of_all_shapes;
@@ -24,7 +25,15 @@ fn block_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> String {
 
 /// A list for every kernel.
 fn all_lists() -> Vec<Frame> {
-    let drawn = Wanted { image: true, cull: 9, temperatures: true };
+    let drawn = Wanted { image: true, sampled: None, cull: 9, temperatures: true };
+    let sampled = |mean, lens, shutter| Wanted { sampled: Some(Sampled { mean, lens, shutter, rows: 9 }), ..drawn };
+    let of_images = [
+        (None, true, None),
+        (Some(1), true, None),
+        (Some(4), false, Some(RowOf::Brown)),
+        (None, false, Some(RowOf::Pinhole)),
+    ]
+    .map(|(mean, lens, shutter)| Frame::step(&[], sampled(mean, lens, shutter)));
     let mut all = vec![lists::radiation(Kernel::Blackbody, 1), lists::radiation(Kernel::Brightness, 1)];
     let whole = TriangleRun { joint: 0, triangles: (0, 9) };
     for variant in CURVES.into_iter().flat_map(thermal_variants) {
@@ -38,6 +47,7 @@ fn all_lists() -> Vec<Frame> {
     all.extend(CURVES.into_iter().flat_map(response_variants).map(|variant| lists::respond(variant, 1)));
     let places = [HeatOf::Balance, HeatOf::Target, HeatOf::Flux];
     all.push(absorbed_heat(&places.map(|of| (of, (0, 1)))));
+    all.extend(of_images);
     all.extend(lists_of_all_plans());
     all.extend(lists_of_all_shapes());
     all

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms of `src`. Each uses only rooms before it.
-const ORDER: [&str; 17] = [
+const ORDER: [&str; 18] = [
     "text",
     "host",
     "files",
@@ -13,6 +13,7 @@ const ORDER: [&str; 17] = [
     "environment",
     "thermal",
     "model",
+    "lens",
     "scene",
     "raster",
     "gpu",

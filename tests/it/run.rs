@@ -136,7 +136,7 @@ fn a_frame_tells_what_it_is() {
     assert_eq!(header.version, env!("CARGO_PKG_VERSION"));
     assert_eq!(header.scene_sha256.len(), 64);
     // 45 deg across 96 pixels.
-    assert!((header.camera.focal[0] - 48.0 / 22.5_f64.to_radians().tan()).abs() < 1e-9);
+    assert!((header.camera.lens.focal[0] - 48.0 / 22.5_f64.to_radians().tan()).abs() < 1e-9);
     // The pose maps the target of the camera to its axis.
     let ahead = header.camera_from_body.transform_point3(glam::DVec3::ZERO);
     assert!(ahead.truncate().length() < 1e-9 && (ahead.z - (6.5_f64 * 6.5 + 25.0 + 7.5 * 7.5).sqrt()).abs() < 1e-9);

@@ -6,6 +6,7 @@ use approx::assert_relative_eq;
 use glam::{DMat4, DQuat, DVec3};
 use isotherm::environment::shadow::Method;
 use isotherm::environment::{Attitude, Orbit};
+use isotherm::lens::{Distortion, Lens};
 use isotherm::model::Part;
 use isotherm::scene::{CameraFrame, Draw, Edges, Initial, Scene, SceneError};
 
@@ -93,8 +94,11 @@ fn every_value_of_a_full_scene_arrives() {
 
     let camera = scene.require_camera().unwrap();
     assert_eq!((camera.width, camera.height, camera.near), (640, 512, 0.5));
-    assert_eq!(camera.focal, [0.018 / 12e-6; 2]);
-    assert_eq!(camera.centre, [320.0, 256.0]);
+    assert_eq!(camera.lens.focal, [0.018 / 12e-6; 2]);
+    assert_eq!((camera.lens.centre, camera.lens.skew), ([322.5, 255.0], 0.25));
+    let numbers = [-0.1, 0.02, 0.001, -0.002, 0.003, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    assert_eq!(camera.lens.distortion, Distortion::BrownConrady(numbers));
+    assert_eq!((camera.samples, camera.line_time), (8, 30e-6));
     assert_eq!((camera.frame, camera.position), (CameraFrame::Orbit, DVec3::new(-50.0, 0.0, 0.0)));
     // From behind, along +X of the orbit frame with -Z up: right is +Y (against the orbit normal), down is nadir.
     for (axis, expected) in [(DVec3::X, DVec3::Y), (DVec3::Y, DVec3::Z), (DVec3::Z, DVec3::X)] {
@@ -119,7 +123,7 @@ fn a_short_scene_says_what_it_assumes() {
     assert_relative_eq!(scene.orbit.period(), 5554.684945512347, epsilon = 1e-9);
     let camera = scene.require_camera().unwrap();
     // tan 45 deg = 1: the focal length is half the width.
-    assert_relative_eq!(camera.focal[0], 50.0, epsilon = 1e-12);
+    assert_relative_eq!(camera.lens.focal[0], 50.0, epsilon = 1e-12);
     assert_eq!((camera.frame, camera.near), (CameraFrame::Body, 0.1));
     let expected = [
         "(model.max_edge is absent)",
@@ -166,7 +170,12 @@ fn attitudes_cameras_and_times_have_their_other_forms() {
     let scene = with("mode = \"nadir\"", "mode = \"sun\"\nsun_axis = \"+Z\"\nnorth_axis = [-7, 0, 0]");
     assert_eq!(scene.attitude, Attitude::Sun { sun_axis: DVec3::Z, north_axis: DVec3::NEG_X });
 
-    assert_eq!(with("fov_deg = 90", "focal_px = 800").camera.unwrap().focal, [800.0; 2]);
+    let calibrated =
+        with("fov_deg = 90", "fx = 800\nfy = 790\ncx = 51\ncy = 24.5\ndistortion = [0.1, 0, 0, 0.01]").camera.unwrap();
+    let distortion = Distortion::Fisheye([0.1, 0.0, 0.0, 0.01]);
+    assert_eq!(calibrated.lens, Lens { focal: [800.0, 790.0], centre: [51.0, 24.5], skew: 0.0, distortion });
+    assert_eq!((calibrated.samples, calibrated.line_time), (1, 0.0));
+    assert_eq!(with("fov_deg = 90", "focal_px = 800").camera.unwrap().lens.focal, [800.0; 2]);
     let camera = with("look_at = [0, 0, 0]", "quaternion = [1, 0, 0, 0]").camera.unwrap();
     assert_eq!(camera.frame_from_camera, DQuat::IDENTITY);
 

@@ -9,6 +9,7 @@ use isotherm::gpu::layout;
 use isotherm::gpu::one_pass_variant::OnePassVariant;
 use isotherm::gpu::pass::{Kernel, Pass, is_write};
 use isotherm::gpu::resource_row::Role;
+use isotherm::gpu::sampling::RowOf;
 use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
 use isotherm::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
 use isotherm::gpu::wide_variant::{WideKind, WideVariant};
@@ -75,6 +76,18 @@ pub fn response_variants(curve: Curve) -> [ResponseVariant; 2] {
 fn all_shaders() -> Vec<Shader> {
     let mut all: Vec<_> = ENTRY_POINTS.iter().map(|(entry, _)| Shader::new(entry, Vec::new())).collect();
     all.push(Shader::new("solar_rays.comp", vec!["first"]));
+    all.push(Shader::new("radiance.frag", vec!["mean", "multiple"]));
+    all.extend(
+        [("cull.comp", "sampled"), ("radiance.frag", "mean")].map(|(entry, word)| Shader::new(entry, vec![word])),
+    );
+    for words in [vec!["lens"], vec!["several"], vec!["lens", "several"]] {
+        all.push(Shader::new("resample.comp", words));
+    }
+    for row_of in [RowOf::Pinhole, RowOf::Brown, RowOf::Fisheye] {
+        all.push(Shader::new("radiance.vert", row_of.words()));
+        all.push(Shader::new("cull.comp", row_of.words()));
+        all.push(Shader::new("cull.comp", [vec!["sampled"], row_of.words()].concat()));
+    }
     for curve in CURVES {
         all.extend(thermal_variants(curve).iter().map(ThermalVariant::shader));
         all.extend(response_variants(curve).iter().map(ResponseVariant::shader));
@@ -250,12 +263,12 @@ fn passes_declare_what_their_shaders_touch() {
         assert_eq!(declared(pass), bindings_of(&variant.shader()), "{}", pass.name);
     }
     let plain = |entry| Shader::new(entry, Vec::new());
-    let frame = Frame::step(&[], Wanted { image: true, cull: 9, temperatures: false });
+    let frame = Frame::step(&[], Wanted { image: true, sampled: None, cull: 9, temperatures: false });
     let cull = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Cull)).expect("a cull pass");
     assert_eq!(declared(cull), bindings_of(&plain("cull.comp")));
     let radiance = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Radiance)).expect("a radiance pass");
     let range = StepRange { variant: thermal_variants(CURVES[0])[0], groups: (0, 64), joint: 0 };
-    let image = Wanted { image: true, cull: 9, temperatures: false };
+    let image = Wanted { image: true, sampled: None, cull: 9, temperatures: false };
     let frame = Frame::between(&[range], image, &[]);
     let between = frame.passes().next().expect("a pass between steps");
     assert_eq!(declared(between), bindings_of(&plain("between.comp")));

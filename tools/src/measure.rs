@@ -370,9 +370,9 @@ fn whole_ticks(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> 
             scene.density.model.max = Some(edge);
             if let Some(camera) = &mut scene.camera {
                 let scale = f64::from(width) / f64::from(camera.width);
-                camera.focal = camera.focal.map(|focal| focal * scale);
+                camera.lens.focal = camera.lens.focal.map(|focal| focal * scale);
                 (camera.width, camera.height) = (width, height);
-                camera.centre = [f64::from(width) / 2.0, f64::from(height) / 2.0];
+                camera.lens.centre = [f64::from(width) / 2.0, f64::from(height) / 2.0];
             }
             println!("{}", measure_steps(arguments.steps, context, scene, edge)?);
         }

@@ -234,6 +234,7 @@ impl Loose {
             band_table: &[0.0],
             image: None,
             between: false,
+            sampling: None,
             shadows,
             joints: None,
             network: None,

@@ -7,6 +7,8 @@ use crate::gpu::pass::{
     Access, COMPUTE_READ, COMPUTE_UNIFORM, COMPUTE_WRITE, Kernel, Pass, Said, Scope, Work, access, scope,
 };
 use crate::gpu::resource::Resource;
+use crate::gpu::resource_row::Role;
+use crate::gpu::sampling::{RowOf, Sampled};
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 
 /// A range of nodes with one pipeline.
@@ -194,7 +196,8 @@ pub(super) fn between_pass(range: &StepRange) -> Pass {
     Pass { name: "between".to_owned(), work, accesses }
 }
 
-pub(super) fn cull_pass(run: TriangleRun) -> Pass {
+/// Culls for a kernel: of pixel centres or of all samples.
+pub(super) fn cull_pass(run: TriangleRun, kernel: Kernel) -> Pass {
     let TriangleRun { joint, triangles } = run;
     let mut accesses = vec![Access { slice: joint, ..bound(0, Resource::View, COMPUTE_UNIFORM) }];
     accesses.extend(places(COMPUTE_READ));
@@ -203,12 +206,45 @@ pub(super) fn cull_pass(run: TriangleRun) -> Pass {
         of_range(triangles)(5, Resource::VisibleTriangles, COMPUTE_WRITE),
         of_range(run.draws())(6, Resource::Draws, COMPUTE_WRITE),
     ]);
-    let work = over(Kernel::Cull, triangles, TRIANGLES_A_DRAW, Said::Triangle(triangles.0));
+    if let Kernel::CullSamples { shutter: Some(_), .. } = kernel {
+        accesses.push(Access { slice: joint, ..bound(7, Resource::Shutter, COMPUTE_UNIFORM) });
+    }
+    let work = over(kernel, triangles, TRIANGLES_A_DRAW, Said::Triangle(triangles.0));
     Pass { name: "cull".to_owned(), work, accesses }
 }
 
-/// The draw of an image with the temperatures in a buffer.
-pub(super) fn radiance_pass(temperature: Resource) -> Pass {
+/// Draws the temperatures in a buffer with one sample of a pixel.
+pub(super) fn radiance_pass(shutter: Option<RowOf>, temperature: Resource) -> Pass {
+    let images = [Resource::RadianceImage, Resource::IdentityImage, Resource::DepthImage];
+    let kernel = shutter.map_or(Kernel::Radiance, Kernel::RadianceOfRows);
+    draw_pass("radiance", kernel, shutter, temperature, &images)
+}
+
+/// Draws the mean over several samples. With several of a texel, they are averaged at its end.
+pub(super) fn mean_pass(each: u32, shutter: Option<RowOf>, temperature: Resource) -> Pass {
+    let multiple: &[Resource] = if each > 1 { &[Resource::MultiImage] } else { &[] };
+    let images = [multiple, &[Resource::MeanImage, Resource::MeanDepthImage]].concat();
+    draw_pass("mean", Kernel::Mean { each, shutter }, shutter, temperature, &images)
+}
+
+/// Computes the image from drawn ones.
+pub(super) fn resample_pass(sampled: Sampled) -> Pass {
+    let mut accesses = vec![
+        bound(0, Resource::Sampling, COMPUTE_UNIFORM),
+        bound(1, Resource::DrawnRadiance, COMPUTE_READ),
+        bound(2, Resource::DrawnIdentity, COMPUTE_READ),
+        bound(3, Resource::ImageRadiance, COMPUTE_WRITE),
+        bound(4, Resource::ImageIdentity, COMPUTE_WRITE),
+    ];
+    accesses.extend(sampled.lens.then(|| bound(5, Resource::LensMap, COMPUTE_READ)));
+    accesses.extend(sampled.mean.map(|_| bound(6, Resource::Mean, COMPUTE_READ)));
+    let kernel = Kernel::Resample { lens: sampled.lens, several: sampled.mean.is_some() };
+    let work = Work::Dispatch { kernel, workgroups: sampled.rows, set: 0, said: Said::Nothing };
+    Pass { name: "resample".to_owned(), work, accesses }
+}
+
+/// Draws the triangles that culling kept into images, the last of which is the depth buffer.
+fn draw_pass(name: &str, kernel: Kernel, shutter: Option<RowOf>, temperature: Resource, images: &[Resource]) -> Pass {
     let vertex = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
     let fragment = scope(S::FRAGMENT_SHADER, A::SHADER_STORAGE_READ);
     let colour = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
@@ -224,11 +260,11 @@ pub(super) fn radiance_pass(temperature: Resource) -> Pass {
         bound(6, Resource::GroupPart, vertex),
         bound(7, Resource::Materials, fragment),
         bound(8, Resource::BandTable, fragment),
-        drawn(Resource::RadianceImage, colour),
-        drawn(Resource::IdentityImage, colour),
-        drawn(Resource::DepthImage, DEPTH),
     ]);
-    Pass { name: "radiance".to_owned(), work: Work::Draw(Kernel::Radiance), accesses }
+    accesses.extend(shutter.map(|_| bound(9, Resource::Shutter, scope(S::VERTEX_SHADER, A::UNIFORM_READ))));
+    let is_depth = |image: Resource| image.row().role == Role::Depth;
+    accesses.extend(images.iter().map(|image| drawn(*image, if is_depth(*image) { DEPTH } else { colour })));
+    Pass { name: name.to_owned(), work: Work::Draw(kernel), accesses }
 }
 
 #[cfg(test)]

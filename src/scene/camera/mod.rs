@@ -1,4 +1,4 @@
-//! `[camera]`: a pinhole camera and its pose or path.
+//! `[camera]`: a camera with its lens, its pose or path, and the samples of a pixel.
 
 mod lens;
 mod path;
@@ -21,6 +21,9 @@ use super::motion::Motion;
 /// Largest image side [px]. Vulkan devices commonly allow this much.
 const MOST_PIXELS: u32 = 16384;
 
+/// Numbers of samples of a pixel.
+const SAMPLES: [u32; 4] = [1, 4, 8, 16];
+
 const FRAMES: [(&str, CameraFrame); 3] =
     [("body", CameraFrame::Body), ("orbit", CameraFrame::Orbit), ("inertial", CameraFrame::Inertial)];
 
@@ -34,7 +37,12 @@ pub(super) fn read(
     let width = section.required("width", width, "the image's width in pixels")?;
     let height = section.whole("height", 1..=MOST_PIXELS)?;
     let height = section.required("height", height, "the image's height in pixels")?;
-    let focal = lens::focal(section, width)?;
+    let lens = lens::read(section, [width, height], assumptions)?;
+    let samples = section.whole("samples", 1..=16)?.unwrap_or(1);
+    if !SAMPLES.contains(&samples) {
+        return Err(section.error("samples", format!("must be 1, 4, 8 or 16, found {samples}")));
+    }
+    let line_time = section.number("line_time", Quantity::within(0.0, 1.0, "s"))?.unwrap_or(0.0);
     let stated = section.choice("frame", &FRAMES)?;
     let path = path::read(section, stated, around, files, assumptions)?;
     let of_path = path.as_ref().and_then(|(frame, _)| *frame);
@@ -58,6 +66,5 @@ pub(super) fn read(
         assumptions.push("Nothing nearer than 0.1 m to the camera is seen (camera.near is absent).".to_string());
         0.1
     });
-    let centre = [f64::from(width) / 2.0, f64::from(height) / 2.0];
-    Ok(Camera { width, height, focal: [focal; 2], centre, motion, frame, position, frame_from_camera, near })
+    Ok(Camera { width, height, lens, samples, line_time, motion, frame, position, frame_from_camera, near })
 }

@@ -39,13 +39,15 @@ impl Camera {
         Ok(Self { position, frame_from_camera, motion: Motion::Still, ..self.clone() })
     }
 
-    /// Checks that the camera has a pose at each of some times [s].
+    /// Checks that the camera has a pose for all rows of images at some times [s].
     ///
     /// # Errors
     /// The first time without one, with the file and the times that it covers.
     pub fn check_times(&self, mut times: impl Iterator<Item = f64>) -> Result<(), SceneError> {
         let Motion::Path(path) = &self.motion else { return Ok(()) };
-        match times.find_map(|time| path.poses.pose(time).err()) {
+        let last_row = self.shutter_time();
+        let absent = |time: f64| path.poses.pose(time).err().or_else(|| path.poses.pose(time + last_row).err());
+        match times.find_map(absent) {
             Some(fault) => Err(FileLine { path: &path.file, line: 1 }.error("camera.path", fault)),
             None => Ok(()),
         }

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use isotherm::files::Reach;
 use isotherm::gpu::context::Context;
+use isotherm::lens::Lens;
 use isotherm::scene::{Camera, Scene};
 use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, Order};
@@ -52,7 +53,7 @@ pub fn measure(
     Ok(json!({
         "triangles": prepared.triangles.len(), "nodes": prepared.nodes.count, "rows": rows,
         "camera": {
-            "width": own.width, "height": own.height, "focal_px": own.focal, "centre_px": own.centre,
+            "width": own.width, "height": own.height, "focal_px": own.lens.focal, "centre_px": own.lens.centre,
             "camera_from_body_columns": rotation, "camera_from_body_translation": pose.translation.to_array(),
         },
         "band_m": [band.lower, band.upper],
@@ -64,8 +65,11 @@ fn scaled(camera: &Camera, scale: u32) -> Camera {
     Camera {
         width: camera.width * scale,
         height: camera.height * scale,
-        focal: camera.focal.map(|focal| focal * factor),
-        centre: camera.centre.map(|centre| centre * factor),
+        lens: Lens {
+            focal: camera.lens.focal.map(|focal| focal * factor),
+            centre: camera.lens.centre.map(|centre| centre * factor),
+            ..camera.lens
+        },
         ..camera.clone()
     }
 }

@@ -114,6 +114,7 @@ impl Work {
             band_table: &[],
             image: None,
             between: false,
+            sampling: None,
             shadows: None,
             joints: None,
             network: None,

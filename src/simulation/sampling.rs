@@ -1,0 +1,134 @@
+//! How a device makes the image of a camera with distortion, with several samples of a pixel, or with a rolling shutter.
+//!
+//! Through a distorting lens it draws a pinhole image of the rectangle that holds all rays, with at least two texels along each side of a pixel at every
+//! place. A pixel shows the texel at its centre, which is off by at most a quarter of a pixel along each axis. The mean over several samples is made from a
+//! second draw, of the radiance alone.
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use crate::gpu::layout;
+use crate::gpu::sampling::{Mean, RowOf, Sampling};
+use crate::lens::{Distortion, Lens};
+use crate::scene::Camera;
+
+/// Numbers of samples of a texel that nearly every device has, as a sum of powers of two.
+pub const ALWAYS: u32 = 1 + 4;
+
+/// Texels along each side of a pixel through a distorting lens, at least.
+const FINER: u32 = 2;
+
+/// How the image of a camera is made, with the numbers of samples of a texel that a device has. `None` where it is simply drawn.
+pub fn sampling(camera: &Camera, counts: u32) -> Option<Sampling> {
+    let size = [camera.width, camera.height];
+    let shutter = shutter(camera);
+    if camera.lens.is_pinhole() {
+        let mean = (camera.samples > 1).then(|| {
+            let (lookups, each) = split(camera.samples, camera.samples, counts);
+            Mean { size: [0, 1].map(|axis| size[axis] * lookups[axis]), lookups, each }
+        });
+        let Lens { focal, centre, .. } = camera.lens;
+        let sampling = Sampling { drawn: size, focal, centre, map: Vec::new(), mean, shutter };
+        return (mean.is_some() || shutter.is_some()).then_some(sampling);
+    }
+    let (lookups, each) = split(camera.samples, camera.samples / (FINER * FINER), counts);
+    // A scene is refused where its lens has no field.
+    let field = camera.lens.field(size).ok()?;
+    let focal = lookups.map(|lookups| field.finest * f64::from(lookups.max(FINER)));
+    // A border of one texel.
+    let centre = [0, 1].map(|axis| 1.0 - field.low[axis] * focal[axis]);
+    let drawn = [0, 1].map(|axis| ((field.high - field.low)[axis] * focal[axis]).ceil() as u32 + 2);
+    let place = |ray: DVec2| [0, 1].map(|axis| (ray[axis] * focal[axis] + centre[axis]) as f32);
+    let map = corners(&camera.lens, size).into_iter().map(place).collect();
+    let mean = (camera.samples > 1).then_some(Mean { size: drawn, lookups, each });
+    Some(Sampling { drawn, focal, centre, map, mean, shutter })
+}
+
+/// Lookups along each side of a pixel, and samples of a texel: at most `most`, and a number that the device has.
+fn split(samples: u32, most: u32, counts: u32) -> ([u32; 2], u32) {
+    let each = [16, 8, 4, 2].into_iter().find(|each| *each <= most && counts & each != 0).unwrap_or(1);
+    let lookups = match samples / each {
+        0 | 1 => [1, 1],
+        2 => [2, 1],
+        4 => [2, 2],
+        8 => [4, 2],
+        _ => [4, 4],
+    };
+    (lookups, each)
+}
+
+/// The rows of a rolling shutter, without poses. `None` if all rows see one pose.
+fn shutter(camera: &Camera) -> Option<(RowOf, layout::Shutter)> {
+    if camera.line_time == 0.0 || camera.height == 1 {
+        return None;
+    }
+    let float = |numbers: [f64; 4]| numbers.map(|number| number as f32);
+    let lens = &camera.lens;
+    let (row_of, numbers) = match lens.distortion {
+        Distortion::None => (RowOf::Pinhole, [[0.0; 4]; 3]),
+        Distortion::BrownConrady([k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4]) => {
+            (RowOf::Brown, [[k1, k2, p1, p2], [k3, k4, k5, k6], [s1, s2, s3, s4]])
+        }
+        Distortion::Fisheye(numbers) => (RowOf::Fisheye, [numbers, [0.0; 4], [0.0; 4]]),
+    };
+    // Without distortion a point far outside the frame still has a row.
+    let field = match lens.distortion {
+        Distortion::None => [-1e9, -1e9, 1e9, 1e9],
+        _ => {
+            let field = lens.field([camera.width, camera.height]).ok()?;
+            [field.low.x, field.low.y, field.high.x, field.high.y]
+        }
+    };
+    let [first_numbers, second_numbers, third_numbers] = numbers.map(float);
+    // From the centre of the first row to that of the last.
+    let rows = f64::from(camera.height - 1);
+    let shutter = layout::Shutter {
+        field: float(field),
+        first_numbers,
+        second_numbers,
+        third_numbers,
+        row_scale: (lens.focal[1] / rows) as f32,
+        row_offset: ((lens.centre[1] - 0.5) / rows) as f32,
+        ..layout::Shutter::default()
+    };
+    Some((row_of, shutter))
+}
+
+/// Rays at the corners of the pixels, row after row.
+fn corners(lens: &Lens, [width, height]: [u32; 2]) -> Vec<DVec2> {
+    let row = |row: u32| {
+        let mut near = None;
+        let ray = |column: u32| {
+            let pixel = DVec2::new(f64::from(column), f64::from(row));
+            near = near.and_then(|ray| lens.unproject_from(ray, pixel)).or_else(|| lens.unproject(pixel));
+            near.unwrap_or(DVec2::ZERO)
+        };
+        (0..=width).map(ray).collect::<Vec<_>>()
+    };
+    (0..=height).into_par_iter().flat_map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::split;
+
+    #[test]
+    fn samples_of_a_texel_and_lookups_make_up_those_of_a_pixel() {
+        for (samples, most, counts, expected) in [
+            (4, 4, 1 + 4, ([1, 1], 4)),
+            (8, 8, 1 + 4, ([2, 1], 4)),
+            (16, 16, 1 + 4, ([2, 2], 4)),
+            (16, 16, 1 + 2 + 4 + 8 + 16, ([1, 1], 16)),
+            (16, 16, 1, ([4, 4], 1)),
+            (8, 8, 1, ([4, 2], 1)),
+            (1, 0, 1 + 4, ([1, 1], 1)),
+            (4, 1, 1 + 4, ([2, 2], 1)),
+            (8, 2, 1 + 4, ([4, 2], 1)),
+            (16, 4, 1 + 4, ([2, 2], 4)),
+        ] {
+            let (lookups, each) = split(samples, most, counts);
+            assert_eq!((lookups, each), expected, "{samples} samples, {most} at most, of {counts:b}");
+            assert_eq!(lookups[0] * lookups[1] * each, samples);
+        }
+    }
+}
