@@ -9,8 +9,8 @@
 layout(set = 0, binding = 7) readonly buffer MaterialBlock { Material materials[]; };
 
 #ifdef MULTIPLE
-// At every sample, because the centre of the texel may lie outside the triangle.
-layout(location = 0) sample in vec2 temperature_depth;
+// At every sample, because the centre of the texel may lie outside the triangle. naga ignores `sample` without `smooth`.
+layout(location = 0) smooth sample in vec2 temperature_depth;
 #else
 layout(location = 0) in vec2 temperature_depth;
 #endif

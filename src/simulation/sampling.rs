@@ -1,7 +1,8 @@
 //! How a device makes the image of a camera with distortion, with several samples of a pixel, or with a rolling shutter.
 //!
 //! Through a distorting lens it draws a pinhole image of the rectangle that holds all rays, with at least two texels along each side of a pixel at every
-//! place. A pixel shows the texel at its centre, which is off by at most a quarter of a pixel along each axis. The mean over several samples is made from a
+//! place. A pixel shows the texel at its centre, which is off by at most a quarter of a pixel along each axis. Where that needs more texels than every device
+//! binds, one texel along each side of a pixel must do, and it is off by at most a half. The mean over several samples is made from a
 //! second draw, of the radiance alone.
 
 use glam::DVec2;
@@ -17,6 +18,9 @@ pub const ALWAYS: u32 = 1 + 4;
 
 /// Texels along each side of a pixel through a distorting lens, at least.
 const FINER: u32 = 2;
+
+/// Most texels with more than one along each side of a pixel: what every device binds at once (Vulkan: `maxStorageBufferRange` of 128 MiB), at 16 bytes each.
+const MOST_TEXELS: f64 = (1 << 23) as f64;
 
 /// How the image of a camera is made, with the numbers of samples of a texel that a device has. `None` where it is simply drawn.
 pub fn sampling(camera: &Camera, counts: u32) -> Option<Sampling> {
@@ -34,10 +38,13 @@ pub fn sampling(camera: &Camera, counts: u32) -> Option<Sampling> {
     let (lookups, each) = split(camera.samples, camera.samples / (FINER * FINER), counts);
     // A scene is refused where its lens has no field.
     let field = camera.lens.field(size).ok()?;
-    let focal = lookups.map(|lookups| field.finest * f64::from(lookups.max(FINER)));
+    let fine = lookups.map(|lookups| field.finest * f64::from(lookups.max(FINER)));
     // A border of one texel.
+    let side = |focal: [f64; 2], axis: usize| ((field.high - field.low)[axis] * focal[axis]).ceil() as u32 + 2;
+    let fits = f64::from(side(fine, 0)) * f64::from(side(fine, 1)) <= MOST_TEXELS;
+    let focal = if fits { fine } else { [field.finest; 2] };
     let centre = [0, 1].map(|axis| 1.0 - field.low[axis] * focal[axis]);
-    let drawn = [0, 1].map(|axis| ((field.high - field.low)[axis] * focal[axis]).ceil() as u32 + 2);
+    let drawn = [side(focal, 0), side(focal, 1)];
     let place = |ray: DVec2| [0, 1].map(|axis| (ray[axis] * focal[axis] + centre[axis]) as f32);
     let map = corners(&camera.lens, size).into_iter().map(place).collect();
     let mean = (camera.samples > 1).then_some(Mean { size: drawn, lookups, each });
