@@ -134,8 +134,8 @@ pub enum Said {
         first: u32,
         /// Group after the last.
         end: u32,
-        /// Steps of the same length before it.
-        age: u32,
+        /// Steps since the last estimate of the error.
+        since: u32,
     },
     /// A step of heaters.
     Heaters {

@@ -286,8 +286,8 @@ impl Renderer {
         let told = |said: Said| match said {
             Said::Triangle(first) => first.to_le_bytes().to_vec(),
             Said::Ray(ray, joint) => self.shadows.ray(ray, joint),
-            Said::OnePass { first, end, age } => {
-                let constants = |one: &OnePass| bytemuck::bytes_of(&one.constants(first, end, age)).to_vec();
+            Said::OnePass { first, end, since } => {
+                let constants = |one: &OnePass| bytemuck::bytes_of(&one.constants(first, end, since)).to_vec();
                 self.one_pass.as_ref().map(constants).unwrap_or_default()
             }
             Said::Heaters { number, first, trial } => {

@@ -5,6 +5,8 @@
 //! stages.
 
 mod build;
+mod change_over;
+mod left;
 mod run;
 
 pub(super) use build::shell;
