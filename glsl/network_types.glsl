@@ -52,7 +52,7 @@ struct NetworkStep {
     uint first;
     uint end;
     uint count;
-    uint age;
+    uint since;
     float step;
     float space_temperature_4;
 };

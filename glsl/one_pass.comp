@@ -5,7 +5,7 @@
 // CONDUCT: conduction inside the blocks. TRIAL: the step is taken to learn its change, and the temperatures stay. SHOWN:
 // the drawn nodes take the temperatures. RADIATIVE: nodes radiate to each other. FAST: the local step takes the closed form.
 // MASKED: some sources are no drawn nodes. BALANCE: nodes without capacity take the temperatures of their balance.
-// The host reads the estimated errors.
+// Steps of a sample estimate the error. NOTE: the first of two such steps. ESTIMATE: the second. The host reads the errors.
 
 #include "network_types.glsl"
 #include "network.glsl"
@@ -13,37 +13,26 @@
 layout(local_size_x = 64) in;
 
 layout(push_constant) uniform PassBlock { NetworkStep pass; };
-// For each group: base and rest [K] of the mean temperatures of the step, T plus half of the last change. T has the same
-// base. A second view of this memory has one node an element.
+#ifndef CONDUCT
+// For each group: 1 / C, then the emission [W/K4].
+layout(set = 0, binding = 0) readonly buffer NodeBlock { vec4 nodes[]; };
+#ifndef ALONE
+// Mean temperatures of the step, T plus half of the last change [K]. A second view of this memory has one node an element.
 #ifdef BALANCE
 layout(set = 0, binding = 4) buffer MeanBlock { vec4 means[]; };
 #endif
 #ifndef BALANCE
 layout(set = 0, binding = 4) readonly buffer MeanBlock { vec4 means[]; };
 #endif
-#ifndef CONDUCT
-// For each group: 1 / C, then the emission [W/K4].
-layout(set = 0, binding = 0) readonly buffer NodeBlock { vec4 nodes[]; };
-#ifndef ALONE
 // Links: the neighbours of four nodes, then the bits of their conductances [W/K], then with RADIATIVE those of the
 // radiative conductances [W/K4].
 layout(set = 0, binding = 2) readonly buffer LinkBlock { uvec4 links[]; };
-layout(set = 0, binding = 5) readonly buffer GatheredBlock { vec2 gathered[]; };
+layout(set = 0, binding = 5) readonly buffer GatheredBlock { float gathered[]; };
 #endif
 #endif
-#ifdef CONDUCT
-#define DIVIDED
-#endif
-#ifdef DRIVE
-#define DIVIDED
-#endif
-#ifdef ADVANCE
-#define WHOLE
-#endif
-#ifndef TRIAL
-#ifdef DIVIDED
-#define ESTIMATED
-// For each group: the error before it spreads inside its block [K], and the error of this step [K].
+#ifdef ESTIMATE
+#define SAMPLED
+// For each group: the error before it spreads inside its block [K], and the error of the steps since the last estimate [K].
 #ifdef DRIVE
 layout(set = 0, binding = 14) buffer ErrorBlock { vec4 errors[]; };
 #endif
@@ -51,23 +40,24 @@ layout(set = 0, binding = 14) buffer ErrorBlock { vec4 errors[]; };
 layout(set = 0, binding = 14) readonly buffer ErrorBlock { vec4 errors[]; };
 #endif
 #endif
-#ifdef WHOLE
-#define ESTIMATED
+#ifdef NOTE
+#define SAMPLED
 #endif
-#endif
-#ifdef ESTIMATED
-// For each group: heat by weak conductors in the last step [W], its change in that step, estimated error [K], and change of
-// the coupling in that step [K].
+#ifdef SAMPLED
+// For each group: heat by weak conductors that was noted [W], its change in a step at the last estimate, estimated error
+// [K], and the coupling at the last estimate [K].
 layout(set = 0, binding = 13) buffer MemoryBlock { vec4 memory[]; };
+#endif
+#ifdef ESTIMATE
 #ifndef DRIVE
 // For each group: sum of the squares of all estimated errors [K2], the largest [K], and its place.
 layout(set = 0, binding = 15) buffer ToldBlock { vec4 told[]; };
 #endif
 #endif
-// Rests of the temperatures [K].
+// For each group: bases and rests of the temperatures [K].
 #ifdef DRIVE
-layout(set = 0, binding = 7) readonly buffer RestBlock { vec4 rests[]; };
-// Change that a node of a block receives [K], and its rest at the start of the step.
+layout(set = 0, binding = 7) readonly buffer StateBlock { vec4 states[]; };
+// Change that a node of a block receives, and its temperature at the start of the step [K].
 layout(set = 0, binding = 8) buffer DriveBlock { vec4 drives[]; };
 // Change by conduction inside the block in the last step [K].
 layout(set = 0, binding = 9) readonly buffer CouplingBlock { vec4 couplings[]; };
@@ -82,19 +72,13 @@ layout(set = 0, binding = 11) readonly buffer WeightBlock { vec4 weights[]; };
 layout(set = 0, binding = 12) readonly buffer UnitBlock { uvec4 units[]; };
 #endif
 #ifndef DRIVE
+// Mean temperatures of the next step [K].
 layout(set = 0, binding = 6) buffer NextBlock { vec4 next[]; };
-#ifdef CONDUCT
-#ifndef TRIAL
-layout(set = 0, binding = 7) buffer RestBlock { vec4 rests[]; };
-#endif
-#endif
-#ifndef CONDUCT
 #ifdef TRIAL
-layout(set = 0, binding = 7) readonly buffer RestBlock { vec4 rests[]; };
+layout(set = 0, binding = 7) readonly buffer StateBlock { vec4 states[]; };
 #endif
 #ifndef TRIAL
-layout(set = 0, binding = 7) buffer RestBlock { vec4 rests[]; };
-#endif
+layout(set = 0, binding = 7) buffer StateBlock { vec4 states[]; };
 #endif
 #endif
 #ifdef SHOWN
@@ -131,14 +115,6 @@ layout(set = 0, binding = 10) readonly buffer TemperatureBlock { float temperatu
 #endif
 
 const uint UNDRAWN = 0x80000000u;
-
-vec4 first_of(vec4 a, vec4 b) {
-    return vec4(a.x, a.z, b.x, b.z);
-}
-
-vec4 second_of(vec4 a, vec4 b) {
-    return vec4(a.y, a.w, b.y, b.w);
-}
 
 #ifndef CONDUCT
 #include "local_step.glsl"
@@ -197,24 +173,16 @@ const uint WORDS = 2u;
 #endif
 
 // Heat into a group by weak exchange [W].
-vec4 weak_heat(uint group, vec4 base, vec4 mean_rest) {
+vec4 weak_heat(uint group) {
     vec4 into = vec4(0.0);
     uvec4 row = rows[group];
-#ifdef RADIATIVE
-    vec4 mean = base + mean_rest;
-#endif
+    vec4 mean = means[group];
     for (uint k = row.x; k < row.y; k += WORDS) {
         uvec4 other = links[k];
-        vec2 a = gathered[other.x];
-        vec2 b = gathered[other.y];
-        vec2 c = gathered[other.z];
-        vec2 d = gathered[other.w];
-        vec4 base_there = vec4(a.x, b.x, c.x, d.x);
-        vec4 rest_there = vec4(a.y, b.y, c.y, d.y);
-        vec4 difference = (base_there - base) + (rest_there - mean_rest);
+        vec4 there = vec4(gathered[other.x], gathered[other.y], gathered[other.z], gathered[other.w]);
+        vec4 difference = there - mean;
         into += uintBitsToFloat(links[k + 1u]) * difference;
 #ifdef RADIATIVE
-        vec4 there = base_there + rest_there;
         vec4 slope = (there + mean) * (there * there + mean * mean);
         into += uintBitsToFloat(links[k + 2u]) * difference * slope;
 #endif
@@ -244,20 +212,28 @@ vec4 balancing_change(vec4 into, vec4 conductance, vec4 emission, vec4 here) {
 }
 #endif
 
-#ifdef ESTIMATED
+#ifdef ESTIMATE
 #ifndef CONDUCT
-// Error of a step [K]. `left` is the share of earlier errors that radiation leaves. Weak conduction took the last change for
-// the present one, which shows in how its heat bends. Radiation took the last coupling for the present one.
-vec4 estimate(uint group, vec4 weak, vec4 share, vec4 left) {
+// Share that radiation leaves of equal errors of the steps since the last estimate, in the mean. It lets a share of exp(-fading)
+// pass in a step. Twin: `left_in_the_mean` of src/thermal/network/one_pass/sample.rs.
+vec4 left_in_the_mean(vec4 fading) {
+    float steps = float(max(pass.since, 1u));
+    vec4 slow = 1.0 - 0.5 * (steps - 1.0) * fading;
+    vec4 lost = max(1.0 - exp(-fading), vec4(1e-4));
+    return mix((1.0 - exp(-steps * fading)) / (steps * lost), slow, lessThan(fading, vec4(1e-3)));
+}
+
+// Error of the steps since the last estimate [K]. Weak conduction took the last change for the present one, which shows in how
+// its heat bends. Radiation took the last coupling for the present one. Sums of both over steps need their ends only.
+vec4 estimate(uint group, vec4 weak, vec4 share, vec4 fading, vec4 coupling) {
     vec4 trend = weak - memory[4u * group];
-    vec4 bend = trend - memory[4u * group + 1u];
-    memory[4u * group] = weak;
+    vec4 error = 0.5 * share * (trend - memory[4u * group + 1u]);
     memory[4u * group + 1u] = trend;
-    vec4 error = pass.age < 2u ? vec4(0.0) : 0.5 * share * bend;
 #ifdef DRIVE
-    error -= 0.5 * (1.0 - left) * memory[4u * group + 3u];
+    error -= 0.5 * (1.0 - exp(-fading)) * (coupling - memory[4u * group + 3u]);
+    memory[4u * group + 3u] = coupling;
 #endif
-    return error;
+    return float(min(pass.since, 1u)) * left_in_the_mean(fading) * error;
 }
 #endif
 #ifndef DRIVE
@@ -269,7 +245,7 @@ void tell(uint group, vec4 error) {
     float place = size.x == most ? 0.0 : (size.y == most ? 1.0 : (size.z == most ? 2.0 : 3.0));
     vec4 before = told[group];
     vec2 largest = most > before.y ? vec2(most, place) : before.yz;
-    told[group] = vec4(before.x + dot(error, error), largest, 0.0);
+    told[group] = vec4(before.x + float(min(pass.since, 1u)) * dot(error, error), largest, 0.0);
 }
 #endif
 #endif
@@ -310,29 +286,27 @@ void show(uint group, vec4 reached) {
 #endif
 
 #ifndef DRIVE
-#ifndef BALANCE
-// Ends the step of a group.
-void finish(uint group, vec4 base, vec4 rest, vec4 change) {
+// Ends the step of a group. `ahead` is half of the last change in the mean temperature of the next step.
+void finish(uint group, vec4 base, vec4 rest, vec4 change, vec4 ahead) {
 #ifdef TRIAL
-    vec4 mean = rest + 0.5 * change;
-    next[2u * group] = vec4(base.x, mean.x, base.y, mean.y);
-    next[2u * group + 1u] = vec4(base.z, mean.z, base.w, mean.w);
+    next[group] = base + (rest + ahead);
 #endif
 #ifndef TRIAL
     vec4 moved = rest + change;
-    vec2 x = rebase(base.x, moved.x);
-    vec2 y = rebase(base.y, moved.y);
-    vec2 z = rebase(base.z, moved.z);
-    vec2 w = rebase(base.w, moved.w);
-    rests[group] = vec4(x.y, y.y, z.y, w.y);
-    next[2u * group] = vec4(x.x, x.y + 0.5 * change.x, y.x, y.y + 0.5 * change.y);
-    next[2u * group + 1u] = vec4(z.x, z.y + 0.5 * change.z, w.x, w.y + 0.5 * change.w);
+    vec4 whole = round(moved * 256.0) * (1.0 / 256.0);
+    vec4 new_base = base + whole;
+    vec4 new_rest = moved - whole;
+    states[2u * group] = new_base;
+    states[2u * group + 1u] = new_rest;
+    next[group] = new_base + (new_rest + ahead);
+#ifdef BALANCE
+    means[group] = new_base + new_rest;
+#endif
 #ifdef SHOWN
-    show(group, vec4(x.x + x.y, y.x + y.y, z.x + z.y, w.x + w.y));
+    show(group, new_base + new_rest);
 #endif
 #endif
 }
-#endif
 #endif
 
 void main() {
@@ -340,16 +314,15 @@ void main() {
     if (group >= pass.end) {
         return;
     }
-    vec4 a = means[2u * group];
-    vec4 b = means[2u * group + 1u];
-    vec4 base = first_of(a, b);
+    vec4 base = states[2u * group];
+    vec4 rest = states[2u * group + 1u];
 #ifdef CONDUCT
     vec4 drive = drives[2u * group];
-    vec4 rest = drives[2u * group + 1u];
+    vec4 here = drives[2u * group + 1u];
     uvec4 unit = units[2u * group];
     vec4 factor = uintBitsToFloat(units[2u * group + 1u]);
     vec4 sum = vec4(0.0);
-#ifdef ESTIMATED
+#ifdef ESTIMATE
     vec4 error = errors[2u * group];
     vec4 fresh = errors[2u * group + 1u];
     vec4 spread = vec4(0.0);
@@ -357,17 +330,14 @@ void main() {
     uint at = unit.z;
     for (uint other = unit.x; other < unit.y; other++) {
         vec4 driven = drives[2u * other];
-        vec4 e = means[2u * other];
-        vec4 f = means[2u * other + 1u];
-        vec4 base_there = first_of(e, f);
-        vec4 rest_there = drives[2u * other + 1u];
+        vec4 there = drives[2u * other + 1u];
         vec4 w = weights[at];
         vec4 x = weights[at + 1u];
         vec4 y = weights[at + 2u];
         vec4 z = weights[at + 3u];
         sum += w * (vec4(driven.x) - drive) + x * (vec4(driven.y) - drive) + y * (vec4(driven.z) - drive)
             + z * (vec4(driven.w) - drive);
-#ifdef ESTIMATED
+#ifdef ESTIMATE
         vec4 fresh_there = errors[2u * other + 1u];
         spread += w * (vec4(fresh_there.x) - fresh) + x * (vec4(fresh_there.y) - fresh)
             + y * (vec4(fresh_there.z) - fresh) + z * (vec4(fresh_there.w) - fresh);
@@ -376,11 +346,9 @@ void main() {
         x = weights[at + 5u];
         y = weights[at + 6u];
         z = weights[at + 7u];
-        sum += w * ((vec4(base_there.x) - base) + (vec4(rest_there.x) - rest))
-            + x * ((vec4(base_there.y) - base) + (vec4(rest_there.y) - rest))
-            + y * ((vec4(base_there.z) - base) + (vec4(rest_there.z) - rest))
-            + z * ((vec4(base_there.w) - base) + (vec4(rest_there.w) - rest));
-#ifdef ESTIMATED
+        sum += w * (vec4(there.x) - here) + x * (vec4(there.y) - here) + y * (vec4(there.z) - here)
+            + z * (vec4(there.w) - here);
+#ifdef ESTIMATE
         vec4 error_there = errors[2u * other];
         spread += w * (vec4(error_there.x) - error) + x * (vec4(error_there.y) - error)
             + y * (vec4(error_there.z) - error) + z * (vec4(error_there.w) - error);
@@ -388,21 +356,19 @@ void main() {
         at += 8u;
     }
     vec4 coupling = factor * sum;
-#ifdef ESTIMATED
-    memory[4u * group + 3u] = coupling - couplings[group];
+#ifdef ESTIMATE
     tell(group, error + fresh + factor * spread);
 #endif
     couplings[group] = coupling;
-    finish(group, base, rest, drive + coupling);
+    finish(group, base, rest, drive + coupling, 0.5 * (drive + coupling));
 #endif
 #ifndef CONDUCT
-    vec4 rest = rests[group];
     vec4 here = base + rest;
     vec4 emission = nodes[2u * group + 1u];
     vec4 squared = here * here;
     vec4 into = source_heat(group);
 #ifndef ALONE
-    vec4 weak = weak_heat(group, base, second_of(a, b));
+    vec4 weak = weak_heat(group);
     into += weak;
 #endif
     into += emission * (vec4(pass.space_temperature_4) - squared * squared);
@@ -414,41 +380,33 @@ void main() {
         conductance += uintBitsToFloat(links[k + 1u]);
         all_emission += uintBitsToFloat(links[k + 2u]);
     }
-    vec4 moved = rest + balancing_change(into, conductance, all_emission, here);
-    vec2 x = rebase(base.x, moved.x);
-    vec2 y = rebase(base.y, moved.y);
-    vec2 z = rebase(base.z, moved.z);
-    vec2 w = rebase(base.w, moved.w);
-    rests[group] = vec4(x.y, y.y, z.y, w.y);
-    means[2u * group] = vec4(x, y);
-    means[2u * group + 1u] = vec4(z, w);
-    next[2u * group] = vec4(x, y);
-    next[2u * group + 1u] = vec4(z, w);
-#ifdef SHOWN
-    show(group, vec4(x.x + x.y, y.x + y.y, z.x + z.y, w.x + w.y));
-#endif
+    finish(group, base, rest, balancing_change(into, conductance, all_emission, here), vec4(0.0));
 #endif
 #ifndef BALANCE
     vec4 share = pass.step * nodes[2u * group];
     vec4 start = share * into;
-#ifdef ESTIMATED
-    vec4 left = exp(-4.0 * share * emission * here * squared);
-    vec4 error = estimate(group, weak, share, left);
+#ifdef NOTE
+    memory[4u * group] = weak;
 #endif
 #ifdef DRIVE
     vec4 coupling = couplings[group];
     drives[2u * group] = local_change(here, start + coupling, share * emission) - coupling;
-    drives[2u * group + 1u] = rest;
-#ifdef ESTIMATED
-    errors[2u * group] = left * memory[4u * group + 2u];
-    errors[2u * group + 1u] = error;
+    drives[2u * group + 1u] = here;
+#endif
+#ifdef ESTIMATE
+    vec4 fading = 4.0 * share * emission * here * squared;
+    vec4 error = exp(-float(pass.since) * fading) * memory[4u * group + 2u];
+#ifdef DRIVE
+    errors[2u * group] = error;
+    errors[2u * group + 1u] = estimate(group, weak, share, fading, coupling);
+#endif
+#ifndef DRIVE
+    tell(group, error + estimate(group, weak, share, fading, vec4(0.0)));
 #endif
 #endif
 #ifndef DRIVE
-#ifdef ESTIMATED
-    tell(group, left * memory[4u * group + 2u] + error);
-#endif
-    finish(group, base, rest, local_change(here, start, share * emission));
+    vec4 change = local_change(here, start, share * emission);
+    finish(group, base, rest, change, 0.5 * change);
 #endif
 #endif
 #endif

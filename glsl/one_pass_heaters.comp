@@ -16,8 +16,9 @@ layout(set = 0, binding = 1) readonly buffer PowerBlock { float powers[]; };
 layout(set = 0, binding = 2) buffer SwitchBlock { vec4 switches[]; };
 // For each heater: its switches in the frame, then the bits of the times of the first ones since its start [s].
 layout(set = 0, binding = 3) buffer LogBlock { uint log_words[]; };
-layout(set = 0, binding = 5) readonly buffer GatheredBlock { vec2 gathered[]; };
-layout(set = 0, binding = 7) readonly buffer RestBlock { float rests[]; };
+layout(set = 0, binding = 5) readonly buffer GatheredBlock { float gathered[]; };
+// Bases, then rests, of four nodes [K].
+layout(set = 0, binding = 7) readonly buffer StateBlock { float states[]; };
 layout(set = 0, binding = 10) buffer TemperatureBlock { float temperature[]; };
 
 const uint NO_SENSOR = 0xffffffffu;
@@ -85,9 +86,11 @@ void main() {
     if (at.x != NO_SENSOR) {
         vec4 limits = uintBitsToFloat(heaters[2u * heater + 1u]);
         // The mean temperature is T plus half of the last change.
-        vec2 mean = gathered[at.x];
-        float rest = rests[at.x];
-        share = duty(heater, (mean.x - limits.x) + rest, limits.y, 2.0 * (mean.y - rest), limits.z);
+        uint place = 8u * (at.x / 4u) + at.x % 4u;
+        float base = states[place];
+        float rest = states[place + 4u];
+        float last = 2.0 * ((gathered[at.x] - base) - rest);
+        share = duty(heater, (base - limits.x) + rest, limits.y, last, limits.z);
     }
     temperature[at.y] = powers[heater] * share;
 }

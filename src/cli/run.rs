@@ -24,6 +24,7 @@ use crate::output::report::{
     BufferSize, Device, FileEntry, ModelSize, PassTime, Report, SettingGroup, SourceFile, Speed,
 };
 use crate::output::state_file::encode;
+use crate::output::step_cost::step_cost;
 use crate::output::tables::{JOINTS, SERIES};
 use crate::output::{report_html, settings};
 use crate::scene::{Draw, Scene};
@@ -301,10 +302,17 @@ fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f6
     }
 }
 
+/// Name of the parts of a step's cost.
+const COST: &str = "device time of a step [ns a node]";
+
 /// The settings and integration of the thermal network.
 fn network_section(prepared: &Prepared, engine: &mut dyn Engine) -> Option<SettingGroup> {
     let network = prepared.network.as_ref()?;
-    let entries = network.description().into_iter().chain(engine.network_description()).collect();
+    let mut entries: Vec<_> = network.description().into_iter().chain(engine.network_description()).collect();
+    let cost = step_cost(&pass_times(engine), engine.steps(), prepared.nodes.count);
+    if !cost.is_empty() {
+        entries.push((COST.to_owned(), cost));
+    }
     Some(SettingGroup { title: "Thermal network".to_owned(), entries })
 }
 
@@ -382,6 +390,9 @@ fn report(
     let said = |name: &str| network.iter().flat_map(|group| &group.entries).find(|(entry, _)| entry == name);
     if let Some((name, value)) = said(ESTIMATED) {
         say!("network in one pass: {name} {value}");
+    }
+    if let Some((name, value)) = said(COST) {
+        say!("{name}: {value}");
     }
     let beyond = said(BEYOND).map(|(_, value)| format!("the network in one pass: {value}"));
     for warning in missed.into_iter().chain(off).chain(beyond) {

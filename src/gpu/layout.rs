@@ -283,8 +283,8 @@ shared! {
         pub end: u32,
         /// Runge-Kutta steps in a local step of a fast node.
         pub count: u32,
-        /// Steps of this length so far.
-        pub age: u32,
+        /// Steps since the last estimate of the error.
+        pub since: u32,
         /// Length [s].
         pub step: f32,
         /// Fourth power of the radiative temperature of space [K4].

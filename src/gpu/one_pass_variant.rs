@@ -1,6 +1,7 @@
 //! Shader variants of `one_pass.comp`, the step of a thermal network in one pass.
 
 use super::shaders::Shader;
+use crate::thermal::network::one_pass::Sample;
 
 /// Work of a dispatch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -24,6 +25,8 @@ pub struct OnePassVariant {
     pub kind: OnePassKind,
     /// Whether the temperatures stay, because the step is taken to learn its change.
     pub trial: bool,
+    /// Its part in the estimate of the error.
+    pub sample: Sample,
     /// Whether the drawn nodes take the temperatures.
     pub shown: bool,
     /// Whether nodes radiate to each other.
@@ -40,8 +43,10 @@ impl OnePassVariant {
         let (drives, conducts) = (self.kind == OnePassKind::Drive, self.kind == OnePassKind::Conduct);
         let (alone, balances) = (self.kind == OnePassKind::Alone, self.kind == OnePassKind::Balance);
         let shown = self.shown && !drives && !self.trial;
+        let sampled = !self.trial && !alone && !balances && !(conducts && self.sample == Sample::Note);
         Self {
             trial: self.trial && !balances,
+            sample: if sampled { self.sample } else { Sample::None },
             shown,
             radiative: self.radiative && !conducts && !alone || balances,
             fast: self.fast && !conducts && !balances,
@@ -57,10 +62,13 @@ impl OnePassVariant {
         let mut all: Vec<Self> = kinds
             .into_iter()
             .flat_map(|kind| {
-                (0..32).map(move |bits| {
-                    let is = |bit: u32| bits >> bit & 1 == 1;
-                    let [trial, shown, radiative, fast, masked] = [0, 1, 2, 3, 4].map(is);
-                    Self { kind, trial, shown, radiative, fast, masked }.lean()
+                let samples = [Sample::None, Sample::Note, Sample::Estimate];
+                samples.into_iter().flat_map(move |sample| {
+                    (0..32).map(move |bits| {
+                        let is = |bit: u32| bits >> bit & 1 == 1;
+                        let [trial, shown, radiative, fast, masked] = [0, 1, 2, 3, 4].map(is);
+                        Self { kind, trial, sample, shown, radiative, fast, masked }.lean()
+                    })
                 })
             })
             .collect();
@@ -81,6 +89,8 @@ impl OnePassVariant {
         let words = [
             (true, kind),
             (self.trial, "trial"),
+            (self.sample == Sample::Note, "note"),
+            (self.sample == Sample::Estimate, "estimate"),
             (self.shown, "shown"),
             (self.radiative, "radiative"),
             (self.fast, "fast"),

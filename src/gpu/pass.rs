@@ -184,8 +184,8 @@ pub enum Said {
         first: u32,
         /// Group after the last.
         end: u32,
-        /// Steps of the same length before it.
-        age: u32,
+        /// Steps since the last estimate of the error.
+        since: u32,
     },
     /// Sums of absorbed heat.
     Heat {

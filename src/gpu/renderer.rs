@@ -354,8 +354,8 @@ impl Renderer {
             Said::Share => request.between.unwrap_or(1.0).to_le_bytes().to_vec(),
             Said::Triangle(first) => first.to_le_bytes().to_vec(),
             Said::Ray(ray, joint) => self.shadows.ray(ray, joint),
-            Said::OnePass { first, end, age } => {
-                let constants = |one: &OnePass| bytemuck::bytes_of(&one.constants(first, end, age)).to_vec();
+            Said::OnePass { first, end, since } => {
+                let constants = |one: &OnePass| bytemuck::bytes_of(&one.constants(first, end, since)).to_vec();
                 self.one_pass.as_ref().map(constants).unwrap_or_default()
             }
             Said::Heaters { number, first, trial } => {

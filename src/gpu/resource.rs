@@ -165,19 +165,19 @@ table! {
     OnePassUnits: row(PAIRS, OnePassBlockGroups, Storage, "Unit");
     /// Weights of the conduction inside blocks.
     OnePassWeights: row(16, Count::OnePassWeights, Storage, "Weight");
-    /// Mean temperatures of every other step: base and rest of every node [K].
-    OnePassMeanEven: row(PAIRS, OnePassGroups, Storage, "Mean Gathered Next");
+    /// Mean temperatures of every other step [K].
+    OnePassMeanEven: row(GROUP, OnePassGroups, Storage, "Mean Gathered Next");
     /// Mean temperatures of the steps between those of `OnePassMeanEven`.
-    OnePassMeanOdd: row(PAIRS, OnePassGroups, Storage, "Mean Gathered Next");
-    /// Rests of the temperatures, which have the bases of the mean temperatures [K].
-    OnePassRests: row(GROUP, OnePassGroups, Storage, "Rest");
-    /// What the nodes of blocks receive in a step, and their rests at its start [K].
+    OnePassMeanOdd: row(GROUP, OnePassGroups, Storage, "Mean Gathered Next");
+    /// Bases and rests of the temperatures [K].
+    OnePassStates: row(PAIRS, OnePassGroups, Storage, "State");
+    /// What the nodes of blocks receive in a step, and their temperatures at its start [K].
     OnePassDrives: row(PAIRS, OnePassBlockGroups, Storage, "Drive");
     /// Change by conduction inside blocks in the last step [K].
     OnePassCouplings: row(GROUP, OnePassBlockGroups, Storage, "Coupling");
-    /// What the estimate of the error keeps from step to step: four numbers of every node.
+    /// What the estimate of the error keeps: four numbers of every node.
     OnePassMemory: row(4 * GROUP, OnePassEstimated, Storage, "Memory");
-    /// Error of the nodes of blocks before it spreads, and that of the step [K].
+    /// Error of the nodes of blocks before it spreads, and that since the last estimate [K].
     OnePassErrors: row(PAIRS, OnePassBlockGroups, Storage, "Error");
     /// Sum of the squares of the estimated errors of every group [K2], the largest [K], and its place.
     OnePassTold: row(GROUP, OnePassEstimated, Storage, "Told");

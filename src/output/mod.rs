@@ -46,6 +46,7 @@ pub mod series_lines;
 pub mod settings;
 pub mod state_file;
 pub mod statistics;
+pub mod step_cost;
 pub mod tables;
 pub mod temperature_plots;
 pub mod temporary;

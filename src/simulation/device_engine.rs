@@ -101,6 +101,23 @@ impl DeviceEngine {
         Ok(heat)
     }
 
+    /// Leaves the network to sub-steps if its frames do not keep the tolerance, before a step from `start` [s].
+    fn change_over(&mut self, start: f64) -> Result<(), EngineError> {
+        let (Some(network), Some(halving)) = (&self.network, self.renderer.halving()) else { return Ok(()) };
+        if !network.gives_up(halving) {
+            return Ok(());
+        }
+        let averaged = self.averages();
+        while let Some(flying) = self.flying.pop_front() {
+            self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), averaged)?);
+        }
+        self.take_switches()?;
+        let estimate = self.renderer.network_estimate()?.map(|(estimate, _)| estimate).unwrap_or_default();
+        let temperatures = self.renderer.network_temperatures()?.unwrap_or_default();
+        self.renderer.end_network();
+        self.network.as_mut().map_or(Ok(()), |network| network.change_over(&temperatures, estimate, start))
+    }
+
     /// Takes the switches of thermostats in frames that step the network.
     fn take_switches(&mut self) -> Result<(), EngineError> {
         let switches = self.renderer.take_switches();
@@ -177,6 +194,9 @@ impl Engine for DeviceEngine {
         let trace = self.trace.clone();
         let _submits = trace.span(Track::Host, "submit");
         self.steps += u64::from(step.is_some());
+        if let Some(step) = &step {
+            self.change_over(step.start)?;
+        }
         let (mut powers, mut heat) = (None, None);
         let mut keep = order.keep;
         match (&step, &self.network) {
@@ -272,6 +292,9 @@ impl Engine for DeviceEngine {
     fn restore(&mut self, saved: &Saved, most_times: usize) -> Result<(), EngineError> {
         if let Some(network) = &mut self.network {
             network.restore(&saved.part("network"), most_times)?;
+            if !network.is_in_frames() {
+                self.renderer.end_network();
+            }
         }
         self.renderer.restore(&saved.part("scene"))?;
         [self.steps] = saved.array("steps")?;

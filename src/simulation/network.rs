@@ -5,7 +5,9 @@
 //! stages.
 
 mod build;
+mod change_over;
 mod given;
+mod left;
 mod run;
 
 pub(super) use build::shell;

@@ -54,7 +54,22 @@ fn frames(shape: OnePassShape) -> Vec<Frame> {
     let ranges = [StepRange { variant, groups: (0, 64), joint: 0 }];
     let mut odd = false;
     let mut frames = vec![Frame::settle(&ranges)];
-    for (count, age) in [(1, 1), (1, 1), (1, 0), (1, 1), (2, 2), (3, 0), (1, 3), (2, 0), (2, 2)] {
+    for (count, age) in [
+        (2, 0),
+        (2, 14),
+        (1, 0),
+        (1, 1),
+        (2, 2),
+        (1, 4),
+        (3, 0),
+        (1, 3),
+        (1, 4),
+        (2, 4),
+        (1, 14),
+        (1, 15),
+        (2, 0),
+        (2, 2),
+    ] {
         let (steps, next) = shape.steps(count, age, odd);
         odd = next;
         frames.push(Frame::step(&ranges, Wanted::default()).then(steps));
@@ -299,7 +314,8 @@ fn a_network_that_does_not_fit_is_stepped_in_sub_steps() {
     assert!(network.description().iter().any(|(_, value)| value.contains(reason)));
     for other in ["", SUB_STEPS] {
         let other = Folder::new(&scene.replace(ONE_PASS, other)).prepared();
-        assert_eq!(other.warnings.is_empty(), !other.scene.network.integrator.takes_one_pass());
+        let says = other.warnings.iter().any(|text| text.contains(reason));
+        assert_eq!(says, other.scene.network.integrator.takes_one_pass(), "{:?}", other.warnings);
         assert_eq!(twin(&prepared), twin(&other));
     }
 }
@@ -313,7 +329,7 @@ fn one_pass_is_the_default_where_it_fits() {
     let (free_ran, asked_ran, sub_steps_ran) = (twin(&free), twin(&asked), twin(&sub_steps));
     assert_eq!(free_ran, asked_ran);
     let apart = Worst::of(&free_ran, &sub_steps_ran, |node| format!("value {node}")).difference;
-    assert!(apart > 1e-6 && apart < 0.05, "{apart} K");
+    assert!(apart > 1e-3 && apart < 0.2, "{apart} K at steps of 60 s");
     let network = free.network.as_ref().expect("a network");
     assert_eq!((network.settings.tolerance, network.plan().is_some()), (0.05, true));
     let mut check = Check::new(&free, usize::MAX);
@@ -383,5 +399,55 @@ fn the_estimate_tells_the_error_and_halves_the_step() {
         errors.push(error);
     }
     assert!(errors[1] < errors[0], "{errors:?}");
+    assert_silent(&context);
+}
+
+/// A network that one pass does not step within the tolerance takes sub-steps from some step on, on the device and in f64, and says so. It goes on from a
+/// saved state. Where the scene asks for one pass it keeps it.
+#[test]
+#[ignore = "long: tools/test --all"]
+fn sub_steps_take_over_where_the_estimate_stays_above_the_tolerance() {
+    let context = context();
+    let scene = scene_with(&[(TRANSITION, SKIN), ("max_edge = 0.7", "max_edge = 0.2"), ("step = 60", "step = 20")]);
+    let tight = |integrator: &str| format!("{scene}[network]\nintegrator = \"{integrator}\"\ntolerance = 1e-6\n");
+    let prepared = Folder::new(&tight("default")).prepared();
+    let advance = |engine: &mut dyn Engine, steps: std::ops::Range<u32>| {
+        for number in steps {
+            let [from, to] = [number, number + 1].map(|step| 20.0 * f64::from(step));
+            let load = prepared.loads.step_load(from, to);
+            engine
+                .submit(Some(Step { load: &load, steps: 1.0, start: from, length: 20.0 }), Order::default())
+                .expect("a step");
+            engine.deliver().expect("a step");
+        }
+    };
+    let end = |engine: &mut dyn Engine| {
+        let lines = engine.network_description();
+        let says = lines.iter().any(|(name, value)| name == "beyond the tolerance" && value.contains("sub-steps from"));
+        (engine.network_temperatures().expect("temperatures").expect("a network"), says)
+    };
+    let start = |engine: &mut dyn Engine| engine.settle(&prepared.loads.step_load(0.0, 20.0), 0.0).expect("a start");
+    let device = || DeviceEngine::new(&context, &prepared, None).expect("a small scene");
+    let (mut on_device, mut in_f64) = (device(), ReferenceEngine::new(&prepared, None));
+    start(&mut on_device);
+    start(&mut in_f64);
+    advance(&mut on_device, 0..110);
+    advance(&mut in_f64, 0..110);
+    let saved = on_device.save().expect("a state");
+    let mut resumed = device();
+    resumed.keep_few_times(100);
+    resumed.restore(&saved, 100).expect("its own state");
+    for engine in [&mut on_device as &mut dyn Engine, &mut in_f64, &mut resumed] {
+        advance(engine, 110..115);
+    }
+    let [on_device, in_f64, resumed] = [&mut on_device as &mut dyn Engine, &mut in_f64, &mut resumed].map(end);
+    assert_eq!([on_device.1, in_f64.1, resumed.1], [true; 3]);
+    assert_eq!(on_device.0, resumed.0);
+    Worst::of(&on_device.0, &in_f64.0, |node| format!("node {node}")).within(2e-3, "K", "device and twin");
+    let asked = Folder::new(&tight("one_pass")).prepared();
+    let mut engine = ReferenceEngine::new(&asked, None);
+    start(&mut engine);
+    advance(&mut engine, 0..110);
+    assert!(!end(&mut engine).1);
     assert_silent(&context);
 }

@@ -65,10 +65,10 @@ pub fn measure(
          against sub-steps at a tolerance of {tolerance} K, both from the steady state at time 0\n"
     );
     println!(
-        "| edge [m] | drawn nodes | network nodes | step [s] | steps | one pass: loads | conduction and local step | in all | \
+        "| edge [m] | drawn nodes | network nodes | step [s] | steps | one pass: loads | local step and weak conduction | conduction inside blocks | in all | \
          over the transition | transition | error rms [K] | p99 | max | its node | estimate rms [K] | max | passes a step | bytes a node | sub-steps [ns] |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for edge in edges {
         for length in lengths {
             let mut scene = scene.clone();
@@ -140,15 +140,16 @@ fn row(context: &Arc<Context>, scene: &Scene, edge: f64, steps: u32, tolerance: 
     let bytes = plan.iter().filter(|planned| format!("{:?}", planned.resource).starts_with("OnePass"));
     let bytes = bytes.map(|planned| planned.bytes).sum::<u64>() as f64 / network.network().len() as f64;
     let loads = ns(&engines[0], "thermal_step.", steps) / count;
-    let passes = ns(&engines[0], "one_pass", steps) / count;
+    let inside = ns(&engines[0], "one_pass.conduct", steps) / count;
+    let local = ns(&engines[0], "one_pass", steps) / count - inside;
     let other = ns(&engines[2], "thermal_step.", steps) / count;
     let mut costs: Vec<f64> = engines[1].network_costs().iter().map(|cost| 1e6 * cost.wall_ms / count).collect();
     costs.sort_by(f64::total_cmp);
     println!(
-        "| {edge} | {count} | {} | {step} | {steps} | {loads:.1} | {passes:.1} | {:.1} | {:.2} | {other:.1} | {:.5} | {:.4} | {:.3} | {} at step {} | {:.5} | {:.3} | {passes_a_step} | {bytes:.0} | {:.0} |",
+        "| {edge} | {count} | {} | {step} | {steps} | {loads:.1} | {local:.1} | {inside:.1} | {:.1} | {:.2} | {other:.1} | {:.5} | {:.4} | {:.3} | {} at step {} | {:.5} | {:.3} | {passes_a_step} | {bytes:.0} | {:.0} |",
         network.network().len(),
-        loads + passes,
-        (loads + passes) / other,
+        loads + local + inside,
+        (loads + local + inside) / other,
         (errors.squares / errors.count as f64).sqrt(),
         errors.p99(),
         errors.most.0,

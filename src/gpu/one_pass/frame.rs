@@ -1,15 +1,14 @@
 //! Frame lists of a network that is stepped in one pass, with the bindings of `glsl/one_pass.comp`.
 
-use std::collections::BTreeMap;
-
 use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 
 use crate::gpu::frame::Frame;
 use crate::gpu::one_pass_variant::{OnePassKind, OnePassVariant};
 use crate::gpu::pass::{
-    Access, COMPUTE_READ, COMPUTE_WRITE, Entry, Kernel, Pass, Said, Scope, Work, access, barrier, is_write, scope,
+    Access, COMPUTE_READ, COMPUTE_WRITE, Entry, Kernel, Pass, Said, Scope, Work, access, barrier, scope,
 };
 use crate::gpu::resource::Resource;
+use crate::thermal::network::one_pass::{Sample, since};
 
 /// Invocations of a workgroup.
 const WORKGROUP: u32 = 64;
@@ -68,9 +67,15 @@ const ESTIMATED: usize = 8;
 struct Place {
     /// Its number. A trial has that of the step that it is for.
     number: u32,
-    /// Steps of the same length before it.
-    age: u32,
+    /// Its part in the estimate of the error.
+    sample: Sample,
+    /// Steps since the last estimate.
+    since: u32,
     first: bool,
+    /// Whether it follows its trial.
+    tried: bool,
+    /// Whether the mean temperatures at its start are in the odd buffer.
+    odd: bool,
     /// Whether its temperatures are not kept.
     trial: bool,
     /// Whether the drawn nodes take its temperatures.
@@ -82,6 +87,15 @@ fn means(odd: bool) -> Resource {
     if odd { Resource::OnePassMeanOdd } else { Resource::OnePassMeanEven }
 }
 
+/// Barriers between compute passes over those of the buffers for which it is true.
+fn wait(entries: &mut Vec<Entry>, buffers: &[(Resource, bool)]) {
+    let needed = buffers.iter().filter(|(_, is)| *is);
+    let barriers: Vec<_> = needed.map(|(resource, _)| barrier(*resource, COMPUTE_WRITE, COMPUTE)).collect();
+    if !barriers.is_empty() {
+        entries.push(Entry::Barriers(barriers));
+    }
+}
+
 impl OnePassShape {
     /// Steps of one length, after the flux of the drawn nodes. `age` is the number of such steps before them. The state is
     /// in the odd buffer if `odd`. Where there were none, the first one is tried before. The second result is `odd` for
@@ -89,18 +103,25 @@ impl OnePassShape {
     pub fn steps(&self, count: u32, age: u32, odd: bool) -> (Frame, bool) {
         let tried = age == 0;
         let all = count + u32::from(tried);
-        let steps = (0..all).flat_map(|number| {
+        let mut entries = Vec::new();
+        for number in 0..all {
             let trial = tried && number == 0;
-            let place = Place {
-                number: number.saturating_sub(u32::from(tried)),
-                age: age.saturating_add(number.saturating_sub(u32::from(tried))),
-                first: number == 0,
-                trial,
-                shown: number + 1 == all,
-            };
-            self.step(place, odd ^ (number % 2 == 1))
-        });
-        let mut entries = ordered(steps.collect());
+            let own = number.saturating_sub(u32::from(tried));
+            let age = age.saturating_add(own);
+            self.step(
+                Place {
+                    number: own,
+                    sample: if trial { Sample::None } else { Sample::of(age) },
+                    since: since(age),
+                    first: number == 0,
+                    tried: tried && number == 1,
+                    odd: odd ^ (number % 2 == 1),
+                    trial,
+                    shown: number + 1 == all,
+                },
+                &mut entries,
+            );
+        }
         if self.heaters > 0 {
             let to_host = scope(S::HOST, A::HOST_READ);
             entries.push(Entry::Barriers(vec![barrier(Resource::OnePassLog, COMPUTE_WRITE, to_host)]));
@@ -108,25 +129,95 @@ impl OnePassShape {
         (Frame { entries }, odd ^ (all % 2 == 1))
     }
 
-    /// The passes of a step. Nodes without capacity come first, because the others take their temperatures. Then come the blocks.
-    fn step(&self, place: Place, odd: bool) -> Vec<Pass> {
-        let mut passes: Vec<Pass> = (self.heaters > 0).then(|| self.heat(place, odd)).into_iter().collect();
-        let of_kind = |wanted: &[OnePassKind], passes: &mut Vec<Pass>| {
-            let sections = self.sections().filter(|(section, _)| wanted.contains(&section.kind));
-            passes.extend(sections.map(|(section, groups)| self.pass(section, place, odd, groups)));
-        };
-        of_kind(&[OnePassKind::Balance], &mut passes);
-        of_kind(&[OnePassKind::Drive], &mut passes);
-        if self.in_blocks() > 0 {
-            let conducts = section(OnePassKind::Conduct, false, false);
-            passes.push(self.pass(conducts, place, odd, (0, self.in_blocks())));
+    /// The phases of a step with their barriers. The heaters come first, because nodes take their power. Nodes without capacity come before others, which take
+    /// their temperatures. Then come all other nodes, and at last the conduction inside blocks, which needs what their nodes received.
+    fn step(&self, place: Place, entries: &mut Vec<Entry>) {
+        use OnePassKind as K;
+        use Resource as R;
+        let Place { sample, first, tried, trial, shown, odd, .. } = place;
+        let (this, next) = (means(odd), means(!odd));
+        let has = |kinds: &[K]| self.sections().any(|(section, _)| kinds.contains(&section.kind));
+        let (heats, balances, in_blocks) = (self.heaters > 0, has(&[K::Balance]), has(&[K::Drive]));
+        // Nodes that gather from others, and nodes that finish their step, before the conduction or without one.
+        let (gathers, finishes) = (has(&[K::Drive, K::Advance]), has(&[K::Advance, K::Alone]));
+        let (others, leads) = (gathers || finishes, finishes && !in_blocks);
+        let (estimates, samples) = (sample == Sample::Estimate, sample != Sample::None && self.estimated() > 0);
+
+        // What earlier steps left, and the loads of this frame. A trial only reads the states.
+        wait(
+            entries,
+            &[
+                (R::Temperature, first || heats || shown && (balances || leads)),
+                (this, heats || balances || gathers),
+                (next, true),
+                (R::OnePassStates, !tried || (balances || leads) && !(heats && others)),
+                (R::OnePassDrives, in_blocks),
+                (R::OnePassCouplings, in_blocks),
+                (R::OnePassMemory, samples),
+                (R::OnePassErrors, estimates && in_blocks),
+                (R::OnePassTold, estimates && samples),
+                (R::OnePassSwitches, heats),
+                (R::OnePassLog, heats),
+            ],
+        );
+        if heats {
+            entries.push(Entry::Pass(self.heat(place)));
+            // The power is read. What the sensors read is overwritten.
+            let states = balances || leads && !trial;
+            wait(entries, &[(R::Temperature, true), (this, balances), (R::OnePassStates, states)]);
         }
-        of_kind(&[OnePassKind::Advance, OnePassKind::Alone], &mut passes);
-        passes
+        if balances {
+            let passes = self.sections().filter(|(section, _)| section.kind == K::Balance);
+            entries.extend(passes.map(|(section, groups)| Entry::Pass(self.pass(section, place, groups))));
+            wait(
+                entries,
+                &[(R::Temperature, shown && others), (this, gathers), (next, finishes), (R::OnePassStates, others)],
+            );
+        }
+        let mut last = None;
+        let steps = self.sections().filter(|(section, _)| matches!(section.kind, K::Drive | K::Advance | K::Alone));
+        for (of, groups) in steps {
+            let kind = Some(of.kind);
+            if last.is_some() {
+                // Other nodes of the same buffers.
+                let (still_drives, ends) = (kind == Some(K::Drive), kind != Some(K::Drive));
+                wait(
+                    entries,
+                    &[
+                        (R::Temperature, shown && ends),
+                        (next, last != Some(K::Drive)),
+                        (R::OnePassStates, ends && !trial),
+                        (R::OnePassDrives, still_drives),
+                        (R::OnePassMemory, samples && kind != Some(K::Alone)),
+                        (R::OnePassErrors, estimates && still_drives),
+                        (R::OnePassTold, estimates && last == Some(K::Advance) && kind == last),
+                    ],
+                );
+            }
+            entries.push(Entry::Pass(self.pass(of, place, groups)));
+            last = kind;
+        }
+        if in_blocks {
+            wait(
+                entries,
+                &[
+                    (R::Temperature, shown),
+                    (next, finishes || balances),
+                    (R::OnePassStates, !trial),
+                    (R::OnePassDrives, true),
+                    (R::OnePassCouplings, true),
+                    (R::OnePassMemory, estimates),
+                    (R::OnePassErrors, estimates),
+                    (R::OnePassTold, estimates && has(&[K::Advance])),
+                ],
+            );
+            let conducts = section(K::Conduct, false, false);
+            entries.push(Entry::Pass(self.pass(conducts, place, (0, self.in_blocks()))));
+        }
     }
 
     /// The power of the heaters in a step.
-    fn heat(&self, Place { number, first, trial, .. }: Place, odd: bool) -> Pass {
+    fn heat(&self, Place { number, first, trial, odd, .. }: Place) -> Pass {
         use Resource as R;
         let bound = |binding, resource, scope| Access { binding: Some(binding), ..access(resource, scope) };
         let accesses = vec![
@@ -137,7 +228,7 @@ impl OnePassShape {
             bound(3, R::OnePassLog, COMPUTE_READ),
             bound(3, R::OnePassLog, COMPUTE_WRITE),
             bound(5, means(odd), COMPUTE_READ),
-            bound(7, R::OnePassRests, COMPUTE_READ),
+            bound(7, R::OnePassStates, COMPUTE_READ),
             bound(10, R::Temperature, COMPUTE_WRITE),
         ];
         let said = Said::Heaters { number, first, trial };
@@ -167,10 +258,13 @@ impl OnePassShape {
         SECTIONS.into_iter().zip(starts.zip(self.ends)).filter(|(_, (first, end))| first < end)
     }
 
-    fn pass(&self, of: Section, place: Place, odd: bool, (first, end): (u32, u32)) -> Pass {
+    /// A pass over a range of groups.
+    fn pass(&self, of: Section, place: Place, (first, end): (u32, u32)) -> Pass {
+        use OnePassKind as K;
+        use Resource as R;
         let Section { kind, radiative, fast } = of;
-        let Place { age, trial, shown, .. } = place;
-        let variant = OnePassVariant { kind, trial, shown, radiative, fast, masked: self.masked }.lean();
+        let Place { sample, since, trial, shown, odd, .. } = place;
+        let variant = OnePassVariant { kind, trial, sample, shown, radiative, fast, masked: self.masked }.lean();
         let mut accesses = Vec::new();
         let mut bind = |binding, resource, reads: bool, writes: bool| {
             let scopes = [(reads, COMPUTE_READ), (writes, COMPUTE_WRITE)];
@@ -178,23 +272,15 @@ impl OnePassShape {
                 accesses.push(Access { binding: Some(binding), ..access(resource, scope) });
             }
         };
-        use Resource as R;
-        let (drives, conducts) = (kind == OnePassKind::Drive, kind == OnePassKind::Conduct);
-        let (alone, balances) = (kind == OnePassKind::Alone, kind == OnePassKind::Balance);
-        let estimates = !(variant.trial || alone || balances);
-        bind(4, means(odd), true, balances);
+        let (drives, conducts, balances) = (kind == K::Drive, kind == K::Conduct, kind == K::Balance);
+        let (notes, estimates) = (variant.sample == Sample::Note, variant.sample == Sample::Estimate);
         if !conducts {
             bind(0, R::OnePassNodes, true, false);
-            if !alone {
+            if kind != K::Alone {
                 bind(2, R::OnePassLinks, true, false);
+                bind(4, means(odd), true, balances);
                 bind(5, means(odd), true, false);
             }
-        }
-        if conducts {
-            bind(8, R::OnePassDrives, true, false);
-            bind(9, R::OnePassCouplings, estimates, true);
-            bind(11, R::OnePassWeights, true, false);
-            bind(12, R::OnePassUnits, true, false);
         }
         if drives {
             bind(8, R::OnePassDrives, false, true);
@@ -202,72 +288,34 @@ impl OnePassShape {
         } else {
             bind(6, means(!odd), false, true);
         }
-        if !(conducts && variant.trial) {
-            bind(7, R::OnePassRests, !conducts, !drives && !variant.trial);
+        if conducts {
+            bind(8, R::OnePassDrives, true, false);
+            bind(9, R::OnePassCouplings, false, true);
+            bind(11, R::OnePassWeights, true, false);
+            bind(12, R::OnePassUnits, true, false);
         }
+        bind(7, R::OnePassStates, true, !drives && !variant.trial);
         if !conducts || variant.shown {
             bind(1, R::OnePassRows, true, false);
             bind(3, R::OnePassSources, true, false);
             bind(10, R::Temperature, !conducts, variant.shown);
         }
+        if notes || estimates {
+            bind(13, R::OnePassMemory, estimates && !conducts, true);
+        }
         if estimates {
-            bind(13, R::OnePassMemory, !conducts, true);
-            if drives || conducts {
-                bind(14, R::OnePassErrors, conducts, drives);
-            }
-            if !drives {
+            if drives {
+                bind(14, R::OnePassErrors, false, true);
+            } else {
                 bind(15, R::OnePassTold, true, true);
             }
+            if conducts {
+                bind(14, R::OnePassErrors, true, false);
+            }
         }
-        let said = Said::OnePass { first, end, age };
+        let said = Said::OnePass { first, end, since };
         let workgroups = (end - first).div_ceil(WORKGROUP);
         let work = Work::Dispatch { kernel: Kernel::OnePass(variant), workgroups, set: u32::from(odd), said };
         Pass { name: variant.shader().name(), work, accesses }
     }
-}
-
-/// State of a resource in a list of passes.
-#[derive(Clone, Copy, PartialEq)]
-enum Last {
-    /// Nothing has to be waited for.
-    Clean,
-    Read,
-    Written,
-}
-
-/// Passes with the barriers that their accesses need. There are too many combinations of sections to write these by hand. What the passes write, earlier frames
-/// and the thermal steps of this one wrote too.
-fn ordered(passes: Vec<Pass>) -> Vec<Entry> {
-    let mut last: BTreeMap<Resource, Last> = BTreeMap::new();
-    for access in passes.iter().flat_map(|pass| &pass.accesses).filter(|access| is_write(access.scope.access)) {
-        last.insert(access.resource, Last::Written);
-    }
-    // A single step only reads one of the two buffers that take turns.
-    last.extend([false, true].map(|odd| (means(odd), Last::Written)));
-    let mut entries = Vec::new();
-    for pass in passes {
-        let mut uses: BTreeMap<Resource, [bool; 2]> = BTreeMap::new();
-        for access in &pass.accesses {
-            uses.entry(access.resource).or_default()[usize::from(is_write(access.scope.access))] = true;
-        }
-        let mut barriers = Vec::new();
-        for (resource, [reads, writes]) in uses {
-            let before = last.insert(resource, if writes { Last::Written } else { Last::Read }).unwrap_or(Last::Clean);
-            let after = match (reads, writes) {
-                (true, true) => COMPUTE,
-                (true, false) => COMPUTE_READ,
-                (false, _) => COMPUTE_WRITE,
-            };
-            match before {
-                Last::Written => barriers.push(barrier(resource, COMPUTE_WRITE, after)),
-                Last::Read if writes => barriers.push(barrier(resource, COMPUTE_READ, COMPUTE_WRITE)),
-                Last::Read | Last::Clean => {}
-            }
-        }
-        if !barriers.is_empty() {
-            entries.push(Entry::Barriers(barriers));
-        }
-        entries.push(Entry::Pass(pass));
-    }
-    entries
 }

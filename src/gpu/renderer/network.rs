@@ -9,7 +9,7 @@ use crate::gpu::nodes::GROUP;
 use crate::gpu::one_pass::heaters;
 use crate::gpu::resource::{LOGGED, Resource};
 use crate::thermal::network::control::Switch;
-use crate::thermal::network::one_pass::{Estimate, Halving, Told};
+use crate::thermal::network::one_pass::{Estimate, Halving, Told, estimates};
 
 impl Renderer {
     /// Whether network nodes are stepped within the frames.
@@ -50,8 +50,8 @@ impl Renderer {
         }
         let Some(network) = &mut self.one_pass else { return Ok(Frame::default()) };
         let (frame, odd) = network.tables.shape.steps(count, network.age, network.odd);
+        network.told_steps += estimates(network.age, count);
         (network.odd, network.age) = (odd, network.age.saturating_add(count));
-        network.told_steps += u64::from(count);
         Ok(frame)
     }
 
@@ -64,6 +64,16 @@ impl Renderer {
         }
         let kept: Vec<[f32; 4]> = self.resources.download(&mut self.once, Resource::OnePassTold, groups)?;
         Ok(network.told(&kept))
+    }
+
+    /// How often the step of the network is halved. `None` where the frames do not step it.
+    pub fn halving(&self) -> Option<Halving> {
+        self.one_pass.as_ref().map(|network| network.halving)
+    }
+
+    /// Leaves the network to the host from now on. No frame is in flight.
+    pub fn end_network(&mut self) {
+        self.one_pass = None;
     }
 
     /// Estimated error of all steps of the network so far, and how often its step is halved. `None` where the frames do not step it.
@@ -101,11 +111,13 @@ impl Renderer {
     pub fn network_temperatures(&mut self) -> Result<Option<Vec<f64>>, GpuError> {
         self.wait()?;
         let Some(network) = &self.one_pass else { return Ok(None) };
-        let count = GROUP * network.tables.shape.groups() as usize;
-        let mean = if network.odd { Resource::OnePassMeanOdd } else { Resource::OnePassMeanEven };
-        let means: Vec<[f32; 2]> = self.resources.download(&mut self.once, mean, count)?;
-        let rests: Vec<f32> = self.resources.download(&mut self.once, Resource::OnePassRests, count)?;
-        let of = |slot: &u32| f64::from(means[*slot as usize][0]) + f64::from(rests[*slot as usize]);
+        let groups = network.tables.shape.groups() as usize;
+        let states: Vec<[[f32; GROUP]; 2]> =
+            self.resources.download(&mut self.once, Resource::OnePassStates, groups)?;
+        let of = |slot: &u32| {
+            let [base, rest] = states[*slot as usize / GROUP].map(|values| f64::from(values[*slot as usize % GROUP]));
+            base + rest
+        };
         Ok(Some(network.tables.slot_of_node.iter().map(of).collect()))
     }
 
@@ -118,17 +130,19 @@ impl Renderer {
         let Some(network) = &mut self.one_pass else { return Ok(()) };
         (network.odd, network.age, network.on) = (false, 0, on.to_vec());
         let memory = vec![[[0.0f32; 4]; 4]; network.tables.shape.estimated() as usize];
-        let states = heaters::states(&network.tables.heaters, on);
+        let switches = heaters::states(&network.tables.heaters, on);
         let pairs = temperatures.iter().map(|temperature| crate::gpu::network::split(*temperature));
         let bases = network.tables.in_slots(pairs.clone().map(|[base, _]| base));
         let rests = network.tables.in_slots(pairs.map(|[_, rest]| rest));
-        let means: Vec<[f32; 2]> = bases.iter().zip(&rests).map(|(base, rest)| [*base, *rest]).collect();
+        let means: Vec<f32> = bases.iter().zip(&rests).map(|(base, rest)| base + rest).collect();
+        let groups = bases.chunks(GROUP).zip(rests.chunks(GROUP));
+        let states_of_nodes: Vec<f32> = groups.flat_map(|(bases, rests)| [bases, rests].concat()).collect();
         let nothing = vec![0.0f32; GROUP * network.tables.shape.in_blocks() as usize];
         self.resources.upload(&mut self.once, Resource::OnePassMeanEven, &means)?;
-        self.resources.upload(&mut self.once, Resource::OnePassRests, &rests)?;
+        self.resources.upload(&mut self.once, Resource::OnePassStates, &states_of_nodes)?;
         self.resources.upload(&mut self.once, Resource::OnePassCouplings, &nothing)?;
         self.resources.upload(&mut self.once, Resource::OnePassMemory, &memory)?;
-        self.resources.upload(&mut self.once, Resource::OnePassSwitches, &states)?;
+        self.resources.upload(&mut self.once, Resource::OnePassSwitches, &switches)?;
         self.resources.free_staging();
         Ok(())
     }

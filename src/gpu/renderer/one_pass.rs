@@ -28,7 +28,7 @@ pub(super) struct OnePass {
     pub halving: Halving,
     /// The estimate of the error before what the device keeps.
     pub told: Told,
-    /// Steps since the device keeps its estimate.
+    /// Estimates since the device keeps them.
     pub told_steps: u64,
     /// Whether the heater of each thermostat is on, as far as the logs were read.
     pub on: Vec<bool>,
@@ -59,8 +59,10 @@ impl OnePass {
 
     /// Every list of a step, so that pipelines exist before a run.
     pub fn frames(&self) -> Vec<Frame> {
-        let of = |odd| self.tables.shape.steps(STEPS_AT_MOST, 0, odd).0;
-        vec![of(false), of(true)]
+        let of = |count, age| [false, true].map(|odd| self.tables.shape.steps(count, age, odd).0);
+        // Each part in the estimate, also in the last step of a frame.
+        let single = [1, 2, 4].into_iter().flat_map(|age| of(1, age));
+        of(STEPS_AT_MOST, 0).into_iter().chain(single).collect()
     }
 
     /// Buffers with the state between two steps: name, and count of numbers.
@@ -69,9 +71,9 @@ impl OnePass {
         let estimated = GROUP * self.tables.shape.estimated() as usize;
         let in_blocks = GROUP * self.tables.shape.in_blocks() as usize;
         [
-            (Resource::OnePassMeanEven, "one_pass.mean_even", 2 * nodes),
-            (Resource::OnePassMeanOdd, "one_pass.mean_odd", 2 * nodes),
-            (Resource::OnePassRests, "one_pass.rests", nodes),
+            (Resource::OnePassMeanEven, "one_pass.mean_even", nodes),
+            (Resource::OnePassMeanOdd, "one_pass.mean_odd", nodes),
+            (Resource::OnePassStates, "one_pass.states", 2 * nodes),
             (Resource::OnePassCouplings, "one_pass.couplings", in_blocks),
             (Resource::OnePassMemory, "one_pass.memory", 4 * estimated),
             (Resource::OnePassTold, "one_pass.told", estimated),
@@ -107,12 +109,12 @@ impl OnePass {
     }
 
     /// Push constants over a range of groups.
-    pub fn constants(&self, first: u32, end: u32, age: u32) -> NetworkStep {
+    pub fn constants(&self, first: u32, end: u32, since: u32) -> NetworkStep {
         NetworkStep {
             first,
             end,
             count: self.plan.local_steps(),
-            age,
+            since,
             step: self.plan.step() as f32,
             space_temperature_4: self.plan.network().space_temperature.powi(4) as f32,
         }

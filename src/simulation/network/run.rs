@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use super::SceneNetwork;
 use super::given::Given;
+use super::left::Left;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
 use crate::gpu::memory::Buffer;
@@ -43,9 +44,9 @@ const TIGHT: f64 = 0.1;
 
 /// The state of a scene's network during a run.
 pub struct NetworkRun {
-    scene: Arc<SceneNetwork>,
-    worker: AnyStepper,
-    settings: Settings,
+    pub(super) scene: Arc<SceneNetwork>,
+    pub(super) worker: AnyStepper,
+    pub(super) settings: Settings,
     on: Vec<bool>,
     step: f64,
     uses: [Option<Use>; 3],
@@ -56,13 +57,15 @@ pub struct NetworkRun {
     /// The estimated error of the steps in the frames of a device, and how often they are halved.
     told: Option<(Estimate, Halving)>,
     /// The network in one pass in f64, where the processor steps it so.
-    one_pass: Option<OnePass>,
+    pub(super) one_pass: Option<OnePass>,
+    /// Where the network left the one pass.
+    pub(super) left: Option<Left>,
     /// The device whose frames step the network, with the free buffers of the scene. It lends itself to find a steady state.
-    lender: Option<(Arc<Context>, Vec<Arc<Buffer>>)>,
+    pub(super) lender: Option<(Arc<Context>, Vec<Arc<Buffer>>)>,
     /// Whether the device wrote to free buffers of the scene while it was lent.
     wrote_spare: bool,
     /// Why the processor integrates although there is a device.
-    reason: Option<String>,
+    pub(super) reason: Option<String>,
     costs: Samples<StepCost>,
     /// Start of the step under way, and the device's clock at that time [ms].
     began: (Instant, Option<f64>),
@@ -123,6 +126,7 @@ impl NetworkRun {
             located: VecDeque::new(),
             told: None,
             one_pass: None,
+            left: None,
             lender: None,
             wrote_spare: false,
             reason: None,
@@ -200,6 +204,7 @@ impl NetworkRun {
         if let Some(one_pass) = &self.one_pass {
             saved.put_all("one_pass", one_pass.save());
         }
+        self.save_left(&mut saved);
         saved.put("step", &[self.step]);
         saved.put_flags("on", &self.on);
         for (number, used) in self.uses.iter().enumerate() {
@@ -222,6 +227,7 @@ impl NetworkRun {
     /// # Errors
     /// A state of another network, or a call that fails.
     pub fn restore(&mut self, saved: &Saved, most_costs: usize) -> Result<(), EngineError> {
+        self.restore_left(saved)?;
         self.worker.restore(&saved.part("worker"))?;
         if let Some(one_pass) = &mut self.one_pass {
             one_pass.restore(&saved.part("one_pass"))?;
@@ -332,10 +338,14 @@ impl NetworkRun {
             self.on = one_pass.on();
             self.take_switches(&switches)?;
             let Some(one_pass) = &self.one_pass else { return Ok(()) };
-            return match one_pass.temperatures().iter().position(|temperature| !temperature.is_finite()) {
-                Some(node) => Err(failure(start, &format!("node {node} has no temperature"))),
-                None => Ok(()),
-            };
+            if let Some(node) = one_pass.temperatures().iter().position(|temperature| !temperature.is_finite()) {
+                return Err(failure(start, &format!("node {node} has no temperature")));
+            }
+            if self.gives_up(*one_pass.halving()) {
+                let (temperatures, estimate) = (one_pass.temperatures().to_vec(), one_pass.estimate());
+                self.change_over(&temperatures, estimate, start + length)?;
+            }
+            return Ok(());
         }
         let schedule = self.scene.schedule(heat, &self.on, start, length);
         let leg = Leg { horizon: self.scene.horizon.max(length), step: self.step, tight_switches: false };
@@ -466,6 +476,7 @@ impl NetworkRun {
         lines.push(("sub-steps taken back".to_owned(), self.rejected.to_string()));
         lines.push(("stages".to_owned(), counts.stages.to_string()));
         lines.push(("dispatches".to_owned(), counts.dispatches.to_string()));
+        lines.extend(self.left_lines());
         lines.extend(self.switches_line());
         lines
     }

@@ -11,6 +11,7 @@ mod blocks;
 mod exponential;
 mod halving;
 mod plan;
+mod sample;
 mod saved;
 mod switching;
 mod told;
@@ -20,10 +21,12 @@ use std::sync::Arc;
 pub use blocks::{BLOCK_AT_MOST, Unfit};
 pub use halving::{HALVINGS_AT_MOST, Halving};
 pub use plan::{Block, Conduction, Plan, Plans, Weak};
+pub use sample::{Sample, estimates, since};
 pub use switching::SWITCHES_AT_MOST;
 pub use told::{Estimate, Told};
 
 use self::balance::{Balance, balancing_change};
+use self::sample::left_in_the_mean;
 use self::switching::{Sensed, State};
 use super::control::Switch;
 use super::schedule::Thermostat;
@@ -61,10 +64,12 @@ pub struct OnePass {
     coupling: Vec<f64>,
     /// Estimate of the error of each node [K].
     error: Vec<f64>,
-    /// Heat by weak conductors in the last step [W], its change in that step, and change of the coupling in that step [K].
+    /// Heat by weak conductors that was noted [W].
     weak: Vec<f64>,
+    /// Change of this heat in a step at the last estimate [W].
     trend: Vec<f64>,
-    moved: Vec<f64>,
+    /// Coupling at the last estimate [K].
+    coupled: Vec<f64>,
     /// Steps of this length so far. Only after one of them are `last` and `coupling` those of such a step.
     age: u32,
     halving: Halving,
@@ -90,7 +95,7 @@ impl OnePass {
             error: nothing.clone(),
             weak: nothing.clone(),
             trend: nothing.clone(),
-            moved: nothing,
+            coupled: nothing,
             age: 0,
             halving: Halving::new(tolerance),
             plans: Plans::new(plan),
@@ -109,7 +114,7 @@ impl OnePass {
     /// Replaces the temperatures [K].
     pub fn set_temperatures(&mut self, temperatures: &[f64]) {
         self.temperatures.copy_from_slice(temperatures);
-        for values in [&mut self.last, &mut self.coupling, &mut self.error, &mut self.moved] {
+        for values in [&mut self.last, &mut self.coupling, &mut self.error] {
             values.fill(0.0);
         }
         self.age = 0;
@@ -156,7 +161,10 @@ impl OnePass {
             }
             let heat = self.with_heaters(heat, powers, start, false, &mut switches);
             self.step(&heat, false);
-            self.tell();
+            if estimates(self.age, 1) > 0 {
+                self.tell();
+            }
+            self.age = self.age.saturating_add(1);
         }
         switches
     }
@@ -253,8 +261,10 @@ impl OnePass {
             &mut coupling,
         );
         change.iter_mut().zip(&coupling).for_each(|(change, coupling)| *change += coupling);
-        if !trial {
-            self.estimate_step(&plan, weak, &coupling);
+        match Sample::of(self.age) {
+            Sample::Note if !trial => self.weak = weak,
+            Sample::Estimate if !trial => self.estimate_steps(&plan, &weak),
+            _ => {}
         }
         self.temperatures.iter_mut().zip(&change).for_each(|(temperature, change)| *temperature += change);
         (self.last, self.coupling) = (change, coupling);
@@ -271,29 +281,30 @@ impl OnePass {
         plan.weak_of(node).iter().map(heat).sum()
     }
 
-    /// Adds the error of a step to the error of each node, which radiation forgets. Weak conduction took the last change for the present one, which shows
-    /// in how its heat `weak` [W] bends. Radiation took the last conduction inside a block for the present one. Twin: `estimate` of `glsl/one_pass.comp`.
-    fn estimate_step(&mut self, plan: &Plan, weak: Vec<f64>, coupling: &[f64]) {
-        let (network, step) = (plan.network(), plan.step());
+    /// Adds the error of the steps since the last estimate to the error of each node, which radiation forgets. Weak conduction took the last change for the
+    /// present one, which shows in how its heat `weak` [W] bends. Radiation took the last conduction inside a block for the present one. Twin: `estimate` of
+    /// `glsl/one_pass.comp`.
+    fn estimate_steps(&mut self, plan: &Plan, weak: &[f64]) {
+        let (network, step, steps) = (plan.network(), plan.step(), since(self.age));
         let mut new = vec![0.0; weak.len()];
         for (node, new) in new.iter_mut().enumerate().filter(|(node, _)| !plan.is_massless(*node)) {
             let share = step / network.capacitances[node];
-            let left = (-share * network.emissive_areas[node] * radiative_slope(self.temperatures[node])).exp();
+            let fading = share * network.emissive_areas[node] * radiative_slope(self.temperatures[node]);
             let trend = weak[node] - self.weak[node];
-            let bend = if self.age < 2 { 0.0 } else { trend - self.trend[node] };
+            if steps > 0 {
+                let coupled = (1.0 - (-fading).exp()) * (self.coupling[node] - self.coupled[node]);
+                let sum = 0.5 * (share * (trend - self.trend[node]) - coupled);
+                *new = left_in_the_mean(fading, steps) * sum;
+            }
             self.trend[node] = trend;
-            *new = 0.5 * share * bend - 0.5 * (1.0 - left) * self.moved[node];
-            self.error[node] *= left;
+            self.error[node] *= (-f64::from(steps) * fading).exp();
         }
         let mut spread = vec![0.0; new.len()];
         plan.conduct(|node, other| [new[other] - new[node], self.error[other] - self.error[node]], &mut spread);
         for ((error, new), spread) in self.error.iter_mut().zip(&new).zip(&spread) {
             *error += new + spread;
         }
-        for ((moved, new), old) in self.moved.iter_mut().zip(coupling).zip(&self.coupling) {
-            *moved = new - old;
-        }
-        (self.weak, self.age) = (weak, self.age.saturating_add(1));
+        self.coupled.copy_from_slice(&self.coupling);
     }
 }
 

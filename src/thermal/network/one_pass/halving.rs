@@ -1,9 +1,11 @@
-//! How often the step of the one pass is halved: the estimated error decides, after every sixteen steps of the scene.
+//! How often the step of the one pass is halved: the estimated error decides, after the first four steps of the scene and then after every sixteen.
 
 use super::told::Estimate;
 
 /// Steps of the scene after which the estimate decides.
 const CHECKED: u32 = 16;
+/// Those after which it decides first.
+const FIRST: u32 = 4;
 /// Greatest number of halvings.
 pub const HALVINGS_AT_MOST: u32 = 3;
 /// Share of the bounds below which a halving is taken back. Twice the step has four times the error.
@@ -18,7 +20,7 @@ pub struct Halving {
     pub tolerance: f64,
     /// Halvings of the step of the scene.
     pub count: u32,
-    /// Steps of the scene since the last decision.
+    /// Steps of the scene since the last decision. The first one comes early.
     pub since: u32,
     /// Decisions at which the error exceeded the tolerance with the most halvings.
     pub exceeded: u32,
@@ -29,7 +31,7 @@ pub struct Halving {
 impl Halving {
     /// No halving yet.
     pub fn new(tolerance: f64) -> Self {
-        Self { tolerance, count: 0, since: 0, exceeded: 0, most: 0 }
+        Self { tolerance, count: 0, since: CHECKED - FIRST, exceeded: 0, most: 0 }
     }
 
     /// Steps in a step of the scene.
@@ -86,9 +88,9 @@ mod tests {
     }
 
     #[test]
-    fn the_estimate_is_due_after_sixteen_steps() {
+    fn the_estimate_is_due_after_four_steps_and_then_after_sixteen() {
         let mut halving = Halving::new(0.1);
         let due: Vec<u32> = (0..40).filter(|_| halving.is_due()).collect();
-        assert_eq!(due, [16, 32]);
+        assert_eq!(due, [4, 20, 36]);
     }
 }

@@ -56,7 +56,7 @@ impl OnePass {
             ("error", &self.error),
             ("weak", &self.weak),
             ("trend", &self.trend),
-            ("moved", &self.moved),
+            ("coupled", &self.coupled),
         ]
     }
 
@@ -68,7 +68,7 @@ impl OnePass {
             ("error", &mut self.error),
             ("weak", &mut self.weak),
             ("trend", &mut self.trend),
-            ("moved", &mut self.moved),
+            ("coupled", &mut self.coupled),
         ]
     }
 }

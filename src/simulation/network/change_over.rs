@@ -1,0 +1,79 @@
+//! A network leaves the one pass for sub-steps where the estimate of its error stays above the tolerance.
+
+use super::left::Left;
+use super::{BEYOND, ESTIMATED, NetworkRun};
+use crate::gpu::error::GpuError;
+use crate::gpu::network::NetworkStepper;
+use crate::saved::Saved;
+use crate::simulation::engine_error::EngineError;
+use crate::simulation::stepper::{AnyStepper, is_small, why_on_processor};
+use crate::thermal::network::control::Integrator;
+use crate::thermal::network::one_pass::{Estimate, Halving};
+
+/// Decisions with the most halvings that find the estimate above the tolerance, after which the network takes sub-steps. The first ones may still see the
+/// error of longer steps.
+const PATIENCE: u32 = 4;
+
+impl NetworkRun {
+    /// Whether sub-steps are to take over. A scene that asks for one pass keeps it.
+    pub fn gives_up(&self, halving: Halving) -> bool {
+        halving.exceeded >= PATIENCE && self.scene.settings.integrator == Integrator::Default
+    }
+
+    /// Takes sub-steps from a time [s] on, from temperatures [K].
+    ///
+    /// # Errors
+    /// A call that fails.
+    pub fn change_over(&mut self, temperatures: &[f64], estimate: Estimate, time: f64) -> Result<(), EngineError> {
+        self.leave(Left { time, estimate })?;
+        self.set_temperatures(temperatures)
+    }
+
+    fn leave(&mut self, left: Left) -> Result<(), EngineError> {
+        self.one_pass = None;
+        self.left = Some(left);
+        let Some((context, spare)) = self.lender.take() else { return Ok(()) };
+        let nodes = self.scene.network().len();
+        if is_small(nodes) {
+            self.reason = Some(why_on_processor(nodes));
+            return Ok(());
+        }
+        match NetworkStepper::beside(&context, self.scene.network(), &self.scene.sensors(), spare) {
+            Ok(stepper) => self.worker = AnyStepper::Device(Box::new(stepper)),
+            Err(GpuError::UnsupportedNetwork { reason }) => self.reason = Some(format!("of the device: {reason}")),
+            Err(error) => return Err(error.into()),
+        }
+        self.settings.floor = self.worker.floor();
+        Ok(())
+    }
+
+    pub(super) fn save_left(&self, saved: &mut Saved) {
+        if let Some(Left { time, estimate: Estimate { rms, most, node } }) = self.left {
+            saved.put("left", &[time, rms, most, node as f64]);
+        }
+    }
+
+    pub(super) fn restore_left(&mut self, saved: &Saved) -> Result<(), EngineError> {
+        if !saved.has("left") {
+            return Ok(());
+        }
+        let [time, rms, most, node] = saved.array("left")?;
+        self.leave(Left { time, estimate: Estimate { rms, most, node: node as usize } })
+    }
+
+    /// Where the network left the one pass, in words.
+    pub(super) fn left_lines(&self) -> Vec<(String, String)> {
+        let Some(Left { time, estimate: Estimate { rms, most, node } }) = self.left else { return Vec::new() };
+        let entry = |name: &str, value: String| (name.to_owned(), value);
+        vec![
+            entry(ESTIMATED, format!("{rms:.1e} K rms, at most {most:.1e} K at node {node}, until {time:.1} s")),
+            entry(
+                BEYOND,
+                format!(
+                    "the estimate stayed above {} K at an eighth of the step, so the network takes sub-steps from {time:.1} s on",
+                    self.scene.settings.tolerance
+                ),
+            ),
+        ]
+    }
+}

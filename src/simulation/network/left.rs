@@ -1,0 +1,12 @@
+//! Where a network left the one pass.
+
+use crate::thermal::network::one_pass::Estimate;
+
+/// Where a network left the one pass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Left {
+    /// Scene time [s].
+    pub time: f64,
+    /// Its estimated error.
+    pub estimate: Estimate,
+}
