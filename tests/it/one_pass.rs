@@ -392,7 +392,8 @@ fn the_estimate_tells_the_error_and_halves_the_step() {
             "tolerance {tolerance} K: {error:.1e} K rms, told {twin_told:.1e}, {device_told:.1e} on the device, {twin_parts:?}"
         );
         Worst::of(&device, &found, |node| format!("value {node}")).within(2e-3, "K", tolerance);
-        assert!((device_told - twin_told).abs() < 0.02 * twin_told, "{device_told} {twin_told}");
+        // Neighbours read temperatures in f32, whose steps at 290 K are 3e-5 K.
+        assert!((device_told - twin_told).abs() < 0.02 * twin_told + 3e-5, "{device_told} {twin_told}");
         assert_eq!(device_parts, twin_parts);
         assert_eq!(twin_parts.is_some(), tolerance == "1e-4", "{twin_parts:?}");
         assert!(twin_told > 0.2 * error && twin_told < 30.0 * error, "{twin_told} for {error}");
