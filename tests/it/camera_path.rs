@@ -28,10 +28,15 @@ fn moving(images: &str, camera: &str) -> String {
 
 /// A quarter of a circle of 12 m about the craft in 720 s, with a sample each minute.
 fn circle() -> String {
+    circle_from(0)
+}
+
+/// The same with its first sample at a time [s].
+fn circle_from(start: i32) -> String {
     let mut text = "time,x,y,z\n".to_owned();
-    for minute in 0..=12 {
+    for minute in 0..=12i32 {
         let angle = TAU / 4.0 * f64::from(minute) / 12.0;
-        text += &format!("{},{},{},-3\n", 60 * minute, 12.0 * angle.cos(), 12.0 * angle.sin());
+        text += &format!("{},{},{},-3\n", start + 60 * minute, 12.0 * angle.cos(), 12.0 * angle.sin());
     }
     text
 }
@@ -81,17 +86,26 @@ fn between_agrees_with_its_twin() {
     let times = |of: &[(f64, Vec<f32>, Vec<u32>)]| of.iter().map(|image| image.0).collect::<Vec<_>>();
     assert_eq!(times(&device), [0.0, 15.0, 90.0, 119.9, 120.0, 700.5]);
     assert_eq!(times(&twin), times(&device));
+    // On a crease of a part f32 and f64 may see different faces, so a few pixels may differ.
+    let off = |one: &(f64, Vec<f32>, Vec<u32>), two: &(f64, Vec<f32>, Vec<u32>)| {
+        let same = (0..one.1.len()).filter(|pixel| one.2[*pixel] != 0 && one.2[*pixel] == two.2[*pixel]);
+        same.fold([0, 0], |[off, count], pixel| {
+            [off + usize::from((one.1[pixel] - two.1[pixel]).abs() > 5e-3), count + 1]
+        })
+    };
     for (one, two) in device.iter().zip(&twin) {
-        let (most, count) = difference(one, two);
-        assert!(count > 300 && most < 5e-3, "{} s: {most} K over {count} pixels", one.0);
+        let [off, count] = off(one, two);
+        assert!(count > 300 && off <= count / 200, "{} s: {off} of {count} pixels differ", one.0);
     }
-    // A share of 0.25 instead of 0.2 of a step of the arrays in sunlight.
-    folder.write("scene.toml", &scene.replace("0, 15,", "0, 12,"));
+    // A quarter of a step earlier, and the camera where it was.
+    folder.write("scene.toml", &scene.replace("15, 90,", "15, 75,"));
+    folder.write("path.csv", &circle_from(-15));
     let earlier = on_device(&folder.prepared());
-    assert!(difference(&earlier[1], &twin[1]).0 > 5e-3);
+    let [off, count] = off(&earlier[2], &twin[2]);
+    assert!(off > count / 20, "{off} of {count} pixels");
 }
 
-/// The skin of the craft as a network, and how it is integrated.
+/// The skin of the craft as a network.
 const NETWORK: [(&str, &str); 1] = [(
     "response = \"transition\"\nretarget = \"merge\"\nheating = { function = \"quadratic\", t_max_steps = 20 }\n\
      cooling = { function = \"linear\", t_max_steps = 30 }",
