@@ -255,7 +255,7 @@ pub fn run_from<E: From<EngineError>>(
         let pose = is_drawn(&time.draw, step).then(|| pose_at(prepared, now)).flatten();
         let advance = load.as_ref().map(|load| Step { load, steps: 1.0, start: now - time.step, length: time.step });
         let joints = pose.map(|_| prepared.loads.joints_at(now).1).unwrap_or_default();
-        engine.submit(advance, Order { pose, joints: &joints, temperatures: true })?;
+        engine.submit(advance, Order { pose, joints: &joints, temperatures: true, time: now })?;
         let reference = check.as_deref_mut().map(|check| {
             let _checks = trace.span(Track::Host, "f64 reference of the sample");
             if let Some(load) = &load {
@@ -299,7 +299,7 @@ pub fn still(
     let load = (rest > 1e-9).then(|| prepared.loads.step_load(whole * length, time));
     let pose = pose_at(prepared, time);
     let advance = load.as_ref().map(|load| Step { load, steps: rest, start: whole * length, length: rest * length });
-    engine.submit(advance, Order { pose, joints: &prepared.loads.joints_at(time).1, temperatures: false })?;
+    engine.submit(advance, Order { pose, joints: &prepared.loads.joints_at(time).1, temperatures: false, time })?;
     let delivered = engine.deliver()?;
     Ok(Some(StepResult { step: whole as u32, time, pose, delivered }))
 }

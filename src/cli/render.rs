@@ -13,6 +13,7 @@ use crate::output::destination::{Destination, destinations};
 use crate::output::exr::encode;
 use crate::output::frame_maker::FrameMaker;
 use crate::output::inputs::keep_inputs;
+use crate::output::sensor_files::SensorFiles;
 use crate::simulation;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::forecast::{Forecast, Rate};
@@ -69,8 +70,24 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         say!("warning: {warning}");
     }
     let maker = FrameMaker::new(&prepared, &camera, &engine.device_name());
+    let mut result = result;
+    let readings = result.delivered.pixels.as_mut().and_then(|pixels| pixels.readings.take());
     if let Some((frame, header)) = maker.frame(result)? {
         output.write_bytes(&encode(&frame, &header)?)?;
+        if let Some((files, readings)) = SensorFiles::new(&prepared.scene).zip(readings) {
+            if output == Destination::StandardOutput {
+                say!("the sensor's files are left out, because the image goes to standard output");
+            } else {
+                let stem = arguments.output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                for (ending, bytes) in files.of(&stem, &frame, &readings)? {
+                    let path = arguments.output.with_file_name(format!("{stem}{ending}"));
+                    keep_inputs(&path, &prepared.scene.files)?;
+                    for destination in destinations([Some(&*path)])?.into_iter().flatten() {
+                        destination.write_bytes(&bytes)?;
+                    }
+                }
+            }
+        }
         if output != Destination::StandardOutput {
             answer!("{}", arguments.output.display());
         }

@@ -22,7 +22,7 @@ use crate::output::report::{
     BufferSize, Device, FileEntry, ModelSize, PassTime, Report, SettingGroup, SourceFile, Speed,
 };
 use crate::output::tables::{JOINTS, SERIES};
-use crate::output::{report_html, settings};
+use crate::output::{report_html, settings, video};
 use crate::scene::Draw;
 use crate::simulation::check::{Accuracy, SAMPLE};
 use crate::simulation::device_data::DeviceData;
@@ -154,6 +154,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     if let Some(path) = &arguments.trace {
         keep_inputs(path, &prepared.scene.files)?;
     }
+    video::check(&prepared.scene.images)?;
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let device = match (&arguments.device.device, &earlier) {
         (None, Some(earlier)) => DeviceArguments { device: Some(earlier.device()?) },

@@ -29,6 +29,8 @@ pub mod resource_row;
 pub mod resources;
 pub mod response;
 pub mod samples;
+pub mod sensor;
+pub mod sensor_variant;
 pub mod shaders;
 pub mod shapes;
 mod store;

@@ -4,6 +4,7 @@ use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
 use super::one_pass_variant::OnePassVariant;
 use super::resource::Resource;
+use super::sensor_variant::SensorVariant;
 use super::shaders::Shader;
 use super::variant::{FusedVariant, ResponseVariant, ThermalVariant};
 use super::wide_variant::{WideKind, WideVariant};
@@ -70,6 +71,14 @@ pub enum Kernel {
     Cull,
     /// Draws the remaining triangles as radiance.
     Radiance,
+    /// Point spread of the sensor along rows.
+    SensorRows,
+    /// Mean radiance of the cells of its halo.
+    SensorCells,
+    /// Its halo.
+    SensorHalo,
+    /// Its pixels.
+    SensorPixel(SensorVariant),
     /// A pass over a large network.
     Wide(WideVariant),
     /// Sub-steps of a small network.
@@ -103,6 +112,10 @@ impl Kernel {
             Self::Fused(variant) => vec![variant.shader()],
             Self::Wide(variant) => vec![variant.shader()],
             Self::OnePass(variant) => vec![variant.shader()],
+            Self::SensorRows => plain("sensor_rows.comp"),
+            Self::SensorCells => plain("sensor_cells.comp"),
+            Self::SensorHalo => plain("sensor_halo.comp"),
+            Self::SensorPixel(variant) => vec![variant.shader()],
             Self::Heaters => plain("one_pass_heaters.comp"),
             Self::SunDepth => plain("solar_depth.vert"),
             Self::Visibility => plain("solar_visibility.comp"),

@@ -5,6 +5,7 @@ mod forward;
 mod network;
 mod one_pass;
 mod saved;
+mod sensor;
 mod shadows;
 mod slots;
 
@@ -12,6 +13,7 @@ use std::sync::Arc;
 
 use culling::Culling;
 use one_pass::{OnePass, is_of_network};
+use sensor::ImageSensor;
 use shadows::Shadows;
 use slots::Slots;
 
@@ -51,6 +53,8 @@ pub struct Request<'a> {
     pub views: &'a [layout::View],
     /// Whether the host reads the temperatures of all nodes.
     pub temperatures: bool,
+    /// Time of the image [s], for a sensor. Without it the sensor sees nothing.
+    pub time: Option<f64>,
     /// Heaters of a network that the frame steps.
     pub heating: Option<Heating<'a>>,
     /// A list to submit instead of the usual one for this request. Tests use it to leave a barrier out.
@@ -76,6 +80,8 @@ pub struct Collected<'a> {
     pub radiance: Option<&'a [[f32; 4]]>,
     /// Part and material index of every pixel, each plus 1; 0 for the background.
     pub identity: Option<&'a [[u32; 2]]>,
+    /// Digital number and count of temperature of every pixel.
+    pub readings: Option<Vec<[u16; 2]>>,
     /// Temperature of every node [K].
     pub temperatures: Option<&'a [f32]>,
 }
@@ -101,6 +107,8 @@ pub struct Renderer {
     shadows: Shadows,
     /// The network, if the frames step it.
     one_pass: Option<OnePass>,
+    /// The sensor, if the image has one.
+    sensor: Option<ImageSensor>,
     /// The load whose balance is the target of every node, if known.
     commanded: Option<DeviceLoad>,
     /// The frames in flight. The field is dropped first, because its destructor waits for the device.
@@ -131,6 +139,9 @@ impl Renderer {
         let passes = most(&frames) + most(&stepped) + found.passes().count();
         frames.push(found);
         frames.extend(stepped);
+        let sensor = data.sensor.filter(|_| data.image.is_some()).map(ImageSensor::new);
+        let passes = passes + sensor.as_ref().map_or(0, |sensor| sensor.frame.passes().count());
+        frames.extend(sensor.iter().map(|sensor| sensor.frame.clone()));
         let joints = data.joints.as_ref().map_or(1, |joints| joints.count);
         let mut bindings = Bindings::new(context, joints, SLOTS);
         bindings.add(&resources, frames.iter().flat_map(Frame::passes))?;
@@ -145,6 +156,7 @@ impl Renderer {
             fused_steps: 0,
             shadows,
             one_pass,
+            sensor,
             commanded: None,
             slots: Slots::new(context, passes)?,
             bindings,
@@ -216,6 +228,8 @@ impl Renderer {
             wanted,
             &culled,
         ));
+        let exposed = self.sensor.as_mut().zip(request.time.filter(|_| wanted.image));
+        let frame = exposed.map(|(sensor, time)| sensor.expose(time)).into_iter().fold(frame, Frame::then);
         self.send(&frame, Request { views: &views, ..request })
     }
 
@@ -283,6 +297,9 @@ impl Renderer {
         }
         self.resources.write_slices(Resource::View, slot, request.views)?;
         self.resources.write_slices(Resource::SunView, slot, &std::mem::take(&mut self.shadows.views))?;
+        if let Some(sensor) = &self.sensor {
+            self.resources.write(Resource::Sensor, slot, &[sensor.settings])?;
+        }
         let told = |said: Said| match said {
             Said::Triangle(first) => first.to_le_bytes().to_vec(),
             Said::Ray(ray, joint) => self.shadows.ray(ray, joint),
@@ -316,6 +333,9 @@ impl Renderer {
             radiance: left(readback).then(|| resources.read(readback, number, self.pixels)),
             identity: left(Resource::IdentityReadback)
                 .then(|| resources.read(Resource::IdentityReadback, number, self.pixels)),
+            readings: self.sensor.as_ref().filter(|_| left(Resource::SensorReadback)).map(|sensor| {
+                sensor.unpadded(resources.read(Resource::SensorReadback, number, sensor.padded_pixels()))
+            }),
             temperatures: left(Resource::TemperatureReadback)
                 .then(|| resources.read(Resource::TemperatureReadback, number, self.nodes)),
         })

@@ -14,6 +14,7 @@ use super::once::Once;
 use super::one_pass::OnePassTables;
 use super::resource::Resource;
 use super::resource_row::{Count, Pieces};
+use super::sensor::SensorTables;
 use super::shapes::Shapes;
 use super::store::Resources;
 use super::variant::{StepKind, ThermalVariant};
@@ -52,6 +53,8 @@ pub struct SceneData<'a> {
     pub joints: Option<JointData<'a>>,
     /// Thermal network that the frames step in one pass.
     pub network: Option<&'a OnePassTables>,
+    /// Sensor of the image; `None` without one.
+    pub sensor: Option<&'a SensorTables>,
 }
 
 /// Triangles of each joint.
@@ -167,7 +170,10 @@ impl SceneData<'_> {
             Count::Boxes => tree.map_or(0, |tree| tree.tree.nodes.len()),
             Count::Traced => tree.map_or(0, |tree| tree.triangles.len()),
             Count::Pixels => self.image.map_or(0, |[width, height]| width as usize * height as usize),
-            other => self.network.map_or(0, |network| network.count(other)),
+            other => {
+                let of_sensor = self.sensor.filter(|_| drawn).map_or(0, |sensor| sensor.count(other));
+                of_sensor + self.network.map_or(0, |network| network.count(other))
+            }
         }
     }
 }
@@ -259,6 +265,12 @@ impl Resources {
             self.upload(once, Resource::OnePassUnits, &network.units)?;
             self.upload(once, Resource::OnePassWeights, &network.weights(&network.plan))?;
             self.upload(once, Resource::OnePassHeaters, &network.heater_words(&network.plan))?;
+        }
+        if let Some(sensor) = data.sensor.filter(|_| data.image.is_some()) {
+            self.write(Resource::SensorKernel, 0, &sensor.kernel)?;
+            self.upload(once, Resource::SensorVignetting, &sensor.vignetting)?;
+            self.upload(once, Resource::SensorGuesses, &sensor.guesses)?;
+            self.upload(once, Resource::SensorBolometer, &vec![0.0f32; 4 * sensor.count(Count::SensorBolometer)])?;
         }
         self.upload(once, Resource::BandTable, data.band_table)?;
         for (axis, resource) in [Resource::NormalX, Resource::NormalY, Resource::NormalZ].into_iter().enumerate() {

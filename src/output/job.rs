@@ -8,17 +8,21 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use super::OutputError;
+use super::apparent::Apparent;
 use super::eclipses::Eclipses;
 use super::exr::encode;
 use super::folder::Folder;
 use super::frame::{Frame, FrameHeader};
 use super::frame_maker::FrameMaker;
 use super::report::{FrameEntry, Picture, PlotEntry, write_plots};
-use super::run_pictures::{CONTACT_SHEET, WrittenFrame, draw_pictures, frame_file};
+use super::run_pictures::{CONTACT_SHEET, WrittenFrame, draw_pictures, frame_file, frame_stem};
+use super::sensor_files::SensorFiles;
 use super::state_file;
 use super::tables::{JOINTS, SERIES, Tables};
+use super::video::{self, APNG, MP4};
 use crate::gpu::nodes::GROUP;
 use crate::saved::{Saved, SavedError};
+use crate::scene::ImageFile;
 use crate::simulation::check::{Accuracy, Check};
 use crate::simulation::engine::{Engine, EngineError};
 use crate::simulation::keep::Keep;
@@ -34,9 +38,13 @@ pub const REPORT_JSON: &str = "report.json";
 /// The report as a page.
 pub const REPORT_HTML: &str = "report.html";
 /// All files of a run.
-pub const FILES: [&str; 12] = [
+pub const FILES: [&str; 16] = [
     "frames/step_#.exr",
     "frames/step_#.png",
+    "frames/step_#.json",
+    "frames/step_#_*",
+    APNG,
+    MP4,
     "plots/materials.svg",
     "plots/parts.svg",
     "plots/probes.svg",
@@ -136,7 +144,7 @@ pub enum SaveEvery {
 
 /// Work for the thread that writes files.
 enum Work {
-    Frame(Box<(Frame, FrameHeader)>),
+    Frame(Box<(Frame, FrameHeader, Option<Vec<[u16; 2]>>)>),
     /// Tell when all frames before are written.
     Tell(SyncSender<()>),
 }
@@ -205,9 +213,11 @@ pub fn run_into(
         // A thread writes files while the next steps are computed.
         let (frames, waiting) = sync_channel::<Work>(WAITING_FRAMES);
         let (files, written) = (trace.clone(), &written);
+        let of_sensor = SensorFiles::new(&prepared.scene);
+        let apparent = prepared.scene.images.files.contains(&ImageFile::ApparentPng).then(|| Apparent::new(prepared.scene.band));
         let writer = scope.spawn(move || {
             for work in waiting {
-                let (frame, header) = match work {
+                let (frame, header, readings) = match work {
                     Work::Frame(frame) => *frame,
                     Work::Tell(done) => {
                         // Nobody listens where the run has failed.
@@ -218,7 +228,14 @@ pub fn run_into(
                 let _writes = files.span(Track::Writer, "write EXR");
                 let (file, range) = (frame_file(frame.step, "exr"), frame.range());
                 folder.write_bytes(&file, &encode(&frame, &header)?)?;
-                lock(written).push(WrittenFrame { step: frame.step, range });
+                if let Some((of_sensor, readings)) = of_sensor.as_ref().zip(readings) {
+                    let stem = frame_stem(frame.step);
+                    for (ending, bytes) in of_sensor.of(&stem, &frame, &readings)? {
+                        folder.write_bytes(&format!("frames/{stem}{ending}"), &bytes)?;
+                    }
+                }
+                let apparent = apparent.as_ref().and_then(|apparent| apparent.range(&frame));
+                lock(written).push(WrittenFrame { step: frame.step, range, apparent });
             }
             Ok::<_, OutputError>(())
         });
@@ -256,6 +273,10 @@ pub fn run_into(
     let draws = trace.span(Track::Host, "pictures and plots");
     let eclipses = Eclipses::of(prepared);
     let (frames, pictures) = draw_pictures(&prepared.scene, &eclipses, folder, &written, &|| progress(Done::Picture))?;
+    if prepared.scene.images.video.is_some() {
+        let displays: Vec<String> = written.iter().map(|frame| format!("frames/{}_display.png", frame_stem(frame.step))).collect();
+        video::write(folder, &prepared.scene.images, &displays)?;
+    }
     let plots = tables.plots(&eclipses)?;
     write_plots(folder, &plots)?;
     drop(draws);
@@ -281,11 +302,12 @@ impl Earlier {
     fn of(saved: &Saved) -> Result<Self, SavedError> {
         let steps: Vec<u32> = saved.list("frames")?;
         let ranges: Vec<[f32; 2]> = saved.list_of("frame_ranges", steps.len())?;
-        let frame = |(step, range): (u32, [f32; 2])| {
-            let range = Some(range).filter(|range| !range[0].is_nan());
-            WrittenFrame { step, range }
+        let apparent: Vec<[f32; 2]> = saved.list_of("frame_apparent", steps.len())?;
+        let known = |range: [f32; 2]| Some(range).filter(|range| !range[0].is_nan());
+        let frame = |((step, range), apparent): ((u32, [f32; 2]), [f32; 2])| {
+            WrittenFrame { step, range: known(range), apparent: known(apparent) }
         };
-        Ok(Self { frames: steps.into_iter().zip(ranges).map(frame).collect(), seconds: saved.array("seconds")? })
+        Ok(Self { frames: steps.into_iter().zip(ranges).zip(apparent).map(frame).collect(), seconds: saved.array("seconds")? })
     }
 }
 
@@ -360,9 +382,10 @@ impl Consumer<JobError> for Recorder<'_, '_> {
             check_finite(self.prepared, result.step, &temperatures)?;
             self.tables.add(self.prepared, result.time, &temperatures)?;
         }
+        let readings = result.delivered.pixels.as_mut().and_then(|pixels| pixels.readings.take());
         let frame = self.maker.map(|maker| maker.frame(result)).transpose()?.flatten();
-        if let Some(frame) = frame {
-            self.frames.send(Work::Frame(Box::new(frame))).map_err(|_| JobError::Writer)?;
+        if let Some((frame, header)) = frame {
+            self.frames.send(Work::Frame(Box::new((frame, header, readings)))).map_err(|_| JobError::Writer)?;
         }
         (self.progress)(Done::Step);
         Ok(())
@@ -393,6 +416,8 @@ impl Consumer<JobError> for Recorder<'_, '_> {
         saved.put("frames", &written.iter().map(|frame| frame.step).collect::<Vec<_>>());
         saved
             .put("frame_ranges", &written.iter().map(|frame| frame.range.unwrap_or([f32::NAN; 2])).collect::<Vec<_>>());
+        let apparent = |frame: &WrittenFrame| frame.apparent.unwrap_or([f32::NAN; 2]);
+        saved.put("frame_apparent", &written.iter().map(apparent).collect::<Vec<_>>());
         drop(written);
         let [wall, stepping] = self.before;
         let wall = wall + self.began.elapsed().as_secs_f64();

@@ -3,13 +3,14 @@
 use rayon::prelude::*;
 
 use super::OutputError;
+use super::apparent::Apparent;
 use super::colour::ColourScale;
 use super::eclipses::Eclipses;
 use super::exr::read_exr;
 use super::folder::Folder;
 use super::picture::{Tile, contact_sheet, picture};
 use super::report::{FrameEntry, Picture};
-use crate::scene::Scene;
+use crate::scene::{ImageFile, Scene};
 
 /// Small pictures of several steps.
 pub(super) const CONTACT_SHEET: &str = "contact_sheet.png";
@@ -24,11 +25,18 @@ pub(super) struct WrittenFrame {
     pub step: u32,
     /// Its smallest and largest temperature [K].
     pub range: Option<[f32; 2]>,
+    /// Its smallest and largest apparent temperature [K], where they are drawn.
+    pub apparent: Option<[f32; 2]>,
 }
 
 /// File of a drawn step.
 pub(super) fn frame_file(step: u32, kind: &str) -> String {
-    format!("frames/step_{step:06}.{kind}")
+    format!("frames/{}.{kind}", frame_stem(step))
+}
+
+/// Start of the names of a drawn step's files.
+pub(super) fn frame_stem(step: u32) -> String {
+    format!("step_{step:06}")
 }
 
 /// Draws a PNG for each frame on one scale, and the contact sheet. `drawn` is called after each picture.
@@ -42,6 +50,11 @@ pub(super) fn draw_pictures(
     let scale = match scene.colour_range {
         Some(range) => ColourScale::new(range),
         None => ColourScale::covering(written.iter().filter_map(|frame| frame.range)),
+    };
+    let apparent = scene.images.files.contains(&ImageFile::ApparentPng).then(|| Apparent::new(scene.band));
+    let apparent_scale = match scene.colour_range {
+        Some(range) => ColourScale::new(range),
+        None => ColourScale::covering(written.iter().filter_map(|frame| frame.apparent)),
     };
     let name = &scene.name;
     let band = scene.band;
@@ -60,6 +73,11 @@ pub(super) fn draw_pictures(
             let details = format!("step {}, t = {time:.1} s{light}, band {band}", one.step);
             let file = frame_file(one.step, "png");
             folder.write_bytes(&file, &picture(&frame, &scale, name, &details)?.png()?)?;
+            if let Some(apparent) = &apparent {
+                let file = format!("frames/{}_apparent.png", frame_stem(one.step));
+                let details = format!("apparent, {details}");
+                folder.write_bytes(&file, &picture(&apparent.frame(&frame), &apparent_scale, name, &details)?.png()?)?;
+            }
             let caption = format!("t = {time:.0} s{light}");
             let tile = chosen(index).then(|| Tile::new(&frame, &scale, &caption, TILE_WIDTH)).transpose()?;
             drawn();

@@ -10,6 +10,7 @@ use hifitime::Epoch;
 use crate::environment::{Attitude, Environment, Orbit};
 use crate::files::Reach;
 use crate::thermal::planck::Band;
+use crate::thermal::sensor::Sensor;
 
 mod attitude;
 mod camera;
@@ -28,8 +29,12 @@ mod mesh_network;
 pub mod network;
 mod orbit;
 mod profile;
+mod output;
+pub mod preset;
 mod quantity;
 mod section;
+mod sensor;
+mod sensor_tables;
 mod shadows;
 mod sky_scene;
 mod table;
@@ -47,6 +52,8 @@ pub use error::SceneError;
 pub use joint::{JointMotion, JointRule};
 pub use load::{file_hash, scene_hash};
 pub use material::{MaterialRule, MaterialRules};
+pub use output::{ImageFile, ImageFiles, Video};
+pub use preset::Preset;
 pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, Owners};
 pub use shadows::ShadowSettings;
 pub use sky_scene::SkyScene;
@@ -82,6 +89,10 @@ pub struct Scene {
     pub materials: MaterialRules,
     /// The camera. A scene that draws nothing may have none ([`Scene::require_camera`]).
     pub camera: Option<Camera>,
+    /// The camera that `camera.preset` names.
+    pub preset: Option<&'static Preset>,
+    /// The sensor of the camera. `None` without a section `[sensor]`.
+    pub sensor: Option<Sensor>,
     /// Spectral band of the images.
     pub band: Band,
     /// Temperatures at the start.
@@ -96,6 +107,8 @@ pub struct Scene {
     pub heaters: Vec<Heater>,
     /// Temperature range of the false-colour pictures [K]. `None` takes the range of the run.
     pub colour_range: Option<[f64; 2]>,
+    /// Files of each image beside EXR and surface temperature, and the video.
+    pub images: ImageFiles,
     /// All files of the scene: scene, model, trajectory, attitude, materials table and function tables. Files that glTF
     /// `extras` name join when the model is known.
     pub files: Vec<PathBuf>,

@@ -1,10 +1,12 @@
 //! Scene data rounded to f32 for the device: materials, response functions and the band.
 
 use super::prepare::Prepared;
+use super::viewpoint::sensor_view;
 use crate::gpu::blackbody::band_table;
 use crate::gpu::layout;
 use crate::gpu::one_pass::OnePassTables;
 use crate::gpu::resources::{JointData, SceneData, ShadowData};
+use crate::gpu::sensor::SensorTables;
 use crate::gpu::shapes::Shapes;
 use crate::scene::Camera;
 use crate::thermal::material::{Material, Optics, Response, Sides};
@@ -16,6 +18,7 @@ pub struct DeviceData {
     shapes: Shapes,
     band_table: Vec<f32>,
     network: Option<OnePassTables>,
+    sensor: Option<SensorTables>,
 }
 
 impl DeviceData {
@@ -25,7 +28,9 @@ impl DeviceData {
         let shapes = Shapes::of(&prepared.materials);
         let materials = prepared.materials.iter().map(|material| device_material(material, &shapes)).collect();
         let network = prepared.network.as_ref().and_then(|network| network.tables());
-        Self { materials, shapes, band_table: band_table(&table), network }
+        let sensor = prepared.scene.sensor.as_ref().zip(prepared.scene.camera.as_ref());
+        let sensor = sensor.map(|(sensor, camera)| SensorTables::new(sensor, &table, &sensor_view(camera)));
+        Self { materials, shapes, band_table: band_table(&table), network, sensor }
     }
 
     /// The scene as plain numbers for the device.
@@ -53,6 +58,7 @@ impl DeviceData {
                 casters: prepared.shadow_tree.as_ref().map(|_| prepared.casters()),
             }),
             network: self.network.as_ref(),
+            sensor: self.sensor.as_ref(),
         }
     }
 }

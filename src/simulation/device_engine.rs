@@ -140,6 +140,7 @@ impl Engine for DeviceEngine {
             step: step.map(|step| (step.load, step.steps)),
             views: views.as_deref().unwrap_or_default(),
             temperatures: order.temperatures,
+            time: Some(order.time),
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             list: None,
         })?);
@@ -255,6 +256,7 @@ fn collect(renderer: &mut Renderer, submitted: Submitted) -> Result<Delivered, G
     let pixels = collected.radiance.zip(collected.identity).map(|(radiance, identity)| Pixels {
         radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
         identity: identity.to_vec(),
+        readings: collected.readings,
     });
     Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec) })
 }

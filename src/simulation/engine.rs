@@ -31,6 +31,8 @@ pub struct Order<'a> {
     pub joints: &'a [DAffine3],
     /// Whether all temperatures are needed.
     pub temperatures: bool,
+    /// Time of the image [s], for the sensor.
+    pub time: f64,
 }
 
 /// Pixels of an image, row after row from the top.
@@ -40,6 +42,8 @@ pub struct Pixels {
     pub radiance_temperature_depth: Vec<[f32; 3]>,
     /// Part and material, each plus 1. 0 where no surface is.
     pub identity: Vec<[u32; 2]>,
+    /// Digital number of the sensor, and count of its radiometric output. `None` without a sensor.
+    pub readings: Option<Vec<[u16; 2]>>,
 }
 
 /// The results of a step.

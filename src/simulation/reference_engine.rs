@@ -6,7 +6,7 @@ use super::device_data::back_optics;
 use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
-use super::viewpoint::raster_view;
+use super::viewpoint::{raster_view, sensor_view};
 use crate::environment::StepLoad;
 use crate::environment::shadow::{Jointed, Shadows};
 use crate::gpu::nodes::{GROUP, PADDING};
@@ -16,6 +16,7 @@ use crate::scene::Camera;
 use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::reference::Reference;
+use crate::thermal::sensor::twin::SensorTwin;
 use crate::trace::{Trace, Track};
 
 /// The f64 reference of all nodes, and its rasteriser.
@@ -33,6 +34,7 @@ pub struct ReferenceEngine {
     steps: u64,
     camera: Option<Camera>,
     table: RadianceTable,
+    sensor: Option<SensorTwin>,
     delivered: VecDeque<Delivered>,
     trace: Trace,
 }
@@ -73,6 +75,9 @@ impl ReferenceEngine {
             network: prepared.network.as_ref().map(NetworkRun::reference),
             steps: 0,
             camera: camera.cloned(),
+            sensor: camera.zip(prepared.scene.sensor.as_ref()).map(|(camera, sensor)| {
+                SensorTwin::new(sensor, &RadianceTable::new(prepared.scene.band), sensor_view(camera))
+            }),
             table: RadianceTable::new(prepared.scene.band),
             delivered: VecDeque::new(),
             trace: Trace::default(),
@@ -177,7 +182,12 @@ impl Engine for ReferenceEngine {
                 0 => [0.0; 3],
                 _ => [pixel.radiance as f32, pixel.temperature as f32, pixel.depth as f32],
             };
+            let readings = self.sensor.as_mut().map(|sensor| {
+                let radiance: Vec<f64> = drawn.iter().map(|pixel| pixel.radiance).collect();
+                sensor.expose(&radiance, order.time)
+            });
             Pixels {
+                readings,
                 radiance_temperature_depth: drawn.iter().map(value).collect(),
                 identity: drawn.iter().map(|pixel| [pixel.part, pixel.material]).collect(),
             }
@@ -205,6 +215,9 @@ impl Engine for ReferenceEngine {
         if let Some(network) = &mut self.network {
             saved.put_all("network", network.save()?);
         }
+        if let Some(sensor) = &self.sensor {
+            saved.put_all("sensor", sensor.save());
+        }
         Ok(saved)
     }
 
@@ -215,6 +228,9 @@ impl Engine for ReferenceEngine {
         }
         if let Some(network) = &mut self.network {
             network.restore(&saved.part("network"), most_times)?;
+        }
+        if let Some(sensor) = &mut self.sensor {
+            sensor.restore(&saved.part("sensor"))?;
         }
         [self.steps] = saved.array("steps")?;
         Ok(())

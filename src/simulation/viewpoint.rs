@@ -6,6 +6,7 @@ use crate::environment::Sky;
 use crate::gpu::layout;
 use crate::raster;
 use crate::scene::{Camera, CameraFrame};
+use crate::thermal::sensor;
 
 /// The pose of a camera at one instant. It takes body positions into camera axes (OpenCV).
 pub fn camera_from_body(camera: &Camera, sky: &Sky) -> DAffine3 {
@@ -34,6 +35,15 @@ pub fn device_view(camera: &Camera, pose: &DAffine3) -> layout::View {
         size: size.map(|side| side as f32),
         near: camera.near as f32,
         margin: 0.0,
+    }
+}
+
+/// The pixels and intrinsics for the sensor.
+pub fn sensor_view(camera: &Camera) -> sensor::twin::View {
+    sensor::twin::View {
+        size: [camera.width as usize, camera.height as usize],
+        focal: camera.focal,
+        centre: camera.centre,
     }
 }
 

@@ -13,6 +13,7 @@ pub mod network;
 pub mod planck;
 pub mod radiance;
 pub mod reference;
+pub mod sensor;
 pub mod shell;
 pub mod step_response;
 pub mod transition;

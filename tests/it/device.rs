@@ -166,6 +166,7 @@ impl LooseNodes {
             shadows: None,
             joints: None,
             network: None,
+            sensor: None,
         };
         Renderer::new(context, &data).expect("a small scene")
     }

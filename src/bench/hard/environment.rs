@@ -230,6 +230,7 @@ impl Loose {
             shadows,
             joints: None,
             network: None,
+            sensor: None,
         }
     }
 }

@@ -4,6 +4,7 @@ mod lens;
 mod pose;
 
 use super::error::SceneError;
+use super::preset::Preset;
 use super::quantity::Quantity;
 use super::section::Section;
 use super::vector::point;
@@ -15,12 +16,16 @@ const MOST_PIXELS: u32 = 16384;
 const FRAMES: [(&str, CameraFrame); 3] =
     [("body", CameraFrame::Body), ("orbit", CameraFrame::Orbit), ("inertial", CameraFrame::Inertial)];
 
-pub(super) fn read(section: &Section, assumptions: &mut Vec<String>) -> Result<Camera, SceneError> {
-    let width = section.whole("width", 1..=MOST_PIXELS)?;
+pub(super) fn read(
+    section: &Section,
+    preset: Option<&Preset>,
+    assumptions: &mut Vec<String>,
+) -> Result<Camera, SceneError> {
+    let width = section.whole("width", 1..=MOST_PIXELS)?.or(preset.map(|preset| preset.size[0]));
     let width = section.required("width", width, "the image's width in pixels")?;
-    let height = section.whole("height", 1..=MOST_PIXELS)?;
+    let height = section.whole("height", 1..=MOST_PIXELS)?.or(preset.map(|preset| preset.size[1]));
     let height = section.required("height", height, "the image's height in pixels")?;
-    let focal = lens::focal(section, width)?;
+    let focal = lens::focal(section, preset, width)?;
     let frame = section.choice("frame", &FRAMES)?.unwrap_or_else(|| {
         assumptions.push("The camera follows the craft (camera.frame is absent: 'body').".to_string());
         CameraFrame::Body

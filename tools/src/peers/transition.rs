@@ -115,6 +115,7 @@ impl Work {
             shadows: None,
             joints: None,
             network: None,
+            sensor: None,
         };
         let mut renderer = Renderer::new(context, &data)?;
         renderer.settle(start)?;
