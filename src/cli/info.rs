@@ -12,6 +12,7 @@ use crate::gpu::context;
 use crate::gpu::frame::{Frame, Wanted};
 use crate::gpu::pass::Entry;
 use crate::gpu::resources::device_bytes;
+use crate::gpu::sensor::SensorTables;
 use crate::model::Model;
 use crate::output::console::answer;
 use crate::output::console::say;
@@ -118,6 +119,8 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
         wanted,
         &prepared.triangle_runs,
     ));
+    let sensor = data.sensor.filter(|_| camera.is_some()).map(SensorTables::frame);
+    let frame = sensor.into_iter().fold(frame, Frame::then);
     let plan = data.plan();
     let of_network = prepared.network_bytes(&plan);
     let bytes = device_memory(&prepared, &plan);

@@ -5,8 +5,8 @@ use ash::vk::{AccessFlags2 as A, PipelineStageFlags2 as S};
 use super::frame::Frame;
 use super::layout;
 use super::pass::{
-    Access, COMPUTE_READ, COMPUTE_UNIFORM, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Kernel, Pass, Said, Scope, Work,
-    access, barrier, copy_pass, scope, to_host,
+    Access, COMPUTE_READ, COMPUTE_UNIFORM, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Kernel, Pass, Said, Scope,
+    Work, access, barrier, copy_pass, scope, to_host,
 };
 use super::resource::Resource;
 use super::resource_row::Count;
@@ -103,7 +103,8 @@ impl SensorTables {
             bad: sensor.bad_pixels > 0.0,
             kelvin: sensor.kelvin_per_count.is_some(),
         };
-        let guesses = guesses.iter().flat_map(|table| table.inverse_temperatures.iter().map(|one| *one as f32)).collect();
+        let guesses =
+            guesses.iter().flat_map(|table| table.inverse_temperatures.iter().map(|one| *one as f32)).collect();
         Self { sensor: sensor.clone(), settings, kernel, vignetting, guesses, variant }
     }
 
@@ -151,7 +152,9 @@ fn kernel_of(spread: &Spread) -> Vec<[f32; 4]> {
     let taps = 2 * spread.radius + 1;
     let mut kernel = Vec::new();
     for term in &spread.terms {
-        let weight = |at: usize, pixel: usize| at.checked_sub(pixel).filter(|at| *at < taps).map_or(0.0, |at| term.row[at] as f32);
+        let weight = |at: usize, pixel: usize| {
+            at.checked_sub(pixel).filter(|at| *at < taps).map_or(0.0, |at| term.row[at] as f32)
+        };
         kernel.extend((0..taps + 3).map(|at| [0, 1, 2, 3].map(|pixel| weight(at, pixel))));
         kernel.extend(term.column.iter().map(|weight| [*weight as f32; 4]));
     }
@@ -160,7 +163,9 @@ fn kernel_of(spread: &Spread) -> Vec<[f32; 4]> {
 
 /// A dispatch over groups or cells.
 fn dispatch(name: &str, kernel: Kernel, count: usize, bound: Vec<(u32, Resource, Scope)>) -> Entry {
-    let accesses = bound.into_iter().map(|(binding, resource, scope)| Access { binding: Some(binding), ..access(resource, scope) });
+    let accesses = bound
+        .into_iter()
+        .map(|(binding, resource, scope)| Access { binding: Some(binding), ..access(resource, scope) });
     let work = Work::Dispatch { kernel, workgroups: count.div_ceil(WORKGROUP) as u32, set: 0, said: Said::Nothing };
     Entry::Pass(Pass { name: name.to_owned(), work, accesses: accesses.collect() })
 }

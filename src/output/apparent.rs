@@ -20,7 +20,8 @@ impl Apparent {
 
     /// Brightness temperature [K]. 0 where a radiance has none.
     pub fn temperature(&self, radiance: f32) -> f32 {
-        brightness_temperature(&self.table, &self.guesses, f64::from(radiance)).map_or(0.0, |temperature| temperature as f32)
+        brightness_temperature(&self.table, &self.guesses, f64::from(radiance))
+            .map_or(0.0, |temperature| temperature as f32)
     }
 
     /// The frame with brightness temperatures in place of the surfaces' temperatures. What sends nothing is background.

@@ -56,7 +56,11 @@ mod tests {
     #[test]
     fn cards_and_pixels_are_where_the_standard_puts_them() {
         let values: Vec<u16> = vec![0, 1, 40_000, 65_535, 5, 6];
-        let file = fits_16([3, 2], &values, &[("SCALE", Value::Real(85.25), "per W"), ("UNIT", Value::Text("it's".into()), "")]);
+        let file = fits_16(
+            [3, 2],
+            &values,
+            &[("SCALE", Value::Real(85.25), "per W"), ("UNIT", Value::Text("it's".into()), "")],
+        );
         assert_eq!(file.len() % BLOCK, 0);
         let cards: Vec<&str> = file[..BLOCK].chunks(80).map(|card| std::str::from_utf8(card).unwrap()).collect();
         assert_eq!(&cards[0][..30], "SIMPLE  =                    T");
@@ -64,7 +68,8 @@ mod tests {
         assert_eq!(&cards[7][..30], "SCALE   =   8.525000000000E1 / "[..30].to_owned().as_str());
         assert!(cards[8].starts_with("UNIT    = 'it''s   '") || cards[8].starts_with("UNIT    = 'it''s"));
         assert!(cards.iter().any(|card| card.trim_end() == "END"));
-        let pixel = |at: usize| i32::from(i16::from_be_bytes([file[BLOCK + 2 * at], file[BLOCK + 2 * at + 1]])) + 32_768;
+        let pixel =
+            |at: usize| i32::from(i16::from_be_bytes([file[BLOCK + 2 * at], file[BLOCK + 2 * at + 1]])) + 32_768;
         assert_eq!((0..6).map(pixel).collect::<Vec<_>>(), [65_535, 5, 6, 0, 1, 40_000]);
     }
 }

@@ -35,9 +35,9 @@ fn png_of(
     let mut encoder = png::Encoder::new(&mut file, width, height);
     encoder.set_color(png::ColorType::Grayscale);
     encoder.set_depth(depth);
-    // Filters find nothing in noise.
-    encoder.set_filter(png::Filter::NoFilter);
     encoder.set_compression(png::Compression::Fast);
+    // Filters find nothing in noise. A setting of compression has a filter of its own, so this one comes after it.
+    encoder.set_filter(png::Filter::NoFilter);
     for (keyword, text) in text {
         encoder.add_itxt_chunk((*keyword).to_owned(), text.clone()).map_err(failed)?;
     }

@@ -214,7 +214,8 @@ pub fn run_into(
         let (frames, waiting) = sync_channel::<Work>(WAITING_FRAMES);
         let (files, written) = (trace.clone(), &written);
         let of_sensor = SensorFiles::new(&prepared.scene);
-        let apparent = prepared.scene.images.files.contains(&ImageFile::ApparentPng).then(|| Apparent::new(prepared.scene.band));
+        let apparent =
+            prepared.scene.images.files.contains(&ImageFile::ApparentPng).then(|| Apparent::new(prepared.scene.band));
         let writer = scope.spawn(move || {
             for work in waiting {
                 let (frame, header, readings) = match work {
@@ -274,7 +275,8 @@ pub fn run_into(
     let eclipses = Eclipses::of(prepared);
     let (frames, pictures) = draw_pictures(&prepared.scene, &eclipses, folder, &written, &|| progress(Done::Picture))?;
     if prepared.scene.images.video.is_some() {
-        let displays: Vec<String> = written.iter().map(|frame| format!("frames/{}_display.png", frame_stem(frame.step))).collect();
+        let displays: Vec<String> =
+            written.iter().map(|frame| format!("frames/{}_display.png", frame_stem(frame.step))).collect();
         video::write(folder, &prepared.scene.images, &displays)?;
     }
     let plots = tables.plots(&eclipses)?;
@@ -304,10 +306,15 @@ impl Earlier {
         let ranges: Vec<[f32; 2]> = saved.list_of("frame_ranges", steps.len())?;
         let apparent: Vec<[f32; 2]> = saved.list_of("frame_apparent", steps.len())?;
         let known = |range: [f32; 2]| Some(range).filter(|range| !range[0].is_nan());
-        let frame = |((step, range), apparent): ((u32, [f32; 2]), [f32; 2])| {
-            WrittenFrame { step, range: known(range), apparent: known(apparent) }
+        let frame = |((step, range), apparent): ((u32, [f32; 2]), [f32; 2])| WrittenFrame {
+            step,
+            range: known(range),
+            apparent: known(apparent),
         };
-        Ok(Self { frames: steps.into_iter().zip(ranges).zip(apparent).map(frame).collect(), seconds: saved.array("seconds")? })
+        Ok(Self {
+            frames: steps.into_iter().zip(ranges).zip(apparent).map(frame).collect(),
+            seconds: saved.array("seconds")?,
+        })
     }
 }
 

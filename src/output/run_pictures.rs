@@ -76,7 +76,8 @@ pub(super) fn draw_pictures(
             if let Some(apparent) = &apparent {
                 let file = format!("frames/{}_apparent.png", frame_stem(one.step));
                 let details = format!("apparent, {details}");
-                folder.write_bytes(&file, &picture(&apparent.frame(&frame), &apparent_scale, name, &details)?.png()?)?;
+                folder
+                    .write_bytes(&file, &picture(&apparent.frame(&frame), &apparent_scale, name, &details)?.png()?)?;
             }
             let caption = format!("t = {time:.0} s{light}");
             let tile = chosen(index).then(|| Tile::new(&frame, &scale, &caption, TILE_WIDTH)).transpose()?;

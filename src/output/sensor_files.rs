@@ -52,7 +52,8 @@ impl<'a> SensorFiles<'a> {
         let counts: Vec<u16> = readings.iter().map(|reading| reading[1]).collect();
         let most = self.constants.most as u16;
         let of_numbers = self.scale_of_numbers();
-        let of_counts = json!({"kelvin": "scale x value", "scale": self.sensor.kelvin_per_count.unwrap_or(0.0), "offset": 0.0});
+        let of_counts =
+            json!({"kelvin": "scale x value", "scale": self.sensor.kelvin_per_count.unwrap_or(0.0), "offset": 0.0});
         let text = |json: &Json| [("isotherm", json.to_string())];
         let mut files = Vec::new();
         for file in &self.scene.images.files {

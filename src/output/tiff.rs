@@ -58,7 +58,8 @@ mod tests {
         let u32_at = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().unwrap());
         assert_eq!((&file[..4], u32_at(4)), (b"II\x2a\0".as_slice(), 8));
         let tag = |wanted: u16| {
-            let place = (0..usize::from(u16_at(8))).map(|entry| 10 + 12 * entry).find(|at| u16_at(*at) == wanted).unwrap();
+            let place =
+                (0..usize::from(u16_at(8))).map(|entry| 10 + 12 * entry).find(|at| u16_at(*at) == wanted).unwrap();
             (u32_at(place + 4) as usize, u32_at(place + 8))
         };
         assert_eq!([tag(256).1, tag(257).1, tag(258).1, tag(279).1], [3, 2, 16, 12]);

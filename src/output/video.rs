@@ -21,7 +21,12 @@ pub fn check(images: &ImageFiles) -> Result<(), OutputError> {
     if images.video != Some(Video::Mp4) {
         return Ok(());
     }
-    let found = Command::new("ffmpeg").arg("-version").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).status();
+    let found = Command::new("ffmpeg")
+        .arg("-version")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
     match found {
         Ok(status) if status.success() => Ok(()),
         _ => Err(failed("output.video = 'mp4' needs the program ffmpeg, which does not run here; 'apng' needs none")),

@@ -9,8 +9,8 @@ use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
 use super::section::Section;
 use super::{
-    Camera, Draw, Preset, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, output, preset, sensor,
-    shadows, view, work,
+    Camera, Draw, Preset, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, output, preset,
+    sensor, shadows, view, work,
 };
 use crate::files::Reach;
 use crate::thermal::planck::Band;

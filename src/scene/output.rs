@@ -101,8 +101,12 @@ pub(super) fn read(section: Option<&Section>, sensor: Option<&Sensor>) -> Result
             }
         },
     };
-    let video = section.map(|section| section.choice("video", &[("apng", Video::Apng), ("mp4", Video::Mp4)])).transpose()?.flatten();
-    let rate = section.map(|section| section.number("video_rate", Quantity::within(0.1, 120.0, "1/s"))).transpose()?.flatten();
+    let video = section
+        .map(|section| section.choice("video", &[("apng", Video::Apng), ("mp4", Video::Mp4)]))
+        .transpose()?
+        .flatten();
+    let rate =
+        section.map(|section| section.number("video_rate", Quantity::within(0.1, 120.0, "1/s"))).transpose()?.flatten();
     let mut files = files;
     if video.is_some() && !files.contains(&ImageFile::DisplayPng) {
         files.push(ImageFile::DisplayPng);
@@ -111,7 +115,9 @@ pub(super) fn read(section: Option<&Section>, sensor: Option<&Sensor>) -> Result
         return Err(section.error("video_rate", "needs video, which is missing"));
     }
     if let (Some(section), Some(_), None) = (section, video, sensor) {
-        return Err(section.error("video", "shows what a sensor displays: it needs a section [sensor], which is missing"));
+        return Err(
+            section.error("video", "shows what a sensor displays: it needs a section [sensor], which is missing")
+        );
     }
     Ok(ImageFiles { files, video, video_rate: rate.unwrap_or(10.0) })
 }

@@ -53,12 +53,18 @@ pub(super) fn read(
     let camera = of.camera;
     let pixels = u64::from(camera.width).next_multiple_of(4) * u64::from(camera.height);
     if pixels > MOST_PIXELS {
-        let message = format!("takes images of at most {MOST_PIXELS} pixels, and the camera has {} x {}", camera.width, camera.height);
+        let message = format!(
+            "takes images of at most {MOST_PIXELS} pixels, and the camera has {} x {}",
+            camera.width, camera.height
+        );
         return Err(section.error("bits", message));
     }
     for (key, owner, choice) in OWNED {
         let stated = section.string(owner)?;
-        if section.has(key) && stated != Some(choice) && !(owner == "gain_control" && choice == "linear" && stated.is_none()) {
+        if section.has(key)
+            && stated != Some(choice)
+            && !(owner == "gain_control" && choice == "linear" && stated.is_none())
+        {
             return Err(section.error(key, format!("belongs to {owner} = '{choice}'")));
         }
     }
@@ -68,14 +74,22 @@ pub(super) fn read(
     });
     let f_number = section.number("f_number", Quantity::within(0.1, 100.0, ""))?;
     let noise = noise(section, of, f_number, assumptions)?;
-    let range = section.numbers::<2>("range", Quantity::within(10.0, 6000.0, "K"))?.or(of.preset.and_then(|preset| preset.range));
-    let range = section.required("range", range, "[low, high]: brightness temperatures at digital number 0 and at the largest one [K]")?;
+    let range = section
+        .numbers::<2>("range", Quantity::within(10.0, 6000.0, "K"))?
+        .or(of.preset.and_then(|preset| preset.range));
+    let range = section.required(
+        "range",
+        range,
+        "[low, high]: brightness temperatures at digital number 0 and at the largest one [K]",
+    )?;
     if range[0] >= range[1] {
         return Err(section.error("range", format!("must run from low to high, found {} to {} K", range[0], range[1])));
     }
     let table = RadianceTable::new(of.band);
     if band_radiance(&table, range[0]) < f64::from(f32::MIN_POSITIVE) {
-        return Err(section.error("range", format!("begins at {} K, where the band's radiance is 0 in 32 bits", range[0])));
+        return Err(
+            section.error("range", format!("begins at {} K, where the band's radiance is 0 in 32 bits", range[0]))
+        );
     }
     let bits = match section.whole("bits", 8..=16)?.or(of.preset.and_then(|preset| preset.bits)) {
         Some(bits @ (8 | 14 | 16)) => bits,
@@ -85,7 +99,9 @@ pub(super) fn read(
             14
         }
     };
-    let time_constant = section.number("time_constant", Quantity::non_negative("s"))?.or(of.preset.and_then(|preset| preset.time_constant));
+    let time_constant = section
+        .number("time_constant", Quantity::non_negative("s"))?
+        .or(of.preset.and_then(|preset| preset.time_constant));
     if time_constant.is_none() {
         assumptions.push("The bolometer has settled in every image (sensor.time_constant is absent).".to_owned());
     }
@@ -134,7 +150,12 @@ fn noise(section: &Section, of: &Of, f_number: Option<f64>, assumptions: &mut Ve
     Ok(Netd { kelvin, temperature, stated_f_number, f_number: f_number.unwrap_or(stated_f_number) })
 }
 
-fn spread(section: &Section, of: &Of, f_number: Option<f64>, files: &mut Vec<PathBuf>) -> Result<Option<Spread>, SceneError> {
+fn spread(
+    section: &Section,
+    of: &Of,
+    f_number: Option<f64>,
+    files: &mut Vec<PathBuf>,
+) -> Result<Option<Spread>, SceneError> {
     let choices = [("gaussian", PointSpread::Gaussian), ("airy", PointSpread::Airy), ("file", PointSpread::File)];
     let fill = section.number("pixel_fill", Quantity::within(0.0, 1.0, ""))?;
     let Some(kind) = section.choice("point_spread", &choices)? else {
@@ -152,9 +173,11 @@ fn spread(section: &Section, of: &Of, f_number: Option<f64>, files: &mut Vec<Pat
             Spread::gaussian(sigma, fill)
         }
         PointSpread::Airy => {
-            let f_number = section.required("f_number", f_number, "point_spread = 'airy' needs the f-number of the lens")?;
+            let f_number =
+                section.required("f_number", f_number, "point_spread = 'airy' needs the f-number of the lens")?;
             let wavelength = section.number("wavelength_um", Quantity::within(1.0, 50.0, "um"))?;
-            let wavelength = section.required("wavelength_um", wavelength, "point_spread = 'airy' needs a wavelength [um]")?;
+            let wavelength =
+                section.required("wavelength_um", wavelength, "point_spread = 'airy' needs a wavelength [um]")?;
             let Some(pitch) = of.pitch else {
                 return Err(section.error("point_spread", "'airy' needs camera.pixel_pitch, with camera.focal_length"));
             };
@@ -169,14 +192,22 @@ fn spread(section: &Section, of: &Of, f_number: Option<f64>, files: &mut Vec<Pat
             if section.has("pixel_fill") {
                 return Err(section.error("pixel_fill", "a measured kernel has the pixel in it"));
             }
-            let path = section.required("kernel", section.path("kernel")?, "a CSV file with the weights of the point spread")?;
+            let path = section.required(
+                "kernel",
+                section.path("kernel")?,
+                "a CSV file with the weights of the point spread",
+            )?;
             let spread = kernel(&path).map_err(|message| section.error("kernel", message))?;
             files.push(path);
             spread
         }
     };
     if !spread.fits() {
-        let message = format!("needs {} separable terms with a radius of {} pixels, and devices have no room for so many", spread.terms.len(), spread.radius);
+        let message = format!(
+            "needs {} separable terms with a radius of {} pixels, and devices have no room for so many",
+            spread.terms.len(),
+            spread.radius
+        );
         return Err(section.error("point_spread", message));
     }
     Ok(Some(spread))
@@ -188,7 +219,9 @@ fn halo(section: &Section) -> Result<Option<Halo>, SceneError> {
     match (share, radius) {
         (None, None) => Ok(None),
         (Some(share), Some(radius)) => Ok(Some(Halo { share, radius }).filter(|halo| halo.share > 0.0)),
-        (Some(_), None) => Err(section.error("stray_radius", "is missing: how far stray light goes, a standard deviation [px]")),
+        (Some(_), None) => {
+            Err(section.error("stray_radius", "is missing: how far stray light goes, a standard deviation [px]"))
+        }
         (None, Some(_)) => Err(section.error("stray_share", "is missing: the share of all light that is stray")),
     }
 }
@@ -208,10 +241,14 @@ fn optics(section: &Section) -> Result<Optics, SceneError> {
     let lens = section.number("lens_temperature", Quantity::within(10.0, 6000.0, "K"))?;
     let housing = section.number("housing_temperature", Quantity::within(10.0, 6000.0, "K"))?;
     if lens.is_some() && transmission.is_none() {
-        return Err(section.error("transmission", "is missing: the share of the light that a lens with lens_temperature passes"));
+        return Err(section
+            .error("transmission", "is missing: the share of the light that a lens with lens_temperature passes"));
     }
     if housing.is_some() && !section.has("vignetting") && !section.has("vignetting_map") {
-        return Err(section.error("housing_temperature", "needs vignetting or vignetting_map: the housing is seen where the image is vignetted"));
+        return Err(section.error(
+            "housing_temperature",
+            "needs vignetting or vignetting_map: the housing is seen where the image is vignetted",
+        ));
     }
     Ok(Optics { transmission: transmission.unwrap_or(1.0), lens, housing })
 }

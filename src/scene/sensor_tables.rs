@@ -13,7 +13,11 @@ pub(super) fn kernel(path: &Path) -> Result<Spread, String> {
         return Err(format!("has {side} rows: a kernel has an odd number from 3 to {}", 2 * MOST_RADIUS + 1));
     }
     if let Some((row, line)) = rows.iter().enumerate().find(|(_, line)| line.len() != side) {
-        return Err(format!("row {} has {} numbers, and the kernel has {side} rows: both must be the same", row + 1, line.len()));
+        return Err(format!(
+            "row {} has {} numbers, and the kernel has {side} rows: both must be the same",
+            row + 1,
+            line.len()
+        ));
     }
     let weights: Vec<f64> = rows.concat();
     if let Some(weight) = weights.iter().find(|weight| **weight < 0.0) {

@@ -8,6 +8,8 @@ use isotherm::gpu::lists;
 use isotherm::gpu::network::small_frame::{Unknowns, dispatched};
 use isotherm::gpu::pass::Kernel;
 use isotherm::gpu::resource::Resource;
+use isotherm::gpu::sensor;
+use isotherm::gpu::sensor_variant::SensorVariant;
 
 use crate::network::barriers::lists_of_all_plans;
 use crate::one_pass::lists_of_all_shapes;
@@ -39,6 +41,7 @@ fn all_lists() -> Vec<Frame> {
             all.extend([false, true].map(|odd| dispatched(variant, unknowns, odd)));
         }
     }
+    all.extend(SensorVariant::all().into_iter().map(|variant| sensor::frame(variant, 64, 64)));
     all.extend(lists_of_all_plans());
     all.extend(lists_of_all_shapes());
     all

@@ -54,7 +54,10 @@ impl Renderer {
         if let Some(sensor) = &self.sensor {
             if self.resources.get(Resource::SensorBolometer).is_some() {
                 let count = sensor.padded_pixels();
-                saved.put("sensor.bolometer", &self.resources.download::<f32>(&mut self.once, Resource::SensorBolometer, count)?);
+                saved.put(
+                    "sensor.bolometer",
+                    &self.resources.download::<f32>(&mut self.once, Resource::SensorBolometer, count)?,
+                );
             }
             saved.put("sensor.last", &[sensor.last.unwrap_or(f64::NAN)]);
         }
@@ -112,7 +115,10 @@ impl Renderer {
         }
         if let Some(sensor) = &mut self.sensor {
             if self.resources.get(Resource::SensorBolometer).is_some() {
-                lists.push((Resource::SensorBolometer, saved.list_of::<f32>("sensor.bolometer", sensor.padded_pixels())?));
+                lists.push((
+                    Resource::SensorBolometer,
+                    saved.list_of::<f32>("sensor.bolometer", sensor.padded_pixels())?,
+                ));
             }
             let [last] = saved.array::<f64, 1>("sensor.last")?;
             sensor.last = Some(last).filter(|last| !last.is_nan());

@@ -116,7 +116,8 @@ pub struct Exposure {
 impl Sensor {
     /// The exposure at a time [s] after one at `last`. Without an earlier one the bolometer has settled.
     pub fn exposure(&self, time: f64, last: Option<f64>) -> Exposure {
-        let shutter = self.pattern.and_then(|pattern| pattern.interval).map_or(0.0, |interval| (time / interval).floor());
+        let shutter =
+            self.pattern.and_then(|pattern| pattern.interval).map_or(0.0, |interval| (time / interval).floor());
         let interval = self.pattern.and_then(|pattern| pattern.interval).unwrap_or(0.0);
         Exposure {
             counter: (time * 1e6).round() as u64,

@@ -102,7 +102,8 @@ mod tests {
     #[test]
     fn moments_are_those_of_independent_normals() {
         let count = 1 << 16;
-        let stream = |stream| (0..count).flat_map(move |group| random_words(5, 40_000_000_000, stream, group).map(normal));
+        let stream =
+            |stream| (0..count).flat_map(move |group| random_words(5, 40_000_000_000, stream, group).map(normal));
         let n = f64::from(4 * count);
         let moment = |power: i32| stream(Stream::Time).map(|z| z.powi(power)).sum::<f64>() / n;
         // Standard errors of the moments of n = 262,144 normals: 1, sqrt 2, sqrt 15 and sqrt 96 over sqrt n.

@@ -43,7 +43,10 @@ impl Spread {
     pub fn gaussian(sigma: f64, fill: f64) -> Self {
         let radius = ((4.0 * sigma + fill / 2.0).ceil() as usize).clamp(1, MOST_RADIUS);
         let weight = |at: f64| match fill > 0.0 {
-            true => erf((at + fill / 2.0) / (sigma * std::f64::consts::SQRT_2)) - erf((at - fill / 2.0) / (sigma * std::f64::consts::SQRT_2)),
+            true => {
+                erf((at + fill / 2.0) / (sigma * std::f64::consts::SQRT_2))
+                    - erf((at - fill / 2.0) / (sigma * std::f64::consts::SQRT_2))
+            }
             false => (-0.5 * (at / sigma).powi(2)).exp(),
         };
         let line: Vec<f64> = (0..=2 * radius).map(|i| weight(i as f64 - radius as f64)).collect();
@@ -58,10 +61,20 @@ impl Spread {
         let side = fill.max(1e-9);
         let parts = ((8.0 * side / scale.min(1.0)).ceil() as usize).clamp(1, 64) * 2;
         let radius = ((8.0 * scale + side / 2.0).ceil() as usize).clamp(2, MOST_RADIUS);
-        let simpson = |i: usize| if i == 0 || i == parts { 1.0 } else if i % 2 == 1 { 4.0 } else { 2.0 };
+        let simpson = |i: usize| {
+            if i == 0 || i == parts {
+                1.0
+            } else if i % 2 == 1 {
+                4.0
+            } else {
+                2.0
+            }
+        };
         let place = |i: usize| side * (i as f64 / parts as f64 - 0.5);
         let weight = |x: f64, y: f64| {
-            let of = |i: usize, j: usize| simpson(i) * simpson(j) * airy_intensity((x + place(i)).hypot(y + place(j)) / scale);
+            let of = |i: usize, j: usize| {
+                simpson(i) * simpson(j) * airy_intensity((x + place(i)).hypot(y + place(j)) / scale)
+            };
             (0..=parts).flat_map(|i| (0..=parts).map(move |j| of(i, j))).sum::<f64>()
         };
         let size = 2 * radius + 1;
@@ -213,12 +226,18 @@ mod tests {
     fn direct(spread: &Spread, image: &[f64], width: usize) -> Vec<f64> {
         let (radius, height) = (spread.radius as isize, (image.len() / width) as isize);
         let size = 2 * spread.radius + 1;
-        let at = |x: isize, y: isize| image[(y.clamp(0, height - 1) * width as isize + x.clamp(0, width as isize - 1)) as usize];
+        let at = |x: isize, y: isize| {
+            image[(y.clamp(0, height - 1) * width as isize + x.clamp(0, width as isize - 1)) as usize]
+        };
         (0..image.len() as isize)
             .map(|place| {
                 let (x, y) = (place % width as isize, place / width as isize);
-                let weight = |dx: isize, dy: isize| spread.weights[(dy + radius) as usize * size + (dx + radius) as usize];
-                (-radius..=radius).flat_map(|dy| (-radius..=radius).map(move |dx| (dx, dy))).map(|(dx, dy)| weight(dx, dy) * at(x + dx, y + dy)).sum()
+                let weight =
+                    |dx: isize, dy: isize| spread.weights[(dy + radius) as usize * size + (dx + radius) as usize];
+                (-radius..=radius)
+                    .flat_map(|dy| (-radius..=radius).map(move |dx| (dx, dy)))
+                    .map(|(dx, dy)| weight(dx, dy) * at(x + dx, y + dy))
+                    .sum()
             })
             .collect()
     }
@@ -226,10 +245,14 @@ mod tests {
     #[test]
     fn special_functions_have_the_values_of_the_tables() {
         // Abramowitz and Stegun, tables 7.1 and 9.1.
-        for (x, value) in [(0.5, 0.520_499_877_8), (1.0, 0.842_700_792_9), (2.0, 0.995_322_265_0), (3.5, 0.999_999_256_9)] {
+        for (x, value) in
+            [(0.5, 0.520_499_877_8), (1.0, 0.842_700_792_9), (2.0, 0.995_322_265_0), (3.5, 0.999_999_256_9)]
+        {
             assert!((erf(x) - value).abs() < 1e-10 && (erf(-x) + value).abs() < 1e-10, "erf {x}: {}", erf(x));
         }
-        for (x, value) in [(1.0, 0.440_050_585_7), (3.831_705_970_2, 0.0), (5.0, -0.327_579_137_6), (10.0, 0.043_472_746_2)] {
+        for (x, value) in
+            [(1.0, 0.440_050_585_7), (3.831_705_970_2, 0.0), (5.0, -0.327_579_137_6), (10.0, 0.043_472_746_2)]
+        {
             assert!((bessel_1(x) - value).abs() < 1e-10, "J1({x}): {}", bessel_1(x));
         }
         assert!(airy_intensity(1.219_670) < 1e-10 && airy_intensity(0.0) == 1.0, "the first dark ring");
@@ -252,7 +275,13 @@ mod tests {
             let (found, exact) = (spread.apply(&image, width), direct(&spread, &image, width));
             let worst = found.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(worst < DROPPED * 97.0, "{worst}");
-            let broken = Spread { terms: vec![Term { row: spread.terms[0].column.iter().map(|x| 0.9 * x).collect(), ..spread.terms[0].clone() }], ..spread.clone() };
+            let broken = Spread {
+                terms: vec![Term {
+                    row: spread.terms[0].column.iter().map(|x| 0.9 * x).collect(),
+                    ..spread.terms[0].clone()
+                }],
+                ..spread.clone()
+            };
             let worst = broken.apply(&image, width).iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(worst > 0.1, "the comparison sees a broken kernel");
         }
@@ -271,9 +300,11 @@ mod tests {
     fn the_transfer_of_a_gaussian_is_that_of_the_formula() {
         let (sigma, pi) = (1.0, std::f64::consts::PI);
         let spread = Spread::gaussian(sigma, 1.0);
-        let line: Vec<f64> = spread.terms[0].row.iter().map(|w| w * spread.terms[0].column.iter().sum::<f64>()).collect();
+        let line: Vec<f64> =
+            spread.terms[0].row.iter().map(|w| w * spread.terms[0].column.iter().sum::<f64>()).collect();
         for f in [0.05f64, 0.15, 0.25] {
-            let found: f64 = line.iter().zip(-(spread.radius as i32)..).map(|(w, x)| w * (2.0 * pi * f * f64::from(x)).cos()).sum();
+            let found: f64 =
+                line.iter().zip(-(spread.radius as i32)..).map(|(w, x)| w * (2.0 * pi * f * f64::from(x)).cos()).sum();
             let exact = (-2.0 * (pi * sigma * f).powi(2)).exp() * (pi * f).sin() / (pi * f);
             assert!((found - exact).abs() < 2e-3, "{f}: {found} and {exact}");
             assert!((found - exact / ((pi * f).sin() / (pi * f))).abs() > 2e-3, "without the pixel it is another");

@@ -1,7 +1,7 @@
 //! The whole sensor in f64, the reference of the passes on the device.
 
-use super::noise::{Stream, normal, random_words};
 use super::halo::HaloGrid;
+use super::noise::{Stream, normal, random_words};
 use super::reading::{Constants, count};
 use super::{Sensor, Vignetting};
 use crate::saved::{Saved, SavedError};
@@ -53,7 +53,8 @@ impl SensorTwin {
     pub fn expose(&mut self, radiance: &[f64], time: f64) -> Vec<[u16; 2]> {
         let [width, _] = self.view.size;
         let exposure = self.sensor.exposure(time, self.last);
-        let seen = self.sensor.spread.as_ref().map_or_else(|| radiance.to_vec(), |spread| spread.apply(radiance, width));
+        let seen =
+            self.sensor.spread.as_ref().map_or_else(|| radiance.to_vec(), |spread| spread.apply(radiance, width));
         let halo = self.sensor.halo.map(|halo| {
             let grid = HaloGrid::new(&halo, self.view.size);
             let cells = grid.halo(&grid.cells(radiance, width));
@@ -62,7 +63,8 @@ impl SensorTwin {
         let mut readings = Vec::with_capacity(seen.len());
         for (place, &sharp) in seen.iter().enumerate() {
             let (x, y) = (place % width, place / width);
-            let light = halo.as_ref().map_or(sharp, |(share, grid, cells)| sharp + share * (grid.halo_at(cells, x, y) - sharp));
+            let light =
+                halo.as_ref().map_or(sharp, |(share, grid, cells)| sharp + share * (grid.halo_at(cells, x, y) - sharp));
             let vignette = self.vignette(x, y);
             let signal = self.constants.signal(light, vignette);
             let lagged = signal + (self.state[place] - signal) * exposure.decay;
@@ -80,7 +82,9 @@ impl SensorTwin {
                     + self.constants.drift * exposure.age * normal(word(shutter, Stream::Drift));
             }
             let mut number = self.constants.digital_number(value);
-            if self.sensor.bad_pixels > 0.0 && let Some(most) = stuck(word(0, Stream::Bad), self.constants.bad) {
+            if self.sensor.bad_pixels > 0.0
+                && let Some(most) = stuck(word(0, Stream::Bad), self.constants.bad)
+            {
                 number = if most { self.constants.most } else { 0.0 };
             }
             let count = self.guesses.as_ref().map_or(0.0, |guesses| {
