@@ -68,6 +68,7 @@ pub fn measure(devices: &[Arc<Context>], scene: &Scene) -> Vec<DriverRow> {
 
 fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, Box<dyn std::error::Error>> {
     let mut scene = scene.clone();
+    scene.sensor = None;
     if let Some(camera) = &mut scene.camera {
         resize(camera, IMAGE);
     }

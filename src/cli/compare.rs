@@ -49,7 +49,9 @@ pub struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
-    let scene = arguments.reach.scene(&arguments.scene)?;
+    let mut scene = arguments.reach.scene(&arguments.scene)?;
+    // Surface temperatures are compared, which no sensor changes.
+    scene.sensor = None;
     let bar = building_bar();
     let network = responses::network(&scene, &mut |stage| show_stage(&bar, stage));
     bar.finish_and_clear();

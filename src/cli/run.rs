@@ -13,6 +13,7 @@ use super::reach::ReachArguments;
 use super::resume::{Earlier, identity};
 use crate::gpu::resources::{Planned, check_plan, device_bytes};
 use crate::gpu::samples::Samples;
+use crate::gpu::sensor::{COPIED, READ};
 use crate::output::console::{answer, say};
 use crate::output::destination::destinations;
 use crate::output::folder::Folder;
@@ -252,7 +253,10 @@ fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f6
     let step_ms =
         mean(&|name| name.starts_with("thermal_step.") || name.starts_with("one_pass."), steps - engine.fused_steps())
             .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network));
-    let of_image = |name: &str| ["cull", "radiance", "read radiance", "read identity"].contains(&name);
+    let of_image = |name: &str| {
+        ["cull", "radiance", "read radiance", "read identity", COPIED, READ].contains(&name)
+            || name.starts_with("sensor_")
+    };
     Speed {
         steps,
         images,

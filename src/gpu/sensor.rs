@@ -21,6 +21,10 @@ use crate::thermal::sensor::{Exposure, Sensor, Vignetting};
 
 /// Pixels of a group.
 pub const GROUP: usize = 4;
+/// Name of the copy of an image for the sensor.
+pub const COPIED: &str = "read radiance for the sensor";
+/// Name of the copy of what the sensor reads to the host.
+pub const READ: &str = "read sensor";
 /// Groups of a workgroup.
 const WORKGROUP: usize = 64;
 
@@ -180,7 +184,7 @@ pub fn frame(variant: SensorVariant, groups: usize, cells: usize) -> Frame {
     let mut entries = vec![
         // The sensor may still read the last image.
         Entry::Barriers(vec![barrier(R::SensorSeen, read, COPY_WRITE)]),
-        Entry::Pass(copy_pass("read radiance for the sensor", R::RadianceImage, R::SensorSeen)),
+        Entry::Pass(copy_pass(COPIED, R::RadianceImage, R::SensorSeen)),
     ];
     let mut seen = vec![barrier(R::SensorSeen, COPY_WRITE, COMPUTE_READ)];
     let mut made = Vec::new();
@@ -237,7 +241,7 @@ pub fn frame(variant: SensorVariant, groups: usize, cells: usize) -> Frame {
     }
     entries.push(dispatch("sensor_pixel", Kernel::SensorPixel(variant), groups, bound));
     entries.push(Entry::Barriers(vec![barrier(R::SensorReading, COMPUTE_WRITE, COPY_READ)]));
-    entries.push(Entry::Pass(copy_pass("read sensor", R::SensorReading, R::SensorReadback)));
+    entries.push(Entry::Pass(copy_pass(READ, R::SensorReading, R::SensorReadback)));
     entries.push(Entry::Barriers(vec![to_host(R::SensorReadback)]));
     Frame { entries }
 }

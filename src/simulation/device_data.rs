@@ -58,9 +58,15 @@ impl DeviceData {
                 casters: prepared.shadow_tree.as_ref().map(|_| prepared.casters()),
             }),
             network: self.network.as_ref(),
-            sensor: self.sensor.as_ref(),
+            sensor: self.sensor.as_ref().filter(|_| is_own(prepared, camera)),
         }
     }
+}
+
+/// Whether a camera has the image of the scene's own, for which the tables of the sensor are made.
+pub(super) fn is_own(prepared: &Prepared, camera: Option<&Camera>) -> bool {
+    let size = |camera: &Camera| [camera.width, camera.height];
+    camera.map(size) == prepared.scene.camera.as_ref().map(size)
 }
 
 /// A material rounded to f32. Where only the outside exchanges heat, the back has the optics of the front.

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::device_data::back_optics;
+use super::device_data::{back_optics, is_own};
 use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
@@ -75,9 +75,11 @@ impl ReferenceEngine {
             network: prepared.network.as_ref().map(NetworkRun::reference),
             steps: 0,
             camera: camera.cloned(),
-            sensor: camera.zip(prepared.scene.sensor.as_ref()).map(|(camera, sensor)| {
-                SensorTwin::new(sensor, &RadianceTable::new(prepared.scene.band), sensor_view(camera))
-            }),
+            sensor: prepared.scene.sensor.as_ref().zip(camera).filter(|_| is_own(prepared, camera)).map(
+                |(sensor, camera)| {
+                    SensorTwin::new(sensor, &RadianceTable::new(prepared.scene.band), sensor_view(camera))
+                },
+            ),
             table: RadianceTable::new(prepared.scene.band),
             delivered: VecDeque::new(),
             trace: Trace::default(),
