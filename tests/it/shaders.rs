@@ -89,7 +89,8 @@ fn all_shaders() -> Vec<Shader> {
     }
     all.extend(fused_variants().iter().map(FusedVariant::shader));
     all.extend(wide_variants().iter().map(WideVariant::shader));
-    all.extend(SensorVariant::all().iter().map(SensorVariant::shader));
+    // Without words it is the entry point itself.
+    all.extend(SensorVariant::all().iter().map(SensorVariant::shader).filter(|shader| !shader.words.is_empty()));
     all.extend(OnePassVariant::all().iter().map(OnePassVariant::shader));
     all
 }
