@@ -65,8 +65,8 @@ mod tests {
         let cards: Vec<&str> = file[..BLOCK].chunks(80).map(|card| std::str::from_utf8(card).unwrap()).collect();
         assert_eq!(&cards[0][..30], "SIMPLE  =                    T");
         assert_eq!(&cards[3][..30], "NAXIS1  =                    3");
-        assert_eq!(&cards[7][..30], "SCALE   =   8.525000000000E1 / "[..30].to_owned().as_str());
-        assert!(cards[8].starts_with("UNIT    = 'it''s   '") || cards[8].starts_with("UNIT    = 'it''s"));
+        assert_eq!(&cards[7][..32], "SCALE   =     8.525000000000E1 /");
+        assert!(cards[8].starts_with("UNIT    = 'it''s"));
         assert!(cards.iter().any(|card| card.trim_end() == "END"));
         let pixel =
             |at: usize| i32::from(i16::from_be_bytes([file[BLOCK + 2 * at], file[BLOCK + 2 * at + 1]])) + 32_768;

@@ -65,8 +65,13 @@ pub fn animated(
     encoder.set_animated(count as u32, 0).map_err(failed)?;
     encoder.set_frame_delay((1000.0 / rate).round().max(1.0) as u16, 1000).map_err(failed)?;
     let mut writer = encoder.write_header().map_err(failed)?;
+    let mut written = 0;
     for image in images {
         writer.write_image_data(&image?).map_err(failed)?;
+        written += 1;
+    }
+    if written != count {
+        return Err(failed(format!("an animation of {count} images has {written}")));
     }
     writer.finish().map_err(failed)?;
     Ok(file)

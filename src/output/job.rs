@@ -142,9 +142,12 @@ pub enum SaveEvery {
     Steps(u32),
 }
 
+/// Digital number and count of temperature of each pixel.
+type Readings = Vec<[u16; 2]>;
+
 /// Work for the thread that writes files.
 enum Work {
-    Frame(Box<(Frame, FrameHeader, Option<Vec<[u16; 2]>>)>),
+    Frame(Box<(Frame, FrameHeader, Option<Readings>)>),
     /// Tell when all frames before are written.
     Tell(SyncSender<()>),
 }

@@ -124,13 +124,10 @@ pub(super) fn read(
 
 fn noise(section: &Section, of: &Of, f_number: Option<f64>, assumptions: &mut Vec<String>) -> Result<Netd, SceneError> {
     let of_preset = of.preset.and_then(|preset| preset.netd);
-    let kelvin = match section.number("netd", Quantity::non_negative("K"))?.or(of_preset) {
-        Some(kelvin) => kelvin,
-        None => {
-            let unknown = of.preset.map_or(String::new(), |preset| format!("; that of {} is unknown", preset.name));
-            let what = format!("is missing: the noise-equivalent temperature difference [K], 0 for no noise{unknown}");
-            return Err(section.error("netd", what));
-        }
+    let Some(kelvin) = section.number("netd", Quantity::non_negative("K"))?.or(of_preset) else {
+        let unknown = of.preset.map_or(String::new(), |preset| format!("; that of {} is unknown", preset.name));
+        let what = format!("is missing: the noise-equivalent temperature difference [K], 0 for no noise{unknown}");
+        return Err(section.error("netd", what));
     };
     let temperature = section.number("netd_temperature", Quantity::within(10.0, 6000.0, "K"))?.unwrap_or_else(|| {
         if kelvin > 0.0 {

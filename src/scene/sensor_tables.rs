@@ -9,7 +9,7 @@ use crate::thermal::sensor::spread::{MOST_RADIUS, Spread};
 pub(super) fn kernel(path: &Path) -> Result<Spread, String> {
     let rows = numbers(path)?;
     let side = rows.len();
-    if side.is_multiple_of(2) || side < 3 || side > 2 * MOST_RADIUS + 1 {
+    if side.is_multiple_of(2) || !(3..=2 * MOST_RADIUS + 1).contains(&side) {
         return Err(format!("has {side} rows: a kernel has an odd number from 3 to {}", 2 * MOST_RADIUS + 1));
     }
     if let Some((row, line)) = rows.iter().enumerate().find(|(_, line)| line.len() != side) {

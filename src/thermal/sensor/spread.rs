@@ -135,9 +135,9 @@ fn separable(weights: &[f64], n: usize) -> Vec<Term> {
     let mut v: Vec<Vec<f64>> = (0..n).map(|j| (0..n).map(|i| f64::from(u8::from(i == j))).collect()).collect();
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let rotate = |columns: &mut [Vec<f64>], p: usize, q: usize, c: f64, s: f64| {
-        for i in 0..n {
-            let (a, b) = (columns[p][i], columns[q][i]);
-            (columns[p][i], columns[q][i]) = (c * a - s * b, s * a + c * b);
+        let (left, right) = columns.split_at_mut(q);
+        for (a, b) in left[p].iter_mut().zip(&mut right[0]) {
+            (*a, *b) = (c * *a - s * *b, s * *a + c * *b);
         }
     };
     for _ in 0..60 {
