@@ -273,6 +273,7 @@ pub fn run_from<E: From<EngineError>>(
             between: None,
             temperatures: true,
             absorbed: true,
+            time: now,
         };
         engine.submit(advance, order)?;
         let reference = check.as_deref_mut().map(|check| {
@@ -322,7 +323,7 @@ fn submit_image(
     let joints = prepared.loads.joints_at(time).1;
     let moments = moments(prepared, time, Some(number));
     let rows = moments.as_ref().map(|moments| Rows(moments));
-    let order = Order { pose, joints: &joints, rows, between: Some(share), ..Order::default() };
+    let order = Order { pose, joints: &joints, rows, between: Some(share), time, ..Order::default() };
     engine.submit(None, order)?;
     Ok(Waiting { step, image: Some(number), time, pose, reference: None })
 }
@@ -354,7 +355,8 @@ pub fn still(
     let advance = load.as_ref().map(|load| Step { load, steps: rest, start: whole * length, length: rest * length });
     let moments = moments(prepared, time, None);
     let rows = moments.as_ref().map(|moments| Rows(moments));
-    engine.submit(advance, Order { pose, joints: &prepared.loads.joints_at(time).1, rows, ..Order::default() })?;
+    engine
+        .submit(advance, Order { pose, joints: &prepared.loads.joints_at(time).1, rows, time, ..Order::default() })?;
     let delivered = engine.deliver()?;
     Ok(Some(StepResult { step: whole as u32, image: None, time, pose, delivered }))
 }

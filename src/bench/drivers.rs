@@ -68,6 +68,7 @@ pub fn measure(devices: &[Arc<Context>], scene: &Scene) -> Vec<DriverRow> {
 
 fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, Box<dyn std::error::Error>> {
     let mut scene = scene.clone();
+    scene.sensor = None;
     if let Some(camera) = &mut scene.camera {
         resize(camera, IMAGE);
     }
@@ -127,6 +128,7 @@ mod tests {
             device: String::new(),
             temperatures: vec![300.0, temperature],
             pixels: Pixels {
+                readings: None,
                 radiance_temperature_depth: vec![[radiance, 300.0, 1.0], [5.0, 300.0, 1.0], [0.0; 3]],
                 identity: vec![[1, 1], [part, 1], [0, 0]],
                 coverage: Vec::new(),

@@ -97,6 +97,8 @@ pub fn left_out(scene: &Scene, edge: f64, shadows: bool, reason: &str) -> FrameR
 /// The scene with the longest edge, shadows and image size of a row.
 fn changed(scene: &Scene, row: &FrameRow) -> Scene {
     let mut scene = scene.clone();
+    // Its tables are those of the scene's own image.
+    scene.sensor = None;
     scene.density.model.max = Some(row.longest_edge_m);
     scene.shadows = row.shadows.then(|| ShadowSettings { method: Method::Depth, ..scene.shadows.unwrap_or_default() });
     if let Some(camera) = &mut scene.camera {

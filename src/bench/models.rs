@@ -279,6 +279,7 @@ pub fn measure(context: &Arc<Context>, basis: &Basis, quick: bool, deadline: Dea
 /// otherwise after one orbit.
 fn one_orbit(scene: &Scene, quick: bool) -> Scene {
     let mut base = scene.clone();
+    base.sensor = None;
     base.time.steps = if quick { QUICK_STEPS } else { STEPS };
     base.time.step = base.orbit.period() / f64::from(base.time.steps);
     base.time.periodic = scene.time.periodic.filter(|_| !quick).map(|tolerance| tolerance.max(0.5));

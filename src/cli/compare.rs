@@ -50,7 +50,9 @@ pub struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let began = Instant::now();
-    let scene = arguments.reach.scene(&arguments.scene)?.periodic_unless_stated(PERIODIC_START);
+    let mut scene = arguments.reach.scene(&arguments.scene)?.periodic_unless_stated(PERIODIC_START);
+    // Surface temperatures are compared, which no sensor changes.
+    scene.sensor = None;
     let bar = building_bar();
     let network = responses::network(&scene, &mut |stage| show_stage(&bar, stage));
     bar.finish_and_clear();

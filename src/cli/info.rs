@@ -127,6 +127,8 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     } else {
         stepped.then(Frame::step_in_runs(&[], wanted, &prepared.triangle_runs))
     };
+    let sensor = data.sensor.filter(|_| camera.is_some()).map(|sensor| sensor.frame(data.shown_in()));
+    let frame = sensor.into_iter().fold(frame, Frame::then);
     let plan = data.plan();
     let of_network = prepared.network_bytes(&plan);
     let bytes = device_memory(&prepared, &plan);

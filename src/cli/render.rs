@@ -19,6 +19,7 @@ use crate::output::folder::Folder;
 use crate::output::frame_maker::FrameMaker;
 use crate::output::inputs::keep_inputs;
 use crate::output::pose_images::{FILES, write_pose_images};
+use crate::output::sensor_files::SensorFiles;
 use crate::saved::Saved;
 use crate::scene::work::too_late;
 use crate::scene::{Draw, Motion, Poses, read_poses};
@@ -175,8 +176,24 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
         _ => return Err(CliError::StoppedBefore),
     };
     let maker = FrameMaker::new(&prepared, &camera, &engine.device_name());
+    let mut result = result;
+    let readings = result.delivered.pixels.as_mut().and_then(|pixels| pixels.readings.take());
     if let Some((frame, header)) = maker.frame(result)? {
         output.write_bytes(&encode(&frame, &header)?)?;
+        if let Some((files, readings)) = SensorFiles::new(&prepared.scene).zip(readings) {
+            if output == Destination::StandardOutput {
+                say!("the sensor's files are left out, because the image goes to standard output");
+            } else {
+                let stem = arguments.output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+                for (ending, bytes) in files.of(&stem, &frame, &readings)? {
+                    let path = arguments.output.with_file_name(format!("{stem}{ending}"));
+                    keep_inputs(&path, &prepared.scene.files)?;
+                    for destination in destinations([Some(&*path)])?.into_iter().flatten() {
+                        destination.write_bytes(&bytes)?;
+                    }
+                }
+            }
+        }
         if output != Destination::StandardOutput {
             answer!("{}", arguments.output.display());
         }

@@ -14,6 +14,7 @@ use super::resume::{Earlier, identity};
 use super::thermal_state;
 use crate::gpu::resources::{Planned, check_plan, device_bytes};
 use crate::gpu::samples::Samples;
+use crate::gpu::sensor::{COPIED, READ};
 use crate::output::console::{answer, say};
 use crate::output::destination::destinations;
 use crate::output::folder::Folder;
@@ -26,7 +27,7 @@ use crate::output::report::{
 use crate::output::state_file::encode;
 use crate::output::step_cost::step_cost;
 use crate::output::tables::{JOINTS, SERIES};
-use crate::output::{report_html, settings};
+use crate::output::{report_html, settings, video};
 use crate::scene::{Draw, Scene};
 use crate::simulation::check::{Accuracy, SAMPLE};
 use crate::simulation::device_data::DeviceData;
@@ -175,6 +176,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     }
     let at = thermal_state::step_of_state(arguments.save_state_at, &prepared.scene.time)?;
     let take_after = arguments.save_state.as_ref().map(|_| at);
+    video::check(&prepared.scene.images)?;
     let camera = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw != Draw::None);
     let device = match (&arguments.device.device, &earlier) {
         (None, Some(earlier)) => DeviceArguments { device: Some(earlier.device()?) },
@@ -289,7 +291,10 @@ fn speed(prepared: &Prepared, engine: &dyn Engine, outcome: &Outcome, wall_s: f6
     let step_ms =
         mean(&|name| name.starts_with("thermal_step.") || name.starts_with("one_pass."), steps - engine.fused_steps())
             .map(|ms| network_ms.map_or(network_wall_ms.unwrap_or(ms), |network| ms + network));
-    let of_image = |name: &str| ["cull", "radiance", "read radiance", "read identity"].contains(&name);
+    let of_image = |name: &str| {
+        ["cull", "radiance", "read radiance", "read identity", COPIED, READ].contains(&name)
+            || name.starts_with("sensor_")
+    };
     Speed {
         steps,
         images,

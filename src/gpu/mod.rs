@@ -32,6 +32,8 @@ pub mod resources;
 pub mod response;
 pub mod samples;
 pub mod sampling;
+pub mod sensor;
+pub mod sensor_variant;
 pub mod shaders;
 pub mod shapes;
 mod store;

@@ -6,6 +6,7 @@ use super::heat_source::HeatOf;
 use super::one_pass_variant::OnePassVariant;
 use super::resource::Resource;
 use super::sampling::RowOf;
+use super::sensor_variant::SensorVariant;
 use super::shaders::Shader;
 use super::variant::{ResponseVariant, ThermalVariant};
 use super::wide_variant::{WideKind, WideVariant};
@@ -97,6 +98,14 @@ pub enum Kernel {
         /// Whether a pixel has several samples.
         several: bool,
     },
+    /// Point spread of the sensor along rows.
+    SensorRows,
+    /// Mean radiance of the cells of its halo.
+    SensorCells,
+    /// Its halo.
+    SensorHalo,
+    /// Its pixels.
+    SensorPixel(SensorVariant),
     /// A pass over a network, of one stage or of its solver.
     Wide(WideVariant),
     /// The step of a network in one pass.
@@ -129,6 +138,10 @@ impl Kernel {
             Self::Response(variant) => vec![variant.shader()],
             Self::Wide(variant) => vec![variant.shader()],
             Self::OnePass(variant) => vec![variant.shader()],
+            Self::SensorRows => plain("sensor_rows.comp"),
+            Self::SensorCells => plain("sensor_cells.comp"),
+            Self::SensorHalo => plain("sensor_halo.comp"),
+            Self::SensorPixel(variant) => vec![variant.shader()],
             Self::Heaters => plain("one_pass_heaters.comp"),
             Self::Heat(of) => vec![of.shader()],
             Self::SunDepth => plain("solar_depth.vert"),

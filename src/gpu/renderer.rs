@@ -5,6 +5,7 @@ mod forward;
 mod network;
 mod one_pass;
 mod saved;
+mod sensor;
 mod shadows;
 mod slots;
 mod structures;
@@ -13,6 +14,7 @@ use std::sync::Arc;
 
 use culling::Culling;
 use one_pass::{OnePass, is_of_network};
+use sensor::ImageSensor;
 use shadows::Shadows;
 use slots::Slots;
 
@@ -58,6 +60,8 @@ pub struct Request<'a> {
     pub temperatures: bool,
     /// Whether the host reads the heat that every run of nodes absorbs.
     pub absorbed: bool,
+    /// Time of the image [s], for a sensor. Without it the sensor sees nothing.
+    pub time: Option<f64>,
     /// Heaters of a network that the frame steps.
     pub heating: Option<Heating<'a>>,
     /// Whether the temperatures before the step are kept, for images between them and those after it.
@@ -88,6 +92,8 @@ pub struct Collected<'a> {
     pub radiance: Option<&'a [[f32; 4]]>,
     /// Part and material index of every pixel, each plus 1; 0 for the background.
     pub identity: Option<&'a [[u32; 2]]>,
+    /// Digital number and count of temperature of every pixel.
+    pub readings: Option<Vec<[u16; 2]>>,
     /// Temperature of every node [K].
     pub temperatures: Option<&'a [f32]>,
     /// Heat that every run of nodes absorbs in the step [W].
@@ -123,6 +129,8 @@ pub struct Renderer {
     one_pass: Option<OnePass>,
     /// Runs of nodes whose absorbed heat is summed, by the place where it is found.
     heat: Vec<(HeatOf, (u32, u32))>,
+    /// The sensor, if the image has one.
+    sensor: Option<ImageSensor>,
     /// The load whose balance is the target of every node, if known.
     commanded: Option<DeviceLoad>,
     /// The frames in flight. The field is dropped first, because its destructor waits for the device.
@@ -163,6 +171,10 @@ impl Renderer {
         let passes = passes + summed.passes().count();
         frames.extend([found, summed]);
         frames.extend(stepped);
+        let sensor =
+            data.sensor.filter(|_| data.image.is_some()).map(|sensor| ImageSensor::new(sensor, data.shown_in()));
+        let passes = passes + sensor.as_ref().map_or(0, |sensor| sensor.frame.passes().count());
+        frames.extend(sensor.iter().map(|sensor| sensor.frame.clone()));
         let joints = data.joints.as_ref().map_or(1, |joints| joints.count);
         let mut bindings = Bindings::new(context, joints, SLOTS);
         bindings.add(&resources, frames.iter().flat_map(Frame::passes))?;
@@ -181,6 +193,7 @@ impl Renderer {
             shadows,
             one_pass,
             heat,
+            sensor,
             commanded: None,
             slots: Slots::new(context, passes)?,
             bindings,
@@ -260,6 +273,8 @@ impl Renderer {
         ranges.extend(loaded);
         let shown = self.image(wanted, &culled, request.between);
         let frame = frame.then(Frame::step(&ranges, Wanted::default())).then(summed).then(network).then(shown);
+        let exposed = self.sensor.as_mut().zip(request.time.filter(|_| wanted.image));
+        let frame = exposed.map(|(sensor, time)| sensor.expose(time)).into_iter().fold(frame, Frame::then);
         self.send(&frame, Request { views: &views, ..request })
     }
 
@@ -350,6 +365,9 @@ impl Renderer {
         self.resources.write_slices(Resource::View, slot, request.views)?;
         self.resources.write_slices(Resource::Shutter, slot, request.shutters)?;
         self.resources.write_slices(Resource::SunView, slot, &std::mem::take(&mut self.shadows.views))?;
+        if let Some(sensor) = &self.sensor {
+            self.resources.write(Resource::Sensor, slot, &[sensor.settings])?;
+        }
         let told = |said: Said| match said {
             Said::Share => request.between.unwrap_or(1.0).to_le_bytes().to_vec(),
             Said::Triangle(first) => first.to_le_bytes().to_vec(),
@@ -389,6 +407,9 @@ impl Renderer {
             identity: left(Resource::IdentityReadback)
                 .then(|| resources.read(Resource::IdentityReadback, number, self.pixels)),
             absorbed: left(Resource::AbsorbedHeat).then(|| resources.read(Resource::AbsorbedHeat, number, self.runs)),
+            readings: self.sensor.as_ref().filter(|_| left(Resource::SensorReadback)).map(|sensor| {
+                sensor.unpadded(resources.read(Resource::SensorReadback, number, sensor.padded_pixels()))
+            }),
             temperatures: left(Resource::TemperatureReadback)
                 .then(|| resources.read(Resource::TemperatureReadback, number, self.nodes)),
         })

@@ -153,6 +153,29 @@ table! {
     /// Host copy of `Temperature`.
     TemperatureReadback: unbound(GROUP, Groups, Readback).each_slot();
 
+    /// `Sensor`, written by the host.
+    Sensor: row(size_of::<layout::Sensor>(), Count::Sensor, Uniform, "Sensor").each_slot();
+    /// Weights of the point spread and of the halo.
+    SensorKernel: row(16, Count::SensorWeights, Uniform, "Kernel");
+    /// Copy of `RadianceImage` that the sensor reads.
+    SensorSeen: row(16, Count::SensorPixels, Storage, "Seen");
+    /// Radiance of four pixels after the point spread along rows, for each term.
+    SensorRows: row(16, Count::SensorRows, Storage, "Rows");
+    /// Mean radiance of each cell of the halo's grid.
+    SensorCells: row(4, Count::SensorCells, Storage, "Cells");
+    /// The halo at each cell.
+    SensorHalo: row(4, Count::SensorCells, Storage, "Halo");
+    /// Share of the light that arrives at four pixels.
+    SensorVignetting: row(16, Count::SensorVignetting, Storage, "Vignetting");
+    /// Signal of the bolometer at the last image.
+    SensorBolometer: row(16, Count::SensorBolometer, Storage, "Bolometer");
+    /// Inverse temperatures over a table of radiances, for the radiometric output [1/K].
+    SensorGuesses: row(4, Count::SensorGuesses, Storage, "Guess");
+    /// Digital number of each pixel, and its count of temperature in the upper half word.
+    SensorReading: row(16, Count::SensorGroups, Storage, "Reading");
+    /// Host copy of `SensorReading`.
+    SensorReadback: unbound(16, Count::SensorGroups, Readback).each_slot();
+
     /// 1 / C and emission of the nodes of a network that is stepped in one pass.
     OnePassNodes: row(PAIRS, OnePassGroups, Storage, "Node");
     /// Range of links and of sources of every group.

@@ -71,6 +71,24 @@ pub enum Count {
     ComputedOnce,
     /// One, if the image has a rolling shutter.
     RollingOnce,
+    /// One, if the image has a sensor.
+    Sensor,
+    /// Room for the weights of its kernels.
+    SensorWeights,
+    /// Pixels that it reads.
+    SensorPixels,
+    /// Groups of four pixels, each row rounded up.
+    SensorGroups,
+    /// These groups times the separable terms of its point spread.
+    SensorRows,
+    /// Cells of its halo.
+    SensorCells,
+    /// Groups, if it has a map of vignetting.
+    SensorVignetting,
+    /// Groups, if its bolometer lags.
+    SensorBolometer,
+    /// Entries of its table of temperatures.
+    SensorGuesses,
     /// Groups of four nodes of a network.
     NetworkGroups,
     /// Slices of a network's rows, plus one.

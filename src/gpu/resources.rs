@@ -16,6 +16,7 @@ use super::one_pass::OnePassTables;
 use super::resource::Resource;
 use super::resource_row::{Count, Pieces};
 use super::sampling::{Mean, Sampled, Sampling};
+use super::sensor::SensorTables;
 use super::shapes::Shapes;
 use super::store::Resources;
 use super::variant::{StepKind, ThermalVariant};
@@ -60,6 +61,8 @@ pub struct SceneData<'a> {
     pub network: Option<&'a OnePassTables>,
     /// Runs of nodes whose absorbed heat is summed, if it is.
     pub heat: Option<&'a HeatTables>,
+    /// Sensor of the image; `None` without one.
+    pub sensor: Option<&'a SensorTables>,
 }
 
 /// Triangles of each joint.
@@ -162,6 +165,14 @@ impl SceneData<'_> {
         Some(self.sampling.as_ref()?.passes(self.image?))
     }
 
+    /// Where the frame leaves the radiance of the image.
+    pub fn shown_in(&self) -> Resource {
+        match self.sampled() {
+            Some(sampled) if sampled.is_resampled() => Resource::ImageRadiance,
+            _ => Resource::RadianceImage,
+        }
+    }
+
     /// Width and height of the largest image that is drawn [px].
     pub fn drawn(&self) -> Option<[u32; 2]> {
         self.sampling.as_ref().map(Sampling::largest).or(self.image)
@@ -218,7 +229,10 @@ impl SceneData<'_> {
             Count::RollingOnce => self.of_sampling(|sampling| usize::from(sampling.shutter.is_some())),
             Count::HeatRuns => self.heat.map_or(0, |heat| heat.runs.len()),
             Count::HeatGroups => only(self.heat.is_some(), groups),
-            other => self.network.map_or(0, |network| network.count(other)),
+            other => {
+                let of_sensor = self.sensor.filter(|_| drawn).map_or(0, |sensor| sensor.count(other));
+                of_sensor + self.network.map_or(0, |network| network.count(other))
+            }
         }
     }
 }
@@ -331,6 +345,12 @@ impl Resources {
             // Both do nothing where the image is not computed.
             self.write(Resource::Sampling, 0, &[sampling.sizes(image)])?;
             self.upload(once, Resource::LensMap, &sampling.map)?;
+        }
+        if let Some(sensor) = data.sensor.filter(|_| data.image.is_some()) {
+            self.write(Resource::SensorKernel, 0, &sensor.kernel)?;
+            self.upload(once, Resource::SensorVignetting, &sensor.vignetting)?;
+            self.upload(once, Resource::SensorGuesses, &sensor.guesses)?;
+            self.upload(once, Resource::SensorBolometer, &vec![0.0f32; 4 * sensor.count(Count::SensorBolometer)])?;
         }
         self.upload(once, Resource::BandTable, data.band_table)?;
         for (axis, resource) in [Resource::NormalX, Resource::NormalY, Resource::NormalZ].into_iter().enumerate() {

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 
 use super::OutputError;
+use super::apparent::Apparent;
 use super::between::Between;
 use super::eclipses::Eclipses;
 use super::exr::encode;
@@ -16,11 +17,14 @@ use super::frame::{Frame, FrameHeader};
 use super::frame_maker::FrameMaker;
 use super::image_index::{IMAGES, write_index};
 use super::report::{FrameEntry, Picture, PlotEntry, write_plots};
-use super::run_pictures::{CONTACT_SHEET, WrittenFrame, draw_pictures, frame_file};
+use super::run_pictures::{CONTACT_SHEET, WrittenFrame, draw_pictures, frame_file, frame_stem};
+use super::sensor_files::SensorFiles;
 use super::state_file;
 use super::tables::{JOINTS, SERIES, Tables};
+use super::video::{self, APNG, MP4};
 use crate::gpu::nodes::GROUP;
 use crate::saved::{Saved, SavedError};
+use crate::scene::ImageFile;
 use crate::simulation::check::{Accuracy, Check};
 use crate::simulation::energy::{Account, EnergyBalance};
 use crate::simulation::engine::{Engine, EngineError};
@@ -38,11 +42,17 @@ pub const REPORT_JSON: &str = "report.json";
 /// The report as a page.
 pub const REPORT_HTML: &str = "report.html";
 /// All files of a run.
-pub const FILES: [&str; 15] = [
+pub const FILES: [&str; 21] = [
     "frames/step_#.exr",
     "frames/step_#.png",
+    "frames/step_#.json",
+    "frames/step_#_*",
     "frames/image_#.exr",
     "frames/image_#.png",
+    "frames/image_#.json",
+    "frames/image_#_*",
+    APNG,
+    MP4,
     IMAGES,
     "plots/materials.svg",
     "plots/parts.svg",
@@ -151,9 +161,12 @@ pub enum SaveEvery {
     Steps(u32),
 }
 
+/// Digital number and count of temperature of each pixel.
+type Readings = Vec<[u16; 2]>;
+
 /// Work for the thread that writes files.
 enum Work {
-    Frame(Box<(Frame, FrameHeader)>),
+    Frame(Box<(Frame, FrameHeader, Option<Readings>)>),
     /// Tell when all frames before are written.
     Tell(SyncSender<()>),
 }
@@ -231,9 +244,12 @@ pub fn run_into(
         // A thread writes files while the next steps are computed.
         let (frames, waiting) = sync_channel::<Work>(WAITING_FRAMES);
         let (files, written) = (trace.clone(), &written);
+        let of_sensor = SensorFiles::new(&prepared.scene);
+        let apparent =
+            prepared.scene.images.files.contains(&ImageFile::ApparentPng).then(|| Apparent::new(prepared.scene.band));
         let writer = scope.spawn(move || {
             for work in waiting {
-                let (frame, header) = match work {
+                let (frame, header, readings) = match work {
                     Work::Frame(frame) => *frame,
                     Work::Tell(done) => {
                         // Nobody listens where the run has failed.
@@ -244,7 +260,14 @@ pub fn run_into(
                 let _writes = files.span(Track::Writer, "write EXR");
                 let (file, range) = (frame_file(frame.step, frame.image, "exr"), frame.range());
                 folder.write_bytes(&file, &encode(&frame, &header)?)?;
-                lock(written).push(WrittenFrame { step: frame.step, image: frame.image, range });
+                if let Some((of_sensor, readings)) = of_sensor.as_ref().zip(readings) {
+                    let stem = frame_stem(frame.step, frame.image);
+                    for (ending, bytes) in of_sensor.of(&stem, &frame, &readings)? {
+                        folder.write_bytes(&format!("frames/{stem}{ending}"), &bytes)?;
+                    }
+                }
+                let apparent = apparent.as_ref().and_then(|apparent| apparent.range(&frame));
+                lock(written).push(WrittenFrame { step: frame.step, image: frame.image, range, apparent });
             }
             Ok::<_, OutputError>(())
         });
@@ -291,6 +314,11 @@ pub fn run_into(
     let (frames, pictures) = draw_pictures(&prepared.scene, &eclipses, folder, &written, &|| progress(Done::Picture))?;
     if let Some(camera) = prepared.scene.camera.as_ref().filter(|_| prepared.scene.time.draw.is_between_steps()) {
         write_index(folder, &prepared.scene.time, camera, &written)?;
+    }
+    if prepared.scene.images.video.is_some() {
+        let displays: Vec<String> =
+            written.iter().map(|frame| format!("frames/{}_display.png", frame_stem(frame.step, frame.image))).collect();
+        video::write(folder, &prepared.scene.images, &displays)?;
     }
     let plots = tables.plots(&eclipses)?;
     write_plots(folder, &plots)?;
@@ -339,11 +367,15 @@ impl Earlier {
         let steps: Vec<u32> = saved.list("frames")?;
         let ranges: Vec<[f32; 2]> = saved.list_of("frame_ranges", steps.len())?;
         let images: Vec<u32> = saved.list_of("frame_images", steps.len())?;
-        let frame = |((step, image), range): ((u32, u32), [f32; 2])| {
-            let range = Some(range).filter(|range| !range[0].is_nan());
-            WrittenFrame { step, image: image_of(image), range }
+        let apparent: Vec<[f32; 2]> = saved.list_of("frame_apparent", steps.len())?;
+        let known = |range: [f32; 2]| Some(range).filter(|range| !range[0].is_nan());
+        let frame = |(((step, image), range), apparent): (((u32, u32), [f32; 2]), [f32; 2])| WrittenFrame {
+            step,
+            image: image_of(image),
+            range: known(range),
+            apparent: known(apparent),
         };
-        let frames = steps.into_iter().zip(images).zip(ranges).map(frame).collect();
+        let frames = steps.into_iter().zip(images).zip(ranges).zip(apparent).map(frame).collect();
         Ok(Self { frames, seconds: saved.array("seconds")?, between: Between::of(saved)? })
     }
 }
@@ -432,9 +464,10 @@ impl Consumer<JobError> for Recorder<'_, '_> {
         }
         self.steps = result.step;
         let is_step = result.image.is_none();
+        let readings = result.delivered.pixels.as_mut().and_then(|pixels| pixels.readings.take());
         let frame = self.maker.map(|maker| maker.frame(result)).transpose()?.flatten();
-        if let Some(frame) = frame {
-            self.frames.send(Work::Frame(Box::new(frame))).map_err(|_| JobError::Writer)?;
+        if let Some((frame, header)) = frame {
+            self.frames.send(Work::Frame(Box::new((frame, header, readings)))).map_err(|_| JobError::Writer)?;
         }
         if is_step {
             (self.progress)(Done::Step);
@@ -481,6 +514,8 @@ impl Consumer<JobError> for Recorder<'_, '_> {
         self.between.save(&mut saved);
         saved
             .put("frame_ranges", &written.iter().map(|frame| frame.range.unwrap_or([f32::NAN; 2])).collect::<Vec<_>>());
+        let apparent = |frame: &WrittenFrame| frame.apparent.unwrap_or([f32::NAN; 2]);
+        saved.put("frame_apparent", &written.iter().map(apparent).collect::<Vec<_>>());
         drop(written);
         let [wall, stepping] = self.before;
         let wall = wall + self.began.elapsed().as_secs_f64();

@@ -6,6 +6,7 @@
 //! join everything on one page. [`folder`] writes each file whole or not at all and lists it in a [`manifest`]. [`growing`] appends to tables while a run
 //! goes on, and [`state_file`] holds what it needs to go on after its end. [`destination`] decides where a single output goes.
 
+pub mod apparent;
 mod between;
 pub mod canvas;
 pub mod clock;
@@ -22,9 +23,11 @@ pub mod error;
 pub mod exr;
 mod exr_header;
 pub mod finite;
+pub mod fits;
 pub mod folder;
 pub mod frame;
 pub mod frame_maker;
+pub mod gray;
 pub mod growing;
 pub(crate) mod html;
 pub mod image_index;
@@ -41,6 +44,7 @@ pub mod pose_images;
 pub mod report;
 pub mod report_html;
 mod run_pictures;
+pub mod sensor_files;
 pub mod series;
 pub mod series_lines;
 pub mod settings;
@@ -52,6 +56,8 @@ pub mod temperature_plots;
 pub mod temporary;
 mod thinned;
 pub mod ticks;
+pub mod tiff;
+pub mod video;
 pub mod views;
 mod whole_file;
 

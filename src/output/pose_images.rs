@@ -1,4 +1,4 @@
-//! Images from many poses of one thermal state: steps a scene once, and writes an EXR for each pose.
+//! Images from many poses of one thermal state: steps a scene once, and writes an EXR and the files of a sensor for each pose.
 
 use std::sync::atomic::AtomicBool;
 
@@ -7,13 +7,14 @@ use super::folder::Folder;
 use super::frame_maker::FrameMaker;
 use super::image_index::{IMAGES, write_index};
 use super::job::JobError;
-use super::run_pictures::{WrittenFrame, frame_file};
+use super::run_pictures::{WrittenFrame, frame_file, frame_stem};
+use super::sensor_files::SensorFiles;
 use crate::simulation::engine::Engine;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::{StepResult, run};
 
 /// All files of the images.
-pub const FILES: [&str; 2] = ["frames/image_#.exr", IMAGES];
+pub const FILES: [&str; 4] = ["frames/image_#.exr", "frames/image_#.json", "frames/image_#_*", IMAGES];
 
 /// Draws the images of a scene whose images have their own times and poses, from the state at time 0 on. Returns whether all were drawn before `stop` was
 /// set. `drawn` is called after each image.
@@ -30,10 +31,18 @@ pub fn write_pose_images(
     let Some(camera) = &prepared.scene.camera else { return Ok(true) };
     let maker = FrameMaker::new(prepared, camera, &engine.device_name());
     let mut written = Vec::new();
-    let mut take = |result: StepResult| {
+    let of_sensor = SensorFiles::new(&prepared.scene);
+    let mut take = |mut result: StepResult| {
+        let readings = result.delivered.pixels.as_mut().and_then(|pixels| pixels.readings.take());
         if let Some((frame, header)) = maker.frame(result)? {
             folder.write_bytes(&frame_file(frame.step, frame.image, "exr"), &encode(&frame, &header)?)?;
-            written.push(WrittenFrame { step: frame.step, image: frame.image, range: frame.range() });
+            if let Some((of_sensor, readings)) = of_sensor.as_ref().zip(readings) {
+                let stem = frame_stem(frame.step, frame.image);
+                for (ending, bytes) in of_sensor.of(&stem, &frame, &readings)? {
+                    folder.write_bytes(&format!("frames/{stem}{ending}"), &bytes)?;
+                }
+            }
+            written.push(WrittenFrame { step: frame.step, image: frame.image, range: frame.range(), apparent: None });
             drawn();
         }
         Ok::<_, JobError>(())

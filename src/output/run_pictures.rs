@@ -3,13 +3,14 @@
 use rayon::prelude::*;
 
 use super::OutputError;
+use super::apparent::Apparent;
 use super::colour::ColourScale;
 use super::eclipses::Eclipses;
 use super::exr::read_exr;
 use super::folder::Folder;
 use super::picture::{Tile, contact_sheet, picture};
 use super::report::{FrameEntry, Picture};
-use crate::scene::{Draw, Scene, Time};
+use crate::scene::{Draw, ImageFile, Scene, Time};
 
 /// Small pictures of several steps.
 pub(super) const CONTACT_SHEET: &str = "contact_sheet.png";
@@ -26,6 +27,8 @@ pub(super) struct WrittenFrame {
     pub image: Option<u32>,
     /// Its smallest and largest temperature [K].
     pub range: Option<[f32; 2]>,
+    /// Its smallest and largest apparent temperature [K], where they are drawn.
+    pub apparent: Option<[f32; 2]>,
 }
 
 impl WrittenFrame {
@@ -45,9 +48,14 @@ impl WrittenFrame {
 
 /// File of a drawn step, or of an image at its own time.
 pub(super) fn frame_file(step: u32, image: Option<u32>, kind: &str) -> String {
+    format!("frames/{}.{kind}", frame_stem(step, image))
+}
+
+/// Start of the names of the files of a drawn step, or of an image at its own time.
+pub(super) fn frame_stem(step: u32, image: Option<u32>) -> String {
     match image {
-        None => format!("frames/step_{step:06}.{kind}"),
-        Some(image) => format!("frames/image_{image:06}.{kind}"),
+        None => format!("step_{step:06}"),
+        Some(image) => format!("image_{image:06}"),
     }
 }
 
@@ -62,6 +70,11 @@ pub(super) fn draw_pictures(
     let scale = match scene.colour_range {
         Some(range) => ColourScale::new(range),
         None => ColourScale::covering(written.iter().filter_map(|frame| frame.range)),
+    };
+    let apparent = scene.images.files.contains(&ImageFile::ApparentPng).then(|| Apparent::new(scene.band));
+    let apparent_scale = match scene.colour_range {
+        Some(range) => ColourScale::new(range),
+        None => ColourScale::covering(written.iter().filter_map(|frame| frame.apparent)),
     };
     let name = &scene.name;
     let band = scene.band;
@@ -84,6 +97,12 @@ pub(super) fn draw_pictures(
             let details = format!("{name_of_frame}{light}, band {band}");
             let file = one.file("png");
             folder.write_bytes(&file, &picture(&frame, &scale, name, &details)?.png()?)?;
+            if let Some(apparent) = &apparent {
+                let file = format!("frames/{}_apparent.png", frame_stem(one.step, one.image));
+                let details = format!("apparent, {details}");
+                folder
+                    .write_bytes(&file, &picture(&apparent.frame(&frame), &apparent_scale, name, &details)?.png()?)?;
+            }
             let caption = match one.image {
                 Some(_) => format!("t = {time:.2} s{light}"),
                 None => format!("t = {time:.0} s{light}"),

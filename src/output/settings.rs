@@ -6,6 +6,7 @@ use crate::lens::{Distortion, Lens};
 use crate::scene::{Camera, Draw, Initial};
 use crate::simulation::prepare::Prepared;
 use crate::thermal::material::{Domain, Profile, Response, Retarget, Sides};
+use crate::thermal::sensor::{Sensor, Vignetting};
 
 /// All settings in groups, in file order.
 pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
@@ -101,6 +102,9 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
         ]);
         section("Camera", entries);
     }
+    if let Some(sensor) = &scene.sensor {
+        section("Sensor", of_sensor(sensor));
+    }
     for material in &prepared.materials {
         let back = match material.sides {
             Sides::Outside => "radiates outside only".to_owned(),
@@ -167,6 +171,40 @@ pub fn lens_lines(camera: &Camera) -> Vec<(&'static str, String)> {
     lines.extend((camera.samples > 1).then(|| ("samples", format!("{} of a pixel", camera.samples))));
     lines.extend((camera.line_time > 0.0).then(|| ("line time", format!("{} s from row to row", camera.line_time))));
     lines
+}
+
+fn of_sensor(sensor: &Sensor) -> Vec<(&'static str, String)> {
+    let optional = |value: Option<String>| value.unwrap_or_else(|| "off".to_owned());
+    let noise =
+        sensor.noise.map(|netd| format!("{:.4} K at {} K, f/{}", netd.at_f_number(), netd.temperature, netd.f_number));
+    let pattern = sensor
+        .pattern
+        .map(|pattern| format!("offsets {} K, gains {}, drift {} K/s", pattern.offset, pattern.gain, pattern.drift));
+    let [low, high] = sensor.range;
+    vec![
+        ("digital numbers", format!("{} bits over {low} to {high} K", sensor.bits)),
+        ("NETD", optional(noise)),
+        ("seed", sensor.seed.to_string()),
+        ("time constant", optional(sensor.time_constant.map(|constant| format!("{constant} s")))),
+        ("fixed pattern", optional(pattern)),
+        ("bad pixels", sensor.bad_pixels.to_string()),
+        (
+            "point spread",
+            optional(sensor.spread.as_ref().map(|one| format!("radius {} px, {} terms", one.radius, one.terms.len()))),
+        ),
+        ("stray light", optional(sensor.halo.map(|halo| format!("{} over {} px", halo.share, halo.radius)))),
+        (
+            "vignetting",
+            match &sensor.vignetting {
+                None => "off",
+                Some(Vignetting::Cos4) => "cos4",
+                Some(Vignetting::Map(_)) => "map",
+            }
+            .to_owned(),
+        ),
+        ("transmission", sensor.optics.transmission.to_string()),
+        ("radiometric output", optional(sensor.kelvin_per_count.map(|kelvin| format!("{kelvin} K a count")))),
+    ]
 }
 
 fn max_edge(edge: Option<f64>) -> String {

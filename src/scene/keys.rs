@@ -15,6 +15,7 @@ pub(super) const ROOT: &[&str] = &[
     "material",
     "radiance",
     "camera",
+    "sensor",
     "initial",
     "probe",
     "network",
@@ -149,6 +150,39 @@ pub(super) const CAMERA: &[&str] = &[
     "object",
     "mount",
     "near",
+    "preset",
+];
+pub(super) const SENSOR: &[&str] = &[
+    "seed",
+    "point_spread",
+    "sigma",
+    "f_number",
+    "wavelength_um",
+    "kernel",
+    "pixel_fill",
+    "stray_share",
+    "stray_radius",
+    "vignetting",
+    "vignetting_map",
+    "transmission",
+    "lens_temperature",
+    "housing_temperature",
+    "time_constant",
+    "netd",
+    "netd_temperature",
+    "netd_f_number",
+    "offset_pattern",
+    "gain_pattern",
+    "drift",
+    "shutter_interval",
+    "shutter_temperature",
+    "bad_pixels",
+    "bits",
+    "range",
+    "kelvin_per_count",
+    "gain_control",
+    "percentiles",
+    "plateau",
 ];
 pub(super) const INITIAL: &[&str] = &["temperature"];
 pub(super) const PROBE: &[&str] = &["name", "position", "part"];
@@ -156,7 +190,7 @@ pub(super) const NETWORK: &[&str] = &["integrator", "tolerance", "merge_rate"];
 pub(super) const CONTACT: &[&str] =
     &["between", "between_materials", "distance", "conductance", "conductance_per_area"];
 pub(super) const HEATER: &[&str] = &["part", "power", "probe", "on_below", "off_above", "initially_on"];
-pub(super) const OUTPUT: &[&str] = &["colour_range", "energy_balance"];
+pub(super) const OUTPUT: &[&str] = &["colour_range", "energy_balance", "files", "video", "video_rate"];
 
 /// Section headers with their keys, in file order.
 pub(super) const SECTIONS: &[(&str, &[&str])] = &[
@@ -172,6 +206,7 @@ pub(super) const SECTIONS: &[(&str, &[&str])] = &[
     ("[[material]]", MATERIAL),
     ("[radiance]", RADIANCE),
     ("[camera]", CAMERA),
+    ("[sensor]", SENSOR),
     ("[initial]", INITIAL),
     ("[[probe]]", PROBE),
     ("[network]", NETWORK),

@@ -6,10 +6,16 @@ use sha2::{Digest, Sha256};
 
 use super::error::SceneError;
 use super::file::{SourceFile, read_text};
+use super::quantity::Quantity;
 use super::section::Section;
-use super::{Camera, Draw, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, shadows, view, work};
+use super::{
+    Camera, Draw, Preset, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, output, preset,
+    sensor, shadows, view, work,
+};
 use crate::environment::trajectory::Trajectory;
 use crate::files::Reach;
+use crate::thermal::planck::Band;
+use crate::thermal::sensor::Sensor;
 
 impl Scene {
     /// Reads and checks a scene file. Paths in the file are relative to its folder, and lead to files in it.
@@ -66,20 +72,27 @@ impl Scene {
             &mut files,
             &mut assumptions,
         )?;
-        let band = view::band(root.table("radiance", keys::RADIANCE)?.as_ref(), &mut assumptions)?;
+        let preset = root.table("camera", keys::CAMERA)?.as_ref().map(preset::read).transpose()?.flatten();
+        let band = view::band(root.table("radiance", keys::RADIANCE)?.as_ref(), preset, &mut assumptions)?;
         let before = files.len();
         let start = sky.orbit.trajectory().map(Trajectory::start).or(time.start);
         let around = camera::Around { orbit: &sky.orbit, planet_radius: sky.environment.planet_radius, start };
-        let camera = optional_camera(&root, &time.draw, &around, &mut files, &mut assumptions)?;
+        let camera = optional_camera(&root, &time.draw, preset, &around, &mut files, &mut assumptions)?;
         sky_files.extend_from_slice(&files[before..]);
         if let Some(camera) = &camera {
             camera.check_times(work::image_times(&time))?;
         }
+        let sensor = optional_sensor(&root, camera.as_ref(), preset, band, &mut files, &mut assumptions)?;
+        if let (Some(preset), Some(_)) = (preset, &camera) {
+            assumptions.push(format!("Figures of {} (camera.preset): {}.", preset.name, preset.source));
+        }
         work::check_images(&root.required_table("time", keys::TIME)?, &time, camera.as_ref())?;
         let initial = view::initial(root.table("initial", keys::INITIAL)?.as_ref(), &mut assumptions)?;
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
-        let colour_range = view::colour_range(root.table("output", keys::OUTPUT)?.as_ref())?;
-        let energy_balance = view::energy_balance(root.table("output", keys::OUTPUT)?.as_ref())?;
+        let output = root.table("output", keys::OUTPUT)?;
+        let colour_range = view::colour_range(output.as_ref())?;
+        let energy_balance = view::energy_balance(output.as_ref())?;
+        let images = output::read(output.as_ref(), sensor.as_ref())?;
         let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref())?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
@@ -97,6 +110,9 @@ impl Scene {
             joints,
             materials,
             camera,
+            preset,
+            sensor,
+            images,
             band,
             initial,
             probes,
@@ -133,18 +149,35 @@ fn model_path(section: &Section) -> Result<PathBuf, SceneError> {
 fn optional_camera(
     root: &Section,
     draw: &Draw,
+    preset: Option<&Preset>,
     around: &camera::Around<'_>,
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
 ) -> Result<Option<Camera>, SceneError> {
     match root.table("camera", keys::CAMERA)? {
-        Some(section) => camera::read(&section, around, files, assumptions).map(Some),
+        Some(section) => camera::read(&section, preset, around, files, assumptions).map(Some),
         None if *draw == Draw::None => Ok(None),
         None => {
             let message = "is missing: a section [camera] is needed to draw (time.draw_every = 0 draws nothing)";
             Err(root.error("camera", message))
         }
     }
+}
+
+/// The sensor of a camera.
+fn optional_sensor(
+    root: &Section,
+    camera: Option<&Camera>,
+    preset: Option<&'static Preset>,
+    band: Band,
+    files: &mut Vec<PathBuf>,
+    assumptions: &mut Vec<String>,
+) -> Result<Option<Sensor>, SceneError> {
+    let Some(section) = root.table("sensor", keys::SENSOR)? else { return Ok(None) };
+    let Some(camera) = camera else { return Err(root.error("sensor", "needs a section [camera], which is missing")) };
+    let pitch = root.table("camera", keys::CAMERA)?.map(|camera| camera.number("pixel_pitch", Quantity::positive("m")));
+    let pitch = pitch.transpose()?.flatten().or(preset.and_then(|preset| preset.pitch));
+    sensor::read(&section, &sensor::Of { camera, preset, pitch, band }, files, assumptions).map(Some)
 }
 
 /// SHA-256 (hexadecimal) of the contents of [`Scene::files`], in order. Each content follows its length, so that no

@@ -11,6 +11,7 @@ use crate::environment::{Attitude, Environment, Orbit};
 use crate::files::Reach;
 use crate::lens::Lens;
 use crate::thermal::planck::Band;
+use crate::thermal::sensor::Sensor;
 
 mod attitude;
 mod camera;
@@ -29,9 +30,13 @@ mod mesh_network;
 mod motion;
 pub mod network;
 mod orbit;
+mod output;
+pub mod preset;
 mod profile;
 mod quantity;
 mod section;
+mod sensor;
+mod sensor_tables;
 mod shadows;
 mod sky_scene;
 mod table;
@@ -52,6 +57,8 @@ pub use load::{file_hash, scene_hash};
 pub use material::{MaterialRule, MaterialRules};
 pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, Owners};
 pub use motion::{CameraPath, Motion};
+pub use output::{ImageFile, ImageFiles, Video};
+pub use preset::Preset;
 pub use shadows::ShadowSettings;
 pub use sky_scene::SkyScene;
 pub use vector::AXES;
@@ -86,6 +93,10 @@ pub struct Scene {
     pub materials: MaterialRules,
     /// The camera. A scene that draws nothing may have none ([`Scene::require_camera`]).
     pub camera: Option<Camera>,
+    /// The camera that `camera.preset` names.
+    pub preset: Option<&'static Preset>,
+    /// The sensor of the camera. `None` without a section `[sensor]`.
+    pub sensor: Option<Sensor>,
     /// Spectral band of the images.
     pub band: Band,
     /// Temperatures at the start.
@@ -102,6 +113,8 @@ pub struct Scene {
     pub colour_range: Option<[f64; 2]>,
     /// Whether a run keeps the balance of the heat of each part.
     pub energy_balance: bool,
+    /// Files of each image beside EXR and surface temperature, and the video.
+    pub images: ImageFiles,
     /// All files of the scene: scene, model, trajectory, attitude, materials table and function tables. Files that glTF
     /// `extras` name join when the model is known.
     pub files: Vec<PathBuf>,

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::error::SceneError;
+use super::preset::Preset;
 use super::quantity::Quantity;
 use super::section::Section;
 use super::vector::point;
@@ -28,8 +29,12 @@ pub struct Probe {
     pub part: Option<String>,
 }
 
-/// Reads `[radiance]`. The default is 8 to 14 um.
-pub(super) fn band(section: Option<&Section>, assumptions: &mut Vec<String>) -> Result<Band, SceneError> {
+/// Reads `[radiance]`. The default is that of the preset, or 8 to 14 um.
+pub(super) fn band(
+    section: Option<&Section>,
+    preset: Option<&Preset>,
+    assumptions: &mut Vec<String>,
+) -> Result<Band, SceneError> {
     let stated = match section {
         Some(section) => {
             section.numbers::<2>("band_um", Quantity::within(1.0, 50.0, "um"))?.map(|band| (section, band))
@@ -41,6 +46,7 @@ pub(super) fn band(section: Option<&Section>, assumptions: &mut Vec<String>) -> 
             return Err(section.error("band_um", format!("must run from low to high, found {lower} to {upper} um")));
         }
         Some((_, band)) => band,
+        None if let Some(band) = preset.and_then(|preset| preset.band_um) => band,
         None => {
             assumptions.push("Radiance is that of 8 to 14 um (radiance.band_um is absent).".to_string());
             [8.0, 14.0]

@@ -3,11 +3,13 @@
 use super::energy::heat_tables;
 use super::prepare::Prepared;
 use super::sampling::{ALWAYS, sampling};
+use super::viewpoint::sensor_view;
 use crate::gpu::blackbody::band_table;
 use crate::gpu::heat::HeatTables;
 use crate::gpu::layout;
 use crate::gpu::one_pass::OnePassTables;
 use crate::gpu::resources::{JointData, SceneData, ShadowData};
+use crate::gpu::sensor::SensorTables;
 use crate::gpu::shapes::Shapes;
 use crate::scene::Camera;
 use crate::thermal::balance::emissivity_sum;
@@ -22,6 +24,7 @@ pub struct DeviceData {
     network: Option<OnePassTables>,
     /// Runs of nodes whose absorbed heat is summed.
     pub heat: Option<HeatTables>,
+    sensor: Option<SensorTables>,
 }
 
 impl DeviceData {
@@ -31,12 +34,15 @@ impl DeviceData {
         let shapes = Shapes::of(&prepared.materials);
         let materials = prepared.materials.iter().map(|material| device_material(material, &shapes)).collect();
         let network = prepared.network.as_ref().and_then(|network| network.tables());
+        let sensor = prepared.scene.sensor.as_ref().zip(prepared.scene.camera.as_ref());
+        let sensor = sensor.map(|(sensor, camera)| SensorTables::new(sensor, &table, &sensor_view(camera)));
         Self {
             materials,
             shapes,
             band_table: band_table(&table),
             network,
             heat: prepared.scene.energy_balance.then(|| heat_tables(prepared)),
+            sensor,
         }
     }
 
@@ -78,8 +84,15 @@ impl DeviceData {
             }),
             network: self.network.as_ref(),
             heat: self.heat.as_ref(),
+            sensor: self.sensor.as_ref().filter(|_| is_own(prepared, camera)),
         }
     }
+}
+
+/// Whether a camera has the image of the scene's own, for which the tables of the sensor are made.
+pub(super) fn is_own(prepared: &Prepared, camera: Option<&Camera>) -> bool {
+    let size = |camera: &Camera| [camera.width, camera.height];
+    camera.map(size) == prepared.scene.camera.as_ref().map(size)
 }
 
 /// A material rounded to f32. Where only the outside exchanges heat, the back has the optics of the front.

@@ -217,6 +217,7 @@ impl Engine for DeviceEngine {
             shutters: &shutters,
             temperatures: order.temperatures,
             absorbed: order.absorbed,
+            time: Some(order.time),
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             keep,
             between: order.between.map(|share| share as f32),
@@ -365,6 +366,7 @@ fn collect(
         radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
         identity: identity.to_vec(),
         coverage: if averaged { radiance.iter().map(|[.., coverage]| *coverage).collect() } else { Vec::new() },
+        readings: collected.readings,
     });
     Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec), absorbed })
 }

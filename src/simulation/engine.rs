@@ -58,6 +58,8 @@ pub struct Order<'a> {
     pub temperatures: bool,
     /// Whether the absorbed heat is needed.
     pub absorbed: bool,
+    /// Time of the image [s], for the sensor.
+    pub time: f64,
 }
 
 /// Pixels of an image, row after row from the top.
@@ -69,6 +71,8 @@ pub struct Pixels {
     pub identity: Vec<[u32; 2]>,
     /// Share of the samples of a pixel that show a surface. Empty with one sample of a pixel.
     pub coverage: Vec<f32>,
+    /// Digital number of the sensor, and count of its radiometric output. `None` without a sensor.
+    pub readings: Option<Vec<[u16; 2]>>,
 }
 
 /// The results of a step.

@@ -307,7 +307,7 @@ impl Prepared {
             (self.loads.joints().is_empty(), "joints in motion"),
             (self.network.is_none(), "network (conduction, heaters)"),
             (true, "reflected radiance"),
-            (true, "sensor effects"),
+            (self.scene.sensor.is_none(), "sensor effects"),
         ];
         absent.iter().filter(|(off, _)| *off).map(|(_, name)| (*name).to_owned()).collect()
     }

@@ -4,12 +4,12 @@ use std::collections::VecDeque;
 
 use glam::DAffine3;
 
-use super::device_data::back_optics;
+use super::device_data::{back_optics, is_own};
 use super::energy::{absorbed_heat, heat_tables};
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
-use super::viewpoint::raster_view;
+use super::viewpoint::{raster_view, sensor_view};
 use crate::environment::StepLoad;
 use crate::environment::shadow::{Jointed, Shadows};
 use crate::gpu::heat::HeatTables;
@@ -21,6 +21,7 @@ use crate::thermal::between::between;
 use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::reference::Reference;
+use crate::thermal::sensor::twin::SensorTwin;
 use crate::trace::{Trace, Track};
 
 /// The f64 reference of all nodes, and its rasteriser.
@@ -41,6 +42,7 @@ pub struct ReferenceEngine {
     steps: u64,
     camera: Option<Camera>,
     table: RadianceTable,
+    sensor: Option<SensorTwin>,
     delivered: VecDeque<Delivered>,
     trace: Trace,
 }
@@ -83,6 +85,11 @@ impl ReferenceEngine {
             heat: heat_tables(prepared),
             steps: 0,
             camera: camera.cloned(),
+            sensor: prepared.scene.sensor.as_ref().zip(camera).filter(|_| is_own(prepared, camera)).map(
+                |(sensor, camera)| {
+                    SensorTwin::new(sensor, &RadianceTable::new(prepared.scene.band), sensor_view(camera))
+                },
+            ),
             table: RadianceTable::new(prepared.scene.band),
             delivered: VecDeque::new(),
             trace: Trace::default(),
@@ -209,7 +216,7 @@ impl Engine for ReferenceEngine {
             let pairs = self.earlier.iter().zip(temperatures);
             temperatures = pairs.map(|(earlier, later)| between(*earlier, later, share)).collect();
         }
-        let pixels = order.pose.as_ref().zip(self.camera.as_ref()).map(|(pose, camera)| {
+        let mut pixels = order.pose.as_ref().zip(self.camera.as_ref()).map(|(pose, camera)| {
             let draw = |joints: &[DAffine3], view: &raster::View| self.draw(&temperatures, joints, view);
             let drawn = match order.rows {
                 None => draw(order.joints, &raster_view(camera, pose)),
@@ -227,15 +234,22 @@ impl Engine for ReferenceEngine {
                 0 => [pixel.radiance as f32, 0.0, 0.0],
                 _ => [pixel.radiance as f32, pixel.temperature as f32, pixel.depth as f32],
             };
-            Pixels {
+            let radiance: Vec<f64> = drawn.iter().map(|pixel| pixel.radiance).collect();
+            let pixels = Pixels {
+                readings: None,
                 radiance_temperature_depth: drawn.iter().map(value).collect(),
                 identity: drawn.iter().map(|pixel| [pixel.part, pixel.material]).collect(),
                 coverage: match camera.samples {
                     1 => Vec::new(),
                     _ => drawn.iter().map(|pixel| pixel.coverage as f32).collect(),
                 },
-            }
+            };
+            (pixels, radiance)
         });
+        if let (Some((pixels, radiance)), Some(sensor)) = (&mut pixels, &mut self.sensor) {
+            pixels.readings = Some(sensor.expose(radiance, order.time));
+        }
+        let pixels = pixels.map(|(pixels, _)| pixels);
         let temperatures = order.temperatures.then(|| temperatures.iter().map(|t| *t as f32).collect());
         self.delivered.push_back(Delivered { pixels, temperatures, absorbed });
         Ok(())
@@ -259,6 +273,9 @@ impl Engine for ReferenceEngine {
         if let Some(network) = &mut self.network {
             saved.put_all("network", network.save()?);
         }
+        if let Some(sensor) = &self.sensor {
+            saved.put_all("sensor", sensor.save());
+        }
         Ok(saved)
     }
 
@@ -269,6 +286,9 @@ impl Engine for ReferenceEngine {
         }
         if let Some(network) = &mut self.network {
             network.restore(&saved.part("network"), most_times)?;
+        }
+        if let Some(sensor) = &mut self.sensor {
+            sensor.restore(&saved.part("sensor"))?;
         }
         [self.steps] = saved.array("steps")?;
         Ok(())

@@ -7,6 +7,7 @@ use crate::gpu::layout;
 use crate::gpu::sampling::Sampling;
 use crate::raster;
 use crate::scene::{Camera, CameraFrame};
+use crate::thermal::sensor;
 
 /// The pose of a camera at one instant. It takes body positions into camera axes (OpenCV).
 pub fn camera_from_body(camera: &Camera, sky: &Sky) -> DAffine3 {
@@ -58,6 +59,15 @@ fn rows(pose: &DAffine3) -> [[f32; 4]; 3] {
         let rotation = pose.matrix3.row(i);
         [rotation.x as f32, rotation.y as f32, rotation.z as f32, pose.translation[i] as f32]
     })
+}
+
+/// The pixels and intrinsics for the sensor.
+pub fn sensor_view(camera: &Camera) -> sensor::twin::View {
+    sensor::twin::View {
+        size: [camera.width as usize, camera.height as usize],
+        focal: camera.lens.focal,
+        centre: camera.lens.centre,
+    }
 }
 
 /// The pose and intrinsics for the f64 rasteriser.

@@ -16,6 +16,7 @@ pub mod planck;
 pub mod radiance;
 pub mod radiative;
 pub mod reference;
+pub mod sensor;
 pub mod shell;
 pub mod step_response;
 pub mod transition;

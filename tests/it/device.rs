@@ -173,6 +173,7 @@ impl LooseNodes {
             joints: None,
             network: None,
             heat: None,
+            sensor: None,
         };
         Renderer::new(context, &data).expect("a small scene")
     }

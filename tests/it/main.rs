@@ -42,6 +42,7 @@ mod response_fit;
 mod rooms;
 mod run;
 mod scene;
+mod sensor;
 mod shaders;
 mod shadows;
 mod step_length;

@@ -101,6 +101,7 @@ impl Quads {
             joints: None,
             network: None,
             heat: None,
+            sensor: None,
         };
         let mut renderer = Renderer::new(context, &data).expect("a small scene");
         let mut temperatures = self.temperatures.clone();
@@ -139,6 +140,7 @@ impl Quads {
         let collected = renderer.collect(submitted).expect("the device answers");
         let radiance = collected.radiance.expect("an image was asked for");
         Pixels {
+            readings: None,
             radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
             identity: collected.identity.expect("an image was asked for").to_vec(),
             coverage: radiance.iter().map(|[.., coverage]| *coverage).collect(),

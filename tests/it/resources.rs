@@ -9,6 +9,8 @@ use isotherm::gpu::lists;
 use isotherm::gpu::pass::Kernel;
 use isotherm::gpu::resource::Resource;
 use isotherm::gpu::sampling::{RowOf, Sampled};
+use isotherm::gpu::sensor;
+use isotherm::gpu::sensor_variant::SensorVariant;
 
 use crate::network::barriers::lists_of_all_plans;
 use crate::one_pass::lists_of_all_shapes;
@@ -48,6 +50,9 @@ fn all_lists() -> Vec<Frame> {
     let places = [HeatOf::Balance, HeatOf::Target, HeatOf::Flux];
     all.push(absorbed_heat(&places.map(|of| (of, (0, 1)))));
     all.extend(of_images);
+    for shown in [Resource::RadianceImage, Resource::ImageRadiance] {
+        all.extend(SensorVariant::all().into_iter().map(|variant| sensor::frame(variant, 64, 64, shown)));
+    }
     all.extend(lists_of_all_plans());
     all.extend(lists_of_all_shapes());
     all

@@ -8,7 +8,12 @@ use isotherm::environment::shadow::Method;
 use isotherm::environment::{Attitude, Orbit};
 use isotherm::lens::{Distortion, Lens};
 use isotherm::model::Part;
-use isotherm::scene::{CameraFrame, Draw, Edges, Initial, Scene, SceneError};
+use isotherm::scene::preset::PRESETS;
+use isotherm::scene::{CameraFrame, Draw, Edges, ImageFile, ImageFiles, Initial, Scene, SceneError, Video};
+use isotherm::thermal::sensor::gain_control::GainControl;
+use isotherm::thermal::sensor::halo::Halo;
+use isotherm::thermal::sensor::spread::Spread;
+use isotherm::thermal::sensor::{Netd, Optics, Pattern, Vignetting};
 
 mod materials;
 mod refusals;
@@ -88,9 +93,36 @@ fn every_value_of_a_full_scene_arrives() {
     assert_eq!((shadows.method, shadows.resolution), (Method::Depth, 1024));
     assert_relative_eq!(shadows.redraw_angle, 0.5f64.to_radians(), epsilon = 1e-15);
     // The table's entries do not state the sides of the default. The other sentence says what shadows leave out.
-    let [left_out, sides] = scene.assumptions.as_slice() else { panic!("{:?}", scene.assumptions) };
+    let [left_out, sides, figures] = scene.assumptions.as_slice() else { panic!("{:?}", scene.assumptions) };
+    assert!(figures.contains("Figures of FLIR Boson 640 (camera.preset)") && figures.contains("unknown"), "{figures}");
     assert!(left_out.contains("[shadows] covers sunlight only"), "{left_out}");
     assert_eq!(sides, "Surfaces exchange heat on their outside only (sides is absent): materials.default.");
+
+    let sensor = scene.sensor.as_ref().expect("the scene has a sensor");
+    assert_eq!((sensor.seed, sensor.bits, sensor.range, sensor.bad_pixels), (9, 16, [250.0, 400.0], 0.001));
+    assert_eq!((sensor.time_constant, sensor.kelvin_per_count), (Some(0.012), Some(0.01)));
+    // 4.2 um x 1.4 / 12 um.
+    let spread = Spread::airy(0.49, 0.9);
+    let worst = sensor
+        .spread
+        .as_ref()
+        .map_or(1.0, |found| found.weights.iter().zip(&spread.weights).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max));
+    assert!(worst < 1e-9, "{worst}");
+    assert_eq!(sensor.halo, Some(Halo { share: 0.05, radius: 40.0 }));
+    assert_eq!(sensor.vignetting, Some(Vignetting::Cos4));
+    assert_eq!(sensor.optics, Optics { transmission: 0.9, lens: Some(290.0), housing: Some(300.0) });
+    let netd = Netd { kelvin: 0.05, temperature: 303.0, stated_f_number: 1.0, f_number: 1.4 };
+    assert_eq!(sensor.noise, Some(netd));
+    let pattern = Pattern { offset: 0.1, gain: 0.005, drift: 0.0001, interval: Some(120.0), shutter: 295.0 };
+    assert_eq!(sensor.pattern, Some(pattern));
+    assert_eq!(sensor.gain_control, GainControl::Plateau { share: 0.02 });
+    let images = ImageFiles {
+        files: vec![ImageFile::NumbersPng, ImageFile::NumbersFits, ImageFile::KelvinTiff, ImageFile::DisplayPng],
+        video: Some(Video::Apng),
+        video_rate: 25.0,
+    };
+    assert_eq!(scene.images, images);
+    assert_eq!(scene.preset.map(|preset| preset.name), Some("FLIR Boson 640"));
 
     let camera = scene.require_camera().unwrap();
     assert_eq!((camera.width, camera.height, camera.near), (640, 512, 0.5));
@@ -187,6 +219,70 @@ fn attitudes_cameras_and_times_have_their_other_forms() {
     assert_eq!(scene.orbit.period(), 6017.0);
     // docs/numerics.md 2: 5330 s with R = 6371 km.
     assert!(scene.assumptions.iter().any(|sentence| sentence.contains("stated altitude takes 5330.1 s")));
+}
+
+/// Every preset is a scene where the user states what is unknown, and the user's own values come first.
+#[test]
+fn presets_state_what_is_known_and_ask_for_the_rest() {
+    let folder = Folder::new();
+    let camera = "width = 100\nheight = 50\nfov_deg = 90\n";
+    for preset in PRESETS {
+        let text = SHORT.replace(camera, &format!("preset = \"{}\"\nfov_deg = 12\n", preset.key));
+        let scene = folder.parse(&format!("{text}[sensor]\nnetd = 0.07\nrange = [200, 400]\n")).unwrap();
+        let (camera, sensor) = (scene.camera.unwrap(), scene.sensor.unwrap());
+        assert_eq!([camera.width, camera.height], preset.size);
+        assert_relative_eq!(
+            camera.focal[0],
+            f64::from(preset.size[0]) / 2.0 / 6f64.to_radians().tan(),
+            max_relative = 1e-12
+        );
+        assert_eq!((sensor.noise.unwrap().kelvin, sensor.time_constant), (0.07, preset.time_constant));
+        if let Some([lower, upper]) = preset.band_um {
+            assert_eq!((scene.band.lower, scene.band.upper), (lower / 1e6, upper / 1e6));
+        }
+        assert!(folder.parse(&text).unwrap().sensor.is_none(), "without [sensor] there is none");
+        let bare = folder.parse(&format!("{text}[sensor]\nrange = [200, 400]\n"));
+        match preset.netd {
+            Some(netd) => assert_eq!(bare.unwrap().sensor.unwrap().noise.unwrap().kelvin, netd),
+            None => {
+                let message = bare.unwrap_err().to_string();
+                assert!(message.contains("sensor.netd: is missing") && message.contains(preset.name), "{message}");
+            }
+        }
+    }
+    let tiri = SHORT.replace(camera, "preset = \"tiri\"\n");
+    let scene = folder.parse(&tiri).unwrap();
+    // 13.3 deg over 1024 pixels.
+    assert_relative_eq!(scene.camera.unwrap().focal[0], 512.0 / 6.65f64.to_radians().tan(), max_relative = 1e-12);
+}
+
+#[test]
+fn tables_of_the_sensor_are_read_and_refused() {
+    let folder = Folder::new();
+    let with = |keys: &str| format!("{SHORT}[sensor]\nnetd = 0\nrange = [200, 400]\n{keys}");
+    std::fs::write(folder.path("psf.csv"), "0,1,0\n1,4,1\n0,1,0\n").unwrap();
+    let row = format!("{}\n", vec!["0.5"; 100].join(","));
+    std::fs::write(folder.path("map.csv"), row.repeat(50)).unwrap();
+    let text = with("point_spread = \"file\"\nkernel = \"psf.csv\"\nvignetting_map = \"map.csv\"\n");
+    let scene = folder.parse(&text).unwrap();
+    let sensor = scene.sensor.unwrap();
+    assert_eq!(sensor.spread.unwrap().weights, [0.0, 0.125, 0.0, 0.125, 0.5, 0.125, 0.0, 0.125, 0.0]);
+    assert_eq!(sensor.vignetting, Some(Vignetting::Map(vec![0.5; 5000])));
+    assert!(scene.files.contains(&folder.path("psf.csv")) && scene.files.contains(&folder.path("map.csv")));
+    assert_eq!(sensor.noise, None);
+    for (file, content, expected) in [
+        ("psf.csv", "1,2\n3,4\n", "sensor.kernel: has 2 rows: a kernel has an odd number from 3 to 63"),
+        ("psf.csv", "1,2,3\n1,2\n1,2,3\n", "sensor.kernel: row 2 has 2 numbers"),
+        ("psf.csv", "1,2,3\n1,-2,3\n1,2,3\n", "sensor.kernel: has the weight -2"),
+        ("psf.csv", "1,2,3\n1,x,3\n1,2,3\n", "sensor.kernel: line 2: 'x' is no finite number"),
+        ("psf.csv", "0,0,0\n0,0,0\n0,0,0\n", "sensor.kernel: has weights whose sum is 0"),
+        ("map.csv", "1,1\n", "sensor.vignetting_map: has 1 rows, and the image has 50"),
+    ] {
+        std::fs::write(folder.path("psf.csv"), "0,1,0\n1,4,1\n0,1,0\n").unwrap();
+        std::fs::write(folder.path(file), content).unwrap();
+        let message = folder.refusal(&text);
+        assert!(message.contains(expected), "expected {expected}\n found {message}");
+    }
 }
 
 #[test]

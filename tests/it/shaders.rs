@@ -10,6 +10,8 @@ use isotherm::gpu::one_pass_variant::OnePassVariant;
 use isotherm::gpu::pass::{Kernel, Pass, is_write};
 use isotherm::gpu::resource_row::Role;
 use isotherm::gpu::sampling::RowOf;
+use isotherm::gpu::sensor;
+use isotherm::gpu::sensor_variant::SensorVariant;
 use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
 use isotherm::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
 use isotherm::gpu::wide_variant::{WideKind, WideVariant};
@@ -93,6 +95,8 @@ fn all_shaders() -> Vec<Shader> {
         all.extend(response_variants(curve).iter().map(ResponseVariant::shader));
     }
     all.extend(wide_variants().iter().map(WideVariant::shader));
+    // Without words it is the entry point itself.
+    all.extend(SensorVariant::all().iter().map(SensorVariant::shader).filter(|shader| !shader.words.is_empty()));
     all.extend(OnePassVariant::all().iter().map(OnePassVariant::shader));
     all
 }
@@ -261,6 +265,14 @@ fn passes_declare_what_their_shaders_touch() {
         let frame = Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], Wanted::default());
         let pass = frame.passes().next().expect("one thermal pass");
         assert_eq!(declared(pass), bindings_of(&variant.shader()), "{}", pass.name);
+    }
+    for variant in SensorVariant::all() {
+        let frame = sensor::frame(variant, 64, 64, Resource::RadianceImage);
+        for pass in frame.passes() {
+            for shader in pass.kernel().into_iter().flat_map(Kernel::shaders) {
+                assert_eq!(declared(pass), bindings_of(&shader), "{}", shader.name());
+            }
+        }
     }
     let plain = |entry| Shader::new(entry, Vec::new());
     let frame = Frame::step(&[], Wanted { image: true, sampled: None, cull: 9, temperatures: false });

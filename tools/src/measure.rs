@@ -6,6 +6,7 @@ mod build_cost;
 mod clock;
 mod network_cost;
 mod one_pass;
+mod sensor_cost;
 mod shadow_error;
 mod start_up;
 
@@ -49,6 +50,9 @@ struct Arguments {
     /// Longest edges of the scene's model [m]
     #[arg(long, value_delimiter = ',', default_values_t = [2.0, 1.0, 0.5])]
     edges: Vec<f64>,
+    /// Measure the sensor on the scene's image alone
+    #[arg(long)]
+    sensor: bool,
     /// Leave out the whole steps
     #[arg(long)]
     nodes_only: bool,
@@ -141,6 +145,9 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
         return start_up::measure(&arguments.scene, device, before, arguments.steps as usize);
     }
     let scene = Scene::load_within(&arguments.scene, Reach::Anywhere)?;
+    if arguments.sensor {
+        return sensor_cost::measure(&context, scene);
+    }
     if arguments.shadows {
         return shadow_error::measure(&context, &scene, &arguments.shadow_edges, &arguments.shadow_maps);
     }

@@ -149,7 +149,7 @@ fn schedule(network: &Network) -> Schedule {
 
 /// Processor time of this program [s], which does not depend on other programs (proc(5), `/proc/self/stat`: fields 14
 /// and 15, in units of 1/100 s). NaN if there is no such file.
-fn processor_seconds() -> f64 {
+pub(super) fn processor_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields: Vec<f64> = stat.rsplit(')').next().unwrap_or_default().split(' ').flat_map(str::parse).collect();
     // The state, the third field, is not a number.

@@ -51,6 +51,16 @@ impl Renderer {
             saved.put_flags("one_pass.on", &network.on);
             saved.put("one_pass.step", &[network.plan.step()]);
         }
+        if let Some(sensor) = &self.sensor {
+            if self.resources.get(Resource::SensorBolometer).is_some() {
+                let count = sensor.padded_pixels();
+                saved.put(
+                    "sensor.bolometer",
+                    &self.resources.download::<f32>(&mut self.once, Resource::SensorBolometer, count)?,
+                );
+            }
+            saved.put("sensor.last", &[sensor.last.unwrap_or(f64::NAN)]);
+        }
         if let Some(load) = &self.commanded {
             saved.put_all("commanded", load.save());
         }
@@ -102,6 +112,16 @@ impl Renderer {
             let [count, node, steps] = saved.array::<u64, 3>("one_pass.told_counts")?;
             network.told = Told { squares, count, most, node: node as usize };
             network.told_steps = steps;
+        }
+        if let Some(sensor) = &mut self.sensor {
+            if self.resources.get(Resource::SensorBolometer).is_some() {
+                lists.push((
+                    Resource::SensorBolometer,
+                    saved.list_of::<f32>("sensor.bolometer", sensor.padded_pixels())?,
+                ));
+            }
+            let [last] = saved.array::<f64, 1>("sensor.last")?;
+            sensor.last = Some(last).filter(|last| !last.is_nan());
         }
         for (resource, values) in lists {
             self.resources.upload(&mut self.once, resource, &values)?;

@@ -1,6 +1,7 @@
 //! The lens of a camera: focal lengths, principal point, skew and distortion.
 
 use super::super::error::SceneError;
+use super::super::preset::Preset;
 use super::super::quantity::Quantity;
 use super::super::section::Section;
 use crate::lens::{Distortion, Lens};
@@ -9,8 +10,13 @@ use crate::lens::{Distortion, Lens};
 const PLACE: Quantity = Quantity::within(-100_000.0, 100_000.0, "px");
 
 /// The lens of an image of this size. It is refused where it folds the image.
-pub(super) fn read(section: &Section, size: [u32; 2], assumptions: &mut Vec<String>) -> Result<Lens, SceneError> {
-    let focal = focal(section, size[0])?;
+pub(super) fn read(
+    section: &Section,
+    preset: Option<&Preset>,
+    size: [u32; 2],
+    assumptions: &mut Vec<String>,
+) -> Result<Lens, SceneError> {
+    let focal = focal(section, preset, size[0])?;
     let skew = section.number("skew", PLACE)?.unwrap_or(0.0);
     let distortion = distortion(section, assumptions)?;
     let centre = match [section.number("cx", PLACE)?, section.number("cy", PLACE)?] {
@@ -35,7 +41,7 @@ pub(super) fn read(section: &Section, size: [u32; 2], assumptions: &mut Vec<Stri
 }
 
 /// Focal lengths [px]. The file states them in one of four ways.
-fn focal(section: &Section, width: u32) -> Result<[f64; 2], SceneError> {
+fn focal(section: &Section, preset: Option<&Preset>, width: u32) -> Result<[f64; 2], SceneError> {
     let ways = ["fov_deg", "focal_length", "focal_px", "fx"];
     for (number, way) in ways.iter().enumerate() {
         ways[number + 1..].iter().try_for_each(|other| section.exclusive(way, other))?;
@@ -43,12 +49,13 @@ fn focal(section: &Section, width: u32) -> Result<[f64; 2], SceneError> {
             section.exclusive(way, "fy")?;
         }
     }
-    let pitch = section.number("pixel_pitch", Quantity::positive("m"))?;
+    let stated = section.number("pixel_pitch", Quantity::positive("m"))?;
+    let pitch = stated.or(preset.and_then(|preset| preset.pitch));
     if let Some(length) = section.number("focal_length", Quantity::positive("m"))? {
         let pitch = section.required("pixel_pitch", pitch, "focal_length needs the distance between pixels [m]")?;
         return Ok([length / pitch; 2]);
     }
-    if pitch.is_some() {
+    if stated.is_some() {
         return Err(section.error("pixel_pitch", "needs focal_length, which is missing"));
     }
     match ["fx", "fy"].map(|key| section.number(key, Quantity::positive("pixels"))) {
@@ -63,6 +70,7 @@ fn focal(section: &Section, width: u32) -> Result<[f64; 2], SceneError> {
         return Ok([pixels; 2]);
     }
     let fov = section.number("fov_deg", Quantity::between(0.0, 180.0, "deg"))?;
+    let fov = fov.or(preset.and_then(|preset| preset.fov_deg));
     let what =
         "the horizontal field of view [deg], or focal_length and pixel_pitch [m], or focal_px, or fx and fy [px]";
     let fov = section.required("fov_deg", fov, what)?;

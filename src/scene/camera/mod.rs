@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::error::SceneError;
+use super::preset::Preset;
 use super::quantity::Quantity;
 use super::section::Section;
 use super::vector::point;
@@ -29,15 +30,16 @@ const FRAMES: [(&str, CameraFrame); 3] =
 
 pub(super) fn read(
     section: &Section,
+    preset: Option<&Preset>,
     around: &Around<'_>,
     files: &mut Vec<PathBuf>,
     assumptions: &mut Vec<String>,
 ) -> Result<Camera, SceneError> {
-    let width = section.whole("width", 1..=MOST_PIXELS)?;
+    let width = section.whole("width", 1..=MOST_PIXELS)?.or(preset.map(|preset| preset.size[0]));
     let width = section.required("width", width, "the image's width in pixels")?;
-    let height = section.whole("height", 1..=MOST_PIXELS)?;
+    let height = section.whole("height", 1..=MOST_PIXELS)?.or(preset.map(|preset| preset.size[1]));
     let height = section.required("height", height, "the image's height in pixels")?;
-    let lens = lens::read(section, [width, height], assumptions)?;
+    let lens = lens::read(section, preset, [width, height], assumptions)?;
     let samples = section.whole("samples", 1..=16)?.unwrap_or(1);
     if !SAMPLES.contains(&samples) {
         return Err(section.error("samples", format!("must be 1, 4, 8 or 16, found {samples}")));

@@ -119,6 +119,7 @@ impl Work {
             joints: None,
             network: None,
             heat: None,
+            sensor: None,
         };
         let mut renderer = Renderer::new(context, &data)?;
         renderer.settle(start)?;

@@ -1,0 +1,131 @@
+#version 450
+// From the radiance of an image to digital numbers and counts of temperature. Four pixels an invocation. The words switch each effect on. Twin:
+// src/thermal/sensor/twin.rs.
+
+#include "types.glsl"
+#include "sensor_types.glsl"
+#include "sensor_noise.glsl"
+#include "sensor_signal.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 0) uniform SensorBlock { Sensor sensor; };
+#ifdef SPREAD
+layout(set = 0, binding = 1) uniform KernelBlock { vec4 kernel[1024]; };
+layout(set = 0, binding = 2) readonly buffer RowsBlock { vec4 rows[]; };
+#else
+layout(set = 0, binding = 2) readonly buffer SeenBlock { vec4 seen[]; };
+#endif
+#ifdef HALO
+layout(set = 0, binding = 3) readonly buffer HaloBlock { float halo[]; };
+#endif
+#ifdef MAP
+layout(set = 0, binding = 4) readonly buffer VignettingBlock { vec4 vignetting[]; };
+#endif
+#ifdef LAG
+layout(set = 0, binding = 5) buffer BolometerBlock { vec4 bolometer[]; };
+#endif
+layout(set = 0, binding = 6) buffer ReadingBlock { uvec4 reading[]; };
+#ifdef KELVIN
+#include "planck.glsl"
+#define BAND_BINDING 7
+#include "band_table.glsl"
+#define GUESS_BINDING 8
+#include "brightness.glsl"
+
+// Count of the radiometric output. The least normal number stands for radiances without a brightness temperature, and counts as none.
+float count_of(float radiance) {
+    float known = clamp(radiance, 1.2e-38, sensor.most_radiance);
+    float counted = floor(brightness_temperature(known) * sensor.counts + 0.5);
+    return radiance < 1.2e-38 ? 0.0 : min(counted, 65535.0);
+}
+#endif
+
+#ifdef HALO
+// The halo at a pixel, between the middles of four cells.
+float halo_at(uint x, uint y) {
+    vec2 middle = (vec2(float(x), float(y)) + 0.5) / float(sensor.cell) - 0.5;
+    vec2 low = floor(middle);
+    vec2 f = middle - low;
+    vec2 last = vec2(float(sensor.cells_across), float(sensor.cells_down)) - 1.0;
+    vec2 a = clamp(low, vec2(0.0), last);
+    vec2 b = clamp(low + 1.0, vec2(0.0), last);
+    uint top = uint(a.y) * sensor.cells_across;
+    uint bottom = uint(b.y) * sensor.cells_across;
+    uint left = uint(a.x);
+    uint right = uint(b.x);
+    float upper = halo[top + left] * (1.0 - f.x) + halo[top + right] * f.x;
+    float lower = halo[bottom + left] * (1.0 - f.x) + halo[bottom + right] * f.x;
+    return upper * (1.0 - f.y) + lower * f.y;
+}
+#endif
+
+void main() {
+    uint at = gl_GlobalInvocationID.x;
+    if (at >= sensor.groups * sensor.height) {
+        return;
+    }
+    uint y = at / sensor.groups;
+    uint x = 4u * (at - y * sensor.groups);
+#ifdef SPREAD
+    int radius = int(sensor.radius);
+    int last = int(sensor.height) - 1;
+    uint group = at - y * sensor.groups;
+    vec4 light = vec4(0.0);
+    for (uint term = 0u; term < sensor.terms; term++) {
+        uint weights = term * (4u * sensor.radius + 5u) + 2u * sensor.radius + 4u;
+        uint plane = term * sensor.groups * sensor.height + group;
+        for (int by = -radius; by <= radius; by++) {
+            uint row = uint(clamp(int(y) + by, 0, last));
+            light += rows[plane + row * sensor.groups] * kernel[weights + uint(by + radius)];
+        }
+    }
+#else
+    uint first = y * sensor.width;
+    uint last = sensor.width - 1u;
+    vec4 light = vec4(
+        seen[first + x].x,
+        seen[first + min(x + 1u, last)].x,
+        seen[first + min(x + 2u, last)].x,
+        seen[first + min(x + 3u, last)].x
+    );
+#endif
+#ifdef HALO
+    vec4 stray = vec4(halo_at(x, y), halo_at(x + 1u, y), halo_at(x + 2u, y), halo_at(x + 3u, y));
+    light += sensor.halo_share * (stray - light);
+#endif
+    vec4 vignette = vec4(1.0);
+#ifdef COS4
+    vignette = cos4(sensor, float(x), float(y));
+#endif
+#ifdef MAP
+    vignette = vignetting[at];
+#endif
+    vec4 signal = signal_of_radiance(sensor, light, vignette);
+#ifdef LAG
+    signal += (bolometer[at] - signal) * sensor.decay;
+    bolometer[at] = signal;
+#endif
+#ifdef NOISE
+    signal += sensor.noise * normal(random_words(sensor.seed, sensor.time_low, sensor.time_high, STREAM_TIME, at));
+#endif
+#ifdef PATTERN
+    vec4 gain = sensor.gain_pattern * normal(random_words(sensor.seed, 0u, 0u, STREAM_GAIN, at));
+    vec4 offset = sensor.offset_pattern * normal(random_words(sensor.seed, sensor.shutter, 0u, STREAM_OFFSET, at));
+    vec4 drift = sensor.drift * normal(random_words(sensor.seed, sensor.shutter, 0u, STREAM_DRIFT, at));
+    signal += gain * (signal - sensor.optics.w) + offset + drift;
+#endif
+    vec4 number = digital_number(sensor, signal);
+#ifdef BAD
+    uvec4 word = random_words(sensor.seed, 0u, 0u, STREAM_BAD, at);
+    vec4 works = step(vec4(sensor.bad), vec4(word >> uvec4(8u)) * (1.0 / 16777216.0));
+    number = mix(vec4(word & uvec4(1u)) * sensor.most, number, works);
+#endif
+    uvec4 read = uvec4(number);
+#ifdef KELVIN
+    vec4 radiance = radiance_of_signal(sensor, signal_of_number(sensor, number), vignette);
+    vec4 counts = vec4(count_of(radiance.x), count_of(radiance.y), count_of(radiance.z), count_of(radiance.w));
+    read = read | (uvec4(counts) << uvec4(16u));
+#endif
+    reading[at] = read;
+}

@@ -1,0 +1,41 @@
+//! The sensor of a scene's image: its passes, and the time of its last exposure.
+
+use super::super::frame::Frame;
+use super::super::layout;
+use super::super::resource::Resource;
+use super::super::sensor::{GROUP, SensorTables};
+
+/// The sensor of an image.
+pub(super) struct ImageSensor {
+    tables: SensorTables,
+    /// The passes of an exposure.
+    pub frame: Frame,
+    /// Numbers of the last exposure.
+    pub settings: layout::Sensor,
+    /// Time of the last exposure [s].
+    pub last: Option<f64>,
+}
+
+impl ImageSensor {
+    pub fn new(tables: &SensorTables, shown: Resource) -> Self {
+        Self { frame: tables.frame(shown), settings: tables.settings, tables: tables.clone(), last: None }
+    }
+
+    /// The passes of an exposure at a time [s].
+    pub fn expose(&mut self, time: f64) -> Frame {
+        self.settings = self.tables.at(&self.tables.sensor.exposure(time, self.last));
+        self.last = Some(time);
+        self.frame.clone()
+    }
+
+    /// The pixels of rows that were rounded up to whole groups.
+    pub fn unpadded(&self, readings: &[[u16; 2]]) -> Vec<[u16; 2]> {
+        let rows = readings.chunks(GROUP * self.settings.groups as usize);
+        rows.flat_map(|row| &row[..self.settings.width as usize]).copied().collect()
+    }
+
+    /// Pixels of the image with rows rounded up to whole groups.
+    pub fn padded_pixels(&self) -> usize {
+        GROUP * self.settings.groups as usize * self.settings.height as usize
+    }
+}

@@ -1,0 +1,177 @@
+//! The files of a sensor: digital numbers and temperatures as PNG, TIFF and FITS, the display, and a JSON with all that a reader needs.
+
+use serde_json::{Value as Json, json};
+
+use super::OutputError;
+use super::fits::{Value, fits_16};
+use super::frame::Frame;
+use super::gray::{png_8, png_16};
+use super::tiff::tiff_16;
+use crate::scene::{Camera, ImageFile, Scene};
+use crate::thermal::radiance::RadianceTable;
+use crate::thermal::sensor::noise::{Stream, random_words};
+use crate::thermal::sensor::reading::Constants;
+use crate::thermal::sensor::twin::stuck;
+use crate::thermal::sensor::{Sensor, Vignetting};
+
+/// The files of the sensor of a scene.
+pub struct SensorFiles<'a> {
+    scene: &'a Scene,
+    sensor: &'a Sensor,
+    camera: &'a Camera,
+    constants: Constants,
+    /// Pixels that always read 0, and those that always read the largest number.
+    bad: [Vec<[u32; 2]>; 2],
+}
+
+impl<'a> SensorFiles<'a> {
+    /// The files of a scene. `None` without a sensor.
+    pub fn new(scene: &'a Scene) -> Option<Self> {
+        let (sensor, camera) = scene.sensor.as_ref().zip(scene.camera.as_ref())?;
+        let constants = Constants::new(sensor, &RadianceTable::new(scene.band));
+        let mut bad = [Vec::new(), Vec::new()];
+        if sensor.bad_pixels > 0.0 {
+            let groups = camera.width.div_ceil(4);
+            for (x, y) in (0..camera.height).flat_map(|y| (0..camera.width).map(move |x| (x, y))) {
+                let word = random_words(sensor.seed, 0, Stream::Bad, y * groups + x / 4)[x as usize % 4];
+                if let Some(most) = stuck(word, sensor.bad_pixels) {
+                    bad[usize::from(most)].push([x, y]);
+                }
+            }
+        }
+        Some(Self { scene, sensor, camera, constants, bad })
+    }
+
+    /// Ends of the names and contents of the files of an image. The name of an image's JSON ends with `.json`, that of others with `_dn.png` and so on.
+    ///
+    /// # Errors
+    /// An image that can not be encoded.
+    pub fn of(&self, stem: &str, frame: &Frame, readings: &[[u16; 2]]) -> Result<Vec<(String, Vec<u8>)>, OutputError> {
+        let size = [frame.width, frame.height];
+        let numbers: Vec<u16> = readings.iter().map(|reading| reading[0]).collect();
+        let counts: Vec<u16> = readings.iter().map(|reading| reading[1]).collect();
+        let most = self.constants.most as u16;
+        let of_numbers = self.scale_of_numbers();
+        let of_counts =
+            json!({"kelvin": "scale x value", "scale": self.sensor.kelvin_per_count.unwrap_or(0.0), "offset": 0.0});
+        let text = |json: &Json| [("isotherm", json.to_string())];
+        let mut files = Vec::new();
+        for file in &self.scene.images.files {
+            let bytes = match file {
+                ImageFile::NumbersPng if self.sensor.bits == 8 => {
+                    let bytes: Vec<u8> = numbers.iter().map(|number| *number as u8).collect();
+                    png_8(size, &bytes, &text(&of_numbers))?
+                }
+                ImageFile::NumbersPng => png_16(size, &numbers, &text(&of_numbers))?,
+                ImageFile::NumbersTiff => tiff_16(size, &numbers, &of_numbers.to_string()),
+                ImageFile::NumbersFits => self.fits(frame, &numbers),
+                ImageFile::KelvinPng => png_16(size, &counts, &text(&of_counts))?,
+                ImageFile::KelvinTiff => tiff_16(size, &counts, &of_counts.to_string()),
+                ImageFile::DisplayPng => png_8(size, &self.sensor.gain_control.display(&numbers, most), &[])?,
+                // It is drawn with the other pictures, on a scale that holds the whole run.
+                ImageFile::ApparentPng => continue,
+            };
+            files.push((format!("_{}", file.ending()), bytes));
+        }
+        let names: Vec<String> = files.iter().map(|(ending, _)| format!("{stem}{ending}")).collect();
+        let json = format!("{:#}\n", self.description(frame, &names));
+        files.push((".json".to_owned(), json.into_bytes()));
+        Ok(files)
+    }
+
+    /// How a reader gets the signal from digital numbers.
+    fn scale_of_numbers(&self) -> Json {
+        json!({
+            "signal": "(value - offset) / scale",
+            "unit": "W m-2 sr-1",
+            "scale": self.constants.scale,
+            "offset": self.constants.offset,
+        })
+    }
+
+    fn fits(&self, frame: &Frame, numbers: &[u16]) -> Vec<u8> {
+        let constants = &self.constants;
+        let cards = [
+            ("BUNIT", Value::Text("adu".to_owned()), "digital numbers"),
+            ("DNSCALE", Value::Real(constants.scale), "signal = (value - DNOFFSET) / DNSCALE"),
+            ("DNOFFSET", Value::Real(constants.offset), "signal in W m-2 sr-1"),
+            ("TRANSMIT", Value::Real(constants.transmitted), "share of the radiance in the signal"),
+            ("LENS", Value::Real(constants.emitted), "signal of the lens [W m-2 sr-1]"),
+            ("BANDLOW", Value::Real(self.scene.band.lower * 1e6), "shortest wavelength [um]"),
+            ("BANDHIGH", Value::Real(self.scene.band.upper * 1e6), "longest wavelength [um]"),
+            ("STEP", Value::Integer(frame.step.into()), "step of the scene"),
+            ("TIME", Value::Real(frame.time), "time of the scene [s]"),
+            ("OBJECT", Value::Text(self.scene.name.clone()), "scene"),
+            ("ORIGIN", Value::Text(format!("isotherm {}", env!("CARGO_PKG_VERSION"))), ""),
+        ];
+        fits_16([frame.width, frame.height], numbers, &cards)
+    }
+
+    /// All that a reader needs.
+    fn description(&self, frame: &Frame, files: &[String]) -> Json {
+        let (sensor, constants, camera) = (self.sensor, &self.constants, self.camera);
+        let side = |radius: usize| 2 * radius + 1;
+        json!({
+            "isotherm": "sensor",
+            "version": 1,
+            "scene": self.scene.name,
+            "camera": self.scene.preset.map(|preset| json!({"name": preset.name, "source": preset.source})),
+            "step": frame.step,
+            "time_s": frame.time,
+            "size_px": [frame.width, frame.height],
+            "files": files,
+            "band_um": [self.scene.band.lower * 1e6, self.scene.band.upper * 1e6],
+            "seed": sensor.seed,
+            "digital_numbers": {
+                "bits": sensor.bits,
+                "most": constants.most,
+                "range_K": sensor.range,
+                "signal": "(value - offset) / scale",
+                "signal_unit": "W m-2 sr-1",
+                "scale": constants.scale,
+                "offset": constants.offset,
+            },
+            "optics": {
+                "signal": "v (transmission radiance + lens) + (1 - v) housing, with the share v of vignetting",
+                "transmission": constants.transmitted,
+                "lens": constants.emitted,
+                "housing": constants.housing,
+                "lens_temperature_K": sensor.optics.lens,
+                "housing_temperature_K": sensor.optics.housing,
+            },
+            "vignetting": match &sensor.vignetting {
+                None => Json::Null,
+                Some(Vignetting::Cos4) => json!({"cos4": {"focal_px": camera.lens.focal, "centre_px": camera.lens.centre,
+                    "share": "1 / (1 + ((x + 0.5 - cx) / fx)^2 + ((y + 0.5 - cy) / fy)^2)^2"}}),
+                Some(Vignetting::Map(map)) => json!({"map": map.chunks(frame.width as usize).collect::<Vec<_>>()}),
+            },
+            "kelvin": sensor.kelvin_per_count.map(|kelvin| json!({"temperature_K": "scale x value", "scale": kelvin, "offset": 0.0})),
+            "noise": sensor.noise.map(|netd| json!({
+                "netd_K": netd.kelvin,
+                "temperature_K": netd.temperature,
+                "netd_f_number": netd.stated_f_number,
+                "f_number": netd.f_number,
+                "netd_at_f_number_K": netd.at_f_number(),
+                "signal": constants.noise,
+            })),
+            "pattern": sensor.pattern.map(|pattern| json!({
+                "offset_K": pattern.offset,
+                "offset_signal": constants.offset_pattern,
+                "gain": pattern.gain,
+                "gain_level_signal": constants.level,
+                "drift_K_per_s": pattern.drift,
+                "drift_signal_per_s": constants.drift,
+                "shutter_interval_s": pattern.interval,
+                "shutter_temperature_K": pattern.shutter,
+                "since_shutter_s": sensor.exposure(frame.time, None).age,
+            })),
+            "bad_pixels": {"share": sensor.bad_pixels, "zero_px": self.bad[0], "most_px": self.bad[1]},
+            "time_constant_s": sensor.time_constant,
+            "point_spread": sensor.spread.as_ref().map(|spread| json!({
+                "radius_px": spread.radius,
+                "weights": spread.weights.chunks(side(spread.radius)).collect::<Vec<_>>(),
+            })),
+            "stray": sensor.halo.map(|halo| json!({"share": halo.share, "radius_px": halo.radius})),
+        })
+    }
+}

@@ -1,0 +1,123 @@
+//! `[output]`: which files each image has beside its EXR and the picture of its surface temperatures, and the video of a run.
+
+use super::error::SceneError;
+use super::quantity::Quantity;
+use super::section::Section;
+use crate::thermal::sensor::Sensor;
+
+/// A file of each image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ImageFile {
+    /// Digital numbers as PNG.
+    NumbersPng,
+    /// Digital numbers as TIFF.
+    NumbersTiff,
+    /// Digital numbers as FITS.
+    NumbersFits,
+    /// Brightness temperatures of the radiometric output as PNG.
+    KelvinPng,
+    /// The same as TIFF.
+    KelvinTiff,
+    /// The 8 bits of a display.
+    DisplayPng,
+    /// Apparent brightness temperature in false colour.
+    ApparentPng,
+}
+
+/// Their words in a scene file.
+const FILES: [(&str, ImageFile); 7] = [
+    ("dn.png", ImageFile::NumbersPng),
+    ("dn.tiff", ImageFile::NumbersTiff),
+    ("dn.fits", ImageFile::NumbersFits),
+    ("kelvin.png", ImageFile::KelvinPng),
+    ("kelvin.tiff", ImageFile::KelvinTiff),
+    ("display.png", ImageFile::DisplayPng),
+    ("apparent.png", ImageFile::ApparentPng),
+];
+
+impl ImageFile {
+    /// End of its name, such as `dn.png`.
+    pub fn ending(self) -> &'static str {
+        FILES.iter().find(|(_, file)| *file == self).map_or("", |(ending, _)| ending)
+    }
+
+    fn needs(self) -> Option<&'static str> {
+        match self {
+            Self::ApparentPng => None,
+            Self::KelvinPng | Self::KelvinTiff => Some("sensor.kelvin_per_count"),
+            _ => Some("a section [sensor]"),
+        }
+    }
+}
+
+/// A video of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Video {
+    /// Animated PNG.
+    Apng,
+    /// MP4 by `ffmpeg`.
+    Mp4,
+}
+
+/// Files of images, and the video.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImageFiles {
+    /// Files of each image.
+    pub files: Vec<ImageFile>,
+    /// Video of the run.
+    pub video: Option<Video>,
+    /// Images a second in the video.
+    pub video_rate: f64,
+}
+
+/// Reads these keys of `[output]`. A sensor writes its digital numbers and the display, and temperatures where it counts them.
+pub(super) fn read(section: Option<&Section>, sensor: Option<&Sensor>) -> Result<ImageFiles, SceneError> {
+    let stated = section.map(|section| section.strings("files")).transpose()?.flatten();
+    let files = match (section, stated) {
+        (Some(section), Some(words)) => {
+            let mut files = Vec::new();
+            for word in &words {
+                let file = super::section::choose(word, &FILES).map_err(|message| section.error("files", message))?;
+                let counts = sensor.is_some_and(|sensor| sensor.kelvin_per_count.is_some());
+                match file.needs() {
+                    Some(needs) if sensor.is_none() || (needs.contains("count") && !counts) => {
+                        return Err(section.error("files", format!("'{word}' needs {needs}, which is missing")));
+                    }
+                    _ => files.push(file),
+                }
+            }
+            files.sort_unstable();
+            files.dedup();
+            files
+        }
+        _ => match sensor {
+            None => Vec::new(),
+            Some(sensor) => {
+                let kelvin = sensor.kelvin_per_count.map(|_| ImageFile::KelvinPng);
+                let always = [ImageFile::NumbersPng, ImageFile::DisplayPng, ImageFile::ApparentPng];
+                let mut files: Vec<ImageFile> = always.into_iter().chain(kelvin).collect();
+                files.sort_unstable();
+                files
+            }
+        },
+    };
+    let video = section
+        .map(|section| section.choice("video", &[("apng", Video::Apng), ("mp4", Video::Mp4)]))
+        .transpose()?
+        .flatten();
+    let rate =
+        section.map(|section| section.number("video_rate", Quantity::within(0.1, 120.0, "1/s"))).transpose()?.flatten();
+    let mut files = files;
+    if video.is_some() && !files.contains(&ImageFile::DisplayPng) {
+        files.push(ImageFile::DisplayPng);
+    }
+    if let (Some(section), Some(_), None) = (section, rate, video) {
+        return Err(section.error("video_rate", "needs video, which is missing"));
+    }
+    if let (Some(section), Some(_), None) = (section, video, sensor) {
+        return Err(
+            section.error("video", "shows what a sensor displays: it needs a section [sensor], which is missing")
+        );
+    }
+    Ok(ImageFiles { files, video, video_rate: rate.unwrap_or(10.0) })
+}

@@ -1,0 +1,292 @@
+//! `[sensor]`: optics, bolometer and digital numbers of the camera.
+
+use std::path::PathBuf;
+
+use super::Camera;
+use super::error::SceneError;
+use super::preset::Preset;
+use super::quantity::Quantity;
+use super::section::Section;
+use super::sensor_tables::{kernel, map};
+use crate::thermal::planck::Band;
+use crate::thermal::radiance::{RadianceTable, band_radiance};
+use crate::thermal::sensor::gain_control::GainControl;
+use crate::thermal::sensor::halo::Halo;
+use crate::thermal::sensor::spread::{MOST_RADIUS, Spread};
+use crate::thermal::sensor::{MOST_PIXELS, Netd, Optics, Pattern, Sensor, Vignetting};
+
+/// Default temperature of the scene that a NETD is stated for, of the shutter, and of the gains' reference [K].
+const USUAL: f64 = 300.0;
+
+/// What `[sensor]` needs from other sections.
+pub(super) struct Of<'a> {
+    pub camera: &'a Camera,
+    pub preset: Option<&'static Preset>,
+    /// Distance between pixels [m], where it is known.
+    pub pitch: Option<f64>,
+    pub band: Band,
+}
+
+#[derive(Clone, Copy)]
+enum PointSpread {
+    Gaussian,
+    Airy,
+    File,
+}
+
+/// Keys that belong to one choice of another key.
+const OWNED: [(&str, &str, &str); 5] = [
+    ("sigma", "point_spread", "gaussian"),
+    ("wavelength_um", "point_spread", "airy"),
+    ("kernel", "point_spread", "file"),
+    ("percentiles", "gain_control", "linear"),
+    ("plateau", "gain_control", "plateau"),
+];
+
+/// Reads `[sensor]`.
+pub(super) fn read(
+    section: &Section,
+    of: &Of,
+    files: &mut Vec<PathBuf>,
+    assumptions: &mut Vec<String>,
+) -> Result<Sensor, SceneError> {
+    let camera = of.camera;
+    let pixels = u64::from(camera.width).next_multiple_of(4) * u64::from(camera.height);
+    if pixels > MOST_PIXELS {
+        let message = format!(
+            "takes images of at most {MOST_PIXELS} pixels, and the camera has {} x {}",
+            camera.width, camera.height
+        );
+        return Err(section.error("bits", message));
+    }
+    for (key, owner, choice) in OWNED {
+        let stated = section.string(owner)?;
+        if section.has(key)
+            && stated != Some(choice)
+            && !(owner == "gain_control" && choice == "linear" && stated.is_none())
+        {
+            return Err(section.error(key, format!("belongs to {owner} = '{choice}'")));
+        }
+    }
+    let seed = section.whole("seed", 0..=u32::MAX)?.unwrap_or_else(|| {
+        assumptions.push("The seed of the sensor's noise is 0 (sensor.seed is absent).".to_owned());
+        0
+    });
+    let f_number = section.number("f_number", Quantity::within(0.1, 100.0, ""))?;
+    let noise = noise(section, of, f_number, assumptions)?;
+    let range = section
+        .numbers::<2>("range", Quantity::within(10.0, 6000.0, "K"))?
+        .or(of.preset.and_then(|preset| preset.range));
+    let range = section.required(
+        "range",
+        range,
+        "[low, high]: brightness temperatures at digital number 0 and at the largest one [K]",
+    )?;
+    if range[0] >= range[1] {
+        return Err(section.error("range", format!("must run from low to high, found {} to {} K", range[0], range[1])));
+    }
+    let table = RadianceTable::new(of.band);
+    if band_radiance(&table, range[0]) < f64::from(f32::MIN_POSITIVE) {
+        return Err(
+            section.error("range", format!("begins at {} K, where the band's radiance is 0 in 32 bits", range[0]))
+        );
+    }
+    let bits = match section.whole("bits", 8..=16)?.or(of.preset.and_then(|preset| preset.bits)) {
+        Some(bits @ (8 | 14 | 16)) => bits,
+        Some(bits) => return Err(section.error("bits", format!("must be 8, 14 or 16, found {bits}"))),
+        None => {
+            assumptions.push("Digital numbers have 14 bits (sensor.bits is absent).".to_owned());
+            14
+        }
+    };
+    let time_constant = section
+        .number("time_constant", Quantity::non_negative("s"))?
+        .or(of.preset.and_then(|preset| preset.time_constant));
+    if time_constant.is_none() {
+        assumptions.push("The bolometer has settled in every image (sensor.time_constant is absent).".to_owned());
+    }
+    Ok(Sensor {
+        seed,
+        spread: spread(section, of, f_number, files)?,
+        halo: halo(section)?,
+        vignetting: vignetting(section, camera, files)?,
+        optics: optics(section)?,
+        time_constant: time_constant.filter(|constant| *constant > 0.0),
+        pattern: pattern(section)?,
+        noise: Some(noise).filter(|noise| noise.kelvin > 0.0),
+        bad_pixels: section.number("bad_pixels", Quantity::within(0.0, 1.0, ""))?.unwrap_or(0.0),
+        bits,
+        range,
+        kelvin_per_count: kelvin_per_count(section)?,
+        gain_control: gain_control(section)?,
+    })
+}
+
+fn noise(section: &Section, of: &Of, f_number: Option<f64>, assumptions: &mut Vec<String>) -> Result<Netd, SceneError> {
+    let of_preset = of.preset.and_then(|preset| preset.netd);
+    let Some(kelvin) = section.number("netd", Quantity::non_negative("K"))?.or(of_preset) else {
+        let unknown = of.preset.map_or(String::new(), |preset| format!("; that of {} is unknown", preset.name));
+        let what = format!("is missing: the noise-equivalent temperature difference [K], 0 for no noise{unknown}");
+        return Err(section.error("netd", what));
+    };
+    let temperature = section.number("netd_temperature", Quantity::within(10.0, 6000.0, "K"))?.unwrap_or_else(|| {
+        if kelvin > 0.0 {
+            assumptions.push("The NETD is that at 300 K (sensor.netd_temperature is absent).".to_owned());
+        }
+        USUAL
+    });
+    let stated = section.number("netd_f_number", Quantity::within(0.1, 100.0, ""))?;
+    let stated = stated.or(of.preset.filter(|_| !section.has("netd")).and_then(|preset| preset.netd_f_number));
+    if stated.is_some() && f_number.is_none() && kelvin > 0.0 {
+        assumptions.push("The lens has the f-number of the NETD (sensor.f_number is absent).".to_owned());
+    }
+    if stated.is_none() && f_number.is_some() && kelvin > 0.0 {
+        assumptions.push("The NETD is that with the camera's own lens (sensor.netd_f_number is absent).".to_owned());
+    }
+    let stated_f_number = stated.or(f_number).unwrap_or(1.0);
+    Ok(Netd { kelvin, temperature, stated_f_number, f_number: f_number.unwrap_or(stated_f_number) })
+}
+
+fn spread(
+    section: &Section,
+    of: &Of,
+    f_number: Option<f64>,
+    files: &mut Vec<PathBuf>,
+) -> Result<Option<Spread>, SceneError> {
+    let choices = [("gaussian", PointSpread::Gaussian), ("airy", PointSpread::Airy), ("file", PointSpread::File)];
+    let fill = section.number("pixel_fill", Quantity::within(0.0, 1.0, ""))?;
+    let Some(kind) = section.choice("point_spread", &choices)? else {
+        return match fill {
+            Some(_) => Err(section.error("pixel_fill", "needs point_spread, which is missing")),
+            None => Ok(None),
+        };
+    };
+    if fill.is_some() && of.camera.samples > 1 {
+        let why = "cannot be combined with camera.samples above 1: the samples already are the mean over the pixel";
+        return Err(section.error("pixel_fill", why));
+    }
+    let fill = fill.unwrap_or(if of.camera.samples > 1 { 0.0 } else { 1.0 });
+    let spread = match kind {
+        PointSpread::Gaussian => {
+            let most = MOST_RADIUS as f64 / 4.0;
+            let sigma = section.number("sigma", Quantity::within(0.05, most - 0.25, "pixels"))?;
+            let sigma = section.required("sigma", sigma, "the standard deviation of the Gaussian [px]")?;
+            Spread::gaussian(sigma, fill)
+        }
+        PointSpread::Airy => {
+            let f_number =
+                section.required("f_number", f_number, "point_spread = 'airy' needs the f-number of the lens")?;
+            let wavelength = section.number("wavelength_um", Quantity::within(1.0, 50.0, "um"))?;
+            let wavelength =
+                section.required("wavelength_um", wavelength, "point_spread = 'airy' needs a wavelength [um]")?;
+            let Some(pitch) = of.pitch else {
+                return Err(section.error("point_spread", "'airy' needs camera.pixel_pitch, with camera.focal_length"));
+            };
+            let scale = wavelength * 1e-6 * f_number / pitch;
+            if !(0.05..=4.0).contains(&scale) {
+                let message = format!("wavelength x f-number is {scale:.3} pixels, and isotherm draws from 0.05 to 4");
+                return Err(section.error("wavelength_um", message));
+            }
+            Spread::airy(scale, fill)
+        }
+        PointSpread::File => {
+            if section.has("pixel_fill") {
+                return Err(section.error("pixel_fill", "a measured kernel has the pixel in it"));
+            }
+            let path = section.required(
+                "kernel",
+                section.path("kernel")?,
+                "a CSV file with the weights of the point spread",
+            )?;
+            let spread = kernel(&path).map_err(|message| section.error("kernel", message))?;
+            files.push(path);
+            spread
+        }
+    };
+    if !spread.fits() {
+        let message = format!(
+            "needs {} separable terms with a radius of {} pixels, and devices have no room for so many",
+            spread.terms.len(),
+            spread.radius
+        );
+        return Err(section.error("point_spread", message));
+    }
+    Ok(Some(spread))
+}
+
+fn halo(section: &Section) -> Result<Option<Halo>, SceneError> {
+    let share = section.number("stray_share", Quantity::within(0.0, 1.0, ""))?;
+    let radius = section.number("stray_radius", Quantity::within(4.0, 4096.0, "pixels"))?;
+    match (share, radius) {
+        (None, None) => Ok(None),
+        (Some(share), Some(radius)) => Ok(Some(Halo { share, radius }).filter(|halo| halo.share > 0.0)),
+        (Some(_), None) => {
+            Err(section.error("stray_radius", "is missing: how far stray light goes, a standard deviation [px]"))
+        }
+        (None, Some(_)) => Err(section.error("stray_share", "is missing: the share of all light that is stray")),
+    }
+}
+
+fn vignetting(section: &Section, camera: &Camera, files: &mut Vec<PathBuf>) -> Result<Option<Vignetting>, SceneError> {
+    let stated = section.choice("vignetting", &[("cos4", Vignetting::Cos4)].map(|(word, _)| (word, ())))?;
+    section.exclusive("vignetting", "vignetting_map")?;
+    let Some(path) = section.path("vignetting_map")? else { return Ok(stated.map(|()| Vignetting::Cos4)) };
+    let size = [camera.width as usize, camera.height as usize];
+    let shares = map(&path, size).map_err(|message| section.error("vignetting_map", message))?;
+    files.push(path);
+    Ok(Some(Vignetting::Map(shares)))
+}
+
+fn optics(section: &Section) -> Result<Optics, SceneError> {
+    let transmission = section.number("transmission", Quantity::within(0.01, 1.0, ""))?;
+    let lens = section.number("lens_temperature", Quantity::within(10.0, 6000.0, "K"))?;
+    let housing = section.number("housing_temperature", Quantity::within(10.0, 6000.0, "K"))?;
+    if lens.is_some() && transmission.is_none() {
+        return Err(section
+            .error("transmission", "is missing: the share of the light that a lens with lens_temperature passes"));
+    }
+    if housing.is_some() && !section.has("vignetting") && !section.has("vignetting_map") {
+        return Err(section.error(
+            "housing_temperature",
+            "needs vignetting or vignetting_map: the housing is seen where the image is vignetted",
+        ));
+    }
+    Ok(Optics { transmission: transmission.unwrap_or(1.0), lens, housing })
+}
+
+fn pattern(section: &Section) -> Result<Option<Pattern>, SceneError> {
+    let offset = section.number("offset_pattern", Quantity::non_negative("K"))?.unwrap_or(0.0);
+    let gain = section.number("gain_pattern", Quantity::within(0.0, 1.0, ""))?.unwrap_or(0.0);
+    let drift = section.number("drift", Quantity::within(0.0, 1e3, "K/s"))?.unwrap_or(0.0);
+    let interval = section.number("shutter_interval", Quantity::positive("s"))?;
+    let shutter = section.number("shutter_temperature", Quantity::within(10.0, 6000.0, "K"))?;
+    if interval.is_some_and(|interval| interval < 1e-3) {
+        return Err(section.error("shutter_interval", "must be at least 0.001 [s]"));
+    }
+    let present = offset > 0.0 || gain > 0.0 || drift > 0.0;
+    if !present && (interval.is_some() || shutter.is_some()) {
+        let key = if interval.is_some() { "shutter_interval" } else { "shutter_temperature" };
+        return Err(section.error(key, "corrects nothing: state offset_pattern, gain_pattern or drift"));
+    }
+    Ok(present.then_some(Pattern { offset, gain, drift, interval, shutter: shutter.unwrap_or(USUAL) }))
+}
+
+fn kelvin_per_count(section: &Section) -> Result<Option<f64>, SceneError> {
+    match section.number("kelvin_per_count", Quantity::any("K"))? {
+        None => Ok(None),
+        Some(kelvin) if kelvin == 0.01 || kelvin == 0.1 => Ok(Some(kelvin)),
+        Some(kelvin) => Err(section.error("kelvin_per_count", format!("must be 0.01 or 0.1 [K], found {kelvin}"))),
+    }
+}
+
+fn gain_control(section: &Section) -> Result<GainControl, SceneError> {
+    let percentiles = section.numbers::<2>("percentiles", Quantity::within(0.0, 100.0, "%"))?;
+    if let Some([low, high]) = percentiles.filter(|[low, high]| low >= high) {
+        return Err(section.error("percentiles", format!("must run from low to high, found {low} to {high} %")));
+    }
+    let plateau = section.number("plateau", Quantity::within(0.0, 1.0, ""))?;
+    Ok(match section.choice("gain_control", &[("linear", false), ("plateau", true)])? {
+        Some(true) => GainControl::Plateau { share: plateau.unwrap_or(0.01) },
+        _ => percentiles.map_or(GainControl::default(), |percentiles| GainControl::Linear { percentiles }),
+    })
+}

@@ -1,0 +1,140 @@
+//! The whole sensor in f64, the reference of the passes on the device.
+
+use super::halo::HaloGrid;
+use super::noise::{Stream, normal, random_words};
+use super::reading::{Constants, count};
+use super::{Sensor, Vignetting};
+use crate::saved::{Saved, SavedError};
+use crate::thermal::brightness::BrightnessTable;
+use crate::thermal::radiance::RadianceTable;
+
+/// Pixels of one random hash.
+const GROUP: usize = 4;
+
+/// Pixels of the camera and its lines of sight.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Width and height [px].
+    pub size: [usize; 2],
+    /// Focal lengths [px].
+    pub focal: [f64; 2],
+    /// Principal point [px].
+    pub centre: [f64; 2],
+}
+
+/// A sensor with its state.
+pub struct SensorTwin {
+    sensor: Sensor,
+    view: View,
+    constants: Constants,
+    table: RadianceTable,
+    guesses: Option<BrightnessTable>,
+    /// Signal of the bolometer at the last image.
+    state: Vec<f64>,
+    /// Time of the last image [s].
+    last: Option<f64>,
+}
+
+impl SensorTwin {
+    /// A sensor that has seen nothing.
+    pub fn new(sensor: &Sensor, table: &RadianceTable, view: View) -> Self {
+        Self {
+            constants: Constants::new(sensor, table),
+            guesses: sensor.kelvin_per_count.map(|_| BrightnessTable::new(table)),
+            table: table.clone(),
+            sensor: sensor.clone(),
+            view,
+            state: vec![0.0; view.size[0] * view.size[1]],
+            last: None,
+        }
+    }
+
+    /// Digital number and count of each pixel for the radiance of an image [W m-2 sr-1] at a time [s].
+    pub fn expose(&mut self, radiance: &[f64], time: f64) -> Vec<[u16; 2]> {
+        let [width, _] = self.view.size;
+        let exposure = self.sensor.exposure(time, self.last);
+        let seen =
+            self.sensor.spread.as_ref().map_or_else(|| radiance.to_vec(), |spread| spread.apply(radiance, width));
+        let halo = self.sensor.halo.map(|halo| {
+            let grid = HaloGrid::new(&halo, self.view.size);
+            let cells = grid.halo(&grid.cells(radiance, width));
+            (halo.share, grid, cells)
+        });
+        let mut readings = Vec::with_capacity(seen.len());
+        for (place, &sharp) in seen.iter().enumerate() {
+            let (x, y) = (place % width, place / width);
+            let light =
+                halo.as_ref().map_or(sharp, |(share, grid, cells)| sharp + share * (grid.halo_at(cells, x, y) - sharp));
+            let vignette = self.vignette(x, y);
+            let signal = self.constants.signal(light, vignette);
+            let lagged = signal + (self.state[place] - signal) * exposure.decay;
+            self.state[place] = lagged;
+            let group = (y * width.div_ceil(GROUP) + x / GROUP) as u32;
+            let word = |counter: u64, stream: Stream| random_words(self.sensor.seed, counter, stream, group)[x % GROUP];
+            let shutter = u64::from(exposure.shutter);
+            let mut value = lagged;
+            if self.sensor.noise.is_some() {
+                value += self.constants.noise * normal(word(exposure.counter, Stream::Time));
+            }
+            if self.sensor.pattern.is_some() {
+                value += self.constants.gain_pattern * normal(word(0, Stream::Gain)) * (value - self.constants.level)
+                    + self.constants.offset_pattern * normal(word(shutter, Stream::Offset))
+                    + self.constants.drift * exposure.age * normal(word(shutter, Stream::Drift));
+            }
+            let mut number = self.constants.digital_number(value);
+            if self.sensor.bad_pixels > 0.0
+                && let Some(most) = stuck(word(0, Stream::Bad), self.constants.bad)
+            {
+                number = if most { self.constants.most } else { 0.0 };
+            }
+            let count = self.guesses.as_ref().map_or(0.0, |guesses| {
+                let radiance = self.constants.radiance(self.constants.signal_of(number), vignette);
+                count(&self.constants, &self.table, guesses, radiance)
+            });
+            readings.push([number as u16, count as u16]);
+        }
+        self.last = Some(time);
+        readings
+    }
+
+    /// Share of the light that arrives at a pixel.
+    fn vignette(&self, x: usize, y: usize) -> f64 {
+        match &self.sensor.vignetting {
+            None => 1.0,
+            Some(Vignetting::Cos4) => cos4(&self.view, x, y),
+            Some(Vignetting::Map(map)) => map[y * self.view.size[0] + x],
+        }
+    }
+
+    /// The state between two images.
+    pub fn save(&self) -> Saved {
+        let mut saved = Saved::default();
+        saved.put("state", &self.state);
+        saved.put("last", &[self.last.unwrap_or(f64::NAN)]);
+        saved
+    }
+
+    /// Takes a saved state.
+    ///
+    /// # Errors
+    /// A state of another image.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+        self.state = saved.list_of("state", self.state.len())?;
+        let [last] = saved.array::<f64, 1>("last")?;
+        self.last = Some(last).filter(|last| !last.is_nan());
+        Ok(())
+    }
+}
+
+/// Fourth power of the cosine between the line of sight of a pixel and the axis.
+pub fn cos4(view: &View, x: usize, y: usize) -> f64 {
+    let off = |at: usize, axis: usize| (at as f64 + 0.5 - view.centre[axis]) / view.focal[axis];
+    let square = 1.0 + off(x, 0).powi(2) + off(y, 1).powi(2);
+    1.0 / (square * square)
+}
+
+/// Whether a pixel is stuck at the largest number (`true`) or at 0 (`false`). `None` where it works.
+pub fn stuck(word: u32, share: f64) -> Option<bool> {
+    let place = f64::from(word >> 8) / f64::from(1 << 24);
+    (place < share).then_some(word & 1 == 1)
+}

@@ -1,0 +1,1 @@
+"""Measures a sensor of isotherm from its files."""

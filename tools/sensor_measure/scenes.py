@@ -1,0 +1,76 @@
+"""Scenes of a black or grey plate at one temperature, as glTF and TOML."""
+
+import base64
+import json
+import struct
+import subprocess
+
+
+def plate(path, half):
+    """A square plate in the plane z = 0, with two faces."""
+    corners = [(-half, -half, 0.0), (half, -half, 0.0), (half, half, 0.0), (-half, half, 0.0)]
+    data = b"".join(struct.pack("<3f", *corner) for corner in corners) + struct.pack("<6H", 0, 1, 2, 0, 2, 3)
+    low, high = [min(c[i] for c in corners) for i in range(3)], [max(c[i] for c in corners) for i in range(3)]
+    uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    floats = {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": low, "max": high}
+    model = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"name": "plate", "mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+        "materials": [{"name": "paint", "doubleSided": True}],
+        "buffers": [{"byteLength": len(data), "uri": uri}],
+        "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
+        "accessors": [floats, {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}],
+    }
+    path.write_text(json.dumps(model))
+
+
+SCENE = """
+[model]
+path = "plate.gltf"
+[time]
+step = {step}
+steps = {steps}
+[orbit]
+altitude = 408e3
+[attitude]
+mode = "nadir"
+[environment]
+background_temperature = {temperature}
+[[material]]
+match = "*"
+absorptivity = 0.5
+emissivity = {emissivity}
+sides = "both"
+back = {{ absorptivity = 0.5, emissivity = {emissivity} }}
+response = "instant"
+[camera]
+{camera}
+position = [0, 0, -5]
+look_at = [0, 0, 0]
+up = {up}
+{joint}
+[sensor]
+{sensor}
+[output]
+files = ["dn.png"{kelvin}]
+"""
+
+SMALL = "width = 160\nheight = 128\nfov_deg = 20"
+
+
+def run(program, folder, name, sensor, device, half=5.0, **changes):
+    """Runs a plate and returns the folder of its files."""
+    place = folder / name
+    place.mkdir(parents=True)
+    plate(place / "plate.gltf", half)
+    values = {"step": 1, "steps": 1, "temperature": 300, "emissivity": 1, "camera": SMALL, "up": "[0, 1, 0]", "joint": ""}
+    kelvin = ', "kelvin.png"' if "kelvin_per_count" in sensor else ""
+    (place / "scene.toml").write_text(SCENE.format(**(values | changes), sensor=sensor, kelvin=kelvin))
+    command = [str(program), "run", str(place / "scene.toml"), "-o", str(place / "out")]
+    done = subprocess.run(command + device, capture_output=True, text=True)
+    if done.returncode:
+        raise SystemExit(f"{name}: {done.stderr}")
+    return place / "out"
