@@ -232,7 +232,7 @@ fn presets_state_what_is_known_and_ask_for_the_rest() {
         let (camera, sensor) = (scene.camera.unwrap(), scene.sensor.unwrap());
         assert_eq!([camera.width, camera.height], preset.size);
         assert_relative_eq!(
-            camera.focal[0],
+            camera.lens.focal[0],
             f64::from(preset.size[0]) / 2.0 / 6f64.to_radians().tan(),
             max_relative = 1e-12
         );
@@ -253,7 +253,7 @@ fn presets_state_what_is_known_and_ask_for_the_rest() {
     let tiri = SHORT.replace(camera, "preset = \"tiri\"\n");
     let scene = folder.parse(&tiri).unwrap();
     // 13.3 deg over 1024 pixels.
-    assert_relative_eq!(scene.camera.unwrap().focal[0], 512.0 / 6.65f64.to_radians().tan(), max_relative = 1e-12);
+    assert_relative_eq!(scene.camera.unwrap().lens.focal[0], 512.0 / 6.65f64.to_radians().tan(), max_relative = 1e-12);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The sensor on the device against its f64 twin, its figures, its state, and its barriers.
 
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
+use isotherm::gpu::resource::Resource;
 use isotherm::gpu::sensor::frame;
 use isotherm::gpu::sensor_variant::SensorVariant;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
@@ -219,9 +220,9 @@ fn each_barrier_of_the_sensor_is_needed() {
     };
     let ranges = [StepRange { variant: instant, groups: (0, 64), joint: 0 }];
     let settle = Frame::settle(&ranges);
-    let drawn = Frame::step(&ranges, Wanted { image: true, cull: 100, temperatures: false });
+    let drawn = Frame::step(&ranges, Wanted { image: true, cull: 100, ..Wanted::default() });
     for variant in SensorVariant::all() {
-        let image = drawn.clone().then(frame(variant, 128, 20));
+        let image = drawn.clone().then(frame(variant, 128, 20, Resource::RadianceImage));
         assert_eq!(hazards([&settle, &image, &image]), []);
         assert_eq!(unread_by_host([&image]), []);
         for n in barrier_count(&drawn)..barrier_count(&image) {

@@ -8,6 +8,7 @@ use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::layout;
 use isotherm::gpu::one_pass_variant::OnePassVariant;
 use isotherm::gpu::pass::{Kernel, Pass, is_write};
+use isotherm::gpu::resource::Resource;
 use isotherm::gpu::resource_row::Role;
 use isotherm::gpu::sampling::RowOf;
 use isotherm::gpu::sensor;
