@@ -125,6 +125,17 @@ fn every_benchmark_has_a_command() {
     let names: Vec<&str> = text.lines().filter_map(|line| Some(line.split_once(": ")?.0)).collect();
     assert_eq!(
         names,
-        ["responses", "frames", "shadows", "models", "build", "integrators", "stages", "one-pass", "peers"]
+        [
+            "responses",
+            "frames",
+            "shadows",
+            "models",
+            "build",
+            "integrators",
+            "small-networks",
+            "stages",
+            "one-pass",
+            "peers"
+        ]
     );
 }

@@ -210,7 +210,7 @@ fn barriers_between_two_steps() {
 #[test]
 fn barriers_between_a_step_and_settling() {
     let step = Frame::step(&[range()], Wanted::default());
-    let seen = [&[COMPUTE_TO_COPY][..], &STATE_TO_SETTLING].concat();
+    let seen = [&STATE_TO_SETTLING[..], &[COMPUTE_TO_COPY]].concat();
     check(&step, &Frame::settle(&[range()]), Wanted::default(), &seen, &[TEMPERATURE_TO_STEP]);
 }
 
