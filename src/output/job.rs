@@ -369,13 +369,13 @@ impl Earlier {
         let images: Vec<u32> = saved.list_of("frame_images", steps.len())?;
         let apparent: Vec<[f32; 2]> = saved.list_of("frame_apparent", steps.len())?;
         let known = |range: [f32; 2]| Some(range).filter(|range| !range[0].is_nan());
-        let frame = |(((step, image), range), apparent): (((u32, u32), [f32; 2]), [f32; 2])| WrittenFrame {
-            step,
-            image: image_of(image),
-            range: known(range),
-            apparent: known(apparent),
+        let frame = |number: usize| WrittenFrame {
+            step: steps[number],
+            image: image_of(images[number]),
+            range: known(ranges[number]),
+            apparent: known(apparent[number]),
         };
-        let frames = steps.into_iter().zip(images).zip(ranges).zip(apparent).map(frame).collect();
+        let frames = (0..steps.len()).map(frame).collect();
         Ok(Self { frames, seconds: saved.array("seconds")?, between: Between::of(saved)? })
     }
 }
