@@ -7,6 +7,9 @@
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
+use crate::thermal::lobe::Lobe;
+use crate::thermal::surroundings::{Reflector, Surroundings, reflected_radiance, sky_radiance};
+
 /// Triangles with the values of their vertices. A triangle has the part and material of its first vertex.
 #[derive(Debug, Clone, Copy)]
 pub struct Surface<'a> {
@@ -22,6 +25,23 @@ pub struct Surface<'a> {
     pub vertex_material: &'a [u32],
     /// Emissivities of front and back for each material.
     pub emissivities: &'a [[f64; 2]],
+    /// What surrounds the surface. `None` where no pixel shows it.
+    pub around: Option<Around<'a>>,
+}
+
+/// What surrounds a surface, and how it reflects that.
+#[derive(Debug, Clone, Copy)]
+pub struct Around<'a> {
+    /// The surroundings, in camera axes.
+    pub surroundings: &'a Surroundings,
+    /// Whether they show behind the surface.
+    pub background: bool,
+    /// Normals of the vertices, body frame. They interpolate between the vertices.
+    pub normals: &'a [DVec3],
+    /// Front and back of each material. Empty where nothing reflects.
+    pub reflectors: &'a [[Reflector; 2]],
+    /// The lobes that they refer to.
+    pub lobes: &'a [Lobe],
 }
 
 /// A pinhole camera with OpenCV axes: +X right, +Y down, +Z forward.
@@ -44,8 +64,10 @@ pub struct View {
 /// One pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pixel {
-    /// Emissivity times the blackbody's radiance in the band [W m-2 sr-1]. 0 where no surface is.
+    /// Emitted and reflected radiance in the band [W m-2 sr-1]. Where no surface is, it is that of the sky, or 0 without one.
     pub radiance: f64,
+    /// The reflected part of it [W m-2 sr-1]. 0 where no surface is.
+    pub reflected: f64,
     /// Temperature [K]. 0 where no surface is.
     pub temperature: f64,
     /// Distance along the camera's axis [m]. Infinite where no surface is.
@@ -57,7 +79,8 @@ pub struct Pixel {
 }
 
 /// A pixel that no triangle covers.
-pub const EMPTY: Pixel = Pixel { radiance: 0.0, temperature: 0.0, depth: f64::INFINITY, part: 0, material: 0 };
+pub const EMPTY: Pixel =
+    Pixel { radiance: 0.0, reflected: 0.0, temperature: 0.0, depth: f64::INFINITY, part: 0, material: 0 };
 
 /// A triangle in camera axes.
 struct Projected {
@@ -67,6 +90,10 @@ struct Projected {
     /// Pixels that it may cover: ranges of columns and rows, ends excluded.
     columns: [u32; 2],
     rows: [u32; 2],
+    /// Normals of the visible face at the vertices, camera axes. 0 where nothing reflects.
+    normals: [DVec3; 3],
+    /// 0 for the front, 1 for the back.
+    face: usize,
     emissivity: f64,
     part: u32,
     material: u32,
@@ -80,33 +107,69 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
     let mut pixels = vec![EMPTY; view.width as usize * view.height as usize];
     pixels.par_chunks_mut(view.width.max(1) as usize).enumerate().for_each(|(row, pixels)| {
         let row = row as u32;
+        let mut shown = vec![None; pixels.len()];
         for triangle in projected.iter().filter(|triangle| (triangle.rows[0]..triangle.rows[1]).contains(&row)) {
-            draw_row(triangle, view, row, pixels);
+            draw_row(triangle, view, row, pixels, &mut shown);
         }
-        for pixel in pixels {
+        for (column, (pixel, shown)) in pixels.iter_mut().zip(shown).enumerate() {
             // The field held the emissivity so far, so that only visible pixels are converted.
             if pixel.part > 0 {
                 pixel.radiance *= radiance(pixel.temperature);
+            }
+            if let Some(around) = &surface.around {
+                let direction = ray(view, column as u32, row).normalize();
+                arrive(pixel, around, shown, direction);
             }
         }
     });
     pixels
 }
 
+/// Ray of a pixel in camera axes, with a depth of 1.
+fn ray(view: &View, column: u32, row: u32) -> DVec3 {
+    DVec3::new(
+        (f64::from(column) + 0.5 - view.centre[0]) / view.focal[0],
+        (f64::from(row) + 0.5 - view.centre[1]) / view.focal[1],
+        1.0,
+    )
+}
+
+/// Adds what a surface reflects, or the sky where none is. `direction` leads from the camera to the pixel.
+fn arrive(pixel: &mut Pixel, around: &Around, shown: Option<Shown>, direction: DVec3) {
+    match shown {
+        None if around.background => pixel.radiance = sky_radiance(around.surroundings, direction),
+        None => {}
+        Some(Shown { normal, face }) => {
+            if let Some(reflectors) = around.reflectors.get(pixel.material as usize - 1) {
+                pixel.reflected =
+                    reflected_radiance(around.surroundings, &reflectors[face], around.lobes, normal, -direction);
+                pixel.radiance += pixel.reflected;
+            }
+        }
+    }
+}
+
+/// The face that a pixel shows.
+#[derive(Debug, Clone, Copy)]
+struct Shown {
+    /// Normal of length 1, camera axes.
+    normal: DVec3,
+    face: usize,
+}
+
 /// Draws one row of a triangle, with its emissivity in place of the radiance.
-fn draw_row(triangle: &Projected, view: &View, row: u32, pixels: &mut [Pixel]) {
+fn draw_row(triangle: &Projected, view: &View, row: u32, pixels: &mut [Pixel], shown: &mut [Option<Shown>]) {
     for column in triangle.columns[0]..triangle.columns[1] {
-        let ray = DVec3::new(
-            (f64::from(column) + 0.5 - view.centre[0]) / view.focal[0],
-            (f64::from(row) + 0.5 - view.centre[1]) / view.focal[1],
-            1.0,
-        );
+        let ray = ray(view, column, row);
         let weights = triangle.planes.map(|plane| plane.dot(ray));
         let depth = 1.0 / weights.iter().sum::<f64>();
         let pixel = &mut pixels[column as usize];
         if weights.iter().all(|&w| w >= 0.0) && depth >= view.near && depth < pixel.depth {
             let weighted: f64 = weights.iter().zip(triangle.temperatures).map(|(w, t)| w * t).sum();
+            let normal: DVec3 = weights.iter().zip(triangle.normals).map(|(weight, normal)| *weight * normal).sum();
+            shown[column as usize] = Some(Shown { normal: normal.normalize_or_zero(), face: triangle.face });
             *pixel = Pixel {
+                reflected: 0.0,
                 radiance: triangle.emissivity,
                 temperature: weighted * depth,
                 depth,
@@ -131,7 +194,14 @@ fn project(surface: &Surface, view: &View, triangle: [u32; 3]) -> Option<Project
     let material = surface.vertex_material[indices[0]];
     // The camera is at the origin, so the outward normal points to it where a . normal < 0.
     let face = usize::from(volume > 0.0);
+    let side = if face == 0 { 1.0 } else { -1.0 };
+    let normals = indices.map(|vertex| {
+        let normal = surface.around.as_ref().and_then(|around| around.normals.get(vertex));
+        normal.map_or(DVec3::ZERO, |normal| side * (view.camera_from_body.matrix3 * *normal))
+    });
     Some(Projected {
+        normals,
+        face,
         planes,
         temperatures: indices.map(|vertex| surface.temperatures[vertex]),
         columns,
@@ -223,6 +293,7 @@ mod tests {
             vertex_part: &parts,
             vertex_material: &materials,
             emissivities: &EMISSIVITIES,
+            around: None,
         };
         rasterise(&surface, view, radiance)
     }

@@ -22,6 +22,7 @@ mod prepare_steps;
 pub mod reference_engine;
 pub mod state;
 pub mod stepper;
+pub mod surroundings;
 pub mod target;
 pub mod viewpoint;
 
@@ -36,6 +37,7 @@ use keep::{Keep, KeepNothing};
 use periodic::Periodic;
 use prepare::Prepared;
 use state::restore;
+use surroundings::surroundings_at;
 use viewpoint::camera_from_body;
 
 /// The results of a step.
@@ -255,7 +257,8 @@ pub fn run_from<E: From<EngineError>>(
         let pose = is_drawn(&time.draw, step).then(|| pose_at(prepared, now)).flatten();
         let advance = load.as_ref().map(|load| Step { load, steps: 1.0, start: now - time.step, length: time.step });
         let joints = pose.map(|_| prepared.loads.joints_at(now).1).unwrap_or_default();
-        engine.submit(advance, Order { pose, joints: &joints, temperatures: true })?;
+        let surroundings = pose.and_then(|pose| surroundings_at(prepared, now, &pose));
+        engine.submit(advance, Order { pose, joints: &joints, temperatures: true, surroundings })?;
         let reference = check.as_deref_mut().map(|check| {
             let _checks = trace.span(Track::Host, "f64 reference of the sample");
             if let Some(load) = &load {
@@ -299,7 +302,9 @@ pub fn still(
     let load = (rest > 1e-9).then(|| prepared.loads.step_load(whole * length, time));
     let pose = pose_at(prepared, time);
     let advance = load.as_ref().map(|load| Step { load, steps: rest, start: whole * length, length: rest * length });
-    engine.submit(advance, Order { pose, joints: &prepared.loads.joints_at(time).1, temperatures: false })?;
+    let joints = prepared.loads.joints_at(time).1;
+    let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
+    engine.submit(advance, Order { pose, joints: &joints, temperatures: false, surroundings })?;
     let delivered = engine.deliver()?;
     Ok(Some(StepResult { step: whole as u32, time, pose, delivered }))
 }

@@ -83,7 +83,7 @@ fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, Box<dyn std::error
         let last = number + 1 == STEPS;
         let joints = prepared.loads.joints_at(end).1;
         let pose = if last { pose_at(&prepared, end) } else { None };
-        let order = Order { pose, joints: &joints, temperatures: last };
+        let order = Order { pose, joints: &joints, temperatures: last, ..Order::default() };
         engine.submit(Some(Step { load: &load, steps: 1.0, start, length: step }), order)?;
         delivered = engine.deliver()?;
     }
@@ -127,6 +127,7 @@ mod tests {
             device: String::new(),
             temperatures: vec![300.0, temperature],
             pixels: Pixels {
+                reflected: Vec::new(),
                 radiance_temperature_depth: vec![[radiance, 300.0, 1.0], [5.0, 300.0, 1.0], [0.0; 3]],
                 identity: vec![[1, 1], [part, 1], [0, 0]],
             },

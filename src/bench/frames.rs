@@ -186,7 +186,7 @@ impl Run<'_> {
                 let load = self.prepared.loads.step_load(start, start + length);
                 let pose = if draw { pose_at(self.prepared, start + length) } else { None };
                 let joints = self.prepared.loads.joints_at(start + length).1;
-                let order = Order { pose, joints: &joints, temperatures: false };
+                let order = Order { pose, joints: &joints, temperatures: false, ..Order::default() };
                 self.engine.submit(Some(Step { load: &load, steps: self.share, start, length }), order)?;
                 self.next += 1;
             }

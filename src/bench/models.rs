@@ -294,7 +294,7 @@ fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, EngineError> 
         let drawn = camera.is_some() && number % DRAW_EVERY == 0;
         let joints = prepared.loads.joints_at(to).1;
         let pose = if drawn { pose_at(prepared, to) } else { None };
-        let order = Order { pose, joints: &joints, temperatures: true };
+        let order = Order { pose, joints: &joints, temperatures: true, ..Order::default() };
         engine.submit(Some(Step { load: &load, steps: 1.0, start: from, length: step }), order)?;
         let delivered = engine.deliver()?;
         let after = device_ms(&engine);

@@ -118,6 +118,7 @@ pub fn time_pass(
         shadows: None,
         joints: None,
         network: None,
+        shown: Default::default(),
     };
     let plan = data.plan();
     let bytes: u64 = plan.iter().filter(|planned| planned.resource.row().grows_with_nodes()).map(|p| p.bytes).sum();

@@ -112,7 +112,12 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
     let device_data = DeviceData::new(&prepared);
     let data = device_data.scene_data(&prepared, camera);
     let network = data.network.map(|network| network.shape.steps(1, 1, false).0).unwrap_or_default();
-    let wanted = Wanted { image: camera.is_some(), cull: prepared.triangles.len() as u32, temperatures: true };
+    let wanted = Wanted {
+        image: camera.is_some(),
+        cull: prepared.triangles.len() as u32,
+        temperatures: true,
+        ..Wanted::default()
+    };
     let frame = Frame::step(&data.ranges, Wanted::default()).then(network).then(Frame::step_in_runs(
         &[],
         wanted,

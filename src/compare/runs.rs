@@ -282,7 +282,8 @@ impl Setting<'_> {
             }
             if self.shown.binary_search(&step).is_ok() {
                 let joints = prepared.loads.joints_at(now).1;
-                let order = Order { pose: pose_at(&prepared, now), joints: &joints, temperatures: false };
+                let order =
+                    Order { pose: pose_at(&prepared, now), joints: &joints, temperatures: false, ..Order::default() };
                 let (ms, delivered) = timed(|| engine.submit(None, order).and_then(|()| engine.deliver()))?;
                 image_ms.push(ms);
                 if let Some(pixels) = delivered.pixels {

@@ -69,6 +69,12 @@ impl Bindings {
             let types = binding_types(pass);
             if !self.pipelines.contains_key(&kernel) {
                 self.pipelines.insert(kernel, pipeline(&self.context, kernel, &types)?);
+                if let Kernel::Radiance(shows) = kernel
+                    && shows.background
+                {
+                    let sky = Kernel::Background(shows);
+                    self.pipelines.insert(sky, pipeline(&self.context, sky, &types)?);
+                }
             }
             let layouts = [self.pipelines[&kernel].set_layout];
             let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
@@ -122,6 +128,16 @@ impl Bindings {
     }
 }
 
+impl Bindings {
+    /// Pipeline of the sky behind the craft, where the image has one. It uses the descriptor set of the craft.
+    pub fn background(&self, pass: &Pass) -> Option<&Pipeline> {
+        match pass.kernel() {
+            Some(Kernel::Radiance(shows)) => self.pipelines.get(&Kernel::Background(shows)),
+            _ => None,
+        }
+    }
+}
+
 impl Drop for Bindings {
     fn drop(&mut self) {
         for pool in &self.pools {
@@ -160,7 +176,8 @@ fn pipeline(context: &Arc<Context>, kernel: Kernel, types: &[(u32, vk::Descripto
         _ => 0,
     };
     match kernel {
-        Kernel::Radiance => Pipeline::radiance(context, types),
+        Kernel::Radiance(shows) => Pipeline::radiance(context, &shows.shaders(), types),
+        Kernel::Background(shows) => Pipeline::background(context, &shows.background(), types),
         Kernel::SunDepth => Pipeline::solar_depth(context, types),
         _ => Pipeline::compute(context, &kernel.shaders()[0], types, constants as u32),
     }

@@ -15,6 +15,7 @@ use super::pass::{
     CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Pass, Work, barrier, clear_pass, copy_pass,
     is_write, scope, to_host, transition,
 };
+use super::radiance_variant::RadianceVariant;
 use super::resource::Resource;
 use crate::environment::shadow::{Method, SUN_RAYS};
 
@@ -30,6 +31,8 @@ pub struct Wanted {
     pub cull: u32,
     /// Whether the host reads the temperatures of all nodes.
     pub temperatures: bool,
+    /// What the pixels of the image show.
+    pub shows: RadianceVariant,
 }
 
 /// Passes and barriers that are submitted together.
@@ -90,7 +93,7 @@ impl Frame {
                 transition(Resource::IdentityImage, copied, colour, undefined, attachment),
                 transition(Resource::DepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),
             ]));
-            entries.push(Entry::Pass(radiance_pass()));
+            entries.push(Entry::Pass(radiance_pass(wanted.shows)));
             entries.push(Entry::Barriers(vec![
                 transition(Resource::RadianceImage, colour, COPY_READ, attachment, source),
                 transition(Resource::IdentityImage, colour, COPY_READ, attachment, source),

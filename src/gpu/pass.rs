@@ -3,6 +3,7 @@
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
 use super::one_pass_variant::OnePassVariant;
+use super::radiance_variant::RadianceVariant;
 use super::resource::Resource;
 use super::shaders::Shader;
 use super::variant::{FusedVariant, ResponseVariant, ThermalVariant};
@@ -68,8 +69,10 @@ pub enum Kernel {
     },
     /// Culls triangles that cover no pixel centre.
     Cull,
-    /// Draws the remaining triangles as radiance.
-    Radiance,
+    /// Draws the remaining triangles as radiance, and the sky behind them.
+    Radiance(RadianceVariant),
+    /// Draws the sky. No pass has this kernel: the pass of the radiance draws it with its own bindings.
+    Background(RadianceVariant),
     /// A pass over a large network.
     Wide(WideVariant),
     /// Sub-steps of a small network.
@@ -91,7 +94,7 @@ pub enum Kernel {
 impl Kernel {
     /// Whether it draws the triangles of all joints in turn.
     pub fn draws(self) -> bool {
-        matches!(self, Self::Radiance | Self::SunDepth)
+        matches!(self, Self::Radiance(_) | Self::SunDepth)
     }
 
     /// Shader of a dispatch. For a draw, the vertex shader and the fragment shader, if it has one.
@@ -109,7 +112,8 @@ impl Kernel {
             Self::SunRay { first: true } => vec![Shader::new("solar_rays.comp", vec!["first"])],
             Self::SunRay { first: false } => plain("solar_rays.comp"),
             Self::Cull => plain("cull.comp"),
-            Self::Radiance => ["radiance.vert", "radiance.frag"].map(|entry| Shader::new(entry, Vec::new())).to_vec(),
+            Self::Radiance(variant) => variant.shaders().to_vec(),
+            Self::Background(variant) => variant.background().to_vec(),
             Self::Blackbody => plain("blackbody.comp"),
             Self::Brightness => plain("brightness.comp"),
             Self::Empty => plain("empty.comp"),

@@ -21,6 +21,8 @@ pub struct Pipeline {
 pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 /// Format of the image with part and material of each pixel.
 pub const IDENTITY_FORMAT: vk::Format = vk::Format::R32G32_UINT;
+/// Formats of the colours of an image.
+const IMAGE_FORMATS: &[vk::Format] = &[RADIANCE_FORMAT, IDENTITY_FORMAT];
 /// Format of the depth buffer.
 pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 
@@ -45,23 +47,35 @@ impl Pipeline {
     }
 
     /// Makes the pipeline of the radiance pass: vertices read from storage buffers, reversed depth, no face culling.
-    pub fn radiance(context: &Arc<Context>, bindings: &[(u32, vk::DescriptorType)]) -> Result<Self, GpuError> {
-        let formats = [RADIANCE_FORMAT, IDENTITY_FORMAT];
-        let depth = vk::CompareOp::GREATER;
-        Self::graphics(context, "radiance", &["radiance.vert", "radiance.frag"], bindings, &formats, depth)
+    pub fn radiance(
+        context: &Arc<Context>,
+        shaders: &[Shader],
+        bindings: &[(u32, vk::DescriptorType)],
+    ) -> Result<Self, GpuError> {
+        Self::graphics(context, "radiance", shaders, bindings, IMAGE_FORMATS, vk::CompareOp::GREATER)
+    }
+
+    /// Makes the pipeline of the sky, which is drawn where nothing is: its depth is that of the cleared image.
+    pub fn background(
+        context: &Arc<Context>,
+        shaders: &[Shader],
+        bindings: &[(u32, vk::DescriptorType)],
+    ) -> Result<Self, GpuError> {
+        Self::graphics(context, "background", shaders, bindings, IMAGE_FORMATS, vk::CompareOp::EQUAL)
     }
 
     /// Makes the pipeline of the shadow map: vertices read from storage buffers, depth only, no face culling.
     pub fn solar_depth(context: &Arc<Context>, bindings: &[(u32, vk::DescriptorType)]) -> Result<Self, GpuError> {
-        Self::graphics(context, "solar_depth", &["solar_depth.vert"], bindings, &[], vk::CompareOp::LESS)
+        let shaders = [Shader::new("solar_depth.vert", Vec::new())];
+        Self::graphics(context, "solar_depth", &shaders, bindings, &[], vk::CompareOp::LESS)
     }
 
-    /// Makes a pipeline for indexed triangles without face culling. `formats` are the colour attachments, `nearer` is
-    /// the depth test, and `entries` are the vertex shader and, if there are colours, the fragment shader.
+    /// Makes a pipeline for triangles without face culling. `formats` are the colour attachments, `nearer` is the depth
+    /// test, and `shaders` are the vertex shader and, if there are colours, the fragment shader.
     fn graphics(
         context: &Arc<Context>,
         name: &str,
-        entries: &[&'static str],
+        shaders: &[Shader],
         bindings: &[(u32, vk::DescriptorType)],
         formats: &[vk::Format],
         nearer: vk::CompareOp,
@@ -72,8 +86,7 @@ impl Pipeline {
             vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT
         };
         let mut pipeline = Self::layouts(context, bindings, 0, stages, vk::PipelineBindPoint::GRAPHICS)?;
-        let module = |entry: &&'static str| Module::new(context, &Shader::new(entry, Vec::new()));
-        let modules = entries.iter().map(module).collect::<Result<Vec<_>, _>>()?;
+        let modules = shaders.iter().map(|shader| Module::new(context, shader)).collect::<Result<Vec<_>, _>>()?;
         let kinds = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
         let stages: Vec<_> = modules.iter().zip(kinds).map(|(module, kind)| module.stage(kind)).collect();
 

@@ -197,6 +197,7 @@ impl<'a> Recorder<'a> {
             self.bind(pass, run.joint);
             self.draw_visible(run);
         }
+        self.draw_background(pass);
         self.end_drawing();
     }
 
@@ -210,6 +211,20 @@ impl<'a> Recorder<'a> {
             let offset = u64::from(first) * u64::from(stride);
             // SAFETY: rendering has begun, the pipeline is bound, and the draw commands are within their buffer.
             unsafe { device.cmd_draw_indexed_indirect(self.commands, draws.raw, offset, end - first, stride) };
+        }
+    }
+
+    /// Draws the sky where no triangle is.
+    fn draw_background(&mut self, pass: &Pass) {
+        let Some(pipeline) = self.bindings.and_then(|bindings| bindings.background(pass)) else { return };
+        self.bind(pass, 0);
+        self.bound.0 = pipeline.raw;
+        let device = &self.context.device;
+        // SAFETY: rendering has begun. The bound set was made for a layout with the same bindings, stages and push
+        // constants as that of this pipeline.
+        unsafe {
+            device.cmd_bind_pipeline(self.commands, pipeline.bind_point, pipeline.raw);
+            device.cmd_draw(self.commands, 3, 1, 0, 0);
         }
     }
 

@@ -24,6 +24,7 @@ use super::load::DeviceLoad;
 use super::memory::Buffer;
 use super::once::Once;
 use super::pass::Said;
+use super::radiance_variant::RadianceVariant;
 use super::record::Recorder;
 use super::resource::Resource;
 use super::resource_row::SLOTS;
@@ -51,6 +52,10 @@ pub struct Request<'a> {
     pub views: &'a [layout::View],
     /// Whether the host reads the temperatures of all nodes.
     pub temperatures: bool,
+    /// What surrounds the craft in the image. Without it the image has that of the slot's last one.
+    pub surroundings: Option<layout::Surroundings>,
+    /// Lobes of all rough mirrors before the planet.
+    pub lobes: &'a [f32],
     /// Heaters of a network that the frame steps.
     pub heating: Option<Heating<'a>>,
     /// A list to submit instead of the usual one for this request. Tests use it to leave a barrier out.
@@ -72,7 +77,8 @@ impl<'a> Request<'a> {
 /// Outputs of a frame.
 #[derive(Default)]
 pub struct Collected<'a> {
-    /// Radiance [W m-2 sr-1], temperature [K], depth [m] and 1 for every pixel; 0 for the background.
+    /// Radiance [W m-2 sr-1], temperature [K], depth [m] and 1 for every pixel; 0 for the background. Where the scene
+    /// asks for the reflected radiance, it stands in place of the 1. Where it asks for a sky, the background has its radiance.
     pub radiance: Option<&'a [[f32; 4]]>,
     /// Part and material index of every pixel, each plus 1; 0 for the background.
     pub identity: Option<&'a [[u32; 2]]>,
@@ -101,6 +107,8 @@ pub struct Renderer {
     shadows: Shadows,
     /// The network, if the frames step it.
     one_pass: Option<OnePass>,
+    /// What the pixels of an image show.
+    shows: RadianceVariant,
     /// The load whose balance is the target of every node, if known.
     commanded: Option<DeviceLoad>,
     /// The frames in flight. The field is dropped first, because its destructor waits for the device.
@@ -115,7 +123,9 @@ impl Renderer {
     pub fn new(context: &Arc<Context>, data: &SceneData<'_>) -> Result<Self, GpuError> {
         let mut once = Once::new(context)?;
         let resources = Resources::of_scene(context, &mut once, data)?;
-        let wanted = Wanted { image: data.image.is_some(), cull: data.triangles.len() as u32, temperatures: true };
+        let shows = data.shown.variant;
+        let wanted =
+            Wanted { image: data.image.is_some(), cull: data.triangles.len() as u32, temperatures: true, shows };
         let triangles = data.runs();
         let mut frames = Vec::new();
         for (has_sun, has_albedo) in [(true, true), (true, false), (false, false)] {
@@ -145,6 +155,7 @@ impl Renderer {
             fused_steps: 0,
             shadows,
             one_pass,
+            shows,
             commanded: None,
             slots: Slots::new(context, passes)?,
             bindings,
@@ -189,7 +200,7 @@ impl Renderer {
         let mut views = request.views.to_vec();
         let culled = self.culling.due(&mut views);
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
-        let wanted = Wanted { image: !views.is_empty(), cull, temperatures: request.temperatures };
+        let wanted = Wanted { image: !views.is_empty(), cull, temperatures: request.temperatures, shows: self.shows };
         let mut ranges = request.step.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
         let mut loaded = Vec::new();
         if self.steps_network() {
@@ -282,6 +293,10 @@ impl Renderer {
             DeviceLoad::new(load, self.joints).write(&mut self.resources, slot, steps)?;
         }
         self.resources.write_slices(Resource::View, slot, request.views)?;
+        if let Some(around) = request.surroundings {
+            self.resources.write(Resource::Surroundings, slot, &[around])?;
+            self.resources.write(Resource::Lobes, slot, request.lobes)?;
+        }
         self.resources.write_slices(Resource::SunView, slot, &std::mem::take(&mut self.shadows.views))?;
         let told = |said: Said| match said {
             Said::Triangle(first) => first.to_le_bytes().to_vec(),

@@ -19,18 +19,19 @@ macro_rules! entry_points {
 
 /// Entry points of `glsl/`, each with its SPIR-V without words.
 pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
-    "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp" "network_fused.comp" "network_solve.comp"
+    "background.frag" "background.vert" "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp" "network_fused.comp"
+    "network_solve.comp"
     "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "radiance.frag" "radiance.vert" "response.comp"
     "solar_depth.vert" "solar_rays.comp" "solar_visibility.comp" "thermal_step.comp"
 ];
 
 /// Name and text of each file in `glsl/`.
 const TEXTS: &[(&str, &str)] = texts![
-    "albedo.glsl" "balance.glsl" "band_table.glsl" "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp"
-    "network.glsl"
+    "albedo.glsl" "background.frag" "background.vert" "balance.glsl" "band_table.glsl" "blackbody.comp" "brightness.comp" "cull.comp" "empty.comp"
+    "lobe.glsl" "network.glsl"
     "network_elimination.glsl" "network_fused.comp" "network_rows.glsl" "network_solve.comp" "network_types.glsl"
-    "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "planck.glsl" "planet.glsl" "radiance.frag" "radiance.vert" "response.comp"
-    "shaped_transition.glsl" "solar_depth.vert" "solar_rays.comp"
+    "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "planck.glsl" "planet.glsl" "radiance.frag" "radiance.vert"
+    "reflection.glsl" "response.comp" "shaped_transition.glsl" "sky.glsl" "solar_depth.vert" "solar_rays.comp"
     "solar_visibility.comp" "solar_visibility.glsl" "thermal_step.comp" "transition.glsl" "types.glsl"
 ];
 

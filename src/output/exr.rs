@@ -1,7 +1,7 @@
 //! EXR files: frames without loss, with all metadata in the header.
 //!
 //! Channels: `L` (float, band radiance), `T` (float, temperature), `Z` (float, distance along the camera's +Z), `part`
-//! and `material` (uint). The header states units in `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
+//! and `material` (uint). With `output.channels` also `emitted` and `reflected` (float, the two parts of `L`). The header states units in `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
 //! `isotherm_units_*`. The string vectors `isotherm_parts` and `isotherm_materials` are indexed by the pixel value. All
 //! types are OpenEXR's own (`v2d`, `v3d`, `m44d`, `stringvector`), so any reader shows them.
 //!
@@ -36,13 +36,20 @@ pub fn write_exr(path: &Path, frame: &Frame, header: &FrameHeader) -> Result<(),
 pub fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, OutputError> {
     frame.check()?;
     frame.check_finite()?;
-    let channels = SmallVec::from_vec(vec![
+    let mut channels = SmallVec::from_vec(vec![
         AnyChannel::new("L", FlatSamples::F32(frame.radiance.clone())),
         AnyChannel::new("T", FlatSamples::F32(frame.temperature.clone())),
         AnyChannel::new("Z", FlatSamples::F32(frame.depth.clone())),
         AnyChannel::new("part", FlatSamples::U32(frame.part.clone())),
         AnyChannel::new("material", FlatSamples::U32(frame.material.clone())),
     ]);
+    if let Some(reflected) = &frame.reflected {
+        let of_surface = |(all, reflected): (&f32, &f32)| all - reflected;
+        let emitted = frame.radiance.iter().zip(reflected).zip(&frame.part);
+        let emitted = emitted.map(|(pair, part)| if *part == 0 { 0.0 } else { of_surface(pair) }).collect();
+        channels.push(AnyChannel::new("emitted", FlatSamples::F32(emitted)));
+        channels.push(AnyChannel::new("reflected", FlatSamples::F32(reflected.clone())));
+    }
     let mut attributes = LayerAttributes::default();
     for (name, value) in header_attributes(frame, header) {
         attributes.other.insert(text(name), value);
@@ -78,6 +85,7 @@ pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
     let attributes = Attributes { path, attributes: &layer.attributes };
     let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
     let mut channels = layer.channel_data.list;
+    let has_reflected = channels.iter().any(|channel| channel.name.as_slice() == b"reflected");
     let mut take = |name: &str| {
         let found = channels.iter().position(|channel| channel.name.as_slice() == name.as_bytes());
         found
@@ -89,6 +97,7 @@ pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
         _ => Err(OutputError::exr(path, format!("channel {name} is not 32-bit float"))),
     };
     let (radiance, temperature, depth) = (float("L")?, float("T")?, float("Z")?);
+    let reflected = if has_reflected { Some(float("reflected")?) } else { None };
     let mut label = |name: &str| match take(name)? {
         FlatSamples::U32(values) => Ok(values),
         _ => Err(OutputError::exr(path, format!("channel {name} is not 32-bit uint"))),
@@ -96,7 +105,7 @@ pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
     let (part, material) = (label("part")?, label("material")?);
     let step = attributes.integer("isotherm_step")?;
     let time = attributes.doubles::<1>("isotherm_time_s")?[0];
-    let frame = Frame { width, height, step, time, radiance, temperature, depth, part, material };
+    let frame = Frame { width, height, step, time, radiance, temperature, depth, part, material, reflected };
     Ok((frame, attributes.header(width, height)?))
 }
 

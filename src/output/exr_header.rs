@@ -38,7 +38,7 @@ pub(super) fn header_attributes(frame: &Frame, header: &FrameHeader) -> Vec<(&'s
         ("isotherm_units_Z", string("m, along camera +Z")),
         ("isotherm_units_part", string("index into isotherm_parts")),
         ("isotherm_units_material", string("index into isotherm_materials")),
-        ("isotherm_background", string("part = 0; there L, T, Z and material are 0 too")),
+        ("isotherm_background", string("part = 0; there T, Z and material are 0 too, and L is 0 or that of the sky")),
         ("isotherm_parts", names(&header.parts)),
         ("isotherm_materials", names(&header.materials)),
         ("isotherm_camera_model", string("pinhole; +X right, +Y down, +Z forward; first pixel centre at (0.5, 0.5)")),

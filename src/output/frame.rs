@@ -9,7 +9,7 @@ use crate::scene::Camera;
 use crate::thermal::planck::Band;
 
 /// The camera's image at one step. Rows run from top to bottom, pixels from left to right. Pixels without a surface are
-/// 0 in every channel. `part == 0` is the test for them.
+/// 0 in every channel but the radiance, which is that of the sky where a scene has one. `part == 0` is the test for them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
     /// Width in pixels.
@@ -30,6 +30,8 @@ pub struct Frame {
     pub part: Vec<u32>,
     /// Index of the material + 1.
     pub material: Vec<u32>,
+    /// The reflected part of the radiance [W m-2 sr-1]. `None` where the scene does not ask for it.
+    pub reflected: Option<Vec<f32>>,
 }
 
 impl Frame {
@@ -73,6 +75,7 @@ impl Frame {
                 ("Z", self.depth.len()),
                 ("part", self.part.len()),
                 ("material", self.material.len()),
+                ("reflected", self.reflected.as_ref().map_or(self.part.len(), Vec::len)),
             ],
         )
     }
@@ -131,6 +134,7 @@ pub(crate) mod tests {
             depth: vec![0.0; pixels],
             part: vec![0; pixels],
             material: vec![0; pixels],
+            reflected: None,
         };
         let phase = step as f32 * 0.02 + 0.5;
         let radius = 0.42 * height as f32;

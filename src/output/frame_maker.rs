@@ -50,6 +50,7 @@ impl<'a> FrameMaker<'a> {
             depth: channel(2),
             part: label(0),
             material: label(1),
+            reflected: self.prepared.scene.surrounded.channels.then_some(pixels.reflected),
         };
         frame.check_finite_of(|pixel| self.shown(&frame, pixel, &pose))?;
         Ok(Some((frame, FrameHeader { camera_from_body: DMat4::from(pose), ..self.header.clone() })))

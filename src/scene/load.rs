@@ -7,7 +7,10 @@ use sha2::{Digest, Sha256};
 use super::error::SceneError;
 use super::file::{SourceFile, read_text};
 use super::section::Section;
-use super::{Camera, Draw, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, shadows, view, work};
+use super::{
+    Camera, Draw, Reflections, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, radiance,
+    shadows, view, work,
+};
 use crate::files::Reach;
 
 impl Scene {
@@ -65,12 +68,16 @@ impl Scene {
             &mut files,
             &mut assumptions,
         )?;
-        let band = view::band(root.table("radiance", keys::RADIANCE)?.as_ref(), &mut assumptions)?;
+        let section = root.table("radiance", keys::RADIANCE)?;
+        let band = radiance::band(section.as_ref(), &mut assumptions)?;
+        let mut surrounded = radiance::surrounded(section.as_ref(), &sky.environment, &mut assumptions)?;
         let camera = optional_camera(&root, &time.draw, &mut assumptions)?;
         work::check_images(&root.required_table("time", keys::TIME)?, &time, camera.as_ref())?;
         let initial = view::initial(root.table("initial", keys::INITIAL)?.as_ref(), &mut assumptions)?;
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
-        let colour_range = view::colour_range(root.table("output", keys::OUTPUT)?.as_ref())?;
+        let section = root.table("output", keys::OUTPUT)?;
+        let colour_range = view::colour_range(section.as_ref())?;
+        surrounded.channels = view::channels(section.as_ref(), surrounded.reflections != Reflections::Off)?;
         let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref())?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
@@ -89,6 +96,7 @@ impl Scene {
             materials,
             camera,
             band,
+            surrounded,
             initial,
             probes,
             network,

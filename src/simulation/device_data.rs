@@ -1,13 +1,14 @@
 //! Scene data rounded to f32 for the device: materials, response functions and the band.
 
 use super::prepare::Prepared;
+use super::surroundings::Finishes;
 use crate::gpu::blackbody::band_table;
 use crate::gpu::layout;
 use crate::gpu::one_pass::OnePassTables;
 use crate::gpu::resources::{JointData, SceneData, ShadowData};
 use crate::gpu::shapes::Shapes;
 use crate::scene::Camera;
-use crate::thermal::material::{Material, Optics, Response, Sides};
+use crate::thermal::material::{Material, Response};
 use crate::thermal::radiance::RadianceTable;
 
 /// Data that the device needs in addition to the arrays of `Prepared`.
@@ -16,6 +17,7 @@ pub struct DeviceData {
     shapes: Shapes,
     band_table: Vec<f32>,
     network: Option<OnePassTables>,
+    pub(super) finishes: Finishes,
 }
 
 impl DeviceData {
@@ -25,7 +27,7 @@ impl DeviceData {
         let shapes = Shapes::of(&prepared.materials);
         let materials = prepared.materials.iter().map(|material| device_material(material, &shapes)).collect();
         let network = prepared.network.as_ref().and_then(|network| network.tables());
-        Self { materials, shapes, band_table: band_table(&table), network }
+        Self { materials, shapes, band_table: band_table(&table), network, finishes: Finishes::new(prepared) }
     }
 
     /// The scene as plain numbers for the device.
@@ -53,13 +55,14 @@ impl DeviceData {
                 casters: prepared.shadow_tree.as_ref().map(|_| prepared.casters()),
             }),
             network: self.network.as_ref(),
+            shown: self.finishes.shown(),
         }
     }
 }
 
 /// A material rounded to f32. Where only the outside exchanges heat, the back has the optics of the front.
 pub fn device_material(material: &Material, shapes: &Shapes) -> layout::Material {
-    let back = back_optics(material);
+    let back = material.back();
     let mut device = layout::Material {
         absorptivity: material.front.absorptivity as f32,
         emissivity: material.front.emissivity as f32,
@@ -71,12 +74,4 @@ pub fn device_material(material: &Material, shapes: &Shapes) -> layout::Material
         device.set_transition(transition, shapes);
     }
     device
-}
-
-/// Optics of a material's back.
-pub(super) fn back_optics(material: &Material) -> Optics {
-    match material.sides {
-        Sides::Outside => material.front,
-        Sides::Both { back } => back,
-    }
 }

@@ -9,6 +9,7 @@ use super::device_data::DeviceData;
 use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
+use super::surroundings::Finishes;
 use super::viewpoint::device_view;
 use crate::environment::StepLoad;
 use crate::gpu::context::Context;
@@ -32,6 +33,7 @@ pub struct DeviceEngine {
     steps: u64,
     /// Intrinsics for the projection.
     camera: Option<Camera>,
+    finishes: Finishes,
     trace: Trace,
     context: Arc<Context>,
 }
@@ -56,6 +58,7 @@ impl DeviceEngine {
             ready: VecDeque::new(),
             steps: 0,
             camera: camera.cloned(),
+            finishes: device.finishes,
             trace: Trace::default(),
             context: Arc::clone(context),
         })
@@ -65,7 +68,7 @@ impl DeviceEngine {
     fn step_network(&mut self, step: &Step<'_>) -> Result<(), EngineError> {
         let Some(network) = &mut self.network else { return Ok(()) };
         while let Some(submitted) = self.flying.pop_front() {
-            self.ready.push_back(collect(&mut self.renderer, submitted)?);
+            self.ready.push_back(collect(&mut self.renderer, submitted, self.finishes.is_apart())?);
         }
         network.step_begins();
         let mut values = self.renderer.absorbed(step.load)?;
@@ -140,6 +143,8 @@ impl Engine for DeviceEngine {
             step: step.map(|step| (step.load, step.steps)),
             views: views.as_deref().unwrap_or_default(),
             temperatures: order.temperatures,
+            surroundings: order.surroundings.as_ref().map(layout::Surroundings::new),
+            lobes: order.surroundings.map_or(&[], |around| self.finishes.lobes.values_before(around.planet)),
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             list: None,
         })?);
@@ -152,7 +157,7 @@ impl Engine for DeviceEngine {
         }
         let Some(submitted) = self.flying.pop_front() else { return Ok(Delivered::default()) };
         let waits = self.trace.span(Track::Host, "wait for the device");
-        let delivered = collect(&mut self.renderer, submitted)?;
+        let delivered = collect(&mut self.renderer, submitted, self.finishes.is_apart())?;
         drop(waits);
         self.take_switches()?;
         self.renderer.take_frames().into_iter().for_each(|frame| self.trace.frame(frame));
@@ -250,11 +255,12 @@ impl Engine for DeviceEngine {
 }
 
 /// Converts a frame to the result of a step.
-fn collect(renderer: &mut Renderer, submitted: Submitted) -> Result<Delivered, GpuError> {
+fn collect(renderer: &mut Renderer, submitted: Submitted, apart: bool) -> Result<Delivered, GpuError> {
     let collected = renderer.collect(submitted)?;
     let pixels = collected.radiance.zip(collected.identity).map(|(radiance, identity)| Pixels {
         radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
         identity: identity.to_vec(),
+        reflected: if apart { radiance.iter().map(|[.., reflected]| *reflected).collect() } else { Vec::new() },
     });
     Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec) })
 }

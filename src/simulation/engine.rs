@@ -7,6 +7,7 @@ use super::network::{NetworkRun, StepCost};
 use crate::environment::StepLoad;
 use crate::gpu::timing::PassTimes;
 use crate::saved::Saved;
+use crate::thermal::surroundings::Surroundings;
 use crate::trace::Trace;
 
 /// One step for an engine.
@@ -31,15 +32,19 @@ pub struct Order<'a> {
     pub joints: &'a [DAffine3],
     /// Whether all temperatures are needed.
     pub temperatures: bool,
+    /// What surrounds the craft in the image, in the axes of the camera. `None` where no pixel shows it.
+    pub surroundings: Option<Surroundings>,
 }
 
 /// Pixels of an image, row after row from the top.
 #[derive(Debug, Clone, Default)]
 pub struct Pixels {
-    /// Radiance [W m-2 sr-1], temperature [K] and depth [m]. 0 where no surface is.
+    /// Radiance [W m-2 sr-1], temperature [K] and depth [m]. 0 where no surface is, except for the radiance of a sky.
     pub radiance_temperature_depth: Vec<[f32; 3]>,
     /// Part and material, each plus 1. 0 where no surface is.
     pub identity: Vec<[u32; 2]>,
+    /// The part of the radiance that is reflected [W m-2 sr-1]. Empty where the scene does not ask for it.
+    pub reflected: Vec<f32>,
 }
 
 /// The results of a step.

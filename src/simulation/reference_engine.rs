@@ -2,15 +2,17 @@
 
 use std::collections::VecDeque;
 
-use super::device_data::back_optics;
+use glam::DVec3;
+
 use super::engine::{Delivered, Engine, EngineError, Order, Pixels, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
+use super::surroundings::Finishes;
 use super::viewpoint::raster_view;
 use crate::environment::StepLoad;
 use crate::environment::shadow::{Jointed, Shadows};
 use crate::gpu::nodes::{GROUP, PADDING};
-use crate::raster::{self, Surface, rasterise};
+use crate::raster::{self, Around, Surface, rasterise};
 use crate::saved::Saved;
 use crate::scene::Camera;
 use crate::thermal::incident::{IncidentFunction, incident};
@@ -26,6 +28,9 @@ pub struct ReferenceEngine {
     slots: usize,
     /// The surface that is drawn, in the file's pose.
     surface: Jointed,
+    /// Normals of the surface, in the file's pose. Empty where it reflects nothing.
+    normals: Vec<DVec3>,
+    finishes: Finishes,
     parts: Vec<u32>,
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
@@ -52,7 +57,12 @@ impl ReferenceEngine {
         let joints = own_joints(&node_of_slot);
         let position_joints = own_joints(&(0..nodes.vertex_of_node.len() as u32).collect::<Vec<_>>());
         let reference_nodes = node_of_slot.iter().map(|slot| nodes.reference_node(*slot as usize)).collect();
+        let finishes = Finishes::new(prepared);
+        let reflects = !finishes.reflectors.is_empty();
+        let normals = nodes.normals.iter().filter(|_| reflects).map(|normal| normal.as_dvec3()).collect();
         Self {
+            normals,
+            finishes,
             reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction)
                 .with_joints(joints),
             shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),
@@ -68,7 +78,7 @@ impl ReferenceEngine {
             emissivities: prepared
                 .materials
                 .iter()
-                .map(|material| [material.front.emissivity, back_optics(material).emissivity])
+                .map(|material| [material.front.emissivity, material.back().emissivity])
                 .collect(),
             network: prepared.network.as_ref().map(NetworkRun::reference),
             steps: 0,
@@ -164,7 +174,27 @@ impl Engine for ReferenceEngine {
                 placed = self.surface.placed(order.joints);
                 &placed
             };
+            let turned: Vec<DVec3>;
+            let normals = if self.surface.joints.is_empty() {
+                &self.normals
+            } else {
+                let joints = self.surface.joints.iter();
+                let turn = |(normal, joint): (&DVec3, &u32)| order.joints[*joint as usize].matrix3 * *normal;
+                turned = self.normals.iter().zip(joints).map(turn).collect();
+                &turned
+            };
+            let (background, apart) = (self.finishes.has_background(), self.finishes.is_apart());
+            let Finishes { reflectors, lobes, .. } = &mut self.finishes;
+            let lobes = order.surroundings.map_or(&[][..], |around| lobes.before(around.planet));
+            let around = order.surroundings.as_ref().map(|surroundings| Around {
+                surroundings,
+                background,
+                normals,
+                reflectors,
+                lobes,
+            });
             let surface = Surface {
+                around,
                 positions,
                 triangles: &self.surface.triangles,
                 temperatures: &temperatures,
@@ -174,12 +204,13 @@ impl Engine for ReferenceEngine {
             };
             let drawn = rasterise(&surface, &raster_view(camera, pose), |t| band_radiance(&self.table, t));
             let value = |pixel: &raster::Pixel| match pixel.part {
-                0 => [0.0; 3],
+                0 => [pixel.radiance as f32, 0.0, 0.0],
                 _ => [pixel.radiance as f32, pixel.temperature as f32, pixel.depth as f32],
             };
             Pixels {
                 radiance_temperature_depth: drawn.iter().map(value).collect(),
                 identity: drawn.iter().map(|pixel| [pixel.part, pixel.material]).collect(),
+                reflected: drawn.iter().filter(|_| apart).map(|pixel| pixel.reflected as f32).collect(),
             }
         });
         let temperatures = order.temperatures.then(|| temperatures.iter().map(|t| *t as f32).collect());

@@ -11,6 +11,24 @@ pub struct Optics {
     pub emissivity: f64,
 }
 
+/// How a face reflects in the band of the images. It reflects what it does not emit (Kirchhoff's law).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Gloss {
+    /// Share of the reflected light that leaves about the mirror direction, in [0, 1]. The rest is diffuse.
+    pub specular: f64,
+    /// Roughness alpha of the mirror (GGX). 0 is a smooth one.
+    pub roughness: f64,
+    /// Variance of the slope of waves that a pixel does not resolve, such as those of crinkled foil.
+    pub slope_variance: f64,
+}
+
+impl Gloss {
+    /// Roughness of the mirror with its waves. Variances of slopes add up, and alpha^2 is that of a surface with normally distributed slopes (Beckmann).
+    pub fn alpha(&self) -> f64 {
+        (self.roughness * self.roughness + self.slope_variance).sqrt()
+    }
+}
+
 /// The faces that exchange heat.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sides {
@@ -163,6 +181,8 @@ pub struct Material {
     pub front: Optics,
     /// Which faces exchange heat.
     pub sides: Sides,
+    /// How front and back reflect in the band of the images.
+    pub gloss: [Gloss; 2],
     /// Bulk properties.
     pub bulk: Bulk,
     /// Thermal response of its nodes.
@@ -171,4 +191,14 @@ pub struct Material {
     pub transition: Option<Transition>,
     /// Source of the values, for the report: "scene.toml, rule 3; table white_paint (Fortescue 11.3)".
     pub source: String,
+}
+
+impl Material {
+    /// Optics of the back. A material that exchanges heat outside only has the same on both faces.
+    pub fn back(&self) -> Optics {
+        match self.sides {
+            Sides::Outside => self.front,
+            Sides::Both { back } => back,
+        }
+    }
 }

@@ -8,6 +8,7 @@ pub mod fit;
 pub mod function;
 pub mod incident;
 pub mod least_squares;
+pub mod lobe;
 pub mod material;
 pub mod network;
 pub mod planck;
@@ -15,6 +16,7 @@ pub mod radiance;
 pub mod reference;
 pub mod shell;
 pub mod step_response;
+pub mod surroundings;
 pub mod transition;
 
 /// Stefan-Boltzmann constant [W m-2 K-4], CODATA 2018 (exact to the digits given).

@@ -4,6 +4,7 @@ use isotherm::environment::shadow::Method;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::lists;
 use isotherm::gpu::pass::{Entry, Kernel};
+use isotherm::gpu::radiance_variant::RadianceVariant;
 use isotherm::gpu::resource::Resource;
 use isotherm::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
 
@@ -51,8 +52,12 @@ fn with_shadow(range: StepRange) -> StepRange {
 fn wanted() -> Vec<Wanted> {
     let mut all = Vec::new();
     for (image, cull) in [(false, 0), (true, 0), (true, 100), (true, 5_000_000)] {
-        all.extend([false, true].map(|temperatures| Wanted { image, cull, temperatures }));
+        all.extend([false, true].map(|temperatures| Wanted { image, cull, temperatures, ..Wanted::default() }));
     }
+    // Everything that an image may show.
+    let shows =
+        RadianceVariant { reflections: true, specular: true, rough: true, sun: true, apart: true, background: true };
+    all.push(Wanted { image: true, cull: 100, temperatures: true, shows });
     all
 }
 
@@ -71,7 +76,7 @@ fn frames(ranges: &[StepRange]) -> Vec<Frame> {
             continue;
         }
         frames.push(shadows.clone().then(Frame::settle(ranges)));
-        let drawn = Wanted { image: true, cull: 100, temperatures: true };
+        let drawn = Wanted { image: true, cull: 100, temperatures: true, ..Wanted::default() };
         frames.push(shadows.then(Frame::step(ranges, drawn)));
     }
     frames.extend(wanted().into_iter().map(|wanted| Frame::step(ranges, wanted)));
@@ -151,7 +156,7 @@ pub fn each_barrier_is_needed(row: &[Frame], first: usize) {
 #[test]
 fn what_is_submitted_once_has_all_its_barriers() {
     let ranges = &scenes()[3];
-    let drawn = Wanted { image: true, cull: 100, temperatures: true };
+    let drawn = Wanted { image: true, cull: 100, temperatures: true, ..Wanted::default() };
     for method in [Method::Depth, Method::Exact] {
         let settle = Frame::shadows(ranges, method).then(Frame::settle(ranges));
         let (bare, step) = (Frame::step(ranges, Wanted::default()), Frame::step(ranges, drawn));

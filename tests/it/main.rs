@@ -32,6 +32,7 @@ mod properties;
 mod quads;
 mod quantized;
 mod random;
+mod reflections;
 mod resources;
 mod response;
 mod response_fit;

@@ -94,6 +94,7 @@ impl Quads {
             shadows: None,
             joints: None,
             network: None,
+            shown: Default::default(),
         };
         let mut renderer = Renderer::new(context, &data).expect("a small scene");
         let mut temperatures = self.temperatures.clone();
@@ -113,6 +114,7 @@ impl Quads {
         Pixels {
             radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
             identity: collected.identity.expect("an image was asked for").to_vec(),
+            reflected: Vec::new(),
         }
     }
 }

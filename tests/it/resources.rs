@@ -24,7 +24,7 @@ fn block_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> String {
 
 /// A list for every kernel.
 fn all_lists() -> Vec<Frame> {
-    let drawn = Wanted { image: true, cull: 9, temperatures: true };
+    let drawn = Wanted { image: true, cull: 9, temperatures: true, ..Wanted::default() };
     let mut all = vec![lists::radiation(Kernel::Blackbody, 1), lists::radiation(Kernel::Brightness, 1)];
     for variant in CURVES.into_iter().flat_map(thermal_variants) {
         all.push(Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn));

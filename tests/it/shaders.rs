@@ -8,6 +8,7 @@ use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::layout;
 use isotherm::gpu::one_pass_variant::OnePassVariant;
 use isotherm::gpu::pass::{Kernel, Pass, is_write};
+use isotherm::gpu::radiance_variant::RadianceVariant;
 use isotherm::gpu::resource_row::Role;
 use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
 use isotherm::gpu::variant::{Curve, FusedKind, FusedVariant, ResponseVariant, StepKind, ThermalVariant};
@@ -88,6 +89,9 @@ fn all_shaders() -> Vec<Shader> {
     all.extend(fused_variants().iter().map(FusedVariant::shader));
     all.extend(wide_variants().iter().map(WideVariant::shader));
     all.extend(OnePassVariant::all().iter().map(OnePassVariant::shader));
+    all.extend(RadianceVariant::all().iter().flat_map(|variant| [variant.shaders(), variant.background()].concat()));
+    all.sort();
+    all.dedup();
     all
 }
 
@@ -259,11 +263,16 @@ fn passes_declare_what_their_shaders_touch() {
         assert_eq!(declared(pass), bindings_of(&variant.shader()), "{}", pass.name);
     }
     let plain = |entry| Shader::new(entry, Vec::new());
-    let frame = Frame::step(&[], Wanted { image: true, cull: 9, temperatures: false });
+    let frame = Frame::step(&[], Wanted { image: true, cull: 9, temperatures: false, ..Wanted::default() });
     let cull = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Cull)).expect("a cull pass");
     assert_eq!(declared(cull), bindings_of(&plain("cull.comp")));
-    let radiance = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Radiance)).expect("a radiance pass");
-    let mut shaders = bindings_of(&plain("radiance.vert"));
-    shaders.extend(bindings_of(&plain("radiance.frag")));
-    assert_eq!(declared(radiance), shaders);
+    for shows in RadianceVariant::all() {
+        let frame = Frame::step(&[], Wanted { image: true, shows, ..Wanted::default() });
+        let drawn = |pass: &&Pass| pass.kernel() == Some(Kernel::Radiance(shows));
+        let radiance = frame.passes().find(drawn).expect("a radiance pass");
+        let mut shaders = shows.shaders().to_vec();
+        shaders.extend(shows.background().into_iter().filter(|_| shows.background));
+        let touched: BTreeMap<_, _> = shaders.iter().flat_map(bindings_of).collect();
+        assert_eq!(declared(radiance), touched, "{shows:?}");
+    }
 }

@@ -68,7 +68,7 @@ pub fn measure_one(context: &Arc<Context>, mut scene: Scene, edge: f64) -> Resul
         let pose = pose.map(|camera| camera_from_body(camera, &prepared.loads.sky_model().sky(to)));
         let advance = Step { load: &load, steps: 1.0, start: from, length: step };
         let joints = prepared.loads.joints_at(to).1;
-        engine.submit(Some(advance), Order { pose, joints: &joints, temperatures: true })?;
+        engine.submit(Some(advance), Order { pose, joints: &joints, temperatures: true, ..Order::default() })?;
         engine.deliver()?;
     }
     let stepping = began.elapsed().as_secs_f64();

@@ -388,7 +388,7 @@ fn measure_steps(steps: u32, context: &Arc<Context>, scene: Scene, edge: f64) ->
         let load = prepared.loads.step_load(from, to);
         let pose = camera_from_body(&camera, &prepared.loads.sky_model().sky(to));
         let joints = prepared.loads.joints_at(to).1;
-        let order = Order { pose: Some(pose), joints: &joints, temperatures: true };
+        let order = Order { pose: Some(pose), joints: &joints, temperatures: true, ..Order::default() };
         engine.submit(Some(Step { load: &load, steps: 1.0, start: from, length: step }), order)?;
         engine.deliver()?;
         if number >= 3 {

@@ -37,7 +37,7 @@ pub fn measure(scene: &Path, device: Option<&str>, before: Option<&Path>, rounds
         parts[2].1.push(passed());
         engine.settle(&load, 0.0)?;
         let pose = Some(camera_from_body(&camera, &prepared.loads.sky_model().sky(step)));
-        let order = Order { pose, joints: &prepared.loads.joints_at(step).1, temperatures: true };
+        let order = Order { pose, joints: &prepared.loads.joints_at(step).1, temperatures: true, ..Order::default() };
         engine.submit(Some(Step { load: &load, steps: 1.0, start: 0.0, length: step }), order)?;
         engine.deliver()?;
         parts[3].1.push(passed());

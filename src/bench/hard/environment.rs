@@ -230,6 +230,7 @@ impl Loose {
             shadows,
             joints: None,
             network: None,
+            shown: Default::default(),
         }
     }
 }

@@ -6,6 +6,7 @@ use crate::gpu::nodes::RANGE_GROUPS;
 use crate::gpu::pass::{
     Access, COMPUTE_READ, COMPUTE_UNIFORM, COMPUTE_WRITE, Kernel, Pass, Said, Scope, Work, access, scope,
 };
+use crate::gpu::radiance_variant::RadianceVariant;
 use crate::gpu::resource::Resource;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 
@@ -194,27 +195,43 @@ pub(super) fn cull_pass(run: TriangleRun) -> Pass {
     Pass { name: "cull".to_owned(), work, accesses }
 }
 
-pub(super) fn radiance_pass() -> Pass {
+pub(super) fn radiance_pass(shows: RadianceVariant) -> Pass {
     let vertex = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
     let fragment = scope(S::FRAGMENT_SHADER, A::SHADER_STORAGE_READ);
     let colour = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
+    let uniform = |stage| scope(stage, A::UNIFORM_READ);
     let mut accesses = vec![
         access(Resource::VisibleTriangles, scope(S::INDEX_INPUT, A::INDEX_READ)),
         access(Resource::Draws, scope(S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ)),
-        bound(0, Resource::View, scope(S::VERTEX_SHADER, A::UNIFORM_READ)),
+        bound(0, Resource::View, uniform(S::VERTEX_SHADER)),
     ];
     accesses.extend(places(vertex));
     accesses.extend([
         bound(4, Resource::Temperature, vertex),
         bound(5, Resource::GroupMaterial, vertex),
         bound(6, Resource::GroupPart, vertex),
-        bound(7, Resource::Materials, fragment),
+        bound(7, if shows.reflections { Resource::Reflectors } else { Resource::Materials }, fragment),
         bound(8, Resource::BandTable, fragment),
+    ]);
+    if shows.reflections {
+        let normals = [Resource::NormalX, Resource::NormalY, Resource::NormalZ];
+        accesses.extend((9..).zip(normals).map(|(binding, component)| bound(binding, component, vertex)));
+    }
+    if shows.background {
+        accesses.push(bound(0, Resource::View, uniform(S::FRAGMENT_SHADER)));
+    }
+    if shows.sees_surroundings() {
+        accesses.push(bound(12, Resource::Surroundings, uniform(S::FRAGMENT_SHADER)));
+    }
+    if shows.rough {
+        accesses.push(bound(13, Resource::Lobes, fragment));
+    }
+    accesses.extend([
         drawn(Resource::RadianceImage, colour),
         drawn(Resource::IdentityImage, colour),
         drawn(Resource::DepthImage, DEPTH),
     ]);
-    Pass { name: "radiance".to_owned(), work: Work::Draw(Kernel::Radiance), accesses }
+    Pass { name: "radiance".to_owned(), work: Work::Draw(Kernel::Radiance(shows)), accesses }
 }
 
 #[cfg(test)]

@@ -128,7 +128,7 @@ impl Renderer {
     fn cull_again(&mut self) -> Result<(), GpuError> {
         let Some((views, culled)) = self.culling.last_culled(self.joints) else { return Ok(()) };
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
-        let wanted = Wanted { image: true, cull, temperatures: false };
+        let wanted = Wanted { image: true, cull, temperatures: false, shows: self.shows };
         let frame = Frame::default().then(Frame::step_in_runs(&[], wanted, &culled));
         let submitted = self.send(&frame, Request { views: &views, ..Request::default() })?;
         self.collect(submitted).map(|_| ())

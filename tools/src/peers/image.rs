@@ -87,7 +87,7 @@ fn timed(
         pose.translation.z += MOVE * number as f64;
         let before = device_ms(engine);
         let clock = Clock::start();
-        engine.submit(None, Order { pose: Some(pose), joints: &[], temperatures: false })?;
+        engine.submit(None, Order { pose: Some(pose), joints: &[], temperatures: false, ..Order::default() })?;
         last = engine.deliver()?.pixels;
         let time = clock.stop();
         if number < frames {
@@ -120,7 +120,7 @@ fn pass_ms(engine: &dyn Engine) -> BTreeMap<&str, f64> {
 
 /// Corners, their temperatures, and the emissivities of both faces of every triangle.
 fn dump(prepared: &Prepared, engine: &mut dyn Engine, output: &Path) -> Result<(), AnyError> {
-    engine.submit(None, Order { pose: None, joints: &[], temperatures: true })?;
+    engine.submit(None, Order { pose: None, joints: &[], temperatures: true, ..Order::default() })?;
     let temperatures = engine.deliver()?.temperatures.ok_or("no temperatures came")?;
     let (mut corners, mut kelvins, mut faces) = (Vec::new(), Vec::new(), Vec::new());
     for triangle in &prepared.triangles {

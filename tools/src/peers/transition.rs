@@ -115,6 +115,7 @@ impl Work {
             shadows: None,
             joints: None,
             network: None,
+            shown: Default::default(),
         };
         let mut renderer = Renderer::new(context, &data)?;
         renderer.settle(start)?;
@@ -127,6 +128,7 @@ impl Work {
         let (retarget, domain) = (Retarget::Merge, Domain::Temperature);
         let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
         let material = Material {
+            gloss: Default::default(),
             name: String::new(),
             front: OPTICS,
             sides: Sides::Outside,
