@@ -11,7 +11,7 @@ layout(set = 0, binding = 4) readonly buffer TemperatureBlock { float temperatur
 layout(set = 0, binding = 5) readonly buffer GroupMaterialBlock { uint group_material[]; };
 layout(set = 0, binding = 6) readonly buffer GroupPartBlock { uint group_part[]; };
 
-#ifdef REFLECTIONS
+#ifdef NORMALS
 layout(set = 0, binding = 9) readonly buffer NormalXBlock { float normal_x[]; };
 layout(set = 0, binding = 10) readonly buffer NormalYBlock { float normal_y[]; };
 layout(set = 0, binding = 11) readonly buffer NormalZBlock { float normal_z[]; };
@@ -42,7 +42,7 @@ void main() {
     float own = temperature[node];
     temperature_depth = vec2(own, camera.z);
     first_corner = uvec3(group_part[node / 4u], group_material[node / 4u], floatBitsToUint(own));
-#ifdef REFLECTIONS
+#ifdef NORMALS
     vec3 outward = vec3(normal_x[node], normal_y[node], normal_z[node]);
     normal = vec3(
         dot(view.camera_from_body_x.xyz, outward),

@@ -34,7 +34,7 @@ impl RadianceVariant {
             (self.apart, "apart"),
         ];
         let words: Vec<_> = words.into_iter().filter(|(present, _)| *present).map(|(_, word)| word).collect();
-        let of_vertex = words.iter().copied().filter(|word| *word == "reflections").collect();
+        let of_vertex = if self.reflections { vec!["normals"] } else { Vec::new() };
         [Shader::new("radiance.vert", of_vertex), Shader::new("radiance.frag", words)]
     }
 

@@ -91,10 +91,11 @@ fn the_device_reflects_as_the_reference() {
             let all = found.radiance_temperature_depth[index][0];
             assert!(found.identity[index][0] == 0 || (0.0..=all).contains(reflected), "{name}, pixel {index}");
         }
-        let turned = shining(&[changes, &[("phase_deg = 80", "phase_deg = 70")]].concat());
-        let wrong = by_reference(&Folder::new(&turned).prepared());
-        let ([_, surface], _) = apart(&found, &wrong, 1e-4);
-        assert!(surface > 0.05, "{name}: another sky must show, and {surface} of the surfaces differ");
+        let warmer = [("background = \"planet\"", "background = \"planet\"\nplanet_temperature = 257")];
+        let wrong = by_reference(&Folder::new(&shining(&[changes, &warmer].concat())).prepared());
+        let ([sky, surface], _) = apart(&found, &wrong, 1e-4);
+        assert!(sky > 0.05, "{name}: a warmer planet must show behind the craft: {sky}");
+        assert!(surface > 0.05, "{name}: a warmer planet must show in {surface} of the surfaces");
     }
 }
 

@@ -7,7 +7,7 @@ use glam::{DMat4, DQuat, DVec3};
 use isotherm::environment::shadow::Method;
 use isotherm::environment::{Attitude, Orbit};
 use isotherm::model::Part;
-use isotherm::scene::{CameraFrame, Draw, Edges, Initial, Scene, SceneError};
+use isotherm::scene::{Background, CameraFrame, Draw, Edges, Initial, Reflections, Scene, SceneError, Surrounded};
 
 mod materials;
 mod refusals;
@@ -77,6 +77,13 @@ fn every_value_of_a_full_scene_arrives() {
     assert_eq!(environment.background_temperature, Some(2.7));
     assert!(!environment.eclipse);
     assert_eq!((scene.band.lower, scene.band.upper), (3.5e-6, 5e-6));
+    let surrounded = Surrounded {
+        reflections: Reflections::Environment,
+        background: Background::Planet,
+        planet_temperature: 260.0,
+        channels: true,
+    };
+    assert_eq!(scene.surrounded, surrounded);
     assert_eq!(scene.initial, Initial::Temperature(290.0));
     assert_eq!(scene.probes.len(), 2);
     assert_eq!((scene.probes[0].name.as_str(), scene.probes[0].position), ("tip", DVec3::new(1.0, -2.5, 3.0)));
