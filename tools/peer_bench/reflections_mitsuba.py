@@ -130,7 +130,8 @@ def glb(path: Path, meshes: dict[str, Mesh]) -> None:
         views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": values.nbytes})
         accessors.append(
             {"bufferView": len(views) - 1, "componentType": kind, "count": values.size // (3 if shape == "VEC3" else 1)}
-            | {"type": shape} | fields
+            | {"type": shape}
+            | fields
         )
         blob += values.tobytes()
         return len(accessors) - 1
