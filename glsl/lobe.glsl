@@ -13,6 +13,11 @@ vec2 between(float place, float nodes) {
     return vec2(cell, place - cell);
 }
 
+// Place of a view among the nodes of the table.
+float place_of(float view) {
+    return sqrt(max(1.0 - sqrt(view), 0.0)) * (VIEWS - 1.0);
+}
+
 float along_limb(uint first, float way) {
     return mix(lobes[first], lobes[first + 1u], way);
 }
@@ -30,7 +35,7 @@ float lobe_share(Surroundings around, Reflector reflector, vec3 normal, float vi
     float angle = sine / max(1.0 + cosine, 1e-6);
     vec2 limb = between(0.5 * (angle / (reflector.roughness + abs(angle)) + 1.0) * (LIMBS - 1.0), LIMBS);
     vec2 side = between(0.5 * (beside + 1.0) * (SIDES - 1.0), SIDES);
-    vec2 seen = between(sqrt(max(1.0 - view, 0.0)) * (VIEWS - 1.0), VIEWS);
+    vec2 seen = between(place_of(view), VIEWS);
     uint first = uint(reflector.lobe) + uint((seen.x * SIDES + side.x) * LIMBS + limb.x);
     uint next_side = uint(LIMBS);
     uint next_view = uint(SIDES * LIMBS);
@@ -49,7 +54,7 @@ float masking(float cosine, float roughness) {
 // Reflected radiance over irradiance across its rays for light from one direction.
 float lobe_glint(Reflector reflector, float seen, float light, float half_cosine) {
     float view = max(seen, LEAST_VIEW);
-    vec2 cell = between(sqrt(max(1.0 - view, 0.0)) * (VIEWS - 1.0), VIEWS);
+    vec2 cell = between(place_of(view), VIEWS);
     uint sums = uint(reflector.lobe) + uint(VIEWS * SIDES * LIMBS) + uint(cell.x);
     float sum = mix(lobes[sums], lobes[sums + 1u], cell.y);
     float square = reflector.roughness * reflector.roughness;

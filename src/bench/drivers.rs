@@ -11,6 +11,7 @@ use crate::simulation::device_engine::DeviceEngine;
 use crate::simulation::engine::{Engine, Order, Pixels, Step};
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
+use crate::simulation::surroundings::surroundings_at;
 
 /// Number of steps before the image.
 const STEPS: u32 = 40;
@@ -83,7 +84,8 @@ fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, Box<dyn std::error
         let last = number + 1 == STEPS;
         let joints = prepared.loads.joints_at(end).1;
         let pose = if last { pose_at(&prepared, end) } else { None };
-        let order = Order { pose, joints: &joints, temperatures: last, ..Order::default() };
+        let surroundings = pose.and_then(|pose| surroundings_at(&prepared, end, &pose));
+        let order = Order { pose, joints: &joints, temperatures: last, surroundings };
         engine.submit(Some(Step { load: &load, steps: 1.0, start, length: step }), order)?;
         delivered = engine.deliver()?;
     }

@@ -10,7 +10,8 @@ use rayon::prelude::*;
 
 use crate::environment::view_factor::ApparentRadius;
 
-/// Nodes of the table over the square root of 1 minus the cosine of the view. It is proportional to the angle where the view is straight.
+/// Nodes of the table over the view, at places x = sqrt(1 - sqrt(cosine)). These are even in the angle where the view is straight, and close to each other
+/// where it grazes the surface and a lobe changes within its own width.
 pub const VIEWS: usize = 33;
 /// Nodes of the table over the cosine of the planet's side.
 pub const SIDES: usize = 17;
@@ -69,7 +70,7 @@ impl Lobe {
     pub fn new(roughness: f64, planet: ApparentRadius) -> Self {
         let radius = planet.sin.atan2(planet.cos);
         let of_view = |view: usize| {
-            let cosine = (1.0 - (view as f64 / (VIEWS - 1) as f64).powi(2)).max(LEAST_VIEW);
+            let cosine = (1.0 - (view as f64 / (VIEWS - 1) as f64).powi(2)).powi(2).max(LEAST_VIEW);
             let directions = directions(roughness, cosine, DIRECTIONS);
             let sum: f64 = directions.iter().map(|(_, weight)| weight).sum();
             let mut values = Vec::with_capacity(SIDES * LIMBS);
@@ -92,7 +93,7 @@ impl Lobe {
     pub fn share(&self, place: Place) -> f64 {
         let half = place.sine / (1.0 + place.cosine).max(1e-6);
         let limb = half / (self.roughness + half.abs());
-        let view = (1.0 - place.view).max(0.0).sqrt() * (VIEWS - 1) as f64;
+        let view = place_of(place.view);
         let side = 0.5 * (place.side + 1.0) * (SIDES - 1) as f64;
         let limb = 0.5 * (limb + 1.0) * (LIMBS - 1) as f64;
         let split = |at: f64, nodes: usize| {
@@ -116,7 +117,7 @@ impl Lobe {
             return 0.0;
         }
         let view = view.max(LEAST_VIEW);
-        let at = (1.0 - view).max(0.0).sqrt() * (VIEWS - 1) as f64;
+        let at = place_of(view);
         let cell = (at as usize).min(VIEWS - 2);
         let sums = &self.values[VIEWS * SIDES * LIMBS..];
         let sum = sums[cell] + (at - cell as f64) * (sums[cell + 1] - sums[cell]);
@@ -125,6 +126,11 @@ impl Lobe {
         let facets = square / (std::f64::consts::PI * spread * spread);
         facets * masking(view, self.roughness) * masking(light, self.roughness) / (4.0 * view * sum)
     }
+}
+
+/// Place of a view among the nodes of the table.
+fn place_of(view: f64) -> f64 {
+    (1.0 - view.sqrt()).max(0.0).sqrt() * (VIEWS - 1) as f64
 }
 
 /// Share of the facets that are not hidden at a cosine (Smith, GGX).

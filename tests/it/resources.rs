@@ -7,6 +7,7 @@ use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::lists;
 use isotherm::gpu::network::small_frame::{Unknowns, dispatched};
 use isotherm::gpu::pass::Kernel;
+use isotherm::gpu::radiance_variant::RadianceVariant;
 use isotherm::gpu::resource::Resource;
 
 use crate::network::barriers::lists_of_all_plans;
@@ -33,6 +34,8 @@ fn all_lists() -> Vec<Frame> {
             all.extend([Method::Depth, Method::Exact].map(|method| Frame::shadows(&range, method)));
         }
     }
+    let shown = |shows| Frame::step(&[], Wanted { image: true, shows, ..Wanted::default() });
+    all.extend(RadianceVariant::all().into_iter().map(shown));
     all.extend(CURVES.into_iter().flat_map(response_variants).map(|variant| lists::respond(variant, 1)));
     for variant in fused_variants() {
         for unknowns in [Unknowns::Arithmetic, Unknowns::Free] {
