@@ -8,16 +8,21 @@ use crate::environment::view_factor::ApparentRadius;
 use crate::gpu::layout;
 use crate::gpu::radiance_variant::RadianceVariant;
 use crate::gpu::resources::Shown;
-use crate::scene::{Background, Reflections};
+use crate::scene::{Background, Reflections, Surrounded};
 use crate::thermal::lobe::{LOBE_VALUES, Lobe};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::surroundings::{Reflector, SUN_TEMPERATURE, Surroundings};
+
+/// Whether any pixel shows the surroundings.
+fn is_seen(settings: &Surrounded) -> bool {
+    settings.reflections != Reflections::Off || settings.background != Background::Off
+}
 
 /// The surroundings at a time [s] in the axes of a camera. `None` where no pixel shows them.
 pub fn surroundings_at(prepared: &Prepared, time: f64, pose: &DAffine3) -> Option<Surroundings> {
     let (scene, environment) = (&prepared.scene, &prepared.scene.environment);
     let settings = &scene.surrounded;
-    if settings.reflections == Reflections::Off && settings.background == Background::Off {
+    if !is_seen(settings) {
         return None;
     }
     let sky = prepared.loads.sky_model().sky(time);
@@ -76,7 +81,7 @@ impl Finishes {
             reflections: settings.reflections != Reflections::Off,
             specular: reflectors.as_flattened().iter().any(|face| face.specular > 0.0),
             rough: !roughnesses.is_empty(),
-            sun: prepared.scene.environment.solar_constant.is_some(),
+            sun: is_seen(settings) && prepared.scene.environment.solar_constant.is_some(),
             apart: settings.channels,
             background: settings.background != Background::Off,
         };
