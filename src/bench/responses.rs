@@ -122,6 +122,7 @@ pub fn time_pass(
         joints: None,
         network: None,
         heat: None,
+        shown: Default::default(),
     };
     let plan = data.plan();
     let bytes: u64 = plan.iter().filter(|planned| planned.resource.row().grows_with_nodes()).map(|p| p.bytes).sum();

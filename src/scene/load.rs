@@ -7,7 +7,10 @@ use sha2::{Digest, Sha256};
 use super::error::SceneError;
 use super::file::{SourceFile, read_text};
 use super::section::Section;
-use super::{Camera, Draw, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, shadows, view, work};
+use super::{
+    Camera, Draw, Reflections, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, radiance,
+    shadows, view, work,
+};
 use crate::environment::trajectory::Trajectory;
 use crate::files::Reach;
 
@@ -66,7 +69,11 @@ impl Scene {
             &mut files,
             &mut assumptions,
         )?;
-        let band = view::band(root.table("radiance", keys::RADIANCE)?.as_ref(), &mut assumptions)?;
+        let section = root.table("radiance", keys::RADIANCE)?;
+        let output = root.table("output", keys::OUTPUT)?;
+        let band = radiance::band(section.as_ref(), &mut assumptions)?;
+        let mut surrounded = radiance::surrounded(section.as_ref(), &sky.environment, &mut assumptions)?;
+        surrounded.channels = view::channels(output.as_ref(), surrounded.reflections != Reflections::Off)?;
         let before = files.len();
         let start = sky.orbit.trajectory().map(Trajectory::start).or(time.start);
         let around = camera::Around { orbit: &sky.orbit, planet_radius: sky.environment.planet_radius, start };
@@ -74,12 +81,13 @@ impl Scene {
         sky_files.extend_from_slice(&files[before..]);
         if let Some(camera) = &camera {
             camera.check_times(work::image_times(&time))?;
+            radiance::check_camera(&surrounded, camera, section.as_ref(), output.as_ref())?;
         }
         work::check_images(&root.required_table("time", keys::TIME)?, &time, camera.as_ref())?;
         let initial = view::initial(root.table("initial", keys::INITIAL)?.as_ref(), &mut assumptions)?;
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
-        let colour_range = view::colour_range(root.table("output", keys::OUTPUT)?.as_ref())?;
-        let energy_balance = view::energy_balance(root.table("output", keys::OUTPUT)?.as_ref())?;
+        let colour_range = view::colour_range(output.as_ref())?;
+        let energy_balance = view::energy_balance(output.as_ref())?;
         let network = mesh_network::settings(root.table("network", keys::NETWORK)?.as_ref())?;
         let contacts = mesh_network::contacts(&root.tables("contact", keys::CONTACT)?, &mut assumptions)?;
         let heaters = mesh_network::heaters(&root.tables("heater", keys::HEATER)?, &probes)?;
@@ -98,6 +106,7 @@ impl Scene {
             materials,
             camera,
             band,
+            surrounded,
             initial,
             probes,
             network,

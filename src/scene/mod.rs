@@ -31,6 +31,7 @@ pub mod network;
 mod orbit;
 mod profile;
 mod quantity;
+mod radiance;
 mod section;
 mod shadows;
 mod sky_scene;
@@ -52,6 +53,7 @@ pub use load::{file_hash, scene_hash};
 pub use material::{MaterialRule, MaterialRules};
 pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, Owners};
 pub use motion::{CameraPath, Motion};
+pub use radiance::{Background, Reflections, Surrounded};
 pub use shadows::ShadowSettings;
 pub use sky_scene::SkyScene;
 pub use vector::AXES;
@@ -88,6 +90,8 @@ pub struct Scene {
     pub camera: Option<Camera>,
     /// Spectral band of the images.
     pub band: Band,
+    /// What arrives at the camera besides the emission of surfaces.
+    pub surrounded: Surrounded,
     /// Temperatures at the start.
     pub initial: Initial,
     /// Points whose temperature the series records.

@@ -3,6 +3,7 @@
 use super::energy::heat_tables;
 use super::prepare::Prepared;
 use super::sampling::{ALWAYS, sampling};
+use super::surroundings::Finishes;
 use crate::gpu::blackbody::band_table;
 use crate::gpu::heat::HeatTables;
 use crate::gpu::layout;
@@ -11,7 +12,7 @@ use crate::gpu::resources::{JointData, SceneData, ShadowData};
 use crate::gpu::shapes::Shapes;
 use crate::scene::Camera;
 use crate::thermal::balance::emissivity_sum;
-use crate::thermal::material::{Material, Optics, Response, Sides};
+use crate::thermal::material::{Material, Response};
 use crate::thermal::radiance::RadianceTable;
 
 /// Data that the device needs in addition to the arrays of `Prepared`.
@@ -22,6 +23,7 @@ pub struct DeviceData {
     network: Option<OnePassTables>,
     /// Runs of nodes whose absorbed heat is summed.
     pub heat: Option<HeatTables>,
+    pub(super) finishes: Finishes,
 }
 
 impl DeviceData {
@@ -37,6 +39,7 @@ impl DeviceData {
             band_table: band_table(&table),
             network,
             heat: prepared.scene.energy_balance.then(|| heat_tables(prepared)),
+            finishes: Finishes::new(prepared),
         }
     }
 
@@ -78,13 +81,14 @@ impl DeviceData {
             }),
             network: self.network.as_ref(),
             heat: self.heat.as_ref(),
+            shown: self.finishes.shown(),
         }
     }
 }
 
 /// A material rounded to f32. Where only the outside exchanges heat, the back has the optics of the front.
 pub fn device_material(material: &Material, shapes: &Shapes) -> layout::Material {
-    let back = back_optics(material);
+    let back = material.back();
     let mut device = layout::Material {
         absorptivity: material.front.absorptivity as f32,
         emissivity: material.front.emissivity as f32,
@@ -98,12 +102,4 @@ pub fn device_material(material: &Material, shapes: &Shapes) -> layout::Material
         Response::Instant | Response::Network => {}
     }
     device
-}
-
-/// Optics of a material's back.
-pub(super) fn back_optics(material: &Material) -> Optics {
-    match material.sides {
-        Sides::Outside => material.front,
-        Sides::Both { back } => back,
-    }
 }

@@ -7,6 +7,7 @@ use super::network::{NetworkRun, StepCost};
 use crate::environment::StepLoad;
 use crate::gpu::timing::PassTimes;
 use crate::saved::Saved;
+use crate::thermal::surroundings::Surroundings;
 use crate::trace::Trace;
 
 /// One step for an engine.
@@ -58,17 +59,21 @@ pub struct Order<'a> {
     pub temperatures: bool,
     /// Whether the absorbed heat is needed.
     pub absorbed: bool,
+    /// What surrounds the craft in the image, in the axes of the camera. `None` where no pixel shows it.
+    pub surroundings: Option<Surroundings>,
 }
 
 /// Pixels of an image, row after row from the top.
 #[derive(Debug, Clone, Default)]
 pub struct Pixels {
-    /// Radiance [W m-2 sr-1], temperature [K] and depth [m]. 0 where no surface is.
+    /// Radiance [W m-2 sr-1], temperature [K] and depth [m]. 0 where no surface is, except for the radiance of a sky.
     pub radiance_temperature_depth: Vec<[f32; 3]>,
     /// Part and material, each plus 1. 0 where no surface is.
     pub identity: Vec<[u32; 2]>,
     /// Share of the samples of a pixel that show a surface. Empty with one sample of a pixel.
     pub coverage: Vec<f32>,
+    /// The part of the radiance that is reflected [W m-2 sr-1]. Empty where the scene does not ask for it.
+    pub reflected: Vec<f32>,
 }
 
 /// The results of a step.

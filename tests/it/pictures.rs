@@ -154,6 +154,7 @@ fn the_golden_picture() {
     assert_eq!((header.camera, header.parts.len(), frame.time), (camera.clone(), 4, 240.0));
     let channels = frame.radiance.iter().zip(&frame.temperature).zip(&frame.depth);
     let kept = Pixels {
+        reflected: Vec::new(),
         radiance_temperature_depth: channels.map(|((l, t), z)| [*l, *t, *z]).collect(),
         identity: frame.part.iter().zip(&frame.material).map(|(part, material)| [*part, *material]).collect(),
         coverage: Vec::new(),

@@ -101,6 +101,7 @@ impl Quads {
             joints: None,
             network: None,
             heat: None,
+            shown: Default::default(),
         };
         let mut renderer = Renderer::new(context, &data).expect("a small scene");
         let mut temperatures = self.temperatures.clone();
@@ -119,6 +120,7 @@ impl Quads {
             [device.emissivity, device.back_emissivity].map(f64::from)
         };
         let surface = Surface {
+            around: None,
             positions: &positions,
             triangles: &self.triangles,
             temperatures: &temperatures,
@@ -142,6 +144,7 @@ impl Quads {
             radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
             identity: collected.identity.expect("an image was asked for").to_vec(),
             coverage: radiance.iter().map(|[.., coverage]| *coverage).collect(),
+            reflected: Vec::new(),
         }
     }
 }

@@ -239,6 +239,7 @@ impl Loose {
             joints: None,
             network: None,
             heat: None,
+            shown: Default::default(),
         }
     }
 }

@@ -119,6 +119,7 @@ impl Work {
             joints: None,
             network: None,
             heat: None,
+            shown: Default::default(),
         };
         let mut renderer = Renderer::new(context, &data)?;
         renderer.settle(start)?;
@@ -131,6 +132,7 @@ impl Work {
         let (retarget, domain) = (Retarget::Merge, Domain::Temperature);
         let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
         let material = Material {
+            gloss: Default::default(),
             name: String::new(),
             front: OPTICS,
             sides: Sides::Outside,
