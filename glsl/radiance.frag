@@ -1,12 +1,29 @@
 #version 450
 // Band radiance of a pixel: emissivity of the visible face times blackbody radiance at the interpolated temperature.
+// With REFLECTIONS the face also reflects the planet, deep space and the Sun. With APART the alpha channel is the
+// reflected part.
 
 #include "types.glsl"
 #include "planck.glsl"
 #define BAND_BINDING 8
 #include "band_table.glsl"
 
+#ifdef REFLECTIONS
+#define LOBE_BINDING 13
+#include "reflection.glsl"
+// Front and back of each material.
+layout(set = 0, binding = 7) readonly buffer ReflectorBlock { Reflector reflectors[]; };
+layout(set = 0, binding = 12) uniform SurroundingsBlock { Surroundings around; };
+#ifdef MULTIPLE
+layout(location = 2) smooth sample in vec3 normal;
+layout(location = 3) smooth sample in vec2 across;
+#else
+layout(location = 2) in vec3 normal;
+layout(location = 3) in vec2 across;
+#endif
+#else
 layout(set = 0, binding = 7) readonly buffer MaterialBlock { Material materials[]; };
+#endif
 
 #ifdef MULTIPLE
 // At every sample, because the centre of the texel may lie outside the triangle. naga ignores `sample` without `smooth`.
@@ -32,19 +49,36 @@ void main() {
     uint part = first_corner.x;
     uint material = first_corner.y;
     float corner_temperature = uintBitsToFloat(first_corner.z);
+#ifdef REFLECTIONS
+    Reflector reflector = reflectors[2u * material + (gl_FrontFacing ? 0u : 1u)];
+    float emissivity = reflector.emissivity;
+#else
     float emissivity = materials[material].emissivity;
     if (!gl_FrontFacing) {
         emissivity = materials[material].back_emissivity;
     }
+#endif
     float temperature = temperature_depth.x;
     if (abs(temperature - corner_temperature) <= INTERPOLATION_ERROR * corner_temperature) {
         temperature = corner_temperature;
     }
     float radiance = emissivity * band_radiance(temperature);
+#ifdef REFLECTIONS
+    vec3 to_camera = -normalize(vec3(across, temperature_depth.y));
+    vec3 outward = normal / max(length(normal), 1e-20);
+    float reflected = (1.0 - emissivity)
+        * reflected_share(around, reflector, gl_FrontFacing ? outward : -outward, to_camera);
+    radiance += reflected;
+#endif
 #ifdef MEAN
     radiance_coverage = vec2(radiance, 1.0);
 #else
-    radiance_temperature_depth = vec4(radiance, temperature, temperature_depth.y, 1.0);
+#ifdef APART
+    float alpha = reflected;
+#else
+    float alpha = 1.0;
+#endif
+    radiance_temperature_depth = vec4(radiance, temperature, temperature_depth.y, alpha);
     // 0 is the background.
     identity = uvec2(part + 1u, material + 1u);
 #endif

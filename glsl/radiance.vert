@@ -12,8 +12,17 @@ layout(set = 0, binding = 5) readonly buffer GroupMaterialBlock { uint group_mat
 layout(set = 0, binding = 6) readonly buffer GroupPartBlock { uint group_part[]; };
 
 #ifdef ROLLING
-#define SHUTTER_BINDING 9
+#define SHUTTER_BINDING 14
 #include "shutter.glsl"
+#endif
+
+#ifdef NORMALS
+layout(set = 0, binding = 9) readonly buffer NormalXBlock { float normal_x[]; };
+layout(set = 0, binding = 10) readonly buffer NormalYBlock { float normal_y[]; };
+layout(set = 0, binding = 11) readonly buffer NormalZBlock { float normal_z[]; };
+// Normal in the axes of the camera, and the position across its axis.
+layout(location = 2) out vec3 normal;
+layout(location = 3) out vec2 across;
 #endif
 
 layout(location = 0) out vec2 temperature_depth;
@@ -41,4 +50,13 @@ void main() {
     float own = temperature[node];
     temperature_depth = vec2(own, camera.z);
     first_corner = uvec3(group_part[node / 4u], group_material[node / 4u], floatBitsToUint(own));
+#ifdef NORMALS
+    vec3 outward = vec3(normal_x[node], normal_y[node], normal_z[node]);
+    normal = vec3(
+        dot(view.camera_from_body_x.xyz, outward),
+        dot(view.camera_from_body_y.xyz, outward),
+        dot(view.camera_from_body_z.xyz, outward)
+    );
+    across = camera.xy;
+#endif
 }

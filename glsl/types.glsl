@@ -64,6 +64,24 @@ struct Sampling {
     uint rows;
 };
 
+struct Surroundings {
+    vec4 nadir;
+    vec4 sun;
+    float planet_cosine;
+    float sun_cosine;
+    float planet_radiance;
+    float space_radiance;
+    float sun_radiance;
+    float sun_irradiance;
+};
+
+struct Reflector {
+    float emissivity;
+    float specular;
+    float roughness;
+    float lobe;
+};
+
 struct DrawCommand {
     uint index_count;
     uint instance_count;

@@ -9,6 +9,8 @@ use glam::{DAffine3, DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::lens::{Distortion, Lens};
+use crate::thermal::lobe::Lobe;
+use crate::thermal::surroundings::{Reflector, Surroundings, reflected_radiance, sky_radiance};
 
 /// Triangles with the values of their vertices. A triangle has the part and material of its first vertex.
 #[derive(Debug, Clone, Copy)]
@@ -25,6 +27,23 @@ pub struct Surface<'a> {
     pub vertex_material: &'a [u32],
     /// Emissivities of front and back for each material.
     pub emissivities: &'a [[f64; 2]],
+    /// What surrounds the surface. `None` where no pixel shows it.
+    pub around: Option<Around<'a>>,
+}
+
+/// What surrounds a surface, and how it reflects that.
+#[derive(Debug, Clone, Copy)]
+pub struct Around<'a> {
+    /// The surroundings, in camera axes.
+    pub surroundings: &'a Surroundings,
+    /// Whether they show behind the surface.
+    pub background: bool,
+    /// Normals of the vertices, body frame. They interpolate between the vertices.
+    pub normals: &'a [DVec3],
+    /// Front and back of each material. Empty where nothing reflects.
+    pub reflectors: &'a [[Reflector; 2]],
+    /// The lobes that they refer to.
+    pub lobes: &'a [Lobe],
 }
 
 /// A camera with OpenCV axes: +X right, +Y down, +Z forward.
@@ -47,8 +66,10 @@ pub struct View {
 /// One pixel. Temperature, depth and identity are those at its centre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pixel {
-    /// Emissivity times the blackbody's radiance in the band [W m-2 sr-1], in the mean of the samples. 0 where no surface is.
+    /// Emitted and reflected radiance in the band [W m-2 sr-1], in the mean of the samples. Where no surface is, it is that of the sky, or 0 without one.
     pub radiance: f64,
+    /// The reflected part of it [W m-2 sr-1]. 0 where no surface is.
+    pub reflected: f64,
     /// Share of the samples that show a surface.
     pub coverage: f64,
     /// Temperature [K]. 0 where no surface is.
@@ -62,8 +83,15 @@ pub struct Pixel {
 }
 
 /// A pixel that no triangle covers.
-pub const EMPTY: Pixel =
-    Pixel { radiance: 0.0, coverage: 0.0, temperature: 0.0, depth: f64::INFINITY, part: 0, material: 0 };
+pub const EMPTY: Pixel = Pixel {
+    radiance: 0.0,
+    reflected: 0.0,
+    coverage: 0.0,
+    temperature: 0.0,
+    depth: f64::INFINITY,
+    part: 0,
+    material: 0,
+};
 
 /// A triangle in camera axes.
 struct Projected {
@@ -72,6 +100,10 @@ struct Projected {
     temperatures: [f64; 3],
     /// Rays that may meet it.
     rays: Bounds,
+    /// Normals of the visible face at the vertices, camera axes. 0 where nothing reflects.
+    normals: [DVec3; 3],
+    /// 0 for the front, 1 for the back.
+    face: usize,
     emissivity: f64,
     part: u32,
     material: u32,
@@ -178,19 +210,30 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
         let blocks: Vec<Bounds> = rays.chunks(BLOCK * each).map(around).collect();
         let whole = blocks.iter().fold(Bounds::NONE, |all, block| all.with(block.low).with(block.high));
         let mut samples = vec![EMPTY; rays.len()];
+        let mut shown = vec![None; rays.len()];
         for triangle in projected.iter().filter(|triangle| triangle.rays.meets(&whole)) {
-            let drawn = rays.chunks(BLOCK * each).zip(samples.chunks_mut(BLOCK * each)).zip(&blocks);
-            for ((rays, samples), _) in drawn.filter(|(_, block)| triangle.rays.meets(block)) {
-                draw(triangle, view.near, rays, samples);
+            let drawn = samples.chunks_mut(BLOCK * each).zip(shown.chunks_mut(BLOCK * each));
+            let drawn = rays.chunks(BLOCK * each).zip(drawn).zip(&blocks);
+            for ((rays, (samples, shown)), _) in drawn.filter(|(_, block)| triangle.rays.meets(block)) {
+                draw(triangle, view.near, rays, samples, shown);
             }
         }
-        for (pixel, samples) in pixels.iter_mut().zip(samples.chunks(each)) {
-            // The field held the emissivity so far, so that only visible samples are converted.
-            let seen = samples[..counted].iter().filter(|sample| sample.part > 0);
-            let sum: f64 = seen.clone().map(|sample| sample.radiance * radiance(sample.temperature)).sum();
+        let drawn = samples.chunks_mut(each).zip(shown.chunks(each)).zip(rays.chunks(each));
+        for (pixel, ((samples, shown), rays)) in pixels.iter_mut().zip(drawn) {
+            for ((sample, shown), ray) in samples[..counted].iter_mut().zip(shown).zip(rays) {
+                // The field held the emissivity so far, so that only visible samples are converted.
+                if sample.part > 0 {
+                    sample.radiance *= radiance(sample.temperature);
+                }
+                if let Some(around) = surface.around.as_ref().filter(|_| ray.is_finite()) {
+                    arrive(sample, around, *shown, ray.extend(1.0).normalize());
+                }
+            }
+            let mean = |value: fn(&Pixel) -> f64| samples[..counted].iter().map(value).sum::<f64>() / counted as f64;
             *pixel = Pixel {
-                radiance: sum / counted as f64,
-                coverage: seen.count() as f64 / counted as f64,
+                radiance: mean(|sample| sample.radiance),
+                reflected: mean(|sample| sample.reflected),
+                coverage: mean(|sample| sample.coverage),
                 ..samples[each - 1]
             };
         }
@@ -198,14 +241,40 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
     pixels
 }
 
+/// Adds what a surface reflects, or the sky where none is. `direction` leads from the camera to the sample.
+fn arrive(sample: &mut Pixel, around: &Around, shown: Option<Shown>, direction: DVec3) {
+    match shown {
+        None if around.background => sample.radiance = sky_radiance(around.surroundings, direction),
+        None => {}
+        Some(Shown { normal, face }) => {
+            if let Some(reflectors) = around.reflectors.get(sample.material as usize - 1) {
+                sample.reflected =
+                    reflected_radiance(around.surroundings, &reflectors[face], around.lobes, normal, -direction);
+                sample.radiance += sample.reflected;
+            }
+        }
+    }
+}
+
+/// The face that a sample shows.
+#[derive(Debug, Clone, Copy)]
+struct Shown {
+    /// Normal of length 1, camera axes.
+    normal: DVec3,
+    face: usize,
+}
+
 /// Draws the samples of a triangle, with its emissivity in place of the radiance.
-fn draw(triangle: &Projected, near: f64, rays: &[DVec2], samples: &mut [Pixel]) {
-    for (ray, sample) in rays.iter().zip(samples) {
+fn draw(triangle: &Projected, near: f64, rays: &[DVec2], samples: &mut [Pixel], shown: &mut [Option<Shown>]) {
+    for ((ray, sample), shown) in rays.iter().zip(samples).zip(shown) {
         let weights = triangle.planes.map(|plane| plane.dot(ray.extend(1.0)));
         let depth = 1.0 / weights.iter().sum::<f64>();
         if weights.iter().all(|&w| w >= 0.0) && depth >= near && depth < sample.depth {
             let weighted: f64 = weights.iter().zip(triangle.temperatures).map(|(w, t)| w * t).sum();
+            let normal: DVec3 = weights.iter().zip(triangle.normals).map(|(weight, normal)| *weight * normal).sum();
+            *shown = Some(Shown { normal: normal.normalize_or_zero(), face: triangle.face });
             *sample = Pixel {
+                reflected: 0.0,
                 radiance: triangle.emissivity,
                 coverage: 1.0,
                 temperature: weighted * depth,
@@ -231,7 +300,14 @@ fn project(surface: &Surface, view: &View, triangle: [u32; 3]) -> Option<Project
     let material = surface.vertex_material[indices[0]];
     // The camera is at the origin, so the outward normal points to it where a . normal < 0.
     let face = usize::from(volume > 0.0);
+    let side = if face == 0 { 1.0 } else { -1.0 };
+    let normals = indices.map(|vertex| {
+        let normal = surface.around.as_ref().and_then(|around| around.normals.get(vertex));
+        normal.map_or(DVec3::ZERO, |normal| side * (view.camera_from_body.matrix3 * *normal))
+    });
     Some(Projected {
+        normals,
+        face,
         planes,
         temperatures: indices.map(|vertex| surface.temperatures[vertex]),
         rays,
@@ -312,6 +388,7 @@ mod tests {
             vertex_part: &parts,
             vertex_material: &materials,
             emissivities: &EMISSIVITIES,
+            around: None,
         };
         rasterise(&surface, view, radiance)
     }

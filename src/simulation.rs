@@ -25,6 +25,7 @@ pub mod sampling;
 pub mod state;
 pub mod stepper;
 mod structures;
+pub mod surroundings;
 pub mod target;
 pub mod thermal_state;
 pub mod viewpoint;
@@ -40,6 +41,7 @@ use keep::{Keep, KeepNothing};
 use periodic::Periodic;
 use prepare::Prepared;
 use state::restore;
+use surroundings::surroundings_at;
 use viewpoint::camera_from_body;
 
 /// The results of a step.
@@ -265,6 +267,7 @@ pub fn run_from<E: From<EngineError>>(
         let joints = pose.map(|_| prepared.loads.joints_at(now).1).unwrap_or_default();
         let moments = moments(prepared, now, None);
         let rows = moments.as_ref().filter(|_| pose.is_some()).map(|moments| Rows(moments));
+        let surroundings = pose.and_then(|pose| surroundings_at(prepared, now, &pose));
         let order = Order {
             pose,
             joints: &joints,
@@ -274,6 +277,7 @@ pub fn run_from<E: From<EngineError>>(
             temperatures: true,
             absorbed: true,
             time: now,
+            surroundings,
         };
         engine.submit(advance, order)?;
         let reference = check.as_deref_mut().map(|check| {
@@ -323,7 +327,8 @@ fn submit_image(
     let joints = prepared.loads.joints_at(time).1;
     let moments = moments(prepared, time, Some(number));
     let rows = moments.as_ref().map(|moments| Rows(moments));
-    let order = Order { pose, joints: &joints, rows, between: Some(share), time, ..Order::default() };
+    let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
+    let order = Order { pose, joints: &joints, rows, between: Some(share), surroundings, time, ..Order::default() };
     engine.submit(None, order)?;
     Ok(Waiting { step, image: Some(number), time, pose, reference: None })
 }
@@ -353,10 +358,11 @@ pub fn still(
     let load = (rest > 1e-9).then(|| prepared.loads.step_load(whole * length, time));
     let pose = pose_at(prepared, time);
     let advance = load.as_ref().map(|load| Step { load, steps: rest, start: whole * length, length: rest * length });
+    let joints = prepared.loads.joints_at(time).1;
     let moments = moments(prepared, time, None);
     let rows = moments.as_ref().map(|moments| Rows(moments));
-    engine
-        .submit(advance, Order { pose, joints: &prepared.loads.joints_at(time).1, rows, time, ..Order::default() })?;
+    let surroundings = pose.and_then(|pose| surroundings_at(prepared, time, &pose));
+    engine.submit(advance, Order { pose, joints: &joints, rows, surroundings, time, ..Order::default() })?;
     let delivered = engine.deliver()?;
     Ok(Some(StepResult { step: whole as u32, image: None, time, pose, delivered }))
 }

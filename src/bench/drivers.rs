@@ -11,6 +11,7 @@ use crate::simulation::device_engine::DeviceEngine;
 use crate::simulation::engine::{Engine, Order, Pixels, Step};
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
+use crate::simulation::surroundings::surroundings_at;
 
 /// Number of steps before the image.
 const STEPS: u32 = 40;
@@ -84,7 +85,8 @@ fn run(context: &Arc<Context>, scene: &Scene) -> Result<Left, Box<dyn std::error
         let last = number + 1 == STEPS;
         let joints = prepared.loads.joints_at(end).1;
         let pose = if last { pose_at(&prepared, end) } else { None };
-        let order = Order { pose, joints: &joints, temperatures: last, ..Order::default() };
+        let surroundings = pose.and_then(|pose| surroundings_at(&prepared, end, &pose));
+        let order = Order { pose, joints: &joints, temperatures: last, surroundings, ..Order::default() };
         engine.submit(Some(Step { load: &load, steps: 1.0, start, length: step }), order)?;
         delivered = engine.deliver()?;
     }
@@ -129,6 +131,7 @@ mod tests {
             temperatures: vec![300.0, temperature],
             pixels: Pixels {
                 readings: None,
+                reflected: Vec::new(),
                 radiance_temperature_depth: vec![[radiance, 300.0, 1.0], [5.0, 300.0, 1.0], [0.0; 3]],
                 identity: vec![[1, 1], [part, 1], [0, 0]],
                 coverage: Vec::new(),

@@ -15,6 +15,7 @@ use crate::simulation::device_engine::DeviceEngine;
 use crate::simulation::engine::{Engine, EngineError, Order, Step};
 use crate::simulation::pose_at;
 use crate::simulation::prepare::Prepared;
+use crate::simulation::surroundings::surroundings_at;
 
 /// Longest triangle edges [m].
 pub const EDGES: [f64; 4] = [2.0, 1.0, 0.5, 0.25];
@@ -188,7 +189,8 @@ impl Run<'_> {
                 let load = self.prepared.loads.step_load(start, start + length);
                 let pose = if draw { pose_at(self.prepared, start + length) } else { None };
                 let joints = self.prepared.loads.joints_at(start + length).1;
-                let order = Order { pose, joints: &joints, ..Order::default() };
+                let surroundings = pose.and_then(|pose| surroundings_at(self.prepared, start + length, &pose));
+                let order = Order { pose, joints: &joints, surroundings, ..Order::default() };
                 self.engine.submit(Some(Step { load: &load, steps: self.share, start, length }), order)?;
                 self.next += 1;
             }

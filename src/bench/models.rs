@@ -19,6 +19,7 @@ use crate::scene::{Scene, ShadowSettings};
 use crate::simulation::device_engine::DeviceEngine;
 use crate::simulation::engine::{Engine, EngineError, Order, Step};
 use crate::simulation::prepare::Prepared;
+use crate::simulation::surroundings::surroundings_at;
 use crate::simulation::{pose_at, start};
 use crate::thermal::material::{Domain, Retarget, Sides};
 
@@ -307,7 +308,8 @@ pub(super) fn run(context: &Arc<Context>, prepared: &Prepared) -> Result<Ran, En
         let drawn = camera.is_some() && number % DRAW_EVERY == 0;
         let joints = prepared.loads.joints_at(to).1;
         let pose = if drawn { pose_at(prepared, to) } else { None };
-        let order = Order { pose, joints: &joints, temperatures: true, ..Order::default() };
+        let surroundings = pose.and_then(|pose| surroundings_at(prepared, to, &pose));
+        let order = Order { pose, joints: &joints, temperatures: true, surroundings, ..Order::default() };
         engine.submit(Some(Step { load: &load, steps: 1.0, start: from, length: step }), order)?;
         let delivered = engine.deliver()?;
         let after = device_ms(&engine);

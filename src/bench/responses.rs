@@ -123,6 +123,7 @@ pub fn time_pass(
         network: None,
         heat: None,
         sensor: None,
+        shown: Default::default(),
     };
     let plan = data.plan();
     let bytes: u64 = plan.iter().filter(|planned| planned.resource.row().grows_with_nodes()).map(|p| p.bytes).sum();

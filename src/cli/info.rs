@@ -118,6 +118,7 @@ fn scene(path: &Path, reach: ReachArguments) -> Result<(serde_json::Value, Strin
         sampled: data.sampled(),
         cull: prepared.triangles.len() as u32,
         temperatures: true,
+        shows: data.shown.variant,
     };
     let stepped = Frame::step(&data.ranges, Wanted::default()).then(network);
     let frame = if data.between {

@@ -20,6 +20,7 @@ use crate::scene::{Draw, Scene};
 use crate::simulation::engine::{Engine, EngineError, Order, Rows, Step};
 use crate::simulation::periodic::Periodic;
 use crate::simulation::prepare::Prepared;
+use crate::simulation::surroundings::surroundings_at;
 use crate::simulation::target::Target;
 use crate::simulation::{is_drawn, moments, pose_at, start};
 
@@ -282,9 +283,11 @@ impl Setting<'_> {
             }
             if self.shown.binary_search(&step).is_ok() {
                 let joints = prepared.loads.joints_at(now).1;
+                let pose = pose_at(&prepared, now);
                 let moments = moments(&prepared, now, None);
                 let rows = moments.as_ref().map(|moments| Rows(moments));
-                let order = Order { pose: pose_at(&prepared, now), joints: &joints, rows, ..Order::default() };
+                let surroundings = pose.and_then(|pose| surroundings_at(&prepared, now, &pose));
+                let order = Order { pose, joints: &joints, rows, surroundings, ..Order::default() };
                 let (ms, delivered) = timed(|| engine.submit(None, order).and_then(|()| engine.deliver()))?;
                 image_ms.push(ms);
                 if let Some(pixels) = delivered.pixels {

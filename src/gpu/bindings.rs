@@ -69,6 +69,9 @@ impl Bindings {
             let types = binding_types(pass);
             if !self.pipelines.contains_key(&kernel) {
                 self.pipelines.insert(kernel, pipeline(&self.context, kernel, &types)?);
+                if let Some(sky) = kernel.sky() {
+                    self.pipelines.insert(sky, pipeline(&self.context, sky, &types)?);
+                }
             }
             let layouts = [self.pipelines[&kernel].set_layout];
             let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
@@ -122,6 +125,13 @@ impl Bindings {
     }
 }
 
+impl Bindings {
+    /// Pipeline of the sky behind the craft, where the image has one. It uses the descriptor set of the craft.
+    pub fn background(&self, pass: &Pass) -> Option<&Pipeline> {
+        self.pipelines.get(&pass.kernel()?.sky()?)
+    }
+}
+
 impl Drop for Bindings {
     fn drop(&mut self) {
         for pool in &self.pools {
@@ -162,8 +172,9 @@ fn pipeline(context: &Arc<Context>, kernel: Kernel, types: &[(u32, vk::Descripto
         _ => 0,
     };
     match kernel {
-        Kernel::Radiance | Kernel::RadianceOfRows(_) => Pipeline::radiance(context, &kernel.shaders(), types),
+        Kernel::Radiance(_) | Kernel::RadianceOfRows(_) => Pipeline::radiance(context, &kernel.shaders(), types),
         Kernel::Mean { each, .. } => Pipeline::mean(context, &kernel.shaders(), types, each),
+        Kernel::Background { each, .. } => Pipeline::background(context, &kernel.shaders(), types, each),
         Kernel::SunDepth => Pipeline::solar_depth(context, types),
         _ => Pipeline::compute(context, &kernel.shaders()[0], types, constants as u32),
     }

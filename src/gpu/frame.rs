@@ -18,6 +18,7 @@ use super::pass::{
     CLEAR_WRITE, COMPUTE_READ, COMPUTE_WRITE, COPY_READ, COPY_WRITE, Entry, Kernel, Pass, Scope, barrier, clear_pass,
     copy_pass, is_write, scope, to_host, transition,
 };
+use super::radiance_variant::RadianceVariant;
 use super::resource::Resource;
 use super::sampling::Sampled;
 use crate::environment::shadow::{Method, SUN_RAYS};
@@ -36,6 +37,8 @@ pub struct Wanted {
     pub cull: u32,
     /// Whether the host reads the temperatures of all nodes.
     pub temperatures: bool,
+    /// What the pixels of the image show.
+    pub shows: RadianceVariant,
 }
 
 /// Passes and barriers that are submitted together.
@@ -119,7 +122,7 @@ impl Frame {
             ]));
         }
         if wanted.image {
-            entries.extend(image(wanted.sampled, shown));
+            entries.extend(image(&wanted, shown));
         }
         if wanted.temperatures {
             entries.push(Entry::Barriers(vec![barrier(Resource::Temperature, COMPUTE_WRITE, COPY_READ)]));
@@ -244,7 +247,8 @@ const COLOUR: Scope = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRIT
 const COPIED: Scope = scope(S::COPY, A::NONE);
 
 /// Draws an image with the temperatures in the buffer `shown`, computes another from it where one is wanted, and copies it to the host.
-fn image(sampled: Option<Sampled>, shown: Resource) -> Vec<Entry> {
+fn image(wanted: &Wanted, shown: Resource) -> Vec<Entry> {
+    let Wanted { sampled, shows, .. } = *wanted;
     let (undefined, attachment) = (ImageLayout::UNDEFINED, ImageLayout::ATTACHMENT_OPTIMAL);
     let source = ImageLayout::TRANSFER_SRC_OPTIMAL;
     let shutter = sampled.and_then(|sampled| sampled.shutter);
@@ -259,7 +263,9 @@ fn image(sampled: Option<Sampled>, shown: Resource) -> Vec<Entry> {
         transition(Resource::RadianceImage, COLOUR, COPY_READ, attachment, source),
         transition(Resource::IdentityImage, COLOUR, COPY_READ, attachment, source),
     ];
-    let mut passes = vec![Entry::Pass(radiance_pass(shutter, shown))];
+    // A mean takes the place of the radiance of single samples.
+    let single = if mean.is_some() { RadianceVariant::PLAIN } else { shows };
+    let mut passes = vec![Entry::Pass(radiance_pass(single, shutter, shown))];
     if let Some(each) = mean {
         before.push(transition(Resource::MeanImage, COPIED, COLOUR, undefined, attachment));
         before.push(transition(Resource::MeanDepthImage, DEPTH_WRITE, DEPTH, undefined, attachment));
@@ -267,7 +273,7 @@ fn image(sampled: Option<Sampled>, shown: Resource) -> Vec<Entry> {
             // Only draws use this image.
             before.push(transition(Resource::MultiImage, COLOUR, COLOUR, undefined, attachment));
         }
-        passes.push(Entry::Pass(mean_pass(each, shutter, shown)));
+        passes.push(Entry::Pass(mean_pass(shows, each, shutter, shown)));
         drawn.push(transition(Resource::MeanImage, COLOUR, COPY_READ, attachment, source));
     }
     let mut entries = vec![Entry::Barriers(before)];

@@ -7,6 +7,7 @@ use super::shapes::Shapes;
 use crate::environment::shadow::Occluders;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::material::{Profile, Radiative, Transition};
+use crate::thermal::surroundings::sun_irradiance;
 
 /// A member of a structure, for the comparison with the SPIR-V.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -161,6 +162,40 @@ shared! {
         pub columns: u32,
         /// Lookups along the height of a pixel.
         pub rows: u32,
+    }
+
+    /// What surrounds the craft, in the axes of the camera.
+    pub struct Surroundings {
+        /// Unit vector to the planet's centre; w: sine of the planet's angular radius.
+        pub nadir: [f32; 4],
+        /// Unit vector to the Sun's centre; w: sine of the Sun's angular radius.
+        pub sun: [f32; 4],
+        /// Cosine of the planet's angular radius.
+        pub planet_cosine: f32,
+        /// Cosine of the Sun's angular radius.
+        pub sun_cosine: f32,
+        /// Radiance of the planet [W m-2 sr-1].
+        pub planet_radiance: f32,
+        /// Radiance of deep space [W m-2 sr-1].
+        pub space_radiance: f32,
+        /// Radiance of the Sun's disc [W m-2 sr-1].
+        pub sun_radiance: f32,
+        /// Irradiance across the Sun's rays in the band [W/m2].
+        pub sun_irradiance: f32,
+        /// Padding to the alignment of GLSL.
+        pub unused: [f32; 2],
+    }
+
+    /// How a face of a material emits and reflects in the band.
+    pub struct Reflector {
+        /// Emissivity.
+        pub emissivity: f32,
+        /// Share of the reflected light that leaves about the mirror direction.
+        pub specular: f32,
+        /// Roughness of the mirror; 0 for a smooth one.
+        pub roughness: f32,
+        /// Index of the first number of its lobe.
+        pub lobe: f32,
     }
 
     /// An indexed indirect draw command (VkDrawIndexedIndirectCommand).
@@ -444,6 +479,24 @@ impl Material {
         self.exchange = plate.exchange() as f32;
         self.structure_share = plate.structure_share() as f32;
         self.parts = plate.parts() as f32;
+    }
+}
+
+impl Surroundings {
+    /// Rounds surroundings to f32.
+    pub fn new(around: &crate::thermal::surroundings::Surroundings) -> Self {
+        let with = |v: glam::DVec3, w: f64| [v.x as f32, v.y as f32, v.z as f32, w as f32];
+        Self {
+            nadir: with(around.nadir, around.planet.sin),
+            sun: with(around.sun, around.sun_disc.sin),
+            planet_cosine: around.planet.cos as f32,
+            sun_cosine: around.sun_disc.cos as f32,
+            planet_radiance: around.planet_radiance as f32,
+            space_radiance: around.space_radiance as f32,
+            sun_radiance: around.sun_radiance as f32,
+            sun_irradiance: sun_irradiance(around) as f32,
+            unused: [0.0; 2],
+        }
     }
 }
 

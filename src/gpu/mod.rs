@@ -24,6 +24,7 @@ pub mod one_pass;
 pub mod one_pass_variant;
 pub mod pass;
 pub mod pipeline;
+pub mod radiance_variant;
 mod record;
 pub mod renderer;
 pub mod resource;

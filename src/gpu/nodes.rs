@@ -297,6 +297,7 @@ mod tests {
     fn material(name: &str, sides: Sides, response: Response) -> Material {
         let front = Optics { absorptivity: 0.5, emissivity: 0.8 };
         Material {
+            gloss: Default::default(),
             name: name.into(),
             front,
             sides,

@@ -4,6 +4,7 @@ use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
 use super::heat_source::HeatOf;
 use super::one_pass_variant::OnePassVariant;
+use super::radiance_variant::RadianceVariant;
 use super::resource::Resource;
 use super::sampling::RowOf;
 use super::sensor_variant::SensorVariant;
@@ -80,16 +81,30 @@ pub enum Kernel {
         /// How a point finds its row with a rolling shutter.
         shutter: Option<RowOf>,
     },
-    /// Draws the remaining triangles as radiance.
-    Radiance,
-    /// Draws them as radiance with a rolling shutter.
+    /// Draws the remaining triangles as radiance, and the sky behind them.
+    Radiance(RadianceVariant),
+    /// Draws the triangles as radiance with a rolling shutter.
     RadianceOfRows(RowOf),
-    /// Draws them as radiance and coverage, averaged over the samples of a texel.
+    /// Draws them as radiance and coverage, averaged over the samples of a texel, and the sky behind them.
     Mean {
         /// Samples of a texel.
         each: u32,
-        /// How a point finds its row with a rolling shutter.
-        shutter: Option<RowOf>,
+        /// What pixels show.
+        shows: RadianceVariant,
+    },
+    /// The same of the triangles alone with a rolling shutter.
+    MeanOfRows {
+        /// Samples of a texel.
+        each: u32,
+        /// How a point finds its row.
+        row_of: RowOf,
+    },
+    /// Draws the sky. No pass has this kernel: the pass of the craft draws it with its own bindings.
+    Background {
+        /// What pixels show.
+        shows: RadianceVariant,
+        /// Samples of a texel of a mean. `None` for the image of one sample.
+        each: Option<u32>,
     },
     /// Computes the image from drawn ones.
     Resample {
@@ -127,7 +142,18 @@ pub enum Kernel {
 impl Kernel {
     /// Whether it draws the triangles of all joints in turn.
     pub fn draws(self) -> bool {
-        matches!(self, Self::Radiance | Self::RadianceOfRows(_) | Self::Mean { .. } | Self::SunDepth)
+        use Kernel::{Mean, MeanOfRows, Radiance, RadianceOfRows, SunDepth};
+        matches!(self, Radiance(_) | RadianceOfRows(_) | Mean { .. } | MeanOfRows { .. } | SunDepth)
+    }
+
+    /// The kernel of the sky behind the craft that it draws, where the image has one.
+    pub fn sky(self) -> Option<Self> {
+        let (shows, each) = match self {
+            Self::Radiance(shows) => (shows, None),
+            Self::Mean { each, shows } => (shows, Some(each)),
+            _ => return None,
+        };
+        shows.background.then_some(Self::Background { shows, each })
     }
 
     /// Shader of a dispatch. For a draw, the vertex shader and the fragment shader, if it has one.
@@ -152,30 +178,23 @@ impl Kernel {
             Self::Cull => plain("cull.comp"),
             Self::CullSamples { several, shutter } => {
                 let several = if several { vec!["sampled"] } else { Vec::new() };
-                vec![Shader::new("cull.comp", [several, rolling(shutter)].concat())]
+                let rolling = shutter.map(RowOf::words).unwrap_or_default();
+                vec![Shader::new("cull.comp", [several, rolling].concat())]
             }
-            Self::RadianceOfRows(row_of) => {
-                vec![Shader::new("radiance.vert", row_of.words()), Shader::new("radiance.frag", Vec::new())]
-            }
-            Self::Mean { each, shutter } => {
-                let words = if each > 1 { vec!["mean", "multiple"] } else { vec!["mean"] };
-                vec![Shader::new("radiance.vert", rolling(shutter)), Shader::new("radiance.frag", words)]
-            }
+            Self::Radiance(shows) => shows.shaders(None, None).to_vec(),
+            Self::RadianceOfRows(row_of) => RadianceVariant::PLAIN.shaders(None, Some(row_of)).to_vec(),
+            Self::Mean { each, shows } => shows.shaders(Some(each), None).to_vec(),
+            Self::MeanOfRows { each, row_of } => RadianceVariant::PLAIN.shaders(Some(each), Some(row_of)).to_vec(),
+            Self::Background { shows, each } => shows.background(each).to_vec(),
             Self::Resample { lens, several } => {
                 let words = [(lens, "lens"), (several, "several")].into_iter().filter(|(has, _)| *has);
                 vec![Shader::new("resample.comp", words.map(|(_, word)| word).collect())]
             }
-            Self::Radiance => ["radiance.vert", "radiance.frag"].map(|entry| Shader::new(entry, Vec::new())).to_vec(),
             Self::Blackbody => plain("blackbody.comp"),
             Self::Brightness => plain("brightness.comp"),
             Self::Empty => plain("empty.comp"),
         }
     }
-}
-
-/// Words of a rolling shutter.
-fn rolling(shutter: Option<RowOf>) -> Vec<&'static str> {
-    shutter.map(RowOf::words).unwrap_or_default()
 }
 
 /// Push constants of a dispatch.

@@ -23,6 +23,8 @@ pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 pub const IDENTITY_FORMAT: vk::Format = vk::Format::R32G32_UINT;
 /// Format of the image with mean radiance and coverage.
 pub const MEAN_FORMAT: vk::Format = vk::Format::R32G32_SFLOAT;
+/// Formats of the colours of an image.
+const IMAGE_FORMATS: &[vk::Format] = &[RADIANCE_FORMAT, IDENTITY_FORMAT];
 /// Format of the depth buffer.
 pub const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 
@@ -52,9 +54,7 @@ impl Pipeline {
         shaders: &[Shader],
         bindings: &[(u32, vk::DescriptorType)],
     ) -> Result<Self, GpuError> {
-        let formats = [RADIANCE_FORMAT, IDENTITY_FORMAT];
-        let depth = vk::CompareOp::GREATER;
-        Self::graphics(context, "radiance", shaders, bindings, &formats, depth, 1)
+        Self::graphics(context, "radiance", shaders, bindings, IMAGE_FORMATS, vk::CompareOp::GREATER, 1)
     }
 
     /// Makes the pipeline of the mean radiance over `each` samples of a texel.
@@ -64,8 +64,18 @@ impl Pipeline {
         bindings: &[(u32, vk::DescriptorType)],
         each: u32,
     ) -> Result<Self, GpuError> {
-        let formats = [MEAN_FORMAT];
-        Self::graphics(context, "mean", shaders, bindings, &formats, vk::CompareOp::GREATER, each)
+        Self::graphics(context, "mean", shaders, bindings, &[MEAN_FORMAT], vk::CompareOp::GREATER, each)
+    }
+
+    /// Makes the pipeline of the sky, which is drawn where nothing is: its depth is that of the cleared image. `mean` are the samples of a texel of a mean.
+    pub fn background(
+        context: &Arc<Context>,
+        shaders: &[Shader],
+        bindings: &[(u32, vk::DescriptorType)],
+        mean: Option<u32>,
+    ) -> Result<Self, GpuError> {
+        let formats = if mean.is_some() { &[MEAN_FORMAT] } else { IMAGE_FORMATS };
+        Self::graphics(context, "background", shaders, bindings, formats, vk::CompareOp::EQUAL, mean.unwrap_or(1))
     }
 
     /// Makes the pipeline of the shadow map: vertices read from storage buffers, depth only, no face culling.
@@ -74,9 +84,9 @@ impl Pipeline {
         Self::graphics(context, "solar_depth", &shaders, bindings, &[], vk::CompareOp::LESS, 1)
     }
 
-    /// Makes a pipeline for indexed triangles without face culling. `formats` are the colour attachments, `nearer` is
-    /// the depth test, `shaders` are the vertex shader and, if there are colours, the fragment shader, and `each` are the
-    /// samples of a texel.
+    /// Makes a pipeline for triangles without face culling. `formats` are the colour attachments, `nearer` is the depth
+    /// test, `shaders` are the vertex shader and, if there are colours, the fragment shader, and `each` are the samples of a
+    /// texel.
     fn graphics(
         context: &Arc<Context>,
         name: &str,

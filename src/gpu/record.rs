@@ -186,14 +186,16 @@ impl<'a> Recorder<'a> {
         let image = |resource| self.resources.image(resource);
         let (store, discard) = (vk::AttachmentStoreOp::STORE, vk::AttachmentStoreOp::DONT_CARE);
         let (first, depth) = match pass.kernel() {
-            Some(Kernel::Mean { .. }) => (image(Resource::MeanImage), image(Resource::MeanDepthImage)),
+            Some(Kernel::Mean { .. } | Kernel::MeanOfRows { .. }) => {
+                (image(Resource::MeanImage), image(Resource::MeanDepthImage))
+            }
             _ => (image(Resource::RadianceImage), image(Resource::DepthImage)),
         };
         let colours = match pass.kernel() {
-            Some(Kernel::Mean { each: 2.., .. }) => {
+            Some(Kernel::Mean { each: 2.., .. } | Kernel::MeanOfRows { each: 2.., .. }) => {
                 vec![averaged(cleared(image(Resource::MultiImage), floats, discard), first)]
             }
-            Some(Kernel::Mean { .. }) => vec![cleared(first, floats, store)],
+            Some(Kernel::Mean { .. } | Kernel::MeanOfRows { .. }) => vec![cleared(first, floats, store)],
             _ => vec![cleared(first, floats, store), cleared(image(Resource::IdentityImage), integers, store)],
         };
         let depth = cleared(depth, depth_of(0.0), discard);
@@ -204,6 +206,7 @@ impl<'a> Recorder<'a> {
             self.bind(pass, run.joint);
             self.draw_visible(run);
         }
+        self.draw_background(pass);
         self.end_drawing();
     }
 
@@ -217,6 +220,20 @@ impl<'a> Recorder<'a> {
             let offset = u64::from(first) * u64::from(stride);
             // SAFETY: rendering has begun, the pipeline is bound, and the draw commands are within their buffer.
             unsafe { device.cmd_draw_indexed_indirect(self.commands, draws.raw, offset, end - first, stride) };
+        }
+    }
+
+    /// Draws the sky where no triangle is.
+    fn draw_background(&mut self, pass: &Pass) {
+        let Some(pipeline) = self.bindings.and_then(|bindings| bindings.background(pass)) else { return };
+        self.bind(pass, 0);
+        self.bound.0 = pipeline.raw;
+        let device = &self.context.device;
+        // SAFETY: rendering has begun. The bound set was made for a layout with the same bindings, stages and push
+        // constants as that of this pipeline.
+        unsafe {
+            device.cmd_bind_pipeline(self.commands, pipeline.bind_point, pipeline.raw);
+            device.cmd_draw(self.commands, 3, 1, 0, 0);
         }
     }
 

@@ -28,6 +28,7 @@ use super::load::DeviceLoad;
 use super::memory::Buffer;
 use super::once::Once;
 use super::pass::Said;
+use super::radiance_variant::RadianceVariant;
 use super::record::Recorder;
 use super::resource::Resource;
 use super::resource_row::SLOTS;
@@ -62,6 +63,10 @@ pub struct Request<'a> {
     pub absorbed: bool,
     /// Time of the image [s], for a sensor. Without it the sensor sees nothing.
     pub time: Option<f64>,
+    /// What surrounds the craft in the image. Without it the image has that of the slot's last one.
+    pub surroundings: Option<layout::Surroundings>,
+    /// Lobes of all rough mirrors before the planet.
+    pub lobes: &'a [f32],
     /// Heaters of a network that the frame steps.
     pub heating: Option<Heating<'a>>,
     /// Whether the temperatures before the step are kept, for images between them and those after it.
@@ -88,7 +93,8 @@ impl<'a> Request<'a> {
 #[derive(Default)]
 pub struct Collected<'a> {
     /// Radiance [W m-2 sr-1], temperature [K], depth [m] and coverage of every pixel; 0 for the background. Without
-    /// several samples the coverage is 1 where a surface is.
+    /// several samples the coverage is 1 where a surface is. Where the scene asks for the reflected radiance, it stands in
+    /// place of the coverage. Where it asks for a sky, the background has its radiance.
     pub radiance: Option<&'a [[f32; 4]]>,
     /// Part and material index of every pixel, each plus 1; 0 for the background.
     pub identity: Option<&'a [[u32; 2]]>,
@@ -131,6 +137,8 @@ pub struct Renderer {
     heat: Vec<(HeatOf, (u32, u32))>,
     /// The sensor, if the image has one.
     sensor: Option<ImageSensor>,
+    /// What the pixels of an image show.
+    shows: RadianceVariant,
     /// The load whose balance is the target of every node, if known.
     commanded: Option<DeviceLoad>,
     /// The frames in flight. The field is dropped first, because its destructor waits for the device.
@@ -145,9 +153,9 @@ impl Renderer {
     pub fn new(context: &Arc<Context>, data: &SceneData<'_>) -> Result<Self, GpuError> {
         let mut once = Once::new(context)?;
         let resources = Resources::of_scene(context, &mut once, data)?;
-        let sampled = data.sampled();
+        let (sampled, shows) = (data.sampled(), data.shown.variant);
         let cull = data.triangles.len() as u32;
-        let wanted = Wanted { image: data.image.is_some(), sampled, cull, temperatures: true };
+        let wanted = Wanted { image: data.image.is_some(), sampled, cull, temperatures: true, shows };
         let triangles = data.runs();
         let mut frames = Vec::new();
         for (has_sun, has_albedo) in [(true, true), (true, false), (false, false)] {
@@ -194,6 +202,7 @@ impl Renderer {
             one_pass,
             heat,
             sensor,
+            shows,
             commanded: None,
             slots: Slots::new(context, passes)?,
             bindings,
@@ -243,7 +252,7 @@ impl Renderer {
         let culled = self.culling.due(&mut views);
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
         let (image, temperatures) = (!views.is_empty(), request.temperatures);
-        let wanted = Wanted { image, sampled: self.sampled, cull, temperatures };
+        let wanted = Wanted { image, sampled: self.sampled, cull, temperatures, shows: self.shows };
         let mut ranges = request.step.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
         let mut loaded = Vec::new();
         if self.steps_network() {
@@ -364,6 +373,10 @@ impl Renderer {
         }
         self.resources.write_slices(Resource::View, slot, request.views)?;
         self.resources.write_slices(Resource::Shutter, slot, request.shutters)?;
+        if let Some(around) = request.surroundings {
+            self.resources.write(Resource::Surroundings, slot, &[around])?;
+            self.resources.write(Resource::Lobes, slot, request.lobes)?;
+        }
         self.resources.write_slices(Resource::SunView, slot, &std::mem::take(&mut self.shadows.views))?;
         if let Some(sensor) = &self.sensor {
             self.resources.write(Resource::Sensor, slot, &[sensor.settings])?;

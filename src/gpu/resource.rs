@@ -32,7 +32,7 @@ macro_rules! table {
             /// Its properties.
             pub fn row(self) -> Row {
                 use Count::*;
-                use Pieces::{Always, WithoutImage};
+                use Pieces::{Always, WithoutImage, WithoutReflections};
                 use Role::*;
                 match self {
                     $(Self::$name => $row,)*
@@ -57,6 +57,12 @@ table! {
     FusedAlbedoValues: row(4, FusedAlbedo, FromHost, "Albedo").each_slot();
     /// `View`, written by the host.
     View: row(size_of::<layout::View>(), Once, Uniform, "View").each_slot().each_joint();
+    /// `Surroundings` of the image, written by the host.
+    Surroundings: row(size_of::<layout::Surroundings>(), Count::Surroundings, Uniform, "Surroundings").each_slot();
+    /// `Reflector` of both faces of every material.
+    Reflectors: row(size_of::<layout::Reflector>(), Count::Reflectors, Storage, "Reflector");
+    /// Lobes of rough mirrors before the planet, written by the host.
+    Lobes: row(4, Count::Lobes, FromHost, "Lobe").each_slot();
     /// `Material` of every material.
     Materials: row(size_of::<layout::Material>(), Count::Materials, Storage, "Material");
     /// Straight pieces of the shaped response functions.
@@ -66,11 +72,11 @@ table! {
     /// Part index of every group.
     GroupPart: row(4, DrawnGroups, Storage, "GroupPart").in_pieces(WithoutImage);
     /// x of the normals.
-    NormalX: row(GROUP, LoadedGroups, Storage, "NormalX").in_pieces(Always);
+    NormalX: row(GROUP, LoadedGroups, Storage, "NormalX").in_pieces(WithoutReflections);
     /// y of the normals.
-    NormalY: row(GROUP, LoadedGroups, Storage, "NormalY").in_pieces(Always);
+    NormalY: row(GROUP, LoadedGroups, Storage, "NormalY").in_pieces(WithoutReflections);
     /// z of the normals.
-    NormalZ: row(GROUP, LoadedGroups, Storage, "NormalZ").in_pieces(Always);
+    NormalZ: row(GROUP, LoadedGroups, Storage, "NormalZ").in_pieces(WithoutReflections);
     /// x of the positions [m].
     PositionX: row(GROUP, PlacedGroups, Storage, "PositionX");
     /// y of the positions [m].

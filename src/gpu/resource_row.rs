@@ -19,9 +19,15 @@ pub enum Count {
     Materials,
     /// Straight pieces of the shaped response functions.
     Shapes,
+    /// One, if a pixel needs the surroundings of the craft.
+    Surroundings,
+    /// Two faces of every material, if surfaces reflect.
+    Reflectors,
+    /// Numbers of the lobes of rough mirrors.
+    Lobes,
     /// Groups of four nodes.
     Groups,
-    /// Groups, if a load depends on the normal of a node.
+    /// Groups, if a load or a reflection depends on the normal of a node.
     LoadedGroups,
     /// Groups, if nodes keep a state between steps.
     MovingGroups,
@@ -256,6 +262,8 @@ pub enum Pieces {
     Never,
     /// In scenes without an image, because drawing reads the whole buffer.
     WithoutImage,
+    /// In scenes whose images have no reflections, because drawing these reads the whole buffer.
+    WithoutReflections,
     /// Always.
     Always,
 }

@@ -13,6 +13,7 @@ use super::layout::{self, FUSED_STEPS};
 use super::memory::Buffer;
 use super::once::Once;
 use super::one_pass::OnePassTables;
+use super::radiance_variant::RadianceVariant;
 use super::resource::Resource;
 use super::resource_row::{Count, Pieces};
 use super::sampling::{Mean, Sampled, Sampling};
@@ -63,6 +64,19 @@ pub struct SceneData<'a> {
     pub heat: Option<&'a HeatTables>,
     /// Sensor of the image; `None` without one.
     pub sensor: Option<&'a SensorTables>,
+    /// What the image shows besides the emission of surfaces.
+    pub shown: Shown<'a>,
+}
+
+/// What an image shows besides the emission of surfaces. By default that is nothing.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Shown<'a> {
+    /// Shader variant.
+    pub variant: RadianceVariant,
+    /// Front and back of each material, if they reflect.
+    pub reflectors: &'a [layout::Reflector],
+    /// Number of values of all lobes. The values belong to the planet's distance and come with the requests.
+    pub lobe_values: usize,
 }
 
 /// Triangles of each joint.
@@ -195,9 +209,15 @@ impl SceneData<'_> {
             Count::FusedAlbedo => steps * directions,
             Count::Materials => self.materials.len(),
             Count::Shapes => self.shapes.values.len(),
+            Count::Surroundings => only(drawn && self.shown.variant.sees_surroundings(), 1),
+            Count::Reflectors => only(drawn, self.shown.reflectors.len()),
+            Count::Lobes => only(drawn, self.shown.lobe_values),
             Count::Groups => groups,
             Count::HeatedGroups => groups + self.network.map_or(0, |network| network.heaters.len().div_ceil(GROUP)),
-            Count::LoadedGroups => only(of_ranges(|variant| variant.sun || variant.planet_ir), groups),
+            Count::LoadedGroups => {
+                let reflects = drawn && self.shown.variant.reflections;
+                only(reflects || of_ranges(|variant| variant.sun || variant.planet_ir), groups)
+            }
             Count::MovingGroups => only(of_ranges(|variant| variant.kind.has_state()), groups),
             Count::TargetGroups => only(of_ranges(|variant| variant.kind.has_full_state()), groups),
             Count::PlacedGroups => only(drawn || self.shadows.is_some(), groups),
@@ -303,6 +323,7 @@ impl Resources {
             let in_pieces = match row.pieces {
                 Pieces::Never => false,
                 Pieces::WithoutImage => data.image.is_none(),
+                Pieces::WithoutReflections => data.image.is_none() || !data.shown.variant.reflections,
                 Pieces::Always => true,
             };
             for slot in 0..row.copies() {
@@ -317,6 +338,7 @@ impl Resources {
         let component = |values: &[Vec3], axis: usize| values.iter().map(|value| value[axis]).collect::<Vec<f32>>();
         self.upload(once, Resource::Materials, data.materials)?;
         self.upload(once, Resource::Shapes, &data.shapes.values)?;
+        self.upload(once, Resource::Reflectors, data.shown.reflectors)?;
         self.upload(once, Resource::GroupMaterial, data.group_material)?;
         self.upload(once, Resource::GroupPart, data.group_part)?;
         self.upload(once, Resource::Triangles, data.triangles)?;

@@ -1,7 +1,8 @@
 //! EXR files: frames without loss, with all metadata in the header.
 //!
 //! Channels: `L` (float, band radiance), `T` (float, temperature), `Z` (float, distance along the camera's +Z), `part`
-//! and `material` (uint); with several samples of a pixel also `coverage` (float). The header states units in `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
+//! and `material` (uint); with several samples of a pixel also `coverage` (float); with `output.channels` also `emitted` and `reflected` (float, the two parts
+//! of `L`). The header states units in `emissiveUnits` (spectral EXR layout of Fichet et al. 2021) and
 //! `isotherm_units_*`. The string vectors `isotherm_parts` and `isotherm_materials` are indexed by the pixel value. All
 //! types are OpenEXR's own (`v2d`, `v3d`, `m44d`, `stringvector`), so any reader shows them.
 //!
@@ -46,6 +47,13 @@ pub fn encode(frame: &Frame, header: &FrameHeader) -> Result<Vec<u8>, OutputErro
     if !frame.coverage.is_empty() {
         channels.push(AnyChannel::new("coverage", FlatSamples::F32(frame.coverage.clone())));
     }
+    if let Some(reflected) = &frame.reflected {
+        let of_surface = |(all, reflected): (&f32, &f32)| all - reflected;
+        let emitted = frame.radiance.iter().zip(reflected).zip(&frame.part);
+        let emitted = emitted.map(|(pair, part)| if *part == 0 { 0.0 } else { of_surface(pair) }).collect();
+        channels.push(AnyChannel::new("emitted", FlatSamples::F32(emitted)));
+        channels.push(AnyChannel::new("reflected", FlatSamples::F32(reflected.clone())));
+    }
     let mut attributes = LayerAttributes::default();
     for (name, value) in header_attributes(frame, header) {
         attributes.other.insert(text(&name), value);
@@ -81,7 +89,8 @@ pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
     let attributes = Attributes { path, attributes: &layer.attributes };
     let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
     let mut channels = layer.channel_data.list;
-    let has_coverage = channels.iter().any(|channel| channel.name.as_slice() == b"coverage");
+    let has = |name: &str| channels.iter().any(|channel| channel.name.as_slice() == name.as_bytes());
+    let (has_coverage, has_reflected) = (has("coverage"), has("reflected"));
     let mut take = |name: &str| {
         let found = channels.iter().position(|channel| channel.name.as_slice() == name.as_bytes());
         found
@@ -94,6 +103,7 @@ pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
     };
     let (radiance, temperature, depth) = (float("L")?, float("T")?, float("Z")?);
     let coverage = if has_coverage { float("coverage")? } else { Vec::new() };
+    let reflected = if has_reflected { Some(float("reflected")?) } else { None };
     let mut label = |name: &str| match take(name)? {
         FlatSamples::U32(values) => Ok(values),
         _ => Err(OutputError::exr(path, format!("channel {name} is not 32-bit uint"))),
@@ -102,7 +112,8 @@ pub fn read_exr(path: &Path) -> Result<(Frame, FrameHeader), OutputError> {
     let step = attributes.integer("isotherm_step")?;
     let time = attributes.doubles::<1>("isotherm_time_s")?[0];
     let image = attributes.optional_integer("isotherm_image")?;
-    let frame = Frame { width, height, step, image, time, radiance, temperature, depth, part, material, coverage };
+    let frame =
+        Frame { width, height, step, image, time, radiance, temperature, depth, part, material, coverage, reflected };
     Ok((frame, attributes.header(width, height)?))
 }
 

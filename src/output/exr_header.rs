@@ -24,9 +24,9 @@ const FISHEYE: &str = "fisheye";
 /// The attributes in a readable order. The file has them sorted by name.
 pub(super) fn header_attributes(frame: &Frame, header: &FrameHeader) -> Vec<(String, AttributeValue)> {
     let background = if frame.coverage.is_empty() {
-        "part = 0; there L, T, Z and material are 0 too"
+        "part = 0; there T, Z and material are 0 too, and L is 0 or that of the sky"
     } else {
-        "part = 0; there T, Z and material are 0 too, and L is 0 where coverage is"
+        "part = 0; there T, Z and material are 0 too, and L is 0 or that of the sky where coverage is 0"
     };
     let image = frame.image.map(|image| ("isotherm_image", AttributeValue::I32(image.cast_signed())));
     let mut all = vec![

@@ -9,7 +9,8 @@ use crate::scene::Camera;
 use crate::thermal::planck::Band;
 
 /// The camera's image at one step. Rows run from top to bottom, pixels from left to right. Pixels without a surface are
-/// 0 in every channel. `part == 0` is the test for them. With `coverage`, they may have a radiance.
+/// 0 in every channel but the radiance, which is that of the sky where a scene has one. `part == 0` is the test for them. With `coverage`, a surface beside the
+/// centre of the pixel adds to the radiance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
     /// Width in pixels.
@@ -35,6 +36,8 @@ pub struct Frame {
     /// Share of the samples of a pixel that show a surface. Empty with one sample of a pixel. With several, the radiance is the mean of all of them, and the
     /// other channels are those of the pixel's centre.
     pub coverage: Vec<f32>,
+    /// The reflected part of the radiance [W m-2 sr-1]. `None` where the scene does not ask for it.
+    pub reflected: Option<Vec<f32>>,
 }
 
 impl Frame {
@@ -79,6 +82,7 @@ impl Frame {
                 ("part", self.part.len()),
                 ("material", self.material.len()),
                 ("coverage", if self.coverage.is_empty() { self.part.len() } else { self.coverage.len() }),
+                ("reflected", self.reflected.as_ref().map_or(self.part.len(), Vec::len)),
             ],
         )
     }
@@ -148,6 +152,7 @@ pub(crate) mod tests {
             part: vec![0; pixels],
             material: vec![0; pixels],
             coverage: Vec::new(),
+            reflected: None,
         };
         let phase = step as f32 * 0.02 + 0.5;
         let radius = 0.42 * height as f32;

@@ -56,6 +56,7 @@ impl<'a> FrameMaker<'a> {
             part: label(0),
             material: label(1),
             coverage: pixels.coverage,
+            reflected: self.prepared.scene.surrounded.channels.then_some(pixels.reflected),
         };
         frame.check_finite_of(|pixel| self.shown(&frame, pixel, &pose))?;
         let header = self.header_at(frame.time, frame.image, &pose);

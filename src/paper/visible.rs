@@ -38,6 +38,7 @@ pub fn draw(craft: &Craft, view: &View, sun: DVec3, lit_fraction: f64) -> Canvas
     let reflectivities: Vec<[f64; 2]> = craft.materials.iter().map(reflectivities).collect();
     let signed: Vec<[f64; 2]> = reflectivities.iter().map(|[front, back]| [*front, -back]).collect();
     let surface = Surface {
+        around: None,
         positions: &positions,
         triangles: craft.triangles,
         temperatures: &cosines,
@@ -84,6 +85,7 @@ mod tests {
     fn material(front: f64, back: f64) -> Material {
         let optics = |absorptivity| Optics { absorptivity, emissivity: 0.9 };
         Material {
+            gloss: Default::default(),
             name: "sheet".into(),
             front: optics(front),
             sides: Sides::Both { back: optics(back) },

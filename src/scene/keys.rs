@@ -113,7 +113,7 @@ macro_rules! material_keys {
 }
 
 material_keys! {
-    optics: "absorptivity" "emissivity";
+    optics: "absorptivity" "emissivity" "specular" "roughness" "normal_slope_variance";
     bulk: "thickness" "density" "specific_heat" "heat_capacity_per_area" "conductivity";
     over: "effective_emittance" "thickness" "density" "specific_heat" "conductivity";
     response: "retarget" "domain";
@@ -122,7 +122,7 @@ material_keys! {
     sources: "finish" "note" "optics_source" "back_source" "bulk_source";
 }
 
-pub(super) const RADIANCE: &[&str] = &["band_um"];
+pub(super) const RADIANCE: &[&str] = &["band_um", "reflections", "background", "planet_temperature"];
 pub(super) const CAMERA: &[&str] = &[
     "width",
     "height",
@@ -190,7 +190,7 @@ pub(super) const NETWORK: &[&str] = &["integrator", "tolerance", "merge_rate"];
 pub(super) const CONTACT: &[&str] =
     &["between", "between_materials", "distance", "conductance", "conductance_per_area"];
 pub(super) const HEATER: &[&str] = &["part", "power", "probe", "on_below", "off_above", "initially_on"];
-pub(super) const OUTPUT: &[&str] = &["colour_range", "energy_balance", "files", "video", "video_rate"];
+pub(super) const OUTPUT: &[&str] = &["colour_range", "energy_balance", "channels", "files", "video", "video_rate"];
 
 /// Section headers with their keys, in file order.
 pub(super) const SECTIONS: &[(&str, &[&str])] = &[

@@ -9,8 +9,8 @@ use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
 use super::section::Section;
 use super::{
-    Camera, Draw, Preset, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, output, preset,
-    sensor, shadows, view, work,
+    Camera, Draw, Preset, Reflections, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, output,
+    preset, radiance, sensor, shadows, view, work,
 };
 use crate::environment::trajectory::Trajectory;
 use crate::files::Reach;
@@ -73,7 +73,11 @@ impl Scene {
             &mut assumptions,
         )?;
         let preset = root.table("camera", keys::CAMERA)?.as_ref().map(preset::read).transpose()?.flatten();
-        let band = view::band(root.table("radiance", keys::RADIANCE)?.as_ref(), preset, &mut assumptions)?;
+        let section = root.table("radiance", keys::RADIANCE)?;
+        let output = root.table("output", keys::OUTPUT)?;
+        let band = radiance::band(section.as_ref(), preset, &mut assumptions)?;
+        let mut surrounded = radiance::surrounded(section.as_ref(), &sky.environment, &mut assumptions)?;
+        surrounded.channels = view::channels(output.as_ref(), surrounded.reflections != Reflections::Off)?;
         let before = files.len();
         let start = sky.orbit.trajectory().map(Trajectory::start).or(time.start);
         let around = camera::Around { orbit: &sky.orbit, planet_radius: sky.environment.planet_radius, start };
@@ -81,6 +85,7 @@ impl Scene {
         sky_files.extend_from_slice(&files[before..]);
         if let Some(camera) = &camera {
             camera.check_times(work::image_times(&time))?;
+            radiance::check_camera(&surrounded, camera, section.as_ref(), output.as_ref())?;
         }
         let sensor = optional_sensor(&root, camera.as_ref(), preset, band, &mut files, &mut assumptions)?;
         if let (Some(preset), Some(_)) = (preset, &camera) {
@@ -89,7 +94,6 @@ impl Scene {
         work::check_images(&root.required_table("time", keys::TIME)?, &time, camera.as_ref())?;
         let initial = view::initial(root.table("initial", keys::INITIAL)?.as_ref(), &mut assumptions)?;
         let probes = view::probes(&root.tables("probe", keys::PROBE)?)?;
-        let output = root.table("output", keys::OUTPUT)?;
         let colour_range = view::colour_range(output.as_ref())?;
         let energy_balance = view::energy_balance(output.as_ref())?;
         let images = output::read(output.as_ref(), sensor.as_ref())?;
@@ -114,6 +118,7 @@ impl Scene {
             sensor,
             images,
             band,
+            surrounded,
             initial,
             probes,
             network,

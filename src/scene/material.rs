@@ -158,8 +158,8 @@ impl Settled {
     }
 
     fn material(self, name: String) -> Material {
-        let Complete { front, sides, bulk, response, transition, .. } = self.complete;
-        Material { name, front, sides, bulk, response, transition, source: self.source }
+        let Complete { front, sides, gloss, bulk, response, transition, .. } = self.complete;
+        Material { name, front, sides, gloss, bulk, response, transition, source: self.source }
     }
 }
 

@@ -34,6 +34,7 @@ mod output;
 pub mod preset;
 mod profile;
 mod quantity;
+mod radiance;
 mod section;
 mod sensor;
 mod sensor_tables;
@@ -59,6 +60,7 @@ pub use mesh_network::{ContactRule, Heater, HeaterThermostat, NetworkSettings, O
 pub use motion::{CameraPath, Motion};
 pub use output::{ImageFile, ImageFiles, Video};
 pub use preset::Preset;
+pub use radiance::{Background, Reflections, Surrounded};
 pub use shadows::ShadowSettings;
 pub use sky_scene::SkyScene;
 pub use vector::AXES;
@@ -99,6 +101,8 @@ pub struct Scene {
     pub sensor: Option<Sensor>,
     /// Spectral band of the images.
     pub band: Band,
+    /// What arrives at the camera besides the emission of surfaces.
+    pub surrounded: Surrounded,
     /// Temperatures at the start.
     pub initial: Initial,
     /// Points whose temperature the series records.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::thermal::material::{
-    Bulk, Domain, NoPlate, Optics, Radiative, Response, Retarget, Sides, Structure, Transition,
+    Bulk, Domain, Gloss, NoPlate, Optics, Radiative, Response, Retarget, Sides, Structure, Transition,
 };
 
 use super::error::SceneError;
@@ -57,6 +57,9 @@ fn structure(over: &impl ValueSource) -> Result<Structure, SceneError> {
 struct PartialOptics {
     absorptivity: Option<f64>,
     emissivity: Option<f64>,
+    specular: Option<f64>,
+    roughness: Option<f64>,
+    slope_variance: Option<f64>,
 }
 
 impl PartialOptics {
@@ -64,6 +67,9 @@ impl PartialOptics {
         Ok(Self {
             absorptivity: source.number("absorptivity", SHARE)?,
             emissivity: source.number("emissivity", SHARE)?,
+            specular: source.number("specular", SHARE)?,
+            roughness: source.number("roughness", SHARE)?,
+            slope_variance: source.number("normal_slope_variance", SHARE)?,
         })
     }
 
@@ -71,7 +77,22 @@ impl PartialOptics {
         Self {
             absorptivity: self.absorptivity.or(fallback.absorptivity),
             emissivity: self.emissivity.or(fallback.emissivity),
+            specular: self.specular.or(fallback.specular),
+            roughness: self.roughness.or(fallback.roughness),
+            slope_variance: self.slope_variance.or(fallback.slope_variance),
         }
+    }
+
+    /// How the face reflects. The error is the key of a roughness without a mirror.
+    fn gloss(&self) -> Result<Gloss, &'static str> {
+        let specular = self.specular.unwrap_or(0.0);
+        for (key, stated) in [("roughness", self.roughness), ("normal_slope_variance", self.slope_variance)] {
+            if specular == 0.0 && stated.is_some() {
+                return Err(key);
+            }
+        }
+        let [roughness, slope_variance] = [self.roughness, self.slope_variance].map(Option::unwrap_or_default);
+        Ok(Gloss { specular, roughness, slope_variance })
     }
 }
 
@@ -94,6 +115,7 @@ pub(super) struct Values {
 pub(super) struct Complete {
     pub(super) front: Optics,
     pub(super) sides: Sides,
+    pub(super) gloss: [Gloss; 2],
     pub(super) bulk: Bulk,
     pub(super) response: Response,
     /// Files of the response's functions.
@@ -210,6 +232,7 @@ impl Values {
             }
         };
         check_emits(front, sides)?;
+        let gloss = self.gloss(sides)?;
         let response = self.response(step)?;
         let moves = matches!(response, Response::Transition(_));
         let stated = [&self.heating, &self.cooling].into_iter().flatten().filter(|_| moves);
@@ -217,6 +240,7 @@ impl Values {
         Ok(Complete {
             front,
             sides,
+            gloss,
             bulk: self.bulk,
             response,
             files,
@@ -225,6 +249,19 @@ impl Values {
             retarget_assumed: self.retarget.is_none() && moves,
             domain_assumed: self.domain.is_none() && moves,
         })
+    }
+
+    /// How front and back reflect. The back of a material that exchanges heat outside only is like its front.
+    fn gloss(&self, sides: Sides) -> Result<[Gloss; 2], Incomplete> {
+        let message = "spreads the light of a mirror, and there is none: state 'specular' above 0 too";
+        let front = self.front.gloss().map_err(|key| Incomplete::new(key, message))?;
+        let back = match (sides, &self.back) {
+            (Sides::Both { .. }, Some(back)) => {
+                back.gloss().map_err(|key| Incomplete::new("back", format!("{key} {message}")))?
+            }
+            _ => front,
+        };
+        Ok([front, back])
     }
 
     fn response(&self, step: f64) -> Result<Response, Incomplete> {

@@ -1,13 +1,11 @@
-//! The small sections: `[radiance]`, `[initial]`, `[[probe]]` and `[output]`.
+//! The small sections: `[initial]`, `[[probe]]` and `[output]`.
 
 use glam::DVec3;
 
 use super::error::SceneError;
-use super::preset::Preset;
 use super::quantity::Quantity;
-use super::section::Section;
+use super::section::{Section, choose};
 use super::vector::point;
-use crate::thermal::planck::Band;
 
 /// The state at the start: time 0, or the start of the warm-up.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,33 +25,6 @@ pub struct Probe {
     pub position: DVec3,
     /// The part that the node must belong to, if given.
     pub part: Option<String>,
-}
-
-/// Reads `[radiance]`. The default is that of the preset, or 8 to 14 um.
-pub(super) fn band(
-    section: Option<&Section>,
-    preset: Option<&Preset>,
-    assumptions: &mut Vec<String>,
-) -> Result<Band, SceneError> {
-    let stated = match section {
-        Some(section) => {
-            section.numbers::<2>("band_um", Quantity::within(1.0, 50.0, "um"))?.map(|band| (section, band))
-        }
-        None => None,
-    };
-    let [lower, upper] = match stated {
-        Some((section, [lower, upper])) if lower >= upper => {
-            return Err(section.error("band_um", format!("must run from low to high, found {lower} to {upper} um")));
-        }
-        Some((_, band)) => band,
-        None if let Some(band) = preset.and_then(|preset| preset.band_um) => band,
-        None => {
-            assumptions.push("Radiance is that of 8 to 14 um (radiance.band_um is absent).".to_string());
-            [8.0, 14.0]
-        }
-    };
-    // f64 holds 1e6 exactly but not 1e-6, so a division rounds only once.
-    Ok(Band { lower: lower / 1e6, upper: upper / 1e6 })
 }
 
 /// Reads `[initial]`. The default is the balance under the first load.
@@ -101,4 +72,20 @@ pub(super) fn colour_range(section: Option<&Section>) -> Result<Option<[f64; 2]>
         }
         range => Ok(range),
     }
+}
+
+/// Reads `output.channels`: whether the frames show the emitted and the reflected radiance apart.
+pub(super) fn channels(section: Option<&Section>, reflects: bool) -> Result<bool, SceneError> {
+    let Some((section, words)) = section.and_then(|section| Some((section, section.strings("channels").transpose()?)))
+    else {
+        return Ok(false);
+    };
+    for word in words? {
+        choose(&word, &[("emitted", ()), ("reflected", ())]).map_err(|message| section.error("channels", message))?;
+    }
+    if !reflects {
+        let message = "tells what is emitted from what is reflected, and nothing is: state radiance.reflections";
+        return Err(section.error("channels", message));
+    }
+    Ok(true)
 }

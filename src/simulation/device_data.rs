@@ -3,6 +3,7 @@
 use super::energy::heat_tables;
 use super::prepare::Prepared;
 use super::sampling::{ALWAYS, sampling};
+use super::surroundings::Finishes;
 use super::viewpoint::sensor_view;
 use crate::gpu::blackbody::band_table;
 use crate::gpu::heat::HeatTables;
@@ -13,7 +14,7 @@ use crate::gpu::sensor::SensorTables;
 use crate::gpu::shapes::Shapes;
 use crate::scene::Camera;
 use crate::thermal::balance::emissivity_sum;
-use crate::thermal::material::{Material, Optics, Response, Sides};
+use crate::thermal::material::{Material, Response};
 use crate::thermal::radiance::RadianceTable;
 
 /// Data that the device needs in addition to the arrays of `Prepared`.
@@ -25,6 +26,7 @@ pub struct DeviceData {
     /// Runs of nodes whose absorbed heat is summed.
     pub heat: Option<HeatTables>,
     sensor: Option<SensorTables>,
+    pub(super) finishes: Finishes,
 }
 
 impl DeviceData {
@@ -43,6 +45,7 @@ impl DeviceData {
             network,
             heat: prepared.scene.energy_balance.then(|| heat_tables(prepared)),
             sensor,
+            finishes: Finishes::new(prepared),
         }
     }
 
@@ -85,6 +88,7 @@ impl DeviceData {
             network: self.network.as_ref(),
             heat: self.heat.as_ref(),
             sensor: self.sensor.as_ref().filter(|_| is_own(prepared, camera)),
+            shown: self.finishes.shown(),
         }
     }
 }
@@ -97,7 +101,7 @@ pub(super) fn is_own(prepared: &Prepared, camera: Option<&Camera>) -> bool {
 
 /// A material rounded to f32. Where only the outside exchanges heat, the back has the optics of the front.
 pub fn device_material(material: &Material, shapes: &Shapes) -> layout::Material {
-    let back = back_optics(material);
+    let back = material.back();
     let mut device = layout::Material {
         absorptivity: material.front.absorptivity as f32,
         emissivity: material.front.emissivity as f32,
@@ -111,12 +115,4 @@ pub fn device_material(material: &Material, shapes: &Shapes) -> layout::Material
         Response::Instant | Response::Network => {}
     }
     device
-}
-
-/// Optics of a material's back.
-pub(super) fn back_optics(material: &Material) -> Optics {
-    match material.sides {
-        Sides::Outside => material.front,
-        Sides::Both { back } => back,
-    }
 }

@@ -10,6 +10,7 @@ use super::energy::absorbed_heat;
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
+use super::surroundings::Finishes;
 use super::viewpoint::{device_view, rolling, source_view};
 use crate::environment::StepLoad;
 use crate::gpu::context::Context;
@@ -23,6 +24,17 @@ use crate::gpu::timing::PassTimes;
 use crate::saved::Saved;
 use crate::scene::Camera;
 use crate::trace::{Trace, Track};
+
+/// What the fourth value of a pixel is, after radiance, temperature and depth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Fourth {
+    /// Nothing that is an output.
+    Nothing,
+    /// Share of the samples that show a surface.
+    Coverage,
+    /// Reflected radiance.
+    Reflected,
+}
 
 /// A frame under way.
 struct Flying {
@@ -48,6 +60,7 @@ pub struct DeviceEngine {
     camera: Option<Camera>,
     /// How the camera's image is made, without the map of the lens.
     sampling: Option<Sampling>,
+    finishes: Finishes,
     trace: Trace,
     context: Arc<Context>,
 }
@@ -75,6 +88,7 @@ impl DeviceEngine {
             steps: 0,
             camera: camera.cloned(),
             sampling: data.sampling.map(|sampling| Sampling { map: Vec::new(), ..sampling }),
+            finishes: device.finishes,
             trace: Trace::default(),
             context: Arc::clone(context),
         })
@@ -83,9 +97,9 @@ impl DeviceEngine {
     /// Steps the network under the load of a step, and before it keeps the temperatures where the order says so. The host integrates between the loads and
     /// the temperatures, so frames under way must end first.
     fn step_network(&mut self, step: &Step<'_>, order: &Order<'_>) -> Result<Option<Vec<f64>>, EngineError> {
-        let averaged = self.averages();
+        let fourth = self.fourth();
         while let Some(flying) = self.flying.pop_front() {
-            self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), averaged)?);
+            self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
         }
         if order.keep && self.network.is_some() {
             self.renderer.keep_temperatures()?;
@@ -107,9 +121,9 @@ impl DeviceEngine {
         if !network.gives_up(halving) {
             return Ok(());
         }
-        let averaged = self.averages();
+        let fourth = self.fourth();
         while let Some(flying) = self.flying.pop_front() {
-            self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), averaged)?);
+            self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
         }
         self.take_switches()?;
         let estimate = self.renderer.network_estimate()?.map(|(estimate, _)| estimate).unwrap_or_default();
@@ -124,9 +138,15 @@ impl DeviceEngine {
         self.network.as_mut().map_or(Ok(()), |network| network.take_switches(&switches))
     }
 
-    /// Whether a pixel has several samples.
-    fn averages(&self) -> bool {
-        self.camera.as_ref().is_some_and(|camera| camera.samples > 1)
+    /// What the fourth value of a pixel is. A scene is refused where it is both.
+    fn fourth(&self) -> Fourth {
+        if self.camera.as_ref().is_some_and(|camera| camera.samples > 1) {
+            Fourth::Coverage
+        } else if self.finishes.is_apart() {
+            Fourth::Reflected
+        } else {
+            Fourth::Nothing
+        }
     }
 
     /// The camera pose against the body and against each joint.
@@ -218,6 +238,8 @@ impl Engine for DeviceEngine {
             temperatures: order.temperatures,
             absorbed: order.absorbed,
             time: Some(order.time),
+            surroundings: order.surroundings.as_ref().map(layout::Surroundings::new),
+            lobes: order.surroundings.map_or(&[], |around| self.finishes.lobes.values_before(around.planet)),
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             keep,
             between: order.between.map(|share| share as f32),
@@ -233,8 +255,8 @@ impl Engine for DeviceEngine {
         }
         let Some(flying) = self.flying.pop_front() else { return Ok(Delivered::default()) };
         let waits = self.trace.span(Track::Host, "wait for the device");
-        let averaged = self.averages();
-        let delivered = collect(&mut self.renderer, flying, self.heat.as_ref(), averaged)?;
+        let fourth = self.fourth();
+        let delivered = collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?;
         drop(waits);
         self.take_switches()?;
         self.renderer.take_frames().into_iter().for_each(|frame| self.trace.frame(frame));
@@ -346,12 +368,12 @@ impl Engine for DeviceEngine {
     }
 }
 
-/// Converts a frame to the result of a step. `averaged` tells whether a pixel has several samples.
+/// Converts a frame to the result of a step. `fourth` says what the fourth value of a pixel is.
 fn collect(
     renderer: &mut Renderer,
     flying: Flying,
     tables: Option<&HeatTables>,
-    averaged: bool,
+    fourth: Fourth,
 ) -> Result<Delivered, GpuError> {
     let collected = renderer.collect(flying.submitted)?;
     let mut absorbed: Option<Vec<f64>> =
@@ -362,11 +384,17 @@ fn collect(
             absorbed[number] = of_network[number];
         }
     }
-    let pixels = collected.radiance.zip(collected.identity).map(|(radiance, identity)| Pixels {
-        radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
-        identity: identity.to_vec(),
-        coverage: if averaged { radiance.iter().map(|[.., coverage]| *coverage).collect() } else { Vec::new() },
-        readings: collected.readings,
+    let pixels = collected.radiance.zip(collected.identity).map(|(radiance, identity)| {
+        let [coverage, reflected] = [Fourth::Coverage, Fourth::Reflected].map(|wanted| {
+            if wanted == fourth { radiance.iter().map(|[.., value]| *value).collect() } else { Vec::new() }
+        });
+        Pixels {
+            radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
+            identity: identity.to_vec(),
+            coverage,
+            reflected,
+            readings: collected.readings,
+        }
     });
     Ok(Delivered { pixels, temperatures: collected.temperatures.map(<[f32]>::to_vec), absorbed })
 }

@@ -7,6 +7,7 @@ use super::network::{NetworkRun, StepCost};
 use crate::environment::StepLoad;
 use crate::gpu::timing::PassTimes;
 use crate::saved::Saved;
+use crate::thermal::surroundings::Surroundings;
 use crate::trace::Trace;
 
 /// One step for an engine.
@@ -60,12 +61,14 @@ pub struct Order<'a> {
     pub absorbed: bool,
     /// Time of the image [s], for the sensor.
     pub time: f64,
+    /// What surrounds the craft in the image, in the axes of the camera. `None` where no pixel shows it.
+    pub surroundings: Option<Surroundings>,
 }
 
 /// Pixels of an image, row after row from the top.
 #[derive(Debug, Clone, Default)]
 pub struct Pixels {
-    /// Radiance [W m-2 sr-1], temperature [K] and depth [m]. 0 where no surface is.
+    /// Radiance [W m-2 sr-1], temperature [K] and depth [m]. 0 where no surface is, except for the radiance of a sky.
     pub radiance_temperature_depth: Vec<[f32; 3]>,
     /// Part and material, each plus 1. 0 where no surface is.
     pub identity: Vec<[u32; 2]>,
@@ -73,6 +76,8 @@ pub struct Pixels {
     pub coverage: Vec<f32>,
     /// Digital number of the sensor, and count of its radiometric output. `None` without a sensor.
     pub readings: Option<Vec<[u16; 2]>>,
+    /// The part of the radiance that is reflected [W m-2 sr-1]. Empty where the scene does not ask for it.
+    pub reflected: Vec<f32>,
 }
 
 /// The results of a step.

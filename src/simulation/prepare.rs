@@ -21,7 +21,7 @@ use crate::gpu::shapes;
 use crate::gpu::variant::{Curve, StepKind, ThermalVariant};
 use crate::model::{Merged, Model};
 use crate::scene::work::too_late;
-use crate::scene::{Scene, ShadowSettings as Settings};
+use crate::scene::{Background, Reflections, Scene, ShadowSettings as Settings};
 use crate::thermal::material::{Material, Response};
 
 /// A joint's run of triangles begins at a multiple of this number, so that its indices can be bound separately.
@@ -306,7 +306,8 @@ impl Prepared {
             (self.scene.shadows.is_none(), "self-shadowing"),
             (self.loads.joints().is_empty(), "joints in motion"),
             (self.network.is_none(), "network (conduction, heaters)"),
-            (true, "reflected radiance"),
+            (self.scene.surrounded.reflections == Reflections::Off, "reflected radiance"),
+            (self.scene.surrounded.background == Background::Off, "planet and space behind the craft"),
             (self.scene.sensor.is_none(), "sensor effects"),
         ];
         absent.iter().filter(|(off, _)| *off).map(|(_, name)| (*name).to_owned()).collect()

@@ -1,20 +1,22 @@
 //! The f64 reference as an engine: the twins of the device functions, and a rasteriser in f64.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
-use super::device_data::{back_optics, is_own};
+use super::device_data::is_own;
 use super::energy::{absorbed_heat, heat_tables};
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
+use super::surroundings::Finishes;
 use super::viewpoint::{raster_view, sensor_view};
 use crate::environment::StepLoad;
 use crate::environment::shadow::{Jointed, Shadows};
 use crate::gpu::heat::HeatTables;
 use crate::gpu::nodes::{GROUP, PADDING};
-use crate::raster::{self, Surface, rasterise};
+use crate::raster::{self, Around, Surface, rasterise};
 use crate::saved::Saved;
 use crate::scene::Camera;
 use crate::thermal::between::between;
@@ -22,6 +24,7 @@ use crate::thermal::incident::{IncidentFunction, incident};
 use crate::thermal::radiance::{RadianceTable, band_radiance};
 use crate::thermal::reference::Reference;
 use crate::thermal::sensor::twin::SensorTwin;
+use crate::thermal::surroundings::Surroundings;
 use crate::trace::{Trace, Track};
 
 /// The f64 reference of all nodes, and its rasteriser.
@@ -34,6 +37,9 @@ pub struct ReferenceEngine {
     earlier: Vec<f64>,
     /// The surface that is drawn, in the file's pose.
     surface: Jointed,
+    /// Normals of the surface, in the file's pose. Empty where it reflects nothing.
+    normals: Vec<DVec3>,
+    finishes: Finishes,
     parts: Vec<u32>,
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
@@ -62,7 +68,12 @@ impl ReferenceEngine {
         let joints = own_joints(&node_of_slot);
         let position_joints = own_joints(&(0..nodes.vertex_of_node.len() as u32).collect::<Vec<_>>());
         let reference_nodes = node_of_slot.iter().map(|slot| nodes.reference_node(*slot as usize)).collect();
+        let finishes = Finishes::new(prepared);
+        let reflects = !finishes.reflectors.is_empty();
+        let normals = nodes.normals.iter().filter(|_| reflects).map(|normal| normal.as_dvec3()).collect();
         Self {
+            normals,
+            finishes,
             reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction)
                 .with_joints(joints),
             shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),
@@ -79,7 +90,7 @@ impl ReferenceEngine {
             emissivities: prepared
                 .materials
                 .iter()
-                .map(|material| [material.front.emissivity, back_optics(material).emissivity])
+                .map(|material| [material.front.emissivity, material.back().emissivity])
                 .collect(),
             network: prepared.network.as_ref().map(NetworkRun::reference),
             heat: heat_tables(prepared),
@@ -121,8 +132,23 @@ impl ReferenceEngine {
         temperatures
     }
 
-    /// Draws the surface as the joints place it.
-    fn draw(&self, temperatures: &[f64], joints: &[DAffine3], view: &raster::View) -> Vec<raster::Pixel> {
+    /// Normals of the surface as the joints turn it.
+    fn turned(&self, joints: &[DAffine3]) -> Cow<'_, [DVec3]> {
+        if self.surface.joints.is_empty() {
+            return Cow::Borrowed(&self.normals);
+        }
+        let turn = |(normal, joint): (&DVec3, &u32)| joints[*joint as usize].matrix3 * *normal;
+        Cow::Owned(self.normals.iter().zip(&self.surface.joints).map(turn).collect())
+    }
+
+    /// Draws the surface as the joints place it, in the surroundings for which the lobes were made last.
+    fn draw(
+        &self,
+        temperatures: &[f64],
+        joints: &[DAffine3],
+        view: &raster::View,
+        surroundings: Option<&Surroundings>,
+    ) -> Vec<raster::Pixel> {
         let placed;
         let positions = if self.surface.joints.is_empty() {
             &self.surface.positions
@@ -130,7 +156,16 @@ impl ReferenceEngine {
             placed = self.surface.placed(joints);
             &placed
         };
+        let normals = self.turned(joints);
+        let around = surroundings.map(|surroundings| Around {
+            surroundings,
+            background: self.finishes.has_background(),
+            normals: &normals,
+            reflectors: &self.finishes.reflectors,
+            lobes: self.finishes.lobes.latest(),
+        });
         let surface = Surface {
+            around,
             positions,
             triangles: &self.surface.triangles,
             temperatures,
@@ -216,8 +251,13 @@ impl Engine for ReferenceEngine {
             let pairs = self.earlier.iter().zip(temperatures);
             temperatures = pairs.map(|(earlier, later)| between(*earlier, later, share)).collect();
         }
+        if let Some(around) = &order.surroundings {
+            self.finishes.lobes.before(around.planet);
+        }
+        let apart = self.finishes.is_apart();
         let mut pixels = order.pose.as_ref().zip(self.camera.as_ref()).map(|(pose, camera)| {
-            let draw = |joints: &[DAffine3], view: &raster::View| self.draw(&temperatures, joints, view);
+            let surroundings = order.surroundings.as_ref();
+            let draw = |joints: &[DAffine3], view: &raster::View| self.draw(&temperatures, joints, view, surroundings);
             let drawn = match order.rows {
                 None => draw(order.joints, &raster_view(camera, pose)),
                 Some(Rows(moment)) => {
@@ -243,6 +283,7 @@ impl Engine for ReferenceEngine {
                     1 => Vec::new(),
                     _ => drawn.iter().map(|pixel| pixel.coverage as f32).collect(),
                 },
+                reflected: drawn.iter().filter(|_| apart).map(|pixel| pixel.reflected as f32).collect(),
             };
             (pixels, radiance)
         });

@@ -53,7 +53,16 @@ mod tests {
     fn material(absorptivity: f64, emissivity: f64, sides: Sides) -> Material {
         let front = Optics { absorptivity, emissivity };
         let (bulk, response) = (Bulk::default(), Response::Instant);
-        Material { name: "test".into(), front, sides, bulk, response, transition: None, source: "test".into() }
+        Material {
+            name: "test".into(),
+            front,
+            sides,
+            gloss: Default::default(),
+            bulk,
+            response,
+            transition: None,
+            source: "test".into(),
+        }
     }
 
     const NOON: Incident = Incident { solar: 1367.0, albedo: 0.0, planet_ir: 0.0 };

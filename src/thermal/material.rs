@@ -11,6 +11,24 @@ pub struct Optics {
     pub emissivity: f64,
 }
 
+/// How a face reflects in the band of the images. It reflects what it does not emit (Kirchhoff's law).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Gloss {
+    /// Share of the reflected light that leaves about the mirror direction, in [0, 1]. The rest is diffuse.
+    pub specular: f64,
+    /// Roughness alpha of the mirror (GGX). 0 is a smooth one.
+    pub roughness: f64,
+    /// Variance of the slope of waves that a pixel does not resolve, such as those of crinkled foil.
+    pub slope_variance: f64,
+}
+
+impl Gloss {
+    /// Roughness of the mirror with its waves. Variances of slopes add up, and alpha^2 is that of a surface with normally distributed slopes (Beckmann).
+    pub fn alpha(&self) -> f64 {
+        (self.roughness * self.roughness + self.slope_variance).sqrt()
+    }
+}
+
 /// The faces that exchange heat.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sides {
@@ -245,6 +263,8 @@ pub struct Material {
     pub front: Optics,
     /// Which faces exchange heat.
     pub sides: Sides,
+    /// How front and back reflect in the band of the images.
+    pub gloss: [Gloss; 2],
     /// Bulk properties.
     pub bulk: Bulk,
     /// Thermal response of its nodes.
@@ -259,5 +279,13 @@ impl Material {
     /// Whether its nodes have a structure below them that is no node of a network.
     pub fn has_own_structure(&self) -> bool {
         matches!(self.response, Response::Radiative(Radiative { over: Some(_), .. }))
+    }
+
+    /// Optics of the back. A material that exchanges heat outside only has the same on both faces.
+    pub fn back(&self) -> Optics {
+        match self.sides {
+            Sides::Outside => self.front,
+            Sides::Both { back } => back,
+        }
     }
 }

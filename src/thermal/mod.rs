@@ -9,6 +9,7 @@ pub mod fit;
 pub mod function;
 pub mod incident;
 pub mod least_squares;
+pub mod lobe;
 pub mod local_step;
 pub mod material;
 pub mod network;
@@ -19,6 +20,7 @@ pub mod reference;
 pub mod sensor;
 pub mod shell;
 pub mod step_response;
+pub mod surroundings;
 pub mod transition;
 
 /// Stefan-Boltzmann constant [W m-2 K-4], CODATA 2018 (exact to the digits given).

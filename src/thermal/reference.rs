@@ -280,6 +280,7 @@ mod tests {
             domain: Domain::Temperature,
         });
         let make = |sides, response| Material {
+            gloss: Default::default(),
             name: "test".into(),
             front: optics,
             sides,

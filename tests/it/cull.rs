@@ -61,7 +61,7 @@ fn slow_motion_is_culled_ahead_of_and_changes_no_pixel() {
         renderer
     };
     let (mut creeping, mut anew) = (renderer(), renderer());
-    let image = |cull| Wanted { image: true, sampled: None, cull, temperatures: false };
+    let image = |cull| Wanted { image: true, cull, temperatures: false, ..Wanted::default() };
     let whole = image(data.triangles.len() as u32);
     for step in 0..9 {
         let view = view(f64::from(step));
@@ -98,7 +98,7 @@ fn culling_changes_no_pixel() {
         bits(&renderer.collect(submitted).expect("an image"))
     };
     let culled =
-        |triangles| Frame::step(&[], Wanted { image: true, sampled: None, cull: triangles, temperatures: false });
+        |triangles| Frame::step(&[], Wanted { image: true, cull: triangles, temperatures: false, ..Wanted::default() });
     // The same list with a copy of all triangles instead of culling.
     let whole = |triangles| {
         let mut frame = culled(triangles);

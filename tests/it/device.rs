@@ -61,7 +61,16 @@ impl Random {
 pub fn material(absorptivity: f64, emissivity: f64, sides: Sides, response: Response) -> Material {
     let front = Optics { absorptivity, emissivity };
     let name = format!("a {absorptivity:.3}, e {emissivity:.3}, {sides:?}, {response:?}");
-    Material { name, front, sides, bulk: Bulk::default(), response, transition: None, source: "test".to_owned() }
+    Material {
+        name,
+        front,
+        sides,
+        gloss: Default::default(),
+        bulk: Bulk::default(),
+        response,
+        transition: None,
+        source: "test".to_owned(),
+    }
 }
 
 /// A black surface: sigma T^4 is the incident flux.
@@ -174,6 +183,7 @@ impl LooseNodes {
             network: None,
             heat: None,
             sensor: None,
+            shown: Default::default(),
         };
         Renderer::new(context, &data).expect("a small scene")
     }

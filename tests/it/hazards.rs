@@ -5,6 +5,7 @@ use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
 use isotherm::gpu::heat::{HeatOf, absorbed_heat};
 use isotherm::gpu::lists;
 use isotherm::gpu::pass::{Entry, Kernel};
+use isotherm::gpu::radiance_variant::RadianceVariant;
 use isotherm::gpu::resource::Resource;
 use isotherm::gpu::sampling::{RowOf, Sampled};
 use isotherm::gpu::variant::{Curve, ResponseVariant, StepKind, ThermalVariant};
@@ -61,12 +62,13 @@ fn with_shadow(range: StepRange) -> StepRange {
     StepRange { variant: ThermalVariant { shadow: true, ..range.variant }, ..range }
 }
 
-const DRAWN: Wanted = Wanted { image: true, sampled: None, cull: 100, temperatures: true };
+const DRAWN: Wanted =
+    Wanted { image: true, sampled: None, cull: 100, temperatures: true, shows: RadianceVariant::PLAIN };
 
 fn wanted() -> Vec<Wanted> {
     let mut all = Vec::new();
     for (image, cull) in [(false, 0), (true, 0), (true, 100), (true, 5_000_000)] {
-        all.extend([false, true].map(|temperatures| Wanted { image, sampled: None, cull, temperatures }));
+        all.extend([false, true].map(|temperatures| Wanted { image, cull, temperatures, ..Wanted::default() }));
     }
     for (mean, lens, shutter, cull) in [
         (None, true, None, 100),
@@ -76,8 +78,14 @@ fn wanted() -> Vec<Wanted> {
         (None, false, Some(RowOf::Pinhole), 100),
     ] {
         let sampled = Some(Sampled { lens, mean, shutter, rows: 60 });
-        all.push(Wanted { image: true, sampled, cull, temperatures: false });
+        all.push(Wanted { image: true, sampled, cull, ..Wanted::default() });
     }
+    // Everything that an image may show.
+    let shows =
+        RadianceVariant { reflections: true, specular: true, rough: true, sun: true, apart: true, background: true };
+    all.push(Wanted { shows, ..DRAWN });
+    let sampled = Some(Sampled { lens: false, mean: Some(4), shutter: None, rows: 60 });
+    all.push(Wanted { shows: RadianceVariant { apart: false, ..shows }, sampled, ..DRAWN });
     all
 }
 
@@ -198,7 +206,7 @@ pub fn each_barrier_is_needed(row: &[Frame], first: usize) {
 #[test]
 fn what_is_submitted_once_has_all_its_barriers() {
     let ranges = &scenes()[3];
-    let drawn = Wanted { image: true, sampled: None, cull: 100, temperatures: true };
+    let drawn = DRAWN;
     for method in [Method::Depth, Method::Exact] {
         let settle = Frame::shadows(ranges, method).then(Frame::settle(ranges));
         let (bare, step) = (Frame::step(ranges, Wanted::default()), Frame::step(ranges, drawn));

@@ -382,7 +382,7 @@ fn frames_with_joints_have_all_their_barriers() {
     let runs: &[TriangleRun] = &prepared.triangle_runs;
     assert_eq!(runs.iter().map(|run| run.joint).collect::<Vec<_>>(), [0, 1, 2, 3]);
     assert!(runs.iter().all(|run| run.triangles.0 % 64 == 0));
-    let wanted = Wanted { image: true, sampled: None, cull: prepared.triangles.len() as u32, temperatures: true };
+    let wanted = Wanted { image: true, cull: prepared.triangles.len() as u32, temperatures: true, ..Wanted::default() };
     let frame = |method, culled: &[TriangleRun]| {
         Frame::shadows(&ranges, method).then(Frame::step_in_runs(&ranges, wanted, culled))
     };

@@ -36,6 +36,7 @@ mod properties;
 mod quads;
 mod quantized;
 mod random;
+mod reflections;
 mod resources;
 mod response;
 mod response_fit;

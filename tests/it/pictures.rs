@@ -155,6 +155,7 @@ fn the_golden_picture() {
     let channels = frame.radiance.iter().zip(&frame.temperature).zip(&frame.depth);
     let kept = Pixels {
         readings: None,
+        reflected: Vec::new(),
         radiance_temperature_depth: channels.map(|((l, t), z)| [*l, *t, *z]).collect(),
         identity: frame.part.iter().zip(&frame.material).map(|(part, material)| [*part, *material]).collect(),
         coverage: Vec::new(),

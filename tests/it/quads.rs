@@ -102,6 +102,7 @@ impl Quads {
             network: None,
             heat: None,
             sensor: None,
+            shown: Default::default(),
         };
         let mut renderer = Renderer::new(context, &data).expect("a small scene");
         let mut temperatures = self.temperatures.clone();
@@ -120,6 +121,7 @@ impl Quads {
             [device.emissivity, device.back_emissivity].map(f64::from)
         };
         let surface = Surface {
+            around: None,
             positions: &positions,
             triangles: &self.triangles,
             temperatures: &temperatures,
@@ -144,6 +146,7 @@ impl Quads {
             radiance_temperature_depth: radiance.iter().map(|[l, t, z, _]| [*l, *t, *z]).collect(),
             identity: collected.identity.expect("an image was asked for").to_vec(),
             coverage: radiance.iter().map(|[.., coverage]| *coverage).collect(),
+            reflected: Vec::new(),
         }
     }
 }

@@ -7,6 +7,7 @@ use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
 use isotherm::gpu::heat::{HeatOf, absorbed_heat};
 use isotherm::gpu::lists;
 use isotherm::gpu::pass::Kernel;
+use isotherm::gpu::radiance_variant::RadianceVariant;
 use isotherm::gpu::resource::Resource;
 use isotherm::gpu::sampling::{RowOf, Sampled};
 use isotherm::gpu::sensor;
@@ -27,7 +28,7 @@ fn block_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> String {
 
 /// A list for every kernel.
 fn all_lists() -> Vec<Frame> {
-    let drawn = Wanted { image: true, sampled: None, cull: 9, temperatures: true };
+    let drawn = Wanted { image: true, cull: 9, temperatures: true, ..Wanted::default() };
     let sampled = |mean, lens, shutter| Wanted { sampled: Some(Sampled { mean, lens, shutter, rows: 9 }), ..drawn };
     let of_images = [
         (None, true, None),
@@ -46,6 +47,10 @@ fn all_lists() -> Vec<Frame> {
             all.extend([Method::Depth, Method::Exact].map(|method| Frame::shadows(&range, method)));
         }
     }
+    let shown = |shows| Frame::step(&[], Wanted { image: true, shows, ..Wanted::default() });
+    all.extend(RadianceVariant::all().into_iter().map(shown));
+    let of_mean = |shows| Frame::step(&[], Wanted { shows, ..sampled(Some(4), false, None) });
+    all.extend(RadianceVariant::all().into_iter().filter(|shows| !shows.apart).map(of_mean));
     all.extend(CURVES.into_iter().flat_map(response_variants).map(|variant| lists::respond(variant, 1)));
     let places = [HeatOf::Balance, HeatOf::Target, HeatOf::Flux];
     all.push(absorbed_heat(&places.map(|of| (of, (0, 1)))));

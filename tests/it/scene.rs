@@ -9,7 +9,10 @@ use isotherm::environment::{Attitude, Orbit};
 use isotherm::lens::{Distortion, Lens};
 use isotherm::model::Part;
 use isotherm::scene::preset::PRESETS;
-use isotherm::scene::{CameraFrame, Draw, Edges, ImageFile, ImageFiles, Initial, Scene, SceneError, Video};
+use isotherm::scene::{
+    Background, CameraFrame, Draw, Edges, ImageFile, ImageFiles, Initial, Reflections, Scene, SceneError, Surrounded,
+    Video,
+};
 use isotherm::thermal::sensor::gain_control::GainControl;
 use isotherm::thermal::sensor::halo::Halo;
 use isotherm::thermal::sensor::spread::Spread;
@@ -84,6 +87,13 @@ fn every_value_of_a_full_scene_arrives() {
     assert_eq!(environment.background_temperature, Some(2.7));
     assert!(!environment.eclipse);
     assert_eq!((scene.band.lower, scene.band.upper), (3.5e-6, 5e-6));
+    let surrounded = Surrounded {
+        reflections: Reflections::Environment,
+        background: Background::Planet,
+        planet_temperature: 260.0,
+        channels: true,
+    };
+    assert_eq!(scene.surrounded, surrounded);
     assert_eq!(scene.initial, Initial::Temperature(290.0));
     assert_eq!(scene.probes.len(), 2);
     assert_eq!((scene.probes[0].name.as_str(), scene.probes[0].position), ("tip", DVec3::new(1.0, -2.5, 3.0)));
@@ -130,7 +140,7 @@ fn every_value_of_a_full_scene_arrives() {
     assert_eq!((camera.lens.centre, camera.lens.skew), ([322.5, 255.0], 0.25));
     let numbers = [-0.1, 0.02, 0.001, -0.002, 0.003, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     assert_eq!(camera.lens.distortion, Distortion::BrownConrady(numbers));
-    assert_eq!((camera.samples, camera.line_time), (1, 30e-6));
+    assert_eq!((camera.samples, camera.line_time), (1, 0.0));
     assert_eq!((camera.frame, camera.position), (CameraFrame::Orbit, DVec3::new(-50.0, 0.0, 0.0)));
     // From behind, along +X of the orbit frame with -Z up: right is +Y (against the orbit normal), down is nadir.
     for (axis, expected) in [(DVec3::X, DVec3::Y), (DVec3::Y, DVec3::Z), (DVec3::Z, DVec3::X)] {
@@ -207,6 +217,8 @@ fn attitudes_cameras_and_times_have_their_other_forms() {
     let distortion = Distortion::Fisheye([0.1, 0.0, 0.0, 0.01]);
     assert_eq!(calibrated.lens, Lens { focal: [800.0, 790.0], centre: [51.0, 24.5], skew: 0.0, distortion });
     assert_eq!((calibrated.samples, calibrated.line_time), (1, 0.0));
+    let rolling = with("fov_deg = 90", "fov_deg = 90\nsamples = 8\nline_time = 30e-6").camera.unwrap();
+    assert_eq!((rolling.samples, rolling.line_time), (8, 30e-6));
     assert_eq!(with("fov_deg = 90", "focal_px = 800").camera.unwrap().lens.focal, [800.0; 2]);
     let camera = with("look_at = [0, 0, 0]", "quaternion = [1, 0, 0, 0]").camera.unwrap();
     assert_eq!(camera.frame_from_camera, DQuat::IDENTITY);

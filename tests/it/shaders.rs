@@ -8,9 +8,10 @@ use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::layout;
 use isotherm::gpu::one_pass_variant::OnePassVariant;
 use isotherm::gpu::pass::{Kernel, Pass, is_write};
+use isotherm::gpu::radiance_variant::RadianceVariant;
 use isotherm::gpu::resource::Resource;
 use isotherm::gpu::resource_row::Role;
-use isotherm::gpu::sampling::RowOf;
+use isotherm::gpu::sampling::{RowOf, Sampled};
 use isotherm::gpu::sensor;
 use isotherm::gpu::sensor_variant::SensorVariant;
 use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
@@ -70,6 +71,11 @@ pub fn wide_variants() -> Vec<WideVariant> {
     all
 }
 
+/// Samples of a texel of the images that show this, as a device may have them.
+fn means(shows: &RadianceVariant) -> Vec<Option<u32>> {
+    if shows.apart { vec![None] } else { vec![None, Some(1), Some(4)] }
+}
+
 /// Both variants of the response to given targets.
 pub fn response_variants(curve: Curve) -> [ResponseVariant; 2] {
     [StepKind::Merge, StepKind::Restart].map(|kind| ResponseVariant { kind, curve })
@@ -99,6 +105,14 @@ fn all_shaders() -> Vec<Shader> {
     // Without words it is the entry point itself.
     all.extend(SensorVariant::all().iter().map(SensorVariant::shader).filter(|shader| !shader.words.is_empty()));
     all.extend(OnePassVariant::all().iter().map(OnePassVariant::shader));
+    for variant in RadianceVariant::all() {
+        for mean in means(&variant) {
+            all.extend([variant.shaders(mean, None), variant.background(mean)].concat());
+        }
+    }
+
+    all.sort();
+    all.dedup();
     all
 }
 
@@ -276,16 +290,26 @@ fn passes_declare_what_their_shaders_touch() {
         }
     }
     let plain = |entry| Shader::new(entry, Vec::new());
-    let frame = Frame::step(&[], Wanted { image: true, sampled: None, cull: 9, temperatures: false });
+    let frame = Frame::step(&[], Wanted { image: true, cull: 9, ..Wanted::default() });
     let cull = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Cull)).expect("a cull pass");
     assert_eq!(declared(cull), bindings_of(&plain("cull.comp")));
-    let radiance = frame.passes().find(|pass| pass.kernel() == Some(Kernel::Radiance)).expect("a radiance pass");
     let range = StepRange { variant: thermal_variants(CURVES[0])[0], groups: (0, 64), joint: 0 };
-    let image = Wanted { image: true, sampled: None, cull: 9, temperatures: false };
-    let frame = Frame::between(&[range], image, &[]);
+    let frame = Frame::between(&[range], Wanted { image: true, cull: 9, ..Wanted::default() }, &[]);
     let between = frame.passes().next().expect("a pass between steps");
     assert_eq!(declared(between), bindings_of(&plain("between.comp")));
-    let mut shaders = bindings_of(&plain("radiance.vert"));
-    shaders.extend(bindings_of(&plain("radiance.frag")));
-    assert_eq!(declared(radiance), shaders);
+    let shutters = [None, Some(RowOf::Pinhole), Some(RowOf::Brown), Some(RowOf::Fisheye)];
+    let shown = RadianceVariant::all().into_iter().map(|shows| (shows, None));
+    let rolled = shutters.map(|shutter| (RadianceVariant::PLAIN, shutter));
+    for (shows, shutter) in shown.chain(rolled) {
+        for mean in means(&shows) {
+            let sampled = Some(Sampled { lens: false, mean, shutter, rows: 9 });
+            let frame = Frame::step(&[], Wanted { image: true, sampled, shows, ..Wanted::default() });
+            let name = if mean.is_some() { "mean" } else { "radiance" };
+            let pass = frame.passes().find(|pass| pass.name == name).expect("a draw");
+            let kernel = pass.kernel().expect("a kernel");
+            let shaders = [Some(kernel), kernel.sky()].into_iter().flatten().flat_map(Kernel::shaders);
+            let touched: BTreeMap<_, _> = shaders.collect::<Vec<_>>().iter().flat_map(bindings_of).collect();
+            assert_eq!(declared(pass), touched, "{shows:?} {sampled:?}");
+        }
+    }
 }

@@ -19,7 +19,13 @@ use super::quads::{Quads, camera, looking};
 
 /// The sheet's triangles.
 const TRIANGLES: u32 = 2;
-const WANTED: Wanted = Wanted { image: true, sampled: None, cull: TRIANGLES, temperatures: true };
+const WANTED: Wanted = Wanted {
+    image: true,
+    sampled: None,
+    cull: TRIANGLES,
+    temperatures: true,
+    shows: isotherm::gpu::radiance_variant::RadianceVariant::PLAIN,
+};
 
 fn range() -> StepRange {
     let kind = StepKind::Merge;
@@ -83,7 +89,7 @@ fn whole_frames_are_silent() {
         renderer.settle(&load).expect("the device settles");
         let ranges = [range()];
         for (image, temperatures) in [(true, true), (false, true), (true, false), (false, false), (true, true)] {
-            let wanted = Wanted { image, sampled: None, cull: TRIANGLES, temperatures };
+            let wanted = Wanted { image, cull: TRIANGLES, temperatures, ..Wanted::default() };
             submit(&mut renderer, &Frame::step(&ranges, wanted), &load, wanted);
             submit(&mut renderer, &Frame::step(&[], wanted), &load, wanted);
         }
@@ -197,7 +203,7 @@ fn unread(frame: &Frame) -> Frame {
 
 #[test]
 fn barriers_between_two_steps() {
-    let drawn = Wanted { image: true, sampled: None, cull: TRIANGLES, temperatures: false };
+    let drawn = Wanted { image: true, cull: TRIANGLES, temperatures: false, ..Wanted::default() };
     let step = unread(&Frame::step(&[range()], drawn));
     let [radiance, identity] = IMAGES_TO_DRAWING;
     let culled = [CULLED_TO_CULL, DRAWN_TO_CULL, CULL_TO_DRAWING, CULL_TO_DRAWS];

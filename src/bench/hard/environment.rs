@@ -240,6 +240,7 @@ impl Loose {
             network: None,
             heat: None,
             sensor: None,
+            shown: Default::default(),
         }
     }
 }

@@ -6,6 +6,7 @@ use crate::gpu::nodes::RANGE_GROUPS;
 use crate::gpu::pass::{
     Access, COMPUTE_READ, COMPUTE_UNIFORM, COMPUTE_WRITE, Kernel, Pass, Said, Scope, Work, access, scope,
 };
+use crate::gpu::radiance_variant::RadianceVariant;
 use crate::gpu::resource::Resource;
 use crate::gpu::resource_row::Role;
 use crate::gpu::sampling::{RowOf, Sampled};
@@ -213,18 +214,22 @@ pub(super) fn cull_pass(run: TriangleRun, kernel: Kernel) -> Pass {
     Pass { name: "cull".to_owned(), work, accesses }
 }
 
-/// Draws the temperatures in a buffer with one sample of a pixel.
-pub(super) fn radiance_pass(shutter: Option<RowOf>, temperature: Resource) -> Pass {
+/// Draws the temperatures in a buffer with one sample of a pixel. With a rolling shutter it shows no surroundings.
+pub(super) fn radiance_pass(shows: RadianceVariant, shutter: Option<RowOf>, temperature: Resource) -> Pass {
     let images = [Resource::RadianceImage, Resource::IdentityImage, Resource::DepthImage];
-    let kernel = shutter.map_or(Kernel::Radiance, Kernel::RadianceOfRows);
-    draw_pass("radiance", kernel, shutter, temperature, &images)
+    let kernel = shutter.map_or(Kernel::Radiance(shows), Kernel::RadianceOfRows);
+    draw_pass("radiance", kernel, temperature, &images)
 }
 
 /// Draws the mean over several samples. With several of a texel, they are averaged at its end.
-pub(super) fn mean_pass(each: u32, shutter: Option<RowOf>, temperature: Resource) -> Pass {
+pub(super) fn mean_pass(shows: RadianceVariant, each: u32, shutter: Option<RowOf>, temperature: Resource) -> Pass {
     let multiple: &[Resource] = if each > 1 { &[Resource::MultiImage] } else { &[] };
     let images = [multiple, &[Resource::MeanImage, Resource::MeanDepthImage]].concat();
-    draw_pass("mean", Kernel::Mean { each, shutter }, shutter, temperature, &images)
+    let kernel = match shutter {
+        None => Kernel::Mean { each, shows },
+        Some(row_of) => Kernel::MeanOfRows { each, row_of },
+    };
+    draw_pass("mean", kernel, temperature, &images)
 }
 
 /// Computes the image from drawn ones.
@@ -243,25 +248,45 @@ pub(super) fn resample_pass(sampled: Sampled) -> Pass {
     Pass { name: "resample".to_owned(), work, accesses }
 }
 
-/// Draws the triangles that culling kept into images, the last of which is the depth buffer.
-fn draw_pass(name: &str, kernel: Kernel, shutter: Option<RowOf>, temperature: Resource, images: &[Resource]) -> Pass {
+/// Draws the triangles that culling kept into images, the last of which is the depth buffer, and the sky behind them.
+fn draw_pass(name: &str, kernel: Kernel, temperature: Resource, images: &[Resource]) -> Pass {
+    let shows = match kernel {
+        Kernel::Radiance(shows) | Kernel::Mean { shows, .. } => shows,
+        _ => RadianceVariant::PLAIN,
+    };
     let vertex = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
     let fragment = scope(S::FRAGMENT_SHADER, A::SHADER_STORAGE_READ);
     let colour = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
+    let uniform = |stage| scope(stage, A::UNIFORM_READ);
     let mut accesses = vec![
         access(Resource::VisibleTriangles, scope(S::INDEX_INPUT, A::INDEX_READ)),
         access(Resource::Draws, scope(S::DRAW_INDIRECT, A::INDIRECT_COMMAND_READ)),
-        bound(0, Resource::View, scope(S::VERTEX_SHADER, A::UNIFORM_READ)),
+        bound(0, Resource::View, uniform(S::VERTEX_SHADER)),
     ];
     accesses.extend(places(vertex));
     accesses.extend([
         bound(4, temperature, vertex),
         bound(5, Resource::GroupMaterial, vertex),
         bound(6, Resource::GroupPart, vertex),
-        bound(7, Resource::Materials, fragment),
+        bound(7, if shows.reflections { Resource::Reflectors } else { Resource::Materials }, fragment),
         bound(8, Resource::BandTable, fragment),
     ]);
-    accesses.extend(shutter.map(|_| bound(9, Resource::Shutter, scope(S::VERTEX_SHADER, A::UNIFORM_READ))));
+    if shows.reflections {
+        let normals = [Resource::NormalX, Resource::NormalY, Resource::NormalZ];
+        accesses.extend((9..).zip(normals).map(|(binding, component)| bound(binding, component, vertex)));
+    }
+    if shows.background {
+        accesses.push(bound(0, Resource::View, uniform(S::FRAGMENT_SHADER)));
+    }
+    if shows.sees_surroundings() {
+        accesses.push(bound(12, Resource::Surroundings, uniform(S::FRAGMENT_SHADER)));
+    }
+    if shows.rough {
+        accesses.push(bound(13, Resource::Lobes, fragment));
+    }
+    if let Kernel::RadianceOfRows(_) | Kernel::MeanOfRows { .. } = kernel {
+        accesses.push(bound(14, Resource::Shutter, uniform(S::VERTEX_SHADER)));
+    }
     let is_depth = |image: Resource| image.row().role == Role::Depth;
     accesses.extend(images.iter().map(|image| drawn(*image, if is_depth(*image) { DEPTH } else { colour })));
     Pass { name: name.to_owned(), work: Work::Draw(kernel), accesses }

@@ -366,6 +366,7 @@ fn panels_in_contact_along_an_edge_conduct_through_their_thickness() {
 fn a_material_says_what_it_lacks() {
     use crate::thermal::material::{Bulk, Optics, Response, Sides};
     let material = |bulk| Material {
+        gloss: Default::default(),
         name: "paint".into(),
         front: Optics { absorptivity: 0.3, emissivity: 0.8 },
         sides: Sides::Outside,

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use isotherm::model::{Model, ModelMaterial};
 use isotherm::scene::{MaterialRule, SceneError};
-use isotherm::thermal::material::{Domain, Function, Optics, Profile, Response, Retarget, Sides, Transition};
+use isotherm::thermal::material::{Domain, Function, Gloss, Optics, Profile, Response, Retarget, Sides, Transition};
 use serde_json::json;
 
 use super::{FULL, Folder, SHORT, TABLE};
@@ -54,6 +54,9 @@ fn rules_tables_and_common_values_add_up() {
     assert_eq!((cell.front, cell.sides), (array.front, array.sides));
 
     assert_eq!(truss.front, Optics { absorptivity: 0.5, emissivity: 1.0 });
+    let foil = Gloss { specular: 0.9, roughness: 0.1, slope_variance: 0.02 };
+    assert_eq!((truss.gloss, array.gloss), ([foil; 2], [Gloss::default(); 2]));
+    assert!((foil.alpha().powi(2) - 0.03).abs() < 1e-15, "variances add up");
     assert_eq!(truss.sides, Sides::Outside);
     let bulk = truss.bulk;
     assert_eq!((bulk.thickness, bulk.density), (Some(0.002), Some(2700.0)));

@@ -120,6 +120,7 @@ impl Work {
             network: None,
             heat: None,
             sensor: None,
+            shown: Default::default(),
         };
         let mut renderer = Renderer::new(context, &data)?;
         renderer.settle(start)?;
@@ -132,6 +133,7 @@ impl Work {
         let (retarget, domain) = (Retarget::Merge, Domain::Temperature);
         let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
         let material = Material {
+            gloss: Default::default(),
             name: String::new(),
             front: OPTICS,
             sides: Sides::Outside,

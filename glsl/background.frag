@@ -1,0 +1,32 @@
+#version 450
+// Radiance of planet, deep space and Sun behind the craft. With MEAN it is averaged over the samples of a texel, and no surface covers them.
+
+#include "types.glsl"
+#include "sky.glsl"
+
+layout(set = 0, binding = 0) uniform ViewBlock { View view; };
+layout(set = 0, binding = 12) uniform SurroundingsBlock { Surroundings around; };
+
+#ifdef MULTIPLE
+layout(location = 0) smooth sample in vec2 place;
+#else
+layout(location = 0) in vec2 place;
+#endif
+
+#ifdef MEAN
+layout(location = 0) out vec2 radiance_coverage;
+#else
+layout(location = 0) out vec4 radiance_temperature_depth;
+layout(location = 1) out uvec2 identity;
+#endif
+
+void main() {
+    vec3 ray = normalize(vec3((place - view.clip_offset) / view.clip_scale, 1.0));
+    float radiance = sky_radiance(around, ray);
+#ifdef MEAN
+    radiance_coverage = vec2(radiance, 0.0);
+#else
+    radiance_temperature_depth = vec4(radiance, 0.0, 0.0, 0.0);
+    identity = uvec2(0u, 0u);
+#endif
+}

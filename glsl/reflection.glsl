@@ -1,0 +1,46 @@
+// Radiance that a face reflects. Twin: src/thermal/surroundings.rs.
+
+#include "planet.glsl"
+#include "sky.glsl"
+
+// `plate_view_factor` of planet.glsl for one plate.
+float one_view_factor(float cos_tilt, float sine, float cosine) {
+    float x = clamp(cos_tilt / sine, -1.0, 1.0);
+    float w = sqrt((1.0 - x) * (1.0 + x));
+    vec4 angles = arc_tangent(vec4(sine * w, w, 0.0, 0.0), vec4(cosine, -cosine * x, 1.0, 1.0));
+    float cut = max(angles.x - sine * cosine * w + sine * sine * cos_tilt * angles.y, 0.0) * (1.0 / PI);
+    float seen = cos_tilt >= sine ? sine * sine * cos_tilt : cut;
+    return cos_tilt <= -sine ? 0.0 : seen;
+}
+
+#ifdef ROUGH
+#include "lobe.glsl"
+#endif
+
+// Radiance of a face that reflects all. `normal` is that of the visible face, and `to_camera` leads to the camera; both
+// have length 1.
+float reflected_share(Surroundings around, Reflector reflector, vec3 normal, vec3 to_camera) {
+    float contrast = around.planet_radiance - around.space_radiance;
+    float planet = one_view_factor(dot(normal, around.nadir.xyz), around.nadir.w, around.planet_cosine);
+    float diffuse = around.space_radiance + contrast * planet;
+#ifdef SUN
+    float light = dot(normal, around.sun.xyz);
+    diffuse += around.sun_irradiance * max(light, 0.0) * (1.0 / PI);
+#endif
+#ifdef SPECULAR
+    float view = max(dot(normal, to_camera), 0.0);
+    vec3 mirror = 2.0 * view * normal - to_camera;
+    float specular = sky_radiance(around, mirror);
+#ifdef ROUGH
+    float rough = around.space_radiance + contrast * lobe_share(around, reflector, normal, view, mirror);
+#ifdef SUN
+    vec3 middle = to_camera + around.sun.xyz;
+    float cosine = dot(normal, middle) / max(length(middle), 1e-20);
+    rough += around.sun_irradiance * lobe_glint(reflector, view, light, cosine);
+#endif
+    specular = reflector.roughness > 0.0 ? rough : specular;
+#endif
+    diffuse += reflector.specular * (specular - diffuse);
+#endif
+    return diffuse;
+}

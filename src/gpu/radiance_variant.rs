@@ -1,0 +1,78 @@
+//! Shader variants of the image: what a scene's pixels show.
+
+use super::sampling::RowOf;
+use super::shaders::Shader;
+
+/// A variant of `radiance.vert`, `radiance.frag` and `background.frag`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+pub struct RadianceVariant {
+    /// Whether surfaces reflect their surroundings.
+    pub reflections: bool,
+    /// Whether some of them are mirrors, which needs `reflections`.
+    pub specular: bool,
+    /// Whether some mirrors are rough, which needs `specular`.
+    pub rough: bool,
+    /// Whether the Sun shines in the band.
+    pub sun: bool,
+    /// Whether the reflected part is an output of its own, which needs `reflections`.
+    pub apart: bool,
+    /// Whether the sky is drawn behind the craft.
+    pub background: bool,
+}
+
+impl RadianceVariant {
+    /// Emission alone, before nothing.
+    pub const PLAIN: Self =
+        Self { reflections: false, specular: false, rough: false, sun: false, apart: false, background: false };
+
+    /// The vertex shader and the fragment shader of the craft. `mean` are the samples of a texel of a mean, and `shutter` is how a point finds its row with a
+    /// rolling shutter.
+    pub fn shaders(&self, mean: Option<u32>, shutter: Option<RowOf>) -> [Shader; 2] {
+        let words = [
+            (self.reflections, "reflections"),
+            (self.specular, "specular"),
+            (self.rough, "rough"),
+            (self.reflections && self.sun, "sun"),
+            (self.apart, "apart"),
+        ];
+        let words = words.into_iter().filter(|(present, _)| *present).map(|(_, word)| word);
+        let words = words.chain(words_of_mean(mean).iter().copied()).collect();
+        let normals = self.reflections.then_some("normals");
+        let of_vertex = normals.into_iter().chain(shutter.map(RowOf::words).unwrap_or_default()).collect();
+        [Shader::new("radiance.vert", of_vertex), Shader::new("radiance.frag", words)]
+    }
+
+    /// The vertex shader and the fragment shader of the sky.
+    pub fn background(&self, mean: Option<u32>) -> [Shader; 2] {
+        let sun = self.sun.then_some("sun");
+        let words = sun.into_iter().chain(words_of_mean(mean).iter().copied()).collect();
+        [Shader::new("background.vert", Vec::new()), Shader::new("background.frag", words)]
+    }
+
+    /// Whether a pixel needs the surroundings of the craft.
+    pub fn sees_surroundings(&self) -> bool {
+        self.reflections || self.background
+    }
+
+    /// Every variant in any scene.
+    pub fn all() -> Vec<Self> {
+        let mut all = vec![Self::default(), Self { background: true, ..Self::default() }];
+        all.push(Self { background: true, sun: true, ..Self::default() });
+        for (specular, rough) in [(false, false), (true, false), (true, true)] {
+            for number in 0..8 {
+                let [sun, apart, background] = [1, 2, 4].map(|bit| number & bit != 0);
+                all.push(Self { reflections: true, specular, rough, sun, apart, background });
+            }
+        }
+        all
+    }
+}
+
+/// Words of a mean with this number of samples of a texel.
+fn words_of_mean(mean: Option<u32>) -> &'static [&'static str] {
+    match mean {
+        None => &[],
+        Some(1) => &["mean"],
+        Some(_) => &["mean", "multiple"],
+    }
+}

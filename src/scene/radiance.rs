@@ -1,0 +1,146 @@
+//! `[radiance]`: the band of the images, and what arrives at the camera besides the emission of surfaces.
+
+use super::Camera;
+use super::error::SceneError;
+use super::preset::Preset;
+use super::quantity::Quantity;
+use super::section::Section;
+use crate::environment::Environment;
+use crate::thermal::STEFAN_BOLTZMANN;
+use crate::thermal::planck::Band;
+
+/// What surfaces reflect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Reflections {
+    /// Nothing.
+    #[default]
+    Off,
+    /// Planet, deep space and Sun, without the craft itself.
+    Environment,
+}
+
+/// What stands behind the craft.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Background {
+    /// Nothing: a radiance of 0.
+    #[default]
+    Off,
+    /// Deep space and the Sun.
+    Space,
+    /// The planet before deep space and the Sun.
+    Planet,
+}
+
+/// What arrives at the camera besides the emission of surfaces.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Surrounded {
+    /// What surfaces reflect.
+    pub reflections: Reflections,
+    /// What stands behind the craft.
+    pub background: Background,
+    /// Brightness temperature of the planet in the band [K]. It is that of space where the scene states none.
+    pub planet_temperature: f64,
+    /// Whether the frames show the emitted and the reflected radiance apart.
+    pub channels: bool,
+}
+
+const REFLECTIONS: [(&str, Option<Reflections>); 3] =
+    [("off", Some(Reflections::Off)), ("environment", Some(Reflections::Environment)), ("traced", None)];
+const BACKGROUNDS: [(&str, Background); 3] =
+    [("off", Background::Off), ("space", Background::Space), ("planet", Background::Planet)];
+
+/// Reads `[radiance]`. The default is that of the preset, or 8 to 14 um.
+pub(super) fn band(
+    section: Option<&Section>,
+    preset: Option<&Preset>,
+    assumptions: &mut Vec<String>,
+) -> Result<Band, SceneError> {
+    let stated = match section {
+        Some(section) => {
+            section.numbers::<2>("band_um", Quantity::within(1.0, 50.0, "um"))?.map(|band| (section, band))
+        }
+        None => None,
+    };
+    let [lower, upper] = match stated {
+        Some((section, [lower, upper])) if lower >= upper => {
+            return Err(section.error("band_um", format!("must run from low to high, found {lower} to {upper} um")));
+        }
+        Some((_, band)) => band,
+        None if let Some(band) = preset.and_then(|preset| preset.band_um) => band,
+        None => {
+            assumptions.push("Radiance is that of 8 to 14 um (radiance.band_um is absent).".to_string());
+            [8.0, 14.0]
+        }
+    };
+    // f64 holds 1e6 exactly but not 1e-6, so a division rounds only once.
+    Ok(Band { lower: lower / 1e6, upper: upper / 1e6 })
+}
+
+/// Reads the rest of `[radiance]`. The defaults are a craft that reflects nothing before nothing.
+pub(super) fn surrounded(
+    section: Option<&Section>,
+    environment: &Environment,
+    assumptions: &mut Vec<String>,
+) -> Result<Surrounded, SceneError> {
+    let space = environment.background_temperature.unwrap_or(0.0);
+    let Some(section) = section else { return Ok(Surrounded { planet_temperature: space, ..Surrounded::default() }) };
+    let reflections = match section.choice("reflections", &REFLECTIONS)? {
+        Some(None) => {
+            let message = "'traced' is not there yet: 'environment' reflects the planet, space and the Sun, without \
+                           the craft itself";
+            return Err(section.error("reflections", message));
+        }
+        stated => stated.flatten().unwrap_or_default(),
+    };
+    let background = section.choice("background", &BACKGROUNDS)?.unwrap_or_default();
+    let seen = background == Background::Planet || reflections != Reflections::Off;
+    let stated = section.number("planet_temperature", Quantity::within(0.0, 1e6, "K"))?;
+    if stated.is_some() && !seen {
+        let message = "is that of a planet which no pixel shows: state radiance.reflections or radiance.background";
+        return Err(section.error("planet_temperature", message));
+    }
+    let of_exitance = environment.planet_ir.map(|flux| (flux / STEFAN_BOLTZMANN).sqrt().sqrt());
+    if seen && stated.is_none() {
+        assumptions.push(match of_exitance {
+            Some(temperature) => format!(
+                "The planet has a brightness temperature of {temperature:.2} K, that of environment.planet_ir \
+                 (radiance.planet_temperature is absent)."
+            ),
+            None => "The planet is as cold as space in images (radiance.planet_temperature and environment.planet_ir \
+                     are absent)."
+                .to_owned(),
+        });
+    }
+    let planet_temperature = stated.or(of_exitance).unwrap_or(space);
+    Ok(Surrounded { reflections, background, planet_temperature, channels: false })
+}
+
+/// Refuses surroundings that the images of a camera cannot show.
+pub(super) fn check_camera(
+    surrounded: &Surrounded,
+    camera: &Camera,
+    section: Option<&Section>,
+    output: Option<&Section>,
+) -> Result<(), SceneError> {
+    let keys = [
+        ("reflections", surrounded.reflections != Reflections::Off),
+        ("background", surrounded.background != Background::Off),
+    ];
+    let shown = keys.into_iter().find(|(_, shown)| *shown);
+    if camera.line_time > 0.0
+        && let (Some(section), Some((key, _))) = (section, shown)
+    {
+        let message = "cannot be combined with camera.line_time: each row of a rolling shutter sees its surroundings from \
+                       another pose, and that is not there yet";
+        return Err(section.error(key, message));
+    }
+    if camera.samples > 1
+        && surrounded.channels
+        && let Some(output) = output
+    {
+        let message = "cannot be combined with camera.samples above 1: the mean over the samples is that of the whole \
+                       radiance";
+        return Err(output.error("channels", message));
+    }
+    Ok(())
+}

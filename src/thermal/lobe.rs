@@ -1,0 +1,237 @@
+//! Rough mirrors: the share of a microfacet lobe that meets the planet's disc, as a table (docs/numerics.md 5a).
+//!
+//! The lobe is that of single reflections by GGX facets (Walter et al. 2007) with the separable masking of Smith. It is divided by its own sum over the
+//! hemisphere (Turquin 2019), so that a rough surface reflects as much as a smooth one. The share of a uniform surrounding is then exactly 1.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::environment::view_factor::ApparentRadius;
+
+/// Nodes of the table over the view, at places x = sqrt(1 - sqrt(cosine)). These are even in the angle where the view is straight, and close to each other
+/// where it grazes the surface and a lobe changes within its own width.
+pub const VIEWS: usize = 33;
+/// Nodes of the table over the cosine of the planet's side.
+pub const SIDES: usize = 17;
+/// Nodes of the table over the angle to the limb.
+pub const LIMBS: usize = 65;
+/// Numbers of a lobe: shares, then the sum of the lobe over the hemisphere for each view.
+pub const LOBE_VALUES: usize = VIEWS * SIDES * LIMBS + VIEWS;
+
+/// Directions that stand for a lobe.
+const DIRECTIONS: usize = 4096;
+/// Least cosine of a view. Beyond it a surface is seen edge-on.
+pub const LEAST_VIEW: f64 = 1e-3;
+
+/// Where the planet stands as seen from a surface and along its mirror direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Cosine between the surface's normal and the direction to the camera.
+    pub view: f64,
+    /// Sine of the angle from the mirror direction to the limb, positive where the mirror direction meets the planet.
+    pub sine: f64,
+    /// Cosine of that angle.
+    pub cosine: f64,
+    /// Cosine of the azimuth of the planet's centre about the mirror direction. It is 1 on the side of the normal.
+    pub side: f64,
+}
+
+impl Place {
+    /// The place of a planet in the direction `nadir`. `normal`, `mirror` and `nadir` are unit vectors.
+    pub fn new(normal: DVec3, view: f64, mirror: DVec3, nadir: DVec3, planet: ApparentRadius) -> Self {
+        let (along, across) = (mirror.dot(nadir), mirror.cross(nadir).length());
+        let slant = ((1.0 - view) * (1.0 + view)).max(0.0).sqrt();
+        let side = (normal.dot(nadir) - view * along) / (slant * across).max(1e-20);
+        Self {
+            view,
+            sine: along * planet.sin - across * planet.cos,
+            cosine: along * planet.cos + across * planet.sin,
+            side: side.clamp(-1.0, 1.0),
+        }
+    }
+}
+
+/// The lobe of one roughness before a planet of one apparent radius.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lobe {
+    /// Roughness alpha of the GGX distribution.
+    pub roughness: f64,
+    /// [`LOBE_VALUES`] numbers.
+    pub values: Vec<f64>,
+}
+
+/// A direction of a lobe in the axes mirror direction, side of the normal, across; and its weight.
+type Weighted = ([f64; 3], f64);
+
+impl Lobe {
+    /// Tabulates a lobe of a roughness in (0, 1].
+    pub fn new(roughness: f64, planet: ApparentRadius) -> Self {
+        let radius = planet.sin.atan2(planet.cos);
+        let of_view = |view: usize| {
+            let cosine = (1.0 - (view as f64 / (VIEWS - 1) as f64).powi(2)).powi(2).max(LEAST_VIEW);
+            let directions = directions(roughness, cosine, DIRECTIONS);
+            let sum: f64 = directions.iter().map(|(_, weight)| weight).sum();
+            let mut values = Vec::with_capacity(SIDES * LIMBS);
+            for side in 0..SIDES {
+                let side = 2.0 * side as f64 / (SIDES - 1) as f64 - 1.0;
+                for limb in 0..LIMBS {
+                    let place = 2.0 * limb as f64 / (LIMBS - 1) as f64 - 1.0;
+                    let half = roughness * place / (1.0 - place.abs()).max(1e-12);
+                    let angle = (radius - 2.0 * half.atan()).clamp(0.0, std::f64::consts::PI);
+                    values.push(share_of(&directions, sum, angle, side, planet.cos));
+                }
+            }
+            (values, sum / DIRECTIONS as f64)
+        };
+        let (shares, sums): (Vec<Vec<f64>>, Vec<f64>) = (0..VIEWS).into_par_iter().map(of_view).unzip();
+        Self { roughness, values: [shares.concat(), sums].concat() }
+    }
+
+    /// Share of the lobe that meets the planet.
+    pub fn share(&self, place: Place) -> f64 {
+        let half = place.sine / (1.0 + place.cosine).max(1e-6);
+        let limb = half / (self.roughness + half.abs());
+        let view = place_of(place.view);
+        let side = 0.5 * (place.side + 1.0) * (SIDES - 1) as f64;
+        let limb = 0.5 * (limb + 1.0) * (LIMBS - 1) as f64;
+        let split = |at: f64, nodes: usize| {
+            let cell = (at as usize).min(nodes - 2);
+            (cell, at - cell as f64)
+        };
+        let ((view, v), (side, s), (limb, l)) = (split(view, VIEWS), split(side, SIDES), split(limb, LIMBS));
+        let mix = |a: f64, b: f64, t: f64| a + t * (b - a);
+        let along = |view: usize, side: usize| {
+            let first = (view * SIDES + side) * LIMBS + limb;
+            mix(self.values[first], self.values[first + 1], l)
+        };
+        let over = |view: usize| mix(along(view, side), along(view, side + 1), s);
+        mix(over(view), over(view + 1), v)
+    }
+
+    /// Reflected radiance over irradiance across its rays for light from one direction [1/sr]. `light` and `half` are the cosines between the normal and the
+    /// light, and the half vector.
+    pub fn glint(&self, view: f64, light: f64, half: f64) -> f64 {
+        if light <= 0.0 {
+            return 0.0;
+        }
+        let view = view.max(LEAST_VIEW);
+        let at = place_of(view);
+        let cell = (at as usize).min(VIEWS - 2);
+        let sums = &self.values[VIEWS * SIDES * LIMBS..];
+        let sum = sums[cell] + (at - cell as f64) * (sums[cell + 1] - sums[cell]);
+        let square = self.roughness * self.roughness;
+        let spread = 1.0 - half * half * (1.0 - square);
+        let facets = square / (std::f64::consts::PI * spread * spread);
+        facets * masking(view, self.roughness) * masking(light, self.roughness) / (4.0 * view * sum)
+    }
+}
+
+/// Place of a view among the nodes of the table.
+fn place_of(view: f64) -> f64 {
+    (1.0 - view.sqrt()).max(0.0).sqrt() * (VIEWS - 1) as f64
+}
+
+/// Share of the facets that are not hidden at a cosine (Smith, GGX).
+fn masking(cosine: f64, roughness: f64) -> f64 {
+    let square = roughness * roughness;
+    2.0 * cosine / (cosine + (square + (1.0 - square) * cosine * cosine).sqrt())
+}
+
+/// Directions that stand for a lobe at a cosine of the view: samples of the visible normals (Heitz 2018) at points of the Hammersley set.
+fn directions(roughness: f64, view: f64, count: usize) -> Vec<Weighted> {
+    let slant = (1.0 - view * view).max(0.0).sqrt();
+    let to_camera = DVec3::new(slant, 0.0, view);
+    let [mirror, up] = [DVec3::new(-slant, 0.0, view), DVec3::new(view, 0.0, slant)];
+    let stretched = DVec3::new(roughness * slant, 0.0, view).normalize();
+    let across = DVec3::Y;
+    let third = stretched.cross(across);
+    let share = 0.5 * (1.0 + stretched.z);
+    let of = |index: usize| {
+        let (u, azimuth) = ((index as f64 + 0.5) / count as f64, TAU * radical_inverse(index as u32));
+        let (a, b) = (u.sqrt() * azimuth.cos(), u.sqrt() * azimuth.sin());
+        let b = (1.0 - share) * (1.0 - a * a).max(0.0).sqrt() + share * b;
+        let normal = across * a + third * b + stretched * (1.0 - a * a - b * b).max(0.0).sqrt();
+        let facet = DVec3::new(roughness * normal.x, roughness * normal.y, normal.z.max(0.0)).normalize();
+        let light = 2.0 * to_camera.dot(facet) * facet - to_camera;
+        let weight = if light.z > 0.0 { masking(light.z, roughness) } else { 0.0 };
+        ([light.dot(mirror), light.dot(up), light.y], weight)
+    };
+    (0..count).map(of).collect()
+}
+
+/// Share of the weights of directions within the planet's disc. Its centre is at `angle` from the mirror direction, with the cosine `side` of its azimuth.
+fn share_of(directions: &[Weighted], sum: f64, angle: f64, side: f64, limb: f64) -> f64 {
+    let (sine, cosine) = angle.sin_cos();
+    let (up, across) = (sine * side, sine * (1.0 - side * side).max(0.0).sqrt());
+    let inside = |([along, to_up, to_across], _): &&Weighted| cosine * along + up * to_up + across * to_across >= limb;
+    directions.iter().filter(inside).map(|(_, weight)| weight).sum::<f64>() / sum
+}
+
+/// Van der Corput's sequence in base 2.
+fn radical_inverse(index: u32) -> f64 {
+    f64::from(index.reverse_bits()) / 4_294_967_296.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The share by counting many directions.
+    fn counted(roughness: f64, place: Place, planet: ApparentRadius) -> f64 {
+        let directions = directions(roughness, place.view.max(LEAST_VIEW), 200_000);
+        let sum = directions.iter().map(|(_, weight)| weight).sum();
+        let angle = planet.sin.atan2(planet.cos) - place.sine.atan2(place.cosine);
+        share_of(&directions, sum, angle, place.side, planet.cos)
+    }
+
+    #[test]
+    fn the_table_agrees_with_counted_directions() {
+        for (roughness, ratio) in [(0.05, 1.064), (0.3, 1.064), (1.0, 1.064), (0.3, 1.5), (0.05, 6.6), (1.0, 6.6)] {
+            let planet = ApparentRadius::new(ratio);
+            let lobe = Lobe::new(roughness, planet);
+            let (mut worst, mut total, mut off, mut count) = (0.0_f64, 0.0, 0.0_f64, 0.0);
+            for step in 0..60 {
+                let number = |salt: u32| radical_inverse(step * 7 + salt * 1013 + 1);
+                let view = 0.08 + 0.92 * number(1);
+                let normal = DVec3::Z;
+                let slant = (1.0 - view * view).sqrt();
+                let mirror = DVec3::new(-slant, 0.0, view);
+                let azimuth = TAU * number(2);
+                let z = 2.0 * number(3) - 1.0;
+                let nadir = DVec3::new((1.0 - z * z).sqrt() * azimuth.cos(), (1.0 - z * z).sqrt() * azimuth.sin(), z);
+                let place = Place::new(normal, view, mirror, nadir, planet);
+                let exact = counted(roughness, place, planet);
+                worst = worst.max((lobe.share(place) - exact).abs());
+                off = off.max((lobe.share(Place { side: -place.side, ..place }) - exact).abs());
+                total += lobe.share(place) - exact;
+                count += 1.0;
+            }
+            println!("roughness {roughness}, ratio {ratio}: worst {worst:.2e}, mean {:.2e}", total / count);
+            assert!(worst < 0.01 && (total / count).abs() < 1e-3, "{roughness}, {ratio}: {worst}");
+            assert!(off > 0.01, "the planet on the other side must show");
+        }
+    }
+
+    #[test]
+    fn a_glint_sums_to_the_whole_lobe() {
+        let lobe = Lobe::new(0.4, ApparentRadius::new(1.1));
+        for view in [0.3, 0.7, 1.0_f64] {
+            let slant = (1.0 - view * view).sqrt();
+            let to_camera = DVec3::new(slant, 0.0, view);
+            let (mut sum, steps) = (0.0, 400);
+            for row in 0..steps {
+                let z = (f64::from(row) + 0.5) / f64::from(steps);
+                for column in 0..steps {
+                    let azimuth = TAU * (f64::from(column) + 0.5) / f64::from(steps);
+                    let across = (1.0 - z * z).sqrt();
+                    let light = DVec3::new(across * azimuth.cos(), across * azimuth.sin(), z);
+                    sum += lobe.glint(view, z, (light + to_camera).normalize().z);
+                }
+            }
+            let whole = sum * TAU / f64::from(steps * steps);
+            assert!((whole - 1.0).abs() < 5e-3, "{view}: {whole}");
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! Reflected surroundings and the sky behind the craft: the device against the f64 rasteriser, and exact answers.
+
+use isotherm::gpu::resource::Resource;
+use isotherm::scene::Camera;
+use isotherm::simulation::device_data::DeviceData;
+use isotherm::simulation::device_engine::DeviceEngine;
+use isotherm::simulation::engine::{Engine, Pixels};
+use isotherm::simulation::prepare::Prepared;
+use isotherm::simulation::reference_engine::ReferenceEngine;
+use isotherm::simulation::{start, still};
+use isotherm::thermal::planck::{Band, band_radiance_exact};
+
+use super::craft::{Folder, never, scene_with};
+use super::device::{assert_silent, context};
+
+/// A scene with reflections, a sky and the two parts of the radiance. The skin is a rough mirror in part, the cells are
+/// a smooth one, and the mast is diffuse.
+fn shining(changes: &[(&str, &str)]) -> String {
+    let mut all = vec![
+        ("band_um = [8, 14]", "band_um = [8, 14]\nreflections = \"environment\"\nbackground = \"planet\""),
+        ("emissivity = 0.83", "emissivity = 0.13\nspecular = 0.7\nroughness = 0.2"),
+        ("emissivity = 0.82", "emissivity = 0.32\nspecular = 0.9"),
+        ("[[probe]]", "[output]\nchannels = [\"emitted\", \"reflected\"]\n[[probe]]"),
+    ];
+    all.extend(changes);
+    scene_with(&all)
+}
+
+fn pixels(prepared: &Prepared, engine: &mut dyn Engine) -> Pixels {
+    start(prepared, engine, None, &never(), &mut || ()).expect("the engine starts");
+    let drawn = still(prepared, engine, 0.0, &never(), &mut || ()).expect("the engine draws");
+    drawn.expect("nobody stopped it").delivered.pixels.expect("a picture")
+}
+
+fn camera(prepared: &Prepared) -> &Camera {
+    prepared.scene.camera.as_ref().expect("a camera")
+}
+
+fn on_device(prepared: &Prepared) -> Pixels {
+    let context = context();
+    let mut engine = DeviceEngine::new(&context, prepared, Some(camera(prepared))).expect("a small scene");
+    let found = pixels(prepared, &mut engine);
+    drop(engine);
+    assert_silent(&context);
+    found
+}
+
+fn by_reference(prepared: &Prepared) -> Pixels {
+    pixels(prepared, &mut ReferenceEngine::new(prepared, Some(camera(prepared))))
+}
+
+/// Shares of the pixels that differ by more than a tolerance, of the sky and of surfaces with the same labels; and the
+/// largest difference of the others, relative to the radiance.
+fn apart(found: &Pixels, expected: &Pixels, tolerance: f64) -> ([f64; 2], f64) {
+    let (mut count, mut far, mut worst) = ([0.0_f64; 2], [0.0_f64; 2], 0.0_f64);
+    for (index, label) in expected.identity.iter().enumerate() {
+        if found.identity[index] != *label {
+            continue;
+        }
+        let kind = usize::from(label[0] > 0);
+        let [found, expected] = [found, expected].map(|pixels| f64::from(pixels.radiance_temperature_depth[index][0]));
+        let difference = (found - expected).abs() / expected.max(1e-3);
+        count[kind] += 1.0;
+        if difference > tolerance {
+            far[kind] += 1.0;
+        } else {
+            worst = worst.max(difference);
+        }
+    }
+    ([far[0] / count[0].max(1.0), far[1] / count[1].max(1.0)], worst)
+}
+
+#[test]
+fn the_device_reflects_as_the_reference() {
+    let cases: [(&str, &[(&str, &str)]); 4] = [
+        ("rough, smooth and diffuse", &[]),
+        ("a smooth mirror", &[("roughness = 0.2", "roughness = 0")]),
+        ("very rough", &[("roughness = 0.2", "roughness = 0.1\nnormal_slope_variance = 0.3")]),
+        (
+            "higher, without a Sun",
+            &[("altitude = 408e3", "altitude = 2e6"), ("solar_constant = 1361\nalbedo = 0.3", "")],
+        ),
+    ];
+    for (name, changes) in cases {
+        let prepared = Folder::new(&shining(changes)).prepared();
+        let (found, expected) = (on_device(&prepared), by_reference(&prepared));
+        let ([sky, surface], worst) = apart(&found, &expected, 1e-4);
+        println!("{name}: {sky:.4} of the sky, {surface:.4} of the surfaces, else {worst:.1e}");
+        assert!(sky < 0.005 && surface < 0.01, "{name}: {sky} of the sky and {surface} of the surfaces differ");
+        for (index, reflected) in found.reflected.iter().enumerate() {
+            let all = found.radiance_temperature_depth[index][0];
+            assert!(found.identity[index][0] == 0 || (0.0..=all).contains(reflected), "{name}, pixel {index}");
+        }
+        let warmer = [("background = \"planet\"", "background = \"planet\"\nplanet_temperature = 257")];
+        let wrong = by_reference(&Folder::new(&shining(&[changes, &warmer].concat())).prepared());
+        let ([sky, surface], _) = apart(&found, &wrong, 1e-4);
+        assert!(sky > 0.05, "{name}: a warmer planet must show behind the craft: {sky}");
+        assert!(surface > 0.05, "{name}: a warmer planet must show in {surface} of the surfaces");
+    }
+}
+
+/// The temperature of everything, without a Sun.
+fn isothermal(temperature: &str, planet: &str) -> String {
+    let start = format!("[initial]\ntemperature = {temperature}\n[[probe]]");
+    let planet = format!("background = \"planet\"\nplanet_temperature = {planet}");
+    shining(&[
+        ("solar_constant = 1361\nalbedo = 0.3", ""),
+        ("background_temperature = 2.7", &format!("background_temperature = {temperature}")),
+        ("background = \"planet\"", &planet),
+        ("[[probe]]", &start),
+    ])
+}
+
+#[test]
+fn everything_looks_black_in_an_isothermal_cavity() {
+    let black = band_radiance_exact(Band { lower: 8e-6, upper: 14e-6 }, 287.0);
+    let worst = |scene: &str| {
+        let found = on_device(&Folder::new(scene).prepared());
+        let radiances = found.radiance_temperature_depth.iter().map(|pixel| f64::from(pixel[0]));
+        radiances.map(|radiance| (radiance / black - 1.0).abs()).fold(0.0, f64::max)
+    };
+    let found = worst(&isothermal("287", "287"));
+    assert!(found < 3e-5, "{found:e}");
+    assert!(worst(&isothermal("287", "287.1")) > 1e-3, "a warmer planet must show");
+}
+
+/// The foil of emissivity 0.02 at 400 K that faces an Earth of 255 K: 3.5 + 24.3 W/m2/sr, which is 261 K.
+#[test]
+fn foil_before_the_earth() {
+    let scene = shining(&[
+        ("emissivity = 0.13\nspecular = 0.7\nroughness = 0.2", "emissivity = 0.02\nspecular = 1"),
+        ("background = \"planet\"", "background = \"planet\"\nplanet_temperature = 255"),
+        ("solar_constant = 1361\nalbedo = 0.3", ""),
+        ("[[probe]]", "[initial]\ntemperature = 400\n[[probe]]"),
+        ("position = [6.5, 5, -7.5]", "position = [0.1, 0.1, 9]"),
+        ("look_at = [0, 0, 0]\nup = [0, 0, -1]", "look_at = [0, 0, 0]\nup = [1, 0, 0]"),
+    ]);
+    let prepared = Folder::new(&scene).prepared();
+    for found in [on_device(&prepared), by_reference(&prepared)] {
+        let centre = 36 * 96 + 48;
+        assert_eq!(found.identity[centre], [1, 1]);
+        let (all, reflected) = (found.radiance_temperature_depth[centre][0], found.reflected[centre]);
+        println!("emitted {:.3}, reflected {reflected:.3} W/m2/sr", all - reflected);
+        assert!((all - reflected - 3.5).abs() < 0.05 && (reflected - 24.3).abs() < 0.05);
+        let of = |temperature| band_radiance_exact(prepared.scene.band, temperature) as f32;
+        assert!(of(260.5) < all && all < of(261.5), "it looks as warm as 261 K");
+        assert!(of(262.0) > all, "and not as 262 K");
+    }
+}
+
+/// Across a narrow image of the limb no more pixels differ from f64 than a tenth of a pixel's width covers.
+#[test]
+fn the_limb_is_within_a_tenth_of_a_pixel() {
+    for (altitude, tilt) in [("408e3", 70.02), ("35.786e6", 8.7), ("4e8", 0.9)] {
+        // The camera is before the craft and looks away from it, so that only the sky is seen.
+        let (sine, cosine) = f64::to_radians(tilt).sin_cos();
+        let look = format!("look_at = [{}, 0, {}]\nup = [0, 0, -1]", 20.0 + 100.0 * sine, 100.0 * cosine);
+        let scene = |altitude: &str| {
+            let altitude = format!("altitude = {altitude}\n");
+            shining(&[
+                ("altitude = 408e3\n", &altitude),
+                ("fov_deg = 45", "fov_deg = 1"),
+                ("width = 96", "width = 200"),
+                ("position = [6.5, 5, -7.5]", "position = [20, 0, 0]"),
+                ("look_at = [0, 0, 0]\nup = [0, 0, -1]", &look),
+            ])
+        };
+        let prepared = Folder::new(&scene(altitude)).prepared();
+        let (found, expected) = (on_device(&prepared), by_reference(&prepared));
+        let share = |pixels: &Pixels| {
+            let bright = pixels.radiance_temperature_depth.iter().filter(|pixel| pixel[0] > 1.0).count();
+            bright as f64 / pixels.identity.len() as f64
+        };
+        assert!((0.05..0.95).contains(&share(&expected)), "{altitude}: the limb is in the image: {}", share(&expected));
+        let ([sky, _], _) = apart(&found, &expected, 1e-4);
+        // The limb crosses the image from side to side, 200 of its 14,400 pixels.
+        assert!(sky * 14_400.0 <= 20.0, "{altitude}: {} pixels differ", sky * 14_400.0);
+        println!("limb at {altitude} m: {} pixels differ", sky * 14_400.0);
+    }
+}
+
+#[test]
+fn what_no_pixel_shows_has_no_buffer() {
+    let resources = [Resource::Surroundings, Resource::Reflectors, Resource::Lobes];
+    let planned = |scene: &str| {
+        let prepared = Folder::new(scene).prepared();
+        let data = DeviceData::new(&prepared);
+        let plan = data.scene_data(&prepared, prepared.scene.camera.as_ref()).plan();
+        resources.map(|resource| plan.iter().any(|planned| planned.resource == resource))
+    };
+    assert_eq!(planned(&scene_with(&[])), [false; 3]);
+    assert_eq!(planned(&shining(&[])), [true; 3]);
+    assert_eq!(planned(&shining(&[("roughness = 0.2", "")])), [true, true, false]);
+    let sky = scene_with(&[("band_um = [8, 14]", "band_um = [8, 14]\nbackground = \"space\"")]);
+    assert_eq!(planned(&sky), [true, false, false]);
+}
