@@ -26,6 +26,10 @@ layout(location = 3) out vec2 across;
 #endif
 
 layout(location = 0) out vec2 temperature_depth;
+#ifdef MULTIPLE
+// 1, which shows the error of an interpolation.
+layout(location = 4) out float unity;
+#endif
 // Part, material, and the bits of the first corner's temperature.
 layout(location = 1) flat out uvec3 first_corner;
 
@@ -50,6 +54,9 @@ void main() {
     float own = temperature[node];
     temperature_depth = vec2(own, camera.z);
     first_corner = uvec3(group_part[node / 4u], group_material[node / 4u], floatBitsToUint(own));
+#ifdef MULTIPLE
+    unity = 1.0;
+#endif
 #ifdef NORMALS
     vec3 outward = vec3(normal_x[node], normal_y[node], normal_z[node]);
     normal = vec3(

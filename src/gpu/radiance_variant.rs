@@ -38,7 +38,9 @@ impl RadianceVariant {
         let words = words.into_iter().filter(|(present, _)| *present).map(|(_, word)| word);
         let words = words.chain(words_of_mean(mean).iter().copied()).collect();
         let normals = self.reflections.then_some("normals");
-        let of_vertex = normals.into_iter().chain(shutter.map(RowOf::words).unwrap_or_default()).collect();
+        let multiple = mean.filter(|each| *each > 1).map(|_| "multiple");
+        let of_vertex = normals.into_iter().chain(multiple).chain(shutter.map(RowOf::words).unwrap_or_default());
+        let of_vertex = of_vertex.collect();
         [Shader::new("radiance.vert", of_vertex), Shader::new("radiance.frag", words)]
     }
 

@@ -4,10 +4,10 @@ use isotherm::gpu::resource::Resource;
 use isotherm::scene::Camera;
 use isotherm::simulation::device_data::DeviceData;
 use isotherm::simulation::device_engine::DeviceEngine;
-use isotherm::simulation::engine::{Engine, Pixels};
+use isotherm::simulation::engine::{Engine, EngineError, Pixels};
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::reference_engine::ReferenceEngine;
-use isotherm::simulation::{start, still};
+use isotherm::simulation::{StepResult, run, start, still};
 use isotherm::thermal::planck::{Band, band_radiance_exact};
 
 use super::craft::{Folder, never, scene_with};
@@ -97,6 +97,86 @@ fn the_device_reflects_as_the_reference() {
         assert!(sky > 0.05, "{name}: a warmer planet must show behind the craft: {sky}");
         assert!(surface > 0.05, "{name}: a warmer planet must show in {surface} of the surfaces");
     }
+}
+
+/// The differences of two images where they have the same labels, as shares of the pixels of sky and surfaces.
+fn check(name: &str, found: &Pixels, expected: &Pixels, wrong: &Pixels, tolerance: f64, [most_sky, most]: [f64; 2]) {
+    let ([sky, surface], worst) = apart(found, expected, tolerance);
+    println!("{name}: {sky:.4} of the sky, {surface:.4} of the surfaces, else {worst:.1e}");
+    assert!(sky <= most_sky && surface <= most, "{name}: {sky} of the sky and {surface} of the surfaces differ");
+    let ([sky, surface], _) = apart(found, wrong, tolerance);
+    assert!(sky > 0.05 && surface > 0.05, "{name}: a warmer planet must show in {sky} and {surface}");
+}
+
+const NO_CHANNELS: (&str, &str) = ("[output]\nchannels = [\"emitted\", \"reflected\"]\n", "");
+const WARMER: (&str, &str) = ("background = \"planet\"", "background = \"planet\"\nplanet_temperature = 260");
+
+/// With four samples the device takes those of the reference. Sixteen are taken at other places on lavapipe. Through a
+/// lens a pixel shows a texel whose centre is up to a quarter of a pixel away.
+#[test]
+fn reflections_and_the_sky_have_lenses_and_several_samples() {
+    let distorted =
+        "fx = 116.1\nfy = 115.3\ncx = 47.1\ncy = 36.8\nskew = 0.4\ndistortion = [-0.31, 0.12, 0.0011, -0.0007, -0.021]";
+    let four = format!("{distorted}\nsamples = 4");
+    for (name, lens, channels, tolerance, most) in [
+        ("four samples", "fov_deg = 45\nsamples = 4", false, 1e-4, [0.001, 0.001]),
+        ("sixteen samples", "fov_deg = 45\nsamples = 16", false, 0.02, [0.03, 0.12]),
+        ("a lens", distorted, true, 2e-3, [0.001, 0.01]),
+        ("a lens with four samples", &four, false, 0.02, [0.03, 0.15]),
+    ] {
+        let mut changes = vec![("fov_deg = 45", lens)];
+        changes.extend((!channels).then_some(NO_CHANNELS));
+        let prepared = Folder::new(&shining(&changes)).prepared();
+        let (found, expected) = (on_device(&prepared), by_reference(&prepared));
+        changes.push(WARMER);
+        let wrong = by_reference(&Folder::new(&shining(&changes)).prepared());
+        check(name, &found, &expected, &wrong, tolerance, most);
+        assert_eq!((found.reflected.is_empty(), expected.reflected.is_empty()), (!channels, !channels));
+        for (pixel, coverage) in found.coverage.iter().enumerate().filter(|(_, coverage)| **coverage == 0.0) {
+            let [radiance, ..] = found.radiance_temperature_depth[pixel];
+            assert!(radiance >= 0.0 && found.identity[pixel] == [0, 0], "{name}: {radiance}, {coverage}");
+        }
+    }
+}
+
+/// A camera on a path, with images at their own times.
+#[test]
+fn images_between_steps_show_the_surroundings_of_their_time_and_pose() {
+    let camera = "path = 'path.csv'\nframe = 'body'\nlook_at = [0, 0, 0]\nup = [0, 0, -1]";
+    let images = |changes: &[(&str, &str)], device: bool| {
+        let mut all = vec![
+            ("draw_every = 4", "images = [15, 119.9, 700.5]"),
+            ("frame = \"body\"\nposition = [6.5, 5, -7.5]\nlook_at = [0, 0, 0]\nup = [0, 0, -1]", camera),
+        ];
+        all.extend(changes);
+        let folder = Folder::new("");
+        folder.write("path.csv", "time,x,y,z\n0,12,0,-5\n400,8,8,-5\n800,0,12,-5\n");
+        folder.write("scene.toml", &shining(&all));
+        let prepared = folder.prepared();
+        let context = context();
+        let mut engine: Box<dyn Engine> = if device {
+            Box::new(DeviceEngine::new(&context, &prepared, prepared.scene.camera.as_ref()).expect("a small scene"))
+        } else {
+            Box::new(ReferenceEngine::new(&prepared, prepared.scene.camera.as_ref()))
+        };
+        start(&prepared, engine.as_mut(), None, &never(), &mut || ()).expect("a start");
+        let mut found = Vec::new();
+        let mut take = |result: StepResult| {
+            found.extend(result.delivered.pixels);
+            Ok::<_, EngineError>(())
+        };
+        assert!(run(&prepared, engine.as_mut(), None, &never(), &mut take).expect("a run"));
+        drop(engine);
+        assert_silent(&context);
+        found
+    };
+    let (found, expected, wrong) = (images(&[], true), images(&[], false), images(&[WARMER], false));
+    assert_eq!((found.len(), expected.len()), (3, 3));
+    for (number, ((found, expected), wrong)) in found.iter().zip(&expected).zip(&wrong).enumerate() {
+        check(&format!("image {number}"), found, expected, wrong, 1e-3, [0.005, 0.01]);
+    }
+    let ([_, surface], _) = apart(&found[0], &found[2], 1e-3);
+    assert!(surface > 0.05, "another place of the camera must show in {surface} of the surfaces");
 }
 
 /// The temperature of everything, without a Sun.

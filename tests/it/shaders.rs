@@ -93,7 +93,7 @@ fn all_shaders() -> Vec<Shader> {
         all.push(Shader::new("resample.comp", words));
     }
     for row_of in [RowOf::Pinhole, RowOf::Brown, RowOf::Fisheye] {
-        all.push(Shader::new("radiance.vert", row_of.words()));
+        all.extend([None, Some(4)].map(|mean| RadianceVariant::PLAIN.shaders(mean, Some(row_of))).concat());
         all.push(Shader::new("cull.comp", row_of.words()));
         all.push(Shader::new("cull.comp", [vec!["sampled"], row_of.words()].concat()));
     }
