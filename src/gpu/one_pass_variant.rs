@@ -43,7 +43,7 @@ impl OnePassVariant {
         let (drives, conducts) = (self.kind == OnePassKind::Drive, self.kind == OnePassKind::Conduct);
         let (alone, balances) = (self.kind == OnePassKind::Alone, self.kind == OnePassKind::Balance);
         let shown = self.shown && !drives && !self.trial;
-        let sampled = !self.trial && !alone && !balances && !(conducts && self.sample == Sample::Note);
+        let sampled = !(self.trial || alone || balances || conducts && self.sample == Sample::Note);
         Self {
             trial: self.trial && !balances,
             sample: if sampled { self.sample } else { Sample::None },
