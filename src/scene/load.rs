@@ -9,8 +9,8 @@ use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
 use super::section::Section;
 use super::{
-    Camera, Draw, Preset, Reflections, Scene, SkyScene, camera, density, joint, keys, material, mesh_network, output,
-    preset, radiance, sensor, shadows, view, work,
+    Camera, Draw, Preset, Reflections, Scene, SkyScene, camera, combinations, density, joint, keys, material,
+    mesh_network, output, preset, radiance, sensor, shadows, view, work,
 };
 use crate::environment::trajectory::Trajectory;
 use crate::files::Reach;
@@ -85,7 +85,7 @@ impl Scene {
         sky_files.extend_from_slice(&files[before..]);
         if let Some(camera) = &camera {
             camera.check_times(work::image_times(&time))?;
-            radiance::check_camera(&surrounded, camera, section.as_ref(), output.as_ref())?;
+            combinations::check_camera(&surrounded, camera, section.as_ref(), output.as_ref())?;
         }
         let sensor = optional_sensor(&root, camera.as_ref(), preset, band, &mut files, &mut assumptions)?;
         if let (Some(preset), Some(_)) = (preset, &camera) {

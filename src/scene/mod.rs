@@ -15,6 +15,7 @@ use crate::thermal::sensor::Sensor;
 
 mod attitude;
 mod camera;
+mod combinations;
 mod density;
 mod environment;
 mod ephemeris;
