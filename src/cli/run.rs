@@ -29,7 +29,7 @@ use crate::output::step_cost::step_cost;
 use crate::output::tables::{JOINTS, SERIES};
 use crate::output::{report_html, settings, video};
 use crate::scene::{Draw, Scene};
-use crate::simulation::check::{Accuracy, SAMPLE};
+use crate::simulation::check::SAMPLE;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
 use crate::simulation::forecast::{Forecast, Rate};
@@ -390,7 +390,7 @@ fn report(
         details_of_run.push(("temperatures of images between steps".to_owned(), format!("off by {error}")));
     }
     let missed = outcome.periodic.and_then(|periodic| periodic.warning(""));
-    let off = outcome.accuracy.as_ref().and_then(Accuracy::warning);
+    let off = outcome.accuracy.as_ref().and_then(|accuracy| accuracy.warning(prepared));
     let network = network_section(prepared, engine);
     let said = |name: &str| network.iter().flat_map(|group| &group.entries).find(|(entry, _)| entry == name);
     if let Some((name, value)) = said(ESTIMATED) {

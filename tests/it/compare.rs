@@ -216,11 +216,11 @@ fn runs_start_from_their_own_periodic_states() {
     }
 }
 
-/// 2 cm of aluminium takes longer to warm than the run, and its warm-up can not become periodic.
+/// 4 mm of aluminium takes longer to warm than the run, and its warm-up can not become periodic.
 #[test]
 #[ignore = "long: tools/test --all"]
 fn a_fit_and_a_warm_up_that_are_not_to_be_trusted_are_told() {
-    let thick = BULK.replace("0.002", "0.02");
+    let thick = BULK.replace("0.002", "0.004");
     let periodic = "step = 60\nwarm_up = \"periodic\"\nwarm_up_tolerance = 1e-6\nwarm_up_orbits = 2\n";
     let folder = Folder::new(&scene(&thick).replace("step = 60\n", periodic).replace("steps = 12", "steps = 2"));
     let output = end(isotherm(folder.0.path(), &["compare", "scene.toml", "-o", "out", "--device", "cpu"]));
