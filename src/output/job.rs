@@ -232,10 +232,11 @@ pub fn run_into(
         }
     };
     (0..first).for_each(|_| progress(Done::Step));
-    let mut account = prepared.scene.energy_balance.then(|| Account::open(prepared, engine)).transpose()?;
-    if let (Some(account), Some(saved)) = (&mut account, earlier) {
-        account.restore(&saved.part("energy")).map_err(lost)?;
-    }
+    let mut open = || match earlier {
+        Some(saved) => Account::again(prepared, engine, &saved.part("energy")),
+        None => Account::open(prepared, engine),
+    };
+    let mut account = prepared.scene.energy_balance.then(&mut open).transpose()?;
 
     let maker = prepared.scene.camera.as_ref().map(|camera| FrameMaker::new(prepared, camera, &engine.device_name()));
     let stepping_began = Instant::now();

@@ -114,11 +114,25 @@ impl Account {
     /// # Errors
     /// A call that fails.
     pub fn open(prepared: &Prepared, engine: &mut dyn Engine) -> Result<Self, EngineError> {
-        let tables = heat_tables(prepared);
-        let nothing = vec![0.0; tables.runs.len()];
         if let Some(network) = engine.network_mut() {
             network.count_heat();
         }
+        Self::of(prepared, engine)
+    }
+
+    /// The account of a run that goes on, with the sums that it saved. The engine has its own state again.
+    ///
+    /// # Errors
+    /// A call that fails, or sums of another scene.
+    pub fn again(prepared: &Prepared, engine: &mut dyn Engine, saved: &Saved) -> Result<Self, EngineError> {
+        let mut account = Self::of(prepared, engine)?;
+        account.restore(saved)?;
+        Ok(account)
+    }
+
+    fn of(prepared: &Prepared, engine: &mut dyn Engine) -> Result<Self, EngineError> {
+        let tables = heat_tables(prepared);
+        let nothing = vec![0.0; tables.runs.len()];
         Ok(Self {
             step: prepared.scene.time.step,
             space: prepared.scene.environment.background_temperature.unwrap_or(0.0).powi(4),
@@ -216,11 +230,7 @@ impl Account {
         saved
     }
 
-    /// Takes saved sums.
-    ///
-    /// # Errors
-    /// Sums of another scene.
-    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+    fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         let runs = self.tables.runs.len();
         self.absorbed = saved.list_of("absorbed", runs)?;
         self.emitted = saved.list_of("emitted", runs)?;

@@ -188,7 +188,16 @@ impl Trial {
             return Err(format!("other files: {:?} and {:?}", whole.keys(), torn.keys()));
         }
         match whole.iter().find(|(name, bytes)| torn[*name] != **bytes) {
-            Some((name, _)) => Err(format!("{name} differs from that of the undisturbed run")),
+            Some((name, bytes)) => {
+                let other = &torn[name];
+                let at = bytes.iter().zip(other).take_while(|(a, b)| a == b).count();
+                let around = |bytes: &[u8]| {
+                    let end = bytes.len().min(at + 60);
+                    String::from_utf8_lossy(&bytes[at.saturating_sub(60).min(end)..end]).into_owned()
+                };
+                let [here, there] = [around(bytes), around(other)];
+                Err(format!("{name} differs from that of the undisturbed run at byte {at}: '{here}' and '{there}'"))
+            }
             None => Ok(whole.len()),
         }
     }
