@@ -357,6 +357,8 @@ impl Resources {
             self.upload(once, Resource::OnePassUnits, &network.units)?;
             self.upload(once, Resource::OnePassWeights, &network.weights(&network.plan))?;
             self.upload(once, Resource::OnePassHeaters, &network.heater_words(&network.plan))?;
+            // Estimates are added to it, and new memory may hold anything.
+            self.upload(once, Resource::OnePassTold, &vec![[0.0f32; 4]; network.shape.estimated() as usize])?;
         }
         if let Some(heat) = data.heat {
             let areas: Vec<f32> = heat.areas.iter().map(|area| *area as f32).collect();
