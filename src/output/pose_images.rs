@@ -6,7 +6,7 @@ use super::exr::encode;
 use super::folder::Folder;
 use super::frame_maker::FrameMaker;
 use super::image_index::{IMAGES, write_index};
-use super::job::JobError;
+use super::job_terms::JobError;
 use super::run_pictures::{WrittenFrame, frame_file, frame_stem};
 use super::sensor_files::SensorFiles;
 use crate::simulation::engine::Engine;
@@ -37,10 +37,7 @@ pub fn write_pose_images(
         if let Some((frame, header)) = maker.frame(result)? {
             folder.write_bytes(&frame_file(frame.step, frame.image, "exr"), &encode(&frame, &header)?)?;
             if let Some((of_sensor, readings)) = of_sensor.as_ref().zip(readings) {
-                let stem = frame_stem(frame.step, frame.image);
-                for (ending, bytes) in of_sensor.of(&stem, &frame, &readings)? {
-                    folder.write_bytes(&format!("frames/{stem}{ending}"), &bytes)?;
-                }
+                of_sensor.write(folder, &frame_stem(frame.step, frame.image), &frame, &readings)?;
             }
             written.push(WrittenFrame { step: frame.step, image: frame.image, range: frame.range(), apparent: None });
             drawn();

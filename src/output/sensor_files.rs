@@ -4,6 +4,7 @@ use serde_json::{Value as Json, json};
 
 use super::OutputError;
 use super::fits::{Value, fits_16};
+use super::folder::Folder;
 use super::frame::Frame;
 use super::gray::{png_8, png_16};
 use super::tiff::tiff_16;
@@ -77,6 +78,23 @@ impl<'a> SensorFiles<'a> {
         let json = format!("{:#}\n", self.description(frame, &names));
         files.push((".json".to_owned(), json.into_bytes()));
         Ok(files)
+    }
+
+    /// Writes the files of an image beside its EXR.
+    ///
+    /// # Errors
+    /// An image that can not be encoded, or a full disk.
+    pub(super) fn write(
+        &self,
+        folder: &Folder,
+        stem: &str,
+        frame: &Frame,
+        readings: &[[u16; 2]],
+    ) -> Result<(), OutputError> {
+        for (ending, bytes) in self.of(stem, frame, readings)? {
+            folder.write_bytes(&format!("frames/{stem}{ending}"), &bytes)?;
+        }
+        Ok(())
     }
 
     /// How a reader gets the signal from digital numbers.

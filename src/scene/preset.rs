@@ -32,6 +32,22 @@ pub struct Preset {
     pub source: &'static str,
 }
 
+/// A camera of which nothing is known.
+const UNKNOWN: Preset = Preset {
+    key: "",
+    name: "",
+    size: [0, 0],
+    fov_deg: None,
+    pitch: None,
+    band_um: None,
+    netd: None,
+    netd_f_number: None,
+    time_constant: None,
+    bits: None,
+    range: None,
+    source: "",
+};
+
 /// All cameras. `REFERENCES.md`, section 7, has the figures; those of Boson+ and Tau 2 stand in their data sheets.
 pub const PRESETS: [Preset; 6] = [
     Preset {
@@ -39,90 +55,67 @@ pub const PRESETS: [Preset; 6] = [
         name: "Hera TIRI",
         size: [1024, 768],
         fov_deg: Some(13.3),
-        pitch: None,
         band_um: Some([8.0, 14.0]),
-        netd: None,
-        netd_f_number: None,
-        time_constant: None,
-        bits: None,
         range: Some([150.0, 450.0]),
         source: "size, field of view, band, calibrated range: JpGU 2022 PPS03-P08; NETD, time constant, bits: unknown",
+        ..UNKNOWN
     },
     Preset {
         key: "hayabusa2_tir",
         name: "Hayabusa2 TIR",
         size: [328, 248],
         fov_deg: Some(16.7),
-        pitch: None,
         band_um: Some([8.0, 12.0]),
         // The sources state at most 0.4 K.
         netd: Some(0.4),
-        netd_f_number: None,
-        time_constant: None,
-        bits: None,
         range: Some([150.0, 460.0]),
         source: "size, field of view, band, NETD (at most 0.4 K), range: DARTS archive and Space Sci. Rev. 208:255; time constant, bits, \
                  f-number of the NETD: unknown",
+        ..UNKNOWN
     },
     Preset {
         key: "boson_640",
         name: "FLIR Boson 640",
         size: [640, 512],
-        fov_deg: None,
         pitch: Some(12e-6),
-        band_um: None,
         // The data sheet states less than 40 mK at f/1.0, and 8 to 12 ms.
         netd: Some(0.040),
         netd_f_number: Some(1.0),
         time_constant: Some(0.010),
         bits: Some(14),
-        range: None,
         source: "size, pitch, NETD (below 40 mK at f/1.0), time constant (8 to 12 ms), bits: data sheet 102-2013-40; field of view: of the lens; \
                  band, range: unknown",
+        ..UNKNOWN
     },
     Preset {
         key: "boson_640_plus",
         name: "FLIR Boson+ 640",
         size: [640, 512],
-        fov_deg: None,
         pitch: Some(12e-6),
-        band_um: None,
-        netd: None,
-        netd_f_number: None,
-        time_constant: None,
         bits: Some(14),
-        range: None,
         source: "size, pitch, bits: as FLIR Boson 640, data sheet 102-2013-40; field of view: of the lens; NETD, time constant, band, range: unknown",
+        ..UNKNOWN
     },
     Preset {
         key: "tau_2",
         name: "FLIR Tau 2 640",
         size: [640, 512],
-        fov_deg: None,
-        pitch: None,
         band_um: Some([7.5, 13.5]),
         // Less than 50 mK at f/1.0 and 300 K, which FLIR states for the Tau 320.
         netd: Some(0.050),
         netd_f_number: Some(1.0),
-        time_constant: None,
         bits: Some(14),
-        range: None,
         source: "size, bits: product specification 102-PS242-40; NETD (below 50 mK at f/1.0 near 300 K, stated for Tau 320), band: flir.com, \
                  'What is the sensitivity of Tau cameras'; field of view: of the lens; pitch, time constant, range: unknown",
+        ..UNKNOWN
     },
     Preset {
         key: "raven_ircam",
         name: "Raven IRCam",
         size: [640, 480],
-        fov_deg: None,
-        pitch: None,
         band_um: Some([8.0, 14.0]),
-        netd: None,
-        netd_f_number: None,
-        time_constant: None,
-        bits: None,
-        range: None,
         source: "size, band: NASA (STS-128 and 131); field of view, NETD, time constant, bits, range: unknown",
+        ..UNKNOWN
     },
 ];
 

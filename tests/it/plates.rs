@@ -32,7 +32,7 @@ fn plate(capacity: f64, over: Option<Below>, step: f64) -> Response {
     Response::Radiative(Radiative { capacity, over, step, hottest: 400.0 })
 }
 
-/// The load at a share of an orbit of which the last third is in shadow.
+/// The load at a share of an orbit. The last third of the orbit is in shadow.
 fn orbit(share: f64) -> StepLoad {
     let angle = std::f64::consts::TAU * share;
     let sun = DVec3::new(angle.cos(), angle.sin(), 0.3).normalize();

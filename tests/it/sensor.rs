@@ -1,17 +1,23 @@
 //! The sensor on the device against its f64 twin, its figures, its state, and its barriers.
 
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+use isotherm::gpu::context::Context;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::resource::Resource;
+use isotherm::gpu::sampling::Sampled;
 use isotherm::gpu::sensor::frame;
 use isotherm::gpu::sensor_variant::SensorVariant;
 use isotherm::gpu::variant::{Curve, StepKind, ThermalVariant};
+use isotherm::lens::Distortion;
+use isotherm::scene::Camera;
 use isotherm::simulation::device_engine::DeviceEngine;
 use isotherm::simulation::engine::{Engine, Order};
 use isotherm::simulation::pose_at;
 use isotherm::simulation::prepare::Prepared;
 use isotherm::simulation::reference_engine::ReferenceEngine;
 use isotherm::thermal::radiance::{RadianceTable, band_radiance};
-use isotherm::thermal::sensor::gain_control::GainControl;
 use isotherm::thermal::sensor::halo::Halo;
 use isotherm::thermal::sensor::reading::{Constants, radiance_slope};
 use isotherm::thermal::sensor::spread::Spread;
@@ -23,21 +29,7 @@ use super::hazard::{barrier_count, hazards, unread_by_host, without_barrier};
 
 /// A sensor with 14 bits and nothing else.
 fn plain() -> Sensor {
-    Sensor {
-        seed: 3,
-        spread: None,
-        halo: None,
-        vignetting: None,
-        optics: Optics { transmission: 1.0, lens: None, housing: None },
-        time_constant: None,
-        noise: None,
-        pattern: None,
-        bad_pixels: 0.0,
-        bits: 14,
-        range: [150.0, 400.0],
-        kelvin_per_count: None,
-        gain_control: GainControl::default(),
-    }
+    Sensor { seed: 3, ..Sensor::ideal(14, [150.0, 400.0]) }
 }
 
 fn netd(kelvin: f64) -> Option<Netd> {
@@ -73,8 +65,8 @@ fn scene(sensor: &Sensor) -> Prepared {
 
 const PIXELS: usize = 94 * 72;
 
-fn device(prepared: &Prepared) -> DeviceEngine {
-    let mut engine = DeviceEngine::new(&context(), prepared, prepared.scene.camera.as_ref()).expect("a small scene");
+fn device(context: &Arc<Context>, prepared: &Prepared) -> DeviceEngine {
+    let mut engine = DeviceEngine::new(context, prepared, prepared.scene.camera.as_ref()).expect("a small scene");
     engine.settle_at(320.0, prepared.nodes.vertex_of_node.len()).expect("a settled state");
     engine
 }
@@ -87,7 +79,12 @@ fn reference(prepared: &Prepared) -> ReferenceEngine {
 
 /// What the sensor reads at a time [s]. The craft does not change.
 fn read(prepared: &Prepared, engine: &mut dyn Engine, time: f64) -> Vec<[u16; 2]> {
-    let order = Order { pose: pose_at(prepared, 0.0), time, ..Order::default() };
+    read_from(pose_at(prepared, 0.0), engine, time)
+}
+
+/// The same from another pose.
+fn read_from(pose: Option<DAffine3>, engine: &mut dyn Engine, time: f64) -> Vec<[u16; 2]> {
+    let order = Order { pose, time, ..Order::default() };
     engine.submit(None, order).expect("an image is submitted");
     engine.deliver().expect("the device answers").pixels.expect("an image").readings.expect("a sensor")
 }
@@ -101,7 +98,7 @@ fn apart(a: &[[u16; 2]], b: &[[u16; 2]], which: usize) -> (f64, u16) {
 
 #[test]
 fn every_effect_on_the_device_is_that_of_its_twin() {
-    let whole = whole(PIXELS);
+    let (context, whole) = (context(), whole(PIXELS));
     let effects = [
         ("nothing", plain()),
         ("point spread", Sensor { spread: whole.spread.clone(), ..plain() }),
@@ -118,7 +115,7 @@ fn every_effect_on_the_device_is_that_of_its_twin() {
     let mut before: Option<Vec<[u16; 2]>> = None;
     for (name, sensor) in effects {
         let prepared = scene(&sensor);
-        let (mut device, mut reference) = (device(&prepared), reference(&prepared));
+        let (mut device, mut reference) = (device(&context, &prepared), reference(&prepared));
         for time in [0.0, 7.0, 60.0] {
             let found = read(&prepared, &mut device, time);
             let expected = read(&prepared, &mut reference, time);
@@ -158,16 +155,16 @@ fn every_effect_on_the_device_is_that_of_its_twin() {
             }
         }
     }
-    assert_silent(&context());
+    assert_silent(&context);
 }
 
 #[test]
 fn noise_has_the_stated_netd_and_follows_from_the_time_alone() {
     let sensor = Sensor { noise: netd(0.4), ..plain() };
-    let prepared = scene(&sensor);
-    let mut engine = device(&prepared);
+    let (context, prepared) = (context(), scene(&sensor));
+    let mut engine = device(&context, &prepared);
     let images: Vec<_> = (0..24).map(|image| read(&prepared, &mut engine, f64::from(image))).collect();
-    let mut again = device(&prepared);
+    let mut again = device(&context, &prepared);
     assert_eq!(read(&prepared, &mut again, 20.0), images[20], "the order of images does not matter");
     assert_eq!(read(&prepared, &mut again, 3.0), images[3]);
     assert_ne!(images[3], images[4]);
@@ -186,24 +183,48 @@ fn noise_has_the_stated_netd_and_follows_from_the_time_alone() {
     assert_eq!((constants.scale * band_radiance(&table, 400.0) + constants.offset).round(), 16_383.0);
 }
 
+/// The bolometer has seen another image before, so its state must be saved for the next one to be the same.
 #[test]
 fn a_resumed_sensor_goes_on_bit_for_bit() {
-    let prepared = scene(&whole(PIXELS));
+    let (context, prepared) = (context(), scene(&whole(PIXELS)));
+    let aside = pose_at(&prepared, 0.0).map(|pose| DAffine3::from_translation(DVec3::X) * pose);
     for engines in [
-        [&mut device(&prepared) as &mut dyn Engine, &mut device(&prepared)],
+        [&mut device(&context, &prepared) as &mut dyn Engine, &mut device(&context, &prepared)],
         [&mut reference(&prepared), &mut reference(&prepared)],
     ] {
         let [first, second] = engines;
         first.keep_few_times(100);
-        read(&prepared, first, 5.0);
+        read_from(aside, first, 5.0);
         let saved = first.save().expect("a state");
         let whole = read(&prepared, first, 9.0);
         second.keep_few_times(100);
-        let unlagged = read(&prepared, second, 9.0);
+        assert!(apart(&read(&prepared, second, 9.0), &whole, 0).0 > 0.05, "the earlier image lags behind");
         second.restore(&saved, 100).expect("its own state");
         assert_eq!(read(&prepared, second, 9.0), whole);
-        assert!(unlagged.len() == whole.len());
     }
+}
+
+/// With several samples or a distorting lens the image is computed from others, and that is the one that the sensor sees.
+#[test]
+fn the_sensor_sees_the_image_of_several_samples_and_of_a_lens() {
+    let context = context();
+    let of = |change: &dyn Fn(&mut Camera)| {
+        let mut prepared = scene(&plain());
+        change(prepared.scene.camera.as_mut().expect("a camera"));
+        let device = read(&prepared, &mut device(&context, &prepared), 0.0);
+        (device, read(&prepared, &mut reference(&prepared), 0.0))
+    };
+    let (simple, _) = of(&|_| ());
+    let pincushion = Distortion::BrownConrady([1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    // A pixel takes the texel at its centre, so some pixels at edges differ behind the lens.
+    let images =
+        [("samples", of(&|camera| camera.samples = 4)), ("lens", of(&|camera| camera.lens.distortion = pincushion))];
+    for (name, (found, expected)) in images {
+        let [share, moved] = [&expected, &simple].map(|other| apart(&found, other, 0).0);
+        println!("{name}: {share} of the pixels differ from the reference, {moved} from the simple image");
+        assert!(share < 0.01 && moved > 0.03, "{name}: {share} and {moved}");
+    }
+    assert_silent(&context);
 }
 
 #[test]
@@ -221,11 +242,16 @@ fn each_barrier_of_the_sensor_is_needed() {
     let ranges = [StepRange { variant: instant, groups: (0, 64), joint: 0 }];
     let settle = Frame::settle(&ranges);
     let drawn = Frame::step(&ranges, Wanted { image: true, cull: 100, ..Wanted::default() });
-    for variant in SensorVariant::all() {
-        let image = drawn.clone().then(frame(variant, 128, 20, Resource::RadianceImage));
+    let sampled = Some(Sampled { lens: true, mean: Some(4), shutter: None, rows: 60 });
+    let computed = Frame::step(&ranges, Wanted { image: true, cull: 100, sampled, ..Wanted::default() });
+    let images = [(drawn, Resource::RadianceImage), (computed, Resource::ImageRadiance)];
+    for (variant, (drawn, shown)) in
+        SensorVariant::all().into_iter().flat_map(|one| images.each_ref().map(|of| (one, of)))
+    {
+        let image = drawn.clone().then(frame(variant, 128, 20, *shown));
         assert_eq!(hazards([&settle, &image, &image]), []);
         assert_eq!(unread_by_host([&image]), []);
-        for n in barrier_count(&drawn)..barrier_count(&image) {
+        for n in barrier_count(drawn)..barrier_count(&image) {
             let broken = without_barrier(&image, n);
             let missed = !hazards([&settle, &broken, &broken]).is_empty() || !unread_by_host([&broken]).is_empty();
             assert!(missed, "without barrier {n} of\n{image}");

@@ -114,6 +114,25 @@ pub struct Exposure {
 }
 
 impl Sensor {
+    /// A sensor without any effect but its digits, of this many bits from one brightness temperature to another [K].
+    pub fn ideal(bits: u32, range: [f64; 2]) -> Self {
+        Self {
+            seed: 0,
+            spread: None,
+            halo: None,
+            vignetting: None,
+            optics: Optics { transmission: 1.0, lens: None, housing: None },
+            time_constant: None,
+            noise: None,
+            pattern: None,
+            bad_pixels: 0.0,
+            bits,
+            range,
+            kelvin_per_count: None,
+            gain_control: GainControl::default(),
+        }
+    }
+
     /// The exposure at a time [s] after one at `last`. Without an earlier one the bolometer has settled.
     pub fn exposure(&self, time: f64, last: Option<f64>) -> Exposure {
         let shutter =
@@ -142,21 +161,7 @@ pub(crate) mod tests {
 
     /// A sensor with nothing but 14 bits from 200 to 400 K.
     pub(crate) fn plain() -> Sensor {
-        Sensor {
-            seed: 7,
-            spread: None,
-            halo: None,
-            vignetting: None,
-            optics: Optics { transmission: 1.0, lens: None, housing: None },
-            time_constant: None,
-            noise: None,
-            pattern: None,
-            bad_pixels: 0.0,
-            bits: 14,
-            range: [200.0, 400.0],
-            kelvin_per_count: None,
-            gain_control: GainControl::default(),
-        }
+        Sensor { seed: 7, ..Sensor::ideal(14, [200.0, 400.0]) }
     }
 
     #[test]

@@ -1,0 +1,104 @@
+//! What a run into a folder is asked for, what it gives, and what ends it.
+
+use std::time::Duration;
+
+use super::OutputError;
+use super::report::{FrameEntry, Picture, PlotEntry};
+use crate::saved::Saved;
+use crate::simulation::check::Accuracy;
+use crate::simulation::energy::EnergyBalance;
+use crate::simulation::engine::EngineError;
+use crate::simulation::network::StepCost;
+use crate::simulation::periodic::Periodic;
+
+/// An error that ends a run early.
+#[derive(Debug, thiserror::Error)]
+pub enum JobError {
+    /// The engine.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    /// The output folder.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The thread that writes files has ended. Its own error says why.
+    #[error("the files could not be written")]
+    Writer,
+    /// A temperature is not finite.
+    #[error(
+        "step {step}: the temperature of node {node} (part {part}, material {material}) is not finite; please report the scene"
+    )]
+    NotFinite {
+        /// The first step where this happens.
+        step: u32,
+        /// The first such node.
+        node: u32,
+        /// Part of the first such node.
+        part: String,
+        /// Material of that node.
+        material: String,
+    },
+}
+
+/// A unit of progress.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Done {
+    /// A warm-up step.
+    WarmUp,
+    /// A step.
+    Step,
+    /// A finished picture.
+    Picture,
+}
+
+/// The results of a run.
+pub struct Outcome {
+    /// Whether all steps were done.
+    pub complete: bool,
+    /// Drawn frames.
+    pub frames: Vec<FrameEntry>,
+    /// Pictures for the report.
+    pub pictures: Vec<Picture>,
+    /// Plots for the report.
+    pub plots: Vec<PlotEntry>,
+    /// Error of the device against the f64 reference, if requested.
+    pub accuracy: Option<Accuracy>,
+    /// The energy balance, if the scene keeps it.
+    pub energy: Option<EnergyBalance>,
+    /// Estimated error of the temperatures between steps [K], where images lie there.
+    pub between: Option<f64>,
+    /// The thermal state that was asked for, where its step was reached.
+    pub state: Option<Saved>,
+    /// Convergence of a periodic warm-up, if requested.
+    pub periodic: Option<Periodic>,
+    /// Cost of the network in every step after the warm-up.
+    pub network_costs: Vec<StepCost>,
+    /// Wall time of the steps without start-up and pictures [s].
+    pub stepping_s: f64,
+    /// Wall time of the earlier parts of the run [s].
+    pub wall_before_s: f64,
+}
+
+/// How a run is done.
+pub struct Job<'a> {
+    /// Number of nodes that the f64 reference also steps.
+    pub check: Option<usize>,
+    /// How often the state is saved.
+    pub save_every: SaveEvery,
+    /// What a saved state says of the run, for the command that resumes it.
+    pub identity: &'a Saved,
+    /// The state of an earlier part of the run.
+    pub earlier: Option<&'a Saved>,
+    /// The thermal state at time 0, instead of a warm-up.
+    pub begin: Option<&'a Saved>,
+    /// The step after which the thermal state is taken.
+    pub take_after: Option<u32>,
+}
+
+/// How often the state of a run is saved. It is saved after the warm-up, after the last step and when the run is stopped in any case.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SaveEvery {
+    /// After so much wall-clock time. Never where it is 0.
+    Time(Duration),
+    /// After so many steps.
+    Steps(u32),
+}

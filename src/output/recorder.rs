@@ -1,0 +1,139 @@
+//! Takes the results of the steps of a run to its tables and its writer, and saves the state between steps.
+
+use std::sync::Mutex;
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::between::Between;
+use super::folder::Folder;
+use super::frame_maker::FrameMaker;
+use super::frame_writer::{Work, lock};
+use super::job_state::put_frames;
+use super::job_terms::{Done, Job, JobError, SaveEvery};
+use super::run_pictures::WrittenFrame;
+use super::state_file;
+use super::tables::Tables;
+use crate::gpu::nodes::GROUP;
+use crate::saved::Saved;
+use crate::simulation::check::Check;
+use crate::simulation::energy::Account;
+use crate::simulation::engine::Engine;
+use crate::simulation::periodic::Periodic;
+use crate::simulation::prepare::Prepared;
+use crate::simulation::state::{capture, put_periodic};
+use crate::simulation::thermal_state::take;
+use crate::simulation::{Consumer, StepResult};
+use crate::trace::{Trace, Track};
+
+/// Takes the results of the steps to the files, and saves the state.
+pub(super) struct Recorder<'a, 'b> {
+    pub prepared: &'a Prepared,
+    pub job: &'a Job<'a>,
+    pub folder: &'a Folder,
+    pub trace: &'a Trace,
+    pub maker: Option<&'a FrameMaker<'a>>,
+    pub tables: &'a mut Tables<'b>,
+    pub account: Option<&'a mut Account>,
+    /// The last step that was taken.
+    pub steps: u32,
+    pub frames: SyncSender<Work>,
+    pub written: &'a Mutex<Vec<WrittenFrame>>,
+    pub periodic: Option<Periodic>,
+    pub between: Between,
+    pub state: Option<Saved>,
+    pub saves: bool,
+    pub saved: Instant,
+    pub began: Instant,
+    pub stepping_began: Instant,
+    pub before: [f64; 2],
+    pub progress: &'a (dyn Fn(Done) + Sync),
+}
+
+impl Consumer<JobError> for Recorder<'_, '_> {
+    fn take(&mut self, mut result: StepResult) -> Result<(), JobError> {
+        let _consumes = self.trace.span(Track::Host, "series and frame");
+        if let Some(temperatures) = result.delivered.temperatures.take() {
+            check_finite(self.prepared, result.step, &temperatures)?;
+            self.tables.add(self.prepared, result.time, &temperatures)?;
+            if let Some(account) = &mut self.account {
+                account.take(&temperatures, result.delivered.absorbed.as_deref());
+            }
+            if self.prepared.scene.time.draw.is_between_steps() {
+                self.between.take(self.prepared, result.step, temperatures);
+            }
+        }
+        self.steps = result.step;
+        let is_step = result.image.is_none();
+        let readings = result.delivered.pixels.as_mut().and_then(|pixels| pixels.readings.take());
+        let frame = self.maker.map(|maker| maker.frame(result)).transpose()?.flatten();
+        if let Some((frame, header)) = frame {
+            self.frames.send(Work::Frame(Box::new((frame, header, readings)))).map_err(|_| JobError::Writer)?;
+        }
+        if is_step {
+            (self.progress)(Done::Step);
+        }
+        Ok(())
+    }
+
+    fn wants_state(&self, next: u32) -> bool {
+        if self.job.take_after.is_some_and(|step| step + 1 == next) {
+            return true;
+        }
+        match self.job.save_every {
+            SaveEvery::Time(time) => !time.is_zero() && self.saved.elapsed() >= time,
+            SaveEvery::Steps(steps) => next.is_multiple_of(steps.max(1)),
+        }
+    }
+
+    fn save(&mut self, next: u32, engine: &mut dyn Engine, check: Option<&mut Check>) -> Result<(), JobError> {
+        if !self.saves {
+            return Ok(());
+        }
+        let _saves = self.trace.span(Track::Host, "save the state");
+        let mut check = check;
+        if let Some(step) = self.job.take_after.filter(|step| step + 1 == next) {
+            let time = f64::from(step) * self.prepared.scene.time.step;
+            self.state = Some(take(self.prepared, engine, check.as_deref_mut(), time)?);
+        }
+        let mut of_loop = capture(next, engine, check)?;
+        put_periodic(&mut of_loop, self.periodic);
+        let mut saved = self.job.identity.clone();
+        saved.put_all("loop", of_loop);
+        if let Some(account) = &self.account {
+            saved.put_all("energy", account.save());
+        }
+        saved.put("tables", &self.tables.sync()?);
+        // The state names the frames before it, so they are written first.
+        let (tell, told) = sync_channel(1);
+        self.frames.send(Work::Tell(tell)).map_err(|_| JobError::Writer)?;
+        told.recv().map_err(|_| JobError::Writer)?;
+        put_frames(&mut saved, &lock(self.written));
+        self.between.save(&mut saved);
+        let [wall, stepping] = self.before;
+        let wall = wall + self.began.elapsed().as_secs_f64();
+        saved.put("seconds", &[wall, stepping + self.stepping_began.elapsed().as_secs_f64()]);
+        state_file::write(&self.folder.state(), &saved)?;
+        self.saved = Instant::now();
+        Ok(())
+    }
+}
+
+/// Refuses temperatures that are not finite. The error names the first such node.
+pub(crate) fn check_finite(prepared: &Prepared, step: u32, temperatures: &[f32]) -> Result<(), JobError> {
+    let nodes = &prepared.nodes;
+    let broken = nodes.node_of_vertex.par_iter().find_first(|node| !temperatures[**node as usize].is_finite());
+    match broken {
+        None => Ok(()),
+        Some(node) => {
+            let group = *node as usize / GROUP;
+            Err(JobError::NotFinite {
+                step,
+                node: *node,
+                part: prepared.parts[nodes.group_part[group] as usize].clone(),
+                material: prepared.materials[nodes.group_material[group] as usize].name.clone(),
+            })
+        }
+    }
+}
