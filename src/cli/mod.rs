@@ -8,9 +8,11 @@ use error::CliError;
 
 use crate::output::OutputError;
 use crate::output::console::{finish, say};
+use crate::simulation::prepare_error::PrepareError;
 
 mod arguments;
 mod bench;
+mod check;
 mod compare;
 mod device;
 mod digits;
@@ -54,6 +56,7 @@ enum Command {
     Run(run::Arguments),
     Render(render::Arguments),
     Compare(compare::Arguments),
+    Check(check::Arguments),
     Info(info::Arguments),
     Radiance(radiance::Arguments),
     Response(response::Arguments),
@@ -74,6 +77,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Radiance(arguments) => radiance::run(&arguments),
         Command::Response(arguments) => response::run(&arguments),
@@ -94,7 +98,12 @@ fn exit(result: Result<(), CliError>) -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(error) => {
-            say!("error: {error}");
+            match &error {
+                CliError::Prepare(PrepareError::Scene(scene)) => {
+                    scene.each().iter().for_each(|one| say!("error: {one}"));
+                }
+                _ => say!("error: {error}"),
+            }
             ExitCode::from(error.exit_code())
         }
     }

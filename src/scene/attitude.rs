@@ -42,7 +42,7 @@ pub(super) fn read(
     let own = MODES.iter().find(|(known, ..)| *known == name).map_or(&[][..], |(.., keys)| *keys);
     for (other, _, keys) in MODES.iter().filter(|(other, ..)| *other != name) {
         if let Some(key) = keys.iter().find(|key| section.has(key) && !own.contains(key)) {
-            return Err(section.error(key, format!("belongs to mode = '{other}', and mode is '{name}'")));
+            return Err(section.clash(key, &["mode"], format!("belongs to mode = '{other}', and mode is '{name}'")));
         }
     }
     match mode {
@@ -89,7 +89,8 @@ pub(super) fn read(
                 time_system: section.string("time_system")?.map(str::to_owned),
                 start,
             };
-            read_attitude(&path, &text, &options, assumptions).map(Attitude::History)
+            let others = ["object", "frame", "time_system", "time.start", "orbit.*"];
+            section.blame("file", &others, read_attitude(&path, &text, &options, assumptions)).map(Attitude::History)
         }
     }
 }
@@ -100,7 +101,7 @@ fn check_not_parallel(section: &Section, first: (&str, DVec3), second: (&str, DV
         let key = if section.has(second.0) { second.0 } else { first.0 };
         let message =
             format!("{} are parallel and give no attitude", list([first.0, second.0]).replace("', '", "' and '"));
-        return Err(section.error(key, message));
+        return Err(section.clash(key, &[first.0, second.0], message));
     }
     Ok(())
 }

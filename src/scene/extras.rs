@@ -94,6 +94,14 @@ impl ValueSource for Extras<'_> {
         Ok(present.then_some(Self { group, ..*self }))
     }
 
+    fn clash(&self, key: &str, _others: &[&str], message: String) -> SceneError {
+        self.error(key, message)
+    }
+
+    fn missing(&self, key: &str, what: &str) -> SceneError {
+        self.error(key, format!("is missing: {what}"))
+    }
+
     fn error(&self, key: &str, message: String) -> SceneError {
         SceneError::Extras {
             model: self.model.to_path_buf(),

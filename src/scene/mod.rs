@@ -22,6 +22,7 @@ mod ephemeris;
 mod epoch;
 mod error;
 mod extras;
+mod faults;
 mod file;
 mod joint;
 mod keys;

@@ -27,6 +27,9 @@ pub(super) fn axis(section: &Section, key: &str) -> Result<Option<DVec3>, SceneE
     if !section.has(key) {
         return Ok(None);
     }
+    if section.stands_in(key) {
+        return Ok(Some(AXES[key.len() % AXES.len()].1));
+    }
     if section.is_array(key) {
         return direction(section, key);
     }
@@ -66,6 +69,9 @@ pub(super) fn quaternion(
     key: &str,
     assumptions: &mut Vec<String>,
 ) -> Result<Option<DQuat>, SceneError> {
+    if section.stands_in(key) {
+        return Ok(Some(DQuat::IDENTITY));
+    }
     let Some([w, x, y, z]) = section.numbers::<4>(key, Quantity::any(""))? else {
         return Ok(None);
     };

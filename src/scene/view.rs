@@ -85,7 +85,7 @@ pub(super) fn channels(section: Option<&Section>, reflects: bool) -> Result<bool
     }
     if !reflects {
         let message = "tells what is emitted from what is reflected, and nothing is: state radiance.reflections";
-        return Err(section.error("channels", message));
+        return Err(section.clash("channels", &["radiance.reflections"], message));
     }
     Ok(true)
 }

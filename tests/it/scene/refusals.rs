@@ -6,25 +6,96 @@ use isotherm::scene::Scene;
 
 use super::{Folder, SHORT, TABLE};
 
+/// A case of `refusals.txt`: lines that are taken out, lines that take their place, and the starts of all messages.
+struct Case {
+    text: &'static str,
+    out: String,
+    put: String,
+    expected: Vec<&'static str>,
+}
+
+impl Case {
+    fn all() -> Vec<Self> {
+        let cases = include_str!("refusals.txt").split("\n\n").filter(|case| !case.starts_with('#'));
+        let read = |text: &'static str| {
+            let lines = |mark: &'static str| text.lines().filter_map(move |line| line.strip_prefix(mark));
+            let joined = |mark| -> String { lines(mark).map(|line| format!("{line}\n")).collect() };
+            Self { text, out: joined("- "), put: joined("+ "), expected: lines("> ").collect() }
+        };
+        cases.map(read).collect()
+    }
+
+    /// The scene with the case in it, or nothing where it has no place.
+    fn spoil(&self, scene: &str) -> Option<String> {
+        match self.out.is_empty() {
+            true => Some(format!("{scene}{}", self.put)),
+            false => scene.contains(&self.out).then(|| scene.replacen(&self.out, &self.put, 1)),
+        }
+    }
+}
+
+/// All messages about a scene, each without the folder's own path.
+fn messages(folder: &Folder, scene: &str) -> Vec<String> {
+    let error = folder.parse(scene).expect_err("this scene must be refused");
+    let own = format!("{}/", folder.0.path().display());
+    error.each().iter().map(|one| one.to_string().replace(&own, "")).collect()
+}
+
 #[test]
 fn what_is_wrong_is_refused_with_line_key_and_reason() {
     let folder = Folder::new();
     assert!(folder.parse(SHORT).is_ok(), "the scene that the cases spoil is itself right");
-    let cases = include_str!("refusals.txt");
-    let mut count = 0;
-    for case in cases.split("\n\n").filter(|case| !case.starts_with('#')) {
-        let lines = |mark: &str| -> String {
-            let marked = case.lines().filter_map(|line| line.strip_prefix(mark));
-            marked.map(|line| format!("{line}\n")).collect()
-        };
-        let (out, put, expected) = (lines("- "), lines("+ "), lines("> "));
-        assert!(SHORT.contains(&out) && !expected.is_empty(), "no case of the short scene:\n{case}");
-        let spoilt = if out.is_empty() { format!("{SHORT}{put}") } else { SHORT.replacen(&out, &put, 1) };
-        let message = folder.refusal(&spoilt);
-        assert!(message.starts_with(expected.trim_end()), "{case}\nfound\n> {message}");
-        count += 1;
+    let cases = Case::all();
+    for case in &cases {
+        let spoilt = case.spoil(SHORT).unwrap_or_else(|| panic!("no case of the short scene:\n{}", case.text));
+        let found = messages(&folder, &spoilt);
+        let right = found.iter().zip(&case.expected).all(|(message, expected)| message.starts_with(expected));
+        assert!(right && found.len() == case.expected.len(), "{}\nfound\n> {}", case.text, found.join("\n> "));
     }
-    assert!(count >= 108, "only {count} cases were read");
+    assert!(cases.len() >= 180, "only {} cases were read", cases.len());
+}
+
+/// Two faults in one scene: both are told, or one that the other may have caused is left out. Nothing else is told.
+#[test]
+fn two_faults_are_told_together_and_cause_no_third() {
+    let folder = Folder::new();
+    let cases = Case::all();
+    let unlined = |message: &str| -> String {
+        message.splitn(3, ':').enumerate().filter(|(place, _)| *place != 1).map(|(_, part)| part).collect()
+    };
+    let alone: Vec<Vec<String>> =
+        cases.iter().map(|case| messages(&folder, &case.spoil(SHORT).unwrap_or_default())).collect();
+    let (mut pairs, mut both, mut others) = (0, 0, 0);
+    for (first, one) in cases.iter().enumerate() {
+        // Every seventh partner keeps the test short.
+        for (second, other) in cases.iter().enumerate().skip(first + 1).step_by(7) {
+            let Some(spoilt) = one.spoil(SHORT).and_then(|spoilt| other.spoil(&spoilt)) else { continue };
+            let syntax =
+                |number: usize| alone[number].iter().any(|message: &String| message.contains("not valid TOML"));
+            // One fault may mend the other.
+            if folder.parse(&spoilt).is_ok() {
+                continue;
+            }
+            let found = messages(&folder, &spoilt);
+            // What makes the file no TOML, such as a key that is stated twice, hides all else.
+            if syntax(first) || syntax(second) || found.iter().any(|message| message.contains("not valid TOML")) {
+                continue;
+            }
+            let known: Vec<String> =
+                alone[first].iter().chain(&alone[second]).map(|message| unlined(message)).collect();
+            let strange: Vec<&String> = found.iter().filter(|message| !known.contains(&unlined(message))).collect();
+            if !strange.is_empty() {
+                others += 1;
+                println!("{}\n{}\n! {strange:#?}\n", one.text, other.text);
+            }
+            pairs += 1;
+            both += usize::from(found.len() >= 2);
+        }
+    }
+    println!("{both} of {pairs}, {others} with another message");
+    // The edits of a pair may themselves clash, as two modes of an attitude do.
+    assert!(others * 50 < pairs, "{others} of {pairs} pairs have another message");
+    assert!(both * 10 > pairs * 8, "{both} of {pairs} pairs are told together");
 }
 
 #[test]
