@@ -6,7 +6,7 @@ use super::arguments::folder;
 use super::error::CliError;
 use super::progress::{building_bar, show_stage};
 use super::reach::ReachArguments;
-use crate::guard::finding::Effort;
+use crate::guard::finding::{Effort, short};
 use crate::guard::identity::{Identity, of_first_image, of_whole_craft};
 use crate::guard::materials::AT;
 use crate::guard::{Checked, check};
@@ -44,7 +44,7 @@ pub struct Arguments {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Exit with code 2 where there are warnings
+    /// Exit with code 2 where a warning holds
     #[arg(long)]
     strict: bool,
     #[command(flatten)]
@@ -66,8 +66,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         }
         folder.finish()?;
     }
-    let warnings: Vec<String> =
-        checked.findings.iter().map(ToString::to_string).chain(prepared.warnings.iter().cloned()).collect();
     if arguments.json {
         let value = serde_json::json!({
             "scene": prepared.scene.name,
@@ -80,24 +78,25 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         answer!("{}", plain_json(&format!("{value:#}")));
     } else {
         answer!("{}", text(&prepared, &checked).trim_end());
-        for warning in &warnings {
-            answer!("warning: {warning}");
-        }
-        if warnings.is_empty() {
-            answer!("nothing found");
+        checked.findings.iter().for_each(|finding| answer!("warning: {finding}"));
+        prepared.warnings.iter().for_each(|remark| answer!("remark: {remark}"));
+        if checked.findings.is_empty() {
+            answer!("nothing is probably wrong");
         }
     }
-    if arguments.strict && !warnings.is_empty() {
-        return Err(CliError::Usage(format!("{} warnings, and --strict takes none", warnings.len())));
+    match checked.findings.len() {
+        count if arguments.strict && count > 0 => {
+            Err(CliError::Usage(format!("{count} of the warnings hold, and --strict takes none")))
+        }
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 /// Size of the craft, its place in the images, and the table of materials.
 fn text(prepared: &Prepared, checked: &Checked) -> String {
-    let [x, y, z] = checked.size_m();
+    let [x, y, z] = checked.size_m().map(short);
     let mut text = format!(
-        "{}: {x:.4} x {y:.4} x {z:.4} m, {} parts, {} nodes, {} triangles\n",
+        "{}: {x} x {y} x {z} m, {} parts, {} nodes, {} triangles\n",
         prepared.scene.name,
         prepared.parts.len(),
         prepared.nodes.count,
@@ -112,10 +111,10 @@ fn text(prepared: &Prepared, checked: &Checked) -> String {
                 None => "beside or behind the camera in part".to_owned(),
             };
             text.push_str(&format!(
-                "its box in the first image, at {} s from {:.4} m away: {extent}, in an image of {} x {}\nin view in {} of {} images that were looked at, \
+                "its box in the first image, at {} s from {} m away: {extent}, in an image of {} x {}\nin view in {} of {} images that were looked at, \
                  of {}\n",
                 sight.first_s,
-                sight.first_distance_m,
+                short(sight.first_distance_m),
                 size[0],
                 size[1],
                 sight.looked_at - sight.out_of_view,
@@ -168,8 +167,8 @@ fn pictures(prepared: &Prepared, checked: &Checked) -> Result<Vec<(&'static str,
     if let Some((time, identity)) = of_first_image(prepared) {
         pictures.push((IMAGE, picture(&identity, &format!("the first image, at {time} s"))?));
     }
-    let [x, y, z] = checked.size_m();
-    let details = format!("the whole craft from +X, -Y, +Z; {x:.4} x {y:.4} x {z:.4} m");
+    let [x, y, z] = checked.size_m().map(short);
+    let details = format!("the whole craft from +X, -Y, +Z; {x} x {y} x {z} m");
     pictures.push((WHOLE, picture(&of_whole_craft(prepared), &details)?));
     Ok(pictures)
 }

@@ -177,7 +177,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
     let prepares = trace.span(Track::Host, "load and build the scene");
     let mut prepared = prepare_with_progress(&scene, reach)?;
     drop(prepares);
+    let guards = trace.span(Track::Host, "look for what is probably wrong");
     guard(&mut prepared, Effort::BRIEF);
+    drop(guards);
     let fresh = if earlier.is_none() { Some(Folder::new(&root, &FILES)) } else { None };
     if let Some(folder) = &fresh {
         folder.keep_inputs(&prepared.scene.files)?;

@@ -51,3 +51,35 @@ pub(super) fn named(kind: &str, names: &[&str]) -> String {
         (_, more) => format!("{kind}s {} and {more} more", shown.join(", ")),
     }
 }
+
+/// A number with four significant digits, or as many as it has before its point.
+pub fn short(value: f64) -> String {
+    if !value.is_finite() || value == 0.0 {
+        return value.to_string();
+    }
+    let before = value.abs().log10().floor();
+    if !(-4.0..9.0).contains(&before) {
+        return format!("{value:.3e}");
+    }
+    let digits = (3.0 - before).max(0.0) as usize;
+    let text = format!("{value:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{named, short};
+
+    #[test]
+    fn numbers_keep_four_digits() {
+        let texts = [107_899.91, 74.6001, 0.19604, 2.0, 1e-7, 0.0].map(short);
+        assert_eq!(texts, ["107900", "74.6", "0.196", "2", "1.000e-7", "0"]);
+    }
+
+    #[test]
+    fn long_lists_of_names_are_cut() {
+        assert_eq!(named("part", &["a"]), "part 'a'");
+        assert_eq!(named("part", &["a", "b"]), "parts 'a', 'b'");
+        assert_eq!(named("part", &["a", "b", "c", "d", "e"]), "parts 'a', 'b', 'c', 'd' and 1 more");
+    }
+}

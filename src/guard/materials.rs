@@ -1,12 +1,14 @@
 //! The values of materials: thickness, density, balance temperature, and the time constant beside the step.
 
-use super::finding::{Finding, named};
-use super::shapes::{Shape, parts};
+use std::collections::BTreeMap;
+
+use super::finding::{Finding, named, short};
+use super::shapes::Shape;
 use crate::gpu::nodes::GROUP;
 use crate::simulation::prepare::Prepared;
 use crate::thermal::STEFAN_BOLTZMANN;
 use crate::thermal::balance::{balance_temperature, emissivity_sum};
-use crate::thermal::material::{Material, Response, Sides};
+use crate::thermal::material::{Material, Response, Sides, Structure};
 
 /// Temperature at which time constants are stated [K].
 pub const AT: f64 = 300.0;
@@ -91,76 +93,124 @@ pub(super) fn facts(prepared: &Prepared) -> Vec<MaterialFacts> {
     prepared.materials.iter().zip(areas).map(fact).collect()
 }
 
+/// Materials with the same fault, and the smallest and largest number that it is about.
+#[derive(Debug, Default)]
+struct Same<'a> {
+    names: Vec<&'a str>,
+    least: f64,
+    most: f64,
+}
+
+impl<'a> Same<'a> {
+    fn add(&mut self, name: &'a str, number: f64) {
+        (self.least, self.most) = match self.names.is_empty() {
+            true => (number, number),
+            false => (self.least.min(number), self.most.max(number)),
+        };
+        self.names.push(name);
+    }
+
+    /// The numbers, as one or as a range.
+    fn numbers(&self) -> String {
+        if self.least == self.most {
+            short(self.least)
+        } else {
+            format!("{} to {}", short(self.least), short(self.most))
+        }
+    }
+
+    /// What is found, if anything.
+    fn finding(self, check: &'static str, message: &str, remedy: &str) -> Option<Finding> {
+        let about = named("material", &self.names);
+        let message = message.replace("{}", &self.numbers());
+        (!self.names.is_empty()).then(|| Finding { check, about, message, remedy: remedy.to_owned() })
+    }
+}
+
+/// The values of a key of a material that stores heat, and of the structure below it.
+fn of_layers(
+    material: &Material,
+    own: fn(&Material) -> Option<f64>,
+    below: fn(&Structure) -> f64,
+) -> [(&'static str, Option<f64>); 2] {
+    let stores = matches!(material.response, Response::Network | Response::Radiative(_));
+    let over = material.bulk.over.as_ref().filter(|_| stores);
+    [("", own(material).filter(|_| stores)), ("over.", over.map(below))]
+}
+
 /// Checks the values of the materials.
 pub(super) fn check(prepared: &Prepared, shapes: &[Shape], facts: &[MaterialFacts]) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    for (number, (material, fact)) in prepared.materials.iter().zip(facts).enumerate() {
-        if fact.area_m2 == 0.0 {
-            continue;
-        }
-        let about = named("material", &[&material.name]);
-        let mut find = |check, message: String, remedy: &str| {
-            findings.push(Finding { check, about: about.clone(), message, remedy: remedy.to_owned() });
-        };
-        let stores = matches!(material.response, Response::Network | Response::Radiative(_));
-        let over = material.bulk.over.as_ref().filter(|_| stores);
-        let thicknesses = [("thickness", material.bulk.thickness), ("over.thickness", over.map(|over| over.thickness))];
-        for (key, thickness) in
-            thicknesses.into_iter().filter_map(|(key, value)| Some((key, value.filter(|_| stores)?)))
-        {
-            let thick = |shape: &&Shape| {
-                let area = shape.materials.get(&(number as u32)).copied().unwrap_or(0.0);
-                area > 0.0 && thickness > THICK * shape.extent().min(shape.area.sqrt())
-            };
-            let on: Vec<&Shape> = shapes.iter().filter(thick).collect();
-            if let Some(smallest) = on.iter().map(|shape| shape.extent()).min_by(f64::total_cmp) {
-                find(
-                    "thickness",
-                    format!(
-                        "{key} = {thickness} m is over a tenth of {}, which measures {smallest:.3} m",
-                        named("part", &parts(prepared, &on))
-                    ),
-                    "thickness is that of the sheet or wall in metres: state 0.002 for 2 mm",
-                );
-            }
-        }
-        let needed = material.bulk.heat_capacity_per_area.is_none();
-        let densities =
-            [("density", material.bulk.density.filter(|_| needed)), ("over.density", over.map(|over| over.density))];
-        for (key, density) in densities.into_iter().filter_map(|(key, value)| Some((key, value.filter(|_| stores)?))) {
-            if density > 0.0 && density < LIGHT {
-                find(
-                    "density",
-                    format!("{key} = {density} kg/m3 is lighter than foam"),
-                    "density is in kg/m3: multiply a value in g/cm3 by 1000",
-                );
-            }
+    let mut findings = thicknesses(prepared, shapes);
+    let used = || prepared.materials.iter().zip(facts).filter(|(_, fact)| fact.area_m2 > 0.0);
+    let mut light = [Same::default(), Same::default()];
+    let [mut hot, mut quick] = [Same::default(), Same::default()];
+    for (material, fact) in used() {
+        let own =
+            |material: &Material| material.bulk.density.filter(|_| material.bulk.heat_capacity_per_area.is_none());
+        let densities = of_layers(material, own, |over| over.density).map(|(_, density)| density);
+        let is_light = |density: &f64| *density > 0.0 && *density < LIGHT;
+        for (same, density) in light.iter_mut().zip(densities) {
+            density.filter(is_light).into_iter().for_each(|density| same.add(&material.name, density));
         }
         if fact.hottest_k > HOT {
-            find(
-                "balance",
-                format!(
-                    "its balance temperature in full sunlight is {:.0} K (absorptivity {}, emissivity {})",
-                    fact.hottest_k,
-                    material.front.absorptivity,
-                    emissivity_sum(material)
-                ),
-                "check absorptivity and emissivity; a second face (sides = \"both\") or a structure below (over) would cool it",
-            );
+            hot.add(&material.name, fact.hottest_k);
         }
+        // A density in the wrong unit explains a short time constant.
+        let explained = densities.iter().flatten().any(is_light);
         if let Some((seconds, steps)) = fact.time_constant_s.zip(fact.time_constant_steps)
             && seconds > 0.0
             && steps < 1.0
+            && !explained
         {
-            find(
-                "step",
-                format!(
-                    "its time constant of {seconds:.3} s is shorter than time.step = {} s",
-                    prepared.scene.time.step
-                ),
-                "state a shorter time.step, or response = \"instant\" for it; if the value surprises, check thickness and density",
-            );
+            quick.add(&material.name, seconds);
         }
     }
+    let unit = "density is in kg/m3: multiply a value in g/cm3 by 1000";
+    let [own, below] = light;
+    findings.extend(own.finding("density", "density = {} kg/m3 is less than that of foam", unit));
+    findings.extend(below.finding("density", "over.density = {} kg/m3 is less than that of foam", unit));
+    findings.extend(hot.finding(
+        "balance",
+        "the balance temperature in full sunlight is {} K",
+        "check absorptivity and emissivity; a second face (sides = \"both\") or a structure below (over) would cool it",
+    ));
+    let step = prepared.scene.time.step;
+    findings.extend(quick.finding(
+        "step",
+        &format!("the time constant of {{}} s is shorter than time.step = {step} s"),
+        "state a shorter time.step, or response = \"instant\"; if the value surprises, check thickness, density and specific_heat",
+    ));
     findings
+}
+
+/// Finds shells that are thick beside their parts. Materials with the same thickness are told together.
+fn thicknesses(prepared: &Prepared, shapes: &[Shape]) -> Vec<Finding> {
+    let mut thick: BTreeMap<(&str, u64), (Vec<&str>, &Shape)> = BTreeMap::new();
+    for (number, material) in (0u32..).zip(&prepared.materials) {
+        let layers = of_layers(material, |material| material.bulk.thickness, |over| over.thickness);
+        for (layer, thickness) in layers.into_iter().filter_map(|(layer, thickness)| Some((layer, thickness?))) {
+            let is_thick = |shape: &&Shape| {
+                shape.materials.contains_key(&number) && thickness > THICK * shape.extent().min(shape.area.sqrt())
+            };
+            let smallest = shapes.iter().filter(is_thick).min_by(|a, b| a.extent().total_cmp(&b.extent()));
+            let Some(smallest) = smallest else { continue };
+            let (names, shape) = thick.entry((layer, thickness.to_bits())).or_insert((Vec::new(), smallest));
+            names.push(&material.name);
+            if smallest.extent() < shape.extent() {
+                *shape = smallest;
+            }
+        }
+    }
+    let finding = |((layer, bits), (names, shape)): ((&str, u64), (Vec<&str>, &Shape))| Finding {
+        check: "thickness",
+        about: named("material", &names),
+        message: format!(
+            "{layer}thickness = {} m is over a tenth of the part '{}', which measures {} m",
+            f64::from_bits(bits),
+            prepared.parts[shape.part as usize],
+            short(shape.extent())
+        ),
+        remedy: "thickness is that of the sheet or wall in metres: state 0.002 for 2 mm".to_owned(),
+    };
+    thick.into_iter().map(finding).collect()
 }

@@ -1,6 +1,6 @@
 //! Meshes whose nodes lie too far apart to show shadows, or to conduct heat along a part.
 
-use super::finding::{Finding, named};
+use super::finding::{Finding, named, short};
 use super::materials::MaterialFacts;
 use super::shapes::{Shape, parts};
 use crate::simulation::prepare::Prepared;
@@ -20,10 +20,11 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], facts: &[MaterialFact
             check: "mesh",
             about: named("part", &parts(prepared, &coarse)),
             message: format!(
-                "edges of {:.3} m are too coarse for shadows: only corners know whether they are lit, and the craft measures {extent:.3} m",
-                longest(&coarse)
+                "edges of {} m are too coarse for shadows: only corners know whether they are lit, and the craft measures {} m",
+                short(longest(&coarse)),
+                short(extent)
             ),
-            remedy: format!("state model.max_edge = {:.1e}, or a [[part]] with a max_edge", extent / 20.0),
+            remedy: format!("state model.max_edge = {}, or a [[part]] with a max_edge", short(extent / 20.0)),
         });
     }
     let lengths: Vec<Option<f64>> = facts.iter().map(|fact| fact.conduction_length_m).collect();
@@ -31,11 +32,11 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], facts: &[MaterialFact
         let lengths = shape.materials.keys().filter_map(|material| lengths[*material as usize]);
         lengths.filter(|length| *length > 0.0).reduce(f64::max)
     };
-    // Who states edges shorter than the part has chosen them. Where the file's own triangles are used, nobody has.
+    // Who states edges shorter than the craft has chosen them. Where the file's own triangles are used, nobody has.
     let density = &prepared.scene.density;
     let chosen = |shape: &Shape| {
         let edges = density.parts.iter().find(|rule| rule.matches(&prepared.parts[shape.part as usize]));
-        edges.map_or(density.model.max, |rule| rule.edges.max).is_some_and(|edge| edge < shape.extent())
+        edges.map_or(density.model.max, |rule| rule.edges.max).is_some_and(|edge| edge < extent)
     };
     let coarse: Vec<&Shape> = shapes
         .iter()
@@ -47,10 +48,14 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], facts: &[MaterialFact
             check: "mesh",
             about: named("part", &parts(prepared, &coarse)),
             message: format!(
-                "edges of {:.3} m are too coarse for conduction, which evens temperatures out over {length:.3} m",
-                longest(&coarse)
+                "edges of {} m are too coarse for conduction, which evens temperatures out over {} m",
+                short(longest(&coarse)),
+                short(length)
             ),
-            remedy: format!("state model.max_edge = {length:.2} for this material, or a [[part]] with a max_edge"),
+            remedy: format!(
+                "state model.max_edge = {} where gradients matter, or a [[part]] with a max_edge",
+                short(length)
+            ),
         });
     }
     findings

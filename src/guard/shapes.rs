@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use glam::DVec3;
 
-use super::finding::{Finding, named};
+use super::finding::{Finding, named, short};
 use crate::gpu::nodes::GROUP;
 use crate::simulation::prepare::Prepared;
 
@@ -140,11 +140,11 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], size: DVec3) -> Vec<F
         remedy: remedy.to_owned(),
     };
     if extent > LONGEST {
-        let message = format!("the craft is {extent:.4} m long, so the model is probably in mm");
+        let message = format!("the craft is {} m long, so the model is probably in mm", short(extent));
         findings
             .push(of_size(message, "glTF is in metres: export it again in metres, or scale its root node by 0.001"));
     } else if extent < SHORTEST {
-        let message = format!("the craft is {extent:.2e} m long, so the model is probably not in metres");
+        let message = format!("the craft is {} m long, so the model is probably not in metres", short(extent));
         findings.push(of_size(message, "glTF is in metres: export it again in metres, or scale its root node"));
     }
     let inward = |shape: &&Shape| shape.volume < -FLAT * shape.area.powf(1.5) && is_closed(prepared, shape);

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::finding::{Effort, Finding};
+use super::finding::{Effort, Finding, short};
 use super::shapes::{Shape, corners};
 use crate::lens::Lens;
 use crate::scene::work::{image_time, images};
@@ -123,7 +123,8 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], effort: Effort) -> (O
             if looked_at == 1 { "in the image".to_owned() } else { format!("in {out_of_view} of {looked_at} images") };
         let message = format!(
             "the craft is not in view {how_many}, first at {time} s: its middle is {angle:.0} deg off the camera's axis, \
-             {distance:.4} m away"
+             {} m away",
+            short(*distance)
         );
         let moves = camera.motion != Motion::Still;
         let key = if moves { "camera.path" } else { "camera" };
@@ -148,7 +149,9 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], effort: Effort) -> (O
             check: "size",
             about: "camera".to_owned(),
             message: format!(
-                "the craft is {width:.2} x {height:.2} pixels, so it may fall between the centres of pixels"
+                "the craft is {} x {} pixels, so it may fall between the centres of pixels",
+                short(width),
+                short(height)
             ),
             remedy: "state camera.samples = 16, or a narrower field of view".to_owned(),
         });

@@ -160,7 +160,7 @@ impl Faults {
         };
         let hidden = kind == Kind::Missing && !place.section.is_empty();
         faults.iter().any(|fault| {
-            own(fault, &place.key)
+            (own(fault, &place.key) && (fault.place.start != ANYWHERE || kind == Kind::Missing))
                 || (hidden && same_section(fault) && fault.kind == Kind::Other)
                 || others.iter().any(|other| match (*other, other.split_once('.')) {
                     (OTHER_FILES, _) => fault.place.path != place.path,

@@ -96,6 +96,11 @@ impl<'a> Section<'a> {
         self.instead(key) == Some(Instead::Valid)
     }
 
+    /// Whether a key was found wrong.
+    pub(super) fn is_wrong(&self, key: &str) -> bool {
+        self.instead(key).is_some()
+    }
+
     fn note(&self, key: &str, kind: Kind, others: &[&str], meant: Option<&str>, error: &SceneError) {
         let meant = meant.map(str::to_owned);
         self.file.faults.note(self.place(key), kind, others, self.one_of_several, meant, error.to_string());
@@ -286,6 +291,9 @@ impl<'a> Section<'a> {
 
     /// A string that names something. Characters that must not be shown are escaped, as in the names of a model.
     pub(super) fn name(&self, key: &str) -> Result<Option<String>, SceneError> {
+        if self.stands_in(key) {
+            return Ok(Some(format!("{key} at {}", self.span.start)));
+        }
         Ok(self.string(key)?.map(|name| plain(name).into_owned()))
     }
 

@@ -106,6 +106,9 @@ enum Model {
 fn distortion(section: &Section, assumptions: &mut Vec<String>) -> Result<Distortion, SceneError> {
     let models = [("brown_conrady", Model::BrownConrady), ("fisheye", Model::Fisheye)];
     let model = section.choice("distortion_model", &models)?;
+    if section.is_wrong("distortion") {
+        return Ok(Distortion::None);
+    }
     let Some(numbers) = section.list("distortion", Quantity::within(-1e6, 1e6, ""))? else {
         return match model {
             Some(_) => Err(section.missing("distortion", &["distortion_model"], "distortion_model needs its numbers")),

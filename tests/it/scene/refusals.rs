@@ -4,7 +4,7 @@ use std::path::Path;
 
 use isotherm::scene::Scene;
 
-use super::{Folder, SHORT, TABLE};
+use super::{FULL, Folder, SHORT, TABLE};
 
 /// A case of `refusals.txt`: lines that are taken out, lines that take their place, and the starts of all messages.
 struct Case {
@@ -96,6 +96,51 @@ fn two_faults_are_told_together_and_cause_no_third() {
     // The edits of a pair may themselves clash, as two modes of an attitude do.
     assert!(others * 50 < pairs, "{others} of {pairs} pairs have another message");
     assert!(both * 10 > pairs * 8, "{both} of {pairs} pairs are told together");
+}
+
+/// A value of the wrong type for a key with this value.
+fn wrong(value: &str) -> &'static str {
+    match value.chars().next() {
+        Some('"') => "17.5",
+        Some('[') => "true",
+        Some('{' | 't' | 'f') => "3",
+        _ => "\"x\"",
+    }
+}
+
+/// The full scene with values of the wrong type in the chosen lines, counted from 1.
+fn spoil_lines(chosen: impl Fn(usize) -> bool) -> String {
+    let line = |(place, line): (usize, &str)| match line.split_once(" = ") {
+        Some((key, value)) if chosen(place + 1) => format!("{key} = {}\n", wrong(value)),
+        _ => format!("{line}\n"),
+    };
+    FULL.lines().enumerate().map(line).collect()
+}
+
+#[test]
+fn a_wrong_type_of_any_key_is_one_error_at_its_line() {
+    let folder = Folder::new();
+    for (place, line) in FULL.lines().enumerate().filter(|(_, line)| line.contains(" = ")) {
+        let found = messages(&folder, &spoil_lines(|number| number == place + 1));
+        let expected = format!("scene.toml:{}: ", place + 1);
+        assert!(found.len() == 1 && found[0].starts_with(&expected), "{line}\n{}", found.join("\n"));
+    }
+}
+
+#[test]
+fn wrong_types_of_all_keys_are_told_in_one_go() {
+    let folder = Folder::new();
+    let keys: Vec<usize> =
+        FULL.lines().enumerate().filter(|(_, line)| line.contains(" = ")).map(|(place, _)| place + 1).collect();
+    let found = messages(&folder, &spoil_lines(|_| true));
+    let line = |message: &String| message.split(':').nth(1).and_then(|line| line.parse::<usize>().ok()).unwrap_or(0);
+    let lines: Vec<usize> = found.iter().map(line).collect();
+    assert!(lines.is_sorted_by(|a, b| a < b), "one error for a line, in order: {}", found.join("\n"));
+    let silent: Vec<&str> =
+        keys.iter().filter(|key| !lines.contains(key)).filter_map(|key| FULL.lines().nth(key - 1)).collect();
+    assert!(lines.iter().all(|line| keys.contains(line)), "{}", found.join("\n"));
+    // What another wrong value decides about is not read: which keys of an attitude, of a lens or of a rule count.
+    assert!(silent.len() <= 8, "no error about {silent:?}");
 }
 
 #[test]
