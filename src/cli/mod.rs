@@ -8,7 +8,6 @@ use error::CliError;
 
 use crate::output::OutputError;
 use crate::output::console::{finish, say};
-use crate::simulation::prepare_error::PrepareError;
 
 mod arguments;
 mod bench;
@@ -99,9 +98,7 @@ fn exit(result: Result<(), CliError>) -> ExitCode {
         }
         Err(error) => {
             match &error {
-                CliError::Prepare(PrepareError::Scene(scene)) => {
-                    scene.each().iter().for_each(|one| say!("error: {one}"));
-                }
+                CliError::Prepare(error) => error.each().iter().for_each(|one| say!("error: {one}")),
                 _ => say!("error: {error}"),
             }
             ExitCode::from(error.exit_code())

@@ -10,7 +10,7 @@ use super::error::SceneError;
 use super::keys::home;
 
 /// Most errors that are told at once.
-const MOST_ERRORS: usize = 100;
+const MOST_ERRORS: usize = 200;
 /// Most times that a file is read.
 const MOST_READINGS: usize = 2000;
 

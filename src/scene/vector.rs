@@ -55,6 +55,10 @@ pub(super) fn direction(section: &Section, key: &str) -> Result<Option<DVec3>, S
 }
 
 pub(super) fn point(section: &Section, key: &str) -> Result<Option<DVec3>, SceneError> {
+    if section.stands_in(key) {
+        // Two points that stand in differ.
+        return Ok(Some(DVec3::new(key.len() as f64, 1.0, 2.0)));
+    }
     Ok(section.numbers::<3>(key, Quantity::any("m"))?.map(DVec3::from_array))
 }
 

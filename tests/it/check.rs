@@ -109,7 +109,7 @@ fn values_in_the_wrong_unit_are_told_with_the_material() {
     told("thickness = 1e-5\ndensity = 2700", "step", "is shorter than time.step = 60 s");
     let hot = only(&[("absorptivity = 0.85\nemissivity = 0.85", "absorptivity = 0.85\nemissivity = 0.1")], |_| ());
     // (0.85 x 1361 / (0.1 sigma) + 2.7^4)^(1/4)
-    assert!(hot.check == "balance" && hot.message.contains("is 672 K"), "{hot:?}");
+    assert!(hot.check == "balance" && hot.message.contains("is 672.1 K"), "{hot:?}");
 }
 
 #[test]
@@ -184,6 +184,25 @@ fn all_errors_of_a_file_are_told_and_nothing_is_written() {
         assert!(albedo.contains("environment.albdo: unknown key; did you mean 'albedo'?"), "{albedo}");
         assert!(fov.contains("camera.fov_deg: must be"), "{fov}");
         assert!(!folder.path("out").exists(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn all_names_that_the_model_lacks_are_told() {
+    let folder = Folder::new(&scene_with(&[
+        ("match = \"mast\"", "match = \"mst\""),
+        ("part = \"wing_starboard\"", "part = \"wing\""),
+    ]));
+    folder.write(
+        "scene.toml",
+        &(std::fs::read_to_string(folder.path("scene.toml")).unwrap()
+            + "[[joint]]\npart = \"hinge\"\nmode = \"fixed\"\naxis = \"+X\"\nangle_deg = 5\n"),
+    );
+    let ran = run(folder.0.path(), &["check", "scene.toml"]);
+    let errors: Vec<&str> = ran.err.lines().filter(|line| line.starts_with("error: ")).collect();
+    assert!(ran.code == 2 && errors.len() == 3, "{}", ran.err);
+    for words in ["give values to 1 of", "has no node 'hinge'", "has no part 'wing'"] {
+        assert!(errors.iter().any(|error| error.contains(words)), "{words}: {}", ran.err);
     }
 }
 

@@ -46,12 +46,16 @@ fn what_is_wrong_is_refused_with_line_key_and_reason() {
     let folder = Folder::new();
     assert!(folder.parse(SHORT).is_ok(), "the scene that the cases spoil is itself right");
     let cases = Case::all();
+    let mut wrong = String::new();
     for case in &cases {
         let spoilt = case.spoil(SHORT).unwrap_or_else(|| panic!("no case of the short scene:\n{}", case.text));
         let found = messages(&folder, &spoilt);
         let right = found.iter().zip(&case.expected).all(|(message, expected)| message.starts_with(expected));
-        assert!(right && found.len() == case.expected.len(), "{}\nfound\n> {}", case.text, found.join("\n> "));
+        if !right || found.len() != case.expected.len() {
+            wrong.push_str(&format!("{}\nfound\n> {}\n\n", case.text, found.join("\n> ")));
+        }
     }
+    assert!(wrong.is_empty(), "{wrong}");
     assert!(cases.len() >= 180, "only {} cases were read", cases.len());
 }
 
