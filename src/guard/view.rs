@@ -33,6 +33,7 @@ pub struct Sight {
 }
 
 /// A camera, and the way from the body frame to its axes.
+#[derive(Clone, Copy)]
 struct Look<'a> {
     lens: &'a Lens,
     /// Rays at the border of the image.
@@ -51,11 +52,13 @@ fn corners_of(low: DVec3, high: DVec3) -> [DVec3; 8] {
 }
 
 impl<'a> Look<'a> {
-    fn new(camera: &'a Camera, pose: DAffine3) -> Self {
+    /// A camera at the body's origin that looks along its +Z.
+    fn new(camera: &'a Camera) -> Self {
         let size = [camera.width, camera.height];
+        // A pinhole that sees further than a field of rays reaches may show anything before it.
         let far = DVec2::splat(f64::INFINITY);
         let (low, high) = camera.lens.field(size).map_or((-far, far), |field| (field.low, field.high));
-        Self { lens: &camera.lens, low, high, near: camera.near, pose }
+        Self { lens: &camera.lens, low, high, near: camera.near, pose: DAffine3::IDENTITY }
     }
 
     /// Whether a box, moved into camera axes, may be in the image. The answer no is certain.
@@ -82,6 +85,7 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], effort: Effort) -> (O
         return none;
     }
     let chosen = spread(images, effort.images);
+    let here = Look::new(camera);
     let (mut hidden, mut around) = (Vec::new(), Vec::new());
     let mut first = None;
     for (place, number) in chosen.iter().enumerate() {
@@ -89,7 +93,7 @@ pub(super) fn check(prepared: &Prepared, shapes: &[Shape], effort: Effort) -> (O
         let Some((time, own)) = stated else { continue };
         let Some(pose) = pose_of(prepared, time, own) else { continue };
         let joints = prepared.loads.joints_at(time).1;
-        let look = Look::new(camera, pose);
+        let look = Look { pose, ..here };
         let moved = |shape: &Shape| look.pose * joints.get(shape.joint as usize).copied().unwrap_or(DAffine3::IDENTITY);
         let boxes: Vec<[DVec3; 8]> = shapes
             .iter()

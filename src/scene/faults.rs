@@ -12,7 +12,7 @@ use super::keys::home;
 /// Most errors that are told at once.
 const MOST_ERRORS: usize = 200;
 /// Most times that a file is read.
-const MOST_READINGS: usize = 2000;
+const MOST_READINGS: usize = 600;
 
 /// Stands for all keys of the other files that are read, such as the materials table.
 pub(super) const OTHER_FILES: &str = "(other files)";

@@ -4,10 +4,12 @@ use glam::Vec3;
 use isotherm::guard::check;
 use isotherm::guard::finding::{Effort, Finding};
 use isotherm::simulation::prepare::Prepared;
+use serde_json::json;
 
-use super::craft::{Folder, SCENE, scene_with};
+use super::craft::{Folder, SCENE, glb, scene_with};
+use super::model::make::Maker;
 use super::model::shared_files::shared;
-use super::program::{json, refusal, run, stderr, succeed};
+use super::program::{self, refusal, run, stderr, succeed};
 
 /// What the checks find in the craft's scene with some lines replaced, after a change to what was made of it.
 fn found(changes: &[(&str, &str)], change: impl FnOnce(&mut Prepared)) -> Vec<Finding> {
@@ -142,7 +144,7 @@ fn the_command_tells_and_writes_what_it_says() {
         let bytes = std::fs::read(folder.path("pictures").join(name)).unwrap();
         assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 1000, "{name}");
     }
-    let value = json(at, &["check", "scene.toml", "--json"]);
+    let value = program::json(at, &["check", "scene.toml", "--json"]);
     assert_eq!(value["checked"]["findings"].as_array().map(Vec::len), Some(0), "{value}");
     assert_eq!(value["checked"]["materials"].as_array().map(Vec::len), Some(3), "{value}");
 }
@@ -175,7 +177,7 @@ fn all_errors_of_a_file_are_told_and_nothing_is_written() {
         vec!["render", "scene.toml", "--time", "0", "-o", "out"],
         vec!["compare", "scene.toml", "-o", "out"],
     ] {
-        let output = super::program::end(super::program::isotherm(at, &arguments));
+        let output = program::end(program::isotherm(at, &arguments));
         let text = stderr(&output);
         let errors: Vec<&str> = text.lines().filter(|line| line.starts_with("error: ")).collect();
         assert_eq!(refusal(&output).0, Some(2), "{text}");
@@ -185,6 +187,55 @@ fn all_errors_of_a_file_are_told_and_nothing_is_written() {
         assert!(fov.contains("camera.fov_deg: must be"), "{fov}");
         assert!(!folder.path("out").exists(), "{arguments:?}");
     }
+}
+
+/// Warnings of the craft's scene with more lines, after a change to its model.
+fn remarks(more: &str, change: impl FnOnce(&mut Maker)) -> Vec<String> {
+    let folder = Folder::new(&format!("{SCENE}{more}"));
+    let mut maker = glb();
+    change(&mut maker);
+    maker.save(folder.0.path());
+    folder.prepared().warnings
+}
+
+#[test]
+fn only_animations_that_no_joint_plays_are_called_left_out() {
+    let animated = |names: &'static [&'static str]| {
+        move |maker: &mut Maker| {
+            let bytes = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+            let scalars = json!({"componentType": 5126, "count": 2, "type": "SCALAR"});
+            let input = maker.accessor(&bytes(&[0.0, 600.0]), scalars);
+            let turns = json!({"componentType": 5126, "count": 2, "type": "VEC4"});
+            let output = maker.accessor(&bytes(&[0.0, 0.0, 0.0, 1.0, 0.6, 0.0, 0.0, 0.8]), turns);
+            let node = maker.json["nodes"].as_array().expect("a list").iter().position(|n| n["name"] == "wing_port");
+            let animation = |name: &&str| {
+                json!({
+                    "name": name,
+                    "samplers": [{"input": input, "output": output, "interpolation": "LINEAR"}],
+                    "channels": [{"sampler": 0, "target": {"node": node, "path": "rotation"}}]
+                })
+            };
+            maker.json["animations"] = names.iter().map(animation).collect();
+        }
+    };
+    let about = |more: &str, names: &'static [&'static str]| -> Vec<String> {
+        let all = remarks(more, animated(names));
+        all.into_iter().filter(|remark| remark.contains("animation")).collect()
+    };
+    let joint = "[[joint]]\npart = \"wing_port\"\nmode = \"animation\"\nanimation = \"unfold\"\n";
+    assert_eq!(about(joint, &["unfold"]), Vec::<String>::new());
+    let left = "1 animation left out, because no [[joint]] plays it: 'fold'";
+    assert_eq!(about(joint, &["unfold", "fold"]), [left]);
+    let left = "2 animations left out, because no [[joint]] plays it: 'unfold', 'fold'";
+    assert_eq!(about("", &["unfold", "fold"]), [left]);
+}
+
+#[test]
+fn a_warning_about_the_step_names_the_step_of_the_scene() {
+    let folder = Folder::new(&scene_with(&[("step = 60", "step = 600"), ("steps = 12", "steps = 2")]));
+    let warnings = folder.prepared().warnings.join("\n");
+    assert!(warnings.contains("a step of 600 s is 38.9 deg of the orbit"), "{warnings}");
+    assert!(!warnings.contains("tick") && !warnings.contains("17 s"), "{warnings}");
 }
 
 #[test]
@@ -214,7 +265,7 @@ fn the_scenes_of_this_repository_are_not_warned_of() {
         scenes.extend(["iss.toml", "iss_transition.toml"]);
     }
     for name in scenes {
-        let value = json(&models, &["check", name, "--json", "--allow-outside"]);
+        let value = program::json(&models, &["check", name, "--json", "--allow-outside"]);
         assert_eq!(
             value["checked"]["findings"].as_array().map(Vec::len),
             Some(0),
