@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use glam::DVec3;
 use hifitime::Epoch;
 
+use super::choice::list;
 use super::ephemeris::{AttitudeOptions, read_attitude, read_file};
 use super::error::SceneError;
 use super::quantity::Quantity;
-use super::section::{Section, list};
+use super::section::Section;
 use super::vector::{axis, parallel, quaternion};
 use crate::environment::Attitude;
 use crate::environment::rotation_history::HistoryFrame;

@@ -8,10 +8,10 @@ use serde_json::Value;
 use crate::files::Reach;
 use crate::model::ModelMaterial;
 
+use super::choice::choose;
 use super::error::SceneError;
 use super::keys::{EXTRAS, unknown_key};
 use super::quantity::Quantity;
-use super::section::choose;
 use super::value_source::ValueSource;
 
 /// The values of one material. With a `group` (`back_`, `heating_`, `cooling_`) only the keys with that prefix.

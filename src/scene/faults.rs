@@ -72,6 +72,8 @@ struct Fault {
 struct Last {
     place: Place,
     kind: Kind,
+    /// Keys that it depends on too.
+    others: Vec<String>,
     /// Whether it may follow from an earlier one.
     follows: bool,
     /// Whether its section is one of several of the same name.
@@ -99,7 +101,7 @@ pub(super) fn read_all<T>(
     mut read: impl FnMut(&Faults) -> Result<T, SceneError>,
 ) -> Result<T, SceneError> {
     let faults = Faults::default();
-    let mut errors: Vec<SceneError> = Vec::new();
+    let mut errors: Vec<(SceneError, Option<Last>)> = Vec::new();
     for _ in 0..MOST_READINGS {
         faults.last.take();
         let error = match read(&faults) {
@@ -107,14 +109,18 @@ pub(super) fn read_all<T>(
             Ok(_) => break,
             Err(error) => error,
         };
-        let learnt = faults.learn(&error);
-        if errors.is_empty() || learnt == Some(false) {
-            errors.push(error);
+        let last = faults.last.take().filter(|last| last.text == error.to_string());
+        let goes_on = last.as_ref().is_some_and(|last| faults.learn(last));
+        if errors.is_empty() || last.as_ref().is_some_and(|last| !last.follows) {
+            errors.push((error, last));
         }
-        if learnt.is_none() || errors.len() >= MOST_ERRORS {
+        if !goes_on || errors.len() >= MOST_ERRORS {
             break;
         }
     }
+    // A section may be read before the one that has its key by mistake.
+    errors.retain(|(_, last)| !last.as_ref().is_some_and(|last| faults.are_explained(last)));
+    let mut errors: Vec<SceneError> = errors.into_iter().map(|(error, _)| error).collect();
     errors.sort_by_cached_key(|error| {
         let (file, line) = error.position();
         (file.as_deref().is_some_and(|file| file != path), file, line)
@@ -136,12 +142,19 @@ impl Faults {
         meant: Option<String>,
         text: String,
     ) {
-        let follows = self.follows(&place, kind, others);
-        *self.last.borrow_mut() = Some(Last { place, kind, follows, one_of_several, meant, text });
+        let follows = self.follows(&place, kind, others, |_| true) || self.is_unread(&place, others);
+        let others = others.iter().map(|other| (*other).to_owned()).collect();
+        *self.last.borrow_mut() = Some(Last { place, kind, others, follows, one_of_several, meant, text });
     }
 
-    /// Whether an error at a place may follow from a fault that is known.
-    fn follows(&self, place: &Place, kind: Kind, others: &[&str]) -> bool {
+    /// Whether a key that stands in another section explains an error.
+    fn are_explained(&self, last: &Last) -> bool {
+        let others: Vec<&str> = last.others.iter().map(String::as_str).collect();
+        self.follows(&last.place, last.kind, &others, |fault| fault.place.start == ANYWHERE)
+    }
+
+    /// Whether an error at a place may follow from one of the known faults that count.
+    fn follows(&self, place: &Place, kind: Kind, others: &[&str], counts: impl Fn(&Fault) -> bool) -> bool {
         let faults = self.faults.borrow();
         let same_section = |fault: &Fault| {
             let Place { path, section, start, .. } = &fault.place;
@@ -159,7 +172,7 @@ impl Faults {
             inside || whole || deeper.is_some_and(|table| key == "*" || table == key)
         };
         let hidden = kind == Kind::Missing && !place.section.is_empty();
-        faults.iter().any(|fault| {
+        faults.iter().filter(|fault| counts(fault)).any(|fault| {
             (own(fault, &place.key) && (fault.place.start != ANYWHERE || kind == Kind::Missing))
                 || (hidden && same_section(fault) && fault.kind == Kind::Other)
                 || others.iter().any(|other| match (*other, other.split_once('.')) {
@@ -170,7 +183,12 @@ impl Faults {
                     (_, Some((section, key))) => far(fault, section, key),
                     (key, None) => own(fault, key),
                 })
-        }) || self.given_up.borrow().iter().any(|section| {
+        })
+    }
+
+    /// Whether one of the keys that an error depends on stands in a section that is no longer read.
+    fn is_unread(&self, place: &Place, others: &[&str]) -> bool {
+        self.given_up.borrow().iter().any(|section| {
             others.iter().any(|other| match other.split_once('.') {
                 Some((name, _)) => section.section == name,
                 None => *other == OTHER_FILES && section.path != place.path,
@@ -178,9 +196,8 @@ impl Faults {
         })
     }
 
-    /// Keeps the place of an error. Returns whether the error follows from an earlier one, or `None` where reading cannot go on.
-    fn learn(&self, error: &SceneError) -> Option<bool> {
-        let last = self.last.take().filter(|last| last.text == error.to_string())?;
+    /// Keeps the place of an error. Returns whether reading can go on.
+    fn learn(&self, last: &Last) -> bool {
         let mut faults = self.faults.borrow_mut();
         let known = faults.iter_mut().find(|fault| fault.place == last.place);
         let times = known.map_or(1, |fault| {
@@ -188,10 +205,10 @@ impl Faults {
             fault.times
         });
         if times > 2 || (last.follows && last.one_of_several) {
-            let section = Place { key: String::new(), ..last.place };
+            let section = Place { key: String::new(), ..last.place.clone() };
             let mut given_up = self.given_up.borrow_mut();
             if section.section.is_empty() || given_up.contains(&section) {
-                return None;
+                return false;
             }
             given_up.push(section);
         } else if times == 1 {
@@ -199,15 +216,15 @@ impl Faults {
                 let place = Place { section: section.to_owned(), start: ANYWHERE, ..last.place.clone() };
                 faults.push(Fault { place, kind: Kind::Number, times: 0, misspelt: None });
             }
-            if let Some(meant) = last.meant {
-                let place = Place { key: meant, ..last.place.clone() };
+            if let Some(meant) = &last.meant {
+                let place = Place { key: meant.clone(), ..last.place.clone() };
                 if faults.iter().all(|fault| fault.place != place) {
                     faults.push(Fault { place, kind: Kind::Number, times: 0, misspelt: Some(last.place.key.clone()) });
                 }
             }
-            faults.push(Fault { place: last.place, kind: last.kind, times: 1, misspelt: None });
+            faults.push(Fault { place: last.place.clone(), kind: last.kind, times: 1, misspelt: None });
         }
-        Some(last.follows)
+        true
     }
 
     /// What stands in place of a key. `None` where nothing is known against it.

@@ -217,7 +217,18 @@ pub fn file_hash(content: &[u8]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::scene_hash;
+    use super::super::valid_scene::VALID;
+    use super::{Scene, scene_hash};
+
+    #[test]
+    fn the_scene_that_stands_in_is_valid() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.toml");
+        std::fs::write(&path, VALID).unwrap();
+        Scene::parse(VALID, &path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        assert!(Scene::parse(VALID, &path).is_err(), "the model must exist");
+    }
 
     #[test]
     fn the_hash_tells_files_and_their_borders_apart() {

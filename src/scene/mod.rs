@@ -15,6 +15,7 @@ use crate::thermal::sensor::Sensor;
 
 mod attitude;
 mod camera;
+mod choice;
 mod combinations;
 mod density;
 mod environment;
@@ -46,6 +47,7 @@ mod table;
 pub mod targets;
 pub mod texts;
 mod time;
+mod valid_scene;
 mod value_source;
 mod values;
 mod vector;

@@ -77,7 +77,7 @@ pub(super) fn read(section: Option<&Section>, sensor: Option<&Sensor>) -> Result
         (Some(section), Some(words)) => {
             let mut files = Vec::new();
             for word in &words {
-                let file = super::section::choose(word, &FILES).map_err(|message| section.error("files", message))?;
+                let file = super::choice::choose(word, &FILES).map_err(|message| section.error("files", message))?;
                 let counts = sensor.is_some_and(|sensor| sensor.kelvin_per_count.is_some());
                 match file.needs() {
                     Some(needs) if sensor.is_none() || (needs.contains("count") && !counts) => {

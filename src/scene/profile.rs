@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use crate::thermal::function::{Function, FunctionError, parse::KINDS};
 use crate::thermal::material::{LONGEST_T_MAX, Profile, SHORTEST_T_MAX};
 
+use super::choice::list;
 use super::error::SceneError;
 use super::keys;
 use super::quantity::Quantity;
-use super::section::list;
 use super::value_source::ValueSource;
 
 /// Keys that only some kinds of function read, with these kinds.

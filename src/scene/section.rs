@@ -3,16 +3,17 @@
 use std::fmt::Display;
 use std::ops::Range;
 use std::path::PathBuf;
-use std::sync::LazyLock;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::choice::choose;
 use super::error::SceneError;
 use super::faults::{Instead, Kind, Place};
 use super::file::SourceFile;
-use super::keys::{nearest, suggestion, unknown_key};
+use super::keys::{nearest, unknown_key};
 use super::quantity::Quantity;
+use super::valid_scene;
 use crate::text::plain;
 
 /// A table of the file. All its keys are known.
@@ -27,26 +28,6 @@ pub(super) struct Section<'a> {
     /// Whether it is one of an array of tables.
     one_of_several: bool,
 }
-
-/// A small valid scene. Its sections stand in place of wrong ones.
-const VALID: &str = "
-[model]
-path = 'scene.toml'
-[time]
-step = 1
-steps = 1
-[orbit]
-altitude = 4e5
-[attitude]
-mode = 'nadir'
-[environment]
-[camera]
-width = 64
-height = 64
-fov_deg = 30
-position = [9, 0, 0]
-look_at = [0, 0, 0]
-";
 
 impl<'a> Section<'a> {
     /// The root table.
@@ -383,9 +364,7 @@ impl<'a> Section<'a> {
 
     /// A section of a valid scene.
     fn valid(&self, key: &str) -> Option<Self> {
-        static SCENE: LazyLock<Option<Spanned<DeTable<'static>>>> = LazyLock::new(|| DeTable::parse(VALID).ok());
-        let root = SCENE.as_ref().filter(|_| self.name.is_empty())?;
-        let DeValue::Table(table) = root.get_ref().get(key)?.get_ref() else { return None };
+        let table = valid_scene::section(key).filter(|_| self.name.is_empty())?;
         // No place of the file has this start.
         let span = usize::MAX..usize::MAX;
         Some(Self { file: self.file, name: self.key_name(key), table, span, one_of_several: false })
@@ -414,24 +393,6 @@ impl<'a> Section<'a> {
         let number = expected.contains("number");
         self.fault(key, if number { Kind::Number } else { Kind::Other }, &[], &value.span(), message)
     }
-}
-
-/// The value of `word` in `choices`, or a message with the choices and the most similar one.
-pub(super) fn choose<T: Copy>(word: &str, choices: &[(&str, T)]) -> Result<T, String> {
-    let known = choices.iter().map(|(name, _)| *name);
-    choices.iter().find(|(name, _)| *name == word).map(|(_, value)| *value).ok_or_else(|| {
-        format!("'{}' is not one of {}{}", plain(word), list(known.clone()), nearest_suffix(word, known))
-    })
-}
-
-fn nearest_suffix<'k>(word: &str, known: impl IntoIterator<Item = &'k str> + Clone) -> String {
-    let text = suggestion(word, known);
-    // The message already lists the known words.
-    if text.starts_with("; did") { text } else { String::new() }
-}
-
-pub(super) fn list<'k>(words: impl IntoIterator<Item = &'k str>) -> String {
-    words.into_iter().map(|word| format!("'{word}'")).collect::<Vec<_>>().join(", ")
 }
 
 fn as_number(value: &DeValue) -> Option<f64> {

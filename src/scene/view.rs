@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
+use super::choice::choose;
 use super::error::SceneError;
 use super::quantity::Quantity;
-use super::section::{Section, choose};
+use super::section::Section;
 use super::vector::point;
 
 /// The state at the start: time 0, or the start of the warm-up.
