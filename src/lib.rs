@@ -8,6 +8,7 @@
 //! - [`thermal`]: the mathematics of a node in f64
 //! - [`gpu`]: the same in f32 on Vulkan
 //! - [`simulation`]: the loop that steps, draws and collects
+//! - [`guard`]: what is probably wrong in a scene
 //! - [`output`]: images, plots and report
 //!
 //! [`compare`] runs one scene under three responses. [`paper`] makes the figures of Vural et al. 2023. [`bench`] measures speed and error. [`trace`]
@@ -20,6 +21,7 @@ pub mod compare;
 pub mod environment;
 pub mod files;
 pub mod gpu;
+pub mod guard;
 pub mod host;
 pub mod lens;
 pub mod model;

@@ -19,6 +19,7 @@ pub mod network;
 pub mod periodic;
 pub mod prepare;
 pub mod prepare_error;
+mod prepare_names;
 mod prepare_steps;
 pub mod reference_engine;
 pub mod sampling;

@@ -11,6 +11,7 @@ use crate::output::console::{finish, say};
 
 mod arguments;
 mod bench;
+mod check;
 mod compare;
 mod device;
 mod digits;
@@ -54,6 +55,7 @@ enum Command {
     Run(run::Arguments),
     Render(render::Arguments),
     Compare(compare::Arguments),
+    Check(check::Arguments),
     Info(info::Arguments),
     Radiance(radiance::Arguments),
     Response(response::Arguments),
@@ -74,6 +76,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Radiance(arguments) => radiance::run(&arguments),
         Command::Response(arguments) => response::run(&arguments),
@@ -94,7 +97,10 @@ fn exit(result: Result<(), CliError>) -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(error) => {
-            say!("error: {error}");
+            match &error {
+                CliError::Prepare(error) => error.each().iter().for_each(|one| say!("error: {one}")),
+                _ => say!("error: {error}"),
+            }
             ExitCode::from(error.exit_code())
         }
     }

@@ -38,6 +38,7 @@ mod job_state;
 mod job_terms;
 pub mod joints;
 pub mod manifest;
+pub mod material_picture;
 pub mod panels;
 pub mod picture;
 pub mod plot;

@@ -47,6 +47,9 @@ pub enum SceneError {
         /// What is wrong, and which values are valid.
         message: String,
     },
+    /// Several errors of one file and of the tables that it names, in the order of their lines.
+    #[error("{}", list(.0))]
+    Several(Vec<SceneError>),
     /// Some glTF materials have no thermal values.
     #[error(
         "{}:{line}: material: no [[material]] rule matches, and neither glTF extras nor materials.default give values \
@@ -66,4 +69,30 @@ pub enum SceneError {
         /// Names of the materials. A name includes what the material's own extras lack.
         names: Vec<String>,
     },
+}
+
+impl SceneError {
+    /// The errors one by one.
+    pub fn each(&self) -> &[Self] {
+        match self {
+            Self::Several(errors) => errors,
+            one => std::slice::from_ref(one),
+        }
+    }
+
+    /// File and line, for the order of errors.
+    pub(super) fn position(&self) -> (Option<PathBuf>, usize) {
+        match self {
+            Self::Syntax { path, line, .. } | Self::Value { path, line, .. } | Self::Unmatched { path, line, .. } => {
+                (Some(path.clone()), *line)
+            }
+            Self::Unreadable { path, .. } => (Some(path.clone()), 0),
+            Self::Extras { model, .. } => (Some(model.clone()), 0),
+            Self::Several(errors) => errors.first().map_or((None, 0), Self::position),
+        }
+    }
+}
+
+fn list(errors: &[SceneError]) -> String {
+    errors.iter().map(SceneError::to_string).collect::<Vec<_>>().join("\n")
 }

@@ -215,6 +215,15 @@ pub(super) const SECTIONS: &[(&str, &[&str])] = &[
     ("[output]", OUTPUT),
 ];
 
+/// Name of the section that a key belongs to. It is empty for the root.
+pub(super) fn home(key: &str) -> Option<&'static str> {
+    if ROOT.contains(&key) {
+        return Some("");
+    }
+    let header = SECTIONS.iter().find(|(_, keys)| keys.contains(&key)).map(|(header, _)| *header);
+    header.map(|header| header.trim_matches(['[', ']']))
+}
+
 /// The known word most similar to `word`, if any is similar.
 pub(super) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Option<&'k str> {
     let word = word.to_lowercase();

@@ -96,7 +96,7 @@ pub(super) fn surrounded(
     let stated = section.number("planet_temperature", Quantity::within(0.0, 1e6, "K"))?;
     if stated.is_some() && !seen {
         let message = "is that of a planet which no pixel shows: state radiance.reflections or radiance.background";
-        return Err(section.error("planet_temperature", message));
+        return Err(section.clash("planet_temperature", &["reflections", "background"], message));
     }
     let of_exitance = environment.planet_ir.map(|flux| (flux / STEFAN_BOLTZMANN).sqrt().sqrt());
     if seen && stated.is_none() {

@@ -41,9 +41,8 @@ const RESPONSES: [(&str, ResponseKind); 4] = [
 
 /// Reads `over = { .. }`: the structure below a layer.
 fn structure(over: &impl ValueSource) -> Result<Structure, SceneError> {
-    let value = |key: &str, quantity: Quantity, what: &str| {
-        over.number(key, quantity)?.ok_or_else(|| over.error(key, format!("is missing: {what}")))
-    };
+    let value =
+        |key: &str, quantity: Quantity, what: &str| over.number(key, quantity)?.ok_or_else(|| over.missing(key, what));
     Ok(Structure {
         effective_emittance: value("effective_emittance", SHARE, "the effective emittance towards the structure")?,
         thickness: value("thickness", Quantity::positive("m"), "the thickness of the structure [m]")?,

@@ -9,6 +9,7 @@ use glam::DVec3;
 use super::joints;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, Stage};
+use super::prepare_names;
 use super::prepare_steps::{self as steps, Dense};
 use super::stepper::is_small;
 use crate::environment::shadow::{Jointed, Occluders, Redraw, Shadows};
@@ -105,7 +106,7 @@ impl Prepared {
     ) -> Result<Self, PrepareError> {
         progress(Stage::Reading);
         let mut model = Model::load_within(&scene.model_path, &scene.reach)?.weld();
-        let mut materials = scene.materials.resolve(&model, &mut scene.files)?;
+        let mut materials = prepare_names::materials(&mut scene, &model)?;
         change(&mut materials);
         steps::check_functions(&scene, &materials)?;
         steps::set_hottest(&scene, &mut materials)?;

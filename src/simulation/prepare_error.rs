@@ -154,6 +154,9 @@ pub enum PrepareError {
         /// The cause.
         source: FileFault,
     },
+    /// Several errors about what the model lacks.
+    #[error("{}", PrepareError::each(self).join("\n"))]
+    Several(Vec<PrepareError>),
     /// A probe on a part that does not exist.
     #[error("{path}: probe '{probe}': the model has no part '{part}'; it has {parts}")]
     ProbePart {
@@ -169,6 +172,15 @@ pub enum PrepareError {
 }
 
 impl PrepareError {
+    /// The messages of all errors, one by one.
+    pub fn each(&self) -> Vec<String> {
+        match self {
+            Self::Several(errors) => errors.iter().flat_map(Self::each).collect(),
+            Self::Scene(error) => error.each().iter().map(ToString::to_string).collect(),
+            one => vec![one.to_string()],
+        }
+    }
+
     /// An error about the thermal network of a scene.
     pub(super) fn network(scene: &Scene, message: impl ToString) -> Self {
         Self::Network { path: scene.source.clone(), message: message.to_string() }

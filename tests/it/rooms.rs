@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms of `src`. Each uses only rooms before it.
-const ORDER: [&str; 18] = [
+const ORDER: [&str; 19] = [
     "text",
     "host",
     "files",
@@ -19,6 +19,7 @@ const ORDER: [&str; 18] = [
     "gpu",
     "trace",
     "simulation",
+    "guard",
     "output",
     "compare",
     "paper",
