@@ -80,6 +80,16 @@ struct Reflector {
     float specular;
     float roughness;
     float lobe;
+    float table;
+    float of_planet;
+    float of_space;
+    float of_sun;
+};
+
+struct PlanetView {
+    vec4 x;
+    vec4 y;
+    vec4 z;
 };
 
 struct DrawCommand {

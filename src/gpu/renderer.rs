@@ -67,6 +67,8 @@ pub struct Request<'a> {
     pub surroundings: Option<layout::Surroundings>,
     /// Lobes of all rough mirrors before the planet.
     pub lobes: &'a [f32],
+    /// Axes of the map of a planet that is not uniform, and its means over the direction of a surface.
+    pub planet: Option<(layout::PlanetView, &'a [f32])>,
     /// Heaters of a network that the frame steps.
     pub heating: Option<Heating<'a>>,
     /// Whether the temperatures before the step are kept, for images between them and those after it.
@@ -376,6 +378,10 @@ impl Renderer {
         if let Some(around) = request.surroundings {
             self.resources.write(Resource::Surroundings, slot, &[around])?;
             self.resources.write(Resource::Lobes, slot, request.lobes)?;
+        }
+        if let Some((view, means)) = request.planet {
+            self.resources.write(Resource::PlanetView, slot, &[view])?;
+            self.resources.write(Resource::PlanetMeans, slot, means)?;
         }
         self.resources.write_slices(Resource::SunView, slot, &std::mem::take(&mut self.shadows.views))?;
         if let Some(sensor) = &self.sensor {

@@ -21,10 +21,18 @@ pub enum Count {
     Shapes,
     /// One, if a pixel needs the surroundings of the craft.
     Surroundings,
-    /// Two faces of every material, if surfaces reflect.
+    /// Two faces of every material, if surfaces reflect or an emissivity has a law.
     Reflectors,
     /// Numbers of the lobes of rough mirrors.
     Lobes,
+    /// Numbers of the emissivities over angle and temperature.
+    Emissivities,
+    /// One, if the planet has a map.
+    PlanetView,
+    /// Cells of that map.
+    PlanetMap,
+    /// Means over it for the directions of a surface, if surfaces reflect.
+    PlanetMeans,
     /// Groups of four nodes.
     Groups,
     /// Groups, if a load or a reflection depends on the normal of a node.
@@ -262,8 +270,8 @@ pub enum Pieces {
     Never,
     /// In scenes without an image, because drawing reads the whole buffer.
     WithoutImage,
-    /// In scenes whose images have no reflections, because drawing these reads the whole buffer.
-    WithoutReflections,
+    /// In scenes whose images need no normals, because drawing with them reads the whole buffer.
+    WithoutNormals,
     /// Always.
     Always,
 }

@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use crate::thermal::emissivity::BandEmissivity;
 use crate::thermal::material::{
     Bulk, Domain, Gloss, NoPlate, Optics, Radiative, Response, Retarget, Sides, Structure, Transition,
 };
 
+use super::emissivity;
 use super::error::SceneError;
 use super::keys;
 use super::profile::{self, StatedProfile};
@@ -53,13 +55,14 @@ fn structure(over: &impl ValueSource) -> Result<Structure, SceneError> {
     })
 }
 
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 struct PartialOptics {
     absorptivity: Option<f64>,
     emissivity: Option<f64>,
     specular: Option<f64>,
     roughness: Option<f64>,
     slope_variance: Option<f64>,
+    in_band: BandEmissivity,
 }
 
 impl PartialOptics {
@@ -70,16 +73,22 @@ impl PartialOptics {
             specular: source.number("specular", SHARE)?,
             roughness: source.number("roughness", SHARE)?,
             slope_variance: source.number("normal_slope_variance", SHARE)?,
+            in_band: emissivity::read(source)?,
         })
     }
 
-    fn or(self, fallback: Self) -> Self {
+    fn or(self, fallback: &Self) -> Self {
+        let of = &fallback.in_band;
         Self {
             absorptivity: self.absorptivity.or(fallback.absorptivity),
             emissivity: self.emissivity.or(fallback.emissivity),
             specular: self.specular.or(fallback.specular),
             roughness: self.roughness.or(fallback.roughness),
             slope_variance: self.slope_variance.or(fallback.slope_variance),
+            in_band: BandEmissivity {
+                by_angle: self.in_band.by_angle.or_else(|| of.by_angle.clone()),
+                by_wavelength: self.in_band.by_wavelength.or_else(|| of.by_wavelength.clone()),
+            },
         }
     }
 
@@ -116,6 +125,7 @@ pub(super) struct Complete {
     pub(super) front: Optics,
     pub(super) sides: Sides,
     pub(super) gloss: [Gloss; 2],
+    pub(super) in_band: [BandEmissivity; 2],
     pub(super) bulk: Bulk,
     pub(super) response: Response,
     /// Files of the response's functions.
@@ -172,10 +182,10 @@ impl Values {
     /// Fills in missing values from `fallback`.
     pub(super) fn or(self, fallback: &Self) -> Self {
         Self {
-            front: self.front.or(fallback.front),
-            back: match (self.back, fallback.back) {
+            front: self.front.or(&fallback.front),
+            back: match (self.back, &fallback.back) {
                 (Some(back), Some(other)) => Some(back.or(other)),
-                (back, other) => back.or(other),
+                (back, other) => back.or_else(|| other.clone()),
             },
             sides: self.sides.or(fallback.sides),
             bulk: Bulk {
@@ -222,7 +232,7 @@ impl Values {
             Some(SidesKind::Both) => {
                 let message = "sides = 'both' needs the back's own optics: \
                                back = { absorptivity = .., emissivity = .. }";
-                let back = self.back.ok_or_else(|| Incomplete::new("back", message))?;
+                let back = self.back.as_ref().ok_or_else(|| Incomplete::new("back", message))?;
                 Sides::Both {
                     back: Optics {
                         absorptivity: back.absorptivity.ok_or_else(|| missing("back", "absorptivity of the back"))?,
@@ -233,6 +243,8 @@ impl Values {
         };
         check_emits(front, sides)?;
         let gloss = self.gloss(sides)?;
+        let of_back = self.back.as_ref().filter(|_| matches!(sides, Sides::Both { .. })).unwrap_or(&self.front);
+        let in_band = [&self.front, of_back].map(|face| face.in_band.clone());
         let response = self.response(step)?;
         let moves = matches!(response, Response::Transition(_));
         let stated = [&self.heating, &self.cooling].into_iter().flatten().filter(|_| moves);
@@ -241,6 +253,7 @@ impl Values {
             front,
             sides,
             gloss,
+            in_band,
             bulk: self.bulk,
             response,
             files,

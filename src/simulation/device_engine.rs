@@ -231,6 +231,12 @@ impl Engine for DeviceEngine {
         }
         let views = self.views(&order);
         let shutters = self.shutters(&order);
+        if let Some(around) = &order.surroundings {
+            self.finishes.look_at(around);
+        }
+        let finishes = &mut self.finishes;
+        let lobes = order.surroundings.map_or(&[][..], |around| finishes.lobes.values_before(around.planet));
+        let planet = order.surroundings.zip(finishes.planet.as_ref()).and_then(|(around, planet)| planet.told(&around));
         let submitted = self.renderer.submit(Request {
             step: step.map(|step| (step.load, step.steps)),
             views: views.as_deref().unwrap_or_default(),
@@ -239,7 +245,8 @@ impl Engine for DeviceEngine {
             absorbed: order.absorbed,
             time: Some(order.time),
             surroundings: order.surroundings.as_ref().map(layout::Surroundings::new),
-            lobes: order.surroundings.map_or(&[], |around| self.finishes.lobes.values_before(around.planet)),
+            lobes,
+            planet,
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             keep,
             between: order.between.map(|share| share as f32),

@@ -37,7 +37,7 @@ pub struct ReferenceEngine {
     earlier: Vec<f64>,
     /// The surface that is drawn, in the file's pose.
     surface: Jointed,
-    /// Normals of the surface, in the file's pose. Empty where it reflects nothing.
+    /// Normals of the surface, in the file's pose. Empty where no pixel needs them.
     normals: Vec<DVec3>,
     finishes: Finishes,
     parts: Vec<u32>,
@@ -69,8 +69,8 @@ impl ReferenceEngine {
         let position_joints = own_joints(&(0..nodes.vertex_of_node.len() as u32).collect::<Vec<_>>());
         let reference_nodes = node_of_slot.iter().map(|slot| nodes.reference_node(*slot as usize)).collect();
         let finishes = Finishes::new(prepared);
-        let reflects = !finishes.reflectors.is_empty();
-        let normals = nodes.normals.iter().filter(|_| reflects).map(|normal| normal.as_dvec3()).collect();
+        let has_normals = !finishes.reflectors.is_empty();
+        let normals = nodes.normals.iter().filter(|_| has_normals).map(|normal| normal.as_dvec3()).collect();
         Self {
             normals,
             finishes,
@@ -141,7 +141,7 @@ impl ReferenceEngine {
         Cow::Owned(self.normals.iter().zip(&self.surface.joints).map(turn).collect())
     }
 
-    /// Draws the surface as the joints place it, in the surroundings for which the lobes were made last.
+    /// Draws the surface as the joints place it, in the surroundings that were looked at last.
     fn draw(
         &self,
         temperatures: &[f64],
@@ -157,12 +157,14 @@ impl ReferenceEngine {
             &placed
         };
         let normals = self.turned(joints);
-        let around = surroundings.map(|surroundings| Around {
+        let seen = surroundings.is_some() || !self.finishes.reflectors.is_empty();
+        let around = seen.then(|| Around {
             surroundings,
             background: self.finishes.has_background(),
             normals: &normals,
+            reflects: self.finishes.reflects(),
             reflectors: &self.finishes.reflectors,
-            lobes: self.finishes.lobes.latest(),
+            looks: self.finishes.looks(),
         });
         let surface = Surface {
             around,
@@ -252,7 +254,7 @@ impl Engine for ReferenceEngine {
             temperatures = pairs.map(|(earlier, later)| between(*earlier, later, share)).collect();
         }
         if let Some(around) = &order.surroundings {
-            self.finishes.lobes.before(around.planet);
+            self.finishes.look_at(around);
         }
         let apart = self.finishes.is_apart();
         let mut pixels = order.pose.as_ref().zip(self.camera.as_ref()).map(|(pose, camera)| {

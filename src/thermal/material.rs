@@ -1,5 +1,6 @@
 //! Surface material as numbers: optics, bulk properties, and thermal response.
 
+use super::emissivity::BandEmissivity;
 pub use super::function::Function;
 
 /// Solar absorptivity and infrared emissivity of one face of a sheet or body, both in [0, 1].
@@ -265,6 +266,8 @@ pub struct Material {
     pub sides: Sides,
     /// How front and back reflect in the band of the images.
     pub gloss: [Gloss; 2],
+    /// Emissivity of front and back in the band of the images.
+    pub in_band: [BandEmissivity; 2],
     /// Bulk properties.
     pub bulk: Bulk,
     /// Thermal response of its nodes.

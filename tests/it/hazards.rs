@@ -81,8 +81,16 @@ fn wanted() -> Vec<Wanted> {
         all.push(Wanted { image: true, sampled, cull, ..Wanted::default() });
     }
     // Everything that an image may show.
-    let shows =
-        RadianceVariant { reflections: true, specular: true, rough: true, sun: true, apart: true, background: true };
+    let shows = RadianceVariant {
+        reflections: true,
+        specular: true,
+        rough: true,
+        sun: true,
+        apart: true,
+        background: true,
+        tables: true,
+        map: true,
+    };
     all.push(Wanted { shows, ..DRAWN });
     let sampled = Some(Sampled { lens: false, mean: Some(4), shutter: None, rows: 60 });
     all.push(Wanted { shows: RadianceVariant { apart: false, ..shows }, sampled, ..DRAWN });

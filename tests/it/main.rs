@@ -10,6 +10,7 @@ mod craft;
 mod cull;
 mod device;
 mod documents;
+mod emissivities;
 mod energy;
 mod functions;
 mod fused;

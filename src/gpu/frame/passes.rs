@@ -268,10 +268,10 @@ fn draw_pass(name: &str, kernel: Kernel, temperature: Resource, images: &[Resour
         bound(4, temperature, vertex),
         bound(5, Resource::GroupMaterial, vertex),
         bound(6, Resource::GroupPart, vertex),
-        bound(7, if shows.reflections { Resource::Reflectors } else { Resource::Materials }, fragment),
+        bound(7, if shows.needs_normals() { Resource::Reflectors } else { Resource::Materials }, fragment),
         bound(8, Resource::BandTable, fragment),
     ]);
-    if shows.reflections {
+    if shows.needs_normals() {
         let normals = [Resource::NormalX, Resource::NormalY, Resource::NormalZ];
         accesses.extend((9..).zip(normals).map(|(binding, component)| bound(binding, component, vertex)));
     }
@@ -283,6 +283,18 @@ fn draw_pass(name: &str, kernel: Kernel, temperature: Resource, images: &[Resour
     }
     if shows.rough {
         accesses.push(bound(13, Resource::Lobes, fragment));
+    }
+    if shows.tables {
+        accesses.push(bound(15, Resource::Emissivities, fragment));
+    }
+    if shows.map {
+        accesses.push(bound(16, Resource::PlanetView, uniform(S::FRAGMENT_SHADER)));
+        if shows.specular || shows.background {
+            accesses.push(bound(17, Resource::PlanetMap, fragment));
+        }
+        if shows.reflections {
+            accesses.push(bound(18, Resource::PlanetMeans, fragment));
+        }
     }
     if let Kernel::RadianceOfRows(_) | Kernel::MeanOfRows { .. } = kernel {
         accesses.push(bound(14, Resource::Shutter, uniform(S::VERTEX_SHADER)));
