@@ -27,9 +27,11 @@ MapPlace map_place(vec3 direction, float columns, float rows) {
     );
     float longitude = direction.y < 0.0 ? -angles.x : angles.x;
     float column = (longitude / (2.0 * PI) + 0.5) * columns - 0.5;
-    float row = clamp(angles.y / PI * rows - 0.5, 0.0, rows - 1.0);
+    // The poles lie half a row from the centres beside them.
+    float down = angles.y / PI * rows;
+    float row = clamp(max(min(2.0 * down, down + 0.5), 2.0 * down - rows + 1.0), 0.0, rows + 1.0);
     float left = floor(column);
-    float top = min(floor(row), rows - 2.0);
+    float top = min(floor(row), rows);
     float west = left < 0.0 ? columns - 1.0 : min(left, columns - 1.0);
     float east = west + 1.0 < columns ? west + 1.0 : 0.0;
     uint above = uint(top) * uint(columns);

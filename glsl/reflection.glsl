@@ -26,7 +26,7 @@ layout(set = 0, binding = 18) readonly buffer PlanetMeanBlock { float planet_mea
 // Mean of the planet over the part of its disc that a kind of surface sees along a direction.
 float planet_mean(float kind, vec3 direction) {
     MapPlace place = map_place(on_map(direction), MEAN_COLUMNS, MEAN_ROWS);
-    uvec4 cells = place.cells + uvec4(uint(kind * MEAN_COLUMNS * MEAN_ROWS));
+    uvec4 cells = place.cells + uvec4(uint(kind * MEAN_COLUMNS * (MEAN_ROWS + 2.0)));
     float above = mix(planet_means[cells.x], planet_means[cells.y], place.way.x);
     float below = mix(planet_means[cells.z], planet_means[cells.w], place.way.x);
     return mix(above, below, place.way.y);

@@ -64,6 +64,18 @@ struct Sampling {
     uint rows;
 };
 
+struct Distant {
+    vec2 corner;
+    vec2 focal;
+    vec2 centre;
+    float scale;
+    float lookups;
+    uint width;
+    uint height;
+    uint across;
+    uint down;
+};
+
 struct Surroundings {
     vec4 nadir;
     vec4 sun;

@@ -5,6 +5,8 @@
 //! in perspective without dividing by the depth of a vertex. A triangle may therefore cross the camera's plane, and the near plane is a test of z alone.
 //! Every sample of a pixel has its own ray, through the distortion of the lens.
 
+pub mod distant;
+
 use glam::{DAffine3, DVec2, DVec3};
 use rayon::prelude::*;
 

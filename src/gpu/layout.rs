@@ -164,6 +164,28 @@ shared! {
         pub rows: u32,
     }
 
+    /// A crop around a craft that is far away.
+    pub struct Distant {
+        /// Upper left corner of the crop in the image [px].
+        pub corner: [f32; 2],
+        /// Focal lengths of the image [px].
+        pub focal: [f32; 2],
+        /// Principal point of the image [px].
+        pub centre: [f32; 2],
+        /// Texels along the side of a pixel.
+        pub scale: f32,
+        /// Places in a pixel along each axis at which the sky is seen.
+        pub lookups: f32,
+        /// Width of the image [px]. The crop is drawn into an image of this width.
+        pub width: u32,
+        /// Height of the image [px].
+        pub height: u32,
+        /// Width of the crop [texels].
+        pub across: u32,
+        /// Height of the crop [texels].
+        pub down: u32,
+    }
+
     /// What surrounds the craft, in the axes of the camera.
     pub struct Surroundings {
         /// Unit vector to the planet's centre; w: sine of the planet's angular radius.

@@ -65,6 +65,13 @@ impl RadianceVariant {
         [Shader::new("background.vert", Vec::new()), Shader::new("background.frag", words)]
     }
 
+    /// The shader that makes an image from a crop around a craft that is far away.
+    pub fn distant(&self) -> Shader {
+        let words = [(true, "sky"), (self.sun, "sun"), (self.map, "map")];
+        let words = words.into_iter().filter(|(has, _)| *has && self.background);
+        Shader::new("distant.comp", words.map(|(_, word)| word).collect())
+    }
+
     /// Whether a pixel of a surface needs its normal.
     pub fn needs_normals(&self) -> bool {
         self.reflections || self.tables

@@ -140,6 +140,8 @@ table! {
     DepthImage: unbound(4, DrawnTexels, Depth);
     /// `Shutter`, written by the host.
     Shutter: row(size_of::<layout::Shutter>(), RollingOnce, Uniform, "Shutter").each_slot().each_joint();
+    /// `Distant`, written by the host.
+    Distant: row(size_of::<layout::Distant>(), DistantOnce, Uniform, "Distant").each_slot();
     /// Sizes of an image that is computed from drawn ones.
     Sampling: row(size_of::<layout::Sampling>(), ComputedOnce, Uniform, "Sampling");
     /// Copy of `RadianceImage` that shaders read.

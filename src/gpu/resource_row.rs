@@ -83,6 +83,8 @@ pub enum Count {
     LensCorners,
     /// One, if the image is computed from drawn ones.
     ComputedOnce,
+    /// One, if the craft may be far away.
+    DistantOnce,
     /// One, if the image has a rolling shutter.
     RollingOnce,
     /// One, if the image has a sensor.

@@ -256,6 +256,7 @@ impl SceneData<'_> {
             }
             Count::LensCorners => self.of_sampling(|sampling| sampling.map.len()),
             Count::ComputedOnce => self.of_computed(|_| 1),
+            Count::DistantOnce => self.of_sampling(|sampling| usize::from(sampling.distant)),
             Count::RollingOnce => self.of_sampling(|sampling| usize::from(sampling.shutter.is_some())),
             Count::HeatRuns => self.heat.map_or(0, |heat| heat.runs.len()),
             Count::HeatGroups => only(self.heat.is_some(), groups),

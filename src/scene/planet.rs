@@ -17,8 +17,8 @@ use crate::files;
 use crate::text::plain;
 use crate::thermal::planet_map::{DayLaw, Equirectangular, MapAxes, PlanetPattern};
 
-/// Most cells of a map: the device binds no more bytes at once.
-const MOST_CELLS: usize = 1 << 25;
+/// Most cells of a map. With the poles they stay below the 128 MiB that every device binds at once.
+const MOST_CELLS: usize = 1 << 24;
 /// Hottest cell [K].
 const HOTTEST: f32 = 6000.0;
 /// Sidereal day of the Earth [s] (IERS Conventions 2010).
@@ -120,11 +120,11 @@ fn from_png(bytes: &[u8], [scale, offset]: [f64; 2]) -> Result<Equirectangular, 
     let mut values = vec![0; size];
     reader.next_frame(&mut values).map_err(failed)?;
     let kelvin = |value: f64| (offset + scale * value) as f32;
-    let values = match depth {
+    let cells: Vec<f32> = match depth {
         png::BitDepth::Eight => values.into_iter().map(|value| kelvin(f64::from(value))).collect(),
         _ => values.as_chunks().0.iter().map(|value| kelvin(f64::from(u16::from_be_bytes(*value)))).collect(),
     };
-    Ok(Equirectangular { columns, rows, values })
+    Ok(Equirectangular::new(columns, rows, &cells))
 }
 
 /// The temperatures of an EXR with one channel.
@@ -140,12 +140,12 @@ fn from_exr(bytes: &[u8]) -> Result<Equirectangular, String> {
     let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let image = image.from_buffered(Cursor::new(bytes)).map_err(failed)?;
     let channel = image.layer_data.channel_data.list.into_iter().next().ok_or("has no channel")?;
-    let values = match channel.sample_data {
+    let cells = match channel.sample_data {
         FlatSamples::F32(values) => values,
         FlatSamples::F16(values) => values.into_iter().map(|value| value.to_f32()).collect(),
         FlatSamples::U32(values) => values.into_iter().map(|value| value as f32).collect(),
     };
-    Ok(Equirectangular { columns, rows, values })
+    Ok(Equirectangular::new(columns, rows, &cells))
 }
 
 fn check_size(columns: usize, rows: usize) -> Result<(), String> {
@@ -156,12 +156,12 @@ fn check_size(columns: usize, rows: usize) -> Result<(), String> {
 }
 
 fn checked(map: Equirectangular) -> Result<Equirectangular, String> {
-    match map.values.iter().position(|value| !(0.0..=HOTTEST).contains(value)) {
+    match map.cells().iter().position(|value| !(0.0..=HOTTEST).contains(value)) {
         Some(cell) => Err(format!(
             "row {}, column {}: must be in [0, {HOTTEST}] K, found {}",
             cell / map.columns + 1,
             cell % map.columns + 1,
-            map.values[cell]
+            map.cells()[cell]
         )),
         None => Ok(map),
     }

@@ -6,6 +6,7 @@ use std::collections::VecDeque;
 use glam::{DAffine3, DVec3};
 
 use super::device_data::is_own;
+use super::distant::Distance;
 use super::energy::{absorbed_heat, heat_tables};
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
 use super::network::NetworkRun;
@@ -16,6 +17,7 @@ use crate::environment::StepLoad;
 use crate::environment::shadow::{Jointed, Shadows};
 use crate::gpu::heat::HeatTables;
 use crate::gpu::nodes::{GROUP, PADDING};
+use crate::raster::distant::gather;
 use crate::raster::{self, Around, Surface, rasterise};
 use crate::saved::Saved;
 use crate::scene::Camera;
@@ -40,6 +42,8 @@ pub struct ReferenceEngine {
     /// Normals of the surface, in the file's pose. Empty where no pixel needs them.
     normals: Vec<DVec3>,
     finishes: Finishes,
+    /// The boxes of a craft that may be far away.
+    distance: Option<Distance>,
     parts: Vec<u32>,
     materials: Vec<u32>,
     emissivities: Vec<[f64; 2]>,
@@ -74,6 +78,7 @@ impl ReferenceEngine {
         Self {
             normals,
             finishes,
+            distance: camera.and_then(|camera| Distance::new(prepared, camera)),
             reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction)
                 .with_joints(joints),
             shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),
@@ -178,6 +183,28 @@ impl ReferenceEngine {
         rasterise(&surface, view, |t| band_radiance(&self.table, t))
     }
 
+    /// Draws what stands behind the surface.
+    fn draw_sky(&self, view: &raster::View, surroundings: Option<&Surroundings>) -> Vec<raster::Pixel> {
+        let around = surroundings.map(|surroundings| Around {
+            surroundings: Some(surroundings),
+            background: self.finishes.has_background(),
+            normals: &[],
+            reflects: false,
+            reflectors: &[],
+            looks: self.finishes.looks(),
+        });
+        let nothing = Surface {
+            around,
+            positions: &[],
+            triangles: &[],
+            temperatures: &[],
+            vertex_part: &[],
+            vertex_material: &[],
+            emissivities: &[],
+        };
+        rasterise(&nothing, view, |_| 0.0)
+    }
+
     fn take_network(&mut self) -> Result<(), EngineError> {
         let Some(network) = &mut self.network else { return Ok(()) };
         let temperatures = network.temperatures()?;
@@ -261,7 +288,19 @@ impl Engine for ReferenceEngine {
             let surroundings = order.surroundings.as_ref();
             let draw = |joints: &[DAffine3], view: &raster::View| self.draw(&temperatures, joints, view, surroundings);
             let drawn = match order.rows {
-                None => draw(order.joints, &raster_view(camera, pose)),
+                None => {
+                    let view = raster_view(camera, pose);
+                    let crop = self.distance.as_ref().and_then(|distance| distance.crop(camera, pose, order.joints));
+                    match crop {
+                        None => draw(order.joints, &view),
+                        Some(crop) => {
+                            let texels = draw(order.joints, &crop.view(&view));
+                            let mut image = self.draw_sky(&view, surroundings);
+                            gather(&mut image, view.width as usize, &crop, &texels);
+                            image
+                        }
+                    }
+                }
                 Some(Rows(moment)) => {
                     let row = |row: u32| {
                         let Moment { pose, joints } = moment(f64::from(row));

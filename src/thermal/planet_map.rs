@@ -9,25 +9,42 @@ use rayon::prelude::*;
 use crate::environment::view_factor::ApparentRadius;
 
 /// Values over latitude and longitude in equal steps. The first row lies at the pole +Z, and the first column begins at the longitude -180 deg. Longitude 0 is +X
-/// and 90 deg is +Y. Between the centres of four cells a value is bilinear.
+/// and 90 deg is +Y. Between the centres of four cells a value is bilinear. A pole has the mean of the row beside it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equirectangular {
     /// Cells of a row, at least 1.
     pub columns: usize,
     /// Rows, at least 2.
     pub rows: usize,
-    /// The values, row after row.
+    /// The values: the pole +Z for each column, then row after row, and the other pole for each column.
     pub values: Vec<f32>,
 }
 
 impl Equirectangular {
+    /// A map of the values of its cells, row after row.
+    pub fn new(columns: usize, rows: usize, cells: &[f32]) -> Self {
+        let pole = |row: &[f32]| {
+            let mean = row.iter().map(|value| f64::from(*value)).sum::<f64>() / columns as f64;
+            vec![mean as f32; columns]
+        };
+        let poles = [pole(&cells[..columns]), pole(&cells[(rows - 1) * columns..])];
+        Self { columns, rows, values: [&poles[0], cells, &poles[1]].concat() }
+    }
+
+    /// The values of the cells, row after row.
+    pub fn cells(&self) -> &[f32] {
+        &self.values[self.columns..(self.rows + 1) * self.columns]
+    }
+
     /// Value in a direction, a unit vector.
     pub fn at(&self, direction: DVec3) -> f64 {
         let longitude = direction.y.atan2(direction.x);
         let polar = direction.truncate().length().atan2(direction.z);
         let column = (longitude / TAU + 0.5) * self.columns as f64 - 0.5;
-        let row = (polar / PI * self.rows as f64 - 0.5).clamp(0.0, (self.rows - 1) as f64);
-        let (left, top) = (column.floor(), row.floor().min((self.rows - 2) as f64));
+        let (rows, down) = (self.rows as f64, polar / PI * self.rows as f64);
+        // The poles lie half a row from the centres beside them.
+        let row = (2.0 * down).min(down + 0.5).max(2.0 * down - rows + 1.0);
+        let (left, top) = (column.floor(), row.floor().min(rows));
         let (u, v) = (column - left, row - top);
         let west = if left < 0.0 { self.columns - 1 } else { left as usize };
         let east = if west + 1 < self.columns { west + 1 } else { 0 };
@@ -39,21 +56,21 @@ impl Equirectangular {
         above + v * (below - above)
     }
 
-    /// Direction of the centre of a cell.
-    fn centre(&self, column: usize, row: usize) -> DVec3 {
-        let (sin, cos) = ((row as f64 + 0.5) / self.rows as f64 * PI).sin_cos();
-        let (y, x) = (((column as f64 + 0.5) / self.columns as f64 - 0.5) * TAU).sin_cos();
-        DVec3::new(sin * x, sin * y, cos)
-    }
-
     /// Mean over the sphere.
     pub fn mean(&self) -> f64 {
         let weight = |row: usize| ((row as f64 + 0.5) / self.rows as f64 * PI).sin();
         let of_row =
-            |row: usize| self.values[row * self.columns..][..self.columns].iter().map(|v| f64::from(*v)).sum::<f64>();
+            |row: usize| self.cells()[row * self.columns..][..self.columns].iter().map(|v| f64::from(*v)).sum::<f64>();
         let whole: f64 = (0..self.rows).map(weight).sum();
         (0..self.rows).map(|row| weight(row) * of_row(row)).sum::<f64>() / (whole * self.columns as f64)
     }
+}
+
+/// Direction of the centre of a cell.
+fn centre_of(column: usize, row: usize, [columns, rows]: [usize; 2]) -> DVec3 {
+    let (sin, cos) = ((row as f64 + 0.5) / rows as f64 * PI).sin_cos();
+    let (y, x) = (((column as f64 + 0.5) / columns as f64 - 0.5) * TAU).sin_cos();
+    DVec3::new(sin * x, sin * y, cos)
 }
 
 /// How the axes of a planet's map turn in the inertial frame.
@@ -106,8 +123,8 @@ impl PlanetPattern {
                 DayLaw::Cosine => (night.powi(4) + (day.powi(4) - night.powi(4)) * height.max(0.0)).sqrt().sqrt(),
             }
         };
-        let values = (0..DAY_ROWS).map(|row| of_row(row) as f32).collect();
-        Self { temperatures: Equirectangular { columns: 1, rows: DAY_ROWS, values }, axes: MapAxes::Sun }
+        let cells: Vec<f32> = (0..DAY_ROWS).map(|row| of_row(row) as f32).collect();
+        Self { temperatures: Equirectangular::new(1, DAY_ROWS, &cells), axes: MapAxes::Sun }
     }
 }
 
@@ -147,7 +164,7 @@ pub const MEAN_COLUMNS: usize = 96;
 /// Rows of them.
 pub const MEAN_ROWS: usize = 48;
 /// Numbers of one kind of surface.
-pub const MEAN_VALUES: usize = MEAN_COLUMNS * MEAN_ROWS;
+pub const MEAN_VALUES: usize = MEAN_COLUMNS * (MEAN_ROWS + 2);
 
 /// Points that stand for the disc.
 const DISC_POINTS: usize = 2048;
@@ -170,9 +187,8 @@ impl SeenPlanet {
         let points: Vec<(DVec3, f64)> = points.collect();
         let plain = points.iter().map(|(_, value)| value).sum::<f64>() / points.len() as f64;
         let over = |weight: &(dyn Fn(f64) -> f64 + Sync)| {
-            let mut means = Equirectangular { columns: MEAN_COLUMNS, rows: MEAN_ROWS, values: Vec::new() };
             let mean = |cell: usize| {
-                let direction = means.centre(cell % MEAN_COLUMNS, cell / MEAN_COLUMNS);
+                let direction = centre_of(cell % MEAN_COLUMNS, cell / MEAN_COLUMNS, [MEAN_COLUMNS, MEAN_ROWS]);
                 let add = |(sum, whole): (f64, f64), (point, value): &(DVec3, f64)| {
                     let weight = weight(direction.dot(*point));
                     (sum + weight * value, whole + weight)
@@ -180,9 +196,8 @@ impl SeenPlanet {
                 let (sum, whole) = points.iter().fold((0.0, 0.0), add);
                 (if whole > 0.0 { sum / whole } else { plain }) as f32
             };
-            let values = (0..MEAN_VALUES).into_par_iter().map(mean).collect();
-            means.values = values;
-            means
+            let cells: Vec<f32> = (0..MEAN_COLUMNS * MEAN_ROWS).into_par_iter().map(mean).collect();
+            Equirectangular::new(MEAN_COLUMNS, MEAN_ROWS, &cells)
         };
         let mut means = vec![over(&|cosine: f64| cosine.max(0.0))];
         means.extend(roughnesses.iter().map(|roughness| {
@@ -223,10 +238,8 @@ mod tests {
     }
 
     fn map(rows: usize) -> Arc<Equirectangular> {
-        let mut map = Equirectangular { columns: 2 * rows, rows, values: Vec::new() };
-        let cells = (0..2 * rows * rows).map(|cell| pattern(map.centre(cell % (2 * rows), cell / (2 * rows))) as f32);
-        let values = cells.collect();
-        map.values = values;
+        let cell = |cell: usize| pattern(centre_of(cell % (2 * rows), cell / (2 * rows), [2 * rows, rows])) as f32;
+        let map = Equirectangular::new(2 * rows, rows, &(0..2 * rows * rows).map(cell).collect::<Vec<_>>());
         Arc::new(map)
     }
 
@@ -242,10 +255,12 @@ mod tests {
         let map = map(90);
         for row in [0, 7, 89] {
             for column in [0, 3, 179] {
-                let found = map.at(map.centre(column, row));
-                assert!((found - f64::from(map.values[row * 180 + column])).abs() < 1e-6);
+                let found = map.at(centre_of(column, row, [180, 90]));
+                assert!((found - f64::from(map.cells()[row * 180 + column])).abs() < 1e-6);
             }
         }
+        let beside = [DVec3::new(1e-9, 0.0, 1.0), DVec3::new(-1e-9, 1e-9, 1.0)].map(|pole| map.at(pole));
+        assert!((beside[0] - beside[1]).abs() < 1e-6 && (beside[0] - pattern(DVec3::Z)).abs() < 1e-3, "{beside:?}");
         let worst = directions(500).map(|direction| (map.at(direction) - pattern(direction)).abs()).fold(0.0, f64::max);
         assert!(worst < 6e-3, "{worst}");
         assert!((map.mean() - 1.0).abs() < 1e-3);

@@ -214,7 +214,7 @@ mod tests {
             let by_angle = n.map(|n| ByAngle::Fresnel { n, k: n });
             EmissivityTable::new(&BandEmissivity { by_angle, by_wavelength }, 0.5, BAND)
         });
-        let map = Arc::new(Equirectangular { columns: 4, rows: 2, values: vec![1.0; 8] });
+        let map = Arc::new(Equirectangular::new(4, 2, &[1.0; 8]));
         let planet = SeenPlanet::new(&map, DVec3::Z, around.planet, &[0.3]);
         let lobes = [Lobe::new(0.3, around.planet)];
         let looks = Looks { lobes: &lobes, tables: &tables, planet: Some(&planet) };
@@ -283,9 +283,9 @@ mod tests {
         let one = |reflector| reflected_radiance(&around, reflector, &looks, DVec3::NEG_Z, view);
         assert!((one(&rough) / one(&smooth) - 1.0).abs() < 1e-3);
         let diffuse = Reflector { specular: 0.0, ..smooth };
-        let to_sun = reflected_radiance(&around, &diffuse, &lobes, DVec3::X, DVec3::X);
+        let to_sun = reflected_radiance(&around, &diffuse, &looks, DVec3::X, DVec3::X);
         let dark = Surroundings { sun_radiance: 0.0, ..around };
-        let sunlight = to_sun - reflected_radiance(&dark, &diffuse, &lobes, DVec3::X, DVec3::X);
+        let sunlight = to_sun - reflected_radiance(&dark, &diffuse, &looks, DVec3::X, DVec3::X);
         // Irradiance of the Sun in the band over pi.
         let expected = 0.9 * around.sun_radiance * around.sun_disc.sin.powi(2);
         assert!((sunlight / expected - 1.0).abs() < 1e-9 && (0.3..0.6).contains(&sunlight), "{sunlight}");

@@ -9,6 +9,7 @@ mod compare;
 mod craft;
 mod cull;
 mod device;
+mod distant;
 mod documents;
 mod emissivities;
 mod energy;

@@ -248,6 +248,26 @@ pub(super) fn resample_pass(sampled: Sampled) -> Pass {
     Pass { name: "resample".to_owned(), work, accesses }
 }
 
+/// Computes the image of a craft that is far away from a crop around it.
+pub(super) fn distant_pass(sampled: Sampled, shows: RadianceVariant) -> Pass {
+    let mut accesses = vec![
+        bound(0, Resource::Distant, COMPUTE_UNIFORM),
+        bound(1, Resource::DrawnRadiance, COMPUTE_READ),
+        bound(2, Resource::DrawnIdentity, COMPUTE_READ),
+        bound(3, Resource::ImageRadiance, COMPUTE_WRITE),
+        bound(4, Resource::ImageIdentity, COMPUTE_WRITE),
+    ];
+    if shows.background {
+        accesses.push(bound(12, Resource::Surroundings, COMPUTE_UNIFORM));
+    }
+    if shows.background && shows.map {
+        accesses.push(bound(16, Resource::PlanetView, COMPUTE_UNIFORM));
+        accesses.push(bound(17, Resource::PlanetMap, COMPUTE_READ));
+    }
+    let work = Work::Dispatch { kernel: Kernel::Distant(shows), workgroups: sampled.rows, set: 0, said: Said::Nothing };
+    Pass { name: "distant".to_owned(), work, accesses }
+}
+
 /// Draws the triangles that culling kept into images, the last of which is the depth buffer, and the sky behind them.
 fn draw_pass(name: &str, kernel: Kernel, temperature: Resource, images: &[Resource]) -> Pass {
     let shows = match kernel {
