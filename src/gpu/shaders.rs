@@ -20,7 +20,6 @@ macro_rules! entry_points {
 /// Entry points of `glsl/`, each with its SPIR-V without words.
 pub const ENTRY_POINTS: &[(&str, &[u8])] = entry_points![
     "absorbed_heat.comp" "background.frag" "background.vert" "between.comp" "blackbody.comp" "brightness.comp" "cull.comp"
-    "distant.comp"
     "distant.comp" "empty.comp" "network_solve.comp" "network_wide.comp" "one_pass.comp" "one_pass_heaters.comp" "radiance.frag"
     "radiance.vert" "resample.comp" "response.comp" "sensor_cells.comp" "sensor_halo.comp" "sensor_pixel.comp"
     "sensor_rows.comp" "solar_depth.vert" "solar_rays.comp" "solar_visibility.comp" "thermal_step.comp"

@@ -95,7 +95,7 @@ mod tests {
                 cosines.map(off).fold(0.0, f64::max)
             };
             println!("n = {n}, k = {k}: off by {:.1e}", error(0.0));
-            assert!(error(0.0) < 2e-3 && error(0.02) > 2e-3, "{n}, {k}: {}", error(0.0));
+            assert!(error(0.0) < 1e-3 && error(0.02) > 1e-3, "{n}, {k}: {}", error(0.0));
             assert!(table.largest() <= 1.0);
         }
     }

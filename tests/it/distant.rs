@@ -10,7 +10,7 @@ use super::reflections::{apart, by_reference, on_device, shining};
 /// Greatest extent of the craft across the line of sight [m], and the focal length of its camera [px].
 const SPAN: f64 = 9.2;
 const FOCAL: f64 = 115.882;
-const SIZE: [f64; 2] = [96.0, 72.0];
+const SIZE: [f64; 2] = [320.0, 256.0];
 
 /// Changes that put the camera so far away that the craft spans `pixels`. It looks past the craft by `aside` of the distance.
 fn far(pixels: f64, aside: f64, lens: &str) -> Vec<(&'static str, String)> {
@@ -20,7 +20,8 @@ fn far(pixels: f64, aside: f64, lens: &str) -> Vec<(&'static str, String)> {
     vec![
         ("position = [6.5, 5, -7.5]", format!("position = {place:?}")),
         ("look_at = [0, 0, 0]", format!("look_at = [{}, 0, {}]", aside * distance, 0.4 * aside * distance)),
-        ("fov_deg = 45", format!("fov_deg = 45\n{lens}")),
+        ("width = 96\nheight = 72", "width = 320\nheight = 256".to_owned()),
+        ("fov_deg = 45", format!("focal_px = {FOCAL}\n{lens}")),
     ]
 }
 
@@ -43,7 +44,7 @@ fn intensity(pixels: &Pixels, [width, height]: [f64; 2], focal: f64) -> f64 {
 fn exact(pixels: f64, make: &dyn Fn(&[(&str, &str)]) -> String) -> f64 {
     let (focal, width, height) = (FOCAL * 400.0 / pixels, 600.0, 600.0);
     let mut changes = far(pixels, 0.0, "");
-    changes.pop();
+    changes.truncate(2);
     changes.push(("fov_deg = 45", format!("focal_px = {focal}\nsamples = 4")));
     changes.push(("width = 96\nheight = 72", "width = 600\nheight = 600".to_owned()));
     let found = by_reference(&Folder::new(&changed(&changes, make)).prepared());

@@ -141,7 +141,7 @@ fn the_device_sees_a_planet_with_a_map_as_the_reference() {
         (
             "a terminator",
             day_night.replace("cosine", "step"),
-            day_night.replace("cosine", "step").replace("220", "230"),
+            day_night.replace("cosine", "step").replace("310", "315"),
         ),
     ] {
         for (kind, changes) in [
