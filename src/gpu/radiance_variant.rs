@@ -22,6 +22,8 @@ pub struct RadianceVariant {
     pub tables: bool,
     /// Whether the planet is not uniform, which needs `reflections` or `background`.
     pub map: bool,
+    /// Whether it has normals of its own, which needs `reflections` or `tables`.
+    pub crinkled: bool,
 }
 
 impl RadianceVariant {
@@ -35,6 +37,7 @@ impl RadianceVariant {
         background: false,
         tables: false,
         map: false,
+        crinkled: false,
     };
 
     /// The vertex shader and the fragment shader of the craft. `mean` are the samples of a texel of a mean, and `shutter` is how a point finds its row with a
@@ -94,7 +97,8 @@ impl RadianceVariant {
             }
         }
         all.extend([false, true].map(|sun| Self { background: true, map: true, sun, ..Self::default() }));
-        all.iter().flat_map(|shows| [*shows, Self { tables: true, ..*shows }]).collect()
+        let crinkled = Self { reflections: true, crinkled: true, ..Self::default() };
+        all.iter().flat_map(|shows| [*shows, Self { tables: true, ..*shows }]).chain([crinkled]).collect()
     }
 }
 

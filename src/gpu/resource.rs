@@ -85,6 +85,12 @@ table! {
     NormalY: row(GROUP, LoadedGroups, Storage, "NormalY").in_pieces(WithoutNormals);
     /// z of the normals.
     NormalZ: row(GROUP, LoadedGroups, Storage, "NormalZ").in_pieces(WithoutNormals);
+    /// x of the normals of crinkled foil that is drawn.
+    CrinkledX: row(GROUP, CrinkledGroups, Storage, "NormalX");
+    /// y of these normals.
+    CrinkledY: row(GROUP, CrinkledGroups, Storage, "NormalY");
+    /// z of these normals.
+    CrinkledZ: row(GROUP, CrinkledGroups, Storage, "NormalZ");
     /// x of the positions [m].
     PositionX: row(GROUP, PlacedGroups, Storage, "PositionX");
     /// y of the positions [m].

@@ -37,6 +37,8 @@ pub enum Count {
     Groups,
     /// Groups, if a load or a reflection depends on the normal of a node.
     LoadedGroups,
+    /// Groups, if the image has normals of its own.
+    CrinkledGroups,
     /// Groups, if nodes keep a state between steps.
     MovingGroups,
     /// Groups, if this state has three numbers.
@@ -162,6 +164,7 @@ impl Count {
             self,
             Self::Groups
                 | Self::LoadedGroups
+                | Self::CrinkledGroups
                 | Self::MovingGroups
                 | Self::TargetGroups
                 | Self::PlacedGroups

@@ -81,6 +81,8 @@ pub struct Shown<'a> {
     pub emissivities: &'a [f32],
     /// Radiances of a planet that is not uniform, over that of its mean temperature.
     pub planet_map: &'a [f32],
+    /// Normals of all nodes, if the image has normals of its own.
+    pub crinkled: &'a [Vec3],
     /// Number of its means over the direction of a surface, which come with the requests.
     pub planet_means: usize,
 }
@@ -225,9 +227,10 @@ impl SceneData<'_> {
             Count::Groups => groups,
             Count::HeatedGroups => groups + self.network.map_or(0, |network| network.heaters.len().div_ceil(GROUP)),
             Count::LoadedGroups => {
-                let seen = drawn && self.shown.variant.needs_normals();
+                let seen = drawn && self.shown.variant.needs_normals() && !self.shown.variant.crinkled;
                 only(seen || of_ranges(|variant| variant.sun || variant.planet_ir), groups)
             }
+            Count::CrinkledGroups => only(drawn, self.shown.crinkled.len() / GROUP),
             Count::MovingGroups => only(of_ranges(|variant| variant.kind.has_state()), groups),
             Count::TargetGroups => only(of_ranges(|variant| variant.kind.has_full_state()), groups),
             Count::PlacedGroups => only(drawn || self.shadows.is_some(), groups),
@@ -334,7 +337,10 @@ impl Resources {
             let in_pieces = match row.pieces {
                 Pieces::Never => false,
                 Pieces::WithoutImage => data.image.is_none(),
-                Pieces::WithoutNormals => data.image.is_none() || !data.shown.variant.needs_normals(),
+                Pieces::WithoutNormals => {
+                    let variant = data.shown.variant;
+                    data.image.is_none() || !variant.needs_normals() || variant.crinkled
+                }
                 Pieces::Always => true,
             };
             for slot in 0..row.copies() {
@@ -390,6 +396,10 @@ impl Resources {
             self.upload(once, Resource::SensorBolometer, &vec![0.0f32; 4 * sensor.count(Count::SensorBolometer)])?;
         }
         self.upload(once, Resource::BandTable, data.band_table)?;
+        let crinkled = [Resource::CrinkledX, Resource::CrinkledY, Resource::CrinkledZ];
+        for (axis, resource) in crinkled.into_iter().enumerate().filter(|_| !data.shown.crinkled.is_empty()) {
+            self.upload(once, resource, &component(data.shown.crinkled, axis))?;
+        }
         for (axis, resource) in [Resource::NormalX, Resource::NormalY, Resource::NormalZ].into_iter().enumerate() {
             self.upload(once, resource, &component(data.normals, axis))?;
         }

@@ -113,7 +113,7 @@ macro_rules! material_keys {
 }
 
 material_keys! {
-    optics: "absorptivity" "emissivity" "specular" "roughness" "normal_slope_variance";
+    optics: "absorptivity" "emissivity" "specular" "roughness" "normal_slope_variance" "normal_slope" "normal_seed";
     laws: "emissivity_by_angle" "emissivity_by_wavelength";
     bulk: "thickness" "density" "specific_heat" "heat_capacity_per_area" "conductivity";
     over: "effective_emittance" "thickness" "density" "specific_heat" "conductivity";

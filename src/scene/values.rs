@@ -55,6 +55,17 @@ fn structure(over: &impl ValueSource) -> Result<Structure, SceneError> {
     })
 }
 
+/// Reads `normal_seed`, a whole number.
+fn seed(source: &impl ValueSource) -> Result<Option<f64>, SceneError> {
+    let seed = source.number("normal_seed", Quantity::within(0.0, f64::from(u32::MAX), ""))?;
+    match seed {
+        Some(seed) if seed.fract() != 0.0 => {
+            Err(source.error("normal_seed", format!("must be a whole number, found {seed}")))
+        }
+        seed => Ok(seed),
+    }
+}
+
 #[derive(Debug, Clone, Default, PartialEq)]
 struct PartialOptics {
     absorptivity: Option<f64>,
@@ -62,6 +73,8 @@ struct PartialOptics {
     specular: Option<f64>,
     roughness: Option<f64>,
     slope_variance: Option<f64>,
+    drawn: Option<bool>,
+    seed: Option<f64>,
     in_band: BandEmissivity,
 }
 
@@ -73,6 +86,8 @@ impl PartialOptics {
             specular: source.number("specular", SHARE)?,
             roughness: source.number("roughness", SHARE)?,
             slope_variance: source.number("normal_slope_variance", SHARE)?,
+            drawn: source.choice("normal_slope", &[("averaged", false), ("drawn", true)])?,
+            seed: seed(source)?,
             in_band: emissivity::read(source)?,
         })
     }
@@ -85,6 +100,8 @@ impl PartialOptics {
             specular: self.specular.or(fallback.specular),
             roughness: self.roughness.or(fallback.roughness),
             slope_variance: self.slope_variance.or(fallback.slope_variance),
+            drawn: self.drawn.or(fallback.drawn),
+            seed: self.seed.or(fallback.seed),
             in_band: BandEmissivity {
                 by_angle: self.in_band.by_angle.or_else(|| of.by_angle.clone()),
                 by_wavelength: self.in_band.by_wavelength.or_else(|| of.by_wavelength.clone()),
@@ -92,16 +109,25 @@ impl PartialOptics {
         }
     }
 
-    /// How the face reflects. The error is the key of a roughness without a mirror.
-    fn gloss(&self) -> Result<Gloss, &'static str> {
+    /// How the face reflects. The error is a key that lacks another one, and why.
+    fn gloss(&self) -> Result<Gloss, (&'static str, &'static str)> {
         let specular = self.specular.unwrap_or(0.0);
         for (key, stated) in [("roughness", self.roughness), ("normal_slope_variance", self.slope_variance)] {
             if specular == 0.0 && stated.is_some() {
-                return Err(key);
+                return Err((key, "spreads the light of a mirror, and there is none: state 'specular' above 0 too"));
             }
         }
-        let [roughness, slope_variance] = [self.roughness, self.slope_variance].map(Option::unwrap_or_default);
-        Ok(Gloss { specular, roughness, slope_variance })
+        let drawn = self.drawn.unwrap_or_default();
+        if drawn && self.slope_variance.is_none() {
+            return Err(("normal_slope", "draws slopes of a variance: state 'normal_slope_variance' too"));
+        }
+        if self.seed.is_some() && !drawn {
+            return Err(("normal_seed", "is that of slopes that are drawn: state normal_slope = 'drawn' too"));
+        }
+        let [roughness, variance] = [self.roughness, self.slope_variance].map(Option::unwrap_or_default);
+        let (slope_variance, drawn_variance) = if drawn { (0.0, variance) } else { (variance, 0.0) };
+        let seed = self.seed.unwrap_or_default() as u32;
+        Ok(Gloss { specular, roughness, slope_variance, drawn_variance, seed })
     }
 }
 
@@ -266,11 +292,10 @@ impl Values {
 
     /// How front and back reflect. The back of a material that exchanges heat outside only is like its front.
     fn gloss(&self, sides: Sides) -> Result<[Gloss; 2], Incomplete> {
-        let message = "spreads the light of a mirror, and there is none: state 'specular' above 0 too";
-        let front = self.front.gloss().map_err(|key| Incomplete::new(key, message))?;
+        let front = self.front.gloss().map_err(|(key, message)| Incomplete::new(key, message))?;
         let back = match (sides, &self.back) {
             (Sides::Both { .. }, Some(back)) => {
-                back.gloss().map_err(|key| Incomplete::new("back", format!("{key} {message}")))?
+                back.gloss().map_err(|(key, message)| Incomplete::new("back", format!("{key} {message}")))?
             }
             _ => front,
         };

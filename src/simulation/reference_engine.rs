@@ -74,7 +74,8 @@ impl ReferenceEngine {
         let reference_nodes = node_of_slot.iter().map(|slot| nodes.reference_node(*slot as usize)).collect();
         let finishes = Finishes::new(prepared);
         let has_normals = !finishes.reflectors.is_empty();
-        let normals = nodes.normals.iter().filter(|_| has_normals).map(|normal| normal.as_dvec3()).collect();
+        let shown = if finishes.crinkled.is_empty() { &nodes.normals } else { &finishes.crinkled };
+        let normals = shown.iter().filter(|_| has_normals).map(|normal| normal.as_dvec3()).collect();
         Self {
             normals,
             finishes,

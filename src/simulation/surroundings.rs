@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::prepare::Prepared;
@@ -10,9 +10,11 @@ use crate::environment::frames::gcrf_from_itrf;
 use crate::environment::orbit::{SUN_DISTANCE, SUN_RADIUS};
 use crate::environment::view_factor::ApparentRadius;
 use crate::gpu::layout;
+use crate::gpu::nodes::GROUP;
 use crate::gpu::radiance_variant::RadianceVariant;
 use crate::gpu::resources::Shown;
 use crate::scene::{Background, Reflections, Surrounded};
+use crate::thermal::crinkle::crinkled;
 use crate::thermal::emissivity::BandEmissivity;
 use crate::thermal::emissivity_table::{EmissivityTable, TABLE_VALUES};
 use crate::thermal::lobe::{LOBE_VALUES, Lobe};
@@ -87,6 +89,8 @@ pub struct Finishes {
     /// The planet, where it is not uniform.
     pub planet: Option<MappedPlanet>,
     variant: RadianceVariant,
+    /// Normals of the nodes with the slopes of crinkled foil that is drawn. Empty where none is.
+    pub crinkled: Vec<Vec3>,
     rounded: Vec<layout::Reflector>,
     rounded_tables: Vec<f32>,
 }
@@ -101,6 +105,20 @@ pub fn emissivity_tables(materials: &[Material], band: Band) -> Vec<EmissivityTa
         [0, 1].map(|face| EmissivityTable::new(&material.in_band[face], plain[face], band))
     };
     materials.par_iter().flat_map_iter(of).collect()
+}
+
+/// Normals of all nodes where the slopes of a material are drawn. Empty where none are.
+fn crinkled_normals(prepared: &Prepared) -> Vec<Vec3> {
+    let (nodes, materials) = (&prepared.nodes, &prepared.materials);
+    if materials.iter().all(|material| material.gloss[0].drawn_variance == 0.0) {
+        return Vec::new();
+    }
+    let of = |(slot, normal): (usize, &Vec3)| {
+        let gloss = materials[nodes.group_material[slot / GROUP] as usize].gloss[0];
+        let drawn = || crinkled(normal.as_dvec3(), nodes.positions[slot], gloss.drawn_variance, gloss.seed).as_vec3();
+        if gloss.drawn_variance > 0.0 { drawn() } else { *normal }
+    };
+    nodes.normals.par_iter().enumerate().map(of).collect()
 }
 
 impl Finishes {
@@ -145,6 +163,7 @@ impl Finishes {
                 reflects.then_some(kinds),
             )
         });
+        let crinkled = if reflectors.is_empty() { Vec::new() } else { crinkled_normals(prepared) };
         let variant = RadianceVariant {
             reflections: reflects,
             specular: reflects && reflectors.as_flattened().iter().any(|face| face.specular > 0.0),
@@ -154,6 +173,7 @@ impl Finishes {
             background: settings.background != Background::Off,
             tables: !tables.is_empty(),
             map: planet.is_some(),
+            crinkled: !crinkled.is_empty(),
         };
         let rounded = |face: &Reflector| layout::Reflector {
             emissivity: face.emissivity as f32,
@@ -167,7 +187,8 @@ impl Finishes {
         };
         let rounded = reflectors.as_flattened().iter().map(rounded).collect();
         let rounded_tables = tables.iter().flat_map(|table| &table.values).map(|value| *value as f32).collect();
-        Self { reflectors, lobes: Lobes::new(roughnesses), tables, planet, variant, rounded, rounded_tables }
+        let lobes = Lobes::new(roughnesses);
+        Self { reflectors, lobes, tables, planet, variant, crinkled, rounded, rounded_tables }
     }
 
     /// What the device needs of them.
@@ -178,6 +199,7 @@ impl Finishes {
             lobe_values: self.lobes.roughnesses.len() * LOBE_VALUES,
             emissivities: &self.rounded_tables,
             planet_map: self.planet.as_ref().map_or(&[], |planet| &planet.map.values),
+            crinkled: &self.crinkled,
             planet_means: self.planet.as_ref().map_or(0, MappedPlanet::mean_values),
         }
     }

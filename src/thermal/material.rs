@@ -21,6 +21,10 @@ pub struct Gloss {
     pub roughness: f64,
     /// Variance of the slope of waves that a pixel does not resolve, such as those of crinkled foil.
     pub slope_variance: f64,
+    /// Variance of slopes that are drawn instead of averaged.
+    pub drawn_variance: f64,
+    /// Seed of the drawn slopes.
+    pub seed: u32,
 }
 
 impl Gloss {

@@ -5,6 +5,7 @@
 pub mod balance;
 pub mod between;
 pub mod brightness;
+pub mod crinkle;
 pub mod emissivity;
 pub mod emissivity_table;
 pub mod fit;

@@ -211,6 +211,31 @@ fn laws_and_maps_are_absent_where_a_scene_has_none() {
     assert_eq!(planned(&under(&map("scale = 0.6, offset = 200"), &sky)), [false, true, true, false]);
 }
 
+/// Drawn slopes show where a mirror is smooth, alike on the device and in f64, and heat nothing.
+#[test]
+fn drawn_slopes_are_those_of_the_seed() {
+    let scene = |seed: &str, slope: &str| {
+        let drawn = format!("roughness = 0\nnormal_slope_variance = 0.01{slope}{seed}");
+        Folder::new(&shining(&[("roughness = 0.2", &drawn), ("max_edge = 0.7", "max_edge = 0.2")])).prepared()
+    };
+    let drawn = "\nnormal_slope = 'drawn'\n";
+    let (found, other) = (scene("normal_seed = 5", drawn), scene("normal_seed = 6", drawn));
+    let image = on_device(&found);
+    check("drawn slopes", &image, &by_reference(&found), &by_reference(&other), 1e-3);
+    // As much light as where the waves are averaged.
+    let averaged = on_device(&scene("", ""));
+    let mean = |pixels: &Pixels| {
+        let skin = pixels.identity.iter().zip(&pixels.reflected).filter(|(label, _)| label[1] == 1);
+        let values: Vec<f64> = skin.map(|(_, reflected)| f64::from(*reflected)).collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    println!("reflected: drawn {:.3}, averaged {:.3}", mean(&image), mean(&averaged));
+    assert!((mean(&image) / mean(&averaged) - 1.0).abs() < 0.05);
+    let temperatures =
+        |pixels: &Pixels| pixels.radiance_temperature_depth.iter().map(|pixel| pixel[1]).collect::<Vec<_>>();
+    assert_eq!(temperatures(&image), temperatures(&averaged));
+}
+
 /// What only the model, the band or the pixels of a file can tell.
 #[test]
 fn what_cannot_be_is_refused_when_the_scene_is_prepared() {

@@ -94,6 +94,7 @@ fn wanted() -> Vec<Wanted> {
         background: true,
         tables: true,
         map: true,
+        crinkled: true,
     };
     all.push(Wanted { shows, ..DRAWN });
     let sampled = Some(Sampled { lens: false, mean: Some(4), shutter: None, rows: 60, distance: Distance::Near });

@@ -292,7 +292,10 @@ fn draw_pass(name: &str, kernel: Kernel, temperature: Resource, images: &[Resour
         bound(8, Resource::BandTable, fragment),
     ]);
     if shows.needs_normals() {
-        let normals = [Resource::NormalX, Resource::NormalY, Resource::NormalZ];
+        let normals = match shows.crinkled {
+            false => [Resource::NormalX, Resource::NormalY, Resource::NormalZ],
+            true => [Resource::CrinkledX, Resource::CrinkledY, Resource::CrinkledZ],
+        };
         accesses.extend((9..).zip(normals).map(|(binding, component)| bound(binding, component, vertex)));
     }
     if shows.background {
