@@ -25,10 +25,8 @@ layout(set = 0, binding = 12) uniform SurroundingsBlock { Surroundings around; }
 layout(set = 0, binding = 7) readonly buffer ReflectorBlock { Reflector reflectors[]; };
 #ifdef MULTIPLE
 layout(location = 2) smooth sample in vec3 normal;
-layout(location = 3) smooth sample in vec2 across;
 #else
 layout(location = 2) in vec3 normal;
-layout(location = 3) in vec2 across;
 #endif
 #else
 layout(set = 0, binding = 7) readonly buffer MaterialBlock { Material materials[]; };
@@ -36,10 +34,18 @@ layout(set = 0, binding = 7) readonly buffer MaterialBlock { Material materials[
 
 #ifdef MULTIPLE
 // At every sample, because the centre of the texel may lie outside the triangle. naga ignores `sample` without `smooth`.
+#ifdef FINISHED
+layout(location = 0) smooth sample in vec4 temperature_depth;
+#else
 layout(location = 0) smooth sample in vec2 temperature_depth;
+#endif
 layout(location = 4) smooth sample in float unity;
 #else
+#ifdef FINISHED
+layout(location = 0) in vec4 temperature_depth;
+#else
 layout(location = 0) in vec2 temperature_depth;
+#endif
 #endif
 layout(location = 1) flat in uvec3 first_corner;
 
@@ -78,7 +84,7 @@ void main() {
         temperature = corner_temperature;
     }
 #ifdef FINISHED
-    vec3 to_camera = -normalize(vec3(across, temperature_depth.y));
+    vec3 to_camera = -normalize(vec3(temperature_depth.zw, temperature_depth.y));
     vec3 outward = normal / max(length(normal), 1e-20);
     vec3 facing = gl_FrontFacing ? outward : -outward;
 #endif
