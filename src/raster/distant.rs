@@ -10,7 +10,7 @@ use crate::lens::Distortion;
 /// Most pixels that such a craft spans along either axis.
 pub const DISTANT: f64 = 16.0;
 /// Most texels of a crop along either axis.
-pub const TEXELS: u32 = 512;
+pub const TEXELS: u32 = 256;
 /// Places in a pixel along each axis at which its sky is seen, with several samples.
 pub const SKY_LOOKUPS: u32 = 4;
 
