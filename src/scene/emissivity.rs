@@ -50,7 +50,7 @@ fn angle_law(section: &impl ValueSource) -> Result<ByAngle, SceneError> {
             })
         }
         Law::Table => {
-            let points = points(section, "angle_deg", "deg", |angle| angle.to_radians())?;
+            let points = points(section, "angle_deg", "deg", f64::to_radians)?;
             let end = std::f64::consts::FRAC_PI_2;
             if points[0][0] != 0.0 || (points[points.len() - 1][0] - end).abs() > 1e-9 {
                 return Err(section.error("angle_deg", "must run from 0 to 90 deg".to_owned()));

@@ -22,7 +22,7 @@ const MOST_CELLS: usize = 1 << 24;
 /// Hottest cell [K].
 const HOTTEST: f32 = 6000.0;
 /// Sidereal day of the Earth [s] (IERS Conventions 2010).
-const SIDEREAL_DAY: f64 = 86_164.0989;
+const SIDEREAL_DAY: f64 = 86_164.098_9;
 
 /// Reads the pattern of a planet. A map's file joins `files`.
 pub(super) fn read_pattern(
@@ -142,7 +142,7 @@ fn from_exr(bytes: &[u8]) -> Result<Equirectangular, String> {
     let channel = image.layer_data.channel_data.list.into_iter().next().ok_or("has no channel")?;
     let cells = match channel.sample_data {
         FlatSamples::F32(values) => values,
-        FlatSamples::F16(values) => values.into_iter().map(|value| value.to_f32()).collect(),
+        FlatSamples::F16(values) => values.into_iter().map(exr::prelude::f16::to_f32).collect(),
         FlatSamples::U32(values) => values.into_iter().map(|value| value as f32).collect(),
     };
     Ok(Equirectangular::new(columns, rows, &cells))

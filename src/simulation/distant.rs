@@ -83,7 +83,6 @@ pub fn told(
         height: camera.height,
         across: crop.size[0],
         down: crop.size[1],
-        ..layout::Distant::default()
     };
     (joints.iter().map(view).collect(), distant)
 }

@@ -23,8 +23,7 @@ pub(super) fn check(scene: &Scene, materials: &[Material]) -> Result<Vec<String>
             Sides::Both { .. } => 2,
         };
         let thermal = [material.front.emissivity, material.back().emissivity];
-        for face in 0..faces {
-            let law = &material.in_band[face];
+        for (face, (law, thermal)) in material.in_band.iter().zip(thermal).take(faces).enumerate() {
             if law.is_plain() {
                 continue;
             }
@@ -34,7 +33,7 @@ pub(super) fn check(scene: &Scene, materials: &[Material]) -> Result<Vec<String>
                 material: name.clone(),
                 message,
             };
-            warnings.extend(check_face(scene, law, thermal[face], &name).map_err(failed)?);
+            warnings.extend(check_face(scene, law, thermal, &name).map_err(failed)?);
         }
     }
     Ok(warnings)
