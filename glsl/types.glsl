@@ -64,6 +64,18 @@ struct Sampling {
     uint rows;
 };
 
+struct Distant {
+    vec2 corner;
+    vec2 focal;
+    vec2 centre;
+    float scale;
+    float lookups;
+    uint width;
+    uint height;
+    uint across;
+    uint down;
+};
+
 struct Surroundings {
     vec4 nadir;
     vec4 sun;
@@ -80,6 +92,16 @@ struct Reflector {
     float specular;
     float roughness;
     float lobe;
+    float table;
+    float of_planet;
+    float of_space;
+    float of_sun;
+};
+
+struct PlanetView {
+    vec4 x;
+    vec4 y;
+    vec4 z;
 };
 
 struct DrawCommand {

@@ -8,6 +8,8 @@ pub mod check;
 pub mod density;
 pub mod device_data;
 pub mod device_engine;
+pub mod distant;
+mod emissivity;
 pub mod energy;
 pub mod engine;
 mod engine_error;

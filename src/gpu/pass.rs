@@ -113,6 +113,8 @@ pub enum Kernel {
         /// Whether a pixel has several samples.
         several: bool,
     },
+    /// Computes the image of a craft that is far away from a crop around it.
+    Distant(RadianceVariant),
     /// Point spread of the sensor along rows.
     SensorRows,
     /// Mean radiance of the cells of its halo.
@@ -190,6 +192,7 @@ impl Kernel {
                 let words = [(lens, "lens"), (several, "several")].into_iter().filter(|(has, _)| *has);
                 vec![Shader::new("resample.comp", words.map(|(_, word)| word).collect())]
             }
+            Self::Distant(shows) => vec![shows.distant()],
             Self::Blackbody => plain("blackbody.comp"),
             Self::Brightness => plain("brightness.comp"),
             Self::Empty => plain("empty.comp"),

@@ -33,7 +33,7 @@ use super::record::Recorder;
 use super::resource::Resource;
 use super::resource_row::SLOTS;
 use super::resources::SceneData;
-use super::sampling::Sampled;
+use super::sampling::{Distance, Sampled};
 use super::store::Resources;
 use super::timing::{DeviceFrame, PassTimes};
 use crate::environment::StepLoad;
@@ -67,6 +67,10 @@ pub struct Request<'a> {
     pub surroundings: Option<layout::Surroundings>,
     /// Lobes of all rough mirrors before the planet.
     pub lobes: &'a [f32],
+    /// Axes of the map of a planet that is not uniform, and its means over the direction of a surface.
+    pub planet: Option<(layout::PlanetView, &'a [f32])>,
+    /// How the crop of a craft that is far away is put into the pixels. The views are then those of the crop.
+    pub distant: Option<layout::Distant>,
     /// Heaters of a network that the frame steps.
     pub heating: Option<Heating<'a>>,
     /// Whether the temperatures before the step are kept, for images between them and those after it.
@@ -168,6 +172,13 @@ impl Renderer {
         if data.between {
             frames.push(Frame::keep().then(Frame::between(&data.ranges, wanted, &triangles)));
         }
+        if let Some(sampled) = sampled.filter(|sampled| sampled.distance == Distance::MayBeFar) {
+            let far = Wanted { sampled: Some(sampled.far()), ..wanted };
+            frames.push(match data.between {
+                true => Frame::keep().then(Frame::between(&data.ranges, far, &triangles)),
+                false => Frame::step_in_runs(&idle(&data.ranges), far, &triangles),
+            });
+        }
         let shadows = Shadows::new(data);
         let found = shadows.frame(&data.ranges);
         let one_pass = data.network.map(OnePass::new);
@@ -252,7 +263,8 @@ impl Renderer {
         let culled = self.culling.due(&mut views);
         let cull = culled.iter().map(|run| run.triangles.1 - run.triangles.0).sum();
         let (image, temperatures) = (!views.is_empty(), request.temperatures);
-        let wanted = Wanted { image, sampled: self.sampled, cull, temperatures, shows: self.shows };
+        let sampled = self.sampled.map(|sampled| if request.distant.is_some() { sampled.far() } else { sampled });
+        let wanted = Wanted { image, sampled, cull, temperatures, shows: self.shows };
         let mut ranges = request.step.map_or(Vec::new(), |(load, _)| ranges_of_load(&self.ranges, load));
         let mut loaded = Vec::new();
         if self.steps_network() {
@@ -373,9 +385,16 @@ impl Renderer {
         }
         self.resources.write_slices(Resource::View, slot, request.views)?;
         self.resources.write_slices(Resource::Shutter, slot, request.shutters)?;
+        if let Some(distant) = request.distant {
+            self.resources.write(Resource::Distant, slot, &[distant])?;
+        }
         if let Some(around) = request.surroundings {
             self.resources.write(Resource::Surroundings, slot, &[around])?;
             self.resources.write(Resource::Lobes, slot, request.lobes)?;
+        }
+        if let Some((view, means)) = request.planet {
+            self.resources.write(Resource::PlanetView, slot, &[view])?;
+            self.resources.write(Resource::PlanetMeans, slot, means)?;
         }
         self.resources.write_slices(Resource::SunView, slot, &std::mem::take(&mut self.shadows.views))?;
         if let Some(sensor) = &self.sensor {

@@ -32,7 +32,7 @@ macro_rules! table {
             /// Its properties.
             pub fn row(self) -> Row {
                 use Count::*;
-                use Pieces::{Always, WithoutImage, WithoutReflections};
+                use Pieces::{Always, WithoutImage, WithoutNormals};
                 use Role::*;
                 match self {
                     $(Self::$name => $row,)*
@@ -63,6 +63,14 @@ table! {
     Reflectors: row(size_of::<layout::Reflector>(), Count::Reflectors, Storage, "Reflector");
     /// Lobes of rough mirrors before the planet, written by the host.
     Lobes: row(4, Count::Lobes, FromHost, "Lobe").each_slot();
+    /// Emissivities of the faces over angle and temperature.
+    Emissivities: row(4, Count::Emissivities, Storage, "Emissivity");
+    /// `PlanetView` of the image, written by the host.
+    PlanetView: row(size_of::<layout::PlanetView>(), Count::PlanetView, Uniform, "PlanetView").each_slot();
+    /// Radiances of a planet that is not uniform, over that of its mean temperature.
+    PlanetMap: row(4, Count::PlanetMap, Storage, "PlanetMap");
+    /// Its means over the direction of a surface, written by the host.
+    PlanetMeans: row(4, Count::PlanetMeans, FromHost, "PlanetMean").each_slot();
     /// `Material` of every material.
     Materials: row(size_of::<layout::Material>(), Count::Materials, Storage, "Material");
     /// Straight pieces of the shaped response functions.
@@ -72,11 +80,17 @@ table! {
     /// Part index of every group.
     GroupPart: row(4, DrawnGroups, Storage, "GroupPart").in_pieces(WithoutImage);
     /// x of the normals.
-    NormalX: row(GROUP, LoadedGroups, Storage, "NormalX").in_pieces(WithoutReflections);
+    NormalX: row(GROUP, LoadedGroups, Storage, "NormalX").in_pieces(WithoutNormals);
     /// y of the normals.
-    NormalY: row(GROUP, LoadedGroups, Storage, "NormalY").in_pieces(WithoutReflections);
+    NormalY: row(GROUP, LoadedGroups, Storage, "NormalY").in_pieces(WithoutNormals);
     /// z of the normals.
-    NormalZ: row(GROUP, LoadedGroups, Storage, "NormalZ").in_pieces(WithoutReflections);
+    NormalZ: row(GROUP, LoadedGroups, Storage, "NormalZ").in_pieces(WithoutNormals);
+    /// x of the normals of crinkled foil that is drawn.
+    CrinkledX: row(GROUP, CrinkledGroups, Storage, "NormalX");
+    /// y of these normals.
+    CrinkledY: row(GROUP, CrinkledGroups, Storage, "NormalY");
+    /// z of these normals.
+    CrinkledZ: row(GROUP, CrinkledGroups, Storage, "NormalZ");
     /// x of the positions [m].
     PositionX: row(GROUP, PlacedGroups, Storage, "PositionX");
     /// y of the positions [m].
@@ -132,6 +146,8 @@ table! {
     DepthImage: unbound(4, DrawnTexels, Depth);
     /// `Shutter`, written by the host.
     Shutter: row(size_of::<layout::Shutter>(), RollingOnce, Uniform, "Shutter").each_slot().each_joint();
+    /// `Distant`, written by the host.
+    Distant: row(size_of::<layout::Distant>(), DistantOnce, Uniform, "Distant").each_slot();
     /// Sizes of an image that is computed from drawn ones.
     Sampling: row(size_of::<layout::Sampling>(), ComputedOnce, Uniform, "Sampling");
     /// Copy of `RadianceImage` that shaders read.

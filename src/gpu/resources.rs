@@ -77,6 +77,14 @@ pub struct Shown<'a> {
     pub reflectors: &'a [layout::Reflector],
     /// Number of values of all lobes. The values belong to the planet's distance and come with the requests.
     pub lobe_values: usize,
+    /// Emissivities of the faces over angle and temperature, if they have any.
+    pub emissivities: &'a [f32],
+    /// Radiances of a planet that is not uniform, over that of its mean temperature.
+    pub planet_map: &'a [f32],
+    /// Normals of all nodes, if the image has normals of its own.
+    pub crinkled: &'a [Vec3],
+    /// Number of its means over the direction of a surface, which come with the requests.
+    pub planet_means: usize,
 }
 
 /// Triangles of each joint.
@@ -212,12 +220,17 @@ impl SceneData<'_> {
             Count::Surroundings => only(drawn && self.shown.variant.sees_surroundings(), 1),
             Count::Reflectors => only(drawn, self.shown.reflectors.len()),
             Count::Lobes => only(drawn, self.shown.lobe_values),
+            Count::Emissivities => only(drawn, self.shown.emissivities.len()),
+            Count::PlanetView => only(drawn && self.shown.variant.map, 1),
+            Count::PlanetMap => only(drawn, self.shown.planet_map.len()),
+            Count::PlanetMeans => only(drawn, self.shown.planet_means),
             Count::Groups => groups,
             Count::HeatedGroups => groups + self.network.map_or(0, |network| network.heaters.len().div_ceil(GROUP)),
             Count::LoadedGroups => {
-                let reflects = drawn && self.shown.variant.reflections;
-                only(reflects || of_ranges(|variant| variant.sun || variant.planet_ir), groups)
+                let seen = drawn && self.shown.variant.needs_normals() && !self.shown.variant.crinkled;
+                only(seen || of_ranges(|variant| variant.sun || variant.planet_ir), groups)
             }
+            Count::CrinkledGroups => only(drawn, self.shown.crinkled.len() / GROUP),
             Count::MovingGroups => only(of_ranges(|variant| variant.kind.has_state()), groups),
             Count::TargetGroups => only(of_ranges(|variant| variant.kind.has_full_state()), groups),
             Count::PlacedGroups => only(drawn || self.shadows.is_some(), groups),
@@ -246,6 +259,7 @@ impl SceneData<'_> {
             }
             Count::LensCorners => self.of_sampling(|sampling| sampling.map.len()),
             Count::ComputedOnce => self.of_computed(|_| 1),
+            Count::DistantOnce => self.of_sampling(|sampling| usize::from(sampling.distant)),
             Count::RollingOnce => self.of_sampling(|sampling| usize::from(sampling.shutter.is_some())),
             Count::HeatRuns => self.heat.map_or(0, |heat| heat.runs.len()),
             Count::HeatGroups => only(self.heat.is_some(), groups),
@@ -323,7 +337,10 @@ impl Resources {
             let in_pieces = match row.pieces {
                 Pieces::Never => false,
                 Pieces::WithoutImage => data.image.is_none(),
-                Pieces::WithoutReflections => data.image.is_none() || !data.shown.variant.reflections,
+                Pieces::WithoutNormals => {
+                    let variant = data.shown.variant;
+                    data.image.is_none() || !variant.needs_normals() || variant.crinkled
+                }
                 Pieces::Always => true,
             };
             for slot in 0..row.copies() {
@@ -339,6 +356,8 @@ impl Resources {
         self.upload(once, Resource::Materials, data.materials)?;
         self.upload(once, Resource::Shapes, &data.shapes.values)?;
         self.upload(once, Resource::Reflectors, data.shown.reflectors)?;
+        self.upload(once, Resource::Emissivities, data.shown.emissivities)?;
+        self.upload(once, Resource::PlanetMap, data.shown.planet_map)?;
         self.upload(once, Resource::GroupMaterial, data.group_material)?;
         self.upload(once, Resource::GroupPart, data.group_part)?;
         self.upload(once, Resource::Triangles, data.triangles)?;
@@ -377,6 +396,10 @@ impl Resources {
             self.upload(once, Resource::SensorBolometer, &vec![0.0f32; 4 * sensor.count(Count::SensorBolometer)])?;
         }
         self.upload(once, Resource::BandTable, data.band_table)?;
+        let crinkled = [Resource::CrinkledX, Resource::CrinkledY, Resource::CrinkledZ];
+        for (axis, resource) in crinkled.into_iter().enumerate().filter(|_| !data.shown.crinkled.is_empty()) {
+            self.upload(once, resource, &component(data.shown.crinkled, axis))?;
+        }
         for (axis, resource) in [Resource::NormalX, Resource::NormalY, Resource::NormalZ].into_iter().enumerate() {
             self.upload(once, resource, &component(data.normals, axis))?;
         }

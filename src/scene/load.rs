@@ -85,7 +85,8 @@ impl Scene {
         let section = root.table("radiance", keys::RADIANCE)?;
         let output = root.table("output", keys::OUTPUT)?;
         let band = radiance::band(section.as_ref(), preset, &mut assumptions)?;
-        let mut surrounded = radiance::surrounded(section.as_ref(), &sky.environment, &mut assumptions)?;
+        let mut surrounded =
+            radiance::surrounded(section.as_ref(), &sky.environment, &sky.orbit, (&mut files, &mut assumptions))?;
         surrounded.channels = view::channels(output.as_ref(), surrounded.reflections != Reflections::Off)?;
         let before = files.len();
         let start = sky.orbit.trajectory().map(Trajectory::start).or(time.start);

@@ -165,8 +165,8 @@ impl Settled {
     }
 
     fn material(self, name: String) -> Material {
-        let Complete { front, sides, gloss, bulk, response, transition, .. } = self.complete;
-        Material { name, front, sides, gloss, bulk, response, transition, source: self.source }
+        let Complete { front, sides, gloss, in_band, bulk, response, transition, .. } = self.complete;
+        Material { name, front, sides, gloss, in_band, bulk, response, transition, source: self.source }
     }
 }
 

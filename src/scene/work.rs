@@ -105,7 +105,7 @@ pub fn image_time(time: &Time, number: u64) -> Option<(f64, Option<u32>)> {
 }
 
 /// Times of the images of a run [s].
-pub(super) fn image_times(time: &Time) -> Box<dyn Iterator<Item = f64> + '_> {
+pub fn image_times(time: &Time) -> Box<dyn Iterator<Item = f64> + '_> {
     let of_step = |step: u32| f64::from(step) * time.step;
     match &time.draw {
         Draw::None => Box::new(std::iter::empty()),

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 
 use super::device_data::DeviceData;
+use super::distant::{Distance, told};
 use super::energy::absorbed_heat;
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
 use super::network::NetworkRun;
@@ -61,6 +62,8 @@ pub struct DeviceEngine {
     /// How the camera's image is made, without the map of the lens.
     sampling: Option<Sampling>,
     finishes: Finishes,
+    /// The boxes of a craft that may be far away.
+    distance: Option<Distance>,
     trace: Trace,
     context: Arc<Context>,
 }
@@ -87,6 +90,12 @@ impl DeviceEngine {
             ready: VecDeque::new(),
             steps: 0,
             camera: camera.cloned(),
+            distance: data
+                .sampling
+                .as_ref()
+                .filter(|sampling| sampling.distant)
+                .zip(camera)
+                .and_then(|(_, camera)| Distance::new(prepared, camera)),
             sampling: data.sampling.map(|sampling| Sampling { map: Vec::new(), ..sampling }),
             finishes: device.finishes,
             trace: Trace::default(),
@@ -161,6 +170,13 @@ impl DeviceEngine {
         Some(joints.iter().map(view).collect())
     }
 
+    /// The views of the crop of an image of a craft that is far away, and how its texels are put into pixels.
+    fn crop(&self, order: &Order<'_>) -> Option<(Vec<layout::View>, layout::Distant)> {
+        let (pose, camera) = order.pose.as_ref().zip(self.camera.as_ref())?;
+        let crop = self.distance.as_ref()?.crop(camera, pose, order.joints)?;
+        Some(told(camera, &crop, pose, order.joints))
+    }
+
     /// The rolling shutter against the body and against each joint. Empty if all rows see one pose.
     fn shutters(&self, order: &Order<'_>) -> Vec<layout::Shutter> {
         let shutter = self.sampling.as_ref().and_then(|sampling| sampling.shutter.as_ref());
@@ -229,8 +245,18 @@ impl Engine for DeviceEngine {
             }
             _ => {}
         }
-        let views = self.views(&order);
+        let crop = self.crop(&order);
+        let (views, distant) = match &crop {
+            Some((views, distant)) => (Some(views.clone()), Some(*distant)),
+            None => (self.views(&order), None),
+        };
         let shutters = self.shutters(&order);
+        if let Some(around) = &order.surroundings {
+            self.finishes.look_at(around);
+        }
+        let finishes = &mut self.finishes;
+        let lobes = order.surroundings.map_or(&[][..], |around| finishes.lobes.values_before(around.planet));
+        let planet = order.surroundings.zip(finishes.planet.as_ref()).and_then(|(around, planet)| planet.told(&around));
         let submitted = self.renderer.submit(Request {
             step: step.map(|step| (step.load, step.steps)),
             views: views.as_deref().unwrap_or_default(),
@@ -239,7 +265,9 @@ impl Engine for DeviceEngine {
             absorbed: order.absorbed,
             time: Some(order.time),
             surroundings: order.surroundings.as_ref().map(layout::Surroundings::new),
-            lobes: order.surroundings.map_or(&[], |around| self.finishes.lobes.values_before(around.planet)),
+            lobes,
+            planet,
+            distant,
             heating: powers.as_ref().map(|(start, powers)| Heating { start: *start, powers }),
             keep,
             between: order.between.map(|share| share as f32),

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::emissivity;
 use super::joints;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, Stage};
@@ -109,10 +110,12 @@ impl Prepared {
         let mut materials = prepare_names::materials(&mut scene, &model)?;
         change(&mut materials);
         steps::check_functions(&scene, &materials)?;
+        let looks = emissivity::check(&scene, &materials)?;
         steps::set_hottest(&scene, &mut materials)?;
         let (hash, file_hashes) = steps::hashes(&scene.files)?;
         let mut warnings = steps::model_warnings(&scene, &mut model);
         let Dense { mut model, merged, occluders } = steps::at_density(&mut scene, model, &materials, progress)?;
+        warnings.extend(looks);
         warnings.extend(steps::orbit_warnings(&scene));
         if materials.iter().any(|material| matches!(material.response, Response::Transition { .. })) {
             scene.assumptions.push(PROFILES.to_owned());

@@ -114,6 +114,16 @@ pub enum PrepareError {
         /// The cause.
         source: FunctionError,
     },
+    /// An emissivity that the band, the angles or the camera do not allow.
+    #[error("{path}: material '{material}': {message}")]
+    Emissivity {
+        /// The scene file.
+        path: PathBuf,
+        /// Name of the material.
+        material: String,
+        /// The cause.
+        message: String,
+    },
     /// An error in a joint.
     #[error("{path}:{line}: joint: {message}")]
     Joint {

@@ -5,6 +5,9 @@
 pub mod balance;
 pub mod between;
 pub mod brightness;
+pub mod crinkle;
+pub mod emissivity;
+pub mod emissivity_table;
 pub mod fit;
 pub mod function;
 pub mod incident;
@@ -14,6 +17,7 @@ pub mod local_step;
 pub mod material;
 pub mod network;
 pub mod planck;
+pub mod planet_map;
 pub mod radiance;
 pub mod radiative;
 pub mod reference;

@@ -281,6 +281,7 @@ mod tests {
         });
         let make = |sides, response| Material {
             gloss: Default::default(),
+            in_band: Default::default(),
             name: "test".into(),
             front: optics,
             sides,

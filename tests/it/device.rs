@@ -66,6 +66,7 @@ pub fn material(absorptivity: f64, emissivity: f64, sides: Sides, response: Resp
         front,
         sides,
         gloss: Default::default(),
+        in_band: Default::default(),
         bulk: Bulk::default(),
         response,
         transition: None,

@@ -96,7 +96,7 @@ impl Quads {
             band_table: &band_table(&RadianceTable::new(self.band)),
             image: Some([camera.width, camera.height]),
             between: false,
-            sampling: sampling(camera, context.info.sample_counts),
+            sampling: sampling(camera, context.info.sample_counts, false),
             shadows: None,
             joints: None,
             network: None,
@@ -153,7 +153,7 @@ impl Quads {
 
 /// The view of a camera on a device.
 fn seen(context: &Context, camera: &Camera, pose: &DAffine3) -> View {
-    match sampling(camera, context.info.sample_counts) {
+    match sampling(camera, context.info.sample_counts, false) {
         Some(sampling) => source_view(&sampling, camera.near, pose),
         None => device_view(camera, pose),
     }

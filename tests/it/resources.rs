@@ -9,7 +9,7 @@ use isotherm::gpu::lists;
 use isotherm::gpu::pass::Kernel;
 use isotherm::gpu::radiance_variant::RadianceVariant;
 use isotherm::gpu::resource::Resource;
-use isotherm::gpu::sampling::{RowOf, Sampled};
+use isotherm::gpu::sampling::{Distance, RowOf, Sampled};
 use isotherm::gpu::sensor;
 use isotherm::gpu::sensor_variant::SensorVariant;
 
@@ -29,7 +29,10 @@ fn block_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> String {
 /// A list for every kernel.
 fn all_lists() -> Vec<Frame> {
     let drawn = Wanted { image: true, cull: 9, temperatures: true, ..Wanted::default() };
-    let sampled = |mean, lens, shutter| Wanted { sampled: Some(Sampled { mean, lens, shutter, rows: 9 }), ..drawn };
+    let sampled = |mean, lens, shutter| Wanted {
+        sampled: Some(Sampled { mean, lens, shutter, rows: 9, distance: Distance::Near }),
+        ..drawn
+    };
     let of_images = [
         (None, true, None),
         (Some(1), true, None),
@@ -49,6 +52,9 @@ fn all_lists() -> Vec<Frame> {
     }
     let shown = |shows| Frame::step(&[], Wanted { image: true, shows, ..Wanted::default() });
     all.extend(RadianceVariant::all().into_iter().map(shown));
+    let far = Some(Sampled { mean: None, lens: false, shutter: None, rows: 9, distance: Distance::Far });
+    let of_far = |shows| Frame::step(&[], Wanted { image: true, shows, sampled: far, ..Wanted::default() });
+    all.extend(RadianceVariant::all().into_iter().map(of_far));
     let of_mean = |shows| Frame::step(&[], Wanted { shows, ..sampled(Some(4), false, None) });
     all.extend(RadianceVariant::all().into_iter().filter(|shows| !shows.apart).map(of_mean));
     all.extend(CURVES.into_iter().flat_map(response_variants).map(|variant| lists::respond(variant, 1)));

@@ -91,6 +91,7 @@ fn every_value_of_a_full_scene_arrives() {
         reflections: Reflections::Environment,
         background: Background::Planet,
         planet_temperature: 260.0,
+        planet: None,
         channels: true,
     };
     assert_eq!(scene.surrounded, surrounded);

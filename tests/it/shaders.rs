@@ -11,7 +11,7 @@ use isotherm::gpu::pass::{Kernel, Pass, is_write};
 use isotherm::gpu::radiance_variant::RadianceVariant;
 use isotherm::gpu::resource::Resource;
 use isotherm::gpu::resource_row::Role;
-use isotherm::gpu::sampling::{RowOf, Sampled};
+use isotherm::gpu::sampling::{Distance, RowOf, Sampled};
 use isotherm::gpu::sensor;
 use isotherm::gpu::sensor_variant::SensorVariant;
 use isotherm::gpu::shaders::{ENTRY_POINTS, Shader};
@@ -109,6 +109,7 @@ fn all_shaders() -> Vec<Shader> {
         for mean in means(&variant) {
             all.extend([variant.shaders(mean, None), variant.background(mean)].concat());
         }
+        all.push(variant.distant());
     }
 
     all.sort();
@@ -300,9 +301,15 @@ fn passes_declare_what_their_shaders_touch() {
     let shutters = [None, Some(RowOf::Pinhole), Some(RowOf::Brown), Some(RowOf::Fisheye)];
     let shown = RadianceVariant::all().into_iter().map(|shows| (shows, None));
     let rolled = shutters.map(|shutter| (RadianceVariant::PLAIN, shutter));
+    for shows in RadianceVariant::all() {
+        let sampled = Some(Sampled { lens: false, mean: None, shutter: None, rows: 9, distance: Distance::Far });
+        let frame = Frame::step(&[], Wanted { image: true, sampled, shows, ..Wanted::default() });
+        let pass = frame.passes().find(|pass| pass.name == "distant").expect("a pass for a distant craft");
+        assert_eq!(declared(pass), bindings_of(&shows.distant()), "{shows:?}");
+    }
     for (shows, shutter) in shown.chain(rolled) {
         for mean in means(&shows) {
-            let sampled = Some(Sampled { lens: false, mean, shutter, rows: 9 });
+            let sampled = Some(Sampled { lens: false, mean, shutter, rows: 9, distance: Distance::Near });
             let frame = Frame::step(&[], Wanted { image: true, sampled, shows, ..Wanted::default() });
             let name = if mean.is_some() { "mean" } else { "radiance" };
             let pass = frame.passes().find(|pass| pass.name == name).expect("a draw");

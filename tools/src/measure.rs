@@ -9,6 +9,7 @@ mod one_pass;
 mod sensor_cost;
 mod shadow_error;
 mod start_up;
+mod surroundings_cost;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -53,6 +54,9 @@ struct Arguments {
     /// Measure the sensor on the scene's image alone
     #[arg(long)]
     sensor: bool,
+    /// Measure reflections, sky and emissivity by angle on the scene's image alone
+    #[arg(long)]
+    surroundings: bool,
     /// Leave out the whole steps
     #[arg(long)]
     nodes_only: bool,
@@ -147,6 +151,9 @@ fn measure(arguments: &Arguments) -> Result<(), AnyError> {
     let scene = Scene::load_within(&arguments.scene, Reach::Anywhere)?;
     if arguments.sensor {
         return sensor_cost::measure(&context, scene);
+    }
+    if arguments.surroundings {
+        return surroundings_cost::measure(&context, scene);
     }
     if arguments.shadows {
         return shadow_error::measure(&context, &scene, &arguments.shadow_edges, &arguments.shadow_maps);

@@ -134,6 +134,7 @@ impl Work {
         let transition = Transition { heating: profile.clone(), cooling: profile, retarget, domain };
         let material = Material {
             gloss: Default::default(),
+            in_band: Default::default(),
             name: String::new(),
             front: OPTICS,
             sides: Sides::Outside,
