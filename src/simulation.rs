@@ -11,6 +11,7 @@ pub mod device_engine;
 pub mod energy;
 pub mod engine;
 mod engine_error;
+pub mod exchange;
 pub mod forecast;
 pub mod forward;
 pub mod joints;

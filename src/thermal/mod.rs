@@ -16,6 +16,7 @@ pub mod network;
 pub mod planck;
 pub mod radiance;
 pub mod radiative;
+pub mod received;
 pub mod reference;
 pub mod sensor;
 pub mod shell;

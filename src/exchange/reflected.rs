@@ -1,0 +1,146 @@
+//! Exchange areas: what a patch receives of the light that another sends, with all diffuse reflections on the way.
+//!
+//! With J_j the light that patch j emits or reflects at first [W/m2], the light that arrives at i, all reflections counted, is (sum over j of H_ij J_j) / A_i.
+//! H = S + S (r/A) S + S (r/A) S (r/A) S + ..., where S are the shared areas and r the reflectivities. It is symmetric. Gebhart's factor, the share of the
+//! emission of j that i absorbs, is a_i H_ij / A_j, where a = 1 - r (Gebhart 1961, Int. J. Heat Mass Transfer 3).
+//!
+//! The smallest entries of a row are left out, up to a stated share of its light. What they and further reflections would carry returns to its own patch, so that
+//! rows stay closed and an isothermal box keeps its temperature.
+
+use rayon::prelude::*;
+
+use super::factors::Factors;
+use super::sparse::Sparse;
+
+/// Share of the light of a row that may be left out.
+pub const LEFT_OUT: f64 = 1e-3;
+/// Share of the light of a row below which reflections are no longer followed.
+const FAINT: f64 = 1e-9;
+/// Share of the light of a row below which an entry is not reflected by itself.
+const CRUMB: f64 = 1e-8;
+/// Most reflections that are followed.
+const MOST: u32 = 100_000;
+/// Absorptivity below which a patch does not take what others leave out.
+const MIRROR: f64 = 1e-6;
+
+/// Exchange areas.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Areas {
+    /// H_ij [m2], symmetric.
+    pub between: Sparse,
+    /// Area times the share of the light of a patch that reaches space [m2].
+    pub space: Vec<f64>,
+    /// Largest share of the light of a patch that returns to it in place of entries left out and of further reflections.
+    pub returned: f64,
+}
+
+/// Exchange areas of patches with these absorptivities, with at most `bounces` reflections, or all.
+pub fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces: Option<u32>) -> Areas {
+    let areas = &factors.areas;
+    let followed: Vec<(Vec<(u32, f64)>, f64)> = (0..areas.len())
+        .into_par_iter()
+        .map_init(|| Rows::new(areas.len()), |rows, patch| rows.follow(factors, absorptivities, bounces, patch))
+        .collect();
+    let (rows, space): (Vec<_>, Vec<_>) = followed.into_iter().unzip();
+    let found = Sparse::from_rows(rows);
+    let mean = found.combined(&found.transposed(), |_, _, there, back| 0.5 * (there + back));
+    let mut between = pruned(&mean, areas, absorptivities);
+    let mut returned = 0.0f64;
+    for (i, area) in areas.iter().enumerate() {
+        let (first, end) = (between.first[i] as usize, between.first[i + 1] as usize);
+        let entries = &mut between.entries[first..end];
+        let taken: f64 = entries.iter().map(|(j, shared)| shared * absorptivities[*j as usize]).sum();
+        let missing = area - space[i] - taken;
+        if absorptivities[i] > MIRROR
+            && let Some((_, own)) = entries.iter_mut().find(|(j, _)| *j as usize == i)
+        {
+            *own += missing / absorptivities[i];
+            returned = returned.max(missing.abs() / area);
+        }
+    }
+    Areas { between, space, returned }
+}
+
+/// Leaves out pairs that both rows can do without. The diagonal stays.
+fn pruned(all: &Sparse, areas: &[f64], absorptivities: &[f64]) -> Sparse {
+    // Below its bound an entry may be left out.
+    let bounds: Vec<f64> = (0..areas.len())
+        .into_par_iter()
+        .map(|i| {
+            let carried = |(j, shared): &(u32, f64)| (*shared, shared * absorptivities[*j as usize]);
+            let mut sizes: Vec<(f64, f64)> = all.row(i).iter().map(carried).collect();
+            sizes.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+            let mut left = LEFT_OUT * areas[i];
+            let first_kept = sizes.iter().find(|(_, carried)| {
+                left -= carried;
+                left < 0.0
+            });
+            first_kept.map_or(f64::INFINITY, |kept| kept.0)
+        })
+        .collect();
+    let rows = (0..areas.len()).map(|i| {
+        let own = all.row(i).iter().copied();
+        let kept = |(j, shared): &(u32, f64)| *j as usize == i || *shared >= bounds[i].min(bounds[*j as usize]);
+        let mut row: Vec<(u32, f64)> = own.filter(kept).collect();
+        if let Err(place) = row.binary_search_by_key(&(i as u32), |entry| entry.0) {
+            row.insert(place, (i as u32, 0.0));
+        }
+        row
+    });
+    Sparse::from_rows(rows.collect())
+}
+
+/// Room for following the light of one patch.
+struct Rows {
+    sum: Vec<f64>,
+    next: Vec<f64>,
+    touched: Vec<u32>,
+    reached: Vec<u32>,
+}
+
+impl Rows {
+    fn new(patches: usize) -> Self {
+        Self { sum: vec![0.0; patches], next: vec![0.0; patches], touched: Vec::new(), reached: Vec::new() }
+    }
+
+    /// The row of a patch, and the area of its light that reaches space [m2].
+    fn follow(&mut self, factors: &Factors, taken: &[f64], bounces: Option<u32>, patch: usize) -> (Vec<(u32, f64)>, f64) {
+        let faint = FAINT * factors.areas[patch];
+        let mut space = factors.space[patch];
+        let mut light: Vec<(u32, f64)> = factors.shared.row(patch).to_vec();
+        for bounce in 0..=bounces.unwrap_or(MOST).min(MOST) {
+            for (j, area) in &light {
+                if self.sum[*j as usize] == 0.0 {
+                    self.touched.push(*j);
+                }
+                self.sum[*j as usize] += area;
+            }
+            let reflected = |(j, area): &(u32, f64)| area * (1.0 - taken[*j as usize]);
+            if light.iter().map(reflected).sum::<f64>() <= faint || bounces == Some(bounce) {
+                break;
+            }
+            for (j, area) in light.iter().map(|entry| (entry.0 as usize, reflected(entry))) {
+                if area <= CRUMB * factors.areas[patch] {
+                    continue;
+                }
+                let share = area / factors.areas[j];
+                space += share * factors.space[j];
+                for (k, shared) in factors.shared.row(j) {
+                    if self.next[*k as usize] == 0.0 {
+                        self.reached.push(*k);
+                    }
+                    self.next[*k as usize] += share * shared;
+                }
+            }
+            self.reached.sort_unstable();
+            self.reached.dedup();
+            let next = &mut self.next;
+            light = self.reached.drain(..).map(|k| (k, std::mem::take(&mut next[k as usize]))).collect();
+        }
+        self.touched.sort_unstable();
+        self.touched.dedup();
+        let sum = &mut self.sum;
+        let row = self.touched.drain(..).map(|j| (j, std::mem::take(&mut sum[j as usize]))).collect();
+        (row, space)
+    }
+}

@@ -1,0 +1,167 @@
+//! Radiation between the surfaces of a scene: its patches, and what they exchange in a step in f64.
+
+use std::sync::Arc;
+
+use glam::DAffine3;
+
+use super::network::SceneNetwork;
+use crate::environment::StepLoad;
+use crate::exchange::cast::Scenery;
+use crate::exchange::patches::{NONE, Patches, Surface};
+use crate::exchange::sky::Renewal;
+use crate::exchange::step::{Exchange, Settings};
+use crate::gpu::nodes::{GROUP, Nodes, PADDING};
+use crate::saved::{Saved, SavedError};
+use crate::thermal::material::Material;
+use crate::thermal::received::{Received, Seen};
+
+/// Most rays of a scene. Their ends take 1 GiB.
+pub const MOST_RAYS: usize = 1 << 28;
+
+/// The surface of a scene and its patches. Nodes are those of the device.
+#[derive(Debug, Clone)]
+pub struct Craft {
+    /// The nodes and triangles.
+    pub surface: Surface,
+    /// The patches.
+    pub patches: Patches,
+    /// How rays and reflections are found.
+    pub settings: Settings,
+}
+
+impl Craft {
+    /// Gathers the nodes of a scene.
+    ///
+    /// # Errors
+    /// More rays than [`MOST_RAYS`], in words.
+    pub fn new(
+        settings: Settings,
+        nodes: &Nodes,
+        triangles: &[[u32; 3]],
+        network: Option<&SceneNetwork>,
+        materials: &[Material],
+    ) -> Result<Self, String> {
+        let slots = 0..nodes.vertex_of_node.len();
+        let area = |slot: usize| network.and_then(|network| network.load_area(slot)).unwrap_or(nodes.areas[slot]);
+        let joint = |slot: usize| if nodes.vertex_of_node[slot] == PADDING { 0 } else { nodes.joint(slot) };
+        let surface = Surface {
+            positions: nodes.positions.iter().map(|position| position.as_dvec3()).collect(),
+            normals: nodes.normals.iter().map(|normal| normal.as_dvec3()).collect(),
+            areas: slots.clone().map(area).collect(),
+            parts: slots.clone().map(|slot| nodes.group_part[slot / GROUP]).collect(),
+            materials: slots.clone().map(|slot| nodes.group_material[slot / GROUP]).collect(),
+            joints: slots.map(joint).collect(),
+            // The triangles between the runs of joints have no area.
+            triangles: triangles.iter().copied().filter(|[a, b, c]| a != b && b != c).collect(),
+        };
+        let patches = Patches::new(&surface, materials, settings.patch_edge);
+        let rays = patches.all.len().saturating_mul(settings.rays as usize);
+        if rays > MOST_RAYS {
+            return Err(format!(
+                "{} patches of {} rays are more than {MOST_RAYS} rays: state a larger patch_edge or fewer rays",
+                patches.all.len(),
+                settings.rays
+            ));
+        }
+        Ok(Self { surface, patches, settings })
+    }
+
+    /// What the patches exchange in a pose, found by the processor.
+    pub fn cast(&self, poses: &[DAffine3]) -> Exchange {
+        Exchange::cast(&self.surface, &self.patches, &Scenery::new(&self.surface, poses), &self.settings)
+    }
+}
+
+/// Whether a joint has turned or moved by more than an angle [rad] since other poses. A way counts over a metre.
+pub fn has_moved(before: &[DAffine3], now: &[DAffine3], angle: f64) -> bool {
+    let moved = |(a, b): (&DAffine3, &DAffine3)| {
+        let turn = glam::DQuat::from_mat3(&(a.matrix3.transpose() * b.matrix3)).normalize();
+        2.0 * turn.xyz().length().atan2(turn.w.abs()) > angle.max(1e-9)
+            || a.translation.distance(b.translation) > angle.max(1e-9) * (1.0 + a.translation.length())
+    };
+    before.len() != now.len() || before.iter().zip(now).any(moved)
+}
+
+/// The exchange of a scene in f64, step by step.
+#[derive(Debug, Clone)]
+pub struct ExchangeTwin {
+    craft: Arc<Craft>,
+    /// What the patches exchange, and the poses for which it was found.
+    found: Option<(Exchange, Vec<DAffine3>)>,
+    renewal: Renewal,
+    seen: Vec<Seen>,
+}
+
+impl ExchangeTwin {
+    /// An exchange whose rays are cast at the first load.
+    pub fn new(craft: &Arc<Craft>) -> Self {
+        let renewal = Renewal { angle: craft.settings.redraw_angle, found_for: None };
+        Self { craft: Arc::clone(craft), found: None, renewal, seen: Vec::new() }
+    }
+
+    /// What the faces of every node receive in a step. Temperatures [K] and shares of the Sun are those of the nodes.
+    pub fn received(
+        &mut self,
+        load: &StepLoad,
+        temperature: impl Fn(usize) -> f64 + Sync,
+        visibility: impl Fn(usize) -> f64 + Sync,
+    ) -> Vec<[Received; 2]> {
+        let cast = self.find(load);
+        let Some((exchange, _)) = &self.found else { return Vec::new() };
+        if self.renewal.is_due(load) || cast {
+            self.seen = exchange.seen(load);
+        } else if self.seen.is_empty() {
+            self.seen = vec![Seen::ALL; exchange.patches.len()];
+        }
+        let sent = exchange.sent(load, &self.seen, temperature, visibility);
+        let absorbed = exchange.absorbed(&sent);
+        (0..exchange.of_node.len()).map(|node| exchange.of_node(node, &absorbed, &self.seen)).collect()
+    }
+
+    /// Casts the rays where a joint has moved. Returns whether it did.
+    fn find(&mut self, load: &StepLoad) -> bool {
+        let angle = self.craft.settings.redraw_angle;
+        let holds = self.found.as_ref().is_some_and(|(_, poses)| !has_moved(poses, &load.joints, angle));
+        if !holds {
+            self.found = Some((self.craft.cast(&load.joints), load.joints.clone()));
+        }
+        !holds
+    }
+
+    /// The state between two steps.
+    pub fn save(&self) -> Saved {
+        let mut saved = self.renewal.save();
+        if let Some((_, poses)) = &self.found {
+            saved.put("rows", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
+        }
+        saved.put("seen", &self.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]).collect::<Vec<_>>());
+        saved
+    }
+
+    /// Takes what `save` gave.
+    ///
+    /// # Errors
+    /// Lists of another kind.
+    pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
+        self.renewal.restore(saved)?;
+        if saved.has("rows") {
+            let poses: Vec<[f64; 12]> = saved.list("rows")?;
+            let poses: Vec<DAffine3> = poses.iter().map(DAffine3::from_cols_array).collect();
+            self.found = Some((self.craft.cast(&poses), poses));
+        }
+        let seen: Vec<[f64; 2]> = saved.list("seen")?;
+        self.seen = seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect();
+        Ok(())
+    }
+}
+
+/// Numbers that describe the patches, in words.
+pub fn describe(craft: &Craft) -> Vec<(String, String)> {
+    let patches = &craft.patches;
+    let gathered = patches.of_node.iter().flatten().filter(|patch| **patch != NONE).count();
+    vec![
+        ("patches".to_owned(), patches.all.len().to_string()),
+        ("faces of nodes in patches".to_owned(), gathered.to_string()),
+        ("rays of a patch".to_owned(), craft.settings.rays.to_string()),
+    ]
+}
