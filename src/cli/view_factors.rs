@@ -91,9 +91,8 @@ fn groups(prepared: &Prepared, craft: &Craft, patches: bool) -> (Vec<String>, Ve
     }
     let face = |back: bool| if back { "back" } else { "front" };
     let named = craft.patches.all.iter().enumerate();
-    let names = named.map(|(number, patch)| {
-        format!("{}/{}/{number}", prepared.parts[patch.part as usize], face(patch.back))
-    });
+    let names =
+        named.map(|(number, patch)| format!("{}/{}/{number}", prepared.parts[patch.part as usize], face(patch.back)));
     (names.collect(), (0..craft.patches.all.len()).collect())
 }
 
@@ -101,11 +100,7 @@ fn groups(prepared: &Prepared, craft: &Craft, patches: bool) -> (Vec<String>, Ve
 fn tell(craft: &Craft, exchange: &Exchange) {
     let correction = exchange.factors.correction;
     let entries = exchange.entries.len() as f64 / exchange.patches.len().max(1) as f64;
-    say!(
-        "{} patches of {} rays, {entries:.1} exchange areas a patch",
-        exchange.patches.len(),
-        craft.settings.rays
-    );
+    say!("{} patches of {} rays, {entries:.1} exchange areas a patch", exchange.patches.len(), craft.settings.rays);
     say!(
         "reciprocity and closure changed a view factor by {:.1e} (rms), at most {:.1e}",
         correction.rms,

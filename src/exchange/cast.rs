@@ -67,7 +67,13 @@ pub fn end_of(surface: &Surface, patches: &Patches, occluders: &Occluders, [from
     let Some(hit) = occluders.first(from, direction) else { return SPACE };
     let triangle = surface.triangles[occluders.tree.order[hit.triangle] as usize];
     let [first, second, third] = [1.0 - hit.u - hit.v, hit.u, hit.v];
-    let nearest = if first >= second.max(third) { 0 } else if second >= third { 1 } else { 2 };
+    let nearest = if first >= second.max(third) {
+        0
+    } else if second >= third {
+        1
+    } else {
+        2
+    };
     match patches.of_node[triangle[nearest] as usize][usize::from(!hit.outside)] {
         NONE => INSIDE,
         patch => patch,

@@ -93,9 +93,11 @@ impl Patches {
                 (0..3).for_each(|k| corners_of_node[triangle[k] as usize].push((3 * number + k) as u32));
             }
         }
-        let low = surface.triangles.iter().flatten().fold(DVec3::INFINITY, |low, node| {
-            low.min(surface.positions[*node as usize])
-        });
+        let low = surface
+            .triangles
+            .iter()
+            .flatten()
+            .fold(DVec3::INFINITY, |low, node| low.min(surface.positions[*node as usize]));
         let mut gathered: BTreeMap<Key, Vec<u32>> = BTreeMap::new();
         for (node, corners) in corners_of_node.iter().enumerate() {
             if corners.is_empty() || surface.areas[node] <= 0.0 {
@@ -117,7 +119,14 @@ impl Patches {
         patches
     }
 
-    fn push(&mut self, key: &Key, nodes: &[u32], surface: &Surface, corners_of_node: &[Vec<u32>], materials: &[Material]) {
+    fn push(
+        &mut self,
+        key: &Key,
+        nodes: &[u32],
+        surface: &Surface,
+        corners_of_node: &[Vec<u32>],
+        materials: &[Material],
+    ) {
         let material = &materials[key.material as usize];
         let area: f64 = nodes.iter().map(|node| surface.areas[*node as usize]).sum();
         let mean = |of: &dyn Fn(usize) -> DVec3| -> DVec3 {
@@ -174,7 +183,13 @@ struct Key {
 fn bin(normal: DVec3) -> [i8; 3] {
     // Rounding must not part nodes whose normals lie between two faces.
     let size = normal.abs() * DVec3::new(1.0, 1.0 - 1e-6, 1.0 - 2e-6);
-    let face = if size.x >= size.y.max(size.z) { 0 } else if size.y >= size.z { 1 } else { 2 };
+    let face = if size.x >= size.y.max(size.z) {
+        0
+    } else if size.y >= size.z {
+        1
+    } else {
+        2
+    };
     let scaled = normal / normal[face].abs().max(f64::MIN_POSITIVE);
     let cell = |at: f64| ((at + 1.0) * 0.5 * BINS + 1e-6).floor().clamp(0.0, BINS - 1.0) as i8;
     [(2 * face) as i8 + i8::from(normal[face] < 0.0), cell(scaled[(face + 1) % 3]), cell(scaled[(face + 2) % 3])]

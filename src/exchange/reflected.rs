@@ -104,7 +104,13 @@ impl Rows {
     }
 
     /// The row of a patch, and the area of its light that reaches space [m2].
-    fn follow(&mut self, factors: &Factors, taken: &[f64], bounces: Option<u32>, patch: usize) -> (Vec<(u32, f64)>, f64) {
+    fn follow(
+        &mut self,
+        factors: &Factors,
+        taken: &[f64],
+        bounces: Option<u32>,
+        patch: usize,
+    ) -> (Vec<(u32, f64)>, f64) {
         let faint = FAINT * factors.areas[patch];
         let mut space = factors.space[patch];
         let mut light: Vec<(u32, f64)> = factors.shared.row(patch).to_vec();

@@ -8,13 +8,18 @@ use glam::DAffine3;
 use super::device_data::DeviceData;
 use super::energy::absorbed_heat;
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
+use super::exchange::{Craft, has_moved};
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::surroundings::Finishes;
 use super::viewpoint::{device_view, rolling, source_view};
 use crate::environment::StepLoad;
+use crate::exchange::cast::Scenery;
+use crate::exchange::step::Exchange;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
+use crate::gpu::exchange::ExchangeTables;
+use crate::gpu::exchange_rays;
 use crate::gpu::heat::{HeatOf, HeatTables};
 use crate::gpu::layout;
 use crate::gpu::renderer::{Heating, Renderer, Request, Submitted};
@@ -51,6 +56,8 @@ pub struct DeviceEngine {
     /// Results that were fetched early because a network needed the device.
     ready: VecDeque<Delivered>,
     network: Option<NetworkRun>,
+    /// Patches that radiate to each other, and the poses of the joints for which rays were cast last.
+    exchange: Option<(Arc<Craft>, Vec<DAffine3>)>,
     /// Runs of nodes whose absorbed heat is summed.
     heat: Option<HeatTables>,
     /// Nodes with a structure below them.
@@ -71,7 +78,11 @@ impl DeviceEngine {
     /// # Errors
     /// A scene beyond the device, or a call that fails.
     pub fn new(context: &Arc<Context>, prepared: &Prepared, camera: Option<&Camera>) -> Result<Self, GpuError> {
-        let device = DeviceData::new(prepared);
+        let poses = prepared.loads.joints_at(0.0).1;
+        let moves = prepared.joints() > 1;
+        let cast = |craft: &Arc<Craft>| cast(context, craft, &poses, moves);
+        let tables = prepared.exchange.as_ref().map(cast).transpose()?;
+        let device = DeviceData::new(prepared).with_exchange(tables);
         let data = device.scene_data_with(prepared, camera, context.info.sample_counts);
         let plan = data.plan();
         let of_network = prepared.network_bytes(&plan);
@@ -80,6 +91,7 @@ impl DeviceEngine {
         let network = prepared.network.as_ref().map(|scene| NetworkRun::on_device(context, scene, renderer.spare()));
         Ok(Self {
             network: network.transpose()?,
+            exchange: prepared.exchange.clone().map(|craft| (craft, poses)),
             heat: device.heat.clone(),
             structures: prepared.structures(),
             renderer,
@@ -106,7 +118,7 @@ impl DeviceEngine {
         }
         let Some(network) = &mut self.network else { return Ok(None) };
         network.step_begins();
-        let mut values = self.renderer.absorbed(step.load)?;
+        let mut values = self.renderer.absorbed(step.load, true)?;
         network.step(network.scene().heat(|slot| f64::from(values[slot])), step.start, step.length)?;
         let tables = self.heat.as_ref().filter(|_| order.absorbed);
         let heat = tables.map(|tables| absorbed_heat(tables, |slot| f64::from(values[slot])));
@@ -130,6 +142,21 @@ impl DeviceEngine {
         let temperatures = self.renderer.network_temperatures()?.unwrap_or_default();
         self.renderer.end_network();
         self.network.as_mut().map_or(Ok(()), |network| network.change_over(&temperatures, estimate, start))
+    }
+
+    /// Casts the rays of patches anew where a joint has moved.
+    fn follow_joints(&mut self, load: &StepLoad) -> Result<(), EngineError> {
+        let Some((craft, poses)) = &mut self.exchange else { return Ok(()) };
+        if has_moved(poses, &load.joints, craft.settings.redraw_angle) {
+            poses.clone_from(&load.joints);
+            let tables = cast(&self.context, craft, poses, true)?;
+            let fourth = self.fourth();
+            while let Some(flying) = self.flying.pop_front() {
+                self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
+            }
+            self.renderer.set_exchange(&tables)?;
+        }
+        Ok(())
     }
 
     /// Takes the switches of thermostats in frames that step the network.
@@ -196,7 +223,7 @@ impl Engine for DeviceEngine {
     fn settle(&mut self, load: &StepLoad, time: f64) -> Result<(), EngineError> {
         self.renderer.settle(load)?;
         let Some(network) = &mut self.network else { return Ok(()) };
-        let mut values = self.renderer.absorbed(load)?;
+        let mut values = self.renderer.absorbed(load, false)?;
         network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
         put(&mut self.renderer, network, &mut values)?;
         Ok(self.renderer.set_network(&network.temperatures()?, network.on())?)
@@ -216,6 +243,7 @@ impl Engine for DeviceEngine {
         self.steps += u64::from(step.is_some());
         if let Some(step) = &step {
             self.change_over(step.start)?;
+            self.follow_joints(step.load)?;
         }
         let (mut powers, mut heat) = (None, None);
         let mut keep = order.keep;
@@ -264,7 +292,7 @@ impl Engine for DeviceEngine {
     }
 
     fn forward(&mut self, passing: &[Step<'_>]) -> Result<(), EngineError> {
-        if self.network.is_some() {
+        if self.network.is_some() || self.exchange.is_some() {
             return self.pass_singly(passing);
         }
         let _submits = self.trace.span(Track::Host, "submit");
@@ -305,6 +333,9 @@ impl Engine for DeviceEngine {
         let mut saved = Saved::default();
         saved.put("steps", &[self.steps]);
         saved.put_all("scene", self.renderer.save()?);
+        if let Some((_, poses)) = &self.exchange {
+            saved.put("exchange_poses", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
+        }
         self.take_switches()?;
         if let Some(network) = &mut self.network {
             saved.put_all("network", network.save()?);
@@ -318,6 +349,12 @@ impl Engine for DeviceEngine {
             if !network.is_in_frames() {
                 self.renderer.end_network();
             }
+        }
+        if let Some((craft, poses)) = &mut self.exchange {
+            let kept: Vec<[f64; 12]> = saved.list("exchange_poses")?;
+            *poses = kept.iter().map(DAffine3::from_cols_array).collect();
+            let tables = cast(&self.context, craft, poses, true)?;
+            self.renderer.set_exchange(&tables)?;
         }
         self.renderer.restore(&saved.part("scene"))?;
         [self.steps] = saved.array("steps")?;
@@ -366,6 +403,19 @@ impl Engine for DeviceEngine {
         network.set_temperatures(temperatures)?;
         Ok(self.renderer.set_network(temperatures, network.on())?)
     }
+}
+
+/// Casts the rays of patches, on the device where it can walk their tree.
+fn cast(context: &Arc<Context>, craft: &Craft, poses: &[DAffine3], moves: bool) -> Result<ExchangeTables, GpuError> {
+    let scenery = Scenery::new(&craft.surface, poses);
+    let (surface, patches, settings) = (&craft.surface, &craft.patches, &craft.settings);
+    let exchange = if exchange_rays::can_walk(&scenery) {
+        let ends = exchange_rays::cast(context, surface, patches, &scenery, settings.rays)?;
+        Exchange::new(surface, patches, &ends, settings)
+    } else {
+        Exchange::cast(surface, patches, &scenery, settings)
+    };
+    Ok(ExchangeTables::new(&exchange, moves))
 }
 
 /// Converts a frame to the result of a step. `fourth` says what the fourth value of a pixel is.

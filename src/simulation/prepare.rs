@@ -189,6 +189,7 @@ impl Prepared {
                 planet_ir: environment.planet_ir.is_some_and(|flux| flux > 0.0),
                 albedo: sun && environment.albedo.is_some_and(|albedo| albedo > 0.0),
                 shadow: sun && self.scene.shadows.is_some(),
+                exchange: self.exchange.is_some(),
                 fused: false,
             };
             let end = range.first_group + range.groups;

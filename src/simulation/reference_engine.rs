@@ -7,8 +7,8 @@ use glam::{DAffine3, DVec3};
 
 use super::device_data::is_own;
 use super::energy::{absorbed_heat, heat_tables};
-use super::exchange::ExchangeTwin;
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
+use super::exchange::ExchangeTwin;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::surroundings::Finishes;

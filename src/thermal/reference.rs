@@ -8,8 +8,8 @@ use crate::environment::shadow::Shadows;
 use crate::saved::{Saved, SavedError};
 use crate::thermal::balance::{Incident, absorbed_flux, balance_temperature, emissivity_sum};
 use crate::thermal::material::{Material, Response};
-use crate::thermal::received::Received;
 use crate::thermal::radiative::{PlateLoad, PlateState, radiative_step};
+use crate::thermal::received::Received;
 use crate::thermal::transition::{TransitionState, transition_step};
 
 /// Incident fluxes on a plate with a unit normal (body frame) during a step.

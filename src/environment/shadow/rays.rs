@@ -120,7 +120,11 @@ impl Occluders {
                 continue;
             }
             let run = node.first as usize..(node.first + node.count) as usize;
-            if self.triangles[run].iter().filter_map(|triangle| meets(triangle, from, direction)).any(|found| ends(found.0)) {
+            if self.triangles[run]
+                .iter()
+                .filter_map(|triangle| meets(triangle, from, direction))
+                .any(|found| ends(found.0))
+            {
                 return true;
             }
             at += 1;

@@ -29,7 +29,12 @@ pub fn grey(absorptivity: f64, emissivity: f64) -> Material {
 
 impl Shapes {
     /// Adds a part: points with normals on a grid of `columns` by `rows` cells, from numbers in [0, 1].
-    pub fn part(&mut self, [columns, rows]: [usize; 2], material: Material, point: impl Fn(f64, f64) -> [DVec3; 2]) -> &mut Self {
+    pub fn part(
+        &mut self,
+        [columns, rows]: [usize; 2],
+        material: Material,
+        point: impl Fn(f64, f64) -> [DVec3; 2],
+    ) -> &mut Self {
         let surface = &mut self.surface;
         let first = surface.positions.len() as u32;
         let part = self.materials.len() as u32;

@@ -21,7 +21,9 @@ fn net(exchange: &Exchange, load: &StepLoad, temperature: impl Fn(u32) -> f64 + 
     let sent = exchange.sent(load, &seen, |node| temperature(part_of_node(node)), |_| 1.0);
     let absorbed = exchange.absorbed(&sent);
     let patches = exchange.patches.iter().zip(absorbed);
-    patches.map(|(patch, in_)| patch.optics.emissivity * STEFAN_BOLTZMANN * temperature(patch.part).powi(4) - in_).collect()
+    patches
+        .map(|(patch, in_)| patch.optics.emissivity * STEFAN_BOLTZMANN * temperature(patch.part).powi(4) - in_)
+        .collect()
 }
 
 #[test]
@@ -56,7 +58,10 @@ fn what_patches_lose_space_gets() {
         .zip(&exchange.infrared.space)
         .map(|(patch, area)| area * patch.optics.emissivity * STEFAN_BOLTZMANN * temperature(patch.part).powi(4))
         .sum();
-    println!("lost {lost:.6} W, to space {to_space:.6} W, off {:.1e} of what is exchanged", (lost - to_space) / exchanged);
+    println!(
+        "lost {lost:.6} W, to space {to_space:.6} W, off {:.1e} of what is exchanged",
+        (lost - to_space) / exchanged
+    );
     // Light that is followed no further goes back to its patch, so that only the symmetry of the rows counts.
     assert!((lost - to_space).abs() < 2e-4 * exchanged, "{lost} against {to_space}");
     assert!(to_space > 0.3 * exchanged);
@@ -78,7 +83,11 @@ fn two_plates_reach_the_closed_form() {
     println!("flux {flux:.4} W/m2, closed form {closed:.4} W/m2, view factor to space {open:.1e}");
     assert!(open < 6e-3);
     let mut boxed = Shapes::default();
-    boxed.room(DVec3::new(size, size, gap), 8, |wall| if wall < 2 { grey(0.5, [0.1, 0.9][wall]) } else { grey(0.5, 1e-5) });
+    boxed.room(
+        DVec3::new(size, size, gap),
+        8,
+        |wall| if wall < 2 { grey(0.5, [0.1, 0.9][wall]) } else { grey(0.5, 1e-5) },
+    );
     let exchange = super::view_factors::exchange(&boxed, 2.0, 4096);
     let flux: f64 = net(&exchange, &dark(0.0), |part| if part == 0 { 350.0 } else { 250.0 })[0];
     println!("in a box: {flux:.4} W/m2, off {:.1e}", flux / closed - 1.0);
@@ -101,9 +110,10 @@ fn sunlight_in_a_box_ends_where_the_series_says() {
     let mut radiosity = [500.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     for _ in 0..200 {
         let arrives: [f64; 6] = std::array::from_fn(|to| {
-            (0..6).filter(|from| *from != to).map(|from| {
-                radiosity[from] * if from / 2 == to / 2 { opposite } else { beside }
-            }).sum()
+            (0..6)
+                .filter(|from| *from != to)
+                .map(|from| radiosity[from] * if from / 2 == to / 2 { opposite } else { beside })
+                .sum()
         });
         (0..6).for_each(|wall| light[wall] += arrives[wall]);
         radiosity = arrives.map(|arrives| 0.5 * arrives);
@@ -159,7 +169,10 @@ fn a_plate_hides_the_planet_behind_it() {
         }
     }
     let exact = [sums[1] / sums[0], sums[3] / sums[2]];
-    println!("seen of the infrared {:.4} (exact {:.4}), of the albedo {:.4} ({:.4})", seen.planet_ir, exact[0], seen.albedo, exact[1]);
+    println!(
+        "seen of the infrared {:.4} (exact {:.4}), of the albedo {:.4} ({:.4})",
+        seen.planet_ir, exact[0], seen.albedo, exact[1]
+    );
     assert!((seen.planet_ir - exact[0]).abs() < 0.01 && (seen.albedo - exact[1]).abs() < 0.01, "{seen:?} {exact:?}");
     assert!(exact[0] < 0.9, "the large plate hides much");
     let open = PlanetView::new(&planet, &load, 0).seen(&exchange.sky[..1]);
