@@ -11,7 +11,7 @@ use crate::exchange::step::Exchange;
 use crate::output::console::say;
 use crate::output::destination::{Destination, destinations};
 use crate::output::inputs::keep_inputs;
-use crate::simulation::exchange::Craft;
+use crate::simulation::exchange::{Craft, describe};
 use crate::simulation::prepare::Prepared;
 
 /// Write the view factors between the parts of a scene with [exchange].
@@ -98,22 +98,12 @@ fn groups(prepared: &Prepared, craft: &Craft, patches: bool) -> (Vec<String>, Ve
 
 /// Prints what was found and what was changed.
 fn tell(craft: &Craft, exchange: &Exchange) {
-    let correction = exchange.factors.correction;
-    let entries = exchange.entries.len() as f64 / exchange.patches.len().max(1) as f64;
-    say!("{} patches of {} rays, {entries:.1} exchange areas a patch", exchange.patches.len(), craft.settings.rays);
-    say!(
-        "reciprocity and closure changed a view factor by {:.1e} (rms), at most {:.1e}",
-        correction.rms,
-        correction.largest
-    );
-    if correction.unclosed > 1e-9 {
-        say!("warning: a row was off by {:.1e} of its area after that, which its patch keeps", correction.unclosed);
+    for (name, value) in describe(craft, exchange) {
+        say!("{name}: {value}");
     }
     if exchange.factors.inside > 0.0 {
         say!(
-            "warning: {:.2} % of the rays end on the inner face of a skin, because the mesh is open or parts reach into each other; their light comes back \
-             to its own patch",
-            100.0 * exchange.factors.inside
+            "warning: rays end on the inner face of a skin, because the mesh is open or parts reach into each other; their light comes back to its own patch"
         );
     }
 }

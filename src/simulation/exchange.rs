@@ -7,7 +7,7 @@ use glam::DAffine3;
 use super::network::SceneNetwork;
 use crate::environment::StepLoad;
 use crate::exchange::cast::Scenery;
-use crate::exchange::patches::{NONE, Patches, Surface};
+use crate::exchange::patches::{Patches, Surface};
 use crate::exchange::sky::Renewal;
 use crate::exchange::step::{Exchange, Settings};
 use crate::gpu::nodes::{GROUP, Nodes, PADDING};
@@ -155,13 +155,24 @@ impl ExchangeTwin {
     }
 }
 
-/// Numbers that describe the patches, in words.
-pub fn describe(craft: &Craft) -> Vec<(String, String)> {
-    let patches = &craft.patches;
-    let gathered = patches.of_node.iter().flatten().filter(|patch| **patch != NONE).count();
-    vec![
-        ("patches".to_owned(), patches.all.len().to_string()),
-        ("faces of nodes in patches".to_owned(), gathered.to_string()),
+/// What was found of a craft, in words.
+pub fn describe(craft: &Craft, exchange: &Exchange) -> Vec<(String, String)> {
+    let correction = exchange.factors.correction;
+    let pairs = exchange.entries.len() as f64 / exchange.patches.len().max(1) as f64;
+    let returned = exchange.infrared.returned.max(exchange.sunlight.returned);
+    let mut told = vec![
+        ("patches".to_owned(), exchange.patches.len().to_string()),
         ("rays of a patch".to_owned(), craft.settings.rays.to_string()),
-    ]
+        ("patches that a patch sees or that reflect".to_owned(), format!("{pairs:.1}")),
+        (
+            "change of view factors to be reciprocal".to_owned(),
+            format!("{:.1e} (rms), at most {:.1e}", correction.rms, correction.largest),
+        ),
+        ("light of a patch that was left out".to_owned(), format!("at most {returned:.1e}")),
+        ("rays to the inner face of a skin".to_owned(), format!("{:.2} %", 100.0 * exchange.factors.inside)),
+    ];
+    if correction.unclosed > 1e-9 {
+        told.push(("rows that do not close".to_owned(), format!("at most {:.1e} of their area", correction.unclosed)));
+    }
+    told
 }

@@ -175,7 +175,7 @@ fn the_inside_of_a_cube() {
             let exact = if from / 2 == to / 2 { 0.199825 } else { 0.200044 };
             assert_is(&format!("wall {from} to {to}"), &found, from, to, exact);
         }
-        assert_eq!(of(&found, from, To::Space).0, 0.0, "a cube has no way out");
+        assert!(of(&found, from, To::Space).0.abs() < 1e-12, "a cube has no way out");
     }
 }
 
