@@ -157,6 +157,18 @@ fn receive_pass(sun: bool, patches: u32) -> Pass {
     pass(ExchangeVariant::Receive { sun }, 0, patches, accesses)
 }
 
+/// Passes that write parts of one buffer. The check of hazards sees the whole buffer, so a barrier stands between them. Only a craft with joints has several.
+fn one_by_one(passes: impl Iterator<Item = Pass>, written: Resource) -> Vec<Entry> {
+    let mut entries = Vec::new();
+    for pass in passes {
+        if !entries.is_empty() {
+            entries.push(Entry::Barriers(vec![barrier(written, COMPUTE_WRITE, COMPUTE_WRITE)]));
+        }
+        entries.push(Entry::Pass(pass));
+    }
+    entries
+}
+
 /// The passes before the thermal step, under the light of its variants. With `sky` the shares of the planet's light are found anew.
 pub fn exchange(runs: &[PatchRun], light: ThermalVariant, sky: bool) -> Frame {
     let mut entries = Vec::new();
@@ -164,14 +176,14 @@ pub fn exchange(runs: &[PatchRun], light: ThermalVariant, sky: bool) -> Frame {
     let read = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_WRITE);
     if sky {
         entries.push(Entry::Barriers(vec![barrier(Resource::ExchangeSeen, read, COMPUTE_WRITE)]));
-        entries.extend(runs.iter().map(|run| Entry::Pass(sky_pass(*run))));
+        entries.extend(one_by_one(runs.iter().map(|run| sky_pass(*run)), Resource::ExchangeSeen));
         entries.push(Entry::Barriers(vec![barrier(Resource::ExchangeSeen, COMPUTE_WRITE, COMPUTE_READ)]));
     }
     entries.push(Entry::Barriers(vec![
         barrier(Resource::Temperature, COMPUTE_WRITE, COMPUTE_READ),
         barrier(Resource::ExchangeSent, read, COMPUTE_WRITE),
     ]));
-    entries.extend(runs.iter().map(|run| Entry::Pass(send_pass(light, *run))));
+    entries.extend(one_by_one(runs.iter().map(|run| send_pass(light, *run)), Resource::ExchangeSent));
     entries.push(Entry::Barriers(vec![
         barrier(Resource::ExchangeSent, COMPUTE_WRITE, COMPUTE_READ),
         barrier(Resource::ExchangeReceived, read, COMPUTE_WRITE),

@@ -62,7 +62,8 @@ pub fn cast(
     Ok(ends)
 }
 
-fn list(first: u32, end: u32, rays: u32) -> Frame {
+/// The list that casts the rays of some patches.
+pub fn list(first: u32, end: u32, rays: u32) -> Frame {
     let bound = |(binding, resource): (u32, Resource)| {
         let scope = if resource == Resource::RayEnds { COMPUTE_WRITE } else { COMPUTE_READ };
         Access { binding: Some(binding), ..access(resource, scope) }

@@ -168,6 +168,9 @@ impl Renderer {
             let ranges = ranges_of_step(&data.ranges, has_sun, has_albedo);
             let wanted = Wanted { image: wanted.image && !data.between, ..wanted };
             frames.extend([Frame::step_in_runs(&ranges, wanted, &triangles), Frame::settle(&ranges)]);
+            if data.exchange.is_some() {
+                frames.push(Frame::step(&without_exchange(ranges), Wanted::default()));
+            }
         }
         let drawn = if data.between { Wanted { image: false, ..wanted } } else { wanted };
         frames.push(Frame::step_in_runs(&idle(&data.ranges), drawn, &triangles));
@@ -338,7 +341,7 @@ impl Renderer {
             frame = frame.then(self.exchange_frame(load));
             self.exchanged = true;
         } else {
-            ranges.iter_mut().for_each(|range| range.variant.exchange = false);
+            ranges = without_exchange(ranges);
         }
         let frame = frame.then(Frame::step(&ranges, wanted));
         let submitted = self.send(&frame, Request::step(load, 1.0))?;
@@ -479,6 +482,12 @@ impl Renderer {
     pub fn take_frames(&mut self) -> Vec<DeviceFrame> {
         self.slots.frames.as_mut().map(std::mem::take).unwrap_or_default()
     }
+}
+
+/// The ranges as they are where surfaces do not see each other.
+fn without_exchange(mut ranges: Vec<StepRange>) -> Vec<StepRange> {
+    ranges.iter_mut().for_each(|range| range.variant.exchange = false);
+    ranges
 }
 
 /// The ranges with the smallest variants for a load.

@@ -113,7 +113,7 @@ fn the_energy_of_a_step_balances() {
         let largest = twin.iter().copied().fold(0.0, f64::max);
         let (mut absorbed, mut leaves, mut all) = (0.0, 0.0, 0.0);
         for (number, patch) in exchange.patches.iter().enumerate() {
-            assert!((f64::from(found[number]) - twin[number]).abs() < 2e-2 * largest, "patch {number}");
+            assert!((f64::from(found[number]) - twin[number]).abs() < 1e-4 * largest, "patch {number}");
             absorbed += patch.area * f64::from(found[number]);
             leaves +=
                 exchange.infrared.space[number] * sent[number][0] + exchange.sunlight.space[number] * sent[number][1];
@@ -121,8 +121,7 @@ fn the_energy_of_a_step_balances() {
         }
         let off = (absorbed + leaves - all) / all;
         println!("step {number}: sent {all:.1} W, absorbed {absorbed:.1} W, off {off:.1e}");
-        // Shares of the planet's light differ by single rays in f32, which changes what is sent.
-        assert!(off.abs() < 1e-3, "{off}");
+        assert!(off.abs() < 1e-6, "{off}");
         let heat: f64 = exchange.patches.iter().zip(&twin).map(|(patch, absorbed)| patch.area * absorbed).sum();
         assert!(((heat + leaves - all) / all).abs() < 1e-12, "the twin is exact");
     }
@@ -246,7 +245,7 @@ fn without_exchange_there_is_no_buffer_and_no_pass() {
 #[test]
 fn rays_are_cast_anew_as_a_joint_turns() {
     let context = context();
-    let joint = "[[joint]]\npart = \"wing_port\"\naxis = \"+Y\"\norigin = [0, 0, 0]\nangle_deg = 0\nrate_deg = 0.1\nmode = \"rate\"\n[radiance]";
+    let joint = "[[joint]]\npart = \"wing_port\"\naxis = \"+Y\"\norigin = [0, 0, 0]\nmode = \"schedule\"\nschedule = { time = [0, 720], angle_deg = [0, 60] }\n[radiance]";
     let with = EXCHANGE.replace("[radiance]", "redraw_angle_deg = 10\n") + joint;
     let prepared = Folder::new(&scene_with(&[("[radiance]", &with)])).prepared();
     let worst = apart(&context, &prepared);
