@@ -8,7 +8,8 @@ use glam::DAffine3;
 use super::device_data::DeviceData;
 use super::energy::absorbed_heat;
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
-use super::exchange::{Craft, has_moved};
+use super::exchange::Craft;
+use super::exchange_poses::Posed;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::surroundings::Finishes;
@@ -56,8 +57,8 @@ pub struct DeviceEngine {
     /// Results that were fetched early because a network needed the device.
     ready: VecDeque<Delivered>,
     network: Option<NetworkRun>,
-    /// Patches that radiate to each other, and the poses of the joints for which rays were cast last.
-    exchange: Option<(Arc<Craft>, Vec<DAffine3>)>,
+    /// Patches that radiate to each other, and what was found for poses of the joints.
+    exchange: Option<(Arc<Craft>, Posed<ExchangeTables>)>,
     /// Runs of nodes whose absorbed heat is summed.
     heat: Option<HeatTables>,
     /// Nodes with a structure below them.
@@ -80,8 +81,13 @@ impl DeviceEngine {
     pub fn new(context: &Arc<Context>, prepared: &Prepared, camera: Option<&Camera>) -> Result<Self, GpuError> {
         let poses = prepared.loads.joints_at(0.0).1;
         let moves = prepared.joints() > 1;
-        let cast = |craft: &Arc<Craft>| cast(context, craft, &poses, moves);
-        let tables = prepared.exchange.as_ref().map(cast).transpose()?;
+        let mut exchange = None;
+        if let Some(craft) = &prepared.exchange {
+            let mut posed = Posed::new(craft.settings.redraw_angle);
+            posed.turn(&poses, |poses| cast(context, craft, poses, moves))?;
+            exchange = Some((Arc::clone(craft), posed));
+        }
+        let tables = exchange.as_ref().and_then(|(_, posed)| posed.found().cloned());
         let device = DeviceData::new(prepared).with_exchange(tables);
         let data = device.scene_data_with(prepared, camera, context.info.sample_counts);
         let plan = data.plan();
@@ -91,7 +97,7 @@ impl DeviceEngine {
         let network = prepared.network.as_ref().map(|scene| NetworkRun::on_device(context, scene, renderer.spare()));
         Ok(Self {
             network: network.transpose()?,
-            exchange: prepared.exchange.clone().map(|craft| (craft, poses)),
+            exchange,
             heat: device.heat.clone(),
             structures: prepared.structures(),
             renderer,
@@ -146,15 +152,14 @@ impl DeviceEngine {
 
     /// Casts the rays of patches anew where a joint has moved.
     fn follow_joints(&mut self, load: &StepLoad) -> Result<(), EngineError> {
-        let Some((craft, poses)) = &mut self.exchange else { return Ok(()) };
-        if has_moved(poses, &load.joints, craft.settings.redraw_angle) {
-            poses.clone_from(&load.joints);
-            let tables = cast(&self.context, craft, poses, true)?;
-            let fourth = self.fourth();
+        let fourth = self.fourth();
+        let Some((craft, posed)) = &mut self.exchange else { return Ok(()) };
+        let context = &self.context;
+        if let Some(tables) = posed.turn(&load.joints, |poses| cast(context, craft, poses, true))? {
             while let Some(flying) = self.flying.pop_front() {
                 self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
             }
-            self.renderer.set_exchange(&tables)?;
+            self.renderer.set_exchange(tables)?;
         }
         Ok(())
     }
@@ -333,8 +338,8 @@ impl Engine for DeviceEngine {
         let mut saved = Saved::default();
         saved.put("steps", &[self.steps]);
         saved.put_all("scene", self.renderer.save()?);
-        if let Some((_, poses)) = &self.exchange {
-            saved.put("exchange_poses", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
+        if let Some((_, posed)) = &self.exchange {
+            saved.put_all("exchange_rays", posed.save());
         }
         self.take_switches()?;
         if let Some(network) = &mut self.network {
@@ -350,11 +355,12 @@ impl Engine for DeviceEngine {
                 self.renderer.end_network();
             }
         }
-        if let Some((craft, poses)) = &mut self.exchange {
-            let kept: Vec<[f64; 12]> = saved.list("exchange_poses")?;
-            *poses = kept.iter().map(DAffine3::from_cols_array).collect();
-            let tables = cast(&self.context, craft, poses, true)?;
-            self.renderer.set_exchange(&tables)?;
+        if let Some((craft, posed)) = &mut self.exchange {
+            let context = &self.context;
+            let find = |poses: &[DAffine3]| Ok::<_, EngineError>(cast(context, craft, poses, true)?);
+            if let Some(tables) = posed.restore(&saved.part("exchange_rays"), find)? {
+                self.renderer.set_exchange(tables)?;
+            }
         }
         self.renderer.restore(&saved.part("scene"))?;
         [self.steps] = saved.array("steps")?;

@@ -1,9 +1,11 @@
 //! Radiation between the surfaces of a scene: its patches, and what they exchange in a step in f64.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use glam::DAffine3;
 
+use super::exchange_poses::Posed;
 use super::network::SceneNetwork;
 use crate::environment::StepLoad;
 use crate::exchange::cast::Scenery;
@@ -72,31 +74,23 @@ impl Craft {
     }
 }
 
-/// Whether a joint has turned or moved by more than an angle [rad] since other poses. A way counts over a metre.
-pub fn has_moved(before: &[DAffine3], now: &[DAffine3], angle: f64) -> bool {
-    let moved = |(a, b): (&DAffine3, &DAffine3)| {
-        let turn = glam::DQuat::from_mat3(&(a.matrix3.transpose() * b.matrix3)).normalize();
-        2.0 * turn.xyz().length().atan2(turn.w.abs()) > angle.max(1e-9)
-            || a.translation.distance(b.translation) > angle.max(1e-9) * (1.0 + a.translation.length())
-    };
-    before.len() != now.len() || before.iter().zip(now).any(moved)
-}
-
 /// The exchange of a scene in f64, step by step.
 #[derive(Debug, Clone)]
 pub struct ExchangeTwin {
     craft: Arc<Craft>,
-    /// What the patches exchange, and the poses for which it was found.
-    found: Option<(Exchange, Vec<DAffine3>)>,
+    found: Posed<Exchange>,
     renewal: Renewal,
     seen: Vec<Seen>,
 }
 
 impl ExchangeTwin {
-    /// An exchange whose rays are cast at the first load.
-    pub fn new(craft: &Arc<Craft>) -> Self {
-        let renewal = Renewal { angle: craft.settings.redraw_angle, found_for: None };
-        Self { craft: Arc::clone(craft), found: None, renewal, seen: Vec::new() }
+    /// An exchange whose rays are cast for poses first.
+    pub fn new(craft: &Arc<Craft>, poses: &[DAffine3]) -> Self {
+        let angle = craft.settings.redraw_angle;
+        let renewal = Renewal { angle, found_for: None };
+        let mut found = Posed::new(angle);
+        let Ok(_) = found.turn(poses, |poses| Ok::<_, Infallible>(craft.cast(poses)));
+        Self { craft: Arc::clone(craft), found, renewal, seen: Vec::new() }
     }
 
     /// What the faces of every node receive in a step. Temperatures [K] and shares of the Sun are those of the nodes.
@@ -106,34 +100,21 @@ impl ExchangeTwin {
         temperature: impl Fn(usize) -> f64 + Sync,
         visibility: impl Fn(usize) -> f64 + Sync,
     ) -> Vec<[Received; 2]> {
-        let cast = self.find(load);
-        let Some((exchange, _)) = &self.found else { return Vec::new() };
-        if self.renewal.is_due(load) || cast {
+        let Ok(turned) = self.found.turn(&load.joints, |poses| Ok::<_, Infallible>(self.craft.cast(poses)));
+        let turned = turned.is_some();
+        let Some(exchange) = self.found.found() else { return Vec::new() };
+        if self.renewal.is_due(load) || turned || self.seen.is_empty() {
             self.seen = exchange.seen(load);
-        } else if self.seen.is_empty() {
-            self.seen = vec![Seen::ALL; exchange.patches.len()];
         }
         let sent = exchange.sent(load, &self.seen, temperature, visibility);
         let absorbed = exchange.absorbed(&sent);
         (0..exchange.of_node.len()).map(|node| exchange.of_node(node, &absorbed, &self.seen)).collect()
     }
 
-    /// Casts the rays where a joint has moved. Returns whether it did.
-    fn find(&mut self, load: &StepLoad) -> bool {
-        let angle = self.craft.settings.redraw_angle;
-        let holds = self.found.as_ref().is_some_and(|(_, poses)| !has_moved(poses, &load.joints, angle));
-        if !holds {
-            self.found = Some((self.craft.cast(&load.joints), load.joints.clone()));
-        }
-        !holds
-    }
-
     /// The state between two steps.
     pub fn save(&self) -> Saved {
         let mut saved = self.renewal.save();
-        if let Some((_, poses)) = &self.found {
-            saved.put("rows", &poses.iter().map(DAffine3::to_cols_array).collect::<Vec<_>>());
-        }
+        saved.put_all("rays", self.found.save());
         saved.put("seen", &self.seen.iter().map(|seen| [seen.planet_ir, seen.albedo]).collect::<Vec<_>>());
         saved
     }
@@ -144,11 +125,7 @@ impl ExchangeTwin {
     /// Lists of another kind.
     pub fn restore(&mut self, saved: &Saved) -> Result<(), SavedError> {
         self.renewal.restore(saved)?;
-        if saved.has("rows") {
-            let poses: Vec<[f64; 12]> = saved.list("rows")?;
-            let poses: Vec<DAffine3> = poses.iter().map(DAffine3::from_cols_array).collect();
-            self.found = Some((self.craft.cast(&poses), poses));
-        }
+        self.found.restore(&saved.part("rays"), |poses| Ok::<_, SavedError>(self.craft.cast(poses)))?;
         let seen: Vec<[f64; 2]> = saved.list("seen")?;
         self.seen = seen.into_iter().map(|[planet_ir, albedo]| Seen { planet_ir, albedo }).collect();
         Ok(())

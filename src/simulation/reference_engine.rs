@@ -79,7 +79,10 @@ impl ReferenceEngine {
             reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction)
                 .with_joints(joints),
             shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),
-            exchange: prepared.exchange.as_ref().map(ExchangeTwin::new),
+            exchange: prepared
+                .exchange
+                .as_ref()
+                .map(|craft| ExchangeTwin::new(craft, &prepared.loads.joints_at(0.0).1)),
             slots: nodes.vertex_of_node.len(),
             earlier: Vec::new(),
             node_of_slot,
