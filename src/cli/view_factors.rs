@@ -10,6 +10,7 @@ use crate::exchange::between::{To, radiative_areas, view_factors};
 use crate::exchange::step::Exchange;
 use crate::output::console::say;
 use crate::output::destination::{Destination, destinations};
+use crate::output::exchange_pictures::{fish_eye, open_sky};
 use crate::output::inputs::keep_inputs;
 use crate::simulation::exchange::{Craft, describe};
 use crate::simulation::prepare::Prepared;
@@ -33,6 +34,15 @@ pub struct Arguments {
     /// File of the radiative exchange areas [m2], all reflections counted: columns from, to, gr_m2
     #[arg(long, value_name = "GR.csv")]
     gr: Option<PathBuf>,
+    /// Picture of the share of the sky that every surface sees
+    #[arg(long, value_name = "SKY.png")]
+    sky: Option<PathBuf>,
+    /// Fish-eye picture of what a patch sees, see --patch
+    #[arg(long, value_name = "SEEN.png", requires = "patch")]
+    fish_eye: Option<PathBuf>,
+    /// Number of the patch of --fish-eye, as --patches tells it
+    #[arg(long, value_name = "N", requires = "fish_eye")]
+    patch: Option<usize>,
     #[command(flatten)]
     reach: ReachArguments,
 }
@@ -43,10 +53,17 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         let path = arguments.scene.display();
         return Err(CliError::Usage(format!("{path}: the scene has no section [exchange], which states the patches")));
     };
-    for path in [Some(&arguments.output), arguments.gr.as_ref()].into_iter().flatten() {
+    let (gr, sky_path, fish_eye_path) = (&arguments.gr, &arguments.sky, &arguments.fish_eye);
+    for path in [Some(&arguments.output), gr.as_ref(), sky_path.as_ref(), fish_eye_path.as_ref()].into_iter().flatten()
+    {
         keep_inputs(path, &prepared.scene.files)?;
     }
-    let [factors, areas] = destinations([Some(&*arguments.output), arguments.gr.as_deref()])?;
+    let patches = craft.patches.all.len();
+    if let Some(patch) = arguments.patch.filter(|patch| *patch >= patches) {
+        return Err(CliError::Usage(format!("--patch {patch}: the scene has the patches 0 to {}", patches - 1)));
+    }
+    let paths = [Some(&*arguments.output), gr.as_deref(), sky_path.as_deref(), fish_eye_path.as_deref()];
+    let [factors, areas, sky_picture, seen] = destinations(paths)?;
     let load = sky(&prepared);
     let exchange = craft.cast(&load.joints);
     tell(craft, &exchange);
@@ -65,6 +82,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), CliError> {
         let rows = radiative_areas(&exchange, &group);
         let rows = rows.into_iter().map(|(from, to, area)| [names[from].clone(), name(to), format!("{area:.6e}")]);
         areas.write_csv(std::iter::once(["from", "to", "gr_m2"].map(str::to_owned)).chain(rows))?;
+    }
+    if let Some(picture) = sky_picture {
+        picture.write_bytes(&open_sky(craft, &load.joints, &exchange)?)?;
+    }
+    if let (Some(picture), Some(patch)) = (seen, arguments.patch) {
+        picture.write_bytes(&fish_eye(craft, &load.joints, patch)?)?;
     }
     Ok(())
 }

@@ -4,16 +4,18 @@
 //! H = S + S (r/A) S + S (r/A) S (r/A) S + ..., where S are the shared areas and r the reflectivities. It is symmetric. Gebhart's factor, the share of the
 //! emission of j that i absorbs, is a_i H_ij / A_j, where a = 1 - r (Gebhart 1961, Int. J. Heat Mass Transfer 3).
 //!
-//! The smallest entries of a row are left out, up to a stated share of its light. What they and further reflections would carry returns to its own patch, so that
-//! rows stay closed and an isothermal box keeps its temperature.
+//! The smallest entries of a row are left out, up to a stated share of its light, and one factor for each patch gives what they carried to the entries that are
+//! kept. What further reflections would carry returns to its own patch. Rows stay symmetric and closed, so that an isothermal box keeps its temperature.
 
 use rayon::prelude::*;
 
 use super::factors::Factors;
 use super::sparse::Sparse;
 
-/// Share of the light of a row that may be left out.
-pub const LEFT_OUT: f64 = 1e-3;
+/// Area of the entries of a row that may be left out, over the area of its patch.
+pub const LEFT_OUT: f64 = 1e-2;
+/// Rounds in which kept entries take what was left out.
+const ROUNDS: usize = 100;
 /// Share of the light of a row below which reflections are no longer followed.
 const FAINT: f64 = 1e-9;
 /// Share of the light of a row below which an entry is not reflected by itself.
@@ -30,7 +32,7 @@ pub struct Areas {
     pub between: Sparse,
     /// Area times the share of the light of a patch that reaches space [m2].
     pub space: Vec<f64>,
-    /// Largest share of the light of a patch that returns to it in place of entries left out and of further reflections.
+    /// Largest share of the light of a patch that returns to it in place of further reflections.
     pub returned: f64,
 }
 
@@ -44,7 +46,8 @@ pub fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces: Option
     let (rows, space): (Vec<_>, Vec<_>) = followed.into_iter().unzip();
     let found = Sparse::from_rows(rows);
     let mean = found.combined(&found.transposed(), |_, _, there, back| 0.5 * (there + back));
-    let mut between = pruned(&mean, areas, absorptivities);
+    let mut between = pruned(&mean, areas);
+    give_back(&mean, &mut between, absorptivities);
     let mut returned = 0.0f64;
     for (i, area) in areas.iter().enumerate() {
         let (first, end) = (between.first[i] as usize, between.first[i + 1] as usize);
@@ -61,21 +64,40 @@ pub fn exchange_areas(factors: &Factors, absorptivities: &[f64], bounces: Option
     Areas { between, space, returned }
 }
 
+/// Scales the kept entries so that each row carries what it did.
+fn give_back(all: &Sparse, kept: &mut Sparse, absorptivities: &[f64]) {
+    let carried = |rows: &Sparse, factor: &[f64], i: usize| -> f64 {
+        let of = |(j, area): &(u32, f64)| area * factor[*j as usize] * absorptivities[*j as usize];
+        factor[i] * rows.row(i).iter().map(of).sum::<f64>()
+    };
+    let mut factor = vec![1.0; all.len()];
+    let wanted: Vec<f64> = (0..all.len()).into_par_iter().map(|i| carried(all, &factor, i)).collect();
+    for _ in 0..ROUNDS {
+        let now: Vec<f64> = (0..all.len()).into_par_iter().map(|i| carried(kept, &factor, i)).collect();
+        for i in (0..all.len()).filter(|i| now[*i] > 0.0) {
+            factor[i] *= (wanted[i] / now[i]).sqrt();
+        }
+    }
+    for i in 0..all.len() {
+        let run = kept.first[i] as usize..kept.first[i + 1] as usize;
+        kept.entries[run].iter_mut().for_each(|(j, area)| *area *= factor[i] * factor[*j as usize]);
+    }
+}
+
 /// Leaves out pairs that both rows can do without. The diagonal stays.
-fn pruned(all: &Sparse, areas: &[f64], absorptivities: &[f64]) -> Sparse {
+fn pruned(all: &Sparse, areas: &[f64]) -> Sparse {
     // Below its bound an entry may be left out.
     let bounds: Vec<f64> = (0..areas.len())
         .into_par_iter()
         .map(|i| {
-            let carried = |(j, shared): &(u32, f64)| (*shared, shared * absorptivities[*j as usize]);
-            let mut sizes: Vec<(f64, f64)> = all.row(i).iter().map(carried).collect();
-            sizes.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+            let mut sizes: Vec<f64> = all.row(i).iter().map(|(_, area)| *area).collect();
+            sizes.sort_unstable_by(f64::total_cmp);
             let mut left = LEFT_OUT * areas[i];
-            let first_kept = sizes.iter().find(|(_, carried)| {
-                left -= carried;
+            let first_kept = sizes.into_iter().find(|area| {
+                left -= area;
                 left < 0.0
             });
-            first_kept.map_or(f64::INFINITY, |kept| kept.0)
+            first_kept.unwrap_or(f64::INFINITY)
         })
         .collect();
     let rows = (0..areas.len()).map(|i| {

@@ -260,6 +260,7 @@ fn the_command_writes_rows_that_sum_to_1() {
     for patches in [false, true] {
         let mut arguments = vec!["view-factors", "scene.toml", "-o", "f.csv", "--gr", "gr.csv"];
         arguments.extend(patches.then_some("--patches"));
+        arguments.extend(["--sky", "sky.png", "--fish-eye", "seen.png", "--patch", "3"]);
         succeed(folder.0.path(), &arguments);
         let text = std::fs::read_to_string(folder.path("f.csv")).expect("a file");
         assert!(text.starts_with("from,to,view_factor,standard_error\n"), "{text}");
@@ -270,6 +271,10 @@ fn the_command_writes_rows_that_sum_to_1() {
         }
         assert!(sums.len() >= 4 && sums.values().all(|sum| (sum - 1.0).abs() < 1e-4), "{sums:?}");
         assert!(text.contains(",planet,") && text.contains(",space,"), "{text}");
+        for picture in ["sky.png", "seen.png"] {
+            let bytes = std::fs::read(folder.path(picture)).expect("a picture");
+            assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 2000, "{picture}: {} bytes", bytes.len());
+        }
         let areas = std::fs::read_to_string(folder.path("gr.csv")).expect("a file");
         assert!(areas.starts_with("from,to,gr_m2\n") && areas.contains(",space,"), "{areas}");
     }
