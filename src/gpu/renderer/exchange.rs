@@ -1,12 +1,12 @@
 //! Radiation between surfaces on the device: its passes, and when the shares of the planet's light are found anew.
 
+use super::{Renderer, ranges_of_load};
 use crate::environment::StepLoad;
 use crate::exchange::sky::Renewal;
 use crate::gpu::error::GpuError;
 use crate::gpu::exchange::{ExchangeTables, PatchRun, exchange};
 use crate::gpu::frame::Frame;
 use crate::gpu::layout::ExchangePass;
-use crate::gpu::renderer::{Renderer, ranges_of_load};
 use crate::gpu::resource::Resource;
 use crate::gpu::variant::ThermalVariant;
 use crate::saved::Saved;
