@@ -2,6 +2,7 @@
 
 mod culling;
 mod exchange;
+mod exchanging;
 mod forward;
 mod network;
 mod one_pass;
@@ -14,7 +15,7 @@ mod structures;
 use std::sync::Arc;
 
 use culling::Culling;
-use exchange::Exchanging;
+use exchanging::Exchanging;
 use one_pass::{OnePass, is_of_network};
 use sensor::ImageSensor;
 use shadows::Shadows;
