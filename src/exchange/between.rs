@@ -37,7 +37,6 @@ pub fn view_factors(exchange: &Exchange, group: &[usize], load: &StepLoad) -> Ve
     let mut areas = BTreeMap::new();
     // Shared area and its variance.
     let mut sums: BTreeMap<(usize, To), [f64; 2]> = BTreeMap::new();
-    let rays = exchange.sky_rays();
     for (patch, own) in exchange.patches.iter().enumerate() {
         let from = group[patch];
         *areas.entry(from).or_insert(0.0) += own.area;
@@ -53,8 +52,8 @@ pub fn view_factors(exchange: &Exchange, group: &[usize], load: &StepLoad) -> Ve
         if let Some(planet) = &load.planet {
             let normal = load.joint_from_body(own.joint).transpose() * own.normal;
             let open = plate_view_factor(normal.dot(planet.nadir), ApparentRadius::new(planet.distance_ratio));
-            let sky = &exchange.sky[patch * rays..(patch + 1) * rays];
-            let seen = PlanetView::new(planet, load, own.joint).seen(sky).planet_ir;
+            let seen = PlanetView::new(planet, load, own.joint).seen(exchange.sky_of(patch)).planet_ir;
+            // By the noise of the rays the planet may take more than the whole open sky.
             let area = (own.area * open * seen).min(space);
             let variance = own.area * own.area * factors.of_share(area / own.area);
             add(To::Planet, area, variance);

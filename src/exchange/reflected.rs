@@ -15,7 +15,7 @@ use super::factors::Factors;
 use super::sparse::Sparse;
 
 /// Area of the entries of a row that may be left out, over the area of its patch. They are pairs that do not see each other directly.
-pub const LEFT_OUT: f64 = 0.03;
+pub const LEFT_OUT: f64 = 0.05;
 /// Rounds in which kept entries take what was left out.
 const ROUNDS: usize = 100;
 /// Share of the light of a row below which reflections are no longer followed.

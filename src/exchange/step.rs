@@ -112,6 +112,12 @@ impl Exchange {
         self.sky.len() / self.patches.len().max(1)
     }
 
+    /// Rays that keep the sky of a patch.
+    pub fn sky_of(&self, patch: usize) -> &[u32] {
+        let rays = self.sky_rays();
+        &self.sky[patch * rays..(patch + 1) * rays]
+    }
+
     /// Shares of the planet's light that every patch sees.
     pub fn seen(&self, load: &StepLoad) -> Vec<Seen> {
         let Some(planet) = &load.planet else { return vec![Seen::ALL; self.patches.len()] };

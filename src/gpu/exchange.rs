@@ -38,6 +38,8 @@ pub struct ExchangeTables {
     pub sky: Vec<u32>,
     /// Rays of each patch among them.
     pub sky_rays: u32,
+    /// Patch at each place of the device. Within a joint the longest rows come first, so that neighbouring invocations have as much to do.
+    pub order: Vec<u32>,
     /// Patches of each joint.
     pub runs: Vec<PatchRun>,
     /// Room for entries, of which a craft with joints may need more later.
@@ -48,16 +50,27 @@ impl ExchangeTables {
     /// The tables of an exchange. With `moves` there is room for twice the entries.
     pub fn new(exchange: &Exchange, moves: bool) -> Self {
         let without = exchange.patches.len() as u32;
-        let patch_of = |patch: u32| if patch == NONE { without } else { patch };
+        let entries_of = |patch: usize| exchange.first[patch + 1] - exchange.first[patch];
+        let mut order: Vec<u32> = (0..without).collect();
+        order.sort_by_key(|patch| {
+            let patch = *patch as usize;
+            (exchange.patches[patch].joint, std::cmp::Reverse(entries_of(patch)))
+        });
+        let mut places = vec![0u32; order.len()];
+        (0..).zip(&order).for_each(|(place, patch)| places[*patch as usize] = place);
+        let patch_of = |patch: u32| if patch == NONE { without } else { places[patch as usize] };
         let nodes = exchange.of_node.chunks(GROUP).map(|group| {
             std::array::from_fn(|k| group.get(k % GROUP).map_or(without, |faces| patch_of(faces[k / GROUP])))
         });
         let (mut patches, mut entries, mut runs) = (Vec::new(), Vec::new(), Vec::<PatchRun>::new());
-        for (number, patch) in exchange.patches.iter().enumerate() {
+        for (place, number) in (0..).zip(order.iter().map(|patch| *patch as usize)) {
+            let patch = &exchange.patches[number];
             let first_entry = entries.len() as u32;
             let row = &exchange.entries[exchange.first[number] as usize..exchange.first[number + 1] as usize];
             entries.extend(row.chunks(4).map(|four| {
-                let of = |k: usize| four.get(k).copied().unwrap_or((number as u32, [0.0; 2]));
+                let of = |k: usize| {
+                    four.get(k).map_or((place, [0.0; 2]), |(patch, areas)| (places[*patch as usize], *areas))
+                };
                 let areas = |kind: usize| std::array::from_fn(|k| (of(k).1[kind] as f32).to_bits());
                 [std::array::from_fn(|k| of(k).0), areas(0), areas(1)]
             }));
@@ -72,7 +85,7 @@ impl ExchangeTables {
                 end_entry: entries.len() as u32,
                 unused: [0; 2],
             });
-            let end = number as u32 + 1;
+            let end = place + 1;
             match runs.last_mut() {
                 Some(run) if run.0 == patch.joint => run.2 = end,
                 _ => runs.push((patch.joint, end - 1, end)),
@@ -84,8 +97,9 @@ impl ExchangeTables {
             members: exchange.nodes.iter().map(|(node, share)| [*node, (*share as f32).to_bits()]).collect(),
             room: if moves { 2 * entries.len() } else { entries.len() },
             entries,
-            sky: exchange.sky.clone(),
+            sky: order.iter().flat_map(|patch| exchange.sky_of(*patch as usize)).copied().collect(),
             sky_rays: exchange.sky_rays() as u32,
+            order,
             runs,
         }
     }

@@ -32,6 +32,8 @@ impl Renderer {
             return Err(GpuError::ExchangeGrew { entries: 4 * tables.entries.len(), room: 4 * own.room });
         }
         own.fresh = true;
+        own.order.clone_from(&tables.order);
+        self.resources.upload(&mut self.once, Resource::ExchangeNodes, &tables.nodes)?;
         self.resources.upload(&mut self.once, Resource::ExchangePatches, &tables.patches)?;
         self.resources.upload(&mut self.once, Resource::ExchangeEntries, &tables.entries)?;
         self.resources.upload(&mut self.once, Resource::ExchangeSky, &tables.sky)?;
@@ -45,8 +47,12 @@ impl Renderer {
     /// A call that fails.
     pub fn received(&mut self) -> Result<Vec<f32>, GpuError> {
         self.wait()?;
-        let Some(places) = self.exchange.as_ref().map(Exchanging::places) else { return Ok(Vec::new()) };
-        self.resources.download(&mut self.once, Resource::ExchangeReceived, places - 1)
+        let Some(own) = &self.exchange else { return Ok(Vec::new()) };
+        let at_places: Vec<f32> =
+            self.resources.download(&mut self.once, Resource::ExchangeReceived, own.order.len())?;
+        let mut of_patches = vec![0.0; at_places.len()];
+        own.order.iter().zip(at_places).for_each(|(patch, received)| of_patches[*patch as usize] = received);
+        Ok(of_patches)
     }
 
     /// Shares of the planet's infrared and albedo that every patch sees.

@@ -11,6 +11,8 @@ use crate::saved::Saved;
 pub(super) struct Exchanging {
     pub runs: Vec<PatchRun>,
     sky_rays: u32,
+    /// Patch at each place of the device.
+    pub order: Vec<u32>,
     pub room: usize,
     pub renewal: Renewal,
     /// Whether the shares of the planet's light must be found anew, whatever the angle.
@@ -21,7 +23,14 @@ impl Exchanging {
     /// The state before the first step.
     pub fn new(tables: &ExchangeTables, angle: f64) -> Self {
         let renewal = Renewal { angle, found_for: None };
-        Self { runs: tables.runs.clone(), sky_rays: tables.sky_rays, room: tables.room, renewal, fresh: true }
+        Self {
+            runs: tables.runs.clone(),
+            sky_rays: tables.sky_rays,
+            order: tables.order.clone(),
+            room: tables.room,
+            renewal,
+            fresh: true,
+        }
     }
 
     /// Every list of passes in a scene with this light.
