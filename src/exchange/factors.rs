@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::cast::{INSIDE, SPACE};
 use super::patches::Patch;
-use super::sparse::Sparse;
+use super::sparse::{Row, Sparse};
 
 /// Most rounds in which rows are closed. What is left then goes to the diagonal.
 const ROUNDS: usize = 2000;
@@ -49,7 +49,7 @@ impl Factors {
     pub fn new(patches: &[Patch], ends: &[u32], rays: u32) -> Self {
         let areas: Vec<f64> = patches.iter().map(|patch| patch.area).collect();
         let share = 1.0 / f64::from(rays);
-        let counted: Vec<(Vec<(u32, f64)>, f64, u32)> = ends
+        let counted: Vec<(Row, f64, u32)> = ends
             .par_chunks(rays as usize)
             .enumerate()
             .map(|(patch, ends)| {

@@ -1,5 +1,8 @@
 //! A sparse square matrix in rows.
 
+/// A row: columns and values.
+pub type Row = Vec<(u32, f64)>;
+
 /// Rows one after another. The entries of a row are sorted by column.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sparse {
@@ -11,7 +14,7 @@ pub struct Sparse {
 
 impl Sparse {
     /// The matrix of sorted rows.
-    pub fn from_rows(rows: Vec<Vec<(u32, f64)>>) -> Self {
+    pub fn from_rows(rows: Vec<Row>) -> Self {
         let mut first = vec![0];
         let mut entries = Vec::new();
         for row in rows {
