@@ -4,7 +4,7 @@
 //! H = S + S (r/A) S + S (r/A) S (r/A) S + ..., where S are the shared areas and r the reflectivities. It is symmetric. Gebhart's factor, the share of the
 //! emission of j that i absorbs, is a_i H_ij / A_j, where a = 1 - r (Gebhart 1961, Int. J. Heat Mass Transfer 3).
 //!
-//! How much of its light a patch gives to the craft and to space follows from vectors alone, with all reflections ([`shares`]). Rows follow the light only while it is
+//! How much of its light a patch gives to the craft and to space follows from vectors alone, with all reflections. Rows follow the light only while it is
 //! concentrated: a crumb of light is not reflected by itself, and pairs that see each other by reflection alone are left out while they are small. One factor for
 //! each patch then scales the kept entries to the right sums. What further reflections would carry where a scene bounds their number returns to its own patch. Rows stay
 //! symmetric and closed, so that an isothermal box keeps its temperature.

@@ -107,3 +107,31 @@ fn turned(before: &[DAffine3], now: &[DAffine3]) -> f64 {
     };
     before.iter().zip(now).map(turn).fold(0.0, f64::max)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use super::*;
+
+    #[test]
+    fn what_was_found_holds_within_its_angle_and_when_the_pose_comes_back() {
+        let mut posed = Posed::new(0.1);
+        let mut count = 0;
+        let mut anew = Vec::new();
+        for angle in [0.0, 0.05, 0.2, 0.25, 0.02, 0.21, 0.4] {
+            let poses = [DAffine3::IDENTITY, DAffine3::from_rotation_z(angle)];
+            let Ok(found) = posed.turn(&poses, |_| {
+                count += 1;
+                Ok::<_, Infallible>(count)
+            });
+            anew.push(found.copied());
+        }
+        assert_eq!(anew, [Some(1), None, Some(2), None, Some(1), Some(2), Some(3)]);
+        let saved = posed.save();
+        let mut again = Posed::new(0.1);
+        let restored = again.restore(&saved, |poses| Ok::<_, SavedError>(poses[1].matrix3.x_axis.y));
+        assert!(restored.expect("a saved state").is_some_and(|sine| (sine - 0.4f64.sin()).abs() < 1e-12));
+        assert!(turned(&[], &[DAffine3::IDENTITY]).is_infinite());
+    }
+}
