@@ -143,13 +143,15 @@ mod tests {
     #[test]
     fn a_word_keeps_its_direction() {
         for ray in 0..2000 {
-            let [u, v, s, t] = fractions(1, ray);
+            let [u, _, s, t] = fractions(1, ray);
             let axis = cosine_direction(DVec3::Z, [s, t]) * if u < 0.5 { -1.0 } else { 1.0 };
             for open in [false, true] {
                 let word = word_of(axis, open);
                 assert_eq!(word & OPEN != 0, open);
                 let back = direction_of(word);
-                assert!(back.distance(axis) < 1e-4 && (v < 2.0), "{axis} came back as {back}");
+                // Half a step in both coordinates moves the third by twice as much: 7.5e-5, times sqrt(3) at the middle of a face, which is
+                // nearest to the centre.
+                assert!(back.distance(axis) < 1.5e-4, "{axis} came back as {back}");
             }
         }
     }

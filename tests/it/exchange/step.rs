@@ -66,6 +66,27 @@ fn what_patches_lose_space_gets() {
     assert!(to_space > 0.3 * exchanged);
 }
 
+/// Sheets that store no heat answer each other a step late. What one sends never comes back as more.
+#[test]
+fn sheets_without_heat_capacity_do_not_swing_up() {
+    let mut shapes = Shapes::default();
+    shapes.plate(DVec3::ZERO, DVec3::X, DVec3::Y, 6, grey(0.5, 0.9));
+    shapes.plate(DVec3::Z * 0.05, DVec3::Y, DVec3::X, 6, grey(0.5, 0.9));
+    let exchange = exchange(&shapes, 2.0, 256);
+    let seen = [Seen::ALL; 2];
+    let mut fourth = [300f64.powi(4), 0.0];
+    let mut whole = f64::INFINITY;
+    for _ in 0..50 {
+        let temperature = |node: usize| fourth[exchange.of_node[node][0] as usize].powf(0.25);
+        let absorbed = exchange.absorbed(&exchange.sent(&dark(0.0), &seen, temperature, |_| 1.0));
+        fourth = [0, 1].map(|patch| absorbed[patch] / (0.9 * STEFAN_BOLTZMANN));
+        let now: f64 = fourth.iter().sum();
+        assert!(now < whole && fourth.iter().all(|fourth| *fourth >= 0.0), "{now} after {whole}");
+        whole = now;
+    }
+    assert!(whole < 0.1 * 300f64.powi(4), "it leaves through the gap: {whole}");
+}
+
 /// q = sigma (T1^4 - T2^4) / (1/e1 + 1/e2 - 1), between the walls of a flat box whose narrow sides take no heat: they are white.
 #[test]
 fn two_plates_reach_the_closed_form() {
