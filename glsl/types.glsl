@@ -27,6 +27,8 @@ struct Step {
     float length;
     float albedo_resolution;
     float count;
+    float sun_sine;
+    float sun_cosine;
 };
 
 struct View {
@@ -143,6 +145,25 @@ struct SunRay {
 struct Band {
     float edge_high;
     float edge_low;
+};
+
+struct ExchangePatch {
+    vec3 normal;
+    float emissivity;
+    float absorptivity;
+    float per_area;
+    uint first_node;
+    uint end_node;
+    uint first_entry;
+    uint end_entry;
+};
+
+struct ExchangePass {
+    uint first;
+    uint end;
+    uint rays;
+    uint boxes;
+    float start;
 };
 
 struct HeatPass {

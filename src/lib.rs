@@ -19,6 +19,7 @@ pub mod bench;
 pub mod cli;
 pub mod compare;
 pub mod environment;
+pub mod exchange;
 pub mod files;
 pub mod gpu;
 pub mod guard;

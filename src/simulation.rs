@@ -13,6 +13,8 @@ mod emissivity;
 pub mod energy;
 pub mod engine;
 mod engine_error;
+pub mod exchange;
+mod exchange_poses;
 pub mod forecast;
 pub mod forward;
 pub mod joints;

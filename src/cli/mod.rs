@@ -34,6 +34,7 @@ mod response_targets;
 mod resume;
 mod run;
 mod thermal_state;
+mod view_factors;
 
 const AFTER_HELP: &str = "\
 Start with: isotherm run models/station.toml -o out/station
@@ -61,6 +62,7 @@ enum Command {
     Response(response::Arguments),
     Network(network::Arguments),
     Environment(environment::Arguments),
+    ViewFactors(view_factors::Arguments),
     Paper(paper::Arguments),
     Bench(bench::Arguments),
 }
@@ -82,6 +84,7 @@ pub fn main() -> ExitCode {
         Command::Response(arguments) => response::run(&arguments),
         Command::Network(arguments) => network::run(&arguments),
         Command::Environment(arguments) => environment::run(&arguments),
+        Command::ViewFactors(arguments) => view_factors::run(&arguments),
         Command::Paper(arguments) => paper::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     };

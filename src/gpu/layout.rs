@@ -94,8 +94,10 @@ shared! {
         pub albedo_resolution: f32,
         /// Number of steps of a fused dispatch, set in the first of them.
         pub count: f32,
-        /// Padding to the alignment of GLSL.
-        pub unused: [f32; 2],
+        /// Sine of the zenith angle of the Sun below the craft.
+        pub sun_sine: f32,
+        /// Its cosine.
+        pub sun_cosine: f32,
     }
 
     /// Camera of an image.
@@ -372,6 +374,42 @@ shared! {
         pub edge_high: f32,
         /// Remainder of that rounding [K].
         pub edge_low: f32,
+    }
+
+    /// A patch of a surface that radiates to others.
+    pub struct ExchangePatch {
+        /// Unit normal away from the face, in the frame of its joint.
+        pub normal: [f32; 3],
+        /// Emissivity.
+        pub emissivity: f32,
+        /// Absorptivity of sunlight.
+        pub absorptivity: f32,
+        /// 1 over the area [1/m2].
+        pub per_area: f32,
+        /// First of its nodes.
+        pub first_node: u32,
+        /// The node after the last.
+        pub end_node: u32,
+        /// First four entries of its row.
+        pub first_entry: u32,
+        /// The four after the last.
+        pub end_entry: u32,
+        /// Padding to the alignment of GLSL.
+        pub unused: [u32; 2],
+    }
+
+    /// Push constants of a pass over patches.
+    pub struct ExchangePass {
+        /// First patch.
+        pub first: u32,
+        /// Patch after the last.
+        pub end: u32,
+        /// Rays of each patch.
+        pub rays: u32,
+        /// Number of boxes in the tree, for a pass that casts rays.
+        pub boxes: u32,
+        /// Distance between the start of a ray and its surface [m].
+        pub start: f32,
     }
 
     /// Push constants of a dispatch that sums absorbed heat.

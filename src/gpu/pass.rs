@@ -2,6 +2,7 @@
 
 use ash::vk::{AccessFlags2 as A, ImageLayout, PipelineStageFlags2 as S};
 
+use super::exchange_variant::ExchangeVariant;
 use super::heat_source::HeatOf;
 use super::one_pass_variant::OnePassVariant;
 use super::radiance_variant::RadianceVariant;
@@ -131,6 +132,8 @@ pub enum Kernel {
     Heaters,
     /// Sums the absorbed heat of runs of nodes.
     Heat(HeatOf),
+    /// A pass of radiation between surfaces.
+    Exchange(ExchangeVariant),
     /// Response of nodes to given targets.
     Response(ResponseVariant),
     /// Radiance of a blackbody in a band.
@@ -172,6 +175,7 @@ impl Kernel {
             Self::SensorPixel(variant) => vec![variant.shader()],
             Self::Heaters => plain("one_pass_heaters.comp"),
             Self::Heat(of) => vec![of.shader()],
+            Self::Exchange(variant) => vec![variant.shader()],
             Self::SunDepth => plain("solar_depth.vert"),
             Self::Visibility => plain("solar_visibility.comp"),
             Self::SunRay { first: true } => vec![Shader::new("solar_rays.comp", vec!["first"])],
@@ -226,6 +230,13 @@ pub enum Said {
     Heat {
         /// First run of nodes.
         first: u32,
+    },
+    /// Patches of a pass.
+    Patches {
+        /// First patch.
+        first: u32,
+        /// Patch after the last.
+        end: u32,
     },
     /// A step of heaters.
     Heaters {

@@ -1,6 +1,8 @@
 //! A scene on the device: its resources, frame lists, and two frames in flight.
 
 mod culling;
+mod exchange;
+mod exchanging;
 mod forward;
 mod network;
 mod one_pass;
@@ -13,6 +15,7 @@ mod structures;
 use std::sync::Arc;
 
 use culling::Culling;
+use exchanging::Exchanging;
 use one_pass::{OnePass, is_of_network};
 use sensor::ImageSensor;
 use shadows::Shadows;
@@ -135,6 +138,10 @@ pub struct Renderer {
     /// Number of steps in such dispatches so far.
     fused_steps: u64,
     shadows: Shadows,
+    /// Radiation between surfaces, if the scene has it.
+    exchange: Option<Exchanging>,
+    /// Whether what nodes receive in the next step was found already.
+    exchanged: bool,
     /// The network, if the frames step it.
     one_pass: Option<OnePass>,
     /// Runs of nodes whose absorbed heat is summed, by the place where it is found.
@@ -166,6 +173,9 @@ impl Renderer {
             let ranges = ranges_of_step(&data.ranges, has_sun, has_albedo);
             let wanted = Wanted { image: wanted.image && !data.between, ..wanted };
             frames.extend([Frame::step_in_runs(&ranges, wanted, &triangles), Frame::settle(&ranges)]);
+            if data.exchange.is_some() {
+                frames.push(Frame::step(&without_exchange(ranges), Wanted::default()));
+            }
         }
         let drawn = if data.between { Wanted { image: false, ..wanted } } else { wanted };
         frames.push(Frame::step_in_runs(&idle(&data.ranges), drawn, &triangles));
@@ -181,15 +191,21 @@ impl Renderer {
         }
         let shadows = Shadows::new(data);
         let found = shadows.frame(&data.ranges);
+        let exchange = data.exchange.map(|data| Exchanging::new(data.tables, data.redraw_angle));
+        let lights = [(true, true), (true, false), (false, false)];
+        let of_ranges = |(sun, albedo)| data.ranges.first().map(|range| range.variant.for_step(sun, albedo));
+        let exchanged = exchange.as_ref().map(|own| own.frames(lights.into_iter().filter_map(of_ranges)));
+        let exchanged = exchanged.unwrap_or_default();
         let one_pass = data.network.map(OnePass::new);
         let stepped = one_pass.as_ref().map(OnePass::frames).unwrap_or_default();
         let heat = data.heat.map(HeatTables::sections).unwrap_or_default();
         let most = |frames: &[Frame]| frames.iter().map(|frame| frame.passes().count()).max().unwrap_or(0);
-        let passes = most(&frames) + most(&stepped) + found.passes().count();
+        let passes = most(&frames) + most(&stepped) + most(&exchanged) + found.passes().count();
         let summed = absorbed_heat(&heat);
         let passes = passes + summed.passes().count();
         frames.extend([found, summed]);
         frames.extend(stepped);
+        frames.extend(exchanged);
         let sensor =
             data.sensor.filter(|_| data.image.is_some()).map(|sensor| ImageSensor::new(sensor, data.shown_in()));
         let passes = passes + sensor.as_ref().map_or(0, |sensor| sensor.frame.passes().count());
@@ -210,6 +226,8 @@ impl Renderer {
             fuses: data.fuses(),
             fused_steps: 0,
             shadows,
+            exchange,
+            exchanged: false,
             one_pass,
             heat,
             sensor,
@@ -279,13 +297,16 @@ impl Renderer {
             let shadows = self.shadows(load)?;
             let still_shaded = shadows.entries.is_empty();
             frame = frame.then(shadows);
+            if !std::mem::take(&mut self.exchanged) {
+                frame = frame.then(self.exchange_frame(load));
+            }
             network = self.network_frame(steps, request.heating)?;
             if request.absorbed {
                 summed = self.summed();
             }
             // If the load is unchanged, a cheaper variant continues the transitions.
             let load = Some(DeviceLoad::new(load, self.joints));
-            if still_shaded && self.commanded == load {
+            if still_shaded && self.commanded == load && self.exchange.is_none() {
                 ranges = idle(&ranges);
             } else {
                 self.commanded = load;
@@ -323,12 +344,19 @@ impl Renderer {
 
     /// Flux absorbed by the nodes of thermal networks [W/m2], and temperature of all other nodes [K], one value for
     /// each node. It overwrites the networks' temperatures, so call `set_temperatures` afterwards. Collect the frames
-    /// in flight before.
-    pub fn absorbed(&mut self, load: &StepLoad) -> Result<Vec<f32>, GpuError> {
+    /// in flight before. A step `exchanges` radiation between surfaces, and the start of a run does not.
+    pub fn absorbed(&mut self, load: &StepLoad, exchanges: bool) -> Result<Vec<f32>, GpuError> {
         let mut ranges = ranges_of_load(&self.ranges, load);
         ranges.retain(|range| is_of_network(range.variant.kind));
         let wanted = Wanted { temperatures: true, ..Wanted::default() };
-        let frame = self.shadows(load)?.then(Frame::step(&ranges, wanted));
+        let mut frame = self.shadows(load)?;
+        if exchanges {
+            frame = frame.then(self.exchange_frame(load));
+            self.exchanged = true;
+        } else {
+            ranges = without_exchange(ranges);
+        }
+        let frame = frame.then(Frame::step(&ranges, wanted));
         let submitted = self.send(&frame, Request::step(load, 1.0))?;
         Ok(self.collect(submitted)?.temperatures.unwrap_or_default().to_vec())
     }
@@ -413,6 +441,10 @@ impl Renderer {
                     |one: &OnePass| bytemuck::bytes_of(&one.heater_constants(number, first, trial)).to_vec();
                 self.one_pass.as_ref().map(constants).unwrap_or_default()
             }
+            Said::Patches { first, end } => {
+                let constants = |own: &Exchanging| bytemuck::bytes_of(&own.constants(first, end)).to_vec();
+                self.exchange.as_ref().map(constants).unwrap_or_default()
+            }
             Said::Heat { first } => {
                 let space = request.step.map_or(0.0, |(load, _)| load.background_temperature);
                 bytemuck::bytes_of(&HeatPass { first, background_temperature_4: space.powi(4) as f32 }).to_vec()
@@ -470,6 +502,12 @@ impl Renderer {
     pub fn take_frames(&mut self) -> Vec<DeviceFrame> {
         self.slots.frames.as_mut().map(std::mem::take).unwrap_or_default()
     }
+}
+
+/// The ranges as they are where surfaces do not see each other.
+fn without_exchange(mut ranges: Vec<StepRange>) -> Vec<StepRange> {
+    ranges.iter_mut().for_each(|range| range.variant.exchange = false);
+    ranges
 }
 
 /// The ranges with the smallest variants for a load.

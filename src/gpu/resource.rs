@@ -120,6 +120,22 @@ table! {
     HeatAreas: row(GROUP, HeatGroups, Storage, "Area");
     /// Heat that every run absorbs in a step [W].
     AbsorbedHeat: row(4, Count::HeatRuns, ToHost, "Absorbed").each_slot();
+    /// Patches of the fronts of four nodes, then of their backs.
+    ExchangeNodes: row(PAIRS, ExchangeGroups, Storage, "ExchangeNode").in_pieces(Always);
+    /// `ExchangePatch` of every patch.
+    ExchangePatches: row(size_of::<layout::ExchangePatch>(), Count::ExchangePatches, Storage, "ExchangePatch");
+    /// Nodes of the patches, and their shares.
+    ExchangeMembers: row(8, Count::ExchangeMembers, Storage, "ExchangeMember");
+    /// Rows of the exchange areas in fours.
+    ExchangeEntries: row(48, Count::ExchangeEntries, Storage, "ExchangeEntry");
+    /// Directions of rays, and whether they are open.
+    ExchangeSky: row(4, Count::ExchangeSky, Storage, "ExchangeSky");
+    /// Shares of the planet's infrared and albedo that every patch sees.
+    ExchangeSeen: row(8, Count::ExchangePatches, Storage, "ExchangeSeen");
+    /// Infrared and sunlight that every patch sends at first [W/m2].
+    ExchangeSent: row(8, Count::ExchangePatches, Storage, "ExchangeSent");
+    /// Flux from other patches that every patch absorbs [W/m2].
+    ExchangeReceived: row(4, Count::ExchangePatches, Storage, "ExchangeReceived");
     /// Temperature of every node before the last step [K], where images lie between steps.
     EarlierTemperature: row(GROUP, BetweenGroups, Storage, "Earlier");
     /// Temperature of every node at the time of an image between steps [K].
@@ -290,6 +306,22 @@ table! {
     /// Diagonal of the matrix [W/K].
     SolverDiagonal: row(GROUP, NetworkGroups, Storage, "Diagonal");
 
+    /// Corners, joint and side of every patch whose rays are cast.
+    RayPatches: row(16, Given, FromHost, "RayPatch");
+    /// Corners of the patches, and shares of their rays.
+    RayCorners: row(8, Given, FromHost, "RayCorner");
+    /// Triangles in the file's pose.
+    RayTriangles: row(size_of::<layout::ShadowTriangle>(), Given, FromHost, "RayTriangle");
+    /// Poses of the body and of the joints.
+    RayPoses: row(48, Given, FromHost, "RayPose");
+    /// Boxes of the tree for these rays.
+    RayBoxes: row(size_of::<layout::ShadowBox>(), Given, FromHost, "RayBox");
+    /// Triangles of the tree for these rays.
+    RayPlaced: row(size_of::<layout::ShadowTriangle>(), Given, FromHost, "RayPlaced");
+    /// Patches at the corners of these triangles.
+    RayLeaves: row(32, Given, FromHost, "RayLeaf");
+    /// Patches where these rays end.
+    RayEnds: row(4, Given, ToHost, "RayEnd");
     /// Size of a response dispatch.
     ResponseSteps: row(size_of::<layout::Steps>(), Given, FromHost, "Steps");
     /// Targets at the steps of a response [K].

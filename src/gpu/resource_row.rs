@@ -149,6 +149,16 @@ pub enum Count {
     OnePassHeaters,
     /// Groups of nodes, and of the heaters of a network that is stepped in one pass.
     HeatedGroups,
+    /// Groups, if surfaces radiate to each other.
+    ExchangeGroups,
+    /// Patches that radiate to each other, and one for faces without any.
+    ExchangePatches,
+    /// Nodes of these patches.
+    ExchangeMembers,
+    /// Fours of pairs of these patches.
+    ExchangeEntries,
+    /// Rays that keep what patches see of the sky.
+    ExchangeSky,
     /// Runs of nodes whose absorbed heat is summed.
     HeatRuns,
     /// Groups, if absorbed heat is summed.
@@ -181,6 +191,7 @@ impl Count {
                 | Self::OnePassWeights
                 | Self::HeatedGroups
                 | Self::HeatGroups
+                | Self::ExchangeGroups
         )
     }
 }

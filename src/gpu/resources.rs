@@ -7,6 +7,7 @@ use glam::Vec3;
 
 use super::context::Context;
 use super::error::GpuError;
+use super::exchange::ExchangeTables;
 use super::frame::{StepRange, TRIANGLES_A_DRAW, TriangleRun};
 use super::heat::HeatTables;
 use super::layout::{self, FUSED_STEPS};
@@ -62,6 +63,8 @@ pub struct SceneData<'a> {
     pub network: Option<&'a OnePassTables>,
     /// Runs of nodes whose absorbed heat is summed, if it is.
     pub heat: Option<&'a HeatTables>,
+    /// Patches that radiate to each other; `None` without.
+    pub exchange: Option<ExchangeData<'a>>,
     /// Sensor of the image; `None` without one.
     pub sensor: Option<&'a SensorTables>,
     /// What the image shows besides the emission of surfaces.
@@ -85,6 +88,15 @@ pub struct Shown<'a> {
     pub crinkled: &'a [Vec3],
     /// Number of its means over the direction of a surface, which come with the requests.
     pub planet_means: usize,
+}
+
+/// Patches that radiate to each other.
+#[derive(Clone, Copy)]
+pub struct ExchangeData<'a> {
+    /// Their tables.
+    pub tables: &'a ExchangeTables,
+    /// Angle after which the shares of the planet's light are found anew [rad].
+    pub redraw_angle: f64,
 }
 
 /// Triangles of each joint.
@@ -124,7 +136,10 @@ impl SceneData<'_> {
     /// Whether one dispatch may take many steps. This needs transitions that depend on nothing but the load.
     pub fn fuses(&self) -> bool {
         let kinds = || self.ranges.iter().map(|range| range.variant.kind);
-        self.joints.is_none() && kinds().any(StepKind::has_state) && kinds().all(|kind| kind != StepKind::Absorb)
+        self.joints.is_none()
+            && self.exchange.is_none()
+            && kinds().any(StepKind::has_state)
+            && kinds().all(|kind| kind != StepKind::Absorb)
     }
 
     /// Triangles of the body and of each joint.
@@ -265,7 +280,8 @@ impl SceneData<'_> {
             Count::HeatGroups => only(self.heat.is_some(), groups),
             other => {
                 let of_sensor = self.sensor.filter(|_| drawn).map_or(0, |sensor| sensor.count(other));
-                of_sensor + self.network.map_or(0, |network| network.count(other))
+                let of_exchange = self.exchange.map_or(0, |exchange| exchange.tables.count(other));
+                of_sensor + of_exchange + self.network.map_or(0, |network| network.count(other))
             }
         }
     }
@@ -378,6 +394,16 @@ impl Resources {
             self.upload(once, Resource::OnePassHeaters, &network.heater_words(&network.plan))?;
             // Estimates are added to it, and new memory may hold anything.
             self.upload(once, Resource::OnePassTold, &vec![[0.0f32; 4]; network.shape.estimated() as usize])?;
+        }
+        if let Some(ExchangeData { tables, .. }) = data.exchange {
+            let places = tables.count(Count::ExchangePatches);
+            self.upload(once, Resource::ExchangeNodes, &tables.nodes)?;
+            self.upload(once, Resource::ExchangePatches, &tables.patches)?;
+            self.upload(once, Resource::ExchangeMembers, &tables.members)?;
+            self.upload(once, Resource::ExchangeEntries, &tables.entries)?;
+            self.upload(once, Resource::ExchangeSky, &tables.sky)?;
+            self.upload(once, Resource::ExchangeSeen, &vec![[1.0f32; 2]; places])?;
+            self.upload(once, Resource::ExchangeReceived, &vec![0.0f32; places])?;
         }
         if let Some(heat) = data.heat {
             let areas: Vec<f32> = heat.areas.iter().map(|area| *area as f32).collect();

@@ -20,6 +20,7 @@ pub mod destination;
 pub mod difference_scale;
 pub mod eclipses;
 pub mod error;
+pub mod exchange_pictures;
 pub mod exr;
 mod exr_header;
 pub mod finite;

@@ -10,6 +10,7 @@ pub(super) const ROOT: &[&str] = &[
     "attitude",
     "environment",
     "shadows",
+    "exchange",
     "joint",
     "materials",
     "material",
@@ -68,6 +69,7 @@ pub(super) const ATTITUDE: &[&str] = &[
 pub(super) const ENVIRONMENT: &[&str] =
     &["solar_constant", "albedo", "planet_ir", "planet_radius", "background_temperature", "eclipse"];
 pub(super) const SHADOWS: &[&str] = &["method", "resolution", "redraw_angle_deg"];
+pub(super) const EXCHANGE: &[&str] = &["rays", "patch_edge", "bounces", "redraw_angle_deg"];
 pub(super) const JOINT: &[&str] = &[
     "part",
     "kind",
@@ -209,6 +211,7 @@ pub(super) const SECTIONS: &[(&str, &[&str])] = &[
     ("[attitude]", ATTITUDE),
     ("[environment]", ENVIRONMENT),
     ("[shadows]", SHADOWS),
+    ("[exchange]", EXCHANGE),
     ("[[joint]]", JOINT),
     ("[materials]", MATERIALS),
     ("[[material]]", MATERIAL),

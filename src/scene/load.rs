@@ -10,7 +10,7 @@ use super::file::{SourceFile, read_text};
 use super::quantity::Quantity;
 use super::section::Section;
 use super::{
-    Camera, Draw, Preset, Reflections, Scene, SkyScene, camera, combinations, density, joint, keys, material,
+    Camera, Draw, Preset, Reflections, Scene, SkyScene, camera, combinations, density, exchange, joint, keys, material,
     mesh_network, output, preset, radiance, sensor, shadows, view, work,
 };
 use crate::environment::trajectory::Trajectory;
@@ -72,6 +72,8 @@ impl Scene {
                 "[shadows] needs environment.solar_constant, which is missing",
             ));
         }
+        let section = root.table("exchange", keys::EXCHANGE)?;
+        let exchange = exchange::read(section.as_ref(), shadows.is_some(), &mut assumptions)?;
         let joints = joint::read(&root.tables("joint", keys::JOINT)?, &mut files, &mut assumptions)?;
         let materials = material::read(
             root.table("materials", keys::MATERIALS)?.as_ref(),
@@ -124,6 +126,7 @@ impl Scene {
             attitude: sky.attitude,
             environment: sky.environment,
             shadows,
+            exchange,
             joints,
             materials,
             camera,

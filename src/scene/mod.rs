@@ -8,6 +8,7 @@ use glam::{DQuat, DVec3};
 use hifitime::Epoch;
 
 use crate::environment::{Attitude, Environment, Orbit};
+use crate::exchange::step::Settings as ExchangeSettings;
 use crate::files::Reach;
 use crate::lens::Lens;
 use crate::thermal::planck::Band;
@@ -23,6 +24,7 @@ mod environment;
 mod ephemeris;
 mod epoch;
 mod error;
+mod exchange;
 mod extras;
 mod faults;
 mod file;
@@ -95,6 +97,8 @@ pub struct Scene {
     pub environment: Environment,
     /// Shadows that the craft casts on itself. `None` switches them off.
     pub shadows: Option<ShadowSettings>,
+    /// Radiation between the surfaces of the craft. `None` switches it off.
+    pub exchange: Option<ExchangeSettings>,
     /// The joints.
     pub joints: Vec<JointRule>,
     /// Rules that assign thermal values to glTF materials.

@@ -9,13 +9,19 @@ use super::device_data::DeviceData;
 use super::distant::{Distance, told};
 use super::energy::absorbed_heat;
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
+use super::exchange::Craft;
+use super::exchange_poses::Posed;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::surroundings::Finishes;
 use super::viewpoint::{device_view, rolling, source_view};
 use crate::environment::StepLoad;
+use crate::exchange::cast::Scenery;
+use crate::exchange::step::Exchange;
 use crate::gpu::context::Context;
 use crate::gpu::error::GpuError;
+use crate::gpu::exchange::ExchangeTables;
+use crate::gpu::exchange_rays;
 use crate::gpu::heat::{HeatOf, HeatTables};
 use crate::gpu::layout;
 use crate::gpu::renderer::{Heating, Renderer, Request, Submitted};
@@ -52,6 +58,8 @@ pub struct DeviceEngine {
     /// Results that were fetched early because a network needed the device.
     ready: VecDeque<Delivered>,
     network: Option<NetworkRun>,
+    /// Patches that radiate to each other, and what was found for poses of the joints.
+    exchange: Option<(Arc<Craft>, Posed<ExchangeTables>)>,
     /// Runs of nodes whose absorbed heat is summed.
     heat: Option<HeatTables>,
     /// Nodes with a structure below them.
@@ -74,7 +82,16 @@ impl DeviceEngine {
     /// # Errors
     /// A scene beyond the device, or a call that fails.
     pub fn new(context: &Arc<Context>, prepared: &Prepared, camera: Option<&Camera>) -> Result<Self, GpuError> {
-        let device = DeviceData::new(prepared);
+        let poses = prepared.loads.joints_at(0.0).1;
+        let moves = prepared.joints() > 1;
+        let mut exchange = None;
+        if let Some(craft) = &prepared.exchange {
+            let mut posed = Posed::new(craft.settings.redraw_angle);
+            posed.turn(&poses, |poses| cast(context, craft, poses, moves))?;
+            exchange = Some((Arc::clone(craft), posed));
+        }
+        let tables = exchange.as_ref().and_then(|(_, posed)| posed.found().cloned());
+        let device = DeviceData::new(prepared).with_exchange(tables);
         let data = device.scene_data_with(prepared, camera, context.info.sample_counts);
         let plan = data.plan();
         let of_network = prepared.network_bytes(&plan);
@@ -83,6 +100,7 @@ impl DeviceEngine {
         let network = prepared.network.as_ref().map(|scene| NetworkRun::on_device(context, scene, renderer.spare()));
         Ok(Self {
             network: network.transpose()?,
+            exchange,
             heat: device.heat.clone(),
             structures: prepared.structures(),
             renderer,
@@ -115,7 +133,7 @@ impl DeviceEngine {
         }
         let Some(network) = &mut self.network else { return Ok(None) };
         network.step_begins();
-        let mut values = self.renderer.absorbed(step.load)?;
+        let mut values = self.renderer.absorbed(step.load, true)?;
         network.step(network.scene().heat(|slot| f64::from(values[slot])), step.start, step.length)?;
         let tables = self.heat.as_ref().filter(|_| order.absorbed);
         let heat = tables.map(|tables| absorbed_heat(tables, |slot| f64::from(values[slot])));
@@ -139,6 +157,20 @@ impl DeviceEngine {
         let temperatures = self.renderer.network_temperatures()?.unwrap_or_default();
         self.renderer.end_network();
         self.network.as_mut().map_or(Ok(()), |network| network.change_over(&temperatures, estimate, start))
+    }
+
+    /// Casts the rays of patches anew where a joint has moved.
+    fn follow_joints(&mut self, load: &StepLoad) -> Result<(), EngineError> {
+        let fourth = self.fourth();
+        let Some((craft, posed)) = &mut self.exchange else { return Ok(()) };
+        let context = &self.context;
+        if let Some(tables) = posed.turn(&load.joints, |poses| cast(context, craft, poses, true))? {
+            while let Some(flying) = self.flying.pop_front() {
+                self.ready.push_back(collect(&mut self.renderer, flying, self.heat.as_ref(), fourth)?);
+            }
+            self.renderer.set_exchange(tables)?;
+        }
+        Ok(())
     }
 
     /// Takes the switches of thermostats in frames that step the network.
@@ -212,7 +244,7 @@ impl Engine for DeviceEngine {
     fn settle(&mut self, load: &StepLoad, time: f64) -> Result<(), EngineError> {
         self.renderer.settle(load)?;
         let Some(network) = &mut self.network else { return Ok(()) };
-        let mut values = self.renderer.absorbed(load)?;
+        let mut values = self.renderer.absorbed(load, false)?;
         network.settle(network.scene().heat(|slot| f64::from(values[slot])), time)?;
         put(&mut self.renderer, network, &mut values)?;
         Ok(self.renderer.set_network(&network.temperatures()?, network.on())?)
@@ -232,6 +264,7 @@ impl Engine for DeviceEngine {
         self.steps += u64::from(step.is_some());
         if let Some(step) = &step {
             self.change_over(step.start)?;
+            self.follow_joints(step.load)?;
         }
         let (mut powers, mut heat) = (None, None);
         let mut keep = order.keep;
@@ -292,7 +325,7 @@ impl Engine for DeviceEngine {
     }
 
     fn forward(&mut self, passing: &[Step<'_>]) -> Result<(), EngineError> {
-        if self.network.is_some() {
+        if self.network.is_some() || self.exchange.is_some() {
             return self.pass_singly(passing);
         }
         let _submits = self.trace.span(Track::Host, "submit");
@@ -333,6 +366,9 @@ impl Engine for DeviceEngine {
         let mut saved = Saved::default();
         saved.put("steps", &[self.steps]);
         saved.put_all("scene", self.renderer.save()?);
+        if let Some((_, posed)) = &self.exchange {
+            saved.put_all("exchange_rays", posed.save());
+        }
         self.take_switches()?;
         if let Some(network) = &mut self.network {
             saved.put_all("network", network.save()?);
@@ -345,6 +381,13 @@ impl Engine for DeviceEngine {
             network.restore(&saved.part("network"), most_times)?;
             if !network.is_in_frames() {
                 self.renderer.end_network();
+            }
+        }
+        if let Some((craft, posed)) = &mut self.exchange {
+            let context = &self.context;
+            let find = |poses: &[DAffine3]| Ok::<_, EngineError>(cast(context, craft, poses, true)?);
+            if let Some(tables) = posed.restore(&saved.part("exchange_rays"), find)? {
+                self.renderer.set_exchange(tables)?;
             }
         }
         self.renderer.restore(&saved.part("scene"))?;
@@ -394,6 +437,19 @@ impl Engine for DeviceEngine {
         network.set_temperatures(temperatures)?;
         Ok(self.renderer.set_network(temperatures, network.on())?)
     }
+}
+
+/// Casts the rays of patches, on the device where it can walk their tree.
+fn cast(context: &Arc<Context>, craft: &Craft, poses: &[DAffine3], moves: bool) -> Result<ExchangeTables, GpuError> {
+    let scenery = Scenery::new(&craft.surface, poses);
+    let (surface, patches, settings) = (&craft.surface, &craft.patches, &craft.settings);
+    let exchange = if exchange_rays::can_walk(&scenery) {
+        let ends = exchange_rays::cast(context, surface, patches, &scenery, settings.rays)?;
+        Exchange::new(surface, patches, &ends, settings)
+    } else {
+        Exchange::cast(surface, patches, &scenery, settings)
+    };
+    Ok(ExchangeTables::new(&exchange, moves))
 }
 
 /// Converts a frame to the result of a step. `fourth` says what the fourth value of a pixel is.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::emissivity;
+use super::exchange::Craft;
 use super::joints;
 use super::network::{self, SceneNetwork};
 use super::prepare_error::{PrepareError, Stage};
@@ -75,6 +76,8 @@ pub struct Prepared {
     pub probes: Vec<usize>,
     /// The thermal network of the materials with response `network`.
     pub network: Option<Arc<SceneNetwork>>,
+    /// Patches that radiate to each other, where the scene has `[exchange]`.
+    pub exchange: Option<Arc<Craft>>,
     /// Remarks for the user.
     pub warnings: Vec<String>,
 }
@@ -144,7 +147,11 @@ impl Prepared {
         let probes = steps::probe_nodes(&scene, &parts, &nodes)?;
         let network = steps::network(&mut scene, shell, &parts, &nodes, &probes, &materials)?;
         warnings.extend(network.iter().flat_map(|network| network.remarks()));
+        let craft = |settings| Craft::new(settings, &nodes, &triangles, network.as_deref(), &materials);
+        let exchange = scene.exchange.map(craft).transpose();
+        let exchange = exchange.map_err(|message| PrepareError::Exchange { path: scene.source.clone(), message })?;
         Ok(Self {
+            exchange: exchange.map(Arc::new),
             network,
             hash,
             file_hashes,
@@ -186,6 +193,7 @@ impl Prepared {
                 planet_ir: environment.planet_ir.is_some_and(|flux| flux > 0.0),
                 albedo: sun && environment.albedo.is_some_and(|albedo| albedo > 0.0),
                 shadow: sun && self.scene.shadows.is_some(),
+                exchange: self.exchange.is_some(),
                 fused: false,
             };
             let end = range.first_group + range.groups;
@@ -308,6 +316,7 @@ impl Prepared {
             (!environment.eclipse, "eclipse by the planet"),
             (environment.background_temperature.is_none(), "background (space is at 0 K)"),
             (self.scene.shadows.is_none(), "self-shadowing"),
+            (self.scene.exchange.is_none(), "radiation between surfaces"),
             (self.loads.joints().is_empty(), "joints in motion"),
             (self.network.is_none(), "network (conduction, heaters)"),
             (self.scene.surrounded.reflections == Reflections::Off, "reflected radiance"),

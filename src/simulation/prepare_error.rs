@@ -134,6 +134,14 @@ pub enum PrepareError {
         /// The cause.
         message: String,
     },
+    /// An error in the radiation between surfaces.
+    #[error("{path}: exchange: {message}")]
+    Exchange {
+        /// The scene file.
+        path: PathBuf,
+        /// The cause.
+        message: String,
+    },
     /// A time that takes too much work to reach.
     #[error("{path}: {reason}")]
     Late {

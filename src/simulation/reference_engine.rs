@@ -9,6 +9,7 @@ use super::device_data::is_own;
 use super::distant::Distance;
 use super::energy::{absorbed_heat, heat_tables};
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
+use super::exchange::ExchangeTwin;
 use super::network::NetworkRun;
 use super::prepare::Prepared;
 use super::surroundings::Finishes;
@@ -33,6 +34,7 @@ use crate::trace::{Trace, Track};
 pub struct ReferenceEngine {
     reference: Reference<IncidentFunction>,
     shadows: Option<Shadows>,
+    exchange: Option<ExchangeTwin>,
     node_of_slot: Vec<u32>,
     slots: usize,
     /// Temperatures before the last step, where images lie between steps [K].
@@ -83,6 +85,10 @@ impl ReferenceEngine {
             reference: Reference::new(reference_nodes, prepared.materials.clone(), incident as IncidentFunction)
                 .with_joints(joints),
             shadows: prepared.shadows(node_of_slot.iter().map(|slot| *slot as usize)),
+            exchange: prepared
+                .exchange
+                .as_ref()
+                .map(|craft| ExchangeTwin::new(craft, &prepared.loads.joints_at(0.0).1)),
             slots: nodes.vertex_of_node.len(),
             earlier: Vec::new(),
             node_of_slot,
@@ -127,6 +133,18 @@ impl ReferenceEngine {
             of_slot[*slot as usize] = absorbed;
         }
         of_slot
+    }
+
+    /// Finds what nodes receive from the craft in a step.
+    fn exchange(&mut self, load: &StepLoad) {
+        let Some(exchange) = &mut self.exchange else { return };
+        let mut of_slot = vec![[0.0, 0.0]; self.slots];
+        let nodes = self.reference.temperatures().iter().zip(self.reference.visibility());
+        for (slot, (temperature, visibility)) in self.node_of_slot.iter().zip(nodes) {
+            of_slot[*slot as usize] = [*temperature, *visibility];
+        }
+        let received = exchange.received(load, |slot| of_slot[slot][0], |slot| of_slot[slot][1]);
+        self.reference.receive(self.node_of_slot.iter().map(|slot| received[*slot as usize]).collect());
     }
 
     /// Temperatures of all nodes in device order [K], 0 for padding.
@@ -235,6 +253,7 @@ impl Engine for ReferenceEngine {
 
     fn settle(&mut self, load: &StepLoad, time: f64) -> Result<(), EngineError> {
         self.reference.find_shadows(&mut self.shadows, load);
+        self.reference.receive(Vec::new());
         self.reference.settle(load);
         let heat = self.heat(load);
         match &mut self.network {
@@ -259,6 +278,7 @@ impl Engine for ReferenceEngine {
         if let Some(step) = step {
             self.steps += 1;
             self.reference.find_shadows(&mut self.shadows, step.load);
+            self.exchange(step.load);
             self.reference.step(step.load, step.steps);
             if order.absorbed {
                 let flux = self.flux(step.load);
@@ -353,6 +373,9 @@ impl Engine for ReferenceEngine {
         if let Some(shadows) = &self.shadows {
             saved.put_all("shadows", shadows.save());
         }
+        if let Some(exchange) = &self.exchange {
+            saved.put_all("exchange", exchange.save());
+        }
         if let Some(network) = &mut self.network {
             saved.put_all("network", network.save()?);
         }
@@ -366,6 +389,9 @@ impl Engine for ReferenceEngine {
         self.reference.restore(&saved.part("nodes"))?;
         if let Some(shadows) = &mut self.shadows {
             shadows.restore(&saved.part("shadows"))?;
+        }
+        if let Some(exchange) = &mut self.exchange {
+            exchange.restore(&saved.part("exchange"))?;
         }
         if let Some(network) = &mut self.network {
             network.restore(&saved.part("network"), most_times)?;

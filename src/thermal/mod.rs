@@ -20,6 +20,7 @@ pub mod planck;
 pub mod planet_map;
 pub mod radiance;
 pub mod radiative;
+pub mod received;
 pub mod reference;
 pub mod sensor;
 pub mod shell;

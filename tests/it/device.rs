@@ -155,6 +155,7 @@ impl LooseNodes {
                 planet_ir: present.planet_ir,
                 albedo: present.albedo,
                 shadow: false,
+                exchange: false,
                 fused: false,
             };
             nodes.ranges.push(StepRange { variant, groups: (first, nodes.group_material.len() as u32), joint: 0 });
@@ -183,6 +184,7 @@ impl LooseNodes {
             joints: None,
             network: None,
             heat: None,
+            exchange: None,
             sensor: None,
             shown: Default::default(),
         };

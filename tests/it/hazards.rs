@@ -21,6 +21,7 @@ fn variant(kind: StepKind, both_sides: bool) -> ThermalVariant {
         planet_ir: true,
         albedo: true,
         shadow: false,
+        exchange: false,
         fused: false,
     }
 }

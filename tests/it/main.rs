@@ -14,6 +14,7 @@ mod distant;
 mod documents;
 mod emissivities;
 mod energy;
+mod exchange;
 mod functions;
 mod fused;
 mod hard;

@@ -49,6 +49,7 @@ impl Quads {
                 planet_ir: false,
                 albedo: false,
                 shadow: false,
+                exchange: false,
                 fused: false,
             },
             band: Band { lower: 8e-6, upper: 14e-6 },
@@ -101,6 +102,7 @@ impl Quads {
             joints: None,
             network: None,
             heat: None,
+            exchange: None,
             sensor: None,
             shown: Default::default(),
         };

@@ -3,6 +3,8 @@
 use std::collections::BTreeSet;
 
 use isotherm::environment::shadow::Method;
+use isotherm::gpu::exchange::exchange;
+use isotherm::gpu::exchange_rays;
 use isotherm::gpu::frame::{Frame, StepRange, TriangleRun, Wanted};
 use isotherm::gpu::heat::{HeatOf, absorbed_heat};
 use isotherm::gpu::lists;
@@ -45,6 +47,9 @@ fn all_lists() -> Vec<Frame> {
     for variant in CURVES.into_iter().flat_map(thermal_variants) {
         all.push(Frame::between(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn, &[whole]));
         all.push(Frame::step(&[StepRange { variant, groups: (0, 64), joint: 0 }], drawn));
+        if variant.exchange {
+            all.push(exchange(&[(0, 0, 9)], variant, true));
+        }
         if variant.shadow {
             let range = [StepRange { variant, groups: (0, 64), joint: 0 }];
             all.extend([Method::Depth, Method::Exact].map(|method| Frame::shadows(&range, method)));
@@ -64,6 +69,7 @@ fn all_lists() -> Vec<Frame> {
     for shown in [Resource::RadianceImage, Resource::ImageRadiance] {
         all.extend(SensorVariant::all().into_iter().map(|variant| sensor::frame(variant, 64, 64, shown)));
     }
+    all.push(exchange_rays::list(0, 9, 64));
     all.extend(lists_of_all_plans());
     all.extend(lists_of_all_shapes());
     all

@@ -237,6 +237,7 @@ fn each_barrier_of_the_sensor_is_needed() {
         planet_ir: true,
         albedo: false,
         shadow: false,
+        exchange: false,
         fused: false,
     };
     let ranges = [StepRange { variant: instant, groups: (0, 64), joint: 0 }];

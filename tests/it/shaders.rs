@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::process::Command;
 
+use isotherm::gpu::exchange_variant::ExchangeVariant;
 use isotherm::gpu::frame::{Frame, StepRange, Wanted};
 use isotherm::gpu::layout;
 use isotherm::gpu::one_pass_variant::OnePassVariant;
@@ -35,6 +36,7 @@ pub fn thermal_variants(curve: Curve) -> Vec<ThermalVariant> {
         planet_ir: false,
         albedo: false,
         shadow: false,
+        exchange: false,
         fused: false,
     };
     let mut all = vec![bare(StepKind::Advance)];
@@ -55,7 +57,8 @@ pub fn thermal_variants(curve: Curve) -> Vec<ThermalVariant> {
                 let plain = ThermalVariant { both_sides, sun, planet_ir, albedo, ..bare(kind) };
                 let shadowed = sun.then_some(ThermalVariant { shadow: true, ..plain });
                 let unfused = [Some(plain), shadowed].into_iter().flatten();
-                all.extend(unfused.flat_map(|variant| [Some(variant), variant.fused()]).flatten());
+                let exchanging = |variant: ThermalVariant| ThermalVariant { exchange: true, ..variant };
+                all.extend(unfused.flat_map(|one| [Some(one), one.fused(), Some(exchanging(one))]).flatten());
             }
         }
     }
@@ -104,6 +107,7 @@ fn all_shaders() -> Vec<Shader> {
     all.extend(wide_variants().iter().map(WideVariant::shader));
     // Without words it is the entry point itself.
     all.extend(SensorVariant::all().iter().map(SensorVariant::shader).filter(|shader| !shader.words.is_empty()));
+    all.extend(ExchangeVariant::all().iter().map(ExchangeVariant::shader));
     all.extend(OnePassVariant::all().iter().map(OnePassVariant::shader));
     for variant in RadianceVariant::all() {
         for mean in means(&variant) {

@@ -196,6 +196,7 @@ fn thermal_pass(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) ->
             planet_ir,
             albedo,
             shadow: false,
+            exchange: false,
             fused: false,
         };
         let mut row = Vec::new();
@@ -255,6 +256,7 @@ fn functions(arguments: &Arguments, context: &Arc<Context>, scene: &Scene) -> Re
             planet_ir: all,
             albedo: all,
             shadow: false,
+            exchange: false,
             fused: false,
         };
         // Processor time does not depend on other programs. The difference of few steps is mostly the pipeline's

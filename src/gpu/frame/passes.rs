@@ -118,6 +118,9 @@ pub(super) fn thermal_pass(range: StepRange) -> Pass {
     bind(true, 11, Resource::Temperature, if plate { &[COMPUTE_READ, COMPUTE_WRITE] } else { &[COMPUTE_WRITE] });
     bind(variant.shadow, 13, Resource::Visibility, &[COMPUTE_READ]);
     bind(moves && variant.curve != Curve::Power, 12, Resource::Shapes, &[COMPUTE_READ]);
+    bind(variant.exchange, 14, Resource::ExchangeNodes, &[COMPUTE_READ]);
+    bind(variant.exchange, 15, Resource::ExchangeReceived, &[COMPUTE_READ]);
+    bind(variant.exchange && (variant.planet_ir || variant.albedo), 16, Resource::ExchangeSeen, &[COMPUTE_READ]);
     let work = over(Kernel::Thermal(variant), groups, RANGE_GROUPS as u32, Said::Nothing);
     Pass { name: variant.shader().name(), work, accesses }
 }
