@@ -11,6 +11,7 @@ mod cull;
 mod device;
 mod documents;
 mod energy;
+mod facade;
 mod functions;
 mod fused;
 mod hard;
