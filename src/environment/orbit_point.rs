@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DMat3, DVec3};
 
 use super::orbit::{CircularOrbit, SUN_DISTANCE};
-use super::placements::Placements;
+use super::placements::{Course, Placements};
 use super::trajectory::Trajectory;
 
 /// Source of the craft's position.
@@ -98,14 +98,17 @@ impl Orbit {
                 let rate = momentum.length() / state.position.length_squared();
                 Some(OrbitPoint::new(time, state.position, trajectory.sun(time), momentum, rate))
             }
-            Self::Given(places) => Some(places.point(time)),
+            Self::Given(places) => {
+                let Course { position, sun, momentum, rate } = places.at(time);
+                Some(OrbitPoint::new(time, position, sun, momentum, rate))
+            }
         }
     }
 }
 
 impl OrbitPoint {
     /// A craft and the Sun at a time [s]: positions from the planet's centre [m], a vector along the orbit normal, and the rate round the planet [rad/s].
-    pub(super) fn new(time: f64, position: DVec3, sun: DVec3, momentum: DVec3, rate: f64) -> Self {
+    fn new(time: f64, position: DVec3, sun: DVec3, momentum: DVec3, rate: f64) -> Self {
         let to_sun = sun - position;
         let z_axis = -position.normalize();
         // A craft that falls straight down has no orbit plane.

@@ -43,7 +43,11 @@ impl Scene {
         Self::parse_within(text, path, Reach::of(path))
     }
 
-    fn parse_within(text: &str, path: &Path, reach: Reach) -> Result<Self, SceneError> {
+    /// The same for a file that may name the files of `reach`.
+    ///
+    /// # Errors
+    /// As for `parse`.
+    pub fn parse_within(text: &str, path: &Path, reach: Reach) -> Result<Self, SceneError> {
         let file = SourceFile::new(path, text, &reach);
         let table = file.parse()?;
         let root = Section::root(&file, &table, keys::ROOT)?;
