@@ -1,5 +1,7 @@
 //! Isotherm renders thermal-infrared images of spacecraft whose surfaces store heat.
 //!
+//! [`Simulation`] loads a scene, steps it and takes its images. `docs/library.md` has a program that closes a loop with it.
+//!
 //! The modules stand in the order of the data:
 //!
 //! - [`scene`]: the scene file, checked
@@ -35,6 +37,14 @@ pub mod simulation;
 pub mod text;
 pub mod thermal;
 pub mod trace;
+
+pub use environment::placements::PlaceError;
+pub use scene::{Camera, CameraFrame};
+pub use simulation::facade::{PartTemperature, Placement, Simulation};
+pub use simulation::facade_error::SimulationError;
+pub use simulation::image::Image;
+pub use simulation::pose::{CameraError, Pose};
+pub use simulation::target::Target;
 
 /// Compiles and runs the program in `docs/library.md`.
 #[cfg(doctest)]

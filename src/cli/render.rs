@@ -27,7 +27,9 @@ use crate::scene::{Draw, Motion, Poses, read_poses};
 use crate::simulation;
 use crate::simulation::device_data::DeviceData;
 use crate::simulation::engine::Engine;
+use crate::simulation::facade::Simulation;
 use crate::simulation::forecast::{Forecast, Rate};
+use crate::simulation::pose::Pose;
 use crate::simulation::prepare::Prepared;
 use crate::simulation::prepare_error::PrepareError;
 use crate::simulation::target::Target;
@@ -169,37 +171,48 @@ fn render_one(arguments: &Arguments, time: f64) -> Result<(), CliError> {
     say_size(&prepared, &DeviceData::new(&prepared).scene_data(&prepared, Some(&camera)).plan(), &chosen);
     let still = Forecast { steps: (time / prepared.scene.time.step).ceil() as u64, warm_up, ..Forecast::of(&prepared) };
     say!("{}", still.of_one_image().sentence(Rate::of(&chosen)));
-    let mut engine = chosen.engine(&prepared, Some(&camera))?;
+    let mut simulation = Simulation::new(prepared, &chosen)?;
     let bar = progress_bar(steps, "stepping");
-    begin(state.as_ref(), &prepared, &mut *engine, &stop, &mut || bar.inc(1))?;
-    let still = simulation::still(&prepared, &mut *engine, time, &stop, &mut || bar.inc(1))?;
+    match &state {
+        Some(state) => simulation.restore_at(state, 0.0)?,
+        None => {
+            simulation.begin_with(&stop, &mut || bar.inc(1))?;
+        }
+    }
+    if let Some(warning) = simulation.periodic().and_then(|periodic| periodic.warning("")) {
+        say!("warning: {warning}");
+    }
+    let there = simulation.step_to_with(time, &stop, &mut || bar.inc(1))?;
     bar.finish_and_clear();
-    let result = match still {
-        Some(result) if !stop.load(Ordering::Relaxed) => result,
-        _ => return Err(CliError::StoppedBefore),
-    };
-    let maker = FrameMaker::new(&prepared, &camera, &engine.device_name());
-    let mut result = result;
-    let readings = result.delivered.pixels.as_mut().and_then(|pixels| pixels.readings.take());
-    if let Some((frame, header)) = maker.frame(result)? {
-        output.write_bytes(&encode(&frame, &header)?)?;
-        if let Some((files, readings)) = SensorFiles::new(&prepared.scene).zip(readings) {
-            if output == Destination::StandardOutput {
-                say!("the sensor's files are left out, because the image goes to standard output");
-            } else {
-                let stem = arguments.output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-                for (ending, bytes) in files.of(&stem, &frame, &readings)? {
-                    let path = arguments.output.with_file_name(format!("{stem}{ending}"));
-                    keep_inputs(&path, &prepared.scene.files)?;
-                    for destination in destinations([Some(&*path)])?.into_iter().flatten() {
-                        destination.write_bytes(&bytes)?;
-                    }
+    if !there {
+        return Err(CliError::StoppedBefore);
+    }
+    let mut image = simulation.image(&camera, &Pose::OfCamera)?;
+    let readings = image.digital_numbers.take().map(|numbers| {
+        let counts = image.counts.take().unwrap_or_else(|| vec![0; numbers.len()]);
+        numbers.into_iter().zip(counts).map(<[u16; 2]>::from).collect::<Vec<_>>()
+    });
+    let prepared = simulation.prepared();
+    let step = (time / prepared.scene.time.step + 1e-9) as u32;
+    let maker = FrameMaker::new(prepared, &camera, &simulation.device_name());
+    let (frame, header) = maker.frame_of(image, step, None)?;
+    output.write_bytes(&encode(&frame, &header)?)?;
+    if let Some((files, readings)) = SensorFiles::new(&prepared.scene).zip(readings) {
+        if output == Destination::StandardOutput {
+            say!("the sensor's files are left out, because the image goes to standard output");
+        } else {
+            let stem = arguments.output.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            for (ending, bytes) in files.of(&stem, &frame, &readings)? {
+                let path = arguments.output.with_file_name(format!("{stem}{ending}"));
+                keep_inputs(&path, &prepared.scene.files)?;
+                for destination in destinations([Some(&*path)])?.into_iter().flatten() {
+                    destination.write_bytes(&bytes)?;
                 }
             }
         }
-        if output != Destination::StandardOutput {
-            answer!("{}", arguments.output.display());
-        }
+    }
+    if output != Destination::StandardOutput {
+        answer!("{}", arguments.output.display());
     }
     check_validation(&chosen)
 }

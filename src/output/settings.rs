@@ -69,6 +69,7 @@ pub fn groups(prepared: &Prepared) -> Vec<SettingGroup> {
             ("time 0", trajectory.utc(0.0)),
             ("period", format!("{:.1} s (osculating at time 0)", trajectory.period())),
         ],
+        Orbit::Given(_) => vec![("places", "given from outside".to_owned())],
     };
     section("Orbit", orbit);
     let attitude = match &scene.attitude {

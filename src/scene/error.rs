@@ -1,6 +1,6 @@
 //! Errors in a scene file and in the files that it names. Each error names file, line and key.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// An error that keeps a scene from being used. The user can fix it (exit code 2).
 #[derive(Debug, thiserror::Error)]
@@ -72,6 +72,18 @@ pub enum SceneError {
 }
 
 impl SceneError {
+    /// The file that the error is about, its line (from 1), and the key in it, as far as they are known. Of several errors those of the first.
+    pub fn place(&self) -> (Option<&Path>, Option<usize>, Option<&str>) {
+        match self {
+            Self::Unreadable { path, .. } => (Some(path), None, None),
+            Self::Syntax { path, line, .. } => (Some(path), Some(*line), None),
+            Self::Value { path, line, key, .. } => (Some(path), Some(*line), Some(key)),
+            Self::Extras { model, key, .. } => (Some(model), None, Some(key)),
+            Self::Unmatched { path, line, .. } => (Some(path), Some(*line), Some("material")),
+            Self::Several(errors) => errors.first().map_or((None, None, None), Self::place),
+        }
+    }
+
     /// The errors one by one.
     pub fn each(&self) -> &[Self] {
         match self {

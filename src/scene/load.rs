@@ -44,7 +44,11 @@ impl Scene {
         Self::parse_within(text, path, Reach::of(path))
     }
 
-    fn parse_within(text: &str, path: &Path, reach: Reach) -> Result<Self, SceneError> {
+    /// The same for a file that may name the files of `reach`.
+    ///
+    /// # Errors
+    /// As for `parse`.
+    pub fn parse_within(text: &str, path: &Path, reach: Reach) -> Result<Self, SceneError> {
         read_all(path, |faults| Self::read(text, path, &reach, faults))
     }
 

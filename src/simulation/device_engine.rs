@@ -12,6 +12,7 @@ use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows,
 use super::exchange::Craft;
 use super::exchange_poses::Posed;
 use super::network::NetworkRun;
+use super::pose::draws_alike;
 use super::prepare::Prepared;
 use super::surroundings::Finishes;
 use super::viewpoint::{device_view, rolling, source_view};
@@ -69,6 +70,8 @@ pub struct DeviceEngine {
     camera: Option<Camera>,
     /// How the camera's image is made, without the map of the lens.
     sampling: Option<Sampling>,
+    /// Whether the image has a sensor.
+    senses: bool,
     finishes: Finishes,
     /// The boxes of a craft that may be far away.
     distance: Option<Distance>,
@@ -115,6 +118,7 @@ impl DeviceEngine {
                 .zip(camera)
                 .and_then(|(_, camera)| Distance::new(prepared, camera)),
             sampling: data.sampling.map(|sampling| Sampling { map: Vec::new(), ..sampling }),
+            senses: data.sensor.is_some(),
             finishes: device.finishes,
             trace: Trace::default(),
             context: Arc::clone(context),
@@ -256,6 +260,15 @@ impl Engine for DeviceEngine {
             self.renderer.set_network(&network.temperatures()?, network.on())?;
         }
         Ok(self.renderer.settle_at(&vec![temperature as f32; nodes])?)
+    }
+
+    fn take_camera(&mut self, camera: &Camera) -> bool {
+        let any_lens = self.sampling.is_none() && !self.senses;
+        let fits = self.camera.as_ref().is_some_and(|own| draws_alike(own, camera, any_lens));
+        if fits {
+            self.camera = Some(camera.clone());
+        }
+        fits
     }
 
     fn submit(&mut self, step: Option<Step<'_>>, order: Order<'_>) -> Result<(), EngineError> {

@@ -1,6 +1,6 @@
 //! Stages and errors of preparing a scene.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::environment::shadow::LARGEST_TREE;
 use crate::environment::sky::SkyError;
@@ -202,6 +202,27 @@ impl PrepareError {
     /// An error about the thermal network of a scene.
     pub(super) fn network(scene: &Scene, message: impl ToString) -> Self {
         Self::Network { path: scene.source.clone(), message: message.to_string() }
+    }
+
+    /// The file that the error is about, its line (from 1), and the key in it, as far as they are known.
+    pub fn place(&self) -> (Option<&Path>, Option<usize>, Option<&str>) {
+        match self {
+            Self::Scene(error) => error.place(),
+            Self::Several(errors) => errors.first().map_or((None, None, None), Self::place),
+            Self::Model(_) => (None, None, None),
+            Self::Joint { path, line, .. } => (Some(path), Some(*line), Some("joint")),
+            Self::LongSeries { path, .. } => (Some(path), None, Some("time.steps")),
+            Self::TooManyOccluders { path, .. } => (Some(path), None, Some("shadows.method")),
+            Self::Sky { path, .. }
+            | Self::Network { path, .. }
+            | Self::Emissivity { path, .. }
+            | Self::Exchange { path, .. }
+            | Self::LightStructure { path, .. }
+            | Self::Function { path, .. }
+            | Self::Late { path, .. }
+            | Self::Read { path, .. }
+            | Self::ProbePart { path, .. } => (Some(path), None, None),
+        }
     }
 
     /// An error about a joint of a scene.

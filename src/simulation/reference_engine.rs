@@ -11,6 +11,7 @@ use super::energy::{absorbed_heat, heat_tables};
 use super::engine::{Delivered, Engine, EngineError, Moment, Order, Pixels, Rows, Step};
 use super::exchange::ExchangeTwin;
 use super::network::NetworkRun;
+use super::pose::draws_alike;
 use super::prepare::Prepared;
 use super::surroundings::Finishes;
 use super::viewpoint::{raster_view, sensor_view};
@@ -266,6 +267,14 @@ impl Engine for ReferenceEngine {
     fn settle_at(&mut self, temperature: f64, _nodes: usize) -> Result<(), EngineError> {
         self.reference.settle_at(temperature);
         self.network.as_mut().map_or(Ok(()), |network| network.settle_at(temperature))
+    }
+
+    fn take_camera(&mut self, camera: &Camera) -> bool {
+        let fits = self.camera.as_ref().is_some_and(|own| draws_alike(own, camera, self.sensor.is_none()));
+        if fits {
+            self.camera = Some(camera.clone());
+        }
+        fits
     }
 
     fn submit(&mut self, step: Option<Step<'_>>, order: Order<'_>) -> Result<(), EngineError> {

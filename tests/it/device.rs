@@ -26,7 +26,7 @@ pub fn validation_is_asked_for() -> bool {
     std::env::var_os("ISOTHERM_VALIDATION").is_some_and(|value| value == "1")
 }
 
-/// A context on the best device. Every test has its own, because tests run on threads and a queue accepts one caller.
+/// A context on the best device. Every test has its own, so that the messages of the validation layer are its own.
 pub fn context() -> Arc<Context> {
     Context::open(None, validation_is_asked_for()).expect("a Vulkan device (tools/setup installs lavapipe)")
 }

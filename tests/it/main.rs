@@ -15,6 +15,7 @@ mod documents;
 mod emissivities;
 mod energy;
 mod exchange;
+mod facade;
 mod functions;
 mod fused;
 mod hard;
