@@ -74,8 +74,10 @@ pub struct OnePassTables {
     pub(super) sources: Vec<[u32; 4]>,
     /// Range of the unit of each group in blocks, its first weight, and the factors of its nodes.
     pub(super) units: Vec<[u32; 4]>,
-    /// Kinds of units in the order of their weights, and the columns of groups that each row of groups exchanges heat with.
-    kinds: Vec<((u32, bool), Vec<[usize; 2]>)>,
+    /// Kinds of units in the order of their weights.
+    kinds: Vec<(u32, bool)>,
+    /// Columns of groups that each row of groups of a kind exchanges heat with.
+    bands: Vec<Vec<[usize; 2]>>,
     weights: usize,
     /// Estimated error above which the step is halved [K].
     pub tolerance: f64,
@@ -164,6 +166,7 @@ impl OnePassTables {
             sources: nothing(),
             units: nothing(),
             kinds: Vec::new(),
+            bands: Vec::new(),
             weights: 0,
             tolerance,
             heaters,
@@ -258,11 +261,12 @@ impl OnePassTables {
                 let bands = bands(&plan.conductions()[conduction as usize], twice);
                 let begin = self.weights;
                 self.weights += bands.iter().map(|[from, to]| COLUMNS * (to - from)).sum::<usize>();
-                self.kinds.push((unit.kind, bands));
+                self.kinds.push(unit.kind);
+                self.bands.push(bands);
                 (self.kinds.len() - 1, begin)
             });
             let (number, mut weight) = kind;
-            for (nodes, [from, to]) in unit.nodes.chunks(GROUP).zip(&self.kinds[number].1) {
+            for (nodes, [from, to]) in unit.nodes.chunks(GROUP).zip(&self.bands[number]) {
                 self.units.push([first + from, first + to, weight, 0].map(|at| at as u32));
                 let factor = |place: usize| if nodes[place] == NONE { 0.0 } else { factors[nodes[place] as usize] };
                 self.units.push(PLACES.map(|place| factor(place).to_bits()));
@@ -275,7 +279,7 @@ impl OnePassTables {
     /// Weights of all kinds of units for a plan of any length of step.
     pub(super) fn weights(&self, plan: &Plan) -> Vec<[f32; 4]> {
         let mut weights = Vec::with_capacity(self.weights);
-        for ((conduction, twice), bands) in &self.kinds {
+        for ((conduction, twice), bands) in self.kinds.iter().zip(&self.bands) {
             let conduction = &plan.conductions()[*conduction as usize];
             let size = conduction.size();
             let count = if *twice { 2 } else { 1 };
