@@ -256,7 +256,7 @@ impl OnePassTables {
         };
         for unit in blocks.flat_map(of) {
             let groups = unit.nodes.len() / GROUP;
-            let kind = *known.entry(unit.kind).or_insert_with(|| {
+            let (number, mut weight) = *known.entry(unit.kind).or_insert_with(|| {
                 let (conduction, twice) = unit.kind;
                 let bands = bands(&plan.conductions()[conduction as usize], twice);
                 let begin = self.weights;
@@ -265,7 +265,6 @@ impl OnePassTables {
                 self.bands.push(bands);
                 (self.kinds.len() - 1, begin)
             });
-            let (number, mut weight) = kind;
             for (nodes, [from, to]) in unit.nodes.chunks(GROUP).zip(&self.bands[number]) {
                 self.units.push([first + from, first + to, weight, 0].map(|at| at as u32));
                 let factor = |place: usize| if nodes[place] == NONE { 0.0 } else { factors[nodes[place] as usize] };

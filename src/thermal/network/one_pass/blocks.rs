@@ -11,7 +11,7 @@ use crate::thermal::network::{Network, NodeKind, radiative_slope};
 const STRONG: f64 = 0.3;
 /// Share that all weak conductors of a node move at most.
 const CROWDED: f64 = 0.5;
-/// Most nodes of a block. The host multiplies whole matrices of this size when the scene loads, which takes about a second for the largest block.
+/// Most nodes of a block. The host multiplies whole matrices of this size when the scene loads.
 pub const BLOCK_AT_MOST: usize = 512;
 /// Most time constants of radiation in a step, in a block. With more, the conduction of the last step is no guide to the present one.
 const FADED: f64 = 3.0;
