@@ -40,7 +40,8 @@ pub mod trace;
 
 pub use environment::placements::PlaceError;
 pub use scene::{Camera, CameraFrame};
-pub use simulation::facade::{PartTemperature, Placement, Simulation};
+pub use simulation::facade::temperatures::PartTemperature;
+pub use simulation::facade::{Placement, Simulation};
 pub use simulation::facade_error::SimulationError;
 pub use simulation::image::Image;
 pub use simulation::pose::{CameraError, Pose};
