@@ -1,7 +1,7 @@
 #version 450
 // Band radiance of a pixel: emissivity of the visible face times blackbody radiance at the interpolated temperature.
 // With REFLECTIONS the face also reflects the planet, deep space and the Sun. With TABLES its emissivity depends on angle
-// and temperature. With MAP the planet is not uniform. With APART the alpha channel is the reflected part.
+// and temperature. With MAP the planet is not uniform. With TRACED it reflects the craft itself. With APART the alpha channel is the reflected part.
 
 #include "types.glsl"
 #include "planck.glsl"
@@ -30,6 +30,9 @@ layout(location = 2) in vec3 normal;
 #endif
 #else
 layout(set = 0, binding = 7) readonly buffer MaterialBlock { Material materials[]; };
+#endif
+#ifdef TRACED
+#include "traced.glsl"
 #endif
 
 #ifdef MULTIPLE
@@ -98,6 +101,17 @@ void main() {
     float reflected = reflected_share(dimmed(around, reflector, factor), reflector, facing, to_camera);
 #else
     float reflected = (1.0 - emissivity) * reflected_share(around, reflector, facing, to_camera);
+#endif
+#ifdef TRACED
+    vec3 place = vec3(temperature_depth.zw, temperature_depth.y);
+#ifdef MULTIPLE
+    place /= unity;
+#endif
+#ifndef TABLES
+    float factor = 1.0;
+#endif
+    uvec2 pixel = uvec2(gl_FragCoord.xy * 16.0);
+    reflected += traced_share(around, reflector, factor, facing, to_camera, place, pixel);
 #endif
     radiance += reflected;
 #endif

@@ -33,13 +33,27 @@ float planet_mean(float kind, vec3 direction) {
 }
 #endif
 
+#ifdef TRACED
+#define DIMMED
+#endif
 #ifdef TABLES
+#define DIMMED
+#endif
+#ifdef DIMMED
 // The surroundings with what a face reflects of the light of each, at a factor of the angle.
 Surroundings dimmed(Surroundings around, Reflector reflector, float factor) {
     Surroundings seen = around;
+#ifdef TABLES
+    float of_planet = 1.0 - factor * reflector.of_planet;
+    float of_space = 1.0 - factor * reflector.of_space;
     float of_sun = 1.0 - factor * reflector.of_sun;
-    seen.planet_radiance = around.planet_radiance * (1.0 - factor * reflector.of_planet);
-    seen.space_radiance = around.space_radiance * (1.0 - factor * reflector.of_space);
+#else
+    float of_planet = 1.0 - reflector.emissivity;
+    float of_space = of_planet;
+    float of_sun = of_planet;
+#endif
+    seen.planet_radiance = around.planet_radiance * of_planet;
+    seen.space_radiance = around.space_radiance * of_space;
     seen.sun_radiance = around.sun_radiance * of_sun;
     seen.sun_irradiance = around.sun_irradiance * of_sun;
     return seen;

@@ -100,6 +100,16 @@ struct Reflector {
     float of_sun;
 };
 
+struct Tracing {
+    vec4 camera_from_body_x;
+    vec4 camera_from_body_y;
+    vec4 camera_from_body_z;
+    uint boxes;
+    uint rays;
+    uint word;
+    float start;
+};
+
 struct PlanetView {
     vec4 x;
     vec4 y;

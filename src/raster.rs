@@ -6,10 +6,12 @@
 //! Every sample of a pixel has its own ray, through the distortion of the lens.
 
 pub mod distant;
+pub mod traced;
 
 use glam::{DAffine3, DVec2, DVec3};
 use rayon::prelude::*;
 
+use self::traced::{Craft, Seen, Traced, traced_radiance};
 use crate::lens::{Distortion, Lens};
 use crate::thermal::surroundings::{Looks, Reflector, Surroundings, emissivity, reflected_radiance, sky_radiance};
 
@@ -47,6 +49,8 @@ pub struct Around<'a> {
     pub reflectors: &'a [[Reflector; 2]],
     /// The tables that they refer to.
     pub looks: Looks<'a>,
+    /// The craft itself, where it is reflected too.
+    pub traced: Option<Traced<'a>>,
 }
 
 /// A camera with OpenCV axes: +X right, +Y down, +Z forward.
@@ -222,8 +226,10 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
             }
         }
         let drawn = samples.chunks_mut(each).zip(shown.chunks(each)).zip(rays.chunks(each));
-        for (pixel, ((samples, shown), rays)) in pixels.iter_mut().zip(drawn) {
-            for ((sample, shown), ray) in samples[..counted].iter_mut().zip(shown).zip(rays) {
+        for (column, (pixel, ((samples, shown), rays))) in pixels.iter_mut().zip(drawn).enumerate() {
+            for (((sample, shown), ray), place) in
+                samples[..counted].iter_mut().zip(shown).zip(rays).zip(places(view.samples))
+            {
                 let around = surface.around.as_ref().filter(|_| ray.is_finite());
                 let direction = ray.extend(1.0).normalize();
                 // The field held the emissivity so far, so that only visible samples are converted.
@@ -234,6 +240,25 @@ pub fn rasterise(surface: &Surface, view: &View, radiance: impl Fn(f64) -> f64 +
                 }
                 if let Some(around) = around {
                     arrive(sample, around, *shown, direction);
+                    if let (Some(traced), Some(shown), Some(surroundings)) =
+                        (&around.traced, shown, around.surroundings)
+                        && let Some(reflector) = around.reflector(sample, *shown)
+                    {
+                        let pixel = [column as f64 + place[0], row as f64 + place[1]].map(|at| (16.0 * at) as u32);
+                        let place = sample.depth * ray.extend(1.0);
+                        let seen = Seen { reflector, normal: shown.normal, to_camera: -direction, place, pixel };
+                        let craft = Craft {
+                            traced,
+                            surroundings,
+                            reflectors: around.reflectors,
+                            looks: &around.looks,
+                            temperatures: surface.temperatures,
+                            radiance: &radiance,
+                        };
+                        let light = traced_radiance(&craft, &view.camera_from_body, &seen);
+                        sample.reflected += light;
+                        sample.radiance += light;
+                    }
                 }
             }
             let mean = |value: fn(&Pixel) -> f64| samples[..counted].iter().map(value).sum::<f64>() / counted as f64;

@@ -76,7 +76,7 @@ impl Frame {
 
     /// An image between two steps: temperatures of its time, then the image. `culled` are the triangles to cull before drawing.
     pub fn between(ranges: &[StepRange], wanted: Wanted, culled: &[TriangleRun]) -> Self {
-        let drawn = scope(S::VERTEX_SHADER, A::NONE);
+        let drawn = scope(NODE_READ.stage, A::NONE);
         let mut entries = vec![Entry::Barriers(vec![
             barrier(Resource::Temperature, COMPUTE_WRITE, COMPUTE_READ),
             barrier(Resource::EarlierTemperature, COPY_WRITE, COMPUTE_READ),
@@ -92,7 +92,7 @@ impl Frame {
 
         if !ranges.is_empty() {
             // The last frame may still write the state or read the temperatures that this frame replaces.
-            let readers = scope(S::COMPUTE_SHADER | S::VERTEX_SHADER | S::COPY, A::SHADER_STORAGE_WRITE);
+            let readers = scope(S::COMPUTE_SHADER | NODE_READ.stage | S::COPY, A::SHADER_STORAGE_WRITE);
             let state_writers =
                 scope(S::COMPUTE_SHADER | S::COPY | S::CLEAR, A::SHADER_STORAGE_WRITE | A::TRANSFER_WRITE);
             let compute = scope(S::COMPUTE_SHADER, A::SHADER_STORAGE_READ | A::SHADER_STORAGE_WRITE);
@@ -239,8 +239,9 @@ impl std::fmt::Display for Frame {
     }
 }
 
-/// Nodes are read by vertices.
-const VERTEX_READ: Scope = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
+/// Nodes are read by vertices, and by pixels that reflect the craft.
+const NODE_READ: Scope =
+    scope(S::from_raw(S::VERTEX_SHADER.as_raw() | S::FRAGMENT_SHADER.as_raw()), A::SHADER_STORAGE_READ);
 /// Write of a colour attachment.
 const COLOUR: Scope = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
 /// End of the copies, which only read.
@@ -254,7 +255,7 @@ fn image(wanted: &Wanted, shown: Resource) -> Vec<Entry> {
     let shutter = sampled.and_then(|sampled| sampled.shutter);
     let mean = sampled.and_then(|sampled| sampled.mean);
     let mut before = vec![
-        barrier(shown, COMPUTE_WRITE, VERTEX_READ),
+        barrier(shown, COMPUTE_WRITE, NODE_READ),
         transition(Resource::RadianceImage, COPIED, COLOUR, undefined, attachment),
         transition(Resource::IdentityImage, COPIED, COLOUR, undefined, attachment),
         transition(Resource::DepthImage, DEPTH_WRITE, DEPTH, undefined, attachment),

@@ -230,6 +230,24 @@ shared! {
         pub of_sun: f32,
     }
 
+    /// Rays of an image against the craft's own triangles.
+    pub struct Tracing {
+        /// First row of camera_from_body: rotation and translation [m].
+        pub camera_from_body_x: [f32; 4],
+        /// Second row.
+        pub camera_from_body_y: [f32; 4],
+        /// Third row.
+        pub camera_from_body_z: [f32; 4],
+        /// Number of boxes in the tree.
+        pub boxes: u32,
+        /// Rays of a sample.
+        pub rays: u32,
+        /// Word of the time, so that each image has rays of its own.
+        pub word: u32,
+        /// Distance between a ray's start and its surface [m].
+        pub start: f32,
+    }
+
     /// Axes of the map of a planet that is not uniform.
     pub struct PlanetView {
         /// +X of the map in the axes of the camera; w: columns of the map.

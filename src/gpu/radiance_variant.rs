@@ -12,6 +12,8 @@ pub struct RadianceVariant {
     pub specular: bool,
     /// Whether some mirrors are rough, which needs `specular`.
     pub rough: bool,
+    /// Whether they reflect the craft itself too, which needs `reflections`.
+    pub traced: bool,
     /// Whether the Sun shines in the band.
     pub sun: bool,
     /// Whether the reflected part is an output of its own, which needs `reflections`.
@@ -32,6 +34,7 @@ impl RadianceVariant {
         reflections: false,
         specular: false,
         rough: false,
+        traced: false,
         sun: false,
         apart: false,
         background: false,
@@ -47,6 +50,7 @@ impl RadianceVariant {
             (self.reflections, "reflections"),
             (self.specular, "specular"),
             (self.rough, "rough"),
+            (self.traced, "traced"),
             (self.reflections && self.sun, "sun"),
             (self.apart, "apart"),
             (self.tables, "tables"),
@@ -94,6 +98,7 @@ impl RadianceVariant {
                 let [sun, apart, background] = [1, 2, 4].map(|bit| number & bit != 0);
                 let plain = Self { specular, rough, sun, apart, background, reflections: true, ..Self::default() };
                 all.extend([plain, Self { map: true, ..plain }]);
+                all.extend((!background).then_some(Self { traced: true, map: apart, ..plain }));
             }
         }
         all.extend([false, true].map(|sun| Self { background: true, map: true, sun, ..Self::default() }));

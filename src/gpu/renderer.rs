@@ -50,6 +50,19 @@ pub struct Heating<'a> {
     pub powers: &'a [f64],
 }
 
+/// The tree for reflections of the craft, and the rays of an image.
+#[derive(Clone, Copy)]
+pub struct Traced<'a> {
+    /// Rays and camera.
+    pub settings: layout::Tracing,
+    /// Boxes of the tree.
+    pub boxes: &'a [layout::ShadowBox],
+    /// Its triangles, always in the same order.
+    pub triangles: &'a [layout::ShadowTriangle],
+    /// A number that changes with the tree.
+    pub version: u64,
+}
+
 /// Work and outputs of a frame.
 #[derive(Default, Clone, Copy)]
 pub struct Request<'a> {
@@ -72,6 +85,8 @@ pub struct Request<'a> {
     pub lobes: &'a [f32],
     /// Axes of the map of a planet that is not uniform, and its means over the direction of a surface.
     pub planet: Option<(layout::PlanetView, &'a [f32])>,
+    /// What reflections of the craft need. Without it the image has that of the slot's last one.
+    pub traced: Option<Traced<'a>>,
     /// How the crop of a craft that is far away is put into the pixels. The views are then those of the crop.
     pub distant: Option<layout::Distant>,
     /// Heaters of a network that the frame steps.
@@ -148,6 +163,8 @@ pub struct Renderer {
     heat: Vec<(HeatOf, (u32, u32))>,
     /// The sensor, if the image has one.
     sensor: Option<ImageSensor>,
+    /// Versions of the trees for reflections of the craft in the slots.
+    trees: [Option<u64>; SLOTS],
     /// What the pixels of an image show.
     shows: RadianceVariant,
     /// The load whose balance is the target of every node, if known.
@@ -231,6 +248,7 @@ impl Renderer {
             one_pass,
             heat,
             sensor,
+            trees: [None; SLOTS],
             shows,
             commanded: None,
             slots: Slots::new(context, passes)?,
@@ -419,6 +437,14 @@ impl Renderer {
         if let Some(around) = request.surroundings {
             self.resources.write(Resource::Surroundings, slot, &[around])?;
             self.resources.write(Resource::Lobes, slot, request.lobes)?;
+        }
+        if let Some(traced) = request.traced {
+            self.resources.write(Resource::Tracing, slot, &[traced.settings])?;
+            if self.trees[slot] != Some(traced.version) {
+                self.resources.write(Resource::TraceBoxes, slot, traced.boxes)?;
+                self.resources.write(Resource::TraceTriangles, slot, traced.triangles)?;
+                self.trees[slot] = Some(traced.version);
+            }
         }
         if let Some((view, means)) = request.planet {
             self.resources.write(Resource::PlanetView, slot, &[view])?;

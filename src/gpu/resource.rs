@@ -65,6 +65,14 @@ table! {
     Lobes: row(4, Count::Lobes, FromHost, "Lobe").each_slot();
     /// Emissivities of the faces over angle and temperature.
     Emissivities: row(4, Count::Emissivities, Storage, "Emissivity");
+    /// `Tracing` of the image, written by the host.
+    Tracing: row(size_of::<layout::Tracing>(), Count::Tracing, Uniform, "Tracing").each_slot();
+    /// Boxes of the tree for reflections of the craft, written by the host where parts have moved.
+    TraceBoxes: row(size_of::<layout::ShadowBox>(), Count::TraceBoxes, FromHost, "TraceBox").each_slot();
+    /// Triangles of this tree, written by the host where parts have moved.
+    TraceTriangles: row(size_of::<layout::ShadowTriangle>(), Count::TraceTriangles, FromHost, "TraceTriangle").each_slot();
+    /// Nodes of the corners of these triangles, and their material.
+    TraceCorners: row(16, Count::TraceTriangles, Storage, "TraceCorner");
     /// `PlanetView` of the image, written by the host.
     PlanetView: row(size_of::<layout::PlanetView>(), Count::PlanetView, Uniform, "PlanetView").each_slot();
     /// Radiances of a planet that is not uniform, over that of its mean temperature.

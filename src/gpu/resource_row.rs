@@ -27,6 +27,12 @@ pub enum Count {
     Lobes,
     /// Numbers of the emissivities over angle and temperature.
     Emissivities,
+    /// One, if surfaces reflect the craft itself.
+    Tracing,
+    /// Boxes of the tree for these reflections.
+    TraceBoxes,
+    /// Triangles of this tree.
+    TraceTriangles,
     /// One, if the planet has a map.
     PlanetView,
     /// Cells of that map.
@@ -182,6 +188,8 @@ impl Count {
                 | Self::BetweenGroups
                 | Self::ShadowedGroups
                 | Self::Triangles
+                | Self::TraceBoxes
+                | Self::TraceTriangles
                 | Self::Draws
                 | Self::OnePassGroups
                 | Self::OnePassBlockGroups

@@ -84,6 +84,11 @@ pub struct Shown<'a> {
     pub emissivities: &'a [f32],
     /// Radiances of a planet that is not uniform, over that of its mean temperature.
     pub planet_map: &'a [f32],
+    /// Nodes of the corners of the triangles in the tree for reflections of the craft, and their material. The tree follows the
+    /// joints and comes with the requests.
+    pub traced: &'a [[u32; 4]],
+    /// Boxes of this tree.
+    pub traced_boxes: usize,
     /// Normals of all nodes, if the image has normals of its own.
     pub crinkled: &'a [Vec3],
     /// Number of its means over the direction of a surface, which come with the requests.
@@ -236,6 +241,9 @@ impl SceneData<'_> {
             Count::Reflectors => only(drawn, self.shown.reflectors.len()),
             Count::Lobes => only(drawn, self.shown.lobe_values),
             Count::Emissivities => only(drawn, self.shown.emissivities.len()),
+            Count::Tracing => only(drawn && self.shown.variant.traced, 1),
+            Count::TraceBoxes => only(drawn, self.shown.traced_boxes),
+            Count::TraceTriangles => only(drawn, self.shown.traced.len()),
             Count::PlanetView => only(drawn && self.shown.variant.map, 1),
             Count::PlanetMap => only(drawn, self.shown.planet_map.len()),
             Count::PlanetMeans => only(drawn, self.shown.planet_means),
@@ -374,6 +382,7 @@ impl Resources {
         self.upload(once, Resource::Reflectors, data.shown.reflectors)?;
         self.upload(once, Resource::Emissivities, data.shown.emissivities)?;
         self.upload(once, Resource::PlanetMap, data.shown.planet_map)?;
+        self.upload(once, Resource::TraceCorners, data.shown.traced)?;
         self.upload(once, Resource::GroupMaterial, data.group_material)?;
         self.upload(once, Resource::GroupPart, data.group_part)?;
         self.upload(once, Resource::Triangles, data.triangles)?;

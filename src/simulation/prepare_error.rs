@@ -91,6 +91,19 @@ pub enum PrepareError {
         /// Length of a step [s].
         step: f64,
     },
+    /// More triangles than the tree for reflections of the craft can hold.
+    #[error(
+        "{path}: radiance.reflections: {triangles} triangles make a tree of {boxes} boxes; rays take at most {LARGEST_TREE}: \
+         use reflections = \"environment\" or a coarser model"
+    )]
+    TooManyReflected {
+        /// The scene file.
+        path: PathBuf,
+        /// Triangles of the model.
+        triangles: usize,
+        /// Boxes of the tree.
+        boxes: usize,
+    },
     /// More triangles than the tree for rays can hold.
     #[error(
         "{path}: shadows.method: {triangles} triangles make a tree of {boxes} boxes; rays take at most {LARGEST_TREE}: \
@@ -213,6 +226,7 @@ impl PrepareError {
             Self::Joint { path, line, .. } => (Some(path), Some(*line), Some("joint")),
             Self::LongSeries { path, .. } => (Some(path), None, Some("time.steps")),
             Self::TooManyOccluders { path, .. } => (Some(path), None, Some("shadows.method")),
+            Self::TooManyReflected { path, .. } => (Some(path), None, Some("radiance.reflections")),
             Self::Sky { path, .. }
             | Self::Network { path, .. }
             | Self::Emissivity { path, .. }

@@ -90,6 +90,7 @@ fn wanted() -> Vec<Wanted> {
         reflections: true,
         specular: true,
         rough: true,
+        traced: true,
         sun: true,
         apart: true,
         background: true,

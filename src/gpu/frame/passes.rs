@@ -278,6 +278,8 @@ fn draw_pass(name: &str, kernel: Kernel, temperature: Resource, images: &[Resour
         _ => RadianceVariant::PLAIN,
     };
     let vertex = scope(S::VERTEX_SHADER, A::SHADER_STORAGE_READ);
+    // Reflections of the craft look temperatures up.
+    let both = scope(S::VERTEX_SHADER | S::FRAGMENT_SHADER, A::SHADER_STORAGE_READ);
     let fragment = scope(S::FRAGMENT_SHADER, A::SHADER_STORAGE_READ);
     let colour = scope(S::COLOR_ATTACHMENT_OUTPUT, A::COLOR_ATTACHMENT_WRITE);
     let uniform = |stage| scope(stage, A::UNIFORM_READ);
@@ -288,7 +290,7 @@ fn draw_pass(name: &str, kernel: Kernel, temperature: Resource, images: &[Resour
     ];
     accesses.extend(places(vertex));
     accesses.extend([
-        bound(4, temperature, vertex),
+        bound(4, temperature, if shows.traced { both } else { vertex }),
         bound(5, Resource::GroupMaterial, vertex),
         bound(6, Resource::GroupPart, vertex),
         bound(7, if shows.needs_normals() { Resource::Reflectors } else { Resource::Materials }, fragment),
@@ -309,6 +311,14 @@ fn draw_pass(name: &str, kernel: Kernel, temperature: Resource, images: &[Resour
     }
     if shows.rough {
         accesses.push(bound(13, Resource::Lobes, fragment));
+    }
+    if shows.traced {
+        accesses.extend([
+            bound(19, Resource::Tracing, uniform(S::FRAGMENT_SHADER)),
+            bound(20, Resource::TraceBoxes, fragment),
+            bound(21, Resource::TraceTriangles, fragment),
+            bound(22, Resource::TraceCorners, fragment),
+        ]);
     }
     if shows.tables {
         accesses.push(bound(15, Resource::Emissivities, fragment));
